@@ -1,0 +1,25 @@
+# Compiler options of everything built in this tree: kinome_options is linked privately by each
+# target and is not installed.
+add_library(kinome_options INTERFACE)
+target_compile_options(kinome_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+  # Floats are never trapped on and errno of math functions is never read; neither changes a value.
+  -fno-math-errno -fno-trapping-math)
+if(KINOME_WERROR)
+  target_compile_options(kinome_options INTERFACE -Werror)
+endif()
+if(KINOME_SANITIZER STREQUAL "asan")
+  set(flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+elseif(KINOME_SANITIZER STREQUAL "tsan")
+  set(flags -fsanitize=thread)
+elseif(KINOME_SANITIZER)
+  message(FATAL_ERROR "KINOME_SANITIZER must be asan, tsan or empty, not '${KINOME_SANITIZER}'")
+endif()
+if(flags)
+  target_compile_options(kinome_options INTERFACE ${flags} -g1)
+  target_link_options(kinome_options INTERFACE ${flags})
+endif()
+
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)

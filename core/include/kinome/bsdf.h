@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "kinome/color.h"
+#include "kinome/interaction.h"
+#include "kinome/object.h"
+
+namespace kinome {
+
+/// Parts of a BSDF, as a set.
+enum class Lobe : uint32_t { kNone = 0, kDiffuse = 1, kGlossy = 2, kDelta = 4, kAll = 7 };
+constexpr Lobe operator|(Lobe a, Lobe b) {
+  return static_cast<Lobe>(static_cast<uint32_t>(a) | static_cast<uint32_t>(b));
+}
+constexpr Lobe operator&(Lobe a, Lobe b) {
+  return static_cast<Lobe>(static_cast<uint32_t>(a) & static_cast<uint32_t>(b));
+}
+constexpr bool any(Lobe a) { return a != Lobe::kNone; }
+
+/// `count` unit directions in the shading frame of one point, as structure of arrays.
+struct DirectionBatch {
+  const float* x;
+  const float* y;
+  const float* z;
+  size_t count;
+};
+
+/// Where eval_pdf writes, `count` values each. `pdf` may be nullptr: not wanted.
+struct BsdfValueBatch {
+  float* r;
+  float* g;
+  float* b;
+  float* pdf;
+};
+
+struct BsdfValue {
+  Rgb f{0.f};     ///< BSDF x |cos theta_o| [1/sr]
+  float pdf = 0;  ///< of sample() with the same mask, per solid angle of wo
+};
+
+struct BsdfSample {
+  Vec3 wo{0, 0, 1};      ///< in the shading frame
+  float pdf = 0;         ///< per solid angle; 1 for a delta lobe
+  Rgb weight{0.f};       ///< f |cos theta_o| / pdf
+  Lobe lobe = Lobe::kNone;
+};
+
+/// How much a point reflects, split as Åkerlund 2008, eq. 4.5 does: |kd| and |ks|. Estimates are
+/// enough, since only importance depends on them; where a part is zero its lobes must be, too.
+struct LobeReflectance {
+  Rgb diffuse{0.f};
+  Rgb glossy{0.f};
+};
+
+/// Reflection at a surface. Directions are unit vectors in the shading frame `si.frame`, away from
+/// the surface; si.wi points to the viewer. Evaluations are of batches: parameters (textures) are
+/// read once for a point, however many directions are asked for.
+class KINOME_EXPORT Bsdf : public Object {
+ public:
+  /// The lobes that any point of the surface may have.
+  Lobe lobes() const { return lobes_; }
+
+  /// For each wo: f(wi, wo) |cos theta_o| and the density of sample(), both of the lobes in `mask`
+  /// only. Delta lobes give zero. f != 0 implies pdf != 0.
+  virtual void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
+                        const BsdfValueBatch& out) const = 0;
+  /// A direction from the lobes in `mask`; nullopt where none can be had (wi below the horizon, or
+  /// the sample fell there). u1 chooses the lobe, u2 the direction.
+  virtual std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
+                                           const Vec2& u2) const = 0;
+  virtual LobeReflectance reflectance(const SurfaceInteraction& si) const = 0;
+
+  /// World frame around the normal that the BSDF itself uses, on the side where light that reaches
+  /// the viewer comes from: reflection is zero where dot(frame.n, direction) <= 0. A normal map
+  /// perturbs it, a two-sided surface turns it to the viewer.
+  virtual Frame reflection_frame(const SurfaceInteraction& si) const { return si.frame; }
+
+  /// One direction: a batch of one.
+  BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const {
+    BsdfValue value;
+    eval_pdf(si, mask, DirectionBatch{&wo.x, &wo.y, &wo.z, 1},
+             BsdfValueBatch{&value.f.x, &value.f.y, &value.f.z, &value.pdf});
+    return value;
+  }
+
+ protected:
+  Lobe lobes_ = Lobe::kAll;
+};
+
+}  // namespace kinome

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cmath>
+
+#include "kinome/math.h"
+
+namespace kinome {
+
+/// Linear Rec.709 / sRGB primaries, D65: radiance, irradiance, reflectance or weight, per channel.
+using Rgb = glm::vec3;
+
+/// Relative luminance (CIE Y of linear Rec.709; the coefficients that Mitsuba uses. Åkerlund 2008,
+/// 3.1.1 rounds them to four digits).
+inline float luminance(const Rgb& c) {
+  return 0.212671f * c.x + 0.715160f * c.y + 0.072169f * c.z;
+}
+inline bool is_black(const Rgb& c) { return c.x == 0 && c.y == 0 && c.z == 0; }
+
+inline float srgb_to_linear(float v) {
+  return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+}
+inline float linear_to_srgb(float v) {
+  return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+}
+
+}  // namespace kinome

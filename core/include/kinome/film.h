@@ -1,0 +1,90 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kinome/image.h"
+#include "kinome/math.h"
+#include "kinome/object.h"
+#include "kinome/reconstruction_filter.h"
+
+namespace kinome {
+
+/// The samples of one tile, with a border as wide as the filter. Used by one thread at a time.
+class KINOME_EXPORT FilmTile {
+ public:
+  FilmTile(const Rect& pixels, int layer, int values, const ReconstructionFilter& filter,
+           const Rect& crop);
+  /// Adds one sample at `position` (pixels of the full film); `values` as Film::value_count says.
+  /// A sample with a non-finite value is counted and dropped.
+  void add(const Vec2& position, std::span<const float> values);
+  const Rect& pixels() const { return pixels_; }
+  uint64_t non_finite() const { return non_finite_; }
+
+ private:
+  friend class Film;
+  Rect pixels_;   ///< what the tile is responsible for
+  Rect covered_;  ///< with its border, clipped to the film
+  int layer_;
+  int values_;
+  const ReconstructionFilter* filter_;
+  std::vector<float> data_;  ///< values, then the weight, interleaved
+  uint64_t non_finite_ = 0;
+};
+
+/// Collects samples into pixels, and writes files. The pixel of the full film at (x, y) covers
+/// [x, x+1) x [y, y+1). Tiles are filled side by side by threads, and merged by commit(), which the
+/// render context calls in the order of the tiles: sums do not depend on threads.
+class KINOME_EXPORT Film : public Object {
+ public:
+  int width() const { return width_; }    ///< of the full film
+  int height() const { return height_; }
+  const Rect& crop() const { return crop_; }  ///< pixels that are rendered
+  const ReconstructionFilter& filter() const { return *filter_; }
+  /// Also sample the border that the filter reaches.
+  bool sample_border() const { return sample_border_; }
+
+  /// Forgets all samples. Layer 0 holds the film's colour channels ("R", "G", "B", and "A" where the
+  /// pixel format has alpha; "Y" for luminance) followed by the names in layers[0]; further layers
+  /// hold just their names. Each layer is filled by a pass of its own, with weights of its own.
+  void prepare(const std::vector<std::vector<std::string>>& layers);
+  bool has_alpha() const { return has_alpha_; }
+  /// Of all layers, in order: the channels of develop().
+  std::vector<std::string> channels() const;
+  /// Values that FilmTile::add expects in a layer. Layer 0: always R, G, B (converted here where the
+  /// film stores luminance), then alpha if has_alpha(), then the extra ones.
+  int value_count(int layer) const;
+
+  FilmTile make_tile(const Rect& pixels, int layer = 0) const;
+  void commit(const FilmTile& tile);
+  uint64_t non_finite() const { return non_finite_; }
+  /// Weighted means so far; pixels without a sample are 0.
+  Image develop() const;
+
+  /// Writes the developed image in the film's file format. Extension appended where `path` has none.
+  virtual void write(const std::string& path, const Image& image,
+                     const ImageMetadata& metadata) const = 0;
+  /// ".exr", ".pfm"
+  virtual std::string file_extension() const = 0;
+
+ protected:
+  int width_ = 768;
+  int height_ = 576;
+  Rect crop_{0, 0, 768, 576};
+  bool sample_border_ = false;
+  bool has_alpha_ = false;
+  bool is_luminance_ = false;  ///< stores "Y" in place of R, G, B
+  std::shared_ptr<ReconstructionFilter> filter_;
+
+ private:
+  struct Layer {
+    std::vector<std::string> extra;
+    std::vector<float> data;  ///< values, then the weight, interleaved
+  };
+  std::vector<Layer> layers_;
+  uint64_t non_finite_ = 0;
+};
+
+}  // namespace kinome

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "kinome/error.h"
+#include "kinome/math.h"
+
+namespace kinome {
+
+/// Rows top to bottom, channels interleaved.
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<std::string> channels;  ///< "R", "G", "B", "A", "albedo.R", …
+  std::vector<float> data;
+
+  int channel_count() const { return static_cast<int>(channels.size()); }
+  float& at(int x, int y, int c) {
+    return data[(static_cast<size_t>(y) * width + x) * channels.size() + c];
+  }
+  float at(int x, int y, int c) const {
+    return data[(static_cast<size_t>(y) * width + x) * channels.size() + c];
+  }
+};
+
+/// String attributes of an EXR file's header.
+using ImageMetadata = std::map<std::string, std::string>;
+
+/// OpenEXR, scan lines or tiles, half or float. Where the file has R, G and B those come first.
+/// Throws Error (at `where`, naming the file): missing, truncated, not an EXR.
+KINOME_EXPORT Image read_exr(const std::string& path, const Location& where = {},
+                             ImageMetadata* metadata = nullptr);
+
+/// Writers go to a temporary file in the same folder, then rename: `path` is whole or untouched.
+/// Each throws Error where the folder can't be written or the disk is full. remove_temporary_files
+/// deletes what an interrupted writer left; it is async-signal-safe.
+/// `rect`: where the image lies in the full film (EXR's data window), if it is a crop.
+KINOME_EXPORT void write_exr(const std::string& path, const Image& image, bool half,
+                             const ImageMetadata& metadata, Vec2 crop_offset = Vec2(0.f),
+                             Vec2 full_size = Vec2(0.f));
+/// Portable float map of the first three channels (or one), little-endian.
+KINOME_EXPORT void write_pfm(const std::string& path, const Image& image);
+KINOME_EXPORT Image read_pfm(const std::string& path, const Location& where = {});
+/// 8-bit sRGB of the first three channels, multiplied by 2^exposure; alpha kept where there is one.
+KINOME_EXPORT void write_png(const std::string& path, const Image& image, float exposure);
+KINOME_EXPORT void remove_temporary_files() noexcept;
+/// Throws Error where a file at `path` could not be created now: the folder is missing or not
+/// writable, or `path` is a folder. To be asked before a long render.
+KINOME_EXPORT void check_writable(const std::string& path);
+
+}  // namespace kinome

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinome/object.h"
+
+namespace kinome {
+
+class RenderContext;
+class Scene;
+class Sensor;
+
+/// Turns a scene into pixels. Never sees threads: it is handed tiles.
+class KINOME_EXPORT Integrator : public Object {
+ public:
+  /// Film layers that render() fills (Film::prepare): the first lists channels beside the film's
+  /// colour, the others stand alone.
+  virtual std::vector<std::vector<std::string>> layers() const { return {{}}; }
+  /// Fills the sensor's film, which the caller has prepared. Returns early, with what it has, where
+  /// the context is cancelled.
+  virtual void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const = 0;
+};
+
+}  // namespace kinome

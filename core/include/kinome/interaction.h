@@ -1,0 +1,40 @@
+#pragma once
+
+#include "kinome/math.h"
+#include "kinome/ray.h"
+
+namespace kinome {
+
+class Shape;
+
+/// A point on a surface, seen along a ray.
+struct SurfaceInteraction {
+  float t = kInfinity;  ///< distance along the ray, in units of its direction
+  Vec3 p{0.f};
+  /// Bound on the distance between p and the true surface, world units: rays that leave p start
+  /// this far along the normal. Grows with the magnitude of the coordinates, not with the scene.
+  float p_error = 0;
+  Vec3 n{0, 0, 1};  ///< unit geometric normal; the shape's outside, not necessarily the ray's side
+  Frame frame;      ///< shading frame; n interpolated, s along dp_du
+  Vec3 dp_du{1, 0, 0};
+  Vec3 dp_dv{0, 1, 0};
+  Vec2 uv{0.f};
+  Vec3 wi{0, 0, 1};  ///< unit, toward where the ray came from, in `frame`
+  const Shape* shape = nullptr;
+  uint32_t primitive = 0;
+
+  /// Where a ray toward the world direction d starts: p moved off the surface to the side of d.
+  Vec3 ray_origin(const Vec3& d) const {
+    return p + n * (glm::dot(n, d) >= 0 ? p_error : -p_error);
+  }
+  /// Shadow ray toward a light at `distance` (infinite for distant light) along the unit vector d.
+  Ray shadow_ray(const Vec3& d, float distance) const {
+    Ray ray;
+    ray.o = ray_origin(d);
+    ray.d = d;
+    ray.tmax = distance * (1 - 1e-4f);
+    return ray;
+  }
+};
+
+}  // namespace kinome

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <concepts>
+#include <memory>
+#include <span>
+
+#include "kinome/export.h"
+#include "kinome/object.h"
+#include "kinome/parameter.h"
+#include "kinome/properties.h"
+
+/// Raised whenever a public header changes in a way that old binaries can't follow.
+#define KINOME_INTERFACE_VERSION 1
+
+#define KINOME_STRINGIFY_(x) #x
+#define KINOME_STRINGIFY(x) KINOME_STRINGIFY_(x)
+#if defined(__SANITIZE_ADDRESS__)
+#define KINOME_ABI_SANITIZER "asan"
+#elif defined(__SANITIZE_THREAD__)
+#define KINOME_ABI_SANITIZER "tsan"
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define KINOME_ABI_SANITIZER "asan"
+#elif __has_feature(thread_sanitizer)
+#define KINOME_ABI_SANITIZER "tsan"
+#else
+#define KINOME_ABI_SANITIZER "none"
+#endif
+#else
+#define KINOME_ABI_SANITIZER "none"
+#endif
+#if defined(_GLIBCXX_USE_CXX11_ABI)
+#define KINOME_ABI_STDLIB "libstdc++-cxx11=" KINOME_STRINGIFY(_GLIBCXX_USE_CXX11_ABI)
+#elif defined(_LIBCPP_VERSION)
+#define KINOME_ABI_STDLIB "libc++"
+#else
+#define KINOME_ABI_STDLIB "unknown"
+#endif
+
+/// Everything that a plugin and the core must have in common, as one string. GLM's options matter
+/// because Vec3 is part of every interface.
+#define KINOME_ABI_KEY                                                                   \
+  "kinome-abi;interface=" KINOME_STRINGIFY(KINOME_INTERFACE_VERSION) ";cxxabi="          \
+      KINOME_STRINGIFY(__GXX_ABI_VERSION) ";stdlib=" KINOME_ABI_STDLIB ";sanitizer="     \
+      KINOME_ABI_SANITIZER ";glm=" KINOME_STRINGIFY(GLM_VERSION_MAJOR) "."               \
+      KINOME_STRINGIFY(GLM_VERSION_MINOR) "." KINOME_STRINGIFY(GLM_VERSION_PATCH) ";"
+
+namespace kinome {
+
+/// What a plugin library exports, under the name `kinome_plugin`.
+struct PluginDescriptor {
+  Category category;
+  const char* name;
+  const char* doc;  ///< what it is, in one or two sentences
+  std::span<const Parameter> parameters;
+  std::shared_ptr<Object> (*create)(const Properties&);
+};
+
+}  // namespace kinome
+
+/// Registers `Class` as plugin `plugin_name`. Once per library, at namespace scope of its one
+/// source file; `Class` (in an anonymous namespace) has a constructor from const Properties&,
+/// `parameter_table` is an array of Parameter.
+///
+/// The key lies in an ELF section of its own: the registry reads it from the file, before any code
+/// of the library (static constructors included) has a chance to run.
+#define KINOME_PLUGIN(Class, plugin_category, plugin_name, documentation, parameter_table)  \
+  extern "C" {                                                                              \
+  __attribute__((section("kinome_abi"), used, visibility("default")))                       \
+  extern const char kinome_plugin_abi_key[] = KINOME_ABI_KEY;                               \
+  KINOME_EXPORT extern const ::kinome::PluginDescriptor kinome_plugin;                      \
+  const ::kinome::PluginDescriptor kinome_plugin{                                           \
+      plugin_category, plugin_name, documentation, parameter_table,                         \
+      [](const ::kinome::Properties& props) -> std::shared_ptr<::kinome::Object> {          \
+        return std::make_shared<Class>(props);                                              \
+      }};                                                                                   \
+  }                                                                                         \
+  static_assert(true)

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "kinome/plugin.h"
+
+namespace kinome {
+
+/// Finds plugins by category and name in a list of folders, as DIR/CATEGORY/NAME.so, and loads each
+/// on first use. Before any code of a library runs, its ABI key is read from the file and compared.
+/// Libraries are never unloaded: an exception that one threw may outlive everything else.
+/// Not thread-safe.
+class KINOME_EXPORT PluginRegistry {
+ public:
+  /// Folders are searched in order; missing ones are skipped.
+  explicit PluginRegistry(std::vector<std::string> folders);
+
+  /// `extra` (--plugin-path), then KINOME_PLUGIN_PATH (separated by ':'), then `plugins` beside
+  /// the program's folder (build tree) and `../lib/kinome/plugins` (install tree).
+  static std::vector<std::string> default_folders(const std::vector<std::string>& extra = {});
+
+  /// Loads it if need be. Error at `where`: no such plugin (with the nearest name), no plugin at
+  /// all, another ABI, or it can't be loaded.
+  const PluginDescriptor& find(Category category, const std::string& name,
+                               const Location& where = {});
+  /// Checks `props` against the plugin's table (unknown names with the nearest known one, types,
+  /// required ones, counts), creates the object, then checks that every property was read.
+  std::shared_ptr<Object> create(Properties& props);
+
+  /// Names (aliases included) that exist in a category, sorted, without loading anything.
+  std::vector<std::string> names(Category category) const;
+  /// "category/name" of what was loaded, in order.
+  const std::vector<std::string>& loaded() const { return loaded_names_; }
+  /// Seconds spent in loading libraries.
+  double seconds() const { return seconds_; }
+
+ private:
+  std::vector<std::string> folders_;
+  std::map<std::pair<Category, std::string>, const PluginDescriptor*> loaded_;
+  std::vector<std::string> loaded_names_;
+  double seconds_ = 0;
+};
+
+}  // namespace kinome

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "kinome/object.h"
+
+namespace kinome {
+
+/// Separable, symmetric film filter. Not necessarily normalised: films divide by summed weights.
+class KINOME_EXPORT ReconstructionFilter : public Object {
+ public:
+  /// Half width in pixels; eval is zero beyond it.
+  float radius() const { return radius_; }
+  virtual float eval(float x) const = 0;
+
+ protected:
+  float radius_ = 0.5f;
+};
+
+}  // namespace kinome

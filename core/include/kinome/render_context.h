@@ -1,0 +1,66 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "kinome/film.h"
+#include "kinome/scene.h"
+#include "kinome/stats.h"
+
+namespace kinome {
+
+/// Side of a tile in pixels (Åkerlund 2008, 4.4.1).
+inline constexpr int kTileSize = 32;
+
+/// One tile, being rendered by one thread.
+struct Tile {
+  Rect pixels;
+  FilmTile& film;
+  RenderCounters& counters;
+};
+
+/// Called from time to time by one thread at a time, with the share of tiles done.
+using ProgressCallback = std::function<void(double fraction)>;
+
+/// What an integrator needs besides the scene: threads (hidden), seed, progress, cancel, stats.
+class KINOME_EXPORT RenderContext {
+ public:
+  struct Options {
+    unsigned threads = 0;  ///< 0: one per core
+    uint64_t seed = 0;
+    const std::atomic<bool>* cancel = nullptr;  ///< set by whoever wants the render to end
+    ProgressCallback progress;
+    /// Permutes the order in which tiles are handed out; results do not depend on it.
+    uint64_t tile_order_seed = 0;
+    /// Start of the program, for RenderStats::first_tile_seconds.
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  };
+  explicit RenderContext(Options options);
+
+  /// Calls `fn` for each 32x32 tile of the film's crop window (grown by the filter's radius where the
+  /// film samples its border), on all threads (denormals flushed), and commits each to the film in the tiles' own order. Rethrows the first exception. Stops
+  /// handing out tiles when cancelled.
+  void for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer = 0);
+  /// Calls fn(i) for i < count on all threads; for set-up work. Results must not depend on order.
+  void parallel_for(size_t count, const std::function<void(size_t)>& fn) const;
+
+  /// Mixed into every SampleKey.
+  uint64_t seed() const { return options_.seed; }
+  unsigned threads() const { return options_.threads; }
+  bool cancelled() const { return options_.cancel && options_.cancel->load(); }
+  RenderStats& stats() { return stats_; }
+  /// Notes for `--stats` that work was skipped, and why.
+  void skip(std::string what, std::string why);
+
+ private:
+  Options options_;
+  RenderStats stats_;
+};
+
+/// Prepares the film, renders with the scene's integrator, and fills the context's stats.
+KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context);
+
+}  // namespace kinome

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "kinome/math.h"
+#include "kinome/object.h"
+
+namespace kinome {
+
+/// Names one random number: everything that a sampler depends on.
+struct SampleKey {
+  uint32_t x = 0;       ///< pixel of the full film
+  uint32_t y = 0;
+  uint32_t sample = 0;  ///< index within the pixel; any uint32_t, also past sample_count()
+  uint64_t seed = 0;    ///< of the render (--seed and the scene's `seed`)
+};
+
+/// Random or low-discrepancy numbers as a pure function of (key, dimension): any number can be had
+/// in any order from any thread. For a fixed pixel and dimension (or pair), the samples
+/// 0 … sample_count() - 1 are what the sampler stratifies; distinct pixels, dimensions and seeds
+/// are independent randomisations. All values lie in [0, 1).
+class KINOME_EXPORT Sampler : public Object {
+ public:
+  /// Samples a pixel, rounded up to what the method needs.
+  uint32_t sample_count() const { return sample_count_; }
+  uint64_t seed() const { return seed_; }
+
+  virtual float value_1d(const SampleKey& key, uint32_t dimension) const = 0;
+  /// A pair, stratified jointly, at dimensions `dimension` and `dimension` + 1.
+  virtual Vec2 value_2d(const SampleKey& key, uint32_t dimension) const = 0;
+  /// The same method for another number of samples a pixel: a `clustered` integrator asks for 128
+  /// shadow rays a primary, and wants those to be stratified as one set.
+  virtual std::shared_ptr<Sampler> with_sample_count(uint32_t count) const = 0;
+
+ protected:
+  uint32_t sample_count_ = 4;
+  uint64_t seed_ = 0;
+};
+
+/// Reads consecutive dimensions of one key. Not shared between threads.
+class SampleStream {
+ public:
+  SampleStream(const Sampler& sampler, const SampleKey& key, uint32_t first_dimension = 0)
+      : sampler_(sampler), key_(key), dimension_(first_dimension) {}
+  float next_1d() { return sampler_.value_1d(key_, dimension_++); }
+  Vec2 next_2d() {
+    const Vec2 v = sampler_.value_2d(key_, dimension_);
+    dimension_ += 2;
+    return v;
+  }
+  const SampleKey& key() const { return key_; }
+  uint32_t dimension() const { return dimension_; }
+
+ private:
+  const Sampler& sampler_;
+  SampleKey key_;
+  uint32_t dimension_;
+};
+
+/// Well-mixed 64-bit hash of up to four words (for seeds and scrambles; not cryptographic).
+inline uint64_t mix_bits(uint64_t v) {
+  v ^= v >> 31;
+  v *= 0x7fb5d329728ea185u;
+  v ^= v >> 27;
+  v *= 0x81dadef4bc2dd44du;
+  v ^= v >> 33;
+  return v;
+}
+inline uint64_t hash_words(uint64_t a, uint64_t b = 0, uint64_t c = 0, uint64_t d = 0) {
+  uint64_t h = mix_bits(a + 0x9e3779b97f4a7c15u);
+  h = mix_bits(h ^ (b + 0xbf58476d1ce4e5b9u));
+  h = mix_bits(h ^ (c + 0x94d049bb133111ebu));
+  return mix_bits(h ^ (d + 0xd6e8feb86659fd93u));
+}
+/// The upper 24 bits as a float in [0, 1): never rounds up to 1.
+inline float to_unit_float(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
+
+}  // namespace kinome

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kinome/emitter.h"
+#include "kinome/integrator.h"
+#include "kinome/ray.h"
+#include "kinome/sensor.h"
+#include "kinome/shape.h"
+#include "kinome/stats.h"
+
+namespace kinome {
+
+enum class Coherence { kIncoherent, kCoherent };
+
+/// Everything that is rendered; immutable once built, and safe to use from all threads.
+class KINOME_EXPORT Scene {
+ public:
+  struct Contents {
+    std::vector<std::shared_ptr<Shape>> shapes;
+    std::vector<std::shared_ptr<Emitter>> emitters;  ///< those that are not part of a shape
+    std::vector<std::shared_ptr<Sensor>> sensors;
+    std::shared_ptr<Integrator> integrator;
+    std::string file;
+    std::string hash;  ///< of the scene file's text with includes and -D, 16 hex digits
+  };
+  /// Builds the acceleration structure with `threads` threads. Every shape must have its BSDF.
+  Scene(Contents contents, unsigned threads);
+  ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  const std::vector<std::shared_ptr<Shape>>& shapes() const { return contents_.shapes; }
+  /// All emitters, those of shapes included.
+  const std::vector<const Emitter*>& emitters() const { return emitters_; }
+  /// The environment, or nullptr.
+  const Emitter* environment() const { return environment_; }
+  /// True where some shape emits: rays that look for light must then find the nearest surface.
+  bool has_surface_emitters() const { return has_surface_emitters_; }
+  const std::vector<std::shared_ptr<Sensor>>& sensors() const { return contents_.sensors; }
+  Integrator& integrator() const { return *contents_.integrator; }
+  const std::string& file() const { return contents_.file; }
+  const std::string& hash() const { return contents_.hash; }
+  /// Of all shapes; empty for a scene without any.
+  const Aabb& bounds() const { return bounds_; }
+
+  /// Nearest hits of a batch. Adds the time inside Embree to `counters`; ray counts are the
+  /// caller's business.
+  void intersect(std::span<RayHit> rays, Coherence coherence, RenderCounters& counters) const;
+  /// Sets tmax of each ray that meets anything to -infinity. Batches of some 1000 are fastest.
+  void occluded(std::span<Ray> rays, Coherence coherence, RenderCounters& counters) const;
+
+  /// The surface that a valid hit lies on.
+  SurfaceInteraction interaction(const RayHit& hit) const {
+    const Shape& shape = *contents_.shapes[hit.hit.shape];
+    SurfaceInteraction si = shape.interaction(hit.ray, hit.hit);
+    si.shape = &shape;
+    return si;
+  }
+
+ private:
+  struct Accelerator;
+  Contents contents_;
+  std::vector<const Emitter*> emitters_;
+  const Emitter* environment_ = nullptr;
+  bool has_surface_emitters_ = false;
+  Aabb bounds_;
+  std::unique_ptr<Accelerator> accelerator_;
+};
+
+}  // namespace kinome

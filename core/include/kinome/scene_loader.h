@@ -1,0 +1,28 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "kinome/plugin_registry.h"
+#include "kinome/scene.h"
+
+namespace kinome {
+
+struct LoadOptions {
+  std::map<std::string, std::string> defines;  ///< -D key=value
+  std::vector<std::string> search_paths;       ///< -a
+  unsigned threads = 0;                        ///< for the acceleration structure; 0: one per core
+};
+
+/// Loads a scene in Mitsuba's XML language. Every mistake is an Error with file, line and column.
+KINOME_EXPORT std::unique_ptr<Scene> load_scene(const std::string& path, const LoadOptions& options,
+                                                PluginRegistry& registry,
+                                                RenderStats* stats = nullptr);
+/// The same from text; `name` stands for the file in messages.
+KINOME_EXPORT std::unique_ptr<Scene> load_scene_from_string(
+    const std::string& xml, const std::string& name, const LoadOptions& options,
+    PluginRegistry& registry, RenderStats* stats = nullptr);
+
+}  // namespace kinome

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "kinome/bsdf.h"
+#include "kinome/emitter.h"
+#include "kinome/interaction.h"
+#include "kinome/object.h"
+#include "kinome/properties.h"
+
+namespace kinome {
+
+/// Triangles in world space. Vertices shared by their indices.
+struct TriangleMesh {
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;  ///< per vertex, unit; empty: flat shading by face
+  std::vector<Vec2> uvs;      ///< per vertex; empty: barycentric coordinates serve as uv
+  std::vector<glm::uvec3> triangles;
+};
+
+/// Geometry with its material and light. Either a mesh, or analytic by `intersect`.
+class KINOME_EXPORT Shape : public Object {
+ public:
+  /// Its triangles, or nullptr for an analytic shape.
+  virtual const TriangleMesh* mesh() const { return nullptr; }
+  virtual Aabb bounds() const = 0;
+
+  /// Analytic shapes only: the nearest hit in [tmin, tmax]; writes t, and u, v, primitive as
+  /// interaction() wants them. Called from Embree, from any thread.
+  virtual bool intersect(const Ray& /*ray*/, float& /*t*/, Hit& /*hit*/) const { return false; }
+  /// What the hit means: everything of SurfaceInteraction except `shape`, which Scene sets.
+  virtual SurfaceInteraction interaction(const Ray& ray, const Hit& hit) const = 0;
+  /// World-space surface area.
+  virtual float area() const = 0;
+
+  /// Never nullptr: a shape without a BSDF is diffuse .5, as in Mitsuba; one that emits without a
+  /// BSDF reflects nothing.
+  const Bsdf& bsdf() const { return *bsdf_; }
+  std::shared_ptr<Bsdf> bsdf_pointer() const { return bsdf_; }
+  void set_bsdf(std::shared_ptr<Bsdf> bsdf) { bsdf_ = std::move(bsdf); }
+  const Emitter* emitter() const { return emitter_.get(); }
+  std::shared_ptr<Emitter> emitter_pointer() const { return emitter_; }
+
+ protected:
+  /// Takes the nested bsdf and emitter. The scene fills in the default BSDF.
+  explicit Shape(const Properties& props);
+
+ private:
+  std::shared_ptr<Bsdf> bsdf_;
+  std::shared_ptr<Emitter> emitter_;
+};
+
+/// Base of all shapes made of triangles. A subclass fills `mesh_` in its constructor, in object
+/// space, then calls finish().
+class KINOME_EXPORT MeshShape : public Shape {
+ public:
+  const TriangleMesh* mesh() const override { return &mesh_; }
+  Aabb bounds() const override { return bounds_; }
+  SurfaceInteraction interaction(const Ray& ray, const Hit& hit) const override;
+  float area() const override { return area_; }
+
+ protected:
+  explicit MeshShape(const Properties& props) : Shape(props) {}
+  /// Validates (indices in range, at least one face, finite positions; Error at `filename` or at
+  /// the shape), applies to_world, computes angle-weighted normals where the mesh has none and
+  /// face_normals is not set, or drops them where it is; flip_normals turns them (and the winding
+  /// of a mirrored transform is kept consistent).
+  void finish(const Properties& props, const Transform& to_world, bool face_normals,
+              bool flip_normals);
+  TriangleMesh mesh_;
+
+ private:
+  Aabb bounds_;
+  float area_ = 0;
+  bool flip_geometric_normal_ = false;
+};
+
+}  // namespace kinome

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "kinome/export.h"
+
+namespace kinome {
+
+enum class RayKind { kCamera, kShadow, kBsdf, kLobe };
+inline constexpr int kRayKindCount = 4;
+KINOME_EXPORT const char* to_string(RayKind kind);
+
+/// Counters of one thread (or the sum of all).
+struct KINOME_EXPORT RenderCounters {
+  std::array<uint64_t, kRayKindCount> rays{};
+  double embree_seconds = 0;                      ///< inside Embree's calls, summed over threads
+  std::map<std::string, double> stage_seconds;    ///< integrator's stages, summed over threads
+  uint64_t skipped_shadow_rays = 0;               ///< contribution was zero: no ray
+  void add(const RenderCounters& other);
+  uint64_t& operator[](RayKind kind) { return rays[static_cast<int>(kind)]; }
+};
+
+/// Adds the time until its end to a stage. Costs about 50 ns: for batches, not for rays.
+class StageTimer {
+ public:
+  explicit StageTimer(double& seconds) : seconds_(seconds), start_(Clock::now()) {}
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+  ~StageTimer() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double& seconds_;
+  Clock::time_point start_;
+};
+
+/// What a render skipped, and why: {"light tree", "no emitter offers light points"}.
+struct Skipped {
+  std::string what;
+  std::string why;
+};
+
+/// What `--stats` reports. Wall-clock seconds, except where said.
+struct KINOME_EXPORT RenderStats {
+  double load_seconds = 0;     ///< XML, plugins, assets
+  double plugin_seconds = 0;   ///< part of load: opening plugin libraries
+  double build_seconds = 0;    ///< acceleration structure
+  double render_seconds = 0;
+  double first_tile_seconds = 0;  ///< from the program's start to the first tile
+  double write_seconds = 0;
+  double total_seconds = 0;
+  RenderCounters counters;
+  std::vector<Skipped> skipped;
+  std::vector<std::string> plugins;
+  unsigned threads = 0;
+  uint64_t peak_memory_bytes = 0;
+  uint64_t non_finite_samples = 0;
+  bool complete = true;
+};
+
+/// Peak resident memory of this process.
+KINOME_EXPORT uint64_t peak_memory_bytes();
+
+}  // namespace kinome

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+
+#include "kinome/color.h"
+#include "kinome/object.h"
+
+namespace kinome {
+
+/// A colour or number over a surface's (u, v).
+class KINOME_EXPORT Texture : public Object {
+ public:
+  virtual Rgb eval(const Vec2& uv) const = 0;
+  /// As one number: the luminance of a colour texture, unless the texture defines it otherwise.
+  virtual float eval_1(const Vec2& uv) const { return luminance(eval(uv)); }
+  /// Means over the texture (unit square).
+  virtual Rgb mean() const = 0;
+  /// Largest value of any channel; for checks and bounds.
+  virtual float max() const = 0;
+  virtual float min() const = 0;
+  /// True where eval is one value everywhere: callers then skip it per point.
+  virtual bool is_uniform() const { return false; }
+};
+
+/// A texture of one value.
+KINOME_EXPORT std::shared_ptr<Texture> make_uniform_texture(const Rgb& value);
+
+}  // namespace kinome
