@@ -1,0 +1,53 @@
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <new>
+#include <string>
+
+#include "commands.h"
+#include "kinome/error.h"
+#include "options.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// When the program was started: the dynamic linker has been at work before main, all of it on this
+/// thread, so that the processor time until now is the time since then.
+Clock::time_point program_start() {
+  timespec used{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+  return Clock::now() - std::chrono::seconds(used.tv_sec) - std::chrono::nanoseconds(used.tv_nsec);
+}
+
+/// Whatever went wrong: one line, and exit status 1.
+int fail(std::string message) {
+  for (char& c : message) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  std::fprintf(stderr, "kinome: %s\n", message.c_str());
+  return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Clock::time_point start = program_start();
+  try {
+    const auto options = kinome::app::parse_options(argc, argv);
+    if (!options) return 0;
+    switch (options->command) {
+      case kinome::app::Options::Command::kRender:
+        return kinome::app::render_command(*options, start);
+      case kinome::app::Options::Command::kListPlugins:
+        return kinome::app::plugins_command(*options);
+    }
+  } catch (const kinome::Error& error) {
+    return fail(error.what());
+  } catch (const std::bad_alloc&) {
+    return fail("out of memory");
+  } catch (const std::exception& error) {
+    return fail(std::string("unexpected error: ") + error.what());
+  }
+  return 1;
+}

@@ -1,0 +1,130 @@
+#include "options.h"
+
+#include <cmath>
+#include <iostream>
+
+// CLI11 takes longer to compile than the rest of the program: nothing else includes it.
+#include <CLI/CLI.hpp>
+
+#include "kinome/error.h"
+
+namespace kinome::app {
+namespace {
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  size_t begin = 0;
+  while (begin <= text.size()) {
+    const size_t end = std::min(text.find(separator, begin), text.size());
+    if (end > begin) parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+/// CLI11's own messages may span lines; a mistake on the command line takes one.
+std::string first_line(const std::string& text) {
+  return text.substr(0, text.find('\n'));
+}
+
+/// As text from CLI11, before it is checked and taken apart.
+struct RawOptions {
+  std::vector<std::string> defines;
+  std::vector<std::string> search_paths;
+  std::string stats;
+};
+
+void declare(CLI::App& app, Options& options, RawOptions& raw) {
+  app.add_option("scene.xml", options.scene, "Scene file in Mitsuba's XML language")->required();
+  app.add_option("-D,--define", raw.defines, "Sets $KEY of the scene file (repeat)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("-o,--output", options.output,
+                 "Image file; default: the scene's name, beside the scene file")
+      ->type_name("FILE");
+  app.add_option("-t,--threads", options.threads, "Threads; default: one per core")
+      ->type_name("COUNT")
+      ->check(CLI::Range(1, 1024));
+  app.add_option("-s,--sensor", options.sensor, "Sensor to render, by index or id; default: 0")
+      ->type_name("SENSOR");
+  app.add_option("-a,--append", raw.search_paths, "More folders to look for files in")
+      ->type_name("PATH;PATH")
+      ->allow_extra_args(false);
+  app.add_option("--seed", options.seed, "Seed of all random numbers; default: 0")->type_name("N");
+  app.add_flag("-v,--verbose", options.verbosity, "Say more (repeat for still more)");
+  app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
+  app.add_option("-m,--mode", options.variant,
+                 "Mitsuba's variant: accepted and ignored, there is but one")
+      ->type_name("VARIANT");
+  app.add_flag("--stats{text}", raw.stats,
+               "Where the time went, on stderr; --stats=json: one JSON object on stdout")
+      ->type_name("[=json]");
+  app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image");
+  app.add_option("--exposure", options.exposure, "Of the PNG, in stops; default: 0")
+      ->type_name("STOPS");
+}
+
+void declare_plugin_path(CLI::App& app, Options& options) {
+  app.add_option("--plugin-path", options.plugin_paths, "Folder of more plugins (repeat)")
+      ->type_name("FOLDER")
+      ->allow_extra_args(false);
+}
+
+void interpret(const RawOptions& raw, Options& options) {
+  for (const std::string& define : raw.defines) {
+    const size_t equals = define.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw Error("-D: expected KEY=VALUE, got '" + define + "'");
+    }
+    const std::string key = define.substr(0, equals);
+    if (!options.defines.emplace(key, define.substr(equals + 1)).second) {
+      throw Error("-D: '" + key + "' is given twice");
+    }
+  }
+  for (const std::string& paths : raw.search_paths) {
+    for (std::string& path : split(paths, ';')) options.search_paths.push_back(std::move(path));
+  }
+  if (raw.stats == "json") {
+    options.stats = StatsFormat::kJson;
+  } else if (raw.stats == "text") {
+    options.stats = StatsFormat::kText;
+  } else if (!raw.stats.empty()) {
+    throw Error("--stats: expected 'text' or 'json', got '" + raw.stats + "'");
+  }
+  if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, const char* const* argv) {
+  Options options;
+  RawOptions raw;
+  // `kinome plugins` is told apart by its first word, so that a scene may come after any options.
+  const bool lists_plugins = argc > 1 && std::string(argv[1]) == "plugins";
+  CLI::App app(lists_plugins ? "Lists all plugins, or the parameters of one."
+                             : "Renders a scene.\nkinome plugins [NAME]: lists plugins, or the "
+                               "parameters of one.",
+               lists_plugins ? "kinome plugins" : "kinome");
+  app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
+  declare_plugin_path(app, options);
+  if (lists_plugins) {
+    options.command = Options::Command::kListPlugins;
+    app.add_option("NAME", options.plugin_name, "Name, or CATEGORY/NAME");
+    app.add_flag("--markdown", options.markdown, "As a table for the README");
+  } else {
+    declare(app, options, raw);
+  }
+  const int skipped = lists_plugins ? 1 : 0;
+  try {
+    app.parse(argc - skipped, argv + skipped);
+  } catch (const CLI::Success& asked) {
+    app.exit(asked, std::cout, std::cerr);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw Error(first_line(error.what()) + " (kinome --help lists the options)");
+  }
+  interpret(raw, options);
+  return options;
+}
+
+}  // namespace kinome::app

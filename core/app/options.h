@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kinome::app {
+
+enum class StatsFormat { kNone, kText, kJson };
+
+/// What the command line asks for.
+struct Options {
+  enum class Command { kRender, kListPlugins };
+  Command command = Command::kRender;
+
+  std::string scene;
+  std::map<std::string, std::string> defines;
+  std::string output;  ///< "": beside the scene file
+  unsigned threads = 0;
+  std::string sensor = "0";  ///< index or id
+  std::vector<std::string> search_paths;
+  std::vector<std::string> plugin_paths;
+  uint64_t seed = 0;
+  std::string variant;
+  int verbosity = 0;
+  bool quiet = false;
+  StatsFormat stats = StatsFormat::kNone;
+  bool png = false;
+  float exposure = 0;
+
+  std::string plugin_name;  ///< of `kinome plugins NAME`; "": all of them
+  bool markdown = false;
+};
+
+/// nullopt where the command line asked for help or the version: it is printed already. Throws
+/// Error for a command line that makes no sense.
+std::optional<Options> parse_options(int argc, const char* const* argv);
+
+}  // namespace kinome::app

@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "kinome/error.h"
+#include "kinome/plugin_registry.h"
+
+namespace kinome::app {
+namespace {
+
+std::vector<Category> all_categories() {
+  std::vector<Category> all;
+  for (int i = 0; i < kCategoryCount; ++i) all.push_back(static_cast<Category>(i));
+  return all;
+}
+
+std::string type_name(const Parameter& p) {
+  if (p.type != ParameterType::kObject) return to_string(p.type);
+  const std::string category = to_string(p.category);
+  return p.max_count == 1 ? category : fmt::format("{} (up to {})", category, p.max_count);
+}
+
+std::string default_text(const Parameter& p) {
+  if (p.required) return "required";
+  return p.default_value ? p.default_value : "";
+}
+
+/// Documentation may be wrapped in the source; here it is one line.
+std::string one_line(const char* doc) {
+  std::string text(doc ? doc : "");
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+void print_plugin(Category category, const std::string& name, const PluginDescriptor& plugin) {
+  fmt::print("{}/{}", to_string(category), name);
+  if (name != plugin.name) fmt::print(" (another name for {})", plugin.name);
+  fmt::print("\n  {}\n", one_line(plugin.doc));
+  std::vector<std::vector<std::string>> rows = {{"parameter", "type", "default", "meaning"}};
+  for (const Parameter& p : plugin.parameters) {
+    rows.push_back({p.name, type_name(p), default_text(p), one_line(p.doc)});
+  }
+  if (rows.size() == 1) {
+    fmt::print("  no parameters\n");
+    return;
+  }
+  size_t width[3] = {0, 0, 0};
+  for (const auto& row : rows) {
+    for (size_t i = 0; i < 3; ++i) width[i] = std::max(width[i], row[i].size());
+  }
+  for (const auto& row : rows) {
+    fmt::print("  {:<{}}  {:<{}}  {:<{}}  {}\n", row[0], width[0], row[1], width[1], row[2],
+               width[2], row[3]);
+  }
+}
+
+void print_markdown(PluginRegistry& registry) {
+  fmt::print("| category | plugin | what it is | parameters (default) |\n|---|---|---|---|\n");
+  for (const Category category : all_categories()) {
+    for (const std::string& name : registry.names(category)) {
+      const PluginDescriptor& plugin = registry.find(category, name);
+      if (name != plugin.name) {
+        fmt::print("| {} | `{}` | another name for `{}` | |\n", to_string(category), name,
+                   plugin.name);
+        continue;
+      }
+      std::string parameters;
+      for (const Parameter& p : plugin.parameters) {
+        if (!parameters.empty()) parameters += ", ";
+        parameters += p.type == ParameterType::kObject ? fmt::format("*{}*", type_name(p))
+                                                       : fmt::format("`{}`", p.name);
+        const std::string value = default_text(p);
+        if (!value.empty()) parameters += fmt::format(" ({})", value);
+      }
+      fmt::print("| {} | `{}` | {} | {} |\n", to_string(category), name, one_line(plugin.doc),
+                 parameters);
+    }
+  }
+}
+
+/// One library that can't be loaded must not hide the others; the exit status tells.
+int print_list(PluginRegistry& registry) {
+  int status = 0;
+  for (const Category category : all_categories()) {
+    fmt::print("{}\n", to_string(category));
+    for (const std::string& name : registry.names(category)) {
+      std::string text;
+      try {
+        const PluginDescriptor& plugin = registry.find(category, name);
+        text = name == plugin.name ? one_line(plugin.doc)
+                                   : fmt::format("another name for {}", plugin.name);
+      } catch (const Error& error) {
+        text = std::string("can't be loaded: ") + error.what();
+        status = 1;
+      }
+      fmt::print("  {:<16} {}\n", name, text);
+    }
+  }
+  return status;
+}
+
+int print_named(PluginRegistry& registry, const std::string& wanted) {
+  std::vector<std::string> known;
+  bool found = false;
+  for (const Category category : all_categories()) {
+    for (const std::string& name : registry.names(category)) {
+      const std::string full = fmt::format("{}/{}", to_string(category), name);
+      known.push_back(name);
+      if (wanted != name && wanted != full) continue;
+      if (found) fmt::print("\n");
+      print_plugin(category, name, registry.find(category, name));
+      found = true;
+    }
+  }
+  if (found) return 0;
+  const std::string near = nearest_name(wanted, known);
+  throw Error(fmt::format("no plugin is named '{}'{}", wanted,
+                          near.empty() ? "; `kinome plugins` lists them all"
+                                       : fmt::format("; did you mean '{}'?", near)));
+}
+
+}  // namespace
+
+int plugins_command(const Options& options) {
+  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
+  if (!options.plugin_name.empty()) return print_named(registry, options.plugin_name);
+  if (!options.markdown) return print_list(registry);
+  print_markdown(registry);
+  return 0;
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,70 @@
+#include "progress.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+namespace kinome::app {
+namespace {
+
+constexpr std::chrono::duration<double> kBarInterval{0.1};
+constexpr std::chrono::duration<double> kFirstLine{1};
+constexpr std::chrono::duration<double> kLongestLineInterval{30};
+
+std::string format_duration(double seconds) {
+  const long s = std::max(1L, std::lround(seconds));
+  if (s < 60) return fmt::format("{} s", s);
+  if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
+  return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
+}
+
+int terminal_width() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+}  // namespace
+
+Progress::Progress(bool quiet)
+    : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()) {
+  interval_ = terminal_ ? kBarInterval : kFirstLine;
+  next_ = start_ + std::chrono::duration_cast<Clock::duration>(interval_);
+}
+
+void Progress::update(double fraction) {
+  const Clock::time_point now = Clock::now();
+  if (quiet_ || now < next_ || !(fraction > 0)) return;
+  if (!terminal_) interval_ = std::min(interval_ * 2, kLongestLineInterval);
+  next_ = now + std::chrono::duration_cast<Clock::duration>(interval_);
+  const double elapsed = std::chrono::duration<double>(now - start_).count();
+  const std::string left = format_duration(elapsed / fraction * (1 - fraction));
+  if (terminal_) {
+    draw_bar(fraction, left);
+    bar_drawn_ = true;
+  } else {
+    fmt::print(stderr, "rendering: {:.0f} % done, {} left\n", 100 * fraction, left);
+  }
+}
+
+void Progress::draw_bar(double fraction, const std::string& left) const {
+  const std::string text = fmt::format(" {:3.0f} %, {} left", 100 * fraction, left);
+  const int width = std::clamp(terminal_width() - static_cast<int>(text.size()) - 3, 0, 60);
+  const int full = static_cast<int>(fraction * width);
+  // \r and "erase to the end of the line": the bar stays on one line and leaves nothing behind.
+  fmt::print(stderr, "\r[{:=<{}}{:<{}}]{}\x1b[K", "", full, "", width - full, text);
+  std::fflush(stderr);
+}
+
+void Progress::finish() {
+  if (!bar_drawn_) return;
+  fmt::print(stderr, "\r\x1b[K");
+  std::fflush(stderr);
+  bar_drawn_ = false;
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace kinome::app {
+
+/// Tells how far a render is: a bar with the time left on a terminal, and lines in a log, more
+/// seldom as time goes on.
+class Progress {
+ public:
+  explicit Progress(bool quiet);
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress() { finish(); }
+
+  void update(double fraction);
+  /// Wipes the bar.
+  void finish();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void draw_bar(double fraction, const std::string& left) const;
+
+  bool quiet_;
+  bool terminal_;
+  bool bar_drawn_ = false;
+  Clock::time_point start_;
+  Clock::time_point next_;
+  std::chrono::duration<double> interval_;
+};
+
+}  // namespace kinome::app
