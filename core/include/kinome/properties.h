@@ -64,6 +64,7 @@ class KINOME_EXPORT Properties {
   Vec3 vector(const std::string& name) const;
   /// For light: <float> is grey, <rgb> itself, a uniform <spectrum> equal-energy white in Rec.709.
   Rgb color(const std::string& name) const;
+  /// The identity where neither the scene nor the table says anything.
   Transform transform(const std::string& name) const;
   /// A <texture>, or a uniform value wrapped as one. nullptr only where there is no default.
   std::shared_ptr<Texture> texture(const std::string& name) const;
@@ -107,6 +108,8 @@ class KINOME_EXPORT Properties {
  private:
   const Entry* find(const std::string& name) const;
   const Parameter& parameter(const std::string& name) const;
+  /// What the scene says, or the table's default.
+  Value value(const std::string& name) const;
 
   Category category_;
   std::string plugin_name_;

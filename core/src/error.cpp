@@ -1,0 +1,50 @@
+#include "kinome/error.h"
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+namespace kinome {
+namespace {
+
+/// Line breaks (of a parser's message, or of a name quoted from a file) become spaces.
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  }
+  return text;
+}
+
+std::string with_place(const Location& where, const std::string& message) {
+  const std::string place = to_string(where);
+  return one_line(place.empty() ? message : place + ": " + message);
+}
+
+}  // namespace
+
+std::string to_string(const Location& where) {
+  if (where.file.empty() || where.line <= 0) return where.file;
+  return where.file + ":" + std::to_string(where.line) + ":" + std::to_string(where.column);
+}
+
+Error::Error(const Location& where, const std::string& message)
+    : std::runtime_error(with_place(where, message)), where_(where), message_(one_line(message)) {}
+
+int edit_distance(const char* a, const char* b) {
+  // Levenshtein's distance, one row of the table at a time.
+  const size_t columns = std::strlen(b);
+  std::vector<int> row(columns + 1);
+  for (size_t j = 0; j <= columns; ++j) row[j] = static_cast<int>(j);
+  for (int i = 1; *a != '\0'; ++a, ++i) {
+    int diagonal = row[0];
+    row[0] = i;
+    for (size_t j = 1; j <= columns; ++j) {
+      const int replaced = diagonal + (*a != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[columns];
+}
+
+}  // namespace kinome

@@ -1,0 +1,136 @@
+#include "plugin_check.h"
+
+#include <array>
+
+#include "property_types.h"
+
+namespace kinome {
+namespace {
+
+using ObjectPointer = std::shared_ptr<Object>;
+
+std::string plugin_title(const Properties& props) {
+  return std::string(to_string(props.category())) + " '" + props.plugin_name() + "'";
+}
+
+const Parameter* find_row(const PluginDescriptor& plugin, const std::string& name) {
+  for (const Parameter& row : plugin.parameters) {
+    if (name == row.name) return &row;
+  }
+  return nullptr;
+}
+
+/// Objects of these parameters are matched by category, not by name.
+bool is_by_category(const Parameter& row) {
+  return row.type == ParameterType::kObject && row.category != Category::kTexture;
+}
+
+bool takes_textures(const Parameter& row) {
+  return row.type == ParameterType::kTexture || row.type == ParameterType::kUnboundedTexture ||
+         (row.type == ParameterType::kObject && row.category == Category::kTexture);
+}
+
+Error unknown_parameter(const Properties& props, const PluginDescriptor& plugin,
+                        const std::string& name, const Location& where) {
+  std::vector<std::string> known;
+  std::string list;
+  for (const Parameter& row : plugin.parameters) {
+    if (is_by_category(row)) continue;
+    known.push_back(row.name);
+    list += (list.empty() ? "" : ", ") + known.back();
+  }
+  const std::string nearest = nearest_name(name, known);
+  std::string hint = list.empty() ? "it has none" : "it has " + list;
+  if (!nearest.empty()) hint = "did you mean '" + nearest + "'?";
+  return Error(where, plugin_title(props) + " has no parameter '" + name + "' (" + hint + ")");
+}
+
+/// Objects other than textures count by category, whatever their names are.
+class ObjectCounts {
+ public:
+  ObjectCounts(const Properties& props, const PluginDescriptor& plugin) : props_(props) {
+    for (const Parameter& row : plugin.parameters) {
+      if (!is_by_category(row)) continue;
+      Count& count = counts_[static_cast<size_t>(row.category)];
+      count.most += row.max_count;
+      count.least += row.required ? 1 : 0;
+    }
+  }
+
+  void add(Category category, const Location& where) {
+    Count& count = counts_[static_cast<size_t>(category)];
+    if (count.most == 0) {
+      throw Error(where, plugin_title(props_) + " takes no " + to_string(category));
+    }
+    if (++count.found > count.most) {
+      throw Error(where, plugin_title(props_) + " takes at most " + std::to_string(count.most) +
+                             " " + to_string(category) + (count.most == 1 ? "" : "s"));
+    }
+  }
+
+  void check_required() const {
+    for (size_t i = 0; i < counts_.size(); ++i) {
+      if (counts_[i].found >= counts_[i].least) continue;
+      throw Error(props_.where(), plugin_title(props_) + " needs " +
+                                      (counts_[i].least == 1 ? "a nested " : "more nested ") +
+                                      to_string(static_cast<Category>(i)));
+    }
+  }
+
+ private:
+  struct Count {
+    int64_t least = 0;
+    int64_t most = 0;
+    int64_t found = 0;
+  };
+  const Properties& props_;
+  std::array<Count, kCategoryCount> counts_;
+};
+
+void check_value(const Properties& props, const PluginDescriptor& plugin, const std::string& name,
+                 const Properties::Entry& entry) {
+  const Parameter* row = find_row(plugin, name);
+  if (!row || is_by_category(*row)) throw unknown_parameter(props, plugin, name, entry.where);
+  if (!accepts(row->type, entry.value)) {
+    throw Error(entry.where,
+                "'" + name + "' must be " + describe(row->type) + ", got " + describe(entry.value));
+  }
+}
+
+}  // namespace
+
+void check_parameters(const Properties& props, const PluginDescriptor& plugin) {
+  ObjectCounts counts(props, plugin);
+  for (const auto& [name, entry] : props.entries()) {
+    const auto* object = std::get_if<ObjectPointer>(&entry.value);
+    if (!object) {
+      check_value(props, plugin, name, entry);
+      continue;
+    }
+    const Category category = category_of(**object);
+    if (category != Category::kTexture) {
+      counts.add(category, entry.where);
+    } else if (const Parameter* row = find_row(plugin, name); !row || !takes_textures(*row)) {
+      check_value(props, plugin, name, entry);
+    }
+  }
+  for (const Parameter& row : plugin.parameters) {
+    if (!row.required || is_by_category(row) || props.has(row.name)) continue;
+    throw Error(props.where(),
+                plugin_title(props) + " needs parameter '" + row.name + "', " + describe(row.type));
+  }
+  counts.check_required();
+}
+
+void check_all_read(const Properties& props) {
+  std::string list;
+  const Location* first = nullptr;
+  for (const auto& [name, entry] : props.entries()) {
+    if (entry.read) continue;
+    if (!first) first = &entry.where;
+    list += (list.empty() ? "'" : ", '") + name + "'";
+  }
+  if (first) throw Error(*first, plugin_title(props) + " leaves unreferenced: " + list);
+}
+
+}  // namespace kinome

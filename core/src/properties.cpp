@@ -1,0 +1,177 @@
+#include "kinome/properties.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinome/log.h"
+#include "kinome/texture.h"
+#include "numbers.h"
+#include "property_types.h"
+
+namespace kinome {
+namespace {
+
+/// Mitsuba's equal-energy white in linear Rec.709, to which a uniform <spectrum> of a light comes.
+const Rgb kEqualEnergyWhite(1.20488f, 0.94823f, 0.90927f);
+
+/// `value` as a T, which the getter's parameter type has promised.
+template <class T>
+T get_as(const Properties& props, const std::string& name, const Properties::Value& value,
+         const char* expected) {
+  if (const T* typed = std::get_if<T>(&value)) return *typed;
+  throw props.error(name, std::string("must be ") + expected + ", got " + describe(value));
+}
+
+std::string format_color(const UniformColor& c) {
+  return c.is_float ? fmt::format("{}", c.value.x)
+                    : fmt::format("{} {} {}", c.value.x, c.value.y, c.value.z);
+}
+
+}  // namespace
+
+Properties::Properties(Category category, std::string plugin_name, Location where)
+    : category_(category), plugin_name_(std::move(plugin_name)), where_(std::move(where)) {}
+
+void Properties::set(const std::string& name, Value value, const Location& where) {
+  for (const auto& [other, entry] : entries_) {
+    if (other != name) continue;
+    throw Error(where, "'" + name + "' is given twice (first at " + to_string(entry.where) + ")");
+  }
+  entries_.emplace_back(name, Entry{std::move(value), where});
+}
+
+const Properties::Entry* Properties::find(const std::string& name) const {
+  for (const auto& [key, entry] : entries_) {
+    if (key == name) {
+      entry.read = true;
+      return &entry;
+    }
+  }
+  return nullptr;
+}
+
+const Parameter& Properties::parameter(const std::string& name) const {
+  for (const Parameter& row : table_) {
+    if (name == row.name) return row;
+  }
+  throw std::logic_error("plugin '" + plugin_name_ + "' asks for '" + name +
+                         "', which its parameter table lacks");
+}
+
+bool Properties::has(const std::string& name) const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [&](const auto& entry) { return entry.first == name; });
+}
+
+Properties::Value Properties::value(const std::string& name) const {
+  if (const Entry* entry = find(name)) return entry->value;
+  const Parameter& row = parameter(name);
+  if (row.default_value) return parse_default(row);
+  if (row.type == ParameterType::kTransform) return Transform();
+  throw Error(where_, std::string(to_string(category_)) + " '" + plugin_name_ +
+                          "' needs parameter '" + name + "', " + describe(row.type));
+}
+
+bool Properties::boolean(const std::string& name) const {
+  return get_as<bool>(*this, name, value(name), "a boolean");
+}
+
+int64_t Properties::integer(const std::string& name) const {
+  return get_as<int64_t>(*this, name, value(name), "an integer");
+}
+
+float Properties::real(const std::string& name) const {
+  const Value v = value(name);
+  if (const auto* integer = std::get_if<int64_t>(&v)) return static_cast<float>(*integer);
+  return static_cast<float>(get_as<double>(*this, name, v, "a float"));
+}
+
+std::string Properties::string(const std::string& name) const {
+  return get_as<std::string>(*this, name, value(name), "a string");
+}
+
+std::string Properties::file(const std::string& name) const {
+  namespace fs = std::filesystem;
+  const std::string wanted = string(name);
+  if (wanted.empty()) throw error(name, "must be the name of a file, got an empty string");
+  std::vector<std::string> folders{""};
+  if (fs::path(wanted).is_relative() && search_paths_) folders = *search_paths_;
+  std::string looked_in;
+  for (const std::string& folder : folders) {
+    const fs::path path = folder.empty() ? fs::path(wanted) : fs::path(folder) / wanted;
+    std::error_code failed;
+    if (fs::is_directory(path, failed)) throw error(name, "'" + path.string() + "' is a folder");
+    if (fs::exists(path, failed)) return path.string();
+    if (!folder.empty()) looked_in += (looked_in.empty() ? "; looked in " : ", ") + folder;
+  }
+  throw error(name, "there is no file '" + wanted + "'" + looked_in);
+}
+
+Vec3 Properties::vector(const std::string& name) const {
+  return get_as<Vec3>(*this, name, value(name), "a vector");
+}
+
+Rgb Properties::color(const std::string& name) const {
+  const Value v = value(name);
+  const auto color = as_uniform_color(v);
+  if (!color) throw error(name, "must be a color, got " + describe(v));
+  return color->spectral ? color->value * kEqualEnergyWhite : color->value;
+}
+
+Transform Properties::transform(const std::string& name) const {
+  return get_as<Transform>(*this, name, value(name), "a transform");
+}
+
+std::shared_ptr<Texture> Properties::texture(const std::string& name) const {
+  const Parameter& row = parameter(name);
+  if (!has(name) && !row.default_value) return nullptr;
+  const Value v = value(name);
+  if (const auto* object = std::get_if<std::shared_ptr<Object>>(&v)) {
+    if (auto texture = std::dynamic_pointer_cast<Texture>(*object)) return texture;
+  }
+  const auto color = as_uniform_color(v);
+  if (!color) throw error(name, "must be a texture, color or float, got " + describe(v));
+  const Rgb& c = color->value;
+  const bool inside = max_component(c) <= 1 && max_component(-c) <= 0;
+  if (row.type == ParameterType::kTexture && !inside) {
+    throw error(name, "is outside [0,1]: " + format_color(*color));
+  }
+  return make_uniform_texture(c);
+}
+
+int Properties::choice(const std::string& name, std::span<const char* const> choices) const {
+  const std::string wanted = string(name);
+  std::string list;
+  for (size_t i = 0; i < choices.size(); ++i) {
+    if (wanted == choices[i]) return static_cast<int>(i);
+    list += (list.empty() ? "'" : ", '") + std::string(choices[i]) + "'";
+  }
+  const std::string nearest = nearest_name(wanted, choices);
+  throw error(name, "must be one of " + list + ", got '" + wanted + "'" +
+                        (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+}
+
+Error Properties::error(const std::string& name, const std::string& message) const {
+  for (const auto& [key, entry] : entries_) {
+    if (key == name) return Error(entry.where, "'" + name + "' " + message);
+  }
+  return Error(where_, std::string(to_string(category_)) + " '" + plugin_name_ + "': '" + name +
+                           "' " + message);
+}
+
+void Properties::warn(const std::string& name, const std::string& message) const {
+  log_warn(error(name, message).what());
+}
+
+std::vector<std::string> Properties::unread() const {
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : entries_) {
+    if (!entry.read) names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace kinome

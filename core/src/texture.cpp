@@ -1,0 +1,27 @@
+#include "kinome/texture.h"
+
+namespace kinome {
+namespace {
+
+class UniformTexture final : public Texture {
+ public:
+  explicit UniformTexture(const Rgb& value) : value_(value) {}
+  Rgb eval(const Vec2&) const override { return value_; }
+  /// A grey is its number exactly; the luminance would round it.
+  float eval_1(const Vec2&) const override { return min() == max() ? value_.x : luminance(value_); }
+  Rgb mean() const override { return value_; }
+  float max() const override { return max_component(value_); }
+  float min() const override { return -max_component(-value_); }
+  bool is_uniform() const override { return true; }
+
+ private:
+  Rgb value_;
+};
+
+}  // namespace
+
+std::shared_ptr<Texture> make_uniform_texture(const Rgb& value) {
+  return std::make_shared<UniformTexture>(value);
+}
+
+}  // namespace kinome
