@@ -1,0 +1,76 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kinome/render_context.h"
+#include "kinome/sampler.h"
+#include "kinome/scene.h"
+#include "kinome/sensor.h"
+
+namespace kinome {
+
+/// Dimensions of the sampler that primary rays take: 0, 1 for the place in the pixel, 2, 3 for the
+/// aperture (whether or not the sensor uses it). An integrator's own begin here.
+inline constexpr uint32_t kPrimaryDimensions = 4;
+
+/// What SampleKey::seed is throughout a render: of `--seed` and of the scene's sampler.
+inline uint64_t key_seed(const RenderContext& context, const Sampler& sampler) {
+  return hash_words(context.seed(), sampler.seed());
+}
+
+/// Primary rays of some pixels, traced together, with the surfaces that they meet: the G-buffer of
+/// a (part of a) tile (Åkerlund 2008, 2.3.2 and 4.3.2). Keeps its memory from one trace to the
+/// next: make one per thread (thread_local), not one per tile. Not thread-safe.
+class KINOME_EXPORT PrimaryBatch {
+ public:
+  /// Samples [first_sample, first_sample + samples) of every pixel of `pixels`; a few thousand rays
+  /// at a time are fastest. Counts camera rays and the time inside Embree.
+  void trace(const Scene& scene, const Sensor& sensor, const Rect& pixels, uint32_t first_sample,
+             uint32_t samples, uint64_t seed, RenderCounters& counters);
+
+  /// Rays are in the order of pixels (row by row), a pixel's samples side by side: ray of the
+  /// p-th pixel and its s-th sample in this batch is p * samples() + s.
+  size_t size() const { return keys_.size(); }
+  uint32_t samples() const { return samples_; }
+  size_t pixel_count() const { return keys_.size() / samples_; }
+
+  const SampleKey& key(size_t i) const { return keys_[i]; }
+  const Vec2& film_position(size_t i) const { return positions_[i]; }
+  /// ray.tmax is the distance of the hit, where there is one.
+  const RayHit& ray_hit(size_t i) const { return hits_[i]; }
+  bool hit(size_t i) const { return hits_[i].hit.valid(); }
+  /// Only where hit(i).
+  const SurfaceInteraction& interaction(size_t i) const { return interactions_[i]; }
+  /// Radiance of the environment seen by ray i, where it hit nothing; black without environment.
+  Rgb environment(const Scene& scene, size_t i) const {
+    const Emitter* const emitter = scene.environment();
+    return emitter ? emitter->eval_environment(hits_[i].ray.d) : Rgb(0.f);
+  }
+  /// Radiance that the surface met by ray i emits toward the viewer; black where it hit nothing.
+  Rgb emission(size_t i) const {
+    if (!hit(i)) return Rgb(0.f);
+    const Emitter* const emitter = interactions_[i].shape->emitter();
+    return emitter ? emitter->eval_surface(interactions_[i]) : Rgb(0.f);
+  }
+
+ private:
+  uint32_t samples_ = 1;
+  std::vector<SampleKey> keys_;
+  std::vector<Vec2> positions_;
+  std::vector<RayHit> hits_;
+  std::vector<SurfaceInteraction> interactions_;  ///< never shrinks: only valid hits are written
+};
+
+/// Calls fn(first_sample, samples) for consecutive parts of a pixel's samples, such that a part of
+/// a tile is about `rays` rays: the way to render tile by tile in batches of a bounded size.
+template <class Function>
+void for_each_part(const Rect& pixels, uint32_t samples_per_pixel, uint32_t rays, Function&& fn) {
+  const auto area = static_cast<uint32_t>(std::max(1, pixels.area()));
+  const uint32_t step = std::max(1u, rays / area);
+  for (uint32_t first = 0; first < samples_per_pixel; first += step) {
+    fn(first, std::min(step, samples_per_pixel - first));
+  }
+}
+
+}  // namespace kinome
