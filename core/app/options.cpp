@@ -50,13 +50,15 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("-a,--append", raw.search_paths, "More folders to look for files in")
       ->type_name("PATH;PATH")
       ->allow_extra_args(false);
-  app.add_option("--seed", options.seed, "Seed of all random numbers; default: 0")->type_name("N");
+  app.add_option("--seed", options.seed, "Seed of all random numbers; default: 0")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
   app.add_flag("-v,--verbose", options.verbosity, "Say more (repeat for still more)");
   app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
   app.add_option("-m,--mode", options.variant,
                  "Mitsuba's variant: accepted and ignored, there is but one")
       ->type_name("VARIANT");
-  app.add_flag("--stats{text}", raw.stats,
+  app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")
       ->type_name("[=json]");
   app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image");
@@ -86,7 +88,7 @@ void interpret(const RawOptions& raw, Options& options) {
   }
   if (raw.stats == "json") {
     options.stats = StatsFormat::kJson;
-  } else if (raw.stats == "text") {
+  } else if (raw.stats == "text" || raw.stats == "true") {
     options.stats = StatsFormat::kText;
   } else if (!raw.stats.empty()) {
     throw Error("--stats: expected 'text' or 'json', got '" + raw.stats + "'");

@@ -1,8 +1,10 @@
 # kinome_add_plugin(CATEGORY NAME SOURCE... [ALIASES NAME...] [LINK TARGET...])
 #
-# Builds one plugin as plugins/CATEGORY/NAME.so. In-tree and out-of-tree plugins are made by this
-# same function. CATEGORY is a tag of the scene language: bsdf, emitter, film, integrator, rfilter,
-# sampler, sensor, shape or texture. An alias is a symbolic link: another name for the same plugin.
+# Builds one plugin as plugins/CATEGORY/NAME.so of the build folder. In-tree and out-of-tree plugins
+# are made by this same function: out of tree, that `plugins` is a folder for KINOME_PLUGIN_PATH and
+# --plugin-path, and an installed plugin comes to lie beside Kinome's own. CATEGORY is a tag of the
+# scene language: bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture. An
+# alias is a symbolic link: another name for the same plugin.
 function(kinome_add_plugin category name)
   cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "ALIASES;LINK")
   set(target kinome_${category}_${name})
@@ -20,7 +22,7 @@ function(kinome_add_plugin category name)
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
     LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/plugins/${category}"
     INSTALL_RPATH "$ORIGIN/../../..")
-  set(destination "${CMAKE_INSTALL_LIBDIR}/kinome/plugins/${category}")
+  set(destination "lib/kinome/plugins/${category}")
   install(TARGETS ${target} LIBRARY DESTINATION "${destination}")
   foreach(alias IN LISTS arg_ALIASES)
     add_custom_command(TARGET ${target} POST_BUILD VERBATIM
