@@ -1,0 +1,154 @@
+#include "support/render.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+namespace kinome::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+struct Pipe {
+  int read_end = -1;
+  int write_end = -1;
+};
+
+Pipe open_pipe() {
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("pipe2 failed");
+  return {ends[0], ends[1]};
+}
+
+/// Starts a program in a process group of its own, so that a timeout ends its children, too.
+pid_t start_process(const std::vector<std::string>& arguments, const Pipe& out, const Pipe& err) {
+  std::vector<char*> argv;
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("fork failed");
+  if (child > 0) return child;
+  setpgid(0, 0);
+  dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+  dup2(out.write_end, STDOUT_FILENO);
+  dup2(err.write_end, STDERR_FILENO);
+  execvp(argv[0], argv.data());
+  _exit(127);
+}
+
+/// Appends what can be read now; false at the end of the stream.
+bool drain(int descriptor, std::string& text) {
+  char buffer[4096];
+  const ssize_t bytes = read(descriptor, buffer, sizeof buffer);
+  if (bytes <= 0) return false;
+  text.append(buffer, static_cast<size_t>(bytes));
+  return true;
+}
+
+/// Reads both streams until both have ended; false where the deadline comes first.
+bool collect(Pipe out, Pipe err, Clock::time_point deadline, ProcessResult& result) {
+  pollfd streams[2] = {{out.read_end, POLLIN, 0}, {err.read_end, POLLIN, 0}};
+  while (streams[0].fd >= 0 || streams[1].fd >= 0) {
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    if (left <= 0) return false;
+    if (poll(streams, 2, static_cast<int>(left)) < 0) continue;
+    if (streams[0].revents && !drain(streams[0].fd, result.out)) streams[0].fd = -1;
+    if (streams[1].revents && !drain(streams[1].fd, result.err)) streams[1].fd = -1;
+  }
+  return true;
+}
+
+}  // namespace
+
+PluginRegistry& registry() {
+  static PluginRegistry instance({KINOME_TEST_PLUGINS});
+  return instance;
+}
+
+std::shared_ptr<Object> make_object(const std::string& xml) {
+  return load_object_from_string(xml, "test.xml", {}, registry());
+}
+
+std::unique_ptr<Scene> scene_from(const std::string& xml) {
+  const bool whole = xml.find("<scene") != std::string::npos;
+  return load_scene_from_string(whole ? xml : "<scene version=\"3.0.0\">" + xml + "</scene>",
+                                "test.xml", {}, registry());
+}
+
+Image render_scene(const Scene& scene, uint64_t seed, unsigned threads) {
+  RenderContext::Options options;
+  options.seed = seed;
+  options.threads = threads;
+  RenderContext context(options);
+  return render(scene, *scene.sensors().at(0), context);
+}
+
+std::vector<Estimate> estimate_pixels(const Scene& scene, int renders, uint64_t first_seed) {
+  std::vector<Moments> moments;
+  for (int i = 0; i < renders; ++i) {
+    const Image image = render_scene(scene, first_seed + static_cast<uint64_t>(i));
+    moments.resize(static_cast<size_t>(image.width) * image.height * 3);
+    size_t next = 0;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        for (int c = 0; c < 3; ++c) moments[next++].add(image.at(x, y, c));
+      }
+    }
+  }
+  std::vector<Estimate> estimates;
+  estimates.reserve(moments.size());
+  for (const Moments& m : moments) estimates.push_back({m.mean(), m.variance_of_mean()});
+  return estimates;
+}
+
+TemporaryFolder::TemporaryFolder() {
+  folder_ = (fs::temp_directory_path() / "kinome-test-XXXXXX").string();
+  if (!mkdtemp(folder_.data())) throw std::runtime_error("can't make " + folder_);
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+std::string TemporaryFolder::write(const std::string& name, const std::string& contents) const {
+  fs::create_directories(fs::path(path(name)).parent_path());
+  std::ofstream file(path(name), std::ios::binary);
+  file.write(contents.data(), static_cast<std::streamsize>(contents.size()));
+  if (!file.flush()) throw std::runtime_error("can't write " + path(name));
+  return path(name);
+}
+
+ProcessResult run_process(const std::vector<std::string>& arguments, double timeout_seconds) {
+  const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                           std::chrono::duration<double>(timeout_seconds));
+  const Pipe out = open_pipe();
+  const Pipe err = open_pipe();
+  const pid_t child = start_process(arguments, out, err);
+  close(out.write_end);
+  close(err.write_end);
+  ProcessResult result;
+  if (!collect(out, err, deadline, result)) {
+    kill(-child, SIGKILL);
+    result.err += "\n[killed after " + std::to_string(timeout_seconds) + " s]";
+  }
+  close(out.read_end);
+  close(err.read_end);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return result;
+}
+
+}  // namespace kinome::test
