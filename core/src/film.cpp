@@ -1,0 +1,145 @@
+#include "kinome/film.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "kinome/color.h"
+
+namespace kinome {
+namespace {
+
+/// Pixels whose centre lies in (p - radius, p + radius]: for the box filter exactly the one that
+/// contains p. In double, so that no rounding near a pixel's edge adds or loses a pixel.
+struct Footprint {
+  int first;
+  int end;
+};
+Footprint footprint(double low, double high, double radius) {
+  return {static_cast<int>(std::floor(low - radius + 0.5)),
+          static_cast<int>(std::floor(high + radius + 0.5))};
+}
+
+Rect intersection(const Rect& a, const Rect& b) {
+  Rect r{std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
+  r.x1 = std::max(r.x0, r.x1);
+  r.y1 = std::max(r.y0, r.y1);
+  return r;
+}
+
+size_t pixel_offset(const Rect& rect, int x, int y, int stride) {
+  return (static_cast<size_t>(y - rect.y0) * rect.width() + (x - rect.x0)) * stride;
+}
+
+/// Film positions stay well within int; what lies beyond is no sample of this film.
+constexpr float kMaxPosition = 1e8f;
+
+}  // namespace
+
+FilmTile::FilmTile(const Rect& pixels, int layer, int values, const ReconstructionFilter& filter,
+                   const Rect& crop)
+    : pixels_(pixels), layer_(layer), values_(values), filter_(&filter) {
+  const Footprint fx = footprint(pixels.x0, pixels.x1, filter.radius());
+  const Footprint fy = footprint(pixels.y0, pixels.y1, filter.radius());
+  covered_ = intersection({fx.first, fy.first, fx.end, fy.end}, crop);
+  data_.assign(static_cast<size_t>(covered_.area()) * (values + 1), 0.f);
+}
+
+void FilmTile::add(const Vec2& position, std::span<const float> values) {
+  if (values.size() != static_cast<size_t>(values_)) {
+    throw std::logic_error("FilmTile::add: wrong number of values");
+  }
+  bool finite = std::abs(position.x) < kMaxPosition && std::abs(position.y) < kMaxPosition;
+  for (const float v : values) finite = finite && std::isfinite(v);
+  if (!finite) {
+    ++non_finite_;
+    return;
+  }
+  const double radius = filter_->radius();
+  const Footprint fx = footprint(position.x, position.x, radius);
+  const Footprint fy = footprint(position.y, position.y, radius);
+  const Rect reached = intersection({fx.first, fy.first, fx.end, fy.end}, covered_);
+  if (reached.area() == 0) return;
+  for (int y = reached.y0; y < reached.y1; ++y) {
+    const float wy = filter_->eval(static_cast<float>(y + 0.5 - position.y));
+    if (wy == 0) continue;
+    float* pixel = &data_[pixel_offset(covered_, reached.x0, y, values_ + 1)];
+    for (int x = reached.x0; x < reached.x1; ++x, pixel += values_ + 1) {
+      const float w = wy * filter_->eval(static_cast<float>(x + 0.5 - position.x));
+      for (int i = 0; i < values_; ++i) pixel[i] += w * values[i];
+      pixel[values_] += w;
+    }
+  }
+}
+
+void Film::prepare(const std::vector<std::vector<std::string>>& layers) {
+  non_finite_ = 0;
+  layers_.clear();
+  for (const auto& names : layers) layers_.push_back({names, {}});
+  for (size_t i = 0; i < layers_.size(); ++i) {
+    const size_t stride = static_cast<size_t>(value_count(static_cast<int>(i))) + 1;
+    layers_[i].data.assign(static_cast<size_t>(crop_.area()) * stride, 0.f);
+  }
+}
+
+std::vector<std::string> Film::channels() const {
+  std::vector<std::string> names;
+  if (is_luminance_) {
+    names = {"Y"};
+  } else {
+    names = {"R", "G", "B"};
+  }
+  if (has_alpha_) names.push_back("A");
+  for (const Layer& layer : layers_) {
+    names.insert(names.end(), layer.extra.begin(), layer.extra.end());
+  }
+  return names;
+}
+
+int Film::value_count(int layer) const {
+  const int extra = static_cast<int>(layers_.at(layer).extra.size());
+  return layer == 0 ? 3 + (has_alpha_ ? 1 : 0) + extra : extra;
+}
+
+FilmTile Film::make_tile(const Rect& pixels, int layer) const {
+  return FilmTile(pixels, layer, value_count(layer), *filter_, crop_);
+}
+
+void Film::commit(const FilmTile& tile) {
+  non_finite_ += tile.non_finite_;
+  const int stride = tile.values_ + 1;
+  const Rect& covered = tile.covered_;
+  if (covered.area() == 0) return;
+  std::vector<float>& data = layers_.at(tile.layer_).data;
+  for (int y = covered.y0; y < covered.y1; ++y) {
+    const float* from = &tile.data_[pixel_offset(covered, covered.x0, y, stride)];
+    float* to = &data[pixel_offset(crop_, covered.x0, y, stride)];
+    const int count = covered.width() * stride;
+    for (int i = 0; i < count; ++i) to[i] += from[i];
+  }
+}
+
+Image Film::develop() const {
+  Image image{crop_.width(), crop_.height(), channels(), {}};
+  const size_t pixels = static_cast<size_t>(crop_.area());
+  const size_t stride_out = image.channels.size();
+  image.data.assign(pixels * stride_out, 0.f);
+  size_t first_out = 0;
+  for (size_t l = 0; l < layers_.size(); ++l) {
+    const int values = value_count(static_cast<int>(l));
+    const bool to_luminance = l == 0 && is_luminance_;
+    for (size_t p = 0; p < pixels; ++p) {
+      const float* from = &layers_[l].data[p * (values + 1)];
+      float* to = &image.data[p * stride_out + first_out];
+      const float weight = from[values];
+      if (weight == 0) continue;
+      if (to_luminance) {
+        *to++ = luminance({from[0], from[1], from[2]}) / weight;
+      }
+      for (int i = to_luminance ? 3 : 0; i < values; ++i) *to++ = from[i] / weight;
+    }
+    first_out += to_luminance ? values - 2 : values;
+  }
+  return image;
+}
+
+}  // namespace kinome

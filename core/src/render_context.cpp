@@ -1,0 +1,218 @@
+#include "kinome/render_context.h"
+
+#include <exception>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <thread>
+#include <vector>
+
+#include "denormals.h"
+
+namespace kinome {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Runs work(thread index) on `threads` threads, this one among them, each with denormals flushed.
+/// `work` must not throw.
+template <class Work>
+void run_on_threads(unsigned threads, const Work& work) {
+  const auto guarded = [&work](unsigned index) {
+    const DenormalGuard guard;
+    work(index);
+  };
+  std::vector<std::jthread> others;
+  others.reserve(threads - 1);
+  for (unsigned i = 1; i < threads; ++i) others.emplace_back(guarded, i);
+  guarded(0);
+}
+
+/// The exception of the lowest index among those thrown, and whether there is any.
+class FirstException {
+ public:
+  bool any() const { return any_.load(std::memory_order_relaxed); }
+  void capture(size_t index) {
+    const std::lock_guard lock(mutex_);
+    if (!exception_ || index < index_) {
+      exception_ = std::current_exception();
+      index_ = index;
+    }
+    any_.store(true, std::memory_order_relaxed);
+  }
+  void rethrow() const {
+    if (exception_) std::rethrow_exception(exception_);
+  }
+
+ private:
+  std::atomic<bool> any_{false};
+  std::mutex mutex_;
+  size_t index_ = 0;
+  std::exception_ptr exception_;
+};
+
+/// Commits tiles to a film in the order of their indices, whatever order they are finished in.
+class Sequencer {
+ public:
+  explicit Sequencer(Film& film) : film_(film) {}
+  void finish(size_t index, FilmTile tile) {
+    const std::lock_guard lock(mutex_);
+    waiting_.emplace(index, std::move(tile));
+    while (!waiting_.empty() && waiting_.begin()->first == next_) {
+      commit_first();
+      ++next_;
+    }
+  }
+  /// What waits for a tile that will not come any more.
+  void commit_rest() {
+    while (!waiting_.empty()) commit_first();
+  }
+
+ private:
+  void commit_first() {
+    film_.commit(waiting_.begin()->second);
+    waiting_.erase(waiting_.begin());
+  }
+  Film& film_;
+  std::mutex mutex_;
+  std::map<size_t, FilmTile> waiting_;
+  size_t next_ = 0;
+};
+
+/// Tells how far a pass is. A thread that finds another one telling does not wait for it.
+class Progress {
+ public:
+  Progress(const ProgressCallback& callback, size_t total) : callback_(callback), total_(total) {}
+  void one_done() {
+    const size_t done = 1 + done_.fetch_add(1, std::memory_order_relaxed);
+    if (!callback_) return;
+    // The last one waits: the end is always told.
+    std::unique_lock lock(mutex_, std::defer_lock);
+    if (done == total_) {
+      lock.lock();
+    } else if (!lock.try_lock()) {
+      return;
+    }
+    if (done <= told_) return;
+    told_ = done;
+    callback_(static_cast<double>(done) / static_cast<double>(total_));
+  }
+
+ private:
+  const ProgressCallback& callback_;
+  const size_t total_;
+  std::atomic<size_t> done_{0};
+  std::mutex mutex_;
+  size_t told_ = 0;
+};
+
+/// The film's pixels, with the border that its filter reaches where it wants that sampled.
+Rect sampled_region(const Film& film) {
+  Rect region = film.crop();
+  if (film.sample_border()) {
+    const int border = static_cast<int>(std::ceil(film.filter().radius() - 0.5f));
+    region = {region.x0 - border, region.y0 - border, region.x1 + border, region.y1 + border};
+  }
+  return region;
+}
+
+std::vector<Rect> tiles_of(const Rect& region) {
+  std::vector<Rect> tiles;
+  for (int y = region.y0; y < region.y1; y += kTileSize) {
+    for (int x = region.x0; x < region.x1; x += kTileSize) {
+      tiles.push_back(
+          {x, y, std::min(x + kTileSize, region.x1), std::min(y + kTileSize, region.y1)});
+    }
+  }
+  return tiles;
+}
+
+/// Order in which `count` tiles are handed out: their own for seed 0, else shuffled.
+std::vector<size_t> tile_order(size_t count, uint64_t seed) {
+  std::vector<size_t> order(count);
+  std::iota(order.begin(), order.end(), size_t{0});
+  if (seed != 0) {
+    for (size_t i = count; i > 1; --i) {
+      std::swap(order[i - 1], order[hash_words(seed, i) % i]);
+    }
+  }
+  return order;
+}
+
+}  // namespace
+
+RenderContext::RenderContext(Options options) : options_(std::move(options)) {
+  if (options_.threads == 0) options_.threads = std::max(1u, std::thread::hardware_concurrency());
+  stats_.threads = options_.threads;
+}
+
+void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
+  const std::vector<Rect> tiles = tiles_of(sampled_region(film));
+  const std::vector<size_t> order = tile_order(tiles.size(), options_.tile_order_seed);
+  const auto threads = static_cast<unsigned>(std::clamp<size_t>(tiles.size(), 1, options_.threads));
+  Sequencer sequencer(film);
+  Progress progress(options_.progress, tiles.size());
+  FirstException exception;
+  std::vector<RenderCounters> counters(threads);
+  std::atomic<size_t> next{0};
+  if (stats_.first_tile_seconds == 0) {
+    stats_.first_tile_seconds =
+        std::chrono::duration<double>(Clock::now() - options_.start).count();
+  }
+
+  run_on_threads(threads, [&](unsigned thread) {
+    while (!exception.any() && !cancelled()) {
+      const size_t turn = next.fetch_add(1, std::memory_order_relaxed);
+      if (turn >= tiles.size()) return;
+      const size_t index = order[turn];
+      try {
+        FilmTile film_tile = film.make_tile(tiles[index], layer);
+        Tile tile{tiles[index], film_tile, counters[thread]};
+        fn(tile);
+        sequencer.finish(index, std::move(film_tile));
+        progress.one_done();
+      } catch (...) {
+        exception.capture(index);
+      }
+    }
+  });
+
+  for (const RenderCounters& c : counters) stats_.counters.add(c);
+  sequencer.commit_rest();
+  exception.rethrow();
+}
+
+void RenderContext::parallel_for(size_t count, const std::function<void(size_t)>& fn) const {
+  if (count == 0) return;
+  const auto threads = static_cast<unsigned>(std::min<size_t>(count, options_.threads));
+  FirstException exception;
+  std::atomic<size_t> next{0};
+  // Blocks keep the counter's cost out of short bodies, and are small enough to balance long ones.
+  const size_t block = std::max<size_t>(1, count / (size_t{64} * threads));
+  run_on_threads(threads, [&](unsigned) {
+    while (!exception.any()) {
+      const size_t first = next.fetch_add(block, std::memory_order_relaxed);
+      if (first >= count) return;
+      for (size_t i = first; i < std::min(first + block, count); ++i) {
+        try {
+          fn(i);
+        } catch (...) {
+          exception.capture(i);
+          return;
+        }
+      }
+    }
+  });
+  exception.rethrow();
+}
+
+void RenderContext::skip(std::string what, std::string why) {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  for (const Skipped& s : stats_.skipped) {
+    if (s.what == what && s.why == why) return;
+  }
+  stats_.skipped.push_back({std::move(what), std::move(why)});
+}
+
+}  // namespace kinome

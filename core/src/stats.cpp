@@ -1,0 +1,39 @@
+#include "kinome/stats.h"
+
+#include <sys/resource.h>
+
+namespace kinome {
+
+const char* to_string(RayKind kind) {
+  switch (kind) {
+    case RayKind::kCamera:
+      return "camera";
+    case RayKind::kShadow:
+      return "shadow";
+    case RayKind::kBsdf:
+      return "bsdf";
+    case RayKind::kLobe:
+      return "lobe";
+  }
+  return "unknown";
+}
+
+void RenderCounters::add(const RenderCounters& other) {
+  for (int i = 0; i < kRayKindCount; ++i) rays[i] += other.rays[i];
+  embree_seconds += other.embree_seconds;
+  skipped_shadow_rays += other.skipped_shadow_rays;
+  for (const auto& [stage, seconds] : other.stage_seconds) stage_seconds[stage] += seconds;
+}
+
+uint64_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  // Linux counts kilobytes, macOS bytes.
+#if defined(__APPLE__)
+  return static_cast<uint64_t>(usage.ru_maxrss);
+#else
+  return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+#endif
+}
+
+}  // namespace kinome
