@@ -10,10 +10,11 @@ namespace kinome {
 /// A light cell: a node of the tree, standing for the points [first, first + count) of
 /// LightTree::points().
 struct LightCell {
-  Aabb box;            ///< of the points' positions (of unit directions for distant light)
-  Vec3 mean{0.f};      ///< average position, weighted by importance; normalised for distant light
+  Aabb box;            ///< of the points (unit directions for distant light), each a patch as wide
+                       ///< as its extent
+  Vec3 mean{0.f};      ///< average position; for distant light normalised (0 if it can't be)
   Vec3 normal{0.f};    ///< normalised average normal (local light), or 0
-  float weight = 0;    ///< sum of the points' importance: luminance of |power| per channel
+  float weight = 0;    ///< sum of the points' importance: luminance of the channels' magnitudes
   float extent = 0;    ///< sum of the points' extents [sr or area]
   /// Sum over the points of (w_i - mean w)²: the "cluster variance" of 4.2.1, as a total, so that
   /// large cells weigh more.
@@ -32,7 +33,7 @@ class KINOME_EXPORT LightTree {
   explicit LightTree(LightPoints points);
   const LightPoints& points() const { return points_; }
   const std::vector<LightCell>& cells() const { return cells_; }  ///< cells()[0] is the root
-  /// Importance weight of point i (tree order): luminance of |power|.
+  /// Importance weight of point i (tree order): 0 only where its power is 0.
   float point_weight(uint32_t i) const { return weights_[i]; }
 
  private:

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// Kernels over the clusters of a cut, compiled for every instruction set that the compiler knows,
+/// the best that the machine has being chosen at run time (Highway). Layouts are fixed, 16 lanes
+/// wide, whatever the machine's vectors are: sums are taken in the same order everywhere.
+namespace kinome::simd {
+
+inline constexpr size_t kLanes = 16;
+inline constexpr size_t kFanOut = 8;
+
+/// Clusters as structure of arrays, all `rows` x kLanes values: cluster c lies in lane c / rows,
+/// row c % rows, at position row * kLanes + lane, so that one lane holds consecutive clusters and a
+/// running sum down the rows is a prefix sum. Padding has weight 0.
+struct ClusterColumns {
+  size_t rows = 0;
+  const float* mean[3];
+  const float* lo[3];
+  const float* hi[3];
+  const float* weight;  ///< what multiplies the BRDF's part: light, or extent
+  const float* inverse_extent;
+};
+
+struct ImportanceQuery {
+  float normal[3];
+  float diffuse = 0;            ///< |kd| / pi
+  float glossy_hit = 0;         ///< |ks| / (Ns + 1): importance per hit and inverse extent
+  float glossy_floor = 0;       ///< |ks| / (2 pi (Ns + 1))
+  const float* hits = nullptr;  ///< in the layout of ClusterColumns; nullptr: none
+};
+
+/// Importance of each cluster, as running sums down each lane in `columns` (rows x kLanes), with
+/// the sum of each lane in `lane_sums` (kLanes). Returns the total; 0 where no cluster can
+/// contribute.
+float cluster_importance(const ClusterColumns& clusters, const ImportanceQuery& query,
+                         float* columns, float* lane_sums);
+
+/// Boxes under a tree of fan-out kFanOut, level 0 being the boxes themselves: kFanOut consecutive
+/// boxes form a group and have one parent in the next level; the last level is one group. A group
+/// is 6 x kFanOut floats: for each axis the lower, then the upper bounds. Padding boxes are
+/// inverted (lo > hi) and never hit.
+struct BoxTree {
+  std::vector<float> groups;
+  std::vector<uint32_t> level_start;  ///< first group of each level
+};
+
+/// Segments origin + t d, t_min <= t <= t_max, of `count` directions.
+struct LobeRays {
+  float origin[3];
+  float t_min;
+  float t_max;
+  const float* dx;
+  const float* dy;
+  const float* dz;
+  size_t count;
+};
+
+/// Adds 1 to hits[position[c]] for each box c of level 0 that each segment meets (slab test of
+/// Williams et al. 2005).
+void count_box_hits(const BoxTree& tree, const LobeRays& rays, const uint32_t* position,
+                    float* hits);
+
+/// The instruction set in use, such as "AVX2".
+std::string instruction_set();
+/// Restricts dispatch to the scalar target (true) or releases it again, for tests and benchmarks.
+/// Not thread-safe.
+void use_scalar_target(bool scalar);
+
+}  // namespace kinome::simd

@@ -1,0 +1,205 @@
+#include "kinome/light_cut.h"
+
+#include <algorithm>
+
+#include "cluster_kernels.h"
+
+namespace kinome {
+namespace {
+
+/// Share of the samples that is spread evenly over the clusters; see LightCut::build.
+constexpr float kEvenShare = 1e-3f;
+
+/// Boxes that no ray meets, to fill the last group of each level.
+constexpr float kInvertedLo = 1e20f;
+constexpr float kInvertedHi = -1e20f;
+
+simd::BoxTree make_box_tree(const std::vector<LightCell>& cells) {
+  constexpr size_t kFanOut = simd::kFanOut;
+  std::vector<Aabb> boxes;
+  for (const LightCell& cell : cells) boxes.push_back(cell.box);
+  simd::BoxTree tree;
+  do {
+    tree.level_start.push_back(static_cast<uint32_t>(tree.groups.size() / (6 * kFanOut)));
+    std::vector<Aabb> parents((boxes.size() + kFanOut - 1) / kFanOut);
+    for (size_t group = 0; group < parents.size(); ++group) {
+      const size_t first = group * kFanOut;
+      const size_t count = std::min(kFanOut, boxes.size() - first);
+      for (int axis = 0; axis < 3; ++axis) {
+        for (size_t i = 0; i < kFanOut; ++i) {
+          tree.groups.push_back(i < count ? boxes[first + i].lo[axis] : kInvertedLo);
+        }
+        for (size_t i = 0; i < kFanOut; ++i) {
+          tree.groups.push_back(i < count ? boxes[first + i].hi[axis] : kInvertedHi);
+        }
+      }
+      for (size_t i = 0; i < count; ++i) parents[group].expand(boxes[first + i]);
+    }
+    boxes = std::move(parents);
+  } while (boxes.size() > 1);
+  return tree;
+}
+
+}  // namespace
+
+struct LightCut::Arrays {
+  uint32_t rows = 0;
+  std::array<std::vector<float>, 3> mean, lo, hi;
+  std::vector<float> light, extent, inverse_extent;
+  simd::BoxTree boxes;
+  std::vector<uint32_t> position;  ///< of cluster c in the columns' layout
+
+  explicit Arrays(const std::vector<LightCell>& cells)
+      : rows(static_cast<uint32_t>((cells.size() + simd::kLanes - 1) / simd::kLanes)),
+        boxes(make_box_tree(cells)),
+        position(cells.size()) {
+    const size_t padded = rows * simd::kLanes;
+    for (auto* group : {&mean, &lo, &hi}) {
+      for (std::vector<float>& v : *group) v.assign(padded, 0.f);
+    }
+    for (auto* v : {&light, &extent, &inverse_extent}) v->assign(padded, 0.f);
+    double light_sum = 0, extent_sum = 0;
+    for (const LightCell& cell : cells) {
+      light_sum += cell.weight;
+      extent_sum += cell.extent;
+    }
+    for (uint32_t c = 0; c < cells.size(); ++c) {
+      const LightCell& cell = cells[c];
+      const size_t i = position[c] = static_cast<uint32_t>((c % rows) * simd::kLanes + c / rows);
+      for (int axis = 0; axis < 3; ++axis) {
+        mean[axis][i] = cell.mean[axis];
+        lo[axis][i] = cell.box.lo[axis];
+        hi[axis][i] = cell.box.hi[axis];
+      }
+      // Normalised, so that radiances of 1e-30 or 1e30 neither vanish nor overflow; and never
+      // rounded to zero where there is light.
+      light[i] = relative_weight(cell.weight, light_sum);
+      extent[i] = relative_weight(cell.extent, extent_sum);
+      inverse_extent[i] = 1.f / cell.extent;
+    }
+  }
+
+  static float relative_weight(float weight, double sum) {
+    return weight > 0 ? std::max(static_cast<float>(weight / sum), 1e-30f) : 0.f;
+  }
+};
+
+LightCut::LightCut(const LightTree& tree, uint32_t size, CutCriterion criterion) {
+  for (const uint32_t cell : select_cut(tree, std::max(size, 1u), criterion)) {
+    cells_.push_back(tree.cells()[cell]);
+  }
+  arrays_ = std::make_unique<Arrays>(cells_);
+}
+
+LightCut::~LightCut() = default;
+
+void LightCut::layout(ClusterPmf& pmf) const {
+  const size_t padded = arrays_->rows * simd::kLanes;
+  pmf.size_ = size();
+  pmf.rows_ = arrays_->rows;
+  pmf.columns_.resize(padded);
+}
+
+void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf) const {
+  static_assert(ClusterPmf::kLanes == simd::kLanes);
+  layout(pmf);
+  const Arrays& a = *arrays_;
+  simd::ClusterColumns clusters{};
+  clusters.rows = a.rows;
+  for (int axis = 0; axis < 3; ++axis) {
+    clusters.mean[axis] = a.mean[axis].data();
+    clusters.lo[axis] = a.lo[axis].data();
+    clusters.hi[axis] = a.hi[axis].data();
+  }
+  clusters.weight = importance == Importance::kBrdf ? a.extent.data() : a.light.data();
+  clusters.inverse_extent = a.inverse_extent.data();
+
+  simd::ImportanceQuery query;
+  for (int axis = 0; axis < 3; ++axis) query.normal[axis] = point.normal[axis];
+  query.diffuse = point.diffuse * kInvPi;
+  const float per_sample = point.glossy / static_cast<float>(point.lobe.count + 1);
+  query.glossy_floor = per_sample * (0.5f * kInvPi);
+  pmf.hits_.clear();
+  if (point.lobe.count > 0) {
+    pmf.hits_.assign(pmf.columns_.size(), 0.f);
+    // Distant light: a lobe ray meets a cluster where it meets the sphere of unit directions.
+    // (4.2.2 counts rays through the boxes at any distance, and so boxes that only lie in line.)
+    const simd::LobeRays rays{{0, 0, 0},    1 - 1e-4f,    1 + 1e-4f,       point.lobe.x,
+                              point.lobe.y, point.lobe.z, point.lobe.count};
+    simd::count_box_hits(a.boxes, rays, a.position.data(), pmf.hits_.data());
+    query.glossy_hit = per_sample;
+    query.hits = pmf.hits_.data();
+  }
+  std::array<float, simd::kLanes> lane_sums{};
+  pmf.total_ = simd::cluster_importance(clusters, query, pmf.columns_.data(), lane_sums.data());
+  for (uint32_t lane = 0; lane < simd::kLanes; ++lane) {
+    pmf.lane_start_[lane + 1] = pmf.lane_start_[lane] + lane_sums[lane];
+  }
+  pmf.total_ = pmf.lane_start_[simd::kLanes];
+}
+
+ClusterPmf LightCut::luminance_pmf() const {
+  ClusterPmf pmf;
+  layout(pmf);
+  const std::vector<float>& light = arrays_->light;
+  const auto lit = std::count_if(light.begin(), light.end(), [](float w) { return w > 0; });
+  const float even = kEvenShare / static_cast<float>(std::max<std::ptrdiff_t>(lit, 1));
+  for (uint32_t lane = 0; lane < simd::kLanes; ++lane) {
+    float sum = 0;
+    for (uint32_t row = 0; row < pmf.rows_; ++row) {
+      const size_t i = row * simd::kLanes + lane;
+      if (light[i] > 0) sum += light[i] + even;
+      pmf.columns_[i] = sum;
+    }
+    pmf.lane_start_[lane + 1] = pmf.lane_start_[lane] + sum;
+  }
+  pmf.total_ = pmf.lane_start_[simd::kLanes];
+  return pmf;
+}
+
+ClusterPmf::Choice ClusterPmf::sample(float u) const {
+  const float target = u * total_;
+  // Both searches fall back on the last entry of positive probability, should rounding carry the
+  // target past the end.
+  uint32_t lane = 0;
+  for (uint32_t l = 0; l < kLanes; ++l) {
+    if (lane_start_[l + 1] > lane_start_[l] && lane_start_[l] <= target) lane = l;
+  }
+  const float in_lane = target - lane_start_[lane];
+  const float* column = columns_.data() + lane;
+  uint32_t first = 0, count = rows_;  // first row whose running sum exceeds in_lane
+  while (count > 0) {
+    const uint32_t half = count / 2;
+    if (column[(first + half) * kLanes] > in_lane) {
+      count = half;
+    } else {
+      first += half + 1;
+      count -= half + 1;
+    }
+  }
+  if (first == rows_) {
+    first = rows_ - 1;
+    while (first > 0 && column[first * kLanes] == column[(first - 1) * kLanes]) --first;
+  }
+  const uint32_t cluster = lane * rows_ + first;
+  return {cluster, probability(cluster)};
+}
+
+float ClusterPmf::probability(uint32_t c) const {
+  const size_t i = position(c);
+  const float below = i >= kLanes ? columns_[i - kLanes] : 0.f;
+  return (columns_[i] - below) / total_;
+}
+
+float ClusterPmf::hits(uint32_t c) const {
+  return hits_.empty() ? 0.f : hits_[position(c)];
+}
+
+std::string simd_instruction_set() {
+  return simd::instruction_set();
+}
+void use_scalar_kernels(bool scalar) {
+  simd::use_scalar_target(scalar);
+}
+
+}  // namespace kinome
