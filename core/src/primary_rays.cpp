@@ -21,7 +21,7 @@ void PrimaryBatch::trace(const Scene& scene, const Sensor& sensor, const Rect& p
         // A film that samples its border has pixels left of 0: distinct keys all the same.
         const SampleKey key{static_cast<uint32_t>(x), static_cast<uint32_t>(y), first_sample + s,
                             seed};
-        const Vec2 position = Vec2(x, y) + sampler.value_2d(key, 0);
+        const Vec2 position = kinome::film_position(x, y, sampler.value_2d(key, 0));
         const Vec2 aperture = has_aperture ? sampler.value_2d(key, 2) : Vec2(0.5f);
         keys_[i] = key;
         positions_[i] = position;
