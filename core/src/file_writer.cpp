@@ -1,0 +1,159 @@
+#include "file_writer.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+#include <filesystem>
+
+#include "kinome/image.h"
+
+namespace kinome {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Paths of the temporary files that exist now, where a signal handler can read them: no
+/// allocation, no locks. A file that finds no free slot is written all the same, but not cleaned up
+/// by a signal.
+struct Slot {
+  enum State : int { kFree, kFilling, kUsed };
+  std::atomic<int> state{kFree};
+  char path[PATH_MAX];
+};
+constexpr int kSlotCount = 16;
+std::array<Slot, kSlotCount> slots;
+static_assert(std::atomic<int>::is_always_lock_free);
+
+int acquire_slot(const std::string& path) {
+  if (path.size() >= PATH_MAX) return -1;
+  for (int i = 0; i < kSlotCount; ++i) {
+    int expected = Slot::kFree;
+    if (slots[i].state.compare_exchange_strong(expected, Slot::kFilling)) {
+      std::memcpy(slots[i].path, path.c_str(), path.size() + 1);
+      slots[i].state.store(Slot::kUsed, std::memory_order_release);
+      return i;
+    }
+  }
+  return -1;
+}
+
+void release_slot(int slot) {
+  if (slot >= 0) slots[slot].state.store(Slot::kFree, std::memory_order_release);
+}
+
+Error write_error(const std::string& path, const std::string& why) {
+  return Error(fmt::format("cannot write '{}': {}", path, why));
+}
+
+/// The file that `path` names once symbolic links are followed; Error where it can't be one.
+std::string resolve_target(const std::string& path) {
+  if (path.empty()) throw Error("cannot write a file without a name");
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::is_directory(status) || path.back() == '/') {
+    throw write_error(path, "it names a folder, expected a file");
+  }
+  // Renaming onto a device or a pipe would replace it.
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw write_error(path, "it exists and is not a regular file");
+  }
+  fs::path target = path;
+  if (fs::is_symlink(fs::symlink_status(target, ignored))) target = fs::weakly_canonical(target);
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  if (!fs::exists(folder, ignored)) {
+    throw write_error(path, fmt::format("the folder '{}' does not exist", folder.string()));
+  }
+  if (!fs::is_directory(folder, ignored)) {
+    throw write_error(path, fmt::format("'{}' is not a folder", folder.string()));
+  }
+  return target.string();
+}
+
+std::string temporary_name(const std::string& target) {
+  static std::atomic<unsigned> counter{0};
+  const fs::path path(target);
+  // Short whatever the file's own name is: names end at 255 bytes.
+  const std::string name = fmt::format(".kinome-{}-{}.tmp", ::getpid(), counter.fetch_add(1));
+  return (path.parent_path() / name).string();
+}
+
+int create(const std::string& path) {
+  int fd = -1;
+  do {
+    fd = ::open(path.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+  } while (fd < 0 && errno == EINTR);
+  return fd;
+}
+
+}  // namespace
+
+FileWriter::FileWriter(const std::string& path) : path_(path), target_(resolve_target(path)) {
+  temporary_ = temporary_name(target_);
+  slot_ = acquire_slot(temporary_);
+  const int fd = create(temporary_);
+  if (fd >= 0) file_ = ::fdopen(fd, "w+b");
+  if (!file_) {
+    const int code = errno;
+    if (fd >= 0) {
+      ::close(fd);
+      ::unlink(temporary_.c_str());
+    }
+    release_slot(slot_);
+    throw failure(code);
+  }
+}
+
+FileWriter::~FileWriter() {
+  if (file_) {
+    std::fclose(file_);
+    ::unlink(temporary_.c_str());
+  }
+  release_slot(slot_);
+}
+
+void FileWriter::write(const void* bytes, size_t count) noexcept {
+  if (errno_ == 0 && std::fwrite(bytes, 1, count, file_) != count) errno_ = errno ? errno : EIO;
+  position_ += count;
+}
+
+void FileWriter::seek(uint64_t position) noexcept {
+  if (errno_ == 0 && ::fseeko(file_, static_cast<off_t>(position), SEEK_SET) != 0) errno_ = errno;
+  position_ = position;
+}
+
+void FileWriter::commit() {
+  if (errno_ == 0 && std::fflush(file_) != 0) errno_ = errno;
+  // Network file systems report a full disk only when the file is closed.
+  if (std::fclose(file_) != 0 && errno_ == 0) errno_ = errno;
+  file_ = nullptr;
+  if (errno_ == 0 && std::rename(temporary_.c_str(), target_.c_str()) != 0) errno_ = errno;
+  if (errno_ != 0) {
+    ::unlink(temporary_.c_str());
+    throw failure(errno_);
+  }
+}
+
+Error FileWriter::failure(int code) const {
+  return write_error(path_, std::strerror(code));
+}
+
+void remove_temporary_files() noexcept {
+  const int saved = errno;
+  for (const Slot& slot : slots) {
+    if (slot.state.load(std::memory_order_acquire) == Slot::kUsed) ::unlink(slot.path);
+  }
+  errno = saved;
+}
+
+void check_writable(const std::string& path) {
+  // Creating a file is the one check that also sees read-only and full file systems.
+  FileWriter probe(path);
+}
+
+}  // namespace kinome

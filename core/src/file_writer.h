@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+#include "kinome/error.h"
+
+namespace kinome {
+
+/// Writes a file under a temporary name in the same folder and renames it in commit(): the file is
+/// whole, or what it was before. The first failure (a full disk) is remembered; commit() throws it.
+/// Without a commit nothing stays behind.
+class FileWriter {
+ public:
+  /// Throws Error where the file can't be created.
+  explicit FileWriter(const std::string& path);
+  ~FileWriter();
+  FileWriter(const FileWriter&) = delete;
+  FileWriter& operator=(const FileWriter&) = delete;
+
+  void write(const void* bytes, size_t count) noexcept;
+  void seek(uint64_t position) noexcept;
+  uint64_t position() const { return position_; }
+  bool failed() const { return errno_ != 0; }
+  /// Throws Error where any write failed, and leaves `path` as it was.
+  void commit();
+
+ private:
+  Error failure(int code) const;
+  std::string path_;    ///< as the caller gave it: for messages
+  std::string target_;  ///< with symbolic links followed
+  std::string temporary_;
+  std::FILE* file_ = nullptr;
+  int slot_ = -1;  ///< in the list of remove_temporary_files()
+  uint64_t position_ = 0;
+  int errno_ = 0;
+};
+
+}  // namespace kinome

@@ -1,0 +1,237 @@
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
+#include <ImfTestFile.h>
+#include <fmt/format.h>
+
+#include <half.h>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <set>
+
+#include "file_writer.h"
+#include "kinome/image.h"
+#include "kinome/log.h"
+
+namespace kinome {
+namespace {
+
+constexpr float kLargestHalf = 65504;
+/// Pixels along a side that no real picture exceeds.
+constexpr int kMaxSide = 1 << 17;
+
+/// Lets OpenEXR write through a FileWriter.
+class WriterStream : public Imf::OStream {
+ public:
+  WriterStream(FileWriter& writer, const std::string& path)
+      : Imf::OStream(path.c_str()), writer_(writer) {}
+  void write(const char bytes[], int count) override {
+    writer_.write(bytes, static_cast<size_t>(count));
+  }
+  uint64_t tellp() override { return writer_.position(); }
+  void seekp(uint64_t position) override { writer_.seek(position); }
+
+ private:
+  FileWriter& writer_;
+};
+
+/// R, G, B, A first, the others in the file's (alphabetic) order.
+std::vector<std::string> ordered_channels(const Imf::ChannelList& list) {
+  std::vector<std::string> names;
+  for (const char* name : {"R", "G", "B", "A"}) {
+    if (list.findChannel(name)) names.emplace_back(name);
+  }
+  const size_t colors = names.size();
+  for (auto it = list.begin(); it != list.end(); ++it) {
+    const std::string name = it.name();
+    if (std::find(names.begin(), names.begin() + static_cast<long>(colors), name) ==
+        names.begin() + static_cast<long>(colors)) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+/// Throws a text where the header promises what the file can't hold: checked before any allocation.
+void check_header(const Imf::Header& header, uint64_t file_size) {
+  const Imath::Box2i& window = header.dataWindow();
+  const int64_t width = int64_t{window.max.x} - window.min.x + 1;
+  const int64_t height = int64_t{window.max.y} - window.min.y + 1;
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
+    throw std::runtime_error(
+        fmt::format("its header gives an absurd size, {} x {}", width, height));
+  }
+  uint64_t channels = 0;
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+    ++channels;
+    if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
+      throw std::runtime_error(
+          fmt::format("channel '{}' is subsampled, expected one value a pixel", it.name()));
+    }
+  }
+  if (channels == 0) throw std::runtime_error("it has no channels");
+  // No compression of OpenEXR's gets near 5000 : 1.
+  constexpr uint64_t kBestRatio = 5000;
+  const uint64_t bytes = static_cast<uint64_t>(width * height) * channels * sizeof(float);
+  if (bytes / kBestRatio > file_size) {
+    throw std::runtime_error(
+        fmt::format("truncated: {} bytes can't hold {} x {} pixels", file_size, width, height));
+  }
+}
+
+void read_metadata(const Imf::Header& header, ImageMetadata& metadata) {
+  for (auto it = header.begin(); it != header.end(); ++it) {
+    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute())) {
+      metadata[it.name()] = text->value();
+    }
+  }
+}
+
+/// Slices of interleaved floats whose first pixel is the data window's corner.
+Imf::FrameBuffer float_slices(Image& image, const Imath::Box2i& window) {
+  Imf::FrameBuffer buffer;
+  const size_t pixel_bytes = image.channels.size() * sizeof(float);
+  for (size_t c = 0; c < image.channels.size(); ++c) {
+    buffer.insert(image.channels[c],
+                  Imf::Slice::Make(Imf::FLOAT, image.data.data() + c, window, pixel_bytes,
+                                   pixel_bytes * static_cast<size_t>(image.width)));
+  }
+  return buffer;
+}
+
+Image read_checked(const std::string& path, ImageMetadata* metadata) {
+  // Sizes are checked here; OpenEXR's own limits keep its tables small for a forged header.
+  Imf::Header::setMaxImageSize(kMaxSide, kMaxSide);
+  Imf::InputFile file(path.c_str());
+  const Imf::Header& header = file.header();
+  check_header(header, std::filesystem::file_size(path));
+  if (!file.isComplete()) throw std::runtime_error("truncated: parts of the picture are missing");
+  const Imath::Box2i& window = header.dataWindow();
+  Image image;
+  image.width = window.max.x - window.min.x + 1;
+  image.height = window.max.y - window.min.y + 1;
+  image.channels = ordered_channels(header.channels());
+  image.data.resize(static_cast<size_t>(image.width) * image.height * image.channels.size());
+  file.setFrameBuffer(float_slices(image, window));
+  file.readPixels(window.min.y, window.max.y);
+  if (metadata) read_metadata(header, *metadata);
+  return image;
+}
+
+void check_image(const std::string& path, const Image& image) {
+  const size_t values = static_cast<size_t>(image.width) * image.height * image.channels.size();
+  if (image.width < 1 || image.height < 1 || image.channels.empty() ||
+      image.data.size() != values) {
+    throw Error(fmt::format("cannot write '{}': the picture is empty", path));
+  }
+  std::set<std::string> names;
+  for (const std::string& name : image.channels) {
+    if (!names.insert(name).second) {
+      throw Error(fmt::format("cannot write '{}': two channels are named '{}'", path, name));
+    }
+  }
+}
+
+Imf::Header make_header(const Image& image, bool as_half, const ImageMetadata& metadata,
+                        Vec2 crop_offset, Vec2 full_size) {
+  if (full_size == Vec2(0.f)) full_size = Vec2(image.width, image.height);
+  const Imath::V2i first(static_cast<int>(crop_offset.x), static_cast<int>(crop_offset.y));
+  const Imath::V2i last = first + Imath::V2i(image.width - 1, image.height - 1);
+  const Imath::Box2i display(Imath::V2i(0), Imath::V2i(static_cast<int>(full_size.x) - 1,
+                                                       static_cast<int>(full_size.y) - 1));
+  Imf::Header header(display, Imath::Box2i(first, last));
+  // Wavelets suit noisy halves; for floats ZIP is as small, and much faster.
+  header.compression() = as_half ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
+  for (const std::string& name : image.channels) {
+    header.channels().insert(name, Imf::Channel(as_half ? Imf::HALF : Imf::FLOAT));
+  }
+  for (const auto& [name, value] : metadata) header.insert(name, Imf::StringAttribute(value));
+  return header;
+}
+
+/// Finite values that a half can't hold become its largest one, with one warning: a sun written as
+/// Inf would poison everything that is computed from the file.
+std::vector<half> to_halves(const std::string& path, const Image& image) {
+  std::vector<half> halves(image.data.size());
+  size_t clamped = 0;
+  for (size_t i = 0; i < halves.size(); ++i) {
+    float v = image.data[i];
+    if (std::abs(v) > kLargestHalf && std::isfinite(v)) {
+      v = std::copysign(kLargestHalf, v);
+      ++clamped;
+    }
+    halves[i] = half(v);
+  }
+  if (clamped > 0) {
+    log_warn(
+        fmt::format("'{}': {} values beyond {} were clamped to it, the largest that float16 "
+                    "holds; component_format float32 keeps them",
+                    path, clamped, kLargestHalf));
+  }
+  return halves;
+}
+
+}  // namespace
+
+Image read_exr(const std::string& path, const Location& where, ImageMetadata* metadata) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    throw Error(where, fmt::format("cannot read '{}': {}", path,
+                                   std::filesystem::exists(path, ignored) ? "it is not a file"
+                                                                          : "no such file"));
+  }
+  try {
+    if (!Imf::isOpenExrFile(path.c_str())) throw std::runtime_error("it is not an OpenEXR file");
+    return read_checked(path, metadata);
+  } catch (const std::exception& e) {
+    std::string why = e.what();
+    // OpenEXR puts the path in front, and the end of a file is one of several texts of its own.
+    for (const char* text : {"end of file", "Early end", "missing", "corrupt"}) {
+      if (why.find(text) != std::string::npos && why.find("truncated") == std::string::npos) {
+        why = "truncated or damaged OpenEXR file (" + why + ")";
+      }
+    }
+    std::replace(why.begin(), why.end(), '\n', ' ');
+    throw Error(where, fmt::format("cannot read '{}': {}", path, why));
+  }
+}
+
+void write_exr(const std::string& path, const Image& image, bool as_half,
+               const ImageMetadata& metadata, Vec2 crop_offset, Vec2 full_size) {
+  check_image(path, image);
+  FileWriter writer(path);
+  std::string why;
+  try {
+    const Imf::Header header = make_header(image, as_half, metadata, crop_offset, full_size);
+    WriterStream stream(writer, path);
+    Imf::OutputFile file(stream, header);
+    const Imath::Box2i& window = header.dataWindow();
+    Imf::FrameBuffer buffer;
+    const std::vector<half> halves = as_half ? to_halves(path, image) : std::vector<half>();
+    const size_t bytes = as_half ? sizeof(half) : sizeof(float);
+    const char* base = as_half ? reinterpret_cast<const char*>(halves.data())
+                               : reinterpret_cast<const char*>(image.data.data());
+    const size_t stride = image.channels.size() * bytes;
+    for (size_t c = 0; c < image.channels.size(); ++c) {
+      buffer.insert(image.channels[c],
+                    Imf::Slice::Make(as_half ? Imf::HALF : Imf::FLOAT, base + c * bytes, window,
+                                     stride, stride * static_cast<size_t>(image.width)));
+    }
+    file.setFrameBuffer(buffer);
+    file.writePixels(image.height);
+  } catch (const std::exception& e) {
+    why = e.what();
+  }
+  // A failed write comes first: what OpenEXR says is a consequence of it.
+  if (!why.empty() && !writer.failed()) {
+    throw Error(fmt::format("cannot write '{}': {}", path, why));
+  }
+  writer.commit();
+}
+
+}  // namespace kinome

@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "file_writer.h"
+#include "kinome/image.h"
+
+namespace kinome {
+namespace {
+
+constexpr int kMaxSide = 1 << 17;
+
+float swap_bytes(float v) {
+  return std::bit_cast<float>(__builtin_bswap32(std::bit_cast<uint32_t>(v)));
+}
+
+}  // namespace
+
+void write_pfm(const std::string& path, const Image& image) {
+  const int channels = image.channel_count() >= 3 ? 3 : 1;
+  if (image.width < 1 || image.height < 1 || image.channels.empty()) {
+    throw Error(fmt::format("cannot write '{}': the picture is empty", path));
+  }
+  FileWriter writer(path);
+  constexpr bool kLittle = std::endian::native == std::endian::little;
+  const std::string header =
+      fmt::format("{}\n{} {}\n-1.0\n", channels == 3 ? "PF" : "Pf", image.width, image.height);
+  writer.write(header.data(), header.size());
+  std::vector<float> row(static_cast<size_t>(image.width) * channels);
+  for (int y = image.height - 1; y >= 0; --y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < channels; ++c) {
+        const float v = image.at(x, y, c);
+        row[static_cast<size_t>(x) * channels + c] = kLittle ? v : swap_bytes(v);
+      }
+    }
+    writer.write(row.data(), row.size() * sizeof(float));
+  }
+  writer.commit();
+}
+
+Image read_pfm(const std::string& path, const Location& where) {
+  const auto fail = [&](const std::string& why) {
+    return Error(where, fmt::format("cannot read '{}': {}", path, why));
+  };
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) throw fail("no such file");
+  std::ifstream file(path, std::ios::binary);
+  std::string magic;
+  Image image;
+  double scale = 0;
+  file >> magic >> image.width >> image.height >> scale;
+  if (!file || (magic != "PF" && magic != "Pf") || !std::isfinite(scale) || scale == 0) {
+    throw fail("it is not a PFM file (expected PF or Pf, width, height, scale)");
+  }
+  if (image.width < 1 || image.height < 1 || image.width > kMaxSide || image.height > kMaxSide) {
+    throw fail(fmt::format("its header gives an absurd size, {} x {}", image.width, image.height));
+  }
+  file.get();  // the one white space before the data
+  image.channels =
+      magic == "PF" ? std::vector<std::string>{"R", "G", "B"} : std::vector<std::string>{"Y"};
+  const size_t row = static_cast<size_t>(image.width) * image.channels.size();
+  const size_t values = row * static_cast<size_t>(image.height);
+  const auto begin = static_cast<uint64_t>(file.tellg());
+  const uint64_t size = std::filesystem::file_size(path);
+  if (size - begin < values * sizeof(float)) {
+    throw fail(fmt::format("truncated: {} x {} pixels need {} bytes, there are {}", image.width,
+                           image.height, values * sizeof(float), size - begin));
+  }
+  image.data.resize(values);
+  for (int y = image.height - 1; y >= 0; --y) {
+    file.read(reinterpret_cast<char*>(&image.data[row * static_cast<size_t>(y)]),
+              static_cast<std::streamsize>(row * sizeof(float)));
+  }
+  if (!file) throw fail("it could not be read to its end");
+  const bool swapped = (scale < 0) != (std::endian::native == std::endian::little);
+  const auto factor = static_cast<float>(std::abs(scale));
+  for (float& v : image.data) v = (swapped ? swap_bytes(v) : v) * factor;
+  return image;
+}
+
+}  // namespace kinome
