@@ -12,6 +12,8 @@ const char* to_string(ParameterType type) {
       return "float";
     case ParameterType::kString:
       return "string";
+    case ParameterType::kFloatOrName:
+      return "float or name";
     case ParameterType::kFile:
       return "file";
     case ParameterType::kVector:

@@ -89,6 +89,21 @@ float Properties::real(const std::string& name) const {
   return static_cast<float>(get_as<double>(*this, name, v, "a float"));
 }
 
+float Properties::number_or_name(const std::string& name,
+                                 std::span<const NamedNumber> names) const {
+  const Value v = value(name);
+  const auto* wanted = std::get_if<std::string>(&v);
+  if (!wanted) return real(name);
+  std::vector<std::string> known;
+  for (const NamedNumber& named : names) {
+    if (*wanted == named.name) return named.value;
+    known.emplace_back(named.name);
+  }
+  const std::string nearest = nearest_name(*wanted, known);
+  throw error(name, "must be a number or a known name, got '" + *wanted + "'" +
+                        (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+}
+
 std::string Properties::string(const std::string& name) const {
   return get_as<std::string>(*this, name, value(name), "a string");
 }

@@ -69,6 +69,8 @@ std::string describe(ParameterType type) {
   switch (type) {
     case ParameterType::kInteger:
       return "an integer";
+    case ParameterType::kFloatOrName:
+      return "a float or a name";
     case ParameterType::kFile:
       return "a string (a file name)";
     case ParameterType::kVector:
@@ -93,6 +95,8 @@ bool accepts(ParameterType type, const Properties::Value& value) {
       return holds<int64_t>(value);
     case ParameterType::kFloat:
       return holds<double>(value) || holds<int64_t>(value);
+    case ParameterType::kFloatOrName:
+      return holds<double>(value) || holds<int64_t>(value) || holds<std::string>(value);
     case ParameterType::kString:
     case ParameterType::kFile:
       return holds<std::string>(value);
@@ -131,6 +135,9 @@ Properties::Value parse_default(const Parameter& parameter) {
         return parse_integer(text);
       case ParameterType::kFloat:
         return parse_real(text);
+      case ParameterType::kFloatOrName:
+        if (const auto number = parse_real(text)) return *number;
+        return std::string(text);
       case ParameterType::kString:
       case ParameterType::kFile:
         return std::string(text);

@@ -8,6 +8,7 @@ namespace kinome {
 
 enum class ParameterType {
   kBoolean, kInteger, kFloat, kString,
+  kFloatOrName,  ///< a number, or a string that stands for one: `int_ior` as 1.5046 or "bk7"
   kFile,       ///< a string that names a file; resolved against the search paths
   kVector,     ///< three numbers: <point> or <vector>
   kColor,      ///< <rgb>, <spectrum> or <float>: unbounded, for radiance and intensity

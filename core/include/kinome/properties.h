@@ -24,6 +24,12 @@ struct UniformColor {
   bool is_float = false;  ///< written as <float> or <integer>
 };
 
+/// A number that a scene can call by name.
+struct NamedNumber {
+  const char* name;
+  float value;
+};
+
 /// The typed parameters of one plugin object, each with its place in the scene file. The loader
 /// checks them against the plugin's table before the plugin sees them, so that getters only fail
 /// for values that the plugin's own code rejects. Getters fall back on the table's default.
@@ -57,6 +63,9 @@ class KINOME_EXPORT Properties {
   bool boolean(const std::string& name) const;
   int64_t integer(const std::string& name) const;
   float real(const std::string& name) const;
+  /// Of a kFloatOrName parameter: the number, or the one that the string stands for in `names`; an
+  /// Error with the nearest name otherwise.
+  float number_or_name(const std::string& name, std::span<const NamedNumber> names) const;
   std::string string(const std::string& name) const;
   /// The file that a kFile parameter names: found in the search paths, or an Error that says where
   /// it was looked for.

@@ -18,6 +18,8 @@ class KINOME_EXPORT Texture : public Object {
   /// Largest value of any channel; for checks and bounds.
   virtual float max() const = 0;
   virtual float min() const = 0;
+  /// Largest value of each channel, or a bound on it.
+  virtual Rgb channel_max() const { return is_uniform() ? mean() : Rgb(max()); }
   /// True where eval is one value everywhere: callers then skip it per point.
   virtual bool is_uniform() const { return false; }
 };
