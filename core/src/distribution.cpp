@@ -1,0 +1,94 @@
+#include "kinome/distribution.h"
+
+#include <bit>
+#include <stdexcept>
+
+namespace kinome {
+namespace {
+
+/// Two to four cells for each entry of a guide table.
+uint32_t guide_size_for(uint32_t count) {
+  return std::max(1u, std::bit_ceil(count) / 4);
+}
+
+/// Replaces weights by cumulative probabilities and returns their sum. The last cell of any weight,
+/// and all after it, end at 1.
+template <class Weight>
+double accumulate(const Weight* weights, float* cdf, uint32_t count) {
+  double sum = 0;
+  for (uint32_t i = 0; i < count; ++i) sum += weights[i];
+  if (!(sum > 0)) {
+    std::fill(cdf, cdf + count, 1.f);
+    return 0;
+  }
+  uint32_t last = 0;
+  double running = 0;
+  const double scale = 1 / sum;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (weights[i] > 0) last = i;
+    running += weights[i];
+    cdf[i] = static_cast<float>(std::min(running * scale, 1.0));
+  }
+  std::fill(cdf + last, cdf + count, 1.f);
+  return sum;
+}
+
+}  // namespace
+
+void GridDistribution::finish_row(float* cdf, uint32_t count, uint32_t* guide,
+                                  uint32_t guide_size) {
+  uint32_t i = 0;
+  for (uint32_t k = 0; k < guide_size; ++k) {
+    const float start = static_cast<float>(k) / static_cast<float>(guide_size);
+    while (i + 1 < count && cdf[i] <= start) ++i;
+    guide[k] = i;
+  }
+  guide[guide_size] = count - 1;
+}
+
+GridDistribution::GridDistribution(uint32_t columns, uint32_t rows, std::vector<float> weights)
+    : columns_(columns),
+      rows_(rows),
+      column_guide_size_(guide_size_for(columns)),
+      row_guide_size_(guide_size_for(rows)),
+      column_cdf_(std::move(weights)) {
+  if (columns == 0 || rows == 0 || column_cdf_.size() != static_cast<size_t>(columns) * rows) {
+    throw std::invalid_argument("GridDistribution: the number of weights is not rows x columns");
+  }
+  column_guide_.resize(static_cast<size_t>(rows) * (column_guide_size_ + 1));
+  std::vector<double> sums(rows);
+  for (uint32_t y = 0; y < rows; ++y) {
+    float* const row = column_cdf_.data() + static_cast<size_t>(y) * columns;
+    sums[y] = accumulate(row, row, columns);
+    finish_row(row, columns,
+               column_guide_.data() + static_cast<size_t>(y) * (column_guide_size_ + 1),
+               column_guide_size_);
+  }
+  row_cdf_.resize(rows);
+  row_guide_.resize(row_guide_size_ + 1);
+  total_ = accumulate(sums.data(), row_cdf_.data(), rows);
+  finish_row(row_cdf_.data(), rows, row_guide_.data(), row_guide_size_);
+}
+
+uint32_t GridDistribution::find(const Row& row, uint32_t guide_size, float& u) {
+  // The guide's size is a power of two: the product is exact.
+  const auto k = static_cast<uint32_t>(u * static_cast<float>(guide_size));
+  const float* const first = row.cdf + row.guide[k];
+  const float* const last = row.cdf + row.guide[k + 1];  // inclusive
+  const float* const cell = std::upper_bound(first, last, u);
+  const auto index = static_cast<uint32_t>(cell - row.cdf);
+  const float start = index == 0 ? 0.f : cell[-1];
+  u = std::min((u - start) / (*cell - start), kOneMinusEpsilon);
+  return index;
+}
+
+GridDistribution::Cell GridDistribution::sample(const Vec2& u) const {
+  Cell cell{0, 0, glm::min(u, Vec2(kOneMinusEpsilon))};
+  cell.row = find({row_cdf_.data(), row_guide_.data()}, row_guide_size_, cell.u.y);
+  const Row row{column_cdf_.data() + static_cast<size_t>(cell.row) * columns_,
+                column_guide_.data() + static_cast<size_t>(cell.row) * (column_guide_size_ + 1)};
+  cell.column = find(row, column_guide_size_, cell.u.x);
+  return cell;
+}
+
+}  // namespace kinome

@@ -1,0 +1,65 @@
+/// Light from infinitely far that is the same from every direction.
+///
+///     <emitter type="constant"><rgb name="radiance" value="1 .9 .8"/></emitter>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinome/emitter.h"
+#include "kinome/plugin.h"
+#include "kinome/sphere_partition.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"radiance", ParameterType::kColor, "1", "Radiance from every direction."},
+};
+
+class ConstantEnvironment final : public Emitter {
+ public:
+  explicit ConstantEnvironment(const Properties& props) : radiance_(props.color("radiance")) {
+    if (!is_finite(radiance_) || std::min({radiance_.x, radiance_.y, radiance_.z}) < 0) {
+      throw props.error("radiance", "must be finite and not negative");
+    }
+    pdf_ = is_black(radiance_) ? 0 : 1 / (4 * kPi);
+  }
+
+  bool is_environment() const override { return true; }
+  Rgb eval_environment(const Vec3& /*d*/) const override { return radiance_; }
+  float pdf_environment(const Vec3& /*d*/) const override { return pdf_; }
+
+  std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& u) const override {
+    if (pdf_ == 0) return std::nullopt;
+    const float y = 1 - 2 * u.y;
+    const float r = 2 * std::sqrt(u.y * (1 - u.y));
+    const float phi = 2 * kPi * u.x;
+    DirectSample sample;
+    sample.d = Vec3(std::sin(phi) * r, y, -std::cos(phi) * r);
+    sample.pdf = pdf_;
+    sample.radiance = radiance_;
+    return sample;
+  }
+
+  /// Cells of equal light; their centres stay where they are, whatever the seed.
+  std::optional<LightPoints> light_points(uint32_t count, uint64_t /*seed*/) const override {
+    const SpherePartition cells(count);
+    LightPoints points;
+    points.kind = LightPoints::Kind::kDistant;
+    points.power.assign(count, radiance_ * cells.cell_solid_angle());
+    points.extent.assign(count, cells.cell_solid_angle());
+    points.position.reserve(count);
+    for (uint32_t i = 0; i < count; ++i) points.position.push_back(cells.centre(i));
+    return points;
+  }
+
+ private:
+  Rgb radiance_;
+  float pdf_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::ConstantEnvironment, kinome::Category::kEmitter, "constant",
+              "Light from infinitely far that is the same from every direction.", kinome::kTable);

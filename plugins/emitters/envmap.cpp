@@ -1,0 +1,176 @@
+/// Light from infinitely far, given by a latitude-longitude image (OpenEXR or PFM).
+///
+/// Radiance is `scale` times the image, interpolated bilinearly. A direction has the local
+/// coordinates d = (sin phi sin theta, cos theta, -cos phi sin theta); columns are centred at
+/// phi = 2 pi (j + 1/2) / W, and row i lies at theta = i pi / (H - 1), as in Mitsuba 3.
+/// Directions are sampled by the absolute luminance of the interpolated image: see spherical_map.h.
+///
+///     <emitter type="envmap">
+///       <string name="filename" value="city.exr"/>
+///       <transform name="to_world"><rotate y="1" angle="90"/></transform>
+///     </emitter>
+
+#include <cctype>
+#include <memory>
+#include <string>
+
+#include "kinome/emitter.h"
+#include "kinome/plugin.h"
+#include "spherical_map.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"filename", ParameterType::kFile, nullptr,
+     "The image: OpenEXR or PFM, latitude-longitude, linear Rec.709.", true},
+    {"scale", ParameterType::kFloat, "1", "Factor of the image's radiance."},
+    {"to_world", ParameterType::kTransform, "",
+     "Rotation (or reflection) of the map. Unrotated, its upper row is +y and its centre column "
+     "+z."},
+    {"mis_compensation", ParameterType::kBoolean, "false",
+     "Sample what is brighter than the mean, and leave most of the rest to BSDF sampling (Karlík "
+     "et al. 2019)."},
+};
+
+std::string extension_of(const std::string& path) {
+  const size_t dot = path.find_last_of("./");
+  if (dot == std::string::npos || path[dot] == '/') return "";
+  std::string extension = path.substr(dot);
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+Location where_is(const Properties& props, const std::string& name) {
+  for (const auto& [key, entry] : props.entries()) {
+    if (key == name) return entry.where;
+  }
+  return props.where();
+}
+
+Image read_image(const Properties& props) {
+  const std::string path = props.file("filename");
+  const std::string extension = extension_of(path);
+  if (extension != ".exr" && extension != ".pfm") {
+    throw props.error("filename", "must be an image of radiance, .exr or .pfm, got \"" + path +
+                                      "\" (8-bit images can't hold the range of a sky)");
+  }
+  const Location where = where_is(props, "filename");
+  Image image = extension == ".exr" ? read_exr(path, where) : read_pfm(path, where);
+  const bool is_rgb = image.channel_count() >= 3 && image.channels[0] == "R" &&
+                      image.channels[1] == "G" && image.channels[2] == "B";
+  if (image.width < 1 || image.height < 1 || !(is_rgb || image.channel_count() == 1)) {
+    throw props.error("filename",
+                      "must have the channels R, G, B, or a single one: \"" + path + "\"");
+  }
+  return image;
+}
+
+/// Names the first texel that is no light, and counts those that are less than none.
+void check_texels(const Properties& props, const Image& image, float scale) {
+  constexpr float kTooMuch = 1e36f;  // sums of it must stay below the largest float
+  const int channels = std::min(3, image.channel_count());
+  size_t negative = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      bool is_negative = false;
+      for (int c = 0; c < channels; ++c) {
+        const float value = image.at(x, y, c);
+        is_negative |= value < 0;
+        if (std::abs(value * scale) < kTooMuch) continue;
+        const char* const what = std::isnan(value)   ? "NaN"
+                                 : std::isinf(value) ? "infinite"
+                                                     : "too large (above 1e36)";
+        throw props.error("filename", "texel x = " + std::to_string(x) + ", y = " +
+                                          std::to_string(y) + ", channel " + image.channels[c] +
+                                          " is " + what + "; radiance must be finite");
+      }
+      negative += is_negative;
+    }
+  }
+  if (negative > 0) {
+    props.warn("filename", std::to_string(negative) +
+                               (negative == 1 ? " texel is negative; it is"
+                                              : " texels are negative; they are") +
+                               " kept as they are");
+  }
+}
+
+float read_scale(const Properties& props) {
+  const float scale = props.real("scale");
+  if (!std::isfinite(scale) || scale < 0) {
+    throw props.error("scale", "must be finite and not negative, got " + std::to_string(scale));
+  }
+  return scale;
+}
+
+SphericalMap read_map(const Properties& props) {
+  const Image image = read_image(props);
+  const float scale = read_scale(props);
+  check_texels(props, image, scale);
+  return SphericalMap(image, scale, props.boolean("mis_compensation"));
+}
+
+/// Its columns are the map's axes in the world.
+glm::mat3 read_rotation(const Properties& props) {
+  const glm::mat3 linear(props.transform("to_world").matrix());
+  const glm::mat3 product = glm::transpose(linear) * linear;
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) {
+      if (!(std::abs(product[c][r] - (c == r ? 1.f : 0.f)) < 1e-3f)) {
+        throw props.error("to_world", "must be a rotation or reflection, without scale or shear");
+      }
+    }
+  }
+  return linear;
+}
+
+class EnvironmentMap final : public Emitter {
+ public:
+  explicit EnvironmentMap(const Properties& props)
+      : to_world_(read_rotation(props)),
+        to_local_(glm::transpose(to_world_)),
+        map_(read_map(props)) {}
+
+  bool is_environment() const override { return true; }
+
+  Rgb eval_environment(const Vec3& d) const override { return map_.eval(to_local_ * d); }
+
+  float pdf_environment(const Vec3& d) const override { return map_.pdf(to_local_ * d); }
+
+  std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& u) const override {
+    const auto sample = map_.sample(u);
+    if (!sample) return std::nullopt;
+    DirectSample direct;
+    direct.d = to_world_ * sample->d;
+    direct.pdf = sample->pdf;
+    direct.radiance = sample->radiance;
+    return direct;
+  }
+
+  /// Point i stands for cell i of a SpherePartition that turns with the map. All light of a cell is
+  /// its point's, so that no small sun is lost between points ("re-sampled onto the leaves",
+  /// Åkerlund 2008, 3.4.1, leaves open how). The points stay at the cells' centres whatever the
+  /// seed: there is nothing random about them.
+  std::optional<LightPoints> light_points(uint32_t count, uint64_t /*seed*/) const override {
+    const SpherePartition cells(count);
+    LightPoints points;
+    points.kind = LightPoints::Kind::kDistant;
+    points.power = map_.integrate(cells);
+    points.extent.assign(count, cells.cell_solid_angle());
+    points.position.reserve(count);
+    for (uint32_t i = 0; i < count; ++i) points.position.push_back(to_world_ * cells.centre(i));
+    return points;
+  }
+
+ private:
+  glm::mat3 to_world_;
+  glm::mat3 to_local_;
+  SphericalMap map_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::EnvironmentMap, kinome::Category::kEmitter, "envmap",
+              "Light from infinitely far, given by a latitude-longitude image.", kinome::kTable);

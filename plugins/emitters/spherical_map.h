@@ -1,0 +1,74 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "kinome/color.h"
+#include "kinome/distribution.h"
+#include "kinome/image.h"
+#include "kinome/light_points.h"
+#include "kinome/sphere_partition.h"
+
+namespace kinome {
+
+/// Radiance over directions as a latitude-longitude image, interpolated bilinearly in (phi, theta).
+///
+/// d = (sin phi sin theta, cos theta, -cos phi sin theta); column j of W lies at
+/// phi = 2 pi (j + 1/2) / W, periodic, and row i of H at theta = i pi / (H - 1).
+///
+/// Directions are drawn with a density that is proportional to the *interpolated* absolute
+/// luminance: within a patch of four texels it is the bilinear interpolation of theirs, per solid
+/// angle, but for a factor (linear interpolation of sin theta between rows) / sin theta, which
+/// stays within (pi / H)² / 8 of 1 and lets the patch be sampled by inverting polynomials. Density
+/// and radiance thus vanish at the same places, and no texel leaks at the poles.
+/// Immutable; thread-safe. Directions are unit vectors.
+class SphericalMap {
+ public:
+  /// The first three channels of `image` (or its one), all finite. `compensate`: Karlík et al.
+  /// 2019; sampling then favours what is brighter than the mean.
+  SphericalMap(const Image& image, float scale, bool compensate);
+
+  Rgb eval(const Vec3& d) const;
+  /// Per solid angle.
+  float pdf(const Vec3& d) const;
+  struct Sample {
+    Vec3 d;
+    Rgb radiance;
+    float pdf;
+  };
+  /// nullopt for a black map.
+  std::optional<Sample> sample(const Vec2& u) const;
+  /// The radiance integrated over each cell, exactly (up to rounding).
+  std::vector<Rgb> integrate(const SpherePartition& cells) const;
+
+ private:
+  /// Weight: the density per solid angle that sampling aims at.
+  struct Texel {
+    Rgb radiance;
+    float weight;
+  };
+  /// Where a direction lies: the patch's upper left texel, and its coordinates in the patch.
+  struct Place {
+    const Texel* texel;
+    int row;
+    float s;
+    float t;
+    float sin_theta;
+  };
+  void fill(const Image& image, float scale);
+  void set_weights(bool compensate);
+  Place locate(const Vec3& d) const;
+  /// Interpolated sin theta, relative to the true one.
+  float sine_ratio(int row, float t, float sin_theta) const;
+  const Texel* row(int i) const { return texels_.data() + static_cast<size_t>(i) * (width_ + 1); }
+  void integrate_ring(double theta0, double theta1, std::vector<glm::vec4>& columns) const;
+
+  int width_;
+  int height_;                 ///< of the texels kept: at least kMinRows
+  float row_angle_;            ///< theta from row to row
+  std::vector<Texel> texels_;  ///< a row's first texel is repeated at its end
+  std::vector<float> sines_;   ///< sin theta of each row
+  GridDistribution patches_;
+};
+
+}  // namespace kinome
