@@ -1,0 +1,53 @@
+# What scenes/render.sh and tests/run.sh have in common. To be sourced, with `root` set to the top
+# folder and `build` to the build folder.
+
+kinome_packages="build-essential cmake ninja-build pkg-config \
+libopenexr-dev libembree-dev libtbb-dev libtinygltf-dev nlohmann-json3-dev libglm-dev \
+libpugixml-dev libcli11-dev libspdlog-dev libfmt-dev libhwy-dev libpng-dev libopenimageio-dev \
+libgtest-dev libbenchmark-dev blender-data python3 python3-numpy"
+
+# One question for all packages; those that are not fully installed, one a line.
+kinome_missing_packages() {
+  # shellcheck disable=SC2086
+  set -- $kinome_packages
+  installed=$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null |
+    sed -n 's/^installed //p')
+  for package in "$@"; do
+    printf '%s\n' "$installed" | grep -qxF "$package" || printf '%s\n' "$package"
+  done
+}
+
+# Installs what is missing; does and says nothing where all is there.
+kinome_install_packages() {
+  if ! command -v dpkg-query >/dev/null 2>&1; then
+    echo "Not a Debian system: what these packages hold is taken to be there: $kinome_packages" >&2
+    return 0
+  fi
+  missing=$(kinome_missing_packages | tr '\n' ' ')
+  missing=${missing% }
+  [ -n "$missing" ] || return 0
+  echo "apt-get install -y --no-install-recommends $missing"
+  if [ "$(id -u)" -eq 0 ]; then
+    as_root=
+  elif command -v sudo >/dev/null 2>&1; then
+    as_root=sudo
+  else
+    echo "These packages are missing, and installing them needs root or sudo." >&2
+    return 1
+  fi
+  # Package lists may be old or, in a fresh container, not there at all.
+  $as_root apt-get update -q &&
+    # shellcheck disable=SC2086
+    $as_root env DEBIAN_FRONTEND=noninteractive \
+      apt-get install -q -y --no-install-recommends $missing
+}
+
+# kinome_configure [CMAKE ARGUMENT...]: once a build folder; CMake keeps it up to date by itself.
+kinome_configure() {
+  [ -f "$build/build.ninja" ] && return 0
+  if command -v ccache >/dev/null 2>&1; then
+    set -- -DCMAKE_CXX_COMPILER_LAUNCHER=ccache "$@"
+  fi
+  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+    -DKINOME_WERROR="${KINOME_WERROR:-OFF}" "$@"
+}

@@ -1,0 +1,94 @@
+#!/bin/sh
+# Builds and runs the tests; ends with one line `N passed, M failed` and that exit status.
+#
+#   sh tests/run.sh [--asan | --tsan] [-R REGEX] [--only "PROGRAM..."] [CTEST OPTION...]
+#
+# --asan, --tsan: with the address and undefined-behaviour sanitizers, or the thread sanitizer, in
+#                 a build folder of their own
+# -R REGEX:       the tests whose names match
+# --only:         build and run just these test programs (`film` is tests/…/film_test.cpp)
+#
+# KINOME_BUILD: build folder; default: build, build-asan or build-tsan.
+set -u
+root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
+sanitizer=
+programs=
+while [ $# -gt 0 ]; do
+  case $1 in
+    --asan | --tsan) sanitizer=${1#--} ;;
+    --only)
+      [ $# -ge 2 ] || { echo "tests/run.sh: --only needs the names of test programs" >&2; exit 1; }
+      programs=$2
+      shift
+      ;;
+    *) break ;;
+  esac
+  shift
+done
+build=${KINOME_BUILD:-$root/build${sanitizer:+-$sanitizer}}
+. "$root/scenes/setup.sh"
+
+finish() {
+  echo "$1 passed, $2 failed"
+  [ "$2" -eq 0 ]
+  exit
+}
+
+# A step that must work before there is any test counts as one that failed.
+require() {
+  "$@" || {
+    echo "tests/run.sh: '$*' failed"
+    finish 0 1
+  }
+}
+
+configure() {
+  if [ -n "$sanitizer" ]; then
+    # Asserts stay in; -O1 and few debug symbols keep the build short.
+    kinome_configure -DKINOME_SANITIZER="$sanitizer" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+      -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1
+  else
+    kinome_configure
+  fi
+}
+
+require kinome_install_packages
+require configure
+targets=all
+if [ -n "$programs" ]; then
+  targets=kinome_renderer
+  pattern=
+  for program in $programs; do
+    targets="$targets test_$program"
+    pattern="$pattern${pattern:+|}$program"
+  done
+  set -- -R "^($pattern)\\." "$@"
+fi
+
+# The first suite to be broken must not hide what the others say. Whatever could not be built counts
+# as one failure, and again wherever ctest misses a program.
+broken=0
+# shellcheck disable=SC2086
+ninja -C "$build" -k 0 $targets || {
+  broken=1
+  echo "tests/run.sh: the build failed"
+}
+
+log=$build/tests.log
+export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_stack_use_after_return=1}"
+export UBSAN_OPTIONS="${UBSAN_OPTIONS:-print_stacktrace=1}"
+export TSAN_OPTIONS="${TSAN_OPTIONS:-halt_on_error=1}"
+ctest --test-dir "$build" -j "$(nproc)" --output-on-failure --no-tests=error "$@" 2>&1 |
+  tee "$log"
+# "98% tests passed, 3 tests failed out of 150"; a crash, a time-out and a program that isn't there
+# are among the failed. A skipped test is not among them, yet proves nothing.
+summary=$(sed -n 's/.*% tests passed, \([0-9]*\) tests* failed out of \([0-9]*\)$/\1 \2/p' "$log")
+if [ -z "$summary" ]; then
+  echo "tests/run.sh: no test was run"
+  finish 0 1
+fi
+failed=${summary% *}
+total=${summary#* }
+skipped=$(grep -c '^ *[0-9]*/[0-9]* Test .*\*\*\*Skipped' "$log")
+[ "$skipped" -eq 0 ] || echo "$skipped skipped"
+finish $((total - failed - skipped)) $((failed + broken))
