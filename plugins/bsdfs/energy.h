@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+
+#include "batch.h"
+
+namespace kinome {
+
+/// A diffuse and a specular reflectance that are kept from exceeding 1 together, as Mitsuba 0.6
+/// does: where the sum of their maxima exceeds 1 in any channel, both are scaled by .99 / sum.
+class ReflectancePair {
+ public:
+  explicit ReflectancePair(const Properties& props)
+      : diffuse_(reflectance_texture(props, "diffuse_reflectance")),
+        specular_(reflectance_texture(props, "specular_reflectance")) {
+    const float sum = max_component(diffuse_->channel_max() + specular_->channel_max());
+    if (props.boolean("ensure_energy_conservation") && sum > 1) {
+      scale_ = 0.99f / sum;
+    }
+    const float d = luminance(diffuse_->mean());
+    const float s = luminance(specular_->mean());
+    specular_probability_ = d + s > 0 ? s / (d + s) : 0.5f;
+  }
+
+  Rgb diffuse(const Vec2& uv) const { return scale_ * diffuse_->eval(uv); }
+  Rgb specular(const Vec2& uv) const { return scale_ * specular_->eval(uv); }
+  /// Share of the specular lobe's average luminance: its probability where both may be sampled.
+  float specular_probability() const { return specular_probability_; }
+  Lobe lobes() const {
+    return (diffuse_->max() > 0 ? Lobe::kDiffuse : Lobe::kNone) |
+           (specular_->max() > 0 ? Lobe::kGlossy : Lobe::kNone);
+  }
+
+ private:
+  std::shared_ptr<Texture> diffuse_;
+  std::shared_ptr<Texture> specular_;
+  float scale_ = 1;
+  float specular_probability_ = 0.5f;
+};
+
+/// The rows of a plugin's table that ReflectancePair reads.
+#define KINOME_REFLECTANCE_PAIR_PARAMETERS                                               \
+  {"diffuse_reflectance", ::kinome::ParameterType::kTexture, "0.5", "weight kd"},        \
+      {"specular_reflectance", ::kinome::ParameterType::kTexture, "0.2", "weight ks"}, { \
+    "ensure_energy_conservation", ::kinome::ParameterType::kBoolean, "true",             \
+        "scale both reflectances by .99 / max(kd + ks) where that exceeds 1"             \
+  }
+
+}  // namespace kinome
