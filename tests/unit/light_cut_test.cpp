@@ -1,0 +1,295 @@
+// The importance function over a cut: a pmf that is exactly what is sampled, never 0 where light
+// can be reflected, the same on every instruction set; lobe hits against brute force.
+#include "kinome/light_cut.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "kinome/sampler.h"
+#include "kinome/sphere_partition.h"
+#include "support/statistics.h"
+
+namespace kinome {
+namespace {
+
+LightTree make_tree(uint32_t count, float decades = 6) {
+  std::mt19937 rng(count);
+  std::uniform_real_distribution<float> unit;
+  const SpherePartition sphere(count);
+  LightPoints points;
+  for (uint32_t i = 0; i < count; ++i) {
+    points.position.push_back(sphere.centre(i));
+    points.power.push_back(Rgb(std::pow(10.f, decades * (unit(rng) - 0.5f))));
+    points.extent.push_back(sphere.cell_solid_angle());
+  }
+  points.power[count / 2] = Rgb(0.f);
+  return LightTree(points);
+}
+
+/// Directions around an axis, narrow enough to leave most clusters unmet.
+struct Lobe64 {
+  std::vector<float> x, y, z;
+  explicit Lobe64(const Vec3& axis) {
+    std::mt19937 rng(7);
+    std::normal_distribution<float> normal(0, 0.2f);
+    for (int i = 0; i < 64; ++i) {
+      const Vec3 d = glm::normalize(axis + Vec3(normal(rng), normal(rng), normal(rng)));
+      x.push_back(d.x);
+      y.push_back(d.y);
+      z.push_back(d.z);
+    }
+  }
+  DirectionBatch batch() const { return {x.data(), y.data(), z.data(), x.size()}; }
+};
+
+const Vec3 kNormals[] = {
+    {0, 0, 1}, {0, -1, 0}, glm::normalize(Vec3(1, 2, -3)), glm::normalize(Vec3(-1e-3f, 1, 1e-5f))};
+
+TEST(LightCut, PmfSumsToOneAndIsWhatIsSampled) {
+  const LightTree tree(make_tree(4096));
+  for (const uint32_t size : {1u, 7u, 16u, 100u, 512u}) {
+    const LightCut cut(tree, size, CutCriterion::kVariance);
+    for (const Vec3& normal : kNormals) {
+      const Lobe64 lobe(normal);
+      LightCut::Point point{normal, 0.3f, 0.2f, lobe.batch()};
+      ClusterPmf pmf;
+      cut.build(Importance::kJoint, point, pmf);
+      ASSERT_FALSE(pmf.empty());
+      std::vector<double> expected(size), observed(size);
+      double sum = 0;
+      constexpr int kSamples = 20000;
+      for (uint32_t c = 0; c < size; ++c) {
+        expected[c] = kSamples * static_cast<double>(pmf.probability(c));
+        sum += pmf.probability(c);
+      }
+      EXPECT_NEAR(sum, 1, 1e-5);
+      for (int i = 0; i < kSamples; ++i) {
+        const float u =
+            to_unit_float(static_cast<uint32_t>(hash_words(1, size, static_cast<uint64_t>(i))));
+        const ClusterPmf::Choice choice = pmf.sample(u);
+        ASSERT_LT(choice.cluster, size);
+        ASSERT_GT(choice.probability, 0);
+        ASSERT_EQ(choice.probability, pmf.probability(choice.cluster));
+        observed[choice.cluster] += 1;
+      }
+      const test::Verdict verdict = test::chi2_test(observed, expected, 1e-4);
+      EXPECT_TRUE(verdict.passed) << verdict.text;
+    }
+  }
+}
+
+TEST(LightCut, NeverSamplesAnImpossibleClusterAtTheEnds) {
+  const LightTree tree(make_tree(2048));
+  const LightCut cut(tree, 333, CutCriterion::kLuminance);
+  for (const Vec3& normal : kNormals) {
+    ClusterPmf pmf;
+    cut.build(Importance::kJoint, {normal, 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+    double below = 0;
+    for (uint32_t c = 0; c < cut.size(); ++c) {
+      // Just below, at and above each step of the distribution, and at the ends.
+      for (const double u : {below, below - 1e-7, below + 1e-7, 0.0, 1.0}) {
+        const float clamped = std::clamp(static_cast<float>(u), 0.f, kOneMinusEpsilon);
+        EXPECT_GT(pmf.sample(clamped).probability, 0);
+      }
+      below += pmf.probability(c);
+    }
+  }
+}
+
+TEST(LightCut, NoClusterAboveTheHorizonIsImpossible) {
+  const LightTree tree(make_tree(4096, 50));
+  for (const Importance importance : {Importance::kJoint, Importance::kBrdf}) {
+    for (const uint32_t size : {1u, 64u, 512u}) {
+      const LightCut cut(tree, size, CutCriterion::kVariance);
+      for (const Vec3& normal : kNormals) {
+        for (const float diffuse : {0.f, 1e-20f, 0.7f}) {
+          ClusterPmf pmf;
+          cut.build(importance, {normal, diffuse, 0.1f, {nullptr, nullptr, nullptr, 0}}, pmf);
+          for (uint32_t c = 0; c < size; ++c) {
+            for (uint32_t i = cut.cell(c).first; i < cut.cell(c).first + cut.cell(c).count; ++i) {
+              if (glm::dot(tree.points().position[i], normal) > 0 && tree.point_weight(i) > 0) {
+                ASSERT_GT(pmf.probability(c), 0) << "cluster " << c << ", point " << i;
+                ASSERT_GT(cut.point_probability(pmf, i), 0);
+              }
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(LightCut, ClustersBelowTheHorizonAreLeftOut) {
+  const LightTree tree(make_tree(4096));
+  const LightCut cut(tree, 512, CutCriterion::kLuminance);
+  const Vec3 normal = kNormals[2];
+  ClusterPmf pmf;
+  cut.build(Importance::kJoint, {normal, 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+  int left_out = 0;
+  for (uint32_t c = 0; c < cut.size(); ++c) {
+    float best = -kInfinity;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      best = std::max(best, glm::dot(cut.cell(c).box.corner(corner), normal));
+    }
+    if (best < -1e-6f) {
+      EXPECT_EQ(pmf.probability(c), 0);
+      ++left_out;
+    }
+  }
+  EXPECT_GT(left_out, 50);
+}
+
+TEST(LightCut, LobeHitsAgreeWithEveryBoxTested) {
+  const LightTree tree(make_tree(4096));
+  for (const uint32_t size : {1u, 9u, 65u, 512u}) {
+    const LightCut cut(tree, size, CutCriterion::kVariance);
+    for (const Vec3& normal : kNormals) {
+      const Lobe64 lobe(normal);
+      ClusterPmf pmf;
+      cut.build(Importance::kBrdf, {normal, 0.1f, 0.5f, lobe.batch()}, pmf);
+      for (uint32_t c = 0; c < size; ++c) {
+        // Rays count where they meet the unit sphere, to a relative 1e-4: a box is certainly met
+        // if it holds the direction, certainly not if it stays away from it by more than that.
+        const Aabb& box = cut.cell(c).box;
+        int certain = 0, possible = 0;
+        for (size_t i = 0; i < lobe.x.size(); ++i) {
+          const Vec3 d(lobe.x[i], lobe.y[i], lobe.z[i]);
+          const float outside = max_component(glm::max(box.lo - d, d - box.hi));
+          certain += outside <= -1e-6f;
+          possible += outside <= 2e-4f;
+        }
+        EXPECT_GE(pmf.hits(c), certain);
+        EXPECT_LE(pmf.hits(c), possible);
+      }
+    }
+  }
+}
+
+TEST(LightCut, ImportanceIsTheDocumentedFormula) {
+  const LightTree tree(make_tree(1024, 2));
+  const LightCut cut(tree, 100, CutCriterion::kVariance);
+  const Vec3 normal = kNormals[3];
+  const Lobe64 lobe(normal);
+  const float kd = 0.4f, ks = 0.3f;
+  for (const Importance importance : {Importance::kJoint, Importance::kBrdf}) {
+    ClusterPmf pmf;
+    cut.build(importance, {normal, kd, ks, lobe.batch()}, pmf);
+    std::vector<double> gamma(cut.size());
+    double total = 0;
+    int active = 0;
+    for (uint32_t c = 0; c < cut.size(); ++c) {
+      const LightCell& cell = cut.cell(c);
+      double corner = -1e9;
+      for (unsigned k = 0; k < 8; ++k) {
+        corner = std::max<double>(corner, glm::dot(cell.box.corner(k), normal));
+      }
+      const double weight = importance == Importance::kJoint ? cell.weight : cell.extent;
+      if (corner <= 0 || weight == 0) continue;
+      const double form = std::max<double>(glm::dot(cell.mean, normal), corner / 4);
+      const double fs =
+          (pmf.hits(c) + cell.extent / (2 * kPi)) / ((64 + 1) * static_cast<double>(cell.extent));
+      gamma[c] = weight * form * (kd / kPi + ks * fs);
+      total += gamma[c];
+      ++active;
+    }
+    for (uint32_t c = 0; c < cut.size(); ++c) {
+      const double expected = gamma[c] > 0 ? (gamma[c] / total + 1e-3 / active) / (1 + 1e-3) : 0;
+      // A difference of running sums in float, of a lane's share of all clusters.
+      EXPECT_NEAR(pmf.probability(c), expected, 1e-4 * expected + 2e-7);
+    }
+  }
+}
+
+TEST(LightCut, ScalarAndVectorKernelsAgree) {
+  const LightTree tree(make_tree(4096));
+  const LightCut cut(tree, 512, CutCriterion::kVariance);
+  for (const Vec3& normal : kNormals) {
+    const Lobe64 lobe(normal);
+    const LightCut::Point point{normal, 0.3f, 0.2f, lobe.batch()};
+    ClusterPmf vector_pmf, scalar_pmf;
+    cut.build(Importance::kJoint, point, vector_pmf);
+    use_scalar_kernels(true);
+    EXPECT_EQ(simd_instruction_set(), "SCALAR");
+    cut.build(Importance::kJoint, point, scalar_pmf);
+    use_scalar_kernels(false);
+    for (uint32_t c = 0; c < cut.size(); ++c) {
+      EXPECT_EQ(vector_pmf.hits(c), scalar_pmf.hits(c));
+      // Sums are taken in the same order; only fused multiply-adds may differ.
+      EXPECT_NEAR(vector_pmf.probability(c), scalar_pmf.probability(c),
+                  1e-5f * vector_pmf.probability(c) + 1e-7f);
+    }
+  }
+}
+
+TEST(LightCut, NothingToReflectIsEmpty) {
+  LightPoints points;
+  points.position = {Vec3(0, 0, 1), Vec3(0, 1, 0)};
+  points.power = {Rgb(1.f), Rgb(0.f)};
+  points.extent = {0.01f, 0.01f};
+  const LightTree tree(points);
+  const LightCut cut(tree, 8, CutCriterion::kVariance);
+  ClusterPmf pmf;
+  cut.build(Importance::kJoint, {Vec3(0, 0, -1), 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+  EXPECT_TRUE(pmf.empty());
+  cut.build(Importance::kJoint, {Vec3(0, 0, 1), 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+  EXPECT_FALSE(pmf.empty());
+  for (const float u : {0.f, 0.5f, kOneMinusEpsilon}) {
+    EXPECT_EQ(tree.points().power[cut.sample_point(pmf, {u, u}).point], Rgb(1.f));
+  }
+  points.power = {Rgb(0.f), Rgb(0.f)};
+  const LightTree dark(points);
+  EXPECT_TRUE(LightCut(dark, 8, CutCriterion::kVariance).luminance_pmf().empty());
+}
+
+TEST(LightCut, RadiancesFromTinyToHuge) {
+  for (const float scale : {1e-30f, 1.f, 1e30f}) {
+    LightPoints points;
+    const SpherePartition sphere(256);
+    for (uint32_t i = 0; i < 256; ++i) {
+      points.position.push_back(sphere.centre(i));
+      points.power.push_back(Rgb(scale * static_cast<float>(1 + i % 5)));
+      points.extent.push_back(sphere.cell_solid_angle());
+    }
+    const LightTree tree(points);
+    const LightCut cut(tree, 64, CutCriterion::kLuminance);
+    ClusterPmf pmf;
+    cut.build(Importance::kJoint, {Vec3(0, 0, 1), 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+    double sum = 0;
+    for (uint32_t c = 0; c < 64; ++c) sum += pmf.probability(c);
+    EXPECT_NEAR(sum, 1, 1e-5);
+  }
+}
+
+/// The whole chain: cluster, then point, against point_probability.
+TEST(LightCut, PointsAreDrawnWithTheirProbability) {
+  const LightTree tree(make_tree(1024, 2));
+  for (const uint32_t size : {4u, 64u}) {
+    const LightCut cut(tree, size, CutCriterion::kVariance);
+    const Lobe64 lobe(kNormals[1]);
+    std::vector<ClusterPmf> pmfs(3);
+    cut.build(Importance::kJoint, {kNormals[1], 0.3f, 0.4f, lobe.batch()}, pmfs[0]);
+    cut.build(Importance::kBrdf, {kNormals[1], 0.3f, 0.4f, lobe.batch()}, pmfs[1]);
+    pmfs[2] = cut.luminance_pmf();
+    for (const ClusterPmf& pmf : pmfs) {
+      constexpr int kSamples = 1000000;
+      std::vector<double> observed(1024), expected(1024);
+      for (uint32_t i = 0; i < 1024; ++i) {
+        expected[i] = kSamples * static_cast<double>(cut.point_probability(pmf, i));
+      }
+      for (uint64_t i = 0; i < kSamples; ++i) {
+        const uint64_t bits = hash_words(3, size, i);
+        const auto choice =
+            cut.sample_point(pmf, {to_unit_float(static_cast<uint32_t>(bits)),
+                                   to_unit_float(static_cast<uint32_t>(bits >> 32))});
+        ASSERT_EQ(choice.probability, cut.point_probability(pmf, choice.point));
+        observed[choice.point] += 1;
+      }
+      const test::Verdict verdict = test::chi2_test(observed, expected, 1e-4);
+      EXPECT_TRUE(verdict.passed) << verdict.text;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinome
