@@ -56,16 +56,10 @@ void write_png(const std::string& path, const Image& image, float exposure) {
   png.height = static_cast<png_uint_32>(image.height);
   png.format = (colors == 3 ? PNG_FORMAT_FLAG_COLOR : 0u) |
                (alpha >= 0 ? static_cast<unsigned>(PNG_FORMAT_FLAG_ALPHA) : 0u);
-  const auto fail = [&] { return Error(fmt::format("cannot write '{}': {}", path, png.message)); };
-  png_alloc_size_t size = 0;
-  const png_int_32 row_stride = 0;
-  if (!png_image_write_to_memory(&png, nullptr, &size, 0, bytes.data(), row_stride, nullptr)) {
-    throw fail();
-  }
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
   std::vector<png_byte> encoded(size);
-  if (!png_image_write_to_memory(&png, encoded.data(), &size, 0, bytes.data(), row_stride,
-                                 nullptr)) {
-    throw fail();
+  if (!png_image_write_to_memory(&png, encoded.data(), &size, 0, bytes.data(), 0, nullptr)) {
+    throw Error(fmt::format("cannot write '{}': {}", path, png.message));
   }
   FileWriter writer(path);
   writer.write(encoded.data(), size);

@@ -1,0 +1,139 @@
+// Film of linear radiance, written as OpenEXR or PFM.
+//
+//   <film type="hdrfilm">
+//     <integer name="width" value="1024"/>
+//     <integer name="height" value="1024"/>
+//     <string name="pixel_format" value="rgba"/>
+//     <rfilter type="box"/>
+//   </film>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <memory>
+
+#include "../rfilters/gaussian_filter.h"
+#include "kinome/film.h"
+#include "kinome/plugin.h"
+
+namespace kinome {
+namespace {
+
+constexpr int64_t kMaxSide = 1 << 16;
+
+const Parameter kTable[] = {
+    {"width", ParameterType::kInteger, "768", "pixels of the full film"},
+    {"height", ParameterType::kInteger, "576", "pixels of the full film"},
+    {"crop_offset_x", ParameterType::kInteger, "0", "left edge of the rendered window"},
+    {"crop_offset_y", ParameterType::kInteger, "0", "upper edge of the rendered window"},
+    {"crop_width", ParameterType::kInteger, nullptr, "its width; the film's if not given"},
+    {"crop_height", ParameterType::kInteger, nullptr, "its height; the film's if not given"},
+    {"file_format", ParameterType::kString, "openexr", "openexr or pfm"},
+    {"pixel_format", ParameterType::kString, "rgb", "luminance, luminance_alpha, rgb or rgba"},
+    {"component_format", ParameterType::kString, "float16",
+     "float16 or float32; pfm is always float32"},
+    {"sample_border", ParameterType::kBoolean, "false",
+     "also sample the border that the filter reaches, so that pixels at the edge are as good"},
+    {"compensate", ParameterType::kBoolean, "false", "accepted and ignored, as in Mitsuba 3"},
+    {"rfilter", ParameterType::kObject, nullptr, "reconstruction filter; gaussian if not given",
+     false, Category::kReconstructionFilter},
+};
+
+constexpr const char* kFileFormats[] = {"openexr", "exr", "pfm"};
+constexpr const char* kPixelFormats[] = {"luminance", "luminance_alpha", "rgb", "rgba"};
+constexpr const char* kComponentFormats[] = {"float16", "float32"};
+
+/// The film's own choice where the scene has no <rfilter>: same as the plugin `gaussian`.
+class DefaultFilter : public ReconstructionFilter {
+ public:
+  DefaultFilter() { radius_ = kGaussianCutoff * kStddev; }
+  float eval(float x) const override { return gaussian_filter(x, kStddev); }
+
+ private:
+  static constexpr float kStddev = 0.5f;
+};
+
+/// Like Properties::choice, in any case, as Mitsuba takes them.
+int choice(const Properties& props, const char* name, std::span<const char* const> choices) {
+  std::string given = props.string(name);
+  std::transform(given.begin(), given.end(), given.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (size_t i = 0; i < choices.size(); ++i) {
+    if (given == choices[i]) return static_cast<int>(i);
+  }
+  return props.choice(name, choices);  // throws, with a suggestion
+}
+
+class HdrFilm : public Film {
+ public:
+  explicit HdrFilm(const Properties& props) {
+    width_ = side(props, "width");
+    height_ = side(props, "height");
+    read_crop(props);
+    is_pfm_ = choice(props, "file_format", kFileFormats) == 2;
+    const int pixel_format = choice(props, "pixel_format", kPixelFormats);
+    is_luminance_ = pixel_format < 2;
+    has_alpha_ = pixel_format % 2 == 1;
+    is_half_ = choice(props, "component_format", kComponentFormats) == 0;
+    sample_border_ = props.boolean("sample_border");
+    if (props.boolean("compensate")) props.warn("compensate", "has no effect");
+    if (is_pfm_ && has_alpha_) {
+      props.warn("pixel_format", "a pfm file has no alpha channel: it is left out");
+      has_alpha_ = false;
+    }
+    filter_ = props.object<ReconstructionFilter>();
+    if (!filter_) filter_ = std::make_shared<DefaultFilter>();
+  }
+
+  void write(const std::string& path, const Image& image,
+             const ImageMetadata& metadata) const override {
+    std::filesystem::path file = path;
+    if (!file.has_extension()) file += file_extension();
+    if (is_pfm_) {
+      write_pfm(file.string(), image);
+    } else {
+      write_exr(file.string(), image, is_half_, metadata, Vec2(crop_.x0, crop_.y0),
+                Vec2(width_, height_));
+    }
+  }
+  std::string file_extension() const override { return is_pfm_ ? ".pfm" : ".exr"; }
+
+ private:
+  static int side(const Properties& props, const char* name) {
+    const int64_t value = props.integer(name);
+    if (value < 1 || value > kMaxSide) {
+      throw props.error(name, "must lie in 1 to " + std::to_string(kMaxSide) + " pixels, got " +
+                                  std::to_string(value));
+    }
+    return static_cast<int>(value);
+  }
+
+  void read_crop(const Properties& props) {
+    const int64_t x = props.integer("crop_offset_x");
+    const int64_t y = props.integer("crop_offset_y");
+    const int64_t w = props.has("crop_width") ? side(props, "crop_width") : width_;
+    const int64_t h = props.has("crop_height") ? side(props, "crop_height") : height_;
+    check_crop(props, "crop_offset_x", x, w, width_);
+    check_crop(props, "crop_offset_y", y, h, height_);
+    crop_ = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(x + w),
+             static_cast<int>(y + h)};
+  }
+  static void check_crop(const Properties& props, const char* name, int64_t offset, int64_t size,
+                         int full) {
+    // In this order, no sum can overflow.
+    if (offset >= 0 && offset < full && size <= full - offset) return;
+    throw props.error(name, "the crop window must lie within the film's " + std::to_string(full) +
+                                " pixels, got " + std::to_string(size) + " pixels from " +
+                                std::to_string(offset));
+  }
+
+  bool is_pfm_ = false;
+  bool is_half_ = true;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::HdrFilm, kinome::Category::kFilm, "hdrfilm",
+              "Film of linear radiance, written as OpenEXR or PFM.", kinome::kTable);

@@ -1,0 +1,37 @@
+// Windowed Gaussian, the default of films: max(0, exp(-x²/2s²) - exp(-r²/2s²)), r = 4 s.
+//
+//   <rfilter type="gaussian"><float name="stddev" value="0.5"/></rfilter>
+
+#include "gaussian_filter.h"
+#include "kinome/plugin.h"
+#include "kinome/reconstruction_filter.h"
+
+namespace kinome {
+namespace {
+
+constexpr float kMaxStddev = 16;
+
+const Parameter kTable[] = {
+    {"stddev", ParameterType::kFloat, "0.5",
+     "standard deviation in pixels, at most 16; the filter's radius is four of them"},
+};
+
+class GaussianFilter : public ReconstructionFilter {
+ public:
+  explicit GaussianFilter(const Properties& props) : stddev_(props.real("stddev")) {
+    if (!(stddev_ > 0 && stddev_ <= kMaxStddev)) {
+      throw props.error("stddev", "must lie in (0, 16] pixels, got " + std::to_string(stddev_));
+    }
+    radius_ = kGaussianCutoff * stddev_;
+  }
+  float eval(float x) const override { return gaussian_filter(x, stddev_); }
+
+ private:
+  float stddev_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::GaussianFilter, kinome::Category::kReconstructionFilter, "gaussian",
+              "Windowed Gaussian: the usual choice, smooth and without ringing.", kinome::kTable);

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "kinome/properties.h"
+#include "kinome/sensor.h"
+
+/// What the cameras have in common. They look along +Z of their own frame, with +X to the picture's
+/// left and +Y up.
+namespace kinome {
+
+/// Rows of a parameter table that every camera has.
+#define KINOME_CAMERA_PARAMETERS                                                                   \
+  {"to_world", ParameterType::kTransform, "identity", "camera to world; looks along +Z"},          \
+      {"near_clip", ParameterType::kFloat, "0.01", "depth of the nearest visible point"},          \
+      {"far_clip", ParameterType::kFloat, "10000", "depth of the farthest visible point"},         \
+      {"shutter_open", ParameterType::kFloat, "0",                                                 \
+       "start of the exposure; nothing moves, so that it is only checked"},                        \
+      {"shutter_close", ParameterType::kFloat, "0", "its end"},                                    \
+      {"film", ParameterType::kObject, nullptr, "hdrfilm if not given", false, Category::kFilm}, { \
+    "sampler", ParameterType::kObject, nullptr, "independent if not given", false,                 \
+        Category::kSampler                                                                         \
+  }
+
+/// Rows for cameras with a field of view.
+#define KINOME_FOV_PARAMETERS                                                                     \
+  {"fov", ParameterType::kFloat, nullptr,                                                         \
+   "field of view in degrees along fov_axis; in place of focal_length"},                          \
+      {"focal_length", ParameterType::kString, "50mm", "of a 36 x 24 mm camera, such as 50mm"}, { \
+    "fov_axis", ParameterType::kString, "x",                                                      \
+        "x, y, diagonal, smaller or larger: the film's side that fov spans"                       \
+  }
+
+struct ClipRange {
+  float near = 0;
+  float far = 0;
+};
+
+inline ClipRange read_clip_range(const Properties& props) {
+  const ClipRange clip{props.real("near_clip"), props.real("far_clip")};
+  if (!(clip.near > 0)) {
+    throw props.error("near_clip", "must be positive, got " + std::to_string(clip.near));
+  }
+  if (!(clip.near < clip.far)) {
+    throw props.error("far_clip", "must be greater than near_clip (" + std::to_string(clip.near) +
+                                      "), got " + std::to_string(clip.far));
+  }
+  return clip;
+}
+
+inline void check_shutter(const Properties& props) {
+  const float open = props.real("shutter_open");
+  const float close = props.real("shutter_close");
+  if (close < open) {
+    throw props.error("shutter_close", "must not come before shutter_open (" +
+                                           std::to_string(open) + "), got " +
+                                           std::to_string(close));
+  }
+}
+
+inline Transform read_camera_transform(const Properties& props, bool scale_allowed) {
+  const Transform to_world = props.transform("to_world");
+  if (!to_world.is_invertible()) throw props.error("to_world", "must be invertible");
+  if (!scale_allowed && to_world.has_scale()) {
+    throw props.error("to_world", "must not scale: it would change what fov and distances mean");
+  }
+  return to_world;
+}
+
+/// The camera's film or sampler, which the loader supplies where the scene doesn't.
+template <class T>
+std::shared_ptr<T> read_part(const Properties& props, const char* name) {
+  auto part = props.object<T>();
+  if (!part) throw props.error(name, std::string("the sensor needs a nested <") + name + ">");
+  return part;
+}
+
+/// Half the width of the picture at depth 1, from fov and fov_axis or focal_length. `aspect` is the
+/// full film's width / height.
+inline float read_half_width(const Properties& props, float aspect) {
+  const auto from_diagonal = [aspect](double diagonal) {
+    return static_cast<float>(diagonal / std::sqrt(1 + 1 / (double{aspect} * aspect)));
+  };
+  if (!props.has("fov")) {
+    constexpr double kHalfDiagonal = 21.633307652783937;  // of 36 x 24 mm
+    std::string text = props.string("focal_length");
+    if (text.ends_with("mm")) text.resize(text.size() - 2);
+    char* end = nullptr;
+    const double focal_length = std::strtod(text.c_str(), &end);
+    while (*end == ' ') ++end;
+    if (end == text.c_str() || *end != '\0' || !(focal_length > 0) ||
+        !std::isfinite(focal_length)) {
+      throw props.error("focal_length",
+                        "must be a positive number of millimetres such as '50mm', "
+                        "got '" +
+                            props.string("focal_length") + "'");
+    }
+    return from_diagonal(kHalfDiagonal / focal_length);
+  }
+  if (props.has("focal_length")) {
+    throw props.error("focal_length", "can't be given together with fov");
+  }
+  const float fov = props.real("fov");
+  if (!(fov > 0 && fov < 180)) {
+    throw props.error("fov", "must lie between 0 and 180 degrees, got " + std::to_string(fov));
+  }
+  constexpr const char* kAxes[] = {"x", "y", "diagonal", "smaller", "larger"};
+  const double tangent = std::tan(double{fov} * std::numbers::pi / 360);
+  const int axis = props.choice("fov_axis", kAxes);
+  if (axis == 2) return from_diagonal(tangent);
+  const bool is_wide = aspect > 1;
+  const bool along_y = axis == 1 || (axis == 3 && is_wide) || (axis == 4 && !is_wide);
+  return static_cast<float>(along_y ? tangent * aspect : tangent);
+}
+
+/// Maps film positions to the plane at depth 1 (perspective) or to the picture's plane itself.
+struct FilmPlane {
+  Vec2 origin{0.f};  ///< of film position (0, 0), the picture's upper left corner
+  Vec2 step{0.f};    ///< of one pixel
+
+  FilmPlane() = default;
+  /// `half_width` of the full film; `offset` moves the picture's centre, in units of its size.
+  FilmPlane(const Film& film, float half_width, const Vec2& offset = Vec2(0.f)) {
+    const double w = film.width();
+    const double h = film.height();
+    const double half_height = half_width * h / w;
+    origin = Vec2(half_width * (1 - 2.0 * offset.x), half_height * (1 - 2.0 * offset.y));
+    step = Vec2(-2 * half_width / w, -2 * half_height / h);
+  }
+  Vec2 at(const Vec2& film_position) const { return origin + step * film_position; }
+};
+
+}  // namespace kinome

@@ -1,0 +1,60 @@
+// Pinhole camera.
+//
+//   <sensor type="perspective">
+//     <float name="fov" value="40"/>
+//     <transform name="to_world"><lookat origin="0 1 5" target="0 1 0" up="0 1 0"/></transform>
+//     <sampler type="independent"><integer name="sample_count" value="64"/></sampler>
+//     <film type="hdrfilm"/>
+//   </sensor>
+
+#include "camera.h"
+#include "kinome/plugin.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {
+    KINOME_CAMERA_PARAMETERS,
+    KINOME_FOV_PARAMETERS,
+    {"principal_point_offset_x", ParameterType::kFloat, "0",
+     "moves the picture's centre, in units of its width"},
+    {"principal_point_offset_y", ParameterType::kFloat, "0", "the same, of its height"},
+};
+
+class Perspective : public Sensor {
+ public:
+  explicit Perspective(const Properties& props)
+      : clip_(read_clip_range(props)), to_world_(read_camera_transform(props, false)) {
+    check_shutter(props);
+    film_ = read_part<Film>(props, "film");
+    sampler_ = read_part<Sampler>(props, "sampler");
+    const Vec2 offset(props.real("principal_point_offset_x"),
+                      props.real("principal_point_offset_y"));
+    const float aspect = static_cast<float>(film_->width()) / static_cast<float>(film_->height());
+    plane_ = FilmPlane(*film_, read_half_width(props, aspect), offset);
+    origin_ = to_world_.point(Vec3(0.f));
+  }
+
+  Ray sample_ray(const Vec2& film_position, const Vec2&) const override {
+    const Vec2 p = plane_.at(film_position);
+    const float length = std::sqrt(p.x * p.x + p.y * p.y + 1);
+    Ray ray;
+    ray.o = origin_;
+    ray.d = glm::normalize(to_world_.vector(Vec3(p.x, p.y, 1.f)));
+    ray.tmin = clip_.near * length;
+    ray.tmax = clip_.far * length;
+    return ray;
+  }
+
+ private:
+  ClipRange clip_;
+  Transform to_world_;
+  Vec3 origin_;
+  FilmPlane plane_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Perspective, kinome::Category::kSensor, "perspective", "Pinhole camera.",
+              kinome::kTable);
