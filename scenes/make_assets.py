@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""Makes the meshes and maps of the scenes and copies their environment photographs.
+
+    python3 scenes/make_assets.py [--force] [--scale S] [--output DIR] [SCENE…]
+
+Writes DIR/SCENE/assets (DIR: this folder) for the scenes named, or all. Nothing is random: the
+same version of numpy on the same machine writes the same bytes. A scene whose stamp matches this
+script's sources is left alone. `--scale` above 1 makes coarser meshes, for tests.
+"""
+
+import argparse
+import hashlib
+import pathlib
+import shutil
+import sys
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+PHOTOGRAPHS = pathlib.Path("/usr/share/blender/datafiles/studiolights/world")
+LICENCE = "photographs-license.txt"
+SCENES = ("hebe", "car", "grace")
+ENVIRONMENTS = {"hebe": "sunset.exr", "car": "city.exr", "grace": "sunrise.exr"}
+
+
+def fingerprint(scale):
+    """A hash of all that the assets depend on."""
+    digest = hashlib.sha256(f"scale {scale:g}\n".encode())
+    for source in [pathlib.Path(__file__), *sorted((HERE / "tools").glob("*.py"))]:
+        digest.update(source.name.encode() + b"\0" + source.read_bytes())
+    return digest.hexdigest()
+
+
+def is_current(folder, stamp):
+    """Whether the folder's stamp matches and every file that it lists is still there."""
+    try:
+        lines = (folder / "stamp").read_text(encoding="ascii").split("\n")
+    except OSError:
+        return False
+    return lines[0] == stamp and all((folder / name).is_file() for name in lines[1:] if name)
+
+
+def copy_photograph(name, folder):
+    source = PHOTOGRAPHS / name
+    if not source.is_file():
+        raise SystemExit(f"make_assets: {source} is missing, expected from the Debian package "
+                         "blender-data (apt-get install blender-data)")
+    shutil.copyfile(source, folder / name)
+    shutil.copyfile(PHOTOGRAPHS / "license.txt", folder / LICENCE)
+
+
+def make(scene, output, scale, force):
+    """Makes one scene's assets; says what it did."""
+    folder = output / scene / "assets"
+    stamp = fingerprint(scale)
+    if not force and is_current(folder, stamp):
+        print(f"{scene}: up to date")
+        return
+    started = time.monotonic()
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "stamp").unlink(missing_ok=True)  # an interrupted run leaves no valid stamp
+    copy_photograph(ENVIRONMENTS[scene], folder)
+    if scene == "hebe":
+        from tools import hebe as maker
+    elif scene == "car":
+        from tools import car as maker
+    else:
+        from tools import grace as maker
+    triangles = maker.make(folder, scale)
+    names = sorted(f.name for f in folder.iterdir() if f.name != "stamp")
+    (folder / "stamp").write_text("\n".join([stamp, *names]) + "\n", encoding="ascii")
+    print(f"{scene}: {triangles} triangles in {time.monotonic() - started:.1f} s")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="hebe, car, grace (default: all)")
+    parser.add_argument("--force", action="store_true", help="make them even if they are current")
+    parser.add_argument("--scale", type=float, default=1.0, help="grid spacing, 1 = as rendered")
+    parser.add_argument("--output", type=pathlib.Path, default=HERE, help="folder of the scenes")
+    arguments = parser.parse_args()
+    for scene in arguments.scenes:
+        if scene not in SCENES:
+            parser.error(f"unknown scene {scene!r}, expected one of {', '.join(SCENES)}")
+    if not 0.5 <= arguments.scale <= 16.0:
+        parser.error(f"--scale must lie in [0.5, 16], got {arguments.scale:g}")
+    try:
+        import numpy  # noqa: F401  (checked here for a clear message)
+    except ImportError:
+        raise SystemExit("make_assets: Python's numpy is missing, expected from the Debian package "
+                         "python3-numpy (apt-get install python3-numpy)") from None
+    sys.path.insert(0, str(HERE))
+    for scene in arguments.scenes or SCENES:
+        make(scene, arguments.output, arguments.scale, arguments.force)
+
+
+if __name__ == "__main__":
+    main()

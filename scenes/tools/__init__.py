@@ -1,0 +1,1 @@
+"""Modelling helpers behind scenes/make_assets.py."""
