@@ -71,7 +71,11 @@ bool collect(Pipe out, Pipe err, Clock::time_point deadline, ProcessResult& resu
 }  // namespace
 
 PluginRegistry& registry() {
-  static PluginRegistry instance({KINOME_TEST_PLUGINS});
+  static PluginRegistry instance([] {
+    auto folders = PluginRegistry::default_folders();  // KINOME_PLUGIN_PATH first
+    folders.push_back(KINOME_TEST_PLUGINS);
+    return folders;
+  }());
   return instance;
 }
 
