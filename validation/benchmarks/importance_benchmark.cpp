@@ -1,0 +1,103 @@
+// What clustered importance sampling costs for a shading point and for a render, without rays.
+#include <benchmark/benchmark.h>
+
+#include "kinome/light_cut.h"
+#include "kinome/sampler.h"
+#include "kinome/sphere_partition.h"
+
+namespace kinome {
+namespace {
+
+/// A sky of smooth light with some hundred bright points.
+LightPoints make_sky(uint32_t count) {
+  const SpherePartition sphere(count);
+  LightPoints points;
+  for (uint32_t i = 0; i < count; ++i) {
+    const Vec3 d = sphere.centre(i);
+    const float light = std::exp(4 * d.x * d.y) + (i % 311 == 0 ? 100.f : 0.f);
+    points.position.push_back(d);
+    points.power.push_back(Rgb(light) * sphere.cell_solid_angle());
+    points.extent.push_back(sphere.cell_solid_angle());
+  }
+  return points;
+}
+
+struct Fixture {
+  LightTree tree{make_sky(1 << 15)};
+  LightCut cut{tree, 512, CutCriterion::kVariance};
+  std::vector<float> x, y, z;  ///< 32 directions of a glossy lobe
+  Fixture() {
+    for (int i = 0; i < 32; ++i) {
+      const float a = static_cast<float>(i);
+      const Vec3 d =
+          glm::normalize(Vec3(0.3f + 0.1f * std::sin(7 * a), 0.6f, 0.6f + 0.1f * std::cos(3 * a)));
+      x.push_back(d.x);
+      y.push_back(d.y);
+      z.push_back(d.z);
+    }
+  }
+  LightCut::Point point(bool glossy) const {
+    LightCut::Point p;
+    p.normal = glm::normalize(Vec3(0.1f, 0.9f, 0.3f));
+    p.diffuse = 0.5f;
+    if (glossy) {
+      p.glossy = 0.3f;
+      p.lobe = {x.data(), y.data(), z.data(), x.size()};
+    }
+    return p;
+  }
+};
+
+const Fixture& fixture() {
+  static const Fixture instance;
+  return instance;
+}
+
+void BM_Importance512(benchmark::State& state, bool glossy, bool scalar) {
+  const Fixture& f = fixture();
+  use_scalar_kernels(scalar);
+  state.SetLabel(simd_instruction_set());
+  ClusterPmf pmf;
+  const LightCut::Point point = f.point(glossy);
+  for (auto _ : state) {
+    f.cut.build(Importance::kJoint, point, pmf);
+    benchmark::DoNotOptimize(pmf);
+  }
+  use_scalar_kernels(false);
+}
+BENCHMARK_CAPTURE(BM_Importance512, without_lobe_rays, false, false);
+BENCHMARK_CAPTURE(BM_Importance512, with_32_lobe_rays, true, false);
+BENCHMARK_CAPTURE(BM_Importance512, without_lobe_rays_scalar, false, true);
+
+void BM_SamplePoint(benchmark::State& state) {
+  const Fixture& f = fixture();
+  ClusterPmf pmf;
+  f.cut.build(Importance::kJoint, f.point(false), pmf);
+  uint64_t i = 0;
+  for (auto _ : state) {
+    const uint64_t bits = mix_bits(++i);
+    benchmark::DoNotOptimize(
+        f.cut.sample_point(pmf, {to_unit_float(static_cast<uint32_t>(bits)),
+                                 to_unit_float(static_cast<uint32_t>(bits >> 32))}));
+  }
+}
+BENCHMARK(BM_SamplePoint);
+
+void BM_BuildTree(benchmark::State& state) {
+  const LightPoints points = make_sky(static_cast<uint32_t>(state.range(0)));
+  for (auto _ : state) {
+    const LightTree tree(points);
+    benchmark::DoNotOptimize(tree.cells().data());
+  }
+}
+BENCHMARK(BM_BuildTree)->Arg(1 << 15)->Arg(1 << 18)->Unit(benchmark::kMillisecond);
+
+void BM_SelectCut512(benchmark::State& state) {
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(select_cut(fixture().tree, 512, CutCriterion::kVariance));
+  }
+}
+BENCHMARK(BM_SelectCut512)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace kinome
