@@ -1,0 +1,74 @@
+// A sky that fades from the zenith (+y) to the horizon; below, it is as at the horizon.
+//
+//     L(d) = horizon + (zenith - horizon) max(d.y, 0)
+//
+//     <emitter type="sky_gradient"> <rgb name="zenith" value=".1 .3 .9"/> </emitter>
+
+#include <algorithm>
+#include <cmath>
+
+#include <kinome/emitter.h>
+#include <kinome/plugin.h>
+#include <kinome/sphere_partition.h>
+
+namespace {
+
+using namespace kinome;
+
+// Documentation, checks and defaults in one table: `kinome plugins sky_gradient` prints it.
+constexpr Parameter kParameters[] = {
+    {"zenith", ParameterType::kColor, "0.2 0.4 1", "Radiance straight up."},
+    {"horizon", ParameterType::kColor, "1", "Radiance at the horizon and below it."},
+    {"scale", ParameterType::kFloat, "1", "Factor of both; not negative."},
+};
+
+class SkyGradient final : public Emitter {
+ public:
+  explicit SkyGradient(const Properties& props)
+      : zenith_(props.color("zenith")), horizon_(props.color("horizon")) {
+    const float scale = props.real("scale");
+    if (!(scale >= 0)) {
+      throw props.error("scale", "must not be negative, got " + std::to_string(scale));
+    }
+    zenith_ *= scale;
+    horizon_ *= scale;
+  }
+
+  bool is_environment() const override { return true; }
+  Rgb eval_environment(const Vec3& d) const override {
+    return horizon_ + (zenith_ - horizon_) * std::max(d.y, 0.f);
+  }
+
+  // A gradient this soft needs no importance sampling of its own: uniform over the sphere.
+  std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& u) const override {
+    const float y = 1 - 2 * u.y;
+    const float r = std::sqrt(std::max(0.f, 1 - y * y));
+    DirectSample sample;
+    sample.d = Vec3(r * std::cos(2 * kPi * u.x), y, r * std::sin(2 * kPi * u.x));
+    sample.pdf = pdf_environment(sample.d);
+    sample.radiance = eval_environment(sample.d);
+    return sample;
+  }
+  float pdf_environment(const Vec3& /*d*/) const override { return 1 / (4 * kPi); }
+
+  // These points are all that the `clustered` integrator asks of an emitter.
+  std::optional<LightPoints> light_points(uint32_t count, uint64_t /*seed*/) const override {
+    const SpherePartition cells(count);
+    LightPoints points;
+    points.extent.assign(count, cells.cell_solid_angle());
+    for (uint32_t i = 0; i < count; ++i) {
+      points.position.push_back(cells.centre(i));
+      points.power.push_back(eval_environment(cells.centre(i)) * cells.cell_solid_angle());
+    }
+    return points;
+  }
+
+ private:
+  Rgb zenith_;
+  Rgb horizon_;
+};
+
+}  // namespace
+
+KINOME_PLUGIN(SkyGradient, Category::kEmitter, "sky_gradient",
+              "A sky that fades from the zenith (+y) to the horizon.", kParameters);

@@ -1,0 +1,237 @@
+// Plugins outside the tree, built against the installed package and rendered by the installed
+// program.
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "kinome/image.h"
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void expect_success(const ProcessResult& result) {
+  ASSERT_EQ(result.status, 0) << result.out << result.err;
+}
+
+/// A diffuse floor of reflectance .5, seen from straight above, under whatever `light` is.
+std::string floor_scene(const std::string& integrator, const std::string& light) {
+  return R"(<scene version="3.0.0">
+    <integrator type=")" +
+         integrator + R"("/>
+    <sensor type="perspective">
+      <float name="fov" value="20"/>
+      <transform name="to_world"><lookat origin="0 3 0" target="0 0 0" up="0 0 1"/></transform>
+      <sampler type="independent"><integer name="sample_count" value="64"/></sampler>
+      <film type="hdrfilm">
+        <integer name="width" value="16"/> <integer name="height" value="16"/>
+        <string name="component_format" value="float32"/>
+        <rfilter type="box"/>
+      </film>
+    </sensor>
+    <shape type="rectangle">
+      <transform name="to_world">
+        <rotate x="1" angle="-90"/>
+        <scale value="10"/>
+      </transform>
+      <bsdf type="diffuse"><rgb name="reflectance" value=".5"/></bsdf>
+    </shape>)" +
+         light + "</scene>";
+}
+
+Rgb mean_of(const Image& image) {
+  double sum[3] = {0, 0, 0};
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < 3; ++c) sum[c] += image.at(x, y, c);
+    }
+  }
+  const double pixels = static_cast<double>(image.width) * image.height;
+  return {static_cast<float>(sum[0] / pixels), static_cast<float>(sum[1] / pixels),
+          static_cast<float>(sum[2] / pixels)};
+}
+
+/// Installs Kinome once into a folder of its own, and builds the project against it once.
+class Sdk : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    prefix_ = folder_->path("prefix");
+    build_ = folder_->path("build");
+    expect_success(
+        run_process({KINOME_TEST_CMAKE, "--install", KINOME_TEST_BUILD, "--prefix", prefix_}));
+    expect_success(configure(prefix_, build_));
+    expect_success(run_process({KINOME_TEST_CMAKE, "--build", build_, "-j", "2"}, 300));
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+
+  static ProcessResult configure(const std::string& prefix, const std::string& build) {
+    std::string flags;
+    if (std::string(KINOME_TEST_SANITIZER) == "asan") flags = "-fsanitize=address,undefined";
+    if (std::string(KINOME_TEST_SANITIZER) == "tsan") flags = "-fsanitize=thread";
+    return run_process({KINOME_TEST_CMAKE, "-S",
+                        std::string(KINOME_TEST_SOURCE) + "/tests/sdk/project", "-B", build, "-G",
+                        "Ninja", "-DCMAKE_PREFIX_PATH=" + prefix,
+                        "-DCMAKE_CXX_COMPILER=" KINOME_TEST_CXX, "-DCMAKE_CXX_FLAGS=" + flags});
+  }
+
+  static std::string program() { return prefix_ + "/bin/kinome"; }
+  static std::string plugins() { return build_ + "/plugins"; }
+
+  /// Renders with the installed program, finding the plugins by --plugin-path.
+  static Image render_text(const std::string& xml) {
+    const std::string scene = folder_->write("scene.xml", xml);
+    const std::string image = folder_->path("image.exr");
+    const ProcessResult result =
+        run_process({program(), "-q", scene, "-o", image, "--plugin-path", plugins()});
+    EXPECT_EQ(result.status, 0) << result.err;
+    return result.status == 0 ? read_exr(image) : Image{};
+  }
+
+  static TemporaryFolder* folder_;
+  static std::string prefix_;
+  static std::string build_;
+};
+TemporaryFolder* Sdk::folder_ = nullptr;
+std::string Sdk::prefix_;
+std::string Sdk::build_;
+
+TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
+  for (const char* name :
+       {"bin/kinome", "lib/libkinome.so", "include/kinome/plugin.h",
+        "lib/kinome/plugins/bsdf/diffuse.so", "lib/kinome/plugins/sampler/ldsampler.so",
+        "lib/cmake/kinome/KinomeConfig.cmake", "lib/cmake/kinome/KinomeConfigVersion.cmake",
+        "lib/cmake/kinome/KinomeTargets.cmake", "lib/cmake/kinome/KinomePlugin.cmake"}) {
+    EXPECT_TRUE(fs::exists(fs::path(prefix_) / name)) << name;
+  }
+  // Nothing installed may lead back to where it was built.
+  for (const auto& entry : fs::recursive_directory_iterator(prefix_)) {
+    if (!entry.is_regular_file() || entry.path().string().find("/cmake/") == std::string::npos) {
+      continue;
+    }
+    EXPECT_EQ(read_text(entry.path()).find(KINOME_TEST_BUILD), std::string::npos) << entry.path();
+  }
+}
+
+/// Closed form: a floor of reflectance rho under L = h + (z - h) cos theta shows
+/// rho / pi (pi h + 2 pi / 3 (z - h)) = rho (h + 2/3 (z - h)).
+TEST_F(Sdk, SkyGradientLightsAFloorAsDerived) {
+  const std::string sky = R"(<emitter type="sky_gradient"><rgb name="zenith" value=".1 .4 2"/>
+      <rgb name="horizon" value="1 .4 .5"/></emitter>)";
+  const double zenith[3] = {.1, .4, 2};
+  const double horizon[3] = {1, .4, .5};
+  // direct: 16384 samples of uniform directions and cosine lobes by MIS. Each sample's standard
+  // deviation is below the value itself, so that the mean's is below 1/128 of it; 5 of them:
+  // false alarms of 6e-7. clustered adds the points' own error, of the order of one cell.
+  for (const char* integrator : {"direct", "clustered"}) {
+    const Rgb mean = mean_of(render_text(floor_scene(integrator, sky)));
+    for (int c = 0; c < 3; ++c) {
+      const double expected = .5 * (horizon[c] + 2. / 3 * (zenith[c] - horizon[c]));
+      EXPECT_NEAR(mean[c], expected, expected * 5 / 128) << integrator << ", channel " << c;
+    }
+  }
+}
+
+TEST_F(Sdk, IntegratorShowsNormals) {
+  const Image image = render_text(floor_scene("normals", ""));
+  ASSERT_EQ(image.width, 16);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      // n = (0, 1, 0) after a rotation by 90 degrees in floats: within a few ulp of it.
+      EXPECT_NEAR(image.at(x, y, 0), .5f, 1e-6f);
+      EXPECT_NEAR(image.at(x, y, 1), 1.f, 1e-6f);
+      EXPECT_NEAR(image.at(x, y, 2), .5f, 1e-6f);
+    }
+  }
+}
+
+TEST_F(Sdk, PluginsAreFoundByEnvironmentVariable) {
+  const std::string scene = folder_->write("scene.xml", floor_scene("normals", ""));
+  const std::string image = folder_->path("by_variable.exr");
+  const ProcessResult without = run_process({program(), "-q", scene, "-o", image});
+  EXPECT_EQ(without.status, 1);
+  EXPECT_FALSE(fs::exists(image));
+  EXPECT_NE(without.err.find("no integrator plugin 'normals'"), std::string::npos) << without.err;
+  expect_success(run_process({"env", "KINOME_PLUGIN_PATH=/nonexistent:" + plugins(), program(),
+                              "-q", scene, "-o", image}));
+  EXPECT_TRUE(fs::exists(image));
+}
+
+TEST_F(Sdk, PluginsAreListed) {
+  const ProcessResult one =
+      run_process({program(), "plugins", "sky_gradient", "--plugin-path", plugins()});
+  expect_success(one);
+  EXPECT_NE(one.out.find("emitter/sky_gradient"), std::string::npos) << one.out;
+  EXPECT_NE(one.out.find("Radiance straight up."), std::string::npos) << one.out;
+  EXPECT_NE(one.out.find("0.2 0.4 1"), std::string::npos) << one.out;
+}
+
+TEST_F(Sdk, MistakesAreReportedAtTheirPlace) {
+  const std::string scene =
+      folder_->write("wrong.xml",
+                     "<scene version=\"3.0.0\">\n  <emitter type=\"sky_gradient\">\n"
+                     "    <float name=\"scale\" value=\"-1\"/>\n  </emitter>\n</scene>\n");
+  const ProcessResult result =
+      run_process({program(), scene, "-o", folder_->path("w.exr"), "--plugin-path", plugins()});
+  EXPECT_EQ(result.status, 1);
+  EXPECT_EQ(result.err.rfind("kinome: " + scene + ":3:", 0), 0u) << result.err;
+  EXPECT_NE(result.err.find("must not be negative"), std::string::npos) << result.err;
+}
+
+TEST_F(Sdk, AnotherAbiIsRefused) {
+  // The same library, with another interface version in its key.
+  std::string library = read_text(plugins() + "/integrator/normals.so");
+  const std::string version = "kinome-abi;interface=1;";
+  size_t changed = 0;
+  for (size_t at = library.find(version); at != std::string::npos; at = library.find(version, at)) {
+    library[at + version.size() - 2] = '9';
+    ++changed;
+  }
+  ASSERT_GT(changed, 0u);
+  folder_->write("abi/integrator/normals.so", library);
+  const std::string scene = folder_->write("scene.xml", floor_scene("normals", ""));
+  const std::string image = folder_->path("abi.exr");
+  const ProcessResult result =
+      run_process({program(), scene, "-o", image, "--plugin-path", folder_->path("abi")});
+  EXPECT_EQ(result.status, 1);
+  EXPECT_EQ(result.err.rfind("kinome: " + scene + ":2:", 0), 0u) << result.err;
+  EXPECT_NE(result.err.find("another ABI"), std::string::npos) << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_FALSE(fs::exists(image));
+}
+
+/// Moves the tree away for good: the last of the suite.
+TEST_F(Sdk, MovedTreeWorks) {
+  const std::string moved = folder_->path("elsewhere/deeper");
+  fs::create_directories(fs::path(moved).parent_path());
+  fs::rename(prefix_, moved);
+  prefix_ = moved;
+  const std::string scene = folder_->write("scene.xml", floor_scene("normals", ""));
+  const std::string image = folder_->path("moved.exr");
+  expect_success(run_process({program(), "-q", scene, "-o", image, "--plugin-path", plugins()}));
+  EXPECT_TRUE(fs::exists(image));
+  expect_success(run_process({program(), "plugins"}));
+  expect_success(configure(moved, folder_->path("build2")));
+  const std::string cache = read_text(folder_->path("build2/CMakeCache.txt"));
+  EXPECT_NE(cache.find(moved + "/lib/cmake/kinome"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kinome::test
