@@ -39,6 +39,10 @@ Error unknown_parameter(const Properties& props, const PluginDescriptor& plugin,
     known.push_back(row.name);
     list += (list.empty() ? "" : ", ") + known.back();
   }
+  if (name.starts_with("_arg_")) {
+    return Error(where, "a texture of " + plugin_title(props) + " needs a name (" +
+                            (list.empty() ? "but it takes none" : "one of " + list) + ")");
+  }
   const std::string nearest = nearest_name(name, known);
   std::string hint = list.empty() ? "it has none" : "it has " + list;
   if (!nearest.empty()) hint = "did you mean '" + nearest + "'?";

@@ -1,11 +1,11 @@
 #include "kinome/properties.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "file_search.h"
 #include "kinome/log.h"
 #include "kinome/texture.h"
 #include "numbers.h"
@@ -109,20 +109,13 @@ std::string Properties::string(const std::string& name) const {
 }
 
 std::string Properties::file(const std::string& name) const {
-  namespace fs = std::filesystem;
+  static const std::vector<std::string> kNowhere;
   const std::string wanted = string(name);
-  if (wanted.empty()) throw error(name, "must be the name of a file, got an empty string");
-  std::vector<std::string> folders{""};
-  if (fs::path(wanted).is_relative() && search_paths_) folders = *search_paths_;
-  std::string looked_in;
-  for (const std::string& folder : folders) {
-    const fs::path path = folder.empty() ? fs::path(wanted) : fs::path(folder) / wanted;
-    std::error_code failed;
-    if (fs::is_directory(path, failed)) throw error(name, "'" + path.string() + "' is a folder");
-    if (fs::exists(path, failed)) return path.string();
-    if (!folder.empty()) looked_in += (looked_in.empty() ? "; looked in " : ", ") + folder;
+  try {
+    return find_file(wanted, search_paths_ ? *search_paths_ : kNowhere);
+  } catch (const Error& missing) {
+    throw error(name, "can't be found: " + missing.message());
   }
-  throw error(name, "there is no file '" + wanted + "'" + looked_in);
 }
 
 Vec3 Properties::vector(const std::string& name) const {

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace kinome {
+
+/// The first of `folders` that holds `name` (an absolute name stands for itself). Throws Error
+/// (without a place) that says where it looked, also where it finds a folder in place of a file.
+std::string find_file(const std::string& name, const std::vector<std::string>& folders);
+
+}  // namespace kinome
