@@ -25,7 +25,7 @@ constexpr Parameter kTable[] = {
     {"filename", ParameterType::kFile, nullptr,
      "The image: OpenEXR or PFM, latitude-longitude, linear Rec.709.", true},
     {"scale", ParameterType::kFloat, "1", "Factor of the image's radiance."},
-    {"to_world", ParameterType::kTransform, "",
+    {"to_world", ParameterType::kTransform, "identity",
      "Rotation (or reflection) of the map. Unrotated, its upper row is +y and its centre column "
      "+z."},
     {"mis_compensation", ParameterType::kBoolean, "false",
