@@ -77,6 +77,10 @@ std::shared_ptr<T> read_part(const Properties& props, const char* name) {
   return part;
 }
 
+inline float aspect_ratio(const Film& film) {
+  return static_cast<float>(film.width()) / static_cast<float>(film.height());
+}
+
 /// Half the width of the picture at depth 1, from fov and fov_axis or focal_length. `aspect` is the
 /// full film's width / height.
 inline float read_half_width(const Properties& props, float aspect) {

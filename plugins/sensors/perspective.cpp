@@ -30,8 +30,7 @@ class Perspective : public Sensor {
     sampler_ = read_part<Sampler>(props, "sampler");
     const Vec2 offset(props.real("principal_point_offset_x"),
                       props.real("principal_point_offset_y"));
-    const float aspect = static_cast<float>(film_->width()) / static_cast<float>(film_->height());
-    plane_ = FilmPlane(*film_, read_half_width(props, aspect), offset);
+    plane_ = FilmPlane(*film_, read_half_width(props, aspect_ratio(*film_)), offset);
     origin_ = to_world_.point(Vec3(0.f));
   }
 

@@ -1,0 +1,90 @@
+// Owen-scrambled Sobol points: the first two dimensions of Sobol's sequence, a (0, 2)-sequence in
+// base 2, used anew for each pair of dimensions (padding; Kollig and Keller 2002) with its own
+// scramble and order. The first 2^k samples of a pixel, and every aligned block of 2^k, are a
+// (0, k, 2)-net in each pair and a (0, k, 1)-net in each single dimension.
+//
+//   <sampler type="sobol"><integer name="sample_count" value="64"/></sampler>
+//
+// Scrambles and orders are hashes (Burley 2020, "Practical hash-based Owen scrambling"). The order
+// of a pair's points is scrambled, too, as a number: that keeps every aligned block of 2^k together
+// and makes pairs independent of one another.
+
+#include <memory>
+
+#include "kinome/plugin.h"
+#include "owen.h"
+#include "sampler_common.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {KINOME_SAMPLER_PARAMETERS};
+
+/// Sobol's second dimension, bits reversed (least significant is the half). Its matrix is Pascal's
+/// triangle modulo 2, the tensor power of (1 1; 0 1): five steps in place of 32 direction numbers.
+uint32_t sobol_second_reversed(uint32_t index) {
+  index ^= index >> 1 & 0x55555555u;
+  index ^= index >> 2 & 0x33333333u;
+  index ^= index >> 4 & 0x0f0f0f0fu;
+  index ^= index >> 8 & 0x00ff00ffu;
+  return index ^ index >> 16;
+}
+
+/// Rounds up to a power of four, as Mitsuba's ldsampler does.
+uint32_t round_to_power_of_four(uint32_t count) {
+  uint32_t rounded = 4;
+  while (rounded < count) rounded *= 4;
+  return rounded;
+}
+
+class Sobol : public Sampler {
+ public:
+  explicit Sobol(const Properties& props) {
+    const uint32_t wanted = read_sample_count(props);
+    sample_count_ = round_to_power_of_four(wanted);
+    warn_if_rounded(props, wanted, sample_count_);
+    seed_ = static_cast<uint64_t>(props.integer("seed"));
+  }
+  Sobol(uint32_t count, uint64_t seed) {
+    sample_count_ = count;
+    seed_ = seed;
+  }
+
+  float value_1d(const SampleKey& key, uint32_t dimension) const override {
+    const uint64_t hash = hash_key(key, dimension, kOneDimension);
+    return scrambled(shuffled_index(key.sample, hash), scatter(hash + kSaltX));
+  }
+  Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
+    const uint64_t hash = hash_key(key, dimension, kTwoDimensions);
+    const uint32_t index = shuffled_index(key.sample, hash);
+    return {scrambled(index, scatter(hash + kSaltX)),
+            scrambled(sobol_second_reversed(index), scatter(hash + kSaltY))};
+  }
+  /// Only powers of two are needed for nets; those of four are Mitsuba's rule for scenes.
+  std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
+    uint32_t rounded = 1;
+    while (rounded < count && rounded < kMaxSampleCount) rounded *= 2;
+    return std::make_shared<Sobol>(rounded, seed_);
+  }
+
+ private:
+  static constexpr uint32_t kOneDimension = 1;
+  static constexpr uint32_t kTwoDimensions = 2;
+  static constexpr uint64_t kSaltX = 0x2545f4914f6cdd1du;
+  static constexpr uint64_t kSaltY = 0x9e6c63d0876a9a47u;
+
+  static uint32_t shuffled_index(uint32_t sample, uint64_t key) {
+    return owen_scramble(sample, key);
+  }
+  /// Sobol's first dimension is the index itself with its bits reversed: no reversal is left to do.
+  static float scrambled(uint32_t reversed_point, uint64_t key) {
+    return to_unit_float(reverse_bits(scramble_reversed(reversed_point, key)));
+  }
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Sobol, kinome::Category::kSampler, "sobol",
+              "Owen-scrambled Sobol points: the best choice. Mitsuba's name for it is ldsampler.",
+              kinome::kTable);

@@ -1,0 +1,75 @@
+// Stratified sampling: sample_count = n² strata in a pixel, a sample each, jittered. The order of
+// the strata is a random permutation for each dimension and pixel, so that dimensions stay
+// independent. After n² samples another stratification follows.
+//
+//   <sampler type="stratified"><integer name="sample_count" value="64"/></sampler>
+
+#include <memory>
+
+#include "kinome/plugin.h"
+#include "permutation.h"
+#include "sampler_common.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {KINOME_SAMPLER_PARAMETERS};
+
+uint32_t side_for(uint32_t count) {
+  uint32_t side = 1;
+  while (side * side < count) ++side;
+  return side;
+}
+
+class Stratified : public Sampler {
+ public:
+  explicit Stratified(const Properties& props)
+      : Stratified(read_sample_count(props), static_cast<uint64_t>(props.integer("seed"))) {
+    warn_if_rounded(props, read_sample_count(props), sample_count_);
+  }
+  Stratified(uint32_t count, uint64_t seed) : side_(side_for(count)) {
+    sample_count_ = side_ * side_;
+    seed_ = seed;
+  }
+
+  float value_1d(const SampleKey& key, uint32_t dimension) const override {
+    const Place place = find(key, dimension, kOneDimension);
+    return in_stratum(place.stratum, place.jitter.x, sample_count_);
+  }
+  Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
+    const Place place = find(key, dimension, kTwoDimensions);
+    return {in_stratum(place.stratum % side_, place.jitter.x, side_),
+            in_stratum(place.stratum / side_, place.jitter.y, side_)};
+  }
+  std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
+    return std::make_shared<Stratified>(count, seed_);
+  }
+
+ private:
+  static constexpr uint32_t kOneDimension = 0;
+  static constexpr uint32_t kTwoDimensions = 1u << 31;
+  struct Place {
+    uint32_t stratum;
+    Vec2 jitter;
+  };
+
+  Place find(const SampleKey& key, uint32_t dimension, uint32_t kind) const {
+    const uint32_t block = key.sample / sample_count_;
+    const uint32_t within = key.sample % sample_count_;
+    const uint64_t hash = hash_key(key, block, dimension ^ kind);
+    return {permute(within, sample_count_, hash),
+            to_unit_square(scatter(hash + within * 0xd1342543de82ef95u + 1))};
+  }
+  static float in_stratum(uint32_t stratum, float jitter, uint32_t count) {
+    const float value = (static_cast<float>(stratum) + jitter) / static_cast<float>(count);
+    return std::min(value, kOneMinusEpsilon);
+  }
+
+  uint32_t side_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Stratified, kinome::Category::kSampler, "stratified",
+              "Jittered samples in a square number of strata.", kinome::kTable);

@@ -1,0 +1,80 @@
+// Camera with a thin lens: what lies at the depth `focus_distance` is sharp.
+//
+//   <sensor type="thinlens">
+//     <float name="fov" value="40"/>
+//     <float name="aperture_radius" value="0.05"/>
+//     <float name="focus_distance" value="5"/>
+//   </sensor>
+
+#include "camera.h"
+#include "kinome/plugin.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {
+    KINOME_CAMERA_PARAMETERS,
+    KINOME_FOV_PARAMETERS,
+    {"aperture_radius", ParameterType::kFloat, nullptr, "of the lens, scene units", true},
+    {"focus_distance", ParameterType::kFloat, nullptr,
+     "depth that is sharp; far_clip if not given"},
+};
+
+/// Concentric map of the square to the unit disk (Shirley and Chiu 1997): keeps strata compact.
+Vec2 square_to_disk(const Vec2& u) {
+  const float a = 2 * u.x - 1;
+  const float b = 2 * u.y - 1;
+  if (a == 0 && b == 0) return Vec2(0.f);
+  const bool by_a = std::abs(a) > std::abs(b);
+  const float radius = by_a ? a : b;
+  const float angle = by_a ? kPi / 4 * (b / a) : kPi / 2 - kPi / 4 * (a / b);
+  return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+class ThinLens : public Sensor {
+ public:
+  explicit ThinLens(const Properties& props)
+      : clip_(read_clip_range(props)), to_world_(read_camera_transform(props, false)) {
+    check_shutter(props);
+    film_ = read_part<Film>(props, "film");
+    sampler_ = read_part<Sampler>(props, "sampler");
+    plane_ = FilmPlane(*film_, read_half_width(props, aspect_ratio(*film_)));
+    aperture_radius_ = read_positive(props, "aperture_radius");
+    focus_distance_ =
+        props.has("focus_distance") ? read_positive(props, "focus_distance") : clip_.far;
+  }
+
+  Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
+    const Vec2 lens = aperture_radius_ * square_to_disk(aperture);
+    const Vec2 sharp = focus_distance_ * plane_.at(film_position);
+    const Vec3 d = glm::normalize(Vec3(sharp - lens, focus_distance_));
+    Ray ray;
+    ray.o = to_world_.point(Vec3(lens, 0.f));
+    ray.d = glm::normalize(to_world_.vector(d));
+    ray.tmin = clip_.near / d.z;
+    ray.tmax = clip_.far / d.z;
+    return ray;
+  }
+  bool needs_aperture_sample() const override { return true; }
+
+ private:
+  static float read_positive(const Properties& props, const char* name) {
+    const float value = props.real(name);
+    if (!(value > 0)) {
+      throw props.error(name, "must be positive, got " + std::to_string(value));
+    }
+    return value;
+  }
+
+  ClipRange clip_;
+  Transform to_world_;
+  FilmPlane plane_;
+  float aperture_radius_ = 0;
+  float focus_distance_ = 0;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::ThinLens, kinome::Category::kSensor, "thinlens",
+              "Camera with a thin lens: depth of field.", kinome::kTable);
