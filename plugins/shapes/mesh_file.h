@@ -1,0 +1,128 @@
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "kinome/error.h"
+
+/// What readers of mesh files share.
+namespace kinome {
+
+/// A file as bytes. Error at `path` where it can't be read.
+inline std::string read_mesh_file(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                             &std::fclose);
+  std::string bytes;
+  if (file) {
+    // Files whose size can't be told ahead (pipes) are read in steps.
+    const bool seekable = std::fseek(file.get(), 0, SEEK_END) == 0;
+    const long size = seekable ? std::ftell(file.get()) : -1;
+    if (seekable) std::rewind(file.get());
+    constexpr size_t kStep = 1 << 20;
+    size_t filled = 0;
+    // One byte more than the size, so that a single read meets the end. Folders "have" a size of
+    // LONG_MAX; reading them fails.
+    bytes.resize(size > 0 && size < (int64_t{1} << 40) ? static_cast<size_t>(size) + 1 : kStep);
+    while (const size_t n =
+               std::fread(bytes.data() + filled, 1, bytes.size() - filled, file.get())) {
+      filled += n;
+      if (filled == bytes.size()) bytes.resize(bytes.size() + kStep);
+    }
+    bytes.resize(filled);
+  }
+  if (!file || std::ferror(file.get())) {
+    throw Error(Location{path, 0, 0}, "can't be read as a file");
+  }
+  return bytes;
+}
+
+/// Walks through text line by line, word by word, and knows where it is.
+class TextCursor {
+ public:
+  TextCursor(std::string file, std::string_view text, int line = 1)
+      : file_(std::move(file)), next_(text.data()), end_(text.data() + text.size()), line_(line) {}
+
+  int line() const { return line_; }
+  size_t bytes_left() const { return static_cast<size_t>(end_ - next_); }
+  bool at_end() const { return next_ == end_; }
+  /// Skips blanks, and a backslash that continues the line.
+  bool at_line_end() {
+    while (next_ != end_) {
+      if (*next_ == ' ' || *next_ == '\t' || *next_ == '\r') {
+        ++next_;
+      } else if (*next_ == '\\' && continues_line()) {
+        next_ = static_cast<const char*>(next_ + (next_[1] == '\r' ? 3 : 2));
+        ++line_;
+      } else {
+        return *next_ == '\n';
+      }
+    }
+    return true;
+  }
+  void next_line() {
+    while (next_ != end_ && *next_ != '\n') ++next_;
+    if (next_ != end_) {
+      ++next_;
+      ++line_;
+    }
+  }
+  /// To the first line that isn't blank; false at the end of the text.
+  bool skip_blank_lines() {
+    while (at_line_end()) {
+      if (at_end()) return false;
+      next_line();
+    }
+    return true;
+  }
+  /// The next word of the line; empty at its end.
+  std::string_view word() {
+    if (at_line_end()) return {};
+    const char* first = next_;
+    while (next_ != end_ && *next_ != ' ' && *next_ != '\t' && *next_ != '\r' && *next_ != '\n') {
+      ++next_;
+    }
+    return {first, static_cast<size_t>(next_ - first)};
+  }
+  /// The next word as a number; `what` says in the error what was expected there.
+  double number(const char* what) {
+    std::string_view text = word();
+    if (text.empty()) fail(std::string("expected ") + what + ", but the line ends");
+    if (text.front() == '+') text.remove_prefix(1);
+    double value = 0;
+    const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (rest != text.data() + text.size() || error == std::errc::invalid_argument) {
+      fail(std::string("expected ") + what + ", got '" + shorten(text) + "'");
+    }
+    if (error == std::errc::result_out_of_range) {
+      fail(std::string(what) + " is out of range: '" + shorten(text) + "'");
+    }
+    return value;
+  }
+  [[noreturn]] void fail(const std::string& message) const { fail_at(line_, message); }
+  [[noreturn]] void fail_at(int line, const std::string& message) const {
+    throw Error(Location{file_, line, 0}, message);
+  }
+  /// Words of a broken file may be megabytes of anything.
+  static std::string shorten(std::string_view text) {
+    std::string clean;
+    for (const char c : text.substr(0, 40)) clean += c >= ' ' && c <= '~' ? c : '?';
+    return text.size() > 40 ? clean + "…" : clean;
+  }
+
+ private:
+  bool continues_line() const {
+    return (end_ - next_ >= 2 && next_[1] == '\n') ||
+           (end_ - next_ >= 3 && next_[1] == '\r' && next_[2] == '\n');
+  }
+
+  std::string file_;
+  const char* next_;
+  const char* end_;
+  int line_;
+};
+
+}  // namespace kinome

@@ -1,0 +1,247 @@
+/// Triangles from a Wavefront OBJ file.
+///
+/// Read are v, vt, vn and f, with negative (relative) indices; polygons are split into fans.
+/// Groups, materials and all else are skipped: the file is one mesh. Normals are used where every
+/// face has them; otherwise they are averaged from the faces, weighted by angle.
+///
+///     <shape type="obj"><string name="filename" value="teapot.obj"/></shape>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "kinome/plugin.h"
+#include "kinome/shape.h"
+#include "mesh_file.h"
+#include "shape_parameters.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"filename", ParameterType::kFile, nullptr, "The OBJ file.", true},
+    kFaceNormals,
+    kFlipNormals,
+    {"flip_tex_coords", ParameterType::kBoolean, "true",
+     "Turns v into 1 - v: OBJ counts from the bottom of the image, textures from the top."},
+    kToWorld,
+    kNestedBsdf,
+    kNestedEmitter,
+};
+
+constexpr int64_t kAbsent = -1;
+
+/// A face's corner: indices from 0, kAbsent where there is none.
+struct Corner {
+  int64_t position = kAbsent;
+  int64_t uv = kAbsent;
+  int64_t normal = kAbsent;
+};
+
+struct Face {
+  size_t first_corner;
+  size_t corner_count;
+  int line;
+};
+
+struct ObjFile {
+  std::vector<Vec3> positions;
+  std::vector<Vec2> uvs;
+  std::vector<Vec3> normals;
+  std::vector<Corner> corners;
+  std::vector<Face> faces;
+};
+
+class ObjReader {
+ public:
+  ObjReader(const std::string& file, std::string_view text) : cursor_(file, text) {}
+
+  ObjFile read() {
+    for (; cursor_.skip_blank_lines(); cursor_.next_line()) {
+      const std::string_view keyword = cursor_.word();
+      if (keyword == "v") {
+        obj_.positions.push_back(read_vector("a coordinate"));
+        if (!is_finite(obj_.positions.back())) {
+          cursor_.fail("a vertex has a position that is not finite");
+        }
+      } else if (keyword == "vt") {
+        const auto u = static_cast<float>(cursor_.number("a texture coordinate"));
+        const bool has_v = !cursor_.at_line_end();
+        obj_.uvs.emplace_back(
+            u, has_v ? static_cast<float>(cursor_.number("a texture coordinate")) : 0.f);
+      } else if (keyword == "vn") {
+        obj_.normals.push_back(read_vector("a component of a normal"));
+      } else if (keyword == "f") {
+        read_face();
+      } else if (!is_known(keyword)) {
+        cursor_.fail("not an OBJ file: unknown keyword '" + TextCursor::shorten(keyword) + "'");
+      }
+    }
+    if (obj_.faces.empty()) cursor_.fail("the file has no faces");
+    check_indices();
+    return std::move(obj_);
+  }
+
+ private:
+  Vec3 read_vector(const char* what) {
+    const double x = cursor_.number(what);
+    const double y = cursor_.number(what);
+    const double z = cursor_.number(what);
+    return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+  }
+
+  /// Statements of the format that this reader has no use for. Anything else is a sign of a file
+  /// that isn't what it claims to be.
+  static bool is_known(std::string_view keyword) {
+    constexpr std::string_view kOthers[] = {
+        "g",        "s",          "o",         "mg",     "usemtl", "mtllib", "vp",
+        "p",        "l",          "usemap",    "maplib", "bevel",  "lod",    "c_interp",
+        "d_interp", "cstype",     "deg",       "bmat",   "step",   "curv",   "curv2",
+        "surf",     "parm",       "trim",      "hole",   "scrv",   "sp",     "end",
+        "con",      "shadow_obj", "trace_obj", "ctech",  "stech",  "call",   "csh"};
+    return keyword.front() == '#' ||
+           std::find(std::begin(kOthers), std::end(kOthers), keyword) != std::end(kOthers);
+  }
+
+  void read_face() {
+    Face face{obj_.corners.size(), 0, cursor_.line()};
+    while (!cursor_.at_line_end()) {
+      obj_.corners.push_back(read_corner(cursor_.word()));
+      ++face.corner_count;
+    }
+    if (face.corner_count < 3) {
+      cursor_.fail("a face has " + std::to_string(face.corner_count) +
+                   " vertices, expected at least 3");
+    }
+    obj_.faces.push_back(face);
+  }
+
+  /// position, position/uv, position//normal or position/uv/normal
+  Corner read_corner(std::string_view word) const {
+    const std::string_view whole = word;
+    std::array<int64_t, 3> index = {kAbsent, kAbsent, kAbsent};
+    const std::array<size_t, 3> sizes = {obj_.positions.size(), obj_.uvs.size(),
+                                         obj_.normals.size()};
+    for (size_t i = 0;; ++i) {
+      if (i == 3) cursor_.fail("expected v/vt/vn, got '" + TextCursor::shorten(whole) + "'");
+      const size_t slash = std::min(word.find('/'), word.size());
+      if (slash > 0) {
+        index[i] = read_index(word.substr(0, slash), sizes[i], whole);
+      } else if (i != 1) {
+        cursor_.fail("expected an index, got '" + TextCursor::shorten(whole) + "'");
+      }
+      if (slash == word.size()) break;
+      word.remove_prefix(slash + 1);
+    }
+    return {index[0], index[1], index[2]};
+  }
+
+  /// Indices count from 1, or from the end so far where negative.
+  int64_t read_index(std::string_view text, size_t size, std::string_view whole) const {
+    int64_t index = 0;
+    const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), index);
+    if (error == std::errc::invalid_argument || rest != text.data() + text.size()) {
+      cursor_.fail("expected an index, got '" + TextCursor::shorten(whole) + "'");
+    }
+    const auto count = static_cast<int64_t>(size);
+    // Positive ones may refer to what comes later in the file: see check_indices.
+    if (error == std::errc::result_out_of_range || index == 0 || index < -count) {
+      cursor_.fail("index out of range in '" + TextCursor::shorten(whole) + "': there are " +
+                   std::to_string(size) + " so far");
+    }
+    return index > 0 ? index - 1 : count + index;
+  }
+
+  void check_indices() const {
+    const auto check = [&](const Face& face, int64_t index, size_t size, const char* what) {
+      if (index >= static_cast<int64_t>(size)) {
+        cursor_.fail_at(face.line, "a face refers to " + std::string(what) + " " +
+                                       std::to_string(index + 1) + ", but there are only " +
+                                       std::to_string(size));
+      }
+    };
+    for (const Face& face : obj_.faces) {
+      for (size_t i = 0; i < face.corner_count; ++i) {
+        const Corner& corner = obj_.corners[face.first_corner + i];
+        check(face, corner.position, obj_.positions.size(), "vertex");
+        check(face, corner.uv, obj_.uvs.size(), "texture coordinate");
+        check(face, corner.normal, obj_.normals.size(), "normal");
+      }
+    }
+  }
+
+  TextCursor cursor_;
+  ObjFile obj_;
+};
+
+/// One vertex for each distinct (position, uv, normal).
+class VertexMerger {
+ public:
+  VertexMerger(const ObjFile& obj, bool flip_v, TriangleMesh& mesh)
+      : obj_(obj), flip_v_(flip_v), mesh_(mesh), newest_(obj.positions.size(), kNone) {
+    for (const Corner& corner : obj.corners) {
+      all_normals_ = all_normals_ && corner.normal != kAbsent;
+      any_uvs_ = any_uvs_ || corner.uv != kAbsent;
+    }
+  }
+
+  uint32_t index_of(Corner corner) {
+    if (!all_normals_) corner.normal = kAbsent;
+    uint32_t& newest = newest_[static_cast<size_t>(corner.position)];
+    for (uint32_t i = newest; i != kNone; i = vertices_[i].next) {
+      if (vertices_[i].uv == corner.uv && vertices_[i].normal == corner.normal) return i;
+    }
+    const auto index = static_cast<uint32_t>(vertices_.size());
+    vertices_.push_back({corner.uv, corner.normal, newest});
+    newest = index;
+    mesh_.positions.push_back(obj_.positions[static_cast<size_t>(corner.position)]);
+    if (any_uvs_) {
+      Vec2 uv(0.f);
+      if (corner.uv != kAbsent) uv = obj_.uvs[static_cast<size_t>(corner.uv)];
+      mesh_.uvs.emplace_back(uv.x, flip_v_ ? 1 - uv.y : uv.y);
+    }
+    if (all_normals_) mesh_.normals.push_back(obj_.normals[static_cast<size_t>(corner.normal)]);
+    return index;
+  }
+
+ private:
+  static constexpr uint32_t kNone = ~0u;
+  struct Vertex {
+    int64_t uv, normal;
+    uint32_t next;  ///< another vertex at the same position
+  };
+  const ObjFile& obj_;
+  bool flip_v_;
+  TriangleMesh& mesh_;
+  std::vector<uint32_t> newest_;
+  std::vector<Vertex> vertices_;
+  bool all_normals_ = true;
+  bool any_uvs_ = false;
+};
+
+class Obj final : public MeshShape {
+ public:
+  explicit Obj(const Properties& props) : MeshShape(props) {
+    const std::string file = props.file("filename");
+    const std::string text = read_mesh_file(file);
+    const ObjFile obj = ObjReader(file, text).read();
+    VertexMerger merger(obj, props.boolean("flip_tex_coords"), mesh_);
+    for (const Face& face : obj.faces) {
+      const Corner* corner = &obj.corners[face.first_corner];
+      const uint32_t first = merger.index_of(corner[0]);
+      uint32_t previous = merger.index_of(corner[1]);
+      for (size_t i = 2; i < face.corner_count; ++i) {
+        const uint32_t next = merger.index_of(corner[i]);
+        mesh_.triangles.emplace_back(first, previous, next);
+        previous = next;
+      }
+    }
+    finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));
+  }
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Obj, kinome::Category::kShape, "obj", "Triangles from a Wavefront OBJ file.",
+              kinome::kTable);

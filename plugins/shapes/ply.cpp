@@ -1,0 +1,302 @@
+/// Triangles from a PLY file: ascii, or binary of either byte order.
+///
+/// Read are the vertices' x, y, z, nx, ny, nz and u, v (or s, t), of any numeric type, and the
+/// faces' vertex_indices (or vertex_index); polygons are split into fans. Whatever else the file
+/// holds is skipped. Without normals in the file, they are averaged from the faces, weighted by
+/// angle. Format: Turk 1994, "The PLY Polygon File Format".
+///
+///     <shape type="ply"><string name="filename" value="bunny.ply"/></shape>
+
+#include "ply_header.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "kinome/plugin.h"
+#include "kinome/shape.h"
+#include "mesh_file.h"
+#include "shape_parameters.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"filename", ParameterType::kFile, nullptr, "The PLY file.", true},
+    kFaceNormals,
+    kFlipNormals,
+    {"flip_tex_coords", ParameterType::kBoolean, "false", "Turns v into 1 - v."},
+    kToWorld,
+    kNestedBsdf,
+    kNestedEmitter,
+};
+
+/// Values of an ascii file. Each item of an element stands on a line of its own.
+class AsciiSource {
+ public:
+  AsciiSource(const std::string& file, const PlyHeader& header, std::string_view body)
+      : cursor_(file, body, header.lines + 1) {}
+  size_t bytes_left() const { return cursor_.bytes_left(); }
+  /// The least number of bytes that a value needs: a digit, and a blank before the next.
+  static size_t least_size(PlyType) { return 1; }
+  void begin_item() {
+    if (!cursor_.skip_blank_lines()) cursor_.fail("the file ends too early");
+  }
+  void end_item() {
+    if (!cursor_.at_line_end()) {
+      cursor_.fail("unexpected '" + TextCursor::shorten(cursor_.word()) +
+                   "' at the end of the line");
+    }
+    cursor_.next_line();
+  }
+  double next(PlyType) { return cursor_.number("a number"); }
+  [[noreturn]] void fail(const std::string& message) const { cursor_.fail(message); }
+
+ private:
+  TextCursor cursor_;
+};
+
+/// Values of a binary file; `swap`: of the other byte order than this machine's.
+template <bool swap>
+class BinarySource {
+ public:
+  BinarySource(const std::string& file, const PlyHeader& header, std::string_view body)
+      : file_(file), offset_(header.bytes), body_(body) {}
+  size_t bytes_left() const { return body_.size() - next_; }
+  static size_t least_size(PlyType type) { return size_of(type); }
+  void begin_item() {}
+  void end_item() {}
+  double next(PlyType type) {
+    switch (type) {
+      case PlyType::kInt8:
+        return read<int8_t>();
+      case PlyType::kUint8:
+        return read<uint8_t>();
+      case PlyType::kInt16:
+        return read<int16_t>();
+      case PlyType::kUint16:
+        return read<uint16_t>();
+      case PlyType::kInt32:
+        return read<int32_t>();
+      case PlyType::kUint32:
+        return read<uint32_t>();
+      case PlyType::kFloat32:
+        return static_cast<double>(read<float>());
+      case PlyType::kFloat64:
+        return read<double>();
+    }
+    return 0;
+  }
+  [[noreturn]] void fail(const std::string& message) const {
+    throw Error(Location{file_, 0, 0},
+                message + " (near byte " + std::to_string(offset_ + next_) + ")");
+  }
+
+ private:
+  template <class T>
+  T read() {
+    if (bytes_left() < sizeof(T)) fail("the file ends too early");
+    char bytes[sizeof(T)];
+    std::memcpy(bytes, body_.data() + next_, sizeof(T));
+    if constexpr (swap) std::reverse(bytes, bytes + sizeof(T));
+    next_ += sizeof(T);
+    T value;
+    std::memcpy(&value, bytes, sizeof(T));
+    return value;
+  }
+
+  std::string file_;
+  size_t offset_;
+  std::string_view body_;
+  size_t next_ = 0;
+};
+
+/// Where the values of a vertex property go.
+enum class Role { kX, kY, kZ, kNormalX, kNormalY, kNormalZ, kU, kV, kNone };
+
+struct Roles {
+  std::vector<Role> of_property;
+  bool positions = false, normals = false, uvs = false;
+};
+
+Roles find_roles(const PlyElement& element) {
+  const auto index = [&](const char* name) { return element.find_scalar(name); };
+  Roles roles;
+  roles.of_property.assign(element.properties.size(), Role::kNone);
+  const auto assign = [&](std::initializer_list<int> properties, Role first) {
+    for (const int i : properties) {
+      if (i < 0) return false;
+    }
+    int role = static_cast<int>(first);
+    for (const int i : properties) roles.of_property[i] = static_cast<Role>(role++);
+    return true;
+  };
+  roles.positions = assign({index("x"), index("y"), index("z")}, Role::kX);
+  roles.normals = assign({index("nx"), index("ny"), index("nz")}, Role::kNormalX);
+  roles.uvs =
+      assign({index("u"), index("v")}, Role::kU) || assign({index("s"), index("t")}, Role::kU);
+  return roles;
+}
+
+template <class Source>
+void check_count(const Source& source, const PlyElement& element) {
+  size_t least = 0;
+  for (const PlyProperty& property : element.properties) {
+    least += Source::least_size(property.is_list ? property.count_type : property.type);
+  }
+  if (least > 0 && element.count > source.bytes_left() / least) {
+    source.fail("the header promises " + std::to_string(element.count) + " of '" + element.name +
+                "', but only " + std::to_string(source.bytes_left()) + " bytes follow");
+  }
+}
+
+template <class Source>
+size_t read_list_size(Source& source, const PlyProperty& property) {
+  const double size = source.next(property.count_type);
+  if (!(size >= 0) || size != std::floor(size)) {
+    source.fail("a list of '" + property.name + "' has a length of " + std::to_string(size));
+  }
+  const size_t least = Source::least_size(property.type);
+  if (size > static_cast<double>(source.bytes_left() / least)) {
+    source.fail("a list of '" + property.name + "' is longer than the rest of the file");
+  }
+  return static_cast<size_t>(size);
+}
+
+template <class Source>
+void skip_property(Source& source, const PlyProperty& property) {
+  const size_t count = property.is_list ? read_list_size(source, property) : 1;
+  for (size_t i = 0; i < count; ++i) source.next(property.type);
+}
+
+template <class Source>
+void skip_element(Source& source, const PlyElement& element) {
+  if (element.properties.empty()) return;
+  for (uint64_t i = 0; i < element.count; ++i) {
+    source.begin_item();
+    for (const PlyProperty& property : element.properties) skip_property(source, property);
+    source.end_item();
+  }
+}
+
+template <class Source>
+void read_vertices(Source& source, const PlyElement& element, bool flip_v, TriangleMesh& mesh) {
+  const Roles roles = find_roles(element);
+  if (!roles.positions) source.fail("the vertices lack x, y or z");
+  mesh.positions.reserve(element.count + 1);
+  if (roles.normals) mesh.normals.reserve(element.count);
+  if (roles.uvs) mesh.uvs.reserve(element.count);
+  for (uint64_t i = 0; i < element.count; ++i) {
+    float values[9] = {};  // by role; the last takes what has none
+    source.begin_item();
+    for (size_t k = 0; k < element.properties.size(); ++k) {
+      const PlyProperty& property = element.properties[k];
+      if (property.is_list) {
+        skip_property(source, property);
+      } else {
+        values[static_cast<int>(roles.of_property[k])] =
+            static_cast<float>(source.next(property.type));
+      }
+    }
+    const Vec3 position(values[0], values[1], values[2]);
+    if (!is_finite(position)) {
+      source.fail("vertex " + std::to_string(i) + " has a position that is not finite");
+    }
+    mesh.positions.push_back(position);
+    if (roles.normals) mesh.normals.emplace_back(values[3], values[4], values[5]);
+    if (roles.uvs) mesh.uvs.emplace_back(values[6], flip_v ? 1 - values[7] : values[7]);
+    source.end_item();
+  }
+}
+
+/// One polygon, as a fan around its first vertex.
+template <class Source>
+void read_polygon(Source& source, const PlyProperty& property, uint64_t face, uint64_t vertex_count,
+                  TriangleMesh& mesh) {
+  const size_t size = read_list_size(source, property);
+  if (size < 3) {
+    source.fail("face " + std::to_string(face) + " has " + std::to_string(size) +
+                " vertices, expected at least 3");
+  }
+  glm::uvec3 triangle(0);
+  for (size_t i = 0; i < size; ++i) {
+    const double index = source.next(property.type);
+    if (!(index >= 0) || !(index < static_cast<double>(vertex_count)) ||
+        index != std::floor(index)) {
+      source.fail("face " + std::to_string(face) + " refers to vertex " + format_index(index) +
+                  ", expected 0 to " + std::to_string(vertex_count - 1));
+    }
+    const auto vertex = static_cast<uint32_t>(index);
+    if (i < 3) {
+      triangle[static_cast<int>(i)] = vertex;
+    } else {
+      triangle = {triangle.x, triangle.z, vertex};
+    }
+    if (i >= 2) mesh.triangles.push_back(triangle);
+  }
+}
+
+template <class Source>
+void read_faces(Source& source, const PlyElement& element, uint64_t vertex_count,
+                TriangleMesh& mesh) {
+  int indices = element.find_list("vertex_indices");
+  if (indices < 0) indices = element.find_list("vertex_index");
+  if (indices < 0) source.fail("the faces lack a list 'vertex_indices' or 'vertex_index'");
+  mesh.triangles.reserve(element.count);
+  for (uint64_t i = 0; i < element.count; ++i) {
+    source.begin_item();
+    for (size_t k = 0; k < element.properties.size(); ++k) {
+      if (static_cast<int>(k) == indices) {
+        read_polygon(source, element.properties[k], i, vertex_count, mesh);
+      } else {
+        skip_property(source, element.properties[k]);
+      }
+    }
+    source.end_item();
+  }
+}
+
+template <class Source>
+TriangleMesh read_body(Source source, const PlyHeader& header, bool flip_v) {
+  const PlyElement* vertices = header.find("vertex");
+  const PlyElement* faces = header.find("face");
+  if (!vertices || vertices->count == 0) source.fail("the file has no vertices");
+  if (!faces || faces->count == 0) source.fail("the file has no faces");
+  TriangleMesh mesh;
+  for (const PlyElement& element : header.elements) {
+    check_count(source, element);
+    if (&element == vertices) {
+      read_vertices(source, element, flip_v, mesh);
+    } else if (&element == faces) {
+      read_faces(source, element, vertices->count, mesh);
+    } else {
+      skip_element(source, element);
+    }
+  }
+  return mesh;
+}
+
+class Ply final : public MeshShape {
+ public:
+  explicit Ply(const Properties& props) : MeshShape(props) {
+    const std::string file = props.file("filename");
+    const std::string bytes = read_mesh_file(file);
+    const PlyHeader header = read_ply_header(file, bytes);
+    const std::string_view body = std::string_view(bytes).substr(header.bytes);
+    const bool flip_v = props.boolean("flip_tex_coords");
+    constexpr bool kBigEndianHost = std::endian::native == std::endian::big;
+    if (header.format == PlyFormat::kAscii) {
+      mesh_ = read_body(AsciiSource(file, header, body), header, flip_v);
+    } else if ((header.format == PlyFormat::kBigEndian) == kBigEndianHost) {
+      mesh_ = read_body(BinarySource<false>(file, header, body), header, flip_v);
+    } else {
+      mesh_ = read_body(BinarySource<true>(file, header, body), header, flip_v);
+    }
+    finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));
+  }
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Ply, kinome::Category::kShape, "ply",
+              "Triangles from a PLY file: ascii or binary.", kinome::kTable);
