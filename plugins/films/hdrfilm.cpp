@@ -8,12 +8,9 @@
 //   </film>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <filesystem>
-#include <memory>
 
-#include "../rfilters/gaussian_filter.h"
 #include "kinome/film.h"
 #include "kinome/plugin.h"
 
@@ -44,16 +41,6 @@ constexpr const char* kFileFormats[] = {"openexr", "exr", "pfm"};
 constexpr const char* kPixelFormats[] = {"luminance", "luminance_alpha", "rgb", "rgba"};
 constexpr const char* kComponentFormats[] = {"float16", "float32"};
 
-/// The film's own choice where the scene has no <rfilter>: same as the plugin `gaussian`.
-class DefaultFilter : public ReconstructionFilter {
- public:
-  DefaultFilter() { radius_ = kGaussianCutoff * kStddev; }
-  float eval(float x) const override { return gaussian_filter(x, kStddev); }
-
- private:
-  static constexpr float kStddev = 0.5f;
-};
-
 /// Like Properties::choice, in any case, as Mitsuba takes them.
 int choice(const Properties& props, const char* name, std::span<const char* const> choices) {
   std::string given = props.string(name);
@@ -83,7 +70,7 @@ class HdrFilm : public Film {
       has_alpha_ = false;
     }
     filter_ = props.object<ReconstructionFilter>();
-    if (!filter_) filter_ = std::make_shared<DefaultFilter>();
+    if (!filter_) throw props.error("rfilter", "the film needs a nested <rfilter>");
   }
 
   void write(const std::string& path, const Image& image,

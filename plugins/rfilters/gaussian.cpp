@@ -2,7 +2,9 @@
 //
 //   <rfilter type="gaussian"><float name="stddev" value="0.5"/></rfilter>
 
-#include "gaussian_filter.h"
+#include <algorithm>
+#include <cmath>
+
 #include "kinome/plugin.h"
 #include "kinome/reconstruction_filter.h"
 
@@ -10,6 +12,8 @@ namespace kinome {
 namespace {
 
 constexpr float kMaxStddev = 16;
+/// The filter ends after this many standard deviations.
+constexpr float kCutoff = 4;
 
 const Parameter kTable[] = {
     {"stddev", ParameterType::kFloat, "0.5",
@@ -22,12 +26,15 @@ class GaussianFilter : public ReconstructionFilter {
     if (!(stddev_ > 0 && stddev_ <= kMaxStddev)) {
       throw props.error("stddev", "must lie in (0, 16] pixels, got " + std::to_string(stddev_));
     }
-    radius_ = kGaussianCutoff * stddev_;
+    radius_ = kCutoff * stddev_;
   }
-  float eval(float x) const override { return gaussian_filter(x, stddev_); }
+  float eval(float x) const override {
+    return std::max(0.f, std::exp(-0.5f * sqr(x / stddev_)) - at_cutoff_);
+  }
 
  private:
   float stddev_;
+  float at_cutoff_ = std::exp(-0.5f * sqr(kCutoff));
 };
 
 }  // namespace
