@@ -1,0 +1,169 @@
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "kinome/error.h"
+
+/// Reading glTF accessors, with every index, offset and count of the file checked against the bytes
+/// that are there.
+namespace kinome {
+
+class GltfAccessors {
+ public:
+  GltfAccessors(const std::string& file, const tinygltf::Model& model)
+      : file_(file), model_(model) {
+    for (const tinygltf::Buffer& buffer : model.buffers) total_bytes_ += buffer.data.size();
+  }
+
+  /// All elements of an accessor, each of `components` numbers; integers that the file calls
+  /// normalised become 0 to 1 or -1 to 1 (glTF 2.0, 3.6.2.2).
+  std::vector<double> read(int index, int type, const std::string& what) const {
+    const tinygltf::Accessor& accessor = at(model_.accessors, index, "accessor", what);
+    if (accessor.type != type) fail(what + " has an accessor of the wrong type");
+    const int components = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(type));
+    // Zeros need no bytes in the file, so their number is bounded by what else there is.
+    if (accessor.count > total_bytes_) {
+      fail(what + " claims " + std::to_string(accessor.count) + " elements, but the file has " +
+           std::to_string(total_bytes_) + " bytes of data");
+    }
+    const auto width = static_cast<size_t>(components);
+    std::vector<double> values(accessor.count * width, 0.);
+    if (accessor.bufferView >= 0) {
+      const View view = find(accessor.bufferView, accessor.byteOffset, accessor.count,
+                             element_size(accessor.componentType, width, what), true, what);
+      for (size_t i = 0; i < accessor.count; ++i) {
+        read_element(view.data + i * view.stride, accessor, width, &values[i * width]);
+      }
+    } else if (!accessor.sparse.isSparse) {
+      fail(what + " has an accessor without data");
+    }
+    if (accessor.sparse.isSparse) read_sparse(accessor, width, what, values);
+    return values;
+  }
+
+  template <class T>
+  const T& at(const std::vector<T>& list, int index, const char* kind,
+              const std::string& user) const {
+    if (index < 0 || static_cast<size_t>(index) >= list.size()) {
+      fail(user + " refers to " + kind + " " + std::to_string(index) + ", but there are " +
+           std::to_string(list.size()));
+    }
+    return list[static_cast<size_t>(index)];
+  }
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw Error(Location{file_, 0, 0}, message);
+  }
+
+ private:
+  struct View {
+    const unsigned char* data;
+    size_t stride;
+  };
+
+  size_t element_size(int component_type, size_t width, const std::string& what) const {
+    const int32_t size = tinygltf::GetComponentSizeInBytes(static_cast<uint32_t>(component_type));
+    if (size <= 0) fail(what + " has numbers of an unknown type");
+    return static_cast<size_t>(size) * width;
+  }
+
+  View find(int view_index, size_t offset, size_t count, size_t size, bool strided,
+            const std::string& what) const {
+    const tinygltf::BufferView& view = at(model_.bufferViews, view_index, "buffer view", what);
+    const tinygltf::Buffer& buffer = at(model_.buffers, view.buffer, "buffer", what);
+    const size_t stride = strided && view.byteStride > 0 ? view.byteStride : size;
+    const size_t available = buffer.data.size();
+    const bool view_fits =
+        view.byteOffset <= available && view.byteLength <= available - view.byteOffset;
+    const bool fits = view_fits && offset <= view.byteLength &&
+                      (count == 0 || (size <= view.byteLength - offset &&
+                                      count - 1 <= (view.byteLength - offset - size) / stride));
+    if (!fits) {
+      fail(what + " reaches beyond its data: " + std::to_string(count) + " elements from byte " +
+           std::to_string(offset) + " of a view of " + std::to_string(view.byteLength) +
+           " bytes at " + std::to_string(view.byteOffset) + " in a buffer of " +
+           std::to_string(available));
+    }
+    return {buffer.data.data() + view.byteOffset + offset, stride};
+  }
+
+  template <class T>
+  static double read_number(const unsigned char* bytes, double scale) {
+    T value;  // unaligned in the file
+    std::memcpy(&value, bytes, sizeof(T));
+    return std::max(static_cast<double>(value) * scale, scale == 1 ? -HUGE_VAL : -1.);
+  }
+
+  static void read_element(const unsigned char* bytes, const tinygltf::Accessor& accessor,
+                           size_t width, double* out) {
+    const bool normalized = accessor.normalized;
+    const auto size = static_cast<size_t>(
+        tinygltf::GetComponentSizeInBytes(static_cast<uint32_t>(accessor.componentType)));
+    for (size_t i = 0; i < width; ++i, bytes += size) {
+      switch (accessor.componentType) {
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+          out[i] = read_number<int8_t>(bytes, normalized ? 1 / 127. : 1);
+          break;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+          out[i] = read_number<uint8_t>(bytes, normalized ? 1 / 255. : 1);
+          break;
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+          out[i] = read_number<int16_t>(bytes, normalized ? 1 / 32767. : 1);
+          break;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+          out[i] = read_number<uint16_t>(bytes, normalized ? 1 / 65535. : 1);
+          break;
+        case TINYGLTF_COMPONENT_TYPE_INT:
+          out[i] = read_number<int32_t>(bytes, 1);
+          break;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+          out[i] = read_number<uint32_t>(bytes, 1);
+          break;
+        case TINYGLTF_COMPONENT_TYPE_FLOAT:
+          out[i] = read_number<float>(bytes, 1);
+          break;
+        default:
+          out[i] = read_number<double>(bytes, 1);
+          break;
+      }
+    }
+  }
+
+  /// Replaces some elements (glTF 2.0, 3.6.2.3).
+  void read_sparse(const tinygltf::Accessor& accessor, size_t width, const std::string& what,
+                   std::vector<double>& values) const {
+    const auto& sparse = accessor.sparse;
+    if (sparse.count < 0 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0) {
+      fail(what + " has a sparse accessor with a negative count or offset");
+    }
+    const auto count = static_cast<size_t>(sparse.count);
+    tinygltf::Accessor index_type;
+    index_type.componentType = sparse.indices.componentType;
+    const View indices =
+        find(sparse.indices.bufferView, static_cast<size_t>(sparse.indices.byteOffset), count,
+             element_size(index_type.componentType, 1, what), false, what + " (sparse indices)");
+    const View replacements =
+        find(sparse.values.bufferView, static_cast<size_t>(sparse.values.byteOffset), count,
+             element_size(accessor.componentType, width, what), false, what + " (sparse values)");
+    for (size_t i = 0; i < count; ++i) {
+      double index = 0;
+      read_element(indices.data + i * indices.stride, index_type, 1, &index);
+      if (!(index >= 0) || !(index < static_cast<double>(accessor.count))) {
+        fail(what + " has a sparse index out of range");
+      }
+      read_element(replacements.data + i * replacements.stride, accessor, width,
+                   &values[static_cast<size_t>(index) * width]);
+    }
+  }
+
+  std::string file_;
+  const tinygltf::Model& model_;
+  size_t total_bytes_ = 0;
+};
+
+}  // namespace kinome
