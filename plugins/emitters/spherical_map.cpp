@@ -16,6 +16,10 @@ constexpr int kMinRows = 33;
 /// estimates without BSDF sampling stay unbiased, too.
 constexpr float kCompensationFloor = 1 / 16.f;
 
+/// Of a texel that is not black, however dim beside the brightest: far enough from denormals for
+/// what is interpolated from it not to vanish.
+constexpr float kLeastDensity = 1e-30f;
+
 /// The integral of sin theta, and of (theta - origin) sin theta, over [a, b].
 struct SineMoments {
   double zeroth;
@@ -124,9 +128,8 @@ void SphericalMap::set_weights(bool compensate) {
   if (!(total > 0)) return;  // black: every density is 0, and there is no patch to choose
   const double norm = 1 / total;
   sum_up([norm](const Texel& texel) {
-    // Not zero where there is light, however dim beside the brightest.
     const auto density = static_cast<float>(texel.weight * norm);
-    return texel.weight > 0 ? std::max(density, std::numeric_limits<float>::min()) : 0.f;
+    return texel.weight > 0 ? std::max(density, kLeastDensity) : 0.f;
   });
 
   std::vector<float> patches(static_cast<size_t>(width_) * (height_ - 1));
