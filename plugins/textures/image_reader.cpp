@@ -1,0 +1,74 @@
+#include "image_reader.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "kinome/export.h"
+
+namespace {
+
+using kinome::StoredImage;
+
+/// Throws where the header promises what the file can't hold: before anything is allocated.
+void check_size(const OIIO::ImageSpec& spec, uint64_t file_size) {
+  constexpr int kMaxSide = 1 << 17;
+  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxSide || spec.height > kMaxSide ||
+      spec.nchannels < 1) {
+    throw std::runtime_error("its header gives an absurd size, " + std::to_string(spec.width) +
+                             " x " + std::to_string(spec.height));
+  }
+  // Deflate reaches 1032 : 1; a flat JPEG stays below that.
+  constexpr uint64_t kBestRatio = 2000;
+  const uint64_t bytes = static_cast<uint64_t>(spec.image_bytes(true));
+  if (bytes / kBestRatio > file_size) {
+    throw std::runtime_error("truncated: " + std::to_string(file_size) + " bytes can't hold " +
+                             std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+                             " pixels");
+  }
+}
+
+template <class T>
+void read_pixels(OIIO::ImageInput& input, const StoredImage& image, std::vector<T>& pixels,
+                 OIIO::TypeDesc type) {
+  pixels.resize(static_cast<size_t>(image.width) * image.height * image.channels);
+  if (!input.read_image(0, 0, 0, image.channels, type, pixels.data())) {
+    throw std::runtime_error(input.geterror());
+  }
+}
+
+void read(const char* path, StoredImage& image) {
+  OIIO::attribute("threads", 1);
+  // Colours as stored, not multiplied by alpha.
+  OIIO::ImageSpec config;
+  config["oiio:UnassociatedAlpha"] = 1;
+  const auto input = OIIO::ImageInput::open(path, &config);
+  if (!input) {
+    throw std::runtime_error(OIIO::geterror());
+  }
+  const OIIO::ImageSpec& spec = input->spec();
+  check_size(spec, std::filesystem::file_size(path));
+  image.width = spec.width;
+  image.height = spec.height;
+  image.channels = spec.nchannels >= 3 ? 3 : 1;
+  image.is_encoded = !spec.format.is_floating_point();
+  if (spec.format == OIIO::TypeDesc::UINT8) {
+    read_pixels(*input, image, image.bytes, OIIO::TypeDesc::UINT8);
+  } else {
+    read_pixels(*input, image, image.floats, OIIO::TypeDesc::FLOAT);
+  }
+}
+
+}  // namespace
+
+extern "C" KINOME_EXPORT bool kinome_read_image(const char* path, StoredImage& image,
+                                                std::string& error) {
+  try {
+    read(path, image);
+    return true;
+  } catch (const std::exception& e) {
+    error = e.what();
+    return false;
+  }
+}
