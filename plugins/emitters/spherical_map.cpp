@@ -31,8 +31,9 @@ SineMoments sine_moments(double a, double b, double origin) {
   return {zeroth, theta - origin * zeroth};
 }
 
+/// In the form that is positive where a and b are, however different they are.
 float lerp(float a, float b, float t) {
-  return a + (b - a) * t;
+  return a * (1 - t) + b * t;
 }
 
 /// s in [0, 1] of density proportional to a (1 - s) + b s.

@@ -257,7 +257,9 @@ TEST(EnvironmentMap, IsFiniteAtThePoles) {
           const Rgb radiance = emitter->eval_environment(d);
           ASSERT_TRUE(is_finite(radiance));
           ASSERT_TRUE(std::isfinite(pdf) && pdf >= 0) << map.name;
-          ASSERT_EQ(pdf > 0, !is_black(radiance)) << map.name << " at r = " << r;
+          ASSERT_EQ(pdf > 0, !is_black(radiance))
+              << map.name << " at r = " << r << ", phi = " << phi << ", y = " << y << ", pdf "
+              << pdf << ", radiance " << radiance.x;
         }
       }
     }
