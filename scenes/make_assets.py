@@ -19,7 +19,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 PHOTOGRAPHS = pathlib.Path("/usr/share/blender/datafiles/studiolights/world")
 LICENCE = "photographs-license.txt"
 SCENES = ("hebe", "car", "grace")
-ENVIRONMENTS = {"hebe": "sunset.exr", "car": "city.exr", "grace": "sunrise.exr"}
+ENVIRONMENTS = {"hebe": "sunset.exr", "car": "courtyard.exr", "grace": "sunrise.exr"}
 
 
 def fingerprint(scale):
@@ -73,7 +73,8 @@ def make(scene, output, scale, force):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="hebe, car, grace (default: all)")
+    parser.add_argument("scenes", nargs="*", metavar="SCENE",
+                        help="hebe, car, grace; default: all")
     parser.add_argument("--force", action="store_true", help="make them even if they are current")
     parser.add_argument("--scale", type=float, default=1.0, help="grid spacing, 1 = as rendered")
     parser.add_argument("--output", type=pathlib.Path, default=HERE, help="folder of the scenes")

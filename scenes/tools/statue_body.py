@@ -15,8 +15,9 @@ HEAD_TURN = rotation(yaw=-24.0, pitch=7.0, roll=4.0)
 JUG_AT = (-0.268, 1.648, 0.205)
 JUG_TURN = rotation(yaw=-12.0, pitch=0.0, roll=-34.0)
 
-SHOULDER_R, ELBOW_R, WRIST_R = (-0.168, 1.375, -0.012), (-0.405, 1.435, 0.055), (-0.362, 1.660, 0.125)
-SHOULDER_L, ELBOW_L, WRIST_L = (0.168, 1.362, -0.012), (0.248, 1.100, -0.030), (0.190, 1.085, 0.195)
+SHOULDER_R, ELBOW_R = (-0.168, 1.375, -0.012), (-0.405, 1.435, 0.055)
+SHOULDER_L, ELBOW_L = (0.168, 1.362, -0.012), (0.248, 1.100, -0.030)
+WRIST_R, WRIST_L = (-0.362, 1.660, 0.125), (0.190, 1.085, 0.195)
 
 
 def face(x, y, z):
@@ -33,8 +34,9 @@ def face(x, y, z):
                                   (0.045, 0.003, 0.075)], [0.0032, 0.0035, 0.003], 0.003), 0.004)
     d = union(d, cone(x, y, z, (0, 0.026, 0.087), (0, -0.033, 0.109), 0.0085, 0.0095), 0.012)
     d = union(d, sphere(ax, y, z, (0.0105, -0.037, 0.097), 0.0068), 0.006)
-    d = union(d, chain(ax, y, z, [(0.0, -0.0625, 0.0925), (0.007, -0.0615, 0.0915),
-                                  (0.0215, -0.0660, 0.0810)], [0.0052, 0.0054, 0.0035], 0.004), 0.009)
+    upper_lip = chain(ax, y, z, [(0.0, -0.0625, 0.0925), (0.007, -0.0615, 0.0915),
+                                 (0.0215, -0.0660, 0.0810)], [0.0052, 0.0054, 0.0035], 0.004)
+    d = union(d, upper_lip, 0.009)
     d = union(d, ellipsoid(x, y, z, (0, -0.0755, 0.0885), (0.0165, 0.0066, 0.0075)), 0.009)
     parting = y + 0.0690 - 1.5 * ax * ax + 0.0012 * np.cos(300.0 * x)
     d = d + 0.0022 * np.exp(-(parting / 0.0024) ** 2) * smoothstep(0.026, 0.016, ax) * (z > 0.06)
@@ -54,7 +56,8 @@ def hair(x, y, z):
     d = union(d, nape - 0.006 * fold(13.0 * np.arctan2(x, y + 0.06)), 0.02)
     bx, by, bz = x, y - 0.045, z + 0.128
     spiral = np.arctan2(by, bx) * 2.0 + 150.0 * np.sqrt(bx * bx + by * by + 1e-8)
-    d = union(d, ellipsoid(bx, by, bz, (0, 0, 0), (0.047, 0.045, 0.040)) - 0.007 * fold(spiral), 0.012)
+    bun = ellipsoid(bx, by, bz, (0, 0, 0), (0.047, 0.045, 0.040)) - 0.007 * fold(spiral)
+    d = union(d, bun, 0.012)
     band = np.abs(0.50 * (z - 0.038) - 0.86 * (y - 0.105)) - 0.0075
     return union(d, intersect(cap - 0.0145, band, 0.004), 0.003)
 
@@ -81,16 +84,20 @@ def torso(x, y, z):
 
 
 def hand(x, y, z, wrist, palm, knuckles, tips, thumb):
-    """Palm, four two-joint fingers from knuckles to tips (points for the first and the last), thumb."""
+    """Palm, four fingers of two joints, thumb.
+
+    knuckles and tips give the first and the last finger; tips: both middle joints, both ends.
+    """
     d = cone(x, y, z, wrist, palm, 0.024, 0.027)
     for i in range(4):
         t = i / 3.0
         base = [(1 - t) * a + t * b for a, b in zip(knuckles[0], knuckles[1])]
         middle = [(1 - t) * a + t * b for a, b in zip(tips[0], tips[1])]
         tip = [(1 - t) * a + t * b for a, b in zip(tips[2], tips[3])]
-        d = union(d, chain(x, y, z, [palm, base, middle, tip], [0.016, 0.0105, 0.0095, 0.0075], 0.006),
-                  0.007)
-    return union(d, chain(x, y, z, [wrist, thumb[0], thumb[1]], [0.016, 0.012, 0.008], 0.008), 0.012)
+        finger = chain(x, y, z, [palm, base, middle, tip], [0.016, 0.0105, 0.0095, 0.0075], 0.006)
+        d = union(d, finger, 0.007)
+    thumb = chain(x, y, z, [wrist, thumb[0], thumb[1]], [0.016, 0.012, 0.008], 0.008)
+    return union(d, thumb, 0.012)
 
 
 def arm(x, y, z, shoulder, elbow, wrist):
@@ -123,7 +130,8 @@ def cup(x, y, z):
     bowl = intersect(bowl, ly - 0.020, 0.008)
     bowl = subtract(bowl, ellipsoid(lx, ly, lz, (0, 0.030, 0), (0.064, 0.036, 0.064)), 0.006)
     stem = cone(lx, ly, lz, (0, -0.022, 0), (0, -0.062, 0), 0.011, 0.010)
-    return union(union(bowl, stem, 0.018), disc(lx, ly, lz, (0, -0.064, 0), 0.034, 0.007, 0.004), 0.01)
+    foot = disc(lx, ly, lz, (0, -0.064, 0), 0.034, 0.007, 0.004)
+    return union(union(bowl, stem, 0.018), foot, 0.01)
 
 
 def arms(x, y, z):

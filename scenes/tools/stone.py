@@ -1,4 +1,4 @@
-"""Plinth, floor tiles and other plain shapes: lathes and rounded blocks with texture coordinates."""
+"""Turned shapes with normals and texture coordinates, and the plinth of the hebe scene."""
 
 import numpy as np
 
