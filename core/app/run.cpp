@@ -143,6 +143,8 @@ int render_command(const Options& options, Clock::time_point start) {
   if (options.png) check_writable(png);
 
   begin_interruptible_render();
+  log_info(fmt::format("rendering {}x{} pixels of {} on {} threads", film.crop().width(),
+                       film.crop().height(), options.scene, context.threads()));
   const Image image = render(*scene, sensor, context);
   progress.finish();
 

@@ -1,0 +1,205 @@
+// Scenes with one mistake each, through the program: one line with the mistake's place and what was
+// expected, exit status 1, and no file.
+
+#include "cli.h"
+
+namespace kinome::test {
+namespace {
+
+struct BadScene {
+  const char* name;
+  /// '@' marks the place that the error must name; it is taken out. The words between the tags of
+  /// a whole scene; or a scene, where it begins with "<scene" or "<?xml".
+  const char* xml;
+  std::vector<std::string> parts;  ///< of the message
+  std::vector<std::string> options = {};
+};
+
+void PrintTo(const BadScene& scene, std::ostream* out) {
+  *out << scene.name;
+}
+
+/// `xml` without its mark, and the mark's LINE:COL.
+std::pair<std::string, std::string> take_mark(std::string xml) {
+  const size_t at = xml.find('@');
+  if (at == std::string::npos) return {xml, ""};
+  const auto line = 1 + std::count(xml.begin(), xml.begin() + static_cast<long>(at), '\n');
+  const size_t line_start = at == 0 ? std::string::npos : xml.rfind('\n', at - 1);
+  const size_t column = line_start == std::string::npos ? at + 1 : at - line_start;
+  xml.erase(at, 1);
+  return {xml, std::to_string(line) + ":" + std::to_string(column)};
+}
+
+class BadSceneTest : public Cli, public ::testing::WithParamInterface<BadScene> {};
+
+TEST_P(BadSceneTest, IsOneErrorAtItsPlace) {
+  std::string text = GetParam().xml;
+  if (text.rfind("<scene", 0) != 0 && text.rfind("<?xml", 0) != 0) {
+    text = "<scene version=\"3.0.0\">\n" + text + "\n</scene>\n";
+  }
+  const auto [xml, place] = take_mark(text);
+  const std::string scene = folder_.write("scene.xml", xml);
+  std::vector<std::string> arguments = {scene};
+  for (const std::string& option : GetParam().options) arguments.push_back(option);
+  expect_one_error(kinome(arguments), scene + (place.empty() ? "" : ":" + place), GetParam().parts);
+  EXPECT_EQ(other_files({scene}), std::vector<std::string>{});
+}
+
+const BadScene kScenes[] = {
+    // XML itself.
+    {"unclosed_tag", "<shape type=\"sphere\">", {"malformed XML"}},
+    {"no_xml_at_all", "<?xml version=\"1.0\"?>\nhello", {"malformed XML"}},
+    {"stray_text", "@<emitter type=\"constant\">bright</emitter>", {"unexpected text", "bright"}},
+    // Names.
+    {"unknown_tag", "@<shap type=\"sphere\"/>", {"<shap>", "<shape>"}},
+    {"unknown_attribute", "<shape type=\"sphere\" @typo=\"1\"/>", {"typo"}},
+    {"missing_type", "@<shape/>", {"type"}},
+    {"unknown_plugin",
+     "<shape type=\"sphere\">\n  @<bsdf type=\"difuse\"/></shape>",
+     {"bsdf", "'difuse'", "'diffuse'"}},
+    {"unknown_parameter",
+     "<bsdf type=\"diffuse\" id=\"a\">\n  @<rgb name=\"reflectence\" value=\".5\"/></bsdf>",
+     {"'reflectence'", "'reflectance'"}},
+    {"object_where_none_belongs",
+     "<bsdf type=\"diffuse\" id=\"a\">\n  @<sampler type=\"independent\"/></bsdf>",
+     {"takes no sampler"}},
+    // Types and values.
+    {"wrong_type",
+     "<shape type=\"sphere\">\n @<string name=\"radius\" value=\"1\"/></shape>",
+     {"radius", "float", "string"}},
+    {"float_for_integer",
+     "<sensor type=\"perspective\"><film type=\"hdrfilm\">"
+     "@<float name=\"width\" value=\"64\"/></film></sensor>",
+     {"width", "integer"}},
+    {"not_a_number",
+     "<shape type=\"sphere\"><float name=\"radius\" @value=\"1m\"/></shape>",
+     {"'1m'"}},
+    {"not_an_integer",
+     "<sensor type=\"perspective\"><sampler type=\"independent\">"
+     "<integer name=\"sample_count\" @value=\"4.5\"/></sampler></sensor>",
+     {"'4.5'"}},
+    {"not_a_boolean",
+     "<shape type=\"sphere\"><boolean name=\"flip_normals\" @value=\"1\"/></shape>",
+     {"'1'"}},
+    {"not_a_vector",
+     "<shape type=\"sphere\"><point name=\"center\" @value=\"0 1\"/></shape>",
+     {"'0 1'"}},
+    {"out_of_range",
+     "<shape type=\"sphere\">@<float name=\"radius\" value=\"-1\"/></shape>",
+     {"radius", "positive", "-1"}},
+    {"unknown_choice",
+     "<sensor type=\"perspective\"><film type=\"hdrfilm\">"
+     "@<string name=\"pixel_format\" value=\"rgbaa\"/></film></sensor>",
+     {"rgbaa", "'rgba'"}},
+    {"singular_transform",
+     "<shape type=\"sphere\"><transform name=\"to_world\">@<scale value=\"1 0 1\"/></transform>"
+     "</shape>",
+     {"singular"}},
+    {"bright_reflectance",
+     "<bsdf type=\"diffuse\" id=\"a\">\n\n  @<rgb name=\"reflectance\" value=\".5 1.5 "
+     ".5\"/></bsdf>",
+     {"reflectance", "[0,1]", "1.5"}},
+    {"negative_reflectance",
+     "<bsdf type=\"diffuse\" id=\"a\">@<rgb name=\"reflectance\" value=\"-.1\"/></bsdf>",
+     {"reflectance", "[0,1]"}},
+    // What is missing, or there twice.
+    {"missing_parameter", "@<shape type=\"ply\"/>", {"ply", "filename"}},
+    {"missing_aperture", "@<sensor type=\"thinlens\"/>", {"thinlens", "aperture_radius"}},
+    {"parameter_given_twice",
+     "<shape type=\"sphere\"><float name=\"radius\" value=\"1\"/>\n"
+     "  @<float name=\"radius\" value=\"2\"/></shape>",
+     {"'radius'", "twice", ":2:"}},
+    {"id_given_twice",
+     "<bsdf type=\"diffuse\" id=\"a\"/>\n<bsdf type=\"diffuse\" @id=\"a\"/>",
+     {"'a'", "twice", ":2:"}},
+    {"two_environments",
+     "<emitter type=\"constant\"/>\n@<emitter type=\"constant\"/>",
+     {"environment"}},
+    // $ and references.
+    {"undefined_variable",
+     "<shape type=\"sphere\"><float name=\"radius\" @value=\"$size\"/></shape>",
+     {"'$size'"}},
+    {"unused_define", "<emitter type=\"constant\"/>", {"'color'"}, {"-D", "color=1"}},
+    {"dangling_reference", "<shape type=\"sphere\"><ref @id=\"gold\"/></shape>", {"'gold'"}},
+    {"file_includes_itself", "<include @filename=\"scene.xml\"/>", {"includes itself"}},
+    {"missing_include", "<include @filename=\"parts.xml\"/>", {"parts.xml"}},
+    {"no_sensor", "<emitter type=\"constant\"/>", {"sensor"}},
+    {"no_such_sensor",
+     "<sensor type=\"perspective\" id=\"front\"/>",
+     {"'frint'", "'front'"},
+     {"-s", "frint"}},
+    {"sensor_past_the_end", "<sensor type=\"perspective\"/>", {"'1'", "0 to 0"}, {"-s", "1"}},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, BadSceneTest, ::testing::ValuesIn(kScenes),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_F(Cli, MistakeInAnIncludedFileNamesThatFile) {
+  const std::string scene = folder_.write(
+      "scene.xml", "<scene version=\"3.0.0\">\n<include filename=\"part.xml\"/></scene>");
+  const std::string part =
+      folder_.write("part.xml", "<scene version=\"3.0.0\">\n\n  <nonsense/></scene>");
+  expect_one_error(kinome({scene}), part + ":3:3", {"<nonsense>"});
+}
+
+TEST_F(Cli, SceneThatIsNotThere) {
+  expect_one_error(kinome({folder_.path("nothing.xml")}), "", {folder_.path("nothing.xml")});
+  expect_one_error(kinome({folder_.folder()}), "", {"folder"});
+}
+
+TEST_F(Cli, LibraryThatIsNoPlugin) {
+  const std::string scene = folder_.write(
+      "scene.xml", "<scene version=\"3.0.0\">\n  <integrator type=\"fake\"/></scene>");
+  const std::string text = folder_.write("a/integrator/fake.so", "not a library at all");
+  expect_one_error(kinome({scene, "--plugin-path", folder_.path("a")}), scene + ":2:3",
+                   {text, "not a usable plugin"});
+  // A sound library, but not one of ours.
+  std::filesystem::create_directories(folder_.path("b/integrator"));
+  std::filesystem::copy_file("/proc/self/exe", folder_.path("b/integrator/fake.so"));
+  expect_one_error(kinome({scene, "--plugin-path", folder_.path("b")}), scene + ":2:3",
+                   {"b/integrator/fake.so", "not a usable plugin"});
+}
+
+struct BadUsage {
+  const char* name;
+  std::vector<std::string> arguments;
+  std::vector<std::string> parts;
+};
+
+void PrintTo(const BadUsage& usage, std::ostream* out) {
+  *out << usage.name;
+}
+
+class BadUsageTest : public Cli, public ::testing::WithParamInterface<BadUsage> {};
+
+TEST_P(BadUsageTest, IsOneError) {
+  const std::string scene = folder_.write("scene.xml", small_scene());
+  std::vector<std::string> arguments = GetParam().arguments;
+  for (std::string& argument : arguments) {
+    if (argument == "SCENE") argument = scene;
+  }
+  expect_one_error(kinome(arguments), "", GetParam().parts);
+  EXPECT_EQ(other_files({scene}), std::vector<std::string>{});
+}
+
+const BadUsage kUsages[] = {
+    {"nothing", {}, {"scene.xml"}},
+    {"unknown_option", {"SCENE", "--sats"}, {"--sats"}},
+    {"two_scenes", {"SCENE", "SCENE"}, {"not expected"}},
+    {"threads_not_a_number", {"SCENE", "-t", "many"}, {"--threads", "many"}},
+    {"no_threads", {"SCENE", "-t", "0"}, {"--threads", "0"}},
+    {"negative_seed", {"SCENE", "--seed", "-1"}, {"--seed", "-1"}},
+    {"define_without_value", {"SCENE", "-D", "spp"}, {"-D", "KEY=VALUE", "spp"}},
+    {"define_twice", {"SCENE", "-D", "spp=1", "-D", "spp=2"}, {"'spp'", "twice"}},
+    {"option_without_value", {"SCENE", "-o"}, {"--output"}},
+    {"stats_of_another_kind", {"SCENE", "--stats=xml"}, {"--stats", "xml", "json"}},
+    {"picture_of_another_format", {"SCENE", "-o", "picture.jpg"}, {"picture.jpg", ".exr"}},
+    {"png_as_the_picture", {"SCENE", "-o", "picture.png"}, {"picture.png", ".exr", "--png"}},
+    {"unknown_plugin_to_list", {"plugins", "difuse"}, {"'difuse'", "'diffuse'"}},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, BadUsageTest, ::testing::ValuesIn(kUsages),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+}  // namespace
+}  // namespace kinome::test

@@ -1,0 +1,220 @@
+// Output that can't be written, and renders that are interrupted: never half a file.
+
+#include <fcntl.h>
+#include <pty.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "cli.h"
+#include "kinome/image.h"
+
+namespace kinome::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The program in the background, with its stderr in a file.
+class Background {
+ public:
+  Background(const std::vector<std::string>& arguments, std::string log) : log_(std::move(log)) {
+    std::vector<char*> argv = {const_cast<char*>(KINOME_TEST_PROGRAM)};
+    for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+    argv.push_back(nullptr);
+    pid_ = fork();
+    if (pid_ != 0) return;
+    const int file = open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    dup2(file, STDERR_FILENO);
+    dup2(file, STDOUT_FILENO);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  ~Background() {
+    if (pid_ <= 0) return;
+    ::kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+
+  void send(int signal) const { ::kill(pid_, signal); }
+  std::string log() const {
+    std::ifstream file(log_);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+  /// Waits until the log says `text`.
+  ::testing::AssertionResult says(const std::string& text) const {
+    const auto deadline = Clock::now() + std::chrono::seconds(60);
+    while (Clock::now() < deadline) {
+      if (log().find(text) != std::string::npos) return ::testing::AssertionSuccess();
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return ::testing::AssertionFailure() << "never said '" << text << "' but: " << log();
+  }
+  /// Exit status, 128 + signal where a signal ended it, or -1 where it goes on for too long.
+  int wait() {
+    const auto deadline = Clock::now() + std::chrono::seconds(120);
+    int status = 0;
+    while (waitpid(pid_, &status, WNOHANG) == 0) {
+      if (Clock::now() > deadline) return -1;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+ private:
+  std::string log_;
+  pid_t pid_;
+};
+
+class Interrupt : public Cli {
+ protected:
+  Interrupt() : scene_(folder_.write("scene.xml", small_scene())), image_(folder_.path("a.exr")) {}
+
+  /// The first signal: the tiles at hand are finished, and what there is is written.
+  void expect_first_signal_writes(int signal) {
+    const std::string log = folder_.path("log");
+    // 64 tiles, far more than a second's work: the first line of progress comes before the end.
+    Background program({scene_, "-o", image_, "-D", "width=256", "-D", "spp=2000"}, log);
+    ASSERT_TRUE(program.says("rendering: "));
+    program.send(signal);
+    EXPECT_EQ(program.wait(), 128 + signal) << program.log();
+    EXPECT_NE(program.log().find("incomplete"), std::string::npos) << program.log();
+    ASSERT_EQ(other_files({scene_, log}), std::vector<std::string>{image_});
+    ImageMetadata metadata;
+    const Image image = read_exr(image_, {}, &metadata);
+    EXPECT_EQ(metadata["kinome:complete"], "false");
+    // The scene is lit everywhere: what is black has not been rendered.
+    int rendered = 0;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) rendered += image.at(x, y, 1) > 0;
+    }
+    EXPECT_GE(rendered, kTileSize * kTileSize);
+    EXPECT_LT(rendered, image.width * image.height);
+  }
+
+  /// The second signal: the end, and no file.
+  void expect_second_signal_ends(int signal) {
+    const std::string log = folder_.path("log");
+    // One tile would take minutes.
+    Background program({"-v", scene_, "-o", image_, "-D", "width=32", "-D", "spp=4000000"}, log);
+    ASSERT_TRUE(program.says("rendering 32x32"));
+    program.send(signal);
+    ASSERT_TRUE(program.says("interrupted"));
+    program.send(signal);
+    const auto sent = Clock::now();
+    EXPECT_EQ(program.wait(), 128 + signal) << program.log();
+    EXPECT_LT(Clock::now() - sent, std::chrono::seconds(5));
+    EXPECT_EQ(other_files({scene_, log}), std::vector<std::string>{});
+  }
+
+  std::string scene_;
+  std::string image_;
+};
+
+TEST_F(Interrupt, FirstSigintWritesWhatThereIs) {
+  expect_first_signal_writes(SIGINT);
+}
+TEST_F(Interrupt, FirstSigtermWritesWhatThereIs) {
+  expect_first_signal_writes(SIGTERM);
+}
+TEST_F(Interrupt, SecondSigintEndsAtOnce) {
+  expect_second_signal_ends(SIGINT);
+}
+TEST_F(Interrupt, SecondSigtermEndsAtOnce) {
+  expect_second_signal_ends(SIGTERM);
+}
+
+TEST_F(Interrupt, FolderThatCannotBeWrittenIsFoundFirst) {
+  // Were it found after the render, this would take minutes.
+  const std::vector<std::string> long_render = {scene_, "-D", "width=512", "-D", "spp=100000"};
+  const auto fails = [&](const std::string& path, const std::string& part) {
+    std::vector<std::string> arguments = long_render;
+    arguments.insert(arguments.end(), {"-o", path});
+    const auto start = Clock::now();
+    expect_one_error(kinome(arguments), "", {path, part});
+    EXPECT_LT(Clock::now() - start, std::chrono::seconds(20)) << path;
+  };
+  fails(folder_.path("nowhere/a.exr"), "does not exist");
+  fails(scene_ + "/a.exr", "not");
+  fails("/proc/a.exr", "cannot write");  // not even root can
+  std::filesystem::create_directories(folder_.path("a_folder.exr"));
+  fails(folder_.path("a_folder.exr"), "folder");
+  if (geteuid() != 0) {  // root may write everywhere
+    std::filesystem::create_directories(folder_.path("locked"));
+    std::filesystem::permissions(folder_.path("locked"), std::filesystem::perms(0500));
+    fails(folder_.path("locked/a.exr"), "cannot write");
+  }
+  EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
+}
+
+TEST_F(Interrupt, FullDiskLeavesNoFile) {
+  // The largest file allowed is far smaller than the picture; the same failed write as on a full
+  // disk.
+  const std::string limited = "ulimit -f 16; exec \"$@\"";
+  const ProcessResult result =
+      run_process({"sh", "-c", limited, "sh", KINOME_TEST_PROGRAM, "-q", scene_, "-o", image_, "-D",
+                   "width=400", "-D", "spp=1"});
+  expect_one_error(result, "", {image_, "cannot write"});
+  EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
+}
+
+TEST_F(Interrupt, FailedWriteKeepsTheOldPicture) {
+  folder_.write("a.exr", "the old picture");
+  const ProcessResult result =
+      run_process({"sh", "-c", "ulimit -f 16; exec \"$@\"", "sh", KINOME_TEST_PROGRAM, "-q", scene_,
+                   "-o", image_, "-D", "width=400", "-D", "spp=1"});
+  EXPECT_EQ(result.status, 1);
+  EXPECT_EQ(read_text(image_), "the old picture");
+  EXPECT_EQ(other_files({scene_, image_}), std::vector<std::string>{});
+}
+
+/// All that the program writes to a terminal.
+std::string on_terminal(const std::vector<std::string>& arguments) {
+  std::vector<char*> argv = {const_cast<char*>(KINOME_TEST_PROGRAM)};
+  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+  argv.push_back(nullptr);
+  winsize size{24, 72, 0, 0};
+  int master = -1;
+  const pid_t child = forkpty(&master, nullptr, nullptr, &size);
+  if (child == 0) {
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  std::string text;
+  char buffer[4096];
+  for (ssize_t n = 0; (n = read(master, buffer, sizeof buffer)) > 0;) {
+    text.append(buffer, static_cast<size_t>(n));
+  }
+  close(master);
+  waitpid(child, nullptr, 0);
+  return text;
+}
+
+TEST_F(Interrupt, BarOnATerminal) {
+  const std::vector<std::string> arguments = {scene_, "-D", "width=256", "-D", "spp=128"};
+  const std::string text = on_terminal(arguments);
+  EXPECT_NE(text.find("\r["), std::string::npos) << text;
+  EXPECT_NE(text.find(" %, "), std::string::npos) << text;
+  EXPECT_NE(text.find(" s left"), std::string::npos) << text;
+  EXPECT_EQ(text.find("rendering: "), std::string::npos) << text;
+  std::vector<std::string> quiet = arguments;
+  quiet.push_back("-q");
+  EXPECT_EQ(on_terminal(quiet), "");
+}
+
+TEST_F(Interrupt, PlainLinesInALog) {
+  const ProcessResult result = kinome({scene_, "-D", "width=256", "-D", "spp=1000", "-t", "1"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_NE(result.err.find("rendering: "), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("left\n"), std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find('\r'), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("wrote " + folder_.path("scene.exr")), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kinome::test

@@ -1,0 +1,229 @@
+// The program's options, what it writes, and what it says.
+
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+#include "cli.h"
+#include "kinome/image.h"
+
+namespace kinome::test {
+namespace {
+
+using nlohmann::json;
+
+class Program : public Cli {
+ protected:
+  Program() : scene_(folder_.write("scene.xml", small_scene())), image_(folder_.path("a.exr")) {}
+
+  /// Renders quietly, which must say nothing at all.
+  void render_quietly(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"-q", scene_});
+    const ProcessResult result = kinome(arguments);
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+    EXPECT_EQ(result.out, "");
+  }
+  /// Bytes of the picture that these options make.
+  std::string picture(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"-o", image_});
+    render_quietly(arguments);
+    return read_text(image_);
+  }
+
+  std::string scene_;
+  std::string image_;
+};
+
+TEST_F(Program, PictureLiesBesideTheScene) {
+  render_quietly({});
+  EXPECT_EQ(other_files({scene_}), std::vector<std::string>{folder_.path("scene.exr")});
+  const Image image = read_exr(folder_.path("scene.exr"));
+  EXPECT_EQ(image.width, 48);
+  EXPECT_EQ(image.height, 48);
+  EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
+}
+
+TEST_F(Program, ExtensionIsAppended) {
+  render_quietly({"-o", folder_.path("picture.v2")});
+  EXPECT_EQ(other_files({scene_}), std::vector<std::string>{folder_.path("picture.v2.exr")});
+}
+
+TEST_F(Program, SameBitsAtAnyThreadCountAndOtherBitsForAnotherSeed) {
+  for (const char* integrator : {"direct", "clustered"}) {
+    const std::string define = std::string("integrator=") + integrator;
+    const std::string one = picture({"-D", define, "-t", "1"});
+    EXPECT_EQ(picture({"-D", define, "-t", "2"}), one) << integrator;
+    EXPECT_EQ(picture({"-D", define, "-t", "5"}), one) << integrator;
+    EXPECT_NE(picture({"-D", define, "-t", "1", "--seed", "1"}), one) << integrator;
+  }
+}
+
+TEST_F(Program, MetadataSaysHowThePictureWasMade) {
+  picture({"--seed", "7", "-D", "spp=3"});
+  ImageMetadata metadata;
+  read_exr(image_, {}, &metadata);
+  EXPECT_EQ(metadata["kinome:seed"], "7");
+  EXPECT_EQ(metadata["kinome:samples"], "3");
+  EXPECT_EQ(metadata["kinome:integrator"], "direct");
+  EXPECT_EQ(metadata["kinome:scene"], scene_);
+  EXPECT_EQ(metadata["kinome:complete"], "true");
+  EXPECT_EQ("kinome " + metadata["kinome:version"] + "\n", kinome({"--version"}).out);
+  for (const char* plugin : {"integrator/direct", "sensor/perspective", "shape/sphere"}) {
+    EXPECT_NE((" " + metadata["kinome:plugins"] + " ").find(std::string(" ") + plugin + " "),
+              std::string::npos)
+        << metadata["kinome:plugins"];
+  }
+  const std::string hash = metadata["kinome:scene_hash"];
+  EXPECT_EQ(hash.size(), 16u) << hash;
+  picture({"-D", "spp=2"});
+  read_exr(image_, {}, &metadata);
+  EXPECT_NE(metadata["kinome:scene_hash"], hash) << "the hash must depend on -D";
+}
+
+TEST_F(Program, SensorByIndexAndById) {
+  const std::string front = picture({});
+  EXPECT_EQ(picture({"-s", "0"}), front);
+  EXPECT_EQ(picture({"-s", "front"}), front);
+  const std::string above = picture({"-s", "1"});
+  EXPECT_EQ(picture({"--sensor", "above"}), above);
+  EXPECT_EQ(read_exr(image_).width, 20);
+  EXPECT_EQ(read_exr(image_).height, 10);
+}
+
+TEST_F(Program, SearchPathsAreSplitAtSemicolons) {
+  folder_.write("include/part.xml",
+                "<scene version=\"3.0.0\"><emitter type=\"constant\"/></scene>");
+  std::filesystem::create_directories(folder_.path("empty"));
+  std::string xml = small_scene();
+  const std::string emitter = "<emitter type=\"constant\"/>";
+  xml.replace(xml.find(emitter), emitter.size(), "<include filename=\"part.xml\"/>");
+  folder_.write("scene.xml", xml);
+  EXPECT_EQ(kinome({"-q", scene_}).status, 1);
+  render_quietly({"-a", folder_.path("empty") + ";" + folder_.path("include")});
+  render_quietly({"-a", folder_.path("empty"), "-a", folder_.path("include")});
+}
+
+TEST_F(Program, PngLiesBesideThePicture) {
+  picture({"--png"});
+  const std::string plain = read_text(folder_.path("a.png"));
+  EXPECT_EQ(plain.substr(0, 8), "\x89PNG\r\n\x1a\n");
+  picture({"--png", "--exposure", "-1.5"});
+  EXPECT_NE(read_text(folder_.path("a.png")), plain);
+}
+
+TEST_F(Program, VariantIsAcceptedWithANote) {
+  const ProcessResult result = kinome({"-m", "scalar_rgb", scene_});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_NE(result.err.find("scalar_rgb"), std::string::npos) << result.err;
+  render_quietly({"-m", "scalar_rgb"});
+}
+
+TEST_F(Program, StatsAsJson) {
+  const ProcessResult result = kinome({"--stats=json", scene_, "-t", "2", "--seed", "3"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_EQ(lines(result.out), 1u);
+  const json stats = json::parse(result.out);
+  const json& seconds = stats.at("seconds");
+  for (const char* key :
+       {"load", "plugins", "build", "first_tile", "render", "write", "total", "embree"}) {
+    EXPECT_GE(seconds.at(key).get<double>(), 0) << key;
+  }
+  EXPECT_FALSE(seconds.at("stages").empty());
+  const double parts = seconds.at("load").get<double>() + seconds.at("build").get<double>() +
+                       seconds.at("render").get<double>() + seconds.at("write").get<double>();
+  EXPECT_LE(parts, seconds.at("total").get<double>());
+  EXPECT_GT(seconds.at("first_tile").get<double>(), seconds.at("load").get<double>());
+  EXPECT_LT(seconds.at("first_tile").get<double>(), seconds.at("total").get<double>());
+  EXPECT_GT(stats.at("embree_share").get<double>(), 0);
+  EXPECT_LE(stats.at("embree_share").get<double>(), 1);
+
+  EXPECT_EQ(stats.at("width"), 48);
+  EXPECT_EQ(stats.at("height"), 48);
+  EXPECT_EQ(stats.at("samples"), 4);
+  EXPECT_EQ(stats.at("seed"), 3);
+  EXPECT_EQ(stats.at("threads"), 2);
+  EXPECT_EQ(stats.at("complete"), true);
+  EXPECT_EQ(stats.at("scene"), scene_);
+  EXPECT_EQ(stats.at("integrator"), "direct");
+  EXPECT_EQ(stats.at("output"), folder_.path("scene.exr"));
+  EXPECT_EQ(stats.at("rays").at("camera"), 48 * 48 * 4);
+  for (const char* kind : {"shadow", "bsdf", "lobe"}) EXPECT_TRUE(stats.at("rays").contains(kind));
+  for (const json& skipped : stats.at("skipped")) {
+    EXPECT_FALSE(skipped.at("what").get<std::string>().empty());
+    EXPECT_FALSE(skipped.at("why").get<std::string>().empty());
+  }
+  EXPECT_GT(stats.at("peak_memory_bytes").get<uint64_t>(), 1000000u);
+  EXPECT_EQ(stats.at("non_finite_samples"), 0);
+}
+
+TEST_F(Program, StatsForPeopleGoToStderr) {
+  const ProcessResult result = kinome({scene_, "--stats"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.out, "");
+  for (const char* part :
+       {"first tile", "Embree", "camera rays", "9216", "peak memory", "skipped"}) {
+    EXPECT_NE(result.err.find(part), std::string::npos) << part << " in " << result.err;
+  }
+}
+
+TEST_F(Program, OnlyNamedPluginsAreLoaded) {
+  const json stats = json::parse(kinome({"--stats=json", scene_}).out);
+  const auto loaded = stats.at("plugins").get<std::set<std::string>>();
+  EXPECT_EQ(loaded,
+            (std::set<std::string>{"bsdf/diffuse", "emitter/constant", "film/hdrfilm",
+                                   "integrator/direct", "rfilter/box", "sampler/independent",
+                                   "sensor/perspective", "shape/rectangle", "shape/sphere"}));
+  // What the dynamic linker opened is the proof.
+  const std::string trace = folder_.path("trace");
+  const ProcessResult result = run_process(
+      {"env", "LD_DEBUG=files", "LD_DEBUG_OUTPUT=" + trace, KINOME_TEST_PROGRAM, "-q", scene_});
+  EXPECT_EQ(result.status, 0) << result.err;
+  std::string opened;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.folder())) {
+    if (entry.path().string().rfind(trace, 0) == 0) opened += read_text(entry.path());
+  }
+  EXPECT_NE(opened.find("integrator/direct.so"), std::string::npos);
+  EXPECT_NE(opened.find("libembree"), std::string::npos);
+  for (const char* library : {"OpenImageIO", "tinygltf", "texture/bitmap.so", "clustered.so"}) {
+    EXPECT_EQ(opened.find(library), std::string::npos) << library << " was loaded";
+  }
+}
+
+TEST_F(Program, ListsPluginsByCategory) {
+  const ProcessResult all = kinome({"plugins"});
+  EXPECT_EQ(all.status, 0) << all.out;
+  const size_t bsdf = all.out.find("bsdf\n");
+  const size_t diffuse = all.out.find("\n  diffuse ");
+  const size_t emitter = all.out.find("\nemitter\n");
+  ASSERT_NE(bsdf, std::string::npos);
+  EXPECT_LT(bsdf, diffuse);
+  EXPECT_LT(diffuse, emitter);
+  EXPECT_NE(all.out.find("another name for sobol"), std::string::npos);
+}
+
+TEST_F(Program, ListsParametersOfAPlugin) {
+  const ProcessResult film = kinome({"plugins", "hdrfilm"});
+  EXPECT_EQ(film.status, 0);
+  EXPECT_EQ(film.out.rfind("film/hdrfilm\n", 0), 0u) << film.out;
+  for (const char* part : {"parameter", "width", "integer", "768", "rfilter", "component_format"}) {
+    EXPECT_NE(film.out.find(part), std::string::npos) << part;
+  }
+  EXPECT_EQ(kinome({"plugins", "film/hdrfilm"}).out, film.out);
+  EXPECT_NE(kinome({"plugins", "ply"}).out.find("required"), std::string::npos);
+}
+
+TEST_F(Program, HelpNamesEveryOption) {
+  const ProcessResult help = kinome({"-h"});
+  EXPECT_EQ(help.status, 0);
+  EXPECT_EQ(help.err, "");
+  for (const char* option :
+       {"--define", "--output", "--threads", "--sensor", "--append", "--seed", "--verbose",
+        "--quiet", "--mode", "--stats", "--png", "--exposure", "--plugin-path", "--version"}) {
+    EXPECT_NE(help.out.find(option), std::string::npos) << option;
+  }
+  EXPECT_EQ(kinome({"--help"}).out, help.out);
+}
+
+}  // namespace
+}  // namespace kinome::test
