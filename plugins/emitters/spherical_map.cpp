@@ -52,11 +52,12 @@ float sample_product(float a, float b, float p, float q, float u) {
   float t = sample_line(d0, d2, u);  // exact where p = q
   for (int i = 0; i < 32; ++i) {     // Newton, kept in a bracket: mostly one or two steps
     const float error = ((c3 * t + c2) * t + d0) * t - target;
+    if (error == 0) return t;
     (error > 0 ? hi : lo) = t;
     const float slope = (3 * c3 * t + 2 * c2) * t + d0;
     float next = t - error / slope;
+    if (std::abs(next - t) <= 1e-6f * t) return std::clamp(next, lo, hi);
     if (!(next > lo && next < hi)) next = 0.5f * (lo + hi);
-    if (std::abs(next - t) <= 1e-6f * next) return next;
     t = next;
   }
   return t;
