@@ -32,7 +32,7 @@ class KINOME_EXPORT RenderContext {
     unsigned threads = 0;  ///< 0: one per core
     uint64_t seed = 0;
     const std::atomic<bool>* cancel = nullptr;  ///< set by whoever wants the render to end
-    ProgressCallback progress;
+    ProgressCallback progress = nullptr;
     /// Permutes the order in which tiles are handed out; results do not depend on it.
     uint64_t tile_order_seed = 0;
     /// Start of the program, for RenderStats::first_tile_seconds.
