@@ -132,7 +132,7 @@ INSTANTIATE_TEST_SUITE_P(
              R"(<sampler type="halton"><integer name="sample_count" value="4"/></sampler>)"},
         Case{"Stratified", kDiffuse, kJoint.c_str(),
              R"(<sampler type="stratified"><integer name="sample_count" value="4"/></sampler>)"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& test_case) { return std::string(test_case.param.name); });
 
 }  // namespace
 }  // namespace kinome
