@@ -1,5 +1,6 @@
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <filesystem>
@@ -189,34 +190,80 @@ class Bitmap final : public Texture {
   }
 
   Rgb texel(int x, int y) const {
-    return stored(wrapped(x, image_.width), wrapped(y, image_.height));
-  }
-
-  Rgb stored(int x, int y) const {
-    const size_t first = (static_cast<size_t>(y) * image_.width + x) * image_.channels;
+    const size_t row = static_cast<size_t>(wrapped(y, image_.height));
+    const size_t column = static_cast<size_t>(wrapped(x, image_.width));
+    const size_t first =
+        (row * static_cast<size_t>(image_.width) + column) * static_cast<size_t>(image_.channels);
     return image_.channels == 1 ? Rgb(value(first))
                                 : Rgb(value(first), value(first + 1), value(first + 2));
   }
 
   /// Mean and extremes; refuses texels that are no numbers, warns of negative ones.
   void summarise(const Properties& props) {
-    glm::dvec3 sum(0.);
-    for (int y = 0; y < image_.height; ++y) {
-      for (int x = 0; x < image_.width; ++x) {
-        const Rgb c = stored(x, y);
-        if (!is_finite(c)) {
-          throw props.error("filename", "has a NaN or infinite texel at x = " + std::to_string(x) +
-                                            ", y = " + std::to_string(y));
-        }
-        sum += glm::dvec3(c);
-        channel_max_ = glm::max(channel_max_, c);
-        min_ = std::min({min_, c.x, c.y, c.z});
-      }
+    Summary summary(image_.channels);
+    if (image_.bytes.empty()) {
+      summarise_floats(props, summary);
+    } else {
+      summarise_bytes(summary);
     }
-    mean_ = Rgb(sum / (static_cast<double>(image_.width) * image_.height));
+    const double texels = static_cast<double>(image_.width) * image_.height;
+    for (int c = 0; c < 3; ++c) {
+      const size_t from = image_.channels == 1 ? 0 : static_cast<size_t>(c);
+      mean_[c] = static_cast<float>(summary.sum[from] / texels);
+      channel_max_[c] = summary.max[from];
+      min_ = std::min(min_, summary.min[from]);
+    }
     if (min_ < 0) {
       props.warn("filename",
                  "has negative texels, which are kept: the smallest is " + std::to_string(min_));
+    }
+  }
+
+  struct Summary {
+    explicit Summary(int channels)
+        : sum(channels, 0.), max(channels, -kInfinity), min(channels, kInfinity) {}
+    void add(size_t c, float value, double count) {
+      sum[c] += value * count;
+      max[c] = std::max(max[c], value);
+      min[c] = std::min(min[c], value);
+    }
+    std::vector<double> sum;
+    std::vector<float> max;
+    std::vector<float> min;
+  };
+
+  void summarise_floats(const Properties& props, Summary& summary) const {
+    const size_t channels = static_cast<size_t>(image_.channels);
+    for (size_t i = 0; i < image_.floats.size(); i += channels) {
+      for (size_t c = 0; c < channels; ++c) {
+        const float v = image_.floats[i + c];
+        if (!std::isfinite(v)) {
+          const size_t texel = i / channels;
+          const size_t width = static_cast<size_t>(image_.width);
+          throw props.error("filename",
+                            "has a NaN or infinite texel at x = " + std::to_string(texel % width) +
+                                ", y = " + std::to_string(texel / width));
+        }
+        summary.add(c, v, 1);
+      }
+    }
+  }
+
+  /// By a histogram: large photographs are counted, not decoded.
+  void summarise_bytes(Summary& summary) const {
+    const size_t channels = static_cast<size_t>(image_.channels);
+    std::array<std::array<uint64_t, 256>, 3> count{};
+    for (size_t i = 0; i < image_.bytes.size(); i += channels) {
+      for (size_t c = 0; c < channels; ++c) {
+        ++count[c][image_.bytes[i + c]];
+      }
+    }
+    for (size_t c = 0; c < channels; ++c) {
+      for (size_t v = 0; v < 256; ++v) {
+        if (count[c][v] > 0) {
+          summary.add(c, decoded_[v], static_cast<double>(count[c][v]));
+        }
+      }
     }
   }
 
@@ -226,7 +273,7 @@ class Bitmap final : public Texture {
   StoredImage image_;
   std::array<float, 256> decoded_;
   Rgb mean_{0.f};
-  Rgb channel_max_{-kInfinity};
+  Rgb channel_max_{0.f};
   float min_ = kInfinity;
 };
 

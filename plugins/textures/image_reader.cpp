@@ -3,6 +3,8 @@
 #include <OpenImageIO/imageio.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 #include "kinome/export.h"
@@ -29,6 +31,20 @@ void check_size(const OIIO::ImageSpec& spec, uint64_t file_size) {
   }
 }
 
+/// A truncated JPEG decodes to grey without complaint; but then its last scan has no end marker.
+/// (Inside a scan neither marker can occur; thumbnails lie before it.)
+void check_jpeg_end(const char* path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (bytes.rfind("\xff\xd8", 0) != 0) {
+    return;
+  }
+  const size_t scan = bytes.rfind("\xff\xda");
+  if (scan == std::string::npos || bytes.find("\xff\xd9", scan) == std::string::npos) {
+    throw std::runtime_error("truncated: it ends within the picture");
+  }
+}
+
 template <class T>
 void read_pixels(OIIO::ImageInput& input, const StoredImage& image, std::vector<T>& pixels,
                  OIIO::TypeDesc type) {
@@ -49,6 +65,7 @@ void read(const char* path, StoredImage& image) {
   }
   const OIIO::ImageSpec& spec = input->spec();
   check_size(spec, std::filesystem::file_size(path));
+  check_jpeg_end(path);
   image.width = spec.width;
   image.height = spec.height;
   image.channels = spec.nchannels >= 3 ? 3 : 1;
@@ -68,7 +85,8 @@ extern "C" KINOME_EXPORT bool kinome_read_image(const char* path, StoredImage& i
     read(path, image);
     return true;
   } catch (const std::exception& e) {
-    error = e.what();
+    const std::string message = e.what();
+    error = message.substr(0, message.find('\n'));
     return false;
   }
 }
