@@ -1,0 +1,318 @@
+#include "kinome/film.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "kinome/color.h"
+#include "kinome/sampler.h"
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+std::shared_ptr<Film> make_film(const std::string& body) {
+  return make<Film>("<film type=\"hdrfilm\">" + body + "</film>");
+}
+std::string size(int width, int height) {
+  return "<integer name=\"width\" value=\"" + std::to_string(width) +
+         "\"/><integer name=\"height\" value=\"" + std::to_string(height) + "\"/>";
+}
+std::string text(const char* name, const char* value) {
+  return std::string("<string name=\"") + name + "\" value=\"" + value + "\"/>";
+}
+
+/// `per_pixel` random samples in each pixel of the tile.
+template <class Values>
+void fill(FilmTile& tile, int per_pixel, const Values& values) {
+  const Rect& r = tile.pixels();
+  for (int y = r.y0; y < r.y1; ++y) {
+    for (int x = r.x0; x < r.x1; ++x) {
+      for (int s = 0; s < per_pixel; ++s) {
+        const uint64_t h = hash_words(static_cast<uint64_t>(x), static_cast<uint64_t>(y), s);
+        const Vec2 u(to_unit_float(static_cast<uint32_t>(h)),
+                     to_unit_float(static_cast<uint32_t>(h >> 32)));
+        tile.add(film_position(x, y, u), values(x, y));
+      }
+    }
+  }
+}
+
+class EveryFilter : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryFilter, ConstantStaysConstant) {
+  const auto film = make_film(size(70, 41) + "<rfilter type=\"" + GetParam() + "\"/>");
+  film->prepare({{}});
+  // Tiles whose borders overlap, some narrower than the filter.
+  for (const Rect& r : {Rect{0, 0, 32, 41}, Rect{32, 0, 33, 41}, Rect{33, 0, 70, 41}}) {
+    FilmTile tile = film->make_tile(r);
+    fill(tile, 3, [](int, int) { return std::vector<float>{0.25f, 3.f, 1e4f}; });
+    film->commit(tile);
+  }
+  const Image image = film->develop();
+  ASSERT_EQ(image.width, 70);
+  ASSERT_EQ(image.height, 41);
+  ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
+  // Sums of some 100 products: relative error below 100 float epsilons.
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      ASSERT_NEAR(image.at(x, y, 0), 0.25f, 0.25f * 1.2e-5f);
+      ASSERT_NEAR(image.at(x, y, 1), 3.f, 3.f * 1.2e-5f);
+      ASSERT_NEAR(image.at(x, y, 2), 1e4f, 1e4f * 1.2e-5f);
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Film, EveryFilter, testing::Values("box", "tent", "gaussian"));
+
+TEST(Film, BoxCountsASampleForThePixelThatHoldsIt) {
+  const auto film = make_film(size(4096, 3) + "<rfilter type=\"box\"/>");
+  const struct {
+    float x;
+    int pixel;
+  } cases[] = {{0.f, 0},
+               {0.5f, 0},
+               {std::nextafter(1.f, 0.f), 0},
+               {1.f, 1},
+               {1.5f, 1},
+               {4095.f, 4095},
+               {std::nextafter(4096.f, 0.f), 4095},
+               {2047.f, 2047},
+               {std::nextafter(2047.f, 0.f), 2046}};
+  for (const auto& c : cases) {
+    film->prepare({{}});
+    FilmTile tile = film->make_tile({0, 0, 4096, 3});
+    tile.add({c.x, 1.25f}, std::vector<float>{1.f, 2.f, 3.f});
+    film->commit(tile);
+    const Image image = film->develop();
+    for (int y = 0; y < 3; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        ASSERT_EQ(image.at(x, y, 1), x == c.pixel && y == 1 ? 2.f : 0.f) << c.x << " " << x;
+      }
+    }
+  }
+}
+
+TEST(Film, PositionsStayInsideTheirPixel) {
+  for (const int x : {0, 1, 31, 1023, 4095, 65535, -1, -2, -32}) {
+    const Vec2 low = film_position(x, 7, Vec2(0.f));
+    const Vec2 high = film_position(x, 7, Vec2(kOneMinusEpsilon));
+    EXPECT_EQ(std::floor(low.x), static_cast<float>(x));
+    EXPECT_EQ(std::floor(high.x), static_cast<float>(x));
+    EXPECT_GT(high.x, static_cast<float>(x) + 0.99f);
+    EXPECT_EQ(std::floor(high.y), 7.f);
+  }
+}
+
+TEST(Film, SingleSampleReachesAsFarAsItsFilterWithItsWeights) {
+  const auto film = make_film(size(12, 12) + "<rfilter type=\"gaussian\"/>");
+  const ReconstructionFilter& filter = film->filter();
+  EXPECT_EQ(filter.radius(), 2.f);
+  film->prepare({{}});
+  const Vec2 p(5.3f, 6.9f);
+  FilmTile tile = film->make_tile({0, 0, 12, 12});
+  // A second sample of value 0 at each centre makes the weights of the first visible.
+  tile.add(p, std::vector<float>{1.f, 1.f, 1.f});
+  for (int y = 0; y < 12; ++y) {
+    for (int x = 0; x < 12; ++x) {
+      FilmTile other = film->make_tile({x, y, x + 1, y + 1});
+      other.add({x + 0.5f, y + 0.5f}, std::vector<float>{0.f, 0.f, 0.f});
+      film->commit(other);
+    }
+  }
+  film->commit(tile);
+  const Image image = film->develop();
+  // The zeros' weights: the same sum for every pixel that has all its neighbours.
+  double zeros = 0;
+  for (int i = -2; i <= 2; ++i) {
+    for (int j = -2; j <= 2; ++j) {
+      zeros += double{filter.eval(static_cast<float>(i))} * filter.eval(static_cast<float>(j));
+    }
+  }
+  for (int y = 2; y < 10; ++y) {
+    for (int x = 2; x < 10; ++x) {
+      const double w = double{filter.eval(x + 0.5f - p.x)} * filter.eval(y + 0.5f - p.y);
+      EXPECT_NEAR(image.at(x, y, 0), w / (w + zeros), 1e-5) << x << " " << y;
+      const bool reached = std::abs(x + 0.5f - p.x) < 2 && std::abs(y + 0.5f - p.y) < 2;
+      EXPECT_EQ(image.at(x, y, 0) > 0, reached) << x << " " << y;
+    }
+  }
+}
+
+TEST(Film, FilterValuesAreMitsubas) {
+  const auto eval = [](const char* xml, float x) {
+    return make<ReconstructionFilter>(xml)->eval(x);
+  };
+  // Mitsuba 3.9.1: mi.load_dict({"type": "gaussian"}).eval(x). It evaluates a polynomial that was
+  // fitted to the formula, which differs by up to 4.2e-4 (at 0).
+  EXPECT_NEAR(eval("<rfilter type=\"gaussian\"/>", 0.f), 0.99924713f, 5e-4f);
+  EXPECT_NEAR(eval("<rfilter type=\"gaussian\"/>", 0.25f), 0.88216674f, 5e-4f);
+  EXPECT_NEAR(eval("<rfilter type=\"gaussian\"/>", 0.5f), 0.60642302f, 5e-4f);
+  EXPECT_NEAR(eval("<rfilter type=\"gaussian\"/>", 1.f), 0.13496049f, 5e-4f);
+  EXPECT_NEAR(eval("<rfilter type=\"gaussian\"/>", 1.5f), 0.01075821f, 5e-4f);
+  EXPECT_EQ(eval("<rfilter type=\"gaussian\"/>", 2.f), 0.f);
+  EXPECT_EQ(eval("<rfilter type=\"tent\"/>", 0.25f), 0.75f);
+  EXPECT_EQ(eval("<rfilter type=\"tent\"/>", -0.5f), 0.5f);
+  EXPECT_EQ(eval("<rfilter type=\"tent\"/>", 1.f), 0.f);
+  const auto wide = make<ReconstructionFilter>(
+      "<rfilter type=\"tent\"><float name=\"radius\" value=\"2\"/></rfilter>");
+  EXPECT_EQ(wide->radius(), 2.f);
+  EXPECT_EQ(wide->eval(1.f), 0.5f);
+  EXPECT_EQ(make<ReconstructionFilter>("<rfilter type=\"box\"/>")->radius(), 0.5f);
+}
+
+TEST(Film, CropIsAWindowOfTheFullFilm) {
+  const auto film = make_film(size(40, 30) + "<integer name=\"crop_offset_x\" value=\"7\"/>" +
+                              "<integer name=\"crop_offset_y\" value=\"9\"/>" +
+                              "<integer name=\"crop_width\" value=\"11\"/>" +
+                              "<integer name=\"crop_height\" value=\"5\"/><rfilter type=\"box\"/>");
+  EXPECT_EQ(film->width(), 40);
+  EXPECT_EQ(film->crop().x0, 7);
+  EXPECT_EQ(film->crop().y1, 14);
+  film->prepare({{}});
+  FilmTile tile = film->make_tile({0, 0, 40, 30});
+  fill(tile, 1, [](int x, int y) {
+    return std::vector<float>{static_cast<float>(x), static_cast<float>(y), 1.f};
+  });
+  film->commit(tile);
+  const Image image = film->develop();
+  ASSERT_EQ(image.width, 11);
+  ASSERT_EQ(image.height, 5);
+  for (int y = 0; y < 5; ++y) {
+    for (int x = 0; x < 11; ++x) {
+      EXPECT_EQ(image.at(x, y, 0), static_cast<float>(x + 7));
+      EXPECT_EQ(image.at(x, y, 1), static_cast<float>(y + 9));
+    }
+  }
+}
+
+TEST(Film, LayersHaveWeightsOfTheirOwn) {
+  const auto film =
+      make_film(size(8, 8) + text("pixel_format", "rgba") + "<rfilter type=\"box\"/>");
+  film->prepare({{"depth", "albedo.R"}, {"n.X"}});
+  EXPECT_EQ(film->channels(),
+            (std::vector<std::string>{"R", "G", "B", "A", "depth", "albedo.R", "n.X"}));
+  EXPECT_EQ(film->value_count(0), 6);
+  EXPECT_EQ(film->value_count(1), 1);
+  FilmTile first = film->make_tile({0, 0, 8, 8}, 0);
+  fill(first, 2, [](int, int) { return std::vector<float>{1, 2, 3, 0.5f, 10, 20}; });
+  FilmTile second = film->make_tile({0, 0, 8, 8}, 1);
+  fill(second, 5, [](int, int) { return std::vector<float>{-7}; });
+  film->commit(first);
+  film->commit(second);
+  const Image image = film->develop();
+  const float expected[] = {1, 2, 3, 0.5f, 10, 20, -7};
+  for (int c = 0; c < 7; ++c) EXPECT_EQ(image.at(3, 4, c), expected[c]);
+  EXPECT_THROW(first.add({1, 1}, std::vector<float>{1, 2, 3}), std::logic_error);
+}
+
+TEST(Film, LuminanceIsThatOfTheColour) {
+  const auto film =
+      make_film(size(4, 4) + text("pixel_format", "luminance_alpha") + "<rfilter type=\"box\"/>");
+  film->prepare({{"extra"}});
+  EXPECT_EQ(film->channels(), (std::vector<std::string>{"Y", "A", "extra"}));
+  EXPECT_EQ(film->value_count(0), 5);
+  FilmTile tile = film->make_tile({0, 0, 4, 4});
+  fill(tile, 1, [](int, int) { return std::vector<float>{1, 2, 4, 0.25f, 9}; });
+  film->commit(tile);
+  const Image image = film->develop();
+  EXPECT_NEAR(image.at(2, 2, 0), luminance({1, 2, 4}), 1e-6f);
+  EXPECT_EQ(image.at(2, 2, 1), 0.25f);
+  EXPECT_EQ(image.at(2, 2, 2), 9.f);
+}
+
+TEST(Film, NonFiniteSamplesAreCountedAndDropped) {
+  const auto film = make_film(size(4, 4) + "<rfilter type=\"box\"/>");
+  film->prepare({{}});
+  FilmTile tile = film->make_tile({0, 0, 4, 4});
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  tile.add({1.5f, 1.5f}, std::vector<float>{1, 1, 1});
+  tile.add({1.5f, 1.5f}, std::vector<float>{nan, 1, 1});
+  tile.add({1.5f, 1.5f}, std::vector<float>{1, 1, -kInfinity});
+  tile.add({nan, 1.5f}, std::vector<float>{1, 1, 1});
+  tile.add({1e30f, 1.5f}, std::vector<float>{1, 1, 1});
+  EXPECT_EQ(tile.non_finite(), 4u);
+  film->commit(tile);
+  EXPECT_EQ(film->non_finite(), 4u);
+  const Image image = film->develop();
+  EXPECT_EQ(image.at(1, 1, 0), 1.f);
+  for (const float v : image.data) EXPECT_TRUE(std::isfinite(v));
+  film->prepare({{}});
+  EXPECT_EQ(film->non_finite(), 0u);
+}
+
+TEST(Film, SamplesOutsideAndEmptyTilesDoNothing) {
+  const auto film = make_film(size(8, 8));
+  film->prepare({{}});
+  FilmTile outside = film->make_tile({-40, -40, -10, -10});
+  outside.add({-20, -20}, std::vector<float>{1, 1, 1});
+  film->commit(outside);
+  FilmTile border = film->make_tile({-2, -2, 0, 0});
+  border.add({-0.25f, -0.25f}, std::vector<float>{1, 1, 1});
+  film->commit(border);
+  const Image image = film->develop();
+  EXPECT_EQ(image.at(0, 0, 0), 1.f) << "a border sample within the filter's reach counts";
+  EXPECT_EQ(image.at(2, 2, 0), 0.f);
+}
+
+void expect_error(const std::string& body, const std::string& part) {
+  try {
+    make_film(body);
+    ADD_FAILURE() << "no error for " << body;
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
+    EXPECT_NE(e.where().line, 0) << e.what();
+  }
+}
+
+TEST(Film, RefusesWhatItCannotBe) {
+  expect_error("<integer name=\"width\" value=\"0\"/>", "width");
+  expect_error("<integer name=\"width\" value=\"-5\"/>", "width");
+  expect_error("<integer name=\"height\" value=\"99999999999\"/>", "height");
+  expect_error("<integer name=\"crop_offset_x\" value=\"5\"/>", "crop window");
+  expect_error("<integer name=\"crop_offset_y\" value=\"-1\"/>", "crop window");
+  expect_error("<integer name=\"crop_width\" value=\"0\"/>", "crop_width");
+  expect_error("<integer name=\"crop_offset_x\" value=\"9223372036854775807\"/>", "crop window");
+  expect_error(text("pixel_format", "xyz"), "luminance_alpha");
+  expect_error(text("component_format", "uint32"), "float32");
+  expect_error(text("file_format", "jpeg"), "openexr");
+  expect_error("<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0\"/></rfilter>",
+               "stddev");
+  expect_error("<rfilter type=\"tent\"><float name=\"radius\" value=\"-1\"/></rfilter>", "radius");
+}
+
+TEST(Film, DefaultsAreMitsubas) {
+  const auto film = make_film("");
+  EXPECT_EQ(film->width(), 768);
+  EXPECT_EQ(film->height(), 576);
+  EXPECT_EQ(film->filter().radius(), 2.f);
+  EXPECT_FALSE(film->has_alpha());
+  EXPECT_FALSE(film->sample_border());
+  EXPECT_EQ(film->file_extension(), ".exr");
+  EXPECT_EQ(make_film(text("pixel_format", "RGBA"))->has_alpha(), true);
+}
+
+TEST(Film, WritesInItsFormat) {
+  const TemporaryFolder folder;
+  const auto film = make_film(size(40, 30) + text("component_format", "float32") +
+                              "<integer name=\"crop_offset_x\" value=\"7\"/>" +
+                              "<integer name=\"crop_width\" value=\"11\"/>");
+  film->prepare({{"albedo.R"}});
+  Image image = film->develop();
+  image.at(3, 2, 1) = 1.f / 3;
+  film->write(folder.path("picture"), image, {{"note", "hello"}});
+  ImageMetadata metadata;
+  const Image back = read_exr(folder.path("picture.exr"), {}, &metadata);
+  EXPECT_EQ(back.width, 11);
+  EXPECT_EQ(back.channels, image.channels);
+  EXPECT_EQ(back.data, image.data);
+  EXPECT_EQ(metadata["note"], "hello");
+
+  const auto pfm = make_film(size(5, 4) + text("file_format", "pfm"));
+  pfm->prepare({{}});
+  pfm->write(folder.path("picture"), pfm->develop(), {});
+  EXPECT_EQ(read_pfm(folder.path("picture.pfm")).width, 5);
+}
+
+}  // namespace
+}  // namespace kinome::test

@@ -1,0 +1,417 @@
+#include "kinome/image.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+#include <ImfTiledOutputFile.h>
+#include <gtest/gtest.h>
+#include <png.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <half.h>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "kinome/color.h"
+#include "kinome/sampler.h"
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+Image make_image(int width, int height, std::vector<std::string> channels) {
+  Image image{width, height, std::move(channels), {}};
+  image.data.resize(static_cast<size_t>(width) * height * image.channels.size());
+  for (size_t i = 0; i < image.data.size(); ++i) {
+    image.data[i] = 100 * to_unit_float(static_cast<uint32_t>(hash_words(i) >> 32)) - 10;
+  }
+  return image;
+}
+
+std::string read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+int file_count(const std::string& folder) {
+  return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+/// Runs `f`, expects an Error that names `path` and contains `part`; returns its text.
+template <class F>
+std::string expect_error(const F& f, const std::string& path, const std::string& part) {
+  try {
+    f();
+  } catch (const Error& e) {
+    const std::string what = e.what();
+    EXPECT_NE(what.find(path), std::string::npos) << what;
+    EXPECT_NE(what.find(part), std::string::npos) << what;
+    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+    return what;
+  }
+  ADD_FAILURE() << "no error for " << path << " (" << part << ")";
+  return {};
+}
+
+TEST(Exr, FloatRoundTripIsExact) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("a.exr");
+  const Image image =
+      make_image(37, 21, {"R", "G", "B", "A", "albedo.B", "albedo.G", "albedo.R", "depth.Y"});
+  write_exr(path, image, false, {});
+  const Image back = read_exr(path);
+  EXPECT_EQ(back.width, 37);
+  EXPECT_EQ(back.height, 21);
+  EXPECT_EQ(back.channels, image.channels);
+  EXPECT_EQ(back.data, image.data);
+}
+
+TEST(Exr, HalfRoundTripRoundsToHalf) {
+  const TemporaryFolder folder;
+  const Image image = make_image(70, 45, {"R", "G", "B"});
+  write_exr(folder.path("a.exr"), image, true, {});
+  const Image back = read_exr(folder.path("a.exr"));
+  for (size_t i = 0; i < image.data.size(); ++i) {
+    ASSERT_EQ(back.data[i], static_cast<float>(half(image.data[i])));
+  }
+  const Image grey = make_image(5, 3, {"Y"});
+  write_exr(folder.path("y.exr"), grey, false, {});
+  EXPECT_EQ(read_exr(folder.path("y.exr")).data, grey.data);
+}
+
+TEST(Exr, HalfKeepsTheSunFinite) {
+  const TemporaryFolder folder;
+  Image image = make_image(4, 1, {"Y"});
+  image.data = {65504.f, 65520.f, -1e30f, kInfinity};
+  testing::internal::CaptureStderr();
+  write_exr(folder.path("a.exr"), image, true, {});
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(read_exr(folder.path("a.exr")).data,
+            (std::vector<float>{65504.f, 65504.f, -65504.f, kInfinity}));
+  EXPECT_NE(log.find("2 values"), std::string::npos) << log;
+}
+
+TEST(Exr, MetadataAndWindows) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("a.exr");
+  const ImageMetadata metadata{{"seed", "7"}, {"scene", "sha \xc3\xa9 \"quoted\""}};
+  write_exr(path, make_image(11, 5, {"R", "G", "B"}), true, metadata, {7, 9}, {40, 30});
+  ImageMetadata back;
+  EXPECT_EQ(read_exr(path, {}, &back).width, 11);
+  EXPECT_EQ(back["seed"], "7");
+  EXPECT_EQ(back["scene"], metadata.at("scene"));
+  const Imf::InputFile file(path.c_str());
+  EXPECT_EQ(file.header().dataWindow(), Imath::Box2i(Imath::V2i(7, 9), Imath::V2i(17, 13)));
+  EXPECT_EQ(file.header().displayWindow(), Imath::Box2i(Imath::V2i(0, 0), Imath::V2i(39, 29)));
+}
+
+TEST(Exr, ReadsTilesAndMixedChannelTypes) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("tiled.exr");
+  constexpr int kWidth = 50;
+  constexpr int kHeight = 33;
+  std::vector<half> b(kWidth * kHeight);
+  std::vector<float> g(kWidth * kHeight);
+  std::vector<uint32_t> r(kWidth * kHeight);
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    b[i] = half(i * 0.5f);
+    g[i] = static_cast<float>(i) / 7;
+    r[i] = static_cast<uint32_t>(3 * i);
+  }
+  {
+    Imf::Header header(kWidth, kHeight);
+    header.channels().insert("B", Imf::Channel(Imf::HALF));
+    header.channels().insert("G", Imf::Channel(Imf::FLOAT));
+    header.channels().insert("R", Imf::Channel(Imf::UINT));
+    header.setTileDescription(Imf::TileDescription(16, 16, Imf::ONE_LEVEL));
+    Imf::TiledOutputFile file(path.c_str(), header);
+    Imf::FrameBuffer buffer;
+    const auto slice = [](Imf::PixelType type, auto& data) {
+      return Imf::Slice(type, reinterpret_cast<char*>(data.data()), sizeof(data[0]),
+                        sizeof(data[0]) * kWidth);
+    };
+    buffer.insert("B", slice(Imf::HALF, b));
+    buffer.insert("G", slice(Imf::FLOAT, g));
+    buffer.insert("R", slice(Imf::UINT, r));
+    file.setFrameBuffer(buffer);
+    file.writeTiles(0, file.numXTiles() - 1, 0, file.numYTiles() - 1);
+  }
+  const Image image = read_exr(path);
+  ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    ASSERT_EQ(image.data[3 * i], static_cast<float>(3 * i));
+    ASSERT_EQ(image.data[3 * i + 1], g[i]);
+    ASSERT_EQ(image.data[3 * i + 2], static_cast<float>(b[i]));
+  }
+}
+
+TEST(Exr, RefusesWhatIsNoWholeFile) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("a.exr");
+  expect_error([&] { read_exr(path, {"scene.xml", 3, 4}); }, "a.exr", "no such file");
+  EXPECT_EQ(expect_error(
+                [&] {
+                  read_exr(path, {"scene.xml", 3, 4});
+                },
+                "a.exr", "")
+                .find("scene.xml:3:4: "),
+            0u);
+  expect_error([&] { read_exr(folder.folder()); }, folder.folder(), "not a file");
+  expect_error([&] { read_exr(folder.write("b.exr", "")); }, "b.exr", "not an OpenEXR file");
+  expect_error([&] { read_exr(folder.write("c.exr", "P6\n1 1\n255\nabc")); }, "c.exr",
+               "not an OpenEXR file");
+  for (const bool as_half : {false, true}) {
+    write_exr(path, make_image(64, 64, {"R", "G", "B"}), as_half, {{"k", "v"}});
+    const std::string whole = read_file(path);
+    for (size_t length = 4; length < whole.size(); length += 1 + length / 16) {
+      const std::string cut = folder.write("cut.exr", whole.substr(0, length));
+      expect_error([&] { read_exr(cut); }, "cut.exr", "truncated");
+    }
+  }
+}
+
+TEST(Exr, DamagedFilesAreErrorsOrImages) {
+  const TemporaryFolder folder;
+  write_exr(folder.path("a.exr"), make_image(40, 24, {"R", "G", "B"}), false, {});
+  const std::string whole = read_file(folder.path("a.exr"));
+  int errors = 0;
+  for (uint64_t trial = 0; trial < 400; ++trial) {
+    std::string bytes = whole;
+    // Mostly the header, where sizes and types are.
+    const size_t range = trial % 4 == 0 ? bytes.size() : 360;
+    for (uint64_t k = 0; k < 1 + trial % 3; ++k) {
+      const uint64_t h = hash_words(trial, k);
+      bytes[8 + h % (range - 8)] = static_cast<char>(h >> 40);
+    }
+    try {
+      const Image image = read_exr(folder.write("d.exr", bytes));
+      EXPECT_EQ(image.data.size(),
+                static_cast<size_t>(image.width) * image.height * image.channels.size());
+    } catch (const Error&) {
+      ++errors;
+    }
+  }
+  EXPECT_GT(errors, 20);
+}
+
+TEST(Exr, ForgedSizesAllocateNothing) {
+  const TemporaryFolder folder;
+  write_exr(folder.path("a.exr"), make_image(8, 8, {"Y"}), false, {});
+  std::string bytes = read_file(folder.path("a.exr"));
+  const size_t window = bytes.find("dataWindow");
+  ASSERT_NE(window, std::string::npos);
+  // name, type "box2i", size, then xMin, yMin, xMax, yMax.
+  const size_t x_max = window + 11 + 6 + 4 + 8;
+  const int huge = 100000;
+  bytes.replace(x_max, 4, reinterpret_cast<const char*>(&huge), 4);
+  bytes.replace(x_max + 4, 4, reinterpret_cast<const char*>(&huge), 4);
+  expect_error([&] { read_exr(folder.write("b.exr", bytes)); }, "b.exr", "truncated");
+  const int absurd = 2000000000;
+  bytes.replace(x_max, 4, reinterpret_cast<const char*>(&absurd), 4);
+  expect_error([&] { read_exr(folder.write("b.exr", bytes)); }, "b.exr", "");
+}
+
+TEST(Exr, RefusesChannelsOfOneName) {
+  const TemporaryFolder folder;
+  expect_error(
+      [&] {
+        write_exr(folder.path("a.exr"), make_image(2, 2, {"R", "G", "R"}), true, {});
+      },
+      "a.exr", "two channels are named 'R'");
+  expect_error([&] { write_exr(folder.path("a.exr"), Image{}, true, {}); }, "a.exr", "empty");
+  EXPECT_EQ(file_count(folder.folder()), 0);
+}
+
+TEST(Pfm, RoundTrip) {
+  const TemporaryFolder folder;
+  const Image image = make_image(13, 7, {"R", "G", "B"});
+  write_pfm(folder.path("a.pfm"), image);
+  const Image back = read_pfm(folder.path("a.pfm"));
+  EXPECT_EQ(back.channels, image.channels);
+  EXPECT_EQ(back.data, image.data);
+  const Image two = make_image(3, 2, {"Y", "A"});
+  write_pfm(folder.path("y.pfm"), two);
+  const Image grey = read_pfm(folder.path("y.pfm"));
+  ASSERT_EQ(grey.channels, (std::vector<std::string>{"Y"}));
+  EXPECT_EQ(grey.at(2, 1, 0), two.at(2, 1, 0));
+  // Big-endian, scale 2, bottom row first.
+  const std::string big("Pf\n1 2\n2.0\n\x3f\x80\x00\x00\x40\x00\x00\x00", 19);
+  EXPECT_EQ(read_pfm(folder.write("b.pfm", big)).data, (std::vector<float>{4.f, 2.f}));
+}
+
+TEST(Pfm, RefusesWhatIsNoWholeFile) {
+  const TemporaryFolder folder;
+  expect_error([&] { read_pfm(folder.path("none.pfm")); }, "none.pfm", "no such file");
+  expect_error([&] { read_pfm(folder.write("a.pfm", "P6\n1 1\n255\nabc")); }, "a.pfm", "PFM");
+  expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n2 2\n-1\nabc")); }, "a.pfm", "truncated");
+  expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n2 2\n-1")); }, "a.pfm", "truncated");
+  expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n-2 2\n-1\n")); }, "a.pfm", "absurd");
+  expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n2000000 2\n-1\n")); }, "a.pfm", "absurd");
+  expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n100000 100000\n-1\nabcd")); }, "a.pfm",
+               "truncated");
+}
+
+struct Png {
+  unsigned width = 0;
+  unsigned height = 0;
+  std::vector<png_byte> rgba;
+};
+Png read_png(const std::string& path) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  EXPECT_TRUE(png_image_begin_read_from_file(&image, path.c_str())) << image.message;
+  image.format = PNG_FORMAT_RGBA;
+  Png png{image.width, image.height, std::vector<png_byte>(PNG_IMAGE_SIZE(image))};
+  EXPECT_TRUE(png_image_finish_read(&image, nullptr, png.rgba.data(), 0, nullptr));
+  return png;
+}
+
+TEST(Png, EncodesSrgbAndSurvivesAnything) {
+  const TemporaryFolder folder;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Image image{
+      3, 1, {"R", "G", "B"}, {0.f, 0.5f, 1.f, nan, -kInfinity, kInfinity, 0.18f, 2.f, -1.f}};
+  write_png(folder.path("a.png"), image, 0);
+  const auto byte = [](double linear) {
+    return static_cast<png_byte>(std::lround(255 * linear_to_srgb(static_cast<float>(linear))));
+  };
+  EXPECT_EQ(read_png(folder.path("a.png")).rgba,
+            (std::vector<png_byte>{0, 188, 255, 255, 0, 0, 255, 255, byte(0.18), 255, 0, 255}));
+  write_png(folder.path("a.png"), image, -1);
+  EXPECT_EQ(read_png(folder.path("a.png")).rgba[2], 188);
+}
+
+TEST(Png, AlphaAndGrey) {
+  const TemporaryFolder folder;
+  // Premultiplied: colour .25 at coverage .5 is .5 where it covers.
+  write_png(folder.path("a.png"), {1, 1, {"R", "G", "B", "A"}, {0.25f, 0.5f, 0, 0.5f}}, 0);
+  EXPECT_EQ(read_png(folder.path("a.png")).rgba, (std::vector<png_byte>{188, 255, 0, 128}));
+  write_png(folder.path("y.png"), {1, 1, {"Y"}, {0.5f}}, 0);
+  EXPECT_EQ(read_png(folder.path("y.png")).rgba, (std::vector<png_byte>{188, 188, 188, 255}));
+  write_png(folder.path("ya.png"), {1, 1, {"Y", "A", "depth"}, {0.5f, 1.f, 9.f}}, 0);
+  EXPECT_EQ(read_png(folder.path("ya.png")).rgba, (std::vector<png_byte>{188, 188, 188, 255}));
+}
+
+/// Files of this process can't grow beyond `bytes` until the end: a full disk, for anyone.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &saved_);
+    const rlimit limit{bytes, saved_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &saved_);
+    std::signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  rlimit saved_{};
+  void (*handler_)(int);
+};
+
+TEST(Writing, FullDiskIsOneErrorAndLeavesTheOldFile) {
+  const TemporaryFolder folder;
+  // Sizes at which the header, the pixels, or only the last bytes no longer fit.
+  const Image image = make_image(128, 128, {"R", "G", "B"});
+  for (const char* name : {"a.exr", "a.pfm", "a.png"}) {
+    const std::string path = folder.path(name);
+    const auto write = [&] {
+      const std::string_view extension = std::string_view(name).substr(2);
+      if (extension == "exr") write_exr(path, image, false, {});
+      if (extension == "pfm") write_pfm(path, image);
+      if (extension == "png") write_png(path, image, 0);
+    };
+    write();
+    const uintmax_t size = fs::file_size(path);
+    for (const bool old_file : {true, false}) {
+      fs::remove(path);
+      if (old_file) folder.write(name, "old");
+      for (const uintmax_t limit : {uintmax_t{1}, uintmax_t{5000}, size / 2, size - 1}) {
+        const FullDisk full(limit);
+        expect_error(write, path, "File too large");
+      }
+      EXPECT_EQ(read_file(path), old_file ? "old" : "");
+      EXPECT_EQ(file_count(folder.folder()), old_file ? 1 : 0) << "a temporary file is left";
+    }
+    fs::remove(path);
+  }
+}
+
+TEST(Writing, PlacesThatCannotBeWrittenAreFoundBefore) {
+  const TemporaryFolder folder;
+  const Image image = make_image(2, 2, {"Y"});
+  const std::string file = folder.write("file", "x");
+  const struct {
+    std::string path;
+    const char* part;
+  } cases[] = {{folder.path("none/a.exr"), "does not exist"},
+               {folder.folder(), "folder"},
+               {folder.path("a/"), "folder"},
+               {file + "/a.exr", ""},
+               {"/proc/kinome_test.exr", ""},
+               {"/dev/null", "not a regular file"}};
+  for (const auto& c : cases) {
+    expect_error([&] { check_writable(c.path); }, c.path, c.part);
+    expect_error([&] { write_exr(c.path, image, true, {}); }, c.path, c.part);
+  }
+  if (geteuid() != 0) {
+    fs::create_directory(folder.path("locked"));
+    fs::permissions(folder.path("locked"), fs::perms::owner_read | fs::perms::owner_exec);
+    const std::string path = folder.path("locked/a.exr");
+    expect_error([&] { check_writable(path); }, path, "Permission denied");
+  }
+  EXPECT_THROW(check_writable(""), Error);
+  check_writable(folder.path("a.exr"));
+  check_writable(file);
+  EXPECT_EQ(read_file(file), "x");
+  EXPECT_FALSE(fs::exists(folder.path("a.exr")));
+}
+
+TEST(Writing, FollowsLinksAndHonoursTheUmask) {
+  const TemporaryFolder folder;
+  const Image image = make_image(2, 2, {"Y"});
+  folder.write("target.pfm", "old");
+  fs::create_symlink("target.pfm", folder.path("link.pfm"));
+  write_pfm(folder.path("link.pfm"), image);
+  EXPECT_TRUE(fs::is_symlink(folder.path("link.pfm")));
+  EXPECT_EQ(read_pfm(folder.path("target.pfm")).data, image.data);
+  const mode_t mask = umask(022);
+  write_pfm(folder.path("new.pfm"), image);
+  umask(mask);
+  EXPECT_EQ(fs::status(folder.path("new.pfm")).permissions() & fs::perms::mask, fs::perms(0644));
+}
+
+TEST(Writing, InterruptedWritersAreCleanedUp) {
+  const TemporaryFolder folder;
+  // A child stops in the middle of a write, as one that a second signal hits.
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    std::signal(SIGXFSZ, [](int) {
+      remove_temporary_files();
+      _exit(42);
+    });
+    const rlimit limit{4096, RLIM_INFINITY};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    write_pfm(folder.path("a.pfm"), make_image(256, 256, {"R", "G", "B"}));
+    _exit(1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 42);
+  EXPECT_EQ(file_count(folder.folder()), 0);
+}
+
+}  // namespace
+}  // namespace kinome::test
