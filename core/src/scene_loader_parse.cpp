@@ -11,7 +11,9 @@ constexpr int kDeepestNesting = 100;
 /// Turns offsets into lines and columns. Offsets must grow, so that one pass is enough.
 class Places {
  public:
-  Places(const std::string& text, const std::string& file) : text_(text), file_(file) {}
+  Places(const std::string& text, const std::string& file) : text_(text), file_(file) {
+    if (text.starts_with("\xEF\xBB\xBF")) offset_ = 3;  // a byte order mark is no column
+  }
 
   Location at(size_t offset) {
     for (; offset_ < offset && offset_ < text_.size(); ++offset_) {
@@ -101,7 +103,8 @@ Node parse(const std::string& text, const std::string& file) {
   const pugi::xml_parse_result result =
       document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
   if (!result) {
-    const size_t offset = result.offset < 0 ? 0 : static_cast<size_t>(result.offset);
+    const bool has_place = result.offset > 0 && result.status != pugi::status_no_document_element;
+    const size_t offset = has_place ? static_cast<size_t>(result.offset) : 0;
     throw Error(Places(text, file).at(offset),
                 std::string("malformed XML: ") + result.description());
   }

@@ -33,11 +33,10 @@ void take_operation(Node& texture, const char* tag, const char* u, const char* v
     const auto child =
         std::find_if(texture.children.begin(), texture.children.end(),
                      [&, wanted = old_name](const Node& n) { return n.value("name") == wanted; });
-    if (child == texture.children.end()) continue;
+    const Attribute* value = child == texture.children.end() ? nullptr : child->find("value");
+    if (!value) continue;
     operation.where = child->where;
-    if (const Attribute* value = child->find("value")) {
-      operation.attributes.push_back({axis, value->value, value->where});
-    }
+    operation.attributes.push_back({axis, value->value, value->where});
     texture.children.erase(child);
   }
   if (!operation.attributes.empty()) operations.push_back(std::move(operation));

@@ -127,7 +127,7 @@ Rgb emission_color(const Spectrum& spectrum) {
 }
 
 Rgb reflectance_color(const Spectrum& spectrum) {
-  return color(spectrum, DVec3(0.950456, 1, 1.089058), daylight);
+  return color(spectrum, DVec3(0.950456, 1, 1.088754), daylight);
 }
 
 }  // namespace kinome

@@ -1,0 +1,90 @@
+#include "kinome/math.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace kinome {
+namespace {
+
+Mat4 rotation_and_shift() {
+  Mat4 m = glm::translate(Mat4(1.f), Vec3(1, -2, 3));
+  return glm::rotate(m, 0.7f, glm::normalize(Vec3(1, 2, -1)));
+}
+
+/// Some 10 roundings of numbers below 10.
+constexpr float kRounding = 1e-5f;
+
+void expect_near(const Vec3& a, const Vec3& b, float tolerance) {
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], tolerance) << "component " << i;
+}
+
+TEST(Transform, PointsShiftAndVectorsDoNot) {
+  const Transform shift(glm::translate(Mat4(1.f), Vec3(1, 2, 3)));
+  EXPECT_EQ(shift.point(Vec3(1, 1, 1)), Vec3(2, 3, 4));
+  EXPECT_EQ(shift.vector(Vec3(1, 1, 1)), Vec3(1, 1, 1));
+}
+
+TEST(Transform, ProjectiveMapsDivide) {
+  Mat4 m(1.f);
+  m[2][3] = 1;  // w = z + 1
+  EXPECT_EQ(Transform(m).point(Vec3(2, 4, 1)), Vec3(1, 2, 0.5f));
+}
+
+TEST(Transform, NormalsStayPerpendicularToStretchedSurfaces) {
+  const Transform stretch(glm::scale(Mat4(1.f), Vec3(4, 1, 0.5f)) * rotation_and_shift());
+  const Vec3 n = stretch.normal(Vec3(0, 0, 1));
+  EXPECT_NEAR(glm::dot(n, stretch.vector(Vec3(1, 0, 0))), 0, kRounding);
+  EXPECT_NEAR(glm::dot(n, stretch.vector(Vec3(0, 1, 0))), 0, kRounding);
+  EXPECT_GT(glm::dot(n, stretch.vector(Vec3(0, 0, 1))), 0);
+}
+
+TEST(Transform, ProductAppliesTheRightOneFirst) {
+  const Transform a(rotation_and_shift());
+  const Transform b(glm::scale(Mat4(1.f), Vec3(2, 3, 4)));
+  const Vec3 p(0.3f, -0.4f, 0.5f);
+  expect_near((a * b).point(p), a.point(b.point(p)), kRounding);
+  expect_near((a * b).inverse().point((a * b).point(p)), p, kRounding);
+}
+
+TEST(Transform, InverseIsAsGoodAsFloatCanHold) {
+  // 1e-4 across, 1e4 away: inverting in single precision would lose all digits.
+  const Mat4 m = glm::translate(Mat4(1.f), Vec3(1e4f, -1e4f, 1e4f)) *
+                 glm::scale(Mat4(1.f), Vec3(1e-4f)) *
+                 glm::rotate(Mat4(1.f), 0.7f, glm::normalize(Vec3(1, 2, -1)));
+  const glm::dmat4 product = glm::dmat4(Transform(m).inverse_matrix()) * glm::dmat4(m);
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) EXPECT_NEAR(product[c][r], c == r, 1e-6) << c << ' ' << r;
+  }
+}
+
+TEST(Transform, KnowsWhatItDoes) {
+  const Transform rigid(rotation_and_shift());
+  EXPECT_TRUE(rigid.is_invertible());
+  EXPECT_FALSE(rigid.has_scale());
+  EXPECT_FALSE(rigid.flips_handedness());
+  EXPECT_FALSE(rigid.is_identity());
+  EXPECT_TRUE(Transform().is_identity());
+  EXPECT_TRUE(Transform(glm::scale(Mat4(1.f), Vec3(1, 1.01f, 1))).has_scale());
+  EXPECT_TRUE(Transform(glm::scale(Mat4(1.f), Vec3(1, -1, 1))).flips_handedness());
+  EXPECT_FALSE(Transform(glm::scale(Mat4(1.f), Vec3(1, -1, 1))).has_scale());
+  EXPECT_FALSE(Transform(glm::scale(Mat4(1.f), Vec3(1, 0, 1))).is_invertible());
+  EXPECT_FALSE(Transform(Mat4(kInfinity)).is_invertible());
+}
+
+TEST(Frame, IsOrthonormalAndRightHandedAroundAnyNormal) {
+  for (const Vec3& v : {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(1, 2, -3),
+                        Vec3(1e-4f, 1e-4f, -1), Vec3(-5, 1, 1e-3f)}) {
+    const Vec3 n = glm::normalize(v);
+    for (const Frame& f : {Frame::from_normal(n), Frame::from_normal_and_tangent(n, Vec3(1, 5, 2)),
+                           Frame::from_normal_and_tangent(n, n)}) {
+      EXPECT_NEAR(glm::length(f.s), 1, kRounding);
+      EXPECT_NEAR(glm::dot(f.s, f.n), 0, kRounding);
+      expect_near(glm::cross(f.s, f.t), f.n, kRounding);
+      expect_near(f.to_world(f.to_local(v)), v, 10 * kRounding);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinome

@@ -1,0 +1,53 @@
+#include "probe.h"
+
+#include "kinome/bsdf.h"
+#include "kinome/plugin.h"
+
+/// Tells a test what the core hands to a plugin.
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"boolean", ParameterType::kBoolean, "true", ""},
+    {"integer", ParameterType::kInteger, "7", ""},
+    {"real", ParameterType::kFloat, "0.25", ""},
+    {"string", ParameterType::kString, "text", ""},
+    {"file", ParameterType::kFile, nullptr, ""},
+    {"vector", ParameterType::kVector, "1 2 3", ""},
+    {"color", ParameterType::kColor, "4 5 6", ""},
+    {"transform", ParameterType::kTransform, nullptr, ""},
+    {"texture", ParameterType::kTexture, "0.5", ""},
+    {"unbounded", ParameterType::kUnboundedTexture, "2", ""},
+    {"optional", ParameterType::kTexture, nullptr, ""},
+    {"choice", ParameterType::kString, "beckmann", ""},
+    {"unread", ParameterType::kFloat, "0", "which the plugin never asks for"},
+    {"broken", ParameterType::kBoolean, "false", "makes the constructor throw"},
+    {"bsdf", ParameterType::kObject, nullptr, "", false, Category::kBsdf, 2},
+};
+
+class ProbeTexture final : public test::Probe {
+ public:
+  explicit ProbeTexture(const Properties& props) {
+    static constexpr const char* kChoices[] = {"beckmann", "ggx"};
+    boolean = props.boolean("boolean");
+    integer = props.integer("integer");
+    real = props.real("real");
+    string = props.string("string");
+    if (props.has("file")) file = props.file("file");
+    vector = props.vector("vector");
+    color = props.color("color");
+    transform = props.transform("transform");
+    texture = props.texture("texture");
+    unbounded = props.texture("unbounded");
+    optional = props.texture("optional");
+    choice = props.choice("choice", kChoices);
+    for (auto& bsdf : props.objects<Bsdf>()) objects.push_back(bsdf);
+    if (props.boolean("broken")) throw Error("from deep inside");
+  }
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::ProbeTexture, kinome::Category::kTexture, "probe", "A probe.",
+              kinome::kTable);

@@ -1,0 +1,101 @@
+#include <gtest/gtest.h>
+
+#include "plugins/probe_registry.h"
+#include "support/render.h"
+
+/// What a scene is made of, given and by default.
+namespace kinome::test {
+namespace {
+
+std::unique_ptr<Scene> load(const std::string& children, RenderStats* stats = nullptr) {
+  return load_scene_from_string("<scene version=\"3.0.0\">" + children + "</scene>", "scene.xml",
+                                {}, probe_registry(), stats);
+}
+
+TEST(Scene, TakesItsChildrenInOrder) {
+  const auto scene = load(
+      "<shape type='sphere' id='a'/><sensor type='perspective' id='cam0'><float name='fov' "
+      "value='30'/></sensor><shape type='sphere' id='b'/><emitter type='constant' id='sky'/>"
+      "<sensor type='perspective' id='cam1'><float name='fov' value='30'/></sensor>"
+      "<integrator type='direct' id='how'/>");
+  ASSERT_EQ(scene->shapes().size(), 2u);
+  EXPECT_EQ(scene->shapes()[0]->id(), "a");
+  EXPECT_EQ(scene->shapes()[1]->id(), "b");
+  ASSERT_EQ(scene->sensors().size(), 2u);
+  EXPECT_EQ(scene->sensors()[1]->id(), "cam1");
+  ASSERT_NE(scene->environment(), nullptr);
+  EXPECT_EQ(scene->environment()->id(), "sky");
+  EXPECT_EQ(scene->integrator().id(), "how");
+  EXPECT_EQ(scene->file(), "scene.xml");
+}
+
+TEST(Scene, HasDefaultsForAllThatItLacks) {
+  const auto scene = load("<shape type='sphere'/>");
+  ASSERT_EQ(scene->sensors().size(), 1u);
+  EXPECT_EQ(scene->sensors()[0]->film().width(), 768);
+  EXPECT_EQ(scene->sensors()[0]->sampler().sample_count(), 4u);
+  EXPECT_EQ(scene->shapes()[0]->bsdf().reflectance(SurfaceInteraction()).diffuse, Rgb(0.5f));
+}
+
+/// Mitsuba 3.9.1 puts its camera at the middle of the box, size / (2 tan 22.5°) before its front.
+TEST(Scene, TheDefaultSensorSeesTheShapes) {
+  const auto scene = load(
+      "<shape type='sphere'><point name='center' value='5 6 7'/><float name='radius' value='2'/>"
+      "</shape>");
+  const Ray ray = scene->sensors()[0]->sample_ray(Vec2(384, 288), Vec2(0.5f));
+  EXPECT_NEAR(ray.o.x, 5, 1e-4);
+  EXPECT_NEAR(ray.o.y, 6, 1e-4);
+  EXPECT_NEAR(ray.o.z, 5 - 4 / (2 * std::tan(22.5 * M_PI / 180)), 1e-4);
+  EXPECT_NEAR(ray.d.z, 1, 1e-4);
+}
+
+TEST(Scene, MayBeEmpty) {
+  EXPECT_TRUE(load("")->shapes().empty());
+}
+
+TEST(Scene, SensorsKeepTheChildrenThatTheyHave) {
+  const auto scene = load(
+      "<sensor type='perspective'><float name='fov' value='30'/>"
+      "<film type='hdrfilm'><integer name='width' value='32'/><integer name='height' value='16'/>"
+      "<rfilter type='box'/></film><sampler type='independent'><integer name='sample_count' "
+      "value='9'/></sampler></sensor>");
+  EXPECT_EQ(scene->sensors()[0]->film().width(), 32);
+  EXPECT_EQ(scene->sensors()[0]->sampler().sample_count(), 9u);
+}
+
+TEST(Scene, ReferencesShareWhatTheyName) {
+  const auto scene = load(
+      "<bsdf type='diffuse' id='m'/><shape type='sphere'><ref id='m'/></shape>"
+      "<shape type='sphere'><ref id='m'/></shape>");
+  EXPECT_EQ(scene->shapes()[0]->bsdf_pointer(), scene->shapes()[1]->bsdf_pointer());
+  EXPECT_EQ(scene->shapes()[0]->bsdf().id(), "m");
+}
+
+TEST(Scene, ShapesThatAreReferredToAtTheRootCountOnce) {
+  EXPECT_EQ(load("<shape type='sphere' id='s'/><ref id='s'/>")->shapes().size(), 1u);
+}
+
+TEST(Scene, WhatNobodyRefersToIsCheckedAllTheSame) {
+  EXPECT_EQ(
+      error_of([] { load("<bsdf type='diffuse'><rgb name='reflectance' value='2'/></bsdf>"); }),
+      "scene.xml:1:45: 'reflectance' is outside [0,1]: 2 2 2");
+}
+
+TEST(Stats, TellWhatLoadingCost) {
+  PluginRegistry registry({KINOME_UNIT_PLUGINS, KINOME_TEST_PLUGINS});
+  RenderStats stats;
+  load_scene_from_string(
+      "<scene version='3.0.0'><shape type='sphere'/><shape type='sphere'/></scene>", "scene.xml",
+      {}, registry, &stats);
+  EXPECT_EQ(stats.plugins,
+            (std::vector<std::string>{"shape/sphere", "bsdf/diffuse", "integrator/direct",
+                                      "sensor/perspective", "film/hdrfilm", "rfilter/gaussian",
+                                      "sampler/independent"}));
+  EXPECT_EQ(registry.loaded().size(), stats.plugins.size());
+  EXPECT_GT(stats.load_seconds, stats.plugin_seconds);
+  EXPECT_GT(stats.plugin_seconds, 0);
+  EXPECT_GT(stats.build_seconds, 0);
+}
+
+}  // namespace
+}  // namespace kinome::test

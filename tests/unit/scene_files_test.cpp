@@ -1,0 +1,227 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "plugins/probe_registry.h"
+#include "support/render.h"
+
+/// What a scene reads beside itself: includes, search paths, spectra; and the scene's hash.
+namespace kinome::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string scene(const std::string& children) {
+  return "<scene version=\"3.0.0\">" + children + "</scene>";
+}
+
+std::unique_ptr<Scene> load(const std::string& path, const LoadOptions& options = {},
+                            RenderStats* stats = nullptr) {
+  return load_scene(path, options, probe_registry(), stats);
+}
+
+std::string load_error(const std::string& path, const LoadOptions& options = {}) {
+  return error_of([&] { load(path, options); });
+}
+
+std::string shape_id(const Scene& loaded) {
+  return loaded.shapes().at(0)->id();
+}
+
+/// A shape whose id is the text, so that a test can see which file or value was taken.
+std::string marker(const std::string& id) {
+  return "<shape type='sphere' id='" + id + "'/>";
+}
+
+TEST(Files, MissingAndUnreadable) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(load_error(folder.path("no.xml")), folder.path("no.xml") + ": there is no such file");
+  EXPECT_EQ(load_error(folder.folder()), folder.folder() + ": it is a folder, not a file");
+}
+
+TEST(Include, DissolvesScenes) {
+  const TemporaryFolder folder;
+  folder.write("part.xml", scene(marker("a") + marker("b")));
+  const auto loaded =
+      load(folder.write("main.xml", scene("<include filename='part.xml'/>" + marker("c"))));
+  ASSERT_EQ(loaded->shapes().size(), 3u);
+  EXPECT_EQ(loaded->shapes()[1]->id(), "b");
+  EXPECT_EQ(loaded->shapes()[2]->id(), "c");
+}
+
+TEST(Include, TakesSingleObjectsAndStandsInsideOfObjects) {
+  const TemporaryFolder folder;
+  folder.write("bsdf.xml", "<bsdf version='3.0.0' type='diffuse' id='red'/>");
+  folder.write("properties.xml", scene("<float name='radius' value='3'/>"));
+  const auto loaded =
+      load(folder.write("main.xml", scene("<shape type='sphere'><include filename='bsdf.xml'/>"
+                                          "<include filename='properties.xml'/></shape>")));
+  EXPECT_EQ(loaded->shapes()[0]->bsdf().id(), "red");
+  EXPECT_EQ(loaded->bounds().hi.x, 3.f);
+}
+
+TEST(Include, DefaultsCrossBothWays) {
+  const TemporaryFolder folder;
+  folder.write("part.xml", scene("<default name='b' value='from_part'/>" + marker("part_$a")));
+  const auto loaded = load(folder.write(
+      "main.xml", scene("<default name='a' value='from_main'/><include filename='part.xml'/>" +
+                        marker("main_$b"))));
+  EXPECT_EQ(loaded->shapes()[0]->id(), "part_from_main");
+  EXPECT_EQ(loaded->shapes()[1]->id(), "main_from_part");
+}
+
+TEST(Include, SubstitutesItsFileName) {
+  const TemporaryFolder folder;
+  folder.write("part.xml", scene(marker("a")));
+  LoadOptions options;
+  options.defines["file"] = "part";
+  const std::string path = folder.write("main.xml", scene("<include filename='$file.xml'/>"));
+  EXPECT_EQ(shape_id(*load(path, options)), "a");
+}
+
+TEST(Include, UpgradesEachFileByItsOwnVersion) {
+  const TemporaryFolder folder;
+  folder.write("old.xml",
+               "<scene version='0.5.0'><shape type='sphere'><transform name='toWorld'>"
+               "<translate x='5'/></transform></shape></scene>");
+  const auto loaded = load(folder.write("main.xml", scene("<include filename='old.xml'/>")));
+  EXPECT_NEAR(loaded->bounds().hi.x, 6, 1e-5);
+}
+
+TEST(Include, NamesTheIncludedFileInErrors) {
+  const TemporaryFolder folder;
+  folder.write("part.xml", scene("\n  <shape type='spher'/>"));
+  EXPECT_EQ(
+      load_error(folder.write("main.xml", scene("<include filename='part.xml'/>"))),
+      folder.path("part.xml") + ":2:10: there is no shape plugin 'spher' (did you mean 'sphere'?)");
+}
+
+TEST(Include, MustNotIncludeItself) {
+  const TemporaryFolder folder;
+  const std::string self = folder.write("self.xml", scene("<include filename='self.xml'/>"));
+  EXPECT_EQ(load_error(self), self + ":1:33: '" + self + "' includes itself");
+  folder.write("a.xml", scene("<include filename='b.xml'/>"));
+  folder.write("b.xml", scene("\n<include filename='./a.xml'/>"));
+  EXPECT_EQ(load_error(folder.path("a.xml")),
+            folder.path("b.xml") + ":2:10: '" + folder.folder() + "/./a.xml' includes itself");
+}
+
+TEST(Include, IsAtMost15Deep) {
+  const TemporaryFolder folder;
+  for (int i = 0; i < 16; ++i) {
+    folder.write("f" + std::to_string(i) + ".xml",
+                 scene("<include filename='f" + std::to_string(i + 1) + ".xml'/>"));
+  }
+  folder.write("f16.xml", scene(marker("end")));
+  EXPECT_EQ(shape_id(*load(folder.path("f1.xml"))), "end");
+  EXPECT_EQ(load_error(folder.path("f0.xml")),
+            folder.path("f15.xml") + ":1:33: includes are nested more than 15 deep");
+}
+
+TEST(Include, EndsWhereFilesMultiply) {
+  const TemporaryFolder folder;
+  for (int i = 0; i < 15; ++i) {
+    const std::string next = "<include filename='f" + std::to_string(i + 1) + ".xml'/>";
+    folder.write("f" + std::to_string(i) + ".xml", scene(next + next));
+  }
+  folder.write("f15.xml", scene(""));
+  EXPECT_NE(load_error(folder.path("f0.xml")).find("too many includes"), std::string::npos);
+}
+
+TEST(SearchPath, OrderIsWorkingDirectoryThenOptionsThenScene) {
+  const TemporaryFolder folder;
+  for (const char* place : {"cwd", "first", "second", "scene"}) {
+    folder.write(std::string(place) + "/part.xml", scene(marker(place)));
+  }
+  const std::string path = folder.write("scene/main.xml", scene("<include filename='part.xml'/>"));
+  LoadOptions options;
+  options.search_paths = {folder.path("first"), folder.path("second")};
+  const fs::path before = fs::current_path();
+  fs::current_path(folder.path("cwd"));
+  EXPECT_EQ(shape_id(*load(path, options)), "cwd");
+  fs::remove(folder.path("cwd/part.xml"));
+  EXPECT_EQ(shape_id(*load(path, options)), "first");
+  fs::remove(folder.path("first/part.xml"));
+  EXPECT_EQ(shape_id(*load(path, options)), "second");
+  EXPECT_EQ(shape_id(*load(path)), "scene");
+  fs::current_path(before);
+}
+
+TEST(SearchPath, PathAndTheIncludesFolderComeFirst) {
+  const TemporaryFolder folder;
+  folder.write("extra/part.xml", scene(marker("extra")));
+  folder.write("option/part.xml", scene(marker("option")));
+  folder.write("extra/inner.xml", scene("<include filename='leaf.xml'/>"));
+  folder.write("extra/leaf.xml", scene(marker("extra_leaf")));
+  folder.write("option/leaf.xml", scene(marker("option_leaf")));
+  LoadOptions options;
+  options.search_paths = {folder.path("option")};
+  const std::string with_path =
+      folder.write("main.xml", scene("<path value='extra'/><include filename='part.xml'/>"));
+  EXPECT_EQ(shape_id(*load(with_path, options)), "extra");
+  const std::string without =
+      folder.write("main2.xml", scene("<include filename='extra/inner.xml'/>"));
+  EXPECT_EQ(shape_id(*load(without, options)), "extra_leaf");
+}
+
+TEST(SearchPath, HoldsForFilesThatPluginsRead) {
+  const TemporaryFolder folder;
+  folder.write("maps/a.txt", "");
+  folder.write("parts/b.txt", "");
+  folder.write("parts/part.xml",
+               "<texture version='3.0.0' type='probe' name='optional'>"
+               "<string name='file' value='b.txt'/></texture>");
+  const std::string xml =
+      "<texture version='3.0.0' type='probe'><path value='maps'/>"
+      "<texture type='probe' name='texture'><string name='file' value='a.txt'/></texture>"
+      "<include filename='parts/part.xml'/></texture>";
+  const auto probe = std::dynamic_pointer_cast<Probe>(
+      load_object_from_string(xml, folder.path("main.xml"), {}, probe_registry()));
+  EXPECT_EQ(std::dynamic_pointer_cast<Probe>(probe->texture)->file, folder.path("maps/a.txt"));
+  EXPECT_EQ(std::dynamic_pointer_cast<Probe>(probe->optional)->file, folder.path("parts/b.txt"));
+}
+
+TEST(SpectrumFile, HasTwoColumnsAndComments) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.write("a.spd", "# wavelength value\n360 0.5\n\n  830, 0.5 # the end\n");
+  const auto load_spectrum = [](const std::string& file) {
+    return probe("<spectrum name='texture' filename='" + file + "'/>")->texture->mean();
+  };
+  EXPECT_NEAR(load_spectrum(path).y, 0.5, 1e-5);
+  const std::string bad = folder.write("b.spd", "360 0.5\n400 a\n");
+  EXPECT_EQ(error_of([&] { load_spectrum(bad); }),
+            "probe.xml:1:64: '400:a' is not a wavelength and a value");
+  const std::string wide = folder.write("c.spd", "360 0.5 7\n");
+  EXPECT_EQ(error_of([&] { load_spectrum(wide); }),
+            "probe.xml:1:64: a line of a spectrum file has a wavelength and a value, not "
+            "'360 0.5 7'");
+}
+
+TEST(Hash, DependsOnAllTextAndDefines) {
+  const TemporaryFolder folder;
+  const std::string main =
+      scene("<default name='x' value='1'/><include filename='part.xml'/>" + marker("s$x"));
+  const std::string path = folder.write("main.xml", main);
+  folder.write("part.xml", scene(""));
+  const std::string hash = load(path)->hash();
+  EXPECT_EQ(hash.size(), 16u);
+  EXPECT_EQ(hash.find_first_not_of("0123456789abcdef"), std::string::npos);
+  EXPECT_EQ(load(path)->hash(), hash);
+
+  LoadOptions options;
+  options.defines["x"] = "1";
+  const std::string defined = load(path, options)->hash();
+  EXPECT_NE(defined, hash);
+  options.defines["x"] = "2";
+  EXPECT_NE(load(path, options)->hash(), defined);
+
+  folder.write("part.xml", scene("<!-- another -->"));
+  EXPECT_NE(load(path)->hash(), hash);
+  folder.write("part.xml", scene(""));
+  folder.write("main.xml", main + " ");
+  EXPECT_NE(load(path)->hash(), hash);
+}
+
+}  // namespace
+}  // namespace kinome::test

@@ -1,0 +1,273 @@
+#include <gtest/gtest.h>
+
+#include <clocale>
+
+#include "plugins/probe_registry.h"
+
+/// XML snippets and the values that a plugin gets from them.
+namespace kinome::test {
+namespace {
+
+constexpr float kRounding = 1e-5f;
+
+void expect_near(const Vec3& a, const Vec3& b, float tolerance = kRounding) {
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], tolerance) << "component " << i;
+}
+
+TEST(Values, DefaultsOfTheTable) {
+  const auto p = probe("");
+  EXPECT_TRUE(p->boolean);
+  EXPECT_EQ(p->integer, 7);
+  EXPECT_EQ(p->real, 0.25f);
+  EXPECT_EQ(p->string, "text");
+  EXPECT_EQ(p->vector, Vec3(1, 2, 3));
+  EXPECT_EQ(p->color, Rgb(4, 5, 6));
+  EXPECT_EQ(p->texture->mean(), Rgb(0.5f));
+  EXPECT_EQ(p->unbounded->mean(), Rgb(2.f));
+  EXPECT_EQ(p->optional, nullptr);
+  EXPECT_TRUE(p->transform.is_identity());
+  EXPECT_EQ(p->choice, 0);
+}
+
+TEST(Values, Booleans) {
+  for (const char* text : {"true", "True", "TRUE", " tRuE "}) {
+    EXPECT_TRUE(probe(std::string("<boolean name='boolean' value='") + text + "'/>")->boolean);
+  }
+  for (const char* text : {"false", "False", "FALSE"}) {
+    EXPECT_FALSE(probe(std::string("<boolean name='boolean' value='") + text + "'/>")->boolean);
+  }
+}
+
+TEST(Values, Numbers) {
+  const auto real = [](const std::string& text) {
+    return probe("<float name='real' value='" + text + "'/>")->real;
+  };
+  EXPECT_EQ(real("1.5"), 1.5f);
+  EXPECT_EQ(real("-.5"), -0.5f);
+  EXPECT_EQ(real("+2"), 2.f);
+  EXPECT_EQ(real("1e-3"), 1e-3f);
+  EXPECT_EQ(real(" 7 "), 7.f);
+  EXPECT_EQ(real("16777217.0"), 16777216.f);
+  EXPECT_EQ(probe("<integer name='real' value='3'/>")->real, 3.f);
+  const auto integer = [](const std::string& text) {
+    return probe("<integer name='integer' value='" + text + "'/>")->integer;
+  };
+  EXPECT_EQ(integer("-12"), -12);
+  EXPECT_EQ(integer("+12"), 12);
+  EXPECT_EQ(integer("9223372036854775807"), INT64_MAX);
+}
+
+TEST(Values, NumbersDoNotDependOnTheLocale) {
+  const std::string before = std::setlocale(LC_ALL, nullptr);
+  std::setlocale(LC_ALL, "de_DE.UTF-8");
+  EXPECT_EQ(probe("<float name='real' value='1.5'/>")->real, 1.5f);
+  std::setlocale(LC_ALL, before.c_str());
+}
+
+TEST(Values, Strings) {
+  EXPECT_EQ(probe("<string name='string' value=' a &lt;b&gt; &quot;c&quot; '/>")->string,
+            " a <b> \"c\" ");
+  EXPECT_EQ(probe("<string name='choice' value='ggx'/>")->choice, 1);
+}
+
+TEST(Values, Vectors) {
+  EXPECT_EQ(probe("<point name='vector' value='1 2.5 -3'/>")->vector, Vec3(1, 2.5f, -3));
+  EXPECT_EQ(probe("<vector name='vector' value='1, 2,3'/>")->vector, Vec3(1, 2, 3));
+  EXPECT_EQ(probe("<vector name='vector' value='4'/>")->vector, Vec3(4));
+  EXPECT_EQ(probe("<point name='vector' x='1' z='3' y='2'/>")->vector, Vec3(1, 2, 3));
+}
+
+TEST(Values, Colors) {
+  EXPECT_EQ(probe("<rgb name='color' value='1 2 3'/>")->color, Rgb(1, 2, 3));
+  EXPECT_EQ(probe("<rgb name='color' value='2'/>")->color, Rgb(2.f));
+  EXPECT_EQ(probe("<float name='color' value='2'/>")->color, Rgb(2.f));
+  EXPECT_EQ(probe("<integer name='color' value='2'/>")->color, Rgb(2.f));
+  EXPECT_EQ(probe("<vector name='color' value='1 2 3'/>")->color, Rgb(1, 2, 3));
+  expect_near(probe("<spectrum name='color' value='2'/>")->color,
+              2.f * Rgb(1.20488f, 0.94823f, 0.90927f));
+}
+
+TEST(Values, UniformTextures) {
+  EXPECT_EQ(probe("<rgb name='texture' value='.1 .2 .3'/>")->texture->mean(), Rgb(.1f, .2f, .3f));
+  EXPECT_EQ(probe("<float name='texture' value='1'/>")->texture->mean(), Rgb(1.f));
+  EXPECT_EQ(probe("<spectrum name='texture' value='.7'/>")->texture->mean(), Rgb(.7f));
+  EXPECT_EQ(probe("<vector name='texture' value='.1 .2 .3'/>")->texture->mean(),
+            Rgb(.1f, .2f, .3f));
+  EXPECT_EQ(probe("<rgb name='unbounded' value='-1 2 30'/>")->unbounded->mean(), Rgb(-1, 2, 30));
+}
+
+TEST(Values, NestedTextures) {
+  const auto p = probe("<texture type='probe' name='texture' id='inner'/>");
+  EXPECT_EQ(p->texture->id(), "inner");
+  EXPECT_EQ(p->id(), "");
+}
+
+/// The observer's fit is good to about 2 % of its peak (Wyman et al. 2013, table 1); the colours
+/// themselves are Mitsuba 3.9.1's in its variant scalar_rgb.
+constexpr float kObserverError = 0.02f;
+
+TEST(Values, WavelengthSpectra) {
+  const std::string list = "value='400:.2, 500:.5, 600:.8, 700:.3'/>";
+  expect_near(probe("<spectrum name='texture' " + list)->texture->mean(),
+              Rgb(0.75503f, 0.641415f, 0.323239f), kObserverError);
+  expect_near(probe("<spectrum name='unbounded' " + list)->unbounded->mean(),
+              Rgb(0.75503f, 0.641415f, 0.323239f), kObserverError);
+  expect_near(probe("<spectrum name='color' " + list)->color, Rgb(0.886932f, 0.614419f, 0.285147f),
+              kObserverError);
+}
+
+TEST(Values, AFlatWavelengthSpectrumIsWhite) {
+  expect_near(probe("<spectrum name='texture' value='360:1 830:1'/>")->texture->mean(), Rgb(1.f));
+  expect_near(probe("<spectrum name='color' value='360:1,830:1'/>")->color,
+              Rgb(1.20488f, 0.94823f, 0.90927f), 1e-3f);
+}
+
+TEST(Values, SaturatedReflectanceSpectraAreClamped) {
+  const std::string line = "value='360:0, 519:0, 520:1, 530:1, 531:0, 830:0'/>";
+  const Rgb bounded = probe("<spectrum name='texture' " + line)->texture->mean();
+  EXPECT_EQ(bounded.x, 0);
+  EXPECT_EQ(bounded.z, 0);
+  EXPECT_NEAR(bounded.y, 0.15183f, kObserverError);
+  EXPECT_LT(probe("<spectrum name='unbounded' " + line)->unbounded->mean().x, 0);
+}
+
+Transform transform_of(const std::string& operations) {
+  return probe("<transform name='transform'>" + operations + "</transform>")->transform;
+}
+
+TEST(Transforms, SingleOperations) {
+  EXPECT_TRUE(transform_of("").is_identity());
+  EXPECT_EQ(transform_of("<translate value='1 2 3'/>").point(Vec3(1)), Vec3(2, 3, 4));
+  EXPECT_EQ(transform_of("<translate y='2'/>").point(Vec3(1)), Vec3(1, 3, 1));
+  EXPECT_EQ(transform_of("<scale value='2'/>").point(Vec3(1, 2, 3)), Vec3(2, 4, 6));
+  EXPECT_EQ(transform_of("<scale value='2 3 4'/>").point(Vec3(1)), Vec3(2, 3, 4));
+  EXPECT_EQ(transform_of("<scale y='3'/>").point(Vec3(1)), Vec3(1, 3, 1));
+  expect_near(transform_of("<rotate z='1' angle='90'/>").vector(Vec3(1, 0, 0)), Vec3(0, 1, 0));
+  expect_near(transform_of("<rotate value='0 5 0' angle='90'/>").vector(Vec3(1, 0, 0)),
+              Vec3(0, 0, -1));
+  EXPECT_EQ(transform_of("<matrix value='1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1'/>").point(Vec3(1)),
+            Vec3(6, 7, 8));
+  EXPECT_EQ(transform_of("<matrix value='0 -1 0 1 0 0 0 0 1'/>").vector(Vec3(1, 0, 0)),
+            Vec3(0, 1, 0));
+}
+
+TEST(Transforms, LaterOperationsAreAppliedLater) {
+  expect_near(
+      transform_of("<translate x='1'/><rotate z='1' angle='90'/><scale value='2'/>").point(Vec3(0)),
+      Vec3(0, 2, 0));
+  expect_near(transform_of("<scale value='2'/><rotate z='1' angle='90'/><translate x='1'/>")
+                  .point(Vec3(1, 0, 0)),
+              Vec3(1, 2, 0));
+}
+
+TEST(Transforms, LookatHasTheViewAlongZAndLeftAlongX) {
+  const Transform t = transform_of("<lookat origin='0 0 -5' target='0 0 0' up='0 1 0'/>");
+  expect_near(t.point(Vec3(0)), Vec3(0, 0, -5));
+  expect_near(t.vector(Vec3(0, 0, 1)), Vec3(0, 0, 1));
+  expect_near(t.vector(Vec3(0, 1, 0)), Vec3(0, 1, 0));
+  expect_near(t.vector(Vec3(1, 0, 0)), Vec3(1, 0, 0));
+  EXPECT_FALSE(t.flips_handedness());
+}
+
+TEST(Transforms, LookatAsMitsubaWithoutUp) {
+  // to_world of Mitsuba 3.9.1 for the same line, to the digits that it prints.
+  const Transform t = transform_of("<lookat origin='1,2,3' target='0,0,0'/>");
+  expect_near(t.vector(Vec3(1, 0, 0)), Vec3(-0.0792865f, 0.841427f, -0.534522f));
+  expect_near(t.vector(Vec3(0, 1, 0)), Vec3(0.960357f, -0.0792865f, -0.267261f));
+  expect_near(t.vector(Vec3(0, 0, 1)), Vec3(-0.267261f, -0.534522f, -0.801784f));
+}
+
+TEST(Upgrade, CamelCaseNamesBeforeVersion2) {
+  const auto p = probe(
+      "<transform name='Transform'><translate x='1'/></transform>"
+      "<texture type='checkerboard' name='texture'><rgb name='color0' value='.1'/></texture>",
+      {}, "0.6.0");
+  EXPECT_EQ(p->transform.point(Vec3(0)), Vec3(1, 0, 0));
+}
+
+/// From a BSDF of an old file the parameter that has another name now.
+TEST(Upgrade, DiffuseReflectanceOfDiffuse) {
+  const auto load = [](const std::string& version) {
+    return load_object_from_string("<bsdf version='" + version +
+                                       "' type='diffuse'><rgb name='diffuseReflectance' "
+                                       "value='.1 .2 .3'/></bsdf>",
+                                   "old.xml", {}, probe_registry());
+  };
+  const auto bsdf = std::dynamic_pointer_cast<Bsdf>(load("0.5.0"));
+  EXPECT_EQ(bsdf->reflectance(SurfaceInteraction()).diffuse, Rgb(.1f, .2f, .3f));
+  EXPECT_EQ(error_of([&] { load("2.0.0"); }),
+            "old.xml:1:38: bsdf 'diffuse' has no parameter 'diffuseReflectance' (it has "
+            "reflectance)");
+}
+
+/// Mitsuba 3.9.1 gives [[3, 0, .75], [0, 5, 2.5]] for this texture: it moves, then scales.
+TEST(Upgrade, OffsetsAndScalesBecomeToUv) {
+  const std::string old =
+      "<float name='uoffset' value='.25'/><float name='voffset' value='.5'/>"
+      "<float name='uscale' value='3'/><float name='vscale' value='5'/>";
+  const auto p = std::dynamic_pointer_cast<Probe>(
+      load_object_from_string("<texture version='0.6.0' type='uv_probe'>" + old + "</texture>",
+                              "old.xml", {}, probe_registry()));
+  expect_near(p->transform.point(Vec3(0)), Vec3(.75f, 2.5f, 0));
+  expect_near(p->transform.vector(Vec3(1, 1, 0)), Vec3(3, 5, 0));
+}
+
+TEST(Expansion, SubstitutesTheLongestName) {
+  LoadOptions options;
+  options.defines = {{"a", "1"}, {"ab", "2"}, {"abc", "3"}};
+  EXPECT_EQ(probe("<string name='string' value='$ab-$abc$a$abd'/>", options)->string, "2-312d");
+}
+
+TEST(Expansion, DefinesBeatDefaultsAndTheFirstDefaultStays) {
+  const std::string xml =
+      "<default name='x' value='first'/><default name='x' value='second'/>"
+      "<string name='string' value='$x'/>";
+  EXPECT_EQ(probe(xml)->string, "first");
+  LoadOptions options;
+  options.defines["x"] = "defined";
+  EXPECT_EQ(probe(xml, options)->string, "defined");
+}
+
+TEST(Expansion, DefaultsMayUseOthers) {
+  EXPECT_EQ(probe("<default name='x' value='1'/><default name='y' value='$x$x'/>"
+                  "<string name='string' value='$y'/>")
+                ->string,
+            "11");
+}
+
+TEST(Expansion, DefaultsWorkInAnyAttribute) {
+  EXPECT_EQ(probe("<default name='n' value='string'/><default name='t' value='probe'/>"
+                  "<texture type='$t' name='texture'/><string name='$n' value='x'/>")
+                ->string,
+            "x");
+}
+
+TEST(Expansion, DollarsInADefineAreText) {
+  LoadOptions options;
+  options.defines["x"] = "a$b";
+  EXPECT_EQ(probe("<string name='string' value='$x'/>", options)->string, "a$b");
+}
+
+TEST(References, ShareOneObject) {
+  const auto p = probe(
+      "<texture type='probe' name='texture' id='shared'/><ref id='shared' name='unbounded'/>");
+  EXPECT_EQ(p->texture, p->unbounded);
+}
+
+TEST(References, MayPointForwardAndThroughAliases) {
+  const auto p = probe(
+      "<ref id='later' name='texture'/><texture type='probe' name='unbounded' id='later'/>"
+      "<alias id='later' as='other'/><alias id='other' as='third'/>"
+      "<ref id='third' name='optional'/>");
+  EXPECT_EQ(p->texture, p->unbounded);
+  EXPECT_EQ(p->optional, p->unbounded);
+}
+
+TEST(References, UnnamedOnesAreNumbered) {
+  const auto p = probe("<bsdf type='diffuse' id='a'/><ref id='a'/>");
+  ASSERT_EQ(p->objects.size(), 2u);
+  EXPECT_EQ(p->objects[0], p->objects[1]);
+}
+
+}  // namespace
+}  // namespace kinome::test
