@@ -41,6 +41,7 @@ class Cli : public ::testing::Test {
     <sampler type="independent"/>
     <film type="hdrfilm">
       <integer name="width" value="20"/> <integer name="height" value="10"/>
+      <rfilter type="box"/>
     </film>
   </sensor>
   <emitter type="constant"/>
