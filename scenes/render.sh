@@ -13,55 +13,22 @@ root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 build=${KINOME_BUILD:-$root/build}
 . "$root/scenes/setup.sh"
 
-build_program() {
-  kinome_configure
-  # Silent where nothing is to be done.
-  ninja -C "$build" --quiet kinome_renderer
-}
-
-# Assets are made anew when the scripts that make them change, or when one is gone.
-make_assets() {
-  stamp=$root/scenes/.assets
-  recipe=$(find "$root/scenes" -name '*.py' -exec cksum {} + | sort | cksum)
-  made=$(find "$root"/scenes/*/assets -type f 2>/dev/null | sort | cksum)
-  [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$recipe $made" ] && return 0
-  rm -f "$stamp"
-  python3 "$root/scenes/make_assets.py"
-  made=$(find "$root"/scenes/*/assets -type f | sort | cksum)
-  printf '%s %s\n' "$recipe" "$made" >"$stamp"
-}
-
-# Reads the arguments as the program will: which is the scene, and what is set already?
+# Reads the arguments as the program will: is a scene among them, and a place for the picture?
 scene=
 output=
-integrator=
 listing=
 [ "${1:-}" = plugins ] && listing=yes
-option=
+is_value=
 for argument in "$@"; do
-  case $option in
-    '') ;;
-    -D | --define)
-      case $argument in integrator=*) integrator=yes ;; esac
-      option=
-      continue
-      ;;
-    *)
-      option=
-      continue
-      ;;
-  esac
+  if [ -n "$is_value" ]; then
+    is_value=
+    continue
+  fi
   case $argument in
-    -o | --output)
-      output=yes
-      option=$argument
-      ;;
+    -o | --output) output=yes is_value=yes ;;
     -o?* | --output=*) output=yes ;;
-    -Dintegrator=* | --define=integrator=*) integrator=yes ;;
     -D | --define | -t | --threads | -s | --sensor | -a | --append | --seed | -m | --mode | \
-      --exposure | --plugin-path)
-      option=$argument
-      ;;
+      --exposure | --plugin-path) is_value=yes ;;
     -h | --help | --version) listing=yes ;;
     -*) ;;
     *) scene=$argument ;;
@@ -69,14 +36,15 @@ for argument in "$@"; do
 done
 
 kinome_install_packages
-build_program
+kinome_configure
+ninja -C "$build" kinome_renderer
 if [ -n "$listing" ]; then
   exec "$build/bin/kinome" "$@"
 fi
-make_assets
+# Knows itself what is up to date.
+"$kinome_python" "$root/scenes/make_assets.py"
 if [ -z "$scene" ]; then
   scene=$root/scenes/hebe/scene.xml
-  [ -n "$integrator" ] || set -- -D integrator=clustered "$@"
   set -- "$scene" "$@"
 fi
 if [ -z "$output" ]; then

@@ -1,3 +1,4 @@
+# shellcheck shell=sh disable=SC2154
 # What scenes/render.sh and tests/run.sh have in common. To be sourced, with `root` set to the top
 # folder and `build` to the build folder.
 
@@ -5,6 +6,10 @@ kinome_packages="build-essential cmake ninja-build pkg-config \
 libopenexr-dev libembree-dev libtbb-dev libtinygltf-dev nlohmann-json3-dev libglm-dev \
 libpugixml-dev libcli11-dev libspdlog-dev libfmt-dev libhwy-dev libpng-dev libopenimageio-dev \
 libgtest-dev libbenchmark-dev blender-data python3 python3-numpy"
+
+# The packages are of Debian's Python; another one may come before it on the PATH.
+kinome_python=python3
+[ ! -x /usr/bin/python3 ] || kinome_python=/usr/bin/python3
 
 # One question for all packages; those that are not fully installed, one a line.
 kinome_missing_packages() {
@@ -36,10 +41,10 @@ kinome_install_packages() {
     return 1
   fi
   # Package lists may be old or, in a fresh container, not there at all.
-  $as_root apt-get update -q &&
-    # shellcheck disable=SC2086
-    $as_root env DEBIAN_FRONTEND=noninteractive \
-      apt-get install -q -y --no-install-recommends $missing
+  $as_root apt-get update -q || return 1
+  # shellcheck disable=SC2086
+  $as_root env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -q -y --no-install-recommends $missing
 }
 
 # kinome_configure [CMAKE ARGUMENT...]: once a build folder; CMake keeps it up to date by itself.
