@@ -1,0 +1,260 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+
+#include "shape_helpers.h"
+
+namespace kinome::test {
+namespace {
+
+/// What every kind of geometry contributes: two meshes and three analytic shapes, some overlapping.
+const char* const kMixedScene = R"(
+  <shape type="rectangle"><transform name="to_world"><scale value="6"/></transform></shape>
+  <shape type="cube"><transform name="to_world"><rotate z="1" angle="30"/>
+    <translate x="2" z="1.2"/></transform></shape>
+  <shape type="sphere"><point name="center" x="-2" y="0.5" z="1.2"/></shape>
+  <shape type="cylinder"><point name="p0" x="0" y="-3" z="0"/><point name="p1" x="0" y="3" z="2"/>
+    <float name="radius" value="0.4"/></shape>
+  <shape type="disk"><transform name="to_world"><scale value="2"/>
+    <translate z="3"/></transform></shape>)";
+
+std::vector<RayHit> random_rays(size_t count, uint64_t seed) {
+  Random random(seed);
+  std::vector<RayHit> rays;
+  for (size_t i = 0; i < count; ++i) {
+    const Vec3 target(random.between(-5, 5), random.between(-5, 5), random.between(0, 3));
+    const Vec3 o = target + random.direction() * random.between(0.5f, 12);
+    rays.push_back(ray_hit(o, (target - o) * random.between(0.1f, 3)));
+  }
+  return rays;
+}
+
+std::vector<RayHit> singly(const Scene& scene, std::vector<RayHit> rays) {
+  RenderCounters counters;
+  for (RayHit& ray : rays) scene.intersect({&ray, 1}, Coherence::kIncoherent, counters);
+  return rays;
+}
+
+TEST(SceneRays, BatchesOfAnySizeAgreeWithSingleRays) {
+  const auto scene = scene_from(kMixedScene);
+  const std::vector<RayHit> rays = random_rays(20000, 1);
+  const std::vector<RayHit> expected = singly(*scene, rays);
+  std::array<size_t, 5> hits_of{};
+  for (const RayHit& ray : expected) {
+    if (ray.hit.valid()) ++hits_of.at(ray.hit.shape);
+  }
+  for (const size_t hits : hits_of) EXPECT_GT(hits, 100u);  // each shape takes part
+
+  RenderCounters counters;
+  for (const Coherence coherence : {Coherence::kCoherent, Coherence::kIncoherent}) {
+    for (const size_t size : {1u, 3u, 16u, 17u, 500u, 20000u}) {
+      std::vector<RayHit> batch = rays;
+      for (size_t first = 0; first < batch.size(); first += size) {
+        scene->intersect({&batch[first], std::min(size, batch.size() - first)}, coherence,
+                         counters);
+      }
+      for (size_t i = 0; i < batch.size(); ++i) {
+        ASSERT_EQ(batch[i].hit.shape, expected[i].hit.shape) << "ray " << i << ", size " << size;
+        if (!expected[i].hit.valid()) {
+          ASSERT_EQ(batch[i].ray.tmax, kInfinity);
+          continue;
+        }
+        // Embree's packet and single kernels order their sums differently: some ulps of the
+        // coordinates (at most 20), over the length of the direction (at least 0.05).
+        ASSERT_NEAR(batch[i].ray.tmax, expected[i].ray.tmax, 3e-4f) << "ray " << i;
+        ASSERT_EQ(batch[i].hit.primitive, expected[i].hit.primitive) << "ray " << i;
+      }
+    }
+  }
+  EXPECT_GT(counters.embree_seconds, 0);
+}
+
+TEST(SceneRays, OccludedWhereTheNearestHitLiesOnTheSegment) {
+  const auto scene = scene_from(kMixedScene);
+  std::vector<RayHit> nearest = random_rays(20000, 2);
+  std::vector<Ray> segments;
+  Random random(3);
+  for (RayHit& ray : nearest) {
+    ray.ray.tmin = random.unit();
+    segments.push_back(ray.ray);
+    segments.back().tmax = ray.ray.tmin + random.between(0, 5);
+  }
+  nearest = singly(*scene, nearest);
+  RenderCounters counters;
+  for (const Coherence coherence : {Coherence::kCoherent, Coherence::kIncoherent}) {
+    for (const size_t size : {1u, 19u, 2000u}) {
+      std::vector<Ray> batch = segments;
+      for (size_t first = 0; first < batch.size(); first += size) {
+        scene->occluded({&batch[first], std::min(size, batch.size() - first)}, coherence, counters);
+      }
+      size_t occluded = 0;
+      for (size_t i = 0; i < batch.size(); ++i) {
+        const float t = nearest[i].ray.tmax;
+        if (std::abs(t - segments[i].tmax) < 1e-3f) continue;  // rounding may decide
+        ASSERT_EQ(batch[i].is_occluded(), t < segments[i].tmax) << "ray " << i << ", size " << size;
+        occluded += batch[i].is_occluded();
+        if (!batch[i].is_occluded()) {
+          ASSERT_EQ(batch[i].tmax, segments[i].tmax);
+        } else {
+          ASSERT_EQ(batch[i].tmax, -kInfinity);
+        }
+      }
+      EXPECT_GT(occluded, 2000u);
+      EXPECT_LT(occluded, 18000u);
+    }
+  }
+}
+
+TEST(SceneRays, NeverBeforeTminNorBeyondTmax) {
+  const auto scene = scene_from(kMixedScene);
+  std::vector<RayHit> rays = random_rays(20000, 4);
+  Random random(5);
+  for (RayHit& ray : rays) {
+    ray.ray.tmin = random.between(0, 3);
+    ray.ray.tmax = ray.ray.tmin + random.between(0, 3);
+  }
+  const std::vector<RayHit> before = rays;
+  RenderCounters counters;
+  scene->intersect(rays, Coherence::kCoherent, counters);
+  size_t hits = 0;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    if (!rays[i].hit.valid()) continue;
+    ++hits;
+    ASSERT_GE(rays[i].ray.tmax, before[i].ray.tmin);
+    ASSERT_LE(rays[i].ray.tmax, before[i].ray.tmax);
+  }
+  EXPECT_GT(hits, 1000u);
+}
+
+TEST(SceneRays, EmptySceneAndEmptyBatches) {
+  const Scene scene({}, 1);
+  EXPECT_TRUE(scene.bounds().empty());
+  EXPECT_EQ(scene.environment(), nullptr);
+  EXPECT_FALSE(scene.has_surface_emitters());
+  RenderCounters counters;
+  scene.intersect({}, Coherence::kCoherent, counters);
+  scene.occluded({}, Coherence::kIncoherent, counters);
+  std::vector<RayHit> rays = random_rays(100, 6);
+  scene.intersect(rays, Coherence::kCoherent, counters);
+  std::vector<Ray> segments;
+  for (const RayHit& ray : rays) {
+    EXPECT_FALSE(ray.hit.valid());
+    segments.push_back(ray.ray);
+  }
+  scene.occluded(segments, Coherence::kIncoherent, counters);
+  for (const Ray& ray : segments) EXPECT_EQ(ray.tmax, kInfinity);
+}
+
+/// A shape and an emitter that do as the test says.
+class TestShape : public Shape {
+ public:
+  explicit TestShape(std::shared_ptr<Object> emitter = nullptr) : Shape(properties(emitter)) {}
+  Aabb box{Vec3(-1), Vec3(1)};
+  Aabb bounds() const override { return box; }
+  SurfaceInteraction interaction(const Ray&, const Hit&) const override { return {}; }
+  float area() const override { return 1; }
+
+ private:
+  static Properties properties(const std::shared_ptr<Object>& emitter) {
+    Properties props(Category::kShape, "test", {});
+    if (emitter) props.set("emitter", emitter, {});
+    return props;
+  }
+};
+
+/// One triangle in a buffer without a spare byte.
+class TightTriangle : public TestShape {
+ public:
+  TightTriangle() {
+    mesh_.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh_.positions.shrink_to_fit();
+    mesh_.triangles = {{0, 1, 2}};
+  }
+  const TriangleMesh* mesh() const override { return &mesh_; }
+
+ private:
+  TriangleMesh mesh_;
+};
+
+class TestEmitter : public Emitter {
+ public:
+  explicit TestEmitter(bool is_environment) : environment_(is_environment) {}
+  bool is_environment() const override { return environment_; }
+  void prepare(const Aabb& bounds) override {
+    ++prepared;
+    prepared_for = bounds;
+  }
+  std::optional<DirectSample> sample_direct(const Vec3&, const Vec2&) const override {
+    return std::nullopt;
+  }
+  int prepared = 0;
+  Aabb prepared_for;
+
+ private:
+  bool environment_;
+};
+
+class SceneContents : public testing::Test {
+ protected:
+  std::shared_ptr<TestShape> add(std::shared_ptr<TestShape> shape) {
+    shape->set_bsdf(make<Bsdf>("<bsdf type='diffuse'/>"));
+    contents_.shapes.push_back(shape);
+    return shape;
+  }
+  std::string error() {
+    return error_of([&] { const Scene scene(contents_, 1); });
+  }
+  Scene::Contents contents_;
+};
+
+TEST_F(SceneContents, GathersEmittersAndPreparesEachOnceWithTheWholeBounds) {
+  const auto lamp = std::make_shared<TestEmitter>(false);
+  const auto glow = std::make_shared<TestEmitter>(false);
+  const auto sky = std::make_shared<TestEmitter>(true);
+  add(std::make_shared<TestShape>(glow));
+  add(std::make_shared<TestShape>(glow))->box = {Vec3(0, 0, 0), Vec3(5, 6, 7)};
+  contents_.emitters = {lamp, sky};
+  const Scene scene(contents_, 1);
+  EXPECT_EQ(scene.emitters(), (std::vector<const Emitter*>{lamp.get(), sky.get(), glow.get()}));
+  EXPECT_EQ(scene.environment(), sky.get());
+  EXPECT_TRUE(scene.has_surface_emitters());
+  for (const auto& emitter : {lamp, glow, sky}) {
+    EXPECT_EQ(emitter->prepared, 1);
+    EXPECT_EQ(emitter->prepared_for.lo, Vec3(-1));
+    EXPECT_EQ(emitter->prepared_for.hi, Vec3(5, 6, 7));
+  }
+}
+
+TEST_F(SceneContents, RejectsTwoEnvironments) {
+  contents_.emitters = {std::make_shared<TestEmitter>(true), std::make_shared<TestEmitter>(true)};
+  EXPECT_NE(error().find("one environment emitter"), std::string::npos) << error();
+}
+
+TEST_F(SceneContents, RejectsAnEnvironmentOnAShape) {
+  add(std::make_shared<TestShape>(std::make_shared<TestEmitter>(true)));
+  EXPECT_NE(error().find("environment"), std::string::npos) << error();
+}
+
+TEST_F(SceneContents, RejectsAShapeWithoutBsdf) {
+  contents_.shapes.push_back(std::make_shared<TestShape>());
+  EXPECT_NE(error().find("shape 0 has no BSDF"), std::string::npos) << error();
+}
+
+TEST_F(SceneContents, RejectsBoundsThatAreEmptyOrNotFinite) {
+  const auto shape = add(std::make_shared<TestShape>());
+  for (const Aabb& box : {Aabb{}, Aabb{Vec3(0), Vec3(kInfinity)}, Aabb{Vec3(0), Vec3(NAN)}}) {
+    shape->box = box;
+    EXPECT_NE(error().find("no finite bounds"), std::string::npos) << error();
+  }
+}
+
+TEST_F(SceneContents, CopiesVerticesThatEmbreeCouldNotReadInPlace) {
+  add(std::make_shared<TightTriangle>());
+  const Scene scene(contents_, 1);
+  EXPECT_TRUE(trace(scene, {0.2f, 0.2f, 1}, {0, 0, -1}).hit.valid());
+  EXPECT_FALSE(trace(scene, {0.7f, 0.7f, 1}, {0, 0, -1}).hit.valid());
+}
+
+}  // namespace
+}  // namespace kinome::test

@@ -1,0 +1,242 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <map>
+#include <memory>
+#include <sstream>
+
+#include "shape_helpers.h"
+
+/// Rays that leave a convex surface must not meet it again, whatever its size and place, and no ray
+/// may slip through a closed mesh.
+namespace kinome::test {
+namespace {
+
+/// A subdivided icosahedron, radius 1, faces outward.
+std::string icosphere_obj(int subdivisions) {
+  const float g = (1 + std::sqrt(5.f)) / 2;
+  std::vector<Vec3> points = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
+                              {0, -1, g}, {0, 1, g}, {0, -1, -g}, {0, 1, -g},
+                              {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
+  std::vector<std::array<size_t, 3>> faces = {
+      {0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  for (int s = 0; s < subdivisions; ++s) {
+    std::map<std::pair<size_t, size_t>, size_t> middles;
+    const auto middle = [&](size_t a, size_t b) {
+      const auto [found, is_new] = middles.try_emplace(std::minmax(a, b), points.size());
+      if (is_new) points.push_back(0.5f * (glm::normalize(points[a]) + glm::normalize(points[b])));
+      return found->second;
+    };
+    std::vector<std::array<size_t, 3>> finer;
+    for (const auto& [a, b, c] : faces) {
+      const size_t ab = middle(a, b);
+      const size_t bc = middle(b, c);
+      const size_t ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    faces = finer;
+  }
+  std::ostringstream out;
+  out.precision(9);
+  for (const Vec3& p : points) {
+    const Vec3 q = glm::normalize(p);
+    out << "v " << q.x << ' ' << q.y << ' ' << q.z << '\n';
+  }
+  for (const auto& [a, b, c] : faces) out << "f " << a + 1 << ' ' << b + 1 << ' ' << c + 1 << '\n';
+  return out.str();
+}
+
+struct Placement {
+  float scale;
+  Vec3 offset;
+};
+
+std::string place(const Placement& placement) {
+  std::ostringstream out;
+  out << "<transform name='to_world'><rotate x='.3' y='.5' z='.81' angle='50'/><scale value='"
+      << placement.scale << "'/><translate x='" << placement.offset.x << "' y='"
+      << placement.offset.y << "' z='" << placement.offset.z << "'/></transform>";
+  return out.str();
+}
+
+/// Shoots at random points, then away from each on the ray's own side, the more often the flatter:
+/// returns how many of these rays hit anything, and checks that the offset stays small.
+struct Count {
+  int rays = 0;
+  int hits = 0;
+};
+Count leaving_rays(const Scene& scene, const Placement& placement, int points, bool outside_only) {
+  Random random(11);
+  Count count;
+  RenderCounters counters;
+  std::vector<RayHit> batch;
+  for (int i = 0; i < points; ++i) {
+    const Vec3 o = placement.offset + placement.scale * 4.f * random.direction();
+    const Vec3 target = placement.offset + placement.scale * random.unit() * random.direction();
+    const RayHit hit = trace(scene, o, glm::normalize(target - o));
+    if (!hit.hit.valid()) continue;
+    const SurfaceInteraction si = scene.interaction(hit);
+    const float magnitude = max_component(glm::abs(placement.offset)) + 2 * placement.scale;
+    EXPECT_LT(si.p_error, 1e-5f * magnitude);
+    EXPECT_GT(si.p_error, 0);
+    const float side = glm::dot(si.n, o - si.p) > 0 ? 1.f : -1.f;
+    if (outside_only && side < 0) continue;
+    const Frame frame = Frame::from_normal(si.n * side);
+    for (int k = 0; k < 4; ++k) {
+      const float z = std::pow(10.f, random.between(-5, 0));
+      const float phi = random.between(0, 2 * kPi);
+      const float r = safe_sqrt(1 - z * z);
+      const Vec3 d = frame.to_world({r * std::cos(phi), r * std::sin(phi), z});
+      // Rounding of d may have turned a ray of 1e-5 into the surface.
+      if (glm::dot(glm::dvec3(d), glm::dvec3(si.n * side)) <= 1e-6) continue;
+      batch.push_back(ray_hit(si.ray_origin(d), d));
+    }
+  }
+  std::vector<Ray> shadow;
+  for (const RayHit& ray : batch) shadow.push_back(ray.ray);
+  scene.occluded(shadow, Coherence::kIncoherent, counters);
+  scene.intersect(batch, Coherence::kIncoherent, counters);
+  for (size_t i = 0; i < batch.size(); ++i) {
+    ++count.rays;
+    count.hits += batch[i].hit.valid() || shadow[i].is_occluded();
+  }
+  return count;
+}
+
+class SelfIntersection : public testing::TestWithParam<std::string> {
+ protected:
+  void check(const std::string& attributes, const std::string& type, bool outside_only) {
+    const std::vector<Placement> placements = {
+        {1e-6f, Vec3(0.f)},      {1.f, Vec3(0.f)},
+        {1e6f, Vec3(0.f)},       {1.f, Vec3(1e5f, -1e5f, 1e5f)},
+        {1.f, Vec3(1e5f, 0, 0)}, {1e-3f, Vec3(1, 2, 3)}};
+    for (const Placement& placement : placements) {
+      const auto scene =
+          scene_from("<shape type='" + type + "'>" + attributes + place(placement) + "</shape>");
+      const Count count = leaving_rays(*scene, placement, 20000, outside_only);
+      EXPECT_GT(count.rays, 20000);
+      EXPECT_EQ(count.hits, 0) << "scale " << placement.scale << ", offset " << placement.offset.x;
+    }
+  }
+};
+
+TEST_P(SelfIntersection, NoneOnAConvexShape) {
+  // A cylinder's inside sees itself.
+  check("", GetParam(), GetParam() == "cylinder");
+}
+INSTANTIATE_TEST_SUITE_P(All, SelfIntersection,
+                         testing::Values("sphere", "disk", "rectangle", "cube", "cylinder"),
+                         [](const auto& test) { return test.param; });
+
+TEST_F(SelfIntersection, NoneOnALargeSphereSeenFromNearby) {
+  // The origin of coordinates touches a ground of radius 1e6: p is small there, the shape is not.
+  const auto scene = scene_from(
+      "<shape type='sphere'><point name='center' x='0' y='0' z='-1000000'/>"
+      "<float name='radius' value='1000000'/></shape>");
+  Random random(12);
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 o(random.between(-2, 2), random.between(-2, 2), 1);
+    const RayHit hit = trace(*scene, o, {0, 0, -1});
+    ASSERT_TRUE(hit.hit.valid());
+    const SurfaceInteraction si = scene->interaction(hit);
+    ASSERT_LT(si.p_error, 1e-5f);
+    const Vec3 d = glm::normalize(Vec3(random.between(-1, 1), random.between(-1, 1), 0.001f));
+    ASSERT_FALSE(trace(*scene, si.ray_origin(d), d).hit.valid());
+  }
+}
+
+TEST(SelfIntersectionOfMeshes, NoneOnAnIcosphere) {
+  // Vertices round to a grid that is coarse beside the mesh at 1e5, so an icosahedron of 100 there:
+  // its faces meet at 42 degrees, and stay convex.
+  const TemporaryFolder folder;
+  const std::string fine = folder.write("fine.obj", icosphere_obj(4));
+  const std::string coarse = folder.write("coarse.obj", icosphere_obj(0));
+  struct Case {
+    std::string file;
+    Placement placement;
+  };
+  const std::vector<Case> cases = {{fine, {1.f, Vec3(0.f)}},
+                                   {fine, {1e-6f, Vec3(0.f)}},
+                                   {fine, {1e6f, Vec3(0.f)}},
+                                   {coarse, {100.f, Vec3(1e5f, -1e5f, 1e5f)}}};
+  for (const Case& c : cases) {
+    const auto scene = scene_from("<shape type='obj'><string name='filename' value='" + c.file +
+                                  "'/>" + place(c.placement) + "</shape>");
+    const Count count = leaving_rays(*scene, c.placement, 20000, false);
+    EXPECT_GT(count.rays, 20000);
+    EXPECT_EQ(count.hits, 0) << c.file << " at scale " << c.placement.scale;
+  }
+}
+
+TEST(SelfIntersectionOfMeshes, AThinGapStaysOpen) {
+  // 3e-5 between two unit squares is more than twice the offset: light between them is found.
+  const auto scene = scene_from(
+      "<shape type='rectangle'/><shape type='rectangle'><transform name='to_world'>"
+      "<translate z='3e-5'/></transform></shape>");
+  Random random(13);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 o(random.between(-0.9f, 0.9f), random.between(-0.9f, 0.9f), -1);
+    const RayHit hit = trace(*scene, o, {0, 0, 1});
+    ASSERT_EQ(hit.hit.shape, 0u);
+    const Vec3 d(0, 0.1f, 1);
+    const RayHit next = trace(*scene, scene->interaction(hit).ray_origin(d), d);
+    ASSERT_TRUE(next.hit.valid());
+    ASSERT_EQ(next.hit.shape, 1u);
+  }
+}
+
+/// Rays that miss, of nearest-hit queries in both modes and of occlusion queries.
+size_t count_leaks(const Scene& scene, std::vector<RayHit> rays) {
+  RenderCounters counters;
+  std::vector<Ray> shadow;
+  for (const RayHit& ray : rays) shadow.push_back(ray.ray);
+  std::vector<RayHit> coherent = rays;
+  scene.intersect(rays, Coherence::kIncoherent, counters);
+  scene.intersect(coherent, Coherence::kCoherent, counters);
+  scene.occluded(shadow, Coherence::kIncoherent, counters);
+  size_t leaks = 0;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    leaks += !rays[i].hit.valid() || !coherent[i].hit.valid() || !shadow[i].is_occluded();
+  }
+  return leaks;
+}
+
+TEST(Watertight, RaysFromInsideAClosedMeshAllHitIt) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write("sphere.obj", icosphere_obj(4));
+  const auto scene =
+      scene_from("<shape type='obj'><string name='filename' value='" + file + "'/></shape>");
+  const TriangleMesh& mesh = *scene->shapes()[0]->mesh();
+  Random random(14);
+  const Vec3 inside(0.01f, -0.02f, 0.03f);
+  const auto aim = [&](std::vector<RayHit>& rays, const Vec3& target) {
+    rays.push_back(ray_hit(inside, target - inside));
+    const Vec3 o = 0.9f * random.unit() * random.direction();
+    rays.push_back(ray_hit(o, target - o));
+  };
+  std::vector<RayHit> anywhere;
+  std::vector<RayHit> at_edges;
+  std::vector<RayHit> at_vertices;
+  for (const glm::uvec3& t : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 a = mesh.positions[t[i]];
+      const Vec3 b = mesh.positions[t[(i + 1) % 3]];
+      aim(at_vertices, a);
+      for (int k = 0; k < 4; ++k) {
+        aim(at_edges, a + random.between(0.02f, 0.98f) * (b - a));
+        anywhere.push_back(ray_hit(0.9f * random.unit() * random.direction(), random.direction()));
+      }
+    }
+  }
+  EXPECT_EQ(count_leaks(*scene, anywhere), 0u) << "of " << anywhere.size();
+  EXPECT_EQ(count_leaks(*scene, at_edges), 0u) << "of " << at_edges.size();
+  // Embree's robust test decides each edge alike for both of its triangles, but not the edges that
+  // meet in a vertex alike for all of theirs. Of rays aimed at a vertex to the last bit (which no
+  // renderer draws), it lost 0.3 %.
+  EXPECT_LT(count_leaks(*scene, at_vertices), at_vertices.size() / 100);
+}
+
+}  // namespace
+}  // namespace kinome::test

@@ -1,0 +1,57 @@
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "mitsuba_interactions.h"
+#include "shape_helpers.h"
+
+namespace kinome::test {
+namespace {
+
+std::string with_folder(std::string xml, const std::string& folder) {
+  const size_t place = xml.find("DIR");
+  return place == std::string::npos ? xml : xml.replace(place, 3, folder);
+}
+
+/// Mitsuba computes in float, so its values carry a few dozen ulps of the terms they are made of
+/// (up to 20 here), and derivatives inherit the hit point's error times their own size.
+template <class V>
+bool near(const V& a, const V& b) {
+  const float tolerance = 4e-5f * std::max(1.f, glm::length(b));
+  return glm::length(a - b) <= tolerance;
+}
+
+std::string text(const Vec3& v) {
+  return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
+}
+
+TEST(ShapeConventions, AgreeWithMitsuba) {
+  const TemporaryFolder folder;
+  folder.write("plain.ply", kPlainPly);
+  folder.write("normals.ply", kNormalsPly);
+  folder.write("quad.obj", kQuadObj);
+  for (const MitsubaInteraction& m : kMitsubaInteractions) {
+    SCOPED_TRACE(std::string(m.xml) + " from " + text(m.o) + " along " + text(m.d));
+    const auto scene = scene_from(with_folder(m.xml, folder.folder()));
+    const RayHit hit = trace(*scene, m.o, m.d);
+    ASSERT_TRUE(hit.hit.valid());
+    const SurfaceInteraction si = scene->interaction(hit);
+    EXPECT_NEAR(si.t, m.t, 4e-6f * m.t);
+    EXPECT_TRUE(near(si.p, m.p)) << text(si.p);
+    // Where a mirroring transform meets stored normals, Mitsuba's geometric normal opposes its
+    // shading normal. Here both point to the shape's outside.
+    const Vec3 n = glm::dot(m.n, m.shading_n) < 0 ? -m.n : m.n;
+    EXPECT_TRUE(near(si.n, n)) << text(si.n) << " expected " << text(n);
+    EXPECT_TRUE(near(si.uv, m.uv)) << si.uv.x << ", " << si.uv.y;
+    EXPECT_TRUE(near(si.dp_du, m.dp_du)) << text(si.dp_du) << " expected " << text(m.dp_du);
+    EXPECT_TRUE(near(si.dp_dv, m.dp_dv)) << text(si.dp_dv) << " expected " << text(m.dp_dv);
+    EXPECT_TRUE(near(si.frame.n, m.shading_n)) << text(si.frame.n);
+    EXPECT_TRUE(near(si.frame.s, m.shading_s)) << text(si.frame.s);
+    EXPECT_TRUE(near(si.frame.t, glm::cross(si.frame.n, si.frame.s)));
+    // Mitsuba's wi is as long as the ray's direction; here it is a unit vector.
+    EXPECT_TRUE(near(si.wi, glm::normalize(m.wi))) << text(si.wi);
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test
