@@ -1,7 +1,8 @@
 // Halton points, Owen-scrambled in each pixel: dimension d is the radical inverse of the sample's
-// index in the base of the d-th prime, with every digit permuted at random depending on the digits
-// before it (Owen 1995, "Randomly permuted (t,m,s)-nets"). Any prefix is evenly spread; b^k samples
-// stratify a dimension of base b perfectly.
+// index in the base of the d-th prime b. Every digit is scrambled depending on the digits before it
+// (Owen 1995, "Randomly permuted (t,m,s)-nets"); the permutations are random linear ones, a digit +
+// c modulo b, which give pairs of points the same distribution and thus the same variance
+// (Matoušek 1998). Any prefix is evenly spread; b^k samples stratify a dimension perfectly.
 //
 //   <sampler type="halton"><integer name="sample_count" value="64"/></sampler>
 
@@ -10,7 +11,6 @@
 
 #include "kinome/plugin.h"
 #include "owen.h"
-#include "permutation.h"
 #include "sampler_common.h"
 
 namespace kinome {
@@ -34,6 +34,13 @@ constexpr std::array<uint32_t, kBaseCount> make_primes() {
 }
 constexpr std::array<uint32_t, kBaseCount> kPrimes = make_primes();
 
+/// `digit` under the random linear permutation of 0 … base - 1 (a prime) that `bits` names.
+uint32_t scramble_digit(uint32_t digit, uint32_t base, uint64_t bits) {
+  const uint64_t factor = 1 + ((bits >> 32) * (base - 1) >> 32);
+  const uint64_t offset = (bits & 0xffffffffu) * base >> 32;
+  return static_cast<uint32_t>((factor * digit + offset) % base);
+}
+
 /// Radical inverse of `index` in `base`, Owen-scrambled. Goes on past the index's last digit, whose
 /// zeros are permuted as well, until digits are too small to matter.
 float scrambled_radical_inverse(uint32_t index, uint32_t base, uint64_t key) {
@@ -44,7 +51,7 @@ float scrambled_radical_inverse(uint32_t index, uint32_t base, uint64_t key) {
     const uint32_t digit = index % base;
     index /= base;
     digit_weight /= base;
-    value += digit_weight * permute(digit, base, prefix);
+    value += digit_weight * scramble_digit(digit, base, prefix);
     // The permutation of the next digit depends on all digits so far.
     prefix = scatter(prefix + (digit + 1) * 0xd1342543de82ef95u);
   }

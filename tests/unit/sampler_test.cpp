@@ -1,0 +1,401 @@
+#include "kinome/sampler.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include "support/render.h"
+#include "support/statistics.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr double kFalseAlarm = 1e-6;  ///< of each statistical test here
+
+std::shared_ptr<Sampler> make_sampler(const std::string& type, int count) {
+  return make<Sampler>("<sampler type=\"" + type + "\"><integer name=\"sample_count\" value=\"" +
+                       std::to_string(count) + "\"/></sampler>");
+}
+
+class EverySampler : public testing::TestWithParam<const char*> {
+ protected:
+  std::shared_ptr<Sampler> sampler_ = make_sampler(GetParam(), 64);
+};
+INSTANTIATE_TEST_SUITE_P(Sampler, EverySampler,
+                         testing::Values("independent", "stratified", "halton", "sobol"));
+
+TEST_P(EverySampler, ValuesLieInTheUnitIntervalForAnyKey) {
+  const std::array<uint32_t, 8> words = {0, 1, 63, 64, 4095, 0x7fffffffu, 0x80000000u, ~0u};
+  for (const uint32_t x : words) {
+    for (const uint32_t sample : words) {
+      for (const uint32_t dimension : {0u, 1u, 2u, 7u, 126u, 127u, 128u, 5000u, ~0u - 1}) {
+        for (const uint64_t seed : {uint64_t{0}, ~uint64_t{0}}) {
+          const SampleKey key{x, ~x, sample, seed};
+          const float u = sampler_->value_1d(key, dimension);
+          const Vec2 v = sampler_->value_2d(key, dimension);
+          ASSERT_TRUE(u >= 0 && u < 1 && v.x >= 0 && v.x < 1 && v.y >= 0 && v.y < 1)
+              << u << " " << v.x << " " << v.y;
+        }
+      }
+    }
+  }
+}
+
+TEST_P(EverySampler, IsAFunctionOfItsKey) {
+  const auto other = make_sampler(GetParam(), 64);
+  for (uint32_t i = 200; i-- > 0;) {
+    const SampleKey key{i % 7, i % 11, i, i % 3};
+    EXPECT_EQ(sampler_->value_1d(key, i % 5), other->value_1d(key, i % 5));
+    EXPECT_EQ(sampler_->value_2d(key, i % 5), other->value_2d(key, i % 5));
+  }
+}
+
+/// chi² of pairs on a 16 x 16 grid against the uniform distribution.
+Verdict uniform_pairs(const std::function<Vec2(uint32_t)>& pair, uint32_t count) {
+  constexpr int kSide = 16;
+  std::vector<double> observed(kSide * kSide);
+  for (uint32_t i = 0; i < count; ++i) {
+    const Vec2 p = pair(i);
+    ++observed[static_cast<size_t>(p.y * kSide) * kSide + static_cast<size_t>(p.x * kSide)];
+  }
+  const std::vector<double> expected(kSide * kSide, static_cast<double>(count) / (kSide * kSide));
+  return chi2_test(observed, expected, kFalseAlarm);
+}
+
+/// One number a pixel: whatever is stratified within pixels, these are independent and uniform.
+/// Pairs of them must be uniform in the square: two dimensions, neighbours, samples, seeds.
+TEST_P(EverySampler, PixelsDimensionsAndSeedsAreIndependent) {
+  constexpr uint32_t kCount = 100000;
+  const Sampler& s = *sampler_;
+  const auto key = [](uint32_t i, uint32_t sample = 5, uint64_t seed = 3) {
+    return SampleKey{i % 400, i / 400, sample, seed};
+  };
+  const auto next = [&](uint32_t i) {
+    SampleKey k = key(i);
+    ++k.x;
+    return k;
+  };
+  const auto below = [&](uint32_t i) {
+    SampleKey k = key(i);
+    ++k.y;
+    return k;
+  };
+  const std::pair<const char*, std::function<Vec2(uint32_t)>> cases[] = {
+      {"2d", [&](uint32_t i) { return s.value_2d(key(i), 2); }},
+      {"2d, sample past the count", [&](uint32_t i) { return s.value_2d(key(i, 777), 2); }},
+      {"dimensions 0, 1",
+       [&](uint32_t i) { return Vec2(s.value_1d(key(i), 0), s.value_1d(key(i), 1)); }},
+      {"dimensions 4, 90",
+       [&](uint32_t i) { return Vec2(s.value_1d(key(i), 4), s.value_1d(key(i), 90)); }},
+      {"pairs 0, 2 in x",
+       [&](uint32_t i) { return Vec2(s.value_2d(key(i), 0).x, s.value_2d(key(i), 2).x); }},
+      {"pairs 0, 2 in x, y",
+       [&](uint32_t i) { return Vec2(s.value_2d(key(i), 0).x, s.value_2d(key(i), 2).y); }},
+      {"1d and 2d",
+       [&](uint32_t i) { return Vec2(s.value_1d(key(i), 0), s.value_2d(key(i), 1).x); }},
+      {"neighbour in x",
+       [&](uint32_t i) { return Vec2(s.value_2d(key(i), 0).x, s.value_2d(next(i), 0).x); }},
+      {"neighbour in y, 1d",
+       [&](uint32_t i) { return Vec2(s.value_1d(key(i), 0), s.value_1d(below(i), 0)); }},
+      {"neighbouring seed",
+       [&](uint32_t i) { return Vec2(s.value_2d(key(i), 0).y, s.value_2d(key(i, 5, 4), 0).y); }},
+  };
+  for (const auto& [name, pair] : cases) {
+    const Verdict verdict = uniform_pairs(pair, kCount);
+    EXPECT_TRUE(verdict.passed) << name << ": " << verdict.text;
+  }
+}
+
+/// Over all samples of many pixels each single number is uniform, too.
+TEST_P(EverySampler, SamplesOfAPixelAreUniform) {
+  const Sampler& s = *sampler_;
+  const auto key = [](uint32_t i) { return SampleKey{i / 64, 9, i % 64, 0}; };
+  // Stratified samples vary less than independent ones: the test is conservative for them.
+  EXPECT_TRUE(uniform_pairs([&](uint32_t i) { return s.value_2d(key(i), 6); }, 200000).passed);
+  EXPECT_TRUE(
+      uniform_pairs([&](uint32_t i) { return Vec2(s.value_1d(key(i), 6), s.value_1d(key(i), 7)); },
+                    200000)
+          .passed);
+}
+
+/// Within a pixel, the correlation r of two dimensions over n samples has mean 0 and mean square
+/// 1 / (n - 1), as for independent permutations; up to twice that for Sobol's, whose orders keep
+/// samples 2k and 2k + 1 a pair. Dimensions that share one order have a mean square near 1.
+/// (Halton's dimensions are correlated by design.)
+TEST_P(EverySampler, DimensionsOfAPixelAreNotCorrelated) {
+  if (std::string(GetParam()) == "halton") return;
+  constexpr uint32_t kSamples = 64;
+  constexpr uint32_t kPixels = 4000;
+  const std::pair<const char*, std::function<Vec2(const SampleKey&)>> cases[] = {
+      {"1d",
+       [&](const SampleKey& k) {
+         return Vec2(sampler_->value_1d(k, 3), sampler_->value_1d(k, 4));
+       }},
+      {"2d",
+       [&](const SampleKey& k) {
+         return Vec2(sampler_->value_2d(k, 0).x, sampler_->value_2d(k, 2).x);
+       }},
+      {"2d, x and y", [&](const SampleKey& k) {
+         return Vec2(sampler_->value_2d(k, 0).y, sampler_->value_2d(k, 2).x);
+       }}};
+  for (const auto& [name, pair] : cases) {
+    Moments r;
+    Moments r2;
+    for (uint32_t p = 0; p < kPixels; ++p) {
+      double xy = 0;
+      double xx = 0;
+      double yy = 0;
+      Vec2 mean(0.f);
+      std::array<Vec2, kSamples> values;
+      for (uint32_t i = 0; i < kSamples; ++i) mean += values[i] = pair({p, 1, i, 2});
+      mean /= static_cast<float>(kSamples);
+      for (const Vec2& v : values) {
+        xy += double{v.x - mean.x} * (v.y - mean.y);
+        xx += double{v.x - mean.x} * (v.x - mean.x);
+        yy += double{v.y - mean.y} * (v.y - mean.y);
+      }
+      const double c = xy / std::sqrt(xx * yy);
+      r.add(c);
+      r2.add(c * c);
+    }
+    // 5 standard deviations: 6e-7.
+    EXPECT_LT(std::abs(r.mean()), 5 * std::sqrt(r.variance_of_mean())) << name;
+    const double margin = 5 * std::sqrt(r2.variance_of_mean());
+    const double most = (std::string(GetParam()) == "sobol" ? 2.0 : 1.0) / (kSamples - 1);
+    EXPECT_GT(r2.mean(), 1.0 / (kSamples - 1) - margin) << name;
+    EXPECT_LT(r2.mean(), most + margin) << name;
+  }
+}
+
+TEST_P(EverySampler, AnotherCountIsTheSameMethod) {
+  const auto other = sampler_->with_sample_count(100);
+  EXPECT_GE(other->sample_count(), 100u);
+  EXPECT_LE(other->sample_count(), 128u);
+  EXPECT_EQ(other->seed(), sampler_->seed());
+  for (uint32_t i = 0; i < 300; ++i) {
+    const Vec2 v = other->value_2d({1, 2, i, 0}, 0);
+    EXPECT_TRUE(v.x >= 0 && v.x < 1 && v.y >= 0 && v.y < 1);
+  }
+}
+
+/// Every elementary interval 2^-a x 2^-b, a + b = m, holds exactly one of the 2^m points.
+void expect_net(const std::vector<Vec2>& points, int m, const std::string& what) {
+  ASSERT_EQ(points.size(), size_t{1} << m);
+  for (int a = 0; a <= m; ++a) {
+    std::set<std::pair<uint32_t, uint32_t>> cells;
+    for (const Vec2& p : points) {
+      cells.insert({static_cast<uint32_t>(std::ldexp(p.x, a)),
+                    static_cast<uint32_t>(std::ldexp(p.y, m - a))});
+    }
+    EXPECT_EQ(cells.size(), points.size()) << what << ", m " << m << ", a " << a;
+  }
+}
+
+/// Few strata leave a permutation few ways to be random: each sample must still be uniform.
+TEST(Stratified, FewStrataAreUniform) {
+  for (const int count : {4, 9}) {
+    const auto sampler = make_sampler("stratified", count);
+    for (const uint32_t sample : {0u, 1u, 3u, 6u}) {
+      const auto pair = [&](uint32_t i) { return sampler->value_2d({i, 5, sample, 0}, 0); };
+      const Verdict verdict = uniform_pairs(pair, 100000);
+      EXPECT_TRUE(verdict.passed) << count << ", sample " << sample << ": " << verdict.text;
+    }
+  }
+}
+
+TEST(Sobol, EveryPairIsANetForEveryPowerOfTwo) {
+  const auto sampler = make_sampler("sobol", 4);
+  for (const uint32_t dimension : {0u, 1u, 2u, 17u, 1000u}) {
+    for (uint32_t pixel = 0; pixel < 4; ++pixel) {
+      for (int m = 0; m <= 10; ++m) {
+        // The prefix, and aligned blocks that follow it.
+        for (const uint32_t block : {0u, 1u, 5u}) {
+          std::vector<Vec2> pairs;
+          std::vector<Vec2> singles;
+          for (uint32_t i = 0; i < 1u << m; ++i) {
+            const SampleKey key{pixel, 3, (block << m) + i, pixel};
+            pairs.push_back(sampler->value_2d(key, dimension));
+            singles.push_back({sampler->value_1d(key, dimension), 0});
+          }
+          expect_net(pairs, m, "pair " + std::to_string(dimension));
+          std::set<uint32_t> strata;
+          for (const Vec2& p : singles) strata.insert(static_cast<uint32_t>(std::ldexp(p.x, m)));
+          EXPECT_EQ(strata.size(), singles.size());
+        }
+      }
+    }
+  }
+}
+
+TEST(Stratified, EveryBlockFillsEveryStratum) {
+  const auto sampler = make_sampler("stratified", 49);
+  ASSERT_EQ(sampler->sample_count(), 49u);
+  std::set<std::pair<int, int>> first_cells;
+  for (uint32_t pixel = 0; pixel < 200; ++pixel) {
+    for (const uint32_t block : {0u, 1u, 9u}) {
+      std::set<std::pair<int, int>> cells;
+      std::set<int> intervals;
+      for (uint32_t i = 0; i < 49; ++i) {
+        const SampleKey key{pixel, 0, block * 49 + i, 0};
+        const Vec2 v = sampler->value_2d(key, 0);
+        cells.insert({static_cast<int>(v.x * 7), static_cast<int>(v.y * 7)});
+        intervals.insert(static_cast<int>(sampler->value_1d(key, 4) * 49));
+        if (i == 0) first_cells.insert(*cells.begin());
+      }
+      EXPECT_EQ(cells.size(), 49u);
+      EXPECT_EQ(intervals.size(), 49u);
+    }
+  }
+  EXPECT_EQ(first_cells.size(), 49u) << "the order of the strata differs between pixels";
+}
+
+TEST(Halton, PowersOfTheBaseFillEveryInterval) {
+  const auto sampler = make_sampler("halton", 4);
+  const struct {
+    uint32_t dimension;
+    uint32_t base;
+    uint32_t count;
+  } cases[] = {{0, 2, 1024}, {1, 3, 729}, {2, 5, 625}, {3, 7, 343}, {10, 31, 961}};
+  for (const auto& c : cases) {
+    for (uint32_t pixel = 0; pixel < 8; ++pixel) {
+      std::vector<double> values;
+      for (uint32_t i = 0; i < c.count; ++i) {
+        values.push_back(sampler->value_1d({pixel, 1, i, 0}, c.dimension));
+      }
+      std::sort(values.begin(), values.end());
+      // One value an interval, whose ends are rounded as floats.
+      for (uint32_t i = 0; i < c.count; ++i) {
+        EXPECT_GE(values[i], static_cast<double>(i) / c.count - 0x1p-24) << "base " << c.base;
+        EXPECT_LE(values[i], (i + 1.0) / c.count + 0x1p-24) << "base " << c.base;
+      }
+    }
+  }
+  // Bases 2 and 3 together: 4 x 9 boxes, 36 points.
+  std::set<std::pair<int, int>> boxes;
+  for (uint32_t i = 0; i < 36; ++i) {
+    const Vec2 v = sampler->value_2d({3, 4, i, 0}, 0);
+    boxes.insert({static_cast<int>(v.x * 4), static_cast<int>(v.y * 9)});
+  }
+  EXPECT_EQ(boxes.size(), 36u);
+}
+
+/// Smooth, with an integral of 0 over the square.
+double smooth(const Vec2& v) {
+  return std::exp(v.x) * std::cos(2 * v.y) - (std::exp(1.0) - 1) * std::sin(2.0) / 2;
+}
+
+/// Variance of the mean of n samples, over pixels.
+Moments squared_errors(const Sampler& sampler, uint32_t n, uint32_t pixels) {
+  Moments squares;
+  for (uint32_t p = 0; p < pixels; ++p) {
+    double sum = 0;
+    for (uint32_t i = 0; i < n; ++i) sum += smooth(sampler.value_2d({p, p / 7, i, 11}, 4));
+    squares.add(sum / n * sum / n);
+  }
+  return squares;
+}
+
+TEST(Convergence, ErrorsFallAsEachMethodPromises) {
+  // Slopes of the variance from 16 to 1024 samples: -1, and for smooth integrands -2 stratified
+  // (jittered in two dimensions), -3 with a log factor for scrambled nets (Owen 1997). 1500
+  // randomisations make a variance known to about 4 %: a slope over 6 octaves to .013.
+  const struct {
+    const char* type;
+    double low;
+    double high;
+  } cases[] = {{"independent", -1.1, -0.9},
+               {"stratified", -2.1, -1.9},
+               {"halton", -3.5, -1.6},
+               {"sobol", -3.1, -2.6}};
+  for (const auto& c : cases) {
+    const auto few = make_sampler(c.type, 16);
+    const auto many = make_sampler(c.type, 1024);
+    const double slope = std::log2(squared_errors(*many, 1024, 1500).mean() /
+                                   squared_errors(*few, 16, 1500).mean()) /
+                         6;
+    EXPECT_GT(slope, c.low) << c.type;
+    EXPECT_LT(slope, c.high) << c.type;
+  }
+}
+
+/// Owen's nested uniform scramble by its definition: each bit flips by a hash of all bits above.
+uint32_t nested_scramble(uint32_t v, uint64_t key) {
+  uint32_t flips = 0;
+  for (int bit = 31; bit >= 0; --bit) {
+    const uint64_t above = bit == 31 ? 0 : v >> (bit + 1);
+    flips |= static_cast<uint32_t>(hash_words(key, above, static_cast<uint64_t>(bit)) & 1) << bit;
+  }
+  return v ^ flips;
+}
+
+/// The hashed scramble is as good as the real one: same variance of the same net.
+TEST(Sobol, HashedScrambleHasTheVarianceOfOwens) {
+  constexpr uint32_t kRuns = 6000;
+  const auto sampler = make_sampler("sobol", 64);
+  for (const uint32_t n : {16u, 64u, 256u}) {
+    Moments owen;
+    for (uint32_t run = 0; run < kRuns; ++run) {
+      double sum = 0;
+      for (uint32_t i = 0; i < n; ++i) {
+        // Sobol's first two dimensions, bit by bit from their definition.
+        uint32_t x = 0;
+        uint32_t y = 0;
+        uint32_t direction = 1u << 31;
+        for (uint32_t k = 0; k < 32; ++k, direction ^= direction >> 1) {
+          if (i >> k & 1) {
+            x ^= 1u << (31 - k);
+            y ^= direction;
+          }
+        }
+        sum += smooth({to_unit_float(nested_scramble(x, hash_words(run, 1))),
+                       to_unit_float(nested_scramble(y, hash_words(run, 2)))});
+      }
+      owen.add(sum / n * sum / n);
+    }
+    const Moments hashed = squared_errors(*sampler, n, kRuns);
+    const double deviation = std::sqrt(owen.variance_of_mean() + hashed.variance_of_mean());
+    // 5 standard deviations, and 3 % for what the hash can't do.
+    EXPECT_NEAR(hashed.mean(), owen.mean(), 5 * deviation + 0.03 * owen.mean()) << n;
+  }
+}
+
+TEST(Sampler, CountsAreRoundedAsMitsubas) {
+  const auto count = [](const char* type, int n) { return make_sampler(type, n)->sample_count(); };
+  // Mitsuba 3.9.1: mi.load_dict({"type": type, "sample_count": n}).sample_count().
+  EXPECT_EQ(count("independent", 17), 17u);
+  EXPECT_EQ(count("stratified", 1), 1u);
+  EXPECT_EQ(count("stratified", 2), 4u);
+  EXPECT_EQ(count("stratified", 17), 25u);
+  EXPECT_EQ(count("stratified", 100), 100u);
+  EXPECT_EQ(count("stratified", 128), 144u);
+  EXPECT_EQ(count("sobol", 1), 4u);
+  EXPECT_EQ(count("sobol", 5), 16u);
+  EXPECT_EQ(count("ldsampler", 17), 64u);
+  EXPECT_EQ(count("ldsampler", 256), 256u);
+  EXPECT_EQ(count("halton", 17), 17u);
+  EXPECT_EQ(make<Sampler>("<sampler type=\"independent\"/>")->sample_count(), 4u);
+}
+
+TEST(Sampler, RefusesImpossibleCounts) {
+  for (const char* type : {"independent", "stratified", "halton", "sobol"}) {
+    EXPECT_THROW(make_sampler(type, 0), Error);
+    EXPECT_THROW(make_sampler(type, -4), Error);
+    EXPECT_THROW(make_sampler(type, 2000000000), Error);
+  }
+}
+
+TEST(Sampler, StreamsReadConsecutiveDimensions) {
+  const auto sampler = make_sampler("sobol", 16);
+  const SampleKey key{3, 4, 5, 6};
+  SampleStream stream(*sampler, key, 7);
+  EXPECT_EQ(stream.next_1d(), sampler->value_1d(key, 7));
+  EXPECT_EQ(stream.next_2d(), sampler->value_2d(key, 8));
+  EXPECT_EQ(stream.next_1d(), sampler->value_1d(key, 10));
+}
+
+}  // namespace
+}  // namespace kinome::test
