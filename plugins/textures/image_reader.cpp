@@ -33,14 +33,21 @@ void check_size(const OIIO::ImageSpec& spec, uint64_t file_size) {
 
 /// A truncated JPEG decodes to grey without complaint; but then its last scan has no end marker.
 /// (Inside a scan neither marker can occur; thumbnails lie before it.)
-void check_jpeg_end(const char* path) {
+bool lacks_jpeg_end(const std::string& bytes) {
+  if (bytes.rfind("\xff\xd8", 0) != 0) return false;
+  const size_t scan = bytes.rfind("\xff\xda");
+  return scan == std::string::npos || bytes.find("\xff\xd9", scan) == std::string::npos;
+}
+
+/// Of a truncated PNG, libpng complains on stderr by itself, beside our own error.
+bool lacks_png_end(const std::string& bytes) {
+  return bytes.rfind("\x89PNG", 0) == 0 && bytes.rfind("IEND") == std::string::npos;
+}
+
+void check_end(const char* path) {
   std::ifstream file(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (bytes.rfind("\xff\xd8", 0) != 0) {
-    return;
-  }
-  const size_t scan = bytes.rfind("\xff\xda");
-  if (scan == std::string::npos || bytes.find("\xff\xd9", scan) == std::string::npos) {
+  if (lacks_jpeg_end(bytes) || lacks_png_end(bytes)) {
     throw std::runtime_error("truncated: it ends within the picture");
   }
 }
@@ -65,7 +72,7 @@ void read(const char* path, StoredImage& image) {
   }
   const OIIO::ImageSpec& spec = input->spec();
   check_size(spec, std::filesystem::file_size(path));
-  check_jpeg_end(path);
+  check_end(path);
   image.width = spec.width;
   image.height = spec.height;
   image.channels = spec.nchannels >= 3 ? 3 : 1;
