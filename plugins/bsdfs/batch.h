@@ -48,13 +48,14 @@ inline std::optional<BsdfSample> weighted_sample(const Bsdf& bsdf, const Surface
 }
 
 /// Probability of the first of two lobes with sampling weights a and b, of which a mask may leave
-/// only one.
+/// only one. Neither gets less than 1e-4, whatever the weights: a lobe that reflects something must
+/// not be left without density by rounding.
 inline float lobe_probability(bool has_a, bool has_b, float a, float b) {
   if (!has_a || !has_b) {
     return has_a ? 1.f : 0.f;
   }
   const float sum = a + b;
-  return sum > 0 ? a / sum : 0.5f;
+  return sum > 0 ? std::clamp(a / sum, 1e-4f, 1 - 1e-4f) : 0.5f;
 }
 
 /// Densities stay below this, so that their squares (power heuristic) don't overflow.

@@ -36,7 +36,7 @@ inline float fresnel_conductor(float cos_i, float eta, float k) {
   const float p_sum = a2_plus_b2 * cos2 + sin2 * sin2;
   const float p_denominator = p_sum + c * sin2;
   const float p = p_denominator > 0 ? (p_sum - c * sin2) / p_denominator : 1.f;
-  return 0.5f * (s + s * p);
+  return std::max(0.5f * (s + s * p), 0.f);
 }
 inline Rgb fresnel_conductor(float cos_i, const Rgb& eta, const Rgb& k) {
   return {fresnel_conductor(cos_i, eta.x, k.x), fresnel_conductor(cos_i, eta.y, k.y),

@@ -53,10 +53,12 @@ class Phong final : public Bsdf {
     const float glossy_pdf = p * (n + 1) * 0.5f * kInvPi;
     const Vec3 r = mirrored(si.wi);
     evaluate_batch(wo, out, [=](const Vec3& d) {
-      const float cos_alpha = std::min(glm::dot(r, d), 1.f);
+      // cos alpha = 1 - s; the dot product itself would lose the digits that a large n magnifies.
+      const Vec3 difference = r - d;
+      const float s = 0.5f * glm::dot(difference, difference);
       float lobe = 0;
-      if (d.z > 0 && cos_alpha > 0) {
-        lobe = std::pow(cos_alpha, n);
+      if (d.z > 0 && s < 1) {
+        lobe = std::exp(n * std::log1p(-s));
         // Below this the density could round to zero before f does.
         lobe = lobe > 1e-20f ? lobe : 0.f;
       }

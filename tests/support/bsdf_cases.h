@@ -1,0 +1,161 @@
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <ostream>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "kinome/bsdf.h"
+#include "support/render.h"
+
+/// BSDFs that every test of BSDFs runs over.
+namespace kinome::test {
+
+struct BsdfCase {
+  const char* name;
+  const char* xml;
+  bool reciprocal = true;
+  bool conserves_energy = true;
+
+  std::shared_ptr<Bsdf> make() const { return test::make<Bsdf>(xml); }
+};
+inline std::ostream& operator<<(std::ostream& out, const BsdfCase& c) {
+  return out << c.name;
+}
+
+/// A normal map without a file: a checkerboard of two encoded normals, read at one place.
+#define KINOME_TEST_NORMAL(rgb)                                                  \
+  "<texture type='checkerboard' name='normalmap'><rgb name='color0' value='" rgb \
+  "'/><rgb name='color1' value='0.5 0.5 1'/></texture>"
+
+inline const std::vector<BsdfCase>& bsdf_cases() {
+  static const std::vector<BsdfCase> cases{
+      {"diffuse", "<bsdf type='diffuse'><rgb name='reflectance' value='0.2 0.5 0.9'/></bsdf>"},
+      {"phong_1", "<bsdf type='phong'><float name='exponent' value='1'/></bsdf>"},
+      {"phong_30",
+       "<bsdf type='phong'><rgb name='diffuse_reflectance' value='0.1 0.4 0.6'/>"
+       "<rgb name='specular_reflectance' value='0.6 0.3 0.1'/></bsdf>"},
+      {"phong_1000", "<bsdf type='phong'><float name='exponent' value='1000'/></bsdf>"},
+      {"phong_10000",
+       "<bsdf type='phong'><float name='exponent' value='10000'/>"
+       "<float name='diffuse_reflectance' value='0'/></bsdf>"},
+      {"ward_balanced",
+       "<bsdf type='ward'><float name='alpha_u' value='0.1'/>"
+       "<float name='alpha_v' value='0.4'/></bsdf>"},
+      {"ward_balanced_rough", "<bsdf type='ward'><float name='alpha' value='1'/></bsdf>"},
+      {"ward_ward",
+       "<bsdf type='ward'><string name='variant' value='ward'/>"
+       "<float name='alpha' value='0.15'/></bsdf>",
+       true, false},
+      {"ward_duer",
+       "<bsdf type='ward'><string name='variant' value='ward-duer'/>"
+       "<float name='alpha_u' value='0.3'/><float name='alpha_v' value='0.05'/></bsdf>",
+       true, false},
+      {"conductor_beckmann_002",
+       "<bsdf type='roughconductor'><string name='material' value='Au'/>"
+       "<float name='alpha' value='0.02'/></bsdf>"},
+      {"conductor_beckmann_03",
+       "<bsdf type='roughconductor'><string name='material' value='Cu'/>"
+       "<float name='alpha' value='0.3'/></bsdf>"},
+      {"conductor_beckmann_1_all",
+       "<bsdf type='roughconductor'><float name='alpha' value='1'/>"
+       "<boolean name='sample_visible' value='false'/></bsdf>"},
+      {"conductor_beckmann_aniso",
+       "<bsdf type='roughconductor'><float name='alpha_u' value='0.05'/>"
+       "<float name='alpha_v' value='0.5'/></bsdf>"},
+      {"conductor_ggx_01",
+       "<bsdf type='roughconductor'><string name='distribution' value='ggx'/>"
+       "<string name='material' value='Ag'/></bsdf>"},
+      {"conductor_ggx_aniso",
+       "<bsdf type='roughconductor'><string name='distribution' value='ggx'/>"
+       "<float name='alpha_u' value='0.8'/><float name='alpha_v' value='0.1'/></bsdf>"},
+      {"conductor_ggx_aniso_all",
+       "<bsdf type='roughconductor'><string name='distribution' value='ggx'/>"
+       "<boolean name='sample_visible' value='false'/>"
+       "<float name='alpha_u' value='0.2'/><float name='alpha_v' value='0.4'/></bsdf>"},
+      {"conductor_ggx_1",
+       "<bsdf type='roughconductor'><string name='distribution' value='ggx'/>"
+       "<float name='alpha' value='1'/></bsdf>"},
+      {"plastic",
+       "<bsdf type='plastic'><rgb name='diffuse_reflectance' value='0.1 0.5 0.9'/>"
+       "<boolean name='nonlinear' value='true'/></bsdf>"},
+      {"roughplastic_beckmann",
+       "<bsdf type='roughplastic'><rgb name='diffuse_reflectance' value='0.1 0.5 0.9'/></bsdf>"},
+      {"roughplastic_ggx",
+       "<bsdf type='roughplastic'><string name='distribution' value='ggx'/>"
+       "<float name='alpha' value='0.4'/><string name='int_ior' value='diamond'/>"
+       "<boolean name='nonlinear' value='true'/></bsdf>"},
+      {"twosided",
+       "<bsdf type='twosided'><bsdf type='phong'/>"
+       "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></bsdf>"},
+      {"normalmap_diffuse",
+       "<bsdf type='normalmap'>" KINOME_TEST_NORMAL(
+           "0.75 0.6 0.9") "<bsdf type='diffuse'>"
+                           "<float name='reflectance' value='0.8'/></bsdf></bsdf>",
+       false, false},
+      {"normalmap_steep",
+       "<bsdf type='normalmap'>" KINOME_TEST_NORMAL("0.95 0.5 0.65") "<bsdf type='phong'/></bsdf>",
+       false, false},
+      {"normalmap_aniso",
+       "<bsdf type='normalmap'>" KINOME_TEST_NORMAL(
+           "0.4 0.3 0.9") "<boolean name='use_shadowing_function' value='false'/>"
+                          "<bsdf type='roughconductor'><string name='distribution' value='ggx'/>"
+                          "<float name='alpha_u' value='0.1'/><float name='alpha_v' "
+                          "value='0.5'/></bsdf></bsdf>",
+       false, false},
+  };
+  return cases;
+}
+
+inline std::string case_name(const testing::TestParamInfo<BsdfCase>& c) {
+  return c.param.name;
+}
+
+/// A point whose shading frame is the world's, seen from wi.
+inline SurfaceInteraction seen_from(const Vec3& wi) {
+  SurfaceInteraction si;
+  si.wi = glm::normalize(wi);
+  si.uv = Vec2(0.25f);
+  return si;
+}
+/// The same by angles in degrees.
+inline SurfaceInteraction seen_at(float theta, float phi) {
+  const float t = theta * kPi / 180;
+  const float p = phi * kPi / 180;
+  return seen_from(Vec3(std::sin(t) * std::cos(p), std::sin(t) * std::sin(p), std::cos(t)));
+}
+
+/// The lobe masks worth testing: each of the BSDF's own that is no mirror, and all together.
+inline std::vector<Lobe> masks_of(const Bsdf& bsdf) {
+  std::vector<Lobe> masks;
+  for (const Lobe lobe : {Lobe::kDiffuse, Lobe::kGlossy}) {
+    if (any(bsdf.lobes() & lobe)) masks.push_back(lobe);
+  }
+  masks.push_back(Lobe::kAll);
+  return masks;
+}
+
+class RandomDirections {
+ public:
+  explicit RandomDirections(unsigned seed) : bits_(seed) {}
+  float unit() { return static_cast<float>(bits_() >> 8) * 0x1p-24f; }
+  Vec2 unit2() {
+    const float x = unit();
+    return {x, unit()};
+  }
+  Vec3 sphere() {
+    const float z = 2 * unit() - 1;
+    const float phi = 2 * kPi * unit();
+    const float r = safe_sqrt(1 - z * z);
+    return {r * std::cos(phi), r * std::sin(phi), z};
+  }
+
+ private:
+  std::mt19937 bits_;
+};
+
+}  // namespace kinome::test
