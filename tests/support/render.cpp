@@ -36,8 +36,9 @@ pid_t start_process(const std::vector<std::string>& arguments, const Pipe& out, 
   argv.push_back(nullptr);
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("fork failed");
+  // Parent and child both do it: neither may go on before it is done.
+  setpgid(child, child);
   if (child > 0) return child;
-  setpgid(0, 0);
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
   dup2(out.write_end, STDOUT_FILENO);
   dup2(err.write_end, STDERR_FILENO);
