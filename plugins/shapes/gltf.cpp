@@ -254,7 +254,7 @@ class GltfReader {
     indices.reserve(stored.size());
     for (const double index : stored) {
       if (!(index >= 0) || !(index < static_cast<double>(count)) || index != std::floor(index)) {
-        accessors_.fail(name + " refers to vertex " + std::to_string(index) + ", expected 0 to " +
+        accessors_.fail(name + " refers to vertex " + format_index(index) + ", expected 0 to " +
                         std::to_string(count - 1));
       }
       indices.push_back(static_cast<uint32_t>(first + static_cast<size_t>(index)));

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -40,11 +43,23 @@ inline std::string read_mesh_file(const std::string& path) {
   return bytes;
 }
 
+/// An index as a file may claim it: whole numbers without decimals.
+inline std::string format_index(double index) {
+  return std::abs(index) < 1e15 && index == std::floor(index)
+             ? std::to_string(static_cast<int64_t>(index))
+             : std::to_string(index);
+}
+
 /// Walks through text line by line, word by word, and knows where it is.
 class TextCursor {
  public:
   TextCursor(std::string file, std::string_view text, int line = 1)
-      : file_(std::move(file)), next_(text.data()), end_(text.data() + text.size()), line_(line) {}
+      : file_(std::move(file)),
+        next_(text.data()),
+        end_(text.data() + text.size()),
+        line_start_(next_),
+        word_(next_),
+        line_(line) {}
 
   int line() const { return line_; }
   size_t bytes_left() const { return static_cast<size_t>(end_ - next_); }
@@ -55,8 +70,8 @@ class TextCursor {
       if (*next_ == ' ' || *next_ == '\t' || *next_ == '\r') {
         ++next_;
       } else if (*next_ == '\\' && continues_line()) {
-        next_ = static_cast<const char*>(next_ + (next_[1] == '\r' ? 3 : 2));
-        ++line_;
+        next_ += next_[1] == '\r' ? 3 : 2;
+        start_line();
       } else {
         return *next_ == '\n';
       }
@@ -67,7 +82,7 @@ class TextCursor {
     while (next_ != end_ && *next_ != '\n') ++next_;
     if (next_ != end_) {
       ++next_;
-      ++line_;
+      start_line();
     }
   }
   /// To the first line that isn't blank; false at the end of the text.
@@ -80,12 +95,13 @@ class TextCursor {
   }
   /// The next word of the line; empty at its end.
   std::string_view word() {
-    if (at_line_end()) return {};
-    const char* first = next_;
+    const bool is_end = at_line_end();
+    word_ = next_;
+    if (is_end) return {};
     while (next_ != end_ && *next_ != ' ' && *next_ != '\t' && *next_ != '\r' && *next_ != '\n') {
       ++next_;
     }
-    return {first, static_cast<size_t>(next_ - first)};
+    return {word_, static_cast<size_t>(next_ - word_)};
   }
   /// The next word as a number; `what` says in the error what was expected there.
   double number(const char* what) {
@@ -102,9 +118,14 @@ class TextCursor {
     }
     return value;
   }
-  [[noreturn]] void fail(const std::string& message) const { fail_at(line_, message); }
+  /// At the word that was read last.
+  [[noreturn]] void fail(const std::string& message) const {
+    throw Error(Location{file_, line_,
+                         1 + static_cast<int>(std::max(word_ - line_start_, std::ptrdiff_t{0}))},
+                message);
+  }
   [[noreturn]] void fail_at(int line, const std::string& message) const {
-    throw Error(Location{file_, line, 0}, message);
+    throw Error(Location{file_, line, 1}, message);
   }
   /// Words of a broken file may be megabytes of anything.
   static std::string shorten(std::string_view text) {
@@ -119,9 +140,17 @@ class TextCursor {
            (end_ - next_ >= 3 && next_[1] == '\r' && next_[2] == '\n');
   }
 
+  void start_line() {
+    ++line_;
+    line_start_ = next_;
+    word_ = next_;
+  }
+
   std::string file_;
   const char* next_;
   const char* end_;
+  const char* line_start_;
+  const char* word_;  ///< start of the word that was read last
   int line_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -61,13 +60,6 @@ struct PlyHeader {
     return found == elements.end() ? nullptr : &*found;
   }
 };
-
-/// An index as a file may claim it: whole numbers without decimals.
-inline std::string format_index(double index) {
-  return std::abs(index) < 1e15 && index == std::floor(index)
-             ? std::to_string(static_cast<int64_t>(index))
-             : std::to_string(index);
-}
 
 class PlyHeaderReader {
  public:
