@@ -28,10 +28,17 @@ struct SurfaceInteraction {
     return p + n * (glm::dot(n, d) >= 0 ? p_error : -p_error);
   }
   /// Shadow ray toward a light at `distance` (infinite for distant light) along the unit vector d.
+  /// It ends shortly before the very point p + distance d, from wherever it starts: else a light
+  /// nearer than 10^4 p_error would shadow itself.
   Ray shadow_ray(const Vec3& d, float distance) const {
     Ray ray;
     ray.o = ray_origin(d);
     ray.d = d;
+    if (distance < kInfinity) {
+      const Vec3 to = p + d * distance - ray.o;
+      distance = glm::length(to);
+      ray.d = to / distance;
+    }
     ray.tmax = distance * (1 - 1e-4f);
     return ray;
   }
