@@ -74,7 +74,8 @@ ninja -C "$build" -k 0 $targets || {
   echo "tests/run.sh: the build failed"
 }
 
-log=$build/tests.log
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
 export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_stack_use_after_return=1}"
 export UBSAN_OPTIONS="${UBSAN_OPTIONS:-print_stacktrace=1}"
 export TSAN_OPTIONS="${TSAN_OPTIONS:-halt_on_error=1}"

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -57,26 +58,33 @@ void print_plugin(Category category, const std::string& name, const PluginDescri
   }
 }
 
+std::string parameters_in_markdown(const PluginDescriptor& plugin) {
+  std::string text;
+  for (const Parameter& p : plugin.parameters) {
+    if (!text.empty()) text += ", ";
+    text += p.type == ParameterType::kObject ? fmt::format("*{}*", type_name(p))
+                                             : fmt::format("`{}`", p.name);
+    const std::string value = default_text(p);
+    if (!value.empty()) text += fmt::format(" ({})", value);
+  }
+  return text;
+}
+
 void print_markdown(PluginRegistry& registry) {
   fmt::print("| category | plugin | what it is | parameters (default) |\n|---|---|---|---|\n");
   for (const Category category : all_categories()) {
+    // Another name for a plugin is one more file, which opens as the same library.
+    std::map<const PluginDescriptor*, std::string> names;
+    std::vector<const PluginDescriptor*> plugins;
     for (const std::string& name : registry.names(category)) {
       const PluginDescriptor& plugin = registry.find(category, name);
-      if (name != plugin.name) {
-        fmt::print("| {} | `{}` | another name for `{}` | |\n", to_string(category), name,
-                   plugin.name);
-        continue;
-      }
-      std::string parameters;
-      for (const Parameter& p : plugin.parameters) {
-        if (!parameters.empty()) parameters += ", ";
-        parameters += p.type == ParameterType::kObject ? fmt::format("*{}*", type_name(p))
-                                                       : fmt::format("`{}`", p.name);
-        const std::string value = default_text(p);
-        if (!value.empty()) parameters += fmt::format(" ({})", value);
-      }
-      fmt::print("| {} | `{}` | {} | {} |\n", to_string(category), name, one_line(plugin.doc),
-                 parameters);
+      std::string& all = names[&plugin];
+      if (all.empty()) plugins.push_back(&plugin);
+      all += fmt::format("{}`{}`", all.empty() ? "" : ", ", name);
+    }
+    for (const PluginDescriptor* plugin : plugins) {
+      fmt::print("| {} | {} | {} | {} |\n", to_string(category), names[plugin],
+                 one_line(plugin->doc), parameters_in_markdown(*plugin));
     }
   }
 }
