@@ -1,0 +1,151 @@
+/// `depth` and `aov` on a scene whose first hits can be written down.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "direct_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+/// A unit sphere before a rectangle at z = -1 that covers the left half of the picture, seen along
+/// -z by parallel rays from z = 5; the rest is empty. One sample a pixel.
+std::string scene_xml(const std::string& integrator, const std::string& pixel_format = "rgba") {
+  return "<shape type=\"sphere\">" + diffuse_xml("0.2 0.4 0.6") +
+         "</shape><shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"3\" y=\"6\" "
+         "z=\"1\"/><translate x=\"-3\" z=\"-1\"/></transform><bsdf type=\"phong\"><rgb "
+         "name=\"diffuse_reflectance\" value=\"0.1 0.2 0.3\"/><rgb name=\"specular_reflectance\" "
+         "value=\"0.3\"/></bsdf></shape>" +
+         constant_xml("1") +
+         sensor_xml("orthographic", "<scale value=\"3\"/>" + look_at("0 0 5", "0 0 0", "0 1 0"), 21,
+                    4, "independent", pixel_format) +
+         integrator;
+}
+
+/// Three pixels: the sphere's middle, the rectangle alone, nothing. The camera's +x is image left.
+struct Pixel {
+  int x;
+  int y;
+};
+constexpr Pixel kSphere{10, 10}, kRectangle{3, 3}, kNothing{18, 3};
+
+TEST(Depth, IsTheDistanceAlongTheRay) {
+  const auto scene = scene_from(scene_xml("<integrator type=\"depth\"/>"));
+  const Image image = render_scene(*scene);
+  for (int c = 0; c < 3; ++c) {
+    // The middle pixel spans x, y in [-1/7, 1/7] of the sphere: z in [.979, 1].
+    EXPECT_NEAR(image.at(kSphere.x, kSphere.y, c), 4.01, 0.011);
+    EXPECT_NEAR(image.at(kRectangle.x, kRectangle.y, c), 6, 1e-5);
+    EXPECT_EQ(image.at(kNothing.x, kNothing.y, c), 0);
+  }
+  EXPECT_EQ(image.at(kRectangle.x, kRectangle.y, 3), 1);
+  EXPECT_EQ(image.at(kNothing.x, kNothing.y, 3), 0);
+}
+
+std::string aov_xml(const std::string& aovs, const std::string& nested = "") {
+  return "<integrator type=\"aov\"><string name=\"aovs\" value=\"" + aovs + "\"/>" + nested +
+         "</integrator>";
+}
+
+int channel_of(const Image& image, const std::string& name) {
+  for (int c = 0; c < image.channel_count(); ++c) {
+    if (image.channels[c] == name) return c;
+  }
+  ADD_FAILURE() << "no channel " << name;
+  return 0;
+}
+
+constexpr const char* kAll =
+    "dd:depth, pos:position,uv:uv,gn:geo_normal,sn:sh_normal,du:dp_du,dv:dp_dv,pi:prim_index,"
+    "si:shape_index,al:albedo";
+
+TEST(Aov, NamesChannelsAsMitsubaDoes) {
+  const auto scene = scene_from(scene_xml(aov_xml(kAll, direct_xml()), "rgba"));
+  const Image image = render_scene(*scene);
+  const std::vector<std::string> expected{"R",     "G",    "B",    "A",    "dd.T", "pos.X", "pos.Y",
+                                          "pos.Z", "uv.U", "uv.V", "gn.X", "gn.Y", "gn.Z",  "sn.X",
+                                          "sn.Y",  "sn.Z", "du.X", "du.Y", "du.Z", "dv.X",  "dv.Y",
+                                          "dv.Z",  "pi.I", "si.I", "al.R", "al.G", "al.B"};
+  EXPECT_EQ(image.channels, expected);
+}
+
+TEST(Aov, ShowsWhatIsHit) {
+  const auto scene = scene_from(scene_xml(aov_xml(kAll, direct_xml()), "rgba"));
+  const Image image = render_scene(*scene);
+  const auto value = [&](const Pixel& at, const std::string& name) {
+    return image.at(at.x, at.y, channel_of(image, name));
+  };
+  EXPECT_NEAR(value(kRectangle, "dd.T"), 6, 1e-5);
+  // Pixel 3 of 21, whose width is 2/7: x from -3 + 6/7; rows count from the top, y = 3.
+  EXPECT_NEAR(value(kRectangle, "pos.X"), -2, 1.01 / 7);
+  EXPECT_NEAR(value(kRectangle, "pos.Y"), 2, 1.01 / 7);
+  EXPECT_NEAR(value(kRectangle, "pos.Z"), -1, 1e-5);
+  EXPECT_NEAR(value(kRectangle, "uv.U"), (value(kRectangle, "pos.X") + 6) / 6, 1e-5);
+  EXPECT_NEAR(value(kRectangle, "uv.V"), (value(kRectangle, "pos.Y") + 6) / 12, 1e-5);
+  EXPECT_NEAR(value(kRectangle, "du.X"), 6, 1e-4);
+  EXPECT_NEAR(value(kRectangle, "dv.Y"), 12, 1e-4);
+  for (const char* normal : {"gn", "sn"}) {
+    EXPECT_NEAR(value(kRectangle, normal + std::string(".Z")), 1, 1e-6);
+    EXPECT_NEAR(value(kRectangle, normal + std::string(".X")), 0, 1e-6);
+  }
+  EXPECT_EQ(value(kRectangle, "si.I"), 2);
+  EXPECT_EQ(value(kSphere, "si.I"), 1);
+  EXPECT_EQ(value(kSphere, "pi.I"), 0);
+  EXPECT_NEAR(value(kSphere, "al.G"), 0.4, 1e-6);
+  EXPECT_NEAR(value(kRectangle, "al.G"), 0.5, 1e-6);
+  EXPECT_GT(value(kSphere, "gn.Z"), 0.97);
+  // Each channel of an unseen pixel is 0, and the colour is the nested integrator's.
+  for (int c = 4; c < image.channel_count(); ++c) {
+    EXPECT_EQ(image.at(kNothing.x, kNothing.y, c), 0) << image.channels[c];
+  }
+  EXPECT_EQ(image.at(kNothing.x, kNothing.y, 0), 1);
+}
+
+/// Colour with variables is the very colour without them, and rays are the same in both.
+TEST(Aov, LeavesTheNestedImageAsItIs) {
+  const Image plain = render_scene(*scene_from(scene_xml(direct_xml())), 9);
+  const Image with = render_scene(*scene_from(scene_xml(aov_xml("d:depth", direct_xml()))), 9);
+  const Image depth = render_scene(*scene_from(scene_xml("<integrator type=\"depth\"/>")), 9);
+  const Image alone = render_scene(*scene_from(scene_xml(aov_xml("d:depth"))), 9);
+  for (int y = 0; y < 21; ++y) {
+    for (int x = 0; x < 21; ++x) {
+      for (int c = 0; c < 4; ++c) ASSERT_EQ(plain.at(x, y, c), with.at(x, y, c));
+      ASSERT_EQ(depth.at(x, y, 0), with.at(x, y, 4));
+      ASSERT_EQ(depth.at(x, y, 0), alone.at(x, y, 4));
+      ASSERT_EQ(alone.at(x, y, 0), 0);
+    }
+  }
+}
+
+TEST(Aov, Nests) {
+  const auto scene =
+      scene_from(scene_xml(aov_xml("outer:depth", aov_xml("inner:uv", direct_xml())), "rgb"));
+  const Image image = render_scene(*scene);
+  EXPECT_EQ(image.channels,
+            (std::vector<std::string>{"R", "G", "B", "inner.U", "inner.V", "outer.T"}));
+  EXPECT_NEAR(image.at(kRectangle.x, kRectangle.y, 5), 6, 1e-5);
+  EXPECT_GT(image.at(kRectangle.x, kRectangle.y, 3), 0);
+}
+
+std::string error_of(const std::string& xml) {
+  try {
+    make<Integrator>(xml);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Aov, ChecksItsList) {
+  EXPECT_EQ(error_of(aov_xml("a:depth, b:uv")), "");
+  EXPECT_NE(error_of(aov_xml("a:dept")).find("did you mean \"depth\"?"), std::string::npos);
+  EXPECT_NE(error_of(aov_xml("a:nonsense")).find("unknown type \"nonsense\""), std::string::npos);
+  EXPECT_NE(error_of(aov_xml("depth")).find("NAME:TYPE"), std::string::npos);
+  EXPECT_NE(error_of(aov_xml("")).find("NAME:TYPE"), std::string::npos);
+  EXPECT_NE(error_of(aov_xml("a:depth,,b:uv")).find("NAME:TYPE"), std::string::npos);
+  EXPECT_NE(error_of(aov_xml("a:depth,a:depth")).find("two channels"), std::string::npos);
+  EXPECT_NE(error_of("<integrator type=\"aov\"/>"), "");
+}
+
+}  // namespace
+}  // namespace kinome::test
