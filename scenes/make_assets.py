@@ -82,8 +82,8 @@ def main():
     for scene in arguments.scenes:
         if scene not in SCENES:
             parser.error(f"unknown scene {scene!r}, expected one of {', '.join(SCENES)}")
-    if not 0.5 <= arguments.scale <= 16.0:
-        parser.error(f"--scale must lie in [0.5, 16], got {arguments.scale:g}")
+    if not 0.5 <= arguments.scale <= 3.0:
+        parser.error(f"--scale must lie in [0.5, 3], got {arguments.scale:g}")
     try:
         import numpy  # noqa: F401  (checked here for a clear message)
     except ImportError:

@@ -1,0 +1,145 @@
+"""The scenes' assets: the same bytes from each run, nothing done twice, and a closed statue."""
+
+import hashlib
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+
+import numpy as np
+
+SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
+sys.path.insert(0, str(SCENES))
+from tools import files, meshing, sdf  # noqa: E402
+
+COARSE = "3"
+
+
+def run(output, *arguments):
+    command = [sys.executable, str(SCENES / "make_assets.py"), "--output", str(output), *arguments]
+    return subprocess.run(command, check=False, capture_output=True, text=True)
+
+
+def hashes(folder):
+    return {str(f.relative_to(folder)): hashlib.sha256(f.read_bytes()).hexdigest()
+            for f in sorted(folder.rglob("*")) if f.is_file()}
+
+
+def read_ply(path):
+    """Vertices (n, columns) and faces of a PLY as make_assets writes it."""
+    header, body = path.read_bytes().split(b"end_header\n", 1)
+    counts = [int(line.split()[2]) for line in header.split(b"\n") if line.startswith(b"element")]
+    columns = header.count(b"property float")
+    split = counts[0] * columns * 4
+    faces = np.frombuffer(body[split:], dtype=[("n", "u1"), ("i", "<i4", 3)])
+    assert len(faces) == counts[1] and np.all(faces["n"] == 3)
+    return np.frombuffer(body[:split], "<f4").reshape(counts[0], columns), faces["i"]
+
+
+class Command(unittest.TestCase):
+    def test_two_runs_give_the_same_bytes(self):
+        with tempfile.TemporaryDirectory() as first, tempfile.TemporaryDirectory() as second:
+            for folder in (first, second):
+                result = run(folder, "--scale", COARSE)
+                self.assertEqual(result.returncode, 0, result.stderr)
+            one, two = hashes(pathlib.Path(first)), hashes(pathlib.Path(second))
+            self.assertGreater(len(one), 20)
+            self.assertEqual(one, two)
+
+    def test_a_current_scene_is_left_alone_and_a_lost_file_is_made_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            run(folder, "--scale", COARSE, "grace")
+            assets = pathlib.Path(folder) / "grace" / "assets"
+            before = (assets / "teapot.ply").stat().st_mtime_ns
+            self.assertIn("up to date", run(folder, "--scale", COARSE, "grace").stdout)
+            self.assertEqual((assets / "teapot.ply").stat().st_mtime_ns, before)
+            (assets / "planks.png").unlink()
+            self.assertNotIn("up to date", run(folder, "--scale", COARSE, "grace").stdout)
+            self.assertTrue((assets / "planks.png").is_file())
+            self.assertNotIn("up to date", run(folder, "--scale", "2", "grace").stdout)
+
+    def test_an_unknown_scene_is_refused(self):
+        result = run("unused", "teapot")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("expected one of hebe, car, grace", result.stderr)
+
+
+class Statue(unittest.TestCase):
+    """The mesh as it is rendered, not a coarse one."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        result = run(cls.folder.name, "hebe")
+        assert result.returncode == 0, result.stderr
+        path = pathlib.Path(cls.folder.name) / "hebe" / "assets" / "statue.ply"
+        cls.vertices, cls.faces = read_ply(path)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_has_enough_triangles(self):
+        self.assertGreaterEqual(len(self.faces), 100_000)
+
+    def test_every_edge_lies_in_two_triangles(self):
+        # Counted here on its own: the script's check isn't trusted.
+        edges = np.sort(np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]],
+                                        self.faces[:, [2, 0]]]), axis=1)
+        _, counts = np.unique(edges, axis=0, return_counts=True)
+        self.assertTrue(np.all(counts == 2), f"{np.sum(counts != 2)} edges not in two triangles")
+
+    def test_encloses_a_volume_and_normals_are_of_unit_length(self):
+        corners = self.vertices[self.faces][:, :, :3].astype(np.float64)
+        volume = np.einsum("ij,ij->i", corners[:, 0],
+                           np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
+        self.assertGreater(volume, 0.1)  # positive: faces look outwards; a body of this size
+        self.assertLess(volume, 0.2)
+        lengths = np.linalg.norm(self.vertices[:, 3:6], axis=1)
+        self.assertLess(np.abs(lengths - 1.0).max(), 1e-5)  # a few float roundings
+
+
+class Tools(unittest.TestCase):
+    def test_a_sphere_is_met_to_the_third_order(self):
+        radius, spacing = 0.5, 0.04
+        axes = [meshing.graded_axis(-0.7, 0.7, lambda _: spacing) for _ in range(3)]
+        mesh = meshing.mesh_field(lambda x, y, z: sdf.sphere(x, y, z, (0.01, 0, 0), radius), axes)
+        self.assertTrue(meshing.is_watertight(mesh["faces"]))
+        distance = np.linalg.norm(mesh["positions"] - [0.01, 0, 0], axis=1)
+        # Newton's method converges at once on a true distance: what is left is the differences'
+        # error, under step^2 / radius.
+        self.assertLess(np.abs(distance - radius).max(), 5e-4 ** 2 / radius + 1e-12)
+
+    def test_a_checkered_grid_still_gives_a_closed_mesh(self):
+        values = np.ones((8, 8, 8))
+        values[2:6:2, 2:6:2, 2:6:2] = -1.0
+        values[3, 3, 2] = values[3, 4, 3] = -1.0  # diagonal neighbours: ambiguous faces
+        axes = [np.arange(8.0)] * 3
+        vertices, quads = meshing.surface_net(meshing.remove_ambiguous_faces(values), axes)
+        self.assertTrue(meshing.is_watertight(meshing.split_quads(vertices, quads)))
+
+    def test_the_watertight_check_sees_a_hole_and_a_turned_face(self):
+        tetrahedron = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+        self.assertTrue(meshing.is_watertight(tetrahedron))
+        self.assertFalse(meshing.is_watertight(tetrahedron[:3]))
+        turned = tetrahedron.copy()
+        turned[0] = turned[0][::-1]
+        self.assertFalse(meshing.is_watertight(turned))
+
+    def test_png_header_and_rows(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "a.png"
+            files.write_png(path, np.array([[0.0, 0.5, 1.0], [1.0, 0.0, 0.25]]))
+            data = path.read_bytes()
+        self.assertEqual(struct.unpack(">IIBB", data[16:26]), (3, 2, 8, 0))
+        at = data.index(b"IDAT")
+        size = struct.unpack(">I", data[at - 4:at])[0]
+        self.assertEqual(zlib.decompress(data[at + 4:at + 4 + size]),
+                         bytes([0, 0, 128, 255, 0, 255, 0, 64]))
+
+
+if __name__ == "__main__":
+    unittest.main()
