@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "kinome/error.h"
@@ -26,28 +25,26 @@ Vec3 face_direction(const Vec3& p0, const Vec3& p1, const Vec3& p2) {
   return glm::cross(a / scale, b / scale);
 }
 
-/// Angle between unit vectors, exact also where they are nearly parallel (Kahan 2006).
-float unit_angle(const Vec3& a, const Vec3& b) {
-  return 2 * std::atan2(glm::length(a - b), glm::length(a + b));
+/// The angle in [0, pi] whose sine and cosine are as `sine` >= 0 to `cosine`: atan2 to 4e-7
+/// (Abramowitz and Stegun 1964, 4.4.49) in a fifth of its time, of which smooth normals would take
+/// most.
+float angle_from(float sine, float cosine) {
+  const float c = std::abs(cosine);
+  const float x = std::min(sine, c) / std::max(sine, c);
+  const float y = x * x;
+  float angle = 0.0028662257f;
+  for (const float coefficient : {-0.0161657367f, 0.0429096138f, -0.0752896400f, 0.1065626393f,
+                                  -0.1420889944f, 0.1999355085f, -0.3333314528f, 1.f}) {
+    angle = angle * y + coefficient;
+  }
+  angle *= x;
+  if (sine > c) angle = kPi / 2 - angle;
+  return cosine < 0 ? kPi - angle : angle;
 }
 
-/// Smooth normals: faces weighted by their angle at the vertex (Thürmer and Wüthrich 1998).
-std::vector<Vec3> angle_weighted_normals(const TriangleMesh& mesh) {
-  std::vector<Vec3> normals(mesh.positions.size(), Vec3(0.f));
-  for (const glm::uvec3& triangle : mesh.triangles) {
-    const std::array<Vec3, 3> p = {mesh.positions[triangle.x], mesh.positions[triangle.y],
-                                   mesh.positions[triangle.z]};
-    const Vec3 n = safe_normalize(face_direction(p[0], p[1], p[2]), Vec3(0.f));
-    if (n == Vec3(0.f)) continue;
-    const std::array<Vec3, 3> edge = {safe_normalize(p[1] - p[0], n),
-                                      safe_normalize(p[2] - p[1], n),
-                                      safe_normalize(p[0] - p[2], n)};
-    normals[triangle.x] += n * unit_angle(edge[0], -edge[2]);
-    normals[triangle.y] += n * unit_angle(edge[1], -edge[0]);
-    normals[triangle.z] += n * unit_angle(edge[2], -edge[1]);
-  }
-  for (Vec3& n : normals) n = safe_normalize(n, Vec3(0.f));
-  // Where faces cancel out (a sheet folded flat), any of them is as good as another.
+/// Where faces cancel out (a sheet folded flat), any of them is as good as another; a vertex of
+/// none needs no normal.
+void fill_zero_normals(const TriangleMesh& mesh, std::vector<Vec3>& normals) {
   for (const glm::uvec3& triangle : mesh.triangles) {
     for (int i = 0; i < 3; ++i) {
       Vec3& n = normals[triangle[i]];
@@ -60,6 +57,36 @@ std::vector<Vec3> angle_weighted_normals(const TriangleMesh& mesh) {
   for (Vec3& n : normals) {
     if (n == Vec3(0.f)) n = Vec3(0, 0, 1);
   }
+}
+
+/// Smooth normals: faces weighted by their angle at the vertex (Thürmer and Wüthrich 1998).
+std::vector<Vec3> angle_weighted_normals(const TriangleMesh& mesh) {
+  std::vector<Vec3> normals(mesh.positions.size(), Vec3(0.f));
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    const Vec3 p0 = mesh.positions[triangle.x];
+    Vec3 a = mesh.positions[triangle.y] - p0;
+    Vec3 b = mesh.positions[triangle.z] - p0;
+    const float scale = std::max(max_component(glm::abs(a)), max_component(glm::abs(b)));
+    if (!(scale > 0)) continue;
+    a /= scale;
+    b /= scale;
+    const Vec3 cross = glm::cross(a, b);
+    const float twice_area = glm::length(cross);
+    if (!(twice_area > 0)) continue;
+    const Vec3 n = cross / twice_area;
+    const float angle0 = angle_from(twice_area, glm::dot(a, b));
+    const float angle1 = angle_from(twice_area, glm::dot(a, a - b));
+    normals[triangle.x] += n * angle0;
+    normals[triangle.y] += n * angle1;
+    normals[triangle.z] += n * std::max(kPi - angle0 - angle1, 0.f);
+  }
+  bool is_any_zero = false;
+  for (Vec3& n : normals) {
+    const float length = glm::length(n);
+    if (length > 0) n /= length;
+    is_any_zero |= !(length > 0);
+  }
+  if (is_any_zero) fill_zero_normals(mesh, normals);
   return normals;
 }
 
@@ -160,10 +187,12 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
   if (!mesh_.normals.empty() && to_world.flips_handedness()) {
     flip_geometric_normal_ = !flip_geometric_normal_;
   }
-  if (mesh_.normals.empty() && !face_normals) mesh_.normals = angle_weighted_normals(mesh_);
-  const float sign = flip_normals ? -1.f : 1.f;
   // A zero normal stays zero: interaction() then takes the face's.
-  for (Vec3& n : mesh_.normals) n = sign * safe_normalize(n, Vec3(0.f));
+  for (Vec3& n : mesh_.normals) n = safe_normalize(n, Vec3(0.f));
+  if (mesh_.normals.empty() && !face_normals) mesh_.normals = angle_weighted_normals(mesh_);
+  if (flip_normals) {
+    for (Vec3& n : mesh_.normals) n = -n;
+  }
 
   for (const Vec3& p : mesh_.positions) {
     if (!is_finite(p)) fail("to_world moves a vertex beyond the range of float");
