@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr size_t kDeepestInclude = 15;
 /// Files that include others twice, which include others twice, …: an end to that.
-constexpr int kMostIncludes = 10000;
+constexpr int kMostIncludes = 2000;
 /// And to defaults that double one another.
 constexpr size_t kLongestAttribute = 1 << 20;
 

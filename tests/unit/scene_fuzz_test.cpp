@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <string_view>
 
 #include "plugins/probe_registry.h"
 
@@ -8,6 +9,8 @@
 /// exception) fails; the sanitizers see the rest.
 namespace kinome::test {
 namespace {
+
+using std::string_view_literals::operator""sv;
 
 const std::string kScene = R"(<?xml version="1.0"?>
 <!-- every tag once --><scene version="3.0.0">
@@ -44,7 +47,7 @@ TEST(Fuzz, TruncatedAnywhere) {
 
 TEST(Fuzz, BytesReplacedRemovedAndRepeated) {
   std::mt19937 random(1);
-  const std::string alphabet("<>/=\"'$&;:#!-. \n\0\xff\x80x1e", 27);
+  const std::string_view alphabet = "<>/=\"'$&;:#!-. \n\0\xff\x80x1e"sv;
   for (int i = 0; i < 5000; ++i) {
     std::string xml = kScene;
     for (int change = 0; change < 1 + i % 3; ++change) {
