@@ -1,0 +1,245 @@
+#include "kinome/texture.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+/// Bytes from hexadecimal digits.
+std::string from_hex(const std::string& digits) {
+  std::string bytes;
+  for (size_t i = 0; i + 1 < digits.size(); i += 2) {
+    bytes.push_back(static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16)));
+  }
+  return bytes;
+}
+
+// Small PNG files, made with Python's struct and zlib.
+/// 2 x 1, 16-bit grey: 0x8000, 0xffff.
+const std::string kGrey16 = from_hex(
+    "89504e470d0a1a0a0000000d494844520000000200000001100000000081d9fc150000000d4944415478da636860f8"
+    "ff1f000502027fc900d6750000000049454e44ae426082");
+/// 1 x 1, RGBA: 200, 100, 50, and alpha 0.
+const std::string kTransparent = from_hex(
+    "89504e470d0a1a0a0000000d49484452000000010000000108060000001f15c4890000000d4944415478da63389162"
+    "c4000004b5015f7fd392c00000000049454e44ae426082");
+/// 1 x 1, grey 128 with alpha 7.
+const std::string kGreyAlpha = from_hex(
+    "89504e470d0a1a0a0000000d4948445200000001000000010804000000b51c0c020000000b4944415478da63686007"
+    "00010a0088c6e001e70000000049454e44ae426082");
+
+class BitmapTest : public testing::Test {
+ protected:
+  /// A 3 x 2 EXR of R = x + 10 y, G = .5, B = -.25 x.
+  std::string colors() const {
+    Image image{3, 2, {"R", "G", "B"}, {}};
+    for (int y = 0; y < 2; ++y) {
+      for (int x = 0; x < 3; ++x) {
+        image.data.insert(image.data.end(), {static_cast<float>(x + 10 * y), 0.5f, -0.25f * x});
+      }
+    }
+    return exr(image);
+  }
+  std::string exr(const Image& image) const {
+    const std::string path = folder_.path("map.exr");
+    write_exr(path, image, false, {});
+    return path;
+  }
+  static std::shared_ptr<Texture> load(const std::string& path, const std::string& children = "") {
+    return make<Texture>("<texture type='bitmap'><string name='filename' value='" + path + "'/>" +
+                         children + "</texture>");
+  }
+  static std::string error_of(const std::string& path, const std::string& children = "") {
+    try {
+      load(path, children);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  }
+
+  TemporaryFolder folder_;
+};
+
+bool openimageio_is_loaded() {
+  std::ifstream maps("/proc/self/maps");
+  std::stringstream text;
+  text << maps.rdbuf();
+  return text.str().find("libOpenImageIO.so") != std::string::npos;
+}
+
+// First in this file: later tests do load it.
+TEST_F(BitmapTest, AnExrNeedsNoOpenImageIO) {
+  if (openimageio_is_loaded()) GTEST_SKIP() << "loaded by an earlier test of this process";
+  load(colors());
+  EXPECT_FALSE(openimageio_is_loaded());
+  load(folder_.write("t.png", kGrey16));
+  EXPECT_TRUE(openimageio_is_loaded());
+}
+
+TEST_F(BitmapTest, TexelsAreCentred) {
+  const auto map = load(colors());
+  for (int y = 0; y < 2; ++y) {
+    for (int x = 0; x < 3; ++x) {
+      const Vec2 uv((static_cast<float>(x) + 0.5f) / 3, (static_cast<float>(y) + 0.5f) / 2);
+      EXPECT_NEAR(map->eval(uv).x, x + 10 * y, 1e-5f) << "row 0 is v = 0";
+    }
+  }
+  // Halfway between texels, in x and in both.
+  EXPECT_NEAR(map->eval(Vec2(1 / 3.f, 0.25f)).x, 0.5f, 1e-5f);
+  EXPECT_NEAR(map->eval(Vec2(2 / 3.f, 0.5f)).x, 6.5f, 1e-5f);
+  EXPECT_NEAR(map->eval_1(Vec2(0.5f, 0.25f)), luminance(Rgb(1, 0.5f, -0.25f)), 1e-6f);
+}
+
+TEST_F(BitmapTest, WrapModes) {
+  const std::string path = colors();
+  const auto r = [&](const char* mode, float u, float v) {
+    return load(path,
+                "<string name='filter_type' value='nearest'/>"
+                "<string name='wrap_mode' value='" +
+                    std::string(mode) + "'/>")
+        ->eval(Vec2(u, v))
+        .x;
+  };
+  EXPECT_EQ(r("repeat", 1.1f, 0.2f), 0);
+  EXPECT_EQ(r("repeat", -0.1f, -0.2f), 12);
+  EXPECT_EQ(r("mirror", 1.1f, 0.2f), 2);
+  EXPECT_EQ(r("mirror", -0.1f, 1.9f), 0);
+  EXPECT_EQ(r("clamp", 7.f, -3.f), 2);
+  EXPECT_EQ(r("clamp", -7.f, 3.f), 10);
+  // Between the last and the first texel: their mean, their like, or the last.
+  const auto seam = [&](const char* mode) {
+    return load(path, "<string name='wrap_mode' value='" + std::string(mode) + "'/>")
+        ->eval(Vec2(1.f, 0.25f))
+        .x;
+  };
+  EXPECT_NEAR(seam("repeat"), 1, 1e-5f);
+  EXPECT_NEAR(seam("mirror"), 2, 1e-5f);
+  EXPECT_NEAR(seam("clamp"), 2, 1e-5f);
+}
+
+TEST_F(BitmapTest, AnyCoordinateIsFinite) {
+  const std::string path = colors();
+  for (const char* mode : {"repeat", "mirror", "clamp"}) {
+    const auto map = load(path, "<string name='wrap_mode' value='" + std::string(mode) + "'/>");
+    for (const float u : {-1e-9f, 0.f, 1.f, 1e9f, -1e30f, kInfinity, -kInfinity, std::nanf("")}) {
+      const Rgb c = map->eval(Vec2(u, -u));
+      EXPECT_TRUE(is_finite(c) && c.x >= 0 && c.x <= 12) << mode << " at " << u;
+    }
+  }
+}
+
+TEST_F(BitmapTest, ToUvMapsSurfaceToImage) {
+  const auto map = load(colors(),
+                        "<string name='filter_type' value='nearest'/><transform name='to_uv'>"
+                        "<scale x='2' y='1'/><translate x='.5'/></transform>");
+  // u' = 2 u + .5 = .7: the last texel.
+  EXPECT_EQ(map->eval(Vec2(0.1f, 0.2f)).x, 2);
+}
+
+TEST_F(BitmapTest, StatisticsCoverTheTexels) {
+  const auto map = load(colors());
+  EXPECT_FLOAT_EQ(map->mean().x, 6);
+  EXPECT_FLOAT_EQ(map->mean().z, -0.25f);
+  EXPECT_FLOAT_EQ(map->max(), 12);
+  EXPECT_FLOAT_EQ(map->min(), -0.5f);
+  EXPECT_EQ(map->channel_max(), Rgb(12, 0.5f, 0));
+  EXPECT_FALSE(map->is_uniform());
+}
+
+TEST_F(BitmapTest, OneChannelIsGrey) {
+  const auto map =
+      load(exr(Image{2, 1, {"Y"}, {0.25f, 3}}), "<string name='filter_type' value='nearest'/>");
+  EXPECT_EQ(map->eval(Vec2(0.7f, 0.5f)), Rgb(3));
+  EXPECT_EQ(map->eval_1(Vec2(0.2f, 0.5f)), 0.25f);
+  EXPECT_FLOAT_EQ(map->mean().y, 1.625f);
+  // Alpha beside colours is dropped, wherever it stands.
+  const auto rgba = load(exr(Image{1, 1, {"A", "B", "G", "R"}, {9, 3, 2, 1}}));
+  EXPECT_EQ(rgba->eval(Vec2(0.5f)), Rgb(1, 2, 3));
+}
+
+TEST_F(BitmapTest, EightBitIsDecodedBeforeFiltering) {
+  const std::string path = folder_.path("two.png");
+  // Writes round(255 linear_to_srgb(v)): 0 and 255 are exact, .05 becomes 63.
+  write_png(path, Image{2, 1, {"R", "G", "B"}, {0, 0.05f, 1, 1, 0.05f, 1}}, 0);
+  const auto map = load(path);
+  EXPECT_NEAR(map->eval(Vec2(0.5f)).x, 0.5f, 1e-6f) << "the mean of 0 and 1, decoded first";
+  EXPECT_NEAR(map->eval(Vec2(0.25f, 0.5f)).y, srgb_to_linear(63 / 255.f), 1e-6f);
+  EXPECT_NEAR(map->mean().x, 0.5f, 1e-6f);
+  const auto raw = load(path, "<boolean name='raw' value='true'/>");
+  EXPECT_NEAR(raw->eval(Vec2(0.25f, 0.5f)).y, 63 / 255.f, 1e-6f);
+}
+
+TEST_F(BitmapTest, SixteenBitAndAlpha) {
+  const std::string nearest = "<string name='filter_type' value='nearest'/>";
+  const auto grey = load(folder_.write("g.png", kGrey16), nearest);
+  EXPECT_NEAR(grey->eval(Vec2(0.25f, 0.5f)).x, srgb_to_linear(32768 / 65535.f), 1e-5f);
+  EXPECT_NEAR(grey->eval_1(Vec2(0.75f, 0.5f)), 1, 1e-6f);
+  const auto clear = load(folder_.write("a.png", kTransparent));
+  EXPECT_NEAR(clear->eval(Vec2(0.5f)).x, srgb_to_linear(200 / 255.f), 1e-6f)
+      << "colours are not multiplied by alpha";
+  const auto grey_alpha = load(folder_.write("ga.png", kGreyAlpha));
+  EXPECT_NEAR(grey_alpha->eval(Vec2(0.5f)).z, srgb_to_linear(128 / 255.f), 1e-6f);
+}
+
+TEST_F(BitmapTest, BadFilesAreErrorsOfOneLine) {
+  const auto expect = [](const std::string& message, const std::string& part) {
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_EQ(message.rfind("test.xml:1:", 0), 0u) << message;
+  };
+  expect(error_of("nowhere.png"), "there is no file 'nowhere.png'");
+  expect(error_of(folder_.write("text.png", "Not a picture.\n")), "can't be read as an image");
+  expect(error_of(folder_.write("empty.png", "")), "can't be read as an image");
+  for (const size_t bytes : {10, 40, 60}) {
+    expect(error_of(folder_.write("cut.png", kGrey16.substr(0, bytes))), "can't be read");
+  }
+  // 100000 x 100000 pixels promised in 70 bytes: refused without allocating.
+  std::string huge = kGrey16;
+  huge.replace(16, 8, std::string("\x00\x01\x86\xa0\x00\x01\x86\xa0", 8));
+  expect(error_of(folder_.write("huge.png", huge)), "can't be read");
+  expect(
+      error_of(exr(Image{2, 2, {"R", "G", "B"}, {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, std::nanf(""), 1}})),
+      "x = 1, y = 1");
+  expect(error_of(exr(Image{2, 1, {"Y"}, {kInfinity, 1}})), "x = 0, y = 0");
+  expect(error_of(exr(Image{1, 1, {"depth.Z", "id"}, {1, 1}})), "no channels R, G, B");
+  expect(error_of(colors(), "<string name='wrap_mode' value='mirrored'/>"),
+         "did you mean 'mirror'");
+}
+
+TEST_F(BitmapTest, ReflectancesAboveOneAreErrors) {
+  const std::string map =
+      "<texture type='bitmap' name='reflectance'><string name='filename' value='" + colors() +
+      "'/></texture>";
+  try {
+    make<Bsdf>("<bsdf type='diffuse'>" + map + "</bsdf>");
+    FAIL() << "a reflectance of 12 was accepted";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("must lie in [0,1]"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Checkerboard, SwapsItsColorsAsANumber) {
+  const auto map = make<Texture>("<texture type='checkerboard'/>");
+  EXPECT_EQ(map->eval(Vec2(0.2f, 0.3f)), Rgb(0.4f));
+  EXPECT_EQ(map->eval(Vec2(0.7f, 0.3f)), Rgb(0.2f));
+  EXPECT_EQ(map->eval(Vec2(-0.2f, 0.9f)), Rgb(0.4f));
+  EXPECT_EQ(map->eval_1(Vec2(0.2f, 0.3f)), 0.2f);
+  EXPECT_EQ(map->eval_1(Vec2(0.7f, 0.3f)), 0.4f);
+  EXPECT_FLOAT_EQ(map->mean().x, 0.3f);
+  EXPECT_FLOAT_EQ(map->max(), 0.4f);
+  EXPECT_FLOAT_EQ(map->min(), 0.2f);
+  const auto scaled = make<Texture>(
+      "<texture type='checkerboard'><rgb name='color0' value='1 0 0'/>"
+      "<transform name='to_uv'><scale value='10'/></transform></texture>");
+  EXPECT_EQ(scaled->eval(Vec2(0.02f, 0.03f)), Rgb(1, 0, 0));
+  EXPECT_EQ(scaled->eval(Vec2(0.07f, 0.03f)), Rgb(0.2f));
+}
+
+}  // namespace
+}  // namespace kinome::test
