@@ -65,6 +65,29 @@ TEST(ClosedForm, SingleTexelAsASun) {
   }
 }
 
+/// The map on its side, so that the floor faces its column -1/2: a sun at phi0 then shines with the
+/// cosine cos phi sin theta, and the irradiance is L dphi cos phi0 (sin(dphi/2) / (dphi/2))²
+/// dtheta (1 - cos(2 theta0) (sin dtheta / dtheta)²) / 2. It tells a column from the next.
+TEST(ClosedForm, SingleTexelOnAMapOnItsSide) {
+  constexpr int kWidth = 64, kHeight = 33, kX = 12, kY = 14;
+  const double dphi = 2 * kPiD / kWidth, dtheta = kPiD / (kHeight - 1);
+  const double phi = (kX + 0.5) * dphi, theta = kY * dtheta;
+  const double expected = 0.5 / kPiD * Sun::kRadiance * dphi * std::cos(phi) *
+                          std::pow(std::sin(dphi / 2) / (dphi / 2), 2) * 0.5 * dtheta *
+                          (1 - std::cos(2 * theta) * std::pow(std::sin(dtheta) / dtheta, 2));
+  const TemporaryFolder folder;
+  const auto sun = [](int x, int y) { return x == kX && y == kY ? Rgb(Sun::kRadiance) : Rgb(0.f); };
+  for (const auto& [emitter, bsdf] : {std::pair{1, 1}, {1, 0}, {0, 8}}) {
+    const auto scene = scene_from(
+        floor_xml(diffuse_xml("0.5")) +
+        envmap_xml(folder, kWidth, kHeight, sun, "<rotate x=\"1\" angle=\"90\"/>") +
+        direct_xml(samples_xml(emitter, bsdf)) +
+        sensor_xml("perspective", look_at("0 3 1", "0 0 0"), 3, bsdf == 8 ? 256 : 16, "sobol"));
+    expect_equal(estimate_pixels(*scene, kRenders), exactly(Rgb(expected), 9), kAlpha,
+                 std::to_string(emitter) + " + " + std::to_string(bsdf));
+  }
+}
+
 /// The sun on one side of the zenith, a wall on that side: its shadow is black, all else is lit.
 TEST(ClosedForm, ShadowsAreBlack) {
   const TemporaryFolder folder;
