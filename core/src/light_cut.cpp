@@ -40,6 +40,48 @@ simd::BoxTree make_box_tree(const std::vector<LightCell>& cells) {
   return tree;
 }
 
+/// Any of a cell's points alike (4.3.3), counted from its first.
+uint32_t offset_in(const LightCell& cell, float u) {
+  const auto offset = static_cast<uint32_t>(u * static_cast<float>(cell.count));
+  return std::min(offset, cell.count - 1);
+}
+
+/// Adds a point to the selection's last group, which begins at `group`. Merged where it is there
+/// already; only the latest are looked at, so that a large cluster costs no more than it saves.
+void add_merged(uint32_t point, float weight, size_t group, PointSelection& selection) {
+  constexpr size_t kLookBack = 16;
+  const size_t size = selection.points.size();
+  for (size_t i = std::max(group, size - std::min(size, kLookBack)); i < size; ++i) {
+    if (selection.points[i] == point) {
+      selection.weights[i] += weight;
+      return;
+    }
+  }
+  selection.points.push_back(point);
+  selection.weights.push_back(weight);
+}
+
+/// Sorts numbers in [0, 1): a bucket for each, which stratified numbers fill evenly, then
+/// insertion.
+void sort_by_x(std::span<const Vec2> u, std::vector<Vec2>& sorted) {
+  const size_t n = u.size();
+  const auto bucket = [n](const Vec2& v) {
+    return std::min(static_cast<size_t>(v.x * static_cast<float>(n)), n - 1);
+  };
+  thread_local std::vector<uint32_t> end;
+  end.assign(n + 1, 0);
+  for (const Vec2& v : u) ++end[bucket(v) + 1];
+  for (size_t i = 1; i <= n; ++i) end[i] += end[i - 1];
+  sorted.resize(n);
+  for (const Vec2& v : u) sorted[end[bucket(v)]++] = v;
+  for (size_t i = 1; i < n; ++i) {
+    const Vec2 v = sorted[i];
+    size_t k = i;
+    for (; k > 0 && sorted[k - 1].x > v.x; --k) sorted[k] = sorted[k - 1];
+    sorted[k] = v;
+  }
+}
+
 }  // namespace
 
 struct LightCut::Arrays {
@@ -157,16 +199,71 @@ ClusterPmf LightCut::luminance_pmf() const {
   return pmf;
 }
 
+LightCut::PointChoice LightCut::sample_point(const ClusterPmf& pmf, const Vec2& u) const {
+  const ClusterPmf::Choice choice = pmf.sample(u.x);
+  const LightCell& cell = cells_[choice.cluster];
+  return {cell.first + offset_in(cell, u.y), choice.probability / static_cast<float>(cell.count)};
+}
+
+void LightCut::sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
+                             PointSelection& selection) const {
+  if (pmf.empty() || u.empty()) return;
+  thread_local std::vector<Vec2> sorted;
+  sort_by_x(u, sorted);
+  // With numbers in order, one walk along the running sums finds all clusters.
+  const float inverse_count = 1.f / static_cast<float>(u.size());
+  uint32_t lane = 0, row = 0, cluster = ~0u;
+  float weight = 0;
+  size_t group = 0;  // where this cluster's points begin in the selection
+  for (const Vec2& number : sorted) {
+    const float target = number.x * pmf.total_;
+    const uint32_t next_lane = pmf.lane_of(target, lane);
+    if (next_lane != lane) row = 0;
+    lane = next_lane;
+    const float in_lane = target - pmf.lane_start_[lane];
+    const float* const column = pmf.columns_.data() + lane;
+    while (row < pmf.rows_ && column[row * ClusterPmf::kLanes] <= in_lane) ++row;
+    if (row == pmf.rows_) row = pmf.last_row(lane);
+    if (lane * pmf.rows_ + row != cluster) {
+      cluster = lane * pmf.rows_ + row;
+      weight = static_cast<float>(cells_[cluster].count) / pmf.probability(cluster) * inverse_count;
+      group = selection.points.size();
+    }
+    add_merged(cells_[cluster].first + offset_in(cells_[cluster], number.y), weight, group,
+               selection);
+  }
+}
+
+float LightCut::point_probability(const ClusterPmf& pmf, uint32_t point) const {
+  // Clusters are in the order of their points.
+  const auto after =
+      std::upper_bound(cells_.begin(), cells_.end(), point,
+                       [](uint32_t p, const LightCell& cell) { return p < cell.first; });
+  const auto cluster = static_cast<uint32_t>(after - cells_.begin()) - 1;
+  return pmf.probability(cluster) / static_cast<float>(cells_[cluster].count);
+}
+
+uint32_t ClusterPmf::lane_of(float target, uint32_t first) const {
+  uint32_t lane = first;
+  for (uint32_t l = first; l < kLanes && lane_start_[l] <= target; ++l) {
+    if (lane_start_[l + 1] > lane_start_[l]) lane = l;
+  }
+  return lane;
+}
+
+uint32_t ClusterPmf::last_row(uint32_t lane) const {
+  uint32_t row = rows_ - 1;
+  while (row > 0 && columns_[row * kLanes + lane] == columns_[(row - 1) * kLanes + lane]) --row;
+  return row;
+}
+
+// Both searches fall back on the last entry of positive probability, should rounding carry the
+// target past the end.
 ClusterPmf::Choice ClusterPmf::sample(float u) const {
   const float target = u * total_;
-  // Both searches fall back on the last entry of positive probability, should rounding carry the
-  // target past the end.
-  uint32_t lane = 0;
-  for (uint32_t l = 0; l < kLanes; ++l) {
-    if (lane_start_[l + 1] > lane_start_[l] && lane_start_[l] <= target) lane = l;
-  }
+  const uint32_t lane = lane_of(target, 0);
   const float in_lane = target - lane_start_[lane];
-  const float* column = columns_.data() + lane;
+  const float* const column = columns_.data() + lane;
   uint32_t first = 0, count = rows_;  // first row whose running sum exceeds in_lane
   while (count > 0) {
     const uint32_t half = count / 2;
@@ -177,10 +274,7 @@ ClusterPmf::Choice ClusterPmf::sample(float u) const {
       count -= half + 1;
     }
   }
-  if (first == rows_) {
-    first = rows_ - 1;
-    while (first > 0 && column[first * kLanes] == column[(first - 1) * kLanes]) --first;
-  }
+  if (first == rows_) first = last_row(lane);
   const uint32_t cluster = lane * rows_ + first;
   return {cluster, probability(cluster)};
 }

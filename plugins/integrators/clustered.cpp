@@ -8,10 +8,8 @@
 // Unbiased with respect to the point set: the expectation is what `groundtruth` renders. The set
 // itself approximates the emitters by `light_samples` points.
 //
-// Deviations: the point within a cluster is picked by a second random number instead of what the
-// first one leaves over (4.3.3), which in single precision has too few bits for improbable
-// clusters; points drawn more than once share one shadow ray; any sampler may be used, not only
-// pseudo-random numbers (4.2.3, 6.1.1).
+// Deviations beside those of LightCut: points drawn more than once share one shadow ray; any
+// sampler may be used, not only pseudo-random numbers (4.2.3, 6.1.1).
 //
 //   <integrator type="clustered"> <string name="importance" value="joint"/> </integrator>
 #include <memory>
@@ -52,30 +50,15 @@ uint32_t count_parameter(const Properties& props, const char* name, int64_t low,
 struct Scratch {
   ClusterPmf pmf;
   std::vector<float> x, y, z;  ///< lobe directions
-  /// Where a light point stands in the selection, if `stamp` is that of this selection.
-  struct Slot {
-    uint32_t stamp = 0;
-    uint32_t index = 0;
-  };
-  std::vector<Slot> slots;
-  uint32_t stamp = 0;
-
-  void begin_selection(size_t point_count) {
-    if (slots.size() < point_count) slots.resize(point_count);
-    if (++stamp == 0) {
-      std::fill(slots.begin(), slots.end(), Slot{});
-      stamp = 1;
-    }
-  }
+  std::vector<Vec2> u;         ///< numbers that choose light points
 };
 
 /// Chooses light points for shading points; shared by all threads.
 class Chooser {
  public:
-  Chooser(const LightTree& tree, const LightCut& cut, Importance importance,
-          std::shared_ptr<Sampler> light_sampler, std::shared_ptr<Sampler> lobe_sampler)
-      : tree_(tree),
-        cut_(cut),
+  Chooser(const LightCut& cut, Importance importance, std::shared_ptr<Sampler> light_sampler,
+          std::shared_ptr<Sampler> lobe_sampler)
+      : cut_(cut),
         importance_(importance),
         light_sampler_(std::move(light_sampler)),
         lobe_sampler_(std::move(lobe_sampler)) {
@@ -135,30 +118,14 @@ class Chooser {
 
   void draw(const ClusterPmf& pmf, const SampleKey& key, Scratch& scratch,
             PointSelection& selection) const {
-    scratch.begin_selection(tree_.points().size());
     const uint32_t count = light_sampler_->sample_count();
-    SampleKey light_key = key;
-    for (uint32_t i = 0; i < count; ++i) {
-      light_key.sample = key.sample * count + i;
-      const Vec2 u = light_sampler_->value_2d(light_key, kChooseDimensions + 4);
-      const ClusterPmf::Choice choice = pmf.sample(u.x);
-      const LightCell& cell = cut_.cell(choice.cluster);
-      const auto offset = static_cast<uint32_t>(u.y * static_cast<float>(cell.count));
-      const uint32_t point = cell.first + std::min(offset, cell.count - 1);
-      const float weight =
-          static_cast<float>(cell.count) / (choice.probability * static_cast<float>(count));
-      Scratch::Slot& slot = scratch.slots[point];
-      if (slot.stamp == scratch.stamp) {
-        selection.weights[slot.index] += weight;
-      } else {
-        slot = {scratch.stamp, static_cast<uint32_t>(selection.points.size())};
-        selection.points.push_back(point);
-        selection.weights.push_back(weight);
-      }
-    }
+    SampleKey first = key;
+    first.sample = key.sample * count;
+    scratch.u.resize(count);
+    light_sampler_->fill_2d(first, kChooseDimensions + 4, count, scratch.u.data());
+    cut_.sample_points(pmf, scratch.u, selection);
   }
 
-  const LightTree& tree_;
   const LightCut& cut_;
   const Importance importance_;
   const std::shared_ptr<Sampler> light_sampler_;
@@ -195,8 +162,7 @@ class Clustered final : public Integrator {
       cut = std::make_unique<LightCut>(*tree, cut_size_, criterion_);
       lights.points = tree->points();
     }
-    const Chooser chooser(*tree, *cut, importance_,
-                          sensor.sampler().with_sample_count(emitter_samples_),
+    const Chooser chooser(*cut, importance_, sensor.sampler().with_sample_count(emitter_samples_),
                           lobe_sampler(scene, sensor, context));
     render_point_lights(scene, sensor, context, lights, hide_emitters_, std::ref(chooser));
   }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <random>
 
 #include "kinome/sampler.h"
@@ -287,6 +288,40 @@ TEST(LightCut, PointsAreDrawnWithTheirProbability) {
       }
       const test::Verdict verdict = test::chi2_test(observed, expected, 1e-4);
       EXPECT_TRUE(verdict.passed) << verdict.text;
+    }
+  }
+}
+
+/// All at once is the same as one by one, but for the order and for merging.
+TEST(LightCut, ManyPointsAreDrawnAsOneByOne) {
+  const LightTree tree(make_tree(2048, 4));
+  for (const uint32_t size : {1u, 5u, 16u, 300u, 2048u}) {
+    const LightCut cut(tree, size, CutCriterion::kVariance);
+    for (const Vec3& normal : kNormals) {
+      ClusterPmf pmf;
+      cut.build(Importance::kJoint, {normal, 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+      std::vector<Vec2> u = {{0, 0}, {kOneMinusEpsilon, kOneMinusEpsilon}, {0.5f, 0.5f}};
+      for (uint64_t i = 0; i < 125; ++i) {
+        const uint64_t bits = hash_words(size, i);
+        // Some of them all in one place: buckets that are not even.
+        const float x = to_unit_float(static_cast<uint32_t>(bits));
+        u.emplace_back(i % 3 == 0 ? 0.1f * x : x, to_unit_float(static_cast<uint32_t>(bits >> 32)));
+      }
+      std::map<uint32_t, double> one_by_one, at_once;
+      for (const Vec2& number : u) {
+        const auto choice = cut.sample_point(pmf, number);
+        one_by_one[choice.point] += 1 / (static_cast<double>(choice.probability) * u.size());
+      }
+      PointSelection selection;
+      cut.sample_points(pmf, u, selection);
+      for (size_t i = 0; i < selection.points.size(); ++i) {
+        at_once[selection.points[i]] += selection.weights[i];
+      }
+      ASSERT_EQ(one_by_one.size(), at_once.size());
+      for (const auto& [point, weight] : one_by_one) {
+        ASSERT_TRUE(at_once.contains(point));
+        EXPECT_NEAR(at_once[point], weight, 1e-5 * weight);
+      }
     }
   }
 }

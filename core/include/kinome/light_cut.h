@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,10 @@ class KINOME_EXPORT ClusterPmf {
  private:
   friend class LightCut;
   static constexpr uint32_t kLanes = 16;
+  /// The last lane that starts at or before `target` and isn't empty; from `first` on.
+  uint32_t lane_of(float target, uint32_t first) const;
+  /// The last row of a lane whose probability isn't 0.
+  uint32_t last_row(uint32_t lane) const;
   size_t position(uint32_t c) const { return (c % rows_) * kLanes + c / rows_; }
   uint32_t size_ = 0;
   uint32_t rows_ = 0;
@@ -72,6 +77,23 @@ class KINOME_EXPORT LightCut {
   void build(Importance importance, const Point& point, ClusterPmf& pmf) const;
   /// The distribution of luminance alone (3.1.1): the same for every point.
   ClusterPmf luminance_pmf() const;
+
+  struct PointChoice {
+    uint32_t point = 0;     ///< index into the tree's points
+    float probability = 0;  ///< exactly that of sample_point()
+  };
+  /// A light point: a cluster by u.x (eq. 3.2), then any of its points alike by u.y (4.3.3). The
+  /// thesis reuses what the first number leaves over; in single precision that has too few bits for
+  /// an improbable cluster of many points, and some of them would never be chosen. The pmf must not
+  /// be empty.
+  PointChoice sample_point(const ClusterPmf& pmf, const Vec2& u) const;
+  /// sample_point for all of `u`, each counting 1 / (n probability): a selection in the tree's
+  /// order, in which points that were drawn more than once are (mostly) merged, as they need but
+  /// one shadow ray. Several times faster than one by one. Does nothing where the pmf is empty.
+  void sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
+                     PointSelection& selection) const;
+  /// Probability that sample_point() chooses `point`.
+  float point_probability(const ClusterPmf& pmf, uint32_t point) const;
 
  private:
   void layout(ClusterPmf& pmf) const;

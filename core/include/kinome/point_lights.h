@@ -17,16 +17,6 @@ struct KINOME_EXPORT ScenePointLights {
 KINOME_EXPORT ScenePointLights gather_point_lights(const Scene& scene, uint32_t count,
                                                    uint64_t seed);
 
-/// Light points chosen for one shading point: point i of the set counts weights[k] times.
-struct PointSelection {
-  std::vector<uint32_t> points;
-  std::vector<float> weights;
-  void clear() {
-    points.clear();
-    weights.clear();
-  }
-};
-
 /// Fills an empty selection for the point `si`, seen by the primary sample `key`. Called from many
 /// threads at once. Where it chooses at random, the expectation of each point's summed weights must
 /// be 1 if the point can be reflected at `si`.

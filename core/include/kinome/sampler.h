@@ -10,7 +10,7 @@ namespace kinome {
 
 /// Names one random number: everything that a sampler depends on.
 struct SampleKey {
-  uint32_t x = 0;       ///< pixel of the full film
+  uint32_t x = 0;  ///< pixel of the full film
   uint32_t y = 0;
   uint32_t sample = 0;  ///< index within the pixel; any uint32_t, also past sample_count()
   uint64_t seed = 0;    ///< of the render (--seed and the scene's `seed`)
@@ -29,6 +29,11 @@ class KINOME_EXPORT Sampler : public Object {
   virtual float value_1d(const SampleKey& key, uint32_t dimension) const = 0;
   /// A pair, stratified jointly, at dimensions `dimension` and `dimension` + 1.
   virtual Vec2 value_2d(const SampleKey& key, uint32_t dimension) const = 0;
+  /// value_2d of `count` consecutive samples, the first being key.sample.
+  virtual void fill_2d(const SampleKey& key, uint32_t dimension, uint32_t count, Vec2* out) const {
+    SampleKey k = key;
+    for (uint32_t i = 0; i < count; ++i, ++k.sample) out[i] = value_2d(k, dimension);
+  }
   /// The same method for another number of samples a pixel: a `clustered` integrator asks for 128
   /// shadow rays a primary, and wants those to be stratified as one set.
   virtual std::shared_ptr<Sampler> with_sample_count(uint32_t count) const = 0;
@@ -74,6 +79,8 @@ inline uint64_t hash_words(uint64_t a, uint64_t b = 0, uint64_t c = 0, uint64_t 
   return mix_bits(h ^ (d + 0xd6e8feb86659fd93u));
 }
 /// The upper 24 bits as a float in [0, 1): never rounds up to 1.
-inline float to_unit_float(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
+inline float to_unit_float(uint32_t bits) {
+  return static_cast<float>(bits >> 8) * 0x1p-24f;
+}
 
 }  // namespace kinome
