@@ -1,24 +1,25 @@
 #!/bin/sh
 # Builds and runs the tests; ends with one line `N passed, M failed` and that exit status.
 #
-#   sh tests/run.sh [--asan | --tsan] [-R REGEX] [--only "PROGRAM..."] [CTEST OPTION...]
+#   sh tests/run.sh [--asan | --tsan] [-R REGEX] [--only "NAME..."] [CTEST OPTION...]
 #
 # --asan, --tsan: with the address and undefined-behaviour sanitizers, or the thread sanitizer, in
 #                 a build folder of their own
 # -R REGEX:       the tests whose names match
-# --only:         build and run just these test programs (`film` is tests/…/film_test.cpp)
+# --only NAMES:   build and run just these areas (`unit` is all of tests/unit) and test programs
+#                 (`film` is tests/…/film_test.cpp)
 #
 # KINOME_BUILD: build folder; default: build, build-asan or build-tsan.
 set -u
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 sanitizer=
-programs=
+only=
 while [ $# -gt 0 ]; do
   case $1 in
     --asan | --tsan) sanitizer=${1#--} ;;
     --only)
-      [ $# -ge 2 ] || { echo "tests/run.sh: --only needs the names of test programs" >&2; exit 1; }
-      programs=$2
+      [ $# -ge 2 ] || { echo "tests/run.sh: --only needs names" >&2; exit 1; }
+      only=$2
       shift
       ;;
     *) break ;;
@@ -55,14 +56,19 @@ configure() {
 require kinome_install_packages
 require configure
 targets=all
-if [ -n "$programs" ]; then
+if [ -n "$only" ]; then
   targets=kinome_renderer
-  pattern=
-  for program in $programs; do
-    targets="$targets test_$program"
-    pattern="$pattern${pattern:+|}$program"
+  labels=
+  for name in $only; do
+    if [ -d "$root/tests/$name" ]; then
+      targets="$targets tests_$name"
+      labels="$labels${labels:+|}^$name\\."
+    else
+      targets="$targets test_$name"
+      labels="$labels${labels:+|}\\.$name\$"
+    fi
   done
-  set -- -R "^($pattern)\\." "$@"
+  set -- -L "$labels" "$@"
 fi
 
 # The first suite to be broken must not hide what the others say. Whatever could not be built counts
