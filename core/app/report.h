@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "kinome/stats.h"
@@ -14,7 +15,7 @@ struct RenderSummary {
   int width = 0;
   int height = 0;
   unsigned samples = 0;
-  unsigned long seed = 0;
+  uint64_t seed = 0;
 };
 
 /// For people.

@@ -52,18 +52,31 @@ const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {
                                  near.empty() ? " or a sensor's id" : " or '" + near + "'"));
 }
 
-/// `requested` with the film's extension. Another image format's extension is a mistake: what is
-/// written would not be what the name says.
-std::string output_path(const std::string& requested, const std::string& extension) {
-  static const std::set<std::string> kImages = {".exr", ".pfm",  ".png", ".jpg",  ".jpeg",
-                                                ".hdr", ".rgbe", ".tif", ".tiff", ".bmp"};
-  const std::string given = fs::path(requested).extension().string();
-  if (given == extension) return requested;
+/// Where the picture goes: beside the scene file, or as -o says, with the film's extension. Another
+/// image format's extension is a mistake: what is written would not be what the name says.
+std::string output_path(const Options& options, const std::string& extension) {
+  if (options.output.empty()) return fs::path(options.scene).replace_extension(extension).string();
+  static const std::set<std::string> kImages = {".exr", ".pfm", ".png",  ".jpg", ".jpeg",
+                                                ".hdr", ".tif", ".tiff", ".bmp", ".rgbe"};
+  const std::string given = fs::path(options.output).extension().string();
+  if (given == extension) return options.output;
   if (kImages.count(given) != 0) {
-    throw Error(fmt::format("-o {}: the scene's film writes {} files{}", requested, extension,
+    throw Error(fmt::format("-o {}: the scene's film writes {} files{}", options.output, extension,
                             given == ".png" ? "; --png adds a PNG beside it" : ""));
   }
-  return requested + extension;
+  return options.output + extension;
+}
+
+/// Before anything is loaded: the film will choose the extension, but not the folder.
+void check_output_folder(const Options& options) {
+  std::error_code ignored;
+  if (!fs::exists(options.scene, ignored)) return;  // the greater mistake, which the loader reports
+  if (options.output.empty()) {
+    check_writable(fs::path(options.scene).replace_extension(".exr").string());
+  } else {
+    check_writable(fs::is_directory(options.output, ignored) ? options.output
+                                                             : options.output + ".exr");
+  }
 }
 
 ImageMetadata metadata_of(const Scene& scene, const Sensor& sensor, const RenderContext& context,
@@ -116,11 +129,7 @@ int render_command(const Options& options, Clock::time_point start) {
     log_warn(fmt::format("-m {} is ignored: kinome has one variant, RGB in single precision",
                          options.variant));
   }
-  const std::string requested = options.output.empty()
-                                    ? fs::path(options.scene).replace_extension().string()
-                                    : options.output;
-  // The film may yet choose another extension, but not another folder.
-  if (fs::exists(options.scene)) check_writable(requested + ".exr");
+  check_output_folder(options);
 
   Progress progress(options.quiet);
   RenderContext context({.threads = options.threads,
@@ -137,7 +146,7 @@ int render_command(const Options& options, Clock::time_point start) {
                                 registry, &stats);
   const Sensor& sensor = choose_sensor(*scene, options.sensor);
   const Film& film = sensor.film();
-  const std::string output = output_path(requested, film.file_extension());
+  const std::string output = output_path(options, film.file_extension());
   const std::string png = fs::path(output).replace_extension(".png").string();
   check_writable(output);
   if (options.png) check_writable(png);

@@ -152,6 +152,23 @@ TEST_F(Interrupt, FolderThatCannotBeWrittenIsFoundFirst) {
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
 }
 
+TEST_F(Interrupt, FolderAsOutputIsFoundFirst) {
+  for (const std::string& output : {folder_.folder(), folder_.folder() + "/"}) {
+    expect_one_error(kinome({scene_, "-o", output}), "", {output, "folder"});
+  }
+  EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they reserve terabytes
+TEST_F(Interrupt, TooLittleMemoryIsOneError) {
+  const ProcessResult result =
+      run_process({"sh", "-c", "ulimit -v 1500000; exec \"$@\"", "sh", KINOME_TEST_PROGRAM, scene_,
+                   "-D", "width=30000", "-D", "spp=1"});
+  expect_one_error(result, "", {"out of memory"});
+  EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
+}
+#endif
+
 TEST_F(Interrupt, FullDiskLeavesNoFile) {
   // The largest file allowed is far smaller than the picture; the same failed write as on a full
   // disk.
