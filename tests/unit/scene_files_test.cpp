@@ -164,6 +164,20 @@ TEST(SearchPath, PathAndTheIncludesFolderComeFirst) {
   EXPECT_EQ(shape_id(*load(without, options)), "extra_leaf");
 }
 
+TEST(SearchPath, InnerIncludesComeBeforeOuterOnes) {
+  const TemporaryFolder folder;
+  folder.write("outer/middle.xml", scene("<include filename='inner/inner.xml'/>"));
+  folder.write("outer/inner/inner.xml", scene("<include filename='leaf.xml'/>"));
+  folder.write("outer/inner/leaf.xml", scene(marker("inner")));
+  folder.write("outer/leaf.xml", scene(marker("outer")));
+  const std::string path = folder.write(
+      "main.xml", scene("<include filename='outer/middle.xml'/><include filename='leaf.xml'/>"));
+  folder.write("leaf.xml", scene(marker("main")));
+  const auto loaded = load(path);
+  EXPECT_EQ(loaded->shapes().at(0)->id(), "inner");
+  EXPECT_EQ(loaded->shapes().at(1)->id(), "main");  // an include's folder is forgotten after it
+}
+
 TEST(SearchPath, HoldsForFilesThatPluginsRead) {
   const TemporaryFolder folder;
   folder.write("maps/a.txt", "");
