@@ -215,13 +215,12 @@ TEST_P(EachShape, BoundsAreTightAndHoldEveryHit) {
   for (int i = 0; i < 3; ++i) {
     EXPECT_GE(seen.lo[i], bounds.lo[i] - 2e-6f);
     EXPECT_LE(seen.hi[i], bounds.hi[i] + 2e-6f);
-    // The extreme hit of many: within 4 % of the size of a box that is as small as it can be.
+    // Of so many hits the extreme ones come near the faces of the smallest box.
     EXPECT_LT(seen.lo[i], bounds.lo[i] + 0.25f);
     EXPECT_GT(seen.hi[i], bounds.hi[i] - 0.25f);
   }
 }
 
-/// Every other shape is an unbounded cone of error messages in one place.
 TEST(ShapeParameters, BadValuesAreErrorsThatNameThem) {
   const std::map<std::string, std::string> cases = {
       {"<shape type='sphere'><float name='radius' value='0'/></shape>", "radius"},
