@@ -52,13 +52,14 @@ class Sobol : public Sampler {
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
     const uint64_t hash = hash_key(key, dimension, kOneDimension);
-    return scrambled(shuffled_index(key.sample, hash), scatter(hash + kSaltX));
+    return scrambled(owen_scramble(key.sample, hash), scatter(hash + kSaltX));
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    const uint64_t hash = hash_key(key, dimension, kTwoDimensions);
-    const uint32_t index = shuffled_index(key.sample, hash);
-    return {scrambled(index, scatter(hash + kSaltX)),
-            scrambled(sobol_second_reversed(index), scatter(hash + kSaltY))};
+    return Pair(key, dimension).at(key.sample);
+  }
+  void fill_2d(const SampleKey& key, uint32_t dimension, uint32_t count, Vec2* out) const override {
+    const Pair pair(key, dimension);
+    for (uint32_t i = 0; i < count; ++i) out[i] = pair.at(key.sample + i);
   }
   /// Only powers of two are needed for nets; those of four are Mitsuba's rule for scenes.
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
@@ -73,9 +74,21 @@ class Sobol : public Sampler {
   static constexpr uint64_t kSaltX = 0x2545f4914f6cdd1du;
   static constexpr uint64_t kSaltY = 0x9e6c63d0876a9a47u;
 
-  static uint32_t shuffled_index(uint32_t sample, uint64_t key) {
-    return owen_scramble(sample, key);
-  }
+  /// A pair of dimensions in one pixel: what all its samples share.
+  struct Pair {
+    Pair(const SampleKey& key, uint32_t dimension)
+        : order(hash_key(key, dimension, kTwoDimensions)),
+          x(scatter(order + kSaltX)),
+          y(scatter(order + kSaltY)) {}
+    Vec2 at(uint32_t sample) const {
+      const uint32_t index = owen_scramble(sample, order);
+      return {scrambled(index, x), scrambled(sobol_second_reversed(index), y)};
+    }
+    uint64_t order;
+    uint64_t x;
+    uint64_t y;
+  };
+
   /// Sobol's first dimension is the index itself with its bits reversed: no reversal is left to do.
   static float scrambled(uint32_t reversed_point, uint64_t key) {
     return to_unit_float(reverse_bits(scramble_reversed(reversed_point, key)));
