@@ -33,10 +33,7 @@ double accumulate(const Weight* weights, float* cdf, uint32_t count) {
   return sum;
 }
 
-}  // namespace
-
-void GridDistribution::finish_row(float* cdf, uint32_t count, uint32_t* guide,
-                                  uint32_t guide_size) {
+void fill_guide(const float* cdf, uint32_t count, uint32_t* guide, uint32_t guide_size) {
   uint32_t i = 0;
   for (uint32_t k = 0; k < guide_size; ++k) {
     const float start = static_cast<float>(k) / static_cast<float>(guide_size);
@@ -45,6 +42,8 @@ void GridDistribution::finish_row(float* cdf, uint32_t count, uint32_t* guide,
   }
   guide[guide_size] = count - 1;
 }
+
+}  // namespace
 
 GridDistribution::GridDistribution(uint32_t columns, uint32_t rows, std::vector<float> weights)
     : columns_(columns),
@@ -60,35 +59,14 @@ GridDistribution::GridDistribution(uint32_t columns, uint32_t rows, std::vector<
   for (uint32_t y = 0; y < rows; ++y) {
     float* const row = column_cdf_.data() + static_cast<size_t>(y) * columns;
     sums[y] = accumulate(row, row, columns);
-    finish_row(row, columns,
+    fill_guide(row, columns,
                column_guide_.data() + static_cast<size_t>(y) * (column_guide_size_ + 1),
                column_guide_size_);
   }
   row_cdf_.resize(rows);
   row_guide_.resize(row_guide_size_ + 1);
   total_ = accumulate(sums.data(), row_cdf_.data(), rows);
-  finish_row(row_cdf_.data(), rows, row_guide_.data(), row_guide_size_);
-}
-
-uint32_t GridDistribution::find(const Row& row, uint32_t guide_size, float& u) {
-  // The guide's size is a power of two: the product is exact.
-  const auto k = static_cast<uint32_t>(u * static_cast<float>(guide_size));
-  const float* const first = row.cdf + row.guide[k];
-  const float* const last = row.cdf + row.guide[k + 1];  // inclusive
-  const float* const cell = std::upper_bound(first, last, u);
-  const auto index = static_cast<uint32_t>(cell - row.cdf);
-  const float start = index == 0 ? 0.f : cell[-1];
-  u = std::min((u - start) / (*cell - start), kOneMinusEpsilon);
-  return index;
-}
-
-GridDistribution::Cell GridDistribution::sample(const Vec2& u) const {
-  Cell cell{0, 0, glm::min(u, Vec2(kOneMinusEpsilon))};
-  cell.row = find({row_cdf_.data(), row_guide_.data()}, row_guide_size_, cell.u.y);
-  const Row row{column_cdf_.data() + static_cast<size_t>(cell.row) * columns_,
-                column_guide_.data() + static_cast<size_t>(cell.row) * (column_guide_size_ + 1)};
-  cell.column = find(row, column_guide_size_, cell.u.x);
-  return cell;
+  fill_guide(row_cdf_.data(), rows, row_guide_.data(), row_guide_size_);
 }
 
 }  // namespace kinome

@@ -10,6 +10,8 @@
 ///       <transform name="to_world"><rotate y="1" angle="90"/></transform>
 ///     </emitter>
 
+#include <algorithm>
+#include <array>
 #include <cctype>
 #include <memory>
 #include <string>
@@ -146,6 +148,33 @@ class EnvironmentMap final : public Emitter {
     direct.pdf = sample->pdf;
     direct.radiance = sample->radiance;
     return direct;
+  }
+
+  void sample_direct_batch(std::span<const Vec3> /*p*/, std::span<const Vec2> u,
+                           std::span<DirectSample> out) const override {
+    std::array<SphericalMap::Sample, SphericalMap::kBlock> samples;
+    for (size_t first = 0; first < u.size(); first += samples.size()) {
+      const size_t count = std::min(samples.size(), u.size() - first);
+      map_.sample_block(u.subspan(first, count), samples.data());
+      for (size_t i = 0; i < count; ++i) {
+        DirectSample& direct = out[first + i];
+        direct = DirectSample{};
+        direct.d = to_world_ * samples[i].d;
+        direct.pdf = samples[i].pdf;
+        direct.radiance = samples[i].radiance;
+      }
+    }
+  }
+
+  void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
+                              std::span<float> pdf) const override {
+    std::array<Vec3, SphericalMap::kBlock> local;
+    for (size_t first = 0; first < d.size(); first += local.size()) {
+      const size_t count = std::min(local.size(), d.size() - first);
+      for (size_t i = 0; i < count; ++i) local[i] = to_local_ * d[first + i];
+      map_.eval_block(std::span(local.data(), count), radiance.data() + first,
+                      pdf.empty() ? nullptr : pdf.data() + first);
+    }
   }
 
   /// Point i stands for cell i of a SpherePartition that turns with the map. All light of a cell is

@@ -32,8 +32,25 @@ SineMoments sine_moments(double a, double b, double origin) {
 }
 
 /// In the form that is positive where a and b are, however different they are.
-float lerp(float a, float b, float t) {
+inline float lerp(float a, float b, float t) {
   return a * (1 - t) + b * t;
+}
+
+/// atan2 by the polynomial of Moshier's Cephes library (atanf): within 2e-7 relative of the truth,
+/// also near 0, and a third of the time of the standard one.
+inline float fast_atan2(float y, float x) {
+  const float ax = std::abs(x), ay = std::abs(y);
+  const float large = std::max({ax, ay, std::numeric_limits<float>::min()});
+  const float small = std::min(ax, ay);
+  const bool is_reduced = small > 0.414213562f * large;  // tan(pi / 8)
+  const float t = is_reduced ? (small - large) / (small + large) : small / large;
+  const float z = t * t;
+  const float p =
+      ((8.05374449538e-2f * z - 1.38776856032e-1f) * z + 1.99777106478e-1f) * z - 3.33329491539e-1f;
+  float angle = (is_reduced ? kPi / 4 : 0) + (p * z * t + t);
+  angle = ay > ax ? kPi / 2 - angle : angle;
+  angle = x < 0 ? kPi - angle : angle;
+  return std::copysign(angle, y);
 }
 
 /// s in [0, 1] of density proportional to a (1 - s) + b s.
@@ -151,9 +168,9 @@ void SphericalMap::set_weights(bool compensate) {
 
 SphericalMap::Place SphericalMap::locate(const Vec3& d) const {
   const float sin_theta = std::sqrt(d.x * d.x + d.z * d.z);
-  const float theta = std::atan2(sin_theta, d.y);
+  const float theta = fast_atan2(sin_theta, d.y);
   const auto columns = static_cast<float>(width_);
-  float x = std::atan2(d.x, -d.z) * (0.5f * kInvPi) * columns - 0.5f;
+  float x = fast_atan2(d.x, -d.z) * (0.5f * kInvPi) * columns - 0.5f;
   if (x < 0) x += columns;
   const float y = theta * kInvPi * static_cast<float>(height_ - 1);
   const int column = std::min(static_cast<int>(x), width_ - 1);
@@ -168,17 +185,14 @@ float SphericalMap::sine_ratio(int i, float t, float sin_theta) const {
   return lerp(sines_[i], sines_[i + 1], t) / sin_theta;
 }
 
-Rgb SphericalMap::eval(const Vec3& d) const {
-  const Place at = locate(d);
+Rgb SphericalMap::radiance_at(const Place& at) const {
   const Texel* const top = at.texel;
   const Texel* const bottom = at.texel + width_ + 1;
   return (top[0].radiance * (1 - at.s) + top[1].radiance * at.s) * (1 - at.t) +
          (bottom[0].radiance * (1 - at.s) + bottom[1].radiance * at.s) * at.t;
 }
 
-float SphericalMap::pdf(const Vec3& d) const {
-  if (!(patches_.total() > 0)) return 0;
-  const Place at = locate(d);
+float SphericalMap::pdf_at(const Place& at) const {
   const Texel* const top = at.texel;
   const Texel* const bottom = at.texel + width_ + 1;
   const float weight = lerp(lerp(top[0].weight, top[1].weight, at.s),
@@ -186,9 +200,28 @@ float SphericalMap::pdf(const Vec3& d) const {
   return weight * sine_ratio(at.row, at.t, at.sin_theta);
 }
 
-std::optional<SphericalMap::Sample> SphericalMap::sample(const Vec2& u) const {
-  if (!(patches_.total() > 0)) return std::nullopt;
-  const GridDistribution::Cell patch = patches_.sample(u);
+Rgb SphericalMap::eval(const Vec3& d) const {
+  return radiance_at(locate(d));
+}
+
+float SphericalMap::pdf(const Vec3& d) const {
+  return pdf_at(locate(d));
+}
+
+void SphericalMap::eval_block(std::span<const Vec3> d, Rgb* radiance, float* pdf) const {
+  std::array<Place, kBlock> places;
+  for (size_t i = 0; i < d.size(); ++i) {
+    places[i] = locate(d[i]);
+    __builtin_prefetch(places[i].texel);
+    __builtin_prefetch(places[i].texel + width_ + 1);
+  }
+  for (size_t i = 0; i < d.size(); ++i) {
+    radiance[i] = radiance_at(places[i]);
+    if (pdf) pdf[i] = pdf_at(places[i]);
+  }
+}
+
+SphericalMap::Sample SphericalMap::sample_patch(const GridDistribution::Cell& patch) const {
   const auto i = static_cast<int>(patch.row);
   const Texel* const top = row(i) + patch.column;
   const Texel* const bottom = top + width_ + 1;
@@ -205,11 +238,32 @@ std::optional<SphericalMap::Sample> SphericalMap::sample(const Vec2& u) const {
   const float sin_theta = std::sin(theta < 0.5f * kPi ? theta : from_south);
   Sample sample;
   sample.d = Vec3(std::sin(phi) * sin_theta, std::cos(theta), -std::cos(phi) * sin_theta);
-  sample.radiance = (top[0].radiance * (1 - s) + top[1].radiance * s) * (1 - t) +
-                    (bottom[0].radiance * (1 - s) + bottom[1].radiance * s) * t;
+  sample.radiance = radiance_at({top, i, s, t, sin_theta});
   sample.pdf = lerp(left, right, s) * sine_ratio(i, t, sin_theta);
-  if (!(sample.pdf > 0)) return std::nullopt;
   return sample;
+}
+
+std::optional<SphericalMap::Sample> SphericalMap::sample(const Vec2& u) const {
+  if (!(patches_.total() > 0)) return std::nullopt;
+  const Sample sample = sample_patch(patches_.sample(u));
+  return sample.pdf > 0 ? std::optional(sample) : std::nullopt;
+}
+
+void SphericalMap::sample_block(std::span<const Vec2> u, Sample* samples) const {
+  if (!(patches_.total() > 0)) {
+    std::fill(samples, samples + u.size(), Sample{});
+    return;
+  }
+  std::array<GridDistribution::Cell, kBlock> cells;
+  for (size_t i = 0; i < u.size(); ++i) cells[i] = patches_.start(u[i]);
+  for (size_t i = 0; i < u.size(); ++i) patches_.prefetch(cells[i]);
+  for (size_t i = 0; i < u.size(); ++i) {
+    patches_.finish(cells[i]);
+    const Texel* const top = row(static_cast<int>(cells[i].row)) + cells[i].column;
+    __builtin_prefetch(top);
+    __builtin_prefetch(top + width_ + 1);
+  }
+  for (size_t i = 0; i < u.size(); ++i) samples[i] = sample_patch(cells[i]);
 }
 
 void SphericalMap::integrate_ring(double theta0, double theta1,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "kinome/color.h"
@@ -32,12 +33,19 @@ class SphericalMap {
   /// Per solid angle.
   float pdf(const Vec3& d) const;
   struct Sample {
-    Vec3 d;
-    Rgb radiance;
-    float pdf;
+    Vec3 d{0, 1, 0};
+    Rgb radiance{0.f};
+    float pdf = 0;
   };
   /// nullopt for a black map.
   std::optional<Sample> sample(const Vec2& u) const;
+
+  /// The same for up to kBlock at a time, equal to the last bit. What one needs from memory is
+  /// fetched while others are worked on: the tables of a usual map exceed the caches.
+  static constexpr size_t kBlock = 64;
+  void eval_block(std::span<const Vec3> d, Rgb* radiance, float* pdf) const;
+  /// A density of 0 stands for nullopt.
+  void sample_block(std::span<const Vec2> u, Sample* samples) const;
   /// The radiance integrated over each cell, exactly (up to rounding).
   std::vector<Rgb> integrate(const SpherePartition& cells) const;
 
@@ -58,6 +66,9 @@ class SphericalMap {
   void fill(const Image& image, float scale);
   void set_weights(bool compensate);
   Place locate(const Vec3& d) const;
+  Rgb radiance_at(const Place& at) const;
+  float pdf_at(const Place& at) const;
+  Sample sample_patch(const GridDistribution::Cell& patch) const;
   /// Interpolated sin theta, relative to the true one.
   float sine_ratio(int row, float t, float sin_theta) const;
   const Texel* row(int i) const { return texels_.data() + static_cast<size_t>(i) * (width_ + 1); }

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -62,150 +63,204 @@ class DirectShader {
              uint32_t first_sample, uint32_t samples, Tile& tile);
 
  private:
-  /// Light that reaches the camera if nothing is in its ray's way.
-  struct Pending {
-    Rgb contribution;
-    uint32_t owner;
-  };
   struct Context {
     const Settings& settings;
     const Scene& scene;
     const Sampler& sampler;
     RenderCounters& counters;
-    double& shadow_seconds;
     float pick_pdf;  ///< of each emitter
   };
-
-  void sample_emitters(const Context& context, uint32_t i);
-  void sample_bsdf(const Context& context, uint32_t i);
-  void add_emitter_ray(const Context& context, uint32_t i, const DirectSample& light,
-                       const BsdfValue& bsdf);
-  void add_shadow_ray(const Context& context, const Ray& ray, const Rgb& contribution,
-                      uint32_t owner, RayKind kind);
-  void trace_shadow_rays(const Context& context);
-  void trace_bsdf_rays(const Context& context);
-  void add_to_film(const Settings& settings, const Scene& scene, size_t value_count,
-                   FilmTile& film) const;
-
-  PrimaryBatch primary_;
-  std::vector<Rgb> radiance_;
-  std::vector<Ray> shadow_rays_;
-  std::vector<Pending> shadow_pending_;
-
-  /// BSDF rays that look for the nearest surface, where surfaces emit. Contribution: the weight of
-  /// the BSDF sample; the density tells how to weigh what the ray meets (0: a delta lobe).
+  /// Light that reaches the camera if nothing is in its ray's way.
+  struct Pending {
+    Rgb contribution;
+    uint32_t owner;
+  };
+  /// A sampled direction of a BSDF: the sample's weight, and the density that tells how to weigh
+  /// what the ray meets (0: a delta lobe, which no emitter sample competes with).
   struct BsdfPending {
     Rgb weight;
     float pdf;
     uint32_t owner;
   };
-  std::vector<RayHit> bsdf_rays_;
+
+  void sample_emitters(const Context& context, std::span<const uint32_t> points);
+  void evaluate_emitter_samples(const Context& context, uint32_t point, size_t first);
+  void sample_bsdfs(const Context& context, std::span<const uint32_t> points);
+  void add_environment_rays(const Context& context);
+  void add_shadow_ray(const Context& context, const Ray& ray, const Rgb& contribution,
+                      uint32_t owner, RayKind kind);
+  float bsdf_sample_weight(const Context& context, float bsdf_pdf, float emitter_pdf) const;
+  void trace_shadow_rays(const Context& context);
+  void trace_bsdf_rays(const Context& context);
+  void add_visible_emitters(const Scene& scene);
+  void add_to_film(size_t value_count, FilmTile& film) const;
+
+  PrimaryBatch primary_;
+  std::vector<Rgb> radiance_;     ///< of each primary ray
+  std::vector<uint32_t> points_;  ///< primary rays that hit something that reflects
+
+  std::vector<Ray> shadow_rays_;
+  std::vector<Pending> shadow_pending_;
+  std::vector<RayHit> bsdf_rays_;  ///< only where surfaces emit
   std::vector<BsdfPending> bsdf_pending_;
 
-  /// Emitter samples of one point, evaluated by its BSDF as a batch.
+  /// Emitter samples of some points; then, of one point, what its BSDF is asked and says.
+  std::vector<Vec3> positions_;
+  std::vector<Vec2> numbers_;
+  std::vector<uint32_t> picks_;
   std::vector<DirectSample> lights_;
+  std::vector<uint32_t> valid_;
   std::vector<float> x_, y_, z_, r_, g_, b_, pdf_;
+
+  /// Directions in which an environment is evaluated.
+  std::vector<Vec3> directions_;
+  std::vector<Rgb> environment_;
+  std::vector<float> environment_pdf_;
 };
 
 void DirectShader::add_shadow_ray(const Context& context, const Ray& ray, const Rgb& contribution,
                                   uint32_t owner, RayKind kind) {
-  if (is_black(contribution)) {
-    ++context.counters.skipped_shadow_rays;
-    return;
-  }
   ++context.counters[kind];
   shadow_rays_.push_back(ray);
   shadow_pending_.push_back({contribution, owner});
 }
 
-void DirectShader::add_emitter_ray(const Context& context, uint32_t i, const DirectSample& light,
-                                   const BsdfValue& bsdf) {
-  const Settings& settings = context.settings;
-  const float pdf = light.pdf * context.pick_pdf;
-  const auto n_emitter = static_cast<float>(settings.emitter_samples);
-  const auto n_bsdf = static_cast<float>(settings.bsdf_samples);
-  const float weight =
-      light.is_delta || n_bsdf == 0 ? 1 : power_heuristic(pdf * n_emitter, bsdf.pdf * n_bsdf);
-  const Rgb contribution = bsdf.f * light.radiance * (weight / (pdf * n_emitter));
-  add_shadow_ray(context, primary_.interaction(i).shadow_ray(light.d, light.distance), contribution,
-                 i, RayKind::kShadow);
-}
-
-void DirectShader::sample_emitters(const Context& context, uint32_t i) {
+void DirectShader::sample_emitters(const Context& context, std::span<const uint32_t> points) {
   const auto& emitters = context.scene.emitters();
-  const SurfaceInteraction& si = primary_.interaction(i);
-  const SampleKey& key = primary_.key(i);
-  lights_.clear();
-  x_.clear(), y_.clear(), z_.clear();
-  for (int k = 0; k < context.settings.emitter_samples; ++k) {
-    const uint32_t dimension = kPrimaryDimensions + kDimensions * static_cast<uint32_t>(k);
-    size_t pick = 0;
-    if (emitters.size() > 1) {
-      const float u = context.sampler.value_1d(key, dimension);
-      pick = std::min(static_cast<size_t>(u * static_cast<float>(emitters.size())),
-                      emitters.size() - 1);
+  const auto per_point = static_cast<uint32_t>(context.settings.emitter_samples);
+  positions_.clear();
+  numbers_.clear();
+  picks_.clear();
+  for (const uint32_t point : points) {
+    const SampleKey& key = primary_.key(point);
+    for (uint32_t k = 0; k < per_point; ++k) {
+      const uint32_t dimension = kPrimaryDimensions + kDimensions * k;
+      positions_.push_back(primary_.interaction(point).p);
+      numbers_.push_back(context.sampler.value_2d(key, dimension + 1));
+      if (emitters.size() == 1) continue;
+      const float u =
+          context.sampler.value_1d(key, dimension) * static_cast<float>(emitters.size());
+      picks_.push_back(
+          std::min(static_cast<uint32_t>(u), static_cast<uint32_t>(emitters.size() - 1)));
     }
-    const auto light =
-        emitters[pick]->sample_direct(si.p, context.sampler.value_2d(key, dimension + 1));
-    if (!light || is_black(light->radiance)) {
-      ++context.counters.skipped_shadow_rays;
-      continue;
-    }
-    lights_.push_back(*light);
-    const Vec3 wo = si.frame.to_local(light->d);
-    x_.push_back(wo.x), y_.push_back(wo.y), z_.push_back(wo.z);
   }
-  const size_t count = lights_.size();
-  if (count == 0) return;
-  r_.resize(count), g_.resize(count), b_.resize(count), pdf_.resize(count);
-  si.shape->bsdf().eval_pdf(
-      si, Lobe::kAll, {x_.data(), y_.data(), z_.data(), count},
-      {r_.data(), g_.data(), b_.data(), context.settings.bsdf_samples > 0 ? pdf_.data() : nullptr});
-  for (size_t k = 0; k < count; ++k) {
-    add_emitter_ray(context, i, lights_[k], {Rgb(r_[k], g_[k], b_[k]), pdf_[k]});
+  lights_.resize(positions_.size());
+  if (emitters.size() == 1) {
+    emitters[0]->sample_direct_batch(positions_, numbers_, lights_);
+  } else {
+    for (size_t i = 0; i < lights_.size(); ++i) {
+      const auto light = emitters[picks_[i]]->sample_direct(positions_[i], numbers_[i]);
+      lights_[i] = light ? *light : DirectSample{};
+    }
+  }
+  for (size_t i = 0; i < points.size(); ++i) {
+    evaluate_emitter_samples(context, points[i], i * per_point);
   }
 }
 
-void DirectShader::sample_bsdf(const Context& context, uint32_t i) {
+void DirectShader::evaluate_emitter_samples(const Context& context, uint32_t point, size_t first) {
+  const SurfaceInteraction& si = primary_.interaction(point);
+  const Bsdf& bsdf = si.shape->bsdf();
+  const auto n_emitter = static_cast<float>(context.settings.emitter_samples);
+  const auto n_bsdf = static_cast<float>(context.settings.bsdf_samples);
+  valid_.clear();
+  x_.clear(), y_.clear(), z_.clear();
+  if (any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) {
+    for (size_t i = first; i < first + static_cast<size_t>(context.settings.emitter_samples); ++i) {
+      if (lights_[i].pdf == 0 || is_black(lights_[i].radiance)) continue;
+      const Vec3 wo = si.frame.to_local(lights_[i].d);
+      x_.push_back(wo.x), y_.push_back(wo.y), z_.push_back(wo.z);
+      valid_.push_back(static_cast<uint32_t>(i));
+    }
+  }
+  const size_t count = valid_.size();
+  uint64_t traced = 0;
+  if (count > 0) {
+    r_.resize(count), g_.resize(count), b_.resize(count), pdf_.resize(count);
+    bsdf.eval_pdf(si, Lobe::kAll, {x_.data(), y_.data(), z_.data(), count},
+                  {r_.data(), g_.data(), b_.data(), n_bsdf > 0 ? pdf_.data() : nullptr});
+  }
+  for (size_t k = 0; k < count; ++k) {
+    const Rgb f(r_[k], g_[k], b_[k]);
+    if (is_black(f)) continue;
+    const DirectSample& light = lights_[valid_[k]];
+    const float pdf = light.pdf * context.pick_pdf;
+    const float weight =
+        light.is_delta || n_bsdf == 0 ? 1 : power_heuristic(pdf * n_emitter, pdf_[k] * n_bsdf);
+    const Rgb contribution = f * light.radiance * (weight / (pdf * n_emitter));
+    if (is_black(contribution)) continue;
+    ++traced;
+    add_shadow_ray(context, si.shadow_ray(light.d, light.distance), contribution, point,
+                   RayKind::kShadow);
+  }
+  context.counters.skipped_shadow_rays +=
+      static_cast<uint64_t>(context.settings.emitter_samples) - traced;
+}
+
+float DirectShader::bsdf_sample_weight(const Context& context, float bsdf_pdf,
+                                       float emitter_pdf) const {
+  if (bsdf_pdf == 0 || context.settings.emitter_samples == 0) return 1;
+  return power_heuristic(
+      bsdf_pdf * static_cast<float>(context.settings.bsdf_samples),
+      emitter_pdf * context.pick_pdf * static_cast<float>(context.settings.emitter_samples));
+}
+
+void DirectShader::sample_bsdfs(const Context& context, std::span<const uint32_t> points) {
   const Settings& settings = context.settings;
-  const SurfaceInteraction& si = primary_.interaction(i);
-  const SampleKey& key = primary_.key(i);
-  const Emitter* const environment = context.scene.environment();
-  const auto n_bsdf = static_cast<float>(settings.bsdf_samples);
-  const auto n_emitter = static_cast<float>(settings.emitter_samples);
-  for (int k = 0; k < settings.bsdf_samples; ++k) {
-    const uint32_t dimension =
-        kPrimaryDimensions + kDimensions * static_cast<uint32_t>(settings.emitter_samples + k);
-    const auto sample =
-        si.shape->bsdf().sample(si, Lobe::kAll, context.sampler.value_1d(key, dimension),
-                                context.sampler.value_2d(key, dimension + 1));
-    if (!sample || is_black(sample->weight)) {
+  const float share = 1 / static_cast<float>(settings.bsdf_samples);
+  directions_.clear();
+  for (const uint32_t point : points) {
+    const SurfaceInteraction& si = primary_.interaction(point);
+    const SampleKey& key = primary_.key(point);
+    for (int k = 0; k < settings.bsdf_samples; ++k) {
+      const uint32_t dimension =
+          kPrimaryDimensions + kDimensions * static_cast<uint32_t>(settings.emitter_samples + k);
+      const auto sample =
+          si.shape->bsdf().sample(si, Lobe::kAll, context.sampler.value_1d(key, dimension),
+                                  context.sampler.value_2d(key, dimension + 1));
+      if (!sample || is_black(sample->weight)) {
+        ++context.counters.skipped_shadow_rays;
+        continue;
+      }
+      directions_.push_back(si.frame.to_world(sample->wo));
+      const bool is_delta = any(sample->lobe & Lobe::kDelta);
+      bsdf_pending_.push_back({sample->weight * share, is_delta ? 0 : sample->pdf, point});
+    }
+  }
+  if (!context.scene.has_surface_emitters()) {
+    add_environment_rays(context);
+    return;
+  }
+  context.counters[RayKind::kBsdf] += directions_.size();
+  for (size_t k = 0; k < directions_.size(); ++k) {
+    const SurfaceInteraction& si = primary_.interaction(bsdf_pending_[k].owner);
+    bsdf_rays_.push_back({si.shadow_ray(directions_[k], kInfinity), Hit{}});
+  }
+}
+
+/// Only the environment can be met: the rays need but know whether they leave the scene.
+void DirectShader::add_environment_rays(const Context& context) {
+  const size_t count = directions_.size();
+  environment_.resize(count);
+  environment_pdf_.resize(context.settings.emitter_samples > 0 ? count : 0);
+  context.scene.environment()->eval_environment_batch(directions_, environment_, environment_pdf_);
+  for (size_t k = 0; k < count; ++k) {
+    const BsdfPending& pending = bsdf_pending_[k];
+    const float emitter_pdf = environment_pdf_.empty() ? 0 : environment_pdf_[k];
+    const Rgb contribution =
+        pending.weight * environment_[k] * bsdf_sample_weight(context, pending.pdf, emitter_pdf);
+    if (is_black(contribution)) {
       ++context.counters.skipped_shadow_rays;
       continue;
     }
-    const Vec3 d = si.frame.to_world(sample->wo);
-    const bool is_delta = any(sample->lobe & Lobe::kDelta);
-    const Rgb share = sample->weight / n_bsdf;
-    if (context.scene.has_surface_emitters()) {
-      ++context.counters[RayKind::kBsdf];
-      bsdf_rays_.push_back({si.shadow_ray(d, kInfinity), Hit{}});
-      bsdf_pending_.push_back({share, is_delta ? 0 : sample->pdf, i});
-      continue;
-    }
-    // Only the environment can be met: the ray need but know whether it leaves the scene.
-    const Rgb light = environment->eval_environment(d);
-    float weight = 1;
-    if (!is_delta && n_emitter > 0 && !is_black(light)) {
-      weight = power_heuristic(sample->pdf * n_bsdf,
-                               environment->pdf_environment(d) * context.pick_pdf * n_emitter);
-    }
-    add_shadow_ray(context, si.shadow_ray(d, kInfinity), share * light * weight, i, RayKind::kBsdf);
+    const SurfaceInteraction& si = primary_.interaction(pending.owner);
+    add_shadow_ray(context, si.shadow_ray(directions_[k], kInfinity), contribution, pending.owner,
+                   RayKind::kBsdf);
   }
+  bsdf_pending_.clear();
 }
 
 void DirectShader::trace_shadow_rays(const Context& context) {
-  if (shadow_rays_.empty()) return;
-  const StageTimer timer(context.shadow_seconds);
   context.scene.occluded(shadow_rays_, Coherence::kIncoherent, context.counters);
   for (size_t k = 0; k < shadow_rays_.size(); ++k) {
     const Pending& pending = shadow_pending_[k];
@@ -216,9 +271,6 @@ void DirectShader::trace_shadow_rays(const Context& context) {
 }
 
 void DirectShader::trace_bsdf_rays(const Context& context) {
-  if (bsdf_rays_.empty()) return;
-  const StageTimer timer(context.shadow_seconds);
-  const Settings& settings = context.settings;
   const Emitter* const environment = context.scene.environment();
   context.scene.intersect(bsdf_rays_, Coherence::kIncoherent, context.counters);
   for (size_t k = 0; k < bsdf_rays_.size(); ++k) {
@@ -237,27 +289,35 @@ void DirectShader::trace_bsdf_rays(const Context& context) {
       emitter_pdf = environment->pdf_environment(ray.ray.d);
     }
     if (is_black(light)) continue;
-    const float weight =
-        pending.pdf == 0 || settings.emitter_samples == 0
-            ? 1
-            : power_heuristic(
-                  pending.pdf * static_cast<float>(settings.bsdf_samples),
-                  emitter_pdf * context.pick_pdf * static_cast<float>(settings.emitter_samples));
-    radiance_[pending.owner] += pending.weight * light * weight;
+    radiance_[pending.owner] +=
+        pending.weight * light * bsdf_sample_weight(context, pending.pdf, emitter_pdf);
   }
   bsdf_rays_.clear();
   bsdf_pending_.clear();
 }
 
-void DirectShader::add_to_film(const Settings& settings, const Scene& scene, size_t value_count,
-                               FilmTile& film) const {
+void DirectShader::add_visible_emitters(const Scene& scene) {
+  directions_.clear();
+  points_.clear();
+  for (uint32_t i = 0; i < primary_.size(); ++i) {
+    if (primary_.hit(i)) {
+      if (scene.has_surface_emitters()) radiance_[i] += primary_.emission(i);
+    } else if (scene.environment()) {
+      directions_.push_back(primary_.ray_hit(i).ray.d);
+      points_.push_back(i);
+    }
+  }
+  if (directions_.empty()) return;
+  environment_.resize(directions_.size());
+  scene.environment()->eval_environment_batch(directions_, environment_, {});
+  for (size_t k = 0; k < points_.size(); ++k) radiance_[points_[k]] += environment_[k];
+}
+
+void DirectShader::add_to_film(size_t value_count, FilmTile& film) const {
   std::array<float, 4> values;
   const std::span<const float> given(values.data(), value_count);
   for (size_t i = 0; i < primary_.size(); ++i) {
-    Rgb radiance = radiance_[i];
-    if (!settings.hide_emitters) {
-      radiance += primary_.hit(i) ? primary_.emission(i) : primary_.environment(scene, i);
-    }
+    const Rgb& radiance = radiance_[i];
     values = {radiance.x, radiance.y, radiance.z, primary_.hit(i) ? 1.f : 0.f};
     film.add(primary_.film_position(i), given);
   }
@@ -266,40 +326,45 @@ void DirectShader::add_to_film(const Settings& settings, const Scene& scene, siz
 void DirectShader::shade(const Settings& settings, const Scene& scene, const Sensor& sensor,
                          uint64_t seed, uint32_t first_sample, uint32_t samples, Tile& tile) {
   auto& stages = tile.counters.stage_seconds;
-  double& shade_seconds = stages["shade"];
-  double& shadow_seconds = stages["shadow"];
   {
     const StageTimer timer(stages["primary"]);
     primary_.trace(scene, sensor, tile.pixels, first_sample, samples, seed, tile.counters);
   }
-  radiance_.assign(primary_.size(), Rgb(0.f));
   // Rays are left over only where an earlier render on this thread threw.
   shadow_rays_.clear(), shadow_pending_.clear();
   bsdf_rays_.clear(), bsdf_pending_.clear();
-  const auto emitter_count = static_cast<float>(scene.emitters().size());
-  const Context context{settings,      scene,          sensor.sampler(),
-                        tile.counters, shadow_seconds, 1 / std::max(1.f, emitter_count)};
-  const bool has_emitters = !scene.emitters().empty();
-  const bool can_meet_light = scene.environment() || scene.has_surface_emitters();
-  const double shadow_before = shadow_seconds;
-  {
-    const StageTimer timer(shade_seconds);
-    for (uint32_t i = 0; i < primary_.size(); ++i) {
-      if (!primary_.hit(i)) continue;
-      const Lobe lobes = primary_.interaction(i).shape->bsdf().lobes();
-      if (has_emitters && any(lobes & (Lobe::kDiffuse | Lobe::kGlossy))) {
-        sample_emitters(context, i);
-      }
-      if (can_meet_light && lobes != Lobe::kNone) sample_bsdf(context, i);
-      if (shadow_rays_.size() >= kShadowRays) trace_shadow_rays(context);
-      if (bsdf_rays_.size() >= kShadowRays) trace_bsdf_rays(context);
+  radiance_.assign(primary_.size(), Rgb(0.f));
+  if (!settings.hide_emitters) {
+    const StageTimer timer(stages["shade"]);
+    add_visible_emitters(scene);
+  }
+  points_.clear();
+  for (uint32_t i = 0; i < primary_.size(); ++i) {
+    if (primary_.hit(i) && primary_.interaction(i).shape->bsdf().lobes() != Lobe::kNone) {
+      points_.push_back(i);
     }
+  }
+  const Context context{settings, scene, sensor.sampler(), tile.counters,
+                        1 / std::max(1.f, static_cast<float>(scene.emitters().size()))};
+  const bool use_emitters = !scene.emitters().empty() && settings.emitter_samples > 0;
+  const bool use_bsdfs =
+      (scene.environment() || scene.has_surface_emitters()) && settings.bsdf_samples > 0;
+  const auto rays_per_point =
+      static_cast<size_t>(settings.emitter_samples) + static_cast<size_t>(settings.bsdf_samples);
+  const size_t step = std::max<size_t>(1, kShadowRays / rays_per_point);
+  for (size_t first = 0; first < points_.size(); first += step) {
+    const auto group = std::span(points_).subspan(first, std::min(step, points_.size() - first));
+    {
+      const StageTimer timer(stages["shade"]);
+      if (use_emitters) sample_emitters(context, group);
+      if (use_bsdfs) sample_bsdfs(context, group);
+    }
+    const StageTimer timer(stages["shadow"]);
     trace_shadow_rays(context);
     trace_bsdf_rays(context);
   }
-  shade_seconds -= shadow_seconds - shadow_before;
   const StageTimer timer(stages["film"]);
-  add_to_film(settings, scene, static_cast<size_t>(sensor.film().value_count(0)), tile.film);
+  add_to_film(static_cast<size_t>(sensor.film().value_count(0)), tile.film);
 }
 
 class DirectIntegrator final : public Integrator {

@@ -302,6 +302,40 @@ TEST(EnvironmentMap, SamplesAgreeWithEvaluation) {
   }
 }
 
+/// Batches are a matter of speed alone.
+TEST(EnvironmentMap, BatchesEqualSingleCalls) {
+  const Map black{"black", 4, 3, [](int, int) { return Rgb(0.f); }};
+  std::mt19937 rng(6);
+  for (const auto& emitter : {envmap(Map{"noise", 16, 9, noise}, kRotation), envmap(black),
+                              test::make<Emitter>("<emitter type=\"constant\"/>")}) {
+    for (const size_t count : {0u, 1u, 63u, 64u, 65u, 200u}) {
+      std::vector<Vec3> p(count), d(count);
+      std::vector<Vec2> u(count);
+      for (Vec2& pair : u) pair = random_pair(rng);
+      std::vector<DirectSample> samples(count);
+      emitter->sample_direct_batch(p, u, samples);
+      for (size_t i = 0; i < count; ++i) {
+        const auto single = emitter->sample_direct(p[i], u[i]);
+        ASSERT_EQ(samples[i].pdf, single ? single->pdf : 0);
+        d[i] = samples[i].d;
+        if (!single) continue;
+        ASSERT_EQ(samples[i].d, single->d);
+        ASSERT_EQ(samples[i].radiance, single->radiance);
+        ASSERT_EQ(samples[i].distance, kInfinity);
+      }
+      std::vector<Rgb> radiance(count), alone(count);
+      std::vector<float> pdf(count);
+      emitter->eval_environment_batch(d, radiance, pdf);
+      emitter->eval_environment_batch(d, alone, {});
+      for (size_t i = 0; i < count; ++i) {
+        ASSERT_EQ(radiance[i], emitter->eval_environment(d[i]));
+        ASSERT_EQ(pdf[i], emitter->pdf_environment(d[i]));
+      }
+      ASSERT_EQ(radiance, alone);
+    }
+  }
+}
+
 TEST(EnvironmentMap, DensityIsTheInverseJacobian) {
   for (const std::string& rotation : {std::string(), kRotation}) {
     const auto emitter = envmap(Map{"noise", 8, 5, noise}, rotation);

@@ -27,17 +27,54 @@ class KINOME_EXPORT GridDistribution {
     Vec2 u;  ///< what is left of the random numbers: uniform in [0, 1)², for use within the cell
   };
   /// Never a cell of weight 0. total() must not be 0.
-  Cell sample(const Vec2& u) const;
+  Cell sample(const Vec2& u) const {
+    Cell cell = start(u);
+    finish(cell);
+    return cell;
+  }
+  /// The same in two steps, between which the memory that the second one reads may arrive: the row,
+  /// with its column table on the way (cell.u.x is still the random number), then the column.
+  Cell start(const Vec2& u) const {
+    Cell cell{0, 0, glm::min(u, Vec2(kOneMinusEpsilon))};
+    cell.row = find(row_cdf_.data(), row_guide_.data(), row_guide_size_, cell.u.y);
+    __builtin_prefetch(column_guide(cell.row) + bucket(cell.u.x));
+    return cell;
+  }
+  /// Between the two: fetches the column's probabilities.
+  void prefetch(const Cell& cell) const {
+    __builtin_prefetch(column_cdf(cell.row) + column_guide(cell.row)[bucket(cell.u.x)]);
+  }
+  void finish(Cell& cell) const {
+    cell.column = find(column_cdf(cell.row), column_guide(cell.row), column_guide_size_, cell.u.x);
+  }
 
  private:
-  /// Cumulative probabilities (each entry the end of its cell), and for each k of a power of two
-  /// the first entry above k / size.
-  struct Row {
-    const float* cdf;
-    const uint32_t* guide;
-  };
-  static void finish_row(float* cdf, uint32_t count, uint32_t* guide, uint32_t guide_size);
-  static uint32_t find(const Row& row, uint32_t guide_size, float& u);
+  /// First entry of `cdf` above u (entries are the ends of their cells); u becomes its place in the
+  /// cell. Guide: for each k of a power of two, the first entry above k / size.
+  static uint32_t find(const float* cdf, const uint32_t* guide, uint32_t guide_size, float& u) {
+    // The guide's size is a power of two: the product is exact.
+    const auto k = static_cast<uint32_t>(u * static_cast<float>(guide_size));
+    uint32_t first = guide[k];
+    uint32_t length = guide[k + 1] - first;  // the last one is the answer if no other is
+    while (length > 0) {                     // binary search without branches on the data
+      const uint32_t half = length / 2;
+      const bool above = cdf[first + half] <= u;
+      first = above ? first + half + 1 : first;
+      length = above ? length - half - 1 : half;
+    }
+    const float start = first == 0 ? 0.f : cdf[first - 1];
+    u = std::min((u - start) / (cdf[first] - start), kOneMinusEpsilon);
+    return first;
+  }
+  uint32_t bucket(float u) const {
+    return static_cast<uint32_t>(u * static_cast<float>(column_guide_size_));
+  }
+  const float* column_cdf(uint32_t row) const {
+    return column_cdf_.data() + static_cast<size_t>(row) * columns_;
+  }
+  const uint32_t* column_guide(uint32_t row) const {
+    return column_guide_.data() + static_cast<size_t>(row) * (column_guide_size_ + 1);
+  }
 
   uint32_t columns_ = 0;
   uint32_t rows_ = 0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "kinome/color.h"
 #include "kinome/interaction.h"
@@ -11,10 +12,10 @@ namespace kinome {
 
 /// Light that arrives at a point from a sampled direction.
 struct DirectSample {
-  Vec3 d{0, 0, 1};           ///< unit, from the point toward the light, world space
+  Vec3 d{0, 0, 1};  ///< unit, from the point toward the light, world space
   float distance = kInfinity;
-  float pdf = 0;             ///< per solid angle at the point; 1 where is_delta
-  Rgb radiance{0.f};         ///< unshadowed; for a delta light, irradiance on a facing surface
+  float pdf = 0;      ///< per solid angle at the point; 1 where is_delta
+  Rgb radiance{0.f};  ///< unshadowed; for a delta light, irradiance on a facing surface
   bool is_delta = false;
 };
 
@@ -45,6 +46,22 @@ class KINOME_EXPORT Emitter : public Object {
   /// sampled by sample_direct alone. `seed` may move the points.
   virtual std::optional<LightPoints> light_points(uint32_t /*count*/, uint64_t /*seed*/) const {
     return std::nullopt;
+  }
+
+  /// sample_direct for many points at once; pdf is 0 where nothing can be had. A light with large
+  /// tables overlaps its accesses to memory here. All spans have one size.
+  virtual void sample_direct_batch(std::span<const Vec3> p, std::span<const Vec2> u,
+                                   std::span<DirectSample> out) const {
+    for (size_t i = 0; i < out.size(); ++i) {
+      const auto sample = sample_direct(p[i], u[i]);
+      out[i] = sample ? *sample : DirectSample{};
+    }
+  }
+  /// eval_environment of many directions, and pdf_environment unless `pdf` is empty.
+  virtual void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
+                                      std::span<float> pdf) const {
+    for (size_t i = 0; i < d.size(); ++i) radiance[i] = eval_environment(d[i]);
+    for (size_t i = 0; i < pdf.size(); ++i) pdf[i] = pdf_environment(d[i]);
   }
 };
 
