@@ -231,13 +231,16 @@ SphericalMap::Sample SphericalMap::sample_patch(const GridDistribution::Cell& pa
   const float right = lerp(top[1].weight, bottom[1].weight, t);
   const float s = sample_line(left, right, patch.u.x);
 
-  const float theta = (static_cast<float>(i) + t) * row_angle_;
-  const float phi = (static_cast<float>(patch.column) + s + 0.5f) * (2 * kPi / width_);
-  // From the nearer pole, where sin theta must keep its relative precision.
+  // From the nearer pole: there sin theta keeps its relative precision.
+  const float from_north = (static_cast<float>(i) + t) * row_angle_;
   const float from_south = (static_cast<float>(height_ - 2 - i) + (1 - t)) * row_angle_;
-  const float sin_theta = std::sin(theta < 0.5f * kPi ? theta : from_south);
+  const bool is_north = from_north < from_south;
+  const float from_pole = is_north ? from_north : from_south;
+  const float sin_theta = std::sin(from_pole), height = std::cos(from_pole);
+  const float phi = (static_cast<float>(patch.column) + s + 0.5f) * (2 * kPi / width_);
   Sample sample;
-  sample.d = Vec3(std::sin(phi) * sin_theta, std::cos(theta), -std::cos(phi) * sin_theta);
+  sample.d =
+      Vec3(std::sin(phi) * sin_theta, is_north ? height : -height, -std::cos(phi) * sin_theta);
   sample.radiance = radiance_at({top, i, s, t, sin_theta});
   sample.pdf = lerp(left, right, s) * sine_ratio(i, t, sin_theta);
   return sample;
