@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 
 #include "kinome/export.h"
@@ -44,9 +43,10 @@ bool lacks_png_end(const std::string& bytes) {
   return bytes.rfind("\x89PNG", 0) == 0 && bytes.rfind("IEND") == std::string::npos;
 }
 
+/// Before OpenImageIO sees the file: libpng's long jumps past its frames leak memory.
 void check_end(const char* path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  std::string bytes(std::filesystem::file_size(path), '\0');
+  std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<long>(bytes.size()));
   if (lacks_jpeg_end(bytes) || lacks_png_end(bytes)) {
     throw std::runtime_error("truncated: it ends within the picture");
   }
@@ -62,6 +62,7 @@ void read_pixels(OIIO::ImageInput& input, const StoredImage& image, std::vector<
 }
 
 void read(const char* path, StoredImage& image) {
+  check_end(path);
   OIIO::attribute("threads", 1);
   // Colours as stored, not multiplied by alpha.
   OIIO::ImageSpec config;
@@ -72,7 +73,6 @@ void read(const char* path, StoredImage& image) {
   }
   const OIIO::ImageSpec& spec = input->spec();
   check_size(spec, std::filesystem::file_size(path));
-  check_end(path);
   image.width = spec.width;
   image.height = spec.height;
   image.channels = spec.nchannels >= 3 ? 3 : 1;
