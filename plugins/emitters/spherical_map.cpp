@@ -173,8 +173,9 @@ SphericalMap::Place SphericalMap::locate(const Vec3& d) const {
   float x = fast_atan2(d.x, -d.z) * (0.5f * kInvPi) * columns - 0.5f;
   if (x < 0) x += columns;
   const float y = theta * kInvPi * static_cast<float>(height_ - 1);
-  const int column = std::min(static_cast<int>(x), width_ - 1);
-  const int row_index = std::min(static_cast<int>(y), height_ - 2);
+  // A direction that is not a number stays one in s and t, and reads no memory but the map's.
+  const int column = std::clamp(static_cast<int>(x), 0, width_ - 1);
+  const int row_index = std::clamp(static_cast<int>(y), 0, height_ - 2);
   return {row(row_index) + column, row_index, std::min(x - static_cast<float>(column), 1.f),
           std::min(y - static_cast<float>(row_index), 1.f), sin_theta};
 }

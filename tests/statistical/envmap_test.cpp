@@ -402,6 +402,18 @@ TEST(EnvironmentMap, HitsEachTexelAtItsCentre) {
   }
 }
 
+/// What is not a number is told by the film: it must come through, and read nothing foreign.
+TEST(EnvironmentMap, PassesOnDirectionsThatAreNoNumbers) {
+  const auto emitter = envmap(Map{"noise", 6, 5, noise});
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float bad : {NAN, INFINITY, -INFINITY}) {
+      Vec3 d(0.6f, 0.6f, 0.5f);
+      d[axis] = bad;
+      EXPECT_FALSE(is_finite(emitter->eval_environment(d))) << axis << " " << bad;
+    }
+  }
+}
+
 TEST(EnvironmentMap, BlackHasNothingToSample) {
   const auto emitter = envmap(Map{"black", 4, 3, [](int, int) { return Rgb(0.f); }});
   EXPECT_FALSE(emitter->sample_direct(Vec3(0.f), Vec2(0.5f)));
