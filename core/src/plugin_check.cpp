@@ -13,13 +13,6 @@ std::string plugin_title(const Properties& props) {
   return std::string(to_string(props.category())) + " '" + props.plugin_name() + "'";
 }
 
-const Parameter* find_row(const PluginDescriptor& plugin, const std::string& name) {
-  for (const Parameter& row : plugin.parameters) {
-    if (name == row.name) return &row;
-  }
-  return nullptr;
-}
-
 /// Objects of these parameters are matched by category, not by name.
 bool is_by_category(const Parameter& row) {
   return row.type == ParameterType::kObject && row.category != Category::kTexture;
@@ -102,6 +95,13 @@ void check_value(const Properties& props, const PluginDescriptor& plugin, const 
 }
 
 }  // namespace
+
+const Parameter* find_row(const PluginDescriptor& plugin, const std::string& name) {
+  for (const Parameter& row : plugin.parameters) {
+    if (name == row.name) return &row;
+  }
+  return nullptr;
+}
 
 void check_parameters(const Properties& props, const PluginDescriptor& plugin) {
   ObjectCounts counts(props, plugin);

@@ -30,6 +30,7 @@ std::unique_ptr<Scene> load(const std::string& text, const std::string& name,
     stats->plugin_seconds = registry.seconds() - plugin_seconds_before;
     stats->build_seconds = seconds_since(build_start);
     stats->plugins = builder.plugins();
+    stats->skipped.insert(stats->skipped.end(), builder.skipped().begin(), builder.skipped().end());
   }
   return scene;
 }

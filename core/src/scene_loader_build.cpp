@@ -4,6 +4,8 @@
 #include <optional>
 
 #include "kinome/log.h"
+#include "kinome/texture.h"
+#include "plugin_check.h"
 #include "property_types.h"
 #include "scene_loader_convert.h"
 
@@ -22,11 +24,10 @@ std::optional<Category> category_of_tag(const std::string& tag) {
   return std::nullopt;
 }
 
-const Parameter* find_row(const PluginDescriptor& plugin, const std::string& name) {
-  for (const Parameter& row : plugin.parameters) {
-    if (name == row.name) return &row;
-  }
-  return nullptr;
+/// Made only where something refers to them: their files may be large.
+bool is_made_on_demand(const Node& node) {
+  const auto category = category_of_tag(node.tag);
+  return category == Category::kBsdf || category == Category::kTexture;
 }
 
 bool takes(const PluginDescriptor& plugin, Category category) {
@@ -56,7 +57,7 @@ void Builder::collect_ids(const Node& node) {
   for (const Node& child : node.children) collect_ids(child);
 }
 
-std::shared_ptr<Object> Builder::referred(const Node& ref) {
+const Node& Builder::target_of(const Node& ref) const {
   const Attribute& id = *ref.find("id");
   std::string target = id.value;
   // An alias names what stands above it, so that a chain of them ends.
@@ -69,7 +70,7 @@ std::shared_ptr<Object> Builder::referred(const Node& ref) {
     if (under_way_.count(found->second)) {
       throw Error(id.where, "'" + id.value + "' refers to an object that it is part of");
     }
-    return object(*found->second);
+    return *found->second;
   }
   std::vector<std::string> known;
   for (const auto& entry : ids_) known.push_back(entry.first);
@@ -88,29 +89,81 @@ std::shared_ptr<Object> Builder::object(const Node& node) {
   if (under_way_.size() >= kDeepestObjects)
     throw Error(node.where, "objects are nested too deeply");
   under_way_.insert(&node);
-  Properties props(*category, node.value("type"), node.where);
-  props.set_id(node.value("id"));
-  props.set_search_paths(folders(node));
-  const Location& type_where = node.find("type")->where;
-  registry_.find(*category, props.plugin_name(), type_where);
+  Properties props = start_properties(node, *category);
   int unnamed = 0;
-  for (const Node& child : node.children) add_child(child, props, unnamed);
-  auto object = create(props, type_where);
+  for (const Node& child : node.children) {
+    add_child(child, props, unnamed, [this](const Node& part) { return object(part); });
+  }
+  auto object = create(props, node.find("type")->where);
   under_way_.erase(&node);
   objects_[&node] = object;
   return object;
 }
 
-void Builder::add_child(const Node& child, Properties& props, int& unnamed) {
+Properties Builder::start_properties(const Node& node, Category category) {
+  Properties props(category, node.value("type"), node.where);
+  props.set_id(node.value("id"));
+  props.set_search_paths(folders(node));
+  registry_.find(category, props.plugin_name(), node.find("type")->where);
+  return props;
+}
+
+void Builder::add_child(const Node& child, Properties& props, int& unnamed, const Maker& make) {
   const bool is_object = child.tag == "ref" || child.find("type");
   const std::string name =
       child.find("name") ? child.value("name") : "_arg_" + std::to_string(unnamed++);
   if (is_object) {
-    props.set(name, child.tag == "ref" ? referred(child) : object(child), child.where);
+    props.set(name, make(child.tag == "ref" ? target_of(child) : child), child.where);
     return;
   }
   const PluginDescriptor& plugin = registry_.find(props.category(), props.plugin_name());
   props.set(name, convert(child, find_row(plugin, name), *folders(child)), child.where);
+}
+
+/// All that can be said of a BSDF or texture without making it.
+void Builder::check(const Node& node) {
+  if (!checked_.insert(&node).second) return;
+  if (under_way_.size() >= kDeepestObjects)
+    throw Error(node.where, "objects are nested too deeply");
+  under_way_.insert(&node);
+  Properties props = start_properties(node, *category_of_tag(node.tag));
+  int unnamed = 0;
+  for (const Node& child : node.children) {
+    if (child.tag == "ref") named_by_unused_.insert(&target_of(child));
+    add_child(child, props, unnamed, [this](const Node& part) { return stand_in(part); });
+  }
+  const PluginDescriptor& plugin = registry_.find(props.category(), props.plugin_name());
+  check_parameters(props, plugin);
+  props.set_table(plugin.parameters);
+  for (const Parameter& row : plugin.parameters) {
+    if (row.type == ParameterType::kTexture) props.texture(row.name);  // checks a colour's range
+  }
+  under_way_.erase(&node);
+}
+
+/// An object of the node's category, for what is checked and not made.
+std::shared_ptr<Object> Builder::stand_in(const Node& node) {
+  if (!is_made_on_demand(node)) return object(node);
+  check(node);
+  if (category_of_tag(node.tag) == Category::kBsdf) return make_black_bsdf();
+  return make_uniform_texture(Rgb(0.f));
+}
+
+/// After all that is used was made: what is left serves nothing.
+void Builder::check_unused(const Node& root) {
+  const auto is_unused = [this](const Node& node) {
+    return is_made_on_demand(node) && !objects_.count(&node);
+  };
+  for (const Node& child : root.children) {
+    if (is_unused(child)) check(child);
+  }
+  for (const Node& child : root.children) {
+    if (!is_unused(child)) continue;
+    const std::string id = child.value("id");
+    skipped_.push_back({child.tag + (id.empty() ? " without id" : " '" + id + "'"),
+                        named_by_unused_.count(&child) ? "only what is unused refers to it"
+                                                       : "nothing refers to it"});
+  }
 }
 
 std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_where) {
@@ -183,8 +236,10 @@ Scene::Contents Builder::scene(const Node& root) {
                                      to_string(other->second) + ")");
       }
     }
-    add_to_scene(child, child.tag == "ref" ? referred(child) : object(child), contents);
+    if (is_made_on_demand(child)) continue;
+    add_to_scene(child, object(child.tag == "ref" ? target_of(child) : child), contents);
   }
+  check_unused(root);
   complete_scene(root.where, contents);
   return contents;
 }

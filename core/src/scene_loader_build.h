@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "kinome/scene.h"
+#include "kinome/stats.h"
 #include "scene_loader_node.h"
 
 namespace kinome::loader {
@@ -24,12 +26,20 @@ class Builder {
   Scene::Contents scene(const Node& root);
   /// "category/name" of the plugins that objects were made of, in order, each once.
   const std::vector<std::string>& plugins() const { return plugins_; }
+  /// BSDFs and textures of the scene that were checked, but not made.
+  const std::vector<Skipped>& skipped() const { return skipped_; }
 
  private:
+  using Maker = std::function<std::shared_ptr<Object>(const Node&)>;
+
   void collect_ids(const Node& node);
-  std::shared_ptr<Object> referred(const Node& ref);
+  const Node& target_of(const Node& ref) const;
+  Properties start_properties(const Node& node, Category category);
+  void check_unused(const Node& root);
+  void check(const Node& node);
+  std::shared_ptr<Object> stand_in(const Node& node);
   std::shared_ptr<Object> create(Properties& props, const Location& type_where);
-  void add_child(const Node& child, Properties& props, int& unnamed);
+  void add_child(const Node& child, Properties& props, int& unnamed, const Maker& make);
   void add_default_children(Properties& props, const PluginDescriptor& plugin);
   void add_to_scene(const Node& child, const std::shared_ptr<Object>& object,
                     Scene::Contents& contents);
@@ -45,6 +55,9 @@ class Builder {
   std::set<const Node*> under_way_;
   std::map<const void*, std::shared_ptr<const std::vector<std::string>>> folder_lists_;
   std::vector<std::string> plugins_;
+  std::set<const Node*> checked_;  ///< of what isn't made
+  std::set<const Node*> named_by_unused_;
+  std::vector<Skipped> skipped_;
 };
 
 /// The BSDF of a shape that emits but has none of its own: it reflects nothing.

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "plugins/probe_registry.h"
 #include "support/render.h"
 
@@ -79,6 +81,50 @@ TEST(Scene, WhatNobodyRefersToIsCheckedAllTheSame) {
   EXPECT_EQ(
       error_of([] { load("<bsdf type='diffuse'><rgb name='reflectance' value='2'/></bsdf>"); }),
       "scene.xml:1:45: 'reflectance' is outside [0,1]: 2 2 2");
+}
+
+std::string unused_error(const std::string& children) {
+  return error_of([&] { load(children); });
+}
+
+TEST(Scene, WhatNobodyRefersToIsNotMade) {
+  RenderStats stats;
+  load(
+      "<texture type='bitmap' id='wood'><string name='filename' value='missing.exr'/></texture>"
+      "<bsdf type='diffuse' id='floor'><ref name='reflectance' id='wood'/></bsdf>"
+      "<texture type='checkerboard'/><bsdf type='diffuse' id='used'/>"
+      "<shape type='sphere'><ref id='used'/></shape>",
+      &stats);
+  std::vector<std::string> skipped;
+  for (const Skipped& s : stats.skipped) skipped.push_back(s.what + ": " + s.why);
+  EXPECT_EQ(skipped, (std::vector<std::string>{"texture 'wood': only what is unused refers to it",
+                                               "bsdf 'floor': nothing refers to it",
+                                               "texture without id: nothing refers to it"}));
+  EXPECT_EQ(std::count(stats.plugins.begin(), stats.plugins.end(), "texture/bitmap"), 0);
+}
+
+TEST(Scene, MistakesInWhatNobodyRefersToAreFound) {
+  EXPECT_NE(unused_error("<texture type='bitmap' id='t'><string name='filename' value='a.exr'/>"
+                         "<string name='wrap_mod' value='clamp'/></texture>")
+                .find("has no parameter 'wrap_mod' (did you mean 'wrap_mode'?)"),
+            std::string::npos);
+  EXPECT_NE(unused_error("<texture type='bitmap'/>").find("needs parameter 'filename'"),
+            std::string::npos);
+  EXPECT_NE(unused_error("<texture type='bitmapp'/>").find("no texture plugin 'bitmapp'"),
+            std::string::npos);
+  EXPECT_NE(unused_error("<bsdf type='diffuse'><integer name='reflectance' value='x'/></bsdf>")
+                .find("'x' is not an integer"),
+            std::string::npos);
+  EXPECT_NE(
+      unused_error("<bsdf type='diffuse'><bsdf type='diffuse'/></bsdf>").find("takes no bsdf"),
+      std::string::npos);
+  EXPECT_NE(unused_error("<bsdf type='diffuse'><ref name='reflectance' id='no'/></bsdf>")
+                .find("nothing has the id 'no'"),
+            std::string::npos);
+  EXPECT_NE(unused_error("<bsdf type='twosided' id='a'><bsdf type='twosided'><ref id='a'/></bsdf>"
+                         "</bsdf>")
+                .find("refers to an object that it is part of"),
+            std::string::npos);
 }
 
 TEST(Stats, TellWhatLoadingCost) {
