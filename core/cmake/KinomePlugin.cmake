@@ -8,7 +8,6 @@
 function(kinome_add_plugin category name)
   cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "ALIASES;LINK")
   set(target kinome_${category}_${name})
-  list(GET arg_UNPARSED_ARGUMENTS 0 first_source)
   add_library(${target} MODULE ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${target} PRIVATE kinome::core ${arg_LINK})
   if(TARGET kinome_options)

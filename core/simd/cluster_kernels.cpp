@@ -1,5 +1,7 @@
 #include "cluster_kernels.h"
 
+// A scalar target, too, wherever the baseline is one: tests compare with it.
+#define HWY_COMPILE_ALL_ATTAINABLE
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cluster_kernels.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h
@@ -70,9 +72,7 @@ float ClusterImportance(const ClusterColumns& c, const ImportanceQuery& q, float
   for (size_t lane = 0; lane < kLanes; ++lane) total += lane_sums[lane];
   if (active == 0) return 0;
 
-  // A thousandth of the samples is shared evenly by all clusters that can contribute: no pmf is so
-  // small that a running sum in float would lose it.
-  const auto floor = hn::Set(d, total * (1e-3f / static_cast<float>(active)));
+  const auto floor = hn::Set(d, total * (kEvenShare / static_cast<float>(active)));
   for (size_t lane = 0; lane < kLanes; lane += n) {
     auto sum = zero;
     for (size_t row = 0; row < c.rows; ++row) {

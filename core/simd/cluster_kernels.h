@@ -33,6 +33,10 @@ struct ImportanceQuery {
   const float* hits = nullptr;  ///< in the layout of ClusterColumns; nullptr: none
 };
 
+/// Share of the samples that is spread evenly over the clusters that can contribute: no pmf is so
+/// small that a running sum in float would lose it.
+inline constexpr float kEvenShare = 1e-3f;
+
 /// Importance of each cluster, as running sums down each lane in `columns` (rows x kLanes), with
 /// the sum of each lane in `lane_sums` (kLanes). Returns the total; 0 where no cluster can
 /// contribute.

@@ -7,9 +7,6 @@
 namespace kinome {
 namespace {
 
-/// Share of the samples that is spread evenly over the clusters; see LightCut::build.
-constexpr float kEvenShare = 1e-3f;
-
 /// Boxes that no ray meets, to fill the last group of each level.
 constexpr float kInvertedLo = 1e20f;
 constexpr float kInvertedHi = -1e20f;
@@ -185,7 +182,7 @@ ClusterPmf LightCut::luminance_pmf() const {
   layout(pmf);
   const std::vector<float>& light = arrays_->light;
   const auto lit = std::count_if(light.begin(), light.end(), [](float w) { return w > 0; });
-  const float even = kEvenShare / static_cast<float>(std::max<std::ptrdiff_t>(lit, 1));
+  const float even = simd::kEvenShare / static_cast<float>(std::max<std::ptrdiff_t>(lit, 1));
   for (uint32_t lane = 0; lane < simd::kLanes; ++lane) {
     float sum = 0;
     for (uint32_t row = 0; row < pmf.rows_; ++row) {

@@ -2,8 +2,10 @@
 
 #include <numeric>
 #include <queue>
-#include <stdexcept>
+#include <string>
 #include <tuple>
+
+#include "kinome/error.h"
 
 namespace kinome {
 namespace {
@@ -125,10 +127,28 @@ class Builder {
   uint32_t next_cell_ = 0;
 };
 
+/// Points may come from a plugin of anyone's.
+void check(const LightPoints& points) {
+  const size_t size = points.size();
+  if (size == 0) throw Error("light points: there are none");
+  const bool local = points.kind == LightPoints::Kind::kLocal;
+  if (points.power.size() != size || points.extent.size() != size ||
+      points.normal.size() != (local ? size : 0)) {
+    throw Error("light points: positions, powers, extents and normals differ in number");
+  }
+  for (size_t i = 0; i < size; ++i) {
+    if (!is_finite(points.position[i]) || !is_finite(points.power[i]) ||
+        !(points.extent[i] > 0 && std::isfinite(points.extent[i]))) {
+      throw Error("light points: number " + std::to_string(i) +
+                  " has a position or power that is not finite, or no extent");
+    }
+  }
+}
+
 }  // namespace
 
 LightTree::LightTree(LightPoints points) : points_(std::move(points)) {
-  if (points_.size() == 0) throw std::invalid_argument("LightTree: no light points");
+  check(points_);
   const Builder builder(points_, cells_);
   permute(points_.position, builder.order());
   permute(points_.normal, builder.order());

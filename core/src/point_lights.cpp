@@ -50,6 +50,7 @@ class Shader {
         stages_(counters) {}
 
   void shade_all(bool hide_emitters) {
+    clear_rays();  // some are left only where an earlier render on this thread threw
     s_.radiance.assign(s_.primary.size(), Rgb(0.f));
     for (uint32_t i = 0; i < s_.primary.size(); ++i) {
       if (!hide_emitters) {
@@ -70,20 +71,21 @@ class Shader {
       if (lights_.points.size() > 0) {
         s_.selection.clear();
         choose_(si, s_.primary.key(i), counters_, s_.selection);
-        const StageTimer timer(stages_.evaluate);
-        for (size_t first = 0; first < s_.selection.points.size(); first += kEvaluateBatch) {
-          evaluate(i, si, first, std::min(kEvaluateBatch, s_.selection.points.size() - first));
+        const size_t chosen = s_.selection.points.size();
+        for (size_t first = 0; first < chosen; first += kEvaluateBatch) {
+          evaluate(i, si, first, std::min(kEvaluateBatch, chosen - first));
+          if (s_.rays.size() >= kShadowBatch) trace_shadow_rays();
         }
       }
       sample_others(i, si);
     }
     if (any(bsdf.lobes() & Lobe::kDelta)) reflect(i, si);
-    if (s_.rays.size() >= kShadowBatch) trace_shadow_rays();
   }
 
   /// Selected points [first, first + count): their reflected radiance, and a shadow ray for each
   /// that has any.
   void evaluate(uint32_t i, const SurfaceInteraction& si, size_t first, size_t count) {
+    const StageTimer timer(stages_.evaluate);
     std::array<float, kEvaluateBatch> x, y, z, r, g, b;
     const uint32_t* const points = s_.selection.points.data() + first;
     for (size_t k = 0; k < count; ++k) {
@@ -149,9 +151,7 @@ class Shader {
     for (size_t k = 0; k < s_.rays.size(); ++k) {
       if (!s_.rays[k].is_occluded()) s_.radiance[s_.owner[k]] += s_.contribution[k];
     }
-    s_.rays.clear();
-    s_.owner.clear();
-    s_.contribution.clear();
+    clear_shadow_rays();
   }
 
   void trace_mirror_rays() {
@@ -167,6 +167,16 @@ class Shader {
       }
       s_.radiance[s_.mirror_owner[k]] += s_.mirror_weight[k] * light;
     }
+    clear_rays();
+  }
+
+  void clear_shadow_rays() {
+    s_.rays.clear();
+    s_.owner.clear();
+    s_.contribution.clear();
+  }
+  void clear_rays() {
+    clear_shadow_rays();
     s_.mirror_rays.clear();
     s_.mirror_owner.clear();
     s_.mirror_weight.clear();
@@ -219,10 +229,8 @@ void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext
       Shader(scene, lights, choose, sampler, tile.counters, scratch).shade_all(hide_emitters);
       const StageTimer timer(stages.film);
       for (size_t i = 0; i < scratch.primary.size(); ++i) {
-        const bool visible =
-            scratch.primary.hit(i) || (scene.environment() != nullptr && !hide_emitters);
         const Rgb& L = scratch.radiance[i];
-        const float values[4] = {L.x, L.y, L.z, visible ? 1.f : 0.f};
+        const float values[4] = {L.x, L.y, L.z, scratch.primary.hit(i) ? 1.f : 0.f};
         tile.film.add(scratch.primary.film_position(i), {values, film.has_alpha() ? 4u : 3u});
       }
     });

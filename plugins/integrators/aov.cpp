@@ -77,8 +77,8 @@ const Type& find_type(const Properties& props, const std::string& name) {
     names.emplace_back(type.name);
   }
   const std::string nearest = nearest_name(name, names);
-  throw props.error("aovs", "unknown type \"" + name + "\"" +
-                                (nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?"));
+  throw props.error("aovs", "has the unknown type '" + name + "'" +
+                                (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
 }
 
 class AovIntegrator final : public Integrator {
@@ -125,16 +125,15 @@ class AovIntegrator final : public Integrator {
       const size_t colon = item.find(':');
       const std::string name(trimmed(item.substr(0, colon)));
       if (colon == std::string_view::npos || name.empty()) {
-        throw props.error("aovs", "must be NAME:TYPE pairs with commas between them, got \"" +
-                                      std::string(item) + "\"");
+        throw props.error("aovs", "must be NAME:TYPE pairs with commas between them, got '" +
+                                      std::string(item) + "'");
       }
       const Type& type = find_type(props, std::string(trimmed(item.substr(colon + 1))));
       types_.push_back(&type);
       for (const char suffix : std::string_view(type.suffixes)) {
         layers_.back().push_back(name + "." + suffix);
         if (!taken.insert(layers_.back().back()).second) {
-          throw props.error("aovs",
-                            "two channels would have the name \"" + layers_.back().back() + "\"");
+          throw props.error("aovs", "names two channels '" + layers_.back().back() + "'");
         }
       }
       if (comma == std::string_view::npos) return;

@@ -381,7 +381,7 @@ class DirectIntegrator final : public Integrator {
     settings_ = {count("emitter_samples"), count("bsdf_samples"), props.boolean("hide_emitters")};
     if (settings_.emitter_samples + settings_.bsdf_samples == 0) {
       throw props.error("shading_samples",
-                        "there must be at least one emitter sample or BSDF sample");
+                        "must give at least one emitter sample or BSDF sample, got 0 of both");
     }
   }
 

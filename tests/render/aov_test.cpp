@@ -138,12 +138,15 @@ std::string error_of(const std::string& xml) {
 
 TEST(Aov, ChecksItsList) {
   EXPECT_EQ(error_of(aov_xml("a:depth, b:uv")), "");
-  EXPECT_NE(error_of(aov_xml("a:dept")).find("did you mean \"depth\"?"), std::string::npos);
-  EXPECT_NE(error_of(aov_xml("a:nonsense")).find("unknown type \"nonsense\""), std::string::npos);
+  EXPECT_NE(error_of(aov_xml("a:dept"))
+                .find("'aovs' has the unknown type 'dept' (did you mean 'depth'?)"),
+            std::string::npos);
+  EXPECT_NE(error_of(aov_xml("a:nonsense")).find("unknown type 'nonsense'"), std::string::npos);
   EXPECT_NE(error_of(aov_xml("depth")).find("NAME:TYPE"), std::string::npos);
   EXPECT_NE(error_of(aov_xml("")).find("NAME:TYPE"), std::string::npos);
   EXPECT_NE(error_of(aov_xml("a:depth,,b:uv")).find("NAME:TYPE"), std::string::npos);
-  EXPECT_NE(error_of(aov_xml("a:depth,a:depth")).find("two channels"), std::string::npos);
+  EXPECT_NE(error_of(aov_xml("a:depth,a:depth")).find("names two channels 'a.T'"),
+            std::string::npos);
   EXPECT_NE(error_of("<integrator type=\"aov\"/>"), "");
 }
 

@@ -5,6 +5,7 @@
 #include <random>
 #include <set>
 
+#include "kinome/error.h"
 #include "kinome/light_tree.h"
 
 namespace kinome {
@@ -175,8 +176,20 @@ TEST(LightTree, NegativePowerHasImportance) {
   }
 }
 
-TEST(LightTree, RefusesNoPoints) {
-  EXPECT_THROW(LightTree{LightPoints{}}, std::invalid_argument);
+TEST(LightTree, RefusesPointsThatBreakTheRules) {
+  EXPECT_THROW(LightTree{LightPoints{}}, Error);
+  const auto broken = [](auto&& change) {
+    LightPoints points = random_light(8, 10);
+    change(points);
+    return points;
+  };
+  EXPECT_NO_THROW(LightTree(broken([](LightPoints&) {})));
+  EXPECT_THROW(LightTree(broken([](LightPoints& p) { p.power.pop_back(); })), Error);
+  EXPECT_THROW(LightTree(broken([](LightPoints& p) { p.extent[3] = 0; })), Error);
+  EXPECT_THROW(LightTree(broken([](LightPoints& p) { p.power[2].y = NAN; })), Error);
+  EXPECT_THROW(LightTree(broken([](LightPoints& p) { p.position[1].x = kInfinity; })), Error);
+  EXPECT_THROW(LightTree(broken([](LightPoints& p) { p.kind = LightPoints::Kind::kLocal; })),
+               Error);
 }
 
 }  // namespace

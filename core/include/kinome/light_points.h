@@ -21,7 +21,7 @@ struct LightPoints {
   /// local): radiance x solid angle for distant light, radiance x area for local light. Channels
   /// may be slightly negative, as photographs are.
   std::vector<Rgb> power;
-  /// Extent of each point: solid angle [sr], or area.
+  /// Extent of each point, positive: solid angle [sr], or area.
   std::vector<float> extent;
 
   size_t size() const { return position.size(); }

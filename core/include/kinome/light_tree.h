@@ -29,7 +29,7 @@ struct LightCell {
 class KINOME_EXPORT LightTree {
  public:
   /// Splits by the median along the longest axis of the box, so that all leaves lie on the last
-  /// two levels. `points` must not be empty.
+  /// two levels. Error where there are no points, or they break the rules of LightPoints.
   explicit LightTree(LightPoints points);
   const LightPoints& points() const { return points_; }
   const std::vector<LightCell>& cells() const { return cells_; }  ///< cells()[0] is the root

@@ -37,13 +37,24 @@
 #define KINOME_ABI_STDLIB "unknown"
 #endif
 
+#if defined(_GLIBCXX_DEBUG)
+#define KINOME_ABI_CONTAINERS "debug"
+#else
+#define KINOME_ABI_CONTAINERS "plain"
+#endif
+#if defined(GLM_FORCE_DEFAULT_ALIGNED_GENTYPES)
+#define KINOME_ABI_GLM "aligned"
+#else
+#define KINOME_ABI_GLM "packed"
+#endif
+
 /// Everything that a plugin and the core must have in common, as one string. GLM's options matter
-/// because Vec3 is part of every interface.
-#define KINOME_ABI_KEY                                                                   \
+/// because Vec3 is part of every interface, the library's debug mode because std::vector is.
+#define KINOME_ABI_KEY \
   "kinome-abi;interface=" KINOME_STRINGIFY(KINOME_INTERFACE_VERSION) ";cxxabi="          \
       KINOME_STRINGIFY(__GXX_ABI_VERSION) ";stdlib=" KINOME_ABI_STDLIB ";sanitizer="     \
       KINOME_ABI_SANITIZER ";glm=" KINOME_STRINGIFY(GLM_VERSION_MAJOR) "."               \
-      KINOME_STRINGIFY(GLM_VERSION_MINOR) "." KINOME_STRINGIFY(GLM_VERSION_PATCH) ";"
+      KINOME_STRINGIFY(GLM_VERSION_MINOR) "." KINOME_STRINGIFY(GLM_VERSION_PATCH) "-" KINOME_ABI_GLM ";containers=" KINOME_ABI_CONTAINERS ";"
 
 namespace kinome {
 
@@ -64,15 +75,16 @@ struct PluginDescriptor {
 ///
 /// The key lies in an ELF section of its own: the registry reads it from the file, before any code
 /// of the library (static constructors included) has a chance to run.
-#define KINOME_PLUGIN(Class, plugin_category, plugin_name, documentation, parameter_table)  \
-  extern "C" {                                                                              \
-  __attribute__((section("kinome_abi"), used, visibility("default")))                       \
-  extern const char kinome_plugin_abi_key[] = KINOME_ABI_KEY;                               \
-  KINOME_EXPORT extern const ::kinome::PluginDescriptor kinome_plugin;                      \
-  const ::kinome::PluginDescriptor kinome_plugin{                                           \
-      plugin_category, plugin_name, documentation, parameter_table,                         \
-      [](const ::kinome::Properties& props) -> std::shared_ptr<::kinome::Object> {          \
-        return std::make_shared<Class>(props);                                              \
-      }};                                                                                   \
-  }                                                                                         \
+#define KINOME_PLUGIN(Class, plugin_category, plugin_name, documentation, parameter_table) \
+  extern "C" {                                                                             \
+  __attribute__((section("kinome_abi"), used,                                              \
+                 visibility("default"))) extern const char kinome_plugin_abi_key[] =       \
+      KINOME_ABI_KEY;                                                                      \
+  KINOME_EXPORT extern const ::kinome::PluginDescriptor kinome_plugin;                     \
+  const ::kinome::PluginDescriptor kinome_plugin{                                          \
+      plugin_category, plugin_name, documentation, parameter_table,                        \
+      [](const ::kinome::Properties& props) -> std::shared_ptr<::kinome::Object> {         \
+        return std::make_shared<Class>(props);                                             \
+      }};                                                                                  \
+  }                                                                                        \
   static_assert(true)
