@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "color_channels.h"
 #include "file_writer.h"
 #include "kinome/image.h"
 
@@ -21,7 +22,7 @@ float swap_bytes(float v) {
 }  // namespace
 
 void write_pfm(const std::string& path, const Image& image) {
-  const int channels = image.channel_count() >= 3 ? 3 : 1;
+  const int channels = color_channel_count(image);
   if (image.width < 1 || image.height < 1 || image.channels.empty()) {
     throw Error(fmt::format("cannot write '{}': the picture is empty", path));
   }
@@ -65,8 +66,9 @@ Image read_pfm(const std::string& path, const Location& where) {
       magic == "PF" ? std::vector<std::string>{"R", "G", "B"} : std::vector<std::string>{"Y"};
   const size_t row = static_cast<size_t>(image.width) * image.channels.size();
   const size_t values = row * static_cast<size_t>(image.height);
-  const auto begin = static_cast<uint64_t>(file.tellg());
   const uint64_t size = std::filesystem::file_size(path);
+  // A file that ends with its header has no place to tell, nor data.
+  const uint64_t begin = file ? static_cast<uint64_t>(file.tellg()) : size;
   if (size - begin < values * sizeof(float)) {
     throw fail(fmt::format("truncated: {} x {} pixels need {} bytes, there are {}", image.width,
                            image.height, values * sizeof(float), size - begin));

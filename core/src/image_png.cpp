@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "color_channels.h"
 #include "file_writer.h"
 #include "kinome/color.h"
 #include "kinome/image.h"
@@ -35,7 +36,7 @@ void write_png(const std::string& path, const Image& image, float exposure) {
     throw Error(fmt::format("cannot write '{}': the picture is empty", path));
   }
   const int alpha = find_channel(image, "A");
-  const int colors = image.channel_count() >= 3 && image.channels[0] != "Y" ? 3 : 1;
+  const int colors = color_channel_count(image);
   const int stride = colors + (alpha >= 0 ? 1 : 0);
   const float factor = std::exp2(exposure);
   std::vector<png_byte> bytes;

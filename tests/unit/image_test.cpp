@@ -243,6 +243,11 @@ TEST(Pfm, RoundTrip) {
   const Image grey = read_pfm(folder.path("y.pfm"));
   ASSERT_EQ(grey.channels, (std::vector<std::string>{"Y"}));
   EXPECT_EQ(grey.at(2, 1, 0), two.at(2, 1, 0));
+  const Image layers = make_image(3, 2, {"Y", "depth.T", "uv.U", "uv.V"});
+  write_pfm(folder.path("layers.pfm"), layers);
+  const Image luminance = read_pfm(folder.path("layers.pfm"));
+  ASSERT_EQ(luminance.channels, (std::vector<std::string>{"Y"}));
+  EXPECT_EQ(luminance.at(2, 1, 0), layers.at(2, 1, 0));
   // Big-endian, scale 2, bottom row first.
   const std::string big("Pf\n1 2\n2.0\n\x3f\x80\x00\x00\x40\x00\x00\x00", 19);
   EXPECT_EQ(read_pfm(folder.write("b.pfm", big)).data, (std::vector<float>{4.f, 2.f}));
@@ -253,7 +258,8 @@ TEST(Pfm, RefusesWhatIsNoWholeFile) {
   expect_error([&] { read_pfm(folder.path("none.pfm")); }, "none.pfm", "no such file");
   expect_error([&] { read_pfm(folder.write("a.pfm", "P6\n1 1\n255\nabc")); }, "a.pfm", "PFM");
   expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n2 2\n-1\nabc")); }, "a.pfm", "truncated");
-  expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n2 2\n-1")); }, "a.pfm", "truncated");
+  expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n2 2\n-1")); }, "a.pfm",
+               "need 48 bytes, there are 0");
   expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n-2 2\n-1\n")); }, "a.pfm", "absurd");
   expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n2000000 2\n-1\n")); }, "a.pfm", "absurd");
   expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n100000 100000\n-1\nabcd")); }, "a.pfm",
