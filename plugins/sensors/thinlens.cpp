@@ -8,6 +8,7 @@
 
 #include "camera.h"
 #include "kinome/plugin.h"
+#include "kinome/warp.h"
 
 namespace kinome {
 namespace {
@@ -19,17 +20,6 @@ const Parameter kTable[] = {
     {"focus_distance", ParameterType::kFloat, nullptr,
      "depth that is sharp; far_clip if not given"},
 };
-
-/// Concentric map of the square to the unit disk (Shirley and Chiu 1997): keeps strata compact.
-Vec2 square_to_disk(const Vec2& u) {
-  const float a = 2 * u.x - 1;
-  const float b = 2 * u.y - 1;
-  if (a == 0 && b == 0) return Vec2(0.f);
-  const bool by_a = std::abs(a) > std::abs(b);
-  const float radius = by_a ? a : b;
-  const float angle = by_a ? kPi / 4 * (b / a) : kPi / 2 - kPi / 4 * (a / b);
-  return {radius * std::cos(angle), radius * std::sin(angle)};
-}
 
 class ThinLens : public Sensor {
  public:
@@ -45,7 +35,7 @@ class ThinLens : public Sensor {
   }
 
   Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
-    const Vec2 lens = aperture_radius_ * square_to_disk(aperture);
+    const Vec2 lens = aperture_radius_ * square_to_disk_concentric(aperture);
     const Vec2 sharp = focus_distance_ * plane_.at(film_position);
     const Vec3 d = glm::normalize(Vec3(sharp - lens, focus_distance_));
     Ray ray;
