@@ -61,8 +61,8 @@ inline float lobe_probability(bool has_a, bool has_b, float a, float b) {
 /// Densities stay below this, so that their squares (power heuristic) don't overflow.
 inline constexpr float kMaxPdf = 1e18f;
 
-/// A kTexture parameter, whose texels must not exceed 1 either. (Negative ones are reported by the
-/// texture that holds them.)
+/// A kTexture parameter, whose texels must not exceed 1 either. Negative ones are the texture's own
+/// affair: an image's are kept with a warning, a checkerboard has none.
 inline std::shared_ptr<Texture> reflectance_texture(const Properties& props,
                                                     const std::string& name) {
   auto texture = props.texture(name);
@@ -78,8 +78,11 @@ inline std::shared_ptr<Texture> reflectance_texture(const Properties& props,
 inline std::shared_ptr<Texture> nonnegative_texture(const Properties& props,
                                                     const std::string& name) {
   auto texture = props.texture(name);
-  if (!(texture->min() >= 0) || !std::isfinite(texture->max())) {
+  if (!(texture->min() >= 0)) {
     throw props.error(name, "must not be negative, got " + std::to_string(texture->min()));
+  }
+  if (!std::isfinite(texture->max())) {
+    throw props.error(name, "must be finite, got " + std::to_string(texture->max()));
   }
   return texture;
 }

@@ -21,8 +21,8 @@ constexpr Parameter kParameters[] = {
 class Checkerboard final : public Texture {
  public:
   explicit Checkerboard(const Properties& props)
-      : color0_(props.texture("color0")),
-        color1_(props.texture("color1")),
+      : color0_(read_color(props, "color0")),
+        color1_(read_color(props, "color1")),
         to_uv_(props.transform("to_uv")) {}
 
   Rgb eval(const Vec2& uv) const override {
@@ -39,6 +39,15 @@ class Checkerboard final : public Texture {
   }
 
  private:
+  /// Nothing that a texture is for takes negative values; those of a nested image were warned of.
+  static std::shared_ptr<Texture> read_color(const Properties& props, const std::string& name) {
+    auto color = props.texture(name);
+    if (color->is_uniform() && color->min() < 0) {
+      throw props.error(name, "must not be negative, got " + std::to_string(color->min()));
+    }
+    return color;
+  }
+
   bool halves_match(const Vec2& uv) const {
     const Vec3 p = to_uv_.point(Vec3(uv.x, uv.y, 0.f));
     const bool upper_u = p.x - std::floor(p.x) > 0.5f;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "kinome/texture.h"
 #include "support/bsdf_cases.h"
 
 /// What BSDFs take and refuse.
@@ -13,6 +14,12 @@ struct BadBsdf {
 
 const BadBsdf kBadBsdfs[] = {
     {"<bsdf type='diffuse'><rgb name='reflectance' value='.2 1.2 0'/></bsdf>", "outside [0,1]"},
+    {"<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'><float name='color0' "
+     "value='-.5'/></texture></bsdf>",
+     "'color0' must not be negative, got -0.5"},
+    {"<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'><rgb name='color1' "
+     "value='1 0 1.5'/></texture></bsdf>",
+     "'reflectance' must lie in [0,1]"},
     {"<bsdf type='phong'><float name='exponent' value='-1'/></bsdf>", "must not be negative"},
     {"<bsdf type='phong'><float name='exponnent' value='3'/></bsdf>", "did you mean 'exponent'"},
     {"<bsdf type='ward'><string name='variant' value='wardd'/></bsdf>", "did you mean 'ward'"},
@@ -52,6 +59,25 @@ TEST(BsdfParameters, MistakesAreNamed) {
           << bad.xml << ": " << e.what();
       EXPECT_GT(e.where().line, 0) << e.what();
     }
+  }
+}
+
+class InfiniteTexture final : public Texture {
+ public:
+  Rgb eval(const Vec2&) const override { return Rgb(kInfinity); }
+  Rgb mean() const override { return Rgb(kInfinity); }
+  float max() const override { return kInfinity; }
+  float min() const override { return 1; }
+};
+
+TEST(BsdfParameters, WhatIsInfiniteIsNotCalledNegative) {
+  Properties props(Category::kBsdf, "phong", {"scene.xml", 1, 1});
+  props.set("exponent", std::make_shared<InfiniteTexture>(), {"scene.xml", 2, 3});
+  try {
+    registry().create(props);
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "scene.xml:2:3: 'exponent' must be finite, got inf");
   }
 }
 
