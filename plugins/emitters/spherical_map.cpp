@@ -119,7 +119,6 @@ void SphericalMap::set_weights(bool compensate) {
   // The solid angle of the sphere that a row's texels stand for, from patches with interpolated
   // sines; then the integral of the absolute luminance.
   double total = 0, sphere = 0;
-  std::vector<double> row_sums(height_);
   std::vector<double> row_angles(height_);
   for (int i = 0; i < height_; ++i) {
     const double before = i > 0 ? sines_[i - 1] : 0, after = i + 1 < height_ ? sines_[i + 1] : 0;
@@ -172,10 +171,12 @@ SphericalMap::Place SphericalMap::locate(const Vec3& d) const {
   const auto columns = static_cast<float>(width_);
   float x = fast_atan2(d.x, -d.z) * (0.5f * kInvPi) * columns - 0.5f;
   if (x < 0) x += columns;
-  const float y = theta * kInvPi * static_cast<float>(height_ - 1);
-  // A direction that is not a number stays one in s and t, and reads no memory but the map's.
-  const int column = std::clamp(static_cast<int>(x), 0, width_ - 1);
-  const int row_index = std::clamp(static_cast<int>(y), 0, height_ - 2);
+  const auto rows = static_cast<float>(height_ - 1);
+  const float y = theta * kInvPi * rows;
+  // A direction that is not a number stays one in s and t, and reads no memory but the map's: no
+  // comparison holds for NaN, whose conversion to int is undefined.
+  const int column = x >= 0 && x < columns ? static_cast<int>(x) : x > 0 ? width_ - 1 : 0;
+  const int row_index = y >= 0 && y < rows ? static_cast<int>(y) : y > 0 ? height_ - 2 : 0;
   return {row(row_index) + column, row_index, std::min(x - static_cast<float>(column), 1.f),
           std::min(y - static_cast<float>(row_index), 1.f), sin_theta};
 }
