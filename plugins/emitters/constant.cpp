@@ -3,11 +3,11 @@
 ///     <emitter type="constant"><rgb name="radiance" value="1 .9 .8"/></emitter>
 
 #include <algorithm>
-#include <cmath>
 
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "kinome/sphere_partition.h"
+#include "kinome/warp.h"
 
 namespace kinome {
 namespace {
@@ -20,9 +20,11 @@ class ConstantEnvironment final : public Emitter {
  public:
   explicit ConstantEnvironment(const Properties& props) : radiance_(props.color("radiance")) {
     if (!is_finite(radiance_) || std::min({radiance_.x, radiance_.y, radiance_.z}) < 0) {
-      throw props.error("radiance", "must be finite and not negative");
+      throw props.error(
+          "radiance", "must be finite and not negative, got " + std::to_string(radiance_.x) + " " +
+                          std::to_string(radiance_.y) + " " + std::to_string(radiance_.z));
     }
-    pdf_ = is_black(radiance_) ? 0 : 1 / (4 * kPi);
+    pdf_ = is_black(radiance_) ? 0 : kUniformSpherePdf;
   }
 
   bool is_environment() const override { return true; }
@@ -31,11 +33,8 @@ class ConstantEnvironment final : public Emitter {
 
   std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& u) const override {
     if (pdf_ == 0) return std::nullopt;
-    const float y = 1 - 2 * u.y;
-    const float r = 2 * std::sqrt(u.y * (1 - u.y));
-    const float phi = 2 * kPi * u.x;
     DirectSample sample;
-    sample.d = Vec3(std::sin(phi) * r, y, -std::cos(phi) * r);
+    sample.d = square_to_uniform_sphere(u);
     sample.pdf = pdf_;
     sample.radiance = radiance_;
     return sample;
