@@ -175,10 +175,12 @@ std::vector<half> to_halves(const std::string& path, const Image& image) {
     halves[i] = half(v);
   }
   if (clamped > 0) {
-    log_warn(
-        fmt::format("'{}': {} values beyond {} were clamped to it, the largest that float16 "
-                    "holds; component_format float32 keeps them",
-                    path, clamped, kLargestHalf));
+    log_warn(fmt::format(
+        "'{}': {} beyond {} clamped to it, the largest that float16 holds; component_format "
+        "float32 keeps {}",
+        path, clamped == 1 ? "1 value" : fmt::format("{} values", clamped),
+        fmt::format("{} {}", kLargestHalf, clamped == 1 ? "was" : "were"),
+        clamped == 1 ? "it" : "them"));
   }
   return halves;
 }

@@ -54,8 +54,8 @@ Image read_image(const Properties& props) {
   const std::string path = props.file("filename");
   const std::string extension = extension_of(path);
   if (extension != ".exr" && extension != ".pfm") {
-    throw props.error("filename", "must be an image of radiance, .exr or .pfm, got \"" + path +
-                                      "\" (8-bit images can't hold the range of a sky)");
+    throw props.error("filename", "must be an image of radiance, .exr or .pfm, got '" + path +
+                                      "' (8-bit images can't hold the range of a sky)");
   }
   const Location where = where_is(props, "filename");
   Image image = extension == ".exr" ? read_exr(path, where) : read_pfm(path, where);
@@ -63,7 +63,7 @@ Image read_image(const Properties& props) {
                       image.channels[1] == "G" && image.channels[2] == "B";
   if (image.width < 1 || image.height < 1 || !(is_rgb || image.channel_count() == 1)) {
     throw props.error("filename",
-                      "must have the channels R, G, B, or a single one: \"" + path + "\"");
+                      "must have the channels R, G, B, or a single one: '" + path + "'");
   }
   return image;
 }
@@ -80,21 +80,23 @@ void check_texels(const Properties& props, const Image& image, float scale) {
         const float value = image.at(x, y, c);
         is_negative |= value < 0;
         if (std::abs(value * scale) < kTooMuch) continue;
-        const char* const what = std::isnan(value)   ? "NaN"
-                                 : std::isinf(value) ? "infinite"
-                                                     : "too large (above 1e36)";
-        throw props.error("filename", "texel x = " + std::to_string(x) + ", y = " +
-                                          std::to_string(y) + ", channel " + image.channels[c] +
-                                          " is " + what + "; radiance must be finite");
+        const std::string place = " at x = " + std::to_string(x) + ", y = " + std::to_string(y) +
+                                  ", channel " + image.channels[c];
+        if (std::isfinite(value)) {
+          throw props.error("filename", "has a texel that is too large" + place +
+                                            "; times 'scale', radiance must stay below 1e36");
+        }
+        throw props.error("filename", "has a texel that is " +
+                                          std::string(std::isnan(value) ? "NaN" : "infinite") +
+                                          place + "; radiance must be finite");
       }
       negative += is_negative;
     }
   }
   if (negative > 0) {
-    props.warn("filename", std::to_string(negative) +
-                               (negative == 1 ? " texel is negative; it is"
-                                              : " texels are negative; they are") +
-                               " kept as they are");
+    props.warn("filename", "has " + std::to_string(negative) +
+                               (negative == 1 ? " negative texel, which is kept"
+                                              : " negative texels, which are kept"));
   }
 }
 

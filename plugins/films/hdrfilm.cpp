@@ -66,11 +66,12 @@ class HdrFilm : public Film {
     sample_border_ = props.boolean("sample_border");
     if (props.boolean("compensate")) props.warn("compensate", "has no effect");
     if (is_pfm_ && has_alpha_) {
-      props.warn("pixel_format", "a pfm file has no alpha channel: it is left out");
+      props.warn("pixel_format",
+                 "asks for an alpha channel, which a pfm file can't hold: it is left out");
       has_alpha_ = false;
     }
     filter_ = props.object<ReconstructionFilter>();
-    if (!filter_) throw props.error("rfilter", "the film needs a nested <rfilter>");
+    if (!filter_) throw props.error("rfilter", "is missing: the film needs a nested <rfilter>");
   }
 
   void write(const std::string& path, const Image& image,
@@ -110,7 +111,7 @@ class HdrFilm : public Film {
                          int full) {
     // In this order, no sum can overflow.
     if (offset >= 0 && offset < full && size <= full - offset) return;
-    throw props.error(name, "the crop window must lie within the film's " + std::to_string(full) +
+    throw props.error(name, "must keep the crop window within the film's " + std::to_string(full) +
                                 " pixels, got " + std::to_string(size) + " pixels from " +
                                 std::to_string(offset));
   }

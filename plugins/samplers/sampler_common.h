@@ -30,7 +30,7 @@ inline uint32_t read_sample_count(const Properties& props) {
 
 /// Says that `wanted` was rounded, as Mitsuba does.
 inline void warn_if_rounded(const Properties& props, uint32_t wanted, uint32_t count) {
-  if (count != wanted) props.warn("sample_count", "rounded up to " + std::to_string(count));
+  if (count != wanted) props.warn("sample_count", "is rounded up to " + std::to_string(count));
 }
 
 /// 64 random bits from a counter: both halves of a product of the counter with a variation of

@@ -73,7 +73,8 @@ inline Transform read_camera_transform(const Properties& props, bool scale_allow
 template <class T>
 std::shared_ptr<T> read_part(const Properties& props, const char* name) {
   auto part = props.object<T>();
-  if (!part) throw props.error(name, std::string("the sensor needs a nested <") + name + ">");
+  if (!part)
+    throw props.error(name, std::string("is missing: the sensor needs a nested <") + name + ">");
   return part;
 }
 
