@@ -30,13 +30,20 @@ int terminal_width() {
 
 }  // namespace
 
-Progress::Progress(bool quiet)
-    : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()) {
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {
   interval_ = terminal_ ? kBarInterval : kFirstLine;
+  begin();
+}
+
+void Progress::begin() {
+  start_ = Clock::now();
   next_ = start_ + std::chrono::duration_cast<Clock::duration>(interval_);
+  last_fraction_ = 0;
 }
 
 void Progress::update(double fraction) {
+  if (fraction < last_fraction_) begin();  // another pass over the tiles
+  last_fraction_ = fraction;
   const Clock::time_point now = Clock::now();
   if (quiet_ || now < next_ || !(fraction > 0)) return;
   if (!terminal_) interval_ = std::min(interval_ * 2, kLongestLineInterval);

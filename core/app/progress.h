@@ -14,6 +14,10 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   ~Progress() { finish(); }
 
+  /// Starts the clock (anew): what came before the render, or before a further pass of it, says
+  /// nothing about the time left.
+  void begin();
+  /// Share of the pass that is done. A share that falls begins another pass.
   void update(double fraction);
   /// Wipes the bar.
   void finish();
@@ -25,6 +29,7 @@ class Progress {
   bool quiet_;
   bool terminal_;
   bool bar_drawn_ = false;
+  double last_fraction_ = 0;
   Clock::time_point start_;
   Clock::time_point next_;
   std::chrono::duration<double> interval_;

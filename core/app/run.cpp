@@ -106,7 +106,8 @@ std::string integrator_names(const std::vector<std::string>& plugins) {
 
 void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
   if (stats.non_finite_samples > 0) {
-    log_warn(fmt::format("{} samples were not finite and were dropped", stats.non_finite_samples));
+    log_warn(fmt::format("samples that were not finite, and were dropped: {}",
+                         stats.non_finite_samples));
   }
   if (!options.quiet) {
     fmt::print(stderr, "wrote {}{} ({:.2f} s)\n", summary.output,
@@ -152,6 +153,7 @@ int render_command(const Options& options, Clock::time_point start) {
   if (options.png) check_writable(png);
 
   begin_interruptible_render();
+  progress.begin();
   log_info(fmt::format("rendering {}x{} pixels of {} on {} threads", film.crop().width(),
                        film.crop().height(), options.scene, context.threads()));
   const Image image = render(*scene, sensor, context);
