@@ -52,7 +52,7 @@ def render(build, folder, seed, **defines):
 
 
 def embree_share(stats):
-    return stats["seconds"]["embree"] / (stats["seconds"]["render"] * stats["threads"])
+    return stats["embree_share"]
 
 
 def direct_against_mitsuba(build, folder, python, runs, size=512, spp=16):
@@ -73,7 +73,7 @@ def measure(build, python, runs):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         render(build, folder, 0, integrator="direct", spp=1, width=64, height=64)  # warm the files
-        first = [render(build, folder, s, spp=1) for s in range(runs)]
+        first = [render(build, folder, s, spp=1, sampler="independent") for s in range(runs)]
         direct = [render(build, folder, s, integrator="direct", spp=16) for s in range(runs)]
         ours, theirs = direct_against_mitsuba(build, folder, python, runs)
     return {
