@@ -1,7 +1,7 @@
 #!/bin/sh
 # Measures what the project has set itself as numbers to reach, and writes validation/numbers/.
 #
-#   sh validation/numbers.sh [--mitsuba PYTHON] [--runs N]
+#   sh validation/measure.sh [--mitsuba PYTHON] [--runs N]
 #
 # --mitsuba: a Python that has the package `mitsuba` (3.9.1), for the comparison with scalar_rgb.
 set -eu
@@ -13,4 +13,4 @@ kinome_configure
 cmake -S "$root" -B "$build" -DKINOME_BUILD_BENCHMARKS=ON >/dev/null
 ninja -C "$build" kinome_renderer kinome_benchmark
 "$kinome_python" "$root/scenes/make_assets.py"
-exec "$kinome_python" "$root/validation/numbers.py" --build "$build" "$@"
+exec "$kinome_python" "$root/validation/measure.py" --build "$build" "$@"

@@ -1,6 +1,6 @@
 """Runs the benchmarks and writes validation/numbers/numbers.md, with the raw figures beside it.
 
-Everything is measured in one run: medians of several, on whatever machine this is. See numbers.sh.
+Everything is measured in one run: medians of several, on whatever machine this is. See measure.sh.
 """
 import argparse
 import json
@@ -137,7 +137,7 @@ def main():
         "# Numbers to reach, as measured", "",
         f"Medians of {options.runs} runs on {data['machine']['processor']}, "
         f"{data['machine']['cores']} cores, at commit {data['commit'][:10]}; made by "
-        "`sh validation/numbers.sh`. Raw figures: [numbers.json](numbers.json).", "",
+        "`sh validation/measure.sh`. Raw figures: [numbers.json](numbers.json).", "",
         "| what | goal | measured |", "|---|---|---|"]
     lines += [f"| {' | '.join(row)} |" for row in rows(data)]
     (folder / "numbers.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
