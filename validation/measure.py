@@ -48,7 +48,12 @@ def render(build, folder, seed, **defines):
                  "-o", folder / "out.exr"]
     for key, value in defines.items():
         arguments += ["-D", f"{key}={value}"]
-    return json.loads(subprocess.run(arguments, check=True, capture_output=True, text=True).stdout)
+    stats = json.loads(
+        subprocess.run(arguments, check=True, capture_output=True, text=True).stdout)
+    # Where this clone lies is nobody's business.
+    stats["scene"] = str(HEBE.relative_to(ROOT))
+    del stats["output"]
+    return stats
 
 
 def embree_share(stats):
