@@ -71,8 +71,18 @@ void FilmTile::add(const Vec2& position, std::span<const float> values) {
   }
 }
 
+void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
+  if (!is_finite(value) || !is_finite(Vec3(position, 0.f))) {
+    ++non_finite_;
+    return;
+  }
+  splats_.push_back({position, value});
+}
+
 void Film::prepare(const std::vector<std::vector<std::string>>& layers) {
   non_finite_ = 0;
+  splats_.clear();
+  splat_scale_ = 1;
   layers_.clear();
   for (const auto& names : layers) layers_.push_back({names, {}});
   for (size_t i = 0; i < layers_.size(); ++i) {
@@ -106,6 +116,7 @@ FilmTile Film::make_tile(const Rect& pixels, int layer) const {
 
 void Film::commit(const FilmTile& tile) {
   non_finite_ += tile.non_finite_;
+  if (!tile.splats_.empty()) commit_splats(tile);
   const int stride = tile.values_ + 1;
   const Rect& covered = tile.covered_;
   if (covered.area() == 0) return;
@@ -115,6 +126,28 @@ void Film::commit(const FilmTile& tile) {
     float* to = &data[pixel_offset(crop_, covered.x0, y, stride)];
     const int count = covered.width() * stride;
     for (int i = 0; i < count; ++i) to[i] += from[i];
+  }
+}
+
+void Film::commit_splats(const FilmTile& tile) {
+  splats_.resize(static_cast<size_t>(crop_.area()) * 3);
+  const double radius = filter_->radius();
+  // A pixel's weighted mean divides by the filter's integral over its samples; a splat has to.
+  const double norm = 1 / (filter_->integral() * filter_->integral());
+  for (const FilmTile::Splat& splat : tile.splats_) {
+    const Vec2& p = splat.position;
+    if (!(std::abs(p.x) < kMaxPosition && std::abs(p.y) < kMaxPosition)) continue;
+    const Footprint fx = footprint(p.x, p.x, radius);
+    const Footprint fy = footprint(p.y, p.y, radius);
+    const Rect reached = intersection({fx.first, fy.first, fx.end, fy.end}, crop_);
+    for (int y = reached.y0; y < reached.y1; ++y) {
+      const double wy = filter_->eval(static_cast<float>(y + 0.5 - p.y)) * norm;
+      for (int x = reached.x0; x < reached.x1; ++x) {
+        const double w = wy * filter_->eval(static_cast<float>(x + 0.5 - p.x));
+        double* pixel = &splats_[pixel_offset(crop_, x, y, 3)];
+        for (int i = 0; i < 3; ++i) pixel[i] += w * splat.value[i];
+      }
+    }
   }
 }
 
@@ -131,11 +164,23 @@ Image Film::develop() const {
       const float* from = &layers_[l].data[p * (values + 1)];
       float* to = &image.data[p * stride_out + first_out];
       const float weight = from[values];
-      if (weight == 0) continue;
-      if (to_luminance) {
-        *to++ = luminance({from[0], from[1], from[2]}) / weight;
+      const float inverse = weight == 0 ? 0.f : 1 / weight;
+      int i = 0;
+      if (l == 0) {
+        Rgb color = Rgb(from[0], from[1], from[2]) * inverse;
+        if (!splats_.empty()) {
+          for (int c = 0; c < 3; ++c) {
+            color[c] += static_cast<float>(splats_[3 * p + c] * splat_scale_);
+          }
+        }
+        if (to_luminance) {
+          *to++ = luminance(color);
+        } else {
+          for (int c = 0; c < 3; ++c) *to++ = color[c];
+        }
+        i = 3;
       }
-      for (int i = to_luminance ? 3 : 0; i < values; ++i) *to++ = from[i] / weight;
+      for (; i < values; ++i) *to++ = from[i] * inverse;
     }
     first_out += to_luminance ? values - 2 : values;
   }

@@ -213,6 +213,31 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
   mesh_.positions.pop_back();
 }
 
+SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {
+  std::call_once(by_area_made_, [this] {
+    std::vector<float> areas;
+    areas.reserve(mesh_.triangles.size());
+    for (const glm::uvec3& t : mesh_.triangles) {
+      const glm::dvec3 p0(mesh_.positions[t.x]);
+      const glm::dvec3 a = glm::dvec3(mesh_.positions[t.y]) - p0;
+      const glm::dvec3 b = glm::dvec3(mesh_.positions[t.z]) - p0;
+      areas.push_back(static_cast<float>(0.5 * glm::length(glm::cross(a, b))));
+    }
+    const auto count = static_cast<uint32_t>(areas.size());
+    by_area_ = GridDistribution(count, 1, std::move(areas));
+  });
+  const GridDistribution::Cell cell =
+      by_area_.total() > 0 ? by_area_.sample(u) : GridDistribution::Cell{0, 0, u};
+  const float root = std::sqrt(1 - cell.u.x);
+  Hit hit;
+  hit.primitive = cell.column;
+  hit.u = 1 - root;
+  hit.v = root * cell.u.y;
+  SurfaceInteraction si = interaction(Ray{}, hit);
+  si.shape = this;
+  return si;
+}
+
 SurfaceInteraction MeshShape::interaction(const Ray& ray, const Hit& hit) const {
   const glm::uvec3 triangle = mesh_.triangles[hit.primitive];
   const Vec3 p0 = mesh_.positions[triangle.x];

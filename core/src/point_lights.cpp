@@ -199,10 +199,11 @@ void append(LightPoints& to, const LightPoints& from) {
 
 }  // namespace
 
-ScenePointLights gather_point_lights(const Scene& scene, uint32_t count, uint64_t seed) {
+ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
+                                     uint32_t count) {
   ScenePointLights lights;
   for (const Emitter* emitter : scene.emitters()) {
-    const auto points = emitter->light_points(count, seed);
+    const auto points = emitter->light_points(scene, context, count);
     if (points && points->kind == LightPoints::Kind::kDistant && points->size() > 0) {
       append(lights.points, *points);
     } else {

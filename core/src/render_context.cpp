@@ -82,7 +82,8 @@ class Sequencer {
 /// Tells how far a pass is. A thread that finds another one telling does not wait for it.
 class Progress {
  public:
-  Progress(const ProgressCallback& callback, size_t total) : callback_(callback), total_(total) {}
+  Progress(const ProgressCallback& callback, size_t total, double begin, double end)
+      : callback_(callback), total_(total), begin_(begin), end_(end) {}
   void one_done() {
     const size_t done = 1 + done_.fetch_add(1, std::memory_order_relaxed);
     if (!callback_) return;
@@ -95,12 +96,14 @@ class Progress {
     }
     if (done <= told_) return;
     told_ = done;
-    callback_(static_cast<double>(done) / static_cast<double>(total_));
+    callback_(begin_ + (end_ - begin_) * static_cast<double>(done) / static_cast<double>(total_));
   }
 
  private:
   const ProgressCallback& callback_;
   const size_t total_;
+  const double begin_;
+  const double end_;
   std::atomic<size_t> done_{0};
   std::mutex mutex_;
   size_t told_ = 0;
@@ -151,7 +154,7 @@ void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& 
   const std::vector<size_t> order = tile_order(tiles.size(), options_.tile_order_seed);
   const auto threads = static_cast<unsigned>(std::clamp<size_t>(tiles.size(), 1, options_.threads));
   Sequencer sequencer(film);
-  Progress progress(options_.progress, tiles.size());
+  Progress progress(options_.progress, tiles.size(), progress_begin_, progress_end_);
   FirstException exception;
   std::vector<RenderCounters> counters(threads);
   std::atomic<size_t> next{0};
@@ -180,6 +183,11 @@ void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& 
   for (const RenderCounters& c : counters) stats_.counters.add(c);
   sequencer.commit_rest();
   exception.rethrow();
+}
+
+void RenderContext::set_progress_range(double begin, double end) {
+  progress_begin_ = begin;
+  progress_end_ = end;
 }
 
 void RenderContext::parallel_for(size_t count, const std::function<void(size_t)>& fn) const {

@@ -1,6 +1,7 @@
 #include "kinome/scene.h"
 
 #include <algorithm>
+#include <functional>
 #include <thread>
 
 #include "kinome/error.h"
@@ -18,22 +19,26 @@ std::string describe(const Object& object, const char* kind, size_t index) {
 }  // namespace
 
 Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents)) {
-  std::vector<Emitter*> emitters;
-  const auto add_emitter = [&](Emitter& emitter) {
-    if (std::find(emitters.begin(), emitters.end(), &emitter) == emitters.end()) {
-      emitters.push_back(&emitter);
-    }
-  };
+  std::vector<Emitter*> all;
+  const std::function<void(Emitter&, const std::string&)> add_emitter =
+      [&](Emitter& emitter, const std::string& name) {
+        if (std::find(all.begin(), all.end(), &emitter) != all.end()) return;
+        if (emitter.is_environment()) {
+          if (environment_) {
+            throw Error("a scene can have one environment emitter, but " + name +
+                        " is another one");
+          }
+          environment_ = &emitter;
+        }
+        all.push_back(&emitter);
+        for (const auto& child : emitter.children()) add_emitter(*child, "an emitter in " + name);
+      };
   for (size_t i = 0; i < contents_.emitters.size(); ++i) {
-    Emitter& emitter = *contents_.emitters[i];
-    if (emitter.is_environment()) {
-      if (environment_ && environment_ != &emitter) {
-        throw Error("a scene can have one environment emitter, but " +
-                    describe(emitter, "emitter", i) + " is another one");
-      }
-      environment_ = &emitter;
+    const std::string name = describe(*contents_.emitters[i], "emitter", i);
+    if (contents_.emitters[i]->is_surface()) {
+      throw Error(name + " emits from a surface: it must be part of a shape");
     }
-    add_emitter(emitter);
+    add_emitter(*contents_.emitters[i], name);
   }
   for (size_t i = 0; i < contents_.shapes.size(); ++i) {
     const Shape& shape = *contents_.shapes[i];
@@ -45,15 +50,14 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
     }
     bounds_.expand(box);
     if (const auto emitter = shape.emitter_pointer()) {
-      if (emitter->is_environment()) {
-        throw Error(name + " can't emit by an environment emitter: that belongs to the scene");
-      }
-      add_emitter(*emitter);
+      add_emitter(*emitter, name);
       has_surface_emitters_ = true;
     }
   }
-  for (Emitter* emitter : emitters) emitter->prepare(bounds_);
-  emitters_.assign(emitters.begin(), emitters.end());
+  for (Emitter* emitter : all) {
+    emitter->prepare(bounds_);
+    (emitter->is_indirect() ? indirect_emitters_ : emitters_).push_back(emitter);
+  }
   if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
   accelerator_ = std::make_unique<Accelerator>(contents_.shapes, threads);
 }

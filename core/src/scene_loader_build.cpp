@@ -260,6 +260,10 @@ void Builder::add_to_scene(const Node& child, const std::shared_ptr<Object>& obj
         std::any_of(contents.emitters.begin(), contents.emitters.end(),
                     [&](const auto& other) { return other != emitter && other->is_environment(); });
     if (second) throw Error(child.where, "a scene has at most one environment emitter");
+    if (emitter->is_surface()) {
+      throw Error(child.where, "an '" + child.value("type") +
+                                   "' emitter shines from a surface: put it into a <shape>");
+    }
     add(contents.emitters, emitter);
   } else if (auto integrator = std::dynamic_pointer_cast<Integrator>(object)) {
     if (contents.integrator && contents.integrator != integrator) {

@@ -3,6 +3,34 @@
 namespace kinome {
 
 Shape::Shape(const Properties& props)
-    : bsdf_(props.object<Bsdf>()), emitter_(props.object<Emitter>()) {}
+    : bsdf_(props.object<Bsdf>()), emitter_(props.object<Emitter>()) {
+  if (!emitter_) return;
+  if (!emitter_->is_surface()) {
+    throw Error(props.where(),
+                "a shape can't emit by an emitter of its own place or direction: "
+                "use 'area', or put the emitter into the scene itself");
+  }
+  try {
+    emitter_->attach(*this);
+  } catch (const Error& error) {
+    throw Error(props.where(), error.what());
+  }
+}
+
+std::optional<SurfaceSample> Shape::sample_solid_angle(const Vec3& p, const Vec2& u) const {
+  SurfaceSample sample{sample_surface(u), 0};
+  sample.pdf = pdf_solid_angle(p, sample.si);
+  if (!(sample.pdf > 0)) return std::nullopt;
+  return sample;
+}
+
+float Shape::pdf_solid_angle(const Vec3& p, const SurfaceInteraction& si) const {
+  const Vec3 to = si.p - p;
+  const float distance2 = glm::dot(to, to);
+  const float distance = std::sqrt(distance2);
+  const float projected = std::abs(glm::dot(si.n, to)) * area();  // |cos| x distance x area
+  const float pdf = distance2 / projected * distance;
+  return projected > 0 && std::isfinite(pdf) ? pdf : 0.f;
+}
 
 }  // namespace kinome

@@ -14,6 +14,8 @@ const char* to_string(RayKind kind) {
       return "bsdf";
     case RayKind::kLobe:
       return "lobe";
+    case RayKind::kLight:
+      return "light";
   }
   return "unknown";
 }

@@ -41,7 +41,8 @@ class ConstantEnvironment final : public Emitter {
   }
 
   /// Cells of equal light; their centres stay where they are, whatever the seed.
-  std::optional<LightPoints> light_points(uint32_t count, uint64_t /*seed*/) const override {
+  std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
+                                          uint32_t count) const override {
     const SpherePartition cells(count);
     LightPoints points;
     points.kind = LightPoints::Kind::kDistant;

@@ -183,7 +183,8 @@ class EnvironmentMap final : public Emitter {
   /// its point's, so that no small sun is lost between points ("re-sampled onto the leaves",
   /// Åkerlund 2008, 3.4.1, leaves open how). The points stay at the cells' centres whatever the
   /// seed: there is nothing random about them.
-  std::optional<LightPoints> light_points(uint32_t count, uint64_t /*seed*/) const override {
+  std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
+                                          uint32_t count) const override {
     const SpherePartition cells(count);
     LightPoints points;
     points.kind = LightPoints::Kind::kDistant;

@@ -170,7 +170,7 @@ class Clustered final : public Integrator {
  private:
   ScenePointLights gather(const Scene& scene, RenderContext& context) const {
     const StageTimer timer(context.stats().counters.stage_seconds["light points"]);
-    return gather_point_lights(scene, light_samples_, context.seed());
+    return gather_point_lights(scene, context, light_samples_);
   }
 
   /// The sampler of the lobe rays, or nullptr where nothing needs them.

@@ -31,7 +31,7 @@ class GroundTruth final : public Integrator {
   }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    const ScenePointLights lights = gather_point_lights(scene, light_samples_, context.seed());
+    const ScenePointLights lights = gather_point_lights(scene, context, light_samples_);
     if (lights.points.size() == 0) context.skip("light points", "no emitter offers any");
     std::vector<uint32_t> all(lights.points.size());
     std::iota(all.begin(), all.end(), 0u);

@@ -92,6 +92,13 @@ class Cylinder final : public Shape {
     return static_cast<float>(2 * std::numbers::pi * glm::length(m[0]) * glm::length(m[2]));
   }
 
+  SurfaceInteraction sample_surface(const Vec2& u) const override {
+    const double phi = 2 * std::numbers::pi * u.x;
+    const DVec3 radial(std::cos(phi), std::sin(phi), 0);
+    return interaction_at(*this, space_.point_to_world({radial.x, radial.y, u.y}),
+                          space_.vector_to_world(radial));
+  }
+
  private:
   static glm::dmat4 unit_cylinder_to_world(const Properties& props) {
     const Vec3 p0 = props.vector("p0");

@@ -10,6 +10,7 @@
 
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
+#include "kinome/warp.h"
 #include "local_space.h"
 #include "shape_parameters.h"
 
@@ -73,6 +74,12 @@ class Disk final : public Shape {
   float area() const override {
     const glm::dmat3& m = space_.linear();
     return static_cast<float>(std::numbers::pi * glm::length(glm::cross(m[0], m[1])));
+  }
+
+  SurfaceInteraction sample_surface(const Vec2& u) const override {
+    const Vec2 local = square_to_disk_concentric(u);
+    return interaction_at(*this, space_.point_to_world({local.x, local.y, 0}),
+                          DVec3(n_) * glm::length(space_.linear()[0]));
   }
 
  private:

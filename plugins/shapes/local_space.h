@@ -84,6 +84,19 @@ bool unit_ball_roots(const DoubleRay& ray, double& t0, double& t1) {
   return true;
 }
 
+/// The interaction at a point that lies on the shape: as a ray along -n would find it. n is about as
+/// long as the shape is wide, so that the ray's origin keeps the point's digits.
+template <class AnalyticShape>
+SurfaceInteraction interaction_at(const AnalyticShape& shape, const DVec3& p, const DVec3& n) {
+  Ray ray;
+  ray.o = Vec3(p + n);
+  ray.d = Vec3(-n);
+  ray.tmax = 1;
+  SurfaceInteraction si = shape.interaction(ray, Hit{});
+  si.shape = &shape;
+  return si;
+}
+
 /// uv.x of an angle: 0 to 1, counterclockwise from +x.
 inline double turn(double x, double y) {
   const double phi = std::atan2(y, x) / (2 * std::numbers::pi);

@@ -11,6 +11,7 @@
 
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
+#include "kinome/warp.h"
 #include "local_space.h"
 #include "shape_parameters.h"
 
@@ -80,6 +81,11 @@ class Sphere final : public Shape {
 
   float area() const override {
     return static_cast<float>(4 * std::numbers::pi * radius_ * radius_);
+  }
+
+  SurfaceInteraction sample_surface(const Vec2& u) const override {
+    const DVec3 local(square_to_uniform_sphere(u));
+    return interaction_at(*this, space_.point_to_world(local), space_.vector_to_world(local));
   }
 
  private:

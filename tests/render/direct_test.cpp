@@ -169,6 +169,7 @@ TEST(Direct, ChecksItsParameters) {
 struct SquareLight final : Emitter {
   float half = 1, height = 2;
   Rgb radiance{3, 2, 1};
+  bool is_surface() const override { return true; }
   Rgb eval_surface(const SurfaceInteraction& si) const override {
     return si.wi.z > 0 ? radiance : Rgb(0.f);
   }

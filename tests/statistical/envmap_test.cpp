@@ -418,7 +418,7 @@ TEST(EnvironmentMap, BlackHasNothingToSample) {
   const auto emitter = envmap(Map{"black", 4, 3, [](int, int) { return Rgb(0.f); }});
   EXPECT_FALSE(emitter->sample_direct(Vec3(0.f), Vec2(0.5f)));
   EXPECT_EQ(emitter->pdf_environment(Vec3(0, 1, 0)), 0);
-  const auto points = emitter->light_points(10, 0);
+  const auto points = test::light_points_of(*emitter, 10, 0);
   ASSERT_TRUE(points);
   for (const Rgb& power : points->power) EXPECT_TRUE(is_black(power));
 }
@@ -437,7 +437,7 @@ TEST(EnvironmentMap, LightPointsKeepTheFlux) {
       magnitude[c] = grid.integrate([&](const glm::dvec3& d) { return std::abs(channel(d)); });
     }
     for (const uint32_t count : {1u, 2u, 100u, 3000u}) {
-      const auto points = emitter->light_points(count, 1);
+      const auto points = test::light_points_of(*emitter, count, 1);
       ASSERT_TRUE(points);
       ASSERT_EQ(points->kind, LightPoints::Kind::kDistant);
       ASSERT_EQ(points->size(), count);
@@ -459,7 +459,7 @@ TEST(EnvironmentMap, LightPointsHaveTheLightOfTheirCells) {
   const auto emitter = envmap(map, kRotation);
   for (const uint32_t count : {1u, 5u, 64u, 2000u}) {
     const SpherePartition cells(count);
-    const auto points = emitter->light_points(count, 1);
+    const auto points = test::light_points_of(*emitter, count, 1);
     const int steps = count < 100 ? 300 : 40;
     for (uint32_t i = 0; i < count; ++i) {
       const Vec3 centre(rotated(glm::dvec3(cells.centre(i))));
@@ -484,7 +484,7 @@ TEST(EnvironmentMap, LightPointsHaveTheLightOfTheirCells) {
 
 TEST(EnvironmentMap, LightPointsOfAUniformMapAreEqual) {
   const auto emitter = envmap(Map{"white", 64, 32, [](int, int) { return Rgb(1, 2, 3); }});
-  const auto points = emitter->light_points(777, 0);
+  const auto points = test::light_points_of(*emitter, 777, 0);
   for (size_t i = 0; i < points->size(); ++i) {
     EXPECT_NEAR(points->power[i].y, 2 * points->extent[i], 1e-5 * points->extent[i]);
     EXPECT_NEAR(points->extent[i], 4 * kPi / 777, 1e-8);
@@ -553,7 +553,7 @@ TEST(ConstantEnvironment, IsUniform) {
   const auto verdict = test::sphere_chi2_test(chi2, kAlpha);
   EXPECT_TRUE(verdict.passed) << verdict.text;
   EXPECT_EQ(emitter->eval_environment(Vec3(0, 0, 1)), Rgb(1, 2, 3));
-  const auto points = emitter->light_points(1000, 0);
+  const auto points = test::light_points_of(*emitter, 1000, 0);
   Rgb sum(0.f);
   for (const Rgb& power : points->power) sum += power;
   EXPECT_NEAR(sum.z, 12 * kPi, 1e-4 * 12 * kPi);

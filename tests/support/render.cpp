@@ -98,6 +98,12 @@ Image render_scene(const Scene& scene, uint64_t seed, unsigned threads) {
   return render(scene, *scene.sensors().at(0), context);
 }
 
+std::optional<LightPoints> light_points_of(const Emitter& emitter, uint32_t count, uint64_t seed) {
+  static const std::unique_ptr<Scene> scene = scene_from("<shape type=\"rectangle\"/>");
+  RenderContext context({.threads = 1, .seed = seed});
+  return emitter.light_points(*scene, context, count);
+}
+
 std::vector<Estimate> estimate_pixels(const Scene& scene, int renders, uint64_t first_seed) {
   std::vector<Moments> moments;
   for (int i = 0; i < renders; ++i) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ Image render_scene(const Scene& scene, uint64_t seed = 0, unsigned threads = 0);
 /// `renders` renders with seeds `first_seed`, …: per pixel and channel (R, G, B) the mean and the
 /// variance of the mean, in Image order.
 std::vector<Estimate> estimate_pixels(const Scene& scene, int renders, uint64_t first_seed = 1);
+
+/// The points that an emitter of distant light offers, whatever the scene.
+std::optional<LightPoints> light_points_of(const Emitter& emitter, uint32_t count, uint64_t seed);
 
 /// A folder that is removed at the end.
 class TemporaryFolder {

@@ -154,6 +154,7 @@ class TestShape : public Shape {
   Aabb bounds() const override { return box; }
   SurfaceInteraction interaction(const Ray&, const Hit&) const override { return {}; }
   float area() const override { return 1; }
+  SurfaceInteraction sample_surface(const Vec2&) const override { return {}; }
 
  private:
   static Properties properties(const std::shared_ptr<Object>& emitter) {
@@ -179,8 +180,13 @@ class TightTriangle : public TestShape {
 
 class TestEmitter : public Emitter {
  public:
-  explicit TestEmitter(bool is_environment) : environment_(is_environment) {}
-  bool is_environment() const override { return environment_; }
+  enum Kind { kPoint, kEnvironment, kSurface, kIndirect };
+  explicit TestEmitter(Kind kind, std::vector<std::shared_ptr<Emitter>> children = {})
+      : kind_(kind), children_(std::move(children)) {}
+  bool is_environment() const override { return kind_ == kEnvironment; }
+  bool is_surface() const override { return kind_ == kSurface; }
+  bool is_indirect() const override { return kind_ == kIndirect; }
+  std::vector<std::shared_ptr<Emitter>> children() const override { return children_; }
   void prepare(const Aabb& bounds) override {
     ++prepared;
     prepared_for = bounds;
@@ -192,7 +198,8 @@ class TestEmitter : public Emitter {
   Aabb prepared_for;
 
  private:
-  bool environment_;
+  Kind kind_;
+  std::vector<std::shared_ptr<Emitter>> children_;
 };
 
 class SceneContents : public testing::Test {
@@ -209,17 +216,21 @@ class SceneContents : public testing::Test {
 };
 
 TEST_F(SceneContents, GathersEmittersAndPreparesEachOnceWithTheWholeBounds) {
-  const auto lamp = std::make_shared<TestEmitter>(false);
-  const auto glow = std::make_shared<TestEmitter>(false);
-  const auto sky = std::make_shared<TestEmitter>(true);
-  add(std::make_shared<TestShape>(glow));
-  add(std::make_shared<TestShape>(glow))->box = {Vec3(0, 0, 0), Vec3(5, 6, 7)};
-  contents_.emitters = {lamp, sky};
+  const auto lamp = std::make_shared<TestEmitter>(TestEmitter::kPoint);
+  const auto glow = std::make_shared<TestEmitter>(TestEmitter::kSurface);
+  const auto sky = std::make_shared<TestEmitter>(TestEmitter::kEnvironment);
+  const auto bounce = std::make_shared<TestEmitter>(
+      TestEmitter::kIndirect, std::vector<std::shared_ptr<Emitter>>{lamp});
+  const auto shape = add(std::make_shared<TestShape>(glow));
+  add(std::make_shared<TestShape>())->box = {Vec3(0, 0, 0), Vec3(5, 6, 7)};
+  contents_.emitters = {bounce, sky};
   const Scene scene(contents_, 1);
   EXPECT_EQ(scene.emitters(), (std::vector<const Emitter*>{lamp.get(), sky.get(), glow.get()}));
+  EXPECT_EQ(scene.indirect_emitters(), (std::vector<const Emitter*>{bounce.get()}));
   EXPECT_EQ(scene.environment(), sky.get());
   EXPECT_TRUE(scene.has_surface_emitters());
-  for (const auto& emitter : {lamp, glow, sky}) {
+  EXPECT_EQ(glow->shape(), shape.get());
+  for (const auto& emitter : {lamp, glow, sky, bounce}) {
     EXPECT_EQ(emitter->prepared, 1);
     EXPECT_EQ(emitter->prepared_for.lo, Vec3(-1));
     EXPECT_EQ(emitter->prepared_for.hi, Vec3(5, 6, 7));
@@ -227,13 +238,31 @@ TEST_F(SceneContents, GathersEmittersAndPreparesEachOnceWithTheWholeBounds) {
 }
 
 TEST_F(SceneContents, RejectsTwoEnvironments) {
-  contents_.emitters = {std::make_shared<TestEmitter>(true), std::make_shared<TestEmitter>(true)};
+  const auto inner = std::make_shared<TestEmitter>(TestEmitter::kEnvironment);
+  contents_.emitters = {std::make_shared<TestEmitter>(TestEmitter::kEnvironment),
+                        std::make_shared<TestEmitter>(
+                            TestEmitter::kIndirect, std::vector<std::shared_ptr<Emitter>>{inner})};
   EXPECT_NE(error().find("one environment emitter"), std::string::npos) << error();
 }
 
-TEST_F(SceneContents, RejectsAnEnvironmentOnAShape) {
-  add(std::make_shared<TestShape>(std::make_shared<TestEmitter>(true)));
-  EXPECT_NE(error().find("environment"), std::string::npos) << error();
+TEST_F(SceneContents, RejectsASurfaceEmitterWithoutAShape) {
+  contents_.emitters = {std::make_shared<TestEmitter>(TestEmitter::kSurface)};
+  EXPECT_NE(error().find("must be part of a shape"), std::string::npos) << error();
+}
+
+TEST_F(SceneContents, RejectsEmittersOnShapesThatAreNotTheirSurfaces) {
+  for (const auto kind : {TestEmitter::kEnvironment, TestEmitter::kPoint}) {
+    const std::string message = error_of(
+        [&] { const TestShape shape(std::make_shared<TestEmitter>(kind)); });
+    EXPECT_NE(message.find("use 'area'"), std::string::npos) << message;
+  }
+}
+
+TEST_F(SceneContents, RejectsAnEmitterOfTwoShapes) {
+  const auto glow = std::make_shared<TestEmitter>(TestEmitter::kSurface);
+  const TestShape first(glow);
+  const std::string message = error_of([&] { const TestShape second(glow); });
+  EXPECT_NE(message.find("one shape only"), std::string::npos) << message;
 }
 
 TEST_F(SceneContents, RejectsAShapeWithoutBsdf) {

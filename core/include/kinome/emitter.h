@@ -1,7 +1,9 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "kinome/color.h"
 #include "kinome/interaction.h"
@@ -9,6 +11,10 @@
 #include "kinome/object.h"
 
 namespace kinome {
+
+class RenderContext;
+class Scene;
+class Shape;
 
 /// Light that arrives at a point from a sampled direction.
 struct DirectSample {
@@ -19,11 +25,37 @@ struct DirectSample {
   bool is_delta = false;
 };
 
+/// Light that leaves an emitter along a sampled ray.
+struct EmissionSample {
+  Vec3 o{0.f};        ///< where it starts: on the light, or outside the scene for an environment
+  Vec3 d{0, 0, 1};    ///< unit
+  Vec3 n{0.f};        ///< unit normal of the emitting surface at o; 0 for all other lights
+  float o_error = 0;  ///< rays start this far from o along n (SurfaceInteraction::p_error)
+  /// Flux that the sample stands for [W]: radiance x |cos| / (density of o x density of d); for
+  /// deltas the intensity / density of d, or the irradiance / density of o.
+  Rgb power{0.f};
+  /// Density of d per solid angle, o being given; 0 for parallel light (directional).
+  float pdf_direction = 0;
+  /// Density of o per area perpendicular to d, d being given; used where pdf_direction is 0.
+  float pdf_position = 0;
+};
+
 /// A light. Radiance is in scene units, linear Rec.709.
 class KINOME_EXPORT Emitter : public Object {
  public:
   /// Light from infinitely far, seen by rays that leave the scene. A scene has at most one.
   virtual bool is_environment() const { return false; }
+  /// Light of the surface of the shape that it is nested in.
+  virtual bool is_surface() const { return false; }
+  /// Offers the light of other emitters after a bounce, as light points: of use to integrators over
+  /// light points alone, since others find that light by themselves.
+  virtual bool is_indirect() const { return false; }
+  /// Emitters nested in this one, which are part of the scene like any other.
+  virtual std::vector<std::shared_ptr<Emitter>> children() const { return {}; }
+
+  /// Called once by the shape that a surface emitter is part of. Error where there is one already.
+  void attach(const Shape& shape);
+  const Shape* shape() const { return shape_; }
 
   /// Called once, when the scene's geometry is known.
   virtual void prepare(const Aabb& /*scene_bounds*/) {}
@@ -41,10 +73,20 @@ class KINOME_EXPORT Emitter : public Object {
   /// Density of sample_direct(p) for a point of an emitting surface, per solid angle at p.
   virtual float pdf_surface(const Vec3& /*p*/, const SurfaceInteraction& /*si*/) const { return 0; }
 
-  /// An emitter that wants to be clustered offers its light as `count` points, uniform over
+  /// A ray of light that leaves the emitter (for light tracing); nullopt where none can be had.
+  /// `position` picks where on the light or in its cross-section, `direction` whereto.
+  virtual std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
+                                                        const Vec2& /*direction*/) const {
+    return std::nullopt;
+  }
+
+  /// An emitter that wants to be clustered offers its light as about `count` points, uniform over
   /// directions (or surfaces), whose powers sum to the light's whole. nullopt: it can't; it is then
-  /// sampled by sample_direct alone. `seed` may move the points.
-  virtual std::optional<LightPoints> light_points(uint32_t /*count*/, uint64_t /*seed*/) const {
+  /// sampled by sample_direct alone. context.seed() may move the points; rays that are traced and
+  /// time that is spent go to its statistics.
+  virtual std::optional<LightPoints> light_points(const Scene& /*scene*/,
+                                                  RenderContext& /*context*/,
+                                                  uint32_t /*count*/) const {
     return std::nullopt;
   }
 
@@ -63,6 +105,9 @@ class KINOME_EXPORT Emitter : public Object {
     for (size_t i = 0; i < d.size(); ++i) radiance[i] = eval_environment(d[i]);
     for (size_t i = 0; i < pdf.size(); ++i) pdf[i] = pdf_environment(d[i]);
   }
+
+ private:
+  const Shape* shape_ = nullptr;
 };
 
 }  // namespace kinome

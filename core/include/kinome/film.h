@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kinome/color.h"
 #include "kinome/image.h"
 #include "kinome/math.h"
 #include "kinome/object.h"
@@ -30,6 +31,10 @@ class KINOME_EXPORT FilmTile {
   /// Adds one sample at `position` (pixels of the full film); `values` as Film::value_count says.
   /// A sample with a non-finite value is counted and dropped.
   void add(const Vec2& position, std::span<const float> values);
+  /// Adds light that arrives at any `position` of the full film, inside this tile or not, whatever
+  /// has been sampled there: pixels add it to their weighted means (Film::set_splat_scale). Colour
+  /// of layer 0 only.
+  void add_splat(const Vec2& position, const Rgb& value);
   const Rect& pixels() const { return pixels_; }
   uint64_t non_finite() const { return non_finite_; }
 
@@ -41,6 +46,11 @@ class KINOME_EXPORT FilmTile {
   int values_;
   const ReconstructionFilter* filter_;
   std::vector<float> data_;  ///< values, then the weight, interleaved
+  struct Splat {
+    Vec2 position;
+    Rgb value;
+  };
+  std::vector<Splat> splats_;
   uint64_t non_finite_ = 0;
 };
 
@@ -49,31 +59,35 @@ class KINOME_EXPORT FilmTile {
 /// render context calls in the order of the tiles: sums do not depend on threads.
 class KINOME_EXPORT Film : public Object {
  public:
-  int width() const { return width_; }    ///< of the full film
+  int width() const { return width_; }  ///< of the full film
   int height() const { return height_; }
   const Rect& crop() const { return crop_; }  ///< pixels that are rendered
   const ReconstructionFilter& filter() const { return *filter_; }
   /// Also sample the border that the filter reaches.
   bool sample_border() const { return sample_border_; }
 
-  /// Forgets all samples. Layer 0 holds the film's colour channels ("R", "G", "B", and "A" where the
-  /// pixel format has alpha; "Y" for luminance) followed by the names in layers[0]; further layers
-  /// hold just their names. Each layer is filled by a pass of its own, with weights of its own.
+  /// Forgets all samples. Layer 0 holds the film's colour channels ("R", "G", "B", and "A" where
+  /// the pixel format has alpha; "Y" for luminance) followed by the names in layers[0]; further
+  /// layers hold just their names. Each layer is filled by a pass of its own, with weights of its
+  /// own.
   void prepare(const std::vector<std::vector<std::string>>& layers);
   bool has_alpha() const { return has_alpha_; }
   /// Of all layers, in order: the channels of develop().
   std::vector<std::string> channels() const;
-  /// Values that FilmTile::add expects in a layer. Layer 0: always R, G, B (converted here where the
-  /// film stores luminance), then alpha if has_alpha(), then the extra ones.
+  /// Values that FilmTile::add expects in a layer. Layer 0: always R, G, B (converted here where
+  /// the film stores luminance), then alpha if has_alpha(), then the extra ones.
   int value_count(int layer) const;
 
   FilmTile make_tile(const Rect& pixels, int layer = 0) const;
   void commit(const FilmTile& tile);
   uint64_t non_finite() const { return non_finite_; }
-  /// Weighted means so far; pixels without a sample are 0.
+  /// What splats are multiplied by in the end: 1 / number of light paths.
+  void set_splat_scale(double scale) { splat_scale_ = scale; }
+  /// Weighted means so far, plus splats; pixels without either are 0.
   Image develop() const;
 
-  /// Writes the developed image in the film's file format. Extension appended where `path` has none.
+  /// Writes the developed image in the film's file format. Extension appended where `path` has
+  /// none.
   virtual void write(const std::string& path, const Image& image,
                      const ImageMetadata& metadata) const = 0;
   /// ".exr", ".pfm"
@@ -93,7 +107,11 @@ class KINOME_EXPORT Film : public Object {
     std::vector<std::string> extra;
     std::vector<float> data;  ///< values, then the weight, interleaved
   };
+  void commit_splats(const FilmTile& tile);
+
   std::vector<Layer> layers_;
+  std::vector<double> splats_;  ///< R, G, B of each pixel; empty until there is one
+  double splat_scale_ = 1;
   uint64_t non_finite_ = 0;
 };
 

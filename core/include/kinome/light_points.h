@@ -1,12 +1,22 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "kinome/color.h"
 #include "kinome/math.h"
 
 namespace kinome {
+
+/// How local light points shine that are not Lambertian. Thread-safe.
+class PointEmission {
+ public:
+  virtual ~PointEmission() = default;
+  /// Intensity of the point `id` along the unit direction d, the cosine at the light included:
+  /// radiance x area x cos' [W/sr]. Zero where dot(normal, d) <= 0.
+  virtual Rgb intensity(uint32_t id, const Vec3& d) const = 0;
+};
 
 /// Light as weighted points (Åkerlund 2008, 3.3 and 3.4), the input of a LightTree.
 struct LightPoints {
@@ -16,13 +26,19 @@ struct LightPoints {
   };
   Kind kind = Kind::kDistant;
   std::vector<Vec3> position;
-  std::vector<Vec3> normal;  ///< unit; empty for distant light
+  /// Unit; empty for distant light. A local point shines only where dot(normal, d) > 0.
+  std::vector<Vec3> normal;
   /// What one point adds to reflected radiance, divided by f cos(theta) (and by cos'/d² where
   /// local): radiance x solid angle for distant light, radiance x area for local light. Channels
   /// may be slightly negative, as photographs are.
   std::vector<Rgb> power;
   /// Extent of each point, positive: solid angle [sr], or area.
   std::vector<float> extent;
+  /// Local light only: points i with emission_id[i] != kLambertian shine as `emission` says; their
+  /// power is then an average, for importance alone. Empty: all are Lambertian.
+  static constexpr uint32_t kLambertian = ~0u;
+  std::vector<uint32_t> emission_id;
+  std::shared_ptr<const PointEmission> emission;
 
   size_t size() const { return position.size(); }
 };

@@ -14,8 +14,8 @@ struct KINOME_EXPORT ScenePointLights {
   std::vector<const Emitter*> others;  ///< the rest: sampled one by one (Emitter::sample_direct)
 };
 /// Asks each emitter for `count` points.
-KINOME_EXPORT ScenePointLights gather_point_lights(const Scene& scene, uint32_t count,
-                                                   uint64_t seed);
+KINOME_EXPORT ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
+                                                   uint32_t count);
 
 /// Fills an empty selection for the point `si`, seen by the primary sample `key`. Called from many
 /// threads at once. Where it chooses at random, the expectation of each point's summed weights must

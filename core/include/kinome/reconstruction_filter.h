@@ -10,6 +10,8 @@ class KINOME_EXPORT ReconstructionFilter : public Object {
   /// Half width in pixels; eval is zero beyond it.
   float radius() const { return radius_; }
   virtual float eval(float x) const = 0;
+  /// Of eval over the real line, numerically.
+  double integral() const;
 
  protected:
   float radius_ = 0.5f;

@@ -40,10 +40,13 @@ class KINOME_EXPORT RenderContext {
   };
   explicit RenderContext(Options options);
 
-  /// Calls `fn` for each 32x32 tile of the film's crop window (grown by the filter's radius where the
-  /// film samples its border), on all threads (denormals flushed), and commits each to the film in the tiles' own order. Rethrows the first exception. Stops
-  /// handing out tiles when cancelled.
+  /// Calls `fn` for each 32x32 tile of the film's crop window (grown by the filter's radius where
+  /// the film samples its border), on all threads (denormals flushed), and commits each to the film
+  /// in the tiles' own order. Rethrows the first exception. Stops handing out tiles when cancelled.
   void for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer = 0);
+  /// The part of the whole work that the next for_each_tile is: what progress counts as. 0 to 1
+  /// unless said, which is right for a single pass.
+  void set_progress_range(double begin, double end);
   /// Calls fn(i) for i < count on all threads; for set-up work. Results must not depend on order.
   void parallel_for(size_t count, const std::function<void(size_t)>& fn) const;
 
@@ -57,6 +60,8 @@ class KINOME_EXPORT RenderContext {
 
  private:
   Options options_;
+  double progress_begin_ = 0;
+  double progress_end_ = 1;
   RenderStats stats_;
 };
 

@@ -34,8 +34,10 @@ class KINOME_EXPORT Scene {
   Scene& operator=(const Scene&) = delete;
 
   const std::vector<std::shared_ptr<Shape>>& shapes() const { return contents_.shapes; }
-  /// All emitters, those of shapes included.
+  /// All emitters that shine by themselves, those of shapes and nested ones included.
   const std::vector<const Emitter*>& emitters() const { return emitters_; }
+  /// Emitters that offer the bounce of others (Emitter::is_indirect).
+  const std::vector<const Emitter*>& indirect_emitters() const { return indirect_emitters_; }
   /// The environment, or nullptr.
   const Emitter* environment() const { return environment_; }
   /// True where some shape emits: rays that look for light must then find the nearest surface.
@@ -65,6 +67,7 @@ class KINOME_EXPORT Scene {
   struct Accelerator;
   Contents contents_;
   std::vector<const Emitter*> emitters_;
+  std::vector<const Emitter*> indirect_emitters_;
   const Emitter* environment_ = nullptr;
   bool has_surface_emitters_ = false;
   Aabb bounds_;

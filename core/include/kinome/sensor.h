@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "kinome/film.h"
 #include "kinome/object.h"
@@ -8,6 +9,17 @@
 #include "kinome/sampler.h"
 
 namespace kinome {
+
+/// How the camera sees a point: for light tracing.
+struct SensorConnection {
+  Vec2 film_position{0.f};
+  Vec3 d{0, 0, 1};     ///< unit, from the point toward the lens
+  float distance = 0;  ///< to the sampled point of the lens
+  /// What radiant intensity toward the lens [W/sr] counts as pixel radiance: 1 / (solid angle of a
+  /// pixel there x distance² x density). The pixel's value is the sum over all light paths of
+  /// intensity x weight / number of paths, spread by the film's filter.
+  float weight = 0;
+};
 
 /// A camera with its film and sampler.
 class KINOME_EXPORT Sensor : public Object {
@@ -18,6 +30,12 @@ class KINOME_EXPORT Sensor : public Object {
   virtual Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const = 0;
   /// True where `aperture` matters.
   virtual bool needs_aperture_sample() const { return false; }
+  /// Where p is seen, through a sampled point of the lens; nullopt where it isn't (behind the
+  /// camera, out of the clip range, off the full film). Visibility is the caller's business.
+  virtual std::optional<SensorConnection> connect(const Vec3& /*p*/,
+                                                  const Vec2& /*aperture*/) const {
+    return std::nullopt;
+  }
 
   Film& film() const { return *film_; }
   const Sampler& sampler() const { return *sampler_; }

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include "kinome/bsdf.h"
+#include "kinome/distribution.h"
 #include "kinome/emitter.h"
 #include "kinome/interaction.h"
 #include "kinome/object.h"
@@ -17,6 +20,12 @@ struct TriangleMesh {
   std::vector<Vec3> normals;  ///< per vertex, unit; empty: flat shading by face
   std::vector<Vec2> uvs;      ///< per vertex; empty: barycentric coordinates serve as uv
   std::vector<glm::uvec3> triangles;
+};
+
+/// A point of a surface, chosen as seen from another point.
+struct SurfaceSample {
+  SurfaceInteraction si;  ///< t and wi are not set
+  float pdf = 0;          ///< per solid angle at the other point
 };
 
 /// Geometry with its material and light. Either a mesh, or analytic by `intersect`.
@@ -33,6 +42,14 @@ class KINOME_EXPORT Shape : public Object {
   virtual SurfaceInteraction interaction(const Ray& ray, const Hit& hit) const = 0;
   /// World-space surface area.
   virtual float area() const = 0;
+
+  /// A point uniform by area: density 1 / area() per unit of area. t and wi are not set.
+  virtual SurfaceInteraction sample_surface(const Vec2& u) const = 0;
+  /// A point as seen from p, on whichever side; nullopt where it is at p or edge-on. Default:
+  /// sample_surface.
+  virtual std::optional<SurfaceSample> sample_solid_angle(const Vec3& p, const Vec2& u) const;
+  /// Density of sample_solid_angle(p) for a point of the surface, per solid angle at p.
+  virtual float pdf_solid_angle(const Vec3& p, const SurfaceInteraction& si) const;
 
   /// Never nullptr: a shape without a BSDF is diffuse .5, as in Mitsuba; one that emits without a
   /// BSDF reflects nothing.
@@ -59,6 +76,7 @@ class KINOME_EXPORT MeshShape : public Shape {
   Aabb bounds() const override { return bounds_; }
   SurfaceInteraction interaction(const Ray& ray, const Hit& hit) const override;
   float area() const override { return area_; }
+  SurfaceInteraction sample_surface(const Vec2& u) const override;
 
  protected:
   explicit MeshShape(const Properties& props) : Shape(props) {}
@@ -74,6 +92,9 @@ class KINOME_EXPORT MeshShape : public Shape {
   Aabb bounds_;
   float area_ = 0;
   bool flip_geometric_normal_ = false;
+  /// Triangles by area: made when the first sample is asked for, as few meshes are.
+  mutable std::once_flag by_area_made_;
+  mutable GridDistribution by_area_;
 };
 
 }  // namespace kinome

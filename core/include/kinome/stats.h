@@ -11,8 +11,8 @@
 
 namespace kinome {
 
-enum class RayKind { kCamera, kShadow, kBsdf, kLobe };
-inline constexpr int kRayKindCount = 4;
+enum class RayKind { kCamera, kShadow, kBsdf, kLobe, kLight };
+inline constexpr int kRayKindCount = 5;
 KINOME_EXPORT const char* to_string(RayKind kind);
 
 /// Counters of one thread (or the sum of all).

@@ -52,7 +52,8 @@ class SkyGradient final : public Emitter {
   float pdf_environment(const Vec3& /*d*/) const override { return 1 / (4 * kPi); }
 
   // These points are all that the `clustered` integrator asks of an emitter.
-  std::optional<LightPoints> light_points(uint32_t count, uint64_t /*seed*/) const override {
+  std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
+                                          uint32_t count) const override {
     const SpherePartition cells(count);
     LightPoints points;
     points.extent.assign(count, cells.cell_solid_angle());
