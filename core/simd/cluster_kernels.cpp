@@ -17,6 +17,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<float, kLanes>;
 using BoxTag = hn::CappedTag<float, kFanOut>;
 
+/// Share of the best corner's cosine that a cluster's form factor has at least.
+constexpr float kCornerShare = 0.25f;
+
 /// A cluster's largest cosine to the normal, over the corners of its box (4.2.2: "as soon as one
 /// corner is above the horizon"): separable, since each axis picks its corner alone.
 template <class V>
@@ -24,45 +27,120 @@ V corner_term(V normal, V lo, V hi) {
   return hn::Max(hn::Mul(normal, lo), hn::Mul(normal, hi));
 }
 
-float ClusterImportance(const ClusterColumns& c, const ImportanceQuery& q, float* columns,
-                        float* lane_sums) {
+/// One vector of clusters: how likely each is, and whether it can contribute at all.
+template <class V, class M>
+struct Importances {
+  V value;
+  M can_contribute;
+};
+
+/// Distant light: directions. G is the cosine at the shading point alone.
+struct Distant {
+  const ClusterColumns& c;
+  const ImportanceQuery& q;
+
+  auto operator()(Tag d, size_t i) const {
+    const auto zero = hn::Zero(d);
+    const auto nx = hn::Set(d, q.normal[0]);
+    const auto ny = hn::Set(d, q.normal[1]);
+    const auto nz = hn::Set(d, q.normal[2]);
+    const auto corner =
+        hn::Add(hn::Add(corner_term(nx, hn::LoadU(d, c.lo[0] + i), hn::LoadU(d, c.hi[0] + i)),
+                        corner_term(ny, hn::LoadU(d, c.lo[1] + i), hn::LoadU(d, c.hi[1] + i))),
+                corner_term(nz, hn::LoadU(d, c.lo[2] + i), hn::LoadU(d, c.hi[2] + i)));
+    const auto cosine = hn::Add(
+        hn::Add(hn::Mul(nx, hn::LoadU(d, c.mean[0] + i)), hn::Mul(ny, hn::LoadU(d, c.mean[1] + i))),
+        hn::Mul(nz, hn::LoadU(d, c.mean[2] + i)));
+    // The average direction may lie below the horizon while a part of the cluster is above; the
+    // best corner then bounds the form factor.
+    const auto form_factor = hn::Max(cosine, hn::Mul(hn::Set(d, kCornerShare), corner));
+    auto brdf = hn::Set(d, q.diffuse + q.glossy_floor);
+    if (q.hits != nullptr) {
+      const auto density = hn::Mul(hn::LoadU(d, q.hits + i), hn::LoadU(d, c.inverse_extent + i));
+      brdf = hn::Add(brdf, hn::Mul(hn::Set(d, q.glossy_hit), density));
+    }
+    const auto weight = hn::LoadU(d, c.weight + i);
+    const auto possible = hn::And(hn::Gt(corner, zero), hn::Gt(weight, zero));
+    return Importances<decltype(weight), decltype(possible)>{
+        hn::Mul(hn::Mul(weight, form_factor), brdf), possible};
+  }
+};
+
+/// Local light: positions with a cone of normals. G = cos cos' / r² (thesis 2.2), where each cosine
+/// is that of the average, but no less than a share of the best that the box and the cone allow,
+/// and r no less than half the box's radius: a cluster around the shading point stays finite.
+struct Local {
+  const ClusterColumns& c;
+  const LocalColumns& l;
+  const ImportanceQuery& q;
+
+  auto operator()(Tag d, size_t i) const {
+    using V = hn::Vec<Tag>;
+    const V zero = hn::Zero(d);
+    const V one = hn::Set(d, 1.f);
+    const V share = hn::Set(d, kCornerShare);
+    const V radius = hn::LoadU(d, l.radius + i);
+    const V sine = hn::LoadU(d, l.cone_sine + i);
+    V distance2 = zero, above = zero, best_above = zero, toward = zero, best_toward = zero;
+    for (int axis = 0; axis < 3; ++axis) {
+      const V p = hn::Set(d, q.position[axis]);
+      const V n = hn::Set(d, q.normal[axis]);
+      const V m = hn::LoadU(d, l.normal[axis] + i);
+      const V lo = hn::Sub(hn::LoadU(d, c.lo[axis] + i), p);
+      const V hi = hn::Sub(hn::LoadU(d, c.hi[axis] + i), p);
+      const V to = hn::Sub(hn::LoadU(d, c.mean[axis] + i), p);
+      distance2 = hn::MulAdd(to, to, distance2);
+      above = hn::MulAdd(n, to, above);
+      best_above = hn::Add(best_above, corner_term(n, lo, hi));
+      toward = hn::NegMulAdd(m, to, toward);
+      best_toward = hn::Sub(best_toward, hn::Min(hn::Mul(m, lo), hn::Mul(m, hi)));
+    }
+    const V reach = hn::Add(hn::Sqrt(distance2), radius);  // to the farthest point
+    // Some normal of the cone faces the shading point from somewhere in the box, or not: v is on
+    // the cone's side where axis . v > -sine |v|. Rounding must not hide what is just above.
+    const V rounding = hn::Mul(hn::Set(d, 1e-5f), reach);
+    best_toward = hn::Add(hn::MulAdd(sine, reach, best_toward), rounding);
+    const V weight = hn::LoadU(d, c.weight + i);
+    const auto possible =
+        hn::And(hn::And(hn::Gt(hn::Add(best_above, rounding), zero), hn::Gt(best_toward, zero)),
+                hn::Gt(weight, zero));
+
+    const V softened = hn::Max(distance2, hn::Mul(hn::Set(d, 0.25f), hn::Mul(radius, radius)));
+    const V inverse = hn::Div(one, hn::Sqrt(softened));
+    const V best_cosine = hn::Max(hn::Min(hn::Mul(best_above, inverse), one), hn::Set(d, 1e-4f));
+    const V cosine = hn::Max(hn::Mul(above, inverse), hn::Mul(share, best_cosine));
+    const V best_light = hn::Min(hn::Mul(best_toward, inverse), one);
+    const V light = hn::Max(hn::Div(hn::MulAdd(toward, inverse, sine), hn::Add(one, sine)),
+                            hn::Mul(share, best_light));
+    const V form_factor = hn::Mul(hn::Mul(cosine, light),
+                                  hn::Mul(hn::Mul(inverse, inverse), hn::Set(d, q.unit_area)));
+    V value = hn::Mul(form_factor, hn::Set(d, q.diffuse + q.glossy_floor));
+    if (q.hits != nullptr) {
+      // Eq. 4.4 divides by the cluster's solid angle A cos' / r², and so cancels G's.
+      const V density = hn::Mul(hn::LoadU(d, q.hits + i), hn::LoadU(d, c.inverse_extent + i));
+      value = hn::MulAdd(hn::Mul(hn::Set(d, q.glossy_hit), density), cosine, value);
+    }
+    return Importances<V, decltype(possible)>{hn::Mul(weight, value), possible};
+  }
+};
+
+/// Running sums over all clusters of what `importance_of` says.
+template <class ImportanceOf>
+HWY_INLINE float fill_columns(const ImportanceOf& importance_of, size_t rows, float* columns,
+                              float* lane_sums) {
   const Tag d;
   const size_t n = hn::Lanes(d);
-  const auto nx = hn::Set(d, q.normal[0]);
-  const auto ny = hn::Set(d, q.normal[1]);
-  const auto nz = hn::Set(d, q.normal[2]);
   const auto zero = hn::Zero(d);
-  const auto base = hn::Set(d, q.diffuse + q.glossy_floor);
-  const auto glossy_hit = hn::Set(d, q.glossy_hit);
   // Weights are normalised: nothing above the horizon may vanish by underflow.
   const auto smallest = hn::Set(d, 1e-37f);
-  // The average direction may lie below the horizon while a part of the cluster is above; the best
-  // corner then bounds the form factor.
-  const auto corner_share = hn::Set(d, 0.25f);
-
   float total = 0;
   size_t active = 0;
   for (size_t lane = 0; lane < kLanes; lane += n) {
     auto sum = zero;
-    for (size_t row = 0; row < c.rows; ++row) {
+    for (size_t row = 0; row < rows; ++row) {
       const size_t i = row * kLanes + lane;
-      const auto corner =
-          hn::Add(hn::Add(corner_term(nx, hn::LoadU(d, c.lo[0] + i), hn::LoadU(d, c.hi[0] + i)),
-                          corner_term(ny, hn::LoadU(d, c.lo[1] + i), hn::LoadU(d, c.hi[1] + i))),
-                  corner_term(nz, hn::LoadU(d, c.lo[2] + i), hn::LoadU(d, c.hi[2] + i)));
-      const auto cosine = hn::Add(hn::Add(hn::Mul(nx, hn::LoadU(d, c.mean[0] + i)),
-                                          hn::Mul(ny, hn::LoadU(d, c.mean[1] + i))),
-                                  hn::Mul(nz, hn::LoadU(d, c.mean[2] + i)));
-      const auto form_factor = hn::Max(cosine, hn::Mul(corner_share, corner));
-      auto brdf = base;
-      if (q.hits != nullptr) {
-        const auto density = hn::Mul(hn::LoadU(d, q.hits + i), hn::LoadU(d, c.inverse_extent + i));
-        brdf = hn::Add(brdf, hn::Mul(glossy_hit, density));
-      }
-      const auto weight = hn::LoadU(d, c.weight + i);
-      const auto gamma = hn::Mul(hn::Mul(weight, form_factor), brdf);
-      const auto can_contribute = hn::And(hn::Gt(corner, zero), hn::Gt(weight, zero));
-      const auto importance = hn::IfThenElseZero(can_contribute, hn::Max(gamma, smallest));
+      const auto [value, can_contribute] = importance_of(d, i);
+      const auto importance = hn::IfThenElseZero(can_contribute, hn::Max(value, smallest));
       active += hn::CountTrue(d, can_contribute);
       hn::StoreU(importance, d, columns + i);
       sum = hn::Add(sum, importance);
@@ -75,7 +153,7 @@ float ClusterImportance(const ClusterColumns& c, const ImportanceQuery& q, float
   const auto floor = hn::Set(d, total * (kEvenShare / static_cast<float>(active)));
   for (size_t lane = 0; lane < kLanes; lane += n) {
     auto sum = zero;
-    for (size_t row = 0; row < c.rows; ++row) {
+    for (size_t row = 0; row < rows; ++row) {
       const size_t i = row * kLanes + lane;
       const auto importance = hn::LoadU(d, columns + i);
       sum = hn::Add(sum, hn::IfThenElseZero(hn::Gt(importance, zero), hn::Add(importance, floor)));
@@ -86,6 +164,16 @@ float ClusterImportance(const ClusterColumns& c, const ImportanceQuery& q, float
   total = 0;
   for (size_t lane = 0; lane < kLanes; ++lane) total += lane_sums[lane];
   return total;
+}
+
+float ClusterImportance(const ClusterColumns& c, const ImportanceQuery& q, float* columns,
+                        float* lane_sums) {
+  return fill_columns(Distant{c, q}, c.rows, columns, lane_sums);
+}
+
+float LocalClusterImportance(const ClusterColumns& c, const LocalColumns& l,
+                             const ImportanceQuery& q, float* columns, float* lane_sums) {
+  return fill_columns(Local{c, l, q}, c.rows, columns, lane_sums);
 }
 
 struct RaySlabs {
@@ -173,11 +261,17 @@ HWY_AFTER_NAMESPACE();
 namespace kinome::simd {
 
 HWY_EXPORT(ClusterImportance);
+HWY_EXPORT(LocalClusterImportance);
 HWY_EXPORT(CountBoxHits);
 
 float cluster_importance(const ClusterColumns& clusters, const ImportanceQuery& query,
                          float* columns, float* lane_sums) {
   return HWY_DYNAMIC_DISPATCH(ClusterImportance)(clusters, query, columns, lane_sums);
+}
+
+float local_cluster_importance(const ClusterColumns& clusters, const LocalColumns& local,
+                               const ImportanceQuery& query, float* columns, float* lane_sums) {
+  return HWY_DYNAMIC_DISPATCH(LocalClusterImportance)(clusters, local, query, columns, lane_sums);
 }
 
 void count_box_hits(const BoxTree& tree, const LobeRays& rays, const uint32_t* position,

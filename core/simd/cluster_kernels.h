@@ -25,12 +25,21 @@ struct ClusterColumns {
   const float* inverse_extent;
 };
 
+/// What local clusters have besides, in the same layout.
+struct LocalColumns {
+  const float* normal[3];  ///< axis of the cone of the points' normals; 0 where it can't be had
+  const float* cone_sine;  ///< of the cone's half angle; 1 from a right angle on
+  const float* radius;     ///< half the box's diagonal, positive
+};
+
 struct ImportanceQuery {
   float normal[3];
   float diffuse = 0;            ///< |kd| / pi
   float glossy_hit = 0;         ///< |ks| / (Ns + 1): importance per hit and inverse extent
   float glossy_floor = 0;       ///< |ks| / (2 pi (Ns + 1))
   const float* hits = nullptr;  ///< in the layout of ClusterColumns; nullptr: none
+  float position[3] = {};       ///< of the shading point; local clusters only
+  float unit_area = 1;          ///< local clusters only: keeps form factors without a unit
 };
 
 /// Share of the samples that is spread evenly over the clusters that can contribute: no pmf is so
@@ -42,6 +51,9 @@ inline constexpr float kEvenShare = 1e-3f;
 /// contribute.
 float cluster_importance(const ClusterColumns& clusters, const ImportanceQuery& query,
                          float* columns, float* lane_sums);
+/// The same for local light: form factors with both cosines and the squared distance.
+float local_cluster_importance(const ClusterColumns& clusters, const LocalColumns& local,
+                               const ImportanceQuery& query, float* columns, float* lane_sums);
 
 /// Boxes under a tree of fan-out kFanOut, level 0 being the boxes themselves: kFanOut consecutive
 /// boxes form a group and have one parent in the next level; the last level is one group. A group

@@ -98,11 +98,17 @@ class Builder {
     sums.weight = importance_of(points_.power[point]);
     sums.extent = points_.extent[point];
     sums.position = points_.position[point];
-    if (!points_.normal.empty()) sums.normal = points_.normal[point];
     // A point stands for a patch of its extent. Without it, the box of a single point would be one
-    // that no lobe ray ever meets (Åkerlund 2008, 4.2.2 counts rays that hit boxes).
-    const float radius = std::sqrt(points_.extent[point] / kPi);
-    sums.box = {points_.position[point] - radius, points_.position[point] + radius};
+    // that no lobe ray ever meets (Åkerlund 2008, 4.2.2 counts rays that hit boxes). A patch with a
+    // normal is a disk: its box must not rise above its plane, or points of the same floor would
+    // seem to be lit by it.
+    Vec3 reach(std::sqrt(points_.extent[point] / kPi));
+    if (!points_.normal.empty()) {
+      const Vec3 n = points_.normal[point];
+      sums.normal = n;
+      reach *= glm::sqrt(glm::max(1.f - n * n, 0.f));
+    }
+    sums.box = {points_.position[point] - reach, points_.position[point] + reach};
     return sums;
   }
 
@@ -133,8 +139,12 @@ void check(const LightPoints& points) {
   if (size == 0) throw Error("light points: there are none");
   const bool local = points.kind == LightPoints::Kind::kLocal;
   if (points.power.size() != size || points.extent.size() != size ||
-      points.normal.size() != (local ? size : 0)) {
+      points.normal.size() != (local ? size : 0) ||
+      (!points.emission_id.empty() && points.emission_id.size() != size)) {
     throw Error("light points: positions, powers, extents and normals differ in number");
+  }
+  if (!points.emission_id.empty() && (!local || !points.emission)) {
+    throw Error("light points: only local ones can have an emission, and it must be there");
   }
   for (size_t i = 0; i < size; ++i) {
     if (!is_finite(points.position[i]) || !is_finite(points.power[i]) ||
@@ -154,6 +164,7 @@ LightTree::LightTree(LightPoints points) : points_(std::move(points)) {
   permute(points_.normal, builder.order());
   permute(points_.power, builder.order());
   permute(points_.extent, builder.order());
+  permute(points_.emission_id, builder.order());
   weights_.reserve(points_.size());
   for (const Rgb& power : points_.power) weights_.push_back(importance_of(power));
 }

@@ -23,6 +23,9 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
   const std::function<void(Emitter&, const std::string&)> add_emitter =
       [&](Emitter& emitter, const std::string& name) {
         if (std::find(all.begin(), all.end(), &emitter) != all.end()) return;
+    if (emitter.is_surface() && !emitter.shape()) {
+      throw Error(name + " shines from a surface: it must be part of a shape");
+    }
         if (emitter.is_environment()) {
           if (environment_) {
             throw Error("a scene can have one environment emitter, but " + name +
@@ -35,9 +38,6 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
       };
   for (size_t i = 0; i < contents_.emitters.size(); ++i) {
     const std::string name = describe(*contents_.emitters[i], "emitter", i);
-    if (contents_.emitters[i]->is_surface()) {
-      throw Error(name + " emits from a surface: it must be part of a shape");
-    }
     add_emitter(*contents_.emitters[i], name);
   }
   for (size_t i = 0; i < contents_.shapes.size(); ++i) {

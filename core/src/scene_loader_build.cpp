@@ -279,6 +279,15 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
     Properties props(Category::kIntegrator, "direct", where);
     contents.integrator = std::dynamic_pointer_cast<Integrator>(create(props, where));
   }
+  const char* const indirect = contents.integrator->default_indirect_emitter();
+  const bool has_indirect =
+      std::any_of(contents.emitters.begin(), contents.emitters.end(),
+                  [](const auto& emitter) { return emitter->is_indirect(); });
+  if (indirect && !has_indirect) {
+    log_info("the scene has no indirect emitter: using '" + std::string(indirect) + "'");
+    Properties props(Category::kEmitter, indirect, where);
+    contents.emitters.push_back(std::dynamic_pointer_cast<Emitter>(create(props, where)));
+  }
   if (contents.sensors.empty()) {
     log_info("the scene has no sensor: using a perspective camera that sees all shapes");
     contents.sensors.push_back(std::dynamic_pointer_cast<Sensor>(default_sensor(where, contents)));

@@ -17,6 +17,7 @@ class Diffuse final : public Bsdf {
   explicit Diffuse(const Properties& props)
       : reflectance_(reflectance_texture(props, "reflectance")) {
     lobes_ = Lobe::kDiffuse;
+    is_lambertian_ = true;
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,

@@ -23,6 +23,7 @@ class TwoSided final : public Bsdf {
       throw props.error("bsdf", "must be one or two nested BSDFs");
     }
     lobes_ = sides_.front()->lobes() | sides_.back()->lobes();
+    is_lambertian_ = sides_.front()->is_lambertian() && sides_.back()->is_lambertian();
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,

@@ -95,6 +95,9 @@ class AovIntegrator final : public Integrator {
 
   std::vector<std::vector<std::string>> layers() const override { return layers_; }
 
+  const char* default_indirect_emitter() const override {
+    return nested_ ? nested_->default_indirect_emitter() : nullptr;
+  }
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (nested_) nested_->render(scene, sensor, context);
     const uint64_t seed = key_seed(context, sensor.sampler());

@@ -1,23 +1,26 @@
-// clustered: direct light by clustered importance sampling (Åkerlund 2008).
+// clustered: direct light, and one bounce of it, by clustered importance sampling (Åkerlund 2008).
 //
-// Light is a set of points (3.4) in a complete binary tree (3.3). A cut through the tree (4.2.1)
-// gives clusters; for each shading point an importance function over them combines their light, the
-// BRDF and the form factor (3.1, 4.2.2; see LightCut::build). `emitter_samples` points are drawn,
-// first a cluster (eq. 3.2), then one of its points, all alike (4.3.3); each gets a shadow ray.
+// Light is a set of points (3.4), on the sphere of directions for an environment, on the scene's
+// surfaces for light after a bounce (`max_depth` 3), in a complete binary tree (3.3). A cut through
+// the tree (4.2.1) gives clusters; for each shading point an importance function over them combines
+// their light, the BRDF and the form factor (3.1, 4.2.2; see LightCut::build). `emitter_samples`
+// points are drawn, first a cluster (eq. 3.2), then one of its points, all alike (4.3.3); each gets
+// a shadow ray.
 //
 // Unbiased with respect to the point set: the expectation is what `groundtruth` renders. The set
-// itself approximates the emitters by `light_samples` points.
+// itself approximates the emitters by `light_samples` points. Lights that offer no points (lamps,
+// as seen directly) get one light sample each.
 //
 // Deviations beside those of LightCut: points drawn more than once share one shadow ray; any
 // sampler may be used, not only pseudo-random numbers (4.2.3, 6.1.1).
 //
-//   <integrator type="clustered"> <string name="importance" value="joint"/> </integrator>
+//   <integrator type="clustered"> <integer name="max_depth" value="3"/> </integrator>
 #include <memory>
 
 #include "kinome/light_cut.h"
 #include "kinome/plugin.h"
-#include "kinome/point_lights.h"
 #include "kinome/primary_rays.h"
+#include "point_light_parameters.h"
 
 namespace {
 
@@ -26,7 +29,7 @@ using namespace kinome;
 constexpr Parameter kParameters[] = {
     {"importance", ParameterType::kString, "joint",
      "What clusters are chosen by: 'joint' (light, BRDF and form factor), 'luminance' or 'brdf'."},
-    {"light_samples", ParameterType::kInteger, "32768", "Points that each emitter is made of."},
+    KINOME_POINT_LIGHT_PARAMETERS,
     {"cut_size", ParameterType::kInteger, "512", "Clusters in the cut."},
     {"cut_criterion", ParameterType::kString, "variance",
      "Which cell of the tree is split next: that of the highest 'variance' or 'luminance'."},
@@ -34,17 +37,7 @@ constexpr Parameter kParameters[] = {
      "Light points drawn for each camera ray; rounded up as the sampler needs."},
     {"brdf_samples", ParameterType::kInteger, "32",
      "Lobe rays that estimate the BRDF in each cluster; none are sent where nothing is glossy."},
-    {"hide_emitters", ParameterType::kBoolean, "false", "Leave lights out of the camera's view."},
 };
-
-uint32_t count_parameter(const Properties& props, const char* name, int64_t low, int64_t high) {
-  const int64_t value = props.integer(name);
-  if (value < low || value > high) {
-    throw props.error(name, "must be between " + std::to_string(low) + " and " +
-                                std::to_string(high) + ", got " + std::to_string(value));
-  }
-  return static_cast<uint32_t>(value);
-}
 
 /// What a thread keeps from point to point.
 struct Scratch {
@@ -56,48 +49,52 @@ struct Scratch {
 /// Chooses light points for shading points; shared by all threads.
 class Chooser {
  public:
-  Chooser(const LightCut& cut, Importance importance, std::shared_ptr<Sampler> light_sampler,
-          std::shared_ptr<Sampler> lobe_sampler)
-      : cut_(cut),
+  Chooser(std::shared_ptr<const LightCut> cut, Importance importance,
+          std::shared_ptr<Sampler> light_sampler, std::shared_ptr<Sampler> lobe_sampler)
+      : cut_(std::move(cut)),
         importance_(importance),
         light_sampler_(std::move(light_sampler)),
         lobe_sampler_(std::move(lobe_sampler)) {
-    if (importance == Importance::kLuminance) luminance_pmf_ = cut.luminance_pmf();
+    if (importance == Importance::kLuminance) luminance_pmf_ = cut_->luminance_pmf();
   }
 
-  void operator()(const SurfaceInteraction& si, const SampleKey& key, RenderCounters& counters,
-                  PointSelection& selection) const {
+  void operator()(const SurfaceInteraction& si, const SampleKey& key, uint32_t dimension,
+                  RenderCounters& counters, PointSelection& selection) const {
     thread_local Scratch scratch;
     const ClusterPmf* pmf = &luminance_pmf_;
     if (importance_ != Importance::kLuminance) {
       const StageTimer timer(counters.stage_seconds["importance"]);
-      build_pmf(si, key, counters, scratch);
+      build_pmf(si, key, dimension, counters, scratch);
       pmf = &scratch.pmf;
     }
     const StageTimer timer(counters.stage_seconds["choose"]);
-    if (!pmf->empty()) draw(*pmf, key, scratch, selection);
+    if (!pmf->empty()) draw(*pmf, key, dimension + kLobeDimensions, scratch, selection);
   }
 
  private:
-  void build_pmf(const SurfaceInteraction& si, const SampleKey& key, RenderCounters& counters,
-                 Scratch& scratch) const {
+  static constexpr uint32_t kLobeDimensions = 4;
+
+  void build_pmf(const SurfaceInteraction& si, const SampleKey& key, uint32_t dimension,
+                 RenderCounters& counters, Scratch& scratch) const {
     const Bsdf& bsdf = si.shape->bsdf();
     const LobeReflectance reflectance = bsdf.reflectance(si);
     LightCut::Point point;
+    point.position = si.p;
     point.normal = bsdf.reflection_frame(si).n;
     point.diffuse = luminance(reflectance.diffuse);
     point.glossy = luminance(reflectance.glossy);
     if (point.glossy > 0 && lobe_sampler_) {
-      sample_lobe(si, key, scratch);
+      sample_lobe(si, key, dimension, scratch);
       counters[RayKind::kLobe] += scratch.x.size();
       point.lobe = {scratch.x.data(), scratch.y.data(), scratch.z.data(), scratch.x.size()};
     }
-    cut_.build(importance_, point, scratch.pmf);
+    cut_->build(importance_, point, scratch.pmf);
   }
 
   /// Directions of the glossy lobe, in world space; those below the horizon are left out, as their
   /// light is (4.2.2 covers the diffuse lobe by the horizon test instead).
-  void sample_lobe(const SurfaceInteraction& si, const SampleKey& key, Scratch& scratch) const {
+  void sample_lobe(const SurfaceInteraction& si, const SampleKey& key, uint32_t dimension,
+                   Scratch& scratch) const {
     scratch.x.clear();
     scratch.y.clear();
     scratch.z.clear();
@@ -105,7 +102,7 @@ class Chooser {
     SampleKey lobe_key = key;
     for (uint32_t i = 0; i < count; ++i) {
       lobe_key.sample = key.sample * count + i;
-      SampleStream stream(*lobe_sampler_, lobe_key, kChooseDimensions);
+      SampleStream stream(*lobe_sampler_, lobe_key, dimension);
       const Vec2 direction = stream.next_2d();
       const auto sample = si.shape->bsdf().sample(si, Lobe::kGlossy, stream.next_1d(), direction);
       if (!sample) continue;
@@ -116,17 +113,17 @@ class Chooser {
     }
   }
 
-  void draw(const ClusterPmf& pmf, const SampleKey& key, Scratch& scratch,
+  void draw(const ClusterPmf& pmf, const SampleKey& key, uint32_t dimension, Scratch& scratch,
             PointSelection& selection) const {
     const uint32_t count = light_sampler_->sample_count();
     SampleKey first = key;
     first.sample = key.sample * count;
     scratch.u.resize(count);
-    light_sampler_->fill_2d(first, kChooseDimensions + 4, count, scratch.u.data());
-    cut_.sample_points(pmf, scratch.u, selection);
+    light_sampler_->fill_2d(first, dimension, count, scratch.u.data());
+    cut_->sample_points(pmf, scratch.u, selection);
   }
 
-  const LightCut& cut_;
+  const std::shared_ptr<const LightCut> cut_;
   const Importance importance_;
   const std::shared_ptr<Sampler> light_sampler_;
   const std::shared_ptr<Sampler> lobe_sampler_;  ///< nullptr: no lobe rays
@@ -136,41 +133,39 @@ class Chooser {
 class Clustered final : public Integrator {
  public:
   explicit Clustered(const Properties& props)
-      : light_samples_(count_parameter(props, "light_samples", 1, 1 << 24)),
-        cut_size_(count_parameter(props, "cut_size", 1, 1 << 20)),
-        emitter_samples_(count_parameter(props, "emitter_samples", 1, 1 << 20)),
-        brdf_samples_(count_parameter(props, "brdf_samples", 0, 1 << 16)),
-        hide_emitters_(props.boolean("hide_emitters")) {
+      : settings_(read_point_light_parameters(props)),
+        cut_size_(read_count(props, "cut_size", 1, 1 << 20)),
+        emitter_samples_(read_count(props, "emitter_samples", 1, 1 << 20)),
+        brdf_samples_(read_count(props, "brdf_samples", 0, 1 << 16)) {
     static constexpr const char* kImportances[] = {"joint", "luminance", "brdf"};
     importance_ = static_cast<Importance>(props.choice("importance", kImportances));
     static constexpr const char* kCriteria[] = {"variance", "luminance"};
     criterion_ = static_cast<CutCriterion>(props.choice("cut_criterion", kCriteria));
   }
 
+  const char* default_indirect_emitter() const override { return indirect_emitter(settings_); }
+
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    ScenePointLights lights = gather(scene, context);
-    if (lights.points.size() == 0) {
+    ScenePointLights lights = gather(settings_, scene, context);
+    if (lights.sets.empty()) {
       context.skip("light tree", "no emitter offers light points");
-      render_point_lights(scene, sensor, context, lights, hide_emitters_, {});
-      return;
+    } else {
+      const auto light_sampler = sensor.sampler().with_sample_count(emitter_samples_);
+      const auto lobe = lobe_sampler(scene, sensor, context);
+      for (PointLightSet& set : lights.sets) {
+        set.choose = Chooser(make_cut(set.points, context), importance_, light_sampler, lobe);
+      }
     }
-    std::unique_ptr<LightTree> tree;
-    std::unique_ptr<LightCut> cut;
-    {
-      const StageTimer timer(context.stats().counters.stage_seconds["tree"]);
-      tree = std::make_unique<LightTree>(std::move(lights.points));
-      cut = std::make_unique<LightCut>(*tree, cut_size_, criterion_);
-      lights.points = tree->points();
-    }
-    const Chooser chooser(*cut, importance_, sensor.sampler().with_sample_count(emitter_samples_),
-                          lobe_sampler(scene, sensor, context));
-    render_point_lights(scene, sensor, context, lights, hide_emitters_, std::ref(chooser));
+    render_point_lights(scene, sensor, context, lights, settings_.options);
   }
 
  private:
-  ScenePointLights gather(const Scene& scene, RenderContext& context) const {
-    const StageTimer timer(context.stats().counters.stage_seconds["light points"]);
-    return gather_point_lights(scene, context, light_samples_);
+  /// Leaves `points` in the order of the tree.
+  std::shared_ptr<const LightCut> make_cut(LightPoints& points, RenderContext& context) const {
+    const StageTimer timer(context.stats().counters.stage_seconds["tree"]);
+    const LightTree tree(std::move(points));
+    points = tree.points();
+    return std::make_shared<LightCut>(tree, cut_size_, criterion_);
   }
 
   /// The sampler of the lobe rays, or nullptr where nothing needs them.
@@ -193,11 +188,10 @@ class Clustered final : public Integrator {
     return nullptr;
   }
 
-  uint32_t light_samples_;
+  PointLightSettings settings_;
   uint32_t cut_size_;
   uint32_t emitter_samples_;
   uint32_t brdf_samples_;
-  bool hide_emitters_;
   Importance importance_;
   CutCriterion criterion_;
 };
@@ -205,6 +199,7 @@ class Clustered final : public Integrator {
 }  // namespace
 
 KINOME_PLUGIN(Clustered, Category::kIntegrator, "clustered",
-              "Direct light by clustered importance sampling (Åkerlund 2008): a cut through a tree "
-              "of light points, and an importance function over it for each shading point.",
+              "Direct light and one bounce by clustered importance sampling (Åkerlund 2008): a cut "
+              "through a tree of light points, and an importance function over it for each "
+              "shading point.",
               kParameters);

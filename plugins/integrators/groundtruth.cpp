@@ -1,4 +1,5 @@
-// groundtruth: direct light from a set of points, each used exactly once (Åkerlund 2008, 5.2).
+// groundtruth: direct light and one bounce from a set of points, each used exactly once (Åkerlund
+// 2008, 5.2).
 //
 // No light is chosen, nothing is estimated but what lies between pixels: the expectation of
 // `clustered` with the same `light_samples` is this picture. Costs a shadow ray for each point
@@ -7,45 +8,37 @@
 //   <integrator type="groundtruth"> <integer name="light_samples" value="32768"/> </integrator>
 #include <numeric>
 
-#include "kinome/plugin.h"
-#include "kinome/point_lights.h"
+#include "point_light_parameters.h"
 
 namespace {
 
 using namespace kinome;
 
-constexpr Parameter kParameters[] = {
-    {"light_samples", ParameterType::kInteger, "32768", "Points that each emitter is made of."},
-    {"hide_emitters", ParameterType::kBoolean, "false", "Leave lights out of the camera's view."},
-};
+constexpr Parameter kParameters[] = {KINOME_POINT_LIGHT_PARAMETERS};
 
 class GroundTruth final : public Integrator {
  public:
-  explicit GroundTruth(const Properties& props) : hide_emitters_(props.boolean("hide_emitters")) {
-    const int64_t count = props.integer("light_samples");
-    if (count < 1 || count > (1 << 24)) {
-      throw props.error("light_samples",
-                        "must be between 1 and 16777216, got " + std::to_string(count));
-    }
-    light_samples_ = static_cast<uint32_t>(count);
-  }
+  explicit GroundTruth(const Properties& props) : settings_(read_point_light_parameters(props)) {}
+
+  const char* default_indirect_emitter() const override { return indirect_emitter(settings_); }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    const ScenePointLights lights = gather_point_lights(scene, context, light_samples_);
-    if (lights.points.size() == 0) context.skip("light points", "no emitter offers any");
-    std::vector<uint32_t> all(lights.points.size());
-    std::iota(all.begin(), all.end(), 0u);
-    render_point_lights(scene, sensor, context, lights, hide_emitters_,
-                        [&](const SurfaceInteraction&, const SampleKey&, RenderCounters&,
-                            PointSelection& selection) {
-                          selection.points = all;
-                          selection.weights.assign(all.size(), 1.f);
-                        });
+    ScenePointLights lights = gather(settings_, scene, context);
+    if (lights.sets.empty()) context.skip("light points", "no emitter offers any");
+    for (PointLightSet& set : lights.sets) {
+      const size_t count = set.points.size();
+      set.choose = [count](const SurfaceInteraction&, const SampleKey&, uint32_t, RenderCounters&,
+                           PointSelection& selection) {
+        selection.points.resize(count);
+        std::iota(selection.points.begin(), selection.points.end(), 0u);
+        selection.weights.assign(count, 1.f);
+      };
+    }
+    render_point_lights(scene, sensor, context, lights, settings_.options);
   }
 
  private:
-  uint32_t light_samples_;
-  bool hide_emitters_;
+  PointLightSettings settings_;
 };
 
 }  // namespace

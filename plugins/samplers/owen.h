@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "kinome/sampler.h"
+
 namespace kinome {
 
 inline uint32_t reverse_bits(uint32_t v) {
@@ -35,6 +37,26 @@ inline uint32_t scramble_reversed(uint32_t v, uint64_t key) {
 /// Owen's nested uniform scramble: a bit flips depending on the bits above it.
 inline uint32_t owen_scramble(uint32_t v, uint64_t key) {
   return reverse_bits(scramble_reversed(reverse_bits(v), key));
+}
+
+/// Sobol's second dimension, bits reversed (least significant is the half). Its matrix is Pascal's
+/// triangle modulo 2, the tensor power of (1 1; 0 1): five steps in place of 32 direction numbers.
+inline uint32_t sobol_second_reversed(uint32_t index) {
+  index ^= index >> 1 & 0x55555555u;
+  index ^= index >> 2 & 0x33333333u;
+  index ^= index >> 4 & 0x0f0f0f0fu;
+  index ^= index >> 8 & 0x00ff00ffu;
+  return index ^ index >> 16;
+}
+
+/// Points of Sobol's first two dimensions, a (0, 2)-sequence in base 2, each dimension scrambled by
+/// a key of its own. The first dimension is the index itself with its bits reversed: no reversal is
+/// left to do.
+inline float owen_sobol_first(uint32_t index, uint64_t key) {
+  return to_unit_float(reverse_bits(scramble_reversed(index, key)));
+}
+inline Vec2 owen_sobol_point(uint32_t index, uint64_t key_x, uint64_t key_y) {
+  return {owen_sobol_first(index, key_x), owen_sobol_first(sobol_second_reversed(index), key_y)};
 }
 
 }  // namespace kinome

@@ -20,16 +20,6 @@ namespace {
 
 const Parameter kTable[] = {KINOME_SAMPLER_PARAMETERS};
 
-/// Sobol's second dimension, bits reversed (least significant is the half). Its matrix is Pascal's
-/// triangle modulo 2, the tensor power of (1 1; 0 1): five steps in place of 32 direction numbers.
-uint32_t sobol_second_reversed(uint32_t index) {
-  index ^= index >> 1 & 0x55555555u;
-  index ^= index >> 2 & 0x33333333u;
-  index ^= index >> 4 & 0x0f0f0f0fu;
-  index ^= index >> 8 & 0x00ff00ffu;
-  return index ^ index >> 16;
-}
-
 /// Rounds up to a power of four, as Mitsuba's ldsampler does.
 uint32_t round_to_power_of_four(uint32_t count) {
   uint32_t rounded = 4;
@@ -52,7 +42,7 @@ class Sobol : public Sampler {
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
     const uint64_t hash = hash_key(key, dimension, kOneDimension);
-    return scrambled(owen_scramble(key.sample, hash), scatter(hash + kSaltX));
+    return owen_sobol_first(owen_scramble(key.sample, hash), scatter(hash + kSaltX));
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
     return Pair(key, dimension).at(key.sample);
@@ -82,17 +72,12 @@ class Sobol : public Sampler {
           y(scatter(order + kSaltY)) {}
     Vec2 at(uint32_t sample) const {
       const uint32_t index = owen_scramble(sample, order);
-      return {scrambled(index, x), scrambled(sobol_second_reversed(index), y)};
+      return owen_sobol_point(index, x, y);
     }
     uint64_t order;
     uint64_t x;
     uint64_t y;
   };
-
-  /// Sobol's first dimension is the index itself with its bits reversed: no reversal is left to do.
-  static float scrambled(uint32_t reversed_point, uint64_t key) {
-    return to_unit_float(reverse_bits(scramble_reversed(reversed_point, key)));
-  }
 };
 
 }  // namespace

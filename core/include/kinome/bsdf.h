@@ -61,6 +61,9 @@ class KINOME_EXPORT Bsdf : public Object {
  public:
   /// The lobes that any point of the surface may have.
   Lobe lobes() const { return lobes_; }
+  /// True where f is reflectance().diffuse / pi for any two directions on one side of the shading
+  /// plane (or 0 for that side), and there are no other lobes.
+  bool is_lambertian() const { return is_lambertian_; }
 
   /// For each wo: f(wi, wo) |cos theta_o| and the density of sample(), both of the lobes in `mask`
   /// only. Delta lobes give zero. f != 0 implies pdf != 0.
@@ -87,6 +90,7 @@ class KINOME_EXPORT Bsdf : public Object {
 
  protected:
   Lobe lobes_ = Lobe::kAll;
+  bool is_lambertian_ = false;
 };
 
 }  // namespace kinome

@@ -17,6 +17,9 @@ class KINOME_EXPORT Integrator : public Object {
   /// Film layers that render() fills (Film::prepare): the first lists channels beside the film's
   /// colour, the others stand alone.
   virtual std::vector<std::vector<std::string>> layers() const { return {{}}; }
+  /// Emitter plugin that the scene is given where it has no indirect emitter (Emitter::is_indirect)
+  /// of its own; nullptr: none is needed.
+  virtual const char* default_indirect_emitter() const { return nullptr; }
   /// Fills the sensor's film, which the caller has prepared. Returns early, with what it has, where
   /// the context is cancelled.
   virtual void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const = 0;

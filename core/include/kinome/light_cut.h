@@ -60,16 +60,21 @@ class KINOME_EXPORT LightCut {
 
   /// What a shading point knows.
   struct Point {
+    Vec3 position{0.f};    ///< local light only
     Vec3 normal{0, 0, 1};  ///< of reflection (Bsdf::reflection_frame), unit, world space
     float diffuse = 0;     ///< |kd|, luminance
     float glossy = 0;      ///< |ks|
     /// Directions of lobe samples, world space; count 0 where the BSDF has no glossy lobe.
     DirectionBatch lobe{nullptr, nullptr, nullptr, 0};
   };
-  /// The distribution of eq. 3.1 for kJoint or kBrdf, over distant clusters:
+  /// The distribution of eq. 3.1 for kJoint or kBrdf:
   ///   Gamma = W G (|kd| / pi + |ks| fs),  fs = (hits + Omega / (2 pi)) / ((Ns + 1) Omega),
-  /// W the cluster's summed luminance (kJoint) or its solid angle (kBrdf), G the form factor
-  /// max(n . mean, best corner / 4), and 0 for a cluster whose box lies below the horizon.
+  /// W the cluster's summed luminance (kJoint) or its solid angle or area (kBrdf), G the form
+  /// factor, and 0 for a cluster that can't contribute: its box lies below the horizon, or (local)
+  /// all its normals face away, whatever the place in the box.
+  /// Distant: G = max(n . mean, best corner / 4). Local (2.2, 4.2): G = cos cos' / r² for the
+  /// cluster's average, both cosines at least a quarter of the best that box and cone of normals
+  /// allow, r at least half the box's radius; Omega = A cos' / r².
   /// Deviations from eq. 4.5, each for a reason: |kd| is divided by pi, as eq. 3.3 does, so that
   /// both terms are BRDFs; one more lobe sample is spread over the hemisphere, and 1/1000 of the
   /// samples over all clusters above the horizon, since an importance of 0 where light is not 0
@@ -98,6 +103,7 @@ class KINOME_EXPORT LightCut {
  private:
   void layout(ClusterPmf& pmf) const;
   struct Arrays;
+  LightPoints::Kind kind_;
   std::vector<LightCell> cells_;
   std::unique_ptr<Arrays> arrays_;
 };

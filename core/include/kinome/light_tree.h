@@ -14,7 +14,6 @@ struct LightCell {
                        ///< as its extent
   Vec3 mean{0.f};      ///< average position; for distant light normalised (0 if it can't be)
   Vec3 normal{0.f};    ///< normalised average normal (local light), or 0
-  float normal_cos = -1;  ///< least cosine between `normal` and the points' normals: their cone
   float weight = 0;    ///< sum of the points' importance: luminance of the channels' magnitudes
   float extent = 0;    ///< sum of the points' extents [sr or area]
   /// Sum over the points of (w_i - mean w)²: the "cluster variance" of 4.2.1, as a total, so that

@@ -1,0 +1,348 @@
+/// One bounce of other emitters' light, as virtual point lights (Keller 1997; Åkerlund
+/// 2008, 3.4.2): points on the scene's surfaces, each lit once, that integrators over light points
+/// (`clustered`, `groundtruth`) render from. Others find the bounce by themselves, and ignore this
+/// emitter but for the emitters in it, which shine like any other.
+///
+/// Surfaces reflect by their diffuse and glossy lobes; light by way of a mirror makes no points.
+///
+///     <emitter type="vpl">
+///       <string name="placement" value="traced"/>
+///       <emitter type="spot"> ... </emitter>
+///     </emitter>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "../samplers/owen.h"
+#include "kinome/log.h"
+#include "kinome/plugin.h"
+#include "kinome/render_context.h"
+
+namespace kinome {
+namespace {
+
+constexpr int kMaxChildren = 1 << 20;
+
+constexpr Parameter kTable[] = {
+    {"emitter", ParameterType::kObject, nullptr,
+     "Emitters whose bounce is offered; all of the scene's if none is given.", false,
+     Category::kEmitter, kMaxChildren},
+    {"placement", ParameterType::kString, "surface",
+     "'surface': uniform over all surfaces; 'traced': where light traced from the emitters lands."},
+    {"light_samples", ParameterType::kInteger, "0",
+     "Points to place, lit or not; 0: as many as the integrator asks for."},
+};
+
+/// Places for lights that are worked on together, by one thread.
+constexpr uint32_t kChunk = 1024;
+/// A place is lit by so many emitters; where there are more, by that many drawn at random.
+constexpr size_t kEmittersPerPlace = 8;
+
+/// Light on a surface, and what it reflects to wherever it is seen from.
+struct Reflection {
+  SurfaceInteraction si;
+  Vec3 to_light;      ///< in the shading frame
+  Rgb incident{0.f};  ///< radiance x solid angle x area of the point
+  bool lambertian;    ///< `radiance` is then all there is to know
+  Rgb radiance{0.f};  ///< reflected, x area
+};
+
+class SurfacePoints final : public PointEmission {
+ public:
+  explicit SurfacePoints(std::vector<Reflection> points) : points_(std::move(points)) {}
+  Rgb intensity(uint32_t id, const Vec3& d) const override {
+    const Reflection& point = points_[id];
+    const float cosine = std::abs(glm::dot(point.si.n, d));
+    if (point.lambertian) return point.radiance * cosine;
+    SurfaceInteraction si = point.si;
+    si.wi = si.frame.to_local(d);
+    const BsdfValue value =
+        si.shape->bsdf().eval_pdf(si, Lobe::kDiffuse | Lobe::kGlossy, point.to_light);
+    return value.f * point.incident * cosine;
+  }
+
+ private:
+  std::vector<Reflection> points_;
+};
+
+/// Light points, and the reflections of those that are not Lambertian on a flat surface.
+struct Points {
+  LightPoints lights;
+  std::vector<Reflection> reflections;
+  RenderCounters counters;
+
+  /// Light that comes from `d`, whose radiance x solid angle x area is `incident`.
+  void add(const SurfaceInteraction& si, const Vec3& d, const Rgb& incident, float area) {
+    Reflection point{si, si.frame.to_local(d), incident, si.shape->bsdf().is_lambertian(), {}};
+    const float side = point.to_light.z >= 0 ? 1.f : -1.f;
+    // The reflectance that is seen from the light's side.
+    point.si.wi = Vec3(0, 0, side);
+    const Bsdf& bsdf = si.shape->bsdf();
+    if (point.lambertian) {
+      point.radiance = bsdf.eval_pdf(point.si, Lobe::kDiffuse, point.to_light).f * incident;
+    } else {
+      const LobeReflectance part = bsdf.reflectance(point.si);
+      point.radiance =
+          (part.diffuse + part.glossy) * kInvPi * std::abs(point.to_light.z) * incident;
+    }
+    if (is_black(point.radiance)) return;
+    const Vec3 normal = (point.lambertian ? si.frame : bsdf.reflection_frame(point.si)).n;
+    lights.position.push_back(si.p);
+    lights.normal.push_back(point.lambertian ? normal * side : normal);
+    lights.power.push_back(point.radiance);
+    lights.extent.push_back(area);
+    const bool flat = std::abs(glm::dot(si.n, si.frame.n)) > 1 - 1e-6f;
+    const bool simple = point.lambertian && flat;
+    lights.emission_id.push_back(simple ? LightPoints::kLambertian
+                                        : static_cast<uint32_t>(reflections.size()));
+    if (!simple) reflections.push_back(point);
+  }
+};
+
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+/// In the order of the chunks, whoever made them.
+LightPoints join(std::vector<Points>& chunks, RenderCounters& counters) {
+  LightPoints all;
+  all.kind = LightPoints::Kind::kLocal;
+  std::vector<Reflection> reflections;
+  for (Points& chunk : chunks) {
+    const auto first = static_cast<uint32_t>(reflections.size());
+    for (uint32_t& id : chunk.lights.emission_id) {
+      if (id != LightPoints::kLambertian) id += first;
+    }
+    append(all.position, chunk.lights.position);
+    append(all.normal, chunk.lights.normal);
+    append(all.power, chunk.lights.power);
+    append(all.extent, chunk.lights.extent);
+    append(all.emission_id, chunk.lights.emission_id);
+    append(reflections, chunk.reflections);
+    counters.add(chunk.counters);
+    chunk = {};
+  }
+  if (reflections.empty()) {
+    all.emission_id.clear();
+  } else {
+    all.emission = std::make_shared<SurfacePoints>(std::move(reflections));
+  }
+  return all;
+}
+
+/// Numbers of place i, of `purpose`: Owen-scrambled Sobol points.
+Vec2 number(uint64_t seed, uint32_t purpose, uint64_t stream, uint32_t i) {
+  const uint64_t key = hash_words(seed, purpose, stream, 0x76706cu);
+  return owen_sobol_point(i, key, hash_words(key, 1));
+}
+enum Purpose : uint32_t { kShapeChoice, kPlace, kLight, kEmitterChoice, kOrigin, kDirection };
+
+/// Lights surfaces at points that are uniform over them.
+class SurfacePlacement {
+ public:
+  SurfacePlacement(const Scene& scene, const std::vector<const Emitter*>& emitters, uint32_t count,
+                   uint64_t seed)
+      : scene_(scene), emitters_(emitters), count_(count), seed_(seed) {
+    double area = 0;
+    for (const auto& shape : scene.shapes()) {
+      if (!any(shape->bsdf().lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) continue;
+      shapes_.push_back(shape.get());
+      first_.push_back(area);
+      area += shape->area();
+    }
+    area_ = area;
+    // Systematic sampling: places are spread over the shapes as evenly as whole numbers allow.
+    offset_ = number(seed, kShapeChoice, 0, 0).x;
+  }
+  bool empty() const { return !(area_ > 0); }
+
+  void light(uint32_t begin, uint32_t end, Points& out) const {
+    std::vector<Ray> rays;
+    std::vector<Arrival> arrivals;
+    for (uint32_t i = begin; i < end; ++i) {
+      const SurfaceInteraction si = place(i);
+      const size_t used = std::min(emitters_.size(), kEmittersPerPlace);
+      const float weight = static_cast<float>(emitters_.size()) / static_cast<float>(used);
+      for (size_t k = 0; k < used; ++k) {
+        const size_t e = used == emitters_.size() ? k : drawn_emitter(i, k);
+        const auto light = emitters_[e]->sample_direct(si.p, number(seed_, kLight, e, i));
+        if (!light || is_black(light->radiance)) continue;
+        const float point_area = static_cast<float>(area_ / count_);
+        rays.push_back(si.shadow_ray(light->d, light->distance));
+        arrivals.push_back(
+            {si, light->d, light->radiance * (weight * point_area / light->pdf), point_area});
+      }
+    }
+    scene_.occluded(rays, Coherence::kIncoherent, out.counters);
+    out.counters[RayKind::kLight] += rays.size();
+    for (size_t k = 0; k < rays.size(); ++k) {
+      const Arrival& a = arrivals[k];
+      if (!rays[k].is_occluded()) out.add(a.si, a.d, a.incident, a.area);
+    }
+  }
+
+ private:
+  struct Arrival {
+    SurfaceInteraction si;
+    Vec3 d;
+    Rgb incident;
+    float area;
+  };
+
+  SurfaceInteraction place(uint32_t i) const {
+    const double at = (i + offset_) / count_ * area_;
+    const auto after = std::upper_bound(first_.begin(), first_.end(), at);
+    const auto s = static_cast<size_t>(after - first_.begin()) - 1;
+    return shapes_[s]->sample_surface(number(seed_, kPlace, s, i));
+  }
+  size_t drawn_emitter(uint32_t i, size_t k) const {
+    const float u = number(seed_, kEmitterChoice, k, i).x;
+    const float place = (static_cast<float>(k) + u) / kEmittersPerPlace;
+    return std::min(static_cast<size_t>(place * static_cast<float>(emitters_.size())),
+                    emitters_.size() - 1);
+  }
+
+  const Scene& scene_;
+  const std::vector<const Emitter*>& emitters_;
+  const uint32_t count_;
+  const uint64_t seed_;
+  std::vector<const Shape*> shapes_;
+  std::vector<double> first_;  ///< area of the shapes before each
+  double area_ = 0;
+  double offset_ = 0;
+};
+
+/// Lights surfaces where rays from the emitters land.
+class TracedPlacement {
+ public:
+  TracedPlacement(const Scene& scene, const std::vector<const Emitter*>& emitters, uint32_t count,
+                  uint64_t seed)
+      : scene_(scene), emitters_(emitters), count_(count), seed_(seed) {}
+
+  void light(uint32_t begin, uint32_t end, Points& out) const {
+    std::vector<EmissionSample> samples;
+    std::vector<RayHit> rays;
+    const auto emitters = static_cast<uint32_t>(emitters_.size());
+    for (uint32_t i = begin; i < end; ++i) {
+      // Each emitter in turn; the last round may leave some out, alike for all in the mean.
+      const uint32_t e = (i + shift()) % emitters;
+      const auto sample = emitters_[e]->sample_emission(number(seed_, kOrigin, e, i / emitters),
+                                                        number(seed_, kDirection, e, i / emitters));
+      if (!sample || is_black(sample->power)) continue;
+      RayHit ray;
+      ray.ray.o = sample->o + sample->n * sample->o_error;
+      ray.ray.d = sample->d;
+      rays.push_back(ray);
+      samples.push_back(*sample);
+    }
+    scene_.intersect(rays, Coherence::kIncoherent, out.counters);
+    out.counters[RayKind::kLight] += rays.size();
+    for (size_t k = 0; k < rays.size(); ++k) {
+      if (rays[k].hit.valid()) land(samples[k], rays[k], out);
+    }
+  }
+
+ private:
+  uint32_t shift() const { return static_cast<uint32_t>(hash_words(seed_, kEmitterChoice)) >> 8; }
+
+  void land(const EmissionSample& sample, const RayHit& ray, Points& out) const {
+    const SurfaceInteraction si = scene_.interaction(ray);
+    const float cosine = std::abs(glm::dot(si.n, sample.d));
+    if (!(cosine > 0)) return;
+    const float share = static_cast<float>(emitters_.size()) / static_cast<float>(count_);
+    const float distance2 = sqr(ray.ray.tmax);
+    // The part of the surface that the point stands for, from how dense rays are there.
+    const float density =
+        sample.pdf_direction > 0 ? sample.pdf_direction / distance2 : sample.pdf_position;
+    const float area = share / (density * cosine);
+    if (!(area > 0) || !std::isfinite(area)) return;
+    // Flux is radiance x cosine x solid angle x area.
+    out.add(si, -sample.d, sample.power * (share / cosine), area);
+  }
+
+  const Scene& scene_;
+  const std::vector<const Emitter*>& emitters_;
+  const uint32_t count_;
+  const uint64_t seed_;
+};
+
+class VirtualPointLights final : public Emitter {
+ public:
+  explicit VirtualPointLights(const Properties& props) : children_(props.objects<Emitter>()) {
+    for (const auto& child : children_) {
+      if (child->is_indirect()) throw props.error("emitter", "must not offer a bounce itself");
+    }
+    static constexpr const char* kPlacements[] = {"surface", "traced"};
+    traced_ = props.choice("placement", kPlacements) == 1;
+    const int64_t count = props.integer("light_samples");
+    if (count < 0 || count > (1 << 24)) {
+      throw props.error("light_samples",
+                        "must be between 0 and 16777216, got " + std::to_string(count));
+    }
+    count_ = static_cast<uint32_t>(count);
+  }
+
+  bool is_indirect() const override { return true; }
+  std::vector<std::shared_ptr<Emitter>> children() const override { return children_; }
+  std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& /*u*/) const override {
+    return std::nullopt;
+  }
+
+  std::optional<LightPoints> light_points(const Scene& scene, RenderContext& context,
+                                          uint32_t wanted) const override {
+    std::vector<const Emitter*> emitters;
+    for (const auto& child : children_) emitters.push_back(child.get());
+    if (emitters.empty()) emitters = scene.emitters();
+    if (emitters.empty()) {
+      context.skip("indirect light", "the scene has no emitters");
+      return std::nullopt;
+    }
+    const uint32_t count = count_ > 0 ? count_ : wanted;
+    LightPoints points;
+    if (traced_) {
+      points = light_all(TracedPlacement(scene, emitters, count, context.seed()), count, context);
+    } else {
+      const SurfacePlacement placement(scene, emitters, count, context.seed());
+      if (placement.empty()) {
+        context.skip("indirect light", "no surface reflects but by mirrors");
+        return std::nullopt;
+      }
+      points = light_all(placement, count, context);
+    }
+    if (points.size() == 0) {
+      log_warn("vpl: no light lands on any surface that reflects it: there is no indirect light");
+      context.skip("indirect light", "no light point is lit");
+      return std::nullopt;
+    }
+    if (points.size() < count) {
+      context.skip("unlit light points",
+                   std::to_string(count - points.size()) + " of " + std::to_string(count));
+    }
+    return points;
+  }
+
+ private:
+  template <class Placement>
+  static LightPoints light_all(const Placement& placement, uint32_t count, RenderContext& context) {
+    std::vector<Points> chunks((count + kChunk - 1) / kChunk);
+    context.parallel_for(chunks.size(), [&](size_t c) {
+      const auto begin = static_cast<uint32_t>(c) * kChunk;
+      placement.light(begin, std::min(begin + kChunk, count), chunks[c]);
+    });
+    return join(chunks, context.stats().counters);
+  }
+
+  std::vector<std::shared_ptr<Emitter>> children_;
+  bool traced_ = false;
+  uint32_t count_ = 0;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::VirtualPointLights, kinome::Category::kEmitter, "vpl",
+              "One bounce of other emitters' light, as virtual point lights for 'clustered' and "
+              "'groundtruth'.",
+              kinome::kTable);
