@@ -60,12 +60,12 @@ class KINOME_EXPORT LightCut {
 
   /// What a shading point knows.
   struct Point {
-    Vec3 position{0.f};    ///< local light only
     Vec3 normal{0, 0, 1};  ///< of reflection (Bsdf::reflection_frame), unit, world space
     float diffuse = 0;     ///< |kd|, luminance
     float glossy = 0;      ///< |ks|
     /// Directions of lobe samples, world space; count 0 where the BSDF has no glossy lobe.
     DirectionBatch lobe{nullptr, nullptr, nullptr, 0};
+    Vec3 position{0.f};  ///< world space; matters to local light only
   };
   /// The distribution of eq. 3.1 for kJoint or kBrdf:
   ///   Gamma = W G (|kd| / pi + |ks| fs),  fs = (hits + Omega / (2 pi)) / ((Ns + 1) Omega),
