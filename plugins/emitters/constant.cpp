@@ -2,8 +2,7 @@
 ///
 ///     <emitter type="constant"><rgb name="radiance" value="1 .9 .8"/></emitter>
 
-#include <algorithm>
-
+#include "emission.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "kinome/sphere_partition.h"
@@ -18,14 +17,9 @@ constexpr Parameter kTable[] = {
 
 class ConstantEnvironment final : public Emitter {
  public:
-  explicit ConstantEnvironment(const Properties& props) : radiance_(props.color("radiance")) {
-    if (!is_finite(radiance_) || std::min({radiance_.x, radiance_.y, radiance_.z}) < 0) {
-      throw props.error(
-          "radiance", "must be finite and not negative, got " + std::to_string(radiance_.x) + " " +
-                          std::to_string(radiance_.y) + " " + std::to_string(radiance_.z));
-    }
-    pdf_ = is_black(radiance_) ? 0 : kUniformSpherePdf;
-  }
+  explicit ConstantEnvironment(const Properties& props)
+      : radiance_(read_emission(props, "radiance")),
+        pdf_(is_black(radiance_) ? 0 : kUniformSpherePdf) {}
 
   bool is_environment() const override { return true; }
   Rgb eval_environment(const Vec3& /*d*/) const override { return radiance_; }
