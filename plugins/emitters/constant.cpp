@@ -2,8 +2,8 @@
 ///
 ///     <emitter type="constant"><rgb name="radiance" value="1 .9 .8"/></emitter>
 
-#include <algorithm>
-
+#include "distant_disk.h"
+#include "emission.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "kinome/sphere_partition.h"
@@ -18,16 +18,12 @@ constexpr Parameter kTable[] = {
 
 class ConstantEnvironment final : public Emitter {
  public:
-  explicit ConstantEnvironment(const Properties& props) : radiance_(props.color("radiance")) {
-    if (!is_finite(radiance_) || std::min({radiance_.x, radiance_.y, radiance_.z}) < 0) {
-      throw props.error(
-          "radiance", "must be finite and not negative, got " + std::to_string(radiance_.x) + " " +
-                          std::to_string(radiance_.y) + " " + std::to_string(radiance_.z));
-    }
-    pdf_ = is_black(radiance_) ? 0 : kUniformSpherePdf;
-  }
+  explicit ConstantEnvironment(const Properties& props)
+      : radiance_(read_emission(props, "radiance")),
+        pdf_(is_black(radiance_) ? 0 : kUniformSpherePdf) {}
 
   bool is_environment() const override { return true; }
+  void prepare(const Aabb& scene_bounds) override { disk_.prepare(scene_bounds); }
   Rgb eval_environment(const Vec3& /*d*/) const override { return radiance_; }
   float pdf_environment(const Vec3& /*d*/) const override { return pdf_; }
 
@@ -38,6 +34,12 @@ class ConstantEnvironment final : public Emitter {
     sample.pdf = pdf_;
     sample.radiance = radiance_;
     return sample;
+  }
+
+  std::optional<EmissionSample> sample_emission(const Vec2& position,
+                                                const Vec2& direction) const override {
+    const auto light = sample_direct(Vec3(0.f), direction);
+    return light ? disk_.sample_environment(*light, position) : std::nullopt;
   }
 
   /// Cells of equal light; their centres stay where they are, whatever the seed.
@@ -56,6 +58,7 @@ class ConstantEnvironment final : public Emitter {
  private:
   Rgb radiance_;
   float pdf_;
+  DistantDisk disk_;
 };
 
 }  // namespace

@@ -147,6 +147,7 @@ class Bitmap final : public Texture {
     return image_.channels == 1 ? value.x : luminance(value);
   }
   Rgb mean() const override { return mean_; }
+  glm::uvec2 resolution() const override { return {image_.width, image_.height}; }
   float max() const override { return max_component(channel_max_); }
   float min() const override { return min_; }
   Rgb channel_max() const override { return channel_max_; }

@@ -22,6 +22,8 @@ class KINOME_EXPORT Texture : public Object {
   virtual Rgb channel_max() const { return is_uniform() ? mean() : Rgb(max()); }
   /// True where eval is one value everywhere: callers then skip it per point.
   virtual bool is_uniform() const { return false; }
+  /// Texels along u and v, by which callers choose how finely to look; 1 x 1 where there are none.
+  virtual glm::uvec2 resolution() const { return {1, 1}; }
 };
 
 /// A texture of one value.

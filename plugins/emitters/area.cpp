@@ -1,0 +1,81 @@
+/// A surface that shines with the same radiance in all directions on its outside, that is, where
+/// the cosine with the shading normal is positive. It is nested in the shape whose surface it is.
+///
+///     <shape type="rectangle">
+///       <emitter type="area"><rgb name="radiance" value="5 4 3"/></emitter>
+///     </shape>
+
+#include "emission.h"
+#include "kinome/emitter.h"
+#include "kinome/plugin.h"
+#include "kinome/shape.h"
+#include "kinome/warp.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"radiance", ParameterType::kUnboundedTexture, "1", "Radiance, over the shape's (u, v)."},
+};
+
+class AreaLight final : public Emitter {
+ public:
+  explicit AreaLight(const Properties& props)
+      : radiance_(read_emission_texture(props, "radiance")),
+        is_black_(radiance_->max() == 0 && radiance_->min() == 0) {}
+
+  bool is_surface() const override { return true; }
+
+  Rgb eval_surface(const SurfaceInteraction& si) const override {
+    return si.wi.z > 0 ? radiance_->eval(si.uv) : Rgb(0.f);
+  }
+
+  std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& u) const override {
+    if (is_black_) return std::nullopt;
+    const auto surface = shape()->sample_solid_angle(p, u);
+    if (!surface) return std::nullopt;
+    const TowardLight light = toward_light(p, surface->si.p);
+    if (!light.valid() || !(glm::dot(surface->si.frame.n, light.d) < 0)) return std::nullopt;
+    const Rgb radiance = radiance_->eval(surface->si.uv);
+    return DirectSample{light.d, light.distance, surface->pdf, radiance, false};
+  }
+
+  float pdf_surface(const Vec3& p, const SurfaceInteraction& si) const override {
+    return si.wi.z > 0 && !is_black_ ? shape()->pdf_solid_angle(p, si) : 0;
+  }
+
+  std::optional<EmissionSample> sample_emission(const Vec2& position,
+                                                const Vec2& direction) const override {
+    const float area = shape()->area();
+    if (is_black_ || !(area > 0)) return std::nullopt;
+    const SurfaceInteraction si = shape()->sample_surface(position);
+    const Rgb radiance = radiance_->eval(si.uv);
+    if (is_black(radiance)) return std::nullopt;
+    EmissionSample sample;
+    sample.o = si.p;
+    sample.o_error = si.p_error;
+    sample.n = si.n;
+    // Flux goes with the cosine to the surface, light ends at the horizon of the shading normal.
+    // Where the two differ, a density by either cosine would be zero or nearly so where there is
+    // light.
+    const bool is_interpolated = glm::dot(si.n, si.frame.n) < 1 - 1e-5f;
+    const Vec3 local = is_interpolated ? square_to_uniform_hemisphere(direction)
+                                       : square_to_cosine_hemisphere(direction);
+    if (!(local.z > 0)) return std::nullopt;
+    sample.d = si.frame.to_world(local);
+    sample.pdf_direction = is_interpolated ? kUniformHemispherePdf : cosine_hemisphere_pdf(local.z);
+    const float cosine = is_interpolated ? std::abs(glm::dot(si.n, sample.d)) : local.z;
+    sample.power = radiance * (cosine * area / sample.pdf_direction);
+    return sample;
+  }
+
+ private:
+  std::shared_ptr<Texture> radiance_;
+  bool is_black_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::AreaLight, kinome::Category::kEmitter, "area",
+              "A surface that shines on its outside.", kinome::kTable);

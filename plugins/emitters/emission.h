@@ -1,0 +1,80 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "kinome/properties.h"
+#include "kinome/texture.h"
+
+/// What emitters read from a scene alike.
+namespace kinome {
+
+/// Radiance, intensity or irradiance of the parameter `name`: finite, and not negative.
+inline Rgb read_emission(const Properties& props, const std::string& name) {
+  const Rgb value = props.color(name);
+  if (!is_finite(value) || std::min({value.x, value.y, value.z}) < 0) {
+    throw props.error(name, "must be finite and not negative, got " + std::to_string(value.x) +
+                                " " + std::to_string(value.y) + " " + std::to_string(value.z));
+  }
+  return value;
+}
+
+/// The same where it may vary over a texture. A texture's own negative texels are kept, as those of
+/// an environment are; it warns of them.
+inline std::shared_ptr<Texture> read_emission_texture(const Properties& props,
+                                                      const std::string& name) {
+  for (const auto& [key, entry] : props.entries()) {
+    if (key == name && std::holds_alternative<std::shared_ptr<Object>>(entry.value)) {
+      return props.texture(name);
+    }
+  }
+  return make_uniform_texture(read_emission(props, name));
+}
+
+/// Where a light stands, and how it is turned: columns of `axes` are its own axes in the world,
+/// each of unit length. A mirroring transform mirrors the light.
+struct LightFrame {
+  Vec3 origin{0.f};
+  glm::mat3 axes{1.f};
+
+  Vec3 to_local(const Vec3& v) const { return v * axes; }
+  Vec3 to_world(const Vec3& v) const { return axes * v; }
+};
+
+/// Of `to_world`, whose scale means nothing to a light without extent, as in Mitsuba 3; Error where
+/// it would bend the light.
+inline LightFrame read_light_frame(const Properties& props) {
+  const Transform to_world = props.transform("to_world");
+  glm::mat3 linear(to_world.matrix());
+  const float scale = glm::length(linear[0]);
+  linear /= scale;
+  const glm::mat3 product = glm::transpose(linear) * linear;
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) {
+      if (!(std::abs(product[c][r] - (c == r ? 1.f : 0.f)) < 1e-3f)) {
+        throw props.error("to_world", "must be a rotation and a translation, without shear");
+      }
+    }
+  }
+  for (int c = 0; c < 3; ++c) linear[c] = glm::normalize(linear[c]);
+  return {to_world.point(Vec3(0.f)), linear};
+}
+
+/// The distance between a point and a delta light, and the unit direction toward the light.
+struct TowardLight {
+  Vec3 d{0, 0, 1};
+  float distance = 0;
+  float inverse_distance2 = 0;
+  /// False where the point is at the light, so that it has no direction.
+  bool valid() const { return distance > 0 && std::isfinite(inverse_distance2); }
+};
+
+inline TowardLight toward_light(const Vec3& p, const Vec3& light) {
+  const Vec3 to = light - p;
+  const float distance = glm::length(to);
+  return {to / distance, distance, 1 / sqr(distance)};
+}
+
+}  // namespace kinome

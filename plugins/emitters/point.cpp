@@ -1,0 +1,64 @@
+/// A point that shines alike in all directions: irradiance intensity / distance² on a surface that
+/// faces it.
+///
+///     <emitter type="point">
+///       <point name="position" x="0" y="2" z="1"/>
+///       <rgb name="intensity" value="10 9 8"/>
+///     </emitter>
+
+#include "emission.h"
+#include "kinome/emitter.h"
+#include "kinome/plugin.h"
+#include "kinome/warp.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"position", ParameterType::kVector, nullptr, "Where it is; in place of to_world."},
+    {"to_world", ParameterType::kTransform, "identity", "Moves the origin to where it is."},
+    {"intensity", ParameterType::kColor, "1", "Flux per solid angle [W/sr]."},
+};
+
+Vec3 read_position(const Properties& props) {
+  if (!props.has("position")) return props.transform("to_world").point(Vec3(0.f));
+  if (props.has("to_world")) {
+    throw props.error("to_world", "can't be given together with position");
+  }
+  return props.vector("position");
+}
+
+class PointLight final : public Emitter {
+ public:
+  explicit PointLight(const Properties& props)
+      : position_(read_position(props)), intensity_(read_emission(props, "intensity")) {
+    if (!is_finite(position_)) throw props.error("position", "must be finite");
+  }
+
+  std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
+    const TowardLight light = toward_light(p, position_);
+    if (!light.valid() || is_black(intensity_)) return std::nullopt;
+    return DirectSample{light.d, light.distance, 1, intensity_ * light.inverse_distance2, true};
+  }
+
+  std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
+                                                const Vec2& direction) const override {
+    if (is_black(intensity_)) return std::nullopt;
+    EmissionSample sample;
+    sample.o = position_;
+    sample.d = square_to_uniform_sphere(direction);
+    sample.pdf_direction = kUniformSpherePdf;
+    sample.power = intensity_ / kUniformSpherePdf;
+    return sample;
+  }
+
+ private:
+  Vec3 position_;
+  Rgb intensity_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::PointLight, kinome::Category::kEmitter, "point",
+              "A point that shines alike in all directions.", kinome::kTable);

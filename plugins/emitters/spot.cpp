@@ -1,0 +1,146 @@
+/// A point that shines in a cone around the local +z axis: with full intensity up to the angle
+/// beam_width from the axis, then falling linearly in the angle to nothing at cutoff_angle.
+///
+/// A texture is seen through the cone's square cross-section: (u, v) = 1/2 + 1/2 (x, y) /
+/// (z tan(cutoff_angle)) of the local direction (x, y, z).
+///
+///     <emitter type="spot">
+///       <transform name="to_world"><lookat origin="0 3 0" target="0 0 0" up="0 0 1"/></transform>
+///       <float name="intensity" value="20"/>
+///       <float name="cutoff_angle" value="30"/>
+///     </emitter>
+
+#include <mutex>
+#include <numbers>
+
+#include "emission.h"
+#include "flux_grid.h"
+#include "kinome/emitter.h"
+#include "kinome/plugin.h"
+#include "kinome/warp.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"to_world", ParameterType::kTransform, "identity", "Where it is; it shines along its +z."},
+    {"intensity", ParameterType::kColor, "1", "Flux per solid angle inside beam_width [W/sr]."},
+    {"cutoff_angle", ParameterType::kFloat, "20",
+     "Angle from the axis, in degrees, at which the light ends: above 0, up to 180."},
+    {"beam_width", ParameterType::kFloat, nullptr,
+     "Angle from the axis, in degrees, up to which it has full intensity; 3/4 of cutoff_angle."},
+    {"texture", ParameterType::kUnboundedTexture, "1", "Factor of the intensity."},
+};
+
+constexpr float kDegree = kPi / 180;
+
+float read_cutoff(const Properties& props) {
+  const float cutoff = props.real("cutoff_angle");
+  if (!(cutoff > 0 && cutoff <= 180)) {
+    throw props.error("cutoff_angle", "must be greater than 0 and at most 180 degrees, got " +
+                                          std::to_string(cutoff));
+  }
+  return cutoff * kDegree;
+}
+
+float read_beam_width(const Properties& props, float cutoff) {
+  if (!props.has("beam_width")) return 0.75f * cutoff;
+  const float beam_width = props.real("beam_width");
+  if (!(beam_width >= 0 && beam_width * kDegree <= cutoff)) {
+    throw props.error("beam_width", "must lie between 0 and cutoff_angle (" +
+                                        std::to_string(cutoff / kDegree) + " degrees), got " +
+                                        std::to_string(beam_width));
+  }
+  return beam_width * kDegree;
+}
+
+class Spot final : public Emitter {
+ public:
+  explicit Spot(const Properties& props)
+      : frame_(read_light_frame(props)),
+        intensity_(read_emission(props, "intensity")),
+        cutoff_(read_cutoff(props)),
+        beam_width_(read_beam_width(props, cutoff_)),
+        cap_height_(2 * sqr(std::sin(cutoff_ / 2))),
+        tan_cutoff_(std::tan(cutoff_)),
+        texture_(read_emission_texture(props, "texture")) {
+    if (!texture_->is_uniform() && !(cutoff_ < kPi / 2)) {
+      throw props.error("texture", "needs a cutoff_angle below 90 degrees, got " +
+                                       std::to_string(cutoff_ / kDegree));
+    }
+  }
+
+  std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
+    const TowardLight light = toward_light(p, frame_.origin);
+    if (!light.valid()) return std::nullopt;
+    const Rgb intensity = intensity_toward(frame_.to_local(-light.d));
+    if (is_black(intensity)) return std::nullopt;
+    return DirectSample{light.d, light.distance, 1, intensity * light.inverse_distance2, true};
+  }
+
+  /// Directions are drawn by their flux from a grid over the cone, through a map that keeps areas.
+  std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
+                                                const Vec2& direction) const override {
+    std::call_once(flux_made_, [this] { flux_.emplace(make_flux_grid()); });
+    const auto place = flux_->sample(direction);
+    if (!place) return std::nullopt;
+    const Vec3 local = direction_at(place->uv);
+    const Rgb intensity = intensity_toward(local);
+    if (is_black(intensity)) return std::nullopt;
+    EmissionSample sample;
+    sample.o = frame_.origin;
+    sample.d = frame_.to_world(local);
+    sample.pdf_direction = place->pdf * uniform_cap_pdf(cap_height_);
+    sample.power = intensity / sample.pdf_direction;
+    return sample;
+  }
+
+ private:
+  /// d is a unit vector in the light's own frame.
+  Rgb intensity_toward(const Vec3& d) const {
+    // Not by the cosine, which can't tell small angles apart.
+    const float theta = std::atan2(std::hypot(d.x, d.y), d.z);
+    if (theta > cutoff_) return Rgb(0.f);
+    const float falloff = theta <= beam_width_ ? 1 : (cutoff_ - theta) / (cutoff_ - beam_width_);
+    const Vec2 uv = Vec2(0.5f) + 0.5f / (d.z * tan_cutoff_) * Vec2(d.x, d.y);
+    return intensity_ * falloff * texture_->eval(uv);
+  }
+
+  /// From the unit square to the cone, uniformly by solid angle.
+  Vec3 direction_at(const Vec2& uv) const {
+    const Vec2 disk = square_to_disk_concentric(uv);
+    const float depth = glm::dot(disk, disk) * cap_height_;  // 1 - cos(theta)
+    const Vec2 xy = disk * safe_sqrt(cap_height_ * (2 - depth));
+    return {xy.x, xy.y, 1 - depth};
+  }
+
+  FluxGrid make_flux_grid() const {
+    // The cone's inside has about as many cells as texels, at least; each cell is looked up at 2 x
+    // 2 points or more, or texels between them might be missed.
+    constexpr uint32_t kMinCells = 128, kMaxCells = 2048;
+    const glm::uvec2 texels = texture_->resolution();
+    const uint32_t lattice = 4 * std::max(texels.x, texels.y);
+    const uint32_t side = std::clamp(lattice / 2, kMinCells, kMaxCells);
+    return FluxGrid(glm::uvec2(side), std::max(2u, lattice / side), [this](const Vec2& uv) {
+      return luminance(glm::abs(intensity_toward(direction_at(uv))));
+    });
+  }
+
+  LightFrame frame_;
+  Rgb intensity_;
+  float cutoff_;      ///< radians
+  float beam_width_;  ///< radians
+  float cap_height_;  ///< 1 - cos(cutoff)
+  float tan_cutoff_;
+  std::shared_ptr<Texture> texture_;
+  /// Made when the first ray of light is asked for: direct light doesn't need it.
+  mutable std::once_flag flux_made_;
+  mutable std::optional<FluxGrid> flux_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Spot, kinome::Category::kEmitter, "spot",
+              "A point that shines in a cone, with a linear falloff toward its rim.",
+              kinome::kTable);
