@@ -100,19 +100,18 @@ class Projector final : public Emitter {
       return scale_ * luminance(glm::abs(irradiance_->eval(uv)));
     };
     if (irradiance_->is_uniform()) return FluxGrid({1, 1}, 1, flux);
-    // Between the centres of neighbouring texels the image is bilinear: at twice its resolution, or
-    // a multiple, the value at a cell's centre is the cell's mean. Few texels are refined (other
-    // textures look like one); of too many, several share a cell.
+    // At twice the image's resolution, or a multiple, its interpolation is bilinear in every cell.
+    // Few texels are refined (other textures look like one); of too many, several share a cell.
     constexpr uint32_t kMinSide = 256;
     constexpr uint64_t kMaxCells = 1 << 22;
     glm::uvec2 cells = irradiance_->resolution() * 2u;
     for (int i = 0; i < 2; ++i) cells[i] *= (kMinSide + cells[i] - 1) / cells[i];
-    uint32_t lookups = 1;
+    uint32_t parts = 1;
     while (uint64_t{cells.x} * cells.y > kMaxCells) {
       cells = (cells + 1u) / 2u;
-      lookups *= 2;
+      parts *= 2;
     }
-    return FluxGrid(cells, lookups, flux);
+    return FluxGrid(cells, parts, flux);
   }
 
   LightFrame frame_;

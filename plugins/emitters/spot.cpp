@@ -115,13 +115,13 @@ class Spot final : public Emitter {
   }
 
   FluxGrid make_flux_grid() const {
-    // The cone's inside has about as many cells as texels, at least; each cell is looked up at 2 x
-    // 2 points or more, or texels between them might be missed.
+    // Cells are about as fine as half a texel; where they would be too many, they have parts.
     constexpr uint32_t kMinCells = 128, kMaxCells = 2048;
     const glm::uvec2 texels = texture_->resolution();
-    const uint32_t lattice = 4 * std::max(texels.x, texels.y);
-    const uint32_t side = std::clamp(lattice / 2, kMinCells, kMaxCells);
-    return FluxGrid(glm::uvec2(side), std::max(2u, lattice / side), [this](const Vec2& uv) {
+    const uint32_t wanted = 2 * std::max(texels.x, texels.y);
+    const uint32_t side = std::clamp(wanted, kMinCells, kMaxCells);
+    const uint32_t parts = (wanted + side - 1) / side;
+    return FluxGrid(glm::uvec2(side), parts, [this](const Vec2& uv) {
       return luminance(glm::abs(intensity_toward(direction_at(uv))));
     });
   }
