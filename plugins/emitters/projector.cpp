@@ -57,15 +57,13 @@ class Projector final : public Emitter {
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
-    const TowardLight light = toward_light(p, frame_.origin);
+    const TowardLight light(p, frame_.origin);
     if (!light.valid()) return std::nullopt;
     const Vec3 d = frame_.to_local(-light.d);
     if (!(d.z > 0)) return std::nullopt;
     const Vec2 uv = Vec2(0.5f) - Vec2(d.x, d.y) / (2 * d.z * half_size_);
     if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1)) return std::nullopt;
-    const Rgb radiance = intensity(uv, d.z) * light.inverse_distance2;
-    if (is_black(radiance) || !is_finite(radiance)) return std::nullopt;
-    return DirectSample{light.d, light.distance, 1, radiance, true};
+    return light.from_point(intensity(uv, d.z));
   }
 
   /// Directions are drawn by their flux, which is even where the image is: equal areas of the plane

@@ -71,11 +71,9 @@ class Spot final : public Emitter {
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
-    const TowardLight light = toward_light(p, frame_.origin);
+    const TowardLight light(p, frame_.origin);
     if (!light.valid()) return std::nullopt;
-    const Rgb intensity = intensity_toward(frame_.to_local(-light.d));
-    if (is_black(intensity)) return std::nullopt;
-    return DirectSample{light.d, light.distance, 1, intensity * light.inverse_distance2, true};
+    return light.from_point(intensity_toward(frame_.to_local(-light.d)));
   }
 
   /// Directions are drawn by their flux from a grid over the cone, through a map that keeps areas.
@@ -90,7 +88,7 @@ class Spot final : public Emitter {
     EmissionSample sample;
     sample.o = frame_.origin;
     sample.d = frame_.to_world(local);
-    sample.pdf_direction = place->pdf * uniform_cap_pdf(cap_height_);
+    sample.pdf_direction = place->pdf / (2 * kPi * cap_height_);
     sample.power = intensity / sample.pdf_direction;
     return sample;
   }

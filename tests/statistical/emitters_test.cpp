@@ -368,7 +368,7 @@ TEST(Emitters, RaysOfShapedLightCarryEqualPower) {
     const Estimate mean = mean_of_rays(floor.emitter(), brightness);
     const double deviation = std::sqrt(mean.variance_of_mean * 100000) / mean.mean;
     // What remains is the variation within cells, the more where an edge of black crosses them;
-    // that of the image itself is 0.8.
+    // that of the image itself is 0.6.
     const bool has_edges = tested.name == "projector of a checkerboard";
     EXPECT_LT(deviation, has_edges ? 0.3 : 0.1) << tested.name;
   }
