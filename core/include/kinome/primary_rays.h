@@ -37,7 +37,6 @@ class KINOME_EXPORT PrimaryBatch {
   /// p-th pixel and its s-th sample in this batch is p * samples() + s.
   size_t size() const { return keys_.size(); }
   uint32_t samples() const { return samples_; }
-  size_t pixel_count() const { return keys_.size() / samples_; }
 
   const SampleKey& key(size_t i) const { return keys_[i]; }
   const Vec2& film_position(size_t i) const { return positions_[i]; }
