@@ -96,6 +96,11 @@ TEST_F(BitmapTest, TexelsAreCentred) {
   EXPECT_NEAR(map->eval_1(Vec2(0.5f, 0.25f)), luminance(Rgb(1, 0.5f, -0.25f)), 1e-6f);
 }
 
+TEST_F(BitmapTest, SaysHowManyTexelsItHas) {
+  EXPECT_EQ(load(colors())->resolution(), glm::uvec2(3, 2));
+  EXPECT_EQ(make<Texture>("<texture type='checkerboard'/>")->resolution(), glm::uvec2(1, 1));
+}
+
 TEST_F(BitmapTest, WrapModes) {
   const std::string path = colors();
   const auto r = [&](const char* mode, float u, float v) {
