@@ -62,7 +62,7 @@ class KINOME_EXPORT PrimaryBatch {
   std::vector<SampleKey> keys_;
   std::vector<Vec2> positions_;
   std::vector<RayHit> hits_;
-  std::vector<float> far_;  ///< how far each ray sees
+  std::vector<float> far_;                        ///< how far each ray sees
   std::vector<SurfaceInteraction> interactions_;  ///< never shrinks: only valid hits are written
   std::vector<uint32_t> passing_;                 ///< rays that go on from a surface that emits
   std::vector<RayHit> beyond_;
