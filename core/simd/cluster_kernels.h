@@ -27,9 +27,14 @@ struct ClusterColumns {
 
 /// What local clusters have besides, in the same layout.
 struct LocalColumns {
+  const float* half[3];    ///< of the smallest box around the mean that holds the cluster's box
   const float* normal[3];  ///< axis of the cone of the points' normals; 0 where it can't be had
   const float* cone_sine;  ///< of the cone's half angle; 1 from a right angle on
-  const float* radius;     ///< half the box's diagonal, positive
+  const float* inverse_one_plus_sine;
+  /// How much farther than the mean any point of the box may lie behind any normal of the cone:
+  /// |normal| . half + sine |half|.
+  const float* reach;
+  const float* least_distance2;  ///< squared distances count as no less; positive
 };
 
 struct ImportanceQuery {

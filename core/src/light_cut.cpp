@@ -97,8 +97,8 @@ struct LightCut::Arrays {
   uint32_t rows = 0;
   std::array<std::vector<float>, 3> mean, lo, hi;
   std::vector<float> light, extent, inverse_extent;
-  std::array<std::vector<float>, 3> normal;  ///< this and what follows: local light only
-  std::vector<float> sine, radius;
+  std::array<std::vector<float>, 3> half, normal;  ///< these and what follows: local light only
+  std::vector<float> sine, inverse_one_plus_sine, reach, least_distance2;
   float unit_area = 1;
   simd::BoxTree boxes;
   std::vector<uint32_t> position;  ///< of cluster c in the columns' layout
@@ -136,18 +136,29 @@ struct LightCut::Arrays {
 
   void add_local(const std::vector<LightCell>& cells, const std::vector<Vec3>& normals) {
     const size_t padded = rows * simd::kLanes;
-    for (std::vector<float>& v : normal) v.assign(padded, 0.f);
-    sine.assign(padded, 1.f);
-    radius.assign(padded, 1.f);
+    for (auto* group : {&half, &normal}) {
+      for (std::vector<float>& v : *group) v.assign(padded, 0.f);
+    }
+    for (auto* v : {&sine, &inverse_one_plus_sine, &reach, &least_distance2}) {
+      v->assign(padded, 1.f);
+    }
     Aabb bounds;
     for (const LightCell& cell : cells) bounds.expand(cell.box);
     // Squared distances and areas are taken in units of the whole: scenes of any size alike.
     unit_area = glm::dot(bounds.extent(), bounds.extent());
     for (uint32_t c = 0; c < cells.size(); ++c) {
       const size_t i = position[c];
-      for (int axis = 0; axis < 3; ++axis) normal[axis][i] = cells[c].normal[axis];
-      sine[i] = cone_sine(cells[c], normals);
-      radius[i] = 0.5f * glm::length(cells[c].box.extent());
+      const LightCell& cell = cells[c];
+      const Vec3 around = glm::max(cell.box.hi - cell.mean, cell.mean - cell.box.lo);
+      for (int axis = 0; axis < 3; ++axis) {
+        half[axis][i] = around[axis];
+        normal[axis][i] = cell.normal[axis];
+      }
+      const float radius = 0.5f * glm::length(cell.box.extent());
+      sine[i] = cone_sine(cell, normals);
+      inverse_one_plus_sine[i] = 1 / (1 + sine[i]);
+      reach[i] = glm::dot(glm::abs(cell.normal), around) + sine[i] * glm::length(around);
+      least_distance2[i] = 0.25f * radius * radius;
       inverse_extent[i] *= unit_area;
     }
   }
@@ -211,11 +222,14 @@ void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf)
   if (kind_ == LightPoints::Kind::kLocal) {
     simd::LocalColumns local{};
     for (int axis = 0; axis < 3; ++axis) {
+      local.half[axis] = a.half[axis].data();
       local.normal[axis] = a.normal[axis].data();
       query.position[axis] = point.position[axis];
     }
     local.cone_sine = a.sine.data();
-    local.radius = a.radius.data();
+    local.inverse_one_plus_sine = a.inverse_one_plus_sine.data();
+    local.reach = a.reach.data();
+    local.least_distance2 = a.least_distance2.data();
     query.unit_area = a.unit_area;
     simd::local_cluster_importance(clusters, local, query, pmf.columns_.data(), lane_sums.data());
   } else {

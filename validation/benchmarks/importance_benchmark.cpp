@@ -22,11 +22,34 @@ LightPoints make_sky(uint32_t count) {
   return points;
 }
 
+/// One bounce in a closed room: points on its walls, brightest around one place.
+LightPoints make_room(uint32_t count) {
+  LightPoints points;
+  points.kind = LightPoints::Kind::kLocal;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint64_t bits = hash_words(i);
+    const float u = 2 * to_unit_float(static_cast<uint32_t>(bits)) - 1;
+    const float v = 2 * to_unit_float(static_cast<uint32_t>(bits >> 32)) - 1;
+    const int axis = static_cast<int>(i % 3);
+    const float side = i % 2 == 0 ? 1.f : -1.f;
+    Vec3 p(0.f), n(0.f);
+    p[axis] = side;
+    p[(axis + 1) % 3] = u;
+    p[(axis + 2) % 3] = v;
+    n[axis] = -side;
+    points.position.push_back(p);
+    points.normal.push_back(n);
+    points.power.push_back(Rgb(std::exp(-4 * glm::length(p - Vec3(1, 0.3f, 0.2f)))));
+    points.extent.push_back(24.f / static_cast<float>(count));
+  }
+  return points;
+}
+
 struct Fixture {
-  LightTree tree{make_sky(1 << 15)};
+  LightTree tree;
   LightCut cut{tree, 512, CutCriterion::kVariance};
   std::vector<float> x, y, z;  ///< 32 directions of a glossy lobe
-  Fixture() {
+  explicit Fixture(LightPoints points) : tree(std::move(points)) {
     for (int i = 0; i < 32; ++i) {
       const float a = static_cast<float>(i);
       const Vec3 d =
@@ -38,6 +61,7 @@ struct Fixture {
   }
   LightCut::Point point(bool glossy) const {
     LightCut::Point p;
+    p.position = Vec3(-0.2f, -0.95f, 0.1f);
     p.normal = glm::normalize(Vec3(0.1f, 0.9f, 0.3f));
     p.diffuse = 0.5f;
     if (glossy) {
@@ -48,13 +72,14 @@ struct Fixture {
   }
 };
 
-const Fixture& fixture() {
-  static const Fixture instance;
-  return instance;
+const Fixture& fixture(LightPoints::Kind kind = LightPoints::Kind::kDistant) {
+  static const Fixture sky(make_sky(1 << 15));
+  static const Fixture room(make_room(1 << 15));
+  return kind == LightPoints::Kind::kDistant ? sky : room;
 }
 
-void BM_Importance512(benchmark::State& state, bool glossy, bool scalar) {
-  const Fixture& f = fixture();
+void BM_Importance512(benchmark::State& state, LightPoints::Kind kind, bool glossy, bool scalar) {
+  const Fixture& f = fixture(kind);
   use_scalar_kernels(scalar);
   state.SetLabel(simd_instruction_set());
   ClusterPmf pmf;
@@ -65,9 +90,14 @@ void BM_Importance512(benchmark::State& state, bool glossy, bool scalar) {
   }
   use_scalar_kernels(false);
 }
-BENCHMARK_CAPTURE(BM_Importance512, without_lobe_rays, false, false);
-BENCHMARK_CAPTURE(BM_Importance512, with_32_lobe_rays, true, false);
-BENCHMARK_CAPTURE(BM_Importance512, without_lobe_rays_scalar, false, true);
+constexpr auto kDistant = LightPoints::Kind::kDistant;
+constexpr auto kLocal = LightPoints::Kind::kLocal;
+BENCHMARK_CAPTURE(BM_Importance512, without_lobe_rays, kDistant, false, false);
+BENCHMARK_CAPTURE(BM_Importance512, with_32_lobe_rays, kDistant, true, false);
+BENCHMARK_CAPTURE(BM_Importance512, without_lobe_rays_scalar, kDistant, false, true);
+BENCHMARK_CAPTURE(BM_Importance512, local_without_lobe_rays, kLocal, false, false);
+BENCHMARK_CAPTURE(BM_Importance512, local_with_32_lobe_rays, kLocal, true, false);
+BENCHMARK_CAPTURE(BM_Importance512, local_without_lobe_rays_scalar, kLocal, false, true);
 
 void BM_SamplePoint(benchmark::State& state) {
   const Fixture& f = fixture();
