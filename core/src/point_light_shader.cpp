@@ -160,6 +160,7 @@ void PointLightShader::sample_others(const Vertex& vertex) {
     const BsdfValue value =
         si.shape->bsdf().eval_pdf(si, Lobe::kDiffuse | Lobe::kGlossy, si.frame.to_local(light->d));
     add_shadow_ray(vertex, light->d, light->distance, value.f * light->radiance / light->pdf);
+    if (s_.rays.size() >= kShadowBatch) trace_shadow_rays();
   }
 }
 

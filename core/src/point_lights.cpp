@@ -7,11 +7,6 @@ namespace {
 
 using Kind = LightPoints::Kind;
 
-template <class T>
-void append(std::vector<T>& to, const std::vector<T>& from) {
-  to.insert(to.end(), from.begin(), from.end());
-}
-
 /// Points of one kind make one set, so that they share the cut; those with an emission of their own
 /// stay by themselves.
 void add_points(LightPoints points, bool is_indirect, std::vector<PointLightSet>& sets) {
@@ -21,10 +16,7 @@ void add_points(LightPoints points, bool is_indirect, std::vector<PointLightSet>
         set.points.emission) {
       continue;
     }
-    append(set.points.position, points.position);
-    append(set.points.normal, points.normal);
-    append(set.points.power, points.power);
-    append(set.points.extent, points.extent);
+    set.points.append(points);
     return;
   }
   sets.push_back({std::move(points), is_indirect, {}});

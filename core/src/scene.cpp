@@ -23,9 +23,9 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
   const std::function<void(Emitter&, const std::string&)> add_emitter =
       [&](Emitter& emitter, const std::string& name) {
         if (std::find(all.begin(), all.end(), &emitter) != all.end()) return;
-    if (emitter.is_surface() && !emitter.shape()) {
-      throw Error(name + " shines from a surface: it must be part of a shape");
-    }
+        if (emitter.is_surface() && !emitter.shape()) {
+          throw Error(name + " shines from a surface: it must be part of a shape");
+        }
         if (emitter.is_environment()) {
           if (environment_) {
             throw Error("a scene can have one environment emitter, but " + name +
@@ -58,8 +58,27 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
     emitter->prepare(bounds_);
     (emitter->is_indirect() ? indirect_emitters_ : emitters_).push_back(emitter);
   }
+  check_bounces();
   if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
   accelerator_ = std::make_unique<Accelerator>(contents_.shapes, threads);
+}
+
+/// A bounce that is offered twice would count twice.
+void Scene::check_bounces() const {
+  const auto overlap = [](const Emitter& a, const Emitter& b) {
+    const auto of_a = a.children(), of_b = b.children();
+    return of_a.empty() || of_b.empty() ||
+           std::any_of(of_a.begin(), of_a.end(), [&](const auto& child) {
+             return std::find(of_b.begin(), of_b.end(), child) != of_b.end();
+           });
+  };
+  for (size_t i = 0; i < indirect_emitters_.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      if (overlap(*indirect_emitters_[i], *indirect_emitters_[k])) {
+        throw Error("two emitters offer the bounce of the same light, which would count twice");
+      }
+    }
+  }
 }
 
 Scene::~Scene() = default;

@@ -265,6 +265,7 @@ void Builder::add_to_scene(const Node& child, const std::shared_ptr<Object>& obj
                                    "' emitter shines from a surface: put it into a <shape>");
     }
     add(contents.emitters, emitter);
+    top_emitters_.emplace_back(emitter, child.where);
   } else if (auto integrator = std::dynamic_pointer_cast<Integrator>(object)) {
     if (contents.integrator && contents.integrator != integrator) {
       throw Error(child.where, "a scene has at most one integrator");
@@ -279,10 +280,18 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
     Properties props(Category::kIntegrator, "direct", where);
     contents.integrator = std::dynamic_pointer_cast<Integrator>(create(props, where));
   }
+  for (const auto& [emitter, place] : top_emitters_) {
+    for (const auto& child : emitter->children()) {
+      if (child->is_surface() && !child->shape()) {
+        throw Error(place,
+                    "an emitter in it shines from a surface, and is part of no shape: put it "
+                    "into a <shape>, and refer to it here");
+      }
+    }
+  }
   const char* const indirect = contents.integrator->default_indirect_emitter();
-  const bool has_indirect =
-      std::any_of(contents.emitters.begin(), contents.emitters.end(),
-                  [](const auto& emitter) { return emitter->is_indirect(); });
+  const bool has_indirect = std::any_of(contents.emitters.begin(), contents.emitters.end(),
+                                        [](const auto& emitter) { return emitter->is_indirect(); });
   if (indirect && !has_indirect) {
     log_info("the scene has no indirect emitter: using '" + std::string(indirect) + "'");
     Properties props(Category::kEmitter, indirect, where);

@@ -13,12 +13,16 @@
 /// What emitters read from a scene alike.
 namespace kinome {
 
-/// Radiance, intensity or irradiance of the parameter `name`: finite, and not negative.
+/// As of environment maps: products with areas, and quotients by small distances, stay finite.
+inline constexpr float kMaxEmission = 1e36f;
+
+/// Radiance, intensity or irradiance of the parameter `name`: 0 to kMaxEmission.
 inline Rgb read_emission(const Properties& props, const std::string& name) {
   const Rgb value = props.color(name);
-  if (!is_finite(value) || std::min({value.x, value.y, value.z}) < 0) {
-    throw props.error(name, "must be finite and not negative, got " + std::to_string(value.x) +
-                                " " + std::to_string(value.y) + " " + std::to_string(value.z));
+  if (!(std::min({value.x, value.y, value.z}) >= 0 && max_component(value) <= kMaxEmission)) {
+    throw props.error(name, "must be finite, at most 1e36, and not negative, got " +
+                                std::to_string(value.x) + " " + std::to_string(value.y) + " " +
+                                std::to_string(value.z));
   }
   return value;
 }

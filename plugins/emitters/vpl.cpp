@@ -68,6 +68,7 @@ class SurfacePoints final : public PointEmission {
 
 /// Light points, and the reflections of those that are not Lambertian on a flat surface.
 struct Points {
+  uint64_t tries = 0;  ///< points, had all been lit
   LightPoints lights;
   std::vector<Reflection> reflections;
   RenderCounters counters;
@@ -87,9 +88,9 @@ struct Points {
           (part.diffuse + part.glossy) * kInvPi * std::abs(point.to_light.z) * incident;
     }
     if (is_black(point.radiance)) return;
-    const Vec3 normal = (point.lambertian ? si.frame : bsdf.reflection_frame(point.si)).n;
     lights.position.push_back(si.p);
-    lights.normal.push_back(point.lambertian ? normal * side : normal);
+    // Not that of reflection_frame: a normal map's may depend on where it is seen from.
+    lights.normal.push_back(si.frame.n * side);
     lights.power.push_back(point.radiance);
     lights.extent.push_back(area);
     const bool flat = std::abs(glm::dot(si.n, si.frame.n)) > 1 - 1e-6f;
@@ -99,11 +100,6 @@ struct Points {
     if (!simple) reflections.push_back(point);
   }
 };
-
-template <class T>
-void append(std::vector<T>& to, const std::vector<T>& from) {
-  to.insert(to.end(), from.begin(), from.end());
-}
 
 /// In the order of the chunks, whoever made them.
 LightPoints join(std::vector<Points>& chunks, RenderCounters& counters) {
@@ -115,12 +111,8 @@ LightPoints join(std::vector<Points>& chunks, RenderCounters& counters) {
     for (uint32_t& id : chunk.lights.emission_id) {
       if (id != LightPoints::kLambertian) id += first;
     }
-    append(all.position, chunk.lights.position);
-    append(all.normal, chunk.lights.normal);
-    append(all.power, chunk.lights.power);
-    append(all.extent, chunk.lights.extent);
-    append(all.emission_id, chunk.lights.emission_id);
-    append(reflections, chunk.reflections);
+    all.append(chunk.lights);
+    reflections.insert(reflections.end(), chunk.reflections.begin(), chunk.reflections.end());
     counters.add(chunk.counters);
     chunk = {};
   }
@@ -135,7 +127,9 @@ LightPoints join(std::vector<Points>& chunks, RenderCounters& counters) {
 /// Numbers of place i, of `purpose`: Owen-scrambled Sobol points.
 Vec2 number(uint64_t seed, uint32_t purpose, uint64_t stream, uint32_t i) {
   const uint64_t key = hash_words(seed, purpose, stream, 0x76706cu);
-  return owen_sobol_point(i, key, hash_words(key, 1));
+  // Without an order of its own, each purpose would draw the same point of the sequence, and every
+  // place see but one place of a lamp, however many places there are.
+  return owen_sobol_point(owen_scramble(i, hash_words(key, 2)), key, hash_words(key, 1));
 }
 enum Purpose : uint32_t { kShapeChoice, kPlace, kLight, kEmitterChoice, kOrigin, kDirection };
 
@@ -165,6 +159,7 @@ class SurfacePlacement {
       const SurfaceInteraction si = place(i);
       const size_t used = std::min(emitters_.size(), kEmittersPerPlace);
       const float weight = static_cast<float>(emitters_.size()) / static_cast<float>(used);
+      out.tries += used;
       for (size_t k = 0; k < used; ++k) {
         const size_t e = used == emitters_.size() ? k : drawn_emitter(i, k);
         const auto light = emitters_[e]->sample_direct(si.p, number(seed_, kLight, e, i));
@@ -225,16 +220,14 @@ class TracedPlacement {
     std::vector<EmissionSample> samples;
     std::vector<RayHit> rays;
     const auto emitters = static_cast<uint32_t>(emitters_.size());
+    out.tries = end - begin;
     for (uint32_t i = begin; i < end; ++i) {
       // Each emitter in turn; the last round may leave some out, alike for all in the mean.
       const uint32_t e = (i + shift()) % emitters;
       const auto sample = emitters_[e]->sample_emission(number(seed_, kOrigin, e, i / emitters),
                                                         number(seed_, kDirection, e, i / emitters));
       if (!sample || is_black(sample->power)) continue;
-      RayHit ray;
-      ray.ray.o = sample->o + sample->n * sample->o_error;
-      ray.ray.d = sample->d;
-      rays.push_back(ray);
+      rays.push_back({sample->ray(), Hit{}});
       samples.push_back(*sample);
     }
     scene_.intersect(rays, Coherence::kIncoherent, out.counters);
@@ -255,7 +248,7 @@ class TracedPlacement {
     const float distance2 = sqr(ray.ray.tmax);
     // The part of the surface that the point stands for, from how dense rays are there.
     const float density =
-        sample.pdf_direction > 0 ? sample.pdf_direction / distance2 : sample.pdf_position;
+        sample.pdf_position > 0 ? sample.pdf_position : sample.pdf_direction / distance2;
     const float area = share / (density * cosine);
     if (!(area > 0) || !std::isfinite(area)) return;
     // Flux is radiance x cosine x solid angle x area.
@@ -311,22 +304,25 @@ class VirtualPointLights final : public Emitter {
       context.skip("indirect light", "no light point is lit");
       return std::nullopt;
     }
-    if (points.size() < count) {
-      context.skip("unlit light points",
-                   std::to_string(count - points.size()) + " of " + std::to_string(count));
-    }
     return points;
   }
 
  private:
   template <class Placement>
-  static LightPoints light_all(const Placement& placement, uint32_t count, RenderContext& context) {
+  LightPoints light_all(const Placement& placement, uint32_t count, RenderContext& context) const {
     std::vector<Points> chunks((count + kChunk - 1) / kChunk);
     context.parallel_for(chunks.size(), [&](size_t c) {
       const auto begin = static_cast<uint32_t>(c) * kChunk;
       placement.light(begin, std::min(begin + kChunk, count), chunks[c]);
     });
-    return join(chunks, context.stats().counters);
+    uint64_t tries = 0;
+    for (const Points& chunk : chunks) tries += chunk.tries;
+    LightPoints points = join(chunks, context.stats().counters);
+    if (points.size() < tries) {
+      context.skip("unlit light points",
+                   std::to_string(tries - points.size()) + " of " + std::to_string(tries));
+    }
+    return points;
   }
 
   std::vector<std::shared_ptr<Emitter>> children_;

@@ -98,6 +98,11 @@ class AovIntegrator final : public Integrator {
   const char* default_indirect_emitter() const override {
     return nested_ ? nested_->default_indirect_emitter() : nullptr;
   }
+  std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                  const Vec2& film_position) const override {
+    return nested_ ? nested_->inspect(scene, sensor, context, film_position)
+                   : Integrator::inspect(scene, sensor, context, film_position);
+  }
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (nested_) nested_->render(scene, sensor, context);
     const uint64_t seed = key_seed(context, sensor.sampler());

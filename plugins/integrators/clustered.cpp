@@ -16,6 +16,7 @@
 //
 //   <integrator type="clustered"> <integer name="max_depth" value="3"/> </integrator>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "kinome/light_cut.h"
@@ -83,7 +84,6 @@ class Chooser {
     report.clusters.resize(cut_->size());
     for (size_t k = 0; k < selection.points.size(); ++k) {
       report.samples.push_back({points.position[selection.points[k]], selection.weights[k], false});
-      ++report.clusters[cut_->cluster_of(selection.points[k])].samples;
     }
     // Three distributions tell the parts: Gamma is light x geometric x brdf.
     build_pmf(Importance::kBrdf, si, key, dimension, counters, scratch);
@@ -92,6 +92,13 @@ class Chooser {
       build_pmf(importance_, si, key, dimension, counters, scratch);
     }
     const ClusterPmf& pmf = importance_ == Importance::kLuminance ? luminance_pmf_ : scratch.pmf;
+    for (size_t k = 0; k < selection.points.size(); ++k) {
+      // Draws of one point are merged: its weight tells how many there were.
+      const float probability = cut_->point_probability(pmf, selection.points[k]);
+      report.clusters[cut_->cluster_of(selection.points[k])].samples +=
+          static_cast<uint32_t>(std::lround(selection.weights[k] * probability *
+                                            static_cast<float>(light_sampler_->sample_count())));
+    }
     LightCut::Point lambertian;
     lambertian.position = si.p;
     lambertian.normal = report.normal;

@@ -118,12 +118,8 @@ void LightTracer::emit(const Context& context, RenderCounters& counters) {
     if (!emission || !(max_component(emission->power) > 0)) continue;
     path.power = emission->power * count;
     path.inverse_emitted = 1 / max_component(path.power);
-    Ray ray;
-    const float side = glm::dot(emission->n, emission->d) >= 0 ? 1.f : -1.f;
-    ray.o = emission->o + emission->n * (side * emission->o_error);
-    ray.d = emission->d;
     paths_[rays_.size()] = path;
-    rays_.push_back({ray, Hit{}});
+    rays_.push_back({emission->ray(), Hit{}});
   }
   paths_.resize(rays_.size());
 }

@@ -184,8 +184,8 @@ FloorFlux traced_flux(const LitFloor& floor, int count) {
     const auto light = floor.emitter().sample_emission(position, direction);
     Vec2 uv(-1.f);
     if (light) {
-      const float side = glm::dot(light->n, light->d) < 0 ? -light->o_error : light->o_error;
-      const RayHit hit = trace(floor.scene(), light->o + light->n * side, light->d);
+      const Ray ray = light->ray();
+      const RayHit hit = trace(floor.scene(), ray.o, ray.d);
       if (hit.hit.shape == 0 && light->d.z < 0) uv = floor.scene().interaction(hit).uv;
     }
     flux.add(uv, light ? light->power : Rgb(0.f));

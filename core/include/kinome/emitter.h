@@ -30,14 +30,23 @@ struct EmissionSample {
   Vec3 o{0.f};        ///< where it starts: on the light, or outside the scene for an environment
   Vec3 d{0, 0, 1};    ///< unit
   Vec3 n{0.f};        ///< unit normal of the emitting surface at o; 0 for all other lights
-  float o_error = 0;  ///< rays start this far from o along n (SurfaceInteraction::p_error)
+  float o_error = 0;  ///< bound on the distance of o from the surface (SurfaceInteraction::p_error)
   /// Flux that the sample stands for [W]: radiance x |cos| / (density of o x density of d); for
   /// deltas the intensity / density of d, or the irradiance / density of o.
   Rgb power{0.f};
   /// Density of d per solid angle, o being given; 0 for parallel light (directional).
   float pdf_direction = 0;
-  /// Density of o per area perpendicular to d, d being given; used where pdf_direction is 0.
+  /// Light from infinitely far only (0 otherwise): density of o per area perpendicular to d, d
+  /// being given, and so that of where rays of one direction land.
   float pdf_position = 0;
+
+  /// Starts off the surface, on the side of d: interpolated normals let light leave below a face.
+  Ray ray() const {
+    Ray ray;
+    ray.o = o + n * (glm::dot(n, d) >= 0 ? o_error : -o_error);
+    ray.d = d;
+    return ray;
+  }
 };
 
 /// A light. Radiance is in scene units, linear Rec.709.
@@ -50,7 +59,8 @@ class KINOME_EXPORT Emitter : public Object {
   /// Offers the light of other emitters after a bounce, as light points: of use to integrators over
   /// light points alone, since others find that light by themselves.
   virtual bool is_indirect() const { return false; }
-  /// Emitters nested in this one, which are part of the scene like any other.
+  /// Emitters nested in this one, which are part of the scene like any other. An indirect emitter
+  /// offers their bounce, or if there are none, that of all the scene's.
   virtual std::vector<std::shared_ptr<Emitter>> children() const { return {}; }
 
   /// Called once by the shape that a surface emitter is part of. Error where there is one already.

@@ -14,7 +14,7 @@ class PointEmission {
  public:
   virtual ~PointEmission() = default;
   /// Intensity of the point `id` along the unit direction d, the cosine at the light included:
-  /// radiance x area x cos' [W/sr]. Zero where dot(normal, d) <= 0.
+  /// radiance x area x cos' [W/sr]. Asked for only where dot(normal, d) > 0.
   virtual Rgb intensity(uint32_t id, const Vec3& d) const = 0;
 };
 
@@ -41,6 +41,17 @@ struct LightPoints {
   std::shared_ptr<const PointEmission> emission;
 
   size_t size() const { return position.size(); }
+  /// Adds points of the same kind, whose ids are of this `emission`.
+  void append(const LightPoints& other) {
+    const auto add = [](auto& to, const auto& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    add(position, other.position);
+    add(normal, other.normal);
+    add(power, other.power);
+    add(extent, other.extent);
+    add(emission_id, other.emission_id);
+  }
 };
 
 /// Light points chosen for one shading point: point i of the set counts weights[k] times.

@@ -65,6 +65,7 @@ class KINOME_EXPORT Scene {
 
  private:
   struct Accelerator;
+  void check_bounces() const;
   Contents contents_;
   std::vector<const Emitter*> emitters_;
   std::vector<const Emitter*> indirect_emitters_;
