@@ -91,6 +91,11 @@ void Film::prepare(const std::vector<std::vector<std::string>>& layers) {
   }
 }
 
+Rect Film::reach() const {
+  const int border = static_cast<int>(std::ceil(filter_->radius() - 0.5f));
+  return {crop_.x0 - border, crop_.y0 - border, crop_.x1 + border, crop_.y1 + border};
+}
+
 std::vector<std::string> Film::channels() const {
   std::vector<std::string> names;
   if (is_luminance_) {

@@ -10,6 +10,7 @@ void PrimaryBatch::trace(const Scene& scene, const Sensor& sensor, const Rect& p
   keys_.resize(count);
   positions_.resize(count);
   hits_.resize(count);
+  far_.resize(count);
   if (interactions_.size() < count) interactions_.resize(count);
 
   const Sampler& sampler = sensor.sampler();
@@ -27,6 +28,7 @@ void PrimaryBatch::trace(const Scene& scene, const Sensor& sensor, const Rect& p
         positions_[i] = position;
         hits_[i].ray = sensor.sample_ray(position, aperture);
         hits_[i].hit = Hit{};
+        far_[i] = hits_[i].ray.tmax;
       }
     }
   }
@@ -34,6 +36,37 @@ void PrimaryBatch::trace(const Scene& scene, const Sensor& sensor, const Rect& p
   counters[RayKind::kCamera] += count;
   for (i = 0; i < count; ++i) {
     if (hits_[i].hit.valid()) interactions_[i] = scene.interaction(hits_[i]);
+  }
+}
+
+void PrimaryBatch::pass_emitters(const Scene& scene, RenderCounters& counters) {
+  if (!scene.has_surface_emitters()) return;
+  const auto emits = [this](size_t i) { return hit(i) && interactions_[i].shape->emitter(); };
+  passing_.clear();
+  for (uint32_t i = 0; i < size(); ++i) {
+    if (emits(i)) passing_.push_back(i);
+  }
+  while (!passing_.empty()) {
+    beyond_.clear();
+    for (const uint32_t i : passing_) {
+      Ray ray = hits_[i].ray;
+      ray.o = interactions_[i].ray_origin(ray.d);
+      ray.tmin = 0;
+      ray.tmax = far_[i] - hits_[i].ray.tmax;
+      beyond_.push_back({ray, Hit{}});
+    }
+    scene.intersect(beyond_, Coherence::kCoherent, counters);
+    counters[RayKind::kCamera] += beyond_.size();
+    for (size_t k = 0; k < passing_.size(); ++k) {
+      const uint32_t i = passing_[k];
+      const float begin = hits_[i].ray.tmax;
+      hits_[i].hit = beyond_[k].hit;
+      hits_[i].ray.tmax = begin + beyond_[k].ray.tmax;
+      if (!hit(i)) continue;
+      interactions_[i] = scene.interaction(beyond_[k]);
+      interactions_[i].t += begin;
+    }
+    std::erase_if(passing_, [&](uint32_t i) { return !emits(i); });
   }
 }
 

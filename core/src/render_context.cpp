@@ -109,16 +109,6 @@ class Progress {
   size_t told_ = 0;
 };
 
-/// The film's pixels, with the border that its filter reaches where it wants that sampled.
-Rect sampled_region(const Film& film) {
-  Rect region = film.crop();
-  if (film.sample_border()) {
-    const int border = static_cast<int>(std::ceil(film.filter().radius() - 0.5f));
-    region = {region.x0 - border, region.y0 - border, region.x1 + border, region.y1 + border};
-  }
-  return region;
-}
-
 std::vector<Rect> tiles_of(const Rect& region) {
   std::vector<Rect> tiles;
   for (int y = region.y0; y < region.y1; y += kTileSize) {
@@ -150,7 +140,7 @@ RenderContext::RenderContext(Options options) : options_(std::move(options)) {
 }
 
 void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
-  const std::vector<Rect> tiles = tiles_of(sampled_region(film));
+  const std::vector<Rect> tiles = tiles_of(film.sample_border() ? film.reach() : film.crop());
   const std::vector<size_t> order = tile_order(tiles.size(), options_.tile_order_seed);
   const auto threads = static_cast<unsigned>(std::clamp<size_t>(tiles.size(), 1, options_.threads));
   Sequencer sequencer(film);

@@ -2,6 +2,7 @@
 ///
 ///     <emitter type="constant"><rgb name="radiance" value="1 .9 .8"/></emitter>
 
+#include "distant_disk.h"
 #include "emission.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
@@ -22,6 +23,7 @@ class ConstantEnvironment final : public Emitter {
         pdf_(is_black(radiance_) ? 0 : kUniformSpherePdf) {}
 
   bool is_environment() const override { return true; }
+  void prepare(const Aabb& scene_bounds) override { disk_.prepare(scene_bounds); }
   Rgb eval_environment(const Vec3& /*d*/) const override { return radiance_; }
   float pdf_environment(const Vec3& /*d*/) const override { return pdf_; }
 
@@ -32,6 +34,12 @@ class ConstantEnvironment final : public Emitter {
     sample.pdf = pdf_;
     sample.radiance = radiance_;
     return sample;
+  }
+
+  std::optional<EmissionSample> sample_emission(const Vec2& position,
+                                                const Vec2& direction) const override {
+    const auto light = sample_direct(Vec3(0.f), direction);
+    return light ? disk_.sample_environment(*light, position) : std::nullopt;
   }
 
   /// Cells of equal light; their centres stay where they are, whatever the seed.
@@ -50,6 +58,7 @@ class ConstantEnvironment final : public Emitter {
  private:
   Rgb radiance_;
   float pdf_;
+  DistantDisk disk_;
 };
 
 }  // namespace

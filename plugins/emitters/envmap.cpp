@@ -16,6 +16,7 @@
 #include <memory>
 #include <string>
 
+#include "distant_disk.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "spherical_map.h"
@@ -137,6 +138,7 @@ class EnvironmentMap final : public Emitter {
         map_(read_map(props)) {}
 
   bool is_environment() const override { return true; }
+  void prepare(const Aabb& scene_bounds) override { disk_.prepare(scene_bounds); }
 
   Rgb eval_environment(const Vec3& d) const override { return map_.eval(to_local_ * d); }
 
@@ -150,6 +152,12 @@ class EnvironmentMap final : public Emitter {
     direct.pdf = sample->pdf;
     direct.radiance = sample->radiance;
     return direct;
+  }
+
+  std::optional<EmissionSample> sample_emission(const Vec2& position,
+                                                const Vec2& direction) const override {
+    const auto light = sample_direct(Vec3(0.f), direction);
+    return light ? disk_.sample_environment(*light, position) : std::nullopt;
   }
 
   void sample_direct_batch(std::span<const Vec3> /*p*/, std::span<const Vec2> u,
@@ -199,6 +207,7 @@ class EnvironmentMap final : public Emitter {
   glm::mat3 to_world_;
   glm::mat3 to_local_;
   SphericalMap map_;
+  DistantDisk disk_;
 };
 
 }  // namespace

@@ -90,7 +90,7 @@ class Spot final : public Emitter {
     EmissionSample sample;
     sample.o = frame_.origin;
     sample.d = frame_.to_world(local);
-    sample.pdf_direction = place->pdf / (2 * kPi * cap_height_);
+    sample.pdf_direction = place->pdf * uniform_cap_pdf(cap_height_);
     sample.power = intensity / sample.pdf_direction;
     return sample;
   }

@@ -135,6 +135,35 @@ struct FilmPlane {
     step = Vec2(-2 * half_width / w, -2 * half_height / h);
   }
   Vec2 at(const Vec2& film_position) const { return origin + step * film_position; }
+  /// The inverse of at().
+  Vec2 film_position(const Vec2& p) const { return (p - origin) / step; }
+  /// Of one pixel, on the plane.
+  float pixel_area() const { return std::abs(step.x * step.y); }
 };
+
+inline bool contains(const Rect& pixels, const Vec2& p) {
+  return p.x >= static_cast<float>(pixels.x0) && p.x < static_cast<float>(pixels.x1) &&
+         p.y >= static_cast<float>(pixels.y0) && p.y < static_cast<float>(pixels.y1);
+}
+
+/// Sensor::connect by a point of the lens, at depth 0; p and the lens in the camera's frame. The
+/// picture shows p at `on_plane`. A pixel's solid angle is its area on the plane times cos³.
+inline std::optional<SensorConnection> connect_to_lens(const Vec3& p, const Vec3& lens,
+                                                       const Vec2& on_plane, const FilmPlane& plane,
+                                                       const ClipRange& clip, const Film& film,
+                                                       const Transform& to_world) {
+  if (!(p.z >= clip.near && p.z <= clip.far)) return std::nullopt;
+  SensorConnection connection;
+  connection.film_position = plane.film_position(on_plane);
+  if (!contains(film.reach(), connection.film_position)) return std::nullopt;
+  const Vec3 to_lens = lens - p;
+  const float distance2 = glm::dot(to_lens, to_lens);
+  const float distance = std::sqrt(distance2);
+  const float cosine = p.z / distance;
+  connection.d = glm::normalize(to_world.vector(to_lens));
+  connection.distance = distance - clip.near / cosine;
+  connection.weight = 1 / (plane.pixel_area() * cosine * cosine * cosine * distance2);
+  return connection;
+}
 
 }  // namespace kinome

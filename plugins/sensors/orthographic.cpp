@@ -18,17 +18,22 @@ const Parameter kTable[] = {KINOME_CAMERA_PARAMETERS};
 
 class Orthographic : public Sensor {
  public:
-  explicit Orthographic(const Properties& props) : to_world_(read_camera_transform(props, true)) {
+  explicit Orthographic(const Properties& props)
+      : to_world_(read_camera_transform(props, true)), to_camera_(to_world_.inverse()) {
     check_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
     plane_ = FilmPlane(*film_, 1.f);
     const ClipRange clip = read_clip_range(props);
     const Vec3 axis = to_world_.vector(Vec3(0, 0, 1));
-    const float scale = glm::length(axis);
-    direction_ = axis / scale;
+    scale_ = glm::length(axis);
+    direction_ = axis / scale_;
+    // Across the rays, whatever to_world does to the picture's plane.
+    const Vec3 x = to_world_.vector(Vec3(1, 0, 0)), y = to_world_.vector(Vec3(0, 1, 0));
+    inverse_pixel_area_ =
+        1 / (plane_.pixel_area() * std::abs(glm::dot(glm::cross(x, y), direction_)));
     // As in Mitsuba, to_world scales the near plane's depth, and not the distance between both.
-    near_ = clip.near * scale;
+    near_ = clip.near * scale_;
     far_ = near_ + (clip.far - clip.near);
   }
 
@@ -41,10 +46,26 @@ class Orthographic : public Sensor {
     return ray;
   }
 
+  std::optional<SensorConnection> connect(const Vec3& p, const Vec2&) const override {
+    const Vec3 local = to_camera_.point(p);
+    const float distance = local.z * scale_;
+    if (!(distance >= near_ && distance <= far_)) return std::nullopt;
+    SensorConnection connection;
+    connection.film_position = plane_.film_position(Vec2(local));
+    if (!contains(film_->reach(), connection.film_position)) return std::nullopt;
+    connection.d = -direction_;
+    connection.distance = distance - near_;
+    connection.weight = inverse_pixel_area_;
+    return connection;
+  }
+
  private:
   Transform to_world_;
+  Transform to_camera_;
   FilmPlane plane_;
   Vec3 direction_{0, 0, 1};
+  float scale_ = 1;  ///< length of a unit of depth
+  float inverse_pixel_area_ = 1;
   float near_ = 0;
   float far_ = 0;
 };

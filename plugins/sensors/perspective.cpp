@@ -24,7 +24,9 @@ const Parameter kTable[] = {
 class Perspective : public Sensor {
  public:
   explicit Perspective(const Properties& props)
-      : clip_(read_clip_range(props)), to_world_(read_camera_transform(props, false)) {
+      : clip_(read_clip_range(props)),
+        to_world_(read_camera_transform(props, false)),
+        to_camera_(to_world_.inverse()) {
     check_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
@@ -45,9 +47,16 @@ class Perspective : public Sensor {
     return ray;
   }
 
+  std::optional<SensorConnection> connect(const Vec3& p, const Vec2&) const override {
+    const Vec3 local = to_camera_.point(p);
+    return connect_to_lens(local, Vec3(0.f), Vec2(local) / local.z, plane_, clip_, *film_,
+                           to_world_);
+  }
+
  private:
   ClipRange clip_;
   Transform to_world_;
+  Transform to_camera_;
   Vec3 origin_;
   FilmPlane plane_;
 };

@@ -24,7 +24,9 @@ const Parameter kTable[] = {
 class ThinLens : public Sensor {
  public:
   explicit ThinLens(const Properties& props)
-      : clip_(read_clip_range(props)), to_world_(read_camera_transform(props, false)) {
+      : clip_(read_clip_range(props)),
+        to_world_(read_camera_transform(props, false)),
+        to_camera_(to_world_.inverse()) {
     check_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
@@ -47,6 +49,14 @@ class ThinLens : public Sensor {
   }
   bool needs_aperture_sample() const override { return true; }
 
+  std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
+    const Vec3 local = to_camera_.point(p);
+    const Vec2 lens = aperture_radius_ * square_to_disk_concentric(aperture);
+    // At depth 1, of the ray from the lens's centre that is sharp at the same place.
+    const Vec2 on_plane = (Vec2(local) - lens) / local.z + lens / focus_distance_;
+    return connect_to_lens(local, Vec3(lens, 0.f), on_plane, plane_, clip_, *film_, to_world_);
+  }
+
  private:
   static float read_positive(const Properties& props, const char* name) {
     const float value = props.real(name);
@@ -58,6 +68,7 @@ class ThinLens : public Sensor {
 
   ClipRange clip_;
   Transform to_world_;
+  Transform to_camera_;
   FilmPlane plane_;
   float aperture_radius_ = 0;
   float focus_distance_ = 0;

@@ -88,7 +88,55 @@ class Sphere final : public Shape {
     return interaction_at(*this, space_.point_to_world(local), space_.vector_to_world(local));
   }
 
+  /// Uniform over the solid angle that the sphere covers: its cone from outside, all directions
+  /// from inside.
+  std::optional<SurfaceSample> sample_solid_angle(const Vec3& p, const Vec2& u) const override {
+    const DVec3 offset = DVec3(p) - space_.offset();
+    const double distance = glm::length(offset);
+    const bool is_inside = distance <= radius_;
+    const double height = is_inside ? 2 : cone_height(distance);
+    // Around the direction toward the centre; any will do at the centre itself.
+    const DVec3 axis = distance > 0 ? -offset / distance : DVec3(0, 0, 1);
+    const double depth = static_cast<double>(u.y) * height;  // 1 - cos(theta)
+    const double cosine = 1 - depth;
+    const double sine = std::sqrt(depth * (2 - depth));
+    // Of the triangle of p, the centre and the sphere's point: the angle at the point, which is
+    // obtuse for the near side seen from outside; then the angle at the centre, from p.
+    const double sin_point = std::min(sine * distance / radius_, 1.);
+    const double cos_point = std::sqrt(1 - sin_point * sin_point) * (is_inside ? 1 : -1);
+    const double cos_centre = sine * sin_point - cosine * cos_point;
+    const double sin_centre = sine * cos_point + cosine * sin_point;
+    const Frame frame = Frame::from_normal(Vec3(axis));
+    const double phi = 2 * std::numbers::pi * static_cast<double>(u.x);
+    const DVec3 n = (DVec3(frame.s) * std::cos(phi) + DVec3(frame.t) * std::sin(phi)) * sin_centre -
+                    axis * cos_centre;
+    const DVec3 radial = glm::normalize(n) * radius_;
+    SurfaceSample sample;
+    sample.si = interaction_at(*this, space_.offset() + radial, radial);
+    sample.pdf = static_cast<float>(1 / (2 * std::numbers::pi * height));
+    if (sample.si.p == p) return std::nullopt;
+    return sample;
+  }
+
+  float pdf_solid_angle(const Vec3& p, const SurfaceInteraction& si) const override {
+    const DVec3 offset = DVec3(p) - space_.offset();
+    const double distance = glm::length(offset);
+    if (distance <= radius_) return uniform_cap_pdf(2);
+    // The far side is never sampled. Rounding may put a point of the rim behind it.
+    const double beyond = glm::dot(DVec3(si.p) - space_.offset(), offset) - radius_ * radius_;
+    if (beyond < -4 * static_cast<double>(si.p_error) * distance) return 0;
+    return static_cast<float>(1 / (2 * std::numbers::pi * cone_height(distance)));
+  }
+
  private:
+  /// 1 - cos of the half-angle that the sphere covers from a distance to its centre beyond its
+  /// radius; without cancellation, however far or near that is.
+  double cone_height(double distance) const {
+    const double ratio = radius_ / distance;
+    const double cosine = std::sqrt((distance - radius_) * (distance + radius_)) / distance;
+    return ratio * ratio / (1 + cosine);
+  }
+
   static glm::dmat4 unit_sphere_to_world(const Properties& props) {
     const float radius = props.real("radius");
     if (!(radius > 0) || !std::isfinite(radius)) {

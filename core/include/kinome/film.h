@@ -65,6 +65,9 @@ class KINOME_EXPORT Film : public Object {
   const ReconstructionFilter& filter() const { return *filter_; }
   /// Also sample the border that the filter reaches.
   bool sample_border() const { return sample_border_; }
+  /// The crop window, grown by the border that the filter reaches: a sample in any other pixel
+  /// counts for none that is rendered.
+  Rect reach() const;
 
   /// Forgets all samples. Layer 0 holds the film's colour channels ("R", "G", "B", and "A" where
   /// the pixel format has alpha; "Y" for luminance) followed by the names in layers[0]; further

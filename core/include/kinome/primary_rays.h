@@ -29,6 +29,10 @@ class KINOME_EXPORT PrimaryBatch {
   void trace(const Scene& scene, const Sensor& sensor, const Rect& pixels, uint32_t first_sample,
              uint32_t samples, uint64_t seed, RenderCounters& counters);
 
+  /// Lets rays go on through surfaces that emit, to what lies behind: for cameras that are not to
+  /// see lights. As in Mitsuba, whatever else such a surface does.
+  void pass_emitters(const Scene& scene, RenderCounters& counters);
+
   /// Rays are in the order of pixels (row by row), a pixel's samples side by side: ray of the
   /// p-th pixel and its s-th sample in this batch is p * samples() + s.
   size_t size() const { return keys_.size(); }
@@ -59,7 +63,10 @@ class KINOME_EXPORT PrimaryBatch {
   std::vector<SampleKey> keys_;
   std::vector<Vec2> positions_;
   std::vector<RayHit> hits_;
+  std::vector<float> far_;  ///< how far each ray sees
   std::vector<SurfaceInteraction> interactions_;  ///< never shrinks: only valid hits are written
+  std::vector<uint32_t> passing_;                 ///< rays that go on from a surface that emits
+  std::vector<RayHit> beyond_;
 };
 
 /// Calls fn(first_sample, samples) for consecutive parts of a pixel's samples, such that a part of

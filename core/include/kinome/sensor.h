@@ -14,7 +14,7 @@ namespace kinome {
 struct SensorConnection {
   Vec2 film_position{0.f};
   Vec3 d{0, 0, 1};     ///< unit, from the point toward the lens
-  float distance = 0;  ///< to the sampled point of the lens
+  float distance = 0;  ///< as far as the near clip: what lies beyond can't hide the point
   /// What radiant intensity toward the lens [W/sr] counts as pixel radiance: 1 / (solid angle of a
   /// pixel there x distance² x density). The pixel's value is the sum over all light paths of
   /// intensity x weight / number of paths, spread by the film's filter.
@@ -31,7 +31,7 @@ class KINOME_EXPORT Sensor : public Object {
   /// True where `aperture` matters.
   virtual bool needs_aperture_sample() const { return false; }
   /// Where p is seen, through a sampled point of the lens; nullopt where it isn't (behind the
-  /// camera, out of the clip range, off the full film). Visibility is the caller's business.
+  /// camera, out of the clip range, outside Film::reach()). Visibility is the caller's business.
   virtual std::optional<SensorConnection> connect(const Vec3& /*p*/,
                                                   const Vec2& /*aperture*/) const {
     return std::nullopt;

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "kinome/emitter.h"
+#include "kinome/warp.h"
+
+namespace kinome {
+
+/// Where light from infinitely far enters the scene: for each direction a disk across it, outside
+/// the scene, whose shadow covers all that the scene has. Set once by Emitter::prepare.
+class DistantDisk {
+ public:
+  void prepare(const Aabb& bounds) {
+    if (bounds.empty()) return;
+    centre_ = bounds.centre();
+    // A little larger than the sphere around the bounds, for the sake of rounding.
+    radius_ = 0.5f * glm::length(bounds.extent()) * (1 + 1e-4f) +
+              1e-6f * max_component(glm::max(glm::abs(bounds.lo), glm::abs(bounds.hi)));
+  }
+
+  /// A ray that travels along `d` through a point uniform over the disk, with pdf_position; nullopt
+  /// where the scene is empty.
+  std::optional<EmissionSample> sample(const Vec3& d, const Vec2& u) const {
+    if (!(radius_ > 0)) return std::nullopt;
+    const Vec2 disk = square_to_disk_concentric(u);
+    const Frame frame = Frame::from_normal(d);
+    EmissionSample sample;
+    sample.o = centre_ + radius_ * (frame.s * disk.x + frame.t * disk.y - d);
+    sample.d = d;
+    sample.pdf_position = 1 / (kPi * sqr(radius_));
+    return sample;
+  }
+
+  /// A ray of an environment's light, whose direction was drawn as `light` says.
+  std::optional<EmissionSample> sample_environment(const DirectSample& light, const Vec2& u) const {
+    auto ray = sample(-light.d, u);
+    if (!ray) return std::nullopt;
+    ray->pdf_direction = light.pdf;
+    ray->power = light.radiance / (light.pdf * ray->pdf_position);
+    return ray;
+  }
+
+ private:
+  Vec3 centre_{0.f};
+  float radius_ = 0;
+};
+
+}  // namespace kinome

@@ -1,0 +1,131 @@
+/// A slide projector: a point that shines an image along the local +z axis, with +x to the image's
+/// left and +y up, as a camera at its place would see it. A white diffuse surface across the axis
+/// shows exactly `irradiance` x `scale` at z = 1, and 1 / z² of it further away.
+///
+/// The image's sides are as its resolution's, the square's for a texture without texels. Without a
+/// texture it projects a white square.
+///
+///     <emitter type="projector">
+///       <texture type="bitmap" name="irradiance"><string name="filename" value="slide.exr"/>
+///       </texture>
+///       <float name="fov" value="40"/>
+///       <transform name="to_world"><lookat origin="0 1 5" target="0 1 0" up="0 1 0"/></transform>
+///     </emitter>
+
+#include <mutex>
+
+#include "../sensors/camera.h"
+#include "emission.h"
+#include "flux_grid.h"
+#include "kinome/emitter.h"
+#include "kinome/plugin.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"to_world", ParameterType::kTransform, "identity", "Where it is; it shines along its +z."},
+    {"irradiance", ParameterType::kUnboundedTexture, "1",
+     "What a white diffuse surface shows at z = 1: the image."},
+    {"scale", ParameterType::kFloat, "1", "Factor of the irradiance."},
+    KINOME_FOV_PARAMETERS,
+};
+
+float read_scale(const Properties& props) {
+  const float scale = props.real("scale");
+  if (!std::isfinite(scale) || scale < 0) {
+    throw props.error("scale", "must be finite and not negative, got " + std::to_string(scale));
+  }
+  return scale;
+}
+
+/// Scale is an error, as for a camera: it would change what fov and irradiance mean.
+LightFrame read_frame(const Properties& props) {
+  read_camera_transform(props, false);
+  return read_light_frame(props);
+}
+
+class Projector final : public Emitter {
+ public:
+  explicit Projector(const Properties& props)
+      : frame_(read_frame(props)),
+        irradiance_(read_emission_texture(props, "irradiance")),
+        scale_(read_scale(props)) {
+    const Vec2 texels(irradiance_->resolution());
+    half_size_.x = read_half_width(props, texels.x / texels.y);
+    half_size_.y = half_size_.x * texels.y / texels.x;
+  }
+
+  std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
+    const TowardLight light = toward_light(p, frame_.origin);
+    if (!light.valid()) return std::nullopt;
+    const Vec3 d = frame_.to_local(-light.d);
+    if (!(d.z > 0)) return std::nullopt;
+    const Vec2 uv = Vec2(0.5f) - Vec2(d.x, d.y) / (2 * d.z * half_size_);
+    if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1)) return std::nullopt;
+    const Rgb radiance = intensity(uv, d.z) * light.inverse_distance2;
+    if (is_black(radiance) || !is_finite(radiance)) return std::nullopt;
+    return DirectSample{light.d, light.distance, 1, radiance, true};
+  }
+
+  /// Directions are drawn by their flux, which is even where the image is: equal areas of the plane
+  /// z = 1 get equal flux.
+  std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
+                                                const Vec2& direction) const override {
+    std::call_once(flux_made_, [this] { flux_.emplace(make_flux_grid()); });
+    const auto place = flux_->sample(direction);
+    if (!place) return std::nullopt;
+    const Vec2 plane = (Vec2(1) - 2.f * place->uv) * half_size_;
+    const float inverse_cosine = glm::length(Vec3(plane, 1));
+    const Rgb shone = intensity(place->uv, 1 / inverse_cosine);
+    if (is_black(shone)) return std::nullopt;
+    EmissionSample sample;
+    sample.o = frame_.origin;
+    sample.d = frame_.to_world(Vec3(plane, 1) / inverse_cosine);
+    sample.pdf_direction = place->pdf / (4 * half_size_.x * half_size_.y) * inverse_cosine *
+                           inverse_cosine * inverse_cosine;
+    sample.power = shone / sample.pdf_direction;
+    return sample;
+  }
+
+ private:
+  /// Toward a place of the image at an angle to the axis. Its cube is what makes the plane z = 1
+  /// show the image as it is: 1 / distance² and the receiving cosine.
+  Rgb intensity(const Vec2& uv, float cosine) const {
+    return irradiance_->eval(uv) * (kPi * scale_ / (cosine * cosine * cosine));
+  }
+
+  FluxGrid make_flux_grid() const {
+    const auto flux = [this](const Vec2& uv) {
+      return scale_ * luminance(glm::abs(irradiance_->eval(uv)));
+    };
+    if (irradiance_->is_uniform()) return FluxGrid({1, 1}, 1, flux);
+    // Between the centres of neighbouring texels the image is bilinear: at twice its resolution, or
+    // a multiple, the value at a cell's centre is the cell's mean. Few texels are refined (other
+    // textures look like one); of too many, several share a cell.
+    constexpr uint32_t kMinSide = 256;
+    constexpr uint64_t kMaxCells = 1 << 22;
+    glm::uvec2 cells = irradiance_->resolution() * 2u;
+    for (int i = 0; i < 2; ++i) cells[i] *= (kMinSide + cells[i] - 1) / cells[i];
+    uint32_t lookups = 1;
+    while (uint64_t{cells.x} * cells.y > kMaxCells) {
+      cells = (cells + 1u) / 2u;
+      lookups *= 2;
+    }
+    return FluxGrid(cells, lookups, flux);
+  }
+
+  LightFrame frame_;
+  std::shared_ptr<Texture> irradiance_;
+  float scale_;
+  Vec2 half_size_{1.f};  ///< of the image at z = 1
+  /// Made when the first ray of light is asked for: direct light doesn't need it.
+  mutable std::once_flag flux_made_;
+  mutable std::optional<FluxGrid> flux_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Projector, kinome::Category::kEmitter, "projector",
+              "A point that shines an image, as a slide projector does.", kinome::kTable);
