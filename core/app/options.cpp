@@ -32,6 +32,7 @@ struct RawOptions {
   std::vector<std::string> defines;
   std::vector<std::string> search_paths;
   std::string stats;
+  std::string inspect;
 };
 
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
@@ -61,6 +62,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")
       ->type_name("[=json]");
+  app.add_option("--inspect", raw.inspect,
+                 "In place of rendering: where the pixel's light samples go, as picture and table")
+      ->type_name("X,Y");
   app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image");
   app.add_option("--exposure", options.exposure, "Of the PNG, in stops; default: 0")
       ->type_name("STOPS");
@@ -92,6 +96,14 @@ void interpret(const RawOptions& raw, Options& options) {
     options.stats = StatsFormat::kText;
   } else if (!raw.stats.empty()) {
     throw Error("--stats: expected 'text' or 'json', got '" + raw.stats + "'");
+  }
+  if (!raw.inspect.empty()) {
+    int x = 0, y = 0, used = 0;
+    if (std::sscanf(raw.inspect.c_str(), "%d,%d%n", &x, &y, &used) != 2 ||
+        used != static_cast<int>(raw.inspect.size())) {
+      throw Error("--inspect: expected a pixel as X,Y, got '" + raw.inspect + "'");
+    }
+    options.inspect = Vec2(x, y);
   }
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }

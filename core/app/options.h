@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "kinome/math.h"
+
 namespace kinome::app {
 
 enum class StatsFormat { kNone, kText, kJson };
@@ -29,6 +31,7 @@ struct Options {
   StatsFormat stats = StatsFormat::kNone;
   bool png = false;
   float exposure = 0;
+  std::optional<Vec2> inspect;  ///< pixel whose clusters are shown in place of rendering
 
   std::string plugin_name;  ///< of `kinome plugins NAME`; "": all of them
   bool markdown = false;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "commands.h"
+#include "inspect.h"
 #include "kinome/log.h"
 #include "kinome/render_context.h"
 #include "kinome/scene_loader.h"
@@ -152,6 +153,12 @@ int render_command(const Options& options, Clock::time_point start) {
   check_writable(output);
   if (options.png) check_writable(png);
 
+  if (options.inspect) {
+    const std::string stem = fs::path(output).replace_extension("").string();
+    const std::string names = inspect(*scene, sensor, context, *options.inspect, stem);
+    if (!options.quiet) fmt::print(stderr, "wrote {}\n", names);
+    return 0;
+  }
   begin_interruptible_render();
   progress.begin();
   log_info(fmt::format("rendering {}x{} pixels of {} on {} threads", film.crop().width(),

@@ -156,4 +156,10 @@ void check_writable(const std::string& path) {
   FileWriter probe(path);
 }
 
+void write_text(const std::string& path, const std::string& text) {
+  FileWriter file(path);
+  file.write(text.data(), text.size());
+  file.commit();
+}
+
 }  // namespace kinome

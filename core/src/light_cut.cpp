@@ -281,12 +281,16 @@ void LightCut::sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
   }
 }
 
-float LightCut::point_probability(const ClusterPmf& pmf, uint32_t point) const {
+uint32_t LightCut::cluster_of(uint32_t point) const {
   // Clusters are in the order of their points.
   const auto after =
       std::upper_bound(cells_.begin(), cells_.end(), point,
                        [](uint32_t p, const LightCell& cell) { return p < cell.first; });
-  const auto cluster = static_cast<uint32_t>(after - cells_.begin()) - 1;
+  return static_cast<uint32_t>(after - cells_.begin()) - 1;
+}
+
+float LightCut::point_probability(const ClusterPmf& pmf, uint32_t point) const {
+  const uint32_t cluster = cluster_of(point);
   return pmf.probability(cluster) / static_cast<float>(cells_[cluster].count);
 }
 

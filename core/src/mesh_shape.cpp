@@ -11,6 +11,9 @@ namespace {
 /// v / |v| without under- or overflow of |v|²; `fallback` where v is zero or not finite. Edges of
 /// a small mesh scaled by 1e-6 have cross products whose squares are below the smallest float.
 Vec3 safe_normalize(const Vec3& v, const Vec3& fallback) {
+  // Nearly always, and without the wait for a first division.
+  const float length2 = glm::dot(v, v);
+  if (length2 > 1e-20f && length2 < 1e20f) return v / std::sqrt(length2);
   const float scale = max_component(glm::abs(v));
   if (!(scale > 0) || !std::isfinite(scale)) return fallback;
   return glm::normalize(v / scale);
@@ -23,6 +26,14 @@ Vec3 face_direction(const Vec3& p0, const Vec3& p1, const Vec3& p2) {
   const float scale = std::max(max_component(glm::abs(a)), max_component(glm::abs(b)));
   if (!(scale > 0)) return Vec3(0.f);
   return glm::cross(a / scale, b / scale);
+}
+
+/// Unit normal of a triangle; `fallback` where it is degenerate.
+Vec3 face_normal(const Vec3& p0, const Vec3& p1, const Vec3& p2, const Vec3& fallback) {
+  const Vec3 cross = glm::cross(p1 - p0, p2 - p0);
+  const float length2 = glm::dot(cross, cross);
+  if (length2 > 1e-20f && length2 < 1e20f) return cross / std::sqrt(length2);
+  return safe_normalize(face_direction(p0, p1, p2), fallback);
 }
 
 /// The angle in [0, pi] whose sine and cosine are as `sine` >= 0 to `cosine`: atan2 to 4e-7
@@ -49,9 +60,8 @@ void fill_zero_normals(const TriangleMesh& mesh, std::vector<Vec3>& normals) {
     for (int i = 0; i < 3; ++i) {
       Vec3& n = normals[triangle[i]];
       if (n != Vec3(0.f)) continue;
-      n = safe_normalize(face_direction(mesh.positions[triangle.x], mesh.positions[triangle.y],
-                                        mesh.positions[triangle.z]),
-                         Vec3(0.f));
+      n = face_normal(mesh.positions[triangle.x], mesh.positions[triangle.y],
+                      mesh.positions[triangle.z], Vec3(0.f));
     }
   }
   for (Vec3& n : normals) {
@@ -253,7 +263,7 @@ SurfaceInteraction MeshShape::interaction(const Ray& ray, const Hit& hit) const 
   si.p_error = plane_error(p0, p1, p2);
   si.primitive = hit.primitive;
   const Vec3 backward = safe_normalize(-ray.d, Vec3(0, 0, 1));
-  si.n = safe_normalize(face_direction(p0, p1, p2), backward);
+  si.n = face_normal(p0, p1, p2, backward);
   if (flip_geometric_normal_) si.n = -si.n;
 
   if (mesh_.uvs.empty()) {

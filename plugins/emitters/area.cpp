@@ -34,7 +34,7 @@ class AreaLight final : public Emitter {
     if (is_black_) return std::nullopt;
     const auto surface = shape()->sample_solid_angle(p, u);
     if (!surface) return std::nullopt;
-    const TowardLight light = toward_light(p, surface->si.p);
+    const TowardLight light(p, surface->si.p);
     if (!light.valid() || !(glm::dot(surface->si.frame.n, light.d) < 0)) return std::nullopt;
     const Rgb radiance = radiance_->eval(surface->si.uv);
     return DirectSample{light.d, light.distance, surface->pdf, radiance, false};

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "kinome/emitter.h"
 #include "kinome/properties.h"
 #include "kinome/texture.h"
 
@@ -62,19 +64,27 @@ inline LightFrame read_light_frame(const Properties& props) {
   return {to_world.point(Vec3(0.f)), linear};
 }
 
-/// The distance between a point and a delta light, and the unit direction toward the light.
+/// The way from a point to a light.
 struct TowardLight {
-  Vec3 d{0, 0, 1};
+  Vec3 d{0, 0, 1};  ///< unit
   float distance = 0;
   float inverse_distance2 = 0;
-  /// False where the point is at the light, so that it has no direction.
-  bool valid() const { return distance > 0 && std::isfinite(inverse_distance2); }
-};
 
-inline TowardLight toward_light(const Vec3& p, const Vec3& light) {
-  const Vec3 to = light - p;
-  const float distance = glm::length(to);
-  return {to / distance, distance, 1 / sqr(distance)};
-}
+  TowardLight(const Vec3& p, const Vec3& light) {
+    const Vec3 to = light - p;
+    distance = glm::length(to);
+    d = to / distance;
+    inverse_distance2 = 1 / sqr(distance);
+  }
+  /// False where the point is at the light, so that there is no direction.
+  bool valid() const { return inverse_distance2 > 0 && std::isfinite(inverse_distance2); }
+
+  /// The light of a point that shines this way with `intensity`; nullopt where there is none.
+  std::optional<DirectSample> from_point(const Rgb& intensity) const {
+    const Rgb radiance = intensity * inverse_distance2;
+    if (is_black(radiance) || !is_finite(radiance)) return std::nullopt;
+    return DirectSample{d, distance, 1, radiance, true};
+  }
+};
 
 }  // namespace kinome

@@ -11,27 +11,38 @@ namespace kinome {
 /// of a grid. Immutable; thread-safe.
 class FluxGrid {
  public:
-  /// flux(uv), in any unit and not negative, is looked up at `lookups` x `lookups` points of each
-  /// cell.
+  /// flux(uv), in any unit and not negative, is looked up in the middle and at the corners of
+  /// `parts` x `parts` parts of each cell. The corners find edges that cross a part; for what is
+  /// bilinear in it, both agree and are exact.
   template <class Flux>
-  FluxGrid(glm::uvec2 cells, uint32_t lookups, const Flux& flux) : cells_(cells) {
-    weights_.reserve(static_cast<size_t>(cells.x) * cells.y);
-    double total = 0;
-    for (uint32_t row = 0; row < cells.y; ++row) {
-      for (uint32_t column = 0; column < cells.x; ++column) {
-        double sum = 0;
-        for (uint32_t i = 0; i < lookups * lookups; ++i) {
-          const Vec2 inside(static_cast<float>(i % lookups) + 0.5f,
-                            static_cast<float>(i / lookups) + 0.5f);
-          const Vec2 place = Vec2(column, row) + inside / static_cast<float>(lookups);
-          sum += static_cast<double>(flux(place / Vec2(cells)));
-        }
-        weights_.push_back(static_cast<float>(sum / (lookups * lookups)));
-        total += static_cast<double>(weights_.back());
+  FluxGrid(glm::uvec2 cells, uint32_t parts, const Flux& flux) : cells_(cells) {
+    const glm::uvec2 size = cells * parts;
+    const auto at = [&](float x, float y) { return flux(Vec2(x, y) / Vec2(size)); };
+    const auto corner_row = [&](uint32_t y) {
+      std::vector<float> row;
+      row.reserve(size.x + 1);
+      for (uint32_t x = 0; x <= size.x; ++x) {
+        row.push_back(at(static_cast<float>(x), static_cast<float>(y)));
       }
+      return row;
+    };
+    weights_.resize(static_cast<size_t>(cells.x) * cells.y);
+    double total = 0;
+    std::vector<float> above = corner_row(0);
+    for (uint32_t y = 0; y < size.y; ++y) {
+      std::vector<float> below = corner_row(y + 1);
+      float* const row = weights_.data() + static_cast<size_t>(y / parts) * cells.x;
+      for (uint32_t x = 0; x < size.x; ++x) {
+        const float middle = at(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+        const float corners = above[x] + above[x + 1] + below[x] + below[x + 1];
+        const float weight = 0.5f * middle + 0.125f * corners;
+        row[x / parts] += weight;
+        total += static_cast<double>(weight);
+      }
+      above.swap(below);
     }
-    const double count = static_cast<double>(weights_.size());
     // No cell is left out: light may pass between the points that were looked up.
+    const double count = static_cast<double>(weights_.size());
     const auto floor = static_cast<float>(kFloor * total / count);
     for (float& weight : weights_) weight += floor;
     grid_ = GridDistribution(cells.x, cells.y, weights_);

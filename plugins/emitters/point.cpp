@@ -36,9 +36,8 @@ class PointLight final : public Emitter {
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
-    const TowardLight light = toward_light(p, position_);
-    if (!light.valid() || is_black(intensity_)) return std::nullopt;
-    return DirectSample{light.d, light.distance, 1, intensity_ * light.inverse_distance2, true};
+    const TowardLight light(p, position_);
+    return light.valid() ? light.from_point(intensity_) : std::nullopt;
   }
 
   std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,

@@ -57,15 +57,13 @@ class Projector final : public Emitter {
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
-    const TowardLight light = toward_light(p, frame_.origin);
+    const TowardLight light(p, frame_.origin);
     if (!light.valid()) return std::nullopt;
     const Vec3 d = frame_.to_local(-light.d);
     if (!(d.z > 0)) return std::nullopt;
     const Vec2 uv = Vec2(0.5f) - Vec2(d.x, d.y) / (2 * d.z * half_size_);
     if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1)) return std::nullopt;
-    const Rgb radiance = intensity(uv, d.z) * light.inverse_distance2;
-    if (is_black(radiance) || !is_finite(radiance)) return std::nullopt;
-    return DirectSample{light.d, light.distance, 1, radiance, true};
+    return light.from_point(intensity(uv, d.z));
   }
 
   /// Directions are drawn by their flux, which is even where the image is: equal areas of the plane
@@ -100,19 +98,18 @@ class Projector final : public Emitter {
       return scale_ * luminance(glm::abs(irradiance_->eval(uv)));
     };
     if (irradiance_->is_uniform()) return FluxGrid({1, 1}, 1, flux);
-    // Between the centres of neighbouring texels the image is bilinear: at twice its resolution, or
-    // a multiple, the value at a cell's centre is the cell's mean. Few texels are refined (other
-    // textures look like one); of too many, several share a cell.
+    // At twice the image's resolution, or a multiple, its interpolation is bilinear in every cell.
+    // Few texels are refined (other textures look like one); of too many, several share a cell.
     constexpr uint32_t kMinSide = 256;
     constexpr uint64_t kMaxCells = 1 << 22;
     glm::uvec2 cells = irradiance_->resolution() * 2u;
     for (int i = 0; i < 2; ++i) cells[i] *= (kMinSide + cells[i] - 1) / cells[i];
-    uint32_t lookups = 1;
+    uint32_t parts = 1;
     while (uint64_t{cells.x} * cells.y > kMaxCells) {
       cells = (cells + 1u) / 2u;
-      lookups *= 2;
+      parts *= 2;
     }
-    return FluxGrid(cells, lookups, flux);
+    return FluxGrid(cells, parts, flux);
   }
 
   LightFrame frame_;

@@ -71,11 +71,9 @@ class Spot final : public Emitter {
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
-    const TowardLight light = toward_light(p, frame_.origin);
+    const TowardLight light(p, frame_.origin);
     if (!light.valid()) return std::nullopt;
-    const Rgb intensity = intensity_toward(frame_.to_local(-light.d));
-    if (is_black(intensity)) return std::nullopt;
-    return DirectSample{light.d, light.distance, 1, intensity * light.inverse_distance2, true};
+    return light.from_point(intensity_toward(frame_.to_local(-light.d)));
   }
 
   /// Directions are drawn by their flux from a grid over the cone, through a map that keeps areas.
@@ -90,7 +88,7 @@ class Spot final : public Emitter {
     EmissionSample sample;
     sample.o = frame_.origin;
     sample.d = frame_.to_world(local);
-    sample.pdf_direction = place->pdf * uniform_cap_pdf(cap_height_);
+    sample.pdf_direction = place->pdf / (2 * kPi * cap_height_);
     sample.power = intensity / sample.pdf_direction;
     return sample;
   }
@@ -115,13 +113,13 @@ class Spot final : public Emitter {
   }
 
   FluxGrid make_flux_grid() const {
-    // The cone's inside has about as many cells as texels, at least; each cell is looked up at 2 x
-    // 2 points or more, or texels between them might be missed.
+    // Cells are about as fine as half a texel; where they would be too many, they have parts.
     constexpr uint32_t kMinCells = 128, kMaxCells = 2048;
     const glm::uvec2 texels = texture_->resolution();
-    const uint32_t lattice = 4 * std::max(texels.x, texels.y);
-    const uint32_t side = std::clamp(lattice / 2, kMinCells, kMaxCells);
-    return FluxGrid(glm::uvec2(side), std::max(2u, lattice / side), [this](const Vec2& uv) {
+    const uint32_t wanted = 2 * std::max(texels.x, texels.y);
+    const uint32_t side = std::clamp(wanted, kMinCells, kMaxCells);
+    const uint32_t parts = (wanted + side - 1) / side;
+    return FluxGrid(glm::uvec2(side), parts, [this](const Vec2& uv) {
       return luminance(glm::abs(intensity_toward(direction_at(uv))));
     });
   }

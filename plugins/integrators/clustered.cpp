@@ -15,6 +15,7 @@
 // sampler may be used, not only pseudo-random numbers (4.2.3, 6.1.1).
 //
 //   <integrator type="clustered"> <integer name="max_depth" value="3"/> </integrator>
+#include <algorithm>
 #include <memory>
 
 #include "kinome/light_cut.h"
@@ -64,18 +65,70 @@ class Chooser {
     const ClusterPmf* pmf = &luminance_pmf_;
     if (importance_ != Importance::kLuminance) {
       const StageTimer timer(counters.stage_seconds["importance"]);
-      build_pmf(si, key, dimension, counters, scratch);
+      build_pmf(importance_, si, key, dimension, counters, scratch);
       pmf = &scratch.pmf;
     }
     const StageTimer timer(counters.stage_seconds["choose"]);
     if (!pmf->empty()) draw(*pmf, key, dimension + kLobeDimensions, scratch, selection);
   }
 
+  /// Without the samples' visibility.
+  Inspection inspect(const LightPoints& points, const SurfaceInteraction& si, const SampleKey& key,
+                     uint32_t dimension) const {
+    Inspection report{points.kind, si.p, si.shape->bsdf().reflection_frame(si).n, {}, {}};
+    RenderCounters counters;
+    Scratch scratch;
+    PointSelection selection;
+    (*this)(si, key, dimension, counters, selection);
+    report.clusters.resize(cut_->size());
+    for (size_t k = 0; k < selection.points.size(); ++k) {
+      report.samples.push_back({points.position[selection.points[k]], selection.weights[k], false});
+      ++report.clusters[cut_->cluster_of(selection.points[k])].samples;
+    }
+    // Three distributions tell the parts: Gamma is light x geometric x brdf.
+    build_pmf(Importance::kBrdf, si, key, dimension, counters, scratch);
+    const ClusterPmf brdf = scratch.pmf;
+    if (importance_ != Importance::kLuminance) {
+      build_pmf(importance_, si, key, dimension, counters, scratch);
+    }
+    const ClusterPmf& pmf = importance_ == Importance::kLuminance ? luminance_pmf_ : scratch.pmf;
+    LightCut::Point lambertian;
+    lambertian.position = si.p;
+    lambertian.normal = report.normal;
+    lambertian.diffuse = 1;
+    ClusterPmf geometric;
+    cut_->build(Importance::kBrdf, lambertian, geometric);
+    double light = 0, best_brdf = 0, best_geometric = 0;
+    for (uint32_t c = 0; c < cut_->size(); ++c) {
+      const LightCell& cell = cut_->cell(c);
+      InspectedCluster& out = report.clusters[c];
+      out.box = cell.box;
+      out.mean = cell.mean;
+      out.normal = cell.normal;
+      out.points = cell.count;
+      out.light = cell.weight;
+      out.hits = brdf.hits(c);
+      const double g = geometric.empty() ? 0 : geometric.probability(c);
+      out.geometric = g / cell.extent;
+      out.brdf = g > 0 && !brdf.empty() ? brdf.probability(c) / g : 0;
+      out.probability = pmf.empty() ? 0 : pmf.probability(c);
+      light += out.light;
+      best_brdf = std::max(best_brdf, out.brdf);
+      best_geometric = std::max(best_geometric, out.geometric);
+    }
+    for (InspectedCluster& out : report.clusters) {
+      if (light > 0) out.light /= light;
+      if (best_brdf > 0) out.brdf /= best_brdf;
+      if (best_geometric > 0) out.geometric /= best_geometric;
+    }
+    return report;
+  }
+
  private:
   static constexpr uint32_t kLobeDimensions = 4;
 
-  void build_pmf(const SurfaceInteraction& si, const SampleKey& key, uint32_t dimension,
-                 RenderCounters& counters, Scratch& scratch) const {
+  void build_pmf(Importance importance, const SurfaceInteraction& si, const SampleKey& key,
+                 uint32_t dimension, RenderCounters& counters, Scratch& scratch) const {
     const Bsdf& bsdf = si.shape->bsdf();
     const LobeReflectance reflectance = bsdf.reflectance(si);
     LightCut::Point point;
@@ -88,7 +141,7 @@ class Chooser {
       counters[RayKind::kLobe] += scratch.x.size();
       point.lobe = {scratch.x.data(), scratch.y.data(), scratch.z.data(), scratch.x.size()};
     }
-    cut_->build(importance_, point, scratch.pmf);
+    cut_->build(importance, point, scratch.pmf);
   }
 
   /// Directions of the glossy lobe, in world space; those below the horizon are left out, as their
@@ -147,19 +200,56 @@ class Clustered final : public Integrator {
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     ScenePointLights lights = gather(settings_, scene, context);
-    if (lights.sets.empty()) {
-      context.skip("light tree", "no emitter offers light points");
-    } else {
-      const auto light_sampler = sensor.sampler().with_sample_count(emitter_samples_);
-      const auto lobe = lobe_sampler(scene, sensor, context);
-      for (PointLightSet& set : lights.sets) {
-        set.choose = Chooser(make_cut(set.points, context), importance_, light_sampler, lobe);
-      }
-    }
+    std::vector<Chooser> choosers = make_choosers(lights, scene, sensor, context);
+    for (size_t i = 0; i < choosers.size(); ++i) lights.sets[i].choose = std::ref(choosers[i]);
     render_point_lights(scene, sensor, context, lights, settings_.options);
   }
 
+  std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                  const Vec2& film_position) const override {
+    RenderCounters counters;
+    RayHit ray{sensor.sample_ray(film_position, Vec2(0.5f)), {}};
+    scene.intersect({&ray, 1}, Coherence::kIncoherent, counters);
+    if (!ray.hit.valid()) throw Error("there is no surface at the place to inspect");
+    const SurfaceInteraction si = scene.interaction(ray);
+    ScenePointLights lights = gather(settings_, scene, context);
+    const std::vector<Chooser> choosers = make_choosers(lights, scene, sensor, context);
+    const SampleKey key{static_cast<uint32_t>(film_position.x),
+                        static_cast<uint32_t>(film_position.y), 0,
+                        key_seed(context, sensor.sampler())};
+    std::vector<Inspection> reports;
+    for (size_t i = 0; i < choosers.size(); ++i) {
+      const LightPoints& points = lights.sets[i].points;
+      reports.push_back(choosers[i].inspect(points, si, key, kPrimaryDimensions));
+      for (InspectedSample& sample : reports.back().samples) {
+        const Vec3 to = sample.position - si.p;
+        const bool distant = points.kind == LightPoints::Kind::kDistant;
+        Ray shadow = distant ? si.shadow_ray(sample.position, kInfinity)
+                             : si.shadow_ray(glm::normalize(to), glm::length(to));
+        scene.occluded({&shadow, 1}, Coherence::kIncoherent, counters);
+        sample.visible = !shadow.is_occluded();
+      }
+    }
+    return reports;
+  }
+
  private:
+  /// One for each set, whose points are put in the order of their tree.
+  std::vector<Chooser> make_choosers(ScenePointLights& lights, const Scene& scene,
+                                     const Sensor& sensor, RenderContext& context) const {
+    std::vector<Chooser> choosers;
+    if (lights.sets.empty()) {
+      context.skip("light tree", "no emitter offers light points");
+      return choosers;
+    }
+    const auto light_sampler = sensor.sampler().with_sample_count(emitter_samples_);
+    const auto lobe = lobe_sampler(scene, sensor, context);
+    for (PointLightSet& set : lights.sets) {
+      choosers.emplace_back(make_cut(set.points, context), importance_, light_sampler, lobe);
+    }
+    return choosers;
+  }
+
   /// Leaves `points` in the order of the tree.
   std::shared_ptr<const LightCut> make_cut(LightPoints& points, RenderContext& context) const {
     const StageTimer timer(context.stats().counters.stage_seconds["tree"]);

@@ -121,7 +121,7 @@ class Sphere final : public Shape {
   float pdf_solid_angle(const Vec3& p, const SurfaceInteraction& si) const override {
     const DVec3 offset = DVec3(p) - space_.offset();
     const double distance = glm::length(offset);
-    if (distance <= radius_) return uniform_cap_pdf(2);
+    if (distance <= radius_) return kUniformSpherePdf;
     // The far side is never sampled. Rounding may put a point of the rim behind it.
     const double beyond = glm::dot(DVec3(si.p) - space_.offset(), offset) - radius_ * radius_;
     if (beyond < -4 * static_cast<double>(si.p_error) * distance) return 0;

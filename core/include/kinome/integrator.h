@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "kinome/inspection.h"
+#include "kinome/math.h"
 #include "kinome/object.h"
 
 namespace kinome {
@@ -23,6 +25,10 @@ class KINOME_EXPORT Integrator : public Object {
   /// Fills the sensor's film, which the caller has prepared. Returns early, with what it has, where
   /// the context is cancelled.
   virtual void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const = 0;
+  /// How the light of what is seen at `film_position` is chosen, for each set of light points; for
+  /// people to look at. Error where nothing is seen, or the integrator doesn't choose.
+  virtual std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor,
+                                          RenderContext& context, const Vec2& film_position) const;
 };
 
 }  // namespace kinome

@@ -97,6 +97,8 @@ class KINOME_EXPORT LightCut {
   /// one shadow ray. Several times faster than one by one. Does nothing where the pmf is empty.
   void sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
                      PointSelection& selection) const;
+  /// The cluster that light point `point` is in.
+  uint32_t cluster_of(uint32_t point) const;
   /// Probability that sample_point() chooses `point`.
   float point_probability(const ClusterPmf& pmf, uint32_t point) const;
 

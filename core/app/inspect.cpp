@@ -1,0 +1,199 @@
+#include "inspect.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "kinome/image.h"
+
+namespace kinome::app {
+namespace {
+
+constexpr int kMapWidth = 1024;
+constexpr int kMapHeight = 512;
+constexpr uint32_t kNone = ~0u;
+
+struct Canvas {
+  Image image;
+  Canvas(int width, int height) : image{width, height, {"R", "G", "B"}, {}} {
+    image.data.resize(static_cast<size_t>(width) * height * 3);
+  }
+  bool holds(int x, int y) const { return x >= 0 && y >= 0 && x < image.width && y < image.height; }
+  void set(int x, int y, const Rgb& color) {
+    for (int c = 0; c < 3; ++c) image.at(x, y, c) = color[c];
+  }
+  void disk(const Vec2& centre, float radius, const Rgb& color) {
+    for (int y = static_cast<int>(centre.y - radius); y <= static_cast<int>(centre.y + radius);
+         ++y) {
+      for (int x = static_cast<int>(centre.x - radius); x <= static_cast<int>(centre.x + radius);
+           ++x) {
+        const Vec2 d(static_cast<float>(x) + 0.5f - centre.x,
+                     static_cast<float>(y) + 0.5f - centre.y);
+        if (holds(x, y) && glm::dot(d, d) <= radius * radius) set(x, y, color);
+      }
+    }
+  }
+};
+
+/// What a picture shows: where each pixel's light comes from, and how bright it is drawn.
+struct View {
+  Canvas canvas;
+  std::vector<Vec3> place;     ///< direction or position of each pixel's centre
+  std::vector<uint8_t> valid;  ///< where there is any
+};
+
+Vec3 map_direction(float x, float y) {
+  const float phi = 2 * kPi * x / kMapWidth;
+  const float theta = kPi * y / kMapHeight;
+  return {std::sin(phi) * std::sin(theta), std::cos(theta), -std::cos(phi) * std::sin(theta)};
+}
+Vec2 map_position(const Vec3& d) {
+  float phi = std::atan2(d.x, -d.z) / (2 * kPi);
+  if (phi < 0) phi += 1;
+  return {phi * kMapWidth, std::acos(std::clamp(d.y, -1.f, 1.f)) * kInvPi * kMapHeight};
+}
+
+/// The environment by latitude and longitude, +Y up: compressed, so that the sky shows beside a
+/// sun.
+View environment_view(const Scene& scene) {
+  View view{Canvas(kMapWidth, kMapHeight), {}, {}};
+  for (int y = 0; y < kMapHeight; ++y) {
+    for (int x = 0; x < kMapWidth; ++x) {
+      const Vec3 d = map_direction(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      view.place.push_back(d);
+      view.valid.push_back(1);
+      Rgb light(0.f);
+      if (scene.environment()) light = glm::max(scene.environment()->eval_environment(d), 0.f);
+      view.canvas.set(x, y, light / (1.f + light));
+    }
+  }
+  return view;
+}
+
+/// The scene as a lamp at the camera would show it.
+View scene_view(const Scene& scene, const Sensor& sensor) {
+  const Film& film = sensor.film();
+  View view{Canvas(film.width(), film.height()), {}, {}};
+  std::vector<RayHit> rays;
+  for (int y = 0; y < film.height(); ++y) {
+    for (int x = 0; x < film.width(); ++x) {
+      rays.push_back({sensor.sample_ray(film_position(x, y, Vec2(0.5f)), Vec2(0.5f)), {}});
+    }
+  }
+  RenderCounters counters;
+  scene.intersect(rays, Coherence::kCoherent, counters);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    Vec3 p(0.f);
+    const bool hit = rays[i].hit.valid();
+    if (hit) {
+      const SurfaceInteraction si = scene.interaction(rays[i]);
+      p = si.p;
+      const int x = static_cast<int>(i) % film.width(), y = static_cast<int>(i) / film.width();
+      view.canvas.set(x, y, Rgb(0.05f + 0.35f * std::abs(glm::dot(si.frame.n, rays[i].ray.d))));
+    }
+    view.place.push_back(p);
+    view.valid.push_back(hit);
+  }
+  return view;
+}
+
+/// The smallest of the boxes that hold the place, or kNone.
+uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& place) {
+  uint32_t found = kNone;
+  float smallest = kInfinity;
+  for (uint32_t c = 0; c < clusters.size(); ++c) {
+    const Aabb& box = clusters[c].box;
+    if (glm::any(glm::lessThan(place, box.lo)) || glm::any(glm::greaterThan(place, box.hi))) {
+      continue;
+    }
+    const float size = glm::length(box.extent());
+    if (size < smallest) {
+      smallest = size;
+      found = c;
+    }
+  }
+  return found;
+}
+
+void outline_clusters(const Inspection& report, View& view) {
+  const int width = view.canvas.image.width, height = view.canvas.image.height;
+  std::vector<uint32_t> cluster(view.place.size(), kNone);
+  for (size_t i = 0; i < cluster.size(); ++i) {
+    if (view.valid[i]) cluster[i] = cluster_at(report.clusters, view.place[i]);
+  }
+  for (int y = 0; y + 1 < height; ++y) {
+    for (int x = 0; x + 1 < width; ++x) {
+      const size_t i = static_cast<size_t>(y) * width + x;
+      if (cluster[i] != cluster[i + 1] || cluster[i] != cluster[i + width]) {
+        view.canvas.set(x, y, Rgb(0.9f, 0.8f, 0.1f));
+      }
+    }
+  }
+}
+
+/// Where a light point is drawn; nullopt where it isn't seen.
+std::optional<Vec2> place_of(const Inspection& report, const Sensor& sensor, const Vec3& position) {
+  if (report.kind == LightPoints::Kind::kDistant) return map_position(position);
+  const auto connection = sensor.connect(position, Vec2(0.5f));
+  if (!connection) return std::nullopt;
+  return connection->film_position;
+}
+
+void draw(const Inspection& report, const Scene& scene, const Sensor& sensor,
+          const std::string& path) {
+  const bool distant = report.kind == LightPoints::Kind::kDistant;
+  View view = distant ? environment_view(scene) : scene_view(scene, sensor);
+  outline_clusters(report, view);
+  for (const InspectedSample& sample : report.samples) {
+    const auto at = place_of(report, sensor, sample.position);
+    // A disk's area tells the weight, within reason.
+    const auto radius = static_cast<float>(std::clamp(1.5 * std::sqrt(sample.weight), 1.5, 6.));
+    if (at)
+      view.canvas.disk(*at, radius, sample.visible ? Rgb(1, 0.05f, 0.02f) : Rgb(0.1f, 0.3f, 1));
+  }
+  if (!distant) {
+    const auto at = sensor.connect(report.position, Vec2(0.5f));
+    if (at) view.canvas.disk(at->film_position, 4, Rgb(0.1f, 1, 0.2f));
+  }
+  write_png(path, view.canvas.image, 0);
+}
+
+std::string table(const Inspection& report) {
+  std::string text =
+      "cluster,points,light,brdf,geometric,probability,samples,hits,mean_x,mean_y,mean_z,"
+      "normal_x,normal_y,normal_z,lo_x,lo_y,lo_z,hi_x,hi_y,hi_z\n";
+  for (size_t c = 0; c < report.clusters.size(); ++c) {
+    const InspectedCluster& k = report.clusters[c];
+    text += fmt::format("{},{},{:.6g},{:.6g},{:.6g},{:.6g},{},{}", c, k.points, k.light, k.brdf,
+                        k.geometric, k.probability, k.samples, k.hits);
+    for (const Vec3& v : {k.mean, k.normal, k.box.lo, k.box.hi}) {
+      text += fmt::format(",{:.6g},{:.6g},{:.6g}", v.x, v.y, v.z);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                    const Vec2& pixel, const std::string& stem) {
+  const Film& film = sensor.film();
+  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= static_cast<float>(film.width()) ||
+      pixel.y >= static_cast<float>(film.height())) {
+    throw Error(fmt::format("--inspect: the film has pixels 0,0 to {},{}, and not {},{}",
+                            film.width() - 1, film.height() - 1, pixel.x, pixel.y));
+  }
+  const auto reports = scene.integrator().inspect(scene, sensor, context, pixel + 0.5f);
+  if (reports.empty()) throw Error("--inspect: no emitter offers light points, so none are chosen");
+  std::string names;
+  for (size_t i = 0; i < reports.size(); ++i) {
+    const std::string name = i == 0 ? stem : fmt::format("{}-{}", stem, i + 1);
+    write_text(name + ".csv", table(reports[i]));
+    draw(reports[i], scene, sensor, name + ".png");
+    names += fmt::format("{}{}.png and .csv", i == 0 ? "" : ", ", name);
+  }
+  return names;
+}
+
+}  // namespace kinome::app

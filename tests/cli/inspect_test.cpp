@@ -1,0 +1,107 @@
+// --inspect: where a pixel's samples go, as a table and a picture.
+
+#include <map>
+
+#include "cli.h"
+#include "kinome/image.h"
+
+namespace kinome::test {
+namespace {
+
+class Inspect : public Cli {
+ protected:
+  /// A closed room: an even sky that shines through its open front, and a spot at a wall.
+  static std::string room(const std::string& parameters) {
+    return R"(<scene version="3.0.0">
+  <integrator type="clustered"><integer name="light_samples" value="2000"/>
+    <integer name="cut_size" value="60"/>)" +
+           parameters + R"(</integrator>
+  <sensor type="perspective"><transform name="to_world">
+      <lookat origin="0,1,3.5" target="0,.2,0" up="0,1,0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="40"/><integer name="height" value="30"/></film>
+  </sensor>
+  <emitter type="constant"/>
+  <emitter type="spot"><transform name="to_world">
+    <lookat origin="-.8,1,.5" target="1,1.2,-.5" up="0,1,0"/></transform></emitter>
+  <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/></transform>
+    <bsdf type="roughplastic"/></shape>
+  <shape type="rectangle"><transform name="to_world"><rotate y="1" angle="-90"/>
+    <translate x="1" y="1"/></transform></shape>
+</scene>)";
+  }
+  ProcessResult inspect(const std::string& pixel, const std::string& parameters = "") {
+    const std::string scene = folder_.write("room.xml", room(parameters));
+    return kinome({scene, "--inspect", pixel, "-o", folder_.path("out")});
+  }
+  /// Columns by name.
+  std::map<std::string, std::vector<double>> table(const std::string& name) {
+    std::istringstream text(read_text(folder_.path(name)));
+    std::string line, field;
+    std::vector<std::string> names;
+    std::getline(text, line);
+    for (std::istringstream row(line); std::getline(row, field, ',');) names.push_back(field);
+    std::map<std::string, std::vector<double>> columns;
+    while (std::getline(text, line)) {
+      size_t i = 0;
+      for (std::istringstream row(line); std::getline(row, field, ',');) {
+        columns[names.at(i++)].push_back(std::stod(field));
+      }
+      EXPECT_EQ(i, names.size());
+    }
+    return columns;
+  }
+};
+
+double sum(const std::vector<double>& values) {
+  double total = 0;
+  for (const double v : values) total += v;
+  return total;
+}
+
+TEST_F(Inspect, ShowsEachSetOfLightPoints) {
+  for (const char* importance : {"joint", "luminance", "brdf"}) {
+    const ProcessResult result =
+        inspect("20,22",
+                "<integer name=\"max_depth\" value=\"3\"/><string name=\"importance\" "
+                "value=\"" +
+                    std::string(importance) + "\"/>");
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* stem : {"out", "out-2"}) {
+      EXPECT_TRUE(std::filesystem::exists(folder_.path(std::string(stem) + ".png"))) << result.err;
+      auto columns = table(std::string(stem) + ".csv");
+      EXPECT_EQ(columns["cluster"].size(), 60u);
+      EXPECT_NEAR(sum(columns["light"]), 1, 1e-4);
+      EXPECT_NEAR(sum(columns["probability"]), 1, 1e-4);
+      // Points drawn more than once count once each.
+      EXPECT_GT(sum(columns["samples"]), 60);
+      EXPECT_LE(sum(columns["samples"]), 128);
+      EXPECT_EQ(*std::max_element(columns["geometric"].begin(), columns["geometric"].end()), 1);
+      EXPECT_EQ(*std::max_element(columns["brdf"].begin(), columns["brdf"].end()), 1);
+      // Luminance alone sends no lobe rays.
+      EXPECT_EQ(sum(columns["hits"]) > 0, std::string(importance) != "luminance") << stem;
+      for (size_t c = 0; c < 60; ++c) {
+        if (columns["probability"][c] == 0) {
+          EXPECT_EQ(columns["samples"][c], 0) << c;
+        }
+      }
+    }
+  }
+  // The sky has directions in its table, the bounce has places.
+  EXPECT_NE(table("out.csv")["mean_x"], table("out-2.csv")["mean_x"]);
+}
+
+TEST_F(Inspect, SaysWhyNot) {
+  EXPECT_NE(inspect("40,2").err.find("0,0 to 39,29"), std::string::npos);
+  EXPECT_NE(inspect("-1,2").err.find("0,0 to 39,29"), std::string::npos);
+  EXPECT_NE(inspect("3;4").err.find("X,Y"), std::string::npos);
+  EXPECT_NE(inspect("3,4x").err.find("X,Y"), std::string::npos);
+  EXPECT_NE(inspect("1,1").err.find("no surface"), std::string::npos);
+  const std::string scene = folder_.write("scene.xml", small_scene());
+  const ProcessResult direct = kinome({scene, "--inspect", "24,24"});
+  EXPECT_NE(direct.err.find("no clusters to inspect"), std::string::npos);
+  EXPECT_EQ(direct.status, 1);
+  EXPECT_EQ(other_files({scene, folder_.path("room.xml")}), std::vector<std::string>{});
+}
+
+}  // namespace
+}  // namespace kinome::test

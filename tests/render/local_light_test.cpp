@@ -1,0 +1,402 @@
+/// The emitters of local light in the `direct` integrator, against irradiances that can be written
+/// down.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "direct_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr double kAlpha = 1e-4;  // of each of about 60 z-tests
+constexpr double kPiD = std::numbers::pi;
+constexpr double kAlbedo = 0.5;
+
+/// A diffuse floor of albedo 1/2 at y = 0, seen so closely around (x, 0, z) that its irradiance is
+/// that of the point itself.
+std::string floor_at(float x, float z) {
+  const std::string at = std::to_string(x) + " 0 " + std::to_string(z);
+  const std::string from = std::to_string(x + 0.3f) + " 0.2 " + std::to_string(z);
+  return floor_xml(diffuse_xml("0.5")) +
+         sensor_xml("orthographic", "<scale value=\"0.0001\"/>" + look_at(from, at, "0 1 0"), 3, 4);
+}
+
+std::string light_xml(const std::string& type, const std::string& transform,
+                      const std::string& parameters) {
+  return "<emitter type=\"" + type + "\"><transform name=\"to_world\">" + transform +
+         "</transform>" + parameters + "</emitter>";
+}
+
+std::string number_xml(const std::string& name, double value) {
+  return "<float name=\"" + name + "\" value=\"" + std::to_string(value) + "\"/>";
+}
+
+/// Irradiance of the floor at (x, z), from the picture of the green channel. No randomness is left
+/// where light has no extent.
+double rendered_irradiance(const std::string& light, float x, float z) {
+  const auto scene = scene_from(floor_at(x, z) + light + direct_xml());
+  RenderContext context({});
+  const Image image = render(*scene, *scene->sensors()[0], context);
+  EXPECT_EQ(context.stats().non_finite_samples, 0u);
+  // Nothing that a BSDF sample could meet: none is drawn.
+  EXPECT_EQ(context.stats().counters.rays[static_cast<int>(RayKind::kBsdf)], 0u);
+  return static_cast<double>(image.at(1, 1, 1)) * kPiD / kAlbedo;
+}
+
+/// Relative; the camera sees the point to 1e-4, as does the distance to it.
+void expect_irradiance(const std::string& light, float x, float z, double expected,
+                       const std::string& name) {
+  EXPECT_NEAR(rendered_irradiance(light, x, z), expected, 1e-3 * expected)
+      << name << " at " << x << ", " << z;
+}
+
+/// Positions on the floor, and their direction from a light at (0, height, 0).
+struct Place {
+  float x, z;
+  double distance2(double height) const { return x * x + z * z + height * height; }
+  double cosine(double height) const { return height / std::sqrt(distance2(height)); }
+};
+constexpr Place kPlaces[] = {{0, 0}, {0.5f, 0}, {-1, 0.25f}, {0.3f, -1.5f}, {4, 3}};
+
+TEST(LocalLight, PointFallsOffWithTheSquare) {
+  const std::string intensity = "<rgb name=\"intensity\" value=\"1 2 3\"/>";
+  for (const Place& place : kPlaces) {
+    const double expected = 2 * place.cosine(2) / place.distance2(2);
+    expect_irradiance(light_xml("point", "<translate y=\"2\"/>", intensity), place.x, place.z,
+                      expected, "to_world");
+    expect_irradiance("<emitter type=\"point\"><point name=\"position\" value=\"0 2 0\"/>" +
+                          intensity + "</emitter>",
+                      place.x, place.z, expected, "position");
+  }
+}
+
+/// Down from (0, 2, 0).
+const std::string kDown = "<lookat origin=\"0 2 0\" target=\"0 0 0\" up=\"0 0 1\"/>";
+
+TEST(LocalLight, SpotFallsOffLinearlyInTheAngle) {
+  for (const auto& [cutoff, beam] :
+       {std::pair{20., 15.}, {40., 10.}, {60., 0.}, {30., 30.}, {90., 20.}, {180., 100.}}) {
+    const std::string light = light_xml(
+        "spot", kDown,
+        "<float name=\"intensity\" value=\"3\"/>" + number_xml("cutoff_angle", cutoff) +
+            (cutoff == 20 ? "" : number_xml("beam_width", beam)));  // 3/4 of the cutoff is default
+    for (const double share : {0., 0.3, 0.6, 0.74, 0.76, 0.8, 0.9, 0.99, 1.01, 1.3}) {
+      const double theta = share * cutoff * kPiD / 180;
+      if (theta > 1.5) continue;
+      const auto x = static_cast<float>(2 * std::tan(theta) * std::cos(0.7));
+      const auto z = static_cast<float>(2 * std::tan(theta) * std::sin(0.7));
+      const double degrees = share * cutoff;
+      const double falloff = degrees <= beam     ? 1
+                             : degrees >= cutoff ? 0
+                                                 : (cutoff - degrees) / (cutoff - beam);
+      const Place place{x, z};
+      const double expected = 3 * falloff * place.cosine(2) / place.distance2(2);
+      // The camera's view is 1e-4 wide: that much of an angle, against what is left of the falloff.
+      const double blur = 3e-4 * 3 / (beam < cutoff ? (cutoff - beam) * kPiD / 180 : 1);
+      EXPECT_NEAR(rendered_irradiance(light, x, z), expected, 1e-3 * expected + blur)
+          << cutoff << ", " << beam << " at " << degrees;
+    }
+  }
+}
+
+/// Texels by their order: rows from the top, each from the left.
+Image numbered_image(int width, int height) {
+  Image image{width, height, {"R", "G", "B"}, {}};
+  for (int i = 0; i < width * height; ++i) {
+    const auto value = static_cast<float>(i + 1);
+    image.data.insert(image.data.end(), {value, value, value});
+  }
+  return image;
+}
+
+std::string nearest_xml(const std::string& name, const std::string& path) {
+  return "<texture type=\"bitmap\" name=\"" + name + "\"><string name=\"filename\" value=\"" +
+         path + "\"/><string name=\"filter_type\" value=\"nearest\"/></texture>";
+}
+
+/// (u, v) = 1/2 + 1/2 (x, y) / (z tan(cutoff)). Looking down with up = +z, the light's axes x and y
+/// are the world's x and z.
+TEST(LocalLight, SpotShowsItsTexture) {
+  const TemporaryFolder folder;
+  write_pfm(folder.path("image.pfm"), numbered_image(4, 2));
+  const std::string light =
+      light_xml("spot", kDown,
+                number_xml("cutoff_angle", 45) + number_xml("beam_width", 45) +
+                    nearest_xml("texture", folder.path("image.pfm")));
+  for (int row = 0; row < 2; ++row) {
+    for (int column = 1; column < 3; ++column) {  // the others lie in the corners
+      const float x = (static_cast<float>(column) + 0.5f) / 4 * 2 - 1;
+      const float y = (static_cast<float>(row) + 0.5f) / 2 * 2 - 1;
+      const Place place{2 * x, 2 * y};
+      expect_irradiance(light, place.x, place.z,
+                        (row * 4 + column + 1) * place.cosine(2) / place.distance2(2),
+                        "texel " + std::to_string(row) + ", " + std::to_string(column));
+    }
+  }
+}
+
+/// A white diffuse surface across the axis at z = 1 shows the image: irradiance / pi is the image.
+TEST(LocalLight, ProjectorShowsItsImageAtDistanceOne) {
+  const TemporaryFolder folder;
+  write_pfm(folder.path("image.pfm"), numbered_image(4, 2));
+  const std::string down = "<lookat origin=\"0 1 0\" target=\"0 0 0\" up=\"0 0 1\"/>";
+  const auto light = [&](const std::string& more) {
+    return light_xml("projector", down, more + nearest_xml("irradiance", folder.path("image.pfm")));
+  };
+  const double tangent = std::tan(35 * kPiD / 180);
+  // The light's axes x, to the image's left, and y, up, are the world's x and z.
+  const auto expect_image = [&](const std::string& xml, double half_width, double scale) {
+    for (int row = 0; row < 2; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        const auto x = static_cast<float>(half_width * (1 - (column + 0.5) / 2));
+        const auto z = static_cast<float>(half_width / 2 * (1 - (row + 0.5)));
+        expect_irradiance(xml, x, z, kPiD * scale * (row * 4 + column + 1), "texel");
+      }
+    }
+    // Just inside and outside of the image.
+    const auto edge = static_cast<float>(half_width);
+    EXPECT_GT(rendered_irradiance(xml, 0.999f * edge, 0), 0);
+    EXPECT_EQ(rendered_irradiance(xml, 1.001f * edge, 0), 0);
+    EXPECT_GT(rendered_irradiance(xml, 0, 0.499f * edge), 0);
+    EXPECT_EQ(rendered_irradiance(xml, 0, 0.501f * edge), 0);
+  };
+  expect_image(light(number_xml("fov", 70)), tangent, 1);
+  expect_image(light(number_xml("fov", 70) + number_xml("scale", 0.25)), tangent, 0.25);
+  const auto axis = [](const char* name) {
+    return number_xml("fov", 70) + "<string name=\"fov_axis\" value=\"" + name + "\"/>";
+  };
+  expect_image(light(axis("larger")), tangent, 1);
+  expect_image(light(axis("y")), 2 * tangent, 1);
+  expect_image(light(axis("smaller")), 2 * tangent, 1);
+  expect_image(light(axis("diagonal")), tangent * 2 / std::sqrt(5.), 1);
+  const double by_focal_length = std::hypot(36, 24) / 2 / 50 * 2 / std::sqrt(5.);
+  expect_image(light(""), by_focal_length, 1);
+}
+
+/// Without an image: a white square, 1 / z² as bright further away.
+TEST(LocalLight, ProjectorWithoutAnImageIsWhite) {
+  const std::string light =
+      light_xml("projector", kDown, number_xml("fov", 90) + number_xml("irradiance", 3));
+  for (const float x : {0.f, 0.5f, -1.9f}) {
+    expect_irradiance(light, x, 1.9f, 3 * kPiD / 4, "white");
+  }
+  EXPECT_EQ(rendered_irradiance(light, 2.1f, 0), 0);
+  EXPECT_EQ(rendered_irradiance(light, 0, -2.1f), 0);
+}
+
+TEST(LocalLight, DirectionalIsTheSameEverywhere) {
+  const double cosine = 2 / std::sqrt(1. + 4 + 0.25);
+  for (const Place& place : kPlaces) {
+    expect_irradiance(
+        "<emitter type=\"directional\"><vector name=\"direction\" value=\"1 -2 .5\"/>"
+        "<rgb name=\"irradiance\" value=\"1 2 3\"/></emitter>",
+        place.x, place.z, 2 * cosine, "direction");
+    expect_irradiance(
+        light_xml("directional", "<scale value=\"7\"/><rotate x=\"1\" angle=\"120\"/>", ""),
+        place.x, place.z, std::sqrt(3.) / 2, "to_world");
+  }
+  EXPECT_EQ(rendered_irradiance(light_xml("directional", "", ""), 0, 0), 0);  // along the floor
+}
+
+/// A light inside a solid, under the floor, or at its very point lights nothing, and breaks
+/// nothing.
+TEST(LocalLight, EnclosedLightIsDark) {
+  const std::string solid =
+      "<shape type=\"sphere\"><point name=\"center\" value=\"0 2 0\"/><float name=\"radius\" "
+      "value=\".5\"/></shape>";
+  const std::string projector = light_xml("projector", kDown, number_xml("fov", 40));
+  const std::string spot = light_xml("spot", kDown, "");
+  const std::string point = light_xml("point", "<translate y=\"2\"/>", "");
+  for (const std::string& light : {projector, spot, point}) {
+    EXPECT_GT(rendered_irradiance(light, 0.1f, 0), 0);
+    EXPECT_EQ(rendered_irradiance(light + solid, 0.1f, 0), 0);
+  }
+  EXPECT_EQ(rendered_irradiance(light_xml("point", "<translate y=\"-1\"/>", ""), 0, 0), 0);
+  for (const char* type : {"point", "spot", "projector"}) {
+    EXPECT_TRUE(std::isfinite(rendered_irradiance(light_xml(type, "", ""), 0, 0)));
+  }
+}
+
+/// No light of any kind is still a picture.
+TEST(LocalLight, BlackLightIsDark) {
+  const TemporaryFolder folder;
+  Image black = numbered_image(4, 2);
+  for (float& value : black.data) value = 0;
+  write_pfm(folder.path("black.pfm"), black);
+  const std::string zero = "<float name=\"intensity\" value=\"0\"/>";
+  for (const std::string& light :
+       {light_xml("point", "<translate y=\"2\"/>", zero), light_xml("spot", kDown, zero),
+        light_xml("projector", kDown, nearest_xml("irradiance", folder.path("black.pfm"))),
+        light_xml("projector", kDown, number_xml("scale", 0)),
+        light_xml("directional", "<rotate x=\"1\" angle=\"90\"/>", number_xml("irradiance", 0))}) {
+    EXPECT_EQ(rendered_irradiance(light, 0.1f, 0), 0);
+    const auto scene = scene_from(floor_at(0, 0) + light);
+    EXPECT_FALSE(scene->emitters()[0]->sample_direct(Vec3(0.f), Vec2(0.5f)));
+    EXPECT_FALSE(scene->emitters()[0]->sample_emission(Vec2(0.5f), Vec2(0.5f)));
+  }
+}
+
+// ---- area lights ----
+
+std::string area_xml(const std::string& shape, const std::string& transform,
+                     const std::string& emitter = "<rgb name=\"radiance\" value=\"1 2 3\"/>") {
+  return "<shape type=\"" + shape + "\"><transform name=\"to_world\">" + transform +
+         "</transform><emitter type=\"area\">" + emitter + "</emitter></shape>";
+}
+
+/// The picture of the floor at (x, z) under an area light, whose irradiance at radiance 1 is known,
+/// by emitter samples, BSDF samples and both.
+void expect_area_irradiance(const std::string& light, float x, float z, double expected,
+                            const std::string& name) {
+  const auto shown = static_cast<float>(kAlbedo * expected / kPiD);
+  for (const auto& [emitter, bsdf] : {std::pair{1, 1}, {1, 0}, {0, 1}, {2, 3}}) {
+    const auto scene = scene_from(floor_at(x, z) + light + direct_xml(samples_xml(emitter, bsdf)));
+    expect_equal(estimate_pixels(*scene, kRenders), exactly(shown * Rgb(1, 2, 3), 9), kAlpha,
+                 name + ", " + std::to_string(emitter) + " + " + std::to_string(bsdf));
+  }
+}
+
+/// Form factor of a rectangle, by Lambert's sum over its edges, seen from the origin with the
+/// normal +y: wholly above the horizon.
+double polygon_irradiance(const std::vector<glm::dvec3>& corners) {
+  double sum = 0;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const glm::dvec3 a = glm::normalize(corners[i]);
+    const glm::dvec3 b = glm::normalize(corners[(i + 1) % corners.size()]);
+    sum += std::acos(glm::dot(a, b)) * glm::normalize(glm::cross(a, b)).y;
+  }
+  return std::abs(sum) / 2;
+}
+
+TEST(LocalLight, RectangleIsLambertsSum) {
+  // Turned down by 110 degrees about x, then moved.
+  const double angle = 110 * kPiD / 180;
+  for (const auto& [x, z] : {std::pair{0.f, 0.f}, {0.8f, 0.5f}, {-2.f, 1.f}}) {
+    std::vector<glm::dvec3> corners;
+    for (const auto& [u, v] : {std::pair{-1., -1.}, {1., -1.}, {1., 1.}, {-1., 1.}}) {
+      const double y = 0.5 * v;
+      corners.push_back({u - x, y * std::cos(angle) + 1.5, y * std::sin(angle) - 0.7 - z});
+    }
+    expect_area_irradiance(area_xml("rectangle",
+                                    "<scale x=\"1\" y=\".5\"/><rotate x=\"1\" angle=\"110\"/>"
+                                    "<translate value=\"0 1.5 -.7\"/>"),
+                           x, z, polygon_irradiance(corners), "rectangle");
+  }
+}
+
+/// A parallel disk of radius r above, at height h and offset d: pi / 2 (1 - (d² + h² - r²) /
+/// sqrt((d² + h² + r²)² - 4 r² d²)) (Howell, Catalog of radiation heat transfer configuration
+/// factors, B-13).
+TEST(LocalLight, DiskIsItsFormFactor) {
+  const double radius = 0.6, height = 1.2;
+  for (const float offset : {0.f, 0.4f, 1.5f}) {
+    const double d = offset, sum = d * d + height * height;
+    const double expected =
+        kPiD / 2 *
+        (1 - (sum - radius * radius) /
+                 std::sqrt(std::pow(sum + radius * radius, 2) - 4 * radius * radius * d * d));
+    expect_area_irradiance(area_xml("disk",
+                                    "<scale value=\".6\"/><rotate x=\"1\" angle=\"90\"/>"
+                                    "<translate y=\"1.2\"/>"),
+                           offset, 0, expected, "disk at " + std::to_string(offset));
+  }
+}
+
+/// A sphere above the horizon: pi (R / D)² cos(theta); near and far.
+TEST(LocalLight, SphereIsItsFormFactor) {
+  for (const auto& [radius, height] : {std::pair{0.5, 2.}, {0.5, 0.8}, {0.01, 30.}, {40., 40.25}}) {
+    const float x = height > 3 * radius ? 1.3f : 0.f;
+    const double distance2 = height * height + static_cast<double>(x * x);
+    const double expected = kPiD * radius * radius / distance2 * height / std::sqrt(distance2);
+    if (radius == 0.01) {  // too small for BSDF samples to meet it
+      const auto scene =
+          scene_from(floor_at(x, 0) + direct_xml(samples_xml(1, 0)) +
+                     area_xml("sphere", "<scale value=\".01\"/><translate y=\"30\"/>"));
+      expect_equal(estimate_pixels(*scene, kRenders),
+                   exactly(static_cast<float>(kAlbedo * expected / kPiD) * Rgb(1, 2, 3), 9), kAlpha,
+                   "small sphere");
+      continue;
+    }
+    expect_area_irradiance(
+        area_xml("sphere", "<scale value=\"" + std::to_string(radius) + "\"/><translate y=\"" +
+                               std::to_string(height) + "\"/>"),
+        x, 0, expected, "sphere of radius " + std::to_string(radius));
+  }
+}
+
+/// From inside a sphere that shines inward everything is lit evenly.
+TEST(LocalLight, SphereAroundEverythingIsAnEvenSky) {
+  const std::string light =
+      "<shape type=\"sphere\"><boolean name=\"flip_normals\" value=\"true\"/><float "
+      "name=\"radius\" "
+      "value=\"90\"/><emitter type=\"area\"><rgb name=\"radiance\" value=\"1 2 3\"/></emitter>"
+      "</shape>";
+  expect_area_irradiance(light, 20, 5, kPiD, "sky");
+}
+
+/// A rectangle that faces away is dark, and black to the camera from behind; its front shows its
+/// radiance, and reflects nothing.
+TEST(LocalLight, AreaLightIsOneSided) {
+  const auto away = scene_from(floor_at(0, 0) + direct_xml() +
+                               area_xml("rectangle",
+                                        "<rotate x=\"1\" angle=\"-90\"/>"
+                                        "<translate y=\"1\"/>"));
+  for (const Estimate& value : estimate_pixels(*away, 2)) EXPECT_EQ(value.mean, 0);
+  for (const bool front : {true, false}) {
+    const auto scene =
+        scene_from(area_xml("rectangle", front ? "" : "<rotate y=\"1\" angle=\"180\"/>") +
+                   direct_xml() + constant_xml("1") +
+                   sensor_xml("orthographic",
+                              "<scale value=\".1\"/>" + look_at("0 0 4", "0 0 0", "0 1 0"), 3, 4));
+    const Image image = render_scene(*scene);
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(image.at(1, 1, c), front ? 1 + c : 0) << c;
+  }
+}
+
+/// A textured light: half of it black. The rest is the closed form of its own rectangle.
+TEST(LocalLight, AreaLightHasATexture) {
+  const TemporaryFolder folder;
+  Image image{2, 1, {"R", "G", "B"}, {1, 2, 3, 0, 0, 0}};
+  write_pfm(folder.path("image.pfm"), image);
+  const std::vector<glm::dvec3> left = {{-1, 1, -1}, {0, 1, -1}, {0, 1, 1}, {-1, 1, 1}};
+  expect_area_irradiance(area_xml("rectangle", "<rotate x=\"1\" angle=\"90\"/><translate y=\"1\"/>",
+                                  nearest_xml("radiance", folder.path("image.pfm"))),
+                         0, 0, polygon_irradiance(left), "left half");
+}
+
+/// All kinds at once: the sum of what each does alone.
+TEST(LocalLight, EmittersAddUp) {
+  const std::vector<std::string> lights = {
+      light_xml("point", "<translate y=\"2\"/>", ""),
+      light_xml("spot", kDown, "<float name=\"intensity\" value=\"2\"/>"),
+      light_xml("projector", kDown, number_xml("fov", 40)),
+      light_xml("directional", "<rotate x=\"1\" angle=\"60\"/>", ""),
+      area_xml("rectangle",
+               "<scale value=\".3\"/><rotate x=\"1\" angle=\"110\"/>"
+               "<translate value=\"1 1 -1\"/>"),
+      constant_xml("0.1 0.2 0.3")};
+  std::string all;
+  std::vector<Estimate> sum(27);
+  const auto rendered = [&](const std::string& light, uint64_t seed) {
+    return estimate_pixels(
+        *scene_from(floor_at(0.1f, 0.2f) + light + direct_xml(samples_xml(4, 1))), kRenders, seed);
+  };
+  // The area light shades a part of the sky: both are rendered together.
+  for (size_t i = 0; i < lights.size(); ++i) {
+    all += lights[i];
+    if (i == 4) continue;
+    const std::string light = i == 5 ? lights[4] + lights[5] : lights[i];
+    const auto one = rendered(light, 1000 * (i + 1));
+    for (size_t k = 0; k < sum.size(); ++k) {
+      sum[k].mean += one[k].mean;
+      sum[k].variance_of_mean += one[k].variance_of_mean;
+    }
+  }
+  expect_equal(rendered(all, 90001), sum, kAlpha, "all");
+}
+
+}  // namespace
+}  // namespace kinome::test

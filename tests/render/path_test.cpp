@@ -1,0 +1,234 @@
+/// `path` against `direct`, closed forms and itself.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "path_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr double kAlpha = 1e-4;  // of each z-test; there are about 40
+
+std::vector<Estimate> estimate(const std::string& scene, uint64_t first_seed = 1) {
+  return estimate_pixels(*scene_from(scene), kRenders, first_seed);
+}
+
+/// Objects of several materials under several lights on a floor.
+std::string still_life() {
+  return floor_xml(diffuse_xml("0.2 0.5 0.8")) +
+         shape_xml("sphere", "<translate value=\"-1.1 1 0\"/>",
+                   "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.3\"/></bsdf>") +
+         shape_xml("sphere", "<translate value=\"1.1 1 0\"/>", "<bsdf type=\"plastic\"/>");
+}
+std::string lights() {
+  return shape_xml("rectangle",
+                   "<scale value=\"0.7\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"4\"/>",
+                   area_xml("9 5 2")) +
+         point_xml("2 3 2", "3 2 6") + constant_xml("0.2 0.3 0.4");
+}
+std::string view(int side = 6, int samples = 16) {
+  return sensor_xml("perspective", look_at("0 3 6", "0 0.8 0", "0 1 0"), side, samples);
+}
+
+TEST(Path, TwoEdgesAreDirectLight) {
+  const std::string environment = constant_xml("0.2 0.3 0.4");
+  for (const std::string& light : {environment, lights()}) {
+    const std::string scene = still_life() + light + view();
+    expect_equal(estimate(scene + integrator_xml("path", 2)), estimate(scene + direct_xml(), 50001),
+                 kAlpha, light);
+  }
+}
+
+/// Emission 1 and albedo 1/2 everywhere: each edge brings half of what the one before did.
+TEST(Path, ClosedFurnaceIsAGeometricSeries) {
+  const std::string sphere =
+      "<shape type=\"sphere\"><boolean name=\"flip_normals\" value=\"true\"/>" +
+      diffuse_xml("0.5 0.8 0.2") + area_xml("1 1 1") + "</shape>" +
+      sensor_xml("perspective", look_at("0.3 0.2 0.1", "1 0 0"), 2, 64);
+  std::string cube;
+  for (const char* const turn :
+       {"x=\"1\" angle=\"0\"", "x=\"1\" angle=\"90\"", "x=\"1\" angle=\"180\"",
+        "x=\"1\" angle=\"-90\"", "y=\"1\" angle=\"90\"", "y=\"1\" angle=\"-90\""}) {
+    cube += shape_xml("rectangle", "<translate z=\"-1\"/><rotate " + std::string(turn) + "/>",
+                      diffuse_xml("0.5 0.8 0.2") + area_xml("1 1 1"));
+  }
+  cube += sensor_xml("perspective", look_at("0.3 0.2 0.1", "1 0 0"), 2, 64);
+  for (const std::string& room : {sphere, cube}) {
+    Rgb expected(0.f), edge(1.f);
+    for (const int depth : {1, 2, 3, 4, -1}) {
+      expected += edge;
+      edge *= Rgb(0.5, 0.8, 0.2);
+      if (depth == -1) expected = 1.f / (1.f - Rgb(0.5, 0.8, 0.2));
+      for (const int rr_depth : {1, 5}) {
+        const auto rendered =
+            estimate(room + integrator_xml("path", depth, rr_depth_xml(rr_depth)));
+        if (depth == 1) {
+          for (const Estimate& pixel : rendered) EXPECT_EQ(pixel.mean, 1);
+          continue;
+        }
+        expect_equal(rendered, exactly(expected, 4), kAlpha,
+                     "depth " + std::to_string(depth) + ", roulette " + std::to_string(rr_depth));
+      }
+    }
+  }
+}
+
+TEST(Path, RouletteKeepsTheMean) {
+  const std::string scene = room_xml() + point_xml("0.3 0.6 0.1", "1 1 1") + room_view(5, 32);
+  expect_equal(estimate(scene + integrator_xml("path", 7, rr_depth_xml(1))),
+               estimate(scene + integrator_xml("path", 7, rr_depth_xml(100)), 50001), kAlpha,
+               "roulette at once, and never");
+}
+
+/// The camera looks through lights at what lies behind, at a black sky, with alpha of what it sees
+/// (Mitsuba 3.9.1, path and direct). Mirrors still show lights.
+TEST(Path, HidesEmitters) {
+  const std::string scene =
+      shape_xml("rectangle", "<scale value=\"0.5\"/><translate z=\"2\"/>", area_xml("3 3 3")) +
+      shape_xml("rectangle", "<scale value=\"0.5\"/><translate z=\"1\"/>",
+                diffuse_xml("0.9") + area_xml("5 5 5")) +
+      shape_xml("rectangle", "<scale value=\"0.8\"/>", diffuse_xml("0.5")) +
+      sensor_xml("orthographic", "<scale value=\"1.5\"/>" + look_at("0 0 5", "0 0 0", "0 1 0"), 9,
+                 16, "independent", "rgba");
+  for (const std::string& sky : {std::string(), constant_xml("1 1 1")}) {
+    for (const std::string& type : {std::string("path"), std::string("direct")}) {
+      const auto integrator = [&](const char* parameters) {
+        return type == "path" ? integrator_xml(type, 2, parameters) : direct_xml(parameters);
+      };
+      const Image seen = render_scene(*scene_from(scene + sky + integrator("")));
+      const Image hidden = render_scene(*scene_from(scene + sky + integrator(kHideEmitters)));
+      EXPECT_EQ(seen.at(4, 4, 0), 3);
+      EXPECT_EQ(seen.at(0, 0, 0), sky.empty() ? 0 : 1);
+      EXPECT_EQ(hidden.at(0, 0, 0), 0);
+      EXPECT_EQ(hidden.at(0, 0, 3), 0);
+      EXPECT_EQ(hidden.at(4, 4, 3), 1);
+      EXPECT_EQ(hidden.at(4, 4, 0) > 0, !sky.empty()) << "the lights' backs are black";
+      EXPECT_LT(hidden.at(4, 4, 0), 0.5f);
+    }
+  }
+  const std::string mirror =
+      shape_xml("rectangle", "", "<bsdf type=\"conductor\"/>") +
+      shape_xml("rectangle", "<rotate y=\"1\" angle=\"180\"/><translate z=\"3\"/>",
+                area_xml("2 3 4")) +
+      sensor_xml("orthographic", "<scale value=\"0.1\"/>" + look_at("0 0 5", "0 0 0", "0 1 0"), 2,
+                 4);
+  const Image image = render_scene(*scene_from(mirror + integrator_xml("path", 2, kHideEmitters)));
+  EXPECT_NEAR(image.at(0, 0, 1), 3, 1e-5f);
+}
+
+/// Two mirrors face each other at 45 degrees to the view; the second one shows the sky.
+TEST(Path, FollowsMirrors) {
+  const std::string copper =
+      "<bsdf type=\"conductor\"><rgb name=\"specular_reflectance\" value=\"0.5 0.25 1\"/></bsdf>";
+  const std::string scene =
+      shape_xml("rectangle", "<rotate y=\"1\" angle=\"45\"/>", copper) +
+      shape_xml("rectangle", "<rotate y=\"1\" angle=\"-135\"/><translate x=\"4\"/>", copper) +
+      constant_xml("1 2 3") +
+      sensor_xml("orthographic", "<scale value=\"0.1\"/>" + look_at("0 0 5", "0 0 0", "0 1 0"), 2,
+                 4);
+  const Rgb expected[] = {Rgb(0.f), Rgb(0.f), Rgb(0.25f * 1, 0.0625f * 2, 3)};
+  for (const int depth : {1, 2, 3}) {
+    const Image image = render_scene(*scene_from(scene + integrator_xml("path", depth)));
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.at(1, 1, c), expected[depth - 1][c], 1e-5f);
+  }
+}
+
+/// A point has no extent: a mirror doesn't show it, yet shows what it lights.
+TEST(Path, SeesInAMirrorWhatAPointLights) {
+  const std::string scene =
+      shape_xml("rectangle", "", "<bsdf type=\"conductor\"/>") +
+      shape_xml("rectangle",
+                "<scale value=\"9\"/><rotate y=\"1\" angle=\"180\"/><translate z=\"6\"/>",
+                diffuse_xml("0.5")) +
+      point_xml("0 0 4", "1 2 3") +
+      sensor_xml("orthographic", "<scale value=\"0.001\"/>" + look_at("0 0 5", "0 0 0", "0 1 0"), 2,
+                 4);
+  for (const int depth : {2, 3, -1}) {
+    const Image image = render_scene(*scene_from(scene + integrator_xml("path", depth)));
+    for (int c = 0; c < 3; ++c) {
+      const double direct = 0.5 / std::numbers::pi * (c + 1) / 4;
+      if (depth == -1) {
+        EXPECT_GE(image.at(0, 0, c), direct * (1 - 1e-4));
+        continue;
+      }
+      EXPECT_NEAR(image.at(0, 0, c), depth == 2 ? 0 : direct, 1e-4 * direct);
+    }
+  }
+}
+
+TEST(Path, SameBitsAtAnyThreadCount) {
+  for (const char* const sampler : kSamplers) {
+    const auto scene = scene_from(
+        still_life() + lights() + integrator_xml("path", 6, rr_depth_xml(2)) +
+        sensor_xml("perspective", look_at("0 3 6", "0 0.8 0", "0 1 0"), 70, 4, sampler, "rgba"));
+    const Image one = render_scene(*scene, 5, 1);
+    EXPECT_EQ(one.data, render_scene(*scene, 5, 3).data) << sampler;
+    EXPECT_NE(one.data, render_scene(*scene, 6, 3).data) << sampler;
+  }
+}
+
+TEST(Path, SamplersAgree) {
+  const auto render_with = [](const char* sampler, uint64_t seed) {
+    return estimate(
+        room_xml() + lights() + integrator_xml("path", 5) +
+            sensor_xml("perspective", look_at("0 0 0.95", "0 0 -1", "0 1 0"), 4, 16, sampler),
+        seed);
+  };
+  const auto independent = render_with("independent", 1);
+  for (const char* const sampler : {"halton", "sobol", "stratified"}) {
+    expect_equal(independent, render_with(sampler, 50001), kAlpha, sampler);
+  }
+}
+
+TEST(Path, TracesNoRayInVain) {
+  const auto counters_of = [](const std::string& scene) {
+    const auto loaded = scene_from(scene);
+    RenderContext context({});
+    const Image image = render(*loaded, *loaded->sensors()[0], context);
+    for (const float value : image.data) EXPECT_TRUE(std::isfinite(value));
+    return context.stats().counters;
+  };
+  const uint64_t primaries = 6 * 6 * 16;
+  const auto dark = counters_of(still_life() + view() + integrator_xml("path", -1));
+  EXPECT_EQ(dark.rays, (std::array<uint64_t, kRayKindCount>{primaries, 0, 0, 0, 0}));
+  // Light of points is found by emitter samples alone: no ray leaves the last surface.
+  const auto point = counters_of(floor_xml(diffuse_xml("0.5")) + point_xml("0 2 0", "1 1 1") +
+                                 view() + integrator_xml("path", 2));
+  EXPECT_EQ(point.rays, (std::array<uint64_t, kRayKindCount>{primaries, primaries, 0, 0, 0}));
+  const auto emission = counters_of(still_life() + lights() + view() + integrator_xml("path", 1));
+  EXPECT_EQ(emission.rays, (std::array<uint64_t, kRayKindCount>{primaries, 0, 0, 0, 0}));
+}
+
+std::string error_of(const std::string& integrator) {
+  try {
+    make<Integrator>(integrator);
+  } catch (const Error& error) {
+    EXPECT_NE(error.where().line, 0) << error.what();
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Path, ChecksItsParameters) {
+  for (const char* const type : {"path", "ptracer"}) {
+    for (const int good : {-1, 1, 2, 2147483647}) {
+      EXPECT_EQ(error_of(integrator_xml(type, good)), "");
+    }
+    for (const int bad : {0, -2}) {
+      const std::string message = error_of(integrator_xml(type, bad));
+      EXPECT_NE(message.find("'max_depth' must be positive, or -1 for no limit, got " +
+                             std::to_string(bad)),
+                std::string::npos)
+          << message;
+    }
+    for (const int bad : {0, -1}) {
+      EXPECT_NE(error_of(integrator_xml(type, 3, rr_depth_xml(bad))).find("'rr_depth' must be positive, got"),
+                std::string::npos);
+    }
+    EXPECT_NE(error_of(integrator_xml(type, 3, "<float name=\"depth\" value=\"2\"/>")), "");
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test

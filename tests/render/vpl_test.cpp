@@ -1,0 +1,271 @@
+/// One bounce by virtual point lights: closed forms, hard cases, and what is skipped.
+#include <cmath>
+
+#include "direct_scenes.h"
+#include "kinome/bsdf.h"
+#include "kinome/log.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr float kRadius = 2;
+
+/// A closed diffuse sphere, seen from inside.
+std::string inside_sphere(const std::string& bsdf) {
+  return "<shape type=\"sphere\"><float name=\"radius\" value=\"" + std::to_string(kRadius) +
+         "\"/><boolean name=\"flip_normals\" value=\"true\"/>" + bsdf + "</shape>";
+}
+const std::string kLamp =
+    "<emitter type=\"point\"><rgb name=\"intensity\" value=\"4 8 12\"/></emitter>";
+const std::string kView = sensor_xml("perspective", look_at("0.7 0.2 0.1", "0 -1 0.3"), 4, 2);
+
+std::string bounce_xml(const std::string& integrator, int points, const std::string& more = "") {
+  return "<integrator type=\"" + integrator +
+         "\"><integer name=\"max_depth\" value=\"3\"/><integer name=\"light_samples\" value=\"" +
+         std::to_string(points) + "\"/>" + more + "</integrator>";
+}
+std::string vpl_xml(const std::string& emitters, const std::string& placement,
+                    const std::string& more = "") {
+  return "<emitter type=\"vpl\">" + emitters + "<string name=\"placement\" value=\"" + placement +
+         "\"/>" + more + "</emitter>";
+}
+
+/// What loading the scene complains of, or "".
+std::string error_text(const std::string& scene_xml) {
+  try {
+    scene_from(scene_xml);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void expect_everywhere(const Image& image, const Rgb& expected, double tolerance) {
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(image.at(x, y, c), expected[c], tolerance * expected[c]) << x << ", " << y;
+      }
+    }
+  }
+}
+
+std::string skipped(const std::string& scene_xml) {
+  const auto scene = scene_from(scene_xml);
+  RenderContext context({.threads = 1});
+  render(*scene, *scene->sensors()[0], context);
+  std::string all;
+  for (const Skipped& s : context.stats().skipped) all += s.what + ": " + s.why + "\n";
+  return all;
+}
+
+Image render_finite(const std::string& scene_xml, unsigned threads = 0) {
+  const auto scene = scene_from(scene_xml);
+  RenderContext context({.threads = threads, .seed = 3});
+  const Image image = render(*scene, *scene->sensors()[0], context);
+  EXPECT_EQ(context.stats().non_finite_samples, 0u);
+  for (const float v : image.data) EXPECT_TRUE(std::isfinite(v) && v >= 0);
+  return image;
+}
+
+/// A lamp in the middle of a sphere: E0 = I / R², and after a bounce rho E0 again, since cos
+/// cos'/d² is 1 / (4 R²) between any two points of a sphere. One point is enough for the exact
+/// value; with 4096 floats to be summed, half a unit of the last place each.
+TEST(Vpl, OneBounceInASphereIsExactWithAnyPoints) {
+  const Rgb rho(0.2, 0.5, 0.8);
+  const Rgb direct = rho * Rgb(4, 8, 12) / (kRadius * kRadius * kPi);
+  const Rgb expected = direct * (1.f + rho);
+  for (const char* placement : {"surface", "traced"}) {
+    for (const int points : {1, 7, 4096}) {
+      const std::string scene_xml = inside_sphere(diffuse_xml("0.2 0.5 0.8")) +
+                                    vpl_xml(kLamp, placement) + kView +
+                                    bounce_xml("groundtruth", points);
+      expect_everywhere(render_finite(scene_xml), expected, 3e-4);
+    }
+  }
+}
+
+TEST(Vpl, ClusteredMakesItsOwnPointsWhereTheSceneHasNone) {
+  const Rgb rho(0.2, 0.5, 0.8);
+  const Rgb expected = rho * Rgb(4, 8, 12) / (kRadius * kRadius * kPi) * (1.f + rho);
+  const std::string scene_xml = inside_sphere(diffuse_xml("0.2 0.5 0.8")) + kLamp + kView;
+  const auto clustered = scene_from(scene_xml + bounce_xml("clustered", 500));
+  ASSERT_EQ(clustered->indirect_emitters().size(), 1u);
+  expect_equal(estimate_pixels(*clustered, kRenders), exactly(expected, 16), 1e-4, "clustered");
+  const auto direct = scene_from(scene_xml + "<integrator type=\"clustered\"/>");
+  EXPECT_TRUE(direct->indirect_emitters().empty());
+  expect_everywhere(render_scene(*direct), rho * Rgb(4, 8, 12) / (kRadius * kRadius * kPi), 1e-5);
+}
+
+/// cos cos'/d² is 1/16 everywhere: a bound of 1/32 takes half of the bounce, one above it nothing.
+TEST(Vpl, GeometryTermIsBoundedAsAsked) {
+  const Rgb rho(0.5f);
+  const Rgb direct = rho * Rgb(4, 8, 12) / (kRadius * kRadius * kPi);
+  const std::string scene_xml = inside_sphere(diffuse_xml("0.5")) + kLamp + kView;
+  const auto with_bound = [&](const std::string& bound) {
+    return render_finite(scene_xml +
+                         bounce_xml("groundtruth", 100,
+                                    "<float name=\"max_geometry_term\" value=\"" + bound + "\"/>"));
+  };
+  expect_everywhere(with_bound("0.03125"), direct * (1.f + 0.5f * rho), 1e-4);
+  expect_everywhere(with_bound("0.07"), direct * (1.f + rho), 1e-4);
+  EXPECT_NE(error_text(scene_xml + bounce_xml("groundtruth", 1,
+                                              "<float name=\"max_geometry_term\" value=\"-1\"/>"))
+                .find("max_geometry_term"),
+            std::string::npos);
+}
+
+/// Two lamps of half the power are one lamp; an emitter that is referred to twice shines once.
+TEST(Vpl, EmittersAddUp) {
+  const std::string half =
+      "<emitter type=\"point\"><rgb name=\"intensity\" value=\"2 4 6\"/></emitter>";
+  const std::string shared =
+      "<emitter type=\"point\" id=\"lamp\"><rgb name=\"intensity\" "
+      "value=\"4 8 12\"/></emitter><emitter type=\"vpl\"><ref "
+      "id=\"lamp\"/></emitter>";
+  const std::string rest =
+      inside_sphere(diffuse_xml("0.5")) + kView + bounce_xml("groundtruth", 64);
+  const Image one = render_finite(rest + kLamp);
+  const Image two = render_finite(rest + half + half);
+  const Image wrapped = render_finite(rest + vpl_xml(half + half, "traced"));
+  const Image referred = render_finite(rest + shared);
+  for (size_t i = 0; i < one.data.size(); ++i) {
+    EXPECT_NEAR(two.data[i], one.data[i], 1e-4f * one.data[i]);
+    EXPECT_NEAR(wrapped.data[i], one.data[i], 1e-4f * one.data[i]);
+    EXPECT_EQ(referred.data[i], one.data[i]);
+  }
+}
+
+/// More emitters than light one place: a choice of them, right in the mean. One pixel: all pixels
+/// of a render have the same points.
+TEST(Vpl, ManyEmitters) {
+  std::string lamps;
+  for (int i = 0; i < 20; ++i) {
+    lamps += "<emitter type=\"point\"><rgb name=\"intensity\" value=\"" + std::to_string(i) +
+             " 1 2\"/></emitter>";
+  }
+  const Rgb rho(0.5f);
+  const Rgb expected = rho * Rgb(190, 20, 40) / (kRadius * kRadius * kPi) * (1.f + rho);
+  const std::string scene_xml = inside_sphere(diffuse_xml("0.5")) + lamps +
+                                sensor_xml("perspective", look_at("0.7 0.2 0.1", "0 -1 0.3"), 1, 1);
+  for (const char* placement : {"surface", "traced"}) {
+    const auto scene =
+        scene_from(scene_xml + bounce_xml("groundtruth", 50) + vpl_xml("", placement));
+    expect_equal(estimate_pixels(*scene, kRenders), exactly(expected, 1), 1e-4, placement);
+  }
+}
+
+TEST(Vpl, SameBitsAtAnyThreadCount) {
+  const std::string scene_xml = inside_sphere("<bsdf type=\"roughplastic\"/>") + kLamp + kView +
+                                bounce_xml("clustered", 5000);
+  const Image one = render_finite(scene_xml, 1);
+  const Image three = render_finite(scene_xml, 3);
+  EXPECT_EQ(one.data, three.data);
+}
+
+/// From a millionth of the size to a million times it: radiance is that of the unit scene where
+/// intensity grows with the square of the size.
+TEST(Vpl, DoesNotDependOnTheUnitOfLength) {
+  for (const float scale : {1e-6f, 1e6f}) {
+    char intensity[32], radius[32], eye[32];
+    std::snprintf(intensity, sizeof intensity, "%.9g", 4.0 * scale * scale);
+    std::snprintf(radius, sizeof radius, "%.9g", kRadius * static_cast<double>(scale));
+    std::snprintf(eye, sizeof eye, "%.9g", 0.7 * scale);
+    const std::string scene_xml =
+        "<shape type=\"sphere\"><float name=\"radius\" value=\"" + std::string(radius) +
+        "\"/><boolean name=\"flip_normals\" value=\"true\"/>" + diffuse_xml("0.5") +
+        "</shape><emitter type=\"point\"><float name=\"intensity\" value=\"" + intensity +
+        "\"/></emitter><sensor type=\"perspective\"><float name=\"near_clip\" value=\"1e-12\"/>"
+        "<float name=\"far_clip\" value=\"1e9\"/><transform name=\"to_world\">" +
+        look_at(std::string(eye) + " 0 0", "0 0 0") +
+        "</transform><film type=\"hdrfilm\"><integer name=\"width\" value=\"3\"/><integer "
+        "name=\"height\" value=\"3\"/><rfilter type=\"box\"/></film></sensor>" +
+        bounce_xml("groundtruth", 200);
+    expect_everywhere(render_finite(scene_xml), Rgb(0.5f / kPi * 1.5f), 1e-3);
+  }
+}
+
+TEST(Vpl, LightThatNothingReflects) {
+  const std::string view = kView + bounce_xml("clustered", 300);
+  const std::string ball = "<shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape>";
+  // Inside a solid whose outside alone reflects; outside, shining away; on black and on mirrors.
+  const std::string away = "<emitter type=\"spot\"><transform name=\"to_world\">" +
+                           look_at("0 0 5", "0 0 9", "0 1 0") + "</transform></emitter>";
+  const std::string mirror = "<shape type=\"sphere\"><bsdf type=\"conductor\"/></shape>";
+  const std::string black = "<shape type=\"sphere\">" + diffuse_xml("0") + "</shape>";
+  for (const std::string& scene : {ball + kLamp, ball + away, mirror + kLamp, black + kLamp}) {
+    for (const std::string& vpl : {vpl_xml("", "surface"), vpl_xml("", "traced"), std::string()}) {
+      set_log_level(LogLevel::kQuiet);
+      render_finite(scene + vpl + view);
+      EXPECT_NE(skipped(scene + vpl + view).find("indirect light"), std::string::npos);
+      set_log_level(LogLevel::kWarn);
+    }
+  }
+}
+
+TEST(Vpl, LightsOfEveryKindAtOnce) {
+  const std::string lamps =
+      kLamp + "<emitter type=\"constant\"/>" +
+      "<emitter type=\"spot\"><transform name=\"to_world\">" + look_at("0 3 3", "0 0 0") +
+      "</transform></emitter><emitter type=\"spot\"><transform name=\"to_world\">" +
+      look_at("2 3 0", "0 0 0") + "</transform></emitter>" +
+      "<shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"90\"/>"
+      "<translate y=\"4\"/></transform><emitter type=\"area\"/></shape>";
+  const std::string scene_xml = lamps + floor_xml("<bsdf type=\"roughplastic\"/>") +
+                                "<shape type=\"sphere\"/>" +
+                                sensor_xml("perspective", look_at("0 2 6", "0 0 0", "0 1 0"), 6, 4);
+  for (const char* integrator : {"clustered", "groundtruth"}) {
+    render_finite(scene_xml + bounce_xml(integrator, 200));
+  }
+}
+
+/// A light point at the very place that is seen, coincident ones, and a million.
+TEST(Vpl, HardPoints) {
+  const std::string tiny =
+      "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"1e-3\"/></transform>"
+      "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf></shape>"
+      "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"1\"/></emitter>" +
+      sensor_xml("perspective", look_at("0 0 2e-2", "0 0 0", "0 1 0"), 8, 16);
+  render_finite(tiny + bounce_xml("clustered", 3000));
+  const std::string corner =
+      floor_xml(diffuse_xml("0.5")) +
+      "<shape type=\"cube\"><bsdf type=\"diffuse\"/></shape><emitter type=\"point\"><point "
+      "name=\"position\" x=\"3\" y=\"3\" z=\"3\"/></emitter>" +
+      sensor_xml("perspective", look_at("1.01 0.1 1.4", "1 0 1", "0 1 0"), 16, 16);
+  render_finite(corner + bounce_xml("clustered", 1000));
+  render_finite(inside_sphere(diffuse_xml("0.5")) + kLamp +
+                sensor_xml("perspective", look_at("0.7 0.2 0.1", "0 -1 0.3"), 1, 1) +
+                bounce_xml("clustered", 1 << 20));
+}
+
+TEST(Vpl, SaysWhatIsWrong) {
+  const std::string rest = inside_sphere(diffuse_xml("0.5")) + kView;
+  EXPECT_NE(error_text(rest + vpl_xml(vpl_xml(kLamp, "traced"), "traced")).find("offer a bounce"),
+            std::string::npos);
+  EXPECT_NE(error_text(rest + vpl_xml(kLamp, "trace")).find("'traced'"), std::string::npos);
+  EXPECT_NE(
+      error_text(rest + vpl_xml("<emitter type=\"area\"/>", "traced")).find("part of a shape"),
+      std::string::npos);
+  EXPECT_NE(
+      error_text(rest + vpl_xml(kLamp, "traced", "<integer name=\"light_samples\" value=\"-1\"/>"))
+          .find("light_samples"),
+      std::string::npos);
+  EXPECT_NE(error_text(rest + kLamp +
+                       "<integrator type=\"clustered\"><integer name=\"max_depth\" "
+                       "value=\"4\"/></integrator>")
+                .find("max_depth"),
+            std::string::npos);
+}
+
+TEST(Vpl, SkipsWhatIsNotNeeded) {
+  const std::string rest = inside_sphere(diffuse_xml("0.5")) + kLamp + kView;
+  const std::string direct = skipped(rest + "<integrator type=\"clustered\"/>");
+  EXPECT_NE(direct.find("indirect light: max_depth is 2"), std::string::npos) << direct;
+  EXPECT_NE(direct.find("light tree: no emitter offers light points"), std::string::npos);
+  const std::string distant =
+      skipped(rest + bounce_xml("clustered", 10, "<string name=\"mode\" value=\"distant\"/>"));
+  EXPECT_NE(distant.find("indirect light: mode is 'distant'"), std::string::npos) << distant;
+}
+
+}  // namespace
+}  // namespace kinome::test

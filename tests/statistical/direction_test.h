@@ -1,0 +1,83 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "support/statistics.h"
+#include "unit/shape_helpers.h"
+
+namespace kinome::test {
+
+/// Sampled directions against a density that jumps, such as that of points on a shape. A jump
+/// defeats cubature, and costs an estimate by random directions nothing.
+struct DirectionTest {
+  /// nullopt: no direction was had.
+  std::function<std::optional<Vec3>(Vec2 u)> sample;
+  std::function<float(const Vec3& d)> pdf;
+  /// Of a cone that holds all directions of the light: its axis, and 1 - cos of its half angle.
+  Vec3 axis{0, 0, 1};
+  float height = 2;
+  int samples = 50000;
+};
+
+/// The cone that holds a box as seen from p.
+inline void aim_at(DirectionTest& test, const Vec3& p, const Aabb& box) {
+  const Vec3 to = box.centre() - p;
+  const float radius = 0.5f * glm::length(box.extent()) * 1.001f;
+  const float sine = radius / glm::length(to);
+  if (!(sine < 1)) return;
+  test.axis = glm::normalize(to);
+  test.height = 1 - std::sqrt(1 - sine * sine);
+}
+
+/// z-tests of how many samples fall into each cell of the cone; and of their sum.
+inline Verdict direction_test(const DirectionTest& test, double alpha) {
+  constexpr int kRings = 6, kSectors = 10, kCells = kRings * kSectors;
+  const Frame frame = Frame::from_normal(test.axis);
+  const auto cell_of = [&](const Vec3& d) {
+    const Vec3 local = frame.to_local(d);
+    const float ring = (1 - local.z) / test.height;
+    if (ring > 1 + 1e-4f) return -1;
+    const float turn = std::atan2(local.y, local.x) / (2 * kPi) + 0.5f;
+    return std::clamp(static_cast<int>(ring * kRings), 0, kRings - 1) * kSectors +
+           std::clamp(static_cast<int>(turn * kSectors), 0, kSectors - 1);
+  };
+  std::vector<Moments> sampled(kCells), expected(kCells);
+  Random random(41);
+  for (int i = 0; i < test.samples; ++i) {
+    const auto d = test.sample({random.unit(), random.unit()});
+    const int cell = d ? cell_of(*d) : -1;
+    if (d && cell < 0) return {false, 0, "a direction lies outside the cone"};
+    for (int k = 0; k < kCells; ++k) sampled[k].add(k == cell);
+
+    const float depth = random.unit() * test.height;
+    const float phi = random.between(0, 2 * kPi);
+    const float r = safe_sqrt(depth * (2 - depth));
+    const Vec3 even = frame.to_world({r * std::cos(phi), r * std::sin(phi), 1 - depth});
+    const double mass = static_cast<double>(test.pdf(even) * 2 * kPi * test.height);
+    const int even_cell = cell_of(even);
+    for (int k = 0; k < kCells; ++k) expected[k].add(k == even_cell ? mass : 0);
+  }
+  std::vector<Estimate> a, b;
+  for (const Moments& m : sampled) a.push_back({m.mean(), m.variance_of_mean()});
+  for (const Moments& m : expected) b.push_back({m.mean(), m.variance_of_mean()});
+  return z_test(a, b, alpha);
+}
+
+/// The density of a direction: of all places that a ray from p meets, shapes that hide each other
+/// included.
+inline float density_along(const Scene& scene, const Vec3& p, const Vec3& d,
+                           const std::function<float(const SurfaceInteraction&)>& pdf) {
+  float sum = 0;
+  Vec3 o = p;
+  for (int i = 0; i < 8; ++i) {
+    const RayHit hit = trace(scene, o, d);
+    if (!hit.hit.valid()) break;
+    const SurfaceInteraction si = scene.interaction(hit);
+    sum += pdf(si);
+    o = si.ray_origin(d);
+  }
+  return sum;
+}
+
+}  // namespace kinome::test

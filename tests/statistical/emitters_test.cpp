@@ -1,0 +1,480 @@
+/// The emitters of local light: what they say of a point's light against the light that they send.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "direction_test.h"
+#include "kinome/emitter.h"
+#include "kinome/texture.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr double kAlpha = 1e-4;  // of each statistical test here: about 60 in all
+constexpr double kPiD = std::numbers::pi;
+
+struct Case {
+  std::string name;
+  std::string xml;  ///< of the emitter, or of the shape that emits; FILE stands for an image
+};
+
+/// A camera's view of the floor from beside its middle.
+const std::string kAbove =
+    "<transform name='to_world'><lookat origin='.4 .2 1.6' target='0 .1 0' up='.3 1 0'/>"
+    "</transform>";
+const std::string kImage =
+    "<texture type='bitmap' name='NAME'><string name='filename' value='FILE'/></texture>";
+
+std::string image_named(const std::string& name) {
+  std::string xml = kImage;
+  return xml.replace(xml.find("NAME"), 4, name);
+}
+
+std::string number_xml(const std::string& name, double value) {
+  return "<float name='" + name + "' value='" + std::to_string(value) + "'/>";
+}
+
+std::string spot_xml(double cutoff, double beam_width, const std::string& more = "") {
+  return "<emitter type='spot'>" + kAbove + number_xml("cutoff_angle", cutoff) +
+         number_xml("beam_width", beam_width) + "<rgb name='intensity' value='1 2 3'/>" + more +
+         "</emitter>";
+}
+
+std::string projector_xml(const std::string& more) {
+  return "<emitter type='projector'>" + kAbove + more + "</emitter>";
+}
+
+std::string area_xml(const std::string& shape, const std::string& transform,
+                     const std::string& radiance = "<rgb name='radiance' value='1 2 3'/>") {
+  return "<shape type='" + shape + "'><transform name='to_world'>" + transform +
+         "</transform><emitter type='area'>" + radiance + "</emitter></shape>";
+}
+
+std::string area_mesh_xml(const std::string& radiance) {
+  return "<shape type='obj'><string name='filename' value='MESH'/><emitter type='area'>" +
+         radiance + "</emitter></shape>";
+}
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all = {
+      {"point",
+       "<emitter type='point'><point name='position' value='.3 -.2 .9'/>"
+       "<rgb name='intensity' value='1 2 3'/></emitter>"},
+      {"spot", spot_xml(35, 10)},
+      {"spot with a hard edge", spot_xml(25, 25)},
+      {"spot without a beam", spot_xml(40, 0)},
+      {"spot that shines backward, too", spot_xml(170, 100)},
+      {"spot with an image", spot_xml(35, 30, image_named("texture"))},
+      {"spot with a checkerboard",
+       spot_xml(35, 30, "<texture type='checkerboard' name='texture'/>")},
+      {"projector", projector_xml(number_xml("fov", 50) + image_named("irradiance"))},
+      {"projector of a turned image",
+       projector_xml(number_xml("scale", 2) + "<texture type='bitmap' name='irradiance'><string "
+                                              "name='filename' value='FILE'/><transform "
+                                              "name='to_uv'><rotate z='1' angle='30'/><scale "
+                                              "value='3'/></transform></texture>")},
+      {"projector of a checkerboard",
+       projector_xml("<texture type='checkerboard' name='irradiance'>" + number_xml("color0", 0) +
+                     "<transform name='to_uv'><scale value='3.1'/></transform></texture>")},
+      {"projector without an image", projector_xml(number_xml("fov", 90))},
+      {"directional",
+       "<emitter type='directional'><vector name='direction' value='1 .5 -2'/>"
+       "<rgb name='irradiance' value='1 2 3'/></emitter>"},
+      {"rectangle", area_xml("rectangle",
+                             "<scale value='.3 .5 1'/><rotate x='1' angle='160'/>"
+                             "<translate value='.2 -.3 .8'/>")},
+      {"rectangle beside the floor's middle, edge on",
+       area_xml("rectangle", "<scale value='.4'/><rotate y='1' angle='90'/><translate z='.5'/>")},
+      {"disk with an image",
+       area_xml("disk", "<scale value='.4'/><rotate x='1' angle='180'/><translate z='.7'/>",
+                image_named("radiance"))},
+      {"sphere", area_xml("sphere", "<scale value='.2'/><translate value='.1 .2 .4'/>")},
+      {"sphere turned inside out around everything",
+       "<shape type='sphere'><boolean name='flip_normals' value='true'/><float name='radius' "
+       "value='3'/><emitter type='area'><rgb name='radiance' value='1 2 3'/></emitter></shape>"},
+      {"cylinder", area_xml("cylinder",
+                            "<scale value='.1 .1 .5'/><rotate x='1' angle='60'/><translate "
+                            "value='.1 .2 .3'/>")},
+      {"cube", area_xml("cube",
+                        "<scale value='.2'/><rotate x='1' y='2' angle='50'/><translate "
+                        "z='.6'/>")},
+      {"mesh with bent normals", area_mesh_xml("<rgb name='radiance' value='1 2 3'/>")},
+      {"constant", "<emitter type='constant'><rgb name='radiance' value='1 2 3'/></emitter>"},
+      {"envmap",
+       "<emitter type='envmap'><string name='filename' value='FILE'/><transform "
+       "name='to_world'><rotate x='1' angle='70'/></transform></emitter>"},
+  };
+  return all;
+}
+
+/// A few texels of different colours, one much brighter than the rest.
+Image small_image() {
+  Image image{5, 3, {"R", "G", "B"}, {}};
+  for (int i = 0; i < 15; ++i) {
+    image.data.insert(image.data.end(),
+                      {0.1f + static_cast<float>(i * 7 % 15), 0.5f + static_cast<float>(i * 4 % 13),
+                       i == 8 ? 100.f : 1.f});
+  }
+  return image;
+}
+
+/// A floor [-1, 1]² in the plane z = 0, which faces +z, and one emitter.
+class LitFloor {
+ public:
+  explicit LitFloor(std::string xml) {
+    write_pfm(folder_.path("image.pfm"), small_image());
+    // Normals that lean outward: there is light behind the horizon of the faces.
+    folder_.write("mesh.obj",
+                  "v -.3 -.3 .6\nv .3 -.3 .6\nv .3 .3 .8\nv -.3 .3 .6\n"
+                  "vn -.9 -.5 -1\nvn .9 -.5 -1\nvn .9 .5 -1\nvn -.9 .5 -1\n"
+                  "f 3//3 2//2 1//1\nf 4//4 3//3 1//1\n");
+    for (const auto& [word, file] : {std::pair{"FILE", "image.pfm"}, {"MESH", "mesh.obj"}}) {
+      const size_t at = xml.find(word);
+      if (at != std::string::npos) xml.replace(at, 4, folder_.path(file));
+    }
+    scene_ = scene_from("<shape type='rectangle'><bsdf type='diffuse'/></shape>" + xml);
+  }
+  const Scene& scene() const { return *scene_; }
+  const Emitter& emitter() const { return *scene_->emitters().at(0); }
+
+ private:
+  TemporaryFolder folder_;
+  std::unique_ptr<Scene> scene_;
+};
+
+constexpr int kSide = 4;  ///< cells of the floor along each axis
+
+/// Collects flux by cells of the floor and by channel: what arrives of `count` rays or points.
+class FloorFlux {
+ public:
+  FloorFlux() : moments_(kSide * kSide * 3) {}
+  /// `uv` is of the floor; outside [0, 1] it counts as nothing.
+  void add(const Vec2& uv, const Rgb& flux) {
+    const auto x = static_cast<int>(std::floor(uv.x * kSide));
+    const auto y = static_cast<int>(std::floor(uv.y * kSide));
+    const bool inside = x >= 0 && x < kSide && y >= 0 && y < kSide;
+    for (int cell = 0; cell < kSide * kSide; ++cell) {
+      const bool hit = inside && cell == y * kSide + x;
+      for (int c = 0; c < 3; ++c) {
+        moments_[cell * 3 + c].add(hit ? static_cast<double>(flux[c]) : 0.);
+      }
+    }
+  }
+  std::vector<Estimate> channel(int c) const {
+    std::vector<Estimate> estimates;
+    for (size_t i = static_cast<size_t>(c); i < moments_.size(); i += 3) {
+      estimates.push_back({moments_[i].mean(), moments_[i].variance_of_mean()});
+    }
+    return estimates;
+  }
+
+ private:
+  std::vector<Moments> moments_;
+};
+
+/// The flux that rays of light bring to each cell of the floor's upper side.
+FloorFlux traced_flux(const LitFloor& floor, int count) {
+  FloorFlux flux;
+  Random random(21);
+  for (int i = 0; i < count; ++i) {
+    const Vec2 position(random.unit(), random.unit());
+    const Vec2 direction(random.unit(), random.unit());
+    const auto light = floor.emitter().sample_emission(position, direction);
+    Vec2 uv(-1.f);
+    if (light) {
+      const float side = glm::dot(light->n, light->d) < 0 ? -light->o_error : light->o_error;
+      const RayHit hit = trace(floor.scene(), light->o + light->n * side, light->d);
+      if (hit.hit.shape == 0 && light->d.z < 0) uv = floor.scene().interaction(hit).uv;
+    }
+    flux.add(uv, light ? light->power : Rgb(0.f));
+  }
+  return flux;
+}
+
+/// The same from sample_direct at points of the floor.
+FloorFlux gathered_flux(const LitFloor& floor, int count) {
+  FloorFlux flux;
+  Random random(22);
+  RenderCounters counters;
+  for (int i = 0; i < count; ++i) {
+    const Vec2 uv(random.unit(), random.unit());
+    SurfaceInteraction si;
+    si.p = Vec3(2.f * uv - 1.f, 0);
+    si.p_error = 1e-6f;
+    const auto light = floor.emitter().sample_direct(si.p, {random.unit(), random.unit()});
+    Rgb arriving(0.f);
+    if (light && light->d.z > 0) {
+      Ray ray = si.shadow_ray(light->d, light->distance);
+      floor.scene().occluded({&ray, 1}, Coherence::kIncoherent, counters);
+      // The floor's area is 4.
+      if (!ray.is_occluded()) arriving = light->radiance * (4 * light->d.z / light->pdf);
+    }
+    flux.add(uv, arriving);
+  }
+  return flux;
+}
+
+/// Positions, directions, densities and powers of rays of light, all at once.
+TEST(Emitters, LightIsTracedToWhereItIsGathered) {
+  for (const Case& tested : cases()) {
+    const LitFloor floor(tested.xml);
+    const FloorFlux traced = traced_flux(floor, 60000);
+    const FloorFlux gathered = gathered_flux(floor, 60000);
+    for (int c = 0; c < 3; ++c) {
+      double total = 0;
+      for (const Estimate& cell : gathered.channel(c)) total += cell.mean;
+      EXPECT_GT(total, 0) << tested.name;
+      const Verdict verdict = z_test(traced.channel(c), gathered.channel(c), kAlpha / 3);
+      EXPECT_TRUE(verdict.passed) << tested.name << ", channel " << c << ": " << verdict.text;
+    }
+  }
+}
+
+/// A light without extent: each of its rays carries the intensity that sample_direct sees.
+TEST(Emitters, RaysCarryTheIntensityThatPointsSee) {
+  for (const Case& tested : cases()) {
+    const LitFloor floor(tested.xml);
+    const Emitter& emitter = floor.emitter();
+    const auto seen = emitter.sample_direct(Vec3(0.f), Vec2(0.5f));
+    if (!seen || !seen->is_delta || seen->distance == kInfinity) continue;
+    Random random(23);
+    int rays = 0, different = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const auto ray = emitter.sample_emission(Vec2(0.f), {random.unit(), random.unit()});
+      if (!ray) continue;
+      ++rays;
+      ASSERT_NEAR(glm::length(ray->d), 1, 1e-6) << tested.name;
+      ASSERT_EQ(ray->n, Vec3(0.f)) << tested.name;
+      ASSERT_GT(ray->pdf_direction, 0) << tested.name;
+      const auto light = emitter.sample_direct(ray->o + ray->d, Vec2(0.5f));
+      const Rgb intensity = ray->power * ray->pdf_direction;
+      const Rgb difference = glm::abs(intensity - (light ? light->radiance : Rgb(0.f)));
+      different += max_component(difference) > 1e-4f * max_component(intensity);
+    }
+    // A direction is off by some 1e-7, which matters at edges and in the last of a falloff.
+    EXPECT_GT(rays, 5000) << tested.name;
+    EXPECT_LE(different, rays / 500) << tested.name;
+  }
+}
+
+/// Mean of a function of rays of light, each of which counts as 0 where there is none.
+Estimate mean_of_rays(const Emitter& emitter, const std::function<double(const EmissionSample&)>& f,
+                      int count = 100000) {
+  Random random(24);
+  Moments moments;
+  for (int i = 0; i < count; ++i) {
+    const Vec2 position(random.unit(), random.unit());
+    const auto ray = emitter.sample_emission(position, {random.unit(), random.unit()});
+    moments.add(ray ? f(*ray) : 0);
+  }
+  return {moments.mean(), moments.variance_of_mean()};
+}
+
+void expect_mean(const Estimate& mean, double expected, const std::string& name) {
+  const Verdict verdict = z_test({mean}, {{expected, 0}}, kAlpha);
+  EXPECT_TRUE(verdict.passed) << name << ": " << verdict.text;
+}
+
+double green_power(const EmissionSample& ray) {
+  return static_cast<double>(ray.power.y);
+}
+
+TEST(Emitters, SendTheirWholePower) {
+  const double radians = kPiD / 180;
+  const double mean_green = [] {
+    double sum = 0;
+    for (int i = 0; i < 15; ++i) sum += 0.5 + i * 4 % 13;
+    return sum / 15;
+  }();
+  // Of the image's place at z = 1: 5 : 3.
+  const double projected = 4 * std::pow(std::tan(25 * radians), 2) * 3 / 5;
+  const auto spot = [&](double cutoff, double beam) {  // by hand from the falloff
+    const double c = cutoff * radians, b = beam * radians;
+    return 2 * 2 * kPiD * (1 - (c == b ? std::cos(c) : (std::sin(c) - std::sin(b)) / (c - b)));
+  };
+  // The floor's bounds are a square of side 2: the disk is 2 pi; slightly larger, for rounding.
+  const double disk = 2 * kPiD * std::pow(1 + 1.01e-4, 2);
+  const std::map<std::string, double> expected = {
+      {"point", 8 * kPiD},
+      {"spot", spot(35, 10)},
+      {"spot with a hard edge", spot(25, 25)},
+      {"spot without a beam", spot(40, 0)},
+      {"spot that shines backward, too", spot(170, 100)},
+      {"projector", kPiD * mean_green * projected},
+      {"projector without an image", kPiD * 4},
+      {"directional", 2 * disk},
+      {"rectangle", 2 * kPiD * 4 * 0.15},
+      {"sphere", 2 * kPiD * 4 * kPiD * 0.04},
+      {"cylinder", 2 * kPiD * 2 * kPiD * 0.1 * 0.5},
+      {"cube", 2 * kPiD * 24 * 0.04},
+      {"constant", 2 * 4 * kPiD * disk},
+  };
+  size_t found = 0;
+  for (const Case& tested : cases()) {
+    const auto power = expected.find(tested.name);
+    if (power == expected.end()) continue;
+    ++found;
+    const LitFloor floor(tested.xml);
+    expect_mean(mean_of_rays(floor.emitter(), green_power), power->second, tested.name);
+  }
+  EXPECT_EQ(found, expected.size());
+}
+
+/// The mean of 1 / density over all directions is the solid angle that there is light in.
+TEST(Emitters, DensitiesOfDirectionsCoverTheLight) {
+  const double a = std::tan(25 * kPiD / 180), b = a * 3 / 5;
+  const auto cone = [](double cutoff) { return 2 * kPiD * (1 - std::cos(cutoff * kPiD / 180)); };
+  const std::map<std::string, double> expected = {
+      {"point", 4 * kPiD},
+      {"spot", cone(35)},
+      {"spot with a hard edge", cone(25)},
+      {"spot that shines backward, too", cone(170)},
+      {"projector", 4 * std::asin(a * b / std::sqrt((1 + a * a) * (1 + b * b)))},
+      {"sphere", 2 * kPiD},
+      {"constant", 4 * kPiD},
+      {"envmap", 4 * kPiD},
+      {"mesh with bent normals", 2 * kPiD},
+  };
+  size_t found = 0;
+  for (const Case& tested : cases()) {
+    const auto angle = expected.find(tested.name);
+    if (angle == expected.end()) continue;
+    ++found;
+    const LitFloor floor(tested.xml);
+    // A cosine-weighted density has no variance of 1 / density; grazing rays are left out.
+    const bool is_sphere = tested.name == "sphere";
+    const double least = is_sphere ? 0.05 : 0;
+    expect_mean(mean_of_rays(floor.emitter(),
+                             [&](const EmissionSample& ray) {
+                               const bool grazing = is_sphere && glm::dot(ray.d, ray.n) < least;
+                               return grazing ? 0 : 1 / static_cast<double>(ray.pdf_direction);
+                             }),
+                angle->second * (1 - least), tested.name);
+  }
+  EXPECT_EQ(found, expected.size());
+}
+
+/// By flux: the powers of a light's rays differ little, however bright a texel is.
+TEST(Emitters, RaysOfShapedLightCarryEqualPower) {
+  for (const Case& tested : cases()) {
+    if (tested.xml.find("type='spot'") == std::string::npos &&
+        tested.xml.find("type='projector'") == std::string::npos) {
+      continue;
+    }
+    const LitFloor floor(tested.xml);
+    const auto brightness = [](const EmissionSample& ray) { return luminance(ray.power); };
+    const Estimate mean = mean_of_rays(floor.emitter(), brightness);
+    const double deviation = std::sqrt(mean.variance_of_mean * 100000) / mean.mean;
+    // What remains is the variation within cells, the more where an edge of black crosses them;
+    // that of the image itself is 0.6.
+    const bool has_edges = tested.name == "projector of a checkerboard";
+    EXPECT_LT(deviation, has_edges ? 0.3 : 0.1) << tested.name;
+  }
+}
+
+/// Flat light leaves by the cosine, uniformly over the surface.
+TEST(Emitters, AreaLightsShineByTheCosine) {
+  const auto shape = make<Shape>("<shape type='rectangle'><emitter type='area'/></shape>");
+  SphereChi2 directions;
+  directions.sample = [&](float u, Vec2 v) {
+    return std::optional(shape->emitter()->sample_emission(Vec2(u, 0.3f), v)->d);
+  };
+  directions.pdf = [](const Vec3& d) { return std::max(d.z, 0.f) * kInvPi; };
+  directions.samples = 200000;
+  const Verdict verdict = sphere_chi2_test(directions, kAlpha);
+  EXPECT_TRUE(verdict.passed) << verdict.text;
+}
+
+/// Light from infinitely far covers the whole scene, uniformly, and starts outside it.
+TEST(Emitters, DistantLightCoversTheScene) {
+  const std::string shapes =
+      "<shape type='cube'><transform name='to_world'><scale value='3 .5 1'/><rotate z='1' "
+      "angle='20'/><translate value='100 -20 5'/></transform></shape>";
+  for (const char* light : {"directional", "constant"}) {
+    const auto scene = scene_from(shapes + "<emitter type='" + light + "'/>");
+    const Aabb box = scene->bounds();
+    constexpr int kRings = 6, kSectors = 8, kCount = 50000;
+    std::vector<double> observed(kRings * kSectors);
+    Random random(25);
+    for (int i = 0; i < kCount; ++i) {
+      const Vec2 position(random.unit(), random.unit());
+      const auto ray =
+          scene->emitters()[0]->sample_emission(position, {random.unit(), random.unit()});
+      ASSERT_TRUE(ray);
+      const float radius = std::sqrt(1 / (kPi * ray->pdf_position));
+      EXPECT_GE(radius, 0.5f * glm::length(box.extent()));
+      for (unsigned k = 0; k < 8; ++k) EXPECT_GT(glm::dot(box.corner(k) - ray->o, ray->d), 0);
+      // Across the ray, relative to the middle.
+      const Vec3 offset = Frame::from_normal(ray->d).to_local(ray->o - box.centre()) / radius;
+      const float r2 = offset.x * offset.x + offset.y * offset.y;
+      ASSERT_LT(r2, 1 + 1e-5f);
+      const float phi = std::atan2(offset.y, offset.x) / (2 * kPi) + 0.5f;
+      const int ring = std::min(static_cast<int>(r2 * kRings), kRings - 1);
+      observed[ring * kSectors + std::min(static_cast<int>(phi * kSectors), kSectors - 1)] += 1;
+    }
+    const std::vector<double> expected(observed.size(), double{kCount} / (kRings * kSectors));
+    const Verdict verdict = chi2_test(observed, expected, kAlpha);
+    EXPECT_TRUE(verdict.passed) << light << ": " << verdict.text;
+  }
+}
+
+/// An area light's directions against the density that BSDF sampling would ask for.
+TEST(Emitters, AreaLightsAreSampledByTheirDensity) {
+  for (const Case& tested : cases()) {
+    // Where a curved surface is seen edge on, a density by area has no variance.
+    if (tested.xml.find("'area'") == std::string::npos || tested.name == "cylinder") continue;
+    const LitFloor floor(tested.xml);
+    const Emitter& emitter = floor.emitter();
+    for (const Vec3& p : {Vec3(0.1f, -0.3f, 0.05f), Vec3(-0.9f, 0.6f, 0.3f), Vec3(0.2f, 0.1f, 2)}) {
+      DirectionTest directions;
+      directions.sample = [&](Vec2 u) -> std::optional<Vec3> {
+        const auto light = emitter.sample_direct(p, u);
+        if (!light) return std::nullopt;
+        return light->d;
+      };
+      directions.pdf = [&](const Vec3& d) {
+        return density_along(floor.scene(), p, d, [&](const SurfaceInteraction& si) {
+          return si.shape->emitter() ? emitter.pdf_surface(p, si) : 0;
+        });
+      };
+      aim_at(directions, p, emitter.shape()->bounds());
+      const Verdict verdict = direction_test(directions, kAlpha);
+      EXPECT_TRUE(verdict.passed) << tested.name << " from " << p.x << ", " << p.y << ", " << p.z
+                                  << ": " << verdict.text;
+    }
+  }
+}
+
+/// What a sample says of its point is what a ray that goes there finds.
+TEST(Emitters, SamplesOfAreaLightsAgreeWithRays) {
+  for (const Case& tested : cases()) {
+    if (tested.xml.find("'area'") == std::string::npos) continue;
+    const LitFloor floor(tested.xml);
+    Random random(26);
+    int agreed = 0;
+    for (int i = 0; i < 5000; ++i) {
+      const Vec3 p(random.between(-1, 1), random.between(-1, 1), random.between(0.01f, 1));
+      const auto light = floor.emitter().sample_direct(p, {random.unit(), random.unit()});
+      if (!light) continue;
+      const RayHit hit = trace(floor.scene(), p, light->d);
+      const float difference = std::abs(hit.ray.tmax - light->distance);
+      // Something nearer is in the way; or the ray misses the light's edge.
+      if (!hit.hit.valid() || difference > 1e-3f * light->distance) continue;
+      const SurfaceInteraction si = floor.scene().interaction(hit);
+      if (std::abs(si.wi.z) < 0.02f) continue;  // densities change much with the direction
+      ++agreed;
+      ASSERT_NEAR(floor.emitter().pdf_surface(p, si) / light->pdf, 1, 2e-3) << tested.name;
+      const Rgb radiance = floor.emitter().eval_surface(si);
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_NEAR(radiance[c], light->radiance[c], 0.01f * max_component(radiance))
+            << tested.name;
+      }
+    }
+    EXPECT_GT(agreed, 200) << tested.name;
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test

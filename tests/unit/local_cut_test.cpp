@@ -1,0 +1,274 @@
+// The importance function over clusters of local light: never 0 where a point of the cluster can
+// light the shading point, finite wherever that point is, its form factor as documented.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "kinome/light_cut.h"
+#include "support/statistics.h"
+
+namespace kinome {
+namespace {
+
+/// Points on the six walls of a box of the given half size around `centre`, shining inward, and on
+/// a sphere in it, shining outward.
+LightPoints room_light(uint32_t count, const Vec3& centre = Vec3(0.f), float size = 1) {
+  std::mt19937 rng(count);
+  std::uniform_real_distribution<float> unit;
+  std::normal_distribution<float> gauss;
+  LightPoints points;
+  points.kind = LightPoints::Kind::kLocal;
+  for (uint32_t i = 0; i < count; ++i) {
+    Vec3 p, n(0.f);
+    if (i % 7 == 6) {
+      n = glm::normalize(Vec3(gauss(rng), gauss(rng), gauss(rng)));
+      p = 0.3f * n;
+    } else {
+      const int axis = static_cast<int>(i % 3);
+      const float side = i % 2 == 0 ? 1.f : -1.f;
+      p = Vec3(2 * unit(rng) - 1, 2 * unit(rng) - 1, 2 * unit(rng) - 1);
+      p[axis] = side;
+      n[axis] = -side;
+    }
+    points.position.push_back(centre + size * p);
+    points.normal.push_back(n);
+    points.power.push_back(Rgb(std::pow(10.f, 4 * unit(rng) - 2)));
+    points.extent.push_back(size * size * 25.f / static_cast<float>(count));
+  }
+  return points;
+}
+
+LightCut::Point point_at(const Vec3& position, const Vec3& normal, float diffuse = 0.5f) {
+  LightCut::Point point;
+  point.position = position;
+  point.normal = normal;
+  point.diffuse = diffuse;
+  return point;
+}
+
+/// Places where clusters were got wrong before (Cycles issue 126592): inside a box, on its faces,
+/// corners and edges, one unit of the last place outside, and far away.
+std::vector<Vec3> hard_places(const Aabb& box) {
+  std::vector<Vec3> places = {box.centre(), box.lo, box.hi, 0.75f * box.lo + 0.25f * box.hi,
+                              100.f * box.hi + Vec3(3, 2, 1)};
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float bound : {box.lo[axis], box.hi[axis]}) {
+      Vec3 face = box.centre();
+      face[axis] = bound;
+      places.push_back(face);
+      face[axis] = std::nextafter(bound, bound == box.lo[axis] ? -kInfinity : kInfinity);
+      places.push_back(face);
+    }
+  }
+  return places;
+}
+
+bool lights(const LightTree& tree, const LightCell& cell, const LightCut::Point& at) {
+  const LightPoints& points = tree.points();
+  for (uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
+    const Vec3 to = points.position[i] - at.position;
+    if (glm::dot(at.normal, to) > 0 && glm::dot(points.normal[i], to) < 0) return true;
+  }
+  return false;
+}
+
+TEST(LocalCut, IsPositiveWhereAnyPointLightsAndFiniteEverywhere) {
+  const LightTree tree(room_light(2000));
+  const Vec3 normals[] = {{0, 0, 1}, {0, -1, 0}, glm::normalize(Vec3(1, 2, -3))};
+  size_t lit = 0, excluded = 0;
+  for (const uint32_t size : {1u, 40u, 2000u}) {
+    const LightCut cut(tree, size, CutCriterion::kVariance);
+    for (uint32_t chosen = 0; chosen < cut.size(); chosen += 1 + cut.size() / 20) {
+      for (const Vec3& place : hard_places(cut.cell(chosen).box)) {
+        for (const Vec3& normal : normals) {
+          const LightCut::Point point = point_at(place, normal);
+          for (const Importance importance : {Importance::kJoint, Importance::kBrdf}) {
+            ClusterPmf pmf;
+            cut.build(importance, point, pmf);
+            double sum = 0;
+            for (uint32_t c = 0; c < cut.size(); ++c) {
+              const float p = pmf.empty() ? 0.f : pmf.probability(c);
+              ASSERT_TRUE(std::isfinite(p) && p >= 0);
+              sum += p;
+              const bool is_lit = lights(tree, cut.cell(c), point);
+              lit += is_lit;
+              excluded += p == 0;
+              if (is_lit) {
+                ASSERT_GT(p, 0) << "cluster " << c << " of " << size;
+              }
+            }
+            if (!pmf.empty()) {
+              ASSERT_NEAR(sum, 1, 1e-6);
+            }
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(lit, 10000u);
+  EXPECT_GT(excluded, 10000u);  // the test is not passed by spreading samples over everything
+}
+
+TEST(LocalCut, SamplesAsItsProbabilitiesSay) {
+  const LightTree tree(room_light(600));
+  const LightCut cut(tree, 60, CutCriterion::kVariance);
+  for (const Vec3& place : hard_places(cut.cell(30).box)) {
+    ClusterPmf pmf;
+    cut.build(Importance::kJoint, point_at(place, glm::normalize(Vec3(1, 2, -3))), pmf);
+    if (pmf.empty()) continue;
+    constexpr int kSamples = 100000;
+    std::vector<double> observed(600), expected(600);
+    std::mt19937 rng(5);
+    std::uniform_real_distribution<float> unit(0, kOneMinusEpsilon);
+    for (int i = 0; i < kSamples; ++i) {
+      const float u = unit(rng);
+      const auto choice = cut.sample_point(pmf, {u, unit(rng)});
+      ++observed[choice.point];
+      ASSERT_FLOAT_EQ(choice.probability, cut.point_probability(pmf, choice.point));
+    }
+    for (uint32_t i = 0; i < 600; ++i) expected[i] = kSamples * cut.point_probability(pmf, i);
+    const test::Verdict verdict = test::chi2_test(observed, expected, 1e-5);
+    EXPECT_TRUE(verdict.passed) << verdict.text;
+  }
+}
+
+/// A single wall of points, all alike, seen from some way off: the pmf over leaves is the light
+/// times the form factor of each.
+TEST(LocalCut, FormFactorsOfSmallClustersAreThePoints) {
+  LightPoints points;
+  points.kind = LightPoints::Kind::kLocal;
+  for (int i = 0; i < 8; ++i) {
+    points.position.push_back({-0.7f + 0.2f * static_cast<float>(i), 0, 1});
+    points.normal.push_back(glm::normalize(Vec3(0.1f * static_cast<float>(i), 0, -1)));
+    points.power.push_back(Rgb(1 + static_cast<float>(i)));
+    points.extent.push_back(1e-8f);
+  }
+  const LightTree tree(points);
+  const LightCut cut(tree, 8, CutCriterion::kVariance);
+  const LightCut::Point at = point_at({0.3f, -0.2f, 0}, glm::normalize(Vec3(0.5f, 0, 1)));
+  ClusterPmf pmf;
+  cut.build(Importance::kJoint, at, pmf);
+  std::vector<double> gamma;
+  double total = 0;
+  for (uint32_t i = 0; i < 8; ++i) {
+    const Vec3 to = tree.points().position[i] - at.position;
+    const double d2 = glm::dot(to, to);
+    const double g = glm::dot(at.normal, to) * -glm::dot(tree.points().normal[i], to) / (d2 * d2);
+    gamma.push_back(tree.points().power[i].x * std::max(g, 0.));
+    total += gamma.back();
+  }
+  for (uint32_t i = 0; i < 8; ++i) {
+    const double expected = (gamma[i] / total + 1e-3 / 8) / (1 + 1e-3);
+    // The cone of one normal is opened by 1.4e-3 against rounding.
+    EXPECT_NEAR(pmf.probability(i), expected, 5e-3 * expected);
+  }
+}
+
+TEST(LocalCut, DoesNotDependOnTheUnitOfLength) {
+  const LightCut::Point near = point_at({0.4f, -0.3f, 0.2f}, glm::normalize(Vec3(1, 2, -3)));
+  const LightTree tree(room_light(500));
+  const LightCut cut(tree, 50, CutCriterion::kLuminance);
+  ClusterPmf expected;
+  cut.build(Importance::kJoint, near, expected);
+  for (const float scale : {0x1p-20f, 0x1p20f}) {
+    const LightTree scaled_tree(room_light(500, Vec3(0.f), scale));
+    const LightCut scaled(scaled_tree, 50, CutCriterion::kLuminance);
+    ClusterPmf pmf;
+    scaled.build(Importance::kJoint, point_at(scale * near.position, near.normal), pmf);
+    for (uint32_t c = 0; c < cut.size(); ++c) {
+      EXPECT_NEAR(pmf.probability(c), expected.probability(c),
+                  1e-4f * expected.probability(c) + 2e-7f);
+    }
+  }
+}
+
+TEST(LocalCut, LobeRaysCountAtAnyDistance) {
+  LightPoints points;
+  points.kind = LightPoints::Kind::kLocal;
+  for (const float z : {1.f, 3.f, 50.f}) {
+    for (const float x : {-0.5f, 0.5f}) {
+      points.position.push_back({x * z, 0, z});
+      points.normal.push_back({0, 0, -1});
+      points.power.push_back(Rgb(1.f));
+      points.extent.push_back(0.01f);
+    }
+  }
+  const LightTree tree(points);
+  const LightCut cut(tree, 6, CutCriterion::kVariance);
+  const Vec3 d = glm::normalize(Vec3(0.5f, 0, 1));
+  LightCut::Point point = point_at({0, 0, 0}, {0, 0, 1}, 0);
+  point.glossy = 1;
+  point.lobe = {&d.x, &d.y, &d.z, 1};
+  ClusterPmf pmf;
+  cut.build(Importance::kJoint, point, pmf);
+  for (uint32_t c = 0; c < 6; ++c) {
+    EXPECT_EQ(pmf.hits(c), cut.cell(c).mean.x > 0 ? 1 : 0);
+  }
+  point.position.x = 0.01f;  // a ray beside the near patch, and in the wide ones still
+  point.position.y = 0.2f;
+  cut.build(Importance::kJoint, point, pmf);
+  for (uint32_t c = 0; c < 6; ++c) EXPECT_EQ(pmf.hits(c), 0);
+}
+
+TEST(LocalCut, ScalarAndVectorKernelsAgree) {
+  const LightTree tree(room_light(2000));
+  const LightCut cut(tree, 300, CutCriterion::kVariance);
+  std::vector<float> x, y, z;
+  std::mt19937 rng(3);
+  std::normal_distribution<float> gauss;
+  for (int i = 0; i < 32; ++i) {
+    const Vec3 d = glm::normalize(Vec3(gauss(rng), gauss(rng), gauss(rng)));
+    x.push_back(d.x), y.push_back(d.y), z.push_back(d.z);
+  }
+  for (const Vec3& place : hard_places(cut.cell(7).box)) {
+    LightCut::Point point = point_at(place, glm::normalize(Vec3(-1, 0.5f, 0.3f)));
+    point.glossy = 0.3f;
+    point.lobe = {x.data(), y.data(), z.data(), x.size()};
+    ClusterPmf vector_pmf, scalar_pmf;
+    cut.build(Importance::kJoint, point, vector_pmf);
+    use_scalar_kernels(true);
+    cut.build(Importance::kJoint, point, scalar_pmf);
+    use_scalar_kernels(false);
+    ASSERT_EQ(vector_pmf.empty(), scalar_pmf.empty());
+    if (vector_pmf.empty()) continue;
+    for (uint32_t c = 0; c < cut.size(); ++c) {
+      EXPECT_EQ(vector_pmf.hits(c), scalar_pmf.hits(c));
+      EXPECT_NEAR(vector_pmf.probability(c), scalar_pmf.probability(c),
+                  1e-4f * vector_pmf.probability(c) + 2e-7f);
+    }
+  }
+}
+
+TEST(LocalCut, CoincidentLightsAndOneLight) {
+  LightPoints points;
+  points.kind = LightPoints::Kind::kLocal;
+  for (int i = 0; i < 64; ++i) {
+    points.position.push_back({0, 0, 1});
+    points.normal.push_back(i % 2 == 0 ? Vec3(0, 0, -1) : Vec3(0, 0, 1));
+    points.power.push_back(Rgb(1.f));
+    points.extent.push_back(0.1f);
+  }
+  for (const size_t count : {64u, 1u}) {
+    points.position.resize(count);
+    points.normal.resize(count);
+    points.power.resize(count);
+    points.extent.resize(count);
+    const LightTree tree(points);
+    for (const uint32_t size : {1u, 64u}) {
+      const LightCut cut(tree, size, CutCriterion::kVariance);
+      for (const Vec3& place : {Vec3(0, 0, 1), Vec3(0, 0, 0.999f), Vec3(0, 0, 0)}) {
+        ClusterPmf pmf;
+        cut.build(Importance::kJoint, point_at(place, {0, 0, 1}), pmf);
+        if (place.z < 1) {
+          ASSERT_FALSE(pmf.empty());
+        }
+        for (uint32_t c = 0; c < cut.size() && !pmf.empty(); ++c) {
+          EXPECT_TRUE(std::isfinite(pmf.probability(c)));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinome

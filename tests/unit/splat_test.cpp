@@ -1,0 +1,126 @@
+/// Splats: light that is added to a film from outside its pixels' samples.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "kinome/film.h"
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+std::shared_ptr<Film> film_with(const std::string& filter, int width, int height,
+                                const std::string& more = "") {
+  return make<Film>("<film type=\"hdrfilm\"><integer name=\"width\" value=\"" +
+                    std::to_string(width) + "\"/><integer name=\"height\" value=\"" +
+                    std::to_string(height) + "\"/>" + more + "<rfilter type=\"" + filter +
+                    "\"/></film>");
+}
+
+class EveryFilter : public testing::TestWithParam<const char*> {};
+
+/// A picture's sum is the light that was splatted. A Gaussian at whole-pixel steps sums to its
+/// integral only in the mean over places in the pixel; all three are smooth enough for the
+/// midpoints of 16 x 16 places to be 1e-3 off at most (a tent's kinks: 1/16²/4).
+TEST_P(EveryFilter, KeepsTheSum) {
+  const auto film = film_with(GetParam(), 11, 9);
+  film->prepare({{}});
+  FilmTile tile = film->make_tile({0, 0, 1, 1});  // splats go anywhere
+  constexpr int kSteps = 16;
+  for (int i = 0; i < kSteps * kSteps; ++i) {
+    const Vec2 place((static_cast<float>(i % kSteps) + 0.5f) / kSteps,
+                     (static_cast<float>(i / kSteps) + 0.5f) / kSteps);
+    tile.add_splat(Vec2(5, 4) + place, Rgb(1, 2, 4));
+  }
+  film->commit(tile);
+  film->set_splat_scale(1.0 / (kSteps * kSteps));
+  const Image image = film->develop();
+  double sum[3] = {};
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 11; ++x) {
+      for (int c = 0; c < 3; ++c) sum[c] += image.at(x, y, c);
+    }
+  }
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], 1 << c, 1e-3 * (1 << c));
+}
+
+/// Even light of one splat a pixel is a picture of that light, up to its edges, where the film is
+/// hit as far as its filter reaches: what weighted means of samples make of it.
+TEST_P(EveryFilter, EvenLightIsAnEvenPicture) {
+  const auto film = film_with(GetParam(), 7, 5,
+                              R"(<integer name="crop_offset_x" value="2"/>)"
+                              R"(<integer name="crop_width" value="4"/>)");
+  film->prepare({{}});
+  const Rect reach = film->reach();
+  constexpr int kSteps = 8;
+  FilmTile tile = film->make_tile({2, 0, 6, 5});
+  for (int y = reach.y0 * kSteps; y < reach.y1 * kSteps; ++y) {
+    for (int x = reach.x0 * kSteps; x < reach.x1 * kSteps; ++x) {
+      const Vec2 p((static_cast<float>(x) + 0.5f) / kSteps,
+                   (static_cast<float>(y) + 0.5f) / kSteps);
+      tile.add_splat(p, Rgb(3, 2, 1));
+    }
+  }
+  film->commit(tile);
+  film->set_splat_scale(1.0 / (kSteps * kSteps));
+  const Image image = film->develop();
+  ASSERT_EQ(image.width, 4);
+  // Midpoints: a tent's kinks cost up to 1/8²/4 of the value, a Gaussian's end less.
+  for (const float value : image.data) EXPECT_NEAR(value, std::round(value), 0.004f * value);
+  EXPECT_NEAR(image.at(0, 0, 0), 3, 0.02f);
+  EXPECT_NEAR(image.at(3, 4, 2), 1, 0.01f);
+}
+INSTANTIATE_TEST_SUITE_P(Splat, EveryFilter, testing::Values("box", "tent", "gaussian"));
+
+TEST(Splat, IsAddedToMeansOfSamples) {
+  const auto film = film_with("box", 3, 2);
+  for (int round = 0; round < 2; ++round) {  // prepare() forgets the first
+    film->prepare({{}});
+    FilmTile tile = film->make_tile({0, 0, 3, 2});
+    tile.add({1.2f, 0.5f}, std::vector<float>{1, 2, 3});
+    tile.add({1.7f, 0.5f}, std::vector<float>{3, 2, 1});
+    tile.add_splat({1.5f, 0.1f}, Rgb(10, 20, 30));
+    tile.add_splat({1.9f, 0.9f}, Rgb(10, 20, 30));
+    tile.add_splat({2.f, 1.f}, Rgb(1, 1, 1));
+    film->commit(tile);
+    film->set_splat_scale(0.25);
+    const Image image = film->develop();
+    EXPECT_EQ(image.at(1, 0, 0), 2 + 5);
+    EXPECT_EQ(image.at(1, 0, 1), 2 + 10);
+    EXPECT_EQ(image.at(1, 0, 2), 2 + 15);
+    EXPECT_EQ(image.at(2, 1, 0), 0.25f);
+    EXPECT_EQ(image.at(0, 0, 0), 0);
+  }
+}
+
+TEST(Splat, CountsInLuminanceAndLeavesAlpha) {
+  const auto grey = film_with("box", 1, 1, R"(<string name="pixel_format" value="luminance"/>)");
+  const auto alpha = film_with("box", 1, 1, R"(<string name="pixel_format" value="rgba"/>)");
+  for (const auto& film : {grey, alpha}) {
+    film->prepare({{}});
+    FilmTile tile = film->make_tile({0, 0, 1, 1});
+    tile.add_splat({0.5f, 0.5f}, Rgb(1, 2, 3));
+    film->commit(tile);
+  }
+  EXPECT_NEAR(grey->develop().data[0], luminance(Rgb(1, 2, 3)), 1e-6f);
+  EXPECT_EQ(alpha->develop().data, (std::vector<float>{1, 2, 3, 0}));
+}
+
+TEST(Splat, IgnoresWhatIsFarOffAndCountsWhatIsNoNumber) {
+  const auto film = film_with("gaussian", 4, 4);
+  film->prepare({{}});
+  FilmTile tile = film->make_tile({0, 0, 4, 4});
+  for (const float x : {-3.f, 7.f, 1e9f, -1e30f}) tile.add_splat({x, 1}, Rgb(1.f));
+  EXPECT_EQ(tile.non_finite(), 0u);
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  tile.add_splat({1, 1}, Rgb(1, kNan, 1));
+  tile.add_splat({1, 1}, Rgb(kInfinity, 1, 1));
+  tile.add_splat({kNan, 1}, Rgb(1.f));
+  film->commit(tile);
+  EXPECT_EQ(film->non_finite(), 3u);
+  for (const float value : film->develop().data) EXPECT_EQ(value, 0);
+}
+
+}  // namespace
+}  // namespace kinome::test
