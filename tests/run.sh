@@ -53,6 +53,7 @@ configure() {
   fi
 }
 
+kinome_packages="$kinome_packages $kinome_report_packages"
 require kinome_install_packages
 require configure
 targets=all

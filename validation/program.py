@@ -1,0 +1,40 @@
+"""The program as the measurements run it, and what they say about where they ran."""
+import json
+import os
+import pathlib
+import platform
+import subprocess
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+
+def run_kinome(build, scene, output, defines, seed=0):
+    """Renders `scene` into `output` and returns the program's own statistics."""
+    arguments = [build / "bin/kinome", scene, "-q", "--stats=json", "--seed", str(seed),
+                 "-o", output]
+    for key, value in defines.items():
+        arguments += ["-D", f"{key}={value}"]
+    result = subprocess.run(arguments, check=False, capture_output=True, text=True)
+    if result.returncode != 0:
+        raise SystemExit(f"{' '.join(map(str, arguments))} failed:\n{result.stderr}")
+    stats = json.loads(result.stdout)
+    # Where this clone lies is nobody's business.
+    stats["scene"] = str(scene.relative_to(ROOT))
+    del stats["output"]
+    return stats
+
+
+def processor():
+    for line in pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.processor()
+
+
+def machine():
+    return {"processor": processor(), "cores": os.cpu_count(), "system": platform.platform()}
+
+
+def commit():
+    return subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True,
+                          check=False).stdout.strip()
