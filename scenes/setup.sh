@@ -49,9 +49,14 @@ kinome_install_packages() {
     apt-get install -q -y --no-install-recommends $missing
 }
 
-# kinome_configure [CMAKE ARGUMENT...]: once a build folder; CMake keeps it up to date by itself.
+# kinome_configure [CMAKE ARGUMENT...]: once a build folder, and again where KINOME_WERROR is asked
+# for anew; CMake keeps it up to date by itself.
 kinome_configure() {
-  [ -f "$build/build.ninja" ] && return 0
+  if [ -f "$build/build.ninja" ] &&
+    { [ -z "${KINOME_WERROR:-}" ] ||
+      grep -qx "KINOME_WERROR:BOOL=$KINOME_WERROR" "$build/CMakeCache.txt"; }; then
+    return 0
+  fi
   if command -v ccache >/dev/null 2>&1; then
     set -- -DCMAKE_CXX_COMPILER_LAUNCHER=ccache "$@"
   fi

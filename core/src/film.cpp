@@ -169,10 +169,11 @@ Image Film::develop() const {
       const float* from = &layers_[l].data[p * (values + 1)];
       float* to = &image.data[p * stride_out + first_out];
       const float weight = from[values];
-      const float inverse = weight == 0 ? 0.f : 1 / weight;
+      // Not by its inverse: a single sample of a pixel is to come out as it is.
+      const float divisor = weight == 0 ? kInfinity : weight;
       int i = 0;
       if (l == 0) {
-        Rgb color = Rgb(from[0], from[1], from[2]) * inverse;
+        Rgb color = Rgb(from[0], from[1], from[2]) / divisor;
         if (!splats_.empty()) {
           for (int c = 0; c < 3; ++c) {
             color[c] += static_cast<float>(splats_[3 * p + c] * splat_scale_);
@@ -185,7 +186,7 @@ Image Film::develop() const {
         }
         i = 3;
       }
-      for (; i < values; ++i) *to++ = from[i] * inverse;
+      for (; i < values; ++i) *to++ = from[i] / divisor;
     }
     first_out += to_luminance ? values - 2 : values;
   }

@@ -155,8 +155,9 @@ PartialDerivatives position_derivatives(const Vec3& e1, const Vec3& e2, const Ve
   if (det != 0) {
     const glm::dvec3 a(e1);
     const glm::dvec3 b(e2);
-    const Vec3 du((a * static_cast<double>(duv2.y) - b * static_cast<double>(duv1.y)) / det);
-    const Vec3 dv((b * static_cast<double>(duv1.x) - a * static_cast<double>(duv2.x)) / det);
+    const double inverse = 1 / det;
+    const Vec3 du((a * static_cast<double>(duv2.y) - b * static_cast<double>(duv1.y)) * inverse);
+    const Vec3 dv((b * static_cast<double>(duv1.x) - a * static_cast<double>(duv2.x)) * inverse);
     if (is_finite(du) && is_finite(dv)) return {du, dv};
   }
   const Frame frame = Frame::from_normal(n);

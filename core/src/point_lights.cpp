@@ -75,6 +75,7 @@ void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext
       {
         const StageTimer timer(primary_seconds);
         scratch.primary.trace(scene, sensor, tile.pixels, first, count, seed, tile.counters);
+        if (options.hide_emitters) scratch.primary.pass_emitters(scene, tile.counters);
       }
       PointLightShader(scene, lights, options, sampler, tile.counters, scratch).shade_all();
       const StageTimer timer(film_seconds);

@@ -83,6 +83,15 @@ int64_t Properties::integer(const std::string& name) const {
   return get_as<int64_t>(*this, name, value(name), "an integer");
 }
 
+uint32_t Properties::integer(const std::string& name, uint32_t low, uint32_t high) const {
+  const int64_t value = integer(name);
+  if (value < low || value > high) {
+    throw error(name, "must be " + std::to_string(low) + " to " + std::to_string(high) + ", got " +
+                          std::to_string(value));
+  }
+  return static_cast<uint32_t>(value);
+}
+
 float Properties::real(const std::string& name) const {
   const Value v = value(name);
   if (const auto* integer = std::get_if<int64_t>(&v)) return static_cast<float>(*integer);
@@ -172,14 +181,6 @@ Error Properties::error(const std::string& name, const std::string& message) con
 
 void Properties::warn(const std::string& name, const std::string& message) const {
   log_warn(error(name, message).what());
-}
-
-std::vector<std::string> Properties::unread() const {
-  std::vector<std::string> names;
-  for (const auto& [name, entry] : entries_) {
-    if (!entry.read) names.push_back(name);
-  }
-  return names;
 }
 
 }  // namespace kinome

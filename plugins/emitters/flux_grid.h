@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -11,9 +12,9 @@ namespace kinome {
 /// of a grid. Immutable; thread-safe.
 class FluxGrid {
  public:
-  /// flux(uv), in any unit and not negative, is looked up in the middle and at the corners of
-  /// `parts` x `parts` parts of each cell. The corners find edges that cross a part; for what is
-  /// bilinear in it, both agree and are exact.
+  /// flux(uv), in any unit and not negative, is looked up at the corners of `parts` x `parts` parts
+  /// of each cell, which is exact for what is bilinear in them; where the corners differ much, an
+  /// edge may cross the part, and its middle counts as much as they do.
   template <class Flux>
   FluxGrid(glm::uvec2 cells, uint32_t parts, const Flux& flux) : cells_(cells) {
     const glm::uvec2 size = cells * parts;
@@ -33,9 +34,11 @@ class FluxGrid {
       std::vector<float> below = corner_row(y + 1);
       float* const row = weights_.data() + static_cast<size_t>(y / parts) * cells.x;
       for (uint32_t x = 0; x < size.x; ++x) {
-        const float middle = at(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-        const float corners = above[x] + above[x + 1] + below[x] + below[x + 1];
-        const float weight = 0.5f * middle + 0.125f * corners;
+        const auto [least, most] = std::minmax({above[x], above[x + 1], below[x], below[x + 1]});
+        float weight = 0.25f * (above[x] + above[x + 1] + below[x] + below[x + 1]);
+        if (most > 2 * least) {
+          weight = 0.5f * (weight + at(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
+        }
         row[x / parts] += weight;
         total += static_cast<double>(weight);
       }

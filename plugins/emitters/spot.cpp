@@ -113,12 +113,13 @@ class Spot final : public Emitter {
   }
 
   FluxGrid make_flux_grid() const {
-    // Cells are about as fine as half a texel; where they would be too many, they have parts.
-    constexpr uint32_t kMinCells = 128, kMaxCells = 2048;
-    const glm::uvec2 texels = texture_->resolution();
-    const uint32_t wanted = 2 * std::max(texels.x, texels.y);
-    const uint32_t side = std::clamp(wanted, kMinCells, kMaxCells);
-    const uint32_t parts = (wanted + side - 1) / side;
+    // Cells are as fine as half a texel; where they would be too many, their parts are as fine as
+    // one.
+    constexpr uint32_t kMinSide = 128, kMaxSide = 1024;
+    const glm::uvec2 resolution = texture_->resolution();
+    const uint32_t texels = std::max(resolution.x, resolution.y);
+    const uint32_t side = std::clamp(2 * texels, kMinSide, kMaxSide);
+    const uint32_t parts = (texels + side - 1) / side;
     return FluxGrid(glm::uvec2(side), parts, [this](const Vec2& uv) {
       return luminance(glm::abs(intensity_toward(direction_at(uv))));
     });

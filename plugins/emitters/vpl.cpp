@@ -276,12 +276,7 @@ class VirtualPointLights final : public Emitter {
     }
     static constexpr const char* kPlacements[] = {"surface", "traced"};
     traced_ = props.choice("placement", kPlacements) == 1;
-    const int64_t count = props.integer("light_samples");
-    if (count < 0 || count > (1 << 24)) {
-      throw props.error("light_samples",
-                        "must be between 0 and 16777216, got " + std::to_string(count));
-    }
-    count_ = static_cast<uint32_t>(count);
+    count_ = props.integer("light_samples", 0, 1 << 24);
   }
 
   bool is_indirect() const override { return true; }

@@ -89,12 +89,7 @@ class HdrFilm : public Film {
 
  private:
   static int side(const Properties& props, const char* name) {
-    const int64_t value = props.integer(name);
-    if (value < 1 || value > kMaxSide) {
-      throw props.error(name, "must lie in 1 to " + std::to_string(kMaxSide) + " pixels, got " +
-                                  std::to_string(value));
-    }
-    return static_cast<int>(value);
+    return static_cast<int>(props.integer(name, 1, kMaxSide));
   }
 
   void read_crop(const Properties& props) {

@@ -187,9 +187,9 @@ class Clustered final : public Integrator {
  public:
   explicit Clustered(const Properties& props)
       : settings_(read_point_light_parameters(props)),
-        cut_size_(read_count(props, "cut_size", 1, 1 << 20)),
-        emitter_samples_(read_count(props, "emitter_samples", 1, 1 << 20)),
-        brdf_samples_(read_count(props, "brdf_samples", 0, 1 << 16)) {
+        cut_size_(props.integer("cut_size", 1, 1 << 20)),
+        emitter_samples_(props.integer("emitter_samples", 1, 1 << 20)),
+        brdf_samples_(props.integer("brdf_samples", 0, 1 << 16)) {
     static constexpr const char* kImportances[] = {"joint", "luminance", "brdf"};
     importance_ = static_cast<Importance>(props.choice("importance", kImportances));
     static constexpr const char* kCriteria[] = {"variance", "luminance"};

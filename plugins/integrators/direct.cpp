@@ -27,14 +27,6 @@ constexpr Parameter kTable[] = {
      "The camera sees no light itself: it looks through surfaces that emit, at a black sky."},
 };
 
-int read_count(const Properties& props, const std::string& name) {
-  const int64_t count = props.integer(name);
-  if (count < 0 || count > 65536) {
-    throw props.error(name, "must be 0 to 65536, got " + std::to_string(count));
-  }
-  return static_cast<int>(count);
-}
-
 struct Settings {
   int emitter_samples;
   int bsdf_samples;
@@ -115,7 +107,7 @@ class DirectIntegrator final : public Integrator {
                         "can't be given together with emitter_samples or bsdf_samples");
     }
     const auto count = [&](const std::string& name) {
-      return read_count(props, props.has(name) ? name : "shading_samples");
+      return static_cast<int>(props.integer(props.has(name) ? name : "shading_samples", 0, 65536));
     };
     settings_ = {count("emitter_samples"), count("bsdf_samples"), props.boolean("hide_emitters")};
     if (settings_.emitter_samples + settings_.bsdf_samples == 0) {

@@ -22,15 +22,6 @@ namespace kinome {
     "hide_emitters", ParameterType::kBoolean, "false", "Leave lights out of the camera's view."    \
   }
 
-inline uint32_t read_count(const Properties& props, const char* name, int64_t low, int64_t high) {
-  const int64_t value = props.integer(name);
-  if (value < low || value > high) {
-    throw props.error(name, "must be between " + std::to_string(low) + " and " +
-                                std::to_string(high) + ", got " + std::to_string(value));
-  }
-  return static_cast<uint32_t>(value);
-}
-
 struct PointLightSettings {
   uint32_t light_samples = 0;
   PointLightOptions options;
@@ -38,9 +29,9 @@ struct PointLightSettings {
 
 inline PointLightSettings read_point_light_parameters(const Properties& props) {
   PointLightSettings settings;
-  settings.light_samples = read_count(props, "light_samples", 1, 1 << 24);
+  settings.light_samples = props.integer("light_samples", 1, 1 << 24);
   PointLightOptions& options = settings.options;
-  options.max_depth = read_count(props, "max_depth", 2, 3);
+  options.max_depth = props.integer("max_depth", 2, 3);
   static constexpr const char* kModes[] = {"auto", "distant", "local", "both"};
   const int mode = props.choice("mode", kModes);
   options.distant = mode != 2;

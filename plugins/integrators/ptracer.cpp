@@ -131,8 +131,10 @@ void LightTracer::emit(const Context& context, RenderCounters& counters) {
 /// How flux that arrives along `from` counts as radiance that leaves along `to`, for a BSDF that is
 /// evaluated as paths from the camera do: by f |cos| of `from` (Veach 1997, 5.3, for shading
 /// normals and all else that is not reciprocal). Both unit, world space, away from the surface.
+/// Light that arrives edge-on brings no flux.
 float adjoint_factor(const SurfaceInteraction& si, const Vec3& from, const Vec3& to) {
-  return std::abs(glm::dot(si.n, to) / glm::dot(si.n, from));
+  const float cosine = glm::dot(si.n, from);
+  return cosine == 0 ? 0.f : std::abs(glm::dot(si.n, to) / cosine);
 }
 
 /// The light that a surface point scatters toward the lens.
@@ -275,6 +277,7 @@ class LightTracingIntegrator final : public Integrator {
       // Here, so that a render that is cut short has the brightness of its paths so far.
       if (traced > 0) film.set_splat_scale(1 / static_cast<double>(traced));
     }
+    context.set_progress_range(0, 1);
   }
 
  private:

@@ -20,12 +20,7 @@ namespace kinome {
 inline constexpr uint32_t kMaxSampleCount = 1u << 24;
 
 inline uint32_t read_sample_count(const Properties& props) {
-  const int64_t count = props.integer("sample_count");
-  if (count < 1 || count > kMaxSampleCount) {
-    throw props.error("sample_count", "must lie in 1 to " + std::to_string(kMaxSampleCount) +
-                                          ", got " + std::to_string(count));
-  }
-  return static_cast<uint32_t>(count);
+  return props.integer("sample_count", 1, kMaxSampleCount);
 }
 
 /// Says that `wanted` was rounded, as Mitsuba does.

@@ -223,7 +223,8 @@ TEST(Path, ChecksItsParameters) {
           << message;
     }
     for (const int bad : {0, -1}) {
-      EXPECT_NE(error_of(integrator_xml(type, 3, rr_depth_xml(bad))).find("'rr_depth' must be positive, got"),
+      EXPECT_NE(error_of(integrator_xml(type, 3, rr_depth_xml(bad)))
+                    .find("'rr_depth' must be positive, got"),
                 std::string::npos);
     }
     EXPECT_NE(error_of(integrator_xml(type, 3, "<float name=\"depth\" value=\"2\"/>")), "");

@@ -64,7 +64,7 @@ TEST(LightTracing, AgreesWithPathsInARoom) {
                 "name=\"alpha\" value=\"0.4\"/></bsdf>");
   for (const Light& light : lights()) {
     for (const int depth : {2, 4}) {
-      expect_same_light(room_xml() + objects + light.xml + room_view(5, 128), depth,
+      expect_same_light(room_xml() + objects + light.xml + room_view(5, 64), depth,
                         light.name + (", depth " + std::to_string(depth)));
     }
   }
@@ -97,11 +97,11 @@ TEST(LightTracing, EvaluatesMaterialsAsPathsDo) {
 }
 
 TEST(LightTracing, FindsTheFilmOfEveryCamera) {
-  const std::string scene = room_xml() + lights()[2].xml;
+  const std::string scene = room_xml() + lights()[3].xml;
   for (const char* const filter : {"box", "tent", "gaussian"}) {
     // One pixel, since neighbours share samples under a wide filter.
     const std::string film =
-        "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"256\"/></sampler>"
+        "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"128\"/></sampler>"
         "<film type=\"hdrfilm\"><integer name=\"width\" value=\"3\"/><integer name=\"height\" "
         "value=\"2\"/><integer name=\"crop_offset_x\" value=\"1\"/><integer name=\"crop_width\" "
         "value=\"1\"/><integer name=\"crop_height\" value=\"1\"/><boolean name=\"sample_border\" "
@@ -122,6 +122,22 @@ TEST(LightTracing, FindsTheFilmOfEveryCamera) {
     expect_same_light(scene + camera("orthographic", "", "<scale x=\"0.5\" y=\"0.4\" z=\"2\"/>"), 3,
                       filter + std::string(", orthographic"));
   }
+}
+
+/// Lobes that are chosen among, one of them a delta: light that a wall of plastic throws on a
+/// floor.
+TEST(LightTracing, ScattersDeltaAndOtherLobesOfOneMaterial) {
+  expect_same_light(
+      floor_xml(diffuse_xml("0.5")) +
+          shape_xml("rectangle", "<rotate y=\"1\" angle=\"90\"/><translate x=\"-1.2\" y=\"1\"/>",
+                    "<bsdf type=\"plastic\"><rgb name=\"diffuse_reflectance\" value=\"0.1 0.4 "
+                    "0.8\"/></bsdf>") +
+          shape_xml("rectangle",
+                    "<scale value=\"0.5\"/><rotate y=\"1\" angle=\"-90\"/><rotate z=\"1\" "
+                    "angle=\"30\"/><translate x=\"0.5\" y=\"2\"/>",
+                    area_xml("5 5 5")) +
+          sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, 256),
+      3, "plastic");
 }
 
 /// An environment lights what the camera sees, and is black itself.

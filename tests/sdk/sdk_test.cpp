@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "kinome/image.h"
+#include "kinome/plugin.h"
 #include "support/render.h"
 
 namespace kinome::test {
@@ -198,7 +199,8 @@ TEST_F(Sdk, MistakesAreReportedAtTheirPlace) {
 TEST_F(Sdk, AnotherAbiIsRefused) {
   // The same library, with another interface version in its key.
   std::string library = read_text(plugins() + "/integrator/normals.so");
-  const std::string version = "kinome-abi;interface=1;";
+  const std::string version =
+      "kinome-abi;interface=" + std::to_string(KINOME_INTERFACE_VERSION) + ";";
   size_t changed = 0;
   for (size_t at = library.find(version); at != std::string::npos; at = library.find(version, at)) {
     library[at + version.size() - 2] = '9';

@@ -1,5 +1,7 @@
 #include "support/render.h"
 
+#include <functional>
+
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -104,22 +106,51 @@ std::optional<LightPoints> light_points_of(const Emitter& emitter, uint32_t coun
   return emitter.light_points(*scene, context, count);
 }
 
-std::vector<Estimate> estimate_pixels(const Scene& scene, int renders, uint64_t first_seed) {
+namespace {
+
+/// R, G, B of all pixels of the renders that `make` makes, in Image order.
+std::vector<Estimate> estimate(int renders, uint64_t first_seed,
+                               const std::function<std::vector<double>(uint64_t)>& make) {
   std::vector<Moments> moments;
   for (int i = 0; i < renders; ++i) {
-    const Image image = render_scene(scene, first_seed + static_cast<uint64_t>(i));
-    moments.resize(static_cast<size_t>(image.width) * image.height * 3);
-    size_t next = 0;
-    for (int y = 0; y < image.height; ++y) {
-      for (int x = 0; x < image.width; ++x) {
-        for (int c = 0; c < 3; ++c) moments[next++].add(image.at(x, y, c));
-      }
-    }
+    const std::vector<double> values = make(first_seed + static_cast<uint64_t>(i));
+    moments.resize(values.size());
+    for (size_t k = 0; k < values.size(); ++k) moments[k].add(values[k]);
   }
   std::vector<Estimate> estimates;
   estimates.reserve(moments.size());
   for (const Moments& m : moments) estimates.push_back({m.mean(), m.variance_of_mean()});
   return estimates;
+}
+
+/// Sums over tiles, tile by tile.
+std::vector<double> colours(const Image& image, int tile = 1) {
+  const int columns = (image.width + tile - 1) / tile, rows = (image.height + tile - 1) / tile;
+  std::vector<double> values(static_cast<size_t>(columns) * rows * 3);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      double* const sum = &values[3 * (static_cast<size_t>(y / tile) * columns + x / tile)];
+      for (int c = 0; c < 3; ++c) sum[c] += image.at(x, y, c);
+    }
+  }
+  return values;
+}
+
+}  // namespace
+
+std::vector<Estimate> estimate_pixels(const Scene& scene, int renders, uint64_t first_seed) {
+  return estimate(renders, first_seed,
+                  [&](uint64_t seed) { return colours(render_scene(scene, seed)); });
+}
+
+std::vector<Estimate> estimate_differences(const Scene& a, const Scene& b, int renders, int tile,
+                                           uint64_t first_seed) {
+  return estimate(renders, first_seed, [&](uint64_t seed) {
+    std::vector<double> values = colours(render_scene(a, seed), tile);
+    const std::vector<double> others = colours(render_scene(b, seed), tile);
+    for (size_t k = 0; k < values.size(); ++k) values[k] -= others.at(k);
+    return values;
+  });
 }
 
 TemporaryFolder::TemporaryFolder() {

@@ -151,10 +151,24 @@ TEST(Properties, KnowsWhatNobodyRead) {
   Properties props = make();
   props.set("size", 1.0, kWhere);
   props.set("count", int64_t{1}, kWhere);
-  props.set("flag", true, kWhere);
-  EXPECT_TRUE(props.has("flag"));  // asking is not reading
+  EXPECT_TRUE(props.has("size"));  // asking is not reading
   props.integer("count");
-  EXPECT_EQ(props.unread(), (std::vector<std::string>{"size", "flag"}));
+  EXPECT_FALSE(props.entries()[0].second.read);
+  EXPECT_TRUE(props.entries()[1].second.read);
+}
+
+TEST(Properties, IntegersAreHeldToARange) {
+  Properties props = make();
+  props.set("count", int64_t{7}, kWhere);
+  EXPECT_EQ(props.integer("count", 7, 7), 7u);
+  for (const auto& [low, high] : {std::pair(0u, 6u), std::pair(8u, 4000000000u)}) {
+    const std::string message =
+        error_of([&, low = low, high = high] { props.integer("count", low, high); });
+    EXPECT_NE(
+        message.find("must be " + std::to_string(low) + " to " + std::to_string(high) + ", got 7"),
+        std::string::npos)
+        << message;
+  }
 }
 
 TEST(Properties, FilesAreLookedForInOrder) {

@@ -75,7 +75,7 @@ bool openimageio_is_loaded() {
 
 // First in this file: later tests do load it.
 TEST_F(BitmapTest, AnExrNeedsNoOpenImageIO) {
-  if (openimageio_is_loaded()) GTEST_SKIP() << "loaded by an earlier test of this process";
+  ASSERT_FALSE(openimageio_is_loaded()) << "loaded by an earlier test of this process";
   load(colors());
   EXPECT_FALSE(openimageio_is_loaded());
   load(folder_.write("t.png", kGrey16));
@@ -94,6 +94,11 @@ TEST_F(BitmapTest, TexelsAreCentred) {
   EXPECT_NEAR(map->eval(Vec2(1 / 3.f, 0.25f)).x, 0.5f, 1e-5f);
   EXPECT_NEAR(map->eval(Vec2(2 / 3.f, 0.5f)).x, 6.5f, 1e-5f);
   EXPECT_NEAR(map->eval_1(Vec2(0.5f, 0.25f)), luminance(Rgb(1, 0.5f, -0.25f)), 1e-6f);
+}
+
+TEST_F(BitmapTest, SaysHowManyTexelsItHas) {
+  EXPECT_EQ(load(colors())->resolution(), glm::uvec2(3, 2));
+  EXPECT_EQ(make<Texture>("<texture type='checkerboard'/>")->resolution(), glm::uvec2(1, 1));
 }
 
 TEST_F(BitmapTest, WrapModes) {

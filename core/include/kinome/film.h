@@ -13,8 +13,8 @@
 
 namespace kinome {
 
-/// Film position of a sample of pixel (x, y), u in [0,1)². Adding alone would, far from the origin,
-/// round up to the next pixel's edge now and then, and leave a pixel without its sample.
+/// Film position of a sample of pixel (x, y), u in [0,1)². Adding alone would, far from the
+/// origin, round up to the next pixel's edge now and then, and leave a pixel without its sample.
 inline Vec2 film_position(int x, int y, const Vec2& u) {
   const auto inside = [](int pixel, float offset) {
     const auto first = static_cast<float>(pixel);

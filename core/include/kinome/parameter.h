@@ -12,7 +12,7 @@ enum class ParameterType {
   kFile,       ///< a string that names a file; resolved against the search paths
   kVector,     ///< three numbers: <point> or <vector>
   kColor,      ///< <rgb>, <spectrum> or <float>: unbounded, for radiance and intensity
-  kTexture,    ///< <rgb>, <spectrum>, <float> or a <texture>; uniform values outside [0,1] are errors
+  kTexture,    ///< <rgb>, <spectrum>, <float> or a <texture>; uniform values must lie in [0,1]
   kUnboundedTexture,  ///< the same without the bound: roughness, eta, exponents
   kTransform,
   kObject,     ///< a nested object of `category`, whatever name it has

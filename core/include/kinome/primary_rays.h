@@ -37,7 +37,6 @@ class KINOME_EXPORT PrimaryBatch {
   /// p-th pixel and its s-th sample in this batch is p * samples() + s.
   size_t size() const { return keys_.size(); }
   uint32_t samples() const { return samples_; }
-  size_t pixel_count() const { return keys_.size() / samples_; }
 
   const SampleKey& key(size_t i) const { return keys_[i]; }
   const Vec2& film_position(size_t i) const { return positions_[i]; }
@@ -63,7 +62,7 @@ class KINOME_EXPORT PrimaryBatch {
   std::vector<SampleKey> keys_;
   std::vector<Vec2> positions_;
   std::vector<RayHit> hits_;
-  std::vector<float> far_;  ///< how far each ray sees
+  std::vector<float> far_;                        ///< how far each ray sees
   std::vector<SurfaceInteraction> interactions_;  ///< never shrinks: only valid hits are written
   std::vector<uint32_t> passing_;                 ///< rays that go on from a surface that emits
   std::vector<RayHit> beyond_;

@@ -62,6 +62,8 @@ class KINOME_EXPORT Properties {
   bool has(const std::string& name) const;
   bool boolean(const std::string& name) const;
   int64_t integer(const std::string& name) const;
+  /// An Error where it lies outside [low, high].
+  uint32_t integer(const std::string& name, uint32_t low, uint32_t high) const;
   float real(const std::string& name) const;
   /// Of a kFloatOrName parameter: the number, or the one that the string stands for in `names`; an
   /// Error with the nearest name otherwise.
@@ -106,8 +108,6 @@ class KINOME_EXPORT Properties {
   Error error(const std::string& name, const std::string& message) const;
   /// A warning with the same prefix, through the log.
   void warn(const std::string& name, const std::string& message) const;
-  /// Names of the entries that nobody has read, in the order of the file.
-  std::vector<std::string> unread() const;
 
   /// Folders in which file() looks, in order; shared by all properties of a scene.
   void set_search_paths(std::shared_ptr<const std::vector<std::string>> paths) {
