@@ -7,6 +7,7 @@ from PIL import Image
 
 from pictures import difference, encoded, grid
 from program import ROOT
+from thesis_runs import SCENES
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  (the backend comes first)
@@ -49,17 +50,15 @@ def sweeps(path, data):
     for column, (key, title, thesis) in enumerate(columns):
         for scene, numbers in data["scenes"].items():
             runs = numbers["sweeps"][key]
-            x = [r["value"] for r in runs]
+            x = range(len(runs))
+            values = [r["value"] for r in runs]
             axes[0][column].plot(x, [r["trimmed"] for r in runs], "o-", label=scene, markersize=3)
             axes[1][column].plot(x, [r["trimmed"] * r["seconds"] for r in runs], "o-", label=scene,
                                  markersize=3)
         for row, name in ((0, "relMSE (trimmed)"), (1, "relMSE (trimmed) x seconds")):
             axis = axes[row][column]
-            axis.axvline(thesis, color="grey", linestyle=":", linewidth=1)
-            if key == "cut_size":
-                axis.set_xscale("log", base=2)
-            else:
-                axis.set_xscale("symlog", base=2, linthresh=4)
+            axis.axvline(values.index(thesis), color="grey", linestyle=":", linewidth=1)
+            axis.set_xticks(range(len(values)), values)
             axis.set_yscale("log")
             axis.grid(alpha=0.3)
             axis.set_ylabel(name)
@@ -91,7 +90,7 @@ def inspection(render, folder, output):
         render.say(f"grace: samples of pixel {pixel}, {mode}")
         stem = folder / f"inspect-{mode}"
         values = {"importance": mode, "spp": 1, "sampler": "independent", "width": width,
-                  "height": height}
+                  "height": height, **SCENES["grace"]["materials"]}
         if render.quick:
             values["light_samples"] = 512
         arguments = [render.build / "bin/kinome", ROOT / "scenes/grace/scene.xml", "-q",

@@ -122,7 +122,8 @@ def write_page(output, data, figures):
         lines += ["**A small form, which only proves that the command works.**", ""]
     lines += [
         "As in the thesis: one camera ray a pixel, 128 shadow rays, 32,768 light points, 512 "
-        "clusters, 32 lobe rays, random numbers without structure, one bounce in box and plate. "
+        "clusters, 32 lobe rays, random numbers without structure, Phong's and Ward's materials, "
+        "one bounce in box and plate. "
         "relMSE is mean[(I - R)² / (R² + 0.01 mean(R)²)]; *trimmed* is the same without the worst "
         "0.1 % of the pixels.", "",
         remarks, "",
@@ -134,10 +135,11 @@ def write_page(output, data, figures):
               "and not the scene.", ""]
     lines += seconds_table(data)
     lines += ["## Error", "",
-              "At the smaller size of the pictures below. *groundtruth* uses each light point once "
-              "and the same camera rays, so what is left to it is the choice of points alone; the "
-              "truth is converged and antialiased, and its last rows are what no choice can "
-              "mend: one camera ray a pixel, and points in place of light.", ""]
+              "At the smaller size of the pictures below. *groundtruth* uses each light point once, "
+              "from the same camera rays: what differs from it is the choice of points alone. The "
+              "truth is converged and antialiased: where groundtruth itself differs from it is what "
+              "no choice can mend, one camera ray a pixel and points in place of light. The "
+              "difference of two independent halves tells how far the truth is to be trusted.", ""]
     lines += error_table(data)
     lines += ["## Figure 5.1", "", "![Joint importance and groundtruth](figure-5.1.jpg)", "",
               "## Figures 5.2 to 5.5", "",
