@@ -3,24 +3,29 @@ import json
 import os
 import pathlib
 import platform
+import resource
 import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
 def run_kinome(build, scene, output, defines, seed=0):
-    """Renders `scene` into `output` and returns the program's own statistics."""
+    """Renders `scene` into `output`; the program's own statistics, and its "processor_seconds"."""
     arguments = [build / "bin/kinome", scene, "-q", "--stats=json", "--seed", str(seed),
                  "-o", output]
     for key, value in defines.items():
         arguments += ["-D", f"{key}={value}"]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     result = subprocess.run(arguments, check=False, capture_output=True, text=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if result.returncode != 0:
         raise SystemExit(f"{' '.join(map(str, arguments))} failed:\n{result.stderr}")
     stats = json.loads(result.stdout)
     # Where this clone lies is nobody's business.
     stats["scene"] = str(scene.relative_to(ROOT))
     del stats["output"]
+    stats["processor_seconds"] = (after.ru_utime + after.ru_stime
+                                  - before.ru_utime - before.ru_stime)
     return stats
 
 
