@@ -10,6 +10,7 @@ script's sources is left alone. `--scale` above 1 makes coarser meshes, for test
 
 import argparse
 import hashlib
+import importlib
 import pathlib
 import shutil
 import sys
@@ -18,8 +19,10 @@ import time
 HERE = pathlib.Path(__file__).resolve().parent
 PHOTOGRAPHS = pathlib.Path("/usr/share/blender/datafiles/studiolights/world")
 LICENCE = "photographs-license.txt"
-SCENES = ("hebe", "car", "grace")
-ENVIRONMENTS = {"hebe": "sunset.exr", "car": "courtyard.exr", "grace": "sunrise.exr"}
+# The photograph of each; the box has a lamp.
+PHOTOGRAPH = {"hebe": "sunset.exr", "car": "courtyard.exr", "grace": "sunrise.exr", "box": None,
+              "plate": "sunset.exr"}
+SCENES = tuple(PHOTOGRAPH)
 
 
 def fingerprint(scale):
@@ -58,14 +61,9 @@ def make(scene, output, scale, force):
     started = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "stamp").unlink(missing_ok=True)  # an interrupted run leaves no valid stamp
-    copy_photograph(ENVIRONMENTS[scene], folder)
-    if scene == "hebe":
-        from tools import hebe as maker
-    elif scene == "car":
-        from tools import car as maker
-    else:
-        from tools import grace as maker
-    triangles = maker.make(folder, scale)
+    if PHOTOGRAPH[scene]:
+        copy_photograph(PHOTOGRAPH[scene], folder)
+    triangles = importlib.import_module(f"tools.{scene}").make(folder, scale)
     names = sorted(f.name for f in folder.iterdir() if f.name != "stamp")
     (folder / "stamp").write_text("\n".join([stamp, *names]) + "\n", encoding="ascii")
     print(f"{scene}: {triangles} triangles in {time.monotonic() - started:.1f} s")
@@ -74,7 +72,7 @@ def make(scene, output, scale, force):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("scenes", nargs="*", metavar="SCENE",
-                        help="hebe, car, grace; default: all")
+                        help=", ".join(SCENES) + "; default: all")
     parser.add_argument("--force", action="store_true", help="make them even if they are current")
     parser.add_argument("--scale", type=float, default=1.0, help="grid spacing, 1 = as rendered")
     parser.add_argument("--output", type=pathlib.Path, default=HERE, help="folder of the scenes")

@@ -1,11 +1,13 @@
 # shellcheck shell=sh disable=SC2154
-# What scenes/render.sh and tests/run.sh have in common. To be sourced, with `root` set to the top
-# folder and `build` to the build folder.
+# What scenes/render.sh, tests/run.sh and the scripts of validation have in common. To be sourced,
+# with `root` set to the top folder and `build` to the build folder.
 
 kinome_packages="build-essential cmake ninja-build pkg-config \
 libopenexr-dev libembree-dev libtbb-dev libtinygltf-dev nlohmann-json3-dev libglm-dev \
 libpugixml-dev libcli11-dev libspdlog-dev libfmt-dev libhwy-dev libpng-dev libopenimageio-dev \
 libgtest-dev libbenchmark-dev blender-data python3 python3-numpy"
+# What the pages with pictures and plots need beside these (validation/thesis.sh and its test).
+kinome_report_packages="python3-matplotlib python3-pil"
 
 # The packages are of Debian's Python; another one may come before it on the PATH.
 kinome_python=python3

@@ -57,6 +57,7 @@ configure() {
   fi
 }
 
+kinome_packages="$kinome_packages $kinome_report_packages"
 require kinome_install_packages
 require configure
 targets=all

@@ -4,14 +4,13 @@ Everything is measured in one run: medians of several, on whatever machine this 
 """
 import argparse
 import json
-import os
 import pathlib
-import platform
 import statistics
 import subprocess
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from program import ROOT, commit, machine, run_kinome
+
 HEBE = ROOT / "scenes/hebe/scene.xml"
 
 MITSUBA = """
@@ -44,16 +43,7 @@ def run_benchmarks(build, runs):
 
 
 def render(build, folder, seed, **defines):
-    arguments = [build / "bin/kinome", HEBE, "-q", "--stats=json", "--seed", str(seed),
-                 "-o", folder / "out.exr"]
-    for key, value in defines.items():
-        arguments += ["-D", f"{key}={value}"]
-    stats = json.loads(
-        subprocess.run(arguments, check=True, capture_output=True, text=True).stdout)
-    # Where this clone lies is nobody's business.
-    stats["scene"] = str(HEBE.relative_to(ROOT))
-    del stats["output"]
-    return stats
+    return run_kinome(build, HEBE, folder / "out.exr", defines, seed)
 
 
 def embree_share(stats):
@@ -82,23 +72,14 @@ def measure(build, python, runs):
         direct = [render(build, folder, s, integrator="direct", spp=16) for s in range(runs)]
         ours, theirs = direct_against_mitsuba(build, folder, python, runs)
     return {
-        "machine": {"processor": processor(), "cores": os.cpu_count(),
-                    "system": platform.platform()},
-        "commit": subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True,
-                                 text=True, check=False).stdout.strip(),
+        "machine": machine(),
+        "commit": commit(),
         "benchmarks": run_benchmarks(build, runs),
         "clustered_hebe": first,
         "direct_hebe": direct,
         "direct_samples_per_second": ours,
         "mitsuba_scalar_samples_per_second": theirs,
     }
-
-
-def processor():
-    for line in pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor()
 
 
 def rows(data):

@@ -72,16 +72,24 @@ def tube(segments, steps):
     return parts
 
 
-def joined(parts, flip):
-    """One mesh with smooth normals; `flip` turns all faces."""
+def joined(parts):
+    """One mesh with smooth normals."""
     starts = np.cumsum([0] + [len(p["positions"]) for p in parts[:-1]])
     mesh = {k: np.concatenate([p[k] for p in parts]) for k in ("positions", "uv")}
     mesh["faces"] = np.concatenate([p["faces"] + s for p, s in zip(parts, starts)])
-    if flip:
-        mesh["faces"] = mesh["faces"][:, ::-1]
     mesh = stone.without_slivers(mesh)
     mesh["normals"] = stone.smooth_normals(mesh["positions"], mesh["faces"])
     return mesh
+
+
+def pot(steps):
+    """Body, lid and bottom; `steps` cells a side of each patch."""
+    return joined(turned(LID, steps) + turned(BODY, steps))
+
+
+def fittings(steps):
+    """Handle and spout."""
+    return joined(tube(HANDLE, steps) + tube(SPOUT, steps))
 
 
 def planks(height, width):
@@ -103,9 +111,8 @@ def planks(height, width):
 def make(folder, scale):
     """Writes the files, returns the number of triangles."""
     steps = max(4, int(round(24 / scale)))
-    pot = joined(turned(LID, steps) + turned(BODY, steps), flip=False)
-    fittings = joined(tube(HANDLE, steps) + tube(SPOUT, steps), flip=False)
-    files.write_ply(folder / "teapot.ply", pot)
-    files.write_obj(folder / "fittings.obj", fittings)
+    body, attached = pot(steps), fittings(steps)
+    files.write_ply(folder / "teapot.ply", body)
+    files.write_obj(folder / "fittings.obj", attached)
     files.write_png(folder / "planks.png", planks(1024, 1024))
-    return len(pot["faces"]) + len(fittings["faces"])
+    return len(body["faces"]) + len(attached["faces"])

@@ -13,7 +13,7 @@ import numpy as np
 
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
 sys.path.insert(0, str(SCENES))
-from tools import files, meshing, sdf  # noqa: E402
+from tools import box, files, meshing, sdf  # noqa: E402
 
 COARSE = "3"
 
@@ -64,7 +64,7 @@ class Command(unittest.TestCase):
     def test_an_unknown_scene_is_refused(self):
         result = run("unused", "teapot")
         self.assertEqual(result.returncode, 2)
-        self.assertIn("expected one of hebe, car, grace", result.stderr)
+        self.assertIn("expected one of hebe, car, grace, box, plate", result.stderr)
 
 
 class Statue(unittest.TestCase):
@@ -100,6 +100,36 @@ class Statue(unittest.TestCase):
         self.assertLess(volume, 0.2)
         lengths = np.linalg.norm(self.vertices[:, 3:6], axis=1)
         self.assertLess(np.abs(lengths - 1.0).max(), 1e-5)  # a few float roundings
+
+
+class Room(unittest.TestCase):
+    """The box scene's room and block are closed, and face the right way."""
+
+    def volume(self, meshes, names):
+        """Of the polyhedron that the meshes make together; its faces look outwards if positive."""
+        corners = np.concatenate([meshes[n]["positions"][meshes[n]["faces"]] for n in names])
+        places, at = np.unique(np.round(corners.reshape(-1, 3), 6), axis=0, return_inverse=True)
+        self.assertTrue(meshing.is_watertight(at.reshape(-1, 3)))
+        return np.einsum("ij,ij->i", corners[:, 0],
+                         np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
+
+    def test_volumes_are_those_of_bevelled_boxes(self):
+        size, bevel = np.array([3.0, 4.0, 5.0]), 0.25
+        names = [*box.SIDES, "bevels"]
+        # Each edge loses a prism, each corner a cube but for a sixth.
+        expected = size.prod() - 4 * (size - 2 * bevel).sum() * bevel ** 2 / 2 \
+            - 8 * bevel ** 3 * 5 / 6
+        outside = box.bevelled_box((1, 2, 3), (1, 2, 3) + size, bevel, inside=False)
+        self.assertAlmostEqual(self.volume(outside, names), expected, places=9)
+        inside = box.bevelled_box((1, 2, 3), (1, 2, 3) + size, bevel, inside=True)
+        self.assertAlmostEqual(self.volume(inside, names), -expected, places=9)
+
+    def test_normals_agree_with_the_faces(self):
+        for mesh in box.bevelled_box((0, 0, 0), (1, 2, 3), 0.1, inside=True).values():
+            c = mesh["positions"][mesh["faces"]]
+            flat = np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
+            flat /= np.linalg.norm(flat, axis=1)[:, None]
+            np.testing.assert_allclose(mesh["normals"][mesh["faces"][:, 0]], flat, atol=1e-12)
 
 
 class Tools(unittest.TestCase):
