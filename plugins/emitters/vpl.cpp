@@ -88,7 +88,8 @@ struct Points {
           (part.diffuse + part.glossy) * kInvPi * std::abs(point.to_light.z) * incident;
     }
     if (is_black(point.radiance)) return;
-    lights.position.push_back(si.p);
+    // Off the surface: a ray that comes along it would else meet it just before its end.
+    lights.position.push_back(si.ray_origin(d));
     // Not that of reflection_frame: a normal map's may depend on where it is seen from.
     lights.normal.push_back(si.frame.n * side);
     lights.power.push_back(point.radiance);

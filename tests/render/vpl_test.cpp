@@ -219,7 +219,7 @@ TEST(Vpl, LightsOfEveryKindAtOnce) {
   }
 }
 
-/// A light point at the very place that is seen, coincident ones, and a million.
+/// Light points that crowd around what is seen, in its plane and in corners, and a million.
 TEST(Vpl, HardPoints) {
   const std::string tiny =
       "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"1e-3\"/></transform>"
@@ -244,7 +244,7 @@ TEST(Vpl, SaysWhatIsWrong) {
             std::string::npos);
   EXPECT_NE(error_text(rest + vpl_xml(kLamp, "trace")).find("'traced'"), std::string::npos);
   EXPECT_NE(
-      error_text(rest + vpl_xml("<emitter type=\"area\"/>", "traced")).find("part of a shape"),
+      error_text(rest + vpl_xml("<emitter type=\"area\"/>", "traced")).find("part of no shape"),
       std::string::npos);
   EXPECT_NE(
       error_text(rest + vpl_xml(kLamp, "traced", "<integer name=\"light_samples\" value=\"-1\"/>"))

@@ -109,6 +109,27 @@ TEST(LocalCut, IsPositiveWhereAnyPointLightsAndFiniteEverywhere) {
   EXPECT_GT(excluded, 10000u);  // the test is not passed by spreading samples over everything
 }
 
+/// A cluster whose mean lies at one end of its box: the farthest point is a whole diagonal away
+/// from it, and alone faces the shading point.
+TEST(LocalCut, ReachesTheFarEndOfASkewedCluster) {
+  const float tilt = glm::radians(28.f);
+  LightPoints points;
+  points.kind = LightPoints::Kind::kLocal;
+  points.position.assign(99, Vec3(0, 0, 0.5f));
+  points.normal.assign(99, Vec3(0, 0, 1));
+  points.position.push_back({1, 0, 0.5f});
+  points.normal.push_back({-std::sin(tilt), 0, std::cos(tilt)});
+  points.power.assign(100, Rgb(1.f));
+  points.extent.assign(100, 1e-6f);
+  const LightTree tree(points);
+  const LightCut cut(tree, 1, CutCriterion::kVariance);
+  const LightCut::Point at = point_at(Vec3(0.f), {0, 0, 1});
+  ASSERT_TRUE(lights(tree, cut.cell(0), at));
+  ClusterPmf pmf;
+  cut.build(Importance::kJoint, at, pmf);
+  EXPECT_FALSE(pmf.empty());
+}
+
 TEST(LocalCut, SamplesAsItsProbabilitiesSay) {
   const LightTree tree(room_light(600));
   const LightCut cut(tree, 60, CutCriterion::kVariance);
