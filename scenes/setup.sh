@@ -11,6 +11,9 @@ libgtest-dev libbenchmark-dev blender-data python3 python3-numpy"
 kinome_python=python3
 [ ! -x /usr/bin/python3 ] || kinome_python=/usr/bin/python3
 
+# What validation/kinome-compare and its tests need beside kinome_packages.
+kinome_compare_packages="python3-openimageio python3-scipy python3-matplotlib"
+
 # One question for all packages; those that are not fully installed, one a line.
 kinome_missing_packages() {
   # shellcheck disable=SC2086
