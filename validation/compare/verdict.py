@@ -15,6 +15,9 @@ orders of magnitude where the limit is one in a million. Therefore
   * a pixel's variance is its own or the mean over itself and its neighbours (3x3), whichever is
     larger: those that missed the bright path take it from those that met it. A pixel that met it has
     a variance of its own in proportion, and is no outlier;
+  * nor is a pixel's variance less than that of the other picture's, times the ratio that the two
+    have over the image: an edge that cuts off a corner of the pixel may be met by none of the few
+    samples of one picture, and by some of the many of the other;
   * a pooled variance has the degrees of freedom that Satterthwaite gives for the sum: few where one
     member makes up most of it;
   * tiles sum the variances of their pixels, 256 times the sample. Where the renders show that pixels
@@ -101,6 +104,21 @@ def pixel_variance(estimate, masked):
         members = np.where(squares > 0, total ** 2 / squares, 1)
     single = estimate.renders - 1
     return np.maximum(own, pooled), np.where(own >= pooled, single, members * single)
+
+
+def pixel_variances(a, b, masked):
+    """pixel_variance of both, neither below what the other's noise lets expect."""
+    spread = [pixel_variance(e, masked) for e in (a, b)]
+    noisy = (a.variance > 0) & (b.variance > 0) & ~masked[:, :, None]
+    if not noisy.any():
+        return spread
+    ratio = np.median(a.variance[noisy] / b.variance[noisy])
+    for i, (other, factor) in enumerate(((b, ratio), (a, 1 / ratio))):
+        variance, dof = spread[i]
+        expected = factor * other.variance
+        spread[i] = (np.maximum(variance, expected),
+                     np.where(expected > variance, other.renders - 1, dof))
+    return spread
 
 
 def tile_sums(x):
@@ -201,8 +219,7 @@ def compare(a, b, alpha=0.01):
                        tiles_b[used] / shape[used], t_of_tiles[used], dof[used],
                        lambda i: tile_name(places[i], names)))
 
-    t, dof = welch(mean_a - mean_b, pixel_variance(a, masked), pixel_variance(b, masked),
-                   relative * np.abs(mean_b))
+    t, dof = welch(mean_a - mean_b, *pixel_variances(a, b, masked), relative * np.abs(mean_b))
     used = np.broadcast_to(keep, t.shape)
     pixels = np.argwhere(used)
     tests.append(judge("pixels", each, (mean_a - mean_b)[used], mean_b[used], t[used], dof[used],
