@@ -66,6 +66,16 @@ class FalseAlarms(unittest.TestCase):
             self.assertIn("correlated", " ".join(verdict.notes))
         self.assertLessEqual(failures, stats.binom.ppf(1 - 1e-4, 40, 0.05))
 
+    def test_a_corner_that_few_samples_miss_is_no_failure(self):
+        # One pixel is 1 % of another colour: the few samples of A all miss it, B's many don't.
+        exact = np.repeat(picture()[None, :, :, None], 4, axis=0)
+        with_corner = exact.copy()
+        with_corner[:, 30, 0] *= np.linspace(0.9899, 0.9901, 4)[:, None]
+        verdict = compare(Estimate.from_renders("a", exact),
+                          Estimate.from_renders("b", with_corner))
+        self.assertTrue(verdict.tests[2].passed, verdict.tests[2].worst)
+        self.assertIn("6 values without noise beside", " ".join(verdict.notes))
+
     def test_without_noise_rounding_passes_and_more_fails(self):
         exact = picture()[:, :, None]
         for factor, passes in ((1, True), (1 + 1e-6, True), (1.0005, False)):

@@ -15,9 +15,8 @@ orders of magnitude where the limit is one in a million. Therefore
   * a pixel's variance is its own or the mean over itself and its neighbours (3x3), whichever is
     larger: those that missed the bright path take it from those that met it. A pixel that met it has
     a variance of its own in proportion, and is no outlier;
-  * nor is a pixel's variance less than that of the other picture's, times the ratio that the two
-    have over the image: an edge that cuts off a corner of the pixel may be met by none of the few
-    samples of one picture, and by some of the many of the other;
+  * a pixel without noise in either picture, but with some in its neighbourhood, is left to its tile:
+    all 16 renders may miss, or may meet equally often, an edge that cuts off a corner;
   * a pooled variance has the degrees of freedom that Satterthwaite gives for the sum: few where one
     member makes up most of it;
   * tiles sum the variances of their pixels, 256 times the sample. Where the renders show that pixels
@@ -36,6 +35,7 @@ from .images import BadInput, size
 
 TILE = 16
 DETECTED = 0.9  # how often a bias of the size that is printed must be found
+NO_NOISE = 1e-6  # relative standard deviation that summation in single precision may leave
 CORRELATED = 1e-3  # false-alarm rate of the test for correlated pixels
 
 
@@ -60,7 +60,7 @@ class Verdict:
     tests: list
     masked: int
     notes: list
-    p_of_pixels: np.ndarray  # (height, width, channels), uncorrected; NaN where masked
+    p_of_pixels: np.ndarray  # (height, width, channels), uncorrected; NaN where untested
     t_of_tiles: np.ndarray  # (rows, columns, channels)
 
 
@@ -106,19 +106,11 @@ def pixel_variance(estimate, masked):
     return np.maximum(own, pooled), np.where(own >= pooled, single, members * single)
 
 
-def pixel_variances(a, b, masked):
-    """pixel_variance of both, neither below what the other's noise lets expect."""
-    spread = [pixel_variance(e, masked) for e in (a, b)]
-    noisy = (a.variance > 0) & (b.variance > 0) & ~masked[:, :, None]
-    if not noisy.any():
-        return spread
-    ratio = np.median(a.variance[noisy] / b.variance[noisy])
-    for i, (other, factor) in enumerate(((b, ratio), (a, 1 / ratio))):
-        variance, dof = spread[i]
-        expected = factor * other.variance
-        spread[i] = (np.maximum(variance, expected),
-                     np.where(expected > variance, other.renders - 1, dof))
-    return spread
+def can_be_tested(a, b, masked):
+    """Which values have noise in both pictures, or none in both around them; all else is chance."""
+    least = (NO_NOISE * np.maximum(np.abs(a.mean), np.abs(b.mean))) ** 2
+    around = neighbourhood(np.where(masked[:, :, None], 0, a.variance + b.variance))
+    return (np.minimum(a.variance, b.variance) > least) | (around <= 9 * least)
 
 
 def tile_sums(x):
@@ -219,12 +211,19 @@ def compare(a, b, alpha=0.01):
                        tiles_b[used] / shape[used], t_of_tiles[used], dof[used],
                        lambda i: tile_name(places[i], names)))
 
-    t, dof = welch(mean_a - mean_b, *pixel_variances(a, b, masked), relative * np.abs(mean_b))
-    used = np.broadcast_to(keep, t.shape)
+    t, dof = welch(mean_a - mean_b, pixel_variance(a, masked), pixel_variance(b, masked),
+                   relative * np.abs(mean_b))
+    testable = can_be_tested(a, b, masked)
+    used = keep & testable
+    if not used.any():
+        raise BadInput(f"{a.name} and {b.name}: no pixel with noise, or without any around it")
     pixels = np.argwhere(used)
     tests.append(judge("pixels", each, (mean_a - mean_b)[used], mean_b[used], t[used], dof[used],
                        lambda i: f"pixel {pixels[i][1]},{pixels[i][0]} {names[pixels[i][2]]}"))
-    p = np.where(keep, two_sided(t, dof), np.nan)
+    p = np.where(used, two_sided(t, dof), np.nan)
+    left_out = int((keep & ~testable).sum())
+    if left_out:
+        notes.append(f"{left_out} values without noise beside ones with noise are left to their tiles")
 
     for e in (a, b):
         if e.renders < 16:
