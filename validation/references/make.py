@@ -153,7 +153,7 @@ def main():
             made = make(mi, np, scene, picture, wish)
         except (OSError, RuntimeError, ValueError) as reason:
             # One bad scene must not keep the others from being made.
-            line = " ".join(str(reason).split())
+            line = getattr(reason, "strerror", None) or " ".join(str(reason).split())
             print(f"make.py: {scene}: {line}", file=sys.stderr)
             failed += 1
             continue
