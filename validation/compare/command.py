@@ -12,7 +12,8 @@ DESCRIPTION = """\
 Do two renderings of a scene have the same expectation? Each of A and B is several renders of
 different seeds, or a file of a mean with its variance (channels R, G, B, variance.R, variance.G,
 variance.B, and perhaps mask; a JSON file beside it says under "seeds" how many renders made it).
-Several renders: a quoted pattern ('out/seed*.exr'), or names with commas between. B is the reference.
+Several renders: a quoted pattern ('out/seed*.exr'), or names with commas between.
+B is the reference.
 Exit status: 0 the same as far as can be seen, 1 different, 2 bad input."""
 
 

@@ -13,15 +13,15 @@ rare bright path, and mean and variance are both too small together. Student's t
 orders of magnitude where the limit is one in a million. Therefore
 
   * a pixel's variance is its own or the mean over itself and its neighbours (3x3), whichever is
-    larger: those that missed the bright path take it from those that met it. A pixel that met it has
-    a variance of its own in proportion, and is no outlier;
-  * a pixel without noise in either picture, but with some in its neighbourhood, is left to its tile:
-    all 16 renders may miss, or may meet equally often, an edge that cuts off a corner;
+    larger: those that missed the bright path take it from those that met it. A pixel that met it
+    has a variance of its own in proportion, and is no outlier;
+  * a pixel without noise in either picture, but with some around it, is left to its tile: all 16
+    renders may miss, or may meet equally often, an edge that cuts off a corner;
   * a pooled variance has the degrees of freedom that Satterthwaite gives for the sum: few where one
     member makes up most of it;
-  * tiles sum the variances of their pixels, 256 times the sample. Where the renders show that pixels
-    are correlated (a reconstruction filter, lights shared by all pixels), the variance is that of
-    the tile's mean from render to render;
+  * tiles sum the variances of their pixels, 256 times the sample. Where the renders show that
+    pixels are correlated (a reconstruction filter, lights shared by all pixels), the variance is
+    that of the tile's mean from render to render;
   * the image's variance is always the one from render to render, where the renders are known.
 
 What this costs is power for a lone pixel among much noisier neighbours.
@@ -41,8 +41,8 @@ CORRELATED = 1e-3  # false-alarm rate of the test for correlated pixels
 
 @dataclasses.dataclass
 class Test:
-    """One family of values. detectable: the relative bias found 9 times out of 10, of the value that
-    is in the middle in that; None if all is black."""
+    """One family of values. detectable: the relative bias found 9 times out of 10, of the value
+    that is in the middle in that; None if all is black."""
 
     name: str
     passed: bool
@@ -223,7 +223,8 @@ def compare(a, b, alpha=0.01):
     p = np.where(used, two_sided(t, dof), np.nan)
     left_out = int((keep & ~testable).sum())
     if left_out:
-        notes.append(f"{left_out} values without noise beside ones with noise are left to their tiles")
+        notes.append(f"{left_out} values without noise beside ones with noise are left to their "
+                     "tiles")
 
     for e in (a, b):
         if e.renders < 16:

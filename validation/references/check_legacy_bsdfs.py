@@ -64,7 +64,8 @@ def by_hand():
                "ward": 1 / (4 * math.pi * 0.04 * math.sqrt(wi[2] * wo[2])),
                "ward-duer": 1 / (4 * math.pi * 0.04 * wi[2] * wo[2])}
     for variant, c in factors.items():
-        yield variant, value("ward", {"variant": variant, "alpha_u": 0.1, "alpha_v": 0.4}, wi, wo)[0], \
+        parameters = {"variant": variant, "alpha_u": 0.1, "alpha_v": 0.4}
+        yield variant, value("ward", parameters, wi, wo)[0], \
             wo[2] * (0.5 / math.pi + 0.2 * c * gauss)
     bright = {"diffuse_reflectance": 0.9, "specular_reflectance": 0.6, "exponent": 30.0}
     yield "phong, scaled", value("phong", bright, wi, wo)[0], \

@@ -32,8 +32,8 @@ def reflectances(props):
 
     kd, ks = colour("diffuse_reflectance", 0.5), colour("specular_reflectance", 0.2)
     most = max(d + s for d, s in zip(kd, ks))
-    conserve = props["ensure_energy_conservation"] if "ensure_energy_conservation" in props else True
-    if conserve and most > 1:
+    name = "ensure_energy_conservation"
+    if most > 1 and (name not in props or props[name]):
         kd, ks = ([x * 0.99 / most for x in k] for k in (kd, ks))
 
     def luminance(k):
@@ -55,7 +55,7 @@ def build_classes():
     """The classes derive from those of the variant that is set, so they are made after it."""
 
     class DiffuseAndLobe(mi.BSDF):
-        """kd / pi and a glossy lobe that lobe(wi, wo) -> (f cos_o, density) and sample_lobe define."""
+        """kd / pi and the glossy lobe of lobe(wi, wo) -> (f cos_o, density) and sample_lobe."""
 
         def __init__(self, props, name):
             mi.BSDF.__init__(self, props)
