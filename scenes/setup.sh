@@ -13,6 +13,9 @@ kinome_report_packages="python3-matplotlib python3-pil"
 kinome_python=python3
 [ ! -x /usr/bin/python3 ] || kinome_python=/usr/bin/python3
 
+# What validation/kinome-compare and its tests need beside kinome_packages.
+kinome_compare_packages="python3-openimageio python3-scipy python3-matplotlib"
+
 # One question for all packages; those that are not fully installed, one a line.
 kinome_missing_packages() {
   # shellcheck disable=SC2086

@@ -1,0 +1,271 @@
+"""The test of the test: a comparison passes correct renderings at its stated rate, and fails those
+with a small defect, first on pictures with known noise, then on renders by the program."""
+
+import concurrent.futures
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+from scipy import stats
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
+from compare import Errors, Estimate, compare, load  # noqa: E402
+from simulated_renders import (HEIGHT, RENDERS, WIDTH, X, Y, estimate, picture,  # noqa: E402
+                               write_rgb)
+
+KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
+
+
+class FalseAlarms(unittest.TestCase):
+    """Failures are counted against the binomial distribution at a false-alarm rate of 1e-4."""
+
+    def test_200_correct_comparisons_fail_at_the_stated_rate(self):
+        rng = np.random.default_rng(20)
+        alphas, failures, p = (0.01, 0.1), [0, 0], []
+        for i in range(200):
+            kind = ("gamma", "firefly", "gamma", "lognormal", "gamma")[i % 5]
+            a = estimate(rng, picture(), 8, kind)
+            b = estimate(rng, picture(), 32, kind, stored=True)
+            for j, alpha in enumerate(alphas):
+                verdict = compare(a, b, alpha)
+                failures[j] += not verdict.passed
+            p.append(verdict.tests[0].p)
+        for alpha, count in zip(alphas, failures):
+            self.assertLessEqual(count, stats.binom.ppf(1 - 1e-4, 200, alpha), alpha)
+        # The image's test promises its rate to the point, not only at most.
+        low, high = stats.binom.ppf([0.5e-4, 1 - 0.5e-4], 200, 0.2)
+        self.assertGreaterEqual((np.array(p) < 0.2).sum(), low)
+        self.assertLessEqual((np.array(p) < 0.2).sum(), high)
+
+    def test_fewer_renders_keep_the_rate(self):
+        rng = np.random.default_rng(21)
+        failures = sum(not compare(estimate(rng, picture(), 8, "gamma", renders=6),
+                                   estimate(rng, picture(), 32, "gamma", stored=True), 0.02).passed
+                       for _ in range(40))
+        self.assertLessEqual(failures, stats.binom.ppf(1 - 1e-4, 40, 0.02))
+
+    def test_correlated_pixels_are_noticed_and_keep_the_rate(self):
+        rng = np.random.default_rng(3)
+
+        def blurred():
+            # As a reconstruction filter of 3x3 pixels does, and some light that all pixels share.
+            noise = rng.standard_normal((HEIGHT + 2, WIDTH + 2))
+            noise = sum(noise[i:i + HEIGHT, j:j + WIDTH] for i in range(3) for j in range(3))
+            return (picture() * (1 + 0.05 * noise + 0.02 * rng.standard_normal()))[:, :, None]
+
+        failures = 0
+        for _ in range(40):
+            a, b = (Estimate.from_renders(n, [blurred() for _ in range(RENDERS)]) for n in "ab")
+            verdict = compare(a, b, 0.05)
+            failures += not verdict.passed
+            self.assertIn("correlated", " ".join(verdict.notes))
+        self.assertLessEqual(failures, stats.binom.ppf(1 - 1e-4, 40, 0.05))
+
+    def test_a_corner_that_few_samples_miss_is_no_failure(self):
+        # One pixel is 1 % of another colour: the few samples of A all miss it, B's many don't.
+        exact = np.repeat(picture()[None, :, :, None], 4, axis=0)
+        with_corner = exact.copy()
+        with_corner[:, 30, 0] *= np.linspace(0.9899, 0.9901, 4)[:, None]
+        verdict = compare(Estimate.from_renders("a", exact),
+                          Estimate.from_renders("b", with_corner))
+        self.assertTrue(verdict.tests[2].passed, verdict.tests[2].worst)
+        self.assertIn("6 values without noise beside", " ".join(verdict.notes))
+
+    def test_without_noise_rounding_passes_and_more_fails(self):
+        exact = picture()[:, :, None]
+        for factor, passes in ((1, True), (1 + 1e-6, True), (1.0005, False)):
+            a = Estimate.from_renders("a", [exact * factor] * 4)
+            b = Estimate.from_renders("b", [exact] * 4)
+            self.assertEqual(compare(a, b).passed, passes, factor)
+
+
+def spot(smooth):
+    """A spot straight above a floor: cutoff at 40 degrees, full within 30."""
+    r2 = ((X - 31.5) / 22) ** 2 + ((Y - 23.5) / 22) ** 2
+    theta = np.degrees(np.arctan(np.sqrt(r2)))
+    t = np.clip((40 - theta) / 10, 0, 1)
+    return 0.01 + (t * t * (3 - 2 * t) if smooth else t) / (1 + r2) ** 2
+
+
+def texture(shift):
+    """A texture of 24x16 texels, read bilinearly."""
+    texels = np.random.default_rng(1).uniform(0.2, 0.8, (16, 24))
+    u, v = (X + 0.5) / WIDTH * 24 - 0.5 + shift, (Y + 0.5) / HEIGHT * 16 - 0.5
+    i, j = np.floor(u).astype(int), np.floor(v).astype(int)
+
+    def at(row, column):
+        return texels[row % 16, column % 24]
+
+    return ((1 - v + j) * ((1 - u + i) * at(j, i) + (u - i) * at(j, i + 1)) +
+            (v - j) * ((1 - u + i) * at(j + 1, i) + (u - i) * at(j + 1, i + 1)))
+
+
+class Defects(unittest.TestCase):
+    """Noise: 2 % to 6 % of a pixel's mean, as of small references made in a few seconds; a third of
+    that where `samples` says so."""
+
+    def assert_fails(self, defective, correct, tests=("image", "tiles", "pixels"), samples=400):
+        for seed in range(3):
+            rng = np.random.default_rng(seed)
+            a = estimate(rng, defective, samples, "gamma")
+            b = estimate(rng, correct, samples, "gamma", stored=True)
+            verdict = compare(a, b)
+            self.assertFalse(verdict.passed, [t.worst for t in verdict.tests])
+            self.assertTrue(any(not t.passed for t in verdict.tests if t.name in tests))
+
+    def test_radiance_off_by_three_thousandths(self):
+        self.assert_fails(picture() * 1.003, picture(), ("image",), samples=4000)
+
+    def test_half_a_texel(self):
+        self.assert_fails(texture(0.5), texture(0), ("tiles", "pixels"))
+
+    def test_one_wrong_tile(self):
+        wrong = picture()
+        wrong[16:32, 32:48] *= 1.03
+        self.assert_fails(wrong, picture(), ("tiles",))
+
+    def test_a_single_wrong_pixel(self):
+        wrong = picture()
+        wrong[30, 50] *= 2
+        self.assert_fails(wrong, picture(), ("pixels",))
+
+    def test_a_weak_lobe_is_missing(self):
+        gloss = np.exp(-((X - 20) ** 2 + (Y - 30) ** 2) / 60)
+        gloss *= 0.008 * picture().sum() / gloss.sum()
+        self.assert_fails(picture(), picture() + gloss)
+
+    def test_a_spot_falls_off_smoothly(self):
+        self.assert_fails(spot(smooth=True), spot(smooth=False), ("tiles", "pixels"))
+
+    def test_the_size_of_bias_that_is_printed_is_found_nine_times_in_ten(self):
+        rng = np.random.default_rng(9)
+        b = estimate(rng, picture(), 100, "gamma", stored=True)
+        size = compare(estimate(rng, picture(), 100, "gamma"), b).tests[0].detectable
+        found = 0
+        for _ in range(60):
+            b = estimate(rng, picture(), 100, "gamma", stored=True)
+            a = estimate(rng, picture() * (1 + size), 100, "gamma")
+            found += not compare(a, b).tests[0].passed
+        # The size itself comes from a variance of 15 degrees of freedom: it may be 20 % too small,
+        # and then the bias is found only 7 times in 10.
+        self.assertGreaterEqual(found, stats.binom.ppf(1e-4, 60, 0.7))
+
+class ErrorFigures(unittest.TestCase):
+    def test_the_noise_of_the_reference_is_subtracted(self):
+        rng = np.random.default_rng(2)
+        exact = picture()[:, :, None]
+        left, plain = [], []
+        for _ in range(10):
+            reference = estimate(rng, picture(), 400, "gamma", stored=True)
+            left.append(Errors.of(exact, reference, reference.masked).relmse)
+            reference.variance[:] = 0
+            plain.append(Errors.of(exact, reference, reference.masked).relmse)
+        self.assertGreater(np.mean(plain), 20 * abs(np.mean(left)))
+
+    def test_against_the_formula(self):
+        reference = Estimate("r", np.array([[[1.0], [3.0]]]), np.array([[[0.01], [0.0]]]), 16)
+        errors = Errors.of(np.array([[[2.0], [3.0]]]), reference, reference.masked)
+        self.assertAlmostEqual(errors.relmse, (1 - 0.01) / (1 + 0.04) / 2, places=14)
+        self.assertAlmostEqual(errors.maximum, (1 - 0.01) / (1 + 0.04), places=14)
+
+
+SCENE = """<scene version="3.0.0">
+  <default name="radiance" value="1"/> <default name="turn" value="0"/>
+  <default name="gloss" value="0.006"/>
+  <integrator type="direct"/>
+  <sensor type="perspective">
+    <float name="fov" value="40"/>
+    <transform name="to_world">
+      <lookat origin="0, 2, 5" target="0, 0.7, 0" up="0, 1, 0"/>
+    </transform>
+    <sampler type="ldsampler"> <integer name="sample_count" value="16"/> </sampler>
+    <film type="hdrfilm">
+      <integer name="width" value="48"/> <integer name="height" value="32"/>
+      <string name="component_format" value="float32"/> <rfilter type="box"/>
+    </film>
+  </sensor>
+  <emitter type="envmap">
+    <string name="filename" value="sky.exr"/> <float name="scale" value="$radiance"/>
+    <transform name="to_world"> <rotate y="1" angle="$turn"/> </transform>
+  </emitter>
+  <shape type="sphere">
+    <point name="center" x="0" y="1" z="0"/>
+    <bsdf type="phong">
+      <float name="exponent" value="20"/> <rgb name="diffuse_reflectance" value="0.6, 0.5, 0.4"/>
+      <float name="specular_reflectance" value="$gloss"/>
+    </bsdf>
+  </shape>
+  <shape type="rectangle">
+    <transform name="to_world"> <rotate x="1" angle="-90"/> <scale value="4"/> </transform>
+    <bsdf type="diffuse"/>
+  </shape>
+</scene>
+"""
+
+
+class Renders(unittest.TestCase):
+    """By the program, 48x32 pixels, 16 seeds of 16 samples each."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        rng = np.random.default_rng(0)
+        sky = rng.uniform(0.3, 1, (32, 64, 3))
+        sky[8:10, 20:23] = 30
+        write_rgb(cls.folder / "sky.exr", sky)
+        (cls.folder / "scene.xml").write_text(SCENE)
+        cls.correct = cls.render("correct", 100)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    @classmethod
+    def render(cls, name, first_seed, **defines):
+        def one(seed):
+            command = [KINOME, "-q", "-t", "1", "--seed", str(seed), cls.folder / "scene.xml", "-o",
+                       cls.folder / f"{name}-{seed}.exr"]
+            for key, value in defines.items():
+                command += ["-D", f"{key}={value}"]
+            result = subprocess.run(command, check=False, capture_output=True, text=True)
+            assert result.returncode == 0, result.stderr
+
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(one, range(first_seed, first_seed + RENDERS)))
+        return load(cls.folder / f"{name}-*.exr")
+
+    def assert_fails(self, defective):
+        verdict = compare(defective, self.correct)
+        self.assertFalse(verdict.passed, [t.worst for t in verdict.tests])
+
+    def test_a_correct_one_passes(self):
+        for i in range(3):
+            verdict = compare(self.render(f"again{i}", 200 + RENDERS * i), self.correct)
+            self.assertTrue(verdict.passed, [t.worst for t in verdict.tests])
+
+    def test_radiance_off_by_three_thousandths(self):
+        self.assert_fails(self.render("bright", 300, radiance=1.003))
+
+    def test_the_environment_turned_by_half_a_texel(self):
+        self.assert_fails(self.render("turned", 300, turn=360 / 64 / 2))
+
+    def test_a_weak_lobe_is_missing(self):
+        dull = self.render("dull", 300, gloss=0)
+        share = 1 - dull.mean.sum() / self.correct.mean.sum()
+        self.assertLess(share, 0.01)  # of the light: the case is what it says
+        self.assert_fails(dull)
+
+    def test_one_wrong_tile(self):
+        wrong = self.render("wrong", 300)
+        wrong.stack[:, :16, 16:32] *= 1.01
+        self.assert_fails(Estimate.from_renders("wrong", wrong.stack))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,67 @@
+"""Renders the scenes of validation/scenes, and compares them with Mitsuba's pictures of the same
+files, which are in validation/references with a note each of how they were made.
+
+One tenth of the false-alarm rate that kinome-compare has by itself, as there are many scenes. The
+seeds are fixed: what passes keeps passing until something changes.
+"""
+
+import concurrent.futures
+import hashlib
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "validation"))
+from compare import compare, load  # noqa: E402
+
+KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
+SCENES = sorted((ROOT / "validation/scenes").glob("*.xml"))
+REFERENCES = ROOT / "validation/references"
+RENDERS = 16
+SAMPLES = 16
+ALPHA = 0.001
+
+
+def render(scene, folder):
+    """Estimate from RENDERS seeds, with the integrator that the scene names itself."""
+
+    def one(seed):
+        command = [KINOME, "-q", "-t", "1", "--seed", str(1000 + seed), "-D", f"spp={SAMPLES}",
+                   "-D", "sampler=ldsampler", "-o", folder / f"{seed:02}.exr", scene]
+        result = subprocess.run(command, check=False, capture_output=True, text=True)
+        assert result.returncode == 0, result.stderr
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(one, range(RENDERS)))
+    return load(folder / "*.exr")
+
+
+class References(unittest.TestCase):
+    def test_every_scene_has_a_reference_of_its_present_text(self):
+        self.assertGreaterEqual(len(SCENES), 12)
+        self.assertEqual([s.stem for s in SCENES],
+                         sorted(p.stem for p in REFERENCES.glob("*.exr")))
+        for scene in SCENES:
+            note = json.loads((REFERENCES / f"{scene.stem}.json").read_text(encoding="utf-8"))
+            self.assertEqual(note["scene_sha256"], hashlib.sha256(scene.read_bytes()).hexdigest(),
+                             f"{scene.name} has changed: run validation/references/make.py")
+            self.assertGreaterEqual(note["seeds"], 16)
+
+    def test_every_scene_agrees(self):
+        for scene in SCENES:
+            with self.subTest(scene=scene.stem), tempfile.TemporaryDirectory() as folder:
+                verdict = compare(render(scene, pathlib.Path(folder)),
+                                  load(REFERENCES / f"{scene.stem}.exr"), ALPHA)
+                lines = [f"{'pass' if t.passed else 'FAIL'} {t.name}: p = {t.p:.3g}, {t.failed} of "
+                         f"{t.values}, finds {t.detectable:.3%}; {t.worst}" for t in verdict.tests]
+                print(scene.stem, *lines, *verdict.notes, sep="\n  ")
+                self.assertTrue(verdict.passed, "\n".join(lines))
+
+
+if __name__ == "__main__":
+    unittest.main()

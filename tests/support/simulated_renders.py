@@ -1,0 +1,63 @@
+"""Pictures and renders with known noise, for the tests of the comparison."""
+
+import pathlib
+import sys
+
+import numpy as np
+import OpenImageIO as oiio
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "validation"))
+from compare import Estimate  # noqa: E402
+
+HEIGHT, WIDTH = 48, 64
+Y, X = np.mgrid[0:HEIGHT, 0:WIDTH]
+RENDERS = 16
+
+
+def write_exr(path, channels, kind=oiio.FLOAT):
+    """channels: {name: (height, width)}."""
+    height, width = next(iter(channels.values())).shape
+    spec = oiio.ImageSpec(width, height, len(channels), kind)
+    spec.channelnames = list(channels)
+    out = oiio.ImageOutput.create(str(path))
+    assert out.open(str(path), spec), oiio.geterror()
+    out.write_image(np.stack(list(channels.values()), axis=2).astype(np.float32))
+    out.close()
+
+
+def write_rgb(path, image, kind=oiio.FLOAT):
+    write_exr(path, {name: image[:, :, i] for i, name in enumerate("RGB")}, kind)
+
+
+def picture():
+    """A radiance that varies 20 times over the picture, with a lamp in view that has no noise."""
+    image = 0.2 + 0.6 * np.sin(X / 9) ** 2 * np.cos(Y / 13) ** 2
+    image = image + 3 * np.exp(-((X - 40) ** 2 + (Y - 20) ** 2) / 30)
+    image[5:9, 5:12] = 6
+    return image
+
+
+def noisy(rng, image, samples, kind):
+    """A render of `samples` a pixel, each a random number with the tails of a path tracer's."""
+    shape = image.shape
+    if kind == "gamma":  # a few strong contributions among many near zero; worse to the left
+        k = samples * (0.05 + 0.5 * X / WIDTH)
+        factor = rng.gamma(k) / k
+    elif kind == "lognormal":
+        normal = rng.standard_normal((samples, *shape), np.float32)
+        factor = np.exp(np.float32(1.2) * normal - np.float32(0.72)).mean(axis=0, dtype=float)
+    else:  # fireflies: half of the light in one sample of 125 to 1000
+        rare = 0.0045 + 0.0035 * np.sin(X / 3)
+        factor = (rng.gamma(samples, size=shape) + rng.binomial(samples, rare) / rare) / samples / 2
+    factor[5:9, 5:12] = 1
+    return image * factor
+
+
+def estimate(rng, image, samples, kind, stored=False, renders=RENDERS):
+    """An estimate of one channel; `stored`: as from a file of mean and variance."""
+    made = Estimate.from_renders(
+        "simulated", [noisy(rng, image, samples, kind)[:, :, None] for _ in range(renders)])
+    if stored:
+        made.stack = None
+    return made

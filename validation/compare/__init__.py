@@ -1,0 +1,6 @@
+"""Comparison of renders by statistics: see kinome-compare."""
+from .errors import Errors, flip
+from .images import BadInput, Estimate, load
+from .verdict import Verdict, compare
+
+__all__ = ["BadInput", "Errors", "Estimate", "Verdict", "compare", "flip", "load"]

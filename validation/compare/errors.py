@@ -1,0 +1,47 @@
+"""Measures of error: relMSE with the reference's noise taken out, and FLIP."""
+import dataclasses
+
+import numpy as np
+
+try:
+    import flip_evaluator
+except ImportError:
+    flip_evaluator = None
+
+
+@dataclasses.dataclass
+class Errors:
+    """relMSE = mean[((I - R)² - var R) / (R² + 0.01 mean(R)²)] over all values that aren't masked.
+
+    trimmed: without the largest 0.1 % of the values; maximum: the largest value.
+    """
+
+    relmse: float
+    trimmed: float
+    maximum: float
+
+    @classmethod
+    def of(cls, image, reference, masked):
+        """Of an array against an Estimate. What is left of an exact picture is 0 on average, and so
+        may be slightly negative."""
+        r = reference.mean[~masked]
+        floor = 0.01 * r.mean() ** 2
+        if floor == 0 and not r.any():
+            floor = 1.0  # a black reference: absolute errors
+        values = np.sort((((image[~masked] - r) ** 2 - reference.variance[~masked]) /
+                          (r ** 2 + floor)).ravel())
+        kept = len(values) - int(np.ceil(len(values) / 1000))
+        return cls(float(values.mean()), float(values[:max(kept, 1)].mean()), float(values[-1]))
+
+
+def flip(image, reference, masked):
+    """Mean HDR-FLIP, or None where the package flip-evaluator isn't installed."""
+    if flip_evaluator is None:
+        return None
+    pictures = []
+    for picture in (reference, image):
+        picture = np.where(masked[:, :, None], 0, picture)
+        if picture.shape[2] == 1:
+            picture = np.repeat(picture, 3, axis=2)
+        pictures.append(np.maximum(picture, 0).astype(np.float32))
+    return float(flip_evaluator.evaluate(*pictures, "HDR")[1])

@@ -1,0 +1,167 @@
+"""Reading: one estimate of a picture (mean and variance of the mean) from files.
+
+An estimate is one file that holds both, or several renders of different seeds. Files are OpenEXR or
+PFM with linear radiance.
+"""
+import dataclasses
+import glob
+import json
+import os
+import pathlib
+
+import numpy as np
+import OpenImageIO as oiio
+
+FEWEST = 4  # renders; with fewer, a variance says next to nothing of noise with heavy tails
+ENOUGH = 16
+
+
+class BadInput(Exception):
+    """What the user has to put right, in one line."""
+
+
+@dataclasses.dataclass
+class Estimate:
+    """A picture's values with their uncertainty. Arrays are float64, rows from the top.
+
+    mean, variance: (height, width, channels); variance is that of the mean, not of one render.
+    renders: how many independent renders the variance comes from.
+    stack: (renders, height, width, channels) where the renders themselves are known, or None.
+    masked: (height, width), pixels that have no value; their mean and variance are 0.
+    rounding: relative error that the file's number format may leave in any value.
+    """
+
+    name: str
+    mean: np.ndarray
+    variance: np.ndarray
+    renders: int
+    stack: np.ndarray | None = None
+    masked: np.ndarray | None = None
+    nans: int = 0
+    infinities: int = 0
+    rounding: float = 1e-5
+
+    def __post_init__(self):
+        if self.masked is None:
+            self.masked = np.zeros(self.mean.shape[:2], bool)
+
+    @classmethod
+    def from_renders(cls, name, stack, rounding=1e-5):
+        """Of several renders; a pixel that is not finite in any one of them is masked."""
+        stack = np.array(stack, np.float64)
+        broken = ~np.isfinite(stack)
+        masked = broken.any(axis=(0, 3))
+        nans, infinities = int(np.isnan(stack).sum()), int(np.isinf(stack).sum())
+        stack[:, masked] = 0
+        return cls(name, stack.mean(axis=0), stack.var(axis=0, ddof=1) / len(stack), len(stack),
+                   stack, masked, nans, infinities, rounding)
+
+
+def files_of(pattern):
+    """A name that exists is that file; else it is a pattern, or several of either with commas."""
+    if os.path.exists(pattern):
+        return [pattern]
+    names = []
+    for part in pattern.split(","):
+        found = [part] if os.path.exists(part) else sorted(glob.glob(part))
+        if not found:
+            raise BadInput(f"{part}: no such file")
+        names += found
+    return names
+
+
+def read(path):
+    """(values by channel name, relative rounding error) of an EXR or PFM file."""
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        reason = oiio.geterror().splitlines() or ["unknown format"]
+        raise BadInput(f"{path}: can't be read: {reason[0]}")
+    spec = source.spec()
+    if spec.format.basetype not in (oiio.FLOAT, oiio.HALF):
+        raise BadInput(f"{path}: holds {spec.format}, expected an OpenEXR or PFM file of floats")
+    pixels = source.read_image(oiio.FLOAT)
+    if pixels is None:
+        raise BadInput(f"{path}: can't be read: {(source.geterror().splitlines() or ['?'])[0]}")
+    source.close()
+    # Half floats have 11 bits; what many of them leave in a mean has no sign, but may in one value.
+    rounding = 2.0 ** -12 if spec.format.basetype == oiio.HALF else 1e-5
+    pixels = np.asarray(pixels, np.float64).reshape(spec.height, spec.width, spec.nchannels)
+    return {name: pixels[:, :, i] for i, name in enumerate(spec.channelnames)}, rounding
+
+
+def colour(path, channels, prefix=""):
+    """The colour channels of a file as one array, or None if it has none of that prefix."""
+    for names in (("R", "G", "B"), ("Y",)):
+        if all(prefix + name in channels for name in names):
+            return np.stack([channels[prefix + name] for name in names], axis=2)
+    if prefix:
+        return None
+    raise BadInput(f"{path}: needs channels R, G, B or Y, has {', '.join(channels)}")
+
+
+def load_mean(path, renders):
+    """An estimate that is stored as such: channels R, G, B, variance.R, …, and perhaps mask."""
+    channels, rounding = read(path)
+    mean, variance = colour(path, channels), colour(path, channels, "variance.")
+    if variance is None:
+        raise BadInput(f"{path}: one render without variance: give at least {FEWEST} of different "
+                       "seeds, or a file with channels variance.R, variance.G, variance.B")
+    if mean.shape != variance.shape:
+        raise BadInput(f"{path}: mean and variance have different channels")
+    note = pathlib.Path(path).with_suffix(".json")
+    if renders is None and note.is_file():
+        try:
+            renders = json.loads(note.read_text(encoding="utf-8")).get("seeds")
+        except (ValueError, AttributeError) as reason:
+            raise BadInput(f"{note}: not the JSON object that belongs to a reference: "
+                           f"{reason}") from reason
+    if renders is None:
+        raise BadInput(f"{path}: of how many renders is its variance? No \"seeds\" in {note.name} "
+                       "beside it: say so by --renders-a or --renders-b")
+    if not isinstance(renders, int) or renders < FEWEST:
+        raise BadInput(f"{path}: variance from {renders} renders, needs at least {FEWEST}")
+    masked = channels["mask"] > 0.5 if "mask" in channels else np.zeros(mean.shape[:2], bool)
+    broken = ~(np.isfinite(mean) & np.isfinite(variance)) & ~masked[:, :, None]
+    nans = int((np.isnan(mean) | np.isnan(variance))[~masked].sum())
+    infinities = int(broken.sum()) - nans
+    masked = masked | broken.any(axis=2)
+    mean, variance = (np.where(masked[:, :, None], 0, x) for x in (mean, variance))
+    if (variance < 0).any():
+        raise BadInput(f"{path}: {int((variance < 0).sum())} variances are negative")
+    return Estimate(str(path), mean, variance, renders, None, masked, nans, infinities, rounding)
+
+
+def load_renders(names):
+    """The estimate that several renders of different seeds make."""
+    if len(names) < FEWEST:
+        raise BadInput(f"{names[0]} and others: {len(names)} renders, needs at least {FEWEST} "
+                       f"({ENOUGH} where the sampler is stratified or of low discrepancy)")
+    stack, roundings = [], []
+    for name in names:
+        channels, rounding = read(name)
+        stack.append(colour(name, channels))
+        roundings.append(rounding)
+        if stack[-1].shape != stack[0].shape:
+            raise BadInput(f"{name}: {size(stack[-1])}, but {names[0]} is {size(stack[0])}")
+    # The same seed twice would pass for a certainty that isn't there. Without any noise at all,
+    # every render is the same, and rightly so.
+    first, twins = {}, []
+    for image, name in zip(stack, names):
+        other = first.setdefault(image.tobytes(), name)
+        if other is not name:
+            twins.append((other, name))
+    if twins and len(first) > 1:
+        raise BadInput(f"{twins[0][0]} and {twins[0][1]} are the same picture: render with "
+                       "different seeds")
+    label = names[0] if len(names) == 1 else f"{names[0]} … {pathlib.Path(names[-1]).name}"
+    return Estimate.from_renders(label, stack, max(roundings))
+
+
+def load(pattern, renders=None):
+    """The estimate in one file, or of the renders that the pattern names. See files_of."""
+    names = files_of(str(pattern))
+    return load_mean(names[0], renders) if len(names) == 1 else load_renders(names)
+
+
+def size(image):
+    return f"{image.shape[1]}x{image.shape[0]} with {image.shape[2]} channels"
