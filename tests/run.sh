@@ -32,7 +32,7 @@ while [ "$arguments" -gt 0 ]; do
 done
 build=${KINOME_BUILD:-$root/build${sanitizer:+-$sanitizer}}
 . "$root/scenes/setup.sh"
-kinome_packages="$kinome_packages $kinome_compare_packages"
+kinome_packages="$kinome_packages $kinome_report_packages $kinome_compare_packages"
 
 finish() {
   echo "$1 passed, $2 failed"
@@ -58,7 +58,6 @@ configure() {
   fi
 }
 
-kinome_packages="$kinome_packages $kinome_report_packages"
 require kinome_install_packages
 require configure
 targets=all
