@@ -181,11 +181,14 @@ std::string inspect(const Scene& scene, const Sensor& sensor, RenderContext& con
   const Film& film = sensor.film();
   if (pixel.x < 0 || pixel.y < 0 || pixel.x >= static_cast<float>(film.width()) ||
       pixel.y >= static_cast<float>(film.height())) {
-    throw Error(fmt::format("--inspect: the film has pixels 0,0 to {},{}, and not {},{}",
-                            film.width() - 1, film.height() - 1, pixel.x, pixel.y));
+    throw Error(fmt::format("the film has pixels 0,0 to {},{}, and not {},{}", film.width() - 1,
+                            film.height() - 1, pixel.x, pixel.y));
   }
   const auto reports = scene.integrator().inspect(scene, sensor, context, pixel + 0.5f);
-  if (reports.empty()) throw Error("--inspect: no emitter offers light points, so none are chosen");
+  if (reports.empty())
+    throw Error(
+        "no emitter offers light points: environments do, and lamps by "
+        "their bounce, with max_depth 3");
   std::string names;
   for (size_t i = 0; i < reports.size(); ++i) {
     const std::string name = i == 0 ? stem : fmt::format("{}-{}", stem, i + 1);

@@ -104,6 +104,9 @@ void interpret(const RawOptions& raw, Options& options) {
       throw Error("--inspect: expected a pixel as X,Y, got '" + raw.inspect + "'");
     }
     options.inspect = Vec2(x, y);
+    if (options.stats != StatsFormat::kNone) {
+      throw Error("--stats: there are none with --inspect, which doesn't render");
+    }
   }
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }

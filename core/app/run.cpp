@@ -75,8 +75,9 @@ void check_output_folder(const Options& options) {
   if (options.output.empty()) {
     check_writable(fs::path(options.scene).replace_extension(".exr").string());
   } else {
-    check_writable(fs::is_directory(options.output, ignored) ? options.output
-                                                             : options.output + ".exr");
+    const bool whole =
+        fs::is_directory(options.output, ignored) || fs::path(options.output).has_extension();
+    check_writable(whole ? options.output : options.output + ".exr");
   }
 }
 
@@ -155,7 +156,13 @@ int render_command(const Options& options, Clock::time_point start) {
 
   if (options.inspect) {
     const std::string stem = fs::path(output).replace_extension("").string();
-    const std::string names = inspect(*scene, sensor, context, *options.inspect, stem);
+    std::string names;
+    try {
+      names = inspect(*scene, sensor, context, *options.inspect, stem);
+    } catch (const Error& error) {
+      throw Error(
+          fmt::format("--inspect {},{}: {}", options.inspect->x, options.inspect->y, error.what()));
+    }
     if (!options.quiet) fmt::print(stderr, "wrote {}\n", names);
     return 0;
   }

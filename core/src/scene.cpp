@@ -75,7 +75,9 @@ void Scene::check_bounces() const {
   for (size_t i = 0; i < indirect_emitters_.size(); ++i) {
     for (size_t k = 0; k < i; ++k) {
       if (overlap(*indirect_emitters_[i], *indirect_emitters_[k])) {
-        throw Error("two emitters offer the bounce of the same light, which would count twice");
+        throw Error(Location{contents_.file},
+                    "two emitters offer the bounce of the same light, which would count twice: "
+                    "give each its own, or leave one out");
       }
     }
   }

@@ -336,5 +336,5 @@ class VirtualPointLights final : public Emitter {
 
 KINOME_PLUGIN(kinome::VirtualPointLights, kinome::Category::kEmitter, "vpl",
               "One bounce of other emitters' light, as virtual point lights for 'clustered' and "
-              "'groundtruth'.",
+              "'groundtruth' with max_depth 3, which bring one along where the scene has none.",
               kinome::kTable);
