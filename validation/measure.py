@@ -120,7 +120,7 @@ def rows(data):
         yield "the same without SIMD or lobe rays", "", f"{scalar['nanoseconds'] / 1e3:.2f} us"
     yield ("tree of 32,768 points", "", f"{bench['BM_BuildTree/32768']['nanoseconds'] / 1e6:.1f} ms")
     yield ("`direct` on hebe: share of the time inside Embree", "at least 60 %",
-           f"{100 * median(embree_share(s) for s in direct):.0f} %")
+           f"{100 * median(s['embree_share'] for s in direct):.0f} %")
     yield from rate_rows("direct, hebe", data["camera_samples_per_second"]["direct, hebe"],
                          "at least 2")
     yield from rate_rows("path, box", data["camera_samples_per_second"]["path, box"],
