@@ -148,8 +148,8 @@ void draw(const Inspection& report, const Scene& scene, const Sensor& sensor,
     const auto at = place_of(report, sensor, sample.position);
     // A disk's area tells the weight, within reason.
     const auto radius = static_cast<float>(std::clamp(1.5 * std::sqrt(sample.weight), 1.5, 6.));
-    if (at)
-      view.canvas.disk(*at, radius, sample.visible ? Rgb(1, 0.05f, 0.02f) : Rgb(0.1f, 0.3f, 1));
+    const Rgb color = sample.visible ? Rgb(1, 0.05f, 0.02f) : Rgb(0.1f, 0.3f, 1);
+    if (at) view.canvas.disk(*at, radius, color);
   }
   if (!distant) {
     const auto at = sensor.connect(report.position, Vec2(0.5f));
@@ -185,10 +185,11 @@ std::string inspect(const Scene& scene, const Sensor& sensor, RenderContext& con
                             film.height() - 1, pixel.x, pixel.y));
   }
   const auto reports = scene.integrator().inspect(scene, sensor, context, pixel + 0.5f);
-  if (reports.empty())
+  if (reports.empty()) {
     throw Error(
-        "no emitter offers light points: environments do, and lamps by "
-        "their bounce, with max_depth 3");
+        "no emitter offers light points: environments do, and lamps by their bounce, with "
+        "max_depth 3");
+  }
   std::string names;
   for (size_t i = 0; i < reports.size(); ++i) {
     const std::string name = i == 0 ? stem : fmt::format("{}-{}", stem, i + 1);

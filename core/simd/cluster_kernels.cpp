@@ -27,8 +27,8 @@ V corner_term(V normal, V lo, V hi) {
   return hn::Max(hn::Mul(normal, lo), hn::Mul(normal, hi));
 }
 
-/// 1 / sqrt(x) for finite x > 0 to 1e-5: the machine's estimate and a Newton step, in a quarter of
-/// the time of a root and a division. Estimates differ from one make of processor to another.
+/// 1 / sqrt(x) for finite x > 0 to 1e-5: the machine's estimate and a Newton step, faster than a
+/// root and a division. Estimates differ from one make of processor to another.
 template <class V>
 V inverse_sqrt(V x) {
   const Tag d;
