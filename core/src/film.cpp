@@ -30,8 +30,28 @@ size_t pixel_offset(const Rect& rect, int x, int y, int stride) {
   return (static_cast<size_t>(y - rect.y0) * rect.width() + (x - rect.x0)) * stride;
 }
 
+/// fn(x, y, weight) for each pixel of `within` that a sample at `position` counts for.
+template <class Function>
+void for_each_pixel(const Vec2& position, const ReconstructionFilter& filter, const Rect& within,
+                    const Function& fn) {
+  const double radius = filter.radius();
+  const Footprint fx = footprint(position.x, position.x, radius);
+  const Footprint fy = footprint(position.y, position.y, radius);
+  const Rect reached = intersection({fx.first, fy.first, fx.end, fy.end}, within);
+  for (int y = reached.y0; y < reached.y1 && reached.width() > 0; ++y) {
+    const float wy = filter.eval(static_cast<float>(y + 0.5 - position.y));
+    if (wy == 0) continue;
+    for (int x = reached.x0; x < reached.x1; ++x) {
+      fn(x, y, wy * filter.eval(static_cast<float>(x + 0.5 - position.x)));
+    }
+  }
+}
+
 /// Film positions stay well within int; what lies beyond is no sample of this film.
-constexpr float kMaxPosition = 1e8f;
+bool is_on_any_film(const Vec2& position) {
+  constexpr float kMaxPosition = 1e8f;
+  return std::abs(position.x) < kMaxPosition && std::abs(position.y) < kMaxPosition;
+}
 
 }  // namespace
 
@@ -48,27 +68,17 @@ void FilmTile::add(const Vec2& position, std::span<const float> values) {
   if (values.size() != static_cast<size_t>(values_)) {
     throw std::logic_error("FilmTile::add: wrong number of values");
   }
-  bool finite = std::abs(position.x) < kMaxPosition && std::abs(position.y) < kMaxPosition;
+  bool finite = is_on_any_film(position);
   for (const float v : values) finite = finite && std::isfinite(v);
   if (!finite) {
     ++non_finite_;
     return;
   }
-  const double radius = filter_->radius();
-  const Footprint fx = footprint(position.x, position.x, radius);
-  const Footprint fy = footprint(position.y, position.y, radius);
-  const Rect reached = intersection({fx.first, fy.first, fx.end, fy.end}, covered_);
-  if (reached.area() == 0) return;
-  for (int y = reached.y0; y < reached.y1; ++y) {
-    const float wy = filter_->eval(static_cast<float>(y + 0.5 - position.y));
-    if (wy == 0) continue;
-    float* pixel = &data_[pixel_offset(covered_, reached.x0, y, values_ + 1)];
-    for (int x = reached.x0; x < reached.x1; ++x, pixel += values_ + 1) {
-      const float w = wy * filter_->eval(static_cast<float>(x + 0.5 - position.x));
-      for (int i = 0; i < values_; ++i) pixel[i] += w * values[i];
-      pixel[values_] += w;
-    }
-  }
+  for_each_pixel(position, *filter_, covered_, [&](int x, int y, float w) {
+    float* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
+    for (int i = 0; i < values_; ++i) pixel[i] += w * values[i];
+    pixel[values_] += w;
+  });
 }
 
 void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
@@ -76,7 +86,7 @@ void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
     ++non_finite_;
     return;
   }
-  splats_.push_back({position, value});
+  if (is_on_any_film(position)) splats_.push_back({position, value});
 }
 
 void Film::prepare(const std::vector<std::vector<std::string>>& layers) {
@@ -135,24 +145,16 @@ void Film::commit(const FilmTile& tile) {
 }
 
 void Film::commit_splats(const FilmTile& tile) {
-  splats_.resize(static_cast<size_t>(crop_.area()) * 3);
-  const double radius = filter_->radius();
-  // A pixel's weighted mean divides by the filter's integral over its samples; a splat has to.
-  const double norm = 1 / (filter_->integral() * filter_->integral());
+  if (splats_.empty()) {
+    splats_.resize(static_cast<size_t>(crop_.area()) * 3);
+    // A pixel's weighted mean divides by the filter's integral over its samples; a splat has to.
+    splat_norm_ = 1 / (filter_->integral() * filter_->integral());
+  }
   for (const FilmTile::Splat& splat : tile.splats_) {
-    const Vec2& p = splat.position;
-    if (!(std::abs(p.x) < kMaxPosition && std::abs(p.y) < kMaxPosition)) continue;
-    const Footprint fx = footprint(p.x, p.x, radius);
-    const Footprint fy = footprint(p.y, p.y, radius);
-    const Rect reached = intersection({fx.first, fy.first, fx.end, fy.end}, crop_);
-    for (int y = reached.y0; y < reached.y1; ++y) {
-      const double wy = filter_->eval(static_cast<float>(y + 0.5 - p.y)) * norm;
-      for (int x = reached.x0; x < reached.x1; ++x) {
-        const double w = wy * filter_->eval(static_cast<float>(x + 0.5 - p.x));
-        double* pixel = &splats_[pixel_offset(crop_, x, y, 3)];
-        for (int i = 0; i < 3; ++i) pixel[i] += w * splat.value[i];
-      }
-    }
+    for_each_pixel(splat.position, *filter_, crop_, [&](int x, int y, float w) {
+      double* const pixel = &splats_[pixel_offset(crop_, x, y, 3)];
+      for (int i = 0; i < 3; ++i) pixel[i] += w * splat_norm_ * splat.value[i];
+    });
   }
 }
 

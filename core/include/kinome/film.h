@@ -115,6 +115,7 @@ class KINOME_EXPORT Film : public Object {
   std::vector<Layer> layers_;
   std::vector<double> splats_;  ///< R, G, B of each pixel; empty until there is one
   double splat_scale_ = 1;
+  double splat_norm_ = 1;  ///< 1 / the filter's integral over the plane
   uint64_t non_finite_ = 0;
 };
 
