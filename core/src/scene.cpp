@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <thread>
+#include <unordered_set>
 
 #include "kinome/error.h"
 #include "scene_accelerator.h"
@@ -20,9 +21,10 @@ std::string describe(const Object& object, const char* kind, size_t index) {
 
 Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents)) {
   std::vector<Emitter*> all;
+  std::unordered_set<const Emitter*> known;
   const std::function<void(Emitter&, const std::string&)> add_emitter =
       [&](Emitter& emitter, const std::string& name) {
-        if (std::find(all.begin(), all.end(), &emitter) != all.end()) return;
+        if (!known.insert(&emitter).second) return;
         if (emitter.is_surface() && !emitter.shape()) {
           throw Error(name + " shines from a surface: it must be part of a shape");
         }
