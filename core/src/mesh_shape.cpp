@@ -36,6 +36,13 @@ Vec3 face_normal(const Vec3& p0, const Vec3& p1, const Vec3& p2, const Vec3& fal
   return safe_normalize(face_direction(p0, p1, p2), fallback);
 }
 
+double triangle_area(const TriangleMesh& mesh, const glm::uvec3& triangle) {
+  const glm::dvec3 p0(mesh.positions[triangle.x]);
+  const glm::dvec3 a = glm::dvec3(mesh.positions[triangle.y]) - p0;
+  const glm::dvec3 b = glm::dvec3(mesh.positions[triangle.z]) - p0;
+  return 0.5 * glm::length(glm::cross(a, b));
+}
+
 /// The angle in [0, pi] whose sine and cosine are as `sine` >= 0 to `cosine`: atan2 to 4e-7
 /// (Abramowitz and Stegun 1964, 4.4.49) in a fifth of its time, of which smooth normals would take
 /// most.
@@ -210,10 +217,7 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
   }
   double area = 0;
   for (const glm::uvec3& triangle : mesh_.triangles) {
-    const glm::dvec3 p0(mesh_.positions[triangle.x]);
-    const glm::dvec3 p1(mesh_.positions[triangle.y]);
-    const glm::dvec3 p2(mesh_.positions[triangle.z]);
-    area += 0.5 * glm::length(glm::cross(p1 - p0, p2 - p0));
+    area += triangle_area(mesh_, triangle);
     for (int i = 0; i < 3; ++i) bounds_.expand(mesh_.positions[triangle[i]]);
   }
   area_ = static_cast<float>(area);
@@ -228,11 +232,8 @@ SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {
   std::call_once(by_area_made_, [this] {
     std::vector<float> areas;
     areas.reserve(mesh_.triangles.size());
-    for (const glm::uvec3& t : mesh_.triangles) {
-      const glm::dvec3 p0(mesh_.positions[t.x]);
-      const glm::dvec3 a = glm::dvec3(mesh_.positions[t.y]) - p0;
-      const glm::dvec3 b = glm::dvec3(mesh_.positions[t.z]) - p0;
-      areas.push_back(static_cast<float>(0.5 * glm::length(glm::cross(a, b))));
+    for (const glm::uvec3& triangle : mesh_.triangles) {
+      areas.push_back(static_cast<float>(triangle_area(mesh_, triangle)));
     }
     const auto count = static_cast<uint32_t>(areas.size());
     by_area_ = GridDistribution(count, 1, std::move(areas));
