@@ -69,11 +69,14 @@ void see_local(const LightPoints& points, std::span<const uint32_t> chosen,
 
 PointLightShader::PointLightShader(const Scene& scene, const ScenePointLights& lights,
                                    const PointLightOptions& options, const Sampler& sampler,
+                                   const PrimaryBatch& primary, std::span<Rgb> radiance,
                                    RenderCounters& counters, PointLightScratch& scratch)
     : scene_(scene),
       lights_(lights),
       options_(options),
       sampler_(sampler),
+      primary_(primary),
+      radiance_(radiance),
       counters_(counters),
       s_(scratch),
       evaluate_seconds_(counters.stage_seconds["evaluate"]),
@@ -81,13 +84,8 @@ PointLightShader::PointLightShader(const Scene& scene, const ScenePointLights& l
 
 void PointLightShader::shade_all() {
   clear();  // something is left only where an earlier render on this thread threw
-  const PrimaryBatch& primary = s_.primary;
-  s_.radiance.assign(primary.size(), Rgb(0.f));
-  for (uint32_t i = 0; i < primary.size(); ++i) {
-    if (!options_.hide_emitters) {
-      s_.radiance[i] = primary.hit(i) ? primary.emission(i) : primary.environment(scene_, i);
-    }
-    if (primary.hit(i)) shade({primary.interaction(i), i, 1, Rgb(1.f)});
+  for (uint32_t i = 0; i < primary_.size(); ++i) {
+    if (primary_.hit(i)) shade({primary_.interaction(i), i, 1, Rgb(1.f)});
   }
   for (uint32_t depth = 2; !s_.reflected.empty(); ++depth) trace_reflected(depth);
   trace_shadow_rays();
@@ -100,7 +98,7 @@ void PointLightShader::shade(const Vertex& vertex) {
     for (const PointLightSet& set : lights_.sets) {
       if (vertex.depth + (set.is_indirect ? 2 : 1) <= options_.max_depth) {
         s_.selection.clear();
-        set.choose(vertex.si, s_.primary.key(vertex.owner), dimension, counters_, s_.selection);
+        set.choose(vertex.si, primary_.key(vertex.owner), dimension, counters_, s_.selection);
         const size_t chosen = s_.selection.points.size();
         for (size_t first = 0; first < chosen; first += kEvaluateBatch) {
           evaluate(vertex, set, first, std::min(kEvaluateBatch, chosen - first));
@@ -152,7 +150,7 @@ void PointLightShader::evaluate(const Vertex& vertex, const PointLightSet& set, 
 void PointLightShader::sample_others(const Vertex& vertex) {
   const uint32_t dimension = first_dimension(vertex.depth) + kMirrorDimensions +
                              kChooseDimensions * static_cast<uint32_t>(lights_.sets.size());
-  SampleStream numbers(sampler_, s_.primary.key(vertex.owner), dimension);
+  SampleStream numbers(sampler_, primary_.key(vertex.owner), dimension);
   const SurfaceInteraction& si = vertex.si;
   for (const Emitter* emitter : lights_.others) {
     const auto light = emitter->sample_direct(si.p, numbers.next_2d());
@@ -167,7 +165,7 @@ void PointLightShader::sample_others(const Vertex& vertex) {
 void PointLightShader::reflect(const Vertex& vertex) {
   if (vertex.depth >= options_.max_depth) return;
   const SurfaceInteraction& si = vertex.si;
-  SampleStream numbers(sampler_, s_.primary.key(vertex.owner), first_dimension(vertex.depth));
+  SampleStream numbers(sampler_, primary_.key(vertex.owner), first_dimension(vertex.depth));
   const float u1 = numbers.next_1d();
   const auto sample = si.shape->bsdf().sample(si, Lobe::kDelta, u1, numbers.next_2d());
   if (!sample || is_black(sample->weight)) return;
@@ -191,12 +189,12 @@ void PointLightShader::trace_reflected(uint32_t depth) {
     const auto& [unused, owner, weight] = s_.traced[k];
     if (!ray.hit.valid()) {
       if (const Emitter* e = scene_.environment()) {
-        s_.radiance[owner] += weight * e->eval_environment(ray.ray.d);
+        radiance_[owner] += weight * e->eval_environment(ray.ray.d);
       }
       continue;
     }
     const SurfaceInteraction si = scene_.interaction(ray);
-    if (const Emitter* e = si.shape->emitter()) s_.radiance[owner] += weight * e->eval_surface(si);
+    if (const Emitter* e = si.shape->emitter()) radiance_[owner] += weight * e->eval_surface(si);
     shade({si, owner, depth, weight});
   }
   s_.traced.clear();
@@ -218,7 +216,7 @@ void PointLightShader::trace_shadow_rays() {
   scene_.occluded(s_.rays, Coherence::kIncoherent, counters_);
   counters_[RayKind::kShadow] += s_.rays.size();
   for (size_t k = 0; k < s_.rays.size(); ++k) {
-    if (!s_.rays[k].is_occluded()) s_.radiance[s_.owner[k]] += s_.contribution[k];
+    if (!s_.rays[k].is_occluded()) radiance_[s_.owner[k]] += s_.contribution[k];
   }
   s_.rays.clear();
   s_.owner.clear();

@@ -5,12 +5,10 @@
 
 namespace kinome {
 
-/// Memory that a thread keeps from tile to tile.
+/// Memory that a thread keeps from batch to batch.
 struct PointLightScratch {
-  PrimaryBatch primary;
   PointSelection selection;
-  std::vector<Rgb> radiance;  ///< of each primary sample
-  std::vector<Ray> rays;      ///< waiting shadow rays, and whom they are for
+  std::vector<Ray> rays;  ///< waiting shadow rays, and whom they are for
   std::vector<uint32_t> owner;
   std::vector<Rgb> contribution;
 
@@ -24,12 +22,13 @@ struct PointLightScratch {
   std::vector<RayHit> hits;
 };
 
-/// Shades the samples of one part of a tile, whose primary rays scratch.primary holds.
+/// Shades a batch of primary rays.
 class PointLightShader {
  public:
   PointLightShader(const Scene& scene, const ScenePointLights& lights,
                    const PointLightOptions& options, const Sampler& sampler,
-                   RenderCounters& counters, PointLightScratch& scratch);
+                   const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters,
+                   PointLightScratch& scratch);
   void shade_all();
 
  private:
@@ -55,6 +54,8 @@ class PointLightShader {
   const ScenePointLights& lights_;
   const PointLightOptions& options_;
   const Sampler& sampler_;
+  const PrimaryBatch& primary_;
+  const std::span<Rgb> radiance_;
   RenderCounters& counters_;
   PointLightScratch& s_;
   double& evaluate_seconds_;

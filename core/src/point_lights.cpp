@@ -56,28 +56,14 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
 
 void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext& context,
                          const ScenePointLights& lights, const PointLightOptions& options) {
-  Film& film = sensor.film();
-  const Sampler& sampler = sensor.sampler();
-  const uint64_t seed = key_seed(context, sampler);
-  context.for_each_tile(film, [&](Tile& tile) {
-    thread_local PointLightScratch scratch;
-    double& primary_seconds = tile.counters.stage_seconds["primary"];
-    double& film_seconds = tile.counters.stage_seconds["film"];
-    for_each_part(tile.pixels, sampler.sample_count(), 2048, [&](uint32_t first, uint32_t count) {
-      {
-        const StageTimer timer(primary_seconds);
-        scratch.primary.trace(scene, sensor, tile.pixels, first, count, seed, tile.counters);
-        if (options.hide_emitters) scratch.primary.pass_emitters(scene, tile.counters);
-      }
-      PointLightShader(scene, lights, options, sampler, tile.counters, scratch).shade_all();
-      const StageTimer timer(film_seconds);
-      for (size_t i = 0; i < scratch.primary.size(); ++i) {
-        const Rgb& L = scratch.radiance[i];
-        const float values[4] = {L.x, L.y, L.z, scratch.primary.hit(i) ? 1.f : 0.f};
-        tile.film.add(scratch.primary.film_position(i), {values, film.has_alpha() ? 4u : 3u});
-      }
-    });
-  });
+  shade_primary_rays(
+      scene, sensor, context, options.hide_emitters,
+      [&](const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters) {
+        thread_local PointLightScratch scratch;
+        PointLightShader(scene, lights, options, sensor.sampler(), primary, radiance, counters,
+                         scratch)
+            .shade_all();
+      });
 }
 
 }  // namespace kinome

@@ -70,4 +70,60 @@ void PrimaryBatch::pass_emitters(const Scene& scene, RenderCounters& counters) {
   }
 }
 
+void PrimaryBatch::add_emitters(const Scene& scene, std::span<Rgb> radiance) {
+  directions_.clear();
+  missed_.clear();
+  for (uint32_t i = 0; i < size(); ++i) {
+    if (hit(i)) {
+      const Emitter* const emitter = interactions_[i].shape->emitter();
+      if (emitter) radiance[i] += emitter->eval_surface(interactions_[i]);
+    } else if (scene.environment()) {
+      directions_.push_back(hits_[i].ray.d);
+      missed_.push_back(i);
+    }
+  }
+  if (directions_.empty()) return;
+  environment_.resize(directions_.size());
+  scene.environment()->eval_environment_batch(directions_, environment_, {});
+  for (size_t k = 0; k < missed_.size(); ++k) radiance[missed_[k]] += environment_[k];
+}
+
+void PrimaryBatch::add_to_film(std::span<const Rgb> radiance, bool has_alpha,
+                               FilmTile& film) const {
+  for (size_t i = 0; i < size(); ++i) {
+    const Rgb& L = radiance[i];
+    const float values[4] = {L.x, L.y, L.z, hit(i) ? 1.f : 0.f};
+    film.add(positions_[i], {values, has_alpha ? 4u : 3u});
+  }
+}
+
+void shade_primary_rays(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                        bool hide_emitters, const ShadePrimary& shade) {
+  constexpr uint32_t kRays = 2048;  // what fits the caches
+  Film& film = sensor.film();
+  const uint64_t seed = key_seed(context, sensor.sampler());
+  context.for_each_tile(film, [&](Tile& tile) {
+    thread_local PrimaryBatch primary;
+    thread_local std::vector<Rgb> radiance;
+    double& primary_seconds = tile.counters.stage_seconds["primary"];
+    double& film_seconds = tile.counters.stage_seconds["film"];
+    for_each_part(
+        tile.pixels, sensor.sampler().sample_count(), kRays, [&](uint32_t first, uint32_t samples) {
+          {
+            const StageTimer timer(primary_seconds);
+            primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
+            radiance.assign(primary.size(), Rgb(0.f));
+            if (hide_emitters) {
+              primary.pass_emitters(scene, tile.counters);
+            } else {
+              primary.add_emitters(scene, radiance);
+            }
+          }
+          shade(primary, radiance, tile.counters);
+          const StageTimer timer(film_seconds);
+          primary.add_to_film(radiance, film.has_alpha(), tile.film);
+        });
+  });
+}
+
 }  // namespace kinome

@@ -33,41 +33,24 @@ struct Settings {
   bool hide_emitters;
 };
 
-/// What one thread works with; kept from tile to tile.
+/// What one thread works with; kept from batch to batch.
 class DirectShader {
  public:
-  void shade(const Settings& settings, const Scene& scene, const Sensor& sensor, uint64_t seed,
-             uint32_t first_sample, uint32_t samples, Tile& tile);
+  void shade(const Settings& settings, const Scene& scene, const Sampler& sampler,
+             const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters);
 
  private:
-  PrimaryBatch primary_;
-  VisibleEmitters visible_;
   DirectLight light_;
-  std::vector<Rgb> radiance_;         ///< of each primary ray
-  std::vector<ShadingPoint> points_;  ///< primary rays that hit something that reflects
+  std::vector<ShadingPoint> points_;
 };
 
-void DirectShader::shade(const Settings& settings, const Scene& scene, const Sensor& sensor,
-                         uint64_t seed, uint32_t first_sample, uint32_t samples, Tile& tile) {
-  auto& stages = tile.counters.stage_seconds;
-  {
-    const StageTimer timer(stages["primary"]);
-    primary_.trace(scene, sensor, tile.pixels, first_sample, samples, seed, tile.counters);
-    if (settings.hide_emitters) primary_.pass_emitters(scene, tile.counters);
-  }
-  radiance_.assign(primary_.size(), Rgb(0.f));
-  if (!settings.hide_emitters) {
-    const StageTimer timer(stages["shade"]);
-    visible_.add(scene, primary_, radiance_);
-  }
-  points_.clear();
-  for (uint32_t i = 0; i < primary_.size(); ++i) {
-    if (primary_.hit(i) && primary_.interaction(i).shape->bsdf().lobes() != Lobe::kNone) {
-      points_.push_back({&primary_.interaction(i), &primary_.key(i), Rgb(1.f), i});
-    }
-  }
-  const DirectLight::Context context{scene, sensor.sampler(), tile.counters,
-                                     settings.emitter_samples, settings.bsdf_samples};
+void DirectShader::shade(const Settings& settings, const Scene& scene, const Sampler& sampler,
+                         const PrimaryBatch& primary, std::span<Rgb> radiance,
+                         RenderCounters& counters) {
+  auto& stages = counters.stage_seconds;
+  collect_shading_points(primary, points_);
+  const DirectLight::Context context{scene, sampler, counters, settings.emitter_samples,
+                                     settings.bsdf_samples};
   const bool use_emitters = !scene.emitters().empty() && settings.emitter_samples > 0;
   const bool use_bsdfs =
       (scene.environment() || scene.has_surface_emitters()) && settings.bsdf_samples > 0;
@@ -91,11 +74,9 @@ void DirectShader::shade(const Settings& settings, const Scene& scene, const Sen
       }
     }
     const StageTimer timer(stages["shadow"]);
-    light_.trace_shadow_rays(context, radiance_);
-    light_.trace_bsdf_rays(context, radiance_);
+    light_.trace_shadow_rays(context, radiance);
+    light_.trace_bsdf_rays(context, radiance);
   }
-  const StageTimer timer(stages["film"]);
-  add_to_film(primary_, radiance_, static_cast<size_t>(sensor.film().value_count(0)), tile.film);
 }
 
 class DirectIntegrator final : public Integrator {
@@ -121,14 +102,12 @@ class DirectIntegrator final : public Integrator {
     if (!scene.has_surface_emitters()) {
       context.skip("nearest hits of BSDF rays", "no surface emits: occlusion is enough");
     }
-    const uint32_t count = sensor.sampler().sample_count();
-    const uint64_t seed = key_seed(context, sensor.sampler());
-    context.for_each_tile(sensor.film(), [&](Tile& tile) {
-      thread_local DirectShader shader;
-      for_each_part(tile.pixels, count, kPrimaryRays, [&](uint32_t first, uint32_t samples) {
-        shader.shade(settings_, scene, sensor, seed, first, samples, tile);
-      });
-    });
+    shade_primary_rays(
+        scene, sensor, context, settings_.hide_emitters,
+        [&](const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters) {
+          thread_local DirectShader shader;
+          shader.shade(settings_, scene, sensor.sampler(), primary, radiance, counters);
+        });
   }
 
  private:

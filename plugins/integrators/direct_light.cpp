@@ -1,7 +1,5 @@
 #include "direct_light.h"
 
-#include <array>
-
 namespace kinome {
 namespace {
 
@@ -13,6 +11,15 @@ float power_heuristic(float a, float b) {
 }
 
 }  // namespace
+
+void collect_shading_points(const PrimaryBatch& primary, std::vector<ShadingPoint>& points) {
+  points.clear();
+  for (uint32_t i = 0; i < primary.size(); ++i) {
+    if (primary.hit(i) && primary.interaction(i).shape->bsdf().lobes() != Lobe::kNone) {
+      points.push_back({&primary.interaction(i), &primary.key(i), Rgb(1.f), i});
+    }
+  }
+}
 
 void DirectLight::begin(std::span<const ShadingPoint> points) {
   points_ = points;
@@ -216,34 +223,6 @@ void DirectLight::add_environment(const Context& context, std::span<Rgb> radianc
     radiance[points_[direction.point].owner] +=
         direction.weight * environment_[i] *
         bsdf_weight(context, direction.pdf, environment_pdf_[i]);
-  }
-}
-
-void VisibleEmitters::add(const Scene& scene, const PrimaryBatch& primary,
-                          std::span<Rgb> radiance) {
-  directions_.clear();
-  missed_.clear();
-  for (uint32_t i = 0; i < primary.size(); ++i) {
-    if (primary.hit(i)) {
-      if (scene.has_surface_emitters()) radiance[i] += primary.emission(i);
-    } else if (scene.environment()) {
-      directions_.push_back(primary.ray_hit(i).ray.d);
-      missed_.push_back(i);
-    }
-  }
-  if (directions_.empty()) return;
-  environment_.resize(directions_.size());
-  scene.environment()->eval_environment_batch(directions_, environment_, {});
-  for (size_t k = 0; k < missed_.size(); ++k) radiance[missed_[k]] += environment_[k];
-}
-
-void add_to_film(const PrimaryBatch& primary, std::span<const Rgb> radiance, size_t value_count,
-                 FilmTile& film) {
-  std::array<float, 4> values;
-  const std::span<const float> given(values.data(), value_count);
-  for (size_t i = 0; i < primary.size(); ++i) {
-    values = {radiance[i].x, radiance[i].y, radiance[i].z, primary.hit(i) ? 1.f : 0.f};
-    film.add(primary.film_position(i), given);
   }
 }
 

@@ -8,8 +8,7 @@
 
 namespace kinome {
 
-/// Primary rays traced together, and shadow rays at which a batch is full: what fits the caches.
-inline constexpr uint32_t kPrimaryRays = 2048;
+/// Shadow rays at which a batch is full: what fits the caches.
 inline constexpr size_t kShadowRays = 2048;
 
 /// Dimensions of the sampler for one emitter sample (which, where) or BSDF sample (lobe, where).
@@ -22,6 +21,9 @@ struct ShadingPoint {
   Rgb throughput;  ///< what radiance toward the viewer counts as
   uint32_t owner;  ///< index of the radiance that it is added to
 };
+
+/// The surfaces that primary rays hit and that reflect; the owner is the ray.
+void collect_shading_points(const PrimaryBatch& primary, std::vector<ShadingPoint>& points);
 
 /// A sampled direction of a BSDF.
 struct BsdfDirection {
@@ -119,22 +121,5 @@ void DirectLight::trace_bsdf_rays(const Context& context, std::span<Rgb> radianc
   }
   add_environment(context, radiance);
 }
-
-/// Adds to `radiance` the emitters that primary rays see themselves: surfaces that emit, and the
-/// environment.
-class VisibleEmitters {
- public:
-  void add(const Scene& scene, const PrimaryBatch& primary, std::span<Rgb> radiance);
-
- private:
-  std::vector<uint32_t> missed_;
-  std::vector<Vec3> directions_;
-  std::vector<Rgb> environment_;
-};
-
-/// Adds the radiance of each primary ray to the film, and where the film has alpha, 1 where it met
-/// a surface.
-void add_to_film(const PrimaryBatch& primary, std::span<const Rgb> radiance, size_t value_count,
-                 FilmTile& film);
 
 }  // namespace kinome

@@ -30,36 +30,24 @@ struct Settings {
   bool hide_emitters;
 };
 
-/// What one thread works with; kept from tile to tile.
+/// What one thread works with; kept from batch to batch.
 class PathTracer {
  public:
-  void render(const Settings& settings, const Scene& scene, const Sensor& sensor, uint64_t seed,
-              uint32_t first_sample, uint32_t samples, Tile& tile);
+  void trace(const Settings& settings, const Scene& scene, const Sampler& sampler,
+             const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters);
 
  private:
-  void begin_paths();
   void play_roulette(const Sampler& sampler, uint32_t dimension);
-  void extend_paths(const Settings& settings, const DirectLight::Context& context, uint32_t depth);
+  void extend_paths(const Settings& settings, const DirectLight::Context& context, uint32_t depth,
+                    std::span<Rgb> radiance);
 
-  PrimaryBatch primary_;
-  VisibleEmitters visible_;
   DirectLight light_;
-  std::vector<Rgb> radiance_;         ///< of each primary ray
   std::vector<ShadingPoint> points_;  ///< where the paths that go on have come to
   std::vector<ShadingPoint> next_points_;
   /// The surfaces of points_ and of next_points_, from the second point of a path on.
   std::vector<SurfaceInteraction> surfaces_;
   std::vector<SurfaceInteraction> next_surfaces_;
 };
-
-void PathTracer::begin_paths() {
-  points_.clear();
-  for (uint32_t i = 0; i < primary_.size(); ++i) {
-    if (primary_.hit(i) && primary_.interaction(i).shape->bsdf().lobes() != Lobe::kNone) {
-      points_.push_back({&primary_.interaction(i), &primary_.key(i), Rgb(1.f), i});
-    }
-  }
-}
 
 void PathTracer::play_roulette(const Sampler& sampler, uint32_t dimension) {
   std::vector<BsdfDirection>& directions = light_.directions();
@@ -75,7 +63,7 @@ void PathTracer::play_roulette(const Sampler& sampler, uint32_t dimension) {
 
 /// From points_, which lie `depth` edges from the camera, to the next ones.
 void PathTracer::extend_paths(const Settings& settings, const DirectLight::Context& context,
-                              uint32_t depth) {
+                              uint32_t depth, std::span<Rgb> radiance) {
   const Scene& scene = context.scene;
   auto& stages = context.counters.stage_seconds;
   const bool is_last = depth + 1 >= settings.length.max_depth;
@@ -97,18 +85,18 @@ void PathTracer::extend_paths(const Settings& settings, const DirectLight::Conte
   }
   {
     const StageTimer timer(stages["shadow"]);
-    light_.trace_shadow_rays(context, radiance_);
+    light_.trace_shadow_rays(context, radiance);
   }
   const StageTimer timer(stages["bounce"]);
   if (is_last) {
-    light_.trace_bsdf_rays(context, radiance_);
+    light_.trace_bsdf_rays(context, radiance);
     points_.clear();
     return;
   }
   next_surfaces_.clear();
   next_points_.clear();
   light_.trace_bsdf_rays(
-      context, radiance_, [this](const BsdfDirection& direction, const SurfaceInteraction& si) {
+      context, radiance, [this](const BsdfDirection& direction, const SurfaceInteraction& si) {
         if (si.shape->bsdf().lobes() == Lobe::kNone) return;
         const ShadingPoint& from = points_[direction.point];
         next_surfaces_.push_back(si);
@@ -119,26 +107,15 @@ void PathTracer::extend_paths(const Settings& settings, const DirectLight::Conte
   for (size_t i = 0; i < points_.size(); ++i) points_[i].si = &surfaces_[i];
 }
 
-void PathTracer::render(const Settings& settings, const Scene& scene, const Sensor& sensor,
-                        uint64_t seed, uint32_t first_sample, uint32_t samples, Tile& tile) {
-  auto& stages = tile.counters.stage_seconds;
-  {
-    const StageTimer timer(stages["primary"]);
-    primary_.trace(scene, sensor, tile.pixels, first_sample, samples, seed, tile.counters);
-    if (settings.hide_emitters) primary_.pass_emitters(scene, tile.counters);
+void PathTracer::trace(const Settings& settings, const Scene& scene, const Sampler& sampler,
+                       const PrimaryBatch& primary, std::span<Rgb> radiance,
+                       RenderCounters& counters) {
+  if (settings.length.max_depth == 1 || scene.emitters().empty()) return;
+  const DirectLight::Context context{scene, sampler, counters};
+  collect_shading_points(primary, points_);
+  for (uint32_t depth = 1; !points_.empty(); ++depth) {
+    extend_paths(settings, context, depth, radiance);
   }
-  radiance_.assign(primary_.size(), Rgb(0.f));
-  if (!settings.hide_emitters) {
-    const StageTimer timer(stages["shade"]);
-    visible_.add(scene, primary_, radiance_);
-  }
-  if (settings.length.max_depth > 1 && !scene.emitters().empty()) {
-    const DirectLight::Context context{scene, sensor.sampler(), tile.counters};
-    begin_paths();
-    for (uint32_t depth = 1; !points_.empty(); ++depth) extend_paths(settings, context, depth);
-  }
-  const StageTimer timer(stages["film"]);
-  add_to_film(primary_, radiance_, static_cast<size_t>(sensor.film().value_count(0)), tile.film);
 }
 
 class PathIntegrator final : public Integrator {
@@ -148,14 +125,12 @@ class PathIntegrator final : public Integrator {
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (scene.emitters().empty()) context.skip("paths", "the scene has no emitters");
-    const uint32_t count = sensor.sampler().sample_count();
-    const uint64_t seed = key_seed(context, sensor.sampler());
-    context.for_each_tile(sensor.film(), [&](Tile& tile) {
-      thread_local PathTracer tracer;
-      for_each_part(tile.pixels, count, kPrimaryRays, [&](uint32_t first, uint32_t samples) {
-        tracer.render(settings_, scene, sensor, seed, first, samples, tile);
-      });
-    });
+    shade_primary_rays(
+        scene, sensor, context, settings_.hide_emitters,
+        [&](const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters) {
+          thread_local PathTracer tracer;
+          tracer.trace(settings_, scene, sensor.sampler(), primary, radiance, counters);
+        });
   }
 
  private:

@@ -89,7 +89,6 @@ void LightTracer::splat_emitter(const Context& context, const Emitter& emitter, 
   SurfaceInteraction si = shape.sample_surface(place);
   const auto connection = context.sensor.connect(si.p, aperture);
   if (!connection) return;
-  si.shape = &shape;
   si.wi = si.frame.to_local(connection->d);
   const float emitters = static_cast<float>(context.scene.emitters().size());
   const Rgb value = emitter.eval_surface(si) * (std::abs(glm::dot(si.n, connection->d)) *

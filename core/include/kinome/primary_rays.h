@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -45,17 +46,11 @@ class KINOME_EXPORT PrimaryBatch {
   bool hit(size_t i) const { return hits_[i].hit.valid(); }
   /// Only where hit(i).
   const SurfaceInteraction& interaction(size_t i) const { return interactions_[i]; }
-  /// Radiance of the environment seen by ray i, where it hit nothing; black without environment.
-  Rgb environment(const Scene& scene, size_t i) const {
-    const Emitter* const emitter = scene.environment();
-    return emitter ? emitter->eval_environment(hits_[i].ray.d) : Rgb(0.f);
-  }
-  /// Radiance that the surface met by ray i emits toward the viewer; black where it hit nothing.
-  Rgb emission(size_t i) const {
-    if (!hit(i)) return Rgb(0.f);
-    const Emitter* const emitter = interactions_[i].shape->emitter();
-    return emitter ? emitter->eval_surface(interactions_[i]) : Rgb(0.f);
-  }
+  /// Adds the light that each ray sees itself to its radiance: of surfaces that emit, and of the
+  /// environment.
+  void add_emitters(const Scene& scene, std::span<Rgb> radiance);
+  /// Adds the radiance of each ray to the film, and where it has alpha, 1 for rays that hit.
+  void add_to_film(std::span<const Rgb> radiance, bool has_alpha, FilmTile& film) const;
 
  private:
   uint32_t samples_ = 1;
@@ -66,6 +61,9 @@ class KINOME_EXPORT PrimaryBatch {
   std::vector<SurfaceInteraction> interactions_;  ///< never shrinks: only valid hits are written
   std::vector<uint32_t> passing_;                 ///< rays that go on from a surface that emits
   std::vector<RayHit> beyond_;
+  std::vector<uint32_t> missed_;  ///< rays that see the environment, and what they see
+  std::vector<Vec3> directions_;
+  std::vector<Rgb> environment_;
 };
 
 /// Calls fn(first_sample, samples) for consecutive parts of a pixel's samples, such that a part of
@@ -78,5 +76,16 @@ void for_each_part(const Rect& pixels, uint32_t samples_per_pixel, uint32_t rays
     fn(first, std::min(step, samples_per_pixel - first));
   }
 }
+
+/// Shades the primary rays of a batch: adds to the radiance of each. Called from many threads.
+using ShadePrimary = std::function<void(const PrimaryBatch& primary, std::span<Rgb> radiance,
+                                        RenderCounters& counters)>;
+
+/// Renders layer 0 of the sensor's film tile by tile, in batches of some 2000 primary rays, which
+/// see the lights themselves or, with `hide_emitters`, what lies behind them. Stages: primary,
+/// film.
+KINOME_EXPORT void shade_primary_rays(const Scene& scene, const Sensor& sensor,
+                                      RenderContext& context, bool hide_emitters,
+                                      const ShadePrimary& shade);
 
 }  // namespace kinome
