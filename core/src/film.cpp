@@ -81,6 +81,22 @@ void FilmTile::add(const Vec2& position, std::span<const float> values) {
   });
 }
 
+void FilmTile::add_pixel(int x, int y, std::span<const float> values) {
+  if (values.size() != static_cast<size_t>(values_)) {
+    throw std::logic_error("FilmTile::add_pixel: wrong number of values");
+  }
+  bool finite = true;
+  for (const float v : values) finite = finite && std::isfinite(v);
+  if (!finite) {
+    ++non_finite_;
+    return;
+  }
+  if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
+  float* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
+  for (int i = 0; i < values_; ++i) pixel[i] += values[i];
+  pixel[values_] += 1;
+}
+
 void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
   if (!is_finite(value) || !is_finite(Vec3(position, 0.f))) {
     ++non_finite_;

@@ -141,10 +141,25 @@ RenderContext::RenderContext(Options options) : options_(std::move(options)) {
 
 void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
   const std::vector<Rect> tiles = tiles_of(film.sample_border() ? film.reach() : film.crop());
-  const std::vector<size_t> order = tile_order(tiles.size(), options_.tile_order_seed);
-  const auto threads = static_cast<unsigned>(std::clamp<size_t>(tiles.size(), 1, options_.threads));
   Sequencer sequencer(film);
-  Progress progress(options_.progress, tiles.size(), progress_begin_, progress_end_);
+  try {
+    for_each(tiles.size(), [&](size_t index, RenderCounters& counters) {
+      FilmTile film_tile = film.make_tile(tiles[index], layer);
+      Tile tile{tiles[index], film_tile, counters};
+      fn(tile);
+      sequencer.finish(index, std::move(film_tile));
+    });
+  } catch (...) {
+    sequencer.commit_rest();
+    throw;
+  }
+  sequencer.commit_rest();
+}
+
+void RenderContext::for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn) {
+  const std::vector<size_t> order = tile_order(count, options_.tile_order_seed);
+  const auto threads = static_cast<unsigned>(std::clamp<size_t>(count, 1, options_.threads));
+  Progress progress(options_.progress, count, progress_begin_, progress_end_);
   FirstException exception;
   std::vector<RenderCounters> counters(threads);
   std::atomic<size_t> next{0};
@@ -152,26 +167,20 @@ void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& 
     stats_.first_tile_seconds =
         std::chrono::duration<double>(Clock::now() - options_.start).count();
   }
-
   run_on_threads(threads, [&](unsigned thread) {
     while (!exception.any() && !cancelled()) {
       const size_t turn = next.fetch_add(1, std::memory_order_relaxed);
-      if (turn >= tiles.size()) return;
+      if (turn >= count) return;
       const size_t index = order[turn];
       try {
-        FilmTile film_tile = film.make_tile(tiles[index], layer);
-        Tile tile{tiles[index], film_tile, counters[thread]};
-        fn(tile);
-        sequencer.finish(index, std::move(film_tile));
+        fn(index, counters[thread]);
         progress.one_done();
       } catch (...) {
         exception.capture(index);
       }
     }
   });
-
   for (const RenderCounters& c : counters) stats_.counters.add(c);
-  sequencer.commit_rest();
   exception.rethrow();
 }
 

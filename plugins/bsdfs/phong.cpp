@@ -27,6 +27,7 @@ class Phong final : public Bsdf {
   explicit Phong(const Properties& props)
       : reflectances_(props), exponent_(nonnegative_texture(props, "exponent")) {
     lobes_ = reflectances_.lobes();
+    has_lambertian_diffuse_ = true;
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,

@@ -24,6 +24,8 @@ class TwoSided final : public Bsdf {
     }
     lobes_ = sides_.front()->lobes() | sides_.back()->lobes();
     is_lambertian_ = sides_.front()->is_lambertian() && sides_.back()->is_lambertian();
+    has_lambertian_diffuse_ =
+        sides_.front()->has_lambertian_diffuse() && sides_.back()->has_lambertian_diffuse();
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,

@@ -89,6 +89,7 @@ class Ward final : public Bsdf {
     alpha_u_ = props.has("alpha_u") ? nonnegative_texture(props, "alpha_u") : alpha;
     alpha_v_ = props.has("alpha_v") ? nonnegative_texture(props, "alpha_v") : alpha;
     lobes_ = reflectances_.lobes();
+    has_lambertian_diffuse_ = true;
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,

@@ -36,6 +36,10 @@ class ConstantEnvironment final : public Emitter {
     return sample;
   }
 
+  std::optional<EnvironmentGrid> cell_grid() const override {
+    return EnvironmentGrid{64, 32, 0, glm::mat3(1.f), true};
+  }
+
   std::optional<EmissionSample> sample_emission(const Vec2& position,
                                                 const Vec2& direction) const override {
     const auto light = sample_direct(Vec3(0.f), direction);

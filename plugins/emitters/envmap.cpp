@@ -154,6 +154,16 @@ class EnvironmentMap final : public Emitter {
     return direct;
   }
 
+  std::optional<EnvironmentGrid> cell_grid() const override {
+    EnvironmentGrid grid;
+    grid.columns = map_.columns();
+    grid.rows = map_.rows() - 1;
+    grid.first_column = 0.5f;
+    grid.to_world = to_world_;
+    grid.smooth_quads = true;
+    return grid;
+  }
+
   std::optional<EmissionSample> sample_emission(const Vec2& position,
                                                 const Vec2& direction) const override {
     const auto light = sample_direct(Vec3(0.f), direction);

@@ -29,6 +29,10 @@ class SphericalMap {
   /// 2019; sampling then favours what is brighter than the mean.
   SphericalMap(const Image& image, float scale, bool compensate);
 
+  int columns() const { return width_; }
+  /// Of the rows kept: a map of few is refined.
+  int rows() const { return height_; }
+
   Rgb eval(const Vec3& d) const;
   /// Per solid angle.
   float pdf(const Vec3& d) const;

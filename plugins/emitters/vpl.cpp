@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "../samplers/owen.h"
 #include "kinome/log.h"
+#include "kinome/owen.h"
 #include "kinome/plugin.h"
 #include "kinome/render_context.h"
 

@@ -22,6 +22,7 @@
 #include "kinome/light_cut.h"
 #include "kinome/plugin.h"
 #include "kinome/primary_rays.h"
+#include "kinome/product_sampling.h"
 #include "point_light_parameters.h"
 
 namespace {
@@ -29,8 +30,20 @@ namespace {
 using namespace kinome;
 
 constexpr Parameter kParameters[] = {
-    {"importance", ParameterType::kString, "joint",
-     "What clusters are chosen by: 'joint' (light, BRDF and form factor), 'luminance' or 'brdf'."},
+    {"importance", ParameterType::kString, "product",
+     "What light is chosen by: 'product' (light x BRDF x learned visibility, of the environment "
+     "itself), or as in the thesis, of light points, 'joint' (light, BRDF and form factor), "
+     "'luminance' or 'brdf'. 'product' needs an environment and max_depth 2: elsewhere it is "
+     "'joint'."},
+    {"rays_per_pixel", ParameterType::kFloat, "0",
+     "'product': rays of all kinds that a pixel gets on average; 0: three for each of the "
+     "sampler's samples, which is what 'direct' takes."},
+    {"control_variate", ParameterType::kBoolean, "true",
+     "'product': add what is known of visible light without rays."},
+    {"learned_sigma", ParameterType::kBoolean, "true",
+     "'product': send rays where visibility is uncertain."},
+    {"adaptive", ParameterType::kBoolean, "true",
+     "'product': give rays to the pixels that need them."},
     KINOME_POINT_LIGHT_PARAMETERS,
     {"cut_size", ParameterType::kInteger, "512", "Clusters in the cut."},
     {"cut_criterion", ParameterType::kString, "variance",
@@ -197,8 +210,15 @@ class Clustered final : public Integrator {
         cut_size_(props.integer("cut_size", 1, 1 << 20)),
         emitter_samples_(props.integer("emitter_samples", 1, 1 << 20)),
         brdf_samples_(props.integer("brdf_samples", 0, 1 << 16)) {
-    static constexpr const char* kImportances[] = {"joint", "luminance", "brdf"};
-    importance_ = static_cast<Importance>(props.choice("importance", kImportances));
+    static constexpr const char* kImportances[] = {"joint", "luminance", "brdf", "product"};
+    const int importance = props.choice("importance", kImportances);
+    is_product_ = importance == 3;
+    importance_ = is_product_ ? Importance::kJoint : static_cast<Importance>(importance);
+    product_.rays_per_pixel = props.real("rays_per_pixel");
+    product_.hide_emitters = settings_.options.hide_emitters;
+    product_.control_variate = props.boolean("control_variate");
+    product_.learned_sigma = props.boolean("learned_sigma");
+    product_.adaptive = props.boolean("adaptive");
     static constexpr const char* kCriteria[] = {"variance", "luminance"};
     criterion_ = static_cast<CutCriterion>(props.choice("cut_criterion", kCriteria));
   }
@@ -206,6 +226,7 @@ class Clustered final : public Integrator {
   const char* default_indirect_emitter() const override { return indirect_emitter(settings_); }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
+    if (is_product_ && render_by_product(scene, sensor, context)) return;
     ScenePointLights lights = gather(settings_, scene, context);
     std::vector<Chooser> choosers = make_choosers(lights, scene, sensor, context);
     for (size_t i = 0; i < choosers.size(); ++i) lights.sets[i].choose = std::ref(choosers[i]);
@@ -241,6 +262,25 @@ class Clustered final : public Integrator {
   }
 
  private:
+  /// False where the scene isn't one for it.
+  bool render_by_product(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
+    const Emitter* const environment = scene.environment();
+    const auto grid = environment ? environment->cell_grid() : std::nullopt;
+    if (!grid || settings_.options.max_depth > 2 || scene.emitters().size() > 1) return false;
+    std::optional<DistantCells> cells;
+    {
+      const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+      cells.emplace(*environment, *grid, cut_size_, context);
+    }
+    if (cells->size() == 0) return false;
+    ProductSettings settings = product_;
+    if (!(settings.rays_per_pixel > 0)) {
+      settings.rays_per_pixel = 3. * sensor.sampler().sample_count();
+    }
+    render_product(scene, sensor, context, *cells, settings);
+    return true;
+  }
+
   /// One for each set, whose points are put in the order of their tree.
   std::vector<Chooser> make_choosers(ScenePointLights& lights, const Scene& scene,
                                      const Sensor& sensor, RenderContext& context) const {
@@ -286,6 +326,8 @@ class Clustered final : public Integrator {
   }
 
   PointLightSettings settings_;
+  ProductSettings product_;
+  bool is_product_ = false;
   uint32_t cut_size_;
   uint32_t emitter_samples_;
   uint32_t brdf_samples_;

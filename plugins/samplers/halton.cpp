@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "kinome/plugin.h"
-#include "owen.h"
+#include "kinome/owen.h"
 #include "sampler_common.h"
 
 namespace kinome {

@@ -17,7 +17,9 @@ constexpr Lobe operator|(Lobe a, Lobe b) {
 constexpr Lobe operator&(Lobe a, Lobe b) {
   return static_cast<Lobe>(static_cast<uint32_t>(a) & static_cast<uint32_t>(b));
 }
-constexpr bool any(Lobe a) { return a != Lobe::kNone; }
+constexpr bool any(Lobe a) {
+  return a != Lobe::kNone;
+}
 
 /// `count` unit directions in the shading frame of one point, as structure of arrays.
 struct DirectionBatch {
@@ -41,9 +43,9 @@ struct BsdfValue {
 };
 
 struct BsdfSample {
-  Vec3 wo{0, 0, 1};      ///< in the shading frame
-  float pdf = 0;         ///< per solid angle; 1 for a delta lobe
-  Rgb weight{0.f};       ///< f |cos theta_o| / pdf
+  Vec3 wo{0, 0, 1};  ///< in the shading frame
+  float pdf = 0;     ///< per solid angle; 1 for a delta lobe
+  Rgb weight{0.f};   ///< f |cos theta_o| / pdf
   Lobe lobe = Lobe::kNone;
 };
 
@@ -64,6 +66,8 @@ class KINOME_EXPORT Bsdf : public Object {
   /// True where f is reflectance().diffuse / pi for any two directions on one side of the shading
   /// plane (or 0 for that side), and there are no other lobes.
   bool is_lambertian() const { return is_lambertian_; }
+  /// True where that is so of the kDiffuse lobe, whatever other lobes there are.
+  bool has_lambertian_diffuse() const { return is_lambertian_ || has_lambertian_diffuse_; }
 
   /// For each wo: f(wi, wo) |cos theta_o| and the density of sample(), both of the lobes in `mask`
   /// only. Delta lobes give zero. f != 0 implies pdf != 0.
@@ -76,8 +80,9 @@ class KINOME_EXPORT Bsdf : public Object {
   virtual LobeReflectance reflectance(const SurfaceInteraction& si) const = 0;
 
   /// World frame around the normal that the BSDF itself uses, on the side where light that reaches
-  /// the viewer comes from: reflection is zero where dot(frame.n, direction) <= 0. A normal map
-  /// perturbs it, a two-sided surface turns it to the viewer.
+  /// the viewer comes from: reflection is zero where dot(frame.n, direction) <= 0, for the direction
+  /// of the light and for that of the viewer. A normal map perturbs it, a two-sided surface turns it
+  /// to the viewer.
   virtual Frame reflection_frame(const SurfaceInteraction& si) const { return si.frame; }
 
   /// One direction: a batch of one.
@@ -91,6 +96,7 @@ class KINOME_EXPORT Bsdf : public Object {
  protected:
   Lobe lobes_ = Lobe::kAll;
   bool is_lambertian_ = false;
+  bool has_lambertian_diffuse_ = false;
 };
 
 }  // namespace kinome

@@ -7,6 +7,7 @@
 
 #include "kinome/color.h"
 #include "kinome/interaction.h"
+#include "kinome/light_cells.h"
 #include "kinome/light_points.h"
 #include "kinome/object.h"
 
@@ -99,6 +100,11 @@ class KINOME_EXPORT Emitter : public Object {
                                                   uint32_t /*count*/) const {
     return std::nullopt;
   }
+
+  /// An environment that wants to be sampled by learned clusters (product_sampling.h) says how its
+  /// radiance is laid out: cells are made of that, and nothing else is asked for but
+  /// eval_environment_batch. nullopt: it isn't.
+  virtual std::optional<EnvironmentGrid> cell_grid() const { return std::nullopt; }
 
   /// sample_direct for many points at once; pdf is 0 where nothing can be had. A light with large
   /// tables overlaps its accesses to memory here. All spans have one size.

@@ -31,6 +31,9 @@ class KINOME_EXPORT FilmTile {
   /// Adds one sample at `position` (pixels of the full film); `values` as Film::value_count says.
   /// A sample with a non-finite value is counted and dropped.
   void add(const Vec2& position, std::span<const float> values);
+  /// Adds the finished value of one pixel of this tile, which counts for no other: for integrators
+  /// that draw samples by the filter themselves. Non-finite values as in add().
+  void add_pixel(int x, int y, std::span<const float> values);
   /// Adds light that arrives at any `position` of the full film, inside this tile or not, whatever
   /// has been sampled there: pixels add it to their weighted means (Film::set_splat_scale). Colour
   /// of layer 0 only.

@@ -44,7 +44,10 @@ class KINOME_EXPORT RenderContext {
   /// the film samples its border), on all threads (denormals flushed), and commits each to the film
   /// in the tiles' own order. Rethrows the first exception. Stops handing out tiles when cancelled.
   void for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer = 0);
-  /// The part of the whole work that the next for_each_tile is: what progress counts as. 0 to 1
+  /// Calls fn(i, counters) for i < count on all threads (denormals flushed), as for_each_tile does
+  /// with tiles: progress is told, exceptions are rethrown, a cancelled context hands out no more.
+  void for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn);
+  /// The part of the whole work that the next for_each or for_each_tile is: what progress counts as. 0 to 1
   /// unless said, which is right for a single pass.
   void set_progress_range(double begin, double end);
   /// Calls fn(i) for i < count on all threads; for set-up work. Results must not depend on order.

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kinome/color.h"
+#include "kinome/export.h"
+#include "kinome/math.h"
+
+namespace kinome {
+
+class Emitter;
+class RenderContext;
+
+/// How the radiance of an environment is laid out: quads of equal angles in latitude and longitude.
+/// A local direction is d = (sin phi sin theta, cos theta, -cos phi sin theta); quad (x, y) spans
+/// phi = 2 pi (x + first_column + [0, 1)) / columns and theta = pi (y + [0, 1)) / rows.
+struct EnvironmentGrid {
+  int columns = 256;
+  int rows = 128;
+  float first_column = 0;
+  glm::mat3 to_world{1.f};  ///< a rotation or reflection
+  /// Radiance is smooth (such as bilinear in phi and theta) within each quad, so that quadrature by
+  /// four points is exact for all purposes. Where it isn't, integrals over cells are estimated by
+  /// the very points that estimates use: unbiased, with more noise.
+  bool smooth_quads = false;
+};
+
+/// A direction of a cell's light, drawn with `density` per solid angle within the cell.
+struct CellPoint {
+  Vec3 d{0, 1, 0};  ///< unit, world space
+  float density = 0;
+  Rgb weight{0.f};  ///< radiance / density
+  uint32_t cell = 0;
+};
+
+/// Points of all cells, drawn together.
+struct CellPoints {
+  std::vector<CellPoint> points;  ///< cell by cell, each cell's along a Hilbert curve
+  std::vector<uint32_t> first;    ///< of each cell; one more entry than cells
+  /// The point of a cell that u in [0, 1) picks.
+  const CellPoint& pick(uint32_t cell, float u) const {
+    const uint32_t begin = first[cell], count = first[cell + 1] - begin;
+    return points[begin + static_cast<uint32_t>(u * static_cast<float>(count))];
+  }
+  /// Integral of radiance x direction over each cell [channel x 3 + axis]; see vector_flux().
+  std::array<std::vector<float>, 9> vector_flux;
+};
+
+/// Light from infinitely far in pieces: rectangles of an EnvironmentGrid, small where light varies,
+/// in the order of a Hilbert curve over the sphere. What cells know of their light lets estimates
+/// be made of it without rays; that is all that clustered sampling asks of an emitter.
+///
+/// Arrays hold padded_size() values, the padding being cells without light. Immutable; thread-safe.
+class KINOME_EXPORT DistantCells {
+ public:
+  /// Whatever the number of lanes of a vector: arrays are padded to it.
+  static constexpr uint32_t kPadding = 16;
+
+  /// At most `count` cells of the environment `emitter`. A cell may have negative light, if the
+  /// environment does; densities are never 0 where there is light.
+  DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
+               const RenderContext& context);
+
+  uint32_t size() const { return size_; }  ///< 0: the environment is black
+  uint32_t padded_size() const { return static_cast<uint32_t>(flux_.size()); }
+
+  /// Importance of each cell: integral of |radiance|, the mean of its channels, with a floor.
+  const std::vector<float>& flux() const { return flux_; }
+  /// Integral of radiance x direction over each cell, world space [channel x 3 + axis]. Only where
+  /// has_exact_flux(); otherwise CellPoints has it.
+  const std::array<std::vector<float>, 9>& vector_flux() const { return vector_flux_; }
+  bool has_exact_flux() const { return grid_.smooth_quads; }
+  /// The same of the importance's radiance (no channels).
+  const std::array<std::vector<float>, 3>& importance_flux() const { return importance_flux_; }
+  /// Unit mean direction of each cell, world space, and the angle of a cone around it that holds
+  /// the cell [rad].
+  const std::array<std::vector<float>, 3>& axis() const { return axis_; }
+  const std::vector<float>& radius() const { return radius_; }
+  /// sin phi0, cos phi0, sin phi1, cos phi1, cos theta0, sin theta0, cos theta1, sin theta1 of each
+  /// cell's rectangle in local space: for the exact test against a horizon.
+  const std::array<std::vector<float>, 8>& edges() const { return edges_; }
+  Vec3 to_local(const Vec3& d) const { return d * grid_.to_world; }
+
+  /// About `count` points, in each cell a power of two of them: Owen-scrambled Sobol points, a new
+  /// randomisation for each seed. Uniform picks of a cell's points are distributed by its density.
+  CellPoints draw_points(uint32_t count, uint64_t seed, const RenderContext& context) const;
+
+  /// For `count` unit directions of world space: the cell that each lies in, and the density of the
+  /// cell's points there, per solid angle. Arrays have room for a multiple of kPadding values.
+  void locate(const float* dx, const float* dy, const float* dz, size_t count, uint32_t* cell,
+              float* density) const;
+
+ private:
+  struct Rectangle {
+    int x0, y0, x1, y1;
+  };
+  void tabulate(const RenderContext& context);
+  void divide(uint32_t count);
+  void describe(uint32_t cell);
+  void draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> points) const;
+  Vec3 direction(double column, double row) const;
+  float quad_solid_angle(int row) const;
+  /// Of rows [y0, y1) and columns [x0, x1), from sums along rows.
+  double sum(const std::vector<double>& row_sums, const Rectangle& r) const;
+
+  const Emitter& emitter_;
+  EnvironmentGrid grid_;
+  uint32_t size_ = 0;
+  std::vector<float> luminance_;       ///< of each quad: importance per solid angle
+  std::vector<double> row_sums_;       ///< of luminance x solid angle, rows of columns + 1
+  std::vector<double> row_squares_;    ///< of its square; while dividing
+  std::vector<double> row_cosines_;    ///< cos theta of each row's upper edge
+  std::vector<Rectangle> rectangles_;  ///< of each cell
+  std::vector<uint16_t> cell_of_quad_;
+  std::vector<float> flux_;
+  std::array<std::vector<float>, 9> vector_flux_;
+  std::array<std::vector<float>, 3> importance_flux_;
+  std::array<std::vector<float>, 3> axis_;
+  std::vector<float> radius_;
+  std::array<std::vector<float>, 8> edges_;
+};
+
+/// Cells that the sampler can number: an index shares 16 bits with one of visibility.
+inline constexpr uint32_t kMaxCells = 1u << 15;
+
+}  // namespace kinome

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "kinome/light_cells.h"
+#include "kinome/render_context.h"
+
+namespace kinome {
+
+/// Learned product sampling: what the `clustered` integrator does for `importance` = product.
+struct ProductSettings {
+  /// Rays of all kinds for each pixel, on average.
+  double rays_per_pixel = 48;
+  bool hide_emitters = false;
+
+  // Parts that can be left out, to see what they are worth. Estimates stay unbiased.
+  bool control_variate = true;  ///< what is known of visible light is added without rays
+  bool learned_sigma = true;    ///< rays go where visibility is uncertain
+  bool adaptive = true;         ///< rays go to the pixels that need them
+};
+
+/// Renders the direct light of an environment's cells, and of the scene's other emitters, into the
+/// sensor's film. A pilot learns how visible each cell is from each patch of surface; then the
+/// picture is made by estimates that know. What the pilot saw is not part of the picture.
+///
+/// Unbiased: the expectation of every pixel is what `direct` converges to, with any filter. Stages:
+/// points, pilot, plan, main, film.
+KINOME_EXPORT void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                  const DistantCells& cells, const ProductSettings& settings);
+
+}  // namespace kinome

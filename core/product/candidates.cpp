@@ -1,0 +1,259 @@
+// The glossy part of Estimator: unshadowed candidates.
+#include <algorithm>
+#include <cmath>
+
+#include "estimator.h"
+#include "hilbert_points.h"
+#include "spread.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint32_t kMinLobeLog2 = 4;
+constexpr uint32_t kMinFromCells = 4;
+constexpr uint32_t kMaxFromCells = 1024;
+/// Of a pilot's group: enough to tell variances. Sharp lobes have many groups.
+constexpr uint32_t kProbeLobeLog2 = 7;
+constexpr uint32_t kProbeFromCells = 64;
+constexpr uint32_t kProbeSharpLobeLog2 = 5;
+constexpr uint32_t kProbeSharpFromCells = 16;
+/// Shares of candidates from the cells that the pilot chooses among.
+constexpr float kCellShares[] = {0.05f, 0.2f, 0.4f, 0.6f, 0.8f, 0.93f};
+
+}  // namespace
+
+void Estimator::Candidates::resize(size_t size) {
+  primary.resize(size);
+  cell.resize(size);
+  for (auto* const v : {&dx, &dy, &dz, &cell_density, &lobe_density}) v->resize(size);
+  radiance.resize(size);
+  weight.resize(size);
+}
+
+/// Half vectors as of GGX, whatever the BSDF: its tails are heavy, so that none of the BSDF's light
+/// is rare.
+void Estimator::draw_from_lobe(const Group& group, size_t first, uint32_t lobe_log2,
+                               uint64_t seed) {
+  const uint32_t count = 1u << lobe_log2;
+  const auto points = HilbertPoints::get().power_of_two(lobe_log2);
+  const uint64_t shift = hash_words(seed, 1);
+  const float start = random_float(seed, 0);
+  u1_.resize(count);
+  u2_.resize(count);
+  for (uint32_t j = 0; j < count; ++j) {
+    candidates_.primary[first + j] = pick(group, start + static_cast<float>(j) * kGolden);
+    const Vec2 u =
+        points[j].shifted(static_cast<uint32_t>(shift), static_cast<uint32_t>(shift >> 32));
+    u1_[j] = u.x;
+    u2_[j] = u.y;
+  }
+  float* const dx = &candidates_.dx[first];
+  float* const dy = &candidates_.dy[first];
+  float* const dz = &candidates_.dz[first];
+  simd::sample_lobe((*patches_)[group.patch].lobe, primaries_->frames, &candidates_.primary[first],
+                    u1_.data(), u2_.data(), count, dx, dy, dz);
+  light_.cells.locate(dx, dy, dz, count, &candidates_.cell[first],
+                      &candidates_.cell_density[first]);
+  directions_.resize(count);
+  for (uint32_t j = 0; j < count; ++j) directions_[j] = {dx[j], dy[j], dz[j]};
+  light_.emitter.eval_environment_batch(directions_, {&candidates_.radiance[first], count}, {});
+}
+
+/// Of importance_, by a comb.
+void Estimator::draw_from_cells(const Group& group, size_t first, uint32_t count, uint64_t seed) {
+  double total = 0;
+  for (const float sum : importance_blocks_) total += sum;
+  Comb comb(total, count, random_float(seed, 2));
+  hits_.clear();
+  comb.pass(importance_.data(), importance_blocks_.data(), importance_.size(), hits_);
+  const float start = random_float(seed, 3);
+  for (size_t j = 0; j < simd::pad_lanes(count); ++j) {
+    const size_t i = first + j;
+    candidates_.primary[i] = pick(group, start + static_cast<float>(j) * kPlastic);
+    if (j >= hits_.size()) {  // padding
+      const Vec3& n = primaries_->normal[candidates_.primary[i]];
+      candidates_.dx[i] = n.x;
+      candidates_.dy[i] = n.y;
+      candidates_.dz[i] = n.z;
+      candidates_.cell[i] = 0;
+      candidates_.cell_density[i] = 0;
+      candidates_.radiance[i] = Rgb(0.f);
+      continue;
+    }
+    const uint32_t cell = hits_[j].stratum;
+    const CellPoint& point = light_.points.pick(cell, hits_[j].remainder);
+    candidates_.dx[i] = point.d.x;
+    candidates_.dy[i] = point.d.y;
+    candidates_.dz[i] = point.d.z;
+    candidates_.cell[i] = cell;
+    candidates_.cell_density[i] = point.density;
+    candidates_.radiance[i] = point.weight * point.density;
+  }
+}
+
+/// Draws the group's candidates, and returns the first one's index.
+size_t Estimator::draw_candidates(const Group& group, uint32_t lobe_log2, uint32_t from_cells,
+                                  uint64_t seed) {
+  const size_t first = candidates_.size();
+  const Patch& patch = (*patches_)[group.patch];
+  simd::GlossyQuery query;
+  for (int axis = 0; axis < 3; ++axis) {
+    query.normal[axis] = group.normal[axis];
+    query.viewer[axis] = group.viewer[axis];
+  }
+  // Wider than the lobe: its tails matter where the light is bright.
+  query.alpha2 = patch.alpha2() * 4;
+  query.spread = std::clamp(1 - group.cosine, 0.f, 2.f);
+  importance_total_ =
+      simd::glossy_importance(light_.columns, query, importance_.data(), importance_blocks_.data());
+  const uint32_t lobe = 1u << lobe_log2;
+  const uint32_t cells = importance_total_ > 0 ? from_cells : 0;
+  candidates_.resize(first + lobe + simd::pad_lanes(cells));
+  draw_from_lobe(group, first, lobe_log2, seed);
+  if (cells > 0) draw_from_cells(group, first + lobe, cells, seed);
+  evaluate_candidates(group, first);
+  weigh_candidates(group, first, lobe, cells);
+  return first;
+}
+
+/// Leaves f in `values_`, each point's directions being asked for together.
+void Estimator::evaluate_candidates(const Group& group, size_t first) {
+  const size_t count = candidates_.size() - first;
+  const auto base = order_[group.first];  // indices within a unit are close together
+  const size_t span = order_[group.first + group.count - 1] - base + 1;
+  evaluation_first_.assign(span + 1, 0);
+  for (size_t j = 0; j < count; ++j) ++evaluation_first_[candidates_.primary[first + j] - base + 1];
+  for (size_t k = 0; k < span; ++k) evaluation_first_[k + 1] += evaluation_first_[k];
+  evaluation_order_.resize(count);
+  for (auto* const v : {&x_, &y_, &z_, &r_, &g_, &b_, &pdf_}) {
+    if (v->size() < count) v->resize(count);
+  }
+  for (size_t j = 0; j < count; ++j) {
+    const uint32_t primary = candidates_.primary[first + j];
+    const uint32_t at = evaluation_first_[primary - base]++;
+    evaluation_order_[at] = static_cast<uint32_t>(j);
+    const Vec3 d =
+        primaries_->interaction(primary).frame.to_local(candidates_.direction(first + j));
+    x_[at] = d.x;
+    y_[at] = d.y;
+    z_[at] = d.z;
+  }
+  size_t begin = 0;
+  for (size_t k = 0; k < span; ++k) {
+    const size_t end = evaluation_first_[k];
+    if (end == begin) continue;
+    const SurfaceInteraction& si = primaries_->interaction(base + k);
+    si.shape->bsdf().eval_pdf(si, Lobe::kGlossy, {&x_[begin], &y_[begin], &z_[begin], end - begin},
+                              {&r_[begin], &g_[begin], &b_[begin], nullptr});
+    begin = end;
+  }
+  values_.resize(count);
+  for (size_t at = 0; at < count; ++at) {
+    values_[evaluation_order_[at]] = {r_[at], g_[at], b_[at]};
+  }
+}
+
+void Estimator::weigh_candidates(const Group& group, size_t first, uint32_t lobe,
+                                 uint32_t from_cells) {
+  Candidates& c = candidates_;
+  const size_t count = c.size() - first;
+  simd::lobe_density((*patches_)[group.patch].lobe, primaries_->frames, &c.primary[first],
+                     &c.dx[first], &c.dy[first], &c.dz[first], count, &c.lobe_density[first]);
+  const float inverse_total = importance_total_ > 0 ? 1 / importance_total_ : 0.f;
+  const auto n_lobe = static_cast<float>(lobe), n_cells = static_cast<float>(from_cells);
+  const auto points = static_cast<float>(group.count);
+  for (size_t j = 0; j < count; ++j) {
+    const size_t i = first + j;
+    c.cell_density[i] *= importance_[c.cell[i]] * inverse_total;
+    const float density = n_cells * c.cell_density[i] + n_lobe * c.lobe_density[i];
+    c.weight[i] = values_[j] * c.radiance[i] * (density > 0 ? points / density : 0.f);
+  }
+}
+
+/// Strata of the group's candidates.
+void Estimator::add_glossy_segment(uint32_t index, size_t first) {
+  const Visibility& visibility = visibility_[groups_[index].patch];
+  const Segment segment{true, index, weights_.size(), candidates_.size() - first, first};
+  weights_.resize(segment.begin + segment.size);
+  block_sums_.resize(weights_.size() / simd::kCellLanes);
+  for (size_t j = 0; j < segment.size; ++j) {
+    weights_[segment.begin + j] = std::abs(mean_of(candidates_.weight[first + j])) *
+                                  visibility.sigma[candidates_.cell[first + j]];
+  }
+  simd::sum_blocks(&weights_[segment.begin], segment.size,
+                   &block_sums_[segment.begin / simd::kCellLanes]);
+  segments_.push_back(segment);
+}
+
+void Estimator::add_glossy(uint32_t index, const Unit& unit, Rgb& control) {
+  const Group& group = groups_[index];
+  const Patch& patch = (*patches_)[group.patch];
+  if (!any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
+  const float wanted =
+      unit.candidates * static_cast<float>(group.count) / static_cast<float>(order_.size());
+  uint32_t lobe_log2 = kMinLobeLog2;
+  const float from_lobe = wanted * (1 - patch.cell_share);
+  while (lobe_log2 < HilbertPoints::kMaxLog2 &&
+         static_cast<float>(1u << lobe_log2) * 1.4142f < from_lobe) {
+    ++lobe_log2;
+  }
+  const auto from_cells =
+      std::clamp(static_cast<uint32_t>(wanted * patch.cell_share), kMinFromCells, kMaxFromCells);
+  const size_t first =
+      draw_candidates(group, lobe_log2, from_cells, hash_words(unit.seed, 4, index));
+  const Visibility& visibility = visibility_[group.patch];
+  for (size_t j = first; j < candidates_.size(); ++j) {
+    control += visibility.v[candidates_.cell[j]] * candidates_.weight[j];
+  }
+  add_glossy_segment(index, first);
+}
+
+void Estimator::probe_glossy(uint32_t index, const Unit& unit, std::span<PointPlan> points) {
+  const Group& group = groups_[index];
+  Patch& patch = (*patches_)[group.patch];
+  if (!any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
+  const uint32_t lobe_log2 = is_sharp(patch) ? kProbeSharpLobeLog2 : kProbeLobeLog2;
+  const uint32_t from_cells = is_sharp(patch) ? kProbeSharpFromCells : kProbeFromCells;
+  const size_t first =
+      draw_candidates(group, lobe_log2, from_cells, hash_words(unit.seed, 4, index));
+  add_glossy_segment(index, first);
+  plan_glossy(group, first, 1u << lobe_log2, from_cells, points);
+}
+
+/// Mean and variance of the unshadowed glossy light, and the share of candidates from the cells
+/// that would have had the least second moment.
+void Estimator::plan_glossy(const Group& group, size_t first, uint32_t lobe, uint32_t from_cells,
+                            std::span<PointPlan> points) {
+  Patch& patch = (*patches_)[group.patch];
+  const auto n_lobe = static_cast<double>(lobe);
+  const double n_cells = importance_total_ > 0 ? from_cells : 0;
+  const double n = n_lobe + n_cells;
+  double sum = 0, squares = 0;
+  double moments[std::size(kCellShares)] = {};
+  for (size_t i = first; i < candidates_.size(); ++i) {
+    const double w = mean_of(candidates_.weight[i]);
+    const double from_cell = candidates_.cell_density[i], from_lobe = candidates_.lobe_density[i];
+    sum += w;
+    squares += w * w;
+    const double density = n_cells * from_cell + n_lobe * from_lobe;
+    if (!(w != 0 && density > 0)) continue;
+    for (size_t k = 0; k < std::size(kCellShares); ++k) {
+      const double mixed = n * (kCellShares[k] * from_cell + (1 - kCellShares[k]) * from_lobe);
+      if (mixed > 0) moments[k] += w * w * density / mixed;
+    }
+  }
+  const size_t best = std::min_element(std::begin(moments), std::end(moments)) - moments;
+  if (squares > 0) squares = std::min(squares, moments[best]);
+  const double count = group.count;
+  const auto mean = static_cast<float>(sum / count);
+  const auto variance = static_cast<float>(std::max(0., squares * n - sum * sum) / (count * count));
+  const float share = static_cast<float>(group.count) / static_cast<float>(patch.count);
+  patch.glossy += mean * share;
+  patch.glossy_variance += variance * share;
+  patch.cell_share += (kCellShares[best] - 0.5f) * share;
+  for (uint32_t j = 0; j < group.count; ++j) {
+    points[order_[group.first + j]] = {mean, variance};
+  }
+}
+
+}  // namespace kinome

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "cell_kernels.h"
+
+namespace kinome {
+
+/// Systematic sampling: `count` points at equal distances along the line of all strata, laid end to
+/// end with their weights as lengths. Points keep their order along the line, and what is left of
+/// each within its stratum is as uniform as a random number: neighbours in the list of strata are
+/// sampled as one stratified set (Åkerlund 2008, 6.1.1 asks for such numbers; Deville and Tillé
+/// 1998 for the method's variance).
+class Comb {
+ public:
+  struct Hit {
+    uint32_t stratum;
+    float remainder;  ///< in [0, 1)
+  };
+
+  /// `total`: of all weights that will be passed; `offset` in [0, 1) is the one random number.
+  Comb(double total, size_t count, double offset)
+      : step_(total / static_cast<double>(count)), next_(offset * step_), left_(count) {}
+
+  /// Appends the points that fall on the next `size` (padded) strata, whose weights are summed in
+  /// blocks of simd::kCellLanes. A stratum of weight 0 is never hit.
+  void pass(const float* weights, const float* block_sums, size_t size, std::vector<Hit>& hits) {
+    for (size_t block = 0; block < size / simd::kCellLanes; ++block) {
+      const double end = position_ + block_sums[block];
+      if (next_ < end && left_ > 0) pass_block(weights, block * simd::kCellLanes, end, hits);
+      position_ = end;
+    }
+  }
+
+ private:
+  void pass_block(const float* weights, size_t first, double end, std::vector<Hit>& hits) {
+    double begin = position_;
+    size_t last_lit = first;
+    for (size_t i = first; i < first + simd::kCellLanes; ++i) {
+      if (!(weights[i] > 0)) continue;
+      last_lit = i;
+      const double after = begin + weights[i];
+      for (; next_ < after && left_ > 0; next_ += step_, --left_) add(i, begin, weights[i], hits);
+      begin = after;
+    }
+    // The block's sum, rounded otherwise, may reach a little further than its weights.
+    for (; next_ < end && left_ > 0; next_ += step_, --left_) {
+      if (weights[last_lit] > 0) {
+        hits.push_back({static_cast<uint32_t>(last_lit), std::nextafter(1.f, 0.f)});
+      }
+    }
+  }
+  void add(size_t stratum, double begin, float weight, std::vector<Hit>& hits) const {
+    const auto share = static_cast<float>((next_ - begin) / weight);
+    hits.push_back(
+        {static_cast<uint32_t>(stratum), std::min(std::max(share, 0.f), std::nextafter(1.f, 0.f))});
+  }
+
+  double step_;
+  double next_;
+  double position_ = 0;
+  size_t left_;
+};
+
+}  // namespace kinome

@@ -1,0 +1,382 @@
+#include "estimator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "spread.h"
+
+namespace kinome {
+namespace {
+
+/// Shadow rays of one call to Embree: what fits the caches.
+constexpr size_t kBatch = 2048;
+/// Normals of a sharp lobe's group lie within 1 - cos < kSharpSpread alpha².
+constexpr float kSharpSpread = 0.5f;
+constexpr size_t kMaxGroups = 64;
+
+/// Of a cone's half angle; beyond a right angle all cells may straddle a horizon.
+inline float cone_sine(float cosine) {
+  return cosine > 0 ? safe_sqrt(1 - std::min(cosine * cosine, 1.f)) : 2.f;
+}
+
+}  // namespace
+
+CellLight::CellLight(const DistantCells& light_cells, const Emitter& light_emitter,
+                     CellPoints light_points)
+    : cells(light_cells), emitter(light_emitter), points(std::move(light_points)) {
+  columns.count = cells.padded_size();
+  for (int k = 0; k < 8; ++k) columns.edges[k] = cells.edges()[k].data();
+  for (int k = 0; k < 3; ++k) {
+    columns.axis[k] = cells.axis()[k].data();
+    columns.importance_flux[k] = cells.importance_flux()[k].data();
+  }
+  for (int k = 0; k < 9; ++k) columns.vector_flux[k] = points.vector_flux[k].data();
+  columns.radius = cells.radius().data();
+  columns.flux = cells.flux().data();
+}
+
+Estimator::Estimator(const CellLight& light, size_t padded_cells) : light_(light) {
+  importance_.resize(padded_cells);
+  importance_blocks_.resize(padded_cells / simd::kCellLanes);
+  rays_.reserve(kBatch);
+  pending_.reserve(kBatch);
+}
+
+void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
+                           std::vector<Patch>& patches, std::span<const Visibility> visibility,
+                           RenderCounters& counters) {
+  scene_ = &scene;
+  primaries_ = &primaries;
+  patches_ = &patches;
+  visibility_ = visibility;
+  counters_ = &counters;
+  if (prepared_.size() < patches.size()) prepared_.resize(patches.size());
+  for (Prepared& prepared : prepared_) prepared.ready = false;
+}
+
+const Estimator::Prepared& Estimator::prepare(int32_t index) {
+  Prepared& prepared = prepared_[index];
+  if (prepared.ready) return prepared;
+  prepared.ready = true;
+  prepare_patch((*patches_)[index], visibility_[index], prepared);
+  return prepared;
+}
+
+void Estimator::prepare_patch(const Patch& patch, const Visibility& visibility,
+                              Prepared& prepared) const {
+  prepared.transmittance.clear();
+  if (!patch.bsdf->has_lambertian_diffuse()) find_transmittance(patch, prepared.transmittance);
+  const Vec3 local = light_.cells.to_local(patch.normal);
+  simd::classify_cells(
+      light_.columns, &local.x, cone_sine(patch.cone_cosine), visibility.knowledge(),
+      prepared.transmittance.empty() ? nullptr : prepared.transmittance.data(), prepared.cells);
+}
+
+/// Of each cell's mean direction.
+void Estimator::find_transmittance(const Patch& patch, std::vector<float>& transmittance) const {
+  const auto& table = patch.transmittance;
+  const auto last = static_cast<float>(table.size() - 1) - 1e-3f;
+  const auto& axis = light_.cells.axis();
+  transmittance.resize(light_.columns.count);
+  for (size_t c = 0; c < transmittance.size(); ++c) {
+    const float cosine =
+        patch.normal.x * axis[0][c] + patch.normal.y * axis[1][c] + patch.normal.z * axis[2][c];
+    const float at = std::clamp(cosine * static_cast<float>(table.size()) - 0.5f, 0.f, last);
+    const auto k = static_cast<uint32_t>(at);
+    transmittance[c] = table[k] + (table[k + 1] - table[k]) * (at - static_cast<float>(k));
+  }
+}
+
+Estimator::PatchPlan Estimator::plan_patch(const Patch& patch, const Visibility& visibility) {
+  PatchPlan plan;
+  if (!any(patch.bsdf->lobes() & Lobe::kDiffuse) || !(mean_of(patch.diffuse) > 0)) return plan;
+  prepare_patch(patch, visibility, planned_);
+  const simd::PatchCells& cells = planned_.cells;
+  const size_t size = cells.above + cells.mixed;
+  weights_.resize(size);
+  block_sums_.resize(size / simd::kCellLanes);
+  mixed_visibility_.resize(cells.mixed);
+  plan.uncertainty =
+      simd::diffuse_strata(cells, group_normal(patch.normal, std::max(patch.cone_cosine, 0.9987f)),
+                           mean_of(patch.diffuse) * kInvPi, weights_.data(), block_sums_.data(),
+                           mixed_visibility_.data(), plan.control);
+  return plan;
+}
+
+simd::GroupNormal Estimator::group_normal(const Vec3& n, float cosine) const {
+  const Vec3 local = light_.cells.to_local(n);
+  return {{n.x, n.y, n.z}, {local.x, local.y, local.z}, cone_sine(cosine)};
+}
+
+void Estimator::add_to_group(uint32_t primary) {
+  const int32_t patch = primaries_->patch[primary];
+  const Vec3& n = primaries_->normal[primary];
+  int32_t group = first_group_[patch];
+  if (group >= 0 && is_sharp((*patches_)[patch])) {
+    float best = -2;
+    for (size_t k = 0; k < groups_.size(); ++k) {
+      if (groups_[k].patch != patch) continue;
+      const float cosine = glm::dot(normalized(groups_[k].normal, n), n);
+      if (cosine <= best) continue;
+      best = cosine;
+      group = static_cast<int32_t>(k);
+    }
+    const bool fits = best > 1 - kSharpSpread * (*patches_)[patch].alpha2();
+    if (!fits && groups_.size() < kMaxGroups) group = -1;
+  }
+  if (group < 0) {
+    group = static_cast<int32_t>(groups_.size());
+    if (first_group_[patch] < 0) first_group_[patch] = group;
+    groups_.push_back({});
+    groups_.back().patch = patch;
+  }
+  group_of_.push_back(group);
+  Group& g = groups_[group];
+  const Rgb& albedo = primaries_->diffuse[primary];
+  ++g.count;
+  g.normal += n;
+  g.viewer += primaries_->interaction(primary).frame.to_world(primaries_->interaction(primary).wi);
+  for (int c = 0; c < 3; ++c) g.albedo_normal[c] += albedo[c] * n;
+  g.albedo += mean_of(albedo);
+}
+
+void Estimator::make_groups(const Unit& unit) {
+  groups_.clear();
+  group_of_.clear();
+  first_group_.assign(patches_->size(), -1);
+  for (uint32_t i = unit.first; i < unit.end; ++i) {
+    if (primaries_->patch[i] < 0) {
+      group_of_.push_back(-1);
+    } else {
+      add_to_group(i);
+    }
+  }
+  uint32_t first = 0;
+  for (Group& group : groups_) {
+    group.first = first;
+    first += group.count;
+    group.count = 0;
+    const Patch& patch = (*patches_)[group.patch];
+    group.normal = normalized(group.normal, patch.normal);
+    group.viewer = normalized(group.viewer, patch.viewer);
+  }
+  order_.resize(first);
+  for (uint32_t i = unit.first; i < unit.end; ++i) {
+    const int32_t k = group_of_[i - unit.first];
+    if (k < 0) continue;
+    Group& group = groups_[k];
+    order_[group.first + group.count++] = i;
+    group.cosine = std::min(group.cosine, glm::dot(group.normal, primaries_->normal[i]));
+  }
+}
+
+void Estimator::begin_unit(const Unit& unit) {
+  make_groups(unit);
+  segments_.clear();
+  weights_.clear();
+  block_sums_.clear();
+  mixed_visibility_.clear();
+  candidates_.resize(0);
+}
+
+void Estimator::add_diffuse(uint32_t index, Rgb& control) {
+  const Group& group = groups_[index];
+  const Patch& patch = (*patches_)[group.patch];
+  if (!any(patch.bsdf->lobes() & Lobe::kDiffuse) || !(group.albedo > 0)) return;
+  const simd::PatchCells& cells = prepare(group.patch).cells;
+  const Segment segment{false, index, weights_.size(), cells.above + cells.mixed,
+                        mixed_visibility_.size()};
+  if (segment.size == 0) return;
+  weights_.resize(segment.begin + segment.size);
+  block_sums_.resize(weights_.size() / simd::kCellLanes);
+  mixed_visibility_.resize(segment.other + cells.mixed);
+  float flux[9];
+  simd::diffuse_strata(cells, group_normal(group.normal, group.cosine), group.albedo * kInvPi,
+                       &weights_[segment.begin], &block_sums_[segment.begin / simd::kCellLanes],
+                       mixed_visibility_.data() + segment.other, flux);
+  for (int c = 0; c < 3; ++c) {
+    control[c] += kInvPi * (group.albedo_normal[c].x * flux[c * 3] +
+                            group.albedo_normal[c].y * flux[c * 3 + 1] +
+                            group.albedo_normal[c].z * flux[c * 3 + 2]);
+  }
+  segments_.push_back(segment);
+}
+
+uint32_t Estimator::pick(const Group& group, float share) const {
+  const auto k = static_cast<uint32_t>(fraction(share) * static_cast<float>(group.count));
+  return order_[group.first + std::min(k, group.count - 1)];
+}
+
+/// Asks the BSDFs of all points, each point's directions together.
+void Estimator::evaluate(Lobe mask, std::span<Evaluation> queries) {
+  const uint32_t count = static_cast<uint32_t>(queries.size());
+  evaluation_order_.resize(count);
+  for (uint32_t i = 0; i < count; ++i) evaluation_order_[i] = i;
+  std::sort(evaluation_order_.begin(), evaluation_order_.end(), [&](uint32_t a, uint32_t b) {
+    return queries[a].primary != queries[b].primary ? queries[a].primary < queries[b].primary
+                                                    : a < b;
+  });
+  for (auto* const v : {&x_, &y_, &z_, &r_, &g_, &b_, &pdf_}) {
+    if (v->size() < count) v->resize(count);
+  }
+  for (uint32_t begin = 0, end = 0; begin < count; begin = end) {
+    const uint32_t primary = queries[evaluation_order_[begin]].primary;
+    const SurfaceInteraction& si = primaries_->interaction(primary);
+    for (; end < count && queries[evaluation_order_[end]].primary == primary; ++end) {
+      const Vec3 d = si.frame.to_local(queries[evaluation_order_[end]].d);
+      x_[end] = d.x;
+      y_[end] = d.y;
+      z_[end] = d.z;
+    }
+    si.shape->bsdf().eval_pdf(si, mask, {&x_[begin], &y_[begin], &z_[begin], end - begin},
+                              {&r_[begin], &g_[begin], &b_[begin], &pdf_[begin]});
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    Evaluation& query = queries[evaluation_order_[i]];
+    query.f = {r_[i], g_[i], b_[i]};
+    query.pdf = pdf_[i];
+  }
+}
+
+void Estimator::push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell,
+                         Rgb* sum) {
+  if (is_black(weight)) {
+    ++counters_->skipped_shadow_rays;
+    return;
+  }
+  rays_.push_back(primaries_->interaction(primary).shadow_ray(d, kInfinity));
+  pending_.push_back(
+      {weight, sum, records_ ? &records_[primaries_->patch[primary]] : nullptr, cell});
+  if (rays_.size() >= kBatch) flush();
+}
+
+void Estimator::flush() {
+  if (rays_.empty()) return;
+  scene_->occluded(rays_, Coherence::kIncoherent, *counters_);
+  (*counters_)[RayKind::kShadow] += rays_.size();
+  for (size_t i = 0; i < rays_.size(); ++i) {
+    const bool visible = !rays_[i].is_occluded();
+    const Pending& p = pending_[i];
+    if (p.records) {
+      p.records->push_back(VisibilityRecord(p.cell, visible));
+    } else if (visible) {
+      *p.sum += p.weight;
+    }
+  }
+  rays_.clear();
+  pending_.clear();
+}
+
+void Estimator::add_mirror(uint32_t primary, uint64_t seed, Rgb* sum) {
+  const SurfaceInteraction& si = primaries_->interaction(primary);
+  const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
+  const auto sample = si.shape->bsdf().sample(si, Lobe::kDelta, 0.5f, u);
+  if (!sample) return;
+  const Vec3 d = si.frame.to_world(sample->wo);
+  const Rgb radiance = light_.emitter.eval_environment(d);
+  push_ray(primary, d, sample->weight * radiance, 0, sum);
+}
+
+void Estimator::shoot_diffuse(const Segment& segment, float scale, float offset, size_t first_hit,
+                              Rgb* sum) {
+  const Group& group = groups_[segment.group];
+  const Patch& patch = (*patches_)[group.patch];
+  const Prepared& prepared = prepared_[group.patch];
+  const Visibility& visibility = visibility_[group.patch];
+  const bool lambertian = patch.bsdf->has_lambertian_diffuse();
+  const auto count = static_cast<float>(group.count);
+  shots_.clear();
+  evaluations_.clear();
+  for (size_t j = 0; j < hits_.size(); ++j) {
+    const uint32_t stratum = hits_[j].stratum;
+    const uint32_t cell = prepared.cells.ids()[stratum];
+    const CellPoint& point = light_.points.pick(cell, hits_[j].remainder);
+    const uint32_t primary = pick(group, offset + static_cast<float>(first_hit + j) * kPlastic);
+    const float factor = count * scale / weights_[segment.begin + stratum];
+    float v = visibility.v[cell];
+    if (!prepared.transmittance.empty()) v *= prepared.transmittance[cell];
+    if (stratum >= prepared.cells.above) {
+      v = mixed_visibility_[segment.other + stratum - prepared.cells.above];
+    }
+    const float cosine = glm::dot(primaries_->normal[primary], point.d);
+    const Rgb lambert = primaries_->diffuse[primary] * (kInvPi * cosine * factor) * point.weight;
+    if (sum) *sum -= v * lambert;
+    if (lambertian) {
+      if (cosine > 0) push_ray(primary, point.d, lambert, cell, sum);
+    } else {
+      shots_.push_back({point.weight * factor, cell});
+      evaluations_.push_back({primary, point.d});
+    }
+  }
+  if (lambertian) return;
+  evaluate(Lobe::kDiffuse, evaluations_);
+  for (size_t j = 0; j < shots_.size(); ++j) {
+    push_ray(evaluations_[j].primary, evaluations_[j].d, shots_[j].weight * evaluations_[j].f,
+             shots_[j].cell, sum);
+  }
+}
+
+void Estimator::shoot_glossy(const Segment& segment, float scale, Rgb* sum) {
+  const Visibility& visibility = visibility_[groups_[segment.group].patch];
+  for (const Comb::Hit& hit : hits_) {
+    const size_t i = segment.other + hit.stratum;
+    const uint32_t cell = candidates_.cell[i];
+    const Rgb weight = candidates_.weight[i] * (scale / weights_[segment.begin + hit.stratum]);
+    if (sum) *sum -= visibility.v[cell] * weight;
+    push_ray(candidates_.primary[i], candidates_.direction(i), weight, cell, sum);
+  }
+}
+
+void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
+  double total = 0;
+  for (const float block : block_sums_) total += block;
+  if (!(total > 0) || unit.rays == 0) return;
+  Comb comb(total, unit.rays, random_float(unit.seed, 1));
+  const float offset = random_float(unit.seed, 2);
+  const auto scale = static_cast<float>(total / unit.rays);
+  size_t before = 0;
+  for (const Segment& segment : segments_) {
+    hits_.clear();
+    comb.pass(&weights_[segment.begin], &block_sums_[segment.begin / simd::kCellLanes],
+              segment.size, hits_);
+    if (segment.glossy) {
+      shoot_glossy(segment, scale, sum);
+    } else {
+      shoot_diffuse(segment, scale, offset, before, sum);
+    }
+    before += hits_.size();
+  }
+}
+
+void Estimator::estimate(const Unit& unit, Rgb& sum) {
+  records_ = nullptr;
+  begin_unit(unit);
+  if (groups_.empty()) return;
+  Rgb control(0.f);
+  for (uint32_t g = 0; g < groups_.size(); ++g) {
+    add_diffuse(g, control);
+    add_glossy(g, unit, control);
+  }
+  sum += control;
+  comb_unit(unit, &sum);
+  for (const uint32_t i : order_) {
+    if (any(primaries_->interaction(i).shape->bsdf().lobes() & Lobe::kDelta)) {
+      add_mirror(i, hash_words(unit.seed, 3), &sum);
+    }
+  }
+}
+
+void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
+                      std::span<std::vector<VisibilityRecord>> records) {
+  records_ = records.data();
+  begin_unit(unit);
+  if (groups_.empty()) return;
+  Rgb control(0.f);
+  for (uint32_t g = 0; g < groups_.size(); ++g) {
+    add_diffuse(g, control);
+    probe_glossy(g, unit, points);
+  }
+  comb_unit(unit, nullptr);
+}
+
+}  // namespace kinome

@@ -1,0 +1,191 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "comb.h"
+#include "kinome/light_cells.h"
+#include "tile.h"
+
+namespace kinome {
+
+/// Distant light of one pass: its cells and the points drawn of them.
+struct CellLight {
+  const DistantCells& cells;
+  const Emitter& emitter;
+  CellPoints points;
+  simd::CellColumns columns;
+  CellLight(const DistantCells& cells, const Emitter& emitter, CellPoints points);
+};
+
+/// Estimates the light that surface points reflect from cells, by
+///
+///     sum over cells of v_c A_c + (1 / n) sum over rays of (f V - v_c A_c q_c) / (P_c q_c)
+///
+/// A_c is the unshadowed reflected light of cell c, v_c a visibility that was learned earlier, q_c
+/// the density within the cell. Of diffuse light A_c is known without rays; of glossy light it is
+/// estimated by many unshadowed candidates. Shadow rays correct the control terms, and go where
+/// the visibility is uncertain: P_c ~ A_c sigma_c, by one comb for all points of a unit.
+///
+/// Unbiased whatever v, sigma and the patches are, as long as they were fixed before the rays were
+/// drawn. One per thread; not thread-safe.
+class Estimator {
+ public:
+  Estimator(const CellLight& light, size_t padded_cells);
+
+  /// What shares one comb: the points of a pixel, or of a tile.
+  struct Unit {
+    uint32_t first = 0;  ///< its primaries, [first, end)
+    uint32_t end = 0;
+    uint32_t rays = 0;
+    float candidates = 0;  ///< unshadowed glossy directions of all groups together
+    uint64_t seed = 0;
+  };
+
+  /// The tile whose units follow; `visibility` of each patch must outlive them. A patch's
+  /// visibility is asked for when the first unit needs it.
+  void begin_tile(const Scene& scene, const TilePrimaries& primaries, std::vector<Patch>& patches,
+                  std::span<const Visibility> visibility, RenderCounters& counters);
+
+  /// Adds the reflected light of the unit's points, summed, to `sum`: control terms at once, what
+  /// rays find when they are traced. `sum` must stay where it is until flush().
+  void estimate(const Unit& unit, Rgb& sum);
+
+  /// The same without an estimate: rays find out visibilities, and what they find is kept for each
+  /// patch, with what the plan needs to know of patches and points.
+  struct PointPlan {
+    float glossy = 0;           ///< unshadowed glossy radiance, of the group that it is in
+    float glossy_variance = 0;  ///< of one candidate
+  };
+  void probe(const Unit& unit, std::span<PointPlan> points,
+             std::span<std::vector<VisibilityRecord>> records);
+  /// Traces the rays that wait.
+  void flush();
+
+  /// What is expected of a patch's points, from learned visibilities.
+  struct PatchPlan {
+    float uncertainty = 0;  ///< sum of the diffuse strata of one point: the scale of its noise
+    float control[9] = {};  ///< of the light that they see [channel x 3 + axis]
+  };
+  PatchPlan plan_patch(const Patch& patch, const Visibility& visibility);
+
+ private:
+  /// Points of a unit that share strata: of one patch.
+  struct Group {
+    int32_t patch = 0;
+    uint32_t first = 0;  ///< in order_
+    uint32_t count = 0;
+    Vec3 normal{0.f};
+    Vec3 viewer{0.f};
+    float cosine = 1;       ///< of the cone of its normals
+    Vec3 albedo_normal[3];  ///< sum of diffuse reflectance x normal, of each channel
+    float albedo = 0;       ///< sum of the mean reflectance
+  };
+  struct Segment {
+    bool glossy = false;
+    uint32_t group = 0;
+    size_t begin = 0;  ///< in weights_
+    size_t size = 0;
+    size_t other = 0;  ///< its candidates, or mixed visibilities
+  };
+  /// Unshadowed directions of the glossy lobes of a unit, group by group (padded by candidates of
+  /// weight 0), as structure of arrays.
+  struct Candidates {
+    std::vector<uint32_t> primary, cell;
+    std::vector<float> dx, dy, dz;
+    std::vector<Rgb> radiance;
+    std::vector<float> cell_density;  ///< of the draw from cells, per solid angle
+    std::vector<float> lobe_density;
+    std::vector<Rgb> weight;  ///< f L / density: they sum to an estimate of unshadowed light
+    size_t size() const { return primary.size(); }
+    void resize(size_t size);
+    Vec3 direction(size_t i) const { return {dx[i], dy[i], dz[i]}; }
+  };
+  /// A direction at a primary, and what its BSDF says.
+  struct Evaluation {
+    uint32_t primary;
+    Vec3 d;
+    Rgb f{0.f};
+    float pdf = 0;
+  };
+  struct Shot {
+    Rgb weight;  ///< of f
+    uint32_t cell;
+  };
+  /// What a ray's result goes to: a sum, or records.
+  struct Pending {
+    Rgb weight;
+    Rgb* sum;
+    std::vector<VisibilityRecord>* records;
+    uint32_t cell;
+  };
+  /// A patch prepared for its units.
+  struct Prepared {
+    bool ready = false;
+    simd::PatchCells cells;
+    std::vector<float> transmittance;  ///< of each cell; empty: 1
+  };
+
+  const Prepared& prepare(int32_t patch);
+  void prepare_patch(const Patch& patch, const Visibility& visibility, Prepared& prepared) const;
+  void find_transmittance(const Patch& patch, std::vector<float>& transmittance) const;
+  simd::GroupNormal group_normal(const Vec3& n, float cosine) const;
+  void make_groups(const Unit& unit);
+  void add_to_group(uint32_t primary);
+  void begin_unit(const Unit& unit);
+  void add_diffuse(uint32_t group, Rgb& control);
+  void add_glossy(uint32_t group, const Unit& unit, Rgb& control);
+  void add_glossy_segment(uint32_t group, size_t first);
+  void probe_glossy(uint32_t group, const Unit& unit, std::span<PointPlan> points);
+  size_t draw_candidates(const Group& group, uint32_t lobe_log2, uint32_t from_cells,
+                         uint64_t seed);
+  void draw_from_lobe(const Group& group, size_t first, uint32_t lobe_log2, uint64_t seed);
+  void draw_from_cells(const Group& group, size_t first, uint32_t count, uint64_t seed);
+  void evaluate_candidates(const Group& group, size_t first);
+  void weigh_candidates(const Group& group, size_t first, uint32_t lobe, uint32_t from_cells);
+  void add_mirror(uint32_t primary, uint64_t seed, Rgb* sum);
+  void comb_unit(const Unit& unit, Rgb* sum);
+  void shoot_diffuse(const Segment& segment, float scale, float offset, size_t first_hit, Rgb* sum);
+  void shoot_glossy(const Segment& segment, float scale, Rgb* sum);
+  void push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell, Rgb* sum);
+  void evaluate(Lobe mask, std::span<Evaluation> queries);
+  uint32_t pick(const Group& group, float share) const;
+  void plan_glossy(const Group& group, size_t first, uint32_t lobe, uint32_t from_cells,
+                   std::span<PointPlan> points);
+
+  const CellLight& light_;
+  const Scene* scene_ = nullptr;
+  const TilePrimaries* primaries_ = nullptr;
+  std::vector<Patch>* patches_ = nullptr;
+  std::span<const Visibility> visibility_;
+  RenderCounters* counters_ = nullptr;
+  std::vector<VisibilityRecord>* records_ = nullptr;  ///< of each patch; nullptr: an estimate
+
+  std::vector<Prepared> prepared_;
+  Prepared planned_;
+  std::vector<Group> groups_;
+  std::vector<int32_t> group_of_;     ///< of each primary of the unit, from unit.first on
+  std::vector<uint32_t> order_;       ///< primaries, group by group
+  std::vector<int32_t> first_group_;  ///< of each patch
+  std::vector<Segment> segments_;
+  std::vector<float> weights_;
+  std::vector<float> block_sums_;
+  std::vector<float> mixed_visibility_;
+  Candidates candidates_;
+  std::vector<float> u1_, u2_;
+  std::vector<Comb::Hit> hits_;
+  std::vector<Evaluation> evaluations_;
+  std::vector<Shot> shots_;
+  std::vector<uint32_t> evaluation_order_, evaluation_first_;
+  std::vector<float> x_, y_, z_, r_, g_, b_, pdf_;
+  std::vector<float> importance_, importance_blocks_;
+  float importance_total_ = 0;
+  std::vector<Vec3> directions_;
+  std::vector<Rgb> radiance_;
+  std::vector<Rgb> values_;
+  std::vector<Ray> rays_;
+  std::vector<Pending> pending_;
+};
+
+}  // namespace kinome

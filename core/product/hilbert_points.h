@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kinome/math.h"
+
+namespace kinome {
+
+/// Distance along a Hilbert curve through a square of 2^16 x 2^16.
+uint32_t hilbert_index(uint32_t x, uint32_t y);
+
+/// Points of a square, 32 bits a coordinate, to be XORed by a random number of each (a digital
+/// shift, which leaves their stratification as it is).
+struct IntegerPoint {
+  uint32_t x, y;
+  Vec2 shifted(uint32_t shift_x, uint32_t shift_y) const;
+};
+
+/// Sobol points in the order of a Hilbert curve, so that neighbours in the list are neighbours in
+/// the square, and what is stratified along the list is stratified in the square. Made on first
+/// use; thread-safe.
+class HilbertPoints {
+ public:
+  static constexpr uint32_t kMaxLog2 = 11;
+  static constexpr uint32_t kMaxCount = 256;
+
+  static const HilbertPoints& get();
+  /// The first 2^log2 points, log2 <= kMaxLog2.
+  std::span<const IntegerPoint> power_of_two(uint32_t log2) const { return powers_[log2]; }
+  /// The first `count` points, 1 <= count <= kMaxCount.
+  std::span<const IntegerPoint> first(uint32_t count) const { return firsts_[count]; }
+
+ private:
+  HilbertPoints();
+  std::vector<std::vector<IntegerPoint>> powers_;
+  std::vector<std::vector<IntegerPoint>> firsts_;
+};
+
+}  // namespace kinome

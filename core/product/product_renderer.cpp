@@ -1,0 +1,450 @@
+#include "product_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "kinome/primary_rays.h"
+#include "spread.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint32_t kCellPoints = 1u << 15;
+/// Tiles this far around a tile tell of its visibility, with weights of a Gaussian in pixels.
+constexpr int kReach = 2;
+constexpr float kReachDeviation = 4;
+/// Patches learn from those of nearly the same normal and plane.
+constexpr float kLearnCosine = 0.9f;
+constexpr float kLearnPlanes = 1.6f;
+/// A sharp lobe's patch keeps its visibility only if, on the pilot's own rays, it predicts this
+/// well: sum (V - v)² < kTrust x sum V².
+constexpr float kTrust = 0.1f;
+/// More rays than this are left to more passes: each has fresh points of the cells.
+constexpr double kMaxRaysOfPass = 512;
+/// Variances of candidates are small beside what shadows add.
+constexpr float kGlossyFactor = 2;
+
+}  // namespace
+
+struct ProductRenderer::Workspace {
+  TilePrimaries primaries;
+  std::vector<Patch> patches;
+  std::vector<Visibility> visibility;
+  std::vector<Visibility> unknown;
+  std::vector<Estimator::PointPlan> point_plans;
+  std::vector<std::vector<VisibilityRecord>> records[kTilesAcross * kTilesAcross];
+  std::vector<uint16_t> counts;
+  std::vector<Rgb> sums;
+  std::vector<float> controls;
+  VisibilityLearner learner;
+  Estimator estimator;
+  Workspace(const CellLight& light, size_t padded) : learner(padded), estimator(light, padded) {}
+  void reserve_visibility(size_t count, size_t padded) {
+    while (visibility.size() < count) {
+      visibility.emplace_back().resize(padded);
+      visibility.back().reset();
+    }
+  }
+};
+
+ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                 const DistantCells& cells, const ProductSettings& settings)
+    : scene_(scene),
+      sensor_(sensor),
+      context_(context),
+      cells_(cells),
+      settings_(settings),
+      crop_(sensor.film().crop()),
+      filter_(sensor.film().filter()),
+      seed_(key_seed(context, sensor.sampler())) {
+  tiles_.resize(static_cast<size_t>(tiles_x()) * tiles_y());
+  forecast_.resize(crop_.area());
+  radiance_.assign(crop_.area(), Rgb(0.f));
+  alpha_.assign(crop_.area(), 0.f);
+}
+
+size_t ProductRenderer::pixel_index(int x, int y) const {
+  return static_cast<size_t>(y - crop_.y0) * crop_.width() + (x - crop_.x0);
+}
+
+TilePrimaries::View ProductRenderer::view() const {
+  const Film& film = sensor_.film();
+  return {scene_, sensor_, filter_, film.sample_border() ? film.reach() : crop_,
+          settings_.hide_emitters};
+}
+
+template <class Function, class End>
+void ProductRenderer::for_each_tile(const CellLight& light, const char* stage, const Function& fn,
+                                    const End& end) {
+  const size_t blocks = static_cast<size_t>(blocks_x()) * blocks_y();
+  std::vector<std::unique_ptr<Workspace>> workspaces;
+  std::mutex mutex;
+  context_.for_each(blocks, [&](size_t block, RenderCounters& counters) {
+    std::unique_ptr<Workspace> work;
+    {
+      const std::lock_guard lock(mutex);
+      if (!workspaces.empty()) {
+        work = std::move(workspaces.back());
+        workspaces.pop_back();
+      }
+    }
+    if (!work) work = std::make_unique<Workspace>(light, cells_.padded_size());
+    {
+      const StageTimer timer(counters.stage_seconds[stage]);
+      const int x0 = static_cast<int>(block) % blocks_x() * kTilesAcross;
+      const int y0 = static_cast<int>(block) / blocks_x() * kTilesAcross;
+      for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
+        const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
+        if (x >= tiles_x() || y >= tiles_y()) continue;
+        const Rect pixels{crop_.x0 + x * kTile, crop_.y0 + y * kTile,
+                          std::min(crop_.x0 + (x + 1) * kTile, crop_.x1),
+                          std::min(crop_.y0 + (y + 1) * kTile, crop_.y1)};
+        fn(y * tiles_x() + x, i, pixels, *work, counters);
+      }
+      end(static_cast<int>(block), *work);
+    }
+    const std::lock_guard lock(mutex);
+    workspaces.push_back(std::move(work));
+  });
+}
+
+void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t rays) {
+  pilot_primaries_ = primaries;
+  points_.assign(static_cast<size_t>(crop_.area()) * primaries, {});
+  const uint64_t seed = hash_words(seed_, 0x9110);
+  for_each_tile(
+      light, "pilot",
+      [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
+        work.counts.assign(pixels.area(), static_cast<uint16_t>(primaries));
+        work.primaries.trace(view(), pixels, work.counts, seed, counters);
+        TileMemory& memory = tiles_[tile];
+        make_patches(work.primaries, memory.patches);
+        const size_t patches = memory.patches.size();
+        while (work.unknown.size() < patches) {
+          work.unknown.emplace_back().resize(cells_.padded_size());
+          work.unknown.back().reset();
+        }
+        auto& records = work.records[place];
+        if (records.size() < patches) records.resize(patches);
+        for (auto& r : records) r.clear();
+        work.point_plans.assign(work.primaries.size(), {});
+        for (Patch& patch : memory.patches) patch.glossy = patch.glossy_variance = 0;
+        work.estimator.begin_tile(scene_, work.primaries, memory.patches, work.unknown, counters);
+        size_t lit = 0;
+        for (const int32_t p : work.primaries.patch) lit += p >= 0;
+        Estimator::Unit unit;
+        unit.end = static_cast<uint32_t>(work.primaries.size());
+        unit.rays = static_cast<uint32_t>(lit * rays / primaries);
+        unit.seed = hash_words(seed, static_cast<uint64_t>(tile), 1);
+        work.estimator.probe(unit, work.point_plans, records);
+        for (size_t i = 0; i < work.primaries.size(); ++i) {
+          const uint32_t pixel = work.primaries.pixel(i);
+          const int x = pixels.x0 + static_cast<int>(pixel) % pixels.width();
+          const int y = pixels.y0 + static_cast<int>(pixel) / pixels.width();
+          PilotPoint& point =
+              points_[pixel_index(x, y) * primaries + i - work.primaries.first(pixel)];
+          point.patch = static_cast<int16_t>(work.primaries.patch[i]);
+          point.known = mean_of(work.primaries.emitted(i)) + work.point_plans[i].glossy;
+          point.glossy_variance = work.point_plans[i].glossy_variance;
+          if (point.patch >= 0) {
+            point.reflected = work.primaries.normal[i] * mean_of(work.primaries.diffuse[i]);
+          }
+        }
+      },
+      [&](int block, Workspace& work) {
+        work.estimator.flush();
+        const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
+        for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
+          const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
+          if (x >= tiles_x() || y >= tiles_y()) continue;
+          TileMemory& memory = tiles_[static_cast<size_t>(y) * tiles_x() + x];
+          memory.records.clear();
+          for (size_t p = 0; p < memory.patches.size(); ++p) {
+            const auto& records = work.records[i][p];
+            memory.patches[p].first_record = static_cast<uint32_t>(memory.records.size());
+            memory.records.insert(memory.records.end(), records.begin(), records.end());
+            memory.patches[p].end_record = static_cast<uint32_t>(memory.records.size());
+          }
+        }
+      });
+}
+
+/// From the pilot's records of the tiles around, on surfaces that go on as the patch does.
+void ProductRenderer::learn(int tile, const Patch& patch, Workspace& work) const {
+  work.learner.begin();
+  const int tx = tile % tiles_x(), ty = tile / tiles_x();
+  for (int dy = -kReach; dy <= kReach; ++dy) {
+    for (int dx = -kReach; dx <= kReach; ++dx) {
+      const int x = tx + dx, y = ty + dy;
+      if (x < 0 || y < 0 || x >= tiles_x() || y >= tiles_y()) continue;
+      const auto squared = static_cast<float>((dx * dx + dy * dy) * kTile * kTile);
+      const float weight = std::exp(-0.5f * squared / sqr(kReachDeviation));
+      const auto units = static_cast<uint32_t>(std::lround(16 * weight));
+      if (units == 0) continue;
+      const TileMemory& memory = tiles_[static_cast<size_t>(y) * tiles_x() + x];
+      for (const Patch& other : memory.patches) {
+        if (other.bsdf != patch.bsdf || glm::dot(other.normal, patch.normal) < kLearnCosine ||
+            std::abs(glm::dot(other.position - patch.position, patch.normal)) >
+                kLearnPlanes * patch.tolerance) {
+          continue;
+        }
+        work.learner.add(std::span(memory.records)
+                             .subspan(other.first_record, other.end_record - other.first_record),
+                         units);
+      }
+    }
+  }
+}
+
+void ProductRenderer::store_visibility(const Visibility& visibility,
+                                       std::vector<uint8_t>& out) const {
+  for (const float v : visibility.v) out.push_back(static_cast<uint8_t>(v * 255 + 0.5f));
+  for (const float s : visibility.sigma) {
+    out.push_back(static_cast<uint8_t>(std::min(1.f, std::sqrt(s)) * 255 + 0.5f));
+  }
+}
+
+void ProductRenderer::load_visibility(const TileMemory& memory, size_t patch,
+                                      Visibility& out) const {
+  const size_t padded = cells_.padded_size();
+  const uint8_t* const v = &memory.learned[patch * 2 * padded];
+  for (size_t c = 0; c < padded; ++c) {
+    out.v[c] = static_cast<float>(v[c]) * (1 / 255.f);
+    out.sigma[c] = std::max(sqr(static_cast<float>(v[padded + c]) * (1 / 255.f)), 1e-4f);
+    out.sigma_mixed[c] = std::sqrt(0.9f * out.v[c] + 0.06f);
+  }
+}
+
+void ProductRenderer::apply_ablations(Visibility& visibility) const {
+  if (settings_.control_variate && settings_.learned_sigma) return;
+  for (size_t c = 0; c < visibility.v.size(); ++c) {
+    if (!settings_.control_variate) {
+      visibility.sigma[c] = std::sqrt(0.05f + 0.9f * visibility.v[c] + 0.01f);
+      visibility.v[c] = 0;
+    }
+    if (!settings_.learned_sigma) visibility.sigma[c] = visibility.sigma_mixed[c] = 1;
+  }
+}
+
+/// A lamp's reflection that a ridge hides, while v says that it is seen, would be the worst of
+/// errors.
+void ProductRenderer::find_trust(const TileMemory& memory, Patch& patch,
+                                 const Visibility& visibility) const {
+  float error = 0, visible = 0, mean = 0, sigma = 0;
+  for (uint32_t i = patch.first_record; i < patch.end_record; ++i) {
+    const VisibilityRecord record = memory.records[i];
+    const float v = visibility.v[record.cell()];
+    error += sqr((record.visible() ? 1.f : 0.f) - v);
+    visible += record.visible() ? 1.f : 0.f;
+    mean += v;
+    sigma += visibility.sigma[record.cell()];
+  }
+  const auto count = static_cast<float>(patch.end_record - patch.first_record);
+  if (count == 0) return;
+  patch.mean_visibility = mean / count;
+  patch.mean_sigma = sigma / count;
+  if (!is_sharp(patch)) return;
+  patch.trust = error < kTrust * visible;
+  patch.mean_visibility = (visible + 2 * patch.mean_visibility) / (count + 2);
+}
+
+void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work,
+                                const CellLight& light) {
+  (void)light;
+  TileMemory& memory = tiles_[tile];
+  work.controls.assign(memory.patches.size() * 9, 0.f);
+  work.reserve_visibility(1, cells_.padded_size());
+  Visibility& visibility = work.visibility.front();
+  memory.learned.clear();
+  for (size_t p = 0; p < memory.patches.size(); ++p) {
+    Patch& patch = memory.patches[p];
+    learn(tile, patch, work);
+    work.learner.finish(visibility);
+    store_visibility(visibility, memory.learned);
+    if (any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(memory, patch, visibility);
+    const Estimator::PatchPlan plan = work.estimator.plan_patch(patch, visibility);
+    std::copy(plan.control, plan.control + 9, &work.controls[p * 9]);
+    patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
+    patch.glossy_variance *= sqr(patch.mean_visibility);
+  }
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
+      forecast_pixel(memory, work.controls.data(), pixel_index(x, y));
+    }
+  }
+}
+
+void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* controls,
+                                     size_t pixel) {
+  PixelForecast& forecast = forecast_[pixel];
+  forecast = {};
+  double sum = 0, squares = 0;
+  const PilotPoint* const points = &points_[pixel * pilot_primaries_];
+  for (uint32_t k = 0; k < pilot_primaries_; ++k) {
+    const PilotPoint& point = points[k];
+    float value = point.known;
+    if (point.patch >= 0) {
+      const Patch& patch = memory.patches[point.patch];
+      const float* const control = controls + point.patch * 9;
+      Vec3 light(0.f);
+      for (int i = 0; i < 9; ++i) light[i % 3] += control[i] * (1 / 3.f);
+      value = std::max(
+          0.f, kInvPi * glm::dot(light, point.reflected) + point.known * patch.mean_visibility);
+      forecast.uncertainty += patch.uncertainty;
+      forecast.glossy_variance +=
+          point.glossy_variance * kGlossyFactor * sqr(patch.mean_visibility);
+      forecast.sharp = forecast.sharp || is_sharp(patch);
+    }
+    sum += value;
+    squares += static_cast<double>(value) * value;
+  }
+  const double n = pilot_primaries_;
+  forecast.mean = static_cast<float>(sum / n);
+  forecast.uncertainty /= static_cast<float>(n);
+  forecast.glossy_variance /= static_cast<float>(n);
+  if (n > 1) {
+    forecast.variance = static_cast<float>(std::max(0., (squares - sum * sum / n) / (n - 1)));
+  }
+}
+
+void ProductRenderer::plan(const CellLight& light) {
+  for_each_tile(
+      light, "plan",
+      [&](int tile, int, const Rect& pixels, Workspace& work, RenderCounters&) {
+        plan_tile(tile, pixels, work, light);
+      },
+      [](int, Workspace&) {});
+}
+
+void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vector<PixelPlan>& plan,
+                                  uint64_t seed, Workspace& work, RenderCounters& counters) {
+  TileMemory& memory = tiles_[tile];
+  const auto pixel_of = [&](size_t i) {
+    const int k = static_cast<int>(i);
+    return pixel_index(pixels.x0 + k % pixels.width(), pixels.y0 + k / pixels.width());
+  };
+  const size_t count = static_cast<size_t>(pixels.area());
+  work.counts.resize(count);
+  for (size_t i = 0; i < count; ++i) work.counts[i] = plan[pixel_of(i)].primaries;
+  work.primaries.trace(view(), pixels, work.counts, seed, counters);
+  work.patches = memory.patches;
+  assign_patches(work.primaries, work.patches);
+  work.reserve_visibility(work.patches.size(), cells_.padded_size());
+  for (size_t p = 0; p < work.patches.size(); ++p) {
+    Visibility& visibility = work.visibility[p];
+    if (p < memory.patches.size()) {
+      load_visibility(memory, p, visibility);
+    } else {
+      learn(tile, work.patches[p], work);
+      work.learner.finish(visibility);
+      work.patches[p].trust = !is_sharp(work.patches[p]);
+    }
+    if (!work.patches[p].trust) {
+      std::fill(visibility.v.begin(), visibility.v.end(), 0.f);
+      visibility.sigma = visibility.sigma_mixed;
+    }
+    apply_ablations(visibility);
+  }
+  work.estimator.begin_tile(scene_, work.primaries, work.patches, work.visibility, counters);
+  for (size_t i = 0; i < count; ++i) {
+    const size_t pixel = pixel_of(i);
+    Estimator::Unit unit;
+    unit.first = work.primaries.first(i);
+    unit.end = work.primaries.first(i + 1);
+    unit.rays = plan[pixel].rays;
+    unit.candidates = plan[pixel].candidates;
+    unit.seed = hash_words(seed, pixel, 2);
+    Rgb& sum = work.sums.emplace_back(0.f);
+    float hits = 0;
+    for (uint32_t k = unit.first; k < unit.end; ++k) {
+      sum += work.primaries.emitted(k);
+      hits += work.primaries.hit(k) ? 1.f : 0.f;
+    }
+    alpha_[pixel] += hits / static_cast<float>(unit.end - unit.first);
+    work.estimator.estimate(unit, sum);
+  }
+}
+
+void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>& plan,
+                           uint64_t seed) {
+  for_each_tile(
+      light, "main",
+      [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
+        if (place == 0) {
+          work.sums.clear();
+          work.sums.reserve(static_cast<size_t>(kBlock) * kBlock);
+        }
+        render_tile(tile, pixels, plan, seed, work, counters);
+      },
+      [&](int block, Workspace& work) {
+        work.estimator.flush();
+        const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
+        size_t next = 0;
+        for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
+          const int tx = x0 + i % kTilesAcross, ty = y0 + i / kTilesAcross;
+          if (tx >= tiles_x() || ty >= tiles_y()) continue;
+          for (int y = ty * kTile; y < std::min((ty + 1) * kTile, crop_.height()); ++y) {
+            for (int x = tx * kTile; x < std::min((tx + 1) * kTile, crop_.width()); ++x) {
+              const size_t pixel = static_cast<size_t>(y) * crop_.width() + x;
+              radiance_[pixel] += work.sums[next++] / static_cast<float>(plan[pixel].primaries);
+            }
+          }
+        }
+      });
+  weight_ += 1;
+}
+
+void ProductRenderer::write_film() {
+  Film& film = sensor_.film();
+  context_.for_each_tile(film, [&](Tile& tile) {
+    for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
+      for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
+        if (x < crop_.x0 || x >= crop_.x1 || y < crop_.y0 || y >= crop_.y1) continue;
+        const size_t pixel = pixel_index(x, y);
+        const Rgb c = radiance_[pixel] / weight_;
+        const float values[4] = {c.x, c.y, c.z, alpha_[pixel] / weight_};
+        tile.film.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u});
+      }
+    }
+  });
+}
+
+void ProductRenderer::render() {
+  const double budget = settings_.rays_per_pixel;
+  const uint32_t primaries = budget < 24 ? 1 : budget < 60 ? 2 : 4;
+  const uint32_t rays = 3 * primaries;
+  const auto make_light = [&](uint64_t seed) {
+    const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
+    return CellLight(cells_, *scene_.environment(),
+                     cells_.draw_points(kCellPoints, hash_words(seed_, seed), context_));
+  };
+  {
+    const CellLight light = make_light(0);
+    context_.set_progress_range(0, 0.2);
+    pilot(light, primaries, rays);
+    plan(light);
+  }
+  const double left = std::max(2., budget - primaries - rays);
+  const auto passes = static_cast<uint32_t>(std::ceil(left / kMaxRaysOfPass));
+  std::vector<PixelPlan> plan;
+  {
+    const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+    plan = allocate(forecast_, crop_.width(), crop_.height(), left / passes, settings_.adaptive);
+  }
+  points_ = {};
+  for (uint32_t i = 0; i < passes && !context_.cancelled(); ++i) {
+    context_.set_progress_range(0.2 + 0.8 * i / passes, 0.2 + 0.8 * (i + 1) / passes);
+    const CellLight light = make_light(1 + i);
+    pass(light, plan, hash_words(seed_, 0x3a55, i));
+  }
+  context_.set_progress_range(1, 1);
+  write_film();
+}
+
+void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                    const DistantCells& cells, const ProductSettings& settings) {
+  ProductRenderer(scene, sensor, context, cells, settings).render();
+}
+
+}  // namespace kinome

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <vector>
+
+#include "estimator.h"
+#include "kinome/product_sampling.h"
+#include "plan.h"
+
+namespace kinome {
+
+/// One render by learned product sampling: pilot, plan, and passes that make the picture.
+class ProductRenderer {
+ public:
+  ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                  const DistantCells& cells, const ProductSettings& settings);
+  void render();
+
+ private:
+  /// Side of the tiles that learn together, and of the blocks of them that are one thread's turn.
+  static constexpr int kTile = 4;
+  static constexpr int kBlock = 32;
+  static constexpr int kTilesAcross = kBlock / kTile;
+
+  /// What the plan needs of a pilot's primary.
+  struct PilotPoint {
+    Vec3 reflected{0.f};  ///< normal x mean diffuse reflectance
+    float known = 0;      ///< light that it sees itself, or unshadowed glossy light
+    float glossy_variance = 0;
+    int16_t patch = -1;
+  };
+  /// What a thread works with; kept from block to block.
+  struct Workspace;
+
+  int tiles_x() const { return (crop_.width() + kTile - 1) / kTile; }
+  int tiles_y() const { return (crop_.height() + kTile - 1) / kTile; }
+  int blocks_x() const { return (crop_.width() + kBlock - 1) / kBlock; }
+  int blocks_y() const { return (crop_.height() + kBlock - 1) / kBlock; }
+  size_t pixel_index(int x, int y) const;
+  TilePrimaries::View view() const;
+  Workspace& workspace(const CellLight& light) const;
+
+  /// fn(tile index, its pixels, workspace, counters) for each tile, a block at a time; then
+  /// fn_end(workspace).
+  template <class Function, class End>
+  void for_each_tile(const CellLight& light, const char* stage, const Function& fn, const End& end);
+
+  void pilot(const CellLight& light, uint32_t primaries, uint32_t rays);
+  void learn(int tile, const Patch& patch, Workspace& work) const;
+  void plan(const CellLight& light);
+  void plan_tile(int tile, const Rect& pixels, Workspace& work, const CellLight& light);
+  void forecast_pixel(const TileMemory& memory, const float* controls, size_t pixel);
+  void find_trust(const TileMemory& memory, Patch& patch, const Visibility& visibility) const;
+  void pass(const CellLight& light, const std::vector<PixelPlan>& plan, uint64_t seed);
+  void render_tile(int tile, const Rect& pixels, const std::vector<PixelPlan>& plan, uint64_t seed,
+                   Workspace& work, RenderCounters& counters);
+  void load_visibility(const TileMemory& memory, size_t patch, Visibility& out) const;
+  void store_visibility(const Visibility& visibility, std::vector<uint8_t>& out) const;
+  void apply_ablations(Visibility& visibility) const;
+  void write_film();
+
+  const Scene& scene_;
+  const Sensor& sensor_;
+  RenderContext& context_;
+  const DistantCells& cells_;
+  const ProductSettings& settings_;
+  const Rect crop_;
+  const FilterSampler filter_;
+  const uint64_t seed_;
+  uint32_t pilot_primaries_ = 0;
+  std::vector<TileMemory> tiles_;
+  std::vector<PilotPoint> points_;
+  std::vector<PixelForecast> forecast_;
+  std::vector<Rgb> radiance_;  ///< sums over passes of each pixel's estimate
+  std::vector<float> alpha_;
+  float weight_ = 0;  ///< of the passes so far
+};
+
+}  // namespace kinome

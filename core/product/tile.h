@@ -1,0 +1,139 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kinome/primary_rays.h"
+#include "lobe_kernels.h"
+#include "visibility.h"
+
+namespace kinome {
+
+/// Draws places of samples around a pixel's centre with the density of the film's filter, so that
+/// each sample counts for its own pixel alone, whatever their number in the next pixel ("filter
+/// importance sampling", Ernst et al. 2006). Filters must not be negative.
+class FilterSampler {
+ public:
+  explicit FilterSampler(const ReconstructionFilter& filter);
+  /// Film position of a sample of pixel (x, y), which lies in `region`: there the filter is cut off
+  /// and normalised again, as the film's weighted mean is.
+  Vec2 place(int x, int y, const Vec2& u, const Rect& region) const;
+
+ private:
+  static constexpr int kBins = 4096;
+  float place_1d(int pixel, float u, int low, int high) const;
+  float cumulated(float offset) const;
+  float radius_;
+  bool is_box_;
+  std::vector<float> cumulated_;  ///< of the filter from -radius to each bin's end
+};
+
+/// Camera rays of a small tile of pixels, each with a number of its own, and the surfaces that they
+/// meet. Keeps its memory: one per thread.
+class TilePrimaries {
+ public:
+  struct View {
+    const Scene& scene;
+    const Sensor& sensor;
+    const FilterSampler& filter;
+    Rect region;  ///< where film positions may lie
+    bool hide_emitters = false;
+  };
+
+  /// counts[i] rays for pixel i of `pixels`, row by row. Each pixel's are the first so many of one
+  /// sequence for each seed, in the order of a Hilbert curve.
+  void trace(const View& view, const Rect& pixels, std::span<const uint16_t> counts, uint64_t seed,
+             RenderCounters& counters);
+
+  size_t size() const { return rays_.size(); }
+  /// Rays [first(i), first(i + 1)) are those of pixel i.
+  uint32_t first(size_t pixel) const { return first_[pixel]; }
+  uint32_t pixel(size_t i) const { return pixels_[i]; }
+  const SurfaceInteraction& interaction(size_t i) const { return interactions_[i]; }
+  bool hit(size_t i) const { return rays_[i].hit.valid(); }
+  /// Light that the ray sees itself.
+  const Rgb& emitted(size_t i) const { return emitted_[i]; }
+
+  /// What reflects light from the cells; patch[i] < 0: nothing does.
+  std::vector<int32_t> patch;
+  std::vector<Vec3> normal;  ///< Bsdf::reflection_frame
+  simd::PointFrames frames;  ///< the same, with its tangent and the viewer; where patch >= 0
+  std::vector<Rgb> diffuse;  ///< LobeReflectance::diffuse; 0 where there is none
+
+  /// Length of a tile's side at a distance of t, world units.
+  float width_at(float t) const { return origin_width_ + t * direction_width_; }
+
+ private:
+  void make_rays(const View& view, const Rect& pixels, std::span<const uint16_t> counts,
+                 uint64_t seed);
+  void look_behind_emitters(const View& view, RenderCounters& counters);
+  void add_emitters(const View& view);
+
+  std::vector<uint32_t> first_;
+  std::vector<uint16_t> pixels_;
+  std::vector<RayHit> rays_;
+  std::vector<SurfaceInteraction> interactions_;
+  std::vector<Rgb> emitted_;
+  std::vector<uint32_t> missed_;
+  std::vector<Vec3> directions_;
+  std::vector<Rgb> environment_;
+  float origin_width_ = 0;
+  float direction_width_ = 0;
+};
+
+/// A piece of surface of one material and nearly one normal, as a tile of pixels sees it: what
+/// shares learned visibility and a list of cells.
+struct Patch {
+  const Bsdf* bsdf = nullptr;
+  Vec3 normal{0, 0, 1};   ///< mean
+  Vec3 position{0.f};     ///< mean
+  Vec3 viewer{0, 0, 1};   ///< mean, unit
+  float cone_cosine = 1;  ///< all normals are within
+  float tolerance = 0;    ///< distance from the plane within which points belong here
+  Rgb diffuse{0.f};       ///< mean
+  /// Diffuse reflection relative to a Lambertian one of `diffuse`, for cosines (k + 1/2) / size; of
+  /// no use where the BSDF has_lambertian_diffuse().
+  std::array<float, 16> transmittance{};
+  /// Width of the glossy lobe, as of a GGX distribution of half vectors. Only importance depends on
+  /// it.
+  simd::HalfVectorLobe lobe{1, 1};
+  float alpha2() const { return lobe.alpha_u * lobe.alpha_v; }
+  uint32_t count = 0;  ///< points of the pilot
+  /// Records of the pilot, of TileMemory::records.
+  uint32_t first_record = 0;
+  uint32_t end_record = 0;
+
+  // What the plan found, of one primary:
+  float uncertainty = 0;      ///< sum over strata of what rays are distributed by
+  float glossy = 0;           ///< unshadowed glossy radiance
+  float glossy_variance = 0;  ///< of one candidate
+  float cell_share = 0.5f;    ///< of candidates that are drawn from the cells
+  float mean_visibility = 1;  ///< of glossy light
+  float mean_sigma = 1;
+  bool trust = true;  ///< false: v is of no use to the glossy lobe
+};
+
+/// Reflects by a lobe so sharp that points of different normals share no directions.
+inline bool is_sharp(const Patch& patch) {
+  return patch.alpha2() < 0.01f && !any(patch.bsdf->lobes() & Lobe::kDiffuse);
+}
+
+/// What a tile keeps between pilot and the main pass.
+struct TileMemory {
+  std::vector<Patch> patches;
+  std::vector<VisibilityRecord> records;
+  /// Of each patch: v, then the root of sigma, of each cell, in 8 bits.
+  std::vector<uint8_t> learned;
+};
+
+/// True where the point may belong to the patch.
+bool belongs(const Patch& patch, const Bsdf* bsdf, const Vec3& normal, const Vec3& position);
+
+/// Divides the points of a pilot into patches.
+void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches);
+/// Assigns the points of a later pass to the patches, making more where none fits.
+void assign_patches(TilePrimaries& primaries, std::vector<Patch>& patches);
+
+}  // namespace kinome

@@ -1,0 +1,94 @@
+#include "visibility.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinome {
+namespace {
+
+constexpr size_t kFanOut = 8;
+/// How many records a parent's share counts as.
+constexpr float kShrinkage = 2;
+/// Shares of a few records are pulled to 0 and 1, which is what most cells are.
+constexpr float kSnap = 0.05f;
+/// Variance that remains however certain a share seems, and that of its own uncertainty.
+constexpr float kLeastVariance = 1e-4f;
+constexpr float kDoubt = 0.003f;
+constexpr float kMixedDoubt = 0.01f;
+
+}  // namespace
+
+void Visibility::resize(size_t padded) {
+  v.resize(padded);
+  sigma.resize(padded);
+  sigma_mixed.resize(padded);
+}
+
+void Visibility::reset() {
+  std::fill(v.begin(), v.end(), 0.f);
+  std::fill(sigma.begin(), sigma.end(), 1.f);
+  std::fill(sigma_mixed.begin(), sigma_mixed.end(), 1.f);
+}
+
+VisibilityLearner::VisibilityLearner(size_t padded_cells) : counts_(padded_cells) {
+  for (size_t size = padded_cells; size > 1;) {
+    size = (size + kFanOut - 1) / kFanOut;
+    levels_.emplace_back(size);
+  }
+}
+
+void VisibilityLearner::begin() {
+  std::fill(counts_.begin(), counts_.end(), Count{});
+}
+
+void VisibilityLearner::add(std::span<const VisibilityRecord> records, uint32_t weight) {
+  for (const VisibilityRecord record : records) {
+    Count& count = counts_[record.cell()];
+    count.all += weight;
+    count.visible += record.visible() ? weight : 0;
+  }
+}
+
+void VisibilityLearner::finish(Visibility& out) {
+  for (size_t level = 0; level < levels_.size(); ++level) {
+    std::vector<Node>& nodes = levels_[level];
+    for (size_t i = 0; i < nodes.size(); ++i) {
+      Node sum;
+      const size_t children = level == 0 ? counts_.size() : levels_[level - 1].size();
+      const size_t end = std::min(children, (i + 1) * kFanOut);
+      for (size_t k = i * kFanOut; k < end; ++k) {
+        if (level == 0) {
+          sum.all += static_cast<float>(counts_[k].all) / 16;
+          sum.visible += static_cast<float>(counts_[k].visible) / 16;
+        } else {
+          sum.all += levels_[level - 1][k].all;
+          sum.visible += levels_[level - 1][k].visible;
+        }
+      }
+      nodes[i] = sum;
+    }
+  }
+  // Downward: a node's sums become its share.
+  Node& root = levels_.back().front();
+  root.visible = (root.visible + 0.5f) / (root.all + 1);
+  for (size_t level = levels_.size() - 1; level-- > 0;) {
+    for (size_t i = 0; i < levels_[level].size(); ++i) {
+      Node& node = levels_[level][i];
+      const float parent = levels_[level + 1][i / kFanOut].visible;
+      node.visible = (node.visible + kShrinkage * parent) / (node.all + kShrinkage);
+    }
+  }
+  const std::vector<Node>& parents = levels_.front();
+  for (size_t c = 0; c < counts_.size(); ++c) {
+    const float all = static_cast<float>(counts_[c].all) / 16;
+    const float visible = static_cast<float>(counts_[c].visible) / 16;
+    const float p = (visible + kShrinkage * parents[c / kFanOut].visible) / (all + kShrinkage);
+    const float v = std::clamp((p - kSnap) / (1 - 2 * kSnap), 0.f, 1.f);
+    out.v[c] = v;
+    out.sigma[c] =
+        std::sqrt(std::max(p - 2 * p * v + v * v, 0.f) + kDoubt / (1 + all) + kLeastVariance);
+    out.sigma_mixed[c] = std::sqrt(p + kMixedDoubt);
+  }
+}
+
+}  // namespace kinome

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "cell_kernels.h"
+
+namespace kinome {
+
+/// What one shadow ray found: the cell that it went to, and whether its light was visible.
+class VisibilityRecord {
+ public:
+  VisibilityRecord() = default;
+  VisibilityRecord(uint32_t cell, bool visible)
+      : bits_(static_cast<uint16_t>(cell | (visible ? 0x8000u : 0u))) {}
+  uint32_t cell() const { return bits_ & 0x7fffu; }
+  bool visible() const { return bits_ & 0x8000u; }
+
+ private:
+  uint16_t bits_ = 0;
+};
+
+/// Visibility of each cell at a patch of surface, with what is left uncertain; arrays padded.
+struct Visibility {
+  std::vector<float> v;            ///< in [0, 1]: what control terms count on
+  std::vector<float> sigma;        ///< root mean square of V - v
+  std::vector<float> sigma_mixed;  ///< root mean square of V: where v is taken as 0
+  void resize(size_t padded);
+  /// Nothing known: v = 0.
+  void reset();
+  simd::CellKnowledge knowledge() const { return {v.data(), sigma.data(), sigma_mixed.data()}; }
+};
+
+/// Turns records of rays nearby into visibilities: the share of visible ones, a cell with few
+/// records leaning on its neighbours along the cells' curve (shrinkage up a tree of fan-out 8).
+class VisibilityLearner {
+ public:
+  explicit VisibilityLearner(size_t padded_cells);
+  void begin();
+  /// Each record counts `weight` / 16.
+  void add(std::span<const VisibilityRecord> records, uint32_t weight);
+  void finish(Visibility& out);
+
+ private:
+  struct Count {
+    uint32_t all = 0;
+    uint32_t visible = 0;
+  };
+  struct Node {
+    float all = 0;
+    float visible = 0;
+  };
+  std::vector<Count> counts_;
+  std::vector<std::vector<Node>> levels_;  ///< sums of 8; the last one is the root alone
+};
+
+}  // namespace kinome

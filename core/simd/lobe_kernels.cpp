@@ -1,0 +1,186 @@
+#include "lobe_kernels.h"
+
+// A scalar target, too, wherever the baseline is one: tests compare with it.
+#define HWY_COMPILE_ALL_ATTAINABLE
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "lobe_kernels.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+
+#include <numbers>
+
+HWY_BEFORE_NAMESPACE();
+namespace kinome::simd {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Tag = hn::CappedTag<float, kLobeLanes>;
+using V = hn::Vec<Tag>;
+using IndexTag = hn::RebindToSigned<Tag>;
+using Index = hn::Vec<IndexTag>;
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+struct V3 {
+  V x, y, z;
+};
+HWY_INLINE V3 gather(const std::vector<float> (&from)[3], Index i) {
+  const Tag d;
+  return {hn::GatherIndex(d, from[0].data(), i), hn::GatherIndex(d, from[1].data(), i),
+          hn::GatherIndex(d, from[2].data(), i)};
+}
+HWY_INLINE V dot(const V3& a, const V3& b) {
+  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
+}
+HWY_INLINE V3 cross(const V3& a, const V3& b) {
+  return {hn::NegMulAdd(a.z, b.y, hn::Mul(a.y, b.z)), hn::NegMulAdd(a.x, b.z, hn::Mul(a.z, b.x)),
+          hn::NegMulAdd(a.y, b.x, hn::Mul(a.x, b.y))};
+}
+
+/// Sine and cosine of a turn's share u in [0, 1), to 1e-6: polynomials over an eighth of a turn
+/// (Taylor's, as cos and sin of at most pi / 4).
+HWY_INLINE void sin_cos_turn(V u, V& sine, V& cosine) {
+  const Tag d;
+  const V quarters = hn::Round(hn::Mul(u, hn::Set(d, 4.f)));
+  const V x = hn::Mul(hn::NegMulAdd(quarters, hn::Set(d, 0.25f), u), hn::Set(d, 2 * kPi));
+  const V x2 = hn::Mul(x, x);
+  V s = hn::MulAdd(x2, hn::Set(d, 2.75573192e-6f), hn::Set(d, -1.98412698e-4f));
+  s = hn::MulAdd(x2, s, hn::Set(d, 8.33333333e-3f));
+  s = hn::MulAdd(x2, s, hn::Set(d, -1.66666667e-1f));
+  s = hn::Mul(x, hn::MulAdd(x2, s, hn::Set(d, 1.f)));
+  V c = hn::MulAdd(x2, hn::Set(d, 2.48015873e-5f), hn::Set(d, -1.38888889e-3f));
+  c = hn::MulAdd(x2, c, hn::Set(d, 4.16666667e-2f));
+  c = hn::MulAdd(x2, c, hn::Set(d, -0.5f));
+  c = hn::MulAdd(x2, c, hn::Set(d, 1.f));
+  const auto k = hn::ConvertTo(IndexTag(), quarters);
+  const auto one = hn::Set(IndexTag(), 1), two = hn::Set(IndexTag(), 2);
+  const auto swap = hn::RebindMask(d, hn::Eq(hn::And(k, one), one));
+  const auto negate_sine = hn::RebindMask(d, hn::Eq(hn::And(k, two), two));
+  const auto negate_cosine = hn::RebindMask(d, hn::Eq(hn::And(hn::Add(k, one), two), two));
+  const V a = hn::IfThenElse(swap, c, s), b = hn::IfThenElse(swap, s, c);
+  sine = hn::IfThenElse(negate_sine, hn::Neg(a), a);
+  cosine = hn::IfThenElse(negate_cosine, hn::Neg(b), b);
+}
+
+void SampleLobe(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
+                const float* u1, const float* u2, size_t count, float* dx, float* dy, float* dz) {
+  const Tag d;
+  const IndexTag di;
+  const V one = hn::Set(d, 1.f);
+  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const Index k = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), point + i));
+    const V3 n = gather(frames.normal, k), t = gather(frames.tangent, k);
+    const V3 w = gather(frames.viewer, k), b = cross(n, t);
+    const V u = hn::LoadU(d, u1 + i);
+    V sine, cosine;
+    sin_cos_turn(hn::LoadU(d, u2 + i), sine, cosine);
+    const V r = hn::Sqrt(hn::Div(u, hn::Max(hn::Sub(one, u), hn::Set(d, 0x1p-25f))));
+    const V x = hn::Mul(hn::Mul(r, cosine), hn::Set(d, lobe.alpha_u));
+    const V y = hn::Mul(hn::Mul(r, sine), hn::Set(d, lobe.alpha_v));
+    const V3 h{hn::MulAdd(t.x, x, hn::MulAdd(b.x, y, n.x)),
+               hn::MulAdd(t.y, x, hn::MulAdd(b.y, y, n.y)),
+               hn::MulAdd(t.z, x, hn::MulAdd(b.z, y, n.z))};
+    const V scale = hn::Div(hn::Mul(hn::Set(d, 2.f), dot(w, h)), dot(h, h));
+    const V3 m{hn::MulSub(scale, h.x, w.x), hn::MulSub(scale, h.y, w.y),
+               hn::MulSub(scale, h.z, w.z)};
+    const V inverse = hn::Div(one, hn::Sqrt(dot(m, m)));
+    hn::StoreU(hn::Mul(m.x, inverse), d, dx + i);
+    hn::StoreU(hn::Mul(m.y, inverse), d, dy + i);
+    hn::StoreU(hn::Mul(m.z, inverse), d, dz + i);
+  }
+}
+
+void LobeDensity(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
+                 const float* dx, const float* dy, const float* dz, size_t count, float* density) {
+  const Tag d;
+  const IndexTag di;
+  const V zero = hn::Zero(d);
+  const V norm = hn::Set(d, 1 / (4 * kPi * lobe.alpha_u * lobe.alpha_v));
+  const V inverse_u2 = hn::Set(d, 1 / (lobe.alpha_u * lobe.alpha_u));
+  const V inverse_v2 = hn::Set(d, 1 / (lobe.alpha_v * lobe.alpha_v));
+  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const Index k = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), point + i));
+    const V3 n = gather(frames.normal, k), t = gather(frames.tangent, k);
+    const V3 w = gather(frames.viewer, k);
+    const V3 h{hn::Add(w.x, hn::LoadU(d, dx + i)), hn::Add(w.y, hn::LoadU(d, dy + i)),
+               hn::Add(w.z, hn::LoadU(d, dz + i))};
+    // Unnormalised: D is homogeneous in h, D cos / (4 w.h) = hh² (h.n) / (pi au av q² 4 (w.h)).
+    const V hh = dot(h, h), hn_ = dot(h, n), wh = dot(w, h);
+    const V hu = dot(h, t);
+    // The second tangential part, squared: what is left of hh.
+    const V hv2 = hn::Max(zero, hn::NegMulAdd(hu, hu, hn::NegMulAdd(hn_, hn_, hh)));
+    const V q =
+        hn::MulAdd(hn::Mul(hu, hu), inverse_u2, hn::MulAdd(hv2, inverse_v2, hn::Mul(hn_, hn_)));
+    const V value = hn::Div(hn::Mul(norm, hn::Mul(hn::Mul(hh, hh), hn_)),
+                            hn::Max(hn::Mul(hn::Mul(q, q), wh), hn::Set(d, 1e-30f)));
+    const auto valid = hn::And(hn::Gt(hn_, zero), hn::Gt(wh, hn::Set(d, 1e-12f)));
+    hn::StoreU(hn::IfThenElseZero(valid, value), d, density + i);
+  }
+}
+
+/// Of x >= 0 and y >= 0, in [0, pi / 2]; the polynomial of Moshier's Cephes library (atanf).
+HWY_INLINE V atan2_first_quadrant(V y, V x) {
+  const Tag d;
+  const V large = hn::Max(hn::Max(x, y), hn::Set(d, 1e-37f));
+  const V small = hn::Min(x, y);
+  const auto reduced = hn::Gt(small, hn::Mul(large, hn::Set(d, 0.414213562f)));
+  const V t = hn::Div(hn::IfThenElse(reduced, hn::Sub(small, large), small),
+                      hn::IfThenElse(reduced, hn::Add(small, large), large));
+  const V z = hn::Mul(t, t);
+  V p = hn::MulAdd(z, hn::Set(d, 8.05374449538e-2f), hn::Set(d, -1.38776856032e-1f));
+  p = hn::MulAdd(z, p, hn::Set(d, 1.99777106478e-1f));
+  p = hn::MulAdd(z, p, hn::Set(d, -3.33329491539e-1f));
+  V angle = hn::MulAdd(hn::Mul(p, z), t, t);
+  angle = hn::Add(angle, hn::IfThenElseZero(reduced, hn::Set(d, kPi / 4)));
+  return hn::IfThenElse(hn::Gt(y, x), hn::Sub(hn::Set(d, kPi / 2), angle), angle);
+}
+
+void PolarAngles(const float m[9], const float* dx, const float* dy, const float* dz, size_t count,
+                 float* phi, float* theta) {
+  const Tag d;
+  const V zero = hn::Zero(d);
+  const V pi = hn::Set(d, kPi), turn = hn::Set(d, 2 * kPi);
+  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const V3 w{hn::LoadU(d, dx + i), hn::LoadU(d, dy + i), hn::LoadU(d, dz + i)};
+    const auto row = [&](int k) {
+      return dot({hn::Set(d, m[k]), hn::Set(d, m[k + 1]), hn::Set(d, m[k + 2])}, w);
+    };
+    const V x = row(0), y = row(3), z = hn::Neg(row(6));
+    V around = atan2_first_quadrant(hn::Abs(x), hn::Abs(z));
+    around = hn::IfThenElse(hn::Lt(z, zero), hn::Sub(pi, around), around);
+    around = hn::IfThenElse(hn::Lt(x, zero), hn::Sub(turn, around), around);
+    hn::StoreU(around, d, phi + i);
+    const V sine = hn::Sqrt(hn::MulAdd(x, x, hn::Mul(z, z)));
+    const V down = atan2_first_quadrant(sine, hn::Abs(y));
+    hn::StoreU(hn::IfThenElse(hn::Lt(y, zero), hn::Sub(pi, down), down), d, theta + i);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::simd
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kinome::simd {
+
+HWY_EXPORT(SampleLobe);
+HWY_EXPORT(LobeDensity);
+HWY_EXPORT(PolarAngles);
+
+void sample_lobe(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
+                 const float* u1, const float* u2, size_t count, float* dx, float* dy, float* dz) {
+  HWY_DYNAMIC_DISPATCH(SampleLobe)(lobe, frames, point, u1, u2, count, dx, dy, dz);
+}
+
+void lobe_density(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
+                  const float* dx, const float* dy, const float* dz, size_t count, float* density) {
+  HWY_DYNAMIC_DISPATCH(LobeDensity)(lobe, frames, point, dx, dy, dz, count, density);
+}
+
+void polar_angles(const float to_local[9], const float* dx, const float* dy, const float* dz,
+                  size_t count, float* phi, float* theta) {
+  HWY_DYNAMIC_DISPATCH(PolarAngles)(to_local, dx, dy, dz, count, phi, theta);
+}
+
+}  // namespace kinome::simd
+#endif

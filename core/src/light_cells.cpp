@@ -1,0 +1,378 @@
+#include "kinome/light_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <queue>
+
+#include "hilbert_points.h"
+#include "kinome/emitter.h"
+#include "kinome/render_context.h"
+#include "kinome/sampler.h"
+#include "lobe_kernels.h"
+
+namespace kinome {
+namespace {
+
+constexpr double kPiD = std::numbers::pi;
+/// Gauss-Legendre nodes of order 2 in [0, 1].
+constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.28867513459481288};
+/// Importance is no less than this share of the mean: directions where a photograph is black, or
+/// tabulated too coarsely, keep a density.
+constexpr double kFloor = 1e-3;
+/// No cell is wider than this share of a turn: the horizon test takes less than half of one.
+constexpr int kMaxWidthShare = 8;
+
+inline float mean_of(const Rgb& c) {
+  return (c.x + c.y + c.z) * (1 / 3.f);
+}
+
+/// A rectangle of quads that may be divided.
+struct Candidate {
+  int x0, y0, x1, y1;
+  double priority;
+  uint32_t age;  ///< breaks ties, so that the result depends on nothing else
+};
+struct LessUrgent {
+  bool operator()(const Candidate& a, const Candidate& b) const {
+    return a.priority != b.priority ? a.priority < b.priority : a.age > b.age;
+  }
+};
+
+}  // namespace
+
+DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
+                           const RenderContext& context)
+    : emitter_(emitter), grid_(grid) {
+  tabulate(context);
+  if (!(sum(row_sums_, {0, 0, grid_.columns, grid_.rows}) > 0)) return;
+  divide(std::clamp(count, 1u, kMaxCells));
+  row_squares_ = {};
+  const size_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
+  const auto resize = [&](std::vector<float>& v) { v.assign(padded, 0.f); };
+  resize(flux_);
+  resize(radius_);
+  for (auto& v : vector_flux_) resize(v);
+  for (auto& v : importance_flux_) resize(v);
+  for (auto& v : axis_) resize(v);
+  for (auto& v : edges_) resize(v);
+  context.parallel_for(size_, [&](size_t i) { describe(static_cast<uint32_t>(i)); });
+}
+
+Vec3 DistantCells::direction(double column, double row) const {
+  const double phi = (column + grid_.first_column) * 2 * kPiD / grid_.columns;
+  const double theta = row * kPiD / grid_.rows;
+  const double s = std::sin(theta);
+  return grid_.to_world * Vec3(static_cast<float>(s * std::sin(phi)),
+                               static_cast<float>(std::cos(theta)),
+                               static_cast<float>(-s * std::cos(phi)));
+}
+
+float DistantCells::quad_solid_angle(int row) const {
+  return static_cast<float>((row_cosines_[row] - row_cosines_[row + 1]) * 2 * kPiD / grid_.columns);
+}
+
+double DistantCells::sum(const std::vector<double>& row_sums, const Rectangle& r) const {
+  double total = 0;
+  for (int y = r.y0; y < r.y1; ++y) {
+    const double* const row = &row_sums[static_cast<size_t>(y) * (grid_.columns + 1)];
+    total += row[r.x1] - row[r.x0];
+  }
+  return total;
+}
+
+void DistantCells::tabulate(const RenderContext& context) {
+  const int columns = grid_.columns, rows = grid_.rows;
+  luminance_.resize(static_cast<size_t>(columns) * rows);
+  row_cosines_.resize(rows + 1);
+  for (int y = 0; y <= rows; ++y) row_cosines_[y] = std::cos(kPiD * y / rows);
+  std::vector<double> sines(columns * 2), cosines(columns * 2);
+  for (int i = 0; i < 2 * columns; ++i) {
+    const double phi = (i / 2 + kGauss[i % 2] + grid_.first_column) * 2 * kPiD / columns;
+    sines[i] = std::sin(phi);
+    cosines[i] = std::cos(phi);
+  }
+  std::vector<double> row_means(rows);
+  context.parallel_for(rows, [&](size_t y) {
+    thread_local std::vector<Vec3> directions;
+    thread_local std::vector<Rgb> radiance;
+    const size_t count = static_cast<size_t>(columns) * 4;
+    directions.resize(count);
+    radiance.resize(count);
+    double weights[2];
+    for (int g = 0; g < 2; ++g) {
+      const double theta = (static_cast<double>(y) + kGauss[g]) * kPiD / rows;
+      const double s = std::sin(theta);
+      weights[g] = s;
+      for (int i = 0; i < 2 * columns; ++i) {
+        directions[static_cast<size_t>(g) * 2 * columns + i] =
+            grid_.to_world * Vec3(static_cast<float>(s * sines[i]),
+                                  static_cast<float>(std::cos(theta)),
+                                  static_cast<float>(-s * cosines[i]));
+      }
+    }
+    emitter_.eval_environment_batch(directions, radiance, {});
+    const double scale = 0.5 / (weights[0] + weights[1]);
+    double row_sum = 0;
+    for (int x = 0; x < columns; ++x) {
+      double value = 0;
+      for (int g = 0; g < 2; ++g) {
+        for (int k = 0; k < 2; ++k) {
+          value += weights[g] *
+                   std::abs(mean_of(radiance[static_cast<size_t>(g) * 2 * columns + 2 * x + k]));
+        }
+      }
+      luminance_[y * columns + x] = static_cast<float>(value * scale);
+      row_sum += value * scale;
+    }
+    row_means[y] = row_sum * quad_solid_angle(static_cast<int>(y));
+  });
+  double total = 0;
+  for (const double mean : row_means) total += mean;
+  const auto least = static_cast<float>(kFloor * total / (4 * kPiD));
+  row_sums_.assign(static_cast<size_t>(columns + 1) * rows, 0.);
+  row_squares_.assign(row_sums_.size(), 0.);
+  context.parallel_for(rows, [&](size_t y) {
+    double* const sums = &row_sums_[y * (columns + 1)];
+    double* const squares = &row_squares_[y * (columns + 1)];
+    const double angle = quad_solid_angle(static_cast<int>(y));
+    for (int x = 0; x < columns; ++x) {
+      float& l = luminance_[y * columns + x];
+      l = std::max(l, least);
+      sums[x + 1] = sums[x] + l * angle;
+      squares[x + 1] = squares[x] + static_cast<double>(l) * l * angle;
+    }
+  });
+}
+
+void DistantCells::divide(uint32_t count) {
+  const int columns = grid_.columns, rows = grid_.rows;
+  const double turn = 2 * kPiD / columns;
+  const auto solid_angle = [&](const Candidate& c) {
+    return (row_cosines_[c.y0] - row_cosines_[c.y1]) * turn * (c.x1 - c.x0);
+  };
+  const int widest = std::max(1, columns / kMaxWidthShare);
+  const auto urgency = [&](const Candidate& c) {
+    if (c.x1 - c.x0 <= 1 && c.y1 - c.y0 <= 1) return -1.;
+    if (c.x1 - c.x0 > widest) return 1e300;
+    const Rectangle r{c.x0, c.y0, c.x1, c.y1};
+    const double flux = sum(row_sums_, r), squares = sum(row_squares_, r), angle = solid_angle(c);
+    const double variance = std::max(0., squares - flux * flux / angle);
+    return std::sqrt(variance * angle) + 0.02 * flux * std::sqrt(angle);
+  };
+  std::priority_queue<Candidate, std::vector<Candidate>, LessUrgent> queue;
+  uint32_t age = 0;
+  const auto push = [&](Candidate c) {
+    c.priority = urgency(c);
+    c.age = age++;
+    queue.push(c);
+  };
+  // No cell straddles the map's own horizon, so that few straddle that of a floor.
+  const int upper = rows / 2, lower = (rows + 1) / 2;
+  if (upper > 0) push({0, 0, columns, upper, 0, 0});
+  if (lower > upper) push({0, upper, columns, lower, 0, 0});
+  if (rows > lower) push({0, lower, columns, rows, 0, 0});
+  while (queue.size() < count && queue.top().priority >= 0) {
+    const Candidate c = queue.top();
+    queue.pop();
+    const int width = c.x1 - c.x0, height = c.y1 - c.y0;
+    const double middle = (c.y0 + c.y1) * 0.5 * kPiD / rows;
+    const double wide = width * turn * std::max(0.05, std::sin(middle));
+    const double high = height * kPiD / rows;
+    Candidate a = c, b = c;
+    if (height <= 1 || width > widest || (width > 1 && wide >= high)) {
+      a.x1 = b.x0 = c.x0 + width / 2;
+    } else {
+      a.y1 = b.y0 = c.y0 + height / 2;
+    }
+    push(a);
+    push(b);
+  }
+  std::vector<std::pair<uint32_t, Rectangle>> cells;
+  for (; !queue.empty(); queue.pop()) {
+    const Candidate& c = queue.top();
+    const auto place = [](double share) { return static_cast<uint32_t>(share * 65535); };
+    cells.emplace_back(
+        hilbert_index(place((c.x0 + c.x1) * 0.5 / columns), place((c.y0 + c.y1) * 0.25 / rows)),
+        Rectangle{c.x0, c.y0, c.x1, c.y1});
+  }
+  std::sort(cells.begin(), cells.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first
+               ? a.first < b.first
+               : std::pair(a.second.y0, a.second.x0) < std::pair(b.second.y0, b.second.x0);
+  });
+  size_ = static_cast<uint32_t>(cells.size());
+  cell_of_quad_.resize(luminance_.size());
+  for (uint32_t i = 0; i < size_; ++i) {
+    const Rectangle& r = cells[i].second;
+    rectangles_.push_back(r);
+    for (int y = r.y0; y < r.y1; ++y) {
+      std::fill_n(&cell_of_quad_[static_cast<size_t>(y) * columns + r.x0], r.x1 - r.x0,
+                  static_cast<uint16_t>(i));
+    }
+  }
+}
+
+void DistantCells::describe(uint32_t cell) {
+  thread_local std::vector<Vec3> directions;
+  thread_local std::vector<Rgb> radiance;
+  const Rectangle& r = rectangles_[cell];
+  flux_[cell] = static_cast<float>(sum(row_sums_, r));
+  double mean[3] = {}, importance[3] = {}, flux[9] = {};
+  for (int y = r.y0; y < r.y1; ++y) {
+    const double angle = quad_solid_angle(y);
+    directions.clear();
+    for (int x = r.x0; x < r.x1; ++x) {
+      for (int g = 0; g < 4; ++g)
+        directions.push_back(direction(x + kGauss[g & 1], y + kGauss[g / 2]));
+    }
+    radiance.resize(directions.size());
+    emitter_.eval_environment_batch(directions, radiance, {});
+    const double sines[2] = {std::sin((y + kGauss[0]) * kPiD / grid_.rows),
+                             std::sin((y + kGauss[1]) * kPiD / grid_.rows)};
+    const double scale = 0.5 * angle / (sines[0] + sines[1]);
+    for (size_t i = 0; i < directions.size(); ++i) {
+      const double w = sines[i / 2 % 2] * scale;
+      const double l = w * luminance_[static_cast<size_t>(y) * grid_.columns + r.x0 + i / 4];
+      for (int axis = 0; axis < 3; ++axis) {
+        const double d = directions[i][axis];
+        mean[axis] += d * w;
+        importance[axis] += d * l;
+        for (int c = 0; c < 3; ++c) flux[c * 3 + axis] += d * w * radiance[i][c];
+      }
+    }
+  }
+  const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+  Vec3 centre(static_cast<float>(mean[0] / length), static_cast<float>(mean[1] / length),
+              static_cast<float>(mean[2] / length));
+  for (int axis = 0; axis < 3; ++axis) {
+    axis_[axis][cell] = centre[axis];
+    importance_flux_[axis][cell] = static_cast<float>(importance[axis]);
+    for (int c = 0; c < 3; ++c) {
+      vector_flux_[c * 3 + axis][cell] = static_cast<float>(flux[c * 3 + axis]);
+    }
+  }
+  float least = 1;
+  for (int i = 0; i <= 4; ++i) {
+    for (int j = 0; j <= 4; ++j) {
+      const Vec3 d = direction(r.x0 + (r.x1 - r.x0) * i / 4., r.y0 + (r.y1 - r.y0) * j / 4.);
+      least = std::min(least, glm::dot(centre, d));
+    }
+  }
+  radius_[cell] = std::acos(std::clamp(least, -1.f, 1.f));
+  const double turn = 2 * kPiD / grid_.columns;
+  const double phi[2] = {(r.x0 + grid_.first_column) * turn, (r.x1 + grid_.first_column) * turn};
+  const double theta[2] = {r.y0 * kPiD / grid_.rows, r.y1 * kPiD / grid_.rows};
+  for (int k = 0; k < 2; ++k) {
+    edges_[2 * k][cell] = static_cast<float>(std::sin(phi[k]));
+    edges_[2 * k + 1][cell] = static_cast<float>(std::cos(phi[k]));
+    edges_[4 + 2 * k][cell] = static_cast<float>(std::cos(theta[k]));
+    edges_[5 + 2 * k][cell] = static_cast<float>(std::sin(theta[k]));
+  }
+}
+
+CellPoints DistantCells::draw_points(uint32_t count, uint64_t seed,
+                                     const RenderContext& context) const {
+  double roots = 0;
+  for (uint32_t c = 0; c < size_; ++c) roots += std::sqrt(static_cast<double>(flux_[c]));
+  CellPoints out;
+  out.first.push_back(0);
+  for (uint32_t c = 0; c < size_; ++c) {
+    const double wanted =
+        count * (0.5 / size_ + 0.5 * std::sqrt(static_cast<double>(flux_[c])) / roots);
+    uint32_t points = 16;
+    while (points * std::numbers::sqrt2 < wanted && points < 1024) points *= 2;
+    out.first.push_back(out.first.back() + points);
+  }
+  out.points.resize(out.first.back());
+  for (auto& v : out.vector_flux) v.assign(padded_size(), 0.f);
+  context.parallel_for(size_, [&](size_t i) {
+    const auto cell = static_cast<uint32_t>(i);
+    const std::span points(out.points.data() + out.first[i], out.first[i + 1] - out.first[i]);
+    draw_cell(cell, hash_words(seed, i), points);
+    for (int k = 0; k < 9; ++k) {
+      if (has_exact_flux()) {
+        out.vector_flux[k][cell] = vector_flux_[k][cell];
+        continue;
+      }
+      double flux = 0;
+      for (const CellPoint& point : points) flux += point.weight[k / 3] * point.d[k % 3];
+      out.vector_flux[k][cell] = static_cast<float>(flux / static_cast<double>(points.size()));
+    }
+  });
+  return out;
+}
+
+void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> points) const {
+  thread_local std::vector<double> cumulated;
+  thread_local std::vector<Vec3> directions;
+  thread_local std::vector<Rgb> radiance;
+  const Rectangle& r = rectangles_[cell];
+  const int height = r.y1 - r.y0;
+  const auto row_at = [&](int y) {
+    return &row_sums_[static_cast<size_t>(y) * (grid_.columns + 1)];
+  };
+  cumulated.assign(height + 1, 0.);
+  for (int y = 0; y < height; ++y) {
+    const double* const row = row_at(r.y0 + y);
+    cumulated[y + 1] = cumulated[y] + row[r.x1] - row[r.x0];
+  }
+  const double total = cumulated[height];
+  const auto shares =
+      HilbertPoints::get().power_of_two(static_cast<uint32_t>(std::countr_zero(points.size())));
+  const auto shift_x = static_cast<uint32_t>(seed), shift_y = static_cast<uint32_t>(seed >> 32);
+  directions.resize(points.size());
+  radiance.resize(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    const Vec2 u = shares[i].shifted(shift_x, shift_y);
+    const double along = u.y * total;
+    const auto above = std::upper_bound(cumulated.begin() + 1, cumulated.end() - 1, along);
+    const auto y = static_cast<int>(above - cumulated.begin()) - 1;
+    const double share_y =
+        std::clamp((along - cumulated[y]) / (cumulated[y + 1] - cumulated[y]), 0., 0.9999999);
+    const double* const row = row_at(r.y0 + y);
+    const double across = row[r.x0] + u.x * (row[r.x1] - row[r.x0]);
+    const double* const right = std::upper_bound(row + r.x0 + 1, row + r.x1, across);
+    const auto x = static_cast<int>(std::min<ptrdiff_t>(right - row, r.x1)) - 1;
+    const double share_x = std::clamp((across - row[x]) / (row[x + 1] - row[x]), 0., 0.9999999);
+    // Uniform by solid angle within the quad.
+    const double upper = row_cosines_[r.y0 + y], lower = row_cosines_[r.y0 + y + 1];
+    const double cosine = upper + (lower - upper) * share_y;
+    const double sine = std::sqrt(std::max(0., 1 - cosine * cosine));
+    const double phi = (x + share_x + grid_.first_column) * 2 * kPiD / grid_.columns;
+    const Vec3 local(static_cast<float>(sine * std::sin(phi)), static_cast<float>(cosine),
+                     static_cast<float>(-sine * std::cos(phi)));
+    directions[i] = glm::normalize(grid_.to_world * local);
+    points[i].cell = cell;
+    points[i].d = directions[i];
+    points[i].density =
+        static_cast<float>(luminance_[static_cast<size_t>(r.y0 + y) * grid_.columns + x] / total);
+  }
+  emitter_.eval_environment_batch(directions, radiance, {});
+  for (size_t i = 0; i < points.size(); ++i) points[i].weight = radiance[i] / points[i].density;
+}
+
+void DistantCells::locate(const float* dx, const float* dy, const float* dz, size_t count,
+                          uint32_t* cell, float* density) const {
+  thread_local std::vector<float> phi, theta;
+  const size_t padded = (count + kPadding - 1) / kPadding * kPadding;
+  if (phi.size() < padded) {
+    phi.resize(padded);
+    theta.resize(padded);
+  }
+  float to_local[9];
+  for (int i = 0; i < 9; ++i) to_local[i] = grid_.to_world[i / 3][i % 3];
+  simd::polar_angles(to_local, dx, dy, dz, padded, phi.data(), theta.data());
+  const auto columns = static_cast<float>(grid_.columns), rows = static_cast<float>(grid_.rows);
+  for (size_t i = 0; i < count; ++i) {
+    float x = phi[i] * (0.5f * kInvPi) * columns - grid_.first_column;
+    if (x < 0) x += columns;
+    const int column = std::clamp(static_cast<int>(x), 0, grid_.columns - 1);
+    const int row = std::clamp(static_cast<int>(theta[i] * kInvPi * rows), 0, grid_.rows - 1);
+    const size_t quad = static_cast<size_t>(row) * grid_.columns + column;
+    cell[i] = cell_of_quad_[quad];
+    density[i] = luminance_[quad] / flux_[cell[i]];
+  }
+}
+
+}  // namespace kinome
