@@ -52,11 +52,9 @@ void Estimator::draw_from_lobe(const Group& group, size_t first, uint32_t lobe_l
   float* const dz = &candidates_.dz[first];
   simd::sample_lobe((*patches_)[group.patch].lobe, primaries_->frames, &candidates_.primary[first],
                     u1_.data(), u2_.data(), count, dx, dy, dz);
-  light_.cells.locate(dx, dy, dz, count, &candidates_.cell[first],
-                      &candidates_.cell_density[first]);
-  directions_.resize(count);
-  for (uint32_t j = 0; j < count; ++j) directions_[j] = {dx[j], dy[j], dz[j]};
-  light_.emitter.eval_environment_batch(directions_, {&candidates_.radiance[first], count}, {});
+  light_.cells.look_up({dx, dy, dz, &candidates_.cell[first], &candidates_.cell_density[first],
+                        &candidates_.radiance[first]},
+                       count);
 }
 
 /// Of importance_, by a comb.

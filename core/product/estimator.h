@@ -181,8 +181,6 @@ class Estimator {
   std::vector<float> x_, y_, z_, r_, g_, b_, pdf_;
   std::vector<float> importance_, importance_blocks_;
   float importance_total_ = 0;
-  std::vector<Vec3> directions_;
-  std::vector<Rgb> radiance_;
   std::vector<Rgb> values_;
   std::vector<Ray> rays_;
   std::vector<Pending> pending_;

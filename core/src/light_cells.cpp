@@ -51,6 +51,7 @@ DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, 
   const size_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
   const auto resize = [&](std::vector<float>& v) { v.assign(padded, 0.f); };
   resize(flux_);
+  resize(inverse_flux_);
   resize(radius_);
   for (auto& v : vector_flux_) resize(v);
   for (auto& v : importance_flux_) resize(v);
@@ -218,6 +219,7 @@ void DistantCells::describe(uint32_t cell) {
   thread_local std::vector<Rgb> radiance;
   const Rectangle& r = rectangles_[cell];
   flux_[cell] = static_cast<float>(sum(row_sums_, r));
+  inverse_flux_[cell] = 1 / flux_[cell];
   double mean[3] = {}, importance[3] = {}, flux[9] = {};
   for (int y = r.y0; y < r.y1; ++y) {
     const double angle = quad_solid_angle(y);
@@ -352,27 +354,38 @@ void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> 
   for (size_t i = 0; i < points.size(); ++i) points[i].weight = radiance[i] / points[i].density;
 }
 
-void DistantCells::locate(const float* dx, const float* dy, const float* dz, size_t count,
-                          uint32_t* cell, float* density) const {
+void DistantCells::look_up(const Lookup& to, size_t count) const {
   thread_local std::vector<float> phi, theta;
+  thread_local std::vector<Vec2> places;
   const size_t padded = (count + kPadding - 1) / kPadding * kPadding;
   if (phi.size() < padded) {
     phi.resize(padded);
     theta.resize(padded);
+    places.resize(padded);
   }
   float to_local[9];
   for (int i = 0; i < 9; ++i) to_local[i] = grid_.to_world[i / 3][i % 3];
-  simd::polar_angles(to_local, dx, dy, dz, padded, phi.data(), theta.data());
+  simd::polar_angles(to_local, to.dx, to.dy, to.dz, padded, phi.data(), theta.data());
   const auto columns = static_cast<float>(grid_.columns), rows = static_cast<float>(grid_.rows);
   for (size_t i = 0; i < count; ++i) {
     float x = phi[i] * (0.5f * kInvPi) * columns - grid_.first_column;
     if (x < 0) x += columns;
-    const int column = std::clamp(static_cast<int>(x), 0, grid_.columns - 1);
-    const int row = std::clamp(static_cast<int>(theta[i] * kInvPi * rows), 0, grid_.rows - 1);
-    const size_t quad = static_cast<size_t>(row) * grid_.columns + column;
-    cell[i] = cell_of_quad_[quad];
-    density[i] = luminance_[quad] / flux_[cell[i]];
+    places[i] = {x, theta[i] * kInvPi * rows};
   }
+  // Before the tables, so that they arrive meanwhile.
+  const bool has_radiance = emitter_.eval_grid_batch({places.data(), count}, {to.radiance, count});
+  for (size_t i = 0; i < count; ++i) {
+    const int column = std::clamp(static_cast<int>(places[i].x), 0, grid_.columns - 1);
+    const int row = std::clamp(static_cast<int>(places[i].y), 0, grid_.rows - 1);
+    const size_t quad = static_cast<size_t>(row) * grid_.columns + column;
+    to.cell[i] = cell_of_quad_[quad];
+    to.density[i] = luminance_[quad] * inverse_flux_[to.cell[i]];
+  }
+  if (has_radiance) return;
+  thread_local std::vector<Vec3> directions;
+  directions.resize(count);
+  for (size_t i = 0; i < count; ++i) directions[i] = {to.dx[i], to.dy[i], to.dz[i]};
+  emitter_.eval_environment_batch(directions, {to.radiance, count}, {});
 }
 
 }  // namespace kinome

@@ -2,6 +2,8 @@
 ///
 ///     <emitter type="constant"><rgb name="radiance" value="1 .9 .8"/></emitter>
 
+#include <algorithm>
+
 #include "distant_disk.h"
 #include "emission.h"
 #include "kinome/emitter.h"
@@ -38,6 +40,11 @@ class ConstantEnvironment final : public Emitter {
 
   std::optional<EnvironmentGrid> cell_grid() const override {
     return EnvironmentGrid{64, 32, 0, glm::mat3(1.f), true};
+  }
+
+  bool eval_grid_batch(std::span<const Vec2> /*places*/, std::span<Rgb> radiance) const override {
+    std::fill(radiance.begin(), radiance.end(), radiance_);
+    return true;
   }
 
   std::optional<EmissionSample> sample_emission(const Vec2& position,

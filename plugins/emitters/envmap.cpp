@@ -164,6 +164,14 @@ class EnvironmentMap final : public Emitter {
     return grid;
   }
 
+  bool eval_grid_batch(std::span<const Vec2> places, std::span<Rgb> radiance) const override {
+    for (size_t first = 0; first < places.size(); first += SphericalMap::kBlock) {
+      const size_t count = std::min(SphericalMap::kBlock, places.size() - first);
+      map_.eval_places(places.subspan(first, count), &radiance[first]);
+    }
+    return true;
+  }
+
   std::optional<EmissionSample> sample_emission(const Vec2& position,
                                                 const Vec2& direction) const override {
     const auto light = sample_direct(Vec3(0.f), direction);

@@ -223,6 +223,19 @@ void SphericalMap::eval_block(std::span<const Vec3> d, Rgb* radiance, float* pdf
   }
 }
 
+void SphericalMap::eval_places(std::span<const Vec2> places, Rgb* radiance) const {
+  std::array<Place, kBlock> found;
+  for (size_t i = 0; i < places.size(); ++i) {
+    const int column = std::clamp(static_cast<int>(places[i].x), 0, width_ - 1);
+    const int row_index = std::clamp(static_cast<int>(places[i].y), 0, height_ - 2);
+    found[i] = {row(row_index) + column, row_index, places[i].x - static_cast<float>(column),
+                places[i].y - static_cast<float>(row_index), 0};
+    __builtin_prefetch(found[i].texel);
+    __builtin_prefetch(found[i].texel + width_ + 1);
+  }
+  for (size_t i = 0; i < places.size(); ++i) radiance[i] = radiance_at(found[i]);
+}
+
 SphericalMap::Sample SphericalMap::sample_patch(const GridDistribution::Cell& patch) const {
   const auto i = static_cast<int>(patch.row);
   const Texel* const top = row(i) + patch.column;

@@ -48,6 +48,8 @@ class SphericalMap {
   /// fetched while others are worked on: the tables of a usual map exceed the caches.
   static constexpr size_t kBlock = 64;
   void eval_block(std::span<const Vec3> d, Rgb* radiance, float* pdf) const;
+  /// Radiance at up to kBlock places, in units of columns from column 0's centre on, and of rows.
+  void eval_places(std::span<const Vec2> places, Rgb* radiance) const;
   /// A density of 0 stands for nullopt.
   void sample_block(std::span<const Vec2> u, Sample* samples) const;
   /// The radiance integrated over each cell, exactly (up to rounding).

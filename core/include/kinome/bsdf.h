@@ -80,9 +80,9 @@ class KINOME_EXPORT Bsdf : public Object {
   virtual LobeReflectance reflectance(const SurfaceInteraction& si) const = 0;
 
   /// World frame around the normal that the BSDF itself uses, on the side where light that reaches
-  /// the viewer comes from: reflection is zero where dot(frame.n, direction) <= 0, for the direction
-  /// of the light and for that of the viewer. A normal map perturbs it, a two-sided surface turns it
-  /// to the viewer.
+  /// the viewer comes from: reflection is zero where dot(frame.n, direction) <= 0, for the
+  /// direction of the light and for that of the viewer. A normal map perturbs it, a two-sided
+  /// surface turns it to the viewer.
   virtual Frame reflection_frame(const SurfaceInteraction& si) const { return si.frame; }
 
   /// One direction: a batch of one.

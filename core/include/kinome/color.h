@@ -14,7 +14,9 @@ using Rgb = glm::vec3;
 inline float luminance(const Rgb& c) {
   return 0.212671f * c.x + 0.715160f * c.y + 0.072169f * c.z;
 }
-inline bool is_black(const Rgb& c) { return c.x == 0 && c.y == 0 && c.z == 0; }
+inline bool is_black(const Rgb& c) {
+  return c.x == 0 && c.y == 0 && c.z == 0;
+}
 
 inline float srgb_to_linear(float v) {
   return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);

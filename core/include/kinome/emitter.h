@@ -105,6 +105,12 @@ class KINOME_EXPORT Emitter : public Object {
   /// radiance is laid out: cells are made of that, and nothing else is asked for but
   /// eval_environment_batch. nullopt: it isn't.
   virtual std::optional<EnvironmentGrid> cell_grid() const { return std::nullopt; }
+  /// Radiance at places of cell_grid(): x in [0, columns), y in [0, rows]. False: not offered;
+  /// eval_environment_batch is asked then, for directions.
+  virtual bool eval_grid_batch(std::span<const Vec2> /*places*/,
+                               std::span<Rgb> /*radiance*/) const {
+    return false;
+  }
 
   /// sample_direct for many points at once; pdf is 0 where nothing can be had. A light with large
   /// tables overlaps its accesses to memory here. All spans have one size.

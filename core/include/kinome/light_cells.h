@@ -88,10 +88,16 @@ class KINOME_EXPORT DistantCells {
   /// randomisation for each seed. Uniform picks of a cell's points are distributed by its density.
   CellPoints draw_points(uint32_t count, uint64_t seed, const RenderContext& context) const;
 
-  /// For `count` unit directions of world space: the cell that each lies in, and the density of the
-  /// cell's points there, per solid angle. Arrays have room for a multiple of kPadding values.
-  void locate(const float* dx, const float* dy, const float* dz, size_t count, uint32_t* cell,
-              float* density) const;
+  /// For unit directions of world space: the cell that each lies in, the density of the cell's
+  /// points there, per solid angle, and the radiance. Arrays have room for `count` rounded up to a
+  /// multiple of kPadding.
+  struct Lookup {
+    const float *dx, *dy, *dz;
+    uint32_t* cell;
+    float* density;
+    Rgb* radiance;
+  };
+  void look_up(const Lookup& directions, size_t count) const;
 
  private:
   struct Rectangle {
@@ -115,7 +121,7 @@ class KINOME_EXPORT DistantCells {
   std::vector<double> row_cosines_;    ///< cos theta of each row's upper edge
   std::vector<Rectangle> rectangles_;  ///< of each cell
   std::vector<uint16_t> cell_of_quad_;
-  std::vector<float> flux_;
+  std::vector<float> flux_, inverse_flux_;
   std::array<std::vector<float>, 9> vector_flux_;
   std::array<std::vector<float>, 3> importance_flux_;
   std::array<std::vector<float>, 3> axis_;

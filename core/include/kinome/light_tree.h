@@ -10,18 +10,18 @@ namespace kinome {
 /// A light cell: a node of the tree, standing for the points [first, first + count) of
 /// LightTree::points().
 struct LightCell {
-  Aabb box;            ///< of the points (unit directions for distant light), each a patch as wide
-                       ///< as its extent
-  Vec3 mean{0.f};      ///< average position; for distant light normalised (0 if it can't be)
-  Vec3 normal{0.f};    ///< normalised average normal (local light), or 0
-  float weight = 0;    ///< sum of the points' importance: luminance of the channels' magnitudes
-  float extent = 0;    ///< sum of the points' extents [sr or area]
+  Aabb box;          ///< of the points (unit directions for distant light), each a patch as wide
+                     ///< as its extent
+  Vec3 mean{0.f};    ///< average position; for distant light normalised (0 if it can't be)
+  Vec3 normal{0.f};  ///< normalised average normal (local light), or 0
+  float weight = 0;  ///< sum of the points' importance: luminance of the channels' magnitudes
+  float extent = 0;  ///< sum of the points' extents [sr or area]
   /// Sum over the points of (w_i - mean w)²: the "cluster variance" of 4.2.1, as a total, so that
   /// large cells weigh more.
   float variance = 0;
   uint32_t first = 0;
   uint32_t count = 0;
-  uint32_t left = 0;   ///< index of the left child, the right one following it; 0 for a leaf
+  uint32_t left = 0;  ///< index of the left child, the right one following it; 0 for a leaf
 };
 
 /// Complete binary tree over light points (Åkerlund 2008, 3.3; Walter et al. 2005). Points are

@@ -22,10 +22,16 @@ inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// The largest float below 1: the upper end of every random number.
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
-inline float sqr(float x) { return x * x; }
+inline float sqr(float x) {
+  return x * x;
+}
 /// Square root that takes rounding below zero as zero.
-inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.f)); }
-inline float max_component(const Vec3& v) { return std::max({v.x, v.y, v.z}); }
+inline float safe_sqrt(float x) {
+  return std::sqrt(std::max(x, 0.f));
+}
+inline float max_component(const Vec3& v) {
+  return std::max({v.x, v.y, v.z});
+}
 inline bool is_finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -41,9 +47,8 @@ struct Frame {
     const float sign = std::copysign(1.f, n.z);
     const float a = -1.f / (sign + n.z);
     const float b = n.x * n.y * a;
-    return {{1.f + sign * n.x * n.x * a, sign * b, -sign * n.x},
-            {b, sign + n.y * n.y * a, -n.y},
-            n};
+    return {
+        {1.f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
   }
   /// Frame whose s follows dp_du as far as n allows (Mitsuba's convention); any frame if it can't.
   static Frame from_normal_and_tangent(const Vec3& n, const Vec3& dp_du) {

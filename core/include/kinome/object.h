@@ -9,7 +9,15 @@ namespace kinome {
 /// What a plugin can be. The names are Mitsuba's tags (`<bsdf type="…">`) and the names of the
 /// folders that plugins are found in.
 enum class Category {
-  kBsdf, kEmitter, kFilm, kIntegrator, kReconstructionFilter, kSampler, kSensor, kShape, kTexture,
+  kBsdf,
+  kEmitter,
+  kFilm,
+  kIntegrator,
+  kReconstructionFilter,
+  kSampler,
+  kSensor,
+  kShape,
+  kTexture,
 };
 inline constexpr int kCategoryCount = 9;
 /// "bsdf", "emitter", "film", "integrator", "rfilter", "sampler", "sensor", "shape", "texture".

@@ -7,15 +7,18 @@
 namespace kinome {
 
 enum class ParameterType {
-  kBoolean, kInteger, kFloat, kString,
+  kBoolean,
+  kInteger,
+  kFloat,
+  kString,
   kFloatOrName,  ///< a number, or a string that stands for one: `int_ior` as 1.5046 or "bk7"
-  kFile,       ///< a string that names a file; resolved against the search paths
-  kVector,     ///< three numbers: <point> or <vector>
-  kColor,      ///< <rgb>, <spectrum> or <float>: unbounded, for radiance and intensity
-  kTexture,    ///< <rgb>, <spectrum>, <float> or a <texture>; uniform values must lie in [0,1]
+  kFile,         ///< a string that names a file; resolved against the search paths
+  kVector,       ///< three numbers: <point> or <vector>
+  kColor,        ///< <rgb>, <spectrum> or <float>: unbounded, for radiance and intensity
+  kTexture,      ///< <rgb>, <spectrum>, <float> or a <texture>; uniform values must lie in [0,1]
   kUnboundedTexture,  ///< the same without the bound: roughness, eta, exponents
   kTransform,
-  kObject,     ///< a nested object of `category`, whatever name it has
+  kObject,  ///< a nested object of `category`, whatever name it has
 };
 KINOME_EXPORT const char* to_string(ParameterType type);
 

@@ -47,8 +47,8 @@ class KINOME_EXPORT RenderContext {
   /// Calls fn(i, counters) for i < count on all threads (denormals flushed), as for_each_tile does
   /// with tiles: progress is told, exceptions are rethrown, a cancelled context hands out no more.
   void for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn);
-  /// The part of the whole work that the next for_each or for_each_tile is: what progress counts as. 0 to 1
-  /// unless said, which is right for a single pass.
+  /// The part of the whole work that the next for_each or for_each_tile is: what progress counts
+  /// as. 0 to 1 unless said, which is right for a single pass.
   void set_progress_range(double begin, double end);
   /// Calls fn(i) for i < count on all threads; for set-up work. Results must not depend on order.
   void parallel_for(size_t count, const std::function<void(size_t)>& fn) const;

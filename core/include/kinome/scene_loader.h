@@ -21,9 +21,11 @@ KINOME_EXPORT std::unique_ptr<Scene> load_scene(const std::string& path, const L
                                                 PluginRegistry& registry,
                                                 RenderStats* stats = nullptr);
 /// The same from text; `name` stands for the file in messages.
-KINOME_EXPORT std::unique_ptr<Scene> load_scene_from_string(
-    const std::string& xml, const std::string& name, const LoadOptions& options,
-    PluginRegistry& registry, RenderStats* stats = nullptr);
+KINOME_EXPORT std::unique_ptr<Scene> load_scene_from_string(const std::string& xml,
+                                                            const std::string& name,
+                                                            const LoadOptions& options,
+                                                            PluginRegistry& registry,
+                                                            RenderStats* stats = nullptr);
 /// One object with its children, such as `<bsdf type="phong"/>`. Its version may be left out.
 KINOME_EXPORT std::shared_ptr<Object> load_object_from_string(const std::string& xml,
                                                               const std::string& name,

@@ -18,9 +18,9 @@ KINOME_EXPORT const char* to_string(RayKind kind);
 /// Counters of one thread (or the sum of all).
 struct KINOME_EXPORT RenderCounters {
   std::array<uint64_t, kRayKindCount> rays{};
-  double embree_seconds = 0;                      ///< inside Embree's calls, summed over threads
-  std::map<std::string, double> stage_seconds;    ///< integrator's stages, summed over threads
-  uint64_t skipped_shadow_rays = 0;               ///< contribution was zero: no ray
+  double embree_seconds = 0;                    ///< inside Embree's calls, summed over threads
+  std::map<std::string, double> stage_seconds;  ///< integrator's stages, summed over threads
+  uint64_t skipped_shadow_rays = 0;             ///< contribution was zero: no ray
   void add(const RenderCounters& other);
   uint64_t& operator[](RayKind kind) { return rays[static_cast<int>(kind)]; }
 };
@@ -47,9 +47,9 @@ struct Skipped {
 
 /// What `--stats` reports. Wall-clock seconds, except where said.
 struct KINOME_EXPORT RenderStats {
-  double load_seconds = 0;     ///< XML, plugins, assets
-  double plugin_seconds = 0;   ///< part of load: opening plugin libraries
-  double build_seconds = 0;    ///< acceleration structure
+  double load_seconds = 0;    ///< XML, plugins, assets
+  double plugin_seconds = 0;  ///< part of load: opening plugin libraries
+  double build_seconds = 0;   ///< acceleration structure
   double render_seconds = 0;
   double first_tile_seconds = 0;  ///< from the program's start to the first tile
   double write_seconds = 0;
