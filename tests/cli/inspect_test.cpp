@@ -88,6 +88,21 @@ TEST_F(Inspect, ShowsEachSetOfLightPoints) {
   EXPECT_NE(table("out.csv")["mean_x"], table("out-2.csv")["mean_x"]);
 }
 
+/// The film has 40 x 30 pixels, on which nothing could be told apart.
+TEST_F(Inspect, PictureOfASmallFilmIsEnlarged) {
+  ASSERT_EQ(inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>").status, 0);
+  const auto size = [&](const std::string& name) {
+    const std::string header = read_text(folder_.path(name)).substr(16, 8);  // of a PNG
+    const auto number = [&](size_t at) {
+      return static_cast<unsigned char>(header[at + 2]) * 256 +
+             static_cast<unsigned char>(header[at + 3]);
+    };
+    return std::pair(number(0), number(4));
+  };
+  EXPECT_EQ(size("out.png"), std::pair(1024, 512)) << "the sky";
+  EXPECT_EQ(size("out-2.png"), std::pair(768, 576)) << "the scene";
+}
+
 TEST_F(Inspect, SaysWhyNot) {
   EXPECT_NE(inspect("40,2").err.find("0,0 to 39,29"), std::string::npos);
   EXPECT_NE(inspect("-1,2").err.find("0,0 to 39,29"), std::string::npos);
