@@ -1,4 +1,5 @@
 /// One bounce by virtual point lights: closed forms, hard cases, and what is skipped.
+#include <algorithm>
 #include <cmath>
 
 #include "direct_scenes.h"
@@ -195,12 +196,47 @@ TEST(Vpl, LightThatNothingReflects) {
   const std::string black = "<shape type=\"sphere\">" + diffuse_xml("0") + "</shape>";
   for (const std::string& scene : {ball + kLamp, ball + away, mirror + kLamp, black + kLamp}) {
     for (const std::string& vpl : {vpl_xml("", "surface"), vpl_xml("", "traced"), std::string()}) {
+      testing::internal::CaptureStderr();
+      render_finite("\n" + vpl + scene + view);
+      const std::string warning = testing::internal::GetCapturedStderr();
+      // Of the emitter, where the scene has one; and never of a plugin that it doesn't name.
+      EXPECT_EQ(warning.find(vpl.empty() ? "kinome: warning: test.xml: no "
+                                         : "kinome: warning: test.xml:2:1: no "),
+                0u)
+          << warning;
+      EXPECT_NE(warning.find("the picture shows direct light, and none after a bounce"),
+                std::string::npos);
+      EXPECT_EQ(warning.find("vpl"), std::string::npos) << warning;
+      EXPECT_EQ(std::count(warning.begin(), warning.end(), '\n'), 1) << warning;
       set_log_level(LogLevel::kQuiet);
-      render_finite(scene + vpl + view);
-      EXPECT_NE(skipped(scene + vpl + view).find("indirect light"), std::string::npos);
+      EXPECT_NE(skipped(scene + vpl + view).find("indirect light: no "), std::string::npos);
       set_log_level(LogLevel::kWarn);
     }
   }
+}
+
+/// What loading a scene warns of.
+std::string warning_text(const std::string& scene_xml) {
+  testing::internal::CaptureStderr();
+  scene_from(scene_xml);
+  return testing::internal::GetCapturedStderr();
+}
+
+/// An integrator that has no use for it says so, once, and where it stands.
+TEST(Vpl, WarnsWhereItChangesNothing) {
+  const std::string scene_xml = "\n" + vpl_xml(kLamp, "traced") + inside_sphere("") + kView;
+  const std::string distant = "<string name=\"mode\" value=\"distant\"/>";
+  const auto plain = [](const std::string& type) { return "<integrator type=\"" + type + "\"/>"; };
+  for (const std::string& integrator :
+       {plain("direct"), plain("path"), plain("ptracer"), plain("clustered"), plain("groundtruth"),
+        bounce_xml("clustered", 10, distant)}) {
+    const std::string warning = warning_text(scene_xml + integrator);
+    EXPECT_EQ(warning.find("kinome: warning: test.xml:2:1: "), 0u) << integrator << warning;
+    EXPECT_NE(warning.find("changes nothing in the picture"), std::string::npos) << warning;
+    EXPECT_EQ(std::count(warning.begin(), warning.end(), '\n'), 1) << warning;
+  }
+  EXPECT_EQ(warning_text(scene_xml + bounce_xml("clustered", 10)), "");
+  EXPECT_EQ(warning_text(inside_sphere("") + kLamp + kView + plain("path")), "");
 }
 
 TEST(Vpl, LightsOfEveryKindAtOnce) {
