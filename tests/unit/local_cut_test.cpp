@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "cut_helpers.h"
 #include "kinome/light_cut.h"
 #include "support/statistics.h"
 
@@ -245,18 +246,7 @@ TEST(LocalCut, ScalarAndVectorKernelsAgree) {
     LightCut::Point point = point_at(place, glm::normalize(Vec3(-1, 0.5f, 0.3f)));
     point.glossy = 0.3f;
     point.lobe = {x.data(), y.data(), z.data(), x.size()};
-    ClusterPmf vector_pmf, scalar_pmf;
-    cut.build(Importance::kJoint, point, vector_pmf);
-    use_scalar_kernels(true);
-    cut.build(Importance::kJoint, point, scalar_pmf);
-    use_scalar_kernels(false);
-    ASSERT_EQ(vector_pmf.empty(), scalar_pmf.empty());
-    if (vector_pmf.empty()) continue;
-    for (uint32_t c = 0; c < cut.size(); ++c) {
-      EXPECT_EQ(vector_pmf.hits(c), scalar_pmf.hits(c));
-      EXPECT_NEAR(vector_pmf.probability(c), scalar_pmf.probability(c),
-                  1e-4f * vector_pmf.probability(c) + 2e-7f);
-    }
+    test::expect_kernels_agree(cut, point, 1e-4f);
   }
 }
 
