@@ -44,6 +44,7 @@ struct View {
   std::vector<Vec3> place;     ///< direction or position of each pixel's centre
   std::vector<uint8_t> valid;  ///< where there is any
   Vec2 scale{1.f};             ///< of the scene: pixels of the picture for each of the film
+  float slack = 0;             ///< by which light points may lie off the surface that is shown
 };
 
 Vec3 map_direction(float x, float y) {
@@ -80,7 +81,11 @@ View scene_view(const Scene& scene, const Sensor& sensor) {
   const float enlarged = std::max(1.f, kLeastSceneSide / std::max(film.x, film.y));
   const int width = std::max(1, static_cast<int>(std::lround(enlarged * film.x)));
   const int height = std::max(1, static_cast<int>(std::lround(enlarged * film.y)));
-  View view{Canvas(width, height), {}, {}, Vec2(width, height) / film};
+  View view{Canvas(width, height),
+            {},
+            {},
+            Vec2(width, height) / film,
+            1e-4f * glm::length(scene.bounds().extent())};
   std::vector<RayHit> rays;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
@@ -105,13 +110,14 @@ View scene_view(const Scene& scene, const Sensor& sensor) {
   return view;
 }
 
-/// The smallest of the boxes that hold the place, or kNone.
-uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& place) {
+/// The smallest of the boxes that hold the place, give or take `slack`; or kNone.
+uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& place, float slack) {
   uint32_t found = kNone;
   float smallest = kInfinity;
   for (uint32_t c = 0; c < clusters.size(); ++c) {
     const Aabb& box = clusters[c].box;
-    if (glm::any(glm::lessThan(place, box.lo)) || glm::any(glm::greaterThan(place, box.hi))) {
+    if (glm::any(glm::lessThan(place, box.lo - slack)) ||
+        glm::any(glm::greaterThan(place, box.hi + slack))) {
       continue;
     }
     const float size = glm::length(box.extent());
@@ -127,7 +133,7 @@ void outline_clusters(const Inspection& report, View& view) {
   const int width = view.canvas.image.width, height = view.canvas.image.height;
   std::vector<uint32_t> cluster(view.place.size(), kNone);
   for (size_t i = 0; i < cluster.size(); ++i) {
-    if (view.valid[i]) cluster[i] = cluster_at(report.clusters, view.place[i]);
+    if (view.valid[i]) cluster[i] = cluster_at(report.clusters, view.place[i], view.slack);
   }
   for (int y = 0; y + 1 < height; ++y) {
     for (int x = 0; x + 1 < width; ++x) {

@@ -6,7 +6,6 @@
 #include <ImfInputFile.h>
 #include <ImfTiledOutputFile.h>
 #include <gtest/gtest.h>
-#include <png.h>
 
 #include <half.h>
 #include <cmath>
@@ -16,6 +15,7 @@
 
 #include "image_helpers.h"
 #include "kinome/color.h"
+#include "support/png.h"
 
 namespace kinome::test {
 namespace {
@@ -224,21 +224,6 @@ TEST(Pfm, RefusesWhatIsNoWholeFile) {
   expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n2000000 2\n-1\n")); }, "a.pfm", "absurd");
   expect_error([&] { read_pfm(folder.write("a.pfm", "PF\n100000 100000\n-1\nabcd")); }, "a.pfm",
                "truncated");
-}
-
-struct Png {
-  unsigned width = 0;
-  unsigned height = 0;
-  std::vector<png_byte> rgba;
-};
-Png read_png(const std::string& path) {
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  EXPECT_TRUE(png_image_begin_read_from_file(&image, path.c_str())) << image.message;
-  image.format = PNG_FORMAT_RGBA;
-  Png png{image.width, image.height, std::vector<png_byte>(PNG_IMAGE_SIZE(image))};
-  EXPECT_TRUE(png_image_finish_read(&image, nullptr, png.rgba.data(), 0, nullptr));
-  return png;
 }
 
 TEST(Png, EncodesSrgbAndSurvivesAnything) {
