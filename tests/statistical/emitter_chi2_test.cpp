@@ -2,8 +2,10 @@
 /// samples.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -81,44 +83,54 @@ Frame above_frame() {
   return {left, glm::cross(axis, left), axis};
 }
 
+/// Samples by cells, of `drawn` that were tried, against each cell's probability: how many there
+/// are in all, and how they lie. Probabilities were integrated in `steps` x `steps` parts: of those
+/// that an edge of the light cuts, some `steps`, each counts whole or not at all.
+void expect_frequencies(const std::vector<double>& observed, std::vector<double> probability,
+                        int drawn, int steps, const std::string& name) {
+  const double accepted = std::accumulate(observed.begin(), observed.end(), 0.);
+  const double mass = std::accumulate(probability.begin(), probability.end(), 0.);
+  ASSERT_TRUE(accepted > 0 && mass > 0) << name;
+  const Verdict all = z_test({{accepted / drawn, mass * std::max(1 - mass, 0.) / drawn}},
+                             {{mass, std::pow(steps, -3.)}}, kAlpha / 2);
+  EXPECT_TRUE(all.passed) << name << ": " << all.text;
+  for (double& p : probability) p *= accepted / mass;
+  const Verdict cells = chi2_test(observed, probability, kAlpha / 2);
+  EXPECT_TRUE(cells.passed) << name << ": " << cells.text;
+}
+
 /// Rays that are kept with a probability in proportion to their power go where the intensity is, as
 /// sample_direct() tells it, if their directions have the density that they say.
-Verdict directions_test(const Emitter& emitter, const Directions& directions) {
+void expect_directions_by_intensity(const Emitter& emitter, const Directions& directions) {
   constexpr int kCount = 200000, kSide = Directions::kSide;
   const Frame frame = above_frame();
   const auto for_each_ray = [&](const auto& fn) {
     Random random(61);
     for (int i = 0; i < kCount; ++i) {
       const auto ray = emitter.sample_emission(Vec2(0.f), {random.unit(), random.unit()});
-      fn(ray, random.unit());
+      const float u = random.unit();
+      if (ray) fn(*ray, u);
     }
   };
   float most = 0;
   Vec3 origin(0.f);
-  for_each_ray([&](const auto& ray, float) {
-    if (!ray) return;
-    origin = ray->o;
-    most = std::max(most, luminance(ray->power));
+  for_each_ray([&](const EmissionSample& ray, float) {
+    origin = ray.o;
+    most = std::max(most, luminance(ray.power));
   });
-  most *= 1.5f;  // so that there are always rays that aren't kept: the last cell
-  std::vector<double> observed(kSide * kSide + 1), expected(kSide * kSide + 1);
-  for_each_ray([&](const auto& ray, float u) {
-    const bool kept = ray && u * most < luminance(ray->power);
-    observed[kept ? directions.cell(frame.to_local(ray->d)) : kSide * kSide] += 1;
+  std::vector<double> observed(kSide * kSide), probability(kSide * kSide);
+  for_each_ray([&](const EmissionSample& ray, float u) {
+    if (u * most < luminance(ray.power)) observed[directions.cell(frame.to_local(ray.d))] += 1;
   });
   constexpr int kSteps = 40 * kSide;  // an edge inside a cell is then found to 1/40 of its width
-  double total = 0;
   for (int i = 0; i < kSteps * kSteps; ++i) {
     const Vec3 d = directions.at((i / kSteps + 0.5) / kSteps, (i % kSteps + 0.5) / kSteps);
     const auto light = emitter.sample_direct(origin + frame.to_world(d), Vec2(0.5f));
     if (!light) continue;
-    const double share = luminance(light->radiance * sqr(light->distance)) / most *
-                         directions.solid_angle(d) / (double{kSteps} * kSteps);
-    expected[directions.cell(d)] += kCount * share;
-    total += kCount * share;
+    probability[directions.cell(d)] += luminance(light->radiance * sqr(light->distance)) / most *
+                                       directions.solid_angle(d) / (double{kSteps} * kSteps);
   }
-  expected.back() = kCount - total;
-  return chi2_test(observed, expected, kAlpha);
+  expect_frequencies(observed, probability, kCount, kSteps, directions.name);
 }
 
 TEST(EmitterChi2, DirectionsOfLightsWithoutExtent) {
@@ -128,8 +140,7 @@ TEST(EmitterChi2, DirectionsOfLightsWithoutExtent) {
                      [&](const EmitterCase& entry) { return entry.name == directions.name; });
     ASSERT_NE(tested, emitter_cases().end()) << directions.name;
     const LitFloor floor(tested->xml);
-    const Verdict verdict = directions_test(floor.emitter(), directions);
-    EXPECT_TRUE(verdict.passed) << directions.name << ": " << verdict.text;
+    expect_directions_by_intensity(floor.emitter(), directions);
   }
 }
 
@@ -230,9 +241,8 @@ TEST(EmitterChi2, RaysOfAreaLights) {
 /// Light that p samples, by cells of the surface, against the integral of pdf_surface() over them.
 void expect_sampled_by_density(const SurfaceLight& light, const Vec3& p) {
   const Emitter& emitter = *light.shape->emitter();
-  std::vector<double> expected(static_cast<size_t>(light.cells.count));
+  std::vector<double> probability(static_cast<size_t>(light.cells.count));
   constexpr int kSteps = 600;
-  double mass = 0;
   Random place(64);  // in each step: what a horizon cuts is then right in the mean
   for (int i = 0; i < kSteps * kSteps; ++i) {
     const Vec2 step(i / kSteps, i % kSteps);
@@ -242,30 +252,17 @@ void expect_sampled_by_density(const SurfaceLight& light, const Vec3& p) {
     si.wi = si.frame.to_local(glm::normalize(to));
     const double solid_angle = std::abs(glm::dot(si.n, glm::normalize(to))) / glm::dot(to, to) *
                                light.shape->area() / (double{kSteps} * kSteps);
-    const double share = emitter.pdf_surface(p, si) * solid_angle;
-    expected[light.cells.cell(to_object(si.p))] += share;
-    mass += share;
+    probability[light.cells.cell(to_object(si.p))] += emitter.pdf_surface(p, si) * solid_angle;
   }
   constexpr int kCount = 100000;
-  std::vector<double> observed(expected.size());
-  int accepted = 0;
+  std::vector<double> observed(probability.size());
   Random random(63);
   for (int i = 0; i < kCount; ++i) {
     const auto sample = emitter.sample_direct(p, {random.unit(), random.unit()});
     if (!sample) continue;
-    ++accepted;
     observed[light.cells.cell(to_object(p + sample->distance * sample->d))] += 1;
   }
-  ASSERT_GT(accepted, 0) << light.name;
-  // Of what a horizon cuts, some kSteps steps count whole or not at all.
-  const double integral_variance = std::pow(kSteps, -3.);
-  EXPECT_TRUE(z_test({{accepted / double(kCount), mass * std::max(1 - mass, 0.) / kCount}},
-                     {{mass, integral_variance}}, kAlpha)
-                  .passed)
-      << light.name << ": " << accepted << " samples, and a density of " << mass;
-  for (double& e : expected) e *= accepted / mass;
-  const Verdict verdict = chi2_test(observed, expected, kAlpha);
-  EXPECT_TRUE(verdict.passed) << light.name << ": " << verdict.text;
+  expect_frequencies(observed, probability, kCount, kSteps, light.name);
 }
 
 TEST(EmitterChi2, DirectionsTowardAreaLights) {
