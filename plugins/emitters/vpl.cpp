@@ -31,8 +31,9 @@ constexpr Parameter kTable[] = {
     {"placement", ParameterType::kString, "surface",
      "'surface': uniform over all surfaces; 'traced': where light traced from the emitters lands."},
     {"light_samples", ParameterType::kInteger, "0",
-     "Places on surfaces that are tried, of which those that light reaches are points; 0: as many "
-     "as the integrator's own light_samples."},
+     "Places on surfaces ('surface') or rays of light ('traced') that are tried: those that bring "
+     "light to where it is reflected are points. 0: as many as the integrator's own "
+     "light_samples."},
 };
 
 /// Places for lights that are worked on together, by one thread.

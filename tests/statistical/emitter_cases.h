@@ -98,7 +98,7 @@ inline const std::vector<EmitterCase>& emitter_cases() {
                             "<scale value='.1 .1 .5'/><rotate x='1' angle='60'/><translate "
                             "value='.1 .2 .3'/>")},
       {"cube", area_xml("cube",
-                        "<scale value='.2'/><rotate x='1' y='2' angle='50'/><translate "
+                        "<scale value='.2'/><rotate x='.6' y='.8' angle='50'/><translate "
                         "z='.6'/>")},
       {"mesh with bent normals", area_mesh_xml("<rgb name='radiance' value='1 2 3'/>")},
       {"constant", "<emitter type='constant'><rgb name='radiance' value='1 2 3'/></emitter>"},
