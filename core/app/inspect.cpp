@@ -1,6 +1,8 @@
 #include "inspect.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -11,6 +13,7 @@ namespace {
 
 constexpr int kMapWidth = 1024;
 constexpr int kMapHeight = 512;
+constexpr int kLeastSceneSide = 768;  ///< of the longer one
 constexpr uint32_t kNone = ~0u;
 
 struct Canvas {
@@ -40,6 +43,8 @@ struct View {
   Canvas canvas;
   std::vector<Vec3> place;     ///< direction or position of each pixel's centre
   std::vector<uint8_t> valid;  ///< where there is any
+  Vec2 scale{1.f};             ///< of the scene: pixels of the picture for each of the film
+  float slack = 0;             ///< by which light points may lie off the surface that is shown
 };
 
 Vec3 map_direction(float x, float y) {
@@ -70,14 +75,22 @@ View environment_view(const Scene& scene) {
   return view;
 }
 
-/// The scene as a lamp at the camera would show it.
+/// The scene as a lamp at the camera would show it, large enough to look at.
 View scene_view(const Scene& scene, const Sensor& sensor) {
-  const Film& film = sensor.film();
-  View view{Canvas(film.width(), film.height()), {}, {}};
+  const Vec2 film(sensor.film().width(), sensor.film().height());
+  const float enlarged = std::max(1.f, kLeastSceneSide / std::max(film.x, film.y));
+  const int width = std::max(1, static_cast<int>(std::lround(enlarged * film.x)));
+  const int height = std::max(1, static_cast<int>(std::lround(enlarged * film.y)));
+  View view{Canvas(width, height),
+            {},
+            {},
+            Vec2(width, height) / film,
+            1e-4f * glm::length(scene.bounds().extent())};
   std::vector<RayHit> rays;
-  for (int y = 0; y < film.height(); ++y) {
-    for (int x = 0; x < film.width(); ++x) {
-      rays.push_back({sensor.sample_ray(film_position(x, y, Vec2(0.5f)), Vec2(0.5f)), {}});
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const Vec2 position = film_position(x, y, Vec2(0.5f)) / view.scale;
+      rays.push_back({sensor.sample_ray(position, Vec2(0.5f)), {}});
     }
   }
   RenderCounters counters;
@@ -88,7 +101,7 @@ View scene_view(const Scene& scene, const Sensor& sensor) {
     if (hit) {
       const SurfaceInteraction si = scene.interaction(rays[i]);
       p = si.p;
-      const int x = static_cast<int>(i) % film.width(), y = static_cast<int>(i) / film.width();
+      const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
       view.canvas.set(x, y, Rgb(0.05f + 0.35f * std::abs(glm::dot(si.frame.n, rays[i].ray.d))));
     }
     view.place.push_back(p);
@@ -97,13 +110,14 @@ View scene_view(const Scene& scene, const Sensor& sensor) {
   return view;
 }
 
-/// The smallest of the boxes that hold the place, or kNone.
-uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& place) {
+/// The smallest of the boxes that hold the place, give or take `slack`; or kNone.
+uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& place, float slack) {
   uint32_t found = kNone;
   float smallest = kInfinity;
   for (uint32_t c = 0; c < clusters.size(); ++c) {
     const Aabb& box = clusters[c].box;
-    if (glm::any(glm::lessThan(place, box.lo)) || glm::any(glm::greaterThan(place, box.hi))) {
+    if (glm::any(glm::lessThan(place, box.lo - slack)) ||
+        glm::any(glm::greaterThan(place, box.hi + slack))) {
       continue;
     }
     const float size = glm::length(box.extent());
@@ -119,7 +133,7 @@ void outline_clusters(const Inspection& report, View& view) {
   const int width = view.canvas.image.width, height = view.canvas.image.height;
   std::vector<uint32_t> cluster(view.place.size(), kNone);
   for (size_t i = 0; i < cluster.size(); ++i) {
-    if (view.valid[i]) cluster[i] = cluster_at(report.clusters, view.place[i]);
+    if (view.valid[i]) cluster[i] = cluster_at(report.clusters, view.place[i], view.slack);
   }
   for (int y = 0; y + 1 < height; ++y) {
     for (int x = 0; x + 1 < width; ++x) {
@@ -131,12 +145,11 @@ void outline_clusters(const Inspection& report, View& view) {
   }
 }
 
-/// Where a light point is drawn; nullopt where it isn't seen.
-std::optional<Vec2> place_of(const Inspection& report, const Sensor& sensor, const Vec3& position) {
-  if (report.kind == LightPoints::Kind::kDistant) return map_position(position);
+/// Where a position is drawn in a view of the scene; nullopt where it isn't seen.
+std::optional<Vec2> scene_position(const View& view, const Sensor& sensor, const Vec3& position) {
   const auto connection = sensor.connect(position, Vec2(0.5f));
   if (!connection) return std::nullopt;
-  return connection->film_position;
+  return connection->film_position * view.scale;
 }
 
 void draw(const Inspection& report, const Scene& scene, const Sensor& sensor,
@@ -145,15 +158,16 @@ void draw(const Inspection& report, const Scene& scene, const Sensor& sensor,
   View view = distant ? environment_view(scene) : scene_view(scene, sensor);
   outline_clusters(report, view);
   for (const InspectedSample& sample : report.samples) {
-    const auto at = place_of(report, sensor, sample.position);
+    const auto at =
+        distant ? map_position(sample.position) : scene_position(view, sensor, sample.position);
     // A disk's area tells the weight, within reason.
     const auto radius = static_cast<float>(std::clamp(1.5 * std::sqrt(sample.weight), 1.5, 6.));
     const Rgb color = sample.visible ? Rgb(1, 0.05f, 0.02f) : Rgb(0.1f, 0.3f, 1);
     if (at) view.canvas.disk(*at, radius, color);
   }
   if (!distant) {
-    const auto at = sensor.connect(report.position, Vec2(0.5f));
-    if (at) view.canvas.disk(at->film_position, 4, Rgb(0.1f, 1, 0.2f));
+    const auto at = scene_position(view, sensor, report.position);
+    if (at) view.canvas.disk(*at, 4, Rgb(0.1f, 1, 0.2f));
   }
   write_png(path, view.canvas.image, 0);
 }

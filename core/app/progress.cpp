@@ -30,6 +30,12 @@ int terminal_width() {
 
 }  // namespace
 
+ProgressText progress_text(double fraction, double seconds) {
+  if (!(fraction < 1)) return {100, ""};
+  return {std::min(99, static_cast<int>(std::lround(100 * fraction))),
+          ", " + format_duration(seconds / fraction * (1 - fraction)) + " left"};
+}
+
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {
   interval_ = terminal_ ? kBarInterval : kFirstLine;
   begin();
@@ -49,17 +55,17 @@ void Progress::update(double fraction) {
   if (!terminal_) interval_ = std::min(interval_ * 2, kLongestLineInterval);
   next_ = now + std::chrono::duration_cast<Clock::duration>(interval_);
   const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const std::string left = format_duration(elapsed / fraction * (1 - fraction));
+  const ProgressText text = progress_text(fraction, elapsed);
   if (terminal_) {
-    draw_bar(fraction, left);
+    draw_bar(fraction, text);
     bar_drawn_ = true;
   } else {
-    fmt::print(stderr, "rendering: {:.0f} % done, {} left\n", 100 * fraction, left);
+    fmt::print(stderr, "rendering: {} % done{}\n", text.percent, text.left);
   }
 }
 
-void Progress::draw_bar(double fraction, const std::string& left) const {
-  const std::string text = fmt::format(" {:3.0f} %, {} left", 100 * fraction, left);
+void Progress::draw_bar(double fraction, const ProgressText& progress) const {
+  const std::string text = fmt::format(" {:3} %{}", progress.percent, progress.left);
   const int width = std::clamp(terminal_width() - static_cast<int>(text.size()) - 3, 0, 60);
   const int full = static_cast<int>(fraction * width);
   // \r and "erase to the end of the line": the bar stays on one line and leaves nothing behind.

@@ -5,6 +5,14 @@
 
 namespace kinome::app {
 
+/// What is said where `fraction` of the work took `seconds`: the share in per cent, 100 at the very
+/// end alone, and ", 1 min 05 s left", or "" there.
+struct ProgressText {
+  int percent;
+  std::string left;
+};
+ProgressText progress_text(double fraction, double seconds);
+
 /// Tells how far a render is: a bar with the time left on a terminal, and lines in a log, more
 /// seldom as time goes on.
 class Progress {
@@ -24,7 +32,7 @@ class Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
-  void draw_bar(double fraction, const std::string& left) const;
+  void draw_bar(double fraction, const ProgressText& progress) const;
 
   bool quiet_;
   bool terminal_;

@@ -123,6 +123,19 @@ void report(const Options& options, const RenderStats& stats, const RenderSummar
   }
 }
 
+void run_inspection(const Options& options, const Scene& scene, const Sensor& sensor,
+                    RenderContext& context, const std::string& output) {
+  const Vec2& pixel = *options.inspect;
+  const std::string stem = fs::path(output).replace_extension("").string();
+  std::string names;
+  try {
+    names = inspect(scene, sensor, context, pixel, stem);
+  } catch (const Error& error) {
+    throw Error(fmt::format("--inspect {},{}: {}", pixel.x, pixel.y, error.what()));
+  }
+  if (!options.quiet) fmt::print(stderr, "wrote {}\n", names);
+}
+
 }  // namespace
 
 int render_command(const Options& options, Clock::time_point start) {
@@ -155,15 +168,7 @@ int render_command(const Options& options, Clock::time_point start) {
   if (options.png) check_writable(png);
 
   if (options.inspect) {
-    const std::string stem = fs::path(output).replace_extension("").string();
-    std::string names;
-    try {
-      names = inspect(*scene, sensor, context, *options.inspect, stem);
-    } catch (const Error& error) {
-      throw Error(
-          fmt::format("--inspect {},{}: {}", options.inspect->x, options.inspect->y, error.what()));
-    }
-    if (!options.quiet) fmt::print(stderr, "wrote {}\n", names);
+    run_inspection(options, *scene, sensor, context, output);
     return 0;
   }
   begin_interruptible_render();

@@ -99,6 +99,7 @@ void PrimaryBatch::add_to_film(std::span<const Rgb> radiance, bool has_alpha,
 
 void shade_primary_rays(const Scene& scene, const Sensor& sensor, RenderContext& context,
                         bool hide_emitters, const ShadePrimary& shade) {
+  warn_without_emitters(scene);
   constexpr uint32_t kRays = 2048;  // what fits the caches
   Film& film = sensor.film();
   const uint64_t seed = key_seed(context, sensor.sampler());

@@ -1,6 +1,15 @@
 #include "kinome/render_context.h"
 
+#include "kinome/error.h"
+#include "kinome/log.h"
+
 namespace kinome {
+
+void warn_without_emitters(const Scene& scene) {
+  if (!scene.emitters().empty()) return;
+  log_warn(
+      Error(Location{scene.file()}, "the scene has no emitter: the picture will be black").what());
+}
 
 Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
   RenderStats& stats = context.stats();

@@ -289,18 +289,32 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
       }
     }
   }
-  const char* const indirect = contents.integrator->default_indirect_emitter();
-  const bool has_indirect = std::any_of(contents.emitters.begin(), contents.emitters.end(),
-                                        [](const auto& emitter) { return emitter->is_indirect(); });
-  if (indirect && !has_indirect) {
-    log_info("the scene has no indirect emitter: using '" + std::string(indirect) + "'");
-    Properties props(Category::kEmitter, indirect, where);
-    contents.emitters.push_back(std::dynamic_pointer_cast<Emitter>(create(props, where)));
-  }
+  complete_indirect_light(where, contents);
   if (contents.sensors.empty()) {
     log_info("the scene has no sensor: using a perspective camera that sees all shapes");
     contents.sensors.push_back(std::dynamic_pointer_cast<Sensor>(default_sensor(where, contents)));
   }
+}
+
+/// An indirect emitter where the integrator wants one; a warning where it has no use for one.
+void Builder::complete_indirect_light(const Location& where, Scene::Contents& contents) {
+  const char* const plugin = contents.integrator->default_indirect_emitter();
+  bool has_indirect = false;
+  for (const auto& [emitter, place] : top_emitters_) {
+    if (!emitter->is_indirect()) continue;
+    has_indirect = true;
+    if (plugin) continue;
+    log_warn(Error(place,
+                   "this emitter offers the bounce of others, which the scene's integrator, with "
+                   "the parameters that it has, doesn't ask for: it changes nothing in the picture "
+                   "('clustered' and 'groundtruth' ask with max_depth 3)")
+                 .what());
+  }
+  if (!plugin || has_indirect) return;
+  log_info("the scene has no indirect emitter: using '" + std::string(plugin) + "'");
+  // No line of the file is to blame for what it does.
+  Properties props(Category::kEmitter, plugin, Location{where.file});
+  contents.emitters.push_back(std::dynamic_pointer_cast<Emitter>(create(props, where)));
 }
 
 /// Mitsuba's: in front of the scene (on its -z side), 45 degrees.

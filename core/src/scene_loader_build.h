@@ -44,6 +44,7 @@ class Builder {
   void add_to_scene(const Node& child, const std::shared_ptr<Object>& object,
                     Scene::Contents& contents);
   void complete_scene(const Location& where, Scene::Contents& contents);
+  void complete_indirect_light(const Location& where, Scene::Contents& contents);
   std::shared_ptr<Object> default_sensor(const Location& where, const Scene::Contents& contents);
   std::shared_ptr<const std::vector<std::string>> folders(const Node& node);
 

@@ -70,6 +70,12 @@ void check_attributes(const Node& node, const TagRule& rule) {
     throw Error(node.where, quoted_tag(node) + " needs an attribute '" + std::string(name) + "'");
   }
   for (const std::string_view name : split_list(rule.optional)) known.push_back(name);
+  if (const Attribute* type = node.tag == "spectrum" ? node.find("type") : nullptr) {
+    throw Error(type->where,
+                "spectra of a type, such as '" + type->value +
+                    "', are not supported: give the colour as <rgb>, or the values by wavelength, "
+                    "as <spectrum value=\"400:1, 700:2\"/> or filename");
+  }
   for (const Attribute& attribute : node.attributes) {
     if (std::find(known.begin(), known.end(), attribute.name) == known.end()) {
       throw Error(attribute.where, quoted_tag(node) + " has no attribute '" + attribute.name + "'" +

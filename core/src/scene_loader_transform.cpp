@@ -1,7 +1,10 @@
+#include <cmath>
 #include <functional>
 
+#include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "kinome/log.h"
 #include "numbers.h"
 #include "scene_loader_convert.h"
 
@@ -18,7 +21,17 @@ DMat4 rotation(const Node& node) {
     throw Error(attribute.where, "'" + attribute.value + "' is not an angle in degrees");
   const float zero = 0;
   const DVec3 axis(convert_vector(node, &zero));
-  if (glm::length(axis) == 0) throw Error(node.where, "the axis of a rotation can't be zero");
+  const double length = glm::length(axis);
+  if (length == 0) throw Error(node.where, "the axis of a rotation can't be zero");
+  if (std::abs(length - 1) > 1e-3) {
+    log_warn(
+        Error(node.where,
+              fmt::format("the axis of this rotation has length {:.4g}, and is taken as one of "
+                          "length 1; Mitsuba 3 takes it as it is, so that it bends what it "
+                          "turns: its picture will differ",
+                          length))
+            .what());
+  }
   return glm::rotate(DMat4(1), glm::radians(*degrees), glm::normalize(axis));
 }
 

@@ -1,5 +1,7 @@
 /// Parallel light from infinitely far, such as the sun's without its extent: `irradiance` on a
-/// surface that faces it.
+/// surface that faces it. Where to_world scales +z, light is brighter by as much, as Mitsuba 3 has
+/// it on diffuse surfaces: its directions then aren't of unit length, which its other BSDFs take
+/// for granted.
 ///
 ///     <emitter type="directional">
 ///       <vector name="direction" x="1" y="-2" z="0"/>
@@ -20,24 +22,40 @@ constexpr Parameter kTable[] = {
     {"irradiance", ParameterType::kColor, "1", "Flux per area across the direction [W/m²]."},
 };
 
-Vec3 read_direction(const Properties& props) {
-  if (props.has("direction") && props.has("to_world")) {
-    throw props.error("to_world", "can't be given together with direction");
-  }
-  const Vec3 v = props.has("direction") ? props.vector("direction")
-                                        : props.transform("to_world").vector(Vec3(0, 0, 1));
+struct Direction {
+  Vec3 d{0, 0, 1};   ///< unit
+  float length = 1;  ///< of what to_world makes of +z
+};
+
+Direction read_direction(const Properties& props) {
+  const bool is_given = has_in_place_of_to_world(props, "direction");
+  const Vec3 v =
+      is_given ? props.vector("direction") : props.transform("to_world").vector(Vec3(0, 0, 1));
   // Divided first, so that squares neither over- nor underflow.
   const float largest = max_component(glm::abs(v));
   if (!(largest > 0) || !is_finite(v)) {
     throw props.error("direction", "must be finite and not zero");
   }
-  return glm::normalize(v / largest);
+  const float length = glm::length(v / largest);
+  return {v / largest / length, is_given ? 1 : largest * length};
+}
+
+Rgb read_irradiance(const Properties& props, float length) {
+  const Rgb irradiance = read_emission(props, "irradiance");
+  if (std::abs(length - 1) <= 1e-3f) return irradiance;
+  if (!(max_component(irradiance) * length <= kMaxEmission)) {
+    throw props.error("to_world", "must not scale the irradiance beyond 1e36");
+  }
+  props.warn("to_world", "scales: the light is " + std::to_string(length) +
+                             " times as bright by it, as Mitsuba 3's is on diffuse surfaces (on "
+                             "others its picture makes no sense)");
+  return irradiance * length;
 }
 
 class DirectionalLight final : public Emitter {
  public:
   explicit DirectionalLight(const Properties& props)
-      : direction_(read_direction(props)), irradiance_(read_emission(props, "irradiance")) {}
+      : DirectionalLight(props, read_direction(props)) {}
 
   void prepare(const Aabb& scene_bounds) override { disk_.prepare(scene_bounds); }
 
@@ -55,6 +73,9 @@ class DirectionalLight final : public Emitter {
   }
 
  private:
+  DirectionalLight(const Properties& props, const Direction& direction)
+      : direction_(direction.d), irradiance_(read_irradiance(props, direction.length)) {}
+
   Vec3 direction_;
   Rgb irradiance_;
   DistantDisk disk_;

@@ -39,33 +39,41 @@ inline std::shared_ptr<Texture> read_emission_texture(const Properties& props,
   return make_uniform_texture(read_emission(props, name));
 }
 
+/// Whether the scene gives `name` (a vector) rather than to_world; Error where it gives both.
+inline bool has_in_place_of_to_world(const Properties& props, const std::string& name) {
+  if (props.has(name) && props.has("to_world")) {
+    throw props.error("to_world", "can't be given together with " + name);
+  }
+  return props.has(name);
+}
+
 /// Where a light stands, and how it is turned: columns of `axes` are its own axes in the world,
 /// each of unit length. A mirroring transform mirrors the light.
 struct LightFrame {
   Vec3 origin{0.f};
   glm::mat3 axes{1.f};
+  Vec3 scale{1.f};  ///< of lengths along each axis
 
   Vec3 to_local(const Vec3& v) const { return v * axes; }
   Vec3 to_world(const Vec3& v) const { return axes * v; }
 };
 
-/// Of `to_world`, whose scale means nothing to a light without extent, as in Mitsuba 3; Error where
-/// it would bend the light.
+/// Of `to_world`; Error where it would bend the light.
 inline LightFrame read_light_frame(const Properties& props) {
   const Transform to_world = props.transform("to_world");
-  glm::mat3 linear(to_world.matrix());
-  const float scale = glm::length(linear[0]);
-  linear /= scale;
-  const glm::mat3 product = glm::transpose(linear) * linear;
+  LightFrame frame;
+  frame.origin = to_world.point(Vec3(0.f));
   for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) {
-      if (!(std::abs(product[c][r] - (c == r ? 1.f : 0.f)) < 1e-3f)) {
-        throw props.error("to_world", "must be a rotation and a translation, without shear");
-      }
+    const Vec3 axis(to_world.matrix()[c]);
+    frame.scale[c] = glm::length(axis);
+    frame.axes[c] = axis / frame.scale[c];
+  }
+  for (int c = 0; c < 3; ++c) {
+    if (!(std::abs(glm::dot(frame.axes[c], frame.axes[(c + 1) % 3])) < 1e-3f)) {
+      throw props.error("to_world", "must be a rotation, a translation and a scale, without shear");
     }
   }
-  for (int c = 0; c < 3; ++c) linear[c] = glm::normalize(linear[c]);
-  return {to_world.point(Vec3(0.f)), linear};
+  return frame;
 }
 
 /// The way from a point to a light.

@@ -21,11 +21,8 @@ constexpr Parameter kTable[] = {
 };
 
 Vec3 read_position(const Properties& props) {
-  if (!props.has("position")) return props.transform("to_world").point(Vec3(0.f));
-  if (props.has("to_world")) {
-    throw props.error("to_world", "can't be given together with position");
-  }
-  return props.vector("position");
+  return has_in_place_of_to_world(props, "position") ? props.vector("position")
+                                                     : props.transform("to_world").point(Vec3(0.f));
 }
 
 class PointLight final : public Emitter {

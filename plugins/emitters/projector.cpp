@@ -5,6 +5,9 @@
 /// The image's sides are as its resolution's, the square's for a texture without texels. Without a
 /// texture it projects a white square.
 ///
+/// A scale in to_world means what it does in Mitsuba 3: along x and y it stretches the image, along
+/// z it makes it smaller, and the light brighter by as much. Shear is an error.
+///
 ///     <emitter type="projector">
 ///       <texture type="bitmap" name="irradiance"><string name="filename" value="slide.exr"/>
 ///       </texture>
@@ -39,21 +42,16 @@ float read_scale(const Properties& props) {
   return scale;
 }
 
-/// Scale is an error, as for a camera: it would change what fov and irradiance mean.
-LightFrame read_frame(const Properties& props) {
-  read_camera_transform(props, false);
-  return read_light_frame(props);
-}
-
 class Projector final : public Emitter {
  public:
   explicit Projector(const Properties& props)
-      : frame_(read_frame(props)),
+      : frame_(read_light_frame(props)),
         irradiance_(read_emission_texture(props, "irradiance")),
-        scale_(read_scale(props)) {
+        scale_(read_scale(props) * frame_.scale.z) {
     const Vec2 texels(irradiance_->resolution());
     half_size_.x = read_half_width(props, texels.x / texels.y);
     half_size_.y = half_size_.x * texels.y / texels.x;
+    half_size_ *= Vec2(frame_.scale) / frame_.scale.z;
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {

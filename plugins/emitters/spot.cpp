@@ -2,7 +2,10 @@
 /// beam_width from the axis, then falling linearly in the angle to nothing at cutoff_angle.
 ///
 /// A texture is seen through the cone's square cross-section: (u, v) = 1/2 + 1/2 (x, y) /
-/// (z tan(cutoff_angle)) of the local direction (x, y, z).
+/// (z tan(cutoff_angle)) of the local direction (x, y, z). From 90 degrees on there is no such
+/// cross-section, and a texture is an error. Mitsuba 3 takes the formula all the same: at 90
+/// degrees all of the light sees the image's middle, beyond it the image is upside down and without
+/// end, and sides change at the horizon, where it is infinitely small.
 ///
 ///     <emitter type="spot">
 ///       <transform name="to_world"><lookat origin="0 3 0" target="0 0 0" up="0 0 1"/></transform>
@@ -47,17 +50,28 @@ float read_beam_width(const Properties& props, float cutoff) {
   if (!props.has("beam_width")) return 0.75f * cutoff;
   const float beam_width = props.real("beam_width");
   if (!(beam_width >= 0 && beam_width * kDegree <= cutoff)) {
-    throw props.error("beam_width", "must lie between 0 and cutoff_angle (" +
+    throw props.error("beam_width", "must be at least 0 and at most cutoff_angle (" +
                                         std::to_string(cutoff / kDegree) + " degrees), got " +
                                         std::to_string(beam_width));
   }
   return beam_width * kDegree;
 }
 
+/// A scale means nothing to a light without extent, as in Mitsuba 3, if it is the same for all
+/// axes.
+LightFrame read_frame(const Properties& props) {
+  const LightFrame frame = read_light_frame(props);
+  const Vec3& scale = frame.scale;
+  if (!(max_component(glm::abs(scale / scale.z - 1.f)) < 1e-3f)) {
+    throw props.error("to_world", "must scale all axes alike: it would bend the cone");
+  }
+  return frame;
+}
+
 class Spot final : public Emitter {
  public:
   explicit Spot(const Properties& props)
-      : frame_(read_light_frame(props)),
+      : frame_(read_frame(props)),
         intensity_(read_emission(props, "intensity")),
         cutoff_(read_cutoff(props)),
         beam_width_(read_beam_width(props, cutoff_)),
@@ -65,8 +79,10 @@ class Spot final : public Emitter {
         tan_cutoff_(std::tan(cutoff_)),
         texture_(read_emission_texture(props, "texture")) {
     if (!texture_->is_uniform() && !(cutoff_ < kPi / 2)) {
-      throw props.error("texture", "needs a cutoff_angle below 90 degrees, got " +
-                                       std::to_string(cutoff_ / kDegree));
+      throw props.error("texture",
+                        "needs a cutoff_angle of less than 90 degrees, got " +
+                            std::to_string(cutoff_ / kDegree) +
+                            ": a wider cone has no cross-section that could show an image");
     }
   }
 

@@ -31,7 +31,9 @@ constexpr Parameter kTable[] = {
     {"placement", ParameterType::kString, "surface",
      "'surface': uniform over all surfaces; 'traced': where light traced from the emitters lands."},
     {"light_samples", ParameterType::kInteger, "0",
-     "Points to place, lit or not; 0: as many as the integrator asks for."},
+     "Places on surfaces ('surface') or rays of light ('traced') that are tried: those that bring "
+     "light to where it is reflected are points. 0: as many as the integrator's own "
+     "light_samples."},
 };
 
 /// Places for lights that are worked on together, by one thread.
@@ -264,7 +266,8 @@ class TracedPlacement {
 
 class VirtualPointLights final : public Emitter {
  public:
-  explicit VirtualPointLights(const Properties& props) : children_(props.objects<Emitter>()) {
+  explicit VirtualPointLights(const Properties& props)
+      : where_(props.where()), children_(props.objects<Emitter>()) {
     for (const auto& child : children_) {
       if (child->is_indirect()) throw props.error("emitter", "must not offer a bounce itself");
     }
@@ -295,20 +298,25 @@ class VirtualPointLights final : public Emitter {
     } else {
       const SurfacePlacement placement(scene, emitters, count, context.seed());
       if (placement.empty()) {
-        context.skip("indirect light", "no surface reflects but by mirrors");
-        return std::nullopt;
+        return nothing("no surface reflects but by mirrors", context);
       }
       points = light_all(placement, count, context);
     }
     if (points.size() == 0) {
-      log_warn("vpl: no light lands on any surface that reflects it: there is no indirect light");
-      context.skip("indirect light", "no light point is lit");
-      return std::nullopt;
+      return nothing("no light lands on a surface that reflects it", context);
     }
     return points;
   }
 
  private:
+  /// Told in terms of the picture: who wrote no emitter of this kind has one all the same.
+  std::optional<LightPoints> nothing(const std::string& why, RenderContext& context) const {
+    log_warn(
+        Error(where_, why + ": the picture shows direct light, and none after a bounce").what());
+    context.skip("indirect light", why);
+    return std::nullopt;
+  }
+
   template <class Placement>
   LightPoints light_all(const Placement& placement, uint32_t count, RenderContext& context) const {
     std::vector<Points> chunks((count + kChunk - 1) / kChunk);
@@ -326,6 +334,7 @@ class VirtualPointLights final : public Emitter {
     return points;
   }
 
+  Location where_;
   std::vector<std::shared_ptr<Emitter>> children_;
   bool traced_ = false;
   uint32_t count_ = 0;

@@ -95,25 +95,32 @@ class Chooser {
     PointSelection selection;
     (*this)(si, key, dimension, counters, selection);
     report.clusters.resize(cut_->size());
-    for (size_t k = 0; k < selection.points.size(); ++k) {
-      report.samples.push_back({points.position[selection.points[k]], selection.weights[k], false});
-    }
-    // Three distributions tell the parts: Gamma is light x geometric x brdf.
     build_pmf(Importance::kBrdf, si, key, dimension, counters, scratch);
     const ClusterPmf brdf = scratch.pmf;
     if (importance_ != Importance::kLuminance) {
       build_pmf(importance_, si, key, dimension, counters, scratch);
     }
     const ClusterPmf& pmf = importance_ == Importance::kLuminance ? luminance_pmf_ : scratch.pmf;
+    describe_clusters(pmf, brdf, report);
     for (size_t k = 0; k < selection.points.size(); ++k) {
+      const uint32_t point = selection.points[k];
+      report.samples.push_back({points.position[point], selection.weights[k], false});
       // Draws of one point are merged: its weight tells how many there were.
-      const float probability = cut_->point_probability(pmf, selection.points[k]);
-      report.clusters[cut_->cluster_of(selection.points[k])].samples +=
-          static_cast<uint32_t>(std::lround(selection.weights[k] * probability *
-                                            static_cast<float>(light_sampler_->sample_count())));
+      const float draws = selection.weights[k] * cut_->point_probability(pmf, point) *
+                          static_cast<float>(light_sampler_->sample_count());
+      report.clusters[cut_->cluster_of(point)].samples += static_cast<uint32_t>(std::lround(draws));
     }
+    return report;
+  }
+
+ private:
+  static constexpr uint32_t kLobeDimensions = 4;
+
+  /// All of the clusters but their samples. Three distributions tell the parts: the importance is
+  /// light x geometric x brdf.
+  void describe_clusters(const ClusterPmf& pmf, const ClusterPmf& brdf, Inspection& report) const {
     LightCut::Point lambertian;
-    lambertian.position = si.p;
+    lambertian.position = report.position;
     lambertian.normal = report.normal;
     lambertian.diffuse = 1;
     ClusterPmf geometric;
@@ -141,11 +148,7 @@ class Chooser {
       if (best_brdf > 0) out.brdf /= best_brdf;
       if (best_geometric > 0) out.geometric /= best_geometric;
     }
-    return report;
   }
-
- private:
-  static constexpr uint32_t kLobeDimensions = 4;
 
   void build_pmf(Importance importance, const SurfaceInteraction& si, const SampleKey& key,
                  uint32_t dimension, RenderCounters& counters, Scratch& scratch) const {
@@ -236,22 +239,22 @@ class Clustered final : public Integrator {
   std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                   const Vec2& film_position) const override {
     RenderCounters counters;
-    RayHit ray{sensor.sample_ray(film_position, Vec2(0.5f)), {}};
-    scene.intersect({&ray, 1}, Coherence::kIncoherent, counters);
-    if (!ray.hit.valid()) throw Error("there is no surface at the place to inspect");
-    const SurfaceInteraction si = scene.interaction(ray);
+    PrimaryBatch primary;
+    const auto x = static_cast<int>(film_position.x), y = static_cast<int>(film_position.y);
+    primary.trace(scene, sensor, {x, y, x + 1, y + 1}, 0, 1, key_seed(context, sensor.sampler()),
+                  counters);
+    if (settings_.options.hide_emitters) primary.pass_emitters(scene, counters);
+    if (!primary.hit(0)) throw Error("there is no surface at the place to inspect");
+    const SurfaceInteraction& si = primary.interaction(0);
     ScenePointLights lights = gather(settings_, scene, context);
     const std::vector<Chooser> choosers = make_choosers(lights, scene, sensor, context);
-    const SampleKey key{static_cast<uint32_t>(film_position.x),
-                        static_cast<uint32_t>(film_position.y), 0,
-                        key_seed(context, sensor.sampler())};
     std::vector<Inspection> reports;
     for (size_t i = 0; i < choosers.size(); ++i) {
       const LightPoints& points = lights.sets[i].points;
-      reports.push_back(choosers[i].inspect(points, si, key, kPrimaryDimensions));
+      reports.push_back(choosers[i].inspect(points, si, primary.key(0), kPrimaryDimensions));
       for (InspectedSample& sample : reports.back().samples) {
-        const Vec3 to = sample.position - si.p;
         const bool distant = points.kind == LightPoints::Kind::kDistant;
+        const Vec3 to = sample.position - si.p;
         Ray shadow = distant ? si.shadow_ray(sample.position, kInfinity)
                              : si.shadow_ray(glm::normalize(to), glm::length(to));
         scene.occluded({&shadow, 1}, Coherence::kIncoherent, counters);

@@ -15,11 +15,15 @@ namespace kinome {
        "Light that is made of points: 'distant' (environments), 'local' (a bounce, and emitters "  \
        "within the scene that offer points), 'both', or 'auto': all that the scene has. Without "  \
        "'local' there is no indirect light."},                                                     \
-      {"light_samples", ParameterType::kInteger, "32768", "Points that each emitter is made of."}, \
+      {"light_samples", ParameterType::kInteger, "32768",                                          \
+       "Points that an environment's light is made of, all of them lit; and places on surfaces "   \
+       "that a 'vpl' without light_samples of its own tries, of which those that light reaches "   \
+       "are its points. At least 1."},                                                             \
       {"max_geometry_term", ParameterType::kFloat, "0",                                            \
        "Bound on cos cos'/d² between surfaces [1/area], which loses light in corners; 0: none."},  \
   {                                                                                                \
-    "hide_emitters", ParameterType::kBoolean, "false", "Leave lights out of the camera's view."    \
+    "hide_emitters", ParameterType::kBoolean, "false",                                             \
+        "The camera sees no light itself: it looks through surfaces that emit, at a black sky."    \
   }
 
 struct PointLightSettings {

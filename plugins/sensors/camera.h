@@ -109,7 +109,8 @@ inline float read_half_width(const Properties& props, float aspect) {
   }
   const float fov = props.real("fov");
   if (!(fov > 0 && fov < 180)) {
-    throw props.error("fov", "must lie between 0 and 180 degrees, got " + std::to_string(fov));
+    throw props.error(
+        "fov", "must be greater than 0 and less than 180 degrees, got " + std::to_string(fov));
   }
   constexpr const char* kAxes[] = {"x", "y", "diagonal", "smaller", "larger"};
   const double tangent = std::tan(double{fov} * std::numbers::pi / 360);

@@ -128,7 +128,7 @@ const BadScene kScenes[] = {
      {"one shape only"}},
     {"projector_without_an_angle",
      "<emitter type=\"projector\">@<float name=\"fov\" value=\"180\"/></emitter>",
-     {"'fov'", "between 0 and 180", "got 180"}},
+     {"'fov'", "greater than 0 and less than 180", "got 180"}},
     {"projector_without_its_image",
      "<emitter type=\"projector\"><texture type=\"bitmap\" name=\"irradiance\">"
      "@<string name=\"filename\" value=\"slide.exr\"/></texture></emitter>",

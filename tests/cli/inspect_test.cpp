@@ -3,7 +3,7 @@
 #include <map>
 
 #include "cli.h"
-#include "kinome/image.h"
+#include "support/png.h"
 
 namespace kinome::test {
 namespace {
@@ -86,6 +86,27 @@ TEST_F(Inspect, ShowsEachSetOfLightPoints) {
   }
   // The sky has directions in its table, the bounce has places.
   EXPECT_NE(table("out.csv")["mean_x"], table("out-2.csv")["mean_x"]);
+}
+
+/// The film has 40 x 30 pixels, on which nothing could be told apart.
+TEST_F(Inspect, PictureOfASmallFilmIsEnlarged) {
+  ASSERT_EQ(inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>").status, 0);
+  const Png sky = read_png(folder_.path("out.png")), scene = read_png(folder_.path("out-2.png"));
+  EXPECT_EQ(std::pair(sky.width, sky.height), std::pair(1024u, 512u));
+  EXPECT_EQ(std::pair(scene.width, scene.height), std::pair(768u, 576u));
+}
+
+/// Light points lie a little off their surfaces, on which their clusters are outlined all the same.
+TEST_F(Inspect, ClustersAreOutlined) {
+  ASSERT_EQ(inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>").status, 0);
+  for (const char* name : {"out.png", "out-2.png"}) {
+    const Png png = read_png(folder_.path(name));
+    int yellow = 0;
+    for (size_t i = 0; i < png.rgba.size(); i += 4) {
+      yellow += png.rgba[i] > 200 && png.rgba[i + 1] > 200 && png.rgba[i + 2] < 150;
+    }
+    EXPECT_GT(yellow, 200) << name;
+  }
 }
 
 TEST_F(Inspect, SaysWhyNot) {

@@ -194,9 +194,8 @@ TEST(LocalLight, DirectionalIsTheSameEverywhere) {
         "<emitter type=\"directional\"><vector name=\"direction\" value=\"1 -2 .5\"/>"
         "<rgb name=\"irradiance\" value=\"1 2 3\"/></emitter>",
         place.x, place.z, 2 * cosine, "direction");
-    expect_irradiance(
-        light_xml("directional", "<scale value=\"7\"/><rotate x=\"1\" angle=\"120\"/>", ""),
-        place.x, place.z, std::sqrt(3.) / 2, "to_world");
+    expect_irradiance(light_xml("directional", "<rotate x=\"1\" angle=\"120\"/>", ""), place.x,
+                      place.z, std::sqrt(3.) / 2, "to_world");
   }
   EXPECT_EQ(rendered_irradiance(light_xml("directional", "", ""), 0, 0), 0);  // along the floor
 }

@@ -117,6 +117,28 @@ TEST(Path, HidesEmitters) {
   EXPECT_NEAR(image.at(0, 0, 1), 3, 1e-5f);
 }
 
+/// What rendering warns of.
+std::string warning_of(const std::string& scene_xml) {
+  const auto scene = scene_from(scene_xml);
+  testing::internal::CaptureStderr();
+  render_scene(*scene);
+  return testing::internal::GetCapturedStderr();
+}
+
+TEST(WithoutEmitters, EveryIntegratorOfLightWarnsOnce) {
+  const std::string scene = still_life() + view(4, 4);
+  for (const char* type : {"direct", "path", "ptracer", "clustered", "groundtruth"}) {
+    const std::string integrator = std::string("<integrator type=\"") + type + "\"/>";
+    EXPECT_EQ(warning_of(scene + integrator),
+              "kinome: warning: test.xml: the scene has no emitter: the picture will be black\n")
+        << type;
+    EXPECT_EQ(warning_of(scene + constant_xml("1") + integrator), "") << type;
+  }
+  EXPECT_EQ(warning_of(scene + integrator_xml("clustered", 3)),
+            "kinome: warning: test.xml: the scene has no emitter: the picture will be black\n");
+  EXPECT_EQ(warning_of(scene + "<integrator type=\"depth\"/>"), "");
+}
+
 /// Two mirrors face each other at 45 degrees to the view; the second one shows the sky.
 TEST(Path, FollowsMirrors) {
   const std::string copper =

@@ -123,6 +123,25 @@ TEST(PointLights, HiddenEmittersAreBlackToTheCameraAlone) {
   for (int c = 0; c < 4; ++c) EXPECT_EQ(a.at(2, 2, c), b.at(2, 2, c));
 }
 
+/// A light between the camera and the ball: the camera looks through it, the ball is lit by it.
+TEST(PointLights, HiddenLampsDoNotHideWhatLiesBehind) {
+  const std::string scene_xml =
+      "<shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape><shape type=\"rectangle\"><transform "
+      "name=\"to_world\"><rotate x=\"1\" angle=\"180\"/><translate z=\"2\"/></transform><emitter "
+      "type=\"area\"/></shape>" +
+      sensor_xml("orthographic", "<scale value=\"0.5\"/>" + look_at("0 0 4", "0 0 0", "0 1 0"), 3,
+                 16, "independent", "rgba");
+  for (const char* integrator : {"clustered", "groundtruth"}) {
+    const std::string begin = std::string("<integrator type=\"") + integrator + "\">";
+    const std::string hide = "<boolean name=\"hide_emitters\" value=\"true\"/></integrator>";
+    const Image seen = render_scene(*scene_from(scene_xml + begin + "</integrator>"));
+    const Image hidden = render_scene(*scene_from(scene_xml + begin + hide));
+    EXPECT_EQ(seen.at(1, 1, 0), 0) << "the lamp's back";
+    EXPECT_GT(hidden.at(1, 1, 0), 0.05f);
+    EXPECT_EQ(hidden.at(1, 1, 3), 1);
+  }
+}
+
 /// Light straight down that offers no points.
 class Beam final : public Emitter {
  public:

@@ -3,10 +3,10 @@
 // coloured sky.
 #include <gtest/gtest.h>
 
+#include "clustered_cases.h"
 #include "kinome/image.h"
-#include "support/render.h"
 
-namespace kinome {
+namespace kinome::test {
 namespace {
 
 /// A 64x32 environment with two bright spots of unequal colour, one of them low, and one negative
@@ -37,7 +37,7 @@ class Sky {
   static void set(Image& image, int x, int y, const Rgb& value) {
     for (int c = 0; c < 3; ++c) image.at(x, y, c) = value[c];
   }
-  test::TemporaryFolder folder_;
+  TemporaryFolder folder_;
   std::string path_;
 };
 
@@ -49,7 +49,7 @@ const Sky& sky() {
 /// A sphere over a floor, of one material: shadows, grazing angles and horizons that cut clusters.
 std::unique_ptr<Scene> make_scene(const std::string& integrator, const std::string& bsdf,
                                   const std::string& sampler) {
-  return test::scene_from(R"(<scene version="3.0.0">)" + integrator + R"(
+  return scene_from(R"(<scene version="3.0.0">)" + integrator + R"(
     <sensor type="perspective">
       <float name="fov" value="45"/>
       <transform name="to_world"><lookat origin="0,2,5" target="0,.4,0" up="0,1,0"/></transform>
@@ -58,33 +58,20 @@ std::unique_ptr<Scene> make_scene(const std::string& integrator, const std::stri
         <rfilter type="box"/></film>
     </sensor>
     <shape type="sphere"><point name="center" x="0" y=".8" z="0"/><float name="radius" value=".8"/>)" +
-                          bsdf + R"(</shape>
+                    bsdf + R"(</shape>
     <shape type="rectangle">
       <transform name="to_world"><rotate x="1" angle="-90"/><scale value="4"/></transform>)" +
-                          bsdf + R"(</shape>
+                    bsdf + R"(</shape>
     <emitter type="envmap"><string name="filename" value=")" +
-                          sky().path() + R"("/></emitter></scene>)");
+                    sky().path() + R"("/></emitter></scene>)");
 }
 
 struct Case {
   const char* name;
-  const char* bsdf;
-  const char* parameters;
-  const char* sampler =
-      R"(<sampler type="independent"><integer name="sample_count" value="4"/></sampler>)";
+  std::string bsdf;
+  std::string parameters;
+  std::string sampler = sampler_xml("independent");
 };
-
-constexpr const char* kDiffuse =
-    R"(<bsdf type="diffuse"><rgb name="reflectance" value=".7 .5 .3"/></bsdf>)";
-constexpr const char* kPhong =
-    R"(<bsdf type="phong"><rgb name="diffuse_reflectance" value=".3 .2 .4"/>
-    <rgb name="specular_reflectance" value=".4 .4 .2"/><float name="exponent" value="40"/></bsdf>)";
-constexpr const char* kWard =
-    R"(<bsdf type="ward"><rgb name="diffuse_reflectance" value=".3 .2 .1"/>
-    <rgb name="specular_reflectance" value=".3 .4 .5"/>
-    <float name="alpha_u" value=".08"/><float name="alpha_v" value=".3"/></bsdf>)";
-constexpr const char* kMetal =
-    R"(<bsdf type="roughconductor"><float name="alpha" value=".2"/></bsdf>)";
 
 class ClusteredAgainstGroundTruth : public testing::TestWithParam<Case> {};
 
@@ -96,43 +83,34 @@ TEST_P(ClusteredAgainstGroundTruth, HasItsExpectation) {
   const auto clustered =
       make_scene(R"(<integrator type="clustered">)" + points + c.parameters + "</integrator>",
                  c.bsdf, c.sampler);
-  // Both have the same places in their pixels: what is left are the choices of `clustered`.
-  const auto difference = test::estimate_differences(*clustered, *truth, 96, 4);
-  const test::Verdict verdict =
-      test::z_test(difference, std::vector<test::Estimate>(difference.size()), 1e-4);
-  EXPECT_TRUE(verdict.passed) << verdict.text;
+  expect_same_expectation(*clustered, *truth, 96);
 }
 
-constexpr const char* kSmall =
-    R"(<integer name="cut_size" value="40"/><integer name="emitter_samples" value="12"/>)";
-const std::string kJoint = std::string(kSmall) + R"(<string name="importance" value="joint"/>)";
-const std::string kLuminance =
-    std::string(kSmall) + R"(<string name="importance" value="luminance"/>)";
-const std::string kBrdf = std::string(kSmall) + R"(<string name="importance" value="brdf"/>)";
-const std::string kOldCut = kJoint + R"(<string name="cut_criterion" value="luminance"/>)";
+const std::string kPhong = phong_xml("40");
+const std::string kWard = ward_xml(".08");
+const std::string kMetal = metal_xml(".2");
+const std::string kSmall = counts_xml(40, 12);
+const std::string kJoint = kSmall + importance_xml("joint");
+const std::string kLuminance = kSmall + importance_xml("luminance");
+const std::string kBrdf = kSmall + importance_xml("brdf");
+const std::string kOldCut = kJoint + kLuminanceCut;
 const std::string kNoLobe = kJoint + R"(<integer name="brdf_samples" value="0"/>)";
-constexpr const char* kOneCluster =
-    R"(<integer name="cut_size" value="1"/><integer name="emitter_samples" value="64"/>)";
+const std::string kOneCluster = counts_xml(1, 64);
 
 INSTANTIATE_TEST_SUITE_P(
     Modes, ClusteredAgainstGroundTruth,
-    testing::Values(
-        Case{"DiffuseJoint", kDiffuse, kJoint.c_str()},
-        Case{"DiffuseLuminance", kDiffuse, kLuminance.c_str()},
-        Case{"DiffuseBrdf", kDiffuse, kBrdf.c_str()}, Case{"PhongJoint", kPhong, kJoint.c_str()},
-        Case{"PhongLuminance", kPhong, kLuminance.c_str()},
-        Case{"PhongBrdf", kPhong, kBrdf.c_str()}, Case{"PhongNoLobeRays", kPhong, kNoLobe.c_str()},
-        Case{"WardJoint", kWard, kJoint.c_str()}, Case{"WardLuminance", kWard, kLuminance.c_str()},
-        Case{"WardBrdf", kWard, kBrdf.c_str()}, Case{"WardLuminanceCut", kWard, kOldCut.c_str()},
-        Case{"MetalJoint", kMetal, kJoint.c_str()}, Case{"MetalBrdf", kMetal, kBrdf.c_str()},
-        Case{"OneCluster", kPhong, kOneCluster},
-        Case{"Sobol", kWard, kJoint.c_str(),
-             R"(<sampler type="sobol"><integer name="sample_count" value="4"/></sampler>)"},
-        Case{"Halton", kPhong, kJoint.c_str(),
-             R"(<sampler type="halton"><integer name="sample_count" value="4"/></sampler>)"},
-        Case{"Stratified", kDiffuse, kJoint.c_str(),
-             R"(<sampler type="stratified"><integer name="sample_count" value="4"/></sampler>)"}),
+    testing::Values(Case{"DiffuseJoint", kDiffuse, kJoint},
+                    Case{"DiffuseLuminance", kDiffuse, kLuminance},
+                    Case{"DiffuseBrdf", kDiffuse, kBrdf}, Case{"PhongJoint", kPhong, kJoint},
+                    Case{"PhongLuminance", kPhong, kLuminance}, Case{"PhongBrdf", kPhong, kBrdf},
+                    Case{"PhongNoLobeRays", kPhong, kNoLobe}, Case{"WardJoint", kWard, kJoint},
+                    Case{"WardLuminance", kWard, kLuminance}, Case{"WardBrdf", kWard, kBrdf},
+                    Case{"WardLuminanceCut", kWard, kOldCut}, Case{"MetalJoint", kMetal, kJoint},
+                    Case{"MetalBrdf", kMetal, kBrdf}, Case{"OneCluster", kPhong, kOneCluster},
+                    Case{"Sobol", kWard, kJoint, sampler_xml("sobol")},
+                    Case{"Halton", kPhong, kJoint, sampler_xml("halton")},
+                    Case{"Stratified", kDiffuse, kJoint, sampler_xml("stratified")}),
     [](const auto& test_case) { return std::string(test_case.param.name); });
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::test

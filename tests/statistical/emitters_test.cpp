@@ -6,143 +6,13 @@
 #include <numbers>
 
 #include "direction_test.h"
-#include "kinome/emitter.h"
-#include "kinome/texture.h"
+#include "emitter_cases.h"
 
 namespace kinome::test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // of each statistical test here: about 60 in all
 constexpr double kPiD = std::numbers::pi;
-
-struct Case {
-  std::string name;
-  std::string xml;  ///< of the emitter, or of the shape that emits; FILE stands for an image
-};
-
-/// A camera's view of the floor from beside its middle.
-const std::string kAbove =
-    "<transform name='to_world'><lookat origin='.4 .2 1.6' target='0 .1 0' up='.3 1 0'/>"
-    "</transform>";
-const std::string kImage =
-    "<texture type='bitmap' name='NAME'><string name='filename' value='FILE'/></texture>";
-
-std::string image_named(const std::string& name) {
-  std::string xml = kImage;
-  return xml.replace(xml.find("NAME"), 4, name);
-}
-
-std::string number_xml(const std::string& name, double value) {
-  return "<float name='" + name + "' value='" + std::to_string(value) + "'/>";
-}
-
-std::string spot_xml(double cutoff, double beam_width, const std::string& more = "") {
-  return "<emitter type='spot'>" + kAbove + number_xml("cutoff_angle", cutoff) +
-         number_xml("beam_width", beam_width) + "<rgb name='intensity' value='1 2 3'/>" + more +
-         "</emitter>";
-}
-
-std::string projector_xml(const std::string& more) {
-  return "<emitter type='projector'>" + kAbove + more + "</emitter>";
-}
-
-std::string area_xml(const std::string& shape, const std::string& transform,
-                     const std::string& radiance = "<rgb name='radiance' value='1 2 3'/>") {
-  return "<shape type='" + shape + "'><transform name='to_world'>" + transform +
-         "</transform><emitter type='area'>" + radiance + "</emitter></shape>";
-}
-
-std::string area_mesh_xml(const std::string& radiance) {
-  return "<shape type='obj'><string name='filename' value='MESH'/><emitter type='area'>" +
-         radiance + "</emitter></shape>";
-}
-
-const std::vector<Case>& cases() {
-  static const std::vector<Case> all = {
-      {"point",
-       "<emitter type='point'><point name='position' value='.3 -.2 .9'/>"
-       "<rgb name='intensity' value='1 2 3'/></emitter>"},
-      {"spot", spot_xml(35, 10)},
-      {"spot with a hard edge", spot_xml(25, 25)},
-      {"spot without a beam", spot_xml(40, 0)},
-      {"spot that shines backward, too", spot_xml(170, 100)},
-      {"spot with an image", spot_xml(35, 30, image_named("texture"))},
-      {"spot with a checkerboard",
-       spot_xml(35, 30, "<texture type='checkerboard' name='texture'/>")},
-      {"projector", projector_xml(number_xml("fov", 50) + image_named("irradiance"))},
-      {"projector of a turned image",
-       projector_xml(number_xml("scale", 2) + "<texture type='bitmap' name='irradiance'><string "
-                                              "name='filename' value='FILE'/><transform "
-                                              "name='to_uv'><rotate z='1' angle='30'/><scale "
-                                              "value='3'/></transform></texture>")},
-      {"projector of a checkerboard",
-       projector_xml("<texture type='checkerboard' name='irradiance'>" + number_xml("color0", 0) +
-                     "<transform name='to_uv'><scale value='3.1'/></transform></texture>")},
-      {"projector without an image", projector_xml(number_xml("fov", 90))},
-      {"directional",
-       "<emitter type='directional'><vector name='direction' value='1 .5 -2'/>"
-       "<rgb name='irradiance' value='1 2 3'/></emitter>"},
-      {"rectangle", area_xml("rectangle",
-                             "<scale value='.3 .5 1'/><rotate x='1' angle='160'/>"
-                             "<translate value='.2 -.3 .8'/>")},
-      {"rectangle beside the floor's middle, edge on",
-       area_xml("rectangle", "<scale value='.4'/><rotate y='1' angle='90'/><translate z='.5'/>")},
-      {"disk with an image",
-       area_xml("disk", "<scale value='.4'/><rotate x='1' angle='180'/><translate z='.7'/>",
-                image_named("radiance"))},
-      {"sphere", area_xml("sphere", "<scale value='.2'/><translate value='.1 .2 .4'/>")},
-      {"sphere turned inside out around everything",
-       "<shape type='sphere'><boolean name='flip_normals' value='true'/><float name='radius' "
-       "value='3'/><emitter type='area'><rgb name='radiance' value='1 2 3'/></emitter></shape>"},
-      {"cylinder", area_xml("cylinder",
-                            "<scale value='.1 .1 .5'/><rotate x='1' angle='60'/><translate "
-                            "value='.1 .2 .3'/>")},
-      {"cube", area_xml("cube",
-                        "<scale value='.2'/><rotate x='1' y='2' angle='50'/><translate "
-                        "z='.6'/>")},
-      {"mesh with bent normals", area_mesh_xml("<rgb name='radiance' value='1 2 3'/>")},
-      {"constant", "<emitter type='constant'><rgb name='radiance' value='1 2 3'/></emitter>"},
-      {"envmap",
-       "<emitter type='envmap'><string name='filename' value='FILE'/><transform "
-       "name='to_world'><rotate x='1' angle='70'/></transform></emitter>"},
-  };
-  return all;
-}
-
-/// A few texels of different colours, one much brighter than the rest.
-Image small_image() {
-  Image image{5, 3, {"R", "G", "B"}, {}};
-  for (int i = 0; i < 15; ++i) {
-    image.data.insert(image.data.end(),
-                      {0.1f + static_cast<float>(i * 7 % 15), 0.5f + static_cast<float>(i * 4 % 13),
-                       i == 8 ? 100.f : 1.f});
-  }
-  return image;
-}
-
-/// A floor [-1, 1]² in the plane z = 0, which faces +z, and one emitter.
-class LitFloor {
- public:
-  explicit LitFloor(std::string xml) {
-    write_pfm(folder_.path("image.pfm"), small_image());
-    // Normals that lean outward: there is light behind the horizon of the faces.
-    folder_.write("mesh.obj",
-                  "v -.3 -.3 .6\nv .3 -.3 .6\nv .3 .3 .8\nv -.3 .3 .6\n"
-                  "vn -.9 -.5 -1\nvn .9 -.5 -1\nvn .9 .5 -1\nvn -.9 .5 -1\n"
-                  "f 3//3 2//2 1//1\nf 4//4 3//3 1//1\n");
-    for (const auto& [word, file] : {std::pair{"FILE", "image.pfm"}, {"MESH", "mesh.obj"}}) {
-      const size_t at = xml.find(word);
-      if (at != std::string::npos) xml.replace(at, 4, folder_.path(file));
-    }
-    scene_ = scene_from("<shape type='rectangle'><bsdf type='diffuse'/></shape>" + xml);
-  }
-  const Scene& scene() const { return *scene_; }
-  const Emitter& emitter() const { return *scene_->emitters().at(0); }
-
- private:
-  TemporaryFolder folder_;
-  std::unique_ptr<Scene> scene_;
-};
 
 constexpr int kSide = 4;  ///< cells of the floor along each axis
 
@@ -218,7 +88,7 @@ FloorFlux gathered_flux(const LitFloor& floor, int count) {
 
 /// Positions, directions, densities and powers of rays of light, all at once.
 TEST(Emitters, LightIsTracedToWhereItIsGathered) {
-  for (const Case& tested : cases()) {
+  for (const EmitterCase& tested : emitter_cases()) {
     const LitFloor floor(tested.xml);
     const FloorFlux traced = traced_flux(floor, 60000);
     const FloorFlux gathered = gathered_flux(floor, 60000);
@@ -234,7 +104,7 @@ TEST(Emitters, LightIsTracedToWhereItIsGathered) {
 
 /// A light without extent: each of its rays carries the intensity that sample_direct sees.
 TEST(Emitters, RaysCarryTheIntensityThatPointsSee) {
-  for (const Case& tested : cases()) {
+  for (const EmitterCase& tested : emitter_cases()) {
     const LitFloor floor(tested.xml);
     const Emitter& emitter = floor.emitter();
     const auto seen = emitter.sample_direct(Vec3(0.f), Vec2(0.5f));
@@ -312,7 +182,7 @@ TEST(Emitters, SendTheirWholePower) {
       {"constant", 2 * 4 * kPiD * disk},
   };
   size_t found = 0;
-  for (const Case& tested : cases()) {
+  for (const EmitterCase& tested : emitter_cases()) {
     const auto power = expected.find(tested.name);
     if (power == expected.end()) continue;
     ++found;
@@ -338,7 +208,7 @@ TEST(Emitters, DensitiesOfDirectionsCoverTheLight) {
       {"mesh with bent normals", 2 * kPiD},
   };
   size_t found = 0;
-  for (const Case& tested : cases()) {
+  for (const EmitterCase& tested : emitter_cases()) {
     const auto angle = expected.find(tested.name);
     if (angle == expected.end()) continue;
     ++found;
@@ -358,7 +228,7 @@ TEST(Emitters, DensitiesOfDirectionsCoverTheLight) {
 
 /// By flux: the powers of a light's rays differ little, however bright a texel is.
 TEST(Emitters, RaysOfShapedLightCarryEqualPower) {
-  for (const Case& tested : cases()) {
+  for (const EmitterCase& tested : emitter_cases()) {
     if (tested.xml.find("type='spot'") == std::string::npos &&
         tested.xml.find("type='projector'") == std::string::npos) {
       continue;
@@ -374,55 +244,9 @@ TEST(Emitters, RaysOfShapedLightCarryEqualPower) {
   }
 }
 
-/// Flat light leaves by the cosine, uniformly over the surface.
-TEST(Emitters, AreaLightsShineByTheCosine) {
-  const auto shape = make<Shape>("<shape type='rectangle'><emitter type='area'/></shape>");
-  SphereChi2 directions;
-  directions.sample = [&](float u, Vec2 v) {
-    return std::optional(shape->emitter()->sample_emission(Vec2(u, 0.3f), v)->d);
-  };
-  directions.pdf = [](const Vec3& d) { return std::max(d.z, 0.f) * kInvPi; };
-  directions.samples = 200000;
-  const Verdict verdict = sphere_chi2_test(directions, kAlpha);
-  EXPECT_TRUE(verdict.passed) << verdict.text;
-}
-
-/// Light from infinitely far covers the whole scene, uniformly, and starts outside it.
-TEST(Emitters, DistantLightCoversTheScene) {
-  const std::string shapes =
-      "<shape type='cube'><transform name='to_world'><scale value='3 .5 1'/><rotate z='1' "
-      "angle='20'/><translate value='100 -20 5'/></transform></shape>";
-  for (const char* light : {"directional", "constant"}) {
-    const auto scene = scene_from(shapes + "<emitter type='" + light + "'/>");
-    const Aabb box = scene->bounds();
-    constexpr int kRings = 6, kSectors = 8, kCount = 50000;
-    std::vector<double> observed(kRings * kSectors);
-    Random random(25);
-    for (int i = 0; i < kCount; ++i) {
-      const Vec2 position(random.unit(), random.unit());
-      const auto ray =
-          scene->emitters()[0]->sample_emission(position, {random.unit(), random.unit()});
-      ASSERT_TRUE(ray);
-      const float radius = std::sqrt(1 / (kPi * ray->pdf_position));
-      EXPECT_GE(radius, 0.5f * glm::length(box.extent()));
-      for (unsigned k = 0; k < 8; ++k) EXPECT_GT(glm::dot(box.corner(k) - ray->o, ray->d), 0);
-      // Across the ray, relative to the middle.
-      const Vec3 offset = Frame::from_normal(ray->d).to_local(ray->o - box.centre()) / radius;
-      const float r2 = offset.x * offset.x + offset.y * offset.y;
-      ASSERT_LT(r2, 1 + 1e-5f);
-      const float phi = std::atan2(offset.y, offset.x) / (2 * kPi) + 0.5f;
-      const int ring = std::min(static_cast<int>(r2 * kRings), kRings - 1);
-      observed[ring * kSectors + std::min(static_cast<int>(phi * kSectors), kSectors - 1)] += 1;
-    }
-    const std::vector<double> expected(observed.size(), double{kCount} / (kRings * kSectors));
-    const Verdict verdict = chi2_test(observed, expected, kAlpha);
-    EXPECT_TRUE(verdict.passed) << light << ": " << verdict.text;
-  }
-}
-
 /// An area light's directions against the density that BSDF sampling would ask for.
 TEST(Emitters, AreaLightsAreSampledByTheirDensity) {
-  for (const Case& tested : cases()) {
+  for (const EmitterCase& tested : emitter_cases()) {
     // Where a curved surface is seen edge on, a density by area has no variance.
     if (tested.xml.find("'area'") == std::string::npos || tested.name == "cylinder") continue;
     const LitFloor floor(tested.xml);
@@ -449,7 +273,7 @@ TEST(Emitters, AreaLightsAreSampledByTheirDensity) {
 
 /// What a sample says of its point is what a ray that goes there finds.
 TEST(Emitters, SamplesOfAreaLightsAgreeWithRays) {
-  for (const Case& tested : cases()) {
+  for (const EmitterCase& tested : emitter_cases()) {
     if (tested.xml.find("'area'") == std::string::npos) continue;
     const LitFloor floor(tested.xml);
     Random random(26);

@@ -3,9 +3,9 @@
 // that their difference has mean 0, and z-tests see little else than the choice of points.
 #include <gtest/gtest.h>
 
-#include "support/render.h"
+#include "clustered_cases.h"
 
-namespace kinome {
+namespace kinome::test {
 namespace {
 
 /// A room that a spot lights by way of a wall, with a curved and a flat object in it.
@@ -16,7 +16,7 @@ std::unique_ptr<Scene> room(const std::string& integrator, const std::string& bs
            "</transform><bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"" + color +
            "\"/></bsdf></shape>";
   };
-  return test::scene_from(
+  return scene_from(
       integrator + more + R"(
     <sensor type="perspective"><float name="fov" value="60"/>
       <transform name="to_world"><lookat origin="0,1.2,2.9" target="0,.7,0" up="0,1,0"/></transform>
@@ -46,29 +46,11 @@ constexpr const char* kSky =
 
 struct Case {
   const char* name;
-  const char* bsdf;
+  std::string bsdf;
   std::string parameters;
   std::string more = kSpot;
-  const char* sampler =
-      R"(<sampler type="independent"><integer name="sample_count" value="4"/></sampler>)";
+  std::string sampler = sampler_xml("independent");
 };
-
-constexpr const char* kDiffuse =
-    R"(<bsdf type="diffuse"><rgb name="reflectance" value=".7 .5 .3"/></bsdf>)";
-constexpr const char* kPhong =
-    R"(<bsdf type="phong"><rgb name="diffuse_reflectance" value=".3 .2 .4"/>
-    <rgb name="specular_reflectance" value=".4 .4 .2"/><float name="exponent" value="20"/></bsdf>)";
-constexpr const char* kWard =
-    R"(<bsdf type="ward"><rgb name="diffuse_reflectance" value=".3 .2 .1"/>
-    <rgb name="specular_reflectance" value=".3 .4 .5"/>
-    <float name="alpha_u" value=".1"/><float name="alpha_v" value=".3"/></bsdf>)";
-constexpr const char* kMetal =
-    R"(<bsdf type="roughconductor"><float name="alpha" value=".25"/></bsdf>)";
-constexpr const char* kRoughPlastic =
-    R"(<bsdf type="roughplastic"><float name="alpha" value=".2"/></bsdf>)";
-constexpr const char* kMirror = R"(<bsdf type="conductor"/>)";
-constexpr const char* kTwoSided =
-    R"(<bsdf type="twosided"><bsdf type="roughplastic"><float name="alpha" value=".3"/></bsdf></bsdf>)";
 
 class LocalAgainstGroundTruth : public testing::TestWithParam<Case> {};
 
@@ -82,43 +64,46 @@ TEST_P(LocalAgainstGroundTruth, HasItsExpectation) {
       room("<integrator type=\"clustered\">" + points + c.parameters + "</integrator>", c.bsdf,
            c.more, c.sampler);
   double brightness = 0;
-  for (const test::Estimate& pixel : test::estimate_pixels(*truth, 4)) brightness += pixel.mean;
+  for (const Estimate& pixel : estimate_pixels(*truth, 4)) brightness += pixel.mean;
   EXPECT_GT(brightness, 240 * 0.005);  // there is light
-  const auto difference = test::estimate_differences(*clustered, *truth, 128, 4);
-  const test::Verdict verdict =
-      test::z_test(difference, std::vector<test::Estimate>(difference.size()), 1e-4);
-  EXPECT_TRUE(verdict.passed) << verdict.text;
+  expect_same_expectation(*clustered, *truth, 128);
 }
 
-const std::string kSmall =
-    R"(<integer name="cut_size" value="30"/><integer name="emitter_samples" value="16"/>)";
-const std::string kJoint = kSmall + R"(<string name="importance" value="joint"/>)";
-const std::string kLuminance = kSmall + R"(<string name="importance" value="luminance"/>)";
-const std::string kBrdf = kSmall + R"(<string name="importance" value="brdf"/>)";
-const std::string kOldCut = kJoint + R"(<string name="cut_criterion" value="luminance"/>)";
-const std::string kOneCluster =
-    R"(<integer name="cut_size" value="1"/><integer name="emitter_samples" value="32"/>)";
+const std::string kPhong = phong_xml("20");
+const std::string kWard = ward_xml(".1");
+const std::string kMetal = metal_xml(".25");
+const std::string kRoughPlastic =
+    R"(<bsdf type="roughplastic"><float name="alpha" value=".2"/></bsdf>)";
+const std::string kMirror = R"(<bsdf type="conductor"/>)";
+const std::string kTwoSided =
+    R"(<bsdf type="twosided"><bsdf type="roughplastic"><float name="alpha" value=".3"/></bsdf></bsdf>)";
+const std::string kSmall = counts_xml(30, 16);
+const std::string kJoint = kSmall + importance_xml("joint");
+const std::string kLuminance = kSmall + importance_xml("luminance");
+const std::string kBrdf = kSmall + importance_xml("brdf");
+const std::string kOldCut = kJoint + kLuminanceCut;
+const std::string kOneCluster = counts_xml(1, 32);
 const std::string kTraced =
     std::string(R"(<emitter type="vpl"><string name="placement" value="traced"/>)") + kSpot +
     "</emitter>";
 
 INSTANTIATE_TEST_SUITE_P(
     Modes, LocalAgainstGroundTruth,
-    testing::Values(
-        Case{"DiffuseJoint", kDiffuse, kJoint}, Case{"DiffuseLuminance", kDiffuse, kLuminance},
-        Case{"DiffuseBrdf", kDiffuse, kBrdf}, Case{"PhongJoint", kPhong, kJoint},
-        Case{"PhongLuminance", kPhong, kLuminance}, Case{"PhongBrdf", kPhong, kBrdf},
-        Case{"WardJoint", kWard, kJoint}, Case{"WardLuminance", kWard, kLuminance},
-        Case{"WardBrdf", kWard, kBrdf}, Case{"MetalJoint", kMetal, kJoint},
-        Case{"RoughPlasticOldCut", kRoughPlastic, kOldCut},
-        Case{"RoughPlasticTwoSided", kTwoSided, kJoint}, Case{"Mirror", kMirror, kJoint},
-        Case{"OneCluster", kPhong, kOneCluster}, Case{"Traced", kPhong, kJoint, kTraced},
-        Case{"SkyAndTwoLamps", kPhong, kJoint, std::string(kSpot) + kPoint + kSky},
-        Case{"LocalAlone", kPhong, kJoint + R"(<string name="mode" value="local"/>)",
-             std::string(kSpot) + kSky},
-        Case{"Sobol", kWard, kJoint, kSpot,
-             R"(<sampler type="sobol"><integer name="sample_count" value="4"/></sampler>)"}),
+    testing::Values(Case{"DiffuseJoint", kDiffuse, kJoint},
+                    Case{"DiffuseLuminance", kDiffuse, kLuminance},
+                    Case{"DiffuseBrdf", kDiffuse, kBrdf}, Case{"PhongJoint", kPhong, kJoint},
+                    Case{"PhongLuminance", kPhong, kLuminance}, Case{"PhongBrdf", kPhong, kBrdf},
+                    Case{"WardJoint", kWard, kJoint}, Case{"WardLuminance", kWard, kLuminance},
+                    Case{"WardBrdf", kWard, kBrdf}, Case{"MetalJoint", kMetal, kJoint},
+                    Case{"RoughPlasticOldCut", kRoughPlastic, kOldCut},
+                    Case{"RoughPlasticTwoSided", kTwoSided, kJoint},
+                    Case{"Mirror", kMirror, kJoint}, Case{"OneCluster", kPhong, kOneCluster},
+                    Case{"Traced", kPhong, kJoint, kTraced},
+                    Case{"SkyAndTwoLamps", kPhong, kJoint, std::string(kSpot) + kPoint + kSky},
+                    Case{"LocalAlone", kPhong, kJoint + R"(<string name="mode" value="local"/>)",
+                         std::string(kSpot) + kSky},
+                    Case{"Sobol", kWard, kJoint, kSpot, sampler_xml("sobol")}),
     [](const auto& test_case) { return std::string(test_case.param.name); });
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::test

@@ -2,62 +2,18 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
-#include <map>
 #include <numbers>
 
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "direction_test.h"
+#include "shape_cells.h"
 
 namespace kinome::test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // of each of about 80 tests
 constexpr double kPiD = std::numbers::pi;
-
-/// [0, 1) in n equal parts.
-int part(double x, int n) {
-  return std::clamp(static_cast<int>(x * n), 0, n - 1);
-}
-double turn(double x, double y) {
-  return std::atan2(y, x) / (2 * kPiD) + 0.5;
-}
-
-/// Cells of equal area over an untransformed shape.
-struct Cells {
-  int count;
-  std::function<int(const Vec3& p)> cell;
-};
-
-const std::map<std::string, Cells>& cells() {
-  static const std::map<std::string, Cells> all = {
-      {"sphere",
-       {8 * 16,
-        [](const Vec3& p) { return part((p.z + 1) / 2, 8) * 16 + part(turn(p.x, p.y), 16); }}},
-      {"disk",
-       {6 * 16,
-        [](const Vec3& p) {
-          return part(p.x * p.x + p.y * p.y, 6) * 16 + part(turn(p.x, p.y), 16);
-        }}},
-      {"rectangle",
-       {8 * 8, [](const Vec3& p) { return part((p.x + 1) / 2, 8) * 8 + part((p.y + 1) / 2, 8); }}},
-      {"cylinder",
-       {8 * 16, [](const Vec3& p) { return part(p.z, 8) * 16 + part(turn(p.x, p.y), 16); }}},
-      {"cube",
-       {6 * 16,
-        [](const Vec3& p) {
-          int axis = 0;
-          for (int i = 1; i < 3; ++i) {
-            if (std::abs(p[i]) > std::abs(p[axis])) axis = i;
-          }
-          const int face = 2 * axis + (p[axis] > 0);
-          return (face * 4 + part((p[(axis + 1) % 3] + 1) / 2, 4)) * 4 +
-                 part((p[(axis + 2) % 3] + 1) / 2, 4);
-        }}},
-  };
-  return all;
-}
 
 std::string shape_xml(const std::string& type, const glm::mat4& to_world) {
   std::string numbers;
@@ -91,7 +47,7 @@ INSTANTIATE_TEST_SUITE_P(All, EachShape,
                          [](const auto& test) { return test.param; });
 
 TEST_P(EachShape, IsSampledUniformlyByArea) {
-  const Cells& grid = cells().at(GetParam());
+  const ShapeCells& grid = shape_cells().at(GetParam());
   constexpr int kCount = 50000;
   for (const glm::mat4& to_world : transforms_of(GetParam())) {
     const auto shape = make<Shape>(shape_xml(GetParam(), to_world));

@@ -1,6 +1,9 @@
 /// What emitters refuse, and what they take.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <optional>
+
 #include "kinome/emitter.h"
 #include "shape_helpers.h"
 
@@ -19,6 +22,9 @@ std::string angles(const std::string& cutoff, const std::string& beam_width) {
 
 const std::string kStretch = "<transform name='to_world'><scale x='2' y='1' z='1'/></transform>";
 const std::string kScale = "<transform name='to_world'><scale value='2'/></transform>";
+const std::string kHuge = "<transform name='to_world'><scale z='1e35'/></transform>";
+const std::string kShear =
+    "<transform name='to_world'><scale x='2'/><rotate z='1' angle='30'/><scale x='2'/></transform>";
 const std::string kTurn = "<transform name='to_world'><rotate x='1' angle='20'/></transform>";
 const std::string kChecks = "<texture type='checkerboard' name='texture'/>";
 
@@ -48,13 +54,16 @@ TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
       {"spot", number("cutoff_angle", "0"), "cutoff_angle", "greater than 0"},
       {"spot", number("cutoff_angle", "-20"), "cutoff_angle", "got -20"},
       {"spot", number("cutoff_angle", "180.5"), "cutoff_angle", "at most 180"},
-      {"spot", angles("20", "21"), "beam_width", "between 0 and cutoff_angle (20"},
+      {"spot", angles("20", "21"), "beam_width", "at most cutoff_angle (20"},
       {"spot", angles("20", "-1"), "beam_width", "got -1"},
-      {"spot", number("cutoff_angle", "90") + kChecks, "texture", "below 90"},
-      {"spot", kStretch, "to_world", "without shear"},
-      {"projector", kStretch, "to_world", "must not scale"},
-      {"projector", kScale, "to_world", "must not scale"},
-      {"projector", number("fov", "0"), "fov", "between 0 and 180 degrees, got 0"},
+      {"spot", number("cutoff_angle", "90") + kChecks, "texture", "less than 90 degrees, got 90"},
+      {"spot", number("cutoff_angle", "135") + kChecks, "texture", "got 135"},
+      {"spot", kStretch, "to_world", "scale all axes alike"},
+      {"spot", kShear, "to_world", "without shear"},
+      {"projector", kShear, "to_world", "without shear"},
+      {"directional", kHuge + "<rgb name='irradiance' value='1e3 1 1'/>", "to_world",
+       "beyond 1e36"},
+      {"projector", number("fov", "0"), "fov", "greater than 0 and less than 180 degrees, got 0"},
       {"projector", number("fov", "180"), "fov", "got 180"},
       {"projector", number("fov", "-30"), "fov", "got -30"},
       {"projector", number("fov", "40") + "<string name='focal_length' value='50mm'/>",
@@ -83,6 +92,8 @@ TEST(EmitterParameters, LimitsAreTaken) {
         {"spot", kTurn + number("cutoff_angle", "89") + kChecks},
         {"point", kStretch},
         {"directional", kScale},
+        {"projector", kStretch},
+        {"projector", kScale},
         {"projector", number("fov", "179")},
         {"projector", number("fov", "0.01")},
         {"projector", ""}}) {
@@ -116,6 +127,48 @@ TEST(EmitterParameters, ColoursAreThoseOfLight) {
   const Rgb white = green_of("<spectrum name='irradiance' value='2'/>");
   EXPECT_NEAR(white.x, 2 * 1.20488f, 1e-4);
   EXPECT_NEAR(white.z, 2 * 0.90927f, 1e-4);
+}
+
+/// Light that arrives at p, and what is warned of on the way to it.
+struct Scaled {
+  std::optional<DirectSample> light;
+  std::string warning;
+};
+Scaled scaled_light(const std::string& type, const std::string& scale, const Vec3& p) {
+  testing::internal::CaptureStderr();
+  const auto emitter =
+      make<Emitter>(emitter_xml(type, "<transform name='to_world'>" + scale + "</transform>" +
+                                          (type == "projector" ? number("fov", "60") : "")));
+  return {emitter->sample_direct(p, Vec2(0.5f)), testing::internal::GetCapturedStderr()};
+}
+
+/// Mitsuba 3.9.1, scalar_rgb, a white diffuse floor across the axis at distance 1: a projector
+/// shows its irradiance times the scale of z, and its image's half width of tan(30°) times x / z; a
+/// directional light, the irradiance times the scale of z.
+TEST(EmitterParameters, ScaleMeansWhatMitsubaMakesOfIt) {
+  const float half = std::tan(kPi / 6);
+  for (const Vec3& scale :
+       {Vec3(1), Vec3(2), Vec3(.5f), Vec3(2, 1, 1), Vec3(1, 2, 1), Vec3(1, 1, 2), Vec3(-1, 1, 1)}) {
+    const std::string xml = "<scale x='" + std::to_string(scale.x) + "' y='" +
+                            std::to_string(scale.y) + "' z='" + std::to_string(scale.z) + "'/>";
+    const Vec2 edge = half * Vec2(std::abs(scale.x), scale.y) / scale.z;
+    for (const float side : {-1.f, 1.f}) {
+      for (const Vec2& axis : {Vec2(1, 0), Vec2(0, 1)}) {
+        const Vec2 inside = side * 0.999f * edge * axis, outside = side * 1.001f * edge * axis;
+        const auto seen = scaled_light("projector", xml, Vec3(inside, 1)).light;
+        ASSERT_TRUE(seen) << xml;
+        const float cosine = -seen->d.z;
+        EXPECT_NEAR(seen->radiance.x * cosine, kPi * scale.z, 1e-5f * kPi * scale.z) << xml;
+        EXPECT_FALSE(scaled_light("projector", xml, Vec3(outside, 1)).light) << xml;
+      }
+    }
+    const Scaled parallel = scaled_light("directional", xml, Vec3(0.f));
+    EXPECT_NEAR(parallel.light->radiance.x, scale.z, 1e-6f * scale.z) << xml;
+    EXPECT_EQ(parallel.light->d, Vec3(0, 0, -1));
+    EXPECT_EQ(parallel.warning.find("kinome: warning: test.xml:1:"),
+              scale.z == 1 ? std::string::npos : 0u)
+        << parallel.warning;
+  }
 }
 
 /// A spot so narrow that cosines can't tell its angles apart.

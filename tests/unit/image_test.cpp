@@ -6,61 +6,21 @@
 #include <ImfInputFile.h>
 #include <ImfTiledOutputFile.h>
 #include <gtest/gtest.h>
-#include <png.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <half.h>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 
+#include "image_helpers.h"
 #include "kinome/color.h"
-#include "kinome/sampler.h"
-#include "support/render.h"
+#include "support/png.h"
 
 namespace kinome::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-Image make_image(int width, int height, std::vector<std::string> channels) {
-  Image image{width, height, std::move(channels), {}};
-  image.data.resize(static_cast<size_t>(width) * height * image.channels.size());
-  for (size_t i = 0; i < image.data.size(); ++i) {
-    image.data[i] = 100 * to_unit_float(static_cast<uint32_t>(hash_words(i) >> 32)) - 10;
-  }
-  return image;
-}
-
-std::string read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-int file_count(const std::string& folder) {
-  return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
-}
-
-/// Runs `f`, expects an Error that names `path` and contains `part`; returns its text.
-template <class F>
-std::string expect_error(const F& f, const std::string& path, const std::string& part) {
-  try {
-    f();
-  } catch (const Error& e) {
-    const std::string what = e.what();
-    EXPECT_NE(what.find(path), std::string::npos) << what;
-    EXPECT_NE(what.find(part), std::string::npos) << what;
-    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
-    return what;
-  }
-  ADD_FAILURE() << "no error for " << path << " (" << part << ")";
-  return {};
-}
 
 TEST(Exr, FloatRoundTripIsExact) {
   const TemporaryFolder folder;
@@ -266,21 +226,6 @@ TEST(Pfm, RefusesWhatIsNoWholeFile) {
                "truncated");
 }
 
-struct Png {
-  unsigned width = 0;
-  unsigned height = 0;
-  std::vector<png_byte> rgba;
-};
-Png read_png(const std::string& path) {
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  EXPECT_TRUE(png_image_begin_read_from_file(&image, path.c_str())) << image.message;
-  image.format = PNG_FORMAT_RGBA;
-  Png png{image.width, image.height, std::vector<png_byte>(PNG_IMAGE_SIZE(image))};
-  EXPECT_TRUE(png_image_finish_read(&image, nullptr, png.rgba.data(), 0, nullptr));
-  return png;
-}
-
 TEST(Png, EncodesSrgbAndSurvivesAnything) {
   const TemporaryFolder folder;
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -305,118 +250,6 @@ TEST(Png, AlphaAndGrey) {
   EXPECT_EQ(read_png(folder.path("y.png")).rgba, (std::vector<png_byte>{188, 188, 188, 255}));
   write_png(folder.path("ya.png"), {1, 1, {"Y", "A", "depth"}, {0.5f, 1.f, 9.f}}, 0);
   EXPECT_EQ(read_png(folder.path("ya.png")).rgba, (std::vector<png_byte>{188, 188, 188, 255}));
-}
-
-/// Files of this process can't grow beyond `bytes` until the end: a full disk, for anyone.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-    getrlimit(RLIMIT_FSIZE, &saved_);
-    const rlimit limit{bytes, saved_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FullDisk() {
-    setrlimit(RLIMIT_FSIZE, &saved_);
-    std::signal(SIGXFSZ, handler_);
-  }
-
- private:
-  rlimit saved_{};
-  void (*handler_)(int);
-};
-
-TEST(Writing, FullDiskIsOneErrorAndLeavesTheOldFile) {
-  const TemporaryFolder folder;
-  // Sizes at which the header, the pixels, or only the last bytes no longer fit.
-  const Image image = make_image(128, 128, {"R", "G", "B"});
-  for (const char* name : {"a.exr", "a.pfm", "a.png"}) {
-    const std::string path = folder.path(name);
-    const auto write = [&] {
-      const std::string_view extension = std::string_view(name).substr(2);
-      if (extension == "exr") write_exr(path, image, false, {});
-      if (extension == "pfm") write_pfm(path, image);
-      if (extension == "png") write_png(path, image, 0);
-    };
-    write();
-    const uintmax_t size = fs::file_size(path);
-    for (const bool old_file : {true, false}) {
-      fs::remove(path);
-      if (old_file) folder.write(name, "old");
-      for (const uintmax_t limit : {uintmax_t{1}, uintmax_t{5000}, size / 2, size - 1}) {
-        const FullDisk full(limit);
-        expect_error(write, path, "File too large");
-      }
-      EXPECT_EQ(read_file(path), old_file ? "old" : "");
-      EXPECT_EQ(file_count(folder.folder()), old_file ? 1 : 0) << "a temporary file is left";
-    }
-    fs::remove(path);
-  }
-}
-
-TEST(Writing, PlacesThatCannotBeWrittenAreFoundBefore) {
-  const TemporaryFolder folder;
-  const Image image = make_image(2, 2, {"Y"});
-  const std::string file = folder.write("file", "x");
-  const struct {
-    std::string path;
-    const char* part;
-  } cases[] = {{folder.path("none/a.exr"), "does not exist"},
-               {folder.folder(), "folder"},
-               {folder.path("a/"), "folder"},
-               {file + "/a.exr", ""},
-               {"/proc/kinome_test.exr", ""},
-               {"/dev/null", "not a regular file"}};
-  for (const auto& c : cases) {
-    expect_error([&] { check_writable(c.path); }, c.path, c.part);
-    expect_error([&] { write_exr(c.path, image, true, {}); }, c.path, c.part);
-  }
-  if (geteuid() != 0) {
-    fs::create_directory(folder.path("locked"));
-    fs::permissions(folder.path("locked"), fs::perms::owner_read | fs::perms::owner_exec);
-    const std::string path = folder.path("locked/a.exr");
-    expect_error([&] { check_writable(path); }, path, "Permission denied");
-  }
-  EXPECT_THROW(check_writable(""), Error);
-  check_writable(folder.path("a.exr"));
-  check_writable(file);
-  EXPECT_EQ(read_file(file), "x");
-  EXPECT_FALSE(fs::exists(folder.path("a.exr")));
-}
-
-TEST(Writing, FollowsLinksAndHonoursTheUmask) {
-  const TemporaryFolder folder;
-  const Image image = make_image(2, 2, {"Y"});
-  folder.write("target.pfm", "old");
-  fs::create_symlink("target.pfm", folder.path("link.pfm"));
-  write_pfm(folder.path("link.pfm"), image);
-  EXPECT_TRUE(fs::is_symlink(folder.path("link.pfm")));
-  EXPECT_EQ(read_pfm(folder.path("target.pfm")).data, image.data);
-  const mode_t mask = umask(022);
-  write_pfm(folder.path("new.pfm"), image);
-  umask(mask);
-  EXPECT_EQ(fs::status(folder.path("new.pfm")).permissions() & fs::perms::mask, fs::perms(0644));
-}
-
-TEST(Writing, InterruptedWritersAreCleanedUp) {
-  const TemporaryFolder folder;
-  // A child stops in the middle of a write, as one that a second signal hits.
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    std::signal(SIGXFSZ, [](int) {
-      remove_temporary_files();
-      _exit(42);
-    });
-    const rlimit limit{4096, RLIM_INFINITY};
-    setrlimit(RLIMIT_FSIZE, &limit);
-    write_pfm(folder.path("a.pfm"), make_image(256, 256, {"R", "G", "B"}));
-    _exit(1);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 42);
-  EXPECT_EQ(file_count(folder.folder()), 0);
 }
 
 }  // namespace

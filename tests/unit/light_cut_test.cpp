@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 
+#include "cut_helpers.h"
 #include "kinome/sampler.h"
 #include "kinome/sphere_partition.h"
 #include "support/statistics.h"
@@ -207,19 +208,7 @@ TEST(LightCut, ScalarAndVectorKernelsAgree) {
   const LightCut cut(tree, 512, CutCriterion::kVariance);
   for (const Vec3& normal : kNormals) {
     const Lobe64 lobe(normal);
-    const LightCut::Point point{normal, 0.3f, 0.2f, lobe.batch()};
-    ClusterPmf vector_pmf, scalar_pmf;
-    cut.build(Importance::kJoint, point, vector_pmf);
-    use_scalar_kernels(true);
-    EXPECT_TRUE(simd_instruction_set() == "SCALAR" || simd_instruction_set() == "EMU128");
-    cut.build(Importance::kJoint, point, scalar_pmf);
-    use_scalar_kernels(false);
-    for (uint32_t c = 0; c < cut.size(); ++c) {
-      EXPECT_EQ(vector_pmf.hits(c), scalar_pmf.hits(c));
-      // Sums are taken in the same order; only fused multiply-adds may differ.
-      EXPECT_NEAR(vector_pmf.probability(c), scalar_pmf.probability(c),
-                  1e-5f * vector_pmf.probability(c) + 1e-7f);
-    }
+    test::expect_kernels_agree(cut, {normal, 0.3f, 0.2f, lobe.batch()});
   }
 }
 

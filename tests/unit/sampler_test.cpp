@@ -8,18 +8,13 @@
 #include <functional>
 #include <set>
 
-#include "support/render.h"
+#include "sampler_helpers.h"
 #include "support/statistics.h"
 
 namespace kinome::test {
 namespace {
 
 constexpr double kFalseAlarm = 1e-6;  ///< of each statistical test here
-
-std::shared_ptr<Sampler> make_sampler(const std::string& type, int count) {
-  return make<Sampler>("<sampler type=\"" + type + "\"><integer name=\"sample_count\" value=\"" +
-                       std::to_string(count) + "\"/></sampler>");
-}
 
 class EverySampler : public testing::TestWithParam<const char*> {
  protected:
@@ -292,86 +287,6 @@ TEST(Halton, PowersOfTheBaseFillEveryInterval) {
     boxes.insert({static_cast<int>(v.x * 4), static_cast<int>(v.y * 9)});
   }
   EXPECT_EQ(boxes.size(), 36u);
-}
-
-/// Smooth, with an integral of 0 over the square.
-double smooth(const Vec2& v) {
-  return std::exp(v.x) * std::cos(2 * v.y) - (std::exp(1.0) - 1) * std::sin(2.0) / 2;
-}
-
-/// Variance of the mean of n samples, over pixels.
-Moments squared_errors(const Sampler& sampler, uint32_t n, uint32_t pixels) {
-  Moments squares;
-  for (uint32_t p = 0; p < pixels; ++p) {
-    double sum = 0;
-    for (uint32_t i = 0; i < n; ++i) sum += smooth(sampler.value_2d({p, p / 7, i, 11}, 4));
-    squares.add(sum / n * sum / n);
-  }
-  return squares;
-}
-
-TEST(Convergence, ErrorsFallAsEachMethodPromises) {
-  // Slopes of the variance from 16 to 1024 samples: -1, and for smooth integrands -2 stratified
-  // (jittered in two dimensions), -3 with a log factor for scrambled nets (Owen 1997). 1500
-  // randomisations make a variance known to about 4 %: a slope over 6 octaves to .013.
-  const struct {
-    const char* type;
-    double low;
-    double high;
-  } cases[] = {{"independent", -1.1, -0.9},
-               {"stratified", -2.1, -1.9},
-               {"halton", -3.5, -1.6},
-               {"sobol", -3.1, -2.6}};
-  for (const auto& c : cases) {
-    const auto few = make_sampler(c.type, 16);
-    const auto many = make_sampler(c.type, 1024);
-    const double slope = std::log2(squared_errors(*many, 1024, 1500).mean() /
-                                   squared_errors(*few, 16, 1500).mean()) /
-                         6;
-    EXPECT_GT(slope, c.low) << c.type;
-    EXPECT_LT(slope, c.high) << c.type;
-  }
-}
-
-/// Owen's nested uniform scramble by its definition: each bit flips by a hash of all bits above.
-uint32_t nested_scramble(uint32_t v, uint64_t key) {
-  uint32_t flips = 0;
-  for (int bit = 31; bit >= 0; --bit) {
-    const uint64_t above = bit == 31 ? 0 : v >> (bit + 1);
-    flips |= static_cast<uint32_t>(hash_words(key, above, static_cast<uint64_t>(bit)) & 1) << bit;
-  }
-  return v ^ flips;
-}
-
-/// The hashed scramble is as good as the real one: same variance of the same net.
-TEST(Sobol, HashedScrambleHasTheVarianceOfOwens) {
-  constexpr uint32_t kRuns = 6000;
-  const auto sampler = make_sampler("sobol", 64);
-  for (const uint32_t n : {16u, 64u, 256u}) {
-    Moments owen;
-    for (uint32_t run = 0; run < kRuns; ++run) {
-      double sum = 0;
-      for (uint32_t i = 0; i < n; ++i) {
-        // Sobol's first two dimensions, bit by bit from their definition.
-        uint32_t x = 0;
-        uint32_t y = 0;
-        uint32_t direction = 1u << 31;
-        for (uint32_t k = 0; k < 32; ++k, direction ^= direction >> 1) {
-          if (i >> k & 1) {
-            x ^= 1u << (31 - k);
-            y ^= direction;
-          }
-        }
-        sum += smooth({to_unit_float(nested_scramble(x, hash_words(run, 1))),
-                       to_unit_float(nested_scramble(y, hash_words(run, 2)))});
-      }
-      owen.add(sum / n * sum / n);
-    }
-    const Moments hashed = squared_errors(*sampler, n, kRuns);
-    const double deviation = std::sqrt(owen.variance_of_mean() + hashed.variance_of_mean());
-    // 5 standard deviations, and 3 % for what the hash can't do.
-    EXPECT_NEAR(hashed.mean(), owen.mean(), 5 * deviation + 0.03 * owen.mean()) << n;
-  }
 }
 
 TEST(Sampler, CountsAreRoundedAsMitsubas) {

@@ -156,6 +156,10 @@ const Wrong kWrong[] = {
      "'q' is not a number"},
 
     // Spectra
+    {"SpectrumOfAType",
+     "<emitter type='point'><spectrum ^type='blackbody' name='intensity'>"
+     "<float name='temperature' value='5000'/></spectrum></emitter>",
+     "spectra of a type, such as 'blackbody', are not supported: give the colour as <rgb>"},
     {"SpectrumOfNothing", "<bsdf type='diffuse'>^<spectrum name='reflectance'/></bsdf>",
      "<spectrum> needs one of the attributes 'value' and 'filename'"},
     {"SpectrumOfBoth",

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <clocale>
 
 #include "plugins/probe_registry.h"
@@ -149,6 +150,24 @@ TEST(Transforms, SingleOperations) {
             Vec3(6, 7, 8));
   EXPECT_EQ(transform_of("<matrix value='0 -1 0 1 0 0 0 0 1'/>").vector(Vec3(1, 0, 0)),
             Vec3(0, 1, 0));
+}
+
+/// An axis of another length turns all the same, which Mitsuba has otherwise.
+TEST(Transforms, AxesOfAnotherLengthAreWarnedOf) {
+  const auto warning_of = [](const std::string& axis) {
+    testing::internal::CaptureStderr();
+    const Transform t = transform_of("\n<rotate " + axis + " angle='35'/>");
+    EXPECT_FALSE(t.has_scale());
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(warning_of("x='1'"), "");
+  EXPECT_EQ(warning_of("x='.5774' y='.5774' z='-.5774'"), "");
+  for (const char* axis : {"x='1' y='1'", "z='.9'", "value='0 -2 0'"}) {
+    const std::string warning = warning_of(axis);
+    EXPECT_NE(warning.find("warning: probe.xml:2:1: "), std::string::npos) << warning;
+    EXPECT_NE(warning.find("axis of this rotation has length"), std::string::npos) << warning;
+    EXPECT_EQ(std::count(warning.begin(), warning.end(), '\n'), 1) << warning;
+  }
 }
 
 TEST(Transforms, LaterOperationsAreAppliedLater) {

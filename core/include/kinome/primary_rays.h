@@ -82,8 +82,8 @@ using ShadePrimary = std::function<void(const PrimaryBatch& primary, std::span<R
                                         RenderCounters& counters)>;
 
 /// Renders layer 0 of the sensor's film tile by tile, in batches of some 2000 primary rays, which
-/// see the lights themselves or, with `hide_emitters`, what lies behind them. Stages: primary,
-/// film.
+/// see the lights themselves or, with `hide_emitters`, what lies behind them; warns where there are
+/// none. Stages: primary, film.
 KINOME_EXPORT void shade_primary_rays(const Scene& scene, const Sensor& sensor,
                                       RenderContext& context, bool hide_emitters,
                                       const ShadePrimary& shade);

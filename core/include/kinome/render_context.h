@@ -68,6 +68,9 @@ class KINOME_EXPORT RenderContext {
   RenderStats stats_;
 };
 
+/// A warning where the scene has no emitter at all: for integrators that show nothing but light.
+KINOME_EXPORT void warn_without_emitters(const Scene& scene);
+
 /// Prepares the film, renders with the scene's integrator, and fills the context's stats.
 KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
