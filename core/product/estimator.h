@@ -97,10 +97,12 @@ class Estimator {
     std::vector<Rgb> radiance;
     std::vector<float> cell_density;  ///< of the draw from cells, per solid angle
     std::vector<float> lobe_density;
-    std::vector<Rgb> weight;  ///< f L / density: they sum to an estimate of unshadowed light
+    std::vector<float> f[3];       ///< BSDF x cosine
+    std::vector<float> weight[3];  ///< f L / density: they sum to an estimate of unshadowed light
     size_t size() const { return primary.size(); }
     void resize(size_t size);
     Vec3 direction(size_t i) const { return {dx[i], dy[i], dz[i]}; }
+    Rgb weight_of(size_t i) const { return {weight[0][i], weight[1][i], weight[2][i]}; }
   };
   /// A direction at a primary, and what its BSDF says.
   struct Evaluation {
@@ -127,6 +129,10 @@ class Estimator {
     std::vector<float> transmittance;  ///< of each cell; empty: 1
   };
 
+  /// Time by stage, of RenderCounters.
+  struct Stages {
+    double *strata, *candidates, *comb, *shadow;
+  };
   const Prepared& prepare(int32_t patch);
   void prepare_patch(const Patch& patch, const Visibility& visibility, Prepared& prepared) const;
   void find_transmittance(const Patch& patch, std::vector<float>& transmittance) const;
@@ -136,14 +142,14 @@ class Estimator {
   void begin_unit(const Unit& unit);
   void add_diffuse(uint32_t group, Rgb& control);
   void add_glossy(uint32_t group, const Unit& unit, Rgb& control);
-  void add_glossy_segment(uint32_t group, size_t first);
+  Rgb add_glossy_segment(uint32_t group, size_t first, uint32_t lobe, uint32_t from_cells);
   void probe_glossy(uint32_t group, const Unit& unit, std::span<PointPlan> points);
   size_t draw_candidates(const Group& group, uint32_t lobe_log2, uint32_t from_cells,
                          uint64_t seed);
   void draw_from_lobe(const Group& group, size_t first, uint32_t lobe_log2, uint64_t seed);
   void draw_from_cells(const Group& group, size_t first, uint32_t count, uint64_t seed);
   void evaluate_candidates(const Group& group, size_t first);
-  void weigh_candidates(const Group& group, size_t first, uint32_t lobe, uint32_t from_cells);
+  void ask_for_candidates(const Group& group, size_t first);
   void add_mirror(uint32_t primary, uint64_t seed, Rgb* sum);
   void comb_unit(const Unit& unit, Rgb* sum);
   void shoot_diffuse(const Segment& segment, float scale, float offset, size_t first_hit, Rgb* sum);
@@ -160,6 +166,7 @@ class Estimator {
   std::vector<Patch>* patches_ = nullptr;
   std::span<const Visibility> visibility_;
   RenderCounters* counters_ = nullptr;
+  Stages stages_{};
   std::vector<VisibilityRecord>* records_ = nullptr;  ///< of each patch; nullptr: an estimate
 
   std::vector<Prepared> prepared_;
@@ -181,7 +188,6 @@ class Estimator {
   std::vector<float> x_, y_, z_, r_, g_, b_, pdf_;
   std::vector<float> importance_, importance_blocks_;
   float importance_total_ = 0;
-  std::vector<Rgb> values_;
   std::vector<Ray> rays_;
   std::vector<Pending> pending_;
 };

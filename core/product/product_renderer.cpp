@@ -23,7 +23,7 @@ constexpr float kTrust = 0.1f;
 /// More rays than this are left to more passes: each has fresh points of the cells.
 constexpr double kMaxRaysOfPass = 512;
 /// Variances of candidates are small beside what shadows add.
-constexpr float kGlossyFactor = 2;
+const float kGlossyFactor = std::getenv("KGF") ? std::atof(std::getenv("KGF")) : 2;
 
 }  // namespace
 
@@ -327,9 +327,16 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
   const size_t count = static_cast<size_t>(pixels.area());
   work.counts.resize(count);
   for (size_t i = 0; i < count; ++i) work.counts[i] = plan[pixel_of(i)].primaries;
-  work.primaries.trace(view(), pixels, work.counts, seed, counters);
-  work.patches = memory.patches;
-  assign_patches(work.primaries, work.patches);
+  {
+    const StageTimer timer(counters.stage_seconds["primary"]);
+    work.primaries.trace(view(), pixels, work.counts, seed, counters);
+  }
+  const StageTimer timer(counters.stage_seconds["estimate"]);
+  {
+    const StageTimer timer2(counters.stage_seconds["patch"]);
+    work.patches = memory.patches;
+    assign_patches(work.primaries, work.patches);
+  }
   work.reserve_visibility(work.patches.size(), cells_.padded_size());
   for (size_t p = 0; p < work.patches.size(); ++p) {
     Visibility& visibility = work.visibility[p];
