@@ -23,6 +23,9 @@ constexpr float kCellShares[] = {0.05f, 0.2f, 0.4f, 0.6f, 0.8f, 0.93f};
 }  // namespace
 
 void Estimator::Candidates::resize(size_t size) {
+  size_ = size;
+  if (size <= primary.size()) return;
+  size = std::max(size, 2 * primary.size());
   primary.resize(size);
   cell.resize(size);
   for (auto* const v : {&dx, &dy, &dz, &cell_density, &lobe_density, &f[0], &f[1], &f[2],
@@ -39,11 +42,11 @@ void Estimator::draw_from_lobe(const Group& group, size_t first, uint32_t lobe_l
   const uint32_t count = 1u << lobe_log2;
   const auto points = HilbertPoints::get().power_of_two(lobe_log2);
   const uint64_t shift = hash_words(seed, 1);
-  const float start = random_float(seed, 0);
+  const uint32_t start = random_bits(seed, 0);
   u1_.resize(count);
   u2_.resize(count);
   for (uint32_t j = 0; j < count; ++j) {
-    candidates_.primary[first + j] = pick(group, start + static_cast<float>(j) * kGolden);
+    candidates_.primary[first + j] = pick(group, start + j * kGolden);
     const Vec2 u =
         points[j].shifted(static_cast<uint32_t>(shift), static_cast<uint32_t>(shift >> 32));
     u1_[j] = u.x;
@@ -66,10 +69,10 @@ void Estimator::draw_from_cells(const Group& group, size_t first, uint32_t count
   Comb comb(total, count, random_float(seed, 2));
   hits_.clear();
   comb.pass(importance_.data(), importance_blocks_.data(), importance_.size(), hits_);
-  const float start = random_float(seed, 3);
+  const uint32_t start = random_bits(seed, 3);
   for (size_t j = 0; j < simd::pad_lanes(count); ++j) {
     const size_t i = first + j;
-    candidates_.primary[i] = pick(group, start + static_cast<float>(j) * kPlastic);
+    candidates_.primary[i] = pick(group, start + static_cast<uint32_t>(j) * kPlastic);
     if (j >= hits_.size()) {  // padding
       const Vec3& n = primaries_->normal[candidates_.primary[i]];
       candidates_.dx[i] = n.x;

@@ -211,11 +211,6 @@ void Estimator::add_diffuse(uint32_t index, Rgb& control) {
   segments_.push_back(segment);
 }
 
-uint32_t Estimator::pick(const Group& group, float share) const {
-  const auto k = static_cast<uint32_t>(fraction(share) * static_cast<float>(group.count));
-  return order_[group.first + std::min(k, group.count - 1)];
-}
-
 /// Asks the BSDFs of all points, each point's directions together.
 void Estimator::evaluate(Lobe mask, std::span<Evaluation> queries) {
   const uint32_t count = static_cast<uint32_t>(queries.size());
@@ -287,8 +282,8 @@ void Estimator::add_mirror(uint32_t primary, uint64_t seed, Rgb* sum) {
   push_ray(primary, d, sample->weight * radiance, 0, sum);
 }
 
-void Estimator::shoot_diffuse(const Segment& segment, float scale, float offset, size_t first_hit,
-                              Rgb* sum) {
+void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offset,
+                              size_t first_hit, Rgb* sum) {
   const Group& group = groups_[segment.group];
   const Patch& patch = (*patches_)[group.patch];
   const Prepared& prepared = prepared_[group.patch];
@@ -301,7 +296,7 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, float offset,
     const uint32_t stratum = hits_[j].stratum;
     const uint32_t cell = prepared.cells.ids()[stratum];
     const CellPoint& point = light_.points.pick(cell, hits_[j].remainder);
-    const uint32_t primary = pick(group, offset + static_cast<float>(first_hit + j) * kPlastic);
+    const uint32_t primary = pick(group, offset + static_cast<uint32_t>(first_hit + j) * kPlastic);
     const float factor = count * scale / weights_[segment.begin + stratum];
     float v = visibility.v[cell];
     if (!prepared.transmittance.empty()) v *= prepared.transmittance[cell];
@@ -344,7 +339,7 @@ void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
   if (!(total > 0) || unit.rays == 0) return;
   const StageTimer timer(*stages_.comb);
   Comb comb(total, unit.rays, random_float(unit.seed, 1));
-  const float offset = random_float(unit.seed, 2);
+  const uint32_t offset = random_bits(unit.seed, 2);
   const auto scale = static_cast<float>(total / unit.rays);
   size_t before = 0;
   for (const Segment& segment : segments_) {

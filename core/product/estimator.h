@@ -6,6 +6,7 @@
 
 #include "comb.h"
 #include "kinome/light_cells.h"
+#include "spread.h"
 #include "tile.h"
 
 namespace kinome {
@@ -99,10 +100,14 @@ class Estimator {
     std::vector<float> lobe_density;
     std::vector<float> f[3];       ///< BSDF x cosine
     std::vector<float> weight[3];  ///< f L / density: they sum to an estimate of unshadowed light
-    size_t size() const { return primary.size(); }
+    size_t size() const { return size_; }
+    /// Memory only grows: what is new is not initialised.
     void resize(size_t size);
     Vec3 direction(size_t i) const { return {dx[i], dy[i], dz[i]}; }
     Rgb weight_of(size_t i) const { return {weight[0][i], weight[1][i], weight[2][i]}; }
+
+   private:
+    size_t size_ = 0;
   };
   /// A direction at a primary, and what its BSDF says.
   struct Evaluation {
@@ -152,11 +157,15 @@ class Estimator {
   void ask_for_candidates(const Group& group, size_t first);
   void add_mirror(uint32_t primary, uint64_t seed, Rgb* sum);
   void comb_unit(const Unit& unit, Rgb* sum);
-  void shoot_diffuse(const Segment& segment, float scale, float offset, size_t first_hit, Rgb* sum);
+  void shoot_diffuse(const Segment& segment, float scale, uint32_t offset, size_t first_hit,
+                     Rgb* sum);
   void shoot_glossy(const Segment& segment, float scale, Rgb* sum);
   void push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell, Rgb* sum);
   void evaluate(Lobe mask, std::span<Evaluation> queries);
-  uint32_t pick(const Group& group, float share) const;
+  /// The primary at a share of the group's, in units of 2^-32.
+  uint32_t pick(const Group& group, uint32_t share) const {
+    return order_[group.first + scaled(share, group.count)];
+  }
   void plan_glossy(const Group& group, size_t first, uint32_t lobe, uint32_t from_cells,
                    std::span<PointPlan> points);
 

@@ -3,25 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include <cstdio>
-#include <cstdlib>
 namespace kinome {
 namespace {
-float kv(const char* n, float d) {
-  const char* e = std::getenv(n);
-  return e ? std::atof(e) : d;
-}
 
 /// The error of n stratified points falls faster than 1 / n, and forecasts are rough: numbers go
 /// with less than the root of the variance.
-const float kExponent = kv("kExponent", 0.4f);
-const float kPrimaryFactor = kv("kPrimaryFactor", 1.5f);
-const float kSharpPrimaryFactor = kv("kSharpPrimaryFactor", 4);
-const float kRayFactor = kv("kRayFactor", 15);
-const float kCandidatesPerRay = kv("kCandidatesPerRay", 6);
+constexpr float kExponent = 0.4f;
+constexpr float kPrimaryFactor = 1.5f;
+constexpr float kSharpPrimaryFactor = 4;
+constexpr float kRayFactor = 15;
+constexpr float kCandidatesPerRay = 6;
 /// Primaries are no fewer than this share of the candidates.
-const float kPrimariesPerCandidate = kv("kPrimariesPerCandidate", 0.03f);
-const float kMinCandidates = kv("kMinC", 16), kMaxCandidates = 3500;
+constexpr float kPrimariesPerCandidate = 0.03f;
+constexpr float kMinCandidates = 16, kMaxCandidates = 3500;
 constexpr float kMaxPrimaries = 256, kMaxRays = 1024;
 constexpr float kMinRays = 2;
 
@@ -133,9 +127,6 @@ std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int 
     plan[i].candidates = std::clamp(static_cast<float>(kCandidatesPerRay * w.candidates * low),
                                     kMinCandidates, kMaxCandidates);
   }
-  double tc = 0;
-  for (auto& q : plan) tc += q.candidates;
-  if (std::getenv("KDBG")) fprintf(stderr, "candidates a pixel %.1f\n", tc / count);
   return plan;
 }
 
