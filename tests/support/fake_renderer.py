@@ -1,4 +1,4 @@
-"""A renderer for the tests of validation/suite: answers as mitsuba_worker.py does, and misbehaves
+"""A renderer for the tests of validation/suite: answers as workers/mitsuba_worker.py does, and misbehaves
 where its last argument or the scene's defines say so.
 
 Its pictures are 1 everywhere, with noise of the standard deviation 0.4 / sqrt(samples); with
@@ -10,7 +10,7 @@ import signal
 import sys
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "validation/suite"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "validation/suite/workers"))
 import numpy as np  # noqa: E402
 from serve import serve  # noqa: E402
 

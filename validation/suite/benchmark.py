@@ -70,21 +70,24 @@ class Benchmark:
         rows, given = [], [s for s in self.effort.search_samples if s <= self.effort.most_samples]
         for configuration in configurations(scene):
             renderer = Theirs(self.mitsuba, configuration, scene, size)
-            for samples in given:
-                try:
-                    found = self.measure(renderer, samples, FIRST_SEED, truth)
-                except Unavailable:
-                    break
-                except Problem as reason:
-                    self.log.problem(f"{scene.name}: {reason}")
-                    break
-                rows.append({"name": configuration.name, **dataclasses.asdict(configuration),
-                             "samples": found["samples"], "seconds": found["seconds"],
-                             "relmse": found["relmse"]})
-            else:
-                self.log.say(f"{scene.name}: {configuration.name}: {rows[-1]['seconds']:.3f} s, "
-                             f"relMSE {rows[-1]['relmse']:.3g}")
+            try:
+                rows += [self.trial(renderer, samples, truth) for samples in given]
+            except Unavailable:
+                continue
+            except Problem as reason:
+                self.log.problem(f"{scene.name}: {reason}")
+                continue
+            self.log.say(f"{scene.name}: {configuration.name}: {rows[-1]['seconds']:.3f} s, "
+                         f"relMSE {rows[-1]['relmse']:.3g}")
         return rows
+
+    def trial(self, renderer, samples, truth):
+        """Means over the first seeds."""
+        runs = [self.measure(renderer, samples, FIRST_SEED + i, truth)
+                for i in range(self.effort.search_seeds)]
+        return {"name": renderer.name, **dataclasses.asdict(renderer.configuration),
+                "samples": runs[0]["samples"],
+                **{key: statistics.fmean(run[key] for run in runs) for key in ("seconds", "relmse")}}
 
     def renderers(self, scene, size, finalists, truth):
         found = [Ours(self.kinome, m, scene, size) for m in METHODS if scene.group in m.groups]

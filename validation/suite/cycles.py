@@ -26,8 +26,8 @@ class Cycles:
             raise Problem("the package bpy isn't installed (none for this Python, or pip failed)")
         self.folder, self.name = folder, "Cycles"
         self.key = {"version": hash_of_files([HERE.parent / "requirements-cycles.txt",
-                                              HERE / "cycles_worker.py"])}
-        self.worker = Worker("Cycles", [*(command or [python, HERE / "cycles_worker.py"]),
+                                              HERE / "workers/cycles_worker.py"])}
+        self.worker = Worker("Cycles", [*(command or [python, HERE / "workers/cycles_worker.py"]),
                                         str(THREADS)])
         self.worker.ask(command="hello")
         self.worker.ask(command="load", file=str(scene.path), width=size[0], height=size[1])

@@ -6,7 +6,7 @@ from . import tables_of_results as tables
 
 STYLE = """
 :root { color-scheme: light; --line: #d8d8d8; --bad: #b30000; --good: #1a7a34 }
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 1080px; margin: 2rem auto; padding: 0 1rem;
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 1240px; margin: 2rem auto; padding: 0 1rem;
        color: #1b1b1b; background: #fff }
 h1 { font-size: 1.7rem } h2 { margin-top: 2.4rem; border-bottom: 1px solid var(--line) }
 .wide { overflow-x: auto } table { border-collapse: collapse; font-size: 13px; margin: .6rem 0 }
@@ -16,14 +16,14 @@ th { background: #f4f4f4 } td.fail { color: var(--bad); font-weight: 700 }
 td.pass, td.win { color: var(--good) } td.lose { color: var(--bad) }
 img { max-width: 100%; image-rendering: auto } .crops { display: flex; flex-wrap: wrap; gap: 12px }
 figure { margin: 0; width: 160px } figcaption { font-size: 11.5px; line-height: 1.3 }
-figure img { image-rendering: pixelated } .thumb { height: 54px; image-rendering: pixelated }
-.note { color: #555 } .problem { color: var(--bad) } details { margin: .5rem 0 }
+figure img { image-rendering: pixelated } .thumb { height: 48px; vertical-align: middle; image-rendering: pixelated }
+.note { color: #555; margin: .15rem 0; font-size: 13px } .problem { color: var(--bad) } details { margin: .5rem 0 }
 """
 
 CLUSTERED = (
     "<b>clustered</b> (joint, luminance, brdf) converges to its set of light points, not to the "
     "light itself. So it is unbiased against our own <b>groundtruth</b>, which uses each of the "
-    "same points exactly once, and is compared with that; its distance to Mitsuba is how finely "
+    "same points exactly once, and is compared with that, seed by seed; its distance to Mitsuba is how finely "
     "the points stand for the light, and shows below as a floor of its curve.")
 LDSAMPLER = (
     "Mitsuba's ldsampler is biased on paths of several bounces (references/README.md): a curve of "
@@ -66,9 +66,11 @@ def correctness_section(data):
         "the size given would be found 9 times out of 10. Phong and Ward are compared with Python "
         "BSDFs in Mitsuba, after 0.6's formulas."), paragraph(CLUSTERED)]
     parts.append(table(*tables.correctness(rows), [row["picture"] for row in rows]))
-    for row in rows:
-        for note in row["notes"]:
-            parts.append(paragraph(html.escape(f"{row['scene']}, {row['method']}: {note}"), "note"))
+    notes = [f"{row['scene']}, {row['method']}: {note}" for row in rows for note in row["notes"]]
+    if notes:
+        parts.append(f"<details><summary>{len(notes)} notes</summary>")
+        parts += [paragraph(html.escape(note), "note") for note in notes]
+        parts.append("</details>\n")
     return "".join(parts)
 
 

@@ -50,7 +50,7 @@ class Mitsuba:
     def __init__(self, python, folder, log, cache=None, command=None):
         self.python, self.folder, self.log = python, folder, log
         self.environment = {"DRJIT_CACHE_DIR": str(cache or folder / "kernels")}
-        self.command = command or [python, HERE / "mitsuba_worker.py"]
+        self.command = command or [python, HERE / "workers/mitsuba_worker.py"]
         self.workers, self.loaded, self.broken = {}, {}, {}
         self.import_seconds = {}
         folder.mkdir(parents=True, exist_ok=True)
@@ -118,4 +118,4 @@ class Mitsuba:
 
 def version_hash():
     """What the pinned versions are, as far as a measurement depends on them."""
-    return hash_of_files([HERE.parent / "requirements.txt", HERE / "mitsuba_worker.py"])
+    return hash_of_files([HERE.parent / "requirements.txt", HERE / "workers/mitsuba_worker.py"])

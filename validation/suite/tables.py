@@ -63,6 +63,8 @@ ALL = (ENVIRONMENT, BOUNCE, PLAIN)
 
 METHODS = (
     Method("direct", {"integrator": "direct"}, "mitsuba", (ENVIRONMENT, PLAIN), FAST),
+    Method("direct, compensated", {"integrator": "direct", "mis_compensation": "true"}, "mitsuba",
+           (ENVIRONMENT,), FAST),
     Method("path", {"integrator": "path"}, "mitsuba", ALL, FAST),
     Method("ptracer", {"integrator": "ptracer"}, "mitsuba", (BOUNCE,), FAST),
     Method("clustered joint", {"integrator": "clustered", "importance": "joint"}, "groundtruth",
@@ -87,6 +89,7 @@ class Effort:
     budget: float  # seconds a render may take
     most_samples: int
     search_samples: tuple  # where Mitsuba's configurations are tried
+    search_seeds: int
     truth_seeds: int
     truth_samples: int  # of each of these seeds
     check_samples: int  # of each of our 16 renders that are compared
@@ -101,7 +104,7 @@ RENDERS = 16  # the fewest that a variance of stratified numbers can come from
 POINTS = {"light_samples": 512}
 CUT = {"cut_size": 96}
 
-FULL = Effort(shrink=1, seeds=5, budget=4.0, most_samples=1024, search_samples=(16, 64),
+FULL = Effort(shrink=1, seeds=5, budget=4.0, most_samples=1024, search_samples=(16, 64), search_seeds=2,
               truth_seeds=64, truth_samples=256, check_samples=64, small_scenes=SMALL_SCENES)
-QUICK = Effort(shrink=2, seeds=3, budget=1.0, most_samples=64, search_samples=(16,),
+QUICK = Effort(shrink=2, seeds=3, budget=1.0, most_samples=64, search_samples=(16,), search_seeds=1,
                truth_seeds=16, truth_samples=256, check_samples=16, small_scenes=SMALL_SCENES[::5])

@@ -4,8 +4,7 @@ import sys
 import time
 
 START = time.perf_counter()
-VALIDATION = pathlib.Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(VALIDATION / "suite"), str(VALIDATION / "references")]
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "references"))
 import environment  # noqa: E402
 
 VARIANT, THREADS = sys.argv[1], int(sys.argv[2])

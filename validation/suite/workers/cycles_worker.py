@@ -3,17 +3,15 @@ that has bpy. Knows perspective, constant, rectangle, cube, diffuse and the oper
 transform; whatever else a scene holds is refused.
 """
 import math
-import pathlib
 import sys
 import tempfile
 import time
 import xml.etree.ElementTree as tree
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import bpy  # noqa: E402
-import numpy as np  # noqa: E402
-from mathutils import Matrix, Vector  # noqa: E402
-from serve import serve  # noqa: E402
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+from serve import serve
 
 THREADS = int(sys.argv[1])
 CUBE = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]

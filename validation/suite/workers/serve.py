@@ -1,5 +1,6 @@
-"""The other end of worker.py: answers lines of JSON on stdin, in whatever Python the renderer needs.
-Only the standard library."""
+"""The other end of ../worker.py: answers lines of JSON on stdin, in whatever Python the renderer needs.
+Only the standard library. In this folder is nothing
+whose name a package might look for: it is the first that Python searches."""
 import json
 import os
 import sys
