@@ -1,5 +1,5 @@
-"""A renderer for the tests of validation/suite: answers as workers/mitsuba_worker.py does, and misbehaves
-where its last argument or the scene's defines say so.
+"""A renderer for the tests of validation/suite. It answers as workers/mitsuba_worker.py does, and
+misbehaves where its first argument says so.
 
 Its pictures are 1 everywhere, with noise of the standard deviation 0.4 / sqrt(samples); with
 `ldsampler` half of that.

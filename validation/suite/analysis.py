@@ -122,17 +122,8 @@ def ratios(scenes, target):
     return table
 
 
-def best_ratios(scenes, target):
-    """The same of the best of ours on each scene: {scene: (ratio, ours, peer)}."""
-    table = {}
-    for scene, found in scenes.items():
-        ours, peer = best(found, "ours", target), best(found, "peer", target)
-        table[scene] = (peer[1] / ours[1], ours[0], peer[0]) if ours and peer else None
-    return table
-
-
 def fastest(tried, count):
-    """The best of the configurations that were tried, by 1 / (relMSE x seconds) at the most samples;
+    """Names of the best configurations that were tried, by relMSE x seconds at the most samples;
     those whose error is below what can be told (zero or less) count by a billionth."""
     most = {}
     for row in tried:

@@ -1,4 +1,4 @@
-"""Time against error. First Mitsuba's fastest configuration is sought, then it and ours take turns."""
+"""Time against error: Mitsuba's fastest configuration is sought, then it and ours take turns."""
 import dataclasses
 import statistics
 import tempfile
@@ -85,9 +85,9 @@ class Benchmark:
         """Means over the first seeds."""
         runs = [self.measure(renderer, samples, FIRST_SEED + i, truth)
                 for i in range(self.effort.search_seeds)]
+        means = {key: statistics.fmean(run[key] for run in runs) for key in ("seconds", "relmse")}
         return {"name": renderer.name, **dataclasses.asdict(renderer.configuration),
-                "samples": runs[0]["samples"],
-                **{key: statistics.fmean(run[key] for run in runs) for key in ("seconds", "relmse")}}
+                "samples": runs[0]["samples"], **means}
 
     def renderers(self, scene, size, finalists, truth):
         found = [Ours(self.kinome, m, scene, size) for m in METHODS if scene.group in m.groups]
@@ -129,7 +129,10 @@ class Benchmark:
             self.log.problem(f"{reason} (at {samples} samples; more are not tried)")
             limit[renderer.name] = samples - 1
             return
-        runs[renderer.name].setdefault(samples, []).append(found)
+        # By the count that was used: two that are rounded to the same are one.
+        point = runs[renderer.name].setdefault(found["samples"], [])
+        if all(run["seed"] != seed for run in point):
+            point.append(found)
         if step + 1 < len(renderer.samples):
             following = renderer.samples[step + 1]
             if found["seconds"] * following / samples > self.effort.budget:

@@ -27,7 +27,7 @@ class Ours:
 
     def run(self, samples, seed):
         made = self.kinome.render(self.scene.path, {**self.defines, "spp": samples}, seed)
-        return Run(made.image, made.seconds, samples,
+        return Run(made.image, made.seconds, made.samples,
                    {"wall": made.wall, "embree_share": made.embree_share})
 
 

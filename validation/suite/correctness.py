@@ -77,8 +77,8 @@ def paired(made, truth):
         return made, truth
     stack = made.stack - truth.stack + truth.mean
     left = Estimate.from_renders(made.name, stack, max(made.rounding, truth.rounding))
-    # All of the noise is on one side. The tests leave values alone that have noise on one side only:
-    # a thousandth more is harmless.
+    # All of the noise is on one side. The tests leave alone what has noise on one side only: a
+    # thousandth of it on the other is harmless.
     return left, Estimate(truth.name, truth.mean, left.variance / 1000, truth.renders,
                           rounding=truth.rounding)
 

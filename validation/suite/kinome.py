@@ -21,6 +21,7 @@ class Render:
     seconds: float  # of rendering: light points, tree and samples
     wall: float  # of the whole process
     embree_share: float
+    samples: int  # a pixel; some samplers round up
 
 
 class Kinome:
@@ -47,7 +48,8 @@ class Kinome:
             raise Problem(reason) from reason
         finally:
             output.unlink(missing_ok=True)
-        return Render(image, stats["seconds"]["render"], wall, stats["embree_share"])
+        return Render(image, stats["seconds"]["render"], wall, stats["embree_share"],
+                      stats["samples"])
 
     def estimate(self, name, scene, defines, first_seed, options=()):
         """Mean and variance from RENDERS seeds, one thread each."""

@@ -61,8 +61,8 @@ def correctness_section(data):
     red = [row for row in rows if not row["passed"]]
     parts = ["<h2>Correctness</h2>\n", paragraph(
         f"{len(rows)} comparisons, {len(red)} red. Together they fail by chance in "
-        f"{100 * data['family_alpha']:g} % of all runs. <i>t</i> is Welch's over the whole picture, "
-        "of the channel that is worst; <i>p</i> is corrected for the number of values; a bias of "
+        f"{100 * data['family_alpha']:g} % of all runs. <i>t</i> is Welch's over the whole "
+        "picture, of the channel that is worst; <i>p</i> is corrected for the number of values; a bias of "
         "the size given would be found 9 times out of 10. Phong and Ward are compared with Python "
         "BSDFs in Mitsuba, after 0.6's formulas."), paragraph(CLUSTERED)]
     parts.append(table(*tables.correctness(rows), [row["picture"] for row in rows]))
@@ -75,8 +75,9 @@ def correctness_section(data):
 
 
 def reference_text(reference):
-    masked = (f"; {reference['not_finite']} of its values were NaN or Inf, and "
-              f"{reference['masked_pixels']} pixels are masked" if reference["masked_pixels"] else "")
+    count = reference["masked_pixels"]
+    masked = (f"; {reference['not_finite']} of its values were NaN or Inf, and {count} pixels are "
+              "masked") if count else ""
     return (f"Reference: Mitsuba's {reference['integrator']} ({reference['variant']}), "
             f"{reference['seeds']} × {reference['samples_used']} samples, "
             f"{reference['sampler']}{masked}; its own noise amounts to a relMSE of "
@@ -92,7 +93,8 @@ def scene_section(name, entry, found, load_picture):
     parts.append(table(*tables.renderers(found)))
     goal, crops = plots.equal_time(entry, found, load_picture)
     if crops:
-        parts.append(paragraph(f"After about {goal:.2g} s, where they differ most:"))
+        parts.append(paragraph(f"After about {goal:.2g} s (the fewest samples, where these take "
+                               "longer), in the place where they differ most:"))
         parts.append('<div class="crops">' + "".join(
             f'<figure><img src="{url}" alt="crop"/><figcaption>{html.escape(label)}</figcaption>'
             "</figure>" for label, url in crops) + "</div>\n")
@@ -143,8 +145,8 @@ def page(correctness, benchmark, problems, load_picture, quick):
     if quick:
         parts.append(paragraph("<b>A small form, which only proves that the command works.</b>"))
     if problems:
-        parts += ["<h2>What is missing</h2>\n<ul>",
-                  *(f'<li class="problem">{html.escape(line)}</li>' for line in problems), "</ul>\n"]
+        items = [f'<li class="problem">{html.escape(line)}</li>' for line in problems]
+        parts += ["<h2>What is missing</h2>\n<ul>", *items, "</ul>\n"]
     if correctness:
         parts.append(correctness_section(correctness))
     if benchmark:

@@ -28,7 +28,7 @@ def url(pixels, kind="JPEG"):
 
 
 def relative(image, reference):
-    """Red where the image is too bright, blue where too dark; full colour at the 99th percentile."""
+    """Red where the image is too bright, blue where too dark; in full at the 99th percentile."""
     grey, truth = image.mean(axis=2), reference.mean(axis=2)
     found = (grey - truth) / (truth + 0.1 * max(truth.mean(), 1e-30))
     found /= max(float(np.percentile(np.abs(found), 99)), 1e-6)

@@ -1,4 +1,4 @@
-"""What is compared: scenes, our integrators, Mitsuba's configurations. A row more is a line more."""
+"""What is compared: scenes, our integrators, Mitsuba's configurations. One more is one line."""
 import dataclasses
 import pathlib
 
@@ -30,15 +30,15 @@ class Scene:
 
 
 SCENES = (
-    Scene("hebe", "scenes/hebe/scene.xml", ENVIRONMENT, (144, 144), "direct", ("direct", "path"),
+    Scene("hebe", "scenes/hebe/scene.xml", ENVIRONMENT, (80, 80), "direct", ("direct", "path"),
           envmap=True),
-    Scene("car", "scenes/car/scene.xml", ENVIRONMENT, (192, 108), "direct", ("direct", "path"),
+    Scene("car", "scenes/car/scene.xml", ENVIRONMENT, (112, 63), "direct", ("direct", "path"),
           envmap=True),
-    Scene("grace", "scenes/grace/scene.xml", ENVIRONMENT, (168, 126), "direct", ("direct", "path"),
+    Scene("grace", "scenes/grace/scene.xml", ENVIRONMENT, (96, 72), "direct", ("direct", "path"),
           envmap=True),
-    Scene("box", "scenes/box/scene.xml", BOUNCE, (168, 126), "ptracer", ("path", "ptracer")),
-    Scene("plate", "scenes/plate/scene.xml", BOUNCE, (168, 126), "ptracer", ("path", "ptracer")),
-    Scene("blocks", "validation/scenes/benchmark/blocks.xml", PLAIN, (168, 126), "direct",
+    Scene("box", "scenes/box/scene.xml", BOUNCE, (96, 72), "ptracer", ("path", "ptracer")),
+    Scene("plate", "scenes/plate/scene.xml", BOUNCE, (96, 72), "ptracer", ("path", "ptracer")),
+    Scene("blocks", "validation/scenes/benchmark/blocks.xml", PLAIN, (96, 72), "direct",
           ("direct", "path"), cycles=True),
 )
 
@@ -57,9 +57,13 @@ class Method:
     samples: tuple
 
 
-FAST = (1, 4, 16, 64, 256, 1024)
+# ldsampler, ours and Mitsuba's, rounds up to a power of 4, and to 4 at least; halton takes any
+# count.
+FAST = (4, 16, 64, 256, 1024, 4096)
 SLOW = (1, 2, 4, 8, 16, 32)  # each of these is 128 light samples
 ALL = (ENVIRONMENT, BOUNCE, PLAIN)
+
+CLUSTERED = {"integrator": "clustered", "sampler": "halton"}
 
 METHODS = (
     Method("direct", {"integrator": "direct"}, "mitsuba", (ENVIRONMENT, PLAIN), FAST),
@@ -67,17 +71,15 @@ METHODS = (
            (ENVIRONMENT,), FAST),
     Method("path", {"integrator": "path"}, "mitsuba", ALL, FAST),
     Method("ptracer", {"integrator": "ptracer"}, "mitsuba", (BOUNCE,), FAST),
-    Method("clustered joint", {"integrator": "clustered", "importance": "joint"}, "groundtruth",
-           ALL, SLOW),
-    Method("clustered luminance", {"integrator": "clustered", "importance": "luminance"},
-           "groundtruth", ALL, SLOW),
-    Method("clustered brdf", {"integrator": "clustered", "importance": "brdf"}, "groundtruth", ALL,
+    Method("clustered joint", CLUSTERED | {"importance": "joint"}, "groundtruth", ALL, SLOW),
+    Method("clustered luminance", CLUSTERED | {"importance": "luminance"}, "groundtruth", ALL,
            SLOW),
+    Method("clustered brdf", CLUSTERED | {"importance": "brdf"}, "groundtruth", ALL, SLOW),
 )
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 SAMPLERS = ("independent", "multijitter", "ldsampler")
-PEER_SAMPLES = FAST  # powers of 4: no sampler of Mitsuba's rounds them
+PEER_SAMPLES = FAST
 
 
 @dataclasses.dataclass(frozen=True)
@@ -104,7 +106,9 @@ RENDERS = 16  # the fewest that a variance of stratified numbers can come from
 POINTS = {"light_samples": 512}
 CUT = {"cut_size": 96}
 
-FULL = Effort(shrink=1, seeds=5, budget=4.0, most_samples=1024, search_samples=(16, 64), search_seeds=2,
-              truth_seeds=64, truth_samples=256, check_samples=64, small_scenes=SMALL_SCENES)
-QUICK = Effort(shrink=2, seeds=3, budget=1.0, most_samples=64, search_samples=(16,), search_seeds=1,
-               truth_seeds=16, truth_samples=256, check_samples=16, small_scenes=SMALL_SCENES[::5])
+FULL = Effort(shrink=1, seeds=5, budget=6.0, most_samples=4096, search_samples=(16, 256),
+              search_seeds=2, truth_seeds=64, truth_samples=1024, check_samples=64,
+              small_scenes=SMALL_SCENES)
+QUICK = Effort(shrink=2, seeds=3, budget=1.0, most_samples=64, search_samples=(16,),
+               search_seeds=1, truth_seeds=16, truth_samples=256, check_samples=16,
+               small_scenes=SMALL_SCENES[::5])

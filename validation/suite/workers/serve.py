@@ -1,6 +1,8 @@
-"""The other end of ../worker.py: answers lines of JSON on stdin, in whatever Python the renderer needs.
-Only the standard library. In this folder is nothing
-whose name a package might look for: it is the first that Python searches."""
+"""The other end of ../worker.py: answers lines of JSON on stdin, in the Python of a renderer.
+
+Only the standard library. This folder is the first that Python searches, so it holds nothing by the
+name of a package.
+"""
 import json
 import os
 import sys
