@@ -80,11 +80,11 @@ class Analysis(unittest.TestCase):
         self.assertAlmostEqual(analysis.efficiency(points), 100, places=6)
 
     def test_a_curve_that_went_flat_never_arrives(self):
-        points = line([0.1, 1, 10], [0.1, 0.01, 0.009])
+        points = line([0.1, 1, 10, 100], [0.1, 0.01, 0.009, 0.0088])
         self.assertEqual(analysis.seconds_to(points, 1e-3), (None, "never"))
         self.assertEqual(analysis.seconds_to(points, 0.0095)[1], "measured")
-        self.assertEqual(analysis.seconds_to(line([1], [0.1]), 1e-3), (None, "never"))
-        self.assertEqual(analysis.seconds_to([], 1e-3), (None, "never"))
+        self.assertEqual(analysis.seconds_to(line([1], [0.1]), 1e-3), (None, "unknown"))
+        self.assertEqual(analysis.seconds_to([], 1e-3), (None, "unknown"))
 
     def test_what_the_reference_cannot_tell_from_perfect_is_left_out(self):
         points = line([1, 2, 3, 4], [1e-2, 1e-3, 4e-5, -1e-6])
@@ -94,7 +94,7 @@ class Analysis(unittest.TestCase):
     def test_ratios_and_their_mean(self):
         def one(kind, seconds):
             return {"kind": kind, "seconds_to": {1e-3: (seconds, "measured" if seconds else
-                                                        "never")}}
+                                                        "unknown")}}
 
         scenes = {"a": {"X": one("ours", 2.0), "Y": one("ours", 8.0), "P": one("peer", 4.0),
                         "Q": one("peer", 6.0)},
@@ -107,7 +107,8 @@ class Analysis(unittest.TestCase):
         self.assertIsNone(analysis.geometric_mean([]))
 
     def test_the_fastest_configurations_by_their_most_samples(self):
-        rows = [{"name": n, "samples": s, "seconds": t, "relmse": e} for n, s, t, e in (
+        rows = [{"name": n, "samples": s, "seconds": t, "relmse": 1.0,
+                 "trimmed": e} for n, s, t, e in (
             ("a", 16, 1, 1e-9), ("a", 64, 4, 1e-2), ("b", 64, 1, 1e-2), ("c", 64, 2, -1e-7))]
         self.assertEqual(analysis.fastest(rows, 2), ["c", "b"])
         self.assertEqual(analysis.fastest([], 2), [])

@@ -16,12 +16,13 @@ def quartiles(values):
     return low, middle, high
 
 
-def curve(points):
-    """Of [{"samples", "runs": [{"seconds", "relmse"}]}]: medians and quartiles, by time."""
+def curve(points, measure="relmse"):
+    """Of [{"samples", "runs": [{"seconds", measure}]}]: medians and quartiles, by samples.
+    `measure` may also be "trimmed"; the result calls it "relmse" all the same."""
     found = []
     for point in points:
         seconds = quartiles([run["seconds"] for run in point["runs"]])
-        errors = quartiles([run["relmse"] for run in point["runs"]])
+        errors = quartiles([run[measure] for run in point["runs"]])
         found.append({"samples": point["samples"], "seconds": seconds[1], "relmse": errors[1],
                       "seconds_quartiles": [seconds[0], seconds[2]],
                       "relmse_quartiles": [errors[0], errors[2]]})
@@ -47,22 +48,25 @@ def slope(points):
 
 
 def seconds_to(points, target):
-    """(seconds, kind): kind is "measured" between two points, "extrapolated" beyond the last,
-    "at most" before the first, and "never" (seconds None) where the curve has gone flat."""
+    """(seconds, kind): kind is "measured" between two points, "extrapolated" beyond the last (along
+    the last three), "at most" before the first; seconds are None and kind is "never" where the
+    curve has gone flat, and "unknown" where it has too few points."""
     if not points:
-        return None, "never"
+        return None, "unknown"
     if points[0]["relmse"] <= target:
         return points[0]["seconds"], "at most"
     for a, b in zip(points, points[1:]):
         if b["relmse"] <= target:
             return along(a, b, target), "measured"
-    if len(points) < 2:
+    tail = points[-3:]
+    falls = slope(tail)
+    if falls is None:
+        return None, "unknown"
+    if falls > FLAT:
         return None, "never"
-    a, b = points[-2:]
-    steps = math.log(b["seconds"] / a["seconds"]) if b["seconds"] > a["seconds"] else 0
-    if steps == 0 or math.log(b["relmse"] / a["relmse"]) / steps > FLAT:
-        return None, "never"
-    return along(a, b, target), "extrapolated"
+    centre = {key: math.exp(statistics.fmean(math.log(p[key]) for p in tail))
+              for key in ("seconds", "relmse")}
+    return centre["seconds"] * (target / centre["relmse"]) ** (1 / falls), "extrapolated"
 
 
 def along(a, b, target):
@@ -81,12 +85,12 @@ def geometric_mean(values):
     return math.exp(statistics.fmean(math.log(v) for v in values)) if values else None
 
 
-def summary(entry):
-    """All figures of one scene: {renderer: {...}} of its curves."""
+def summary(entry, measure="relmse"):
+    """All figures of one scene: {renderer: {...}} of its curves. For `measure` see curve."""
     own = entry["reference"]["own_error"]
     found = {}
     for name, renderer in entry["curves"].items():
-        points = curve(renderer["points"])
+        points = curve(renderer["points"], measure)
         good = trusted(points, own)
         shares = [run["embree_share"] for p in renderer["points"] for run in p["runs"]
                   if run.get("embree_share") is not None]
@@ -123,11 +127,12 @@ def ratios(scenes, target):
 
 
 def fastest(tried, count):
-    """Names of the best configurations that were tried, by relMSE x seconds at the most samples;
-    those whose error is below what can be told (zero or less) count by a billionth."""
+    """Names of the best configurations that were tried, by relMSE x seconds at the most samples:
+    without the worst 0.1 % of the values, or else a bright pixel decides. An error below what can
+    be told (zero or less) counts as a billionth."""
     most = {}
     for row in tried:
         if row["name"] not in most or row["samples"] > most[row["name"]]["samples"]:
             most[row["name"]] = row
-    ranked = sorted(most.values(), key=lambda r: max(r["relmse"], 1e-9) * r["seconds"])
+    ranked = sorted(most.values(), key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
     return [row["name"] for row in ranked[:count]]

@@ -85,7 +85,8 @@ class Benchmark:
         """Means over the first seeds."""
         runs = [self.measure(renderer, samples, FIRST_SEED + i, truth)
                 for i in range(self.effort.search_seeds)]
-        means = {key: statistics.fmean(run[key] for run in runs) for key in ("seconds", "relmse")}
+        means = {key: statistics.fmean(run[key] for run in runs)
+                 for key in ("seconds", "relmse", "trimmed")}
         return {"name": renderer.name, **dataclasses.asdict(renderer.configuration),
                 "samples": runs[0]["samples"], **means}
 
@@ -133,7 +134,8 @@ class Benchmark:
         point = runs[renderer.name].setdefault(found["samples"], [])
         if all(run["seed"] != seed for run in point):
             point.append(found)
-        if step + 1 < len(renderer.samples):
+        # Decided once, so that every count has all seeds or none.
+        if seed == FIRST_SEED and step + 1 < len(renderer.samples):
             following = renderer.samples[step + 1]
             if found["seconds"] * following / samples > self.effort.budget:
                 limit[renderer.name] = min(limit[renderer.name], samples)

@@ -36,8 +36,8 @@ SCENES = (
           envmap=True),
     Scene("grace", "scenes/grace/scene.xml", ENVIRONMENT, (96, 72), "direct", ("direct", "path"),
           envmap=True),
-    Scene("box", "scenes/box/scene.xml", BOUNCE, (96, 72), "ptracer", ("path", "ptracer")),
-    Scene("plate", "scenes/plate/scene.xml", BOUNCE, (96, 72), "ptracer", ("path", "ptracer")),
+    Scene("box", "scenes/box/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer")),
+    Scene("plate", "scenes/plate/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer")),
     Scene("blocks", "validation/scenes/benchmark/blocks.xml", PLAIN, (96, 72), "direct",
           ("direct", "path"), cycles=True),
 )
@@ -107,7 +107,7 @@ POINTS = {"light_samples": 512}
 CUT = {"cut_size": 96}
 
 FULL = Effort(shrink=1, seeds=5, budget=6.0, most_samples=4096, search_samples=(16, 256),
-              search_seeds=2, truth_seeds=64, truth_samples=1024, check_samples=64,
+              search_seeds=2, truth_seeds=64, truth_samples=1024, check_samples=256,
               small_scenes=SMALL_SCENES)
 QUICK = Effort(shrink=2, seeds=3, budget=1.0, most_samples=64, search_samples=(16,),
                search_seeds=1, truth_seeds=16, truth_samples=256, check_samples=16,

@@ -3,7 +3,8 @@ from . import analysis
 from .tables import SCENES
 
 MARKS = {"measured": "", "extrapolated": "~", "at most": "≤ "}
-HALF = 1e-3  # the error that the ratios are about
+WORDS = {"never": "never", "unknown": "–"}
+MIDDLE = 1e-3  # the error that the ratios are about
 
 
 def significant(value, digits=3):
@@ -16,7 +17,7 @@ def percent(value):
 
 def seconds(found):
     value, kind = found
-    return "never" if kind == "never" else MARKS[kind] + significant(value)
+    return WORDS[kind] if value is None else MARKS[kind] + significant(value)
 
 
 def ordered(names):
@@ -45,8 +46,8 @@ def renderers(found):
     """Of one scene."""
     head = ["renderer", "slope", "efficiency"]
     head += [f"s to {target:g}" for target in analysis.TARGETS]
-    head += [f"ratio at {HALF:g}", "in Embree"]
-    ratios = analysis.ratios({"": found}, HALF)
+    head += [f"ratio at {MIDDLE:g}", "in Embree"]
+    ratios = analysis.ratios({"": found}, MIDDLE)
     rows = []
     for name, one in found.items():
         ratio = ratios.get(name, {}).get("")
@@ -62,7 +63,7 @@ def verdict(ratio):
     return f"{ratio:.2f} (slower)" if ratio < 1 else f"{ratio:.2f} (faster)"
 
 
-def overview(scenes, target=HALF):
+def overview(scenes, target=MIDDLE):
     """Best of ours against the best peer on each scene, and the geometric mean.
     `scenes`: {name: summary}."""
     head = ["scene", "best of ours", f"s to {target:g}", "best peer", f"s to {target:g}",
@@ -74,7 +75,7 @@ def overview(scenes, target=HALF):
             ratios.append(peer[1] / ours[1])
         rows.append([name, *(text for one in (ours, peer) for text in
                              ((one[0], MARKS[one[2]] + significant(one[1])) if one
-                              else ("–", "never"))),
+                              else ("–", "–"))),
                      verdict(ratios[-1]) if ours and peer else "–"])
     mean = analysis.geometric_mean(ratios)
     if mean is not None:
@@ -82,7 +83,7 @@ def overview(scenes, target=HALF):
     return head, rows
 
 
-def by_renderer(scenes, target=HALF):
+def by_renderer(scenes, target=MIDDLE):
     """Ratio of each of ours to the best peer, scene by scene, and the geometric mean."""
     table = analysis.ratios(scenes, target)
     head = ["", *scenes, "geometric mean"]
@@ -96,23 +97,23 @@ def by_renderer(scenes, target=HALF):
     return head, rows
 
 
-def with_startup(entry, found, target=HALF):
+def with_startup(entry, found, target=MIDDLE):
     """Start-up and compilation, and seconds to `target` with them."""
     head = ["renderer", "when", "start-up [s]", f"s to {target:g} with it"]
     rows = []
     for row in entry["startup"]:
         value, kind = found[row["renderer"]]["seconds_to"][target] \
-            if row["renderer"] in found else (None, "never")
-        whole = (value + row["seconds"], kind) if value is not None else (None, "never")
+            if row["renderer"] in found else (None, "unknown")
+        whole = (None if value is None else value + row["seconds"], kind)
         rows.append([row["renderer"], row["when"], significant(row["seconds"]), seconds(whole)])
     return head, rows
 
 
 def tried(entry):
     """Every configuration of Mitsuba's, the fastest first."""
-    head = ["configuration", "samples", "s", "relMSE", "efficiency"]
-    rows = sorted(entry["tried"], key=lambda r: max(r["relmse"], 1e-9) * r["seconds"])
+    head = ["configuration", "samples", "s", "relMSE", "trimmed", "trimmed efficiency"]
+    rows = sorted(entry["tried"], key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
     return head, [[row["name"], str(row["samples"]), significant(row["seconds"]),
-                   significant(row["relmse"]),
-                   significant(1 / (row["relmse"] * row["seconds"]) if row["relmse"] > 0
+                   significant(row["relmse"]), significant(row["trimmed"]),
+                   significant(1 / (row["trimmed"] * row["seconds"]) if row["trimmed"] > 0
                                else None)] for row in rows]
