@@ -2,12 +2,13 @@
 # Compares Kinome with Mitsuba 3, and with Blender's Cycles where that shows the same: are the
 # pictures the same, and which renderer reaches an error sooner? Ends with validation/report/.
 #
-#   sh validation/run.sh [correctness|benchmark|report] [SCENE...] [--quick] [--output FOLDER]
+#   sh validation/run.sh [correctness|benchmark|report] [SCENE...]
+#                        [--quick] [--fresh] [--output FOLDER]
 #
 # Without a mode, all three, in about an hour on two cores; --quick: the same in a small form, in 10
 # minutes, which goes to out/report unless --output says otherwise. What was measured before is not
-# measured again, so an interrupted run goes on where it stopped. What can't be had is said in a line,
-# left out, and the rest goes on.
+# measured again, so an interrupted run goes on where it stopped; --fresh forgets it. What can't be
+# had is said in a line, left out, and the rest goes on.
 #
 # Exit status: 0 all well; 1 a comparison is red; 2 something was left out; 130 interrupted.
 set -eu

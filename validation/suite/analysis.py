@@ -5,6 +5,7 @@ import statistics
 TARGETS = (1e-2, 1e-3, 1e-4)
 # A curve flatter than this has stopped to converge: what lies beyond its end is never reached.
 FLAT = -0.25
+REACH = 10  # how many times longer than the last point a curve may be drawn on
 
 
 def quartiles(values):
@@ -49,8 +50,9 @@ def slope(points):
 
 def seconds_to(points, target):
     """(seconds, kind): kind is "measured" between two points, "extrapolated" beyond the last (along
-    the last three), "at most" before the first; seconds are None and kind is "never" where the
-    curve has gone flat, and "unknown" where it has too few points."""
+    the last three), "at most" before the first. Seconds are None where the curve has gone flat
+    ("never"), would take more than REACH times the last point's ("beyond"), or has too few points
+    ("unknown")."""
     if not points:
         return None, "unknown"
     if points[0]["relmse"] <= target:
@@ -66,7 +68,10 @@ def seconds_to(points, target):
         return None, "never"
     centre = {key: math.exp(statistics.fmean(math.log(p[key]) for p in tail))
               for key in ("seconds", "relmse")}
-    return centre["seconds"] * (target / centre["relmse"]) ** (1 / falls), "extrapolated"
+    seconds = centre["seconds"] * (target / centre["relmse"]) ** (1 / falls)
+    if seconds > REACH * points[-1]["seconds"]:
+        return None, "beyond"
+    return seconds, "extrapolated"
 
 
 def along(a, b, target):

@@ -1,6 +1,7 @@
 """The command behind validation/run.sh."""
 import argparse
 import importlib.util
+import os
 import pathlib
 import sys
 
@@ -32,6 +33,8 @@ def parse(arguments):
                         help=f"first a mode ({', '.join(MODES)}), then scenes; default: all")
     parser.add_argument("--quick", action="store_true",
                         help="smaller pictures, fewer seeds and scenes: at most 10 minutes")
+    parser.add_argument("--fresh", action="store_true",
+                        help="forget what was measured before (on another day, a busier machine)")
     parser.add_argument("--output", type=pathlib.Path, metavar="FOLDER",
                         help="where the page goes; default: validation/report, quick: out/report")
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build",
@@ -62,7 +65,10 @@ class Session:
         self.told = 0  # problems that an earlier mode has written down
 
     def prepare(self):
-        self.store = Store(self.folder / "measurements.jsonl")
+        path = self.folder / "measurements.jsonl"
+        if self.options.fresh:
+            path.unlink(missing_ok=True)
+        self.store = Store(path)
         if self.store.torn:
             self.log.say("a measurement that an interruption cut off is made again")
         self.kinome = Kinome(self.options.build, self.folder / "renders")
@@ -92,6 +98,10 @@ class Session:
 
     def benchmark(self):
         from .benchmark import Benchmark
+        load, cores = os.getloadavg()[0], os.cpu_count()
+        if load > cores / 2:
+            self.log.say(f"the machine has been busy (load {load:.1f} on {cores} cores): what else "
+                         "runs spoils the times")
         mitsuba = Mitsuba(self.python, self.folder / "mitsuba-renders", self.log)
         work = Benchmark(self.kinome, mitsuba, self.folder / "cycles/bin/python", self.references,
                          self.effort, self.store, self.folder, self.log)

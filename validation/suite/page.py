@@ -86,13 +86,13 @@ def reference_text(reference):
             f"{reference['own_error']:.2g}, which is subtracted.")
 
 
-def scene_section(name, entry, found, load_picture):
+def scene_section(name, entry, found, trimmed, load_picture):
     size = "×".join(str(n) for n in entry["size"])
     parts = [f'<h3 id="{html.escape(name)}">{html.escape(name)} ({html.escape(entry["group"])}, '
              f"{size})</h3>\n", paragraph(html.escape(reference_text(entry["reference"])))]
-    picture = plots.error_over_time(name, found, entry["reference"]["own_error"])
+    picture = plots.error_over_time(found, trimmed, entry["reference"]["own_error"])
     parts.append(f'<img src="{picture}" alt="relMSE over seconds, {html.escape(name)}"/>\n')
-    parts.append(table(*tables.renderers(found)))
+    parts.append(table(*tables.renderers(found, trimmed)))
     goal, crops = plots.equal_time(entry, found, load_picture)
     if crops:
         parts.append(paragraph(f"After about {goal:.2g} s (the fewest samples, where these take "
@@ -115,7 +115,8 @@ def benchmark_section(scenes, load_picture):
         "the same number of threads; medians of all seeds, bars are quartiles. relMSE is "
         "mean[((I − R)² − var R) / (R² + 0.01 mean(R)²)]. <b>~</b> is extrapolated beyond the last "
         "point, <b>≤</b> reached by the fewest samples already; <b>never</b>: the curve has gone "
-        "flat. A ratio is the best peer's seconds by ours: above 1 we are faster, below 1 slower."),
+        "flat; <b>far</b>: it would take more than ten times its last point. A ratio is the best "
+        "peer's seconds by ours: above 1 we are faster, below 1 slower."),
         paragraph(LDSAMPLER)]
     for target in analysis.TARGETS:
         parts += [f"<h3>To a relMSE of {target:g}</h3>\n", table(*tables.overview(found, target))]
@@ -126,7 +127,7 @@ def benchmark_section(scenes, load_picture):
               paragraph("Single bright pixels decide a relMSE where light is hard to find."),
               table(*tables.overview(trimmed)), table(*tables.by_renderer(trimmed))]
     for name, one in found.items():
-        parts.append(scene_section(name, scenes[name], one, load_picture))
+        parts.append(scene_section(name, scenes[name], one, trimmed[name], load_picture))
     return "".join(parts)
 
 

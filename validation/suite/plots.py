@@ -29,9 +29,28 @@ def styles(found):
     return table
 
 
-def error_over_time(title, found, own_error):
-    """log relMSE against log seconds, with quartiles of both. `found`: of analysis.summary."""
-    figure, axis = pyplot.subplots(figsize=(7.6, 4.6))
+def error_over_time(found, trimmed, own_error):
+    """log relMSE against log seconds, with quartiles of both; beside it without the worst
+    thousandth. `found`, `trimmed`: of analysis.summary."""
+    figure, axes = pyplot.subplots(1, 2, figsize=(12, 5.4), sharex=True, sharey=True)
+    for axis, label, part in zip(axes, ("relMSE", "relMSE without the worst 0.1 %"),
+                                 (found, trimmed)):
+        draw(axis, part)
+        axis.set(xscale="log", yscale="log", xlabel="seconds of rendering", ylabel=label)
+        axis.grid(alpha=0.3, which="major")
+        axis.tick_params(labelleft=True)
+    if own_error > 0:
+        axes[0].axhline(own_error, color="grey", linestyle=":", linewidth=1)
+        axes[0].annotate("noise of the reference, which is subtracted", (0.01, own_error),
+                         xycoords=("axes fraction", "data"), fontsize=7, color="grey", va="bottom")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncol=3, fontsize=8, frameon=False)
+    figure.tight_layout(rect=(0, 0.06 + 0.035 * ((len(labels) + 2) // 3), 1, 1))
+    return png(figure)
+
+
+def draw(axis, found):
+    """One curve a renderer."""
     for name, style in styles(found).items():
         points = [p for p in found[name]["points"] if p["relmse"] > 0 and p["seconds"] > 0]
         if not points:
@@ -44,16 +63,6 @@ def error_over_time(title, found, own_error):
         reach_y[0] = [min(r, 0.999 * v) for r, v in zip(reach_y[0], y)]
         axis.errorbar(x, y, xerr=reach_x, yerr=reach_y, marker="o", markersize=3.5, linewidth=1.4,
                       elinewidth=0.8, capsize=2, label=name, **style)
-    if own_error > 0:
-        axis.axhline(own_error, color="grey", linestyle=":", linewidth=1)
-        axis.annotate("noise of the reference, which is subtracted", (0.01, own_error),
-                      xycoords=("axes fraction", "data"), fontsize=7, color="grey", va="bottom")
-    axis.set(xscale="log", yscale="log", xlabel="seconds of rendering", ylabel="relMSE",
-             title=title)
-    axis.grid(alpha=0.3, which="major")
-    axis.legend(fontsize=7)
-    figure.tight_layout()
-    return png(figure)
 
 
 def png(figure):

@@ -3,7 +3,7 @@ from . import analysis
 from .tables import SCENES
 
 MARKS = {"measured": "", "extrapolated": "~", "at most": "≤ "}
-WORDS = {"never": "never", "unknown": "–"}
+WORDS = {"never": "never", "beyond": "far", "unknown": "–"}
 MIDDLE = 1e-3  # the error that the ratios are about
 
 
@@ -42,11 +42,11 @@ def correctness(rows):
     return head, table
 
 
-def renderers(found):
-    """Of one scene."""
+def renderers(found, trimmed):
+    """Of one scene. `trimmed`: the same of errors without their worst thousandth."""
     head = ["renderer", "slope", "efficiency"]
     head += [f"s to {target:g}" for target in analysis.TARGETS]
-    head += [f"ratio at {MIDDLE:g}", "in Embree"]
+    head += [f"ratio at {MIDDLE:g}", f"trimmed: s to {MIDDLE:g}", "in Embree"]
     ratios = analysis.ratios({"": found}, MIDDLE)
     rows = []
     for name, one in found.items():
@@ -54,6 +54,7 @@ def renderers(found):
         rows.append([name, significant(one["slope"]), significant(one["efficiency"]),
                      *(seconds(one["seconds_to"][t]) for t in analysis.TARGETS),
                      "–" if ratio is None else verdict(ratio),
+                     seconds(trimmed[name]["seconds_to"][MIDDLE]),
                      "–" if one["embree_share"] is None else percent(one["embree_share"])])
     return head, rows
 
