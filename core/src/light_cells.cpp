@@ -107,6 +107,19 @@ void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& point
   }
 }
 
+/// Densities need not be exact: of a smooth quad its centre tells enough.
+void DistantCells::find_quad_points(int row, GaussPoints& points) const {
+  if (grid_.smooth_quads) {
+    points.places.resize(grid_.columns);
+    points.radiance.resize(grid_.columns);
+    for (int x = 0; x < grid_.columns; ++x) {
+      points.places[x] = {static_cast<float>(x) + 0.5f, static_cast<float>(row) + 0.5f};
+    }
+    if (emitter_.eval_grid_batch(points.places, points.radiance)) return;
+  }
+  find_gauss_points(row, 0, grid_.columns, points);
+}
+
 void DistantCells::tabulate(const RenderContext& context) {
   const int columns = grid_.columns, rows = grid_.rows;
   luminance_.resize(static_cast<size_t>(columns) * rows);
@@ -119,18 +132,19 @@ void DistantCells::tabulate(const RenderContext& context) {
   }
   std::vector<double> row_means(rows);
   context.parallel_for(rows, [&](size_t y) {
-    thread_local GaussPoints points;
-    find_gauss_points(static_cast<int>(y), 0, columns, points);
     const double solid_angle = quad_solid_angle(static_cast<int>(y));
     double row_sum = 0;
+    thread_local GaussPoints points;
+    find_quad_points(static_cast<int>(y), points);
+    const size_t per_quad = points.radiance.size() / columns;
     for (int x = 0; x < columns; ++x) {
-      double flux = 0;
-      for (int g = 0; g < 4; ++g) {
-        flux += points.weights[g / 2] *
-                std::abs(mean_of(points.radiance[static_cast<size_t>(x) * 4 + g]));
+      float sum = 0;
+      for (size_t g = 0; g < per_quad; ++g) {
+        sum += std::abs(mean_of(points.radiance[x * per_quad + g]));
       }
-      luminance_[y * columns + x] = static_cast<float>(flux / solid_angle);
-      row_sum += flux;
+      const float mean = sum / static_cast<float>(per_quad);
+      luminance_[y * columns + x] = mean;
+      row_sum += mean * solid_angle;
     }
     row_means[y] = row_sum;
   });

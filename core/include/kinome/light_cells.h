@@ -116,6 +116,8 @@ class KINOME_EXPORT DistantCells {
     double weights[2];  ///< of the upper and lower two; a quad's solid angle is twice their sum
   };
   void find_gauss_points(int row, int x0, int x1, GaussPoints& points) const;
+  /// As many for each quad of a row as its importance takes.
+  void find_quad_points(int row, GaussPoints& points) const;
   float quad_solid_angle(int row) const;
   /// Of rows [y0, y1) and columns [x0, x1), from sums along rows.
   double sum(const std::vector<double>& row_sums, const Rectangle& r) const;
