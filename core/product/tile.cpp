@@ -109,8 +109,9 @@ float FilterSampler::place_1d(int pixel, float u, int low, int high) const {
     const float part = width > 0 ? (share - cumulated_[bin]) / width : 0.5f;
     at = radius_ * (2 * (static_cast<float>(bin) + std::min(part, 1.f)) / kBins - 1);
   }
-  return std::clamp(centre + at, static_cast<float>(low),
-                    std::nextafter(static_cast<float>(high), 0.f));
+  // Far from the origin, sums round up to the filter's end, which is the next pixel's of a box.
+  const float last = std::min(static_cast<float>(high), centre + radius_);
+  return std::clamp(centre + at, static_cast<float>(low), std::nextafter(last, 0.f));
 }
 
 Vec2 FilterSampler::place(int x, int y, const Vec2& u, const Rect& region) const {
