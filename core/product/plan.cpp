@@ -130,10 +130,18 @@ std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int 
     (total > rays_per_pixel * static_cast<double>(count) ? high : low) = scale;
   }
   std::vector<PixelPlan> plan(count);
+  // What rounding takes from one pixel is given to the next: pixels that are all alike would
+  // otherwise all miss the budget in one direction.
+  float more_primaries = 0, more_rays = 0;
+  const auto round = [](float wish, float& more) {
+    const auto whole = static_cast<uint16_t>(std::lround(wish + more));
+    more += wish - static_cast<float>(whole);
+    return whole;
+  };
   for (size_t i = 0; i < count; ++i) {
     const Wanted& w = wanted[i];
-    plan[i].primaries = static_cast<uint16_t>(std::lround(primaries(w, low)));
-    plan[i].rays = static_cast<uint16_t>(std::lround(rays(w, low)));
+    plan[i].primaries = round(primaries(w, low), more_primaries);
+    if (w.rays > 0) plan[i].rays = round(rays(w, low), more_rays);
     plan[i].candidates = std::clamp(static_cast<float>(kCandidatesPerRay * w.candidates * low),
                                     kMinCandidates, kMaxCandidates);
   }
