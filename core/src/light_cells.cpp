@@ -22,6 +22,8 @@ constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.288675134594812
 constexpr double kFloor = 1e-3;
 /// No cell is wider than this share of a turn: the horizon test takes less than half of one.
 constexpr int kMaxWidthShare = 8;
+/// The urgency of dividing one that is.
+constexpr double kTooWide = 1e300;
 
 inline float mean_of(const Rgb& c) {
   return (c.x + c.y + c.z) * (1 / 3.f);
@@ -155,7 +157,7 @@ void DistantCells::divide(uint32_t count) {
   const int widest = std::max(1, columns / kMaxWidthShare);
   const auto urgency = [&](const Candidate& c) {
     if (c.x1 - c.x0 <= 1 && c.y1 - c.y0 <= 1) return -1.;
-    if (c.x1 - c.x0 > widest) return 1e300;
+    if (c.x1 - c.x0 > widest) return kTooWide;
     const Rectangle r{c.x0, c.y0, c.x1, c.y1};
     const double flux = sum(row_sums_, r), squares = sum(row_squares_, r), angle = solid_angle(c);
     const double variance = std::max(0., squares - flux * flux / angle);
@@ -173,7 +175,7 @@ void DistantCells::divide(uint32_t count) {
   if (upper > 0) push({0, 0, columns, upper, 0, 0});
   if (lower > upper) push({0, upper, columns, lower, 0, 0});
   if (rows > lower) push({0, lower, columns, rows, 0, 0});
-  while (queue.size() < count && queue.top().priority >= 0) {
+  while (queue.top().priority >= (queue.size() < count ? 0 : kTooWide)) {
     const Candidate c = queue.top();
     queue.pop();
     const int width = c.x1 - c.x0, height = c.y1 - c.y0;

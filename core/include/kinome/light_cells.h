@@ -59,7 +59,8 @@ class KINOME_EXPORT DistantCells {
   /// Whatever the number of lanes of a vector: arrays are padded to it.
   static constexpr uint32_t kPadding = 16;
 
-  /// At most `count` cells of the environment `emitter`. A cell may have negative light, if the
+  /// At most `count` cells of the environment `emitter`, but enough that none reaches around an
+  /// eighth of the sphere's turn. A cell may have negative light, if the
   /// environment does; densities are never 0 where there is light.
   DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
                const RenderContext& context);
