@@ -22,6 +22,8 @@ constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.288675134594812
 constexpr double kFloor = 1e-3;
 /// No cell is wider than this share of a turn: the horizon test takes less than half of one.
 constexpr int kMaxWidthShare = 8;
+/// Grids of fewer columns are refined so that their cells can be narrow enough.
+constexpr int kMinColumns = 4;
 /// The urgency of dividing one that is.
 constexpr double kTooWide = 1e300;
 
@@ -46,6 +48,11 @@ struct LessUrgent {
 DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
                            const RenderContext& context)
     : emitter_(emitter), grid_(grid) {
+  if (grid_.columns < kMinColumns) {
+    parts_ = kMinColumns;
+    grid_.columns *= parts_;
+    grid_.first_column *= static_cast<float>(parts_);
+  }
   tabulate(context);
   if (!(sum(row_sums_, {0, 0, grid_.columns, grid_.rows}) > 0)) return;
   divide(std::clamp(count, 1u, kMaxCells));
@@ -372,10 +379,13 @@ void DistantCells::look_up(const Lookup& to, size_t count) const {
   for (size_t i = 0; i < count; ++i) {
     float x = phi[i] * (0.5f * kInvPi) * columns - grid_.first_column;
     if (x < 0) x += columns;
-    places[i] = {x, theta[i] * kInvPi * rows};
+    places[i] = {x / static_cast<float>(parts_), theta[i] * kInvPi * rows};
   }
   // Before the tables, so that they arrive meanwhile.
   const bool has_radiance = emitter_.eval_grid_batch({places.data(), count}, {to.radiance, count});
+  if (parts_ > 1) {
+    for (size_t i = 0; i < count; ++i) places[i].x *= static_cast<float>(parts_);
+  }
   for (size_t i = 0; i < count; ++i) {
     const int column = std::clamp(static_cast<int>(places[i].x), 0, grid_.columns - 1);
     const int row = std::clamp(static_cast<int>(places[i].y), 0, grid_.rows - 1);
