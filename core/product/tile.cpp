@@ -19,6 +19,9 @@ constexpr float kConeMargin = 0.0175f;
 /// Distances from the plane, in widths of the tile.
 constexpr float kPlaneWidths = 1;
 constexpr size_t kMaxPatches = 48;
+/// What is dark along the azimuth that is probed may be bright along another: no cell is left
+/// without rays.
+constexpr float kLeastTransmittance = 0.1f;
 /// Random directions that tell a lobe's width.
 constexpr size_t kLobeProbes = 31;
 
@@ -64,7 +67,8 @@ void probe_transmittance(const SurfaceInteraction& si, Patch& patch) {
   patch.bsdf->eval_pdf(si, Lobe::kDiffuse, {x, y, z, kSteps}, {r, g, b, nullptr});
   for (size_t k = 0; k < kSteps; ++k) {
     const float lambertian = mean_of(patch.diffuse) * kInvPi * cosine_of(k);
-    patch.transmittance[k] = std::clamp(mean_of({r[k], g[k], b[k]}) / lambertian, 0.f, 4.f);
+    const float factor = mean_of({r[k], g[k], b[k]}) / lambertian;
+    patch.transmittance[k] = std::clamp(factor, kLeastTransmittance, 4.f);
   }
 }
 
@@ -252,6 +256,7 @@ Patch start_patch(const TilePrimaries& primaries, size_t i) {
   patch.tolerance = kPlaneWidths * primaries.width_at(si.t);
   patch.diffuse = primaries.diffuse[i];
   patch.lobe = probe_lobe(*patch.bsdf, si);
+  patch.transmittance.fill(1);  // other points may reflect where this one is black
   if (mean_of(patch.diffuse) > 0 && !patch.bsdf->has_lambertian_diffuse()) {
     probe_transmittance(si, patch);
   }
