@@ -22,8 +22,8 @@ constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.288675134594812
 constexpr double kFloor = 1e-3;
 /// No cell is wider than this share of a turn: the horizon test takes less than half of one.
 constexpr int kMaxWidthShare = 8;
-/// Grids of fewer columns are refined so that their cells can be narrow enough.
-constexpr int kMinColumns = 4;
+/// Coarser grids are refined: quads must be small for quadrature by four points, and cells narrow.
+constexpr int kMinColumns = 32, kMinRows = 16;
 /// The urgency of dividing one that is.
 constexpr double kTooWide = 1e300;
 
@@ -48,11 +48,11 @@ struct LessUrgent {
 DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
                            const RenderContext& context)
     : emitter_(emitter), grid_(grid) {
-  if (grid_.columns < kMinColumns) {
-    parts_ = kMinColumns;
-    grid_.columns *= parts_;
-    grid_.first_column *= static_cast<float>(parts_);
-  }
+  columns_parts_ = (kMinColumns + grid_.columns - 1) / grid_.columns;
+  rows_parts_ = (kMinRows + grid_.rows - 1) / grid_.rows;
+  grid_.columns *= columns_parts_;
+  grid_.rows *= rows_parts_;
+  grid_.first_column *= static_cast<float>(columns_parts_);
   tabulate(context);
   if (!(sum(row_sums_, {0, 0, grid_.columns, grid_.rows}) > 0)) return;
   divide(std::clamp(count, 1u, kMaxCells));
@@ -379,16 +379,18 @@ void DistantCells::look_up(const Lookup& to, size_t count) const {
   for (size_t i = 0; i < count; ++i) {
     float x = phi[i] * (0.5f * kInvPi) * columns - grid_.first_column;
     if (x < 0) x += columns;
-    places[i] = {x / static_cast<float>(parts_), theta[i] * kInvPi * rows};
+    places[i] = {x, theta[i] * kInvPi * rows};
+  }
+  const Vec2 parts(static_cast<float>(columns_parts_), static_cast<float>(rows_parts_));
+  if (columns_parts_ > 1 || rows_parts_ > 1) {
+    for (size_t i = 0; i < count; ++i) places[i] /= parts;
   }
   // Before the tables, so that they arrive meanwhile.
   const bool has_radiance = emitter_.eval_grid_batch({places.data(), count}, {to.radiance, count});
-  if (parts_ > 1) {
-    for (size_t i = 0; i < count; ++i) places[i].x *= static_cast<float>(parts_);
-  }
   for (size_t i = 0; i < count; ++i) {
-    const int column = std::clamp(static_cast<int>(places[i].x), 0, grid_.columns - 1);
-    const int row = std::clamp(static_cast<int>(places[i].y), 0, grid_.rows - 1);
+    const Vec2 place = places[i] * parts;
+    const int column = std::clamp(static_cast<int>(place.x), 0, grid_.columns - 1);
+    const int row = std::clamp(static_cast<int>(place.y), 0, grid_.rows - 1);
     const size_t quad = static_cast<size_t>(row) * grid_.columns + column;
     to.cell[i] = cell_of_quad_[quad];
     to.density[i] = luminance_[quad] * inverse_flux_[to.cell[i]];

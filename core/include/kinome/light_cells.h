@@ -115,7 +115,8 @@ class KINOME_EXPORT DistantCells {
 
   const Emitter& emitter_;
   EnvironmentGrid grid_;
-  int parts_ = 1;  ///< columns of grid_ for each of the emitter's
+  int columns_parts_ = 1;  ///< columns of grid_ for each of the emitter's
+  int rows_parts_ = 1;
   uint32_t size_ = 0;
   std::vector<float> luminance_;       ///< of each quad: importance per solid angle
   std::vector<double> row_sums_;       ///< of luminance x solid angle, rows of columns + 1
