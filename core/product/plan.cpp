@@ -23,20 +23,27 @@ struct Wanted {
   float primaries, rays, candidates;
 };
 
-/// Reads a map with its border repeated.
+/// Reads a map with its border repeated, in units of what is typical for it: squares of the
+/// faintest and the brightest light stay within a float.
 class Neighbours {
  public:
-  Neighbours(const std::vector<PixelForecast>& forecast, int width, int height)
-      : forecast_(forecast), width_(width), height_(height) {}
-  const PixelForecast& operator()(int x, int y) const {
+  Neighbours(const std::vector<PixelForecast>& forecast, int width, int height, double unit)
+      : forecast_(forecast), width_(width), height_(height), scale_(1 / unit) {}
+  PixelForecast operator()(int x, int y) const {
     x = std::clamp(x, 0, width_ - 1);
     y = std::clamp(y, 0, height_ - 1);
-    return forecast_[static_cast<size_t>(y) * width_ + x];
+    PixelForecast p = forecast_[static_cast<size_t>(y) * width_ + x];
+    p.mean = static_cast<float>(p.mean * scale_);
+    p.variance = static_cast<float>(p.variance * scale_ * scale_);
+    p.uncertainty = static_cast<float>(p.uncertainty * scale_);
+    p.glossy_variance = static_cast<float>(p.glossy_variance * scale_ * scale_);
+    return p;
   }
 
  private:
   const std::vector<PixelForecast>& forecast_;
   int width_, height_;
+  double scale_;
 };
 
 float squared_gradient(const Neighbours& at, int x, int y) {
@@ -48,13 +55,13 @@ float squared_gradient(const Neighbours& at, int x, int y) {
 }
 
 /// Expectations around a pixel: over 3x3 pixels, or 5x5 where lobes are sharp.
-Wanted wanted_at(const Neighbours& at, int x, int y, float scale2) {
-  const PixelForecast& here = at(x, y);
+Wanted wanted_at(const Neighbours& at, int x, int y) {
+  const PixelForecast here = at(x, y);
   const int reach = here.sharp ? 2 : 1;
   float mean = 0, mean2 = 0, variance = 0, uncertainty = 0, glossy = 0;
   for (int dy = -reach; dy <= reach; ++dy) {
     for (int dx = -reach; dx <= reach; ++dx) {
-      const PixelForecast& p = at(x + dx, y + dy);
+      const PixelForecast p = at(x + dx, y + dy);
       mean += p.mean;
       mean2 += p.mean * p.mean;
       variance += p.variance;
@@ -73,7 +80,7 @@ Wanted wanted_at(const Neighbours& at, int x, int y, float scale2) {
     level = mean;
     factor = kSharpPrimaryFactor;
   }
-  const float relative = 1 / (level * level + 0.01f * scale2);
+  const float relative = 1 / (level * level + 0.01f);
   const float edges = squared_gradient(at, x, y) / 16;
   const auto power = [](float v) { return v > 0 ? std::pow(v, kExponent) : 0.f; };
   Wanted wanted;
@@ -89,16 +96,19 @@ Wanted wanted_at(const Neighbours& at, int x, int y, float scale2) {
 std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int width, int height,
                                 double rays_per_pixel, bool adaptive) {
   const size_t count = forecast.size();
-  double mean = 0;
-  for (const PixelForecast& p : forecast) mean += p.mean;
-  mean /= static_cast<double>(count);
-  const auto scale2 = static_cast<float>(mean * mean);
-  const Neighbours at(forecast, width, height);
+  double mean = 0, uncertainty = 0;
+  for (const PixelForecast& p : forecast) {
+    mean += p.mean;
+    uncertainty += p.uncertainty;
+  }
+  // Where no light is expected at all, doubt is all that there is to go by.
+  const double unit = mean > 0 ? mean : uncertainty > 0 ? uncertainty : 1.;
+  const Neighbours at(forecast, width, height, unit / static_cast<double>(count));
   std::vector<Wanted> wanted(count);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const size_t i = static_cast<size_t>(y) * width + x;
-      wanted[i] = wanted_at(at, x, y, scale2);
+      wanted[i] = wanted_at(at, x, y);
       if (!adaptive) {
         wanted[i].primaries = 0.2f;
         wanted[i].rays = wanted[i].rays > 0 ? 1.f : 0.f;
@@ -120,10 +130,18 @@ std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int 
     (total > rays_per_pixel * static_cast<double>(count) ? high : low) = scale;
   }
   std::vector<PixelPlan> plan(count);
+  // What rounding takes from one pixel is given to the next: pixels that are all alike would
+  // otherwise all miss the budget in one direction.
+  float more_primaries = 0, more_rays = 0;
+  const auto round = [](float wish, float& more) {
+    const auto whole = static_cast<uint16_t>(std::lround(wish + more));
+    more += wish - static_cast<float>(whole);
+    return whole;
+  };
   for (size_t i = 0; i < count; ++i) {
     const Wanted& w = wanted[i];
-    plan[i].primaries = static_cast<uint16_t>(std::lround(primaries(w, low)));
-    plan[i].rays = static_cast<uint16_t>(std::lround(rays(w, low)));
+    plan[i].primaries = round(primaries(w, low), more_primaries);
+    if (w.rays > 0) plan[i].rays = round(rays(w, low), more_rays);
     plan[i].candidates = std::clamp(static_cast<float>(kCandidatesPerRay * w.candidates * low),
                                     kMinCandidates, kMaxCandidates);
   }

@@ -31,6 +31,9 @@ constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 constexpr uint64_t kPilotSeed = 0x70696c6f74, kPassSeed = 0x70617373;
 /// Variances of candidates are small beside what shadows add.
 constexpr float kGlossyFactor = 2;
+/// Whatever is planned: surfaces that the pilot missed, such as thin ones, must not be left to
+/// control terms.
+constexpr uint32_t kLeastRays = 2;
 
 }  // namespace
 
@@ -361,7 +364,7 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
     Estimator::Unit unit;
     unit.first = work.primaries.first(i);
     unit.end = work.primaries.first(i + 1);
-    unit.rays = plan[pixel].rays;
+    unit.rays = std::max<uint32_t>(plan[pixel].rays, kLeastRays);
     unit.candidates = plan[pixel].candidates;
     unit.seed = hash_words(seed, pixel, 2);
     Rgb& sum = work.sums.emplace_back(0.f);

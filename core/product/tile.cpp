@@ -19,6 +19,9 @@ constexpr float kConeMargin = 0.0175f;
 /// Distances from the plane, in widths of the tile.
 constexpr float kPlaneWidths = 1;
 constexpr size_t kMaxPatches = 48;
+/// What is dark along the azimuth that is probed may be bright along another: no cell is left
+/// without rays.
+constexpr float kLeastTransmittance = 0.1f;
 /// Random directions that tell a lobe's width.
 constexpr size_t kLobeProbes = 31;
 
@@ -62,7 +65,8 @@ void probe_transmittance(const SurfaceInteraction& si, Patch& patch) {
   patch.bsdf->eval_pdf(si, Lobe::kDiffuse, {x, y, z, kSteps}, {r, g, b, nullptr});
   for (int k = 0; k < kSteps; ++k) {
     const float lambertian = mean_of(patch.diffuse) * kInvPi * cosine_of(k);
-    patch.probed[k] = std::clamp(mean_of({r[k], g[k], b[k]}) / lambertian, 0.f, 4.f);
+    const float factor = mean_of({r[k], g[k], b[k]}) / lambertian;
+    patch.probed[k] = std::clamp(factor, kLeastTransmittance, 4.f);
   }
 }
 
@@ -107,8 +111,9 @@ float FilterSampler::place_1d(int pixel, float u, int low, int high) const {
     const float part = width > 0 ? (share - cumulated_[bin]) / width : 0.5f;
     at = radius_ * (2 * (static_cast<float>(bin) + std::min(part, 1.f)) / kBins - 1);
   }
-  return std::clamp(centre + at, static_cast<float>(low),
-                    std::nextafter(static_cast<float>(high), 0.f));
+  // Far from the origin, sums round up to the filter's end, which is the next pixel's of a box.
+  const float last = std::min(static_cast<float>(high), centre + radius_);
+  return std::clamp(centre + at, static_cast<float>(low), std::nextafter(last, 0.f));
 }
 
 Vec2 FilterSampler::place(int x, int y, const Vec2& u, const Rect& region) const {
@@ -259,6 +264,7 @@ Patch start_patch(const TilePrimaries& primaries, size_t i, const std::optional<
   patch.diffuse = primaries.diffuse[i];
   patch.is_described = form.has_value();
   if (form) patch.form = *form;
+  patch.probed.fill(1);  // other points may reflect where this one is black
   if (!form && mean_of(patch.diffuse) > 0) probe_transmittance(si, patch);
   if (form && is_microfacet(*form)) {
     patch.lobe = {form->alpha_u, form->alpha_v};

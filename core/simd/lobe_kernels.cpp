@@ -108,11 +108,11 @@ void LobeDensity(const HalfVectorLobe& lobe, const PointFrames& frames, const ui
                hn::Add(w.z, hn::LoadU(d, dz + i))};
     // Unnormalised: D is homogeneous in h, D cos / (4 w.h) = hh² (h.n) / (pi au av q² 4 (w.h)).
     const V hh = dot(h, h), hn_ = dot(h, n), wh = dot(w, h);
-    const V hu = dot(h, t);
-    // The second tangential part, squared: what is left of hh.
-    const V hv2 = hn::Max(zero, hn::NegMulAdd(hu, hu, hn::NegMulAdd(hn_, hn_, hh)));
-    const V q =
-        hn::MulAdd(hn::Mul(hu, hu), inverse_u2, hn::MulAdd(hv2, inverse_v2, hn::Mul(hn_, hn_)));
+    // Both tangential parts: what hh leaves of the second one would be lost in the rounding of hh
+    // where the lobe is sharp.
+    const V hu = dot(h, t), hv = dot(h, cross(n, t));
+    const V q = hn::MulAdd(hn::Mul(hu, hu), inverse_u2,
+                           hn::MulAdd(hn::Mul(hv, hv), inverse_v2, hn::Mul(hn_, hn_)));
     const V value = hn::Div(hn::Mul(norm, hn::Mul(hn::Mul(hh, hh), hn_)),
                             hn::Max(hn::Mul(hn::Mul(q, q), wh), hn::Set(d, 1e-30f)));
     const auto valid = hn::And(hn::Gt(hn_, zero), hn::Gt(wh, hn::Set(d, 1e-12f)));

@@ -87,8 +87,8 @@ void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& 
                       float control[3], float* block_sums);
 
 /// Coordinates of unit directions of a local space, d = (sin phi sin theta, cos theta,
-/// -cos phi sin theta): phi in [0, 2 pi) and theta in [0, pi], both within 4e-7. `to_local` is a
-/// matrix by rows.
+/// -cos phi sin theta): phi in [0, 2 pi] to 5e-7, as an arc, and theta in [0, pi] to 4e-7.
+/// `to_local` is a matrix by rows.
 void polar_angles(const float to_local[9], const float* dx, const float* dy, const float* dz,
                   size_t count, float* phi, float* theta);
 

@@ -22,6 +22,10 @@ constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.288675134594812
 constexpr double kFloor = 1e-3;
 /// No cell is wider than this share of a turn: the horizon test takes less than half of one.
 constexpr int kMaxWidthShare = 8;
+/// Coarser grids are refined: quads must be small for quadrature by four points, and cells narrow.
+constexpr int kMinColumns = 32, kMinRows = 16;
+/// The urgency of dividing one that is.
+constexpr double kTooWide = 1e300;
 
 inline float mean_of(const Rgb& c) {
   return (c.x + c.y + c.z) * (1 / 3.f);
@@ -44,6 +48,11 @@ struct LessUrgent {
 DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
                            const RenderContext& context)
     : emitter_(emitter), grid_(grid) {
+  columns_parts_ = (kMinColumns + grid_.columns - 1) / grid_.columns;
+  rows_parts_ = (kMinRows + grid_.rows - 1) / grid_.rows;
+  grid_.columns *= columns_parts_;
+  grid_.rows *= rows_parts_;
+  grid_.first_column *= static_cast<float>(columns_parts_);
   tabulate(context);
   if (!(sum(row_sums_, {0, 0, grid_.columns, grid_.rows}) > 0)) return;
   divide(std::clamp(count, 1u, kMaxCells));
@@ -81,6 +90,14 @@ double DistantCells::sum(const std::vector<double>& row_sums, const Rectangle& r
   return total;
 }
 
+bool DistantCells::eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const {
+  if (columns_parts_ > 1 || rows_parts_ > 1) {
+    const Vec2 parts(static_cast<float>(columns_parts_), static_cast<float>(rows_parts_));
+    for (Vec2& place : places) place /= parts;
+  }
+  return emitter_.eval_grid_batch(places, radiance);
+}
+
 void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& points) const {
   const size_t count = static_cast<size_t>(x1 - x0) * 4;
   points.places.resize(count);
@@ -102,7 +119,7 @@ void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& point
   }
   const double scale = 0.5 * quad_solid_angle(row) / (sines[0] + sines[1]);
   for (int g = 0; g < 2; ++g) points.weights[g] = sines[g] * scale;
-  if (!emitter_.eval_grid_batch(points.places, points.radiance)) {
+  if (!eval_grid(points.places, points.radiance)) {
     emitter_.eval_environment_batch(points.directions, points.radiance, {});
   }
 }
@@ -115,7 +132,7 @@ void DistantCells::find_quad_points(int row, GaussPoints& points) const {
     for (int x = 0; x < grid_.columns; ++x) {
       points.places[x] = {static_cast<float>(x) + 0.5f, static_cast<float>(row) + 0.5f};
     }
-    if (emitter_.eval_grid_batch(points.places, points.radiance)) return;
+    if (eval_grid(points.places, points.radiance)) return;
   }
   find_gauss_points(row, 0, grid_.columns, points);
 }
@@ -175,7 +192,7 @@ void DistantCells::divide(uint32_t count) {
   const int widest = std::max(1, columns / kMaxWidthShare);
   const auto urgency = [&](const Candidate& c) {
     if (c.x1 - c.x0 <= 1 && c.y1 - c.y0 <= 1) return -1.;
-    if (c.x1 - c.x0 > widest) return 1e300;
+    if (c.x1 - c.x0 > widest) return kTooWide;
     const Rectangle r{c.x0, c.y0, c.x1, c.y1};
     const double flux = sum(row_sums_, r), squares = sum(row_squares_, r), angle = solid_angle(c);
     const double variance = std::max(0., squares - flux * flux / angle);
@@ -193,7 +210,7 @@ void DistantCells::divide(uint32_t count) {
   if (upper > 0) push({0, 0, columns, upper, 0, 0});
   if (lower > upper) push({0, upper, columns, lower, 0, 0});
   if (rows > lower) push({0, lower, columns, rows, 0, 0});
-  while (queue.size() < count && queue.top().priority >= 0) {
+  while (queue.top().priority >= (queue.size() < count ? 0 : kTooWide)) {
     const Candidate c = queue.top();
     queue.pop();
     const int width = c.x1 - c.x0, height = c.y1 - c.y0;
@@ -380,7 +397,7 @@ void DistantCells::look_up(const Lookup& to, size_t count) const {
         std::clamp(static_cast<int>(x), 0, grid_.columns - 1));
     __builtin_prefetch(&quads_[quad_indices[i]]);
   }
-  const bool has_radiance = emitter_.eval_grid_batch({places.data(), count}, {to.radiance, count});
+  const bool has_radiance = eval_grid({places.data(), count}, {to.radiance, count});
   for (size_t i = 0; i < count; ++i) {
     const Quad& quad = quads_[quad_indices[i]];
     to.cell[i] = quad.cell;

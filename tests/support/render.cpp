@@ -143,6 +143,12 @@ std::vector<Estimate> estimate_pixels(const Scene& scene, int renders, uint64_t 
                   [&](uint64_t seed) { return colours(render_scene(scene, seed)); });
 }
 
+std::vector<Estimate> estimate_tiles(const Scene& scene, int renders, int tile,
+                                     uint64_t first_seed) {
+  return estimate(renders, first_seed,
+                  [&](uint64_t seed) { return colours(render_scene(scene, seed), tile); });
+}
+
 std::vector<Estimate> estimate_differences(const Scene& a, const Scene& b, int renders, int tile,
                                            uint64_t first_seed) {
   return estimate(renders, first_seed, [&](uint64_t seed) {

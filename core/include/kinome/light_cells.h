@@ -59,7 +59,8 @@ class KINOME_EXPORT DistantCells {
   /// Whatever the number of lanes of a vector: arrays are padded to it.
   static constexpr uint32_t kPadding = 16;
 
-  /// At most `count` cells of the environment `emitter`. A cell may have negative light, if the
+  /// At most `count` cells of the environment `emitter`, but enough that none reaches around an
+  /// eighth of the sphere's turn. A cell may have negative light, if the
   /// environment does; densities are never 0 where there is light.
   DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
                const RenderContext& context);
@@ -116,6 +117,8 @@ class KINOME_EXPORT DistantCells {
     double weights[2];  ///< of the upper and lower two; a quad's solid angle is twice their sum
   };
   void find_gauss_points(int row, int x0, int x1, GaussPoints& points) const;
+  /// Emitter::eval_grid_batch at places of grid_, which become the emitter's own.
+  bool eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const;
   /// As many for each quad of a row as its importance takes.
   void find_quad_points(int row, GaussPoints& points) const;
   float quad_solid_angle(int row) const;
@@ -124,6 +127,8 @@ class KINOME_EXPORT DistantCells {
 
   const Emitter& emitter_;
   EnvironmentGrid grid_;
+  int columns_parts_ = 1;  ///< columns of grid_ for each of the emitter's
+  int rows_parts_ = 1;
   uint32_t size_ = 0;
   std::vector<float> luminance_;     ///< of each quad: importance per solid angle
   std::vector<double> row_sums_;     ///< of luminance x solid angle, rows of columns + 1

@@ -1,0 +1,431 @@
+// `clustered` with importance = product has the expectation of `direct`: z-tests over tiles of
+// pixels and over the picture, for each kind of material, light, camera, film and budget. Every
+// z-test alarms falsely at a rate of 1e-4.
+#include <gtest/gtest.h>
+
+#include "direct_scenes.h"
+#include "support/png.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr double kAlpha = 1e-4;
+
+const TemporaryFolder& folder() {
+  static const TemporaryFolder instance;
+  return instance;
+}
+
+/// A dim, coloured sky with a strong sun, a weaker one near the horizon, and one negative texel.
+Rgb harsh(int x, int y) {
+  if (x == 20 && y == 7) return {300, 270, 150};
+  if (x == 3 && y == 14) return {10, 30, 70};
+  if (x == 9 && y == 3) return Rgb(-0.01f);
+  const float shade = 0.3f + 0.2f * std::sin(0.4f * static_cast<float>(x + 2 * y));
+  return {shade, 0.8f * shade, 1.3f * shade};
+}
+std::string map_xml(const std::string& name, int width, int height, Rgb (*texel)(int, int),
+                    const std::string& transform = "") {
+  Image image{width, height, {"R", "G", "B"}, {}};
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const Rgb c = texel(x, y);
+      image.data.insert(image.data.end(), {c.x, c.y, c.z});
+    }
+  }
+  const std::string path = folder().path(name + ".pfm");
+  write_pfm(path, image);
+  return "<emitter type=\"envmap\"><string name=\"filename\" value=\"" + path +
+         "\"/><transform name=\"to_world\">" + transform + "</transform></emitter>";
+}
+std::string sun_xml() {
+  return map_xml("sun", 32, 17, harsh);
+}
+
+std::string number(const std::string& name, double value) {
+  return "<float name=\"" + name + "\" value=\"" + std::to_string(value) + "\"/>";
+}
+std::string integer(const std::string& name, int value) {
+  return "<integer name=\"" + name + "\" value=\"" + std::to_string(value) + "\"/>";
+}
+std::string off(const std::string& name) {
+  return "<boolean name=\"" + name + "\" value=\"false\"/>";
+}
+std::string bsdf(const std::string& type, const std::string& parameters = "") {
+  return "<bsdf type=\"" + type + "\">" + parameters + "</bsdf>";
+}
+const std::string kGrey = diffuse_xml(".6 .5 .4");
+
+/// Spheres and a box over a floor: shadows, grazing angles, horizons that cut cells.
+std::string shapes_xml(const std::string& material) {
+  return R"(<shape type="sphere"><point name="center" x="-.7" y=".7" z="0"/>
+      <float name="radius" value=".7"/>)" +
+         material + R"(</shape><shape type="sphere"><point name="center" x="1" y=".4" z=".8"/>
+      <float name="radius" value=".4"/>)" +
+         material + R"(</shape><shape type="cube"><transform name="to_world">
+      <scale x=".2" y="1.2" z=".5"/><rotate y="1" angle="30"/><translate x=".6" y="1" z="-1"/>
+      </transform>)" +
+         material + R"(</shape><shape type="rectangle"><transform name="to_world">
+      <scale value="5"/><rotate x="1" angle="-90"/></transform>)" +
+         material + "</shape>";
+}
+
+struct Setup {
+  std::string shapes = shapes_xml(kGrey);
+  std::string light = sun_xml();
+  std::string parameters;  ///< of the integrator
+  double rays = 12;
+  std::string film = integer("width", 16) + integer("height", 12) + "<rfilter type=\"box\"/>";
+  std::string sensor = "perspective";
+  std::string optics = number("fov", 45);
+  double scale = 1;  ///< of the world
+  bool hide = true;
+  int direct_samples = 16;
+};
+
+std::unique_ptr<Scene> make_scene(const Setup& s, const std::string& integrator, int samples) {
+  const std::string scaled =
+      s.scale == 1 ? "" : "<scale value=\"" + std::to_string(s.scale) + "\"/>";
+  const auto at = [&](double v) { return std::to_string(v * s.scale); };
+  return scene_from("<scene version=\"3.0.0\">" + integrator + "<sensor type=\"" + s.sensor +
+                    "\">" + s.optics + "<transform name=\"to_world\"><lookat origin=\"" + at(0) +
+                    "," + at(2) + "," + at(5) + "\" target=\"" + at(0) + "," + at(.4) + "," +
+                    at(0) + "\" up=\"0,1,0\"/></transform><sampler type=\"independent\">" +
+                    integer("sample_count", samples) + "</sampler><film type=\"hdrfilm\">" +
+                    s.film + "</film></sensor>" + s.shapes + s.light + "</scene>");
+}
+std::string hidden(const Setup& s) {
+  return s.hide ? "<boolean name=\"hide_emitters\" value=\"true\"/>" : "";
+}
+std::unique_ptr<Scene> product_scene(const Setup& s) {
+  return make_scene(s,
+                    "<integrator type=\"clustered\"><string name=\"importance\" value=\"product\"/>" +
+                        number("rays_per_pixel", s.rays) + hidden(s) + s.parameters +
+                        "</integrator>",
+                    8);
+}
+std::unique_ptr<Scene> direct_scene(const Setup& s) {
+  return make_scene(s, "<integrator type=\"direct\">" + hidden(s) + "</integrator>",
+                    s.direct_samples);
+}
+
+void expect_unbiased(const Setup& s, int renders = kRenders, int tile = 4) {
+  const auto product = estimate_tiles(*product_scene(s), renders, tile);
+  const auto direct = estimate_tiles(*direct_scene(s), kRenders, tile, 5000);
+  expect_equal(product, direct, kAlpha, "product");
+}
+
+struct Case {
+  const char* name;
+  Setup setup;
+};
+Case with(const char* name, const std::function<void(Setup&)>& change) {
+  Case c{name, {}};
+  change(c.setup);
+  return c;
+}
+Case of_material(const char* name, const std::string& material) {
+  return with(name, [&](Setup& s) { s.shapes = shapes_xml(material); });
+}
+
+/// Normals up to 40 degrees aside, texel by texel.
+std::string normal_map(const std::string& nested) {
+  std::vector<uint8_t> texels;
+  const uint8_t normals[4][3] = {{210, 128, 220}, {128, 128, 255}, {60, 90, 220}, {128, 200, 220}};
+  for (int i = 0; i < 64; ++i) {
+    for (int c = 0; c < 3; ++c) texels.push_back(normals[(i + i / 8) % 4][c]);
+  }
+  const std::string path = folder().path("normals.png");
+  write_png(path, 8, 8, 3, texels);
+  return bsdf("normalmap", "<texture name=\"normalmap\" type=\"bitmap\"><string name=\"filename\" "
+                           "value=\"" + path + "\"/><boolean name=\"raw\" value=\"true\"/></texture>" +
+                               nested);
+}
+std::string checkerboard(const std::string& name) {
+  return "<texture type=\"checkerboard\" name=\"" + name +
+         "\"><rgb name=\"color0\" value=\"0 0 0\"/><rgb name=\"color1\" value=\".9 .5 .2\"/>"
+         "<transform name=\"to_uv\"><scale value=\"7\"/></transform></texture>";
+}
+std::string metal(double alpha) {
+  return bsdf("roughconductor", number("alpha", alpha));
+}
+
+class Unbiased : public testing::TestWithParam<Case> {};
+TEST_P(Unbiased, AsDirectIs) {
+  expect_unbiased(GetParam().setup);
+}
+
+std::vector<Case> materials() {
+  return {
+      of_material("Diffuse", kGrey),
+      of_material("Textured", bsdf("diffuse", checkerboard("reflectance"))),
+      of_material("Twosided", bsdf("twosided", kGrey)),
+      of_material("Phong", bsdf("phong", number("exponent", 40))),
+      of_material("WardAnisotropic",
+                  bsdf("ward", number("alpha_u", .05) + number("alpha_v", .3))),
+      of_material("RoughPlastic", bsdf("roughplastic", number("alpha", .1))),
+      of_material("RoughPlasticTextured",
+                  bsdf("roughplastic", number("alpha", .3) + checkerboard("diffuse_reflectance"))),
+      of_material("SharpMetal", metal(.02)),
+      of_material("SharpestMetal", metal(.0005)),
+      of_material("WideMetal", metal(.4)),
+      of_material("Mirror", bsdf("conductor")),
+      of_material("Plastic", bsdf("plastic")),
+      of_material("NormalMap", normal_map(kGrey)),
+      of_material("NormalMapOnPlastic", normal_map(bsdf("roughplastic", number("alpha", .2)))),
+      of_material("NormalMapOnMetal", normal_map(metal(.1))),
+      of_material("NormalMapOnBothSides", bsdf("twosided", normal_map(kGrey))),
+  };
+}
+INSTANTIATE_TEST_SUITE_P(Materials, Unbiased, testing::ValuesIn(materials()),
+                         [](const auto& c) { return std::string(c.param.name); });
+
+std::vector<Case> lights() {
+  const auto light = [](const char* name, const std::string& xml) {
+    return with(name, [&](Setup& s) { s.light = xml; });
+  };
+  const auto one_texel = [](int x, int y) {
+    return x == 12 && y == 5 ? Rgb(500, 300, 100) : Rgb(0.f);
+  };
+  const auto pole = [](int x, int y) {
+    return y == 0 && x == 5 ? Rgb(900, 700, 500) : Rgb(0.1f, 0.2f, 0.3f);
+  };
+  const auto coarse = [](int x, int y) {
+    return Rgb(0.3f + 0.5f * static_cast<float>(x), 0.2f + static_cast<float>(y * y), 1);
+  };
+  return {
+      light("Constant", constant_xml("1 .8 .6")),
+      light("OneLitTexel", map_xml("texel", 32, 17, one_texel)),
+      light("SunAtThePole", map_xml("pole", 16, 9, pole)),
+      light("Turned", map_xml("turned", 32, 17, harsh,
+                              "<rotate x=\"1\" angle=\"40\"/><rotate y=\"1\" angle=\"70\"/>")),
+      light("Map1x1", map_xml("1x1", 1, 1, coarse)),
+      light("Map1x7", map_xml("1x7", 1, 7, coarse)),
+      light("Map2x2", map_xml("2x2", 2, 2, coarse)),
+      light("Map5x1", map_xml("5x1", 5, 1, coarse)),
+      light("Faint", constant_xml("1e-20")),
+      light("Glaring", constant_xml("1e15")),
+  };
+}
+INSTANTIATE_TEST_SUITE_P(Lights, Unbiased, testing::ValuesIn(lights()),
+                         [](const auto& c) { return std::string(c.param.name); });
+
+std::vector<Case> settings() {
+  std::vector<Case> all;
+  const auto parameter = [&](const char* name, const std::string& xml) {
+    all.push_back(with(name, [&](Setup& s) { s.parameters = xml; }));
+  };
+  const auto rays = [&](const char* name, double count) {
+    all.push_back(with(name, [&](Setup& s) {
+      s.rays = count;
+      s.shapes = shapes_xml(bsdf("roughplastic", number("alpha", .1)));
+    }));
+  };
+  parameter("NoControlVariate", off("control_variate"));
+  parameter("NoLearnedSigma", off("learned_sigma"));
+  parameter("NotAdaptive", off("adaptive"));
+  parameter("NothingLearned",
+            off("control_variate") + off("learned_sigma") + off("adaptive"));
+  parameter("OneCell", integer("cut_size", 1));
+  parameter("FewCells", integer("cut_size", 20));
+  parameter("ManyCells", integer("cut_size", 100000));
+  rays("Rays2", 2);
+  rays("Rays6", 6);
+  rays("Rays48", 48);
+  all.push_back(with("Huge", [](Setup& s) { s.scale = 1e4; }));
+  all.push_back(with("Tiny", [](Setup& s) { s.scale = 1e-4; }));
+  for (Case& c : all) {
+    if (c.setup.scale == 1) continue;
+    // The world is scaled whole; shapes are measured in it.
+    const std::string scale = "<scale value=\"" + std::to_string(c.setup.scale) + "\"/>";
+    const auto in = [&](const std::string& before) {
+      return "<shape type=\"" + before + "\"><transform name=\"to_world\">";
+    };
+    const std::string end = scale + "</transform>" + kGrey + "</shape>";
+    c.setup.shapes = in("sphere") + "<scale value=\".7\"/><translate y=\".7\"/>" + end +
+                     in("rectangle") + "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>" + end;
+  }
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Settings, Unbiased, testing::ValuesIn(settings()),
+                         [](const auto& c) { return std::string(c.param.name); });
+
+/// Films of direct are weighted means, whose bias falls with the number of samples.
+std::vector<Case> cameras() {
+  const auto film = [](const char* name, const std::string& xml, int samples = 16) {
+    return with(name, [&](Setup& s) {
+      s.film = xml;
+      s.direct_samples = samples;
+    });
+  };
+  const std::string size = integer("width", 16) + integer("height", 12);
+  const std::string crop = integer("crop_offset_x", 5) + integer("crop_offset_y", 2) +
+                           integer("crop_width", 9) + integer("crop_height", 7);
+  const std::string border = "<boolean name=\"sample_border\" value=\"true\"/>";
+  const auto filter = [](const char* type) {
+    return "<rfilter type=\"" + std::string(type) + "\"/>";
+  };
+  std::vector<Case> all = {
+      film("Gaussian", size + filter("gaussian"), 128),
+      film("Tent", size + filter("tent"), 128),
+      film("Crop", size + crop + filter("box")),
+      film("CropGaussian", size + crop + filter("gaussian"), 128),
+      film("BorderGaussian", size + crop + border + filter("gaussian"), 128),
+      film("OnePixel", integer("width", 1) + integer("height", 1) + filter("box"), 256),
+      film("OnePixelGaussian", integer("width", 1) + integer("height", 1) + filter("gaussian"),
+           512),
+      film("FiveByThree", integer("width", 5) + integer("height", 3) + filter("box"), 64),
+      film("Wide", integer("width", 61) + integer("height", 2) + filter("box")),
+      film("Tall", integer("width", 2) + integer("height", 41) + filter("box")),
+  };
+  all.push_back(with("ThinLens", [](Setup& s) {
+    s.sensor = "thinlens";
+    s.optics += number("aperture_radius", .3) + number("focus_distance", 5);
+  }));
+  all.push_back(with("Orthographic", [](Setup& s) {
+    s.sensor = "orthographic";
+    s.optics = "";
+  }));
+  all.push_back(with("VisibleSky", [](Setup& s) {
+    s.hide = false;
+    s.light = constant_xml("1 .5 .25");
+  }));
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Cameras, Unbiased, testing::ValuesIn(cameras()),
+                         [](const auto& c) { return std::string(c.param.name); });
+
+/// Objects that most pixels' pilot rays miss: their light must not depend on it.
+TEST(Product, ThinObjectsAreNotLost) {
+  Setup s;
+  s.film = integer("width", 6) + integer("height", 6) + "<rfilter type=\"box\"/>";
+  s.light = constant_xml("1 .8 .6");
+  s.shapes.clear();
+  for (int i = 0; i < 12; ++i) {
+    s.shapes += "<shape type=\"sphere\"><point name=\"center\" x=\"" +
+                std::to_string(.31 * i - 1.7) + "\" y=\"" + std::to_string(.17 * (i % 7)) +
+                "\" z=\"0\"/><float name=\"radius\" value=\".12\"/>" + kGrey + "</shape>";
+  }
+  s.direct_samples = 256;
+  expect_unbiased(s, 512, 6);
+}
+
+/// The mean of many cheap renders against one long one, pixel by pixel.
+TEST(Product, ManyCheapRendersAreOneGoodOne) {
+  Setup s;
+  s.rays = 8;
+  s.direct_samples = 64;
+  expect_unbiased(s, 256, 1);
+}
+
+TEST(Product, SeveralPassesAreUnbiased) {
+  Setup s;
+  s.rays = 700;
+  s.film = integer("width", 8) + integer("height", 6) + "<rfilter type=\"box\"/>";
+  s.direct_samples = 256;
+  expect_unbiased(s, 24, 2);
+}
+
+TEST(Product, SameBitsAtAnyThreadCountAndTileOrder) {
+  Setup s;
+  s.shapes = shapes_xml(bsdf("roughplastic", number("alpha", .1)));
+  s.film = integer("width", 70) + integer("height", 40) + "<rfilter type=\"gaussian\"/>";
+  const auto scene = product_scene(s);
+  const auto image = [&](unsigned threads, uint64_t order) {
+    RenderContext context({.threads = threads, .seed = 3, .tile_order_seed = order});
+    return render(*scene, *scene->sensors()[0], context).data;
+  };
+  const auto expected = image(1, 0);
+  EXPECT_EQ(image(1, 7), expected);
+  EXPECT_EQ(image(2, 0), expected);
+  EXPECT_EQ(image(3, 5), expected);
+}
+
+TEST(Product, AlphaIsTheShareOfSurfaces) {
+  Setup s;
+  s.film += "<string name=\"pixel_format\" value=\"rgba\"/>";
+  s.shapes = R"(<shape type="sphere"><point name="center" y=".7"/>
+      <float name="radius" value=".7"/>)" +
+             kGrey + "</shape>";
+  for (const bool hide : {false, true}) {
+    s.hide = hide;
+    const auto product = product_scene(s), direct = direct_scene(s);
+    std::vector<Moments> a(16 * 12), b(16 * 12);
+    for (uint64_t seed = 1; seed <= kRenders; ++seed) {
+      const Image x = render_scene(*product, seed), y = render_scene(*direct, 500 + seed);
+      ASSERT_EQ(x.channels.size(), 4u);
+      for (int i = 0; i < 16 * 12; ++i) {
+        a[i].add(x.at(i % 16, i / 16, 3));
+        b[i].add(y.at(i % 16, i / 16, 3));
+      }
+    }
+    Estimate sum_a, sum_b;
+    for (int i = 0; i < 16 * 12; ++i) {
+      if (b[i].mean() == 0 || b[i].mean() == 1) {
+        EXPECT_NEAR(a[i].mean(), b[i].mean(), 0.02);
+      }
+      sum_a.mean += a[i].mean();
+      sum_b.mean += b[i].mean();
+      sum_a.variance_of_mean += a[i].variance_of_mean();
+      sum_b.variance_of_mean += b[i].variance_of_mean();
+    }
+    const Verdict verdict = z_test({sum_a}, {sum_b}, kAlpha);
+    EXPECT_TRUE(verdict.passed) << verdict.text;
+  }
+}
+
+/// Pictures that are known.
+TEST(Product, NothingToShadeIsExact) {
+  Setup s;
+  s.shapes.clear();
+  s.hide = false;
+  s.light = constant_xml("1 .5 .25");
+  const auto expect_all = [&](const Rgb& colour) {
+    const Image image = render_scene(*product_scene(s), 1);
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.at(x, y, c), colour[c], 1e-6);
+      }
+    }
+  };
+  expect_all({1, .5f, .25f});  // every pixel background
+  s.hide = true;
+  expect_all(Rgb(0.f));
+  s.shapes = shapes_xml(kGrey);
+  s.light = constant_xml("0");
+  expect_all(Rgb(0.f));
+  s.light = map_xml("black", 8, 5, [](int, int) { return Rgb(0.f); });
+  expect_all(Rgb(0.f));
+  // Inside a closed box: all is hidden, and the budget is kept.
+  s.light = constant_xml("1");
+  s.shapes = "<shape type=\"cube\"><transform name=\"to_world\"><scale value=\"20\"/></transform>" +
+             bsdf("twosided", kGrey) + "</shape>";
+  expect_all(Rgb(0.f));
+  const auto scene = product_scene(s);
+  RenderContext context({.threads = 1});
+  render(*scene, *scene->sensors()[0], context);
+  EXPECT_LE(context.stats().counters.total_rays(), 1.1 * s.rays * 16 * 12);
+}
+
+TEST(Product, IsFiniteOnExtremes) {
+  for (const std::string& material :
+       {metal(.0001), metal(1), bsdf("phong", number("exponent", 1e6)),
+        bsdf("ward", number("alpha_u", .0005) + number("alpha_v", 1)),
+        bsdf("roughplastic", number("alpha", .001))}) {
+    for (const std::string& light :
+         {sun_xml(), constant_xml("1e-30"), constant_xml("1e30"),
+          map_xml("range", 8, 5, [](int x, int y) { return Rgb((x + y) % 3 ? 1e-20f : 1e12f); })}) {
+      Setup s;
+      s.shapes = shapes_xml(material);
+      s.light = light;
+      const auto scene = product_scene(s);
+      RenderContext context({.threads = 1, .seed = 4});
+      const Image image = render(*scene, *scene->sensors()[0], context);
+      EXPECT_EQ(context.stats().non_finite_samples, 0u) << material << light;
+      for (const float v : image.data) EXPECT_TRUE(std::isfinite(v));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test

@@ -1,0 +1,470 @@
+// Parts of learned product sampling: the comb, what is learned of visibility, points along a
+// Hilbert curve, samples by the film's filter, and the division of rays among pixels.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <set>
+
+#include "comb.h"
+#include "hilbert_points.h"
+#include "kinome/sampler.h"
+#include "plan.h"
+#include "support/render.h"
+#include "tile.h"
+#include "visibility.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr double kAlpha = 1e-4;  // of each statistical test
+
+/// Strata with weights over six decades, some of them 0, in padded arrays.
+struct Strata {
+  std::vector<float> weights;
+  std::vector<float> sums;
+  double total = 0;
+
+  explicit Strata(std::vector<float> values) : weights(std::move(values)) {
+    weights.resize(simd::pad_lanes(weights.size()));
+    sums.resize(weights.size() / simd::kCellLanes);
+    for (size_t i = 0; i < weights.size(); ++i) sums[i / simd::kCellLanes] += weights[i];
+    for (const float s : sums) total += s;
+  }
+  std::vector<Comb::Hit> hits(size_t count, double offset) const {
+    Comb comb(total, count, offset);
+    std::vector<Comb::Hit> found;
+    comb.pass(weights.data(), sums.data(), weights.size(), found);
+    return found;
+  }
+};
+
+Strata random_strata(size_t count, unsigned seed) {
+  std::mt19937 rng(seed);
+  std::vector<float> values(count);
+  for (float& v : values) {
+    const float u = static_cast<float>(rng() >> 8) * 0x1p-24f;
+    v = rng() % 4 == 0 ? 0.f : std::pow(10.f, 6 * u - 3);
+  }
+  return Strata(std::move(values));
+}
+
+/// The combs of N offsets (k + 1/2) / N are one comb of N times as many teeth: of these a stratum
+/// holds its share to within one.
+TEST(Comb, HitsAreProportionalToWeights) {
+  constexpr int kOffsets = 2000;
+  for (const size_t count : {1u, 7u, 64u}) {
+    const Strata strata = random_strata(200, 3);
+    std::vector<double> hits(strata.weights.size());
+    for (int k = 0; k < kOffsets; ++k) {
+      const auto found = strata.hits(count, (k + 0.5) / kOffsets);
+      EXPECT_EQ(found.size(), count);
+      for (const Comb::Hit& hit : found) ++hits.at(hit.stratum);
+    }
+    for (size_t i = 0; i < hits.size(); ++i) {
+      const double expected =
+          static_cast<double>(count) * strata.weights[i] / strata.total * kOffsets;
+      // Sums of a block of floats carry their rounding along the line.
+      EXPECT_NEAR(hits[i], expected, 1 + 1e-6 * static_cast<double>(count) * kOffsets) << i;
+      EXPECT_TRUE(strata.weights[i] > 0 || hits[i] == 0) << i;
+    }
+  }
+}
+
+/// Remainders in one stratum over the same combs are at equal distances, so that their empirical
+/// distribution differs from the uniform one by no more than one step.
+TEST(Comb, RemaindersAreUniform) {
+  constexpr int kOffsets = 2000;
+  const Strata strata({1, 0, 3, 0.5f, 8, 0, 0, 2});
+  std::vector<std::vector<float>> remainders(strata.weights.size());
+  for (int k = 0; k < kOffsets; ++k) {
+    for (const Comb::Hit& hit : strata.hits(5, (k + 0.5) / kOffsets)) {
+      EXPECT_GE(hit.remainder, 0.f);
+      EXPECT_LT(hit.remainder, 1.f);
+      remainders[hit.stratum].push_back(hit.remainder);
+    }
+  }
+  for (std::vector<float>& r : remainders) {
+    std::sort(r.begin(), r.end());
+    for (size_t i = 0; i < r.size(); ++i) {
+      const double n = static_cast<double>(r.size());
+      EXPECT_NEAR(r[i], (static_cast<double>(i) + 0.5) / n, 1.01 / n);
+    }
+  }
+}
+
+TEST(Comb, IsOneLineThroughAllSegments) {
+  const Strata a = random_strata(100, 5), b = random_strata(60, 6);
+  for (const double offset : {0., 0.3, 0.999999}) {
+    Comb comb(a.total + b.total, 40, offset);
+    std::vector<Comb::Hit> hits;
+    comb.pass(a.weights.data(), a.sums.data(), a.weights.size(), hits);
+    const size_t first = hits.size();
+    comb.pass(b.weights.data(), b.sums.data(), b.weights.size(), hits);
+    EXPECT_EQ(hits.size(), 40u);
+    EXPECT_NEAR(static_cast<double>(first), 40 * a.total / (a.total + b.total), 1);
+    EXPECT_TRUE(std::is_sorted(hits.begin(), hits.begin() + static_cast<ptrdiff_t>(first),
+                               [](const auto& x, const auto& y) { return x.stratum < y.stratum; }));
+  }
+}
+
+/// Blocks are summed in an order of their own: a sum that reaches further than the weights do, or
+/// less far, loses no tooth and hits nothing dark.
+TEST(Comb, SumsThatRoundOtherwiseLoseNothing) {
+  for (const float error : {-2e-7f, 2e-7f}) {
+    Strata strata = random_strata(64, 9);
+    strata.total = 0;
+    for (float& s : strata.sums) strata.total += s *= 1 + error;
+    for (int k = 0; k < 1000; ++k) {
+      const auto found = strata.hits(300, (k + 0.5) / 1000);
+      EXPECT_EQ(found.size(), 300u);
+      for (const Comb::Hit& hit : found) EXPECT_GT(strata.weights[hit.stratum], 0);
+    }
+  }
+}
+
+constexpr size_t kCells = 512;
+
+Visibility learn(const std::vector<std::vector<VisibilityRecord>>& records, uint32_t weight = 16) {
+  VisibilityLearner learner(kCells);
+  learner.begin();
+  for (const auto& some : records) learner.add(some, weight);
+  Visibility out;
+  out.resize(kCells);
+  learner.finish(out);
+  return out;
+}
+
+void expect_sane(const Visibility& learned) {
+  for (size_t c = 0; c < kCells; ++c) {
+    EXPECT_GE(learned.v[c], 0);
+    EXPECT_LE(learned.v[c], 1);
+    EXPECT_GT(learned.sigma[c], 0);
+    EXPECT_GT(learned.sigma_mixed[c], 0);
+    EXPECT_LT(learned.sigma[c], 1.1f);
+    EXPECT_LT(learned.sigma_mixed[c], 1.1f);
+  }
+}
+
+/// All cells, `count` times.
+std::vector<VisibilityRecord> everywhere(bool visible, int count) {
+  std::vector<VisibilityRecord> records;
+  for (int k = 0; k < count; ++k) {
+    for (uint32_t c = 0; c < kCells; ++c) records.emplace_back(c, visible);
+  }
+  return records;
+}
+
+TEST(VisibilityRecord, KeepsBoth) {
+  for (const uint32_t cell : {0u, 1u, 511u, kMaxCells - 1}) {
+    for (const bool visible : {false, true}) {
+      EXPECT_EQ(VisibilityRecord(cell, visible).cell(), cell);
+      EXPECT_EQ(VisibilityRecord(cell, visible).visible(), visible);
+    }
+  }
+}
+
+TEST(VisibilityLearner, KnowsNothingWithoutRecords) {
+  const Visibility learned = learn({});
+  expect_sane(learned);
+  for (size_t c = 0; c < kCells; ++c) {
+    EXPECT_FLOAT_EQ(learned.v[c], 0.5f);
+    EXPECT_GE(learned.sigma[c], 0.5f);  // of an even coin
+  }
+}
+
+TEST(VisibilityLearner, IsCertainAfterManyRecords) {
+  for (const bool visible : {false, true}) {
+    const Visibility learned = learn({everywhere(visible, 30)});
+    expect_sane(learned);
+    for (size_t c = 0; c < kCells; ++c) {
+      EXPECT_EQ(learned.v[c], visible ? 1.f : 0.f);
+      EXPECT_LT(learned.sigma[c], 0.06f);
+      EXPECT_GE(learned.sigma[c], 0.01f);
+    }
+    EXPECT_EQ(learned.sigma_mixed[0] > 0.9f, visible);
+  }
+}
+
+TEST(VisibilityLearner, LeansOnNeighboursWhereRecordsAreFew) {
+  // Cells of the first half are visible, those of the second hidden; one in each has no record.
+  std::vector<VisibilityRecord> records;
+  const auto unknown = [](uint32_t c) { return c == 100 || c == 400; };
+  for (int k = 0; k < 8; ++k) {
+    for (uint32_t c = 0; c < kCells; ++c) {
+      if (!unknown(c)) records.emplace_back(c, c < kCells / 2);
+    }
+  }
+  const Visibility learned = learn({records});
+  expect_sane(learned);
+  EXPECT_GT(learned.v[100], 0.9f);
+  EXPECT_LT(learned.v[400], 0.1f);
+  EXPECT_GT(learned.sigma[100], learned.sigma[101]);
+  EXPECT_GT(learned.sigma[400], learned.sigma[401]);
+}
+
+TEST(VisibilityLearner, CountsRecordsByTheirWeightAndForgetsThem) {
+  std::mt19937 rng(5);
+  std::vector<VisibilityRecord> records;
+  for (int k = 0; k < 3000; ++k) records.emplace_back(rng() % kCells, rng() % 3 == 0);
+  const Visibility once = learn({records}, 32);
+  const Visibility twice = learn({records, records}, 16);
+  expect_sane(once);
+  EXPECT_EQ(once.v, twice.v);
+  EXPECT_EQ(once.sigma, twice.sigma);
+  VisibilityLearner learner(kCells);
+  Visibility out;
+  out.resize(kCells);
+  for (int k = 0; k < 2; ++k) {
+    learner.begin();
+    learner.add(records, 32);
+    learner.finish(out);
+  }
+  EXPECT_EQ(out.v, once.v);
+}
+
+/// v and sigma are what the estimator's variance depends on: of a coin seen often, they are its
+/// share (stretched towards certainty) and the root mean square of V - v.
+TEST(VisibilityLearner, FindsSharesAndDeviations) {
+  for (const double share : {0.1, 0.5, 0.8}) {
+    std::vector<VisibilityRecord> records;
+    for (int k = 0; k < 1000; ++k) {
+      for (uint32_t c = 0; c < 8; ++c) records.emplace_back(c, k < 1000 * share);
+    }
+    const Visibility learned = learn({records});
+    const double v = (share - 0.05) / 0.9;
+    EXPECT_NEAR(learned.v[3], v, 0.002);
+    EXPECT_NEAR(learned.sigma[3], std::sqrt(share * sqr(1 - v) + (1 - share) * sqr(v)), 0.002);
+  }
+}
+
+/// Of a square divided into 2^5 x 2^5: each place once, and the next one beside it.
+TEST(HilbertPoints, CurveVisitsNeighbours) {
+  constexpr uint32_t kSide = 32;
+  std::vector<std::pair<int, int>> places(kSide * kSide, {-1, -1});
+  for (uint32_t y = 0; y < kSide; ++y) {
+    for (uint32_t x = 0; x < kSide; ++x) {
+      const uint32_t index = hilbert_index(x << 11, y << 11) >> 22;
+      ASSERT_LT(index, places.size());
+      EXPECT_EQ(places[index].first, -1);
+      places[index] = {static_cast<int>(x), static_cast<int>(y)};
+    }
+  }
+  for (size_t i = 1; i < places.size(); ++i) {
+    EXPECT_EQ(std::abs(places[i].first - places[i - 1].first) +
+                  std::abs(places[i].second - places[i - 1].second),
+              1)
+        << i;
+  }
+}
+
+TEST(HilbertPoints, AreNetsInTheOrderOfTheCurve) {
+  for (uint32_t log2 = 0; log2 <= HilbertPoints::kMaxLog2; ++log2) {
+    const auto points = HilbertPoints::get().power_of_two(log2);
+    ASSERT_EQ(points.size(), size_t{1} << log2);
+    for (size_t i = 1; i < points.size(); ++i) {
+      EXPECT_LE(hilbert_index(points[i - 1].x >> 16, points[i - 1].y >> 16),
+                hilbert_index(points[i].x >> 16, points[i].y >> 16));
+    }
+    // One in each elementary interval, of whatever shape, after any digital shift.
+    for (uint32_t x_bits = 0; x_bits <= log2; ++x_bits) {
+      std::set<std::pair<int, int>> intervals;
+      for (const IntegerPoint& point : points) {
+        const Vec2 u = point.shifted(0x9e3779b9u, 0x7f4a7c15u);
+        EXPECT_GE(std::min(u.x, u.y), 0);
+        EXPECT_LT(std::max(u.x, u.y), 1);
+        intervals.emplace(static_cast<int>(std::ldexp(u.x, static_cast<int>(x_bits))),
+                          static_cast<int>(std::ldexp(u.y, static_cast<int>(log2 - x_bits))));
+      }
+      EXPECT_EQ(intervals.size(), points.size()) << log2 << ", " << x_bits;
+    }
+  }
+}
+
+TEST(HilbertPoints, FirstOnesAreOfOneSequence) {
+  std::set<std::pair<uint32_t, uint32_t>> before;
+  for (uint32_t count = 1; count <= HilbertPoints::kMaxCount; ++count) {
+    std::set<std::pair<uint32_t, uint32_t>> all;
+    for (const IntegerPoint& p : HilbertPoints::get().first(count)) all.emplace(p.x, p.y);
+    EXPECT_EQ(all.size(), count);
+    EXPECT_TRUE(std::includes(all.begin(), all.end(), before.begin(), before.end()));
+    before = std::move(all);
+  }
+}
+
+/// chi² of places along one axis against the filter between `low` and `high`.
+void expect_places_by_filter(const ReconstructionFilter& filter, int pixel, int low, int high,
+                             bool along_x) {
+  constexpr int kBins = 40, kSamples = 200000, kSteps = 2000;
+  const FilterSampler sampler(filter);
+  const double centre = pixel + 0.5, r = filter.radius();
+  const double begin = std::max<double>(low, centre - r), end = std::min<double>(high, centre + r);
+  std::vector<double> expected(kBins), observed(kBins);
+  double total = 0;
+  for (int i = 0; i < kBins * kSteps; ++i) {
+    const double x = begin + (end - begin) * (i + 0.5) / (kBins * kSteps);
+    const double value = filter.eval(static_cast<float>(x - centre));
+    expected[i / kSteps] += value;
+    total += value;
+  }
+  for (double& e : expected) e *= kSamples / total;
+  std::mt19937 rng(11);
+  const Rect region = along_x ? Rect{low, 0, high, 1000} : Rect{0, low, 1000, high};
+  const int x = along_x ? pixel : 500, y = along_x ? 500 : pixel;
+  for (int i = 0; i < kSamples; ++i) {
+    const Vec2 u(static_cast<float>(rng() >> 8) * 0x1p-24f,
+                 static_cast<float>(rng() >> 8) * 0x1p-24f);
+    const Vec2 place = sampler.place(x, y, u, region);
+    const float at = along_x ? place.x : place.y;
+    ASSERT_GE(at, static_cast<float>(low));
+    ASSERT_LT(at, static_cast<float>(high));
+    const int bin = static_cast<int>((at - begin) / (end - begin) * kBins);
+    ++observed[std::clamp(bin, 0, kBins - 1)];
+  }
+  const Verdict verdict = chi2_test(observed, expected, kAlpha);
+  EXPECT_TRUE(verdict.passed) << "pixel " << pixel << " in " << low << " to " << high << ": "
+                              << verdict.text;
+}
+
+TEST(FilterSampler, DrawsByTheFilter) {
+  for (const char* xml :
+       {"<rfilter type=\"box\"/>", "<rfilter type=\"gaussian\"/>", "<rfilter type=\"tent\"/>",
+        "<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"1.3\"/></rfilter>"}) {
+    const auto filter = make<ReconstructionFilter>(xml);
+    for (const bool along_x : {false, true}) {
+      expect_places_by_filter(*filter, 100, 0, 1000, along_x);
+      expect_places_by_filter(*filter, 0, 0, 1000, along_x);  // cut at the film's borders
+      expect_places_by_filter(*filter, 999, 0, 1000, along_x);
+      expect_places_by_filter(*filter, 30, 29, 32, along_x);  // at both
+      expect_places_by_filter(*filter, 30, 30, 31, along_x);
+    }
+  }
+}
+
+TEST(FilterSampler, EndsStayInside) {
+  constexpr float kLast = 1 - 0x1p-24f;
+  for (const char* type : {"box", "gaussian", "tent"}) {
+    const auto filter = make<ReconstructionFilter>(std::string("<rfilter type=\"") + type + "\"/>");
+    const FilterSampler sampler(*filter);
+    for (const int pixel : {0, 1, 8191, 16383}) {
+      const Rect region{0, 0, 16384, 16384};
+      const auto x = static_cast<float>(pixel);
+      const Vec2 first = sampler.place(pixel, pixel, Vec2(0.f), region);
+      const Vec2 last = sampler.place(pixel, pixel, Vec2(kLast), region);
+      EXPECT_GE(first.x, std::max(0.f, x + 0.5f - filter->radius()));
+      EXPECT_LE(last.x, x + 0.5f + filter->radius());
+      EXPECT_LT(last.x, 16384.f);
+      EXPECT_LT(last.y, 16384.f);
+      // A pixel's samples are its own.
+      EXPECT_TRUE(std::string(type) != "box" || last.x < x + 1) << pixel;
+    }
+  }
+}
+
+struct Budget {
+  double rays = 0;  ///< of all kinds, a pixel
+  uint16_t least_primaries = 65535;
+  uint16_t most_primaries = 0;
+  uint16_t most_rays = 0;
+};
+Budget spend(const std::vector<PixelPlan>& plan) {
+  Budget budget;
+  for (const PixelPlan& p : plan) {
+    budget.rays += p.primaries + p.rays;
+    budget.least_primaries = std::min(budget.least_primaries, p.primaries);
+    budget.most_primaries = std::max(budget.most_primaries, p.primaries);
+    budget.most_rays = std::max(budget.most_rays, p.rays);
+    EXPECT_GT(p.candidates, 0);
+    EXPECT_LE(p.candidates, 4000);
+  }
+  budget.rays /= static_cast<double>(plan.size());
+  return budget;
+}
+
+/// A picture's forecast: a gradient, edges, gloss, and background at the top.
+std::vector<PixelForecast> picture(int width, int height) {
+  std::vector<PixelForecast> forecast(static_cast<size_t>(width) * height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      PixelForecast& p = forecast[static_cast<size_t>(y) * width + x];
+      const float u = to_unit_float(static_cast<uint32_t>(hash_words(x, y)));
+      p.mean = 0.1f + 0.02f * static_cast<float>(x);
+      if (y < height / 4) continue;
+      p.variance = u * u * 0.1f;
+      p.uncertainty = 0.5f * u + (x % 16 == 0 ? 3.f : 0.f);
+      p.glossy_variance = y > height / 2 ? 2 * u : 0.f;
+      p.sharp = y > 3 * height / 4;
+    }
+  }
+  return forecast;
+}
+
+TEST(Allocate, KeepsTheBudget) {
+  for (const bool adaptive : {false, true}) {
+    for (const double rays : {6., 12., 24., 48., 120., 500.}) {
+      const Budget budget = spend(allocate(picture(64, 48), 64, 48, rays, adaptive));
+      EXPECT_NEAR(budget.rays, rays, 0.03 * rays) << adaptive;
+      EXPECT_GE(budget.least_primaries, 1);
+      EXPECT_LE(budget.most_rays, 1024);
+    }
+  }
+}
+
+/// Where all pixels are alike they must not all round one way.
+TEST(Allocate, KeepsTheBudgetOfAnEvenPicture) {
+  PixelForecast even;
+  even.mean = 1;
+  even.variance = 0.02f;
+  even.uncertainty = 0.3f;
+  for (const bool adaptive : {false, true}) {
+    for (const double rays : {5., 7., 8., 11., 13., 24., 27., 48.}) {
+      const std::vector<PixelForecast> forecast(256, even);
+      EXPECT_NEAR(spend(allocate(forecast, 16, 16, rays, adaptive)).rays, rays, 0.03 * rays)
+          << adaptive << ", " << rays;
+    }
+  }
+}
+
+TEST(Allocate, RaysGoWhereTheyAreNeeded) {
+  const auto plan = allocate(picture(64, 48), 64, 48, 48, true);
+  const auto at = [&](int x, int y) { return plan[static_cast<size_t>(y) * 64 + x]; };
+  EXPECT_GT(at(16, 20).rays, at(8, 20).rays);           // uncertain visibility
+  EXPECT_LT(at(20, 2).primaries + at(20, 2).rays, 12);  // background
+  EXPECT_GT(at(10, 28).candidates, at(10, 15).candidates);
+}
+
+TEST(Allocate, NotAdaptiveGivesAllTheSame) {
+  std::vector<PixelForecast> forecast = picture(32, 32);
+  for (PixelForecast& p : forecast) p.uncertainty += 0.1f;
+  const auto plan = allocate(forecast, 32, 32, 36, false);
+  for (const PixelPlan& p : plan) {
+    EXPECT_NEAR(p.primaries, plan[0].primaries, 1);
+    EXPECT_NEAR(p.rays, plan[0].rays, 1);
+  }
+}
+
+/// Every pixel gets a primary, whatever the forecasts are, and none more rays than a pass can have.
+TEST(Allocate, StandsAnyForecast) {
+  PixelForecast dark;
+  PixelForecast sky;
+  sky.mean = 3;
+  PixelForecast hidden;  // surfaces that no light is thought to reach
+  hidden.uncertainty = 1e-3f;
+  PixelForecast tiny{1e-25f, 0, 1e-26f, 0, false};
+  PixelForecast huge{1e25f, 1e30f, 1e24f, 1e30f, true};
+  for (const PixelForecast& each : {dark, sky, hidden, tiny, huge}) {
+    for (const double rays : {2., 12., 100.}) {
+      const auto plan = allocate(std::vector<PixelForecast>(64, each), 8, 8, rays, true);
+      const Budget budget = spend(plan);
+      EXPECT_GE(budget.least_primaries, 1);
+      EXPECT_LE(budget.rays, std::max(3., 1.1 * rays)) << each.mean << ", " << each.uncertainty;
+      // What is uncertain is not left to control terms.
+      EXPECT_TRUE(each.uncertainty == 0 || plan.front().rays > 0) << each.mean;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test
