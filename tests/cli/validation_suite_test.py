@@ -18,11 +18,10 @@ from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
-from compare import Estimate, compare  # noqa: E402
+from compare import Estimate  # noqa: E402
 from simulated_renders import write_exr  # noqa: E402
 from suite import analysis, command, tables, truth  # noqa: E402
 from suite.benchmark import Benchmark  # noqa: E402
-from suite.correctness import paired  # noqa: E402
 from suite.kinome import Kinome, Render, scene_hash, with_parameters  # noqa: E402
 from suite.peers import Mitsuba, configurations  # noqa: E402
 from suite.problems import Log, Problem  # noqa: E402
@@ -340,22 +339,6 @@ class BadInput(InFolder):
         kinome = Kinome(BUILD, self.folder / "out")
         with self.assertRaisesRegex(Problem, r"^kinome: .*fixed.xml"):
             kinome.render(scene, {"colour": "red"}, 1)
-
-
-class PairedRenders(unittest.TestCase):
-    """What two renders of a seed share is no noise of their difference."""
-
-    def verdict(self, bias):
-        rng = np.random.default_rng(5)
-        shared = rng.gamma(4.0, 0.25, (16, 1, 1, 1)) * np.ones((16, 40, 40, 3))
-        own = 0.01 * rng.standard_normal(shared.shape)
-        made, points = (Estimate.from_renders(name, stack) for name, stack in (
-            ("clustered", shared * (1 + bias) + own), ("groundtruth", shared)))
-        return compare(*paired(made, points), 0.01).passed, compare(made, points, 0.01).passed
-
-    def test_a_small_bias_is_found_in_pairs_alone(self):
-        self.assertEqual(self.verdict(0), (True, True))
-        self.assertEqual(self.verdict(0.01), (False, True))
 
 
 class Command(InFolder):

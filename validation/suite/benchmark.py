@@ -15,8 +15,8 @@ from .cycles import Cycles
 from .kinome import scene_hash
 from .peers import Mitsuba, Unavailable, configurations
 from .problems import Problem
-from .store import digest
-from .tables import METHODS
+from .store import digest, hash_of_files
+from .tables import METHODS, ROOT, THREADS
 from .truth import own_error
 
 FINALISTS = 2  # configurations of Mitsuba's that are measured in full
@@ -39,7 +39,9 @@ class Benchmark:
             raise Problem(f"{scene.name}: the reference is {truth.mean.shape[1]}x"
                           f"{truth.mean.shape[0]}, the pictures are {size[0]}x{size[1]}")
         self.common = {"scene": scene_hash(scene.path), "name": scene.name, "size": size,
-                       "reference": description["hash"], "machine": self.machine["processor"]}
+                       "reference": description["hash"], "machine": self.machine["processor"],
+                       "cores": self.machine["cores"], "threads": THREADS,
+                       "errors": hash_of_files([ROOT / "validation/compare/errors.py"])}
         tried = self.search(scene, size, truth)
         finalists = analysis.fastest(tried, FINALISTS)
         renderers = self.renderers(scene, size, finalists, truth)

@@ -14,13 +14,14 @@ from .truth import load_reference
 
 FAMILY_ALPHA = 0.01  # how often all checks together may fail by chance
 REFERENCES = ROOT / "validation/references"
+HERE, COMPARE = ROOT / "validation/suite", ROOT / "validation/compare"
 SEED = 1000  # the first; clustered and groundtruth share theirs, and with them their light points
 CLUSTERED_SAMPLES = 4  # of each of the renders that are compared with groundtruth
 
 
 @dataclasses.dataclass(frozen=True)
 class Check:
-    """One row of the table. `size` and `samples`: where the scene lets them be set."""
+    """One row of the table."""
 
     scene: str
     method: str
@@ -106,9 +107,11 @@ class Correctness:
     def row(self, check, alpha):
         key = {"check": check.scene, "method": check.method, "truth": check.truth,
                "scene": scene_hash(check.path), "program": self.kinome.program, "alpha": alpha,
-               "defines": dict(self.defines(check)), "reference": self.truth_hash(check)}
+               "defines": dict(self.defines(check)), "reference": self.truth_hash(check),
+               "tests": hash_of_files([HERE / "correctness.py", *COMPARE.glob("*.py")])}
         row = self.store.recall(key, lambda: self.measure(check, alpha))
-        return {"scene": check.scene, "method": check.method, "truth": check.truth, **row}
+        return {"scene": check.scene, "method": check.method, "truth": check.truth,
+                "program": self.kinome.program, **row}
 
     def truth_hash(self, check):
         if check.truth == "groundtruth":
@@ -160,11 +163,11 @@ class Correctness:
         if check.truth == "mitsuba":
             return (self.references.load(check.big)[0] if check.big
                     else load_reference(REFERENCES / f"{check.scene}.exr"))
-        # One for all modes of clustered: the same points, each used once.
+        # One for all modes of clustered: the same camera rays and points, each point used once.
         if check.scene not in self.truths:
             own = {k: v for k, v in self.defines(check).items()
-                   if k not in CUT and k not in dict(check.defines)}
-            own |= {"integrator": "groundtruth", "spp": CLUSTERED_SAMPLES}
+                   if k not in CUT and k != "importance"}
+            own |= {"integrator": "groundtruth"}
             self.truths = {check.scene: self.kinome.estimate("groundtruth", path, own, SEED,
                                                              options)}
         return self.truths[check.scene]

@@ -136,7 +136,9 @@ def machine_text(data):
                 f"{e['machine']['system']}" for e in data}
     commits = {e["commit"][:10] for e in data}
     text = f"On {'; '.join(sorted(machines))}; commit {', '.join(sorted(commits))}."
-    if len({e["program"] for e in data}) > 1:
+    # Rows of a run over a few scenes stand beside those of earlier runs.
+    programs = {row.get("program") for e in data for row in e.get("rows", [e])}
+    if len(programs) > 1:
         text += " Not all rows are of the same program: some were measured before others."
     return text
 
