@@ -4,6 +4,7 @@ import base64
 import csv
 import dataclasses
 import io
+import json
 import math
 import os
 import pathlib
@@ -22,6 +23,7 @@ from compare import Estimate  # noqa: E402
 from simulated_renders import write_exr  # noqa: E402
 from suite import analysis, command, tables, truth  # noqa: E402
 from suite.benchmark import Benchmark  # noqa: E402
+from suite.contestants import Theirs  # noqa: E402
 from suite.kinome import Kinome, Render, scene_hash, with_parameters  # noqa: E402
 from suite.peers import Mitsuba, configurations  # noqa: E402
 from suite.problems import Log, Problem  # noqa: E402
@@ -107,12 +109,15 @@ class Analysis(unittest.TestCase):
         self.assertAlmostEqual(analysis.geometric_mean([2.0, 0.5, 8.0]), 2.0)
         self.assertIsNone(analysis.geometric_mean([]))
 
-    def test_the_fastest_configurations_by_their_most_samples(self):
-        rows = [{"name": n, "samples": s, "seconds": t, "relmse": 1.0,
-                 "trimmed": e} for n, s, t, e in (
-            ("a", 16, 1, 1e-9), ("a", 64, 4, 1e-2), ("b", 64, 1, 1e-2), ("c", 64, 2, -1e-7))]
-        self.assertEqual(analysis.fastest(rows, 2), ["c", "b"])
-        self.assertEqual(analysis.fastest([], 2), [])
+    def test_the_best_configurations_at_each_number_of_samples(self):
+        rows = [{"name": n, "samples": s, "seconds": t, "relmse": 1.0, "trimmed": e,
+                 "sampler": "independent" if n in "ad" else "ldsampler"} for n, s, t, e in (
+            ("a", 16, 2, 1e-2), ("b", 16, 9, 1e-2), ("d", 16, 1, 1e-2), ("a", 64, 4, 1e-2),
+            ("b", 64, 1, 1e-2), ("c", 64, 2, -1e-7), ("d", 64, 9, 1e-2))]
+        self.assertEqual(analysis.finalists(rows, 2), ["c", "b", "d"])
+        self.assertEqual(analysis.finalists(rows, 2, ("ldsampler",)), ["c", "b", "a", "d"])
+        self.assertEqual(analysis.finalists(rows, 3), ["c", "b", "a", "d"])
+        self.assertEqual(analysis.finalists([], 2), [])
 
     def test_every_configuration_is_tried(self):
         found = configurations(HEBE)
@@ -159,14 +164,15 @@ class OtherProcesses(InFolder):
         refusing = self.worker("refuses")
         with self.assertRaisesRegex(Refused, r"^Fake: .*line 3, col 7\): no such plugin$"):
             refusing.ask(command="load", file="a.xml", defines={"integrator": "direct"})
-        self.assertEqual(refusing.ask(command="hello"), {"import_seconds": 0.5})
+        self.assertEqual(refusing.ask(command="hello"), {"version": "0"})
         crashing = self.worker("crashes")
         with self.assertRaisesRegex(Dead, r"^Fake: died by SIGILL: .*AVX"):
-            crashing.ask(command="render", samples=1, seed=1)
+            crashing.ask(command="render", samples=1, seed=1, output="none.npy")
         with self.assertRaisesRegex(Dead, "^Fake: ended with status 1: no libLLVM 19"):
             self.worker("ends").ask(command="hello")
         with self.assertRaisesRegex(Dead, "^Fake: no answer for 0.5 s$"):
-            self.worker("hangs", timeout=0.5).ask(command="render", samples=1, seed=1)
+            self.worker("hangs", timeout=0.5).ask(command="render", samples=1, seed=1,
+                                                  output="none.npy")
         with self.assertRaisesRegex(Dead, "can't be started: No such file"):
             Worker("Fake", [self.folder / "none"])
 
@@ -177,6 +183,15 @@ class OtherProcesses(InFolder):
                 missing.load(configurations(scene)[0], scene, SIZE)
         self.assertEqual(self.log.problems,
                          ["Mitsuba isn't installed (pip failed?): its columns are left out"])
+
+    def test_a_render_is_timed_when_it_is_warm(self):
+        # The first render of a number of samples after loading takes twice as long here.
+        first, second = (Theirs(self.mitsuba("good"), c, HEBE, SIZE)
+                         for c in configurations(HEBE)[:2])
+        shared = Theirs(first.mitsuba, second.configuration, HEBE, SIZE)
+        for renderer in (first, second, first, shared, first):
+            self.assertAlmostEqual(renderer.run(4, 1).seconds, 0.008)
+            self.assertEqual(renderer.mitsuba.loaded["llvm_ad_rgb"].what[0], renderer.configuration)
 
     def test_a_process_that_died_is_started_again_for_the_next_scene(self):
         mitsuba = self.mitsuba("crashes")
@@ -238,6 +253,13 @@ class TimeAgainstError(InFolder):
         ratio = analysis.ratios({"hebe": found}, 1e-3)["Kinome direct"]["hebe"]
         self.assertAlmostEqual(ratio, 8, delta=2.5)
         self.check_page({"hebe": entry})
+
+        # A finalist was chosen by its luck in the search: it is timed anew when it takes its turns.
+        keys = [json.loads(key) for key in Store(self.folder / "store.jsonl").values]
+        for name in peers:
+            parts = {key.get("part") for key in keys
+                     if (key.get("renderer"), key.get("samples"), key.get("seed")) == (name, 16, 1)}
+            self.assertEqual(parts, {"search", None})
 
         count = self.kinome.renders
         self.assertGreater(count, 0)

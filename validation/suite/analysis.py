@@ -131,13 +131,18 @@ def ratios(scenes, target):
     return table
 
 
-def fastest(tried, count):
-    """Names of the best configurations that were tried, by relMSE x seconds at the most samples:
-    without the worst 0.1 % of the values, or else a bright pixel decides. An error below what can
-    be told (zero or less) counts as a billionth."""
-    most = {}
-    for row in tried:
-        if row["name"] not in most or row["samples"] > most[row["name"]]["samples"]:
-            most[row["name"]] = row
-    ranked = sorted(most.values(), key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
-    return [row["name"] for row in ranked[:count]]
+def finalists(tried, count, biased=()):
+    """Names of the configurations to measure in full: the best `count` at the most samples that
+    were tried, the best at each other number of samples (what is slow to start may win only in the
+    long run), and the best whose sampler isn't one of the `biased`, whose error ends in a floor.
+
+    By relMSE x seconds, without the worst 0.1 % of the values, or else a bright pixel decides. An
+    error below what can be told (zero or less) counts as a billionth."""
+    ranked = sorted(tried, key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
+    names = []
+    for samples in sorted({row["samples"] for row in tried}, reverse=True):
+        here = [row for row in ranked if row["samples"] == samples]
+        chosen = here[:1] if names else here[:count] + [
+            row for row in here if row["sampler"] not in biased][:1]
+        names += [row["name"] for row in chosen]
+    return list(dict.fromkeys(names))

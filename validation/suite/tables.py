@@ -79,6 +79,7 @@ METHODS = (
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 SAMPLERS = ("independent", "multijitter", "ldsampler")
+BIASED_SAMPLERS = ("ldsampler",)  # Mitsuba's, after a bounce: see references/README.md
 PEER_SAMPLES = FAST
 
 
