@@ -116,18 +116,34 @@ def best(found, kind, target):
     return name, seconds, found[name]["seconds_to"][target][1]
 
 
+def ratio(ours, peer):
+    """How many times sooner ours is there: (ratio, kind), each of the two given as seconds_to gives
+    it. kind is "measured", "extrapolated" (or of two bounds), "at most" or "at least" where one of
+    the two is there by its fewest samples already; with None, who gets there at all: "ours only",
+    "peer only" or "neither"."""
+    if ours[0] is None or peer[0] is None:
+        return None, ("ours only" if ours[0] is not None else
+                      "peer only" if peer[0] is not None else "neither")
+    kinds = {ours[1], peer[1]}
+    if kinds == {"measured"}:
+        kind = "measured"
+    elif kinds == {"measured", "at most"}:
+        kind = "at least" if ours[1] == "at most" else "at most"
+    else:
+        kind = "extrapolated"
+    return peer[0] / ours[0], kind
+
+
 def ratios(scenes, target):
-    """How many times sooner each of ours is there than the best peer: {renderer: {scene: ratio}}.
-    None where one of the two never is. `scenes`: {name: summary}."""
+    """Each of ours against the best peer: {renderer: {scene: what ratio() says}}. `scenes`: {name:
+    summary}."""
     table = {}
     for scene, found in scenes.items():
         peer = best(found, "peer", target)
         for name, renderer in found.items():
-            if renderer["kind"] != "ours":
-                continue
-            seconds = renderer["seconds_to"][target][0]
-            table.setdefault(name, {})[scene] = (
-                peer[1] / seconds if peer and seconds else None)
+            if renderer["kind"] == "ours":
+                table.setdefault(name, {})[scene] = ratio(
+                    renderer["seconds_to"][target], peer[1:] if peer else (None, "unknown"))
     return table
 
 

@@ -116,7 +116,9 @@ def benchmark_section(scenes, load_picture):
         "mean[((I − R)² − var R) / (R² + 0.01 mean(R)²)]. <b>~</b> is extrapolated beyond the last "
         "point, <b>≤</b> reached by the fewest samples already; <b>never</b>: the curve has gone "
         "flat; <b>far</b>: it would take more than ten times its last point. A ratio is the best "
-        "peer's seconds by ours: above 1 we are faster, below 1 slower."),
+        "peer's seconds by ours: above 1 we are faster, below 1 slower; <b>peer only</b>: ours does "
+        "not get there, which no mean counts. Cycles has no clock of its own for less than a whole "
+        "render, with the file written."),
         paragraph(LDSAMPLER)]
     for target in analysis.TARGETS:
         parts += [f"<h3>To a relMSE of {target:g}</h3>\n", table(*tables.overview(found, target))]
