@@ -102,6 +102,8 @@ def summary(entry, measure="relmse"):
         found[name] = {"kind": renderer["kind"], "points": points, "slope": slope(good),
                        "efficiency": efficiency(good),
                        "seconds_to": {t: seconds_to(good, t) for t in TARGETS},
+                       "not_finite": sum(run["not_finite"] for p in renderer["points"]
+                                         for run in p["runs"]),
                        "embree_share": statistics.median(shares) if shares else None}
     return found
 

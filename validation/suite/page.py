@@ -93,6 +93,9 @@ def scene_section(name, entry, found, trimmed, load_picture):
     picture = plots.error_over_time(found, trimmed, entry["reference"]["own_error"])
     parts.append(f'<img src="{picture}" alt="relMSE over seconds, {html.escape(name)}"/>\n')
     parts.append(table(*tables.renderers(found, trimmed)))
+    parts += [paragraph(f"{html.escape(name)}: {one['not_finite']} pixels of all its renders were "
+                        "NaN or Inf, and are left out of its error.", "problem")
+              for name, one in found.items() if one["not_finite"]]
     goal, crops = plots.equal_time(entry, found, load_picture)
     if crops:
         parts.append(paragraph(f"After about {goal:.2g} s (the fewest samples, where these take "
@@ -116,9 +119,9 @@ def benchmark_section(scenes, load_picture):
         "mean[((I − R)² − var R) / (R² + 0.01 mean(R)²)]. <b>~</b> is extrapolated beyond the last "
         "point, <b>≤</b> reached by the fewest samples already; <b>never</b>: the curve has gone "
         "flat; <b>far</b>: it would take more than ten times its last point. A ratio is the best "
-        "peer's seconds by ours: above 1 we are faster, below 1 slower; <b>peer only</b>: ours does "
-        "not get there, which no mean counts. Cycles has no clock of its own for less than a whole "
-        "render, with the file written."),
+        "peer's seconds by ours: above 1 we are faster, below 1 slower; <b>peer only</b>: ours "
+        "does not get there, which no mean counts. Cycles has no clock of its own for less than a "
+        "whole render, with the file written."),
         paragraph(LDSAMPLER)]
     for target in analysis.TARGETS:
         parts += [f"<h3>To a relMSE of {target:g}</h3>\n", table(*tables.overview(found, target))]

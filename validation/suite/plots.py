@@ -92,7 +92,8 @@ def equal_time(entry, found, load_picture):
         image = load_picture(runs[0]["picture"])
         if image is not None:
             shown.append((f"{name}: {point['samples']} samples, {point['seconds']:.2g} s, "
-                          f"relMSE {point['relmse']:.2g}", image))
+                          f"relMSE {point['relmse']:.2g}",
+                          np.nan_to_num(image, posinf=0.0, neginf=0.0)))  # shown black
     if not shown:
         return goal, []
     middle = np.median([image for _, image in shown], axis=0)
