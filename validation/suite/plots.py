@@ -14,7 +14,7 @@ CROP = 48  # pixels
 MAGNIFIED = 3
 # Ours in warm colours and full lines, others' in cold ones and broken lines.
 OURS = ("#b30000", "#e8590c", "#f0a202", "#8c510a", "#d6336c", "#7f0000", "#c77dff")
-PEERS = ("#0b4f8a", "#2a9d8f", "#5c677d")
+PEERS = ("#0b4f8a", "#2a9d8f", "#5c677d", "#4361ee", "#6a994e")
 
 
 def styles(found):
