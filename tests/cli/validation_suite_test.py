@@ -12,6 +12,7 @@ import re
 import sys
 import tempfile
 import unittest
+import unittest.mock
 import xml.etree.ElementTree as tree
 
 import numpy as np
@@ -288,6 +289,17 @@ class BadInput(InFolder):
         made = truth.References(self.folder / "none", self.folder, tables.QUICK, self.log)
         with self.assertRaisesRegex(Problem, "^hebe: no reference without Mitsuba$"):
             made.load(HEBE)
+
+    def test_a_reference_by_another_version_is_made_again(self):
+        made = truth.References(self.folder / "none", self.folder, tables.QUICK, self.log)
+        with unittest.mock.patch.object(made, "_make") as make:
+            path = made.picture(HEBE)
+            path.parent.mkdir()
+            for count, version in ((2, "3.0.0"), (2, truth.REQUIREMENTS.read_text(
+                    "utf-8").split("mitsuba==")[1].split()[0])):
+                path.with_suffix(".json").write_text(json.dumps({"version": version}))
+                made.picture(HEBE)
+                self.assertEqual(make.call_count, count)
 
     def test_no_program_and_no_scene(self):
         with self.assertRaisesRegex(Problem, "run validation/run.sh, which builds it"):
