@@ -26,8 +26,8 @@ CLUSTERED = (
     "<b>clustered</b> (joint, luminance, brdf) converges to its set of light points, not to the "
     "light itself. So it is unbiased against our own <b>groundtruth</b>, which uses each of the "
     "same points exactly once, and is compared with that, seed by seed; its distance to Mitsuba is "
-    "how finely the points stand for the light, and shows below as a floor of its curve. By product "
-    "it uses the environment itself, and is compared with Mitsuba.")
+    "how finely the points stand for the light, and shows below as a floor of its curve. By "
+    "product it uses the environment itself, and is compared with Mitsuba.")
 LDSAMPLER = (
     "Mitsuba's ldsampler is biased on paths of several bounces (references/README.md): a curve of "
     "it may end in a floor there. All references are made with multijitter.")
