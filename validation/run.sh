@@ -31,7 +31,15 @@ environment() {
   fi
 }
 
-mode=${1:-}
+# The mode is the first word that isn't an option; help needs no more than a report does.
+mode=
+for word in "$@"; do
+  case $word in
+    -h | --help) mode=report && break ;;
+    -*) ;;
+    *) mode=$word && break ;;
+  esac
+done
 if [ "$mode" != report ]; then
   kinome_packages="$kinome_packages $kinome_report_packages $kinome_compare_packages python3-venv"
   kinome_install_packages

@@ -102,6 +102,8 @@ def summary(entry, measure="relmse"):
         found[name] = {"kind": renderer["kind"], "points": points, "slope": slope(good),
                        "efficiency": efficiency(good),
                        "seconds_to": {t: seconds_to(good, t) for t in TARGETS},
+                       "not_finite": sum(run["not_finite"] for p in renderer["points"]
+                                         for run in p["runs"]),
                        "embree_share": statistics.median(shares) if shares else None}
     return found
 
@@ -116,28 +118,49 @@ def best(found, kind, target):
     return name, seconds, found[name]["seconds_to"][target][1]
 
 
+def ratio(ours, peer):
+    """How many times sooner ours is there: (ratio, kind), each of the two given as seconds_to gives
+    it. kind is "measured", "extrapolated" (or of two bounds), "at most" or "at least" where one of
+    the two is there by its fewest samples already; with None, who gets there at all: "ours only",
+    "peer only" or "neither"."""
+    if ours[0] is None or peer[0] is None:
+        return None, ("ours only" if ours[0] is not None else
+                      "peer only" if peer[0] is not None else "neither")
+    kinds = {ours[1], peer[1]}
+    if kinds == {"measured"}:
+        kind = "measured"
+    elif kinds == {"measured", "at most"}:
+        kind = "at least" if ours[1] == "at most" else "at most"
+    else:
+        kind = "extrapolated"
+    return peer[0] / ours[0], kind
+
+
 def ratios(scenes, target):
-    """How many times sooner each of ours is there than the best peer: {renderer: {scene: ratio}}.
-    None where one of the two never is. `scenes`: {name: summary}."""
+    """Each of ours against the best peer: {renderer: {scene: what ratio() says}}. `scenes`: {name:
+    summary}."""
     table = {}
     for scene, found in scenes.items():
         peer = best(found, "peer", target)
         for name, renderer in found.items():
-            if renderer["kind"] != "ours":
-                continue
-            seconds = renderer["seconds_to"][target][0]
-            table.setdefault(name, {})[scene] = (
-                peer[1] / seconds if peer and seconds else None)
+            if renderer["kind"] == "ours":
+                table.setdefault(name, {})[scene] = ratio(
+                    renderer["seconds_to"][target], peer[1:] if peer else (None, "unknown"))
     return table
 
 
-def fastest(tried, count):
-    """Names of the best configurations that were tried, by relMSE x seconds at the most samples:
-    without the worst 0.1 % of the values, or else a bright pixel decides. An error below what can
-    be told (zero or less) counts as a billionth."""
-    most = {}
-    for row in tried:
-        if row["name"] not in most or row["samples"] > most[row["name"]]["samples"]:
-            most[row["name"]] = row
-    ranked = sorted(most.values(), key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
-    return [row["name"] for row in ranked[:count]]
+def finalists(tried, count, biased=()):
+    """Names of the configurations to measure in full: the best `count` at the most samples that
+    were tried, the best at each other number of samples (what is slow to start may win only in the
+    long run), and the best whose sampler isn't one of the `biased`, whose error ends in a floor.
+
+    By relMSE x seconds, without the worst 0.1 % of the values, or else a bright pixel decides. An
+    error below what can be told (zero or less) counts as a billionth."""
+    ranked = sorted(tried, key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
+    names = []
+    for samples in sorted({row["samples"] for row in tried}, reverse=True):
+        here = [row for row in ranked if row["samples"] == samples]
+        chosen = here[:1] if names else here[:count] + [
+            row for row in here if row["sampler"] not in biased][:1]
+        names += [row["name"] for row in chosen]
+    return list(dict.fromkeys(names))

@@ -1,4 +1,5 @@
 """Time against error: Mitsuba's fastest configuration is sought, then it and ours take turns."""
+import contextlib
 import dataclasses
 import statistics
 import tempfile
@@ -13,13 +14,13 @@ from . import analysis
 from .contestants import Ours, Theirs
 from .cycles import Cycles
 from .kinome import scene_hash
-from .peers import Mitsuba, Unavailable, configurations
+from .peers import Unavailable, configurations
 from .problems import Problem
-from .store import digest
-from .tables import METHODS
+from .store import digest, hash_of_files
+from .tables import BIASED_SAMPLERS, BOUNCE, METHODS, ROOT, THREADS
 from .truth import own_error
 
-FINALISTS = 2  # configurations of Mitsuba's that are measured in full
+FINALISTS = 2  # the least number of Mitsuba's configurations that are measured in full
 FIRST_SEED = 1
 
 
@@ -39,27 +40,32 @@ class Benchmark:
             raise Problem(f"{scene.name}: the reference is {truth.mean.shape[1]}x"
                           f"{truth.mean.shape[0]}, the pictures are {size[0]}x{size[1]}")
         self.common = {"scene": scene_hash(scene.path), "name": scene.name, "size": size,
-                       "reference": description["hash"], "machine": self.machine["processor"]}
+                       "reference": description["hash"], "machine": self.machine["processor"],
+                       "cores": self.machine["cores"], "threads": THREADS,
+                       "errors": hash_of_files([ROOT / "validation/compare/errors.py"])}
         tried = self.search(scene, size, truth)
-        finalists = analysis.fastest(tried, FINALISTS)
-        renderers = self.renderers(scene, size, finalists, truth)
-        curves = self.compete(scene, renderers, truth)
+        finalists = analysis.finalists(tried, FINALISTS,
+                                       BIASED_SAMPLERS if scene.group == BOUNCE else ())
+        with contextlib.ExitStack() as ending:
+            renderers = self.renderers(scene, size, finalists, truth, ending)
+            curves = self.compete(scene, renderers, truth)
         return {"group": scene.group, "size": list(size), "program": self.kinome.program,
                 "commit": commit(), "machine": self.machine,
                 "reference": description | {"own_error": own_error(truth)},
                 "tried": tried, "curves": curves, "startup": self.startup(scene, size, renderers,
                                                                           curves)}
 
-    def measure(self, renderer, samples, seed, truth):
-        """{"seconds", "relmse", …} of one render, from the store or made now."""
+    def measure(self, renderer, samples, seed, truth, **part):
+        """{"seconds", "relmse", …} of one render, from the store or made now. `part`: what of the
+        run it is for; the times of one part are no good for another."""
         key = {**self.common, "renderer": renderer.name, **renderer.key, "samples": samples,
-               "seed": seed}
+               "seed": seed, **part}
 
         def now():
             run = renderer.run(samples, seed)
             values = {"seconds": run.seconds, "samples": run.samples, **run.extra,
                       **errors(run.image, truth, renderer.name)}
-            if seed == FIRST_SEED:
+            if seed == FIRST_SEED and not part:
                 np.save(self.folder / f"pictures/{digest(key)}.npy", run.image.astype(np.float32))
             return values
 
@@ -83,20 +89,28 @@ class Benchmark:
 
     def trial(self, renderer, samples, truth):
         """Means over the first seeds."""
-        runs = [self.measure(renderer, samples, FIRST_SEED + i, truth)
+        runs = [self.measure(renderer, samples, FIRST_SEED + i, truth, part="search")
                 for i in range(self.effort.search_seeds)]
         means = {key: statistics.fmean(run[key] for run in runs)
                  for key in ("seconds", "relmse", "trimmed")}
         return {"name": renderer.name, **dataclasses.asdict(renderer.configuration),
                 "samples": runs[0]["samples"], **means}
 
-    def renderers(self, scene, size, finalists, truth):
+    def renderers(self, scene, size, finalists, truth, ending):
+        """Who takes turns. What has to be closed is left to `ending`."""
         found = [Ours(self.kinome, m, scene, size) for m in METHODS if scene.group in m.groups]
-        found += [Theirs(self.mitsuba, c, scene, size) for c in configurations(scene)
-                  if c.name in finalists]
+        # Each with a process of its own, or else its scene would be loaded anew before each turn,
+        # and the first render after that takes longer.
+        self.mitsuba.close()
+        for configuration in configurations(scene):
+            if configuration.name in finalists:
+                own = self.mitsuba.another()
+                ending.callback(own.close)
+                found.append(Theirs(own, configuration, scene, size))
         if scene.cycles:
             try:
                 cycles = Cycles(self.cycles_python, scene, size, self.folder)
+                ending.callback(cycles.close)
                 cycles.must_agree(truth)
                 found.append(cycles)
             except Problem as reason:
@@ -167,8 +181,7 @@ class Benchmark:
             return [self.one_startup(renderer.configuration, scene, size, cache) for _ in range(2)]
 
     def one_startup(self, configuration, scene, size, cache):
-        fresh = Mitsuba(self.mitsuba.python, self.mitsuba.folder, self.log, cache,
-                        self.mitsuba.command)
+        fresh = self.mitsuba.another(cache)
         try:
             start = time.perf_counter()
             fresh.load(configuration, scene, size)

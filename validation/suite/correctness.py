@@ -1,6 +1,7 @@
 """Every scene x every integrator that claims to be unbiased, against Mitsuba or groundtruth."""
 import dataclasses
 import re
+import xml.etree.ElementTree as tree
 
 from compare import BadInput, Errors, Estimate, compare, flip
 from compare.verdict import sidak
@@ -14,13 +15,14 @@ from .truth import load_reference
 
 FAMILY_ALPHA = 0.01  # how often all checks together may fail by chance
 REFERENCES = ROOT / "validation/references"
+HERE, COMPARE = ROOT / "validation/suite", ROOT / "validation/compare"
 SEED = 1000  # the first; clustered and groundtruth share theirs, and with them their light points
 CLUSTERED_SAMPLES = 4  # of each of the renders that are compared with groundtruth
 
 
 @dataclasses.dataclass(frozen=True)
 class Check:
-    """One row of the table. `size` and `samples`: where the scene lets them be set."""
+    """One row of the table."""
 
     scene: str
     method: str
@@ -38,12 +40,20 @@ def default_integrator(path):
     return found[1]
 
 
+def has_sky_only(path):
+    """Is an environment the only emitter of that scene file?"""
+    emitters = [node.get("type") for node in tree.parse(path).iter("emitter")]
+    return len(emitters) == 1 and emitters[0] in ("envmap", "constant")
+
+
 def checks_of_small(path):
     own = default_integrator(path)
     yield Check(path.stem, own, "mitsuba", path, (("integrator", own),))
     for method in METHODS:
-        if method.truth == "groundtruth":
-            yield Check(path.stem, method.name, "groundtruth", path, tuple(method.defines.items()))
+        # References of others than `direct` have more than direct light.
+        if method.truth == "groundtruth" or (
+                method.sky_only and own == "direct" and has_sky_only(path)):
+            yield Check(path.stem, method.name, method.truth, path, tuple(method.defines.items()))
 
 
 def checks_of_big(scene):
@@ -106,9 +116,11 @@ class Correctness:
     def row(self, check, alpha):
         key = {"check": check.scene, "method": check.method, "truth": check.truth,
                "scene": scene_hash(check.path), "program": self.kinome.program, "alpha": alpha,
-               "defines": dict(self.defines(check)), "reference": self.truth_hash(check)}
+               "defines": dict(self.defines(check)), "reference": self.truth_hash(check),
+               "tests": hash_of_files([HERE / "correctness.py", *COMPARE.glob("*.py")])}
         row = self.store.recall(key, lambda: self.measure(check, alpha))
-        return {"scene": check.scene, "method": check.method, "truth": check.truth, **row}
+        return {"scene": check.scene, "method": check.method, "truth": check.truth,
+                "program": self.kinome.program, **row}
 
     def truth_hash(self, check):
         if check.truth == "groundtruth":
@@ -141,7 +153,7 @@ class Correctness:
 
     def scene_file(self, check):
         """The file to render and the options it needs."""
-        if check.big or check.truth == "mitsuba":
+        if check.big or dict(check.defines)["integrator"] != "clustered":
             return check.path, ()
         copy = with_parameters(check.path, self.folder / "scenes")
         return copy, ("-a", str(check.path.parent))
@@ -160,11 +172,11 @@ class Correctness:
         if check.truth == "mitsuba":
             return (self.references.load(check.big)[0] if check.big
                     else load_reference(REFERENCES / f"{check.scene}.exr"))
-        # One for all modes of clustered: the same points, each used once.
+        # One for all modes of clustered: the same camera rays and points, each point used once.
         if check.scene not in self.truths:
             own = {k: v for k, v in self.defines(check).items()
-                   if k not in CUT and k not in dict(check.defines)}
-            own |= {"integrator": "groundtruth", "spp": CLUSTERED_SAMPLES}
+                   if k not in CUT and k != "importance"}
+            own |= {"integrator": "groundtruth"}
             self.truths = {check.scene: self.kinome.estimate("groundtruth", path, own, SEED,
                                                              options)}
         return self.truths[check.scene]

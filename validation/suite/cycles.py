@@ -5,14 +5,13 @@ import numpy as np
 
 from compare import BadInput, Estimate, compare
 
-from .contestants import Run
+from .contestants import WARM_UP, Run
 from .problems import Problem
 from .store import hash_of_files
 from .tables import FAST, THREADS
 from .worker import Worker
 
 HERE = pathlib.Path(__file__).resolve().parent
-WARM_UP = 987654
 AGREE_RENDERS, AGREE_SAMPLES, AGREE_ALPHA = 16, 64, 0.001
 
 
@@ -29,8 +28,12 @@ class Cycles:
                                               HERE / "workers/cycles_worker.py"])}
         self.worker = Worker("Cycles", [*(command or [python, HERE / "workers/cycles_worker.py"]),
                                         str(THREADS)])
-        self.worker.ask(command="hello")
-        self.worker.ask(command="load", file=str(scene.path), width=size[0], height=size[1])
+        try:
+            self.worker.ask(command="hello")
+            self.worker.ask(command="load", file=str(scene.path), width=size[0], height=size[1])
+        except Problem:
+            self.close()
+            raise
         self.warmed = set()
 
     def must_agree(self, truth):
@@ -57,3 +60,6 @@ class Cycles:
             self.warmed.add(samples)
         image, seconds = self._render(samples, seed)
         return Run(image, seconds, samples, {})
+
+    def close(self):
+        self.worker.close()

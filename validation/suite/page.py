@@ -26,7 +26,8 @@ CLUSTERED = (
     "<b>clustered</b> (joint, luminance, brdf) converges to its set of light points, not to the "
     "light itself. So it is unbiased against our own <b>groundtruth</b>, which uses each of the "
     "same points exactly once, and is compared with that, seed by seed; its distance to Mitsuba is "
-    "how finely the points stand for the light, and shows below as a floor of its curve.")
+    "how finely the points stand for the light, and shows below as a floor of its curve. By "
+    "product it uses the environment itself, and is compared with Mitsuba.")
 LDSAMPLER = (
     "Mitsuba's ldsampler is biased on paths of several bounces (references/README.md): a curve of "
     "it may end in a floor there. All references are made with multijitter.")
@@ -93,6 +94,9 @@ def scene_section(name, entry, found, trimmed, load_picture):
     picture = plots.error_over_time(found, trimmed, entry["reference"]["own_error"])
     parts.append(f'<img src="{picture}" alt="relMSE over seconds, {html.escape(name)}"/>\n')
     parts.append(table(*tables.renderers(found, trimmed)))
+    parts += [paragraph(f"{html.escape(name)}: {one['not_finite']} pixels of all its renders were "
+                        "NaN or Inf, and are left out of its error.", "problem")
+              for name, one in found.items() if one["not_finite"]]
     goal, crops = plots.equal_time(entry, found, load_picture)
     if crops:
         parts.append(paragraph(f"After about {goal:.2g} s (the fewest samples, where these take "
@@ -116,7 +120,9 @@ def benchmark_section(scenes, load_picture):
         "mean[((I − R)² − var R) / (R² + 0.01 mean(R)²)]. <b>~</b> is extrapolated beyond the last "
         "point, <b>≤</b> reached by the fewest samples already; <b>never</b>: the curve has gone "
         "flat; <b>far</b>: it would take more than ten times its last point. A ratio is the best "
-        "peer's seconds by ours: above 1 we are faster, below 1 slower."),
+        "peer's seconds by ours: above 1 we are faster, below 1 slower; <b>peer only</b>: ours "
+        "does not get there, which no mean counts. Cycles has no clock of its own for less than a "
+        "whole render, with the file written."),
         paragraph(LDSAMPLER)]
     for target in analysis.TARGETS:
         parts += [f"<h3>To a relMSE of {target:g}</h3>\n", table(*tables.overview(found, target))]
@@ -136,7 +142,9 @@ def machine_text(data):
                 f"{e['machine']['system']}" for e in data}
     commits = {e["commit"][:10] for e in data}
     text = f"On {'; '.join(sorted(machines))}; commit {', '.join(sorted(commits))}."
-    if len({e["program"] for e in data}) > 1:
+    # Rows of a run over a few scenes stand beside those of earlier runs.
+    programs = {row.get("program") for e in data for row in e.get("rows", [e])}
+    if len(programs) > 1:
         text += " Not all rows are of the same program: some were measured before others."
     return text
 

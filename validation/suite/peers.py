@@ -42,6 +42,14 @@ class Unavailable(Problem):
     """Has been said already."""
 
 
+@dataclasses.dataclass
+class Loaded:
+    """The scene that a process holds."""
+
+    what: tuple
+    warmed: set = dataclasses.field(default_factory=set)  # sample counts that it has rendered
+
+
 class Mitsuba:
     """Variants that can't be started are said once and then left out."""
 
@@ -52,8 +60,11 @@ class Mitsuba:
         self.environment = {"DRJIT_CACHE_DIR": str(cache or folder / "kernels")}
         self.command = command or [python, HERE / "workers/mitsuba_worker.py"]
         self.workers, self.loaded, self.broken = {}, {}, {}
-        self.import_seconds = {}
         folder.mkdir(parents=True, exist_ok=True)
+
+    def another(self, cache=None):
+        """The same with processes of its own, and kernels in the folder `cache`."""
+        return Mitsuba(self.python, self.folder, self.log, cache, self.command)
 
     def worker(self, variant):
         if variant in self.broken:
@@ -65,7 +76,7 @@ class Mitsuba:
             try:
                 worker = Worker(f"Mitsuba {variant}", [*self.command, variant, str(THREADS)],
                                 self.environment)
-                self.import_seconds[variant] = worker.ask(command="hello")["import_seconds"]
+                worker.ask(command="hello")
             except Problem as reason:
                 self._give_up(variant, reason)
             self.workers[variant] = worker
@@ -77,24 +88,25 @@ class Mitsuba:
         raise self.broken[variant]
 
     def load(self, configuration, scene, size):
-        """Seconds that loading took; nothing if it is loaded already."""
+        """The Loaded scene. A process holds one at a time: kernels of llvm would have the plugins
+        of all."""
         variant = configuration.variant
         wish = (configuration, scene, size)
         worker = self.worker(variant)
-        if self.loaded.get(variant) == wish:
-            return 0.0
-        self.loaded.pop(variant, None)
-        seconds = self._ask(variant, worker, command="load", file=str(scene.path),
-                            defines=configuration.defines(scene, size))["seconds"]
-        self.loaded[variant] = wish
-        return seconds
+        if variant not in self.loaded or self.loaded[variant].what != wish:
+            self.loaded.pop(variant, None)
+            self._ask(variant, worker, command="load", file=str(scene.path),
+                      defines=configuration.defines(scene, size))
+            self.loaded[variant] = Loaded(wish)
+        return self.loaded[variant]
 
     def render(self, configuration, scene, size, samples, seed):
-        """(image or None if it is the warm-up, seconds, samples used)"""
-        self.load(configuration, scene, size)
+        """(image, seconds, samples used)"""
+        loaded = self.load(configuration, scene, size)
         output = self.folder / f"{configuration.variant}.npy"
         answer = self._ask(configuration.variant, self.workers[configuration.variant],
                            command="render", samples=samples, seed=seed, output=str(output))
+        loaded.warmed.add(samples)
         image = np.load(output).astype(np.float64)
         output.unlink()
         return image, answer["seconds"], answer["samples"]
@@ -114,6 +126,7 @@ class Mitsuba:
         for worker in self.workers.values():
             worker.close()
         self.workers.clear()
+        self.loaded.clear()
 
 
 def version_hash():

@@ -14,7 +14,7 @@ CROP = 48  # pixels
 MAGNIFIED = 3
 # Ours in warm colours and full lines, others' in cold ones and broken lines.
 OURS = ("#b30000", "#e8590c", "#f0a202", "#8c510a", "#d6336c", "#7f0000", "#c77dff")
-PEERS = ("#0b4f8a", "#2a9d8f", "#5c677d")
+PEERS = ("#0b4f8a", "#2a9d8f", "#5c677d", "#4361ee", "#6a994e")
 
 
 def styles(found):
@@ -92,7 +92,8 @@ def equal_time(entry, found, load_picture):
         image = load_picture(runs[0]["picture"])
         if image is not None:
             shown.append((f"{name}: {point['samples']} samples, {point['seconds']:.2g} s, "
-                          f"relMSE {point['relmse']:.2g}", image))
+                          f"relMSE {point['relmse']:.2g}",
+                          np.nan_to_num(image, posinf=0.0, neginf=0.0)))  # shown black
     if not shown:
         return goal, []
     middle = np.median([image for _, image in shown], axis=0)

@@ -29,7 +29,8 @@ def summary(correctness, benchmark, problems, quick):
         found = {name: analysis.summary(benchmark[name]) for name in tables.ordered(benchmark)}
         lines += ["Seconds of rendering until an error is reached, the best of ours against the "
                   "fastest configuration of the others; above 1 we are faster. `~`: extrapolated, "
-                  "`≤`: the fewest samples suffice.", ""]
+                  "`≤`: the fewest samples suffice; `peer only`: ours does not get there, which no "
+                  "mean counts.", ""]
         for target in analysis.TARGETS:
             lines += markdown(*tables.overview(found, target))
         lines += [f"The best peer's seconds by ours, at {tables.MIDDLE:g}:", ""]

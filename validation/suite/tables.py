@@ -48,13 +48,15 @@ SMALL_SCENES = tuple(sorted((ROOT / "validation/scenes").glob("*.xml")))
 @dataclasses.dataclass(frozen=True)
 class Method:
     """One of our integrators. `truth`: what it is unbiased against, "mitsuba" or "groundtruth" (of
-    the same light points); `samples`: the counts a pixel that are timed."""
+    the same light points); `samples`: the counts a pixel that are timed; `sky_only`: it is another
+    one where there is more than an environment, or more than direct light."""
 
     name: str
     defines: dict
     truth: str
     groups: tuple
     samples: tuple
+    sky_only: bool = False
 
 
 # ldsampler, ours and Mitsuba's, rounds up to a power of 4, and to 4 at least; halton takes any
@@ -75,10 +77,13 @@ METHODS = (
     Method("clustered luminance", CLUSTERED | {"importance": "luminance"}, "groundtruth", ALL,
            SLOW),
     Method("clustered brdf", CLUSTERED | {"importance": "brdf"}, "groundtruth", ALL, SLOW),
+    Method("clustered product", {"integrator": "clustered", "importance": "product"}, "mitsuba",
+           (ENVIRONMENT, PLAIN), FAST[:-1], sky_only=True),
 )
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 SAMPLERS = ("independent", "multijitter", "ldsampler")
+BIASED_SAMPLERS = ("ldsampler",)  # Mitsuba's, after a bounce: see references/README.md
 PEER_SAMPLES = FAST
 
 

@@ -2,7 +2,7 @@
 from . import analysis
 from .tables import SCENES
 
-MARKS = {"measured": "", "extrapolated": "~", "at most": "≤ "}
+MARKS = {"measured": "", "extrapolated": "~", "at most": "≤ ", "at least": "≥ "}
 WORDS = {"never": "never", "beyond": "far", "unknown": "–"}
 MIDDLE = 1e-3  # the error that the ratios are about
 
@@ -50,18 +50,37 @@ def renderers(found, trimmed):
     ratios = analysis.ratios({"": found}, MIDDLE)
     rows = []
     for name, one in found.items():
-        ratio = ratios.get(name, {}).get("")
+        ratio = ratios.get(name, {}).get("", (None, "neither"))
         rows.append([name, significant(one["slope"]), significant(one["efficiency"]),
                      *(seconds(one["seconds_to"][t]) for t in analysis.TARGETS),
-                     "–" if ratio is None else verdict(ratio),
+                     verdict(*ratio),
                      seconds(trimmed[name]["seconds_to"][MIDDLE]),
                      "–" if one["embree_share"] is None else percent(one["embree_share"])])
     return head, rows
 
 
-def verdict(ratio):
-    """How many times sooner; below 1 we lose."""
-    return f"{ratio:.2f} (slower)" if ratio < 1 else f"{ratio:.2f} (faster)"
+def ratio_text(ratio, kind):
+    if ratio is None:
+        return "–" if kind == "neither" else kind
+    return f"{MARKS[kind]}{ratio:.2f}"
+
+
+def verdict(ratio, kind="measured"):
+    """How many times sooner, and who wins; below 1 we lose. A bound on the wrong side of 1 tells
+    nobody's victory."""
+    text = ratio_text(ratio, kind)
+    if ratio is None:
+        return {"ours only": f"{text} (faster)", "peer only": f"{text} (slower)"}.get(kind, text)
+    if (kind == "at most" and ratio >= 1) or (kind == "at least" and ratio < 1):
+        return text
+    return f"{text} (slower)" if ratio < 1 else f"{text} (faster)"
+
+
+def mean_of(ratios):
+    """Geometric mean of what analysis.ratio says, in the same form, or None of nothing."""
+    measured = all(kind == "measured" for _, kind in ratios)
+    return (analysis.geometric_mean([value for value, _ in ratios]),
+            "measured" if measured else "extrapolated") if ratios else None
 
 
 def overview(scenes, target=MIDDLE):
@@ -72,15 +91,17 @@ def overview(scenes, target=MIDDLE):
     rows, ratios = [], []
     for name, found in scenes.items():
         ours, peer = (analysis.best(found, kind, target) for kind in ("ours", "peer"))
-        if ours and peer:
-            ratios.append(peer[1] / ours[1])
+        ratio = analysis.ratio(*(one[1:] if one else (None, "unknown") for one in (ours, peer)))
+        if ratio[0] is not None:
+            ratios.append(ratio)
         rows.append([name, *(text for one in (ours, peer) for text in
                              ((one[0], MARKS[one[2]] + significant(one[1])) if one
                               else ("–", "–"))),
-                     verdict(ratios[-1]) if ours and peer else "–"])
-    mean = analysis.geometric_mean(ratios)
-    if mean is not None:
-        rows.append([f"geometric mean of {len(ratios)}", "", "", "", "", verdict(mean)])
+                     verdict(*ratio)])
+    mean = mean_of(ratios)
+    if mean:
+        count = f"{len(ratios)}" if len(ratios) == len(rows) else f"{len(ratios)} of {len(rows)}"
+        rows.append([f"geometric mean of {count}", "", "", "", "", verdict(*mean)])
     return head, rows
 
 
@@ -90,11 +111,11 @@ def by_renderer(scenes, target=MIDDLE):
     head = ["", *scenes, "geometric mean"]
     rows = []
     for name, found in table.items():
-        known = [found[s] for s in scenes if found.get(s)]
-        mean = analysis.geometric_mean(known)
+        known = [found[s] for s in scenes if s in found and found[s][0] is not None]
+        mean = mean_of(known)
         partial = f" (of {len(known)})" if 0 < len(known) < len(scenes) else ""
-        rows.append([name, *(f"{found[s]:.2f}" if found.get(s) else "–" for s in scenes),
-                     "–" if mean is None else f"{mean:.2f}{partial}"])
+        rows.append([name, *(ratio_text(*found[s]) if s in found else "–" for s in scenes),
+                     f"{ratio_text(*mean)}{partial}" if mean else "–"])
     return head, rows
 
 

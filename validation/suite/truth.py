@@ -1,5 +1,4 @@
 """Mitsuba's references of the scenes of tables.SCENES: made when they are needed, and kept."""
-import json
 import subprocess
 
 import numpy as np
@@ -8,10 +7,11 @@ from compare import BadInput, load
 
 from .kinome import scene_hash
 from .problems import Problem
-from .store import hash_of_files
+from .store import hash_of_files, read_json
 from .tables import ROOT, Effort
 
 MAKE = ROOT / "validation/references/make.py"
+REQUIREMENTS = ROOT / "validation/requirements.txt"
 SAMPLER = "multijitter"  # Mitsuba's ldsampler is biased: see references/README.md
 
 
@@ -28,7 +28,9 @@ class References:
                f"{scene_hash(scene.path)}"
         path = self.folder / name / f"{scene.path.stem}.exr"
         # make.py writes the note last: with it, the picture is whole.
-        if not path.with_suffix(".json").is_file():
+        note = read_json(path.with_suffix(".json"))
+        pinned = REQUIREMENTS.read_text("utf-8").split()
+        if note is None or f"mitsuba=={note['version']}" not in pinned:
             self._make(scene, path.parent, width, height, samples, seeds)
         return path
 
@@ -65,7 +67,7 @@ def load_reference(path):
 
 
 def describe(path):
-    note = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+    note = read_json(path.with_suffix(".json"))
     kept = ("variant", "integrator", "sampler", "samples_used", "seeds", "not_finite",
             "masked_pixels", "width", "height", "seconds")
     return {key: note[key] for key in kept} | {"hash": hash_of_files([path])}
