@@ -195,7 +195,23 @@ std::vector<Case> lights() {
   const auto coarse = [](int x, int y) {
     return Rgb(0.3f + 0.5f * static_cast<float>(x), 0.2f + static_cast<float>(y * y), 1);
   };
+  // Little noise: small errors of candidates' weights show.
+  Case gradient = light("GradientOnMetal", map_xml("gradient", 32, 17, [](int x, int y) {
+                          return Rgb(0.1f + 0.05f * static_cast<float>(y)) *
+                                 (x < 16 ? Rgb(1, 0.9f, 0.8f) : Rgb(0.7f, 0.8f, 0.9f));
+                        }));
+  gradient.setup.shapes =
+      "<shape type=\"sphere\"><float name=\"radius\" value=\"1.2\"/>" + metal(.3) + "</shape>";
+  gradient.setup.rays = 32;
+  gradient.setup.direct_samples = 64;
+  Case texel = light("TexelOnMetal", map_xml("texel", 32, 17, one_texel));
+  texel.setup.shapes =
+      "<shape type=\"sphere\"><float name=\"radius\" value=\"1.2\"/>" + metal(.05) + "</shape>";
+  texel.setup.rays = 32;
+  texel.setup.direct_samples = 64;
   return {
+      gradient,
+      texel,
       light("Constant", constant_xml("1 .8 .6")),
       light("OneLitTexel", map_xml("texel", 32, 17, one_texel)),
       light("SunAtThePole", map_xml("pole", 16, 9, pole)),
@@ -271,6 +287,11 @@ std::vector<Case> cameras() {
       film("Tent", size + filter("tent"), 128),
       film("Crop", size + crop + filter("box")),
       film("CropGaussian", size + crop + filter("gaussian"), 128),
+      film("SmallCropGaussian",
+           size + integer("crop_offset_x", 6) + integer("crop_offset_y", 5) +
+               integer("crop_width", 3) + integer("crop_height", 2) +
+               "<rfilter type=\"gaussian\">" + number("stddev", 1) + "</rfilter>",
+           512),
       film("BorderGaussian", size + crop + border + filter("gaussian"), 128),
       film("OnePixel", integer("width", 1) + integer("height", 1) + filter("box"), 256),
       film("OnePixelGaussian", integer("width", 1) + integer("height", 1) + filter("gaussian"),
