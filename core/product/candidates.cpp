@@ -23,11 +23,16 @@ constexpr float kCellShares[] = {0.05f, 0.2f, 0.4f, 0.6f, 0.8f, 0.93f};
 }  // namespace
 
 void Estimator::Candidates::resize(size_t size) {
+  size_ = size;
+  if (size <= primary.size()) return;
+  size = std::max(size, 2 * primary.size());
   primary.resize(size);
   cell.resize(size);
-  for (auto* const v : {&dx, &dy, &dz, &cell_density, &lobe_density}) v->resize(size);
+  for (auto* const v : {&dx, &dy, &dz, &cell_density, &lobe_density, &f[0], &f[1], &f[2],
+                        &weight[0], &weight[1], &weight[2]}) {
+    v->resize(size);
+  }
   radiance.resize(size);
-  weight.resize(size);
 }
 
 /// Half vectors as of GGX, whatever the BSDF: its tails are heavy, so that none of the BSDF's light
@@ -37,11 +42,11 @@ void Estimator::draw_from_lobe(const Group& group, size_t first, uint32_t lobe_l
   const uint32_t count = 1u << lobe_log2;
   const auto points = HilbertPoints::get().power_of_two(lobe_log2);
   const uint64_t shift = hash_words(seed, 1);
-  const float start = random_float(seed, 0);
+  const uint32_t start = random_bits(seed, 0);
   u1_.resize(count);
   u2_.resize(count);
   for (uint32_t j = 0; j < count; ++j) {
-    candidates_.primary[first + j] = pick(group, start + static_cast<float>(j) * kGolden);
+    candidates_.primary[first + j] = pick(group, start + j * kGolden);
     const Vec2 u =
         points[j].shifted(static_cast<uint32_t>(shift), static_cast<uint32_t>(shift >> 32));
     u1_[j] = u.x;
@@ -64,10 +69,10 @@ void Estimator::draw_from_cells(const Group& group, size_t first, uint32_t count
   Comb comb(total, count, random_float(seed, 2));
   hits_.clear();
   comb.pass(importance_.data(), importance_blocks_.data(), importance_.size(), hits_);
-  const float start = random_float(seed, 3);
+  const uint32_t start = random_bits(seed, 3);
   for (size_t j = 0; j < simd::pad_lanes(count); ++j) {
     const size_t i = first + j;
-    candidates_.primary[i] = pick(group, start + static_cast<float>(j) * kPlastic);
+    candidates_.primary[i] = pick(group, start + static_cast<uint32_t>(j) * kPlastic);
     if (j >= hits_.size()) {  // padding
       const Vec3& n = primaries_->normal[candidates_.primary[i]];
       candidates_.dx[i] = n.x;
@@ -110,12 +115,11 @@ size_t Estimator::draw_candidates(const Group& group, uint32_t lobe_log2, uint32
   draw_from_lobe(group, first, lobe_log2, seed);
   if (cells > 0) draw_from_cells(group, first + lobe, cells, seed);
   evaluate_candidates(group, first);
-  weigh_candidates(group, first, lobe, cells);
   return first;
 }
 
-/// Leaves f in `values_`, each point's directions being asked for together.
-void Estimator::evaluate_candidates(const Group& group, size_t first) {
+/// Asks the BSDFs, for each point's directions together.
+void Estimator::ask_for_candidates(const Group& group, size_t first) {
   const size_t count = candidates_.size() - first;
   const auto base = order_[group.first];  // indices within a unit are close together
   const size_t span = order_[group.first + group.count - 1] - base + 1;
@@ -145,48 +149,73 @@ void Estimator::evaluate_candidates(const Group& group, size_t first) {
                               {&r_[begin], &g_[begin], &b_[begin], nullptr});
     begin = end;
   }
-  values_.resize(count);
   for (size_t at = 0; at < count; ++at) {
-    values_[evaluation_order_[at]] = {r_[at], g_[at], b_[at]};
+    const size_t i = first + evaluation_order_[at];
+    candidates_.f[0][i] = r_[at];
+    candidates_.f[1][i] = g_[at];
+    candidates_.f[2][i] = b_[at];
   }
 }
 
-void Estimator::weigh_candidates(const Group& group, size_t first, uint32_t lobe,
-                                 uint32_t from_cells) {
+void Estimator::evaluate_candidates(const Group& group, size_t first) {
+  const Patch& patch = (*patches_)[group.patch];
   Candidates& c = candidates_;
   const size_t count = c.size() - first;
-  simd::lobe_density((*patches_)[group.patch].lobe, primaries_->frames, &c.primary[first],
-                     &c.dx[first], &c.dy[first], &c.dz[first], count, &c.lobe_density[first]);
-  const float inverse_total = importance_total_ > 0 ? 1 / importance_total_ : 0.f;
-  const auto n_lobe = static_cast<float>(lobe), n_cells = static_cast<float>(from_cells);
-  const auto points = static_cast<float>(group.count);
-  for (size_t j = 0; j < count; ++j) {
-    const size_t i = first + j;
-    c.cell_density[i] *= importance_[c.cell[i]] * inverse_total;
-    const float density = n_cells * c.cell_density[i] + n_lobe * c.lobe_density[i];
-    c.weight[i] = values_[j] * c.radiance[i] * (density > 0 ? points / density : 0.f);
+  simd::lobe_density(patch.lobe, primaries_->frames, &c.primary[first], &c.dx[first], &c.dy[first],
+                     &c.dz[first], count, &c.lobe_density[first]);
+  if (!patch.is_described || !is_microfacet(patch.form)) {
+    ask_for_candidates(group, first);
+    return;
   }
+  simd::MicrofacetKind kind;
+  kind.is_ggx = patch.form.glossy == BsdfForm::Glossy::kGgx;
+  kind.is_conductor = patch.form.is_conductor;
+  for (int i = 0; i < 3; ++i) {
+    kind.eta[i] = patch.form.eta[i];
+    kind.k[i] = patch.form.k[i];
+  }
+  float* const f[3] = {&c.f[0][first], &c.f[1][first], &c.f[2][first]};
+  simd::evaluate_microfacets(kind, primaries_->microfacets, primaries_->frames, &c.primary[first],
+                             &c.dx[first], &c.dy[first], &c.dz[first], count, f);
 }
 
-/// Strata of the group's candidates.
-void Estimator::add_glossy_segment(uint32_t index, size_t first) {
-  const Visibility& visibility = visibility_[groups_[index].patch];
-  const Segment segment{true, index, weights_.size(), candidates_.size() - first, first};
+/// Strata of the group's candidates; returns their control terms.
+Rgb Estimator::add_glossy_segment(uint32_t index, size_t first, uint32_t lobe,
+                                  uint32_t from_cells) {
+  const Group& group = groups_[index];
+  const Visibility& visibility = visibility_[group.patch];
+  Candidates& c = candidates_;
+  const Segment segment{true, index, weights_.size(), c.size() - first, first};
   weights_.resize(segment.begin + segment.size);
   block_sums_.resize(weights_.size() / simd::kCellLanes);
-  for (size_t j = 0; j < segment.size; ++j) {
-    weights_[segment.begin + j] = std::abs(mean_of(candidates_.weight[first + j])) *
-                                  visibility.sigma[candidates_.cell[first + j]];
-  }
-  simd::sum_blocks(&weights_[segment.begin], segment.size,
-                   &block_sums_[segment.begin / simd::kCellLanes]);
+  const bool has_cells = importance_total_ > 0;
+  const simd::CandidateQuery query{importance_.data(),
+                                   has_cells ? 1 / importance_total_ : 0.f,
+                                   has_cells ? static_cast<float>(from_cells) : 0.f,
+                                   static_cast<float>(lobe),
+                                   static_cast<float>(group.count),
+                                   visibility.v.data(),
+                                   visibility.sigma.data()};
+  const simd::CandidateColumns columns{
+      {&c.f[0][first], &c.f[1][first], &c.f[2][first]},
+      &c.radiance[first].x,
+      &c.cell[first],
+      &c.cell_density[first],
+      &c.lobe_density[first],
+      {&c.weight[0][first], &c.weight[1][first], &c.weight[2][first]},
+      &weights_[segment.begin]};
+  float control[3];
+  simd::weigh_candidates(columns, query, segment.size, control,
+                         &block_sums_[segment.begin / simd::kCellLanes]);
   segments_.push_back(segment);
+  return {control[0], control[1], control[2]};
 }
 
 void Estimator::add_glossy(uint32_t index, const Unit& unit, Rgb& control) {
   const Group& group = groups_[index];
   const Patch& patch = (*patches_)[group.patch];
   if (!any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
+  const StageTimer timer(*stages_.candidates);
   const float wanted =
       unit.candidates * static_cast<float>(group.count) / static_cast<float>(order_.size());
   uint32_t lobe_log2 = kMinLobeLog2;
@@ -199,22 +228,19 @@ void Estimator::add_glossy(uint32_t index, const Unit& unit, Rgb& control) {
       std::clamp(static_cast<uint32_t>(wanted * patch.cell_share), kMinFromCells, kMaxFromCells);
   const size_t first =
       draw_candidates(group, lobe_log2, from_cells, hash_words(unit.seed, 4, index));
-  const Visibility& visibility = visibility_[group.patch];
-  for (size_t j = first; j < candidates_.size(); ++j) {
-    control += visibility.v[candidates_.cell[j]] * candidates_.weight[j];
-  }
-  add_glossy_segment(index, first);
+  control += add_glossy_segment(index, first, 1u << lobe_log2, from_cells);
 }
 
 void Estimator::probe_glossy(uint32_t index, const Unit& unit, std::span<PointPlan> points) {
   const Group& group = groups_[index];
   Patch& patch = (*patches_)[group.patch];
   if (!any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
+  const StageTimer timer(*stages_.candidates);
   const uint32_t lobe_log2 = is_sharp(patch) ? kProbeSharpLobeLog2 : kProbeLobeLog2;
   const uint32_t from_cells = is_sharp(patch) ? kProbeSharpFromCells : kProbeFromCells;
   const size_t first =
       draw_candidates(group, lobe_log2, from_cells, hash_words(unit.seed, 4, index));
-  add_glossy_segment(index, first);
+  add_glossy_segment(index, first, 1u << lobe_log2, from_cells);
   plan_glossy(group, first, 1u << lobe_log2, from_cells, points);
 }
 
@@ -229,7 +255,7 @@ void Estimator::plan_glossy(const Group& group, size_t first, uint32_t lobe, uin
   double sum = 0, squares = 0;
   double moments[std::size(kCellShares)] = {};
   for (size_t i = first; i < candidates_.size(); ++i) {
-    const double w = mean_of(candidates_.weight[i]);
+    const double w = mean_of(candidates_.weight_of(i));
     const double from_cell = candidates_.cell_density[i], from_lobe = candidates_.lobe_density[i];
     sum += w;
     squares += w * w;

@@ -14,6 +14,15 @@ constexpr size_t kBatch = 2048;
 constexpr float kSharpSpread = 0.5f;
 constexpr size_t kMaxGroups = 64;
 
+/// BsdfForm::transmittance at a cosine.
+inline float interpolate(const float* table, float cosine) {
+  constexpr int kLast = BsdfForm::kTableSize - 1;
+  const float x = std::clamp(cosine, 0.f, 1.f) * kLast;
+  const int i = std::min(static_cast<int>(x), kLast - 1);
+  const float w = x - static_cast<float>(i);
+  return (1 - w) * table[i] + w * table[i + 1];
+}
+
 /// Of a cone's half angle; beyond a right angle all cells may straddle a horizon.
 inline float cone_sine(float cosine) {
   return cosine > 0 ? safe_sqrt(1 - std::min(cosine * cosine, 1.f)) : 2.f;
@@ -50,6 +59,8 @@ void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
   patches_ = &patches;
   visibility_ = visibility;
   counters_ = &counters;
+  auto& stages = counters.stage_seconds;
+  stages_ = {&stages["strata"], &stages["candidates"], &stages["comb"], &stages["shadow"]};
   if (prepared_.size() < patches.size()) prepared_.resize(patches.size());
   for (Prepared& prepared : prepared_) prepared.ready = false;
 }
@@ -65,7 +76,7 @@ const Estimator::Prepared& Estimator::prepare(int32_t index) {
 void Estimator::prepare_patch(const Patch& patch, const Visibility& visibility,
                               Prepared& prepared) const {
   prepared.transmittance.clear();
-  if (!patch.bsdf->has_lambertian_diffuse()) find_transmittance(patch, prepared.transmittance);
+  if (patch.transmittance()) find_transmittance(patch, prepared.transmittance);
   const Vec3 local = light_.cells.to_local(patch.normal);
   simd::classify_cells(
       light_.columns, &local.x, cone_sine(patch.cone_cosine), visibility.knowledge(),
@@ -74,16 +85,13 @@ void Estimator::prepare_patch(const Patch& patch, const Visibility& visibility,
 
 /// Of each cell's mean direction.
 void Estimator::find_transmittance(const Patch& patch, std::vector<float>& transmittance) const {
-  const auto& table = patch.transmittance;
-  const auto last = static_cast<float>(table.size() - 1) - 1e-3f;
+  const float* const table = patch.transmittance();
   const auto& axis = light_.cells.axis();
   transmittance.resize(light_.columns.count);
   for (size_t c = 0; c < transmittance.size(); ++c) {
-    const float cosine =
-        patch.normal.x * axis[0][c] + patch.normal.y * axis[1][c] + patch.normal.z * axis[2][c];
-    const float at = std::clamp(cosine * static_cast<float>(table.size()) - 0.5f, 0.f, last);
-    const auto k = static_cast<uint32_t>(at);
-    transmittance[c] = table[k] + (table[k + 1] - table[k]) * (at - static_cast<float>(k));
+    transmittance[c] =
+        interpolate(table, patch.normal.x * axis[0][c] + patch.normal.y * axis[1][c] +
+                               patch.normal.z * axis[2][c]);
   }
 }
 
@@ -183,6 +191,7 @@ void Estimator::add_diffuse(uint32_t index, Rgb& control) {
   const Group& group = groups_[index];
   const Patch& patch = (*patches_)[group.patch];
   if (!any(patch.bsdf->lobes() & Lobe::kDiffuse) || !(group.albedo > 0)) return;
+  const StageTimer timer(*stages_.strata);
   const simd::PatchCells& cells = prepare(group.patch).cells;
   const Segment segment{false, index, weights_.size(), cells.above + cells.mixed,
                         mixed_visibility_.size()};
@@ -200,11 +209,6 @@ void Estimator::add_diffuse(uint32_t index, Rgb& control) {
                             group.albedo_normal[c].z * flux[c * 3 + 2]);
   }
   segments_.push_back(segment);
-}
-
-uint32_t Estimator::pick(const Group& group, float share) const {
-  const auto k = static_cast<uint32_t>(fraction(share) * static_cast<float>(group.count));
-  return order_[group.first + std::min(k, group.count - 1)];
 }
 
 /// Asks the BSDFs of all points, each point's directions together.
@@ -252,6 +256,7 @@ void Estimator::push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uin
 
 void Estimator::flush() {
   if (rays_.empty()) return;
+  const StageTimer timer(*stages_.shadow);
   scene_->occluded(rays_, Coherence::kIncoherent, *counters_);
   (*counters_)[RayKind::kShadow] += rays_.size();
   for (size_t i = 0; i < rays_.size(); ++i) {
@@ -277,13 +282,13 @@ void Estimator::add_mirror(uint32_t primary, uint64_t seed, Rgb* sum) {
   push_ray(primary, d, sample->weight * radiance, 0, sum);
 }
 
-void Estimator::shoot_diffuse(const Segment& segment, float scale, float offset, size_t first_hit,
-                              Rgb* sum) {
+void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offset,
+                              size_t first_hit, Rgb* sum) {
   const Group& group = groups_[segment.group];
   const Patch& patch = (*patches_)[group.patch];
   const Prepared& prepared = prepared_[group.patch];
   const Visibility& visibility = visibility_[group.patch];
-  const bool lambertian = patch.bsdf->has_lambertian_diffuse();
+  const float* const table = patch.form.transmittance;
   const auto count = static_cast<float>(group.count);
   shots_.clear();
   evaluations_.clear();
@@ -291,7 +296,7 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, float offset,
     const uint32_t stratum = hits_[j].stratum;
     const uint32_t cell = prepared.cells.ids()[stratum];
     const CellPoint& point = light_.points.pick(cell, hits_[j].remainder);
-    const uint32_t primary = pick(group, offset + static_cast<float>(first_hit + j) * kPlastic);
+    const uint32_t primary = pick(group, offset + static_cast<uint32_t>(first_hit + j) * kPlastic);
     const float factor = count * scale / weights_[segment.begin + stratum];
     float v = visibility.v[cell];
     if (!prepared.transmittance.empty()) v *= prepared.transmittance[cell];
@@ -301,14 +306,15 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, float offset,
     const float cosine = glm::dot(primaries_->normal[primary], point.d);
     const Rgb lambert = primaries_->diffuse[primary] * (kInvPi * cosine * factor) * point.weight;
     if (sum) *sum -= v * lambert;
-    if (lambertian) {
-      if (cosine > 0) push_ray(primary, point.d, lambert, cell, sum);
+    if (patch.is_described) {
+      const float t = table ? interpolate(table, cosine) : 1.f;
+      if (cosine > 0) push_ray(primary, point.d, lambert * t, cell, sum);
     } else {
       shots_.push_back({point.weight * factor, cell});
       evaluations_.push_back({primary, point.d});
     }
   }
-  if (lambertian) return;
+  if (patch.is_described) return;
   evaluate(Lobe::kDiffuse, evaluations_);
   for (size_t j = 0; j < shots_.size(); ++j) {
     push_ray(evaluations_[j].primary, evaluations_[j].d, shots_[j].weight * evaluations_[j].f,
@@ -321,7 +327,7 @@ void Estimator::shoot_glossy(const Segment& segment, float scale, Rgb* sum) {
   for (const Comb::Hit& hit : hits_) {
     const size_t i = segment.other + hit.stratum;
     const uint32_t cell = candidates_.cell[i];
-    const Rgb weight = candidates_.weight[i] * (scale / weights_[segment.begin + hit.stratum]);
+    const Rgb weight = candidates_.weight_of(i) * (scale / weights_[segment.begin + hit.stratum]);
     if (sum) *sum -= visibility.v[cell] * weight;
     push_ray(candidates_.primary[i], candidates_.direction(i), weight, cell, sum);
   }
@@ -331,8 +337,9 @@ void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
   double total = 0;
   for (const float block : block_sums_) total += block;
   if (!(total > 0) || unit.rays == 0) return;
+  const StageTimer timer(*stages_.comb);
   Comb comb(total, unit.rays, random_float(unit.seed, 1));
-  const float offset = random_float(unit.seed, 2);
+  const uint32_t offset = random_bits(unit.seed, 2);
   const auto scale = static_cast<float>(total / unit.rays);
   size_t before = 0;
   for (const Segment& segment : segments_) {

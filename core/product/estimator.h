@@ -6,6 +6,7 @@
 
 #include "comb.h"
 #include "kinome/light_cells.h"
+#include "spread.h"
 #include "tile.h"
 
 namespace kinome {
@@ -97,10 +98,16 @@ class Estimator {
     std::vector<Rgb> radiance;
     std::vector<float> cell_density;  ///< of the draw from cells, per solid angle
     std::vector<float> lobe_density;
-    std::vector<Rgb> weight;  ///< f L / density: they sum to an estimate of unshadowed light
-    size_t size() const { return primary.size(); }
+    std::vector<float> f[3];       ///< BSDF x cosine
+    std::vector<float> weight[3];  ///< f L / density: they sum to an estimate of unshadowed light
+    size_t size() const { return size_; }
+    /// Memory only grows: what is new is not initialised.
     void resize(size_t size);
     Vec3 direction(size_t i) const { return {dx[i], dy[i], dz[i]}; }
+    Rgb weight_of(size_t i) const { return {weight[0][i], weight[1][i], weight[2][i]}; }
+
+   private:
+    size_t size_ = 0;
   };
   /// A direction at a primary, and what its BSDF says.
   struct Evaluation {
@@ -127,6 +134,10 @@ class Estimator {
     std::vector<float> transmittance;  ///< of each cell; empty: 1
   };
 
+  /// Time by stage, of RenderCounters.
+  struct Stages {
+    double *strata, *candidates, *comb, *shadow;
+  };
   const Prepared& prepare(int32_t patch);
   void prepare_patch(const Patch& patch, const Visibility& visibility, Prepared& prepared) const;
   void find_transmittance(const Patch& patch, std::vector<float>& transmittance) const;
@@ -136,21 +147,25 @@ class Estimator {
   void begin_unit(const Unit& unit);
   void add_diffuse(uint32_t group, Rgb& control);
   void add_glossy(uint32_t group, const Unit& unit, Rgb& control);
-  void add_glossy_segment(uint32_t group, size_t first);
+  Rgb add_glossy_segment(uint32_t group, size_t first, uint32_t lobe, uint32_t from_cells);
   void probe_glossy(uint32_t group, const Unit& unit, std::span<PointPlan> points);
   size_t draw_candidates(const Group& group, uint32_t lobe_log2, uint32_t from_cells,
                          uint64_t seed);
   void draw_from_lobe(const Group& group, size_t first, uint32_t lobe_log2, uint64_t seed);
   void draw_from_cells(const Group& group, size_t first, uint32_t count, uint64_t seed);
   void evaluate_candidates(const Group& group, size_t first);
-  void weigh_candidates(const Group& group, size_t first, uint32_t lobe, uint32_t from_cells);
+  void ask_for_candidates(const Group& group, size_t first);
   void add_mirror(uint32_t primary, uint64_t seed, Rgb* sum);
   void comb_unit(const Unit& unit, Rgb* sum);
-  void shoot_diffuse(const Segment& segment, float scale, float offset, size_t first_hit, Rgb* sum);
+  void shoot_diffuse(const Segment& segment, float scale, uint32_t offset, size_t first_hit,
+                     Rgb* sum);
   void shoot_glossy(const Segment& segment, float scale, Rgb* sum);
   void push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell, Rgb* sum);
   void evaluate(Lobe mask, std::span<Evaluation> queries);
-  uint32_t pick(const Group& group, float share) const;
+  /// The primary at a share of the group's, in units of 2^-32.
+  uint32_t pick(const Group& group, uint32_t share) const {
+    return order_[group.first + scaled(share, group.count)];
+  }
   void plan_glossy(const Group& group, size_t first, uint32_t lobe, uint32_t from_cells,
                    std::span<PointPlan> points);
 
@@ -160,6 +175,7 @@ class Estimator {
   std::vector<Patch>* patches_ = nullptr;
   std::span<const Visibility> visibility_;
   RenderCounters* counters_ = nullptr;
+  Stages stages_{};
   std::vector<VisibilityRecord>* records_ = nullptr;  ///< of each patch; nullptr: an estimate
 
   std::vector<Prepared> prepared_;
@@ -181,7 +197,6 @@ class Estimator {
   std::vector<float> x_, y_, z_, r_, g_, b_, pdf_;
   std::vector<float> importance_, importance_blocks_;
   float importance_total_ = 0;
-  std::vector<Rgb> values_;
   std::vector<Ray> rays_;
   std::vector<Pending> pending_;
 };

@@ -15,13 +15,40 @@ IntegerPoint sobol_point(uint32_t index) {
           owen_scramble(reverse_bits(sobol_second_reversed(index)), ~kScramble)};
 }
 
+struct KeyedPoint {
+  uint32_t key;
+  IntegerPoint point;
+};
+
 std::vector<IntegerPoint> ordered_points(uint32_t count) {
-  std::vector<IntegerPoint> points(count);
-  for (uint32_t i = 0; i < count; ++i) points[i] = sobol_point(i);
-  std::sort(points.begin(), points.end(), [](const IntegerPoint& a, const IntegerPoint& b) {
-    return hilbert_index(a.x >> 16, a.y >> 16) < hilbert_index(b.x >> 16, b.y >> 16);
-  });
+  std::vector<KeyedPoint> keyed(count);
+  for (uint32_t i = 0; i < count; ++i) {
+    const IntegerPoint point = sobol_point(i);
+    keyed[i] = {hilbert_index(point.x >> 16, point.y >> 16), point};
+  }
+  std::sort(keyed.begin(), keyed.end(),
+            [](const KeyedPoint& a, const KeyedPoint& b) { return a.key < b.key; });
+  std::vector<IntegerPoint> points;
+  points.reserve(count);
+  for (const KeyedPoint& k : keyed) points.push_back(k.point);
   return points;
+}
+
+/// The lists of the first 1, 2, ... `count` points: each has one point more than that before it.
+std::vector<std::vector<IntegerPoint>> all_first_points(uint32_t count) {
+  std::vector<std::vector<IntegerPoint>> lists(1);
+  std::vector<KeyedPoint> keyed;
+  for (uint32_t i = 0; i < count; ++i) {
+    const IntegerPoint point = sobol_point(i);
+    const KeyedPoint next{hilbert_index(point.x >> 16, point.y >> 16), point};
+    const auto at =
+        std::upper_bound(keyed.begin(), keyed.end(), next,
+                         [](const KeyedPoint& a, const KeyedPoint& b) { return a.key < b.key; });
+    keyed.insert(at, next);
+    auto& list = lists.emplace_back();
+    for (const KeyedPoint& k : keyed) list.push_back(k.point);
+  }
+  return lists;
 }
 
 }  // namespace
@@ -54,8 +81,7 @@ const HilbertPoints& HilbertPoints::get() {
 
 HilbertPoints::HilbertPoints() {
   for (uint32_t log2 = 0; log2 <= kMaxLog2; ++log2) powers_.push_back(ordered_points(1u << log2));
-  firsts_.emplace_back();
-  for (uint32_t count = 1; count <= kMaxCount; ++count) firsts_.push_back(ordered_points(count));
+  firsts_ = all_first_points(kMaxCount);
 }
 
 }  // namespace kinome

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <memory>
+#include <mutex>
 
 #include "kinome/primary_rays.h"
 #include "spread.h"
@@ -22,6 +23,12 @@ constexpr float kLearnPlanes = 1.6f;
 constexpr float kTrust = 0.1f;
 /// More rays than this are left to more passes: each has fresh points of the cells.
 constexpr double kMaxRaysOfPass = 512;
+/// Below so many rays a pixel nothing is learned.
+constexpr double kLeastToLearn = 10;
+constexpr uint32_t kPilotRays = 3;           ///< for each of its primaries
+constexpr double kCandidatesUnlearned = 16;  ///< for each ray
+/// Keep the random numbers of pilot and passes apart.
+constexpr uint64_t kPilotSeed = 0x70696c6f74, kPassSeed = 0x70617373;
 /// Variances of candidates are small beside what shadows add.
 constexpr float kGlossyFactor = 2;
 /// Whatever is planned: surfaces that the pilot missed, such as thin ones, must not be left to
@@ -65,6 +72,7 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
   forecast_.resize(crop_.area());
   radiance_.assign(crop_.area(), Rgb(0.f));
   alpha_.assign(crop_.area(), 0.f);
+  passes_.assign(crop_.area(), 0);
 }
 
 size_t ProductRenderer::pixel_index(int x, int y) const {
@@ -115,7 +123,7 @@ void ProductRenderer::for_each_tile(const CellLight& light, const char* stage, c
 void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t rays) {
   pilot_primaries_ = primaries;
   points_.assign(static_cast<size_t>(crop_.area()) * primaries, {});
-  const uint64_t seed = hash_words(seed_, 0x9110);
+  const uint64_t seed = hash_words(seed_, kPilotSeed);
   for_each_tile(
       light, "pilot",
       [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
@@ -252,9 +260,7 @@ void ProductRenderer::find_trust(const TileMemory& memory, Patch& patch,
   patch.mean_visibility = (visible + 2 * patch.mean_visibility) / (count + 2);
 }
 
-void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work,
-                                const CellLight& light) {
-  (void)light;
+void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
   TileMemory& memory = tiles_[tile];
   work.controls.assign(memory.patches.size() * 9, 0.f);
   work.reserve_visibility(1, cells_.padded_size());
@@ -315,7 +321,7 @@ void ProductRenderer::plan(const CellLight& light) {
   for_each_tile(
       light, "plan",
       [&](int tile, int, const Rect& pixels, Workspace& work, RenderCounters&) {
-        plan_tile(tile, pixels, work, light);
+        plan_tile(tile, pixels, work);
       },
       [](int, Workspace&) {});
 }
@@ -330,7 +336,10 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
   const size_t count = static_cast<size_t>(pixels.area());
   work.counts.resize(count);
   for (size_t i = 0; i < count; ++i) work.counts[i] = plan[pixel_of(i)].primaries;
-  work.primaries.trace(view(), pixels, work.counts, seed, counters);
+  {
+    const StageTimer timer(counters.stage_seconds["primary"]);
+    work.primaries.trace(view(), pixels, work.counts, seed, counters);
+  }
   work.patches = memory.patches;
   assign_patches(work.primaries, work.patches);
   work.reserve_visibility(work.patches.size(), cells_.padded_size());
@@ -391,11 +400,11 @@ void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>&
             for (int x = tx * kTile; x < std::min((tx + 1) * kTile, crop_.width()); ++x) {
               const size_t pixel = static_cast<size_t>(y) * crop_.width() + x;
               radiance_[pixel] += work.sums[next++] / static_cast<float>(plan[pixel].primaries);
+              ++passes_[pixel];
             }
           }
         }
       });
-  weight_ += 1;
 }
 
 void ProductRenderer::write_film() {
@@ -405,41 +414,60 @@ void ProductRenderer::write_film() {
       for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
         if (x < crop_.x0 || x >= crop_.x1 || y < crop_.y0 || y >= crop_.y1) continue;
         const size_t pixel = pixel_index(x, y);
-        const Rgb c = radiance_[pixel] / weight_;
-        const float values[4] = {c.x, c.y, c.z, alpha_[pixel] / weight_};
+        if (passes_[pixel] == 0) continue;  // interrupted
+        const auto passes = static_cast<float>(passes_[pixel]);
+        const Rgb c = radiance_[pixel] / passes;
+        const float values[4] = {c.x, c.y, c.z, alpha_[pixel] / passes};
         tile.film.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u});
       }
     }
   });
 }
 
-void ProductRenderer::render() {
+CellLight ProductRenderer::make_light(uint64_t seed) const {
+  const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
+  return CellLight(cells_, *scene_.environment(),
+                   cells_.draw_points(kCellPoints, hash_words(seed_, seed), context_));
+}
+
+/// Returns the rays of a pixel that are left.
+double ProductRenderer::learn_from_pilot() {
   const double budget = settings_.rays_per_pixel;
+  if (budget < kLeastToLearn) {
+    context_.skip("pilot", "a few rays a pixel are too few to learn from");
+    return budget;
+  }
   const uint32_t primaries = budget < 24 ? 1 : budget < 60 ? 2 : 4;
-  const uint32_t rays = 3 * primaries;
-  const auto make_light = [&](uint64_t seed) {
-    const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
-    return CellLight(cells_, *scene_.environment(),
-                     cells_.draw_points(kCellPoints, hash_words(seed_, seed), context_));
-  };
-  {
-    const CellLight light = make_light(0);
-    context_.set_progress_range(0, 0.2);
-    pilot(light, primaries, rays);
-    plan(light);
+  const uint32_t rays = kPilotRays * primaries;
+  const CellLight light = make_light(0);
+  context_.set_progress_range(0, 0.2);
+  pilot(light, primaries, rays);
+  if (context_.cancelled()) return 0;
+  plan(light);
+  return budget - primaries - rays;
+}
+
+std::vector<PixelPlan> ProductRenderer::plan_passes(double rays_per_pixel) const {
+  const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+  if (pilot_primaries_ > 0) {
+    return allocate(forecast_, crop_.width(), crop_.height(), rays_per_pixel, settings_.adaptive);
   }
-  const double left = std::max(2., budget - primaries - rays);
-  const auto passes = static_cast<uint32_t>(std::ceil(left / kMaxRaysOfPass));
-  std::vector<PixelPlan> plan;
-  {
-    const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
-    plan = allocate(forecast_, crop_.width(), crop_.height(), left / passes, settings_.adaptive);
-  }
+  PixelPlan plan;
+  plan.primaries = static_cast<uint16_t>(std::max(1., rays_per_pixel / 3));
+  plan.rays = static_cast<uint16_t>(std::max(1., rays_per_pixel - plan.primaries));
+  plan.candidates = static_cast<float>(kCandidatesUnlearned * plan.rays);
+  return std::vector<PixelPlan>(forecast_.size(), plan);
+}
+
+void ProductRenderer::render() {
+  const double left = learn_from_pilot();
+  const auto passes = static_cast<uint32_t>(std::max(1., std::ceil(left / kMaxRaysOfPass)));
+  const std::vector<PixelPlan> plan = plan_passes(left / passes);
   points_ = {};
   for (uint32_t i = 0; i < passes && !context_.cancelled(); ++i) {
-    context_.set_progress_range(0.2 + 0.8 * i / passes, 0.2 + 0.8 * (i + 1) / passes);
-    const CellLight light = make_light(1 + i);
-    pass(light, plan, hash_words(seed_, 0x3a55, i));
+    const double begin = pilot_primaries_ > 0 ? 0.2 : 0., part = (1 - begin) / passes;
+    context_.set_progress_range(begin + part * i, begin + part * (i + 1));
+    pass(make_light(1 + i), plan, hash_words(seed_, kPassSeed, i));
   }
   context_.set_progress_range(1, 1);
   write_film();

@@ -37,17 +37,19 @@ class ProductRenderer {
   int blocks_y() const { return (crop_.height() + kBlock - 1) / kBlock; }
   size_t pixel_index(int x, int y) const;
   TilePrimaries::View view() const;
-  Workspace& workspace(const CellLight& light) const;
 
   /// fn(tile index, its pixels, workspace, counters) for each tile, a block at a time; then
   /// fn_end(workspace).
   template <class Function, class End>
   void for_each_tile(const CellLight& light, const char* stage, const Function& fn, const End& end);
 
+  CellLight make_light(uint64_t seed) const;
+  double learn_from_pilot();
+  std::vector<PixelPlan> plan_passes(double rays_per_pixel) const;
   void pilot(const CellLight& light, uint32_t primaries, uint32_t rays);
   void learn(int tile, const Patch& patch, Workspace& work) const;
   void plan(const CellLight& light);
-  void plan_tile(int tile, const Rect& pixels, Workspace& work, const CellLight& light);
+  void plan_tile(int tile, const Rect& pixels, Workspace& work);
   void forecast_pixel(const TileMemory& memory, const float* controls, size_t pixel);
   void find_trust(const TileMemory& memory, Patch& patch, const Visibility& visibility) const;
   void pass(const CellLight& light, const std::vector<PixelPlan>& plan, uint64_t seed);
@@ -66,13 +68,13 @@ class ProductRenderer {
   const Rect crop_;
   const FilterSampler filter_;
   const uint64_t seed_;
-  uint32_t pilot_primaries_ = 0;
+  uint32_t pilot_primaries_ = 0;  ///< 0: there was no pilot
   std::vector<TileMemory> tiles_;
   std::vector<PilotPoint> points_;
   std::vector<PixelForecast> forecast_;
   std::vector<Rgb> radiance_;  ///< sums over passes of each pixel's estimate
   std::vector<float> alpha_;
-  float weight_ = 0;  ///< of the passes so far
+  std::vector<uint32_t> passes_;  ///< that each pixel has been through
 };
 
 }  // namespace kinome

@@ -9,16 +9,19 @@
 namespace kinome {
 
 /// Fractional parts of multiples of these spread evenly (Roberts 2018): of the golden ratio, and
-/// of its relatives for a second and third number.
-inline constexpr float kGolden = 0.61803399f;
-inline constexpr float kPlastic = 0.75487767f;
-inline constexpr float kPlastic2 = 0.56984029f;
+/// of its relative for a second number. In units of 2^-32, where multiples wrap around exactly.
+inline constexpr uint32_t kGolden = 2654435769u;
+inline constexpr uint32_t kPlastic = 3242174889u;
 
-inline float fraction(float x) {
-  return x - std::floor(x);
+/// floor(share x count) for a share in units of 2^-32.
+inline uint32_t scaled(uint32_t share, uint32_t count) {
+  return static_cast<uint32_t>(static_cast<uint64_t>(share) * count >> 32);
+}
+inline uint32_t random_bits(uint64_t seed, uint32_t index) {
+  return static_cast<uint32_t>(hash_words(seed, index) >> 32);
 }
 inline float random_float(uint64_t seed, uint32_t index) {
-  return to_unit_float(static_cast<uint32_t>(hash_words(seed, index) >> 32));
+  return to_unit_float(random_bits(seed, index));
 }
 inline Vec3 normalized(const Vec3& v, const Vec3& otherwise) {
   const float length2 = glm::dot(v, v);

@@ -50,14 +50,12 @@ simd::HalfVectorLobe probe_lobe(const Bsdf& bsdf, const SurfaceInteraction& si) 
   return {width(along), width(across)};
 }
 
-/// How a diffuse lobe that is not Lambertian varies with the cosine, as its BSDF tells at `si`.
-/// Only control terms depend on it.
 void probe_transmittance(const SurfaceInteraction& si, Patch& patch) {
-  constexpr size_t kSteps = std::tuple_size_v<decltype(patch.transmittance)>;
+  constexpr int kSteps = BsdfForm::kTableSize;
   const Frame frame = Frame::from_normal(patch.normal);
   float x[kSteps], y[kSteps], z[kSteps], r[kSteps], g[kSteps], b[kSteps];
-  const auto cosine_of = [](size_t k) { return (static_cast<float>(k) + 0.5f) / kSteps; };
-  for (size_t k = 0; k < kSteps; ++k) {
+  const auto cosine_of = [](int k) { return std::max(static_cast<float>(k), 0.5f) / (kSteps - 1); };
+  for (int k = 0; k < kSteps; ++k) {
     const float cosine = cosine_of(k);
     const Vec3 d = si.frame.to_local(frame.n * cosine + frame.s * safe_sqrt(1 - cosine * cosine));
     x[k] = d.x;
@@ -65,10 +63,10 @@ void probe_transmittance(const SurfaceInteraction& si, Patch& patch) {
     z[k] = d.z;
   }
   patch.bsdf->eval_pdf(si, Lobe::kDiffuse, {x, y, z, kSteps}, {r, g, b, nullptr});
-  for (size_t k = 0; k < kSteps; ++k) {
+  for (int k = 0; k < kSteps; ++k) {
     const float lambertian = mean_of(patch.diffuse) * kInvPi * cosine_of(k);
     const float factor = mean_of({r[k], g[k], b[k]}) / lambertian;
-    patch.transmittance[k] = std::clamp(factor, kLeastTransmittance, 4.f);
+    patch.probed[k] = std::clamp(factor, kLeastTransmittance, 4.f);
   }
 }
 
@@ -178,6 +176,7 @@ void TilePrimaries::trace(const View& view, const Rect& pixels, std::span<const 
   patch.assign(size(), -1);
   normal.resize(size());
   frames.resize(size());
+  microfacets.resize(size());
   diffuse.resize(size());
 }
 
@@ -224,7 +223,7 @@ bool belongs(const Patch& patch, const Bsdf* bsdf, const Vec3& normal, const Vec
 namespace {
 
 /// Reads what the point reflects; false where that is nothing.
-bool prepare_point(TilePrimaries& primaries, size_t i) {
+bool prepare_point(TilePrimaries& primaries, size_t i, std::optional<BsdfForm>& form) {
   if (!primaries.hit(i)) return false;
   const SurfaceInteraction& si = primaries.interaction(i);
   const Bsdf& bsdf = si.shape->bsdf();
@@ -238,14 +237,22 @@ bool prepare_point(TilePrimaries& primaries, size_t i) {
     primaries.frames.tangent[axis][i] = frame.s[axis];
     primaries.frames.viewer[axis][i] = viewer[axis];
   }
-  const LobeReflectance reflectance = bsdf.reflectance(si);
-  primaries.diffuse[i] = any(bsdf.lobes() & Lobe::kDiffuse) ? reflectance.diffuse : Rgb(0.f);
-  return any(bsdf.lobes() & Lobe::kDelta) || !is_black(reflectance.diffuse) ||
-         !is_black(reflectance.glossy);
+  const bool has_delta = any(bsdf.lobes() & Lobe::kDelta);
+  form = bsdf.form(si);
+  if (!form) {
+    const LobeReflectance reflectance = bsdf.reflectance(si);
+    primaries.diffuse[i] = any(bsdf.lobes() & Lobe::kDiffuse) ? reflectance.diffuse : Rgb(0.f);
+    return has_delta || !is_black(reflectance.diffuse) || !is_black(reflectance.glossy);
+  }
+  primaries.diffuse[i] = form->diffuse;
+  primaries.microfacets.alpha_u[i] = form->alpha_u;
+  primaries.microfacets.alpha_v[i] = form->alpha_v;
+  for (int c = 0; c < 3; ++c) primaries.microfacets.specular[c][i] = form->specular[c];
+  return has_delta || !is_black(form->diffuse) || form->glossy != BsdfForm::Glossy::kNone;
 }
 
 /// A new patch around point i.
-Patch start_patch(const TilePrimaries& primaries, size_t i) {
+Patch start_patch(const TilePrimaries& primaries, size_t i, const std::optional<BsdfForm>& form) {
   const SurfaceInteraction& si = primaries.interaction(i);
   Patch patch;
   patch.bsdf = &si.shape->bsdf();
@@ -255,10 +262,14 @@ Patch start_patch(const TilePrimaries& primaries, size_t i) {
   patch.cone_cosine = kPatchCosine;
   patch.tolerance = kPlaneWidths * primaries.width_at(si.t);
   patch.diffuse = primaries.diffuse[i];
-  patch.lobe = probe_lobe(*patch.bsdf, si);
-  patch.transmittance.fill(1);  // other points may reflect where this one is black
-  if (mean_of(patch.diffuse) > 0 && !patch.bsdf->has_lambertian_diffuse()) {
-    probe_transmittance(si, patch);
+  patch.is_described = form.has_value();
+  if (form) patch.form = *form;
+  patch.probed.fill(1);  // other points may reflect where this one is black
+  if (!form && mean_of(patch.diffuse) > 0) probe_transmittance(si, patch);
+  if (form && is_microfacet(*form)) {
+    patch.lobe = {form->alpha_u, form->alpha_v};
+  } else {
+    patch.lobe = probe_lobe(*patch.bsdf, si);
   }
   return patch;
 }
@@ -291,15 +302,18 @@ int32_t widen_some_patch(std::vector<Patch>& patches, const Bsdf* bsdf) {
 
 void assign(TilePrimaries& primaries, std::vector<Patch>& patches) {
   for (size_t i = 0; i < primaries.size(); ++i) {
-    if (!prepare_point(primaries, i)) continue;
+    std::optional<BsdfForm> form;
+    if (!prepare_point(primaries, i, form)) continue;
     int32_t k = find_patch(patches, primaries, i);
     if (k < 0 && patches.size() >= kMaxPatches) {
       k = widen_some_patch(patches, &primaries.interaction(i).shape->bsdf());
     }
     if (k < 0) {
       k = static_cast<int32_t>(patches.size());
-      patches.push_back(start_patch(primaries, i));
+      patches.push_back(start_patch(primaries, i, form));
     }
+    Patch& patch = patches[k];
+    patch.is_described = patch.is_described && form && form->same_kind(patch.form);
     primaries.patch[i] = k;
   }
 }

@@ -60,7 +60,9 @@ class TilePrimaries {
   std::vector<int32_t> patch;
   std::vector<Vec3> normal;  ///< Bsdf::reflection_frame
   simd::PointFrames frames;  ///< the same, with its tangent and the viewer; where patch >= 0
-  std::vector<Rgb> diffuse;  ///< LobeReflectance::diffuse; 0 where there is none
+  /// BsdfForm::diffuse, or LobeReflectance::diffuse where there is no form; 0: no such lobe.
+  std::vector<Rgb> diffuse;
+  simd::MicrofacetPoints microfacets;  ///< of points whose patch is_described
 
   /// Length of a tile's side at a distance of t, world units.
   float width_at(float t) const { return origin_width_ + t * direction_width_; }
@@ -93,9 +95,13 @@ struct Patch {
   float cone_cosine = 1;  ///< all normals are within
   float tolerance = 0;    ///< distance from the plane within which points belong here
   Rgb diffuse{0.f};       ///< mean
-  /// Diffuse reflection relative to a Lambertian one of `diffuse`, for cosines (k + 1/2) / size; of
-  /// no use where the BSDF has_lambertian_diffuse().
-  std::array<float, 16> transmittance{};
+  /// All points have a BsdfForm of the kind of `form`, by which kernels may evaluate them.
+  bool is_described = false;
+  BsdfForm form;
+  /// Of a diffuse lobe without a form: its value relative to a Lambertian one of `diffuse`, at
+  /// cosines as in BsdfForm::transmittance. Only control terms depend on it.
+  std::array<float, BsdfForm::kTableSize> probed{};
+  const float* transmittance() const { return is_described ? form.transmittance : probed.data(); }
   /// Width of the glossy lobe, as of a GGX distribution of half vectors. Only importance depends on
   /// it.
   simd::HalfVectorLobe lobe{1, 1};
@@ -114,6 +120,10 @@ struct Patch {
   float mean_sigma = 1;
   bool trust = true;  ///< false: v is of no use to the glossy lobe
 };
+
+inline bool is_microfacet(const BsdfForm& form) {
+  return form.glossy == BsdfForm::Glossy::kBeckmann || form.glossy == BsdfForm::Glossy::kGgx;
+}
 
 /// Reflects by a lobe so sharp that points of different normals share no directions.
 inline bool is_sharp(const Patch& patch) {

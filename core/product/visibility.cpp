@@ -70,6 +70,10 @@ void VisibilityLearner::finish(Visibility& out) {
   }
   // Downward: a node's sums become its share.
   Node& root = levels_.back().front();
+  if (root.all == 0) {
+    out.reset();
+    return;
+  }
   root.visible = (root.visible + 0.5f) / (root.all + 1);
   for (size_t level = levels_.size() - 1; level-- > 0;) {
     for (size_t i = 0; i < levels_[level].size(); ++i) {

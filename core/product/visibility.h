@@ -40,6 +40,7 @@ class VisibilityLearner {
   void begin();
   /// Each record counts `weight` / 16.
   void add(std::span<const VisibilityRecord> records, uint32_t weight);
+  /// Without any record: nothing is known.
   void finish(Visibility& out);
 
  private:

@@ -7,6 +7,8 @@
 #include <hwy/foreach_target.h>  // must come before highway.h
 #include <hwy/highway.h>
 
+#include <hwy/contrib/math/math-inl.h>
+
 #include <numbers>
 
 HWY_BEFORE_NAMESPACE();
@@ -118,6 +120,139 @@ void LobeDensity(const HalfVectorLobe& lobe, const PointFrames& frames, const ui
   }
 }
 
+/// Share of the microfacets facing v that is seen from v; slope2 = (alpha tan theta)².
+HWY_INLINE V smith_g1(bool is_ggx, V slope2) {
+  const Tag d;
+  const V one = hn::Set(d, 1.f);
+  if (is_ggx) return hn::Div(hn::Set(d, 2.f), hn::Add(one, hn::Sqrt(hn::Add(one, slope2))));
+  const V a = hn::Div(one, hn::Sqrt(hn::Max(slope2, hn::Set(d, 1e-12f))));
+  const V top = hn::Mul(a, hn::MulAdd(a, hn::Set(d, 2.181f), hn::Set(d, 3.535f)));
+  const V bottom = hn::MulAdd(a, hn::MulAdd(a, hn::Set(d, 2.577f), hn::Set(d, 2.276f)), one);
+  return hn::IfThenElse(hn::Ge(a, hn::Set(d, 1.6f)), one, hn::Div(top, bottom));
+}
+
+HWY_INLINE V fresnel_dielectric(V cosine, float eta) {
+  const Tag d;
+  const V one = hn::Set(d, 1.f), e = hn::Set(d, eta);
+  if (eta == 1) return hn::Zero(d);
+  const V sin2 = hn::Mul(hn::NegMulAdd(cosine, cosine, one), hn::Set(d, 1 / (eta * eta)));
+  const V inside = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(one, sin2)));
+  const V s = hn::Div(hn::NegMulAdd(e, inside, cosine), hn::MulAdd(e, inside, cosine));
+  const V p = hn::Div(hn::MulSub(e, cosine, inside), hn::MulAdd(e, cosine, inside));
+  const V value = hn::Mul(hn::Set(d, 0.5f), hn::MulAdd(s, s, hn::Mul(p, p)));
+  return hn::IfThenElse(hn::Ge(sin2, one), one, value);
+}
+
+HWY_INLINE V fresnel_conductor(V cosine, float eta, float k) {
+  const Tag d;
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.f), half = hn::Set(d, 0.5f);
+  const V cos2 = hn::Mul(cosine, cosine), sin2 = hn::Sub(one, cos2);
+  const V t = hn::Sub(hn::Set(d, eta * eta - k * k), sin2);
+  const V sum = hn::Sqrt(hn::Max(zero, hn::MulAdd(t, t, hn::Set(d, 4 * eta * eta * k * k))));
+  const V a = hn::Sqrt(hn::Max(zero, hn::Mul(half, hn::Add(sum, t))));
+  const V c = hn::Mul(hn::Add(cosine, cosine), a);
+  const V s_sum = hn::Add(sum, cos2), s_bottom = hn::Add(s_sum, c);
+  const V s = hn::IfThenElse(hn::Gt(s_bottom, zero), hn::Div(hn::Sub(s_sum, c), s_bottom), one);
+  const V p_sum = hn::MulAdd(sum, cos2, hn::Mul(sin2, sin2));
+  const V p_bottom = hn::MulAdd(c, sin2, p_sum);
+  const V p =
+      hn::IfThenElse(hn::Gt(p_bottom, zero), hn::Div(hn::NegMulAdd(c, sin2, p_sum), p_bottom), one);
+  return hn::Max(zero, hn::Mul(half, hn::MulAdd(s, p, s)));
+}
+
+void EvaluateMicrofacets(const MicrofacetKind& kind, const MicrofacetPoints& lobes,
+                         const PointFrames& frames, const uint32_t* point, const float* dx,
+                         const float* dy, const float* dz, size_t count, float* const f[3]) {
+  const Tag d;
+  const IndexTag di;
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.f);
+  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const Index at = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), point + i));
+    const V3 n = gather(frames.normal, at), t = gather(frames.tangent, at);
+    const V3 w = gather(frames.viewer, at), b = cross(n, t);
+    const V3 o{hn::LoadU(d, dx + i), hn::LoadU(d, dy + i), hn::LoadU(d, dz + i)};
+    const V inverse_u = hn::Div(one, hn::GatherIndex(d, lobes.alpha_u.data(), at));
+    const V inverse_v = hn::Div(one, hn::GatherIndex(d, lobes.alpha_v.data(), at));
+    const V3 sum{hn::Add(w.x, o.x), hn::Add(w.y, o.y), hn::Add(w.z, o.z)};
+    const V scale = hn::Div(one, hn::Sqrt(hn::Max(dot(sum, sum), hn::Set(d, 1e-20f))));
+    const V3 h{hn::Mul(sum.x, scale), hn::Mul(sum.y, scale), hn::Mul(sum.z, scale)};
+    const V cos_i = dot(n, w), cos_o = dot(n, o), cos_h = dot(n, h);
+    const V cos_half = hn::Min(hn::Max(dot(w, h), zero), one);
+    const V hu = hn::Mul(dot(t, h), inverse_u), hv = hn::Mul(dot(b, h), inverse_v);
+    const V r2 = hn::MulAdd(hu, hu, hn::Mul(hv, hv)), z2 = hn::Mul(cos_h, cos_h);
+    V distribution = hn::Mul(hn::Mul(inverse_u, inverse_v), hn::Set(d, 1 / kPi));
+    if (kind.is_ggx) {
+      const V q = hn::Add(r2, z2);
+      distribution = hn::Div(distribution, hn::Max(hn::Mul(q, q), hn::Set(d, 1e-30f)));
+    } else {
+      const V safe2 = hn::Max(z2, hn::Set(d, 1e-12f));
+      const V exponent = hn::Max(hn::Neg(hn::Div(r2, safe2)), hn::Set(d, -87.f));
+      distribution = hn::Div(hn::Mul(distribution, hn::Exp(d, exponent)), hn::Mul(safe2, safe2));
+    }
+    const auto slope2 = [&](const V3& v, V cosine) {
+      // (alpha tan theta)², alpha being that along v.
+      const V u = hn::Div(dot(t, v), inverse_u), s = hn::Div(dot(b, v), inverse_v);
+      return hn::Div(hn::MulAdd(u, u, hn::Mul(s, s)),
+                     hn::Max(hn::Mul(cosine, cosine), hn::Set(d, 1e-20f)));
+    };
+    const V g =
+        hn::Mul(smith_g1(kind.is_ggx, slope2(w, cos_i)), smith_g1(kind.is_ggx, slope2(o, cos_o)));
+    const auto valid = hn::And(
+        hn::And(hn::Gt(cos_i, zero), hn::Gt(cos_o, zero)),
+        hn::And(hn::Gt(hn::Mul(distribution, cos_h), hn::Set(d, 1e-20f)), hn::Gt(cos_half, zero)));
+    const V value = hn::IfThenElseZero(
+        valid, hn::Div(hn::Mul(distribution, g),
+                       hn::Max(hn::Mul(hn::Set(d, 4.f), cos_i), hn::Set(d, 1e-20f))));
+    V fresnel = zero;
+    if (!kind.is_conductor) fresnel = fresnel_dielectric(cos_half, kind.eta[0]);
+    for (int c = 0; c < 3; ++c) {
+      if (kind.is_conductor) fresnel = fresnel_conductor(cos_half, kind.eta[c], kind.k[c]);
+      const V specular = hn::GatherIndex(d, lobes.specular[c].data(), at);
+      hn::StoreU(hn::Mul(value, hn::Mul(fresnel, specular)), d, f[c] + i);
+    }
+  }
+}
+
+void WeighCandidates(const CandidateColumns& c, const CandidateQuery& q, size_t count,
+                     float control[3], float* block_sums) {
+  const Tag d;
+  const IndexTag di;
+  const size_t lanes = hn::Lanes(d);
+  const V zero = hn::Zero(d);
+  V sums[3] = {zero, zero, zero};
+  for (size_t block = 0; block < count / kLobeLanes; ++block) {
+    V block_sum = zero;
+    for (size_t i = block * kLobeLanes; i < (block + 1) * kLobeLanes; i += lanes) {
+      const Index cell = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), c.cell + i));
+      const V share = hn::Mul(hn::GatherIndex(d, q.importance, cell), hn::Set(d, q.inverse_total));
+      const V from_cell = hn::Mul(hn::LoadU(d, c.cell_density + i), share);
+      hn::StoreU(from_cell, d, c.cell_density + i);
+      const V density =
+          hn::MulAdd(hn::Set(d, q.from_cells), from_cell,
+                     hn::Mul(hn::Set(d, q.from_lobe), hn::LoadU(d, c.lobe_density + i)));
+      const V factor =
+          hn::IfThenElseZero(hn::Gt(density, zero),
+                             hn::Div(hn::Set(d, q.points), hn::Max(density, hn::Set(d, 1e-37f))));
+      V radiance[3];
+      hn::LoadInterleaved3(d, c.radiance + 3 * i, radiance[0], radiance[1], radiance[2]);
+      const V v = hn::GatherIndex(d, q.visibility, cell);
+      V mean = zero;
+      for (int k = 0; k < 3; ++k) {
+        const V weight = hn::Mul(hn::Mul(hn::LoadU(d, c.f[k] + i), radiance[k]), factor);
+        hn::StoreU(weight, d, c.weight[k] + i);
+        sums[k] = hn::MulAdd(v, weight, sums[k]);
+        mean = hn::Add(mean, weight);
+      }
+      const V uncertainty =
+          hn::Mul(hn::Mul(hn::Abs(mean), hn::Set(d, 1 / 3.f)), hn::GatherIndex(d, q.sigma, cell));
+      hn::StoreU(uncertainty, d, c.uncertainty + i);
+      block_sum = hn::Add(block_sum, uncertainty);
+    }
+    block_sums[block] = hn::GetLane(hn::SumOfLanes(d, block_sum));
+  }
+  for (int k = 0; k < 3; ++k) control[k] = hn::GetLane(hn::SumOfLanes(d, sums[k]));
+}
+
 /// Of x >= 0 and y >= 0, in [0, pi / 2]; the polynomial of Moshier's Cephes library (atanf).
 HWY_INLINE V atan2_first_quadrant(V y, V x) {
   const Tag d;
@@ -165,6 +300,8 @@ namespace kinome::simd {
 
 HWY_EXPORT(SampleLobe);
 HWY_EXPORT(LobeDensity);
+HWY_EXPORT(EvaluateMicrofacets);
+HWY_EXPORT(WeighCandidates);
 HWY_EXPORT(PolarAngles);
 
 void sample_lobe(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
@@ -175,6 +312,17 @@ void sample_lobe(const HalfVectorLobe& lobe, const PointFrames& frames, const ui
 void lobe_density(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
                   const float* dx, const float* dy, const float* dz, size_t count, float* density) {
   HWY_DYNAMIC_DISPATCH(LobeDensity)(lobe, frames, point, dx, dy, dz, count, density);
+}
+
+void evaluate_microfacets(const MicrofacetKind& kind, const MicrofacetPoints& lobes,
+                          const PointFrames& frames, const uint32_t* point, const float* dx,
+                          const float* dy, const float* dz, size_t count, float* const f[3]) {
+  HWY_DYNAMIC_DISPATCH(EvaluateMicrofacets)(kind, lobes, frames, point, dx, dy, dz, count, f);
+}
+
+void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& query, size_t count,
+                      float control[3], float* block_sums) {
+  HWY_DYNAMIC_DISPATCH(WeighCandidates)(candidates, query, count, control, block_sums);
 }
 
 void polar_angles(const float to_local[9], const float* dx, const float* dy, const float* dz,

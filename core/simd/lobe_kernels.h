@@ -40,6 +40,52 @@ void sample_lobe(const HalfVectorLobe& lobe, const PointFrames& frames, const ui
 void lobe_density(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
                   const float* dx, const float* dy, const float* dz, size_t count, float* density);
 
+/// Microfacet lobes of one kind, as BsdfForm has them.
+struct MicrofacetKind {
+  bool is_ggx = false;
+  bool is_conductor = false;
+  float eta[3] = {1, 1, 1};
+  float k[3] = {};
+};
+/// What differs from point to point.
+struct MicrofacetPoints {
+  std::vector<float> alpha_u, alpha_v;
+  std::vector<float> specular[3];
+  void resize(size_t points) {
+    alpha_u.resize(points);
+    alpha_v.resize(points);
+    for (auto& v : specular) v.resize(points);
+  }
+};
+/// f cos of each direction, three channels.
+void evaluate_microfacets(const MicrofacetKind& kind, const MicrofacetPoints& lobes,
+                          const PointFrames& frames, const uint32_t* point, const float* dx,
+                          const float* dy, const float* dz, size_t count, float* const f[3]);
+
+/// Unshadowed candidates of a group of points, and what weighs them.
+struct CandidateColumns {
+  const float* f[3];
+  const float* radiance;  ///< r, g, b interleaved
+  const uint32_t* cell;
+  float* cell_density;  ///< of the cell's points; becomes that of the draw from the cells
+  const float* lobe_density;
+  float* weight[3];
+  float* uncertainty;  ///< |mean weight| x sigma of the cell
+};
+struct CandidateQuery {
+  const float* importance;  ///< of each cell
+  float inverse_total;      ///< of importances; 0: none were drawn from the cells
+  float from_cells;         ///< number of candidates drawn so
+  float from_lobe;
+  float points;             ///< number of points in the group
+  const float* visibility;  ///< of each cell
+  const float* sigma;
+};
+/// weight = points x f x radiance / (density of both draws); its sum estimates the points' light.
+/// control: sum of visibility x weight. Sums of the uncertainties as in sum_blocks.
+void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& query, size_t count,
+                      float control[3], float* block_sums);
+
 /// Coordinates of unit directions of a local space, d = (sin phi sin theta, cos theta,
 /// -cos phi sin theta): phi in [0, 2 pi] to 5e-7, as an arc, and theta in [0, pi] to 4e-7.
 /// `to_local` is a matrix by rows.

@@ -60,7 +60,6 @@ DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, 
   const size_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
   const auto resize = [&](std::vector<float>& v) { v.assign(padded, 0.f); };
   resize(flux_);
-  resize(inverse_flux_);
   resize(radius_);
   for (auto& v : vector_flux_) resize(v);
   for (auto& v : importance_flux_) resize(v);
@@ -91,51 +90,80 @@ double DistantCells::sum(const std::vector<double>& row_sums, const Rectangle& r
   return total;
 }
 
+bool DistantCells::eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const {
+  if (columns_parts_ > 1 || rows_parts_ > 1) {
+    const Vec2 parts(static_cast<float>(columns_parts_), static_cast<float>(rows_parts_));
+    for (Vec2& place : places) place /= parts;
+  }
+  return emitter_.eval_grid_batch(places, radiance);
+}
+
+void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& points) const {
+  const size_t count = static_cast<size_t>(x1 - x0) * 4;
+  points.places.resize(count);
+  points.directions.resize(count);
+  points.radiance.resize(count);
+  double sines[2];
+  for (int g = 0; g < 2; ++g) {
+    const double theta = (row + kGauss[g]) * kPiD / grid_.rows;
+    const double cosine = std::cos(theta);
+    sines[g] = std::sin(theta);
+    for (int i = 2 * x0; i < 2 * x1; ++i) {
+      const size_t k = static_cast<size_t>(i / 2 - x0) * 4 + 2 * g + i % 2;
+      const Vec3 local(static_cast<float>(sines[g] * column_sines_[i]), static_cast<float>(cosine),
+                       static_cast<float>(-sines[g] * column_cosines_[i]));
+      points.directions[k] = grid_.to_world * local;
+      points.places[k] = {static_cast<float>(i / 2 + kGauss[i % 2]),
+                          static_cast<float>(row + kGauss[g])};
+    }
+  }
+  const double scale = 0.5 * quad_solid_angle(row) / (sines[0] + sines[1]);
+  for (int g = 0; g < 2; ++g) points.weights[g] = sines[g] * scale;
+  if (!eval_grid(points.places, points.radiance)) {
+    emitter_.eval_environment_batch(points.directions, points.radiance, {});
+  }
+}
+
+/// Densities need not be exact: of a smooth quad its centre tells enough.
+void DistantCells::find_quad_points(int row, GaussPoints& points) const {
+  if (grid_.smooth_quads) {
+    points.places.resize(grid_.columns);
+    points.radiance.resize(grid_.columns);
+    for (int x = 0; x < grid_.columns; ++x) {
+      points.places[x] = {static_cast<float>(x) + 0.5f, static_cast<float>(row) + 0.5f};
+    }
+    if (eval_grid(points.places, points.radiance)) return;
+  }
+  find_gauss_points(row, 0, grid_.columns, points);
+}
+
 void DistantCells::tabulate(const RenderContext& context) {
   const int columns = grid_.columns, rows = grid_.rows;
   luminance_.resize(static_cast<size_t>(columns) * rows);
   row_cosines_.resize(rows + 1);
   for (int y = 0; y <= rows; ++y) row_cosines_[y] = std::cos(kPiD * y / rows);
-  std::vector<double> sines(columns * 2), cosines(columns * 2);
   for (int i = 0; i < 2 * columns; ++i) {
     const double phi = (i / 2 + kGauss[i % 2] + grid_.first_column) * 2 * kPiD / columns;
-    sines[i] = std::sin(phi);
-    cosines[i] = std::cos(phi);
+    column_sines_.push_back(std::sin(phi));
+    column_cosines_.push_back(std::cos(phi));
   }
   std::vector<double> row_means(rows);
   context.parallel_for(rows, [&](size_t y) {
-    thread_local std::vector<Vec3> directions;
-    thread_local std::vector<Rgb> radiance;
-    const size_t count = static_cast<size_t>(columns) * 4;
-    directions.resize(count);
-    radiance.resize(count);
-    double weights[2];
-    for (int g = 0; g < 2; ++g) {
-      const double theta = (static_cast<double>(y) + kGauss[g]) * kPiD / rows;
-      const double s = std::sin(theta);
-      weights[g] = s;
-      for (int i = 0; i < 2 * columns; ++i) {
-        directions[static_cast<size_t>(g) * 2 * columns + i] =
-            grid_.to_world * Vec3(static_cast<float>(s * sines[i]),
-                                  static_cast<float>(std::cos(theta)),
-                                  static_cast<float>(-s * cosines[i]));
-      }
-    }
-    emitter_.eval_environment_batch(directions, radiance, {});
-    const double scale = 0.5 / (weights[0] + weights[1]);
+    const double solid_angle = quad_solid_angle(static_cast<int>(y));
     double row_sum = 0;
+    thread_local GaussPoints points;
+    find_quad_points(static_cast<int>(y), points);
+    const size_t per_quad = points.radiance.size() / columns;
     for (int x = 0; x < columns; ++x) {
-      double value = 0;
-      for (int g = 0; g < 2; ++g) {
-        for (int k = 0; k < 2; ++k) {
-          value += weights[g] *
-                   std::abs(mean_of(radiance[static_cast<size_t>(g) * 2 * columns + 2 * x + k]));
-        }
+      float sum = 0;
+      for (size_t g = 0; g < per_quad; ++g) {
+        sum += std::abs(mean_of(points.radiance[x * per_quad + g]));
       }
-      luminance_[y * columns + x] = static_cast<float>(value * scale);
-      row_sum += value * scale;
+      const float mean = sum / static_cast<float>(per_quad);
+      luminance_[y * columns + x] = mean;
+      row_sum += mean * solid_angle;
     }
-    row_means[y] = row_sum * quad_solid_angle(static_cast<int>(y));
+    row_means[y] = row_sum;
   });
   double total = 0;
   for (const double mean : row_means) total += mean;
@@ -212,46 +240,28 @@ void DistantCells::divide(uint32_t count) {
                : std::pair(a.second.y0, a.second.x0) < std::pair(b.second.y0, b.second.x0);
   });
   size_ = static_cast<uint32_t>(cells.size());
-  cell_of_quad_.resize(luminance_.size());
-  for (uint32_t i = 0; i < size_; ++i) {
-    const Rectangle& r = cells[i].second;
-    rectangles_.push_back(r);
-    for (int y = r.y0; y < r.y1; ++y) {
-      std::fill_n(&cell_of_quad_[static_cast<size_t>(y) * columns + r.x0], r.x1 - r.x0,
-                  static_cast<uint16_t>(i));
-    }
-  }
+  quads_.resize(luminance_.size());
+  for (const auto& cell : cells) rectangles_.push_back(cell.second);
 }
 
 void DistantCells::describe(uint32_t cell) {
-  thread_local std::vector<Vec3> directions;
-  thread_local std::vector<Rgb> radiance;
+  thread_local GaussPoints points;
   const Rectangle& r = rectangles_[cell];
   flux_[cell] = static_cast<float>(sum(row_sums_, r));
-  inverse_flux_[cell] = 1 / flux_[cell];
   double mean[3] = {}, importance[3] = {}, flux[9] = {};
   for (int y = r.y0; y < r.y1; ++y) {
-    const double angle = quad_solid_angle(y);
-    directions.clear();
-    for (int x = r.x0; x < r.x1; ++x) {
-      for (int g = 0; g < 4; ++g)
-        directions.push_back(direction(x + kGauss[g & 1], y + kGauss[g / 2]));
-    }
-    radiance.resize(directions.size());
-    emitter_.eval_environment_batch(directions, radiance, {});
-    const double sines[2] = {std::sin((y + kGauss[0]) * kPiD / grid_.rows),
-                             std::sin((y + kGauss[1]) * kPiD / grid_.rows)};
-    const double scale = 0.5 * angle / (sines[0] + sines[1]);
-    for (size_t i = 0; i < directions.size(); ++i) {
-      const double w = sines[i / 2 % 2] * scale;
-      const double l = w * luminance_[static_cast<size_t>(y) * grid_.columns + r.x0 + i / 4];
+    find_gauss_points(y, r.x0, r.x1, points);
+    const size_t row = static_cast<size_t>(y) * grid_.columns;
+    for (size_t i = 0; i < points.directions.size(); ++i) {
+      const double w = points.weights[i / 2 % 2], l = w * luminance_[row + r.x0 + i / 4];
       for (int axis = 0; axis < 3; ++axis) {
-        const double d = directions[i][axis];
+        const double d = points.directions[i][axis];
         mean[axis] += d * w;
         importance[axis] += d * l;
-        for (int c = 0; c < 3; ++c) flux[c * 3 + axis] += d * w * radiance[i][c];
+        for (int c = 0; c < 3; ++c) flux[c * 3 + axis] += d * w * points.radiance[i][c];
       }
     }
+    for (int x = r.x0; x < r.x1; ++x) quads_[row + x] = {luminance_[row + x] / flux_[cell], cell};
   }
   const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
   Vec3 centre(static_cast<float>(mean[0] / length), static_cast<float>(mean[1] / length),
@@ -366,11 +376,13 @@ void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> 
 void DistantCells::look_up(const Lookup& to, size_t count) const {
   thread_local std::vector<float> phi, theta;
   thread_local std::vector<Vec2> places;
+  thread_local std::vector<uint32_t> quad_indices;
   const size_t padded = (count + kPadding - 1) / kPadding * kPadding;
   if (phi.size() < padded) {
     phi.resize(padded);
     theta.resize(padded);
     places.resize(padded);
+    quad_indices.resize(padded);
   }
   float to_local[9];
   for (int i = 0; i < 9; ++i) to_local[i] = grid_.to_world[i / 3][i % 3];
@@ -380,20 +392,16 @@ void DistantCells::look_up(const Lookup& to, size_t count) const {
     float x = phi[i] * (0.5f * kInvPi) * columns - grid_.first_column;
     if (x < 0) x += columns;
     places[i] = {x, theta[i] * kInvPi * rows};
+    quad_indices[i] = static_cast<uint32_t>(
+        std::clamp(static_cast<int>(places[i].y), 0, grid_.rows - 1) * grid_.columns +
+        std::clamp(static_cast<int>(x), 0, grid_.columns - 1));
+    __builtin_prefetch(&quads_[quad_indices[i]]);
   }
-  const Vec2 parts(static_cast<float>(columns_parts_), static_cast<float>(rows_parts_));
-  if (columns_parts_ > 1 || rows_parts_ > 1) {
-    for (size_t i = 0; i < count; ++i) places[i] /= parts;
-  }
-  // Before the tables, so that they arrive meanwhile.
-  const bool has_radiance = emitter_.eval_grid_batch({places.data(), count}, {to.radiance, count});
+  const bool has_radiance = eval_grid({places.data(), count}, {to.radiance, count});
   for (size_t i = 0; i < count; ++i) {
-    const Vec2 place = places[i] * parts;
-    const int column = std::clamp(static_cast<int>(place.x), 0, grid_.columns - 1);
-    const int row = std::clamp(static_cast<int>(place.y), 0, grid_.rows - 1);
-    const size_t quad = static_cast<size_t>(row) * grid_.columns + column;
-    to.cell[i] = cell_of_quad_[quad];
-    to.density[i] = luminance_[quad] * inverse_flux_[to.cell[i]];
+    const Quad& quad = quads_[quad_indices[i]];
+    to.cell[i] = quad.cell;
+    to.density[i] = quad.density;
   }
   if (has_radiance) return;
   thread_local std::vector<Vec3> directions;

@@ -42,6 +42,12 @@ class Diffuse final : public Bsdf {
     return BsdfSample{wo, cosine_hemisphere_pdf(wo.z), reflectance_->eval(si.uv), Lobe::kDiffuse};
   }
 
+  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
+    BsdfForm form;
+    form.diffuse = reflectance_->eval(si.uv);
+    return form;
+  }
+
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     return {reflectance_->eval(si.uv), Rgb(0.f)};
   }

@@ -1,11 +1,16 @@
 #pragma once
 
+#include "kinome/bsdf.h"
 #include "kinome/math.h"
 
 namespace kinome {
 
 enum class MicrofacetType { kBeckmann, kGgx };
 inline constexpr const char* kMicrofacetTypes[] = {"beckmann", "ggx"};
+
+inline BsdfForm::Glossy glossy_form(MicrofacetType type) {
+  return type == MicrofacetType::kBeckmann ? BsdfForm::Glossy::kBeckmann : BsdfForm::Glossy::kGgx;
+}
 
 /// Mitsuba's lower bound of a roughness.
 inline constexpr float kMinAlpha = 1e-4f;

@@ -27,7 +27,6 @@ class Phong final : public Bsdf {
   explicit Phong(const Properties& props)
       : reflectances_(props), exponent_(nonnegative_texture(props, "exponent")) {
     lobes_ = reflectances_.lobes();
-    has_lambertian_diffuse_ = true;
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
@@ -80,6 +79,13 @@ class Phong final : public Bsdf {
     const Vec3 local = square_to_cosine_power(u2, exponent_->eval_1(si.uv));
     const Vec3 wo = glm::normalize(Frame::from_normal(mirrored(si.wi)).to_world(local));
     return weighted_sample(*this, si, mask, wo, Lobe::kGlossy);
+  }
+
+  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
+    BsdfForm form;
+    form.diffuse = reflectances_.diffuse(si.uv);
+    form.glossy = any(lobes_ & Lobe::kGlossy) ? BsdfForm::Glossy::kOther : BsdfForm::Glossy::kNone;
+    return form;
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {

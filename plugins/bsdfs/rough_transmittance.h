@@ -3,6 +3,7 @@
 #include <array>
 
 #include "fresnel.h"
+#include "kinome/bsdf.h"
 #include "microfacet.h"
 
 namespace kinome {
@@ -22,13 +23,15 @@ class RoughTransmittance {
     const float w = x - static_cast<float>(i);
     return (1 - w) * external_[i] + w * external_[i + 1];
   }
+  /// external() of cosines k / (size - 1).
+  const auto& table() const { return external_; }
   /// Share of cosine-distributed light inside that is reflected back inside.
   float internal_reflectance() const { return internal_reflectance_; }
 
  private:
-  static constexpr int kSize = 64;
+  static constexpr int kSize = BsdfForm::kTableSize;
   static constexpr int kOutsideNodes = 32;
-  static constexpr int kInsideNodes = 48;
+  static constexpr int kInsideNodes = 128;  // with 48, pictures were 0.009 % too dark
   std::array<float, kSize> external_;
   float internal_reflectance_ = 0;
 };

@@ -79,6 +79,19 @@ class RoughConductor final : public Bsdf {
     return weighted_sample(*this, si, mask, wo, Lobe::kGlossy);
   }
 
+  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
+    BsdfForm form;
+    form.glossy = glossy_form(type_);
+    form.specular = specular_->eval(si.uv);
+    form.alpha_u = std::max(alpha_u_->eval_1(si.uv), kMinAlpha);
+    form.alpha_v =
+        alpha_u_ == alpha_v_ ? form.alpha_u : std::max(alpha_v_->eval_1(si.uv), kMinAlpha);
+    form.is_conductor = true;
+    form.eta = index_.eta(si.uv);
+    form.k = index_.k(si.uv);
+    return form;
+  }
+
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     // Shadowing is left out: an estimate.
     const float cos_i = std::clamp(si.wi.z, 0.f, 1.f);

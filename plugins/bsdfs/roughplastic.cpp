@@ -94,6 +94,19 @@ class RoughPlastic final : public Bsdf {
     return weighted_sample(*this, si, mask, wo, Lobe::kGlossy);
   }
 
+  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
+    BsdfForm form;
+    if (any(lobes_ & Lobe::kDiffuse)) form.diffuse = diffuse_factor(si);
+    form.transmittance = transmittance_.table().data();
+    if (any(lobes_ & Lobe::kGlossy)) {
+      form.glossy = glossy_form(type_);
+      form.specular = specular_->eval(si.uv);
+      form.alpha_u = form.alpha_v = std::max(alpha_, kMinAlpha);
+      form.eta = Rgb(eta_);
+    }
+    return form;
+  }
+
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const float t = transmittance_.external(std::max(si.wi.z, 0.f));
     // The integral of T(wo) cos / pi is eta² (1 - R) for a smooth boundary.

@@ -24,8 +24,6 @@ class TwoSided final : public Bsdf {
     }
     lobes_ = sides_.front()->lobes() | sides_.back()->lobes();
     is_lambertian_ = sides_.front()->is_lambertian() && sides_.back()->is_lambertian();
-    has_lambertian_diffuse_ =
-        sides_.front()->has_lambertian_diffuse() && sides_.back()->has_lambertian_diffuse();
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
@@ -59,6 +57,10 @@ class TwoSided final : public Bsdf {
       result->wo.z = -result->wo.z;
     }
     return result;
+  }
+
+  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
+    return si.wi.z < 0 ? sides_.back()->form(mirrored(si)) : sides_.front()->form(si);
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {

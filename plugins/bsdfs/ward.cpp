@@ -89,7 +89,6 @@ class Ward final : public Bsdf {
     alpha_u_ = props.has("alpha_u") ? nonnegative_texture(props, "alpha_u") : alpha;
     alpha_v_ = props.has("alpha_v") ? nonnegative_texture(props, "alpha_v") : alpha;
     lobes_ = reflectances_.lobes();
-    has_lambertian_diffuse_ = true;
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
@@ -141,6 +140,13 @@ class Ward final : public Bsdf {
       return std::nullopt;
     }
     return weighted_sample(*this, si, mask, wo, Lobe::kGlossy);
+  }
+
+  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
+    BsdfForm form;
+    form.diffuse = reflectances_.diffuse(si.uv);
+    form.glossy = any(lobes_ & Lobe::kGlossy) ? BsdfForm::Glossy::kOther : BsdfForm::Glossy::kNone;
+    return form;
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {

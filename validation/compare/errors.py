@@ -3,11 +3,6 @@ import dataclasses
 
 import numpy as np
 
-try:
-    import flip_evaluator
-except ImportError:
-    flip_evaluator = None
-
 
 @dataclasses.dataclass
 class Errors:
@@ -36,7 +31,9 @@ class Errors:
 
 def flip(image, reference, masked):
     """Mean HDR-FLIP, or None where the package flip-evaluator isn't installed."""
-    if flip_evaluator is None:
+    try:
+        import flip_evaluator  # not one of Debian's packages
+    except ImportError:
         return None
     pictures = []
     for picture in (reference, image):

@@ -47,6 +47,7 @@ class Test:
     name: str
     passed: bool
     p: float  # of the worst value, corrected for their number
+    t: float  # of the worst value
     worst: str
     values: int
     failed: int
@@ -165,7 +166,7 @@ def judge(name, alpha, difference, reference, t, dof, where):
         detectable = float(sizes[middle] * (special.stdtrit(dof[middle], 1 - limit / 2) +
                                             special.stdtrit(dof[middle], DETECTED)))
     failed = int((p < limit).sum())
-    return Test(name, failed == 0, corrected, text, len(t), failed, detectable)
+    return Test(name, failed == 0, corrected, float(t[worst]), text, len(t), failed, detectable)
 
 
 def compare(a, b, alpha=0.01):

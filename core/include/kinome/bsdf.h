@@ -56,6 +56,33 @@ struct LobeReflectance {
   Rgb glossy{0.f};
 };
 
+/// A BSDF at one point in a form that kernels evaluate for many points at once; cosines are to the
+/// normal of reflection_frame.
+struct BsdfForm {
+  /// The kDiffuse lobe: f cos = diffuse x T(cos) cos / pi, T being 1, or interpolated linearly in a
+  /// table of kTableSize values at cosines k / (kTableSize - 1), which lives as long as the BSDF.
+  static constexpr int kTableSize = 64;
+  Rgb diffuse{0.f};
+  const float* transmittance = nullptr;
+
+  /// The kGlossy lobe: none, one that has no such form, or microfacets with Smith's masking,
+  /// f cos = specular F(wi . h) D(h) G1(wi) G1(wo) / (4 cos_i). Beckmann's G1 is Walter et al.
+  /// 2007's rational fit.
+  enum class Glossy { kNone, kOther, kBeckmann, kGgx };
+  Glossy glossy = Glossy::kNone;
+  Rgb specular{0.f};
+  float alpha_u = 1, alpha_v = 1;
+  /// Fresnel's reflectance: of a dielectric of relative index eta.x, or of a conductor.
+  bool is_conductor = false;
+  Rgb eta{1.f}, k{0.f};
+
+  /// Nothing but colours and roughness differs.
+  bool same_kind(const BsdfForm& other) const {
+    return transmittance == other.transmittance && glossy == other.glossy &&
+           is_conductor == other.is_conductor && eta == other.eta && k == other.k;
+  }
+};
+
 /// Reflection at a surface. Directions are unit vectors in the shading frame `si.frame`, away from
 /// the surface; si.wi points to the viewer. Evaluations are of batches: parameters (textures) are
 /// read once for a point, however many directions are asked for.
@@ -66,8 +93,6 @@ class KINOME_EXPORT Bsdf : public Object {
   /// True where f is reflectance().diffuse / pi for any two directions on one side of the shading
   /// plane (or 0 for that side), and there are no other lobes.
   bool is_lambertian() const { return is_lambertian_; }
-  /// True where that is so of the kDiffuse lobe, whatever other lobes there are.
-  bool has_lambertian_diffuse() const { return is_lambertian_ || has_lambertian_diffuse_; }
 
   /// For each wo: f(wi, wo) |cos theta_o| and the density of sample(), both of the lobes in `mask`
   /// only. Delta lobes give zero. f != 0 implies pdf != 0.
@@ -85,6 +110,12 @@ class KINOME_EXPORT Bsdf : public Object {
   /// surface turns it to the viewer.
   virtual Frame reflection_frame(const SurfaceInteraction& si) const { return si.frame; }
 
+  /// The lobes other than kDelta in a form for kernels, the same that eval_pdf computes up to
+  /// rounding; nullopt: there is none. Only for si.wi on the side of reflection_frame.
+  virtual std::optional<BsdfForm> form(const SurfaceInteraction& /*si*/) const {
+    return std::nullopt;
+  }
+
   /// One direction: a batch of one.
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const {
     BsdfValue value;
@@ -96,7 +127,6 @@ class KINOME_EXPORT Bsdf : public Object {
  protected:
   Lobe lobes_ = Lobe::kAll;
   bool is_lambertian_ = false;
-  bool has_lambertian_diffuse_ = false;
 };
 
 }  // namespace kinome

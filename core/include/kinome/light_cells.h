@@ -109,6 +109,18 @@ class KINOME_EXPORT DistantCells {
   void describe(uint32_t cell);
   void draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> points) const;
   Vec3 direction(double column, double row) const;
+  /// The four Gauss points of each quad of a row from x0 to x1, with the radiance there.
+  struct GaussPoints {
+    std::vector<Vec2> places;
+    std::vector<Vec3> directions;
+    std::vector<Rgb> radiance;
+    double weights[2];  ///< of the upper and lower two; a quad's solid angle is twice their sum
+  };
+  void find_gauss_points(int row, int x0, int x1, GaussPoints& points) const;
+  /// Emitter::eval_grid_batch at places of grid_, which become the emitter's own.
+  bool eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const;
+  /// As many for each quad of a row as its importance takes.
+  void find_quad_points(int row, GaussPoints& points) const;
   float quad_solid_angle(int row) const;
   /// Of rows [y0, y1) and columns [x0, x1), from sums along rows.
   double sum(const std::vector<double>& row_sums, const Rectangle& r) const;
@@ -118,13 +130,19 @@ class KINOME_EXPORT DistantCells {
   int columns_parts_ = 1;  ///< columns of grid_ for each of the emitter's
   int rows_parts_ = 1;
   uint32_t size_ = 0;
-  std::vector<float> luminance_;       ///< of each quad: importance per solid angle
-  std::vector<double> row_sums_;       ///< of luminance x solid angle, rows of columns + 1
-  std::vector<double> row_squares_;    ///< of its square; while dividing
-  std::vector<double> row_cosines_;    ///< cos theta of each row's upper edge
-  std::vector<Rectangle> rectangles_;  ///< of each cell
-  std::vector<uint16_t> cell_of_quad_;
-  std::vector<float> flux_, inverse_flux_;
+  std::vector<float> luminance_;     ///< of each quad: importance per solid angle
+  std::vector<double> row_sums_;     ///< of luminance x solid angle, rows of columns + 1
+  std::vector<double> row_squares_;  ///< of its square; while dividing
+  std::vector<double> column_sines_, column_cosines_;  ///< of each quad's two Gauss points
+  std::vector<double> row_cosines_;                    ///< cos theta of each row's upper edge
+  std::vector<Rectangle> rectangles_;                  ///< of each cell
+  /// What a look-up reads of a quad.
+  struct Quad {
+    float density;  ///< of its cell's points there, per solid angle
+    uint32_t cell;
+  };
+  std::vector<Quad> quads_;
+  std::vector<float> flux_;
   std::array<std::vector<float>, 9> vector_flux_;
   std::array<std::vector<float>, 3> importance_flux_;
   std::array<std::vector<float>, 3> axis_;

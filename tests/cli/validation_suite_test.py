@@ -1,0 +1,406 @@
+"""validation/run.sh without Mitsuba: its arithmetic, what it remembers, its page, its bad input."""
+
+import base64
+import csv
+import dataclasses
+import io
+import math
+import os
+import pathlib
+import re
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree as tree
+
+import numpy as np
+from PIL import Image
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
+from compare import Estimate, compare  # noqa: E402
+from simulated_renders import write_exr  # noqa: E402
+from suite import analysis, command, tables, truth  # noqa: E402
+from suite.benchmark import Benchmark  # noqa: E402
+from suite.correctness import paired  # noqa: E402
+from suite.kinome import Kinome, Render, scene_hash, with_parameters  # noqa: E402
+from suite.peers import Mitsuba, configurations  # noqa: E402
+from suite.problems import Log, Problem  # noqa: E402
+from suite.store import Store, digest  # noqa: E402
+from suite.worker import Dead, Refused, Worker  # noqa: E402
+
+BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
+FAKE = ROOT / "tests/support/fake_renderer.py"
+HEBE = tables.SCENES[0]
+SIZE = (24, 18)
+
+
+class InFolder(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+        self.log = Log(io.StringIO())
+
+    def mitsuba(self, behaviour):
+        made = Mitsuba(sys.executable, self.folder / "mitsuba", self.log,
+                       command=[sys.executable, FAKE, behaviour])
+        self.addCleanup(made.close)
+        return made
+
+    def worker(self, behaviour, **options):
+        made = Worker("Fake", [sys.executable, FAKE, behaviour], **options)
+        self.addCleanup(made.close)
+        return made
+
+
+def line(seconds, errors):
+    return [{"samples": i, "seconds": s, "relmse": e}
+            for i, (s, e) in enumerate(zip(seconds, errors), 1)]
+
+
+class Analysis(unittest.TestCase):
+    def test_medians_and_quartiles(self):
+        self.assertEqual(analysis.quartiles([5, 1, 3, 2, 4]), (2, 3, 4))
+        self.assertEqual(analysis.quartiles([7]), (7, 7, 7))
+        points = analysis.curve([{"samples": 4, "runs": [{"seconds": s, "relmse": s / 10}
+                                                         for s in (1, 2, 3, 4, 50)]}])
+        self.assertEqual(points[0]["seconds"], 3)
+        self.assertEqual(points[0]["relmse_quartiles"], [0.2, 0.4])
+
+    def test_seconds_to_an_error_on_a_power_law(self):
+        points = line([0.1, 1, 10], [0.1, 0.01, 0.001])
+        seconds, kind = analysis.seconds_to(points, 0.003)
+        self.assertEqual(kind, "measured")
+        self.assertAlmostEqual(seconds, 10 / 3, places=9)
+        seconds, kind = analysis.seconds_to(points, 2e-4)
+        self.assertEqual(kind, "extrapolated")
+        self.assertAlmostEqual(seconds, 50, places=6)
+        self.assertEqual(analysis.seconds_to(points, 0.9e-4), (None, "beyond"))
+        self.assertEqual(analysis.seconds_to(points, 0.2), (0.1, "at most"))
+        self.assertAlmostEqual(analysis.slope(points), -1, places=9)
+        self.assertAlmostEqual(analysis.efficiency(points), 100, places=6)
+
+    def test_a_curve_that_went_flat_never_arrives(self):
+        points = line([0.1, 1, 10, 100], [0.1, 0.01, 0.009, 0.0088])
+        self.assertEqual(analysis.seconds_to(points, 1e-3), (None, "never"))
+        self.assertEqual(analysis.seconds_to(points, 0.0095)[1], "measured")
+        self.assertEqual(analysis.seconds_to(line([1], [0.1]), 1e-3), (None, "unknown"))
+        self.assertEqual(analysis.seconds_to([], 1e-3), (None, "unknown"))
+
+    def test_what_the_reference_cannot_tell_from_perfect_is_left_out(self):
+        points = line([1, 2, 3, 4], [1e-2, 1e-3, 4e-5, -1e-6])
+        self.assertEqual(len(analysis.trusted(points, 1e-4)), 2)
+        self.assertEqual(len(analysis.trusted(points, 0.0)), 3)
+
+    def test_ratios_and_their_mean(self):
+        def one(kind, seconds):
+            return {"kind": kind, "seconds_to": {1e-3: (seconds, "measured" if seconds else
+                                                        "unknown")}}
+
+        scenes = {"a": {"X": one("ours", 2.0), "Y": one("ours", 8.0), "P": one("peer", 4.0),
+                        "Q": one("peer", 6.0)},
+                  "b": {"X": one("ours", None), "P": one("peer", 1.0)}}
+        self.assertEqual(analysis.ratios(scenes, 1e-3), {"X": {"a": 2.0, "b": None},
+                                                         "Y": {"a": 0.5}})
+        self.assertEqual(analysis.best(scenes["a"], "peer", 1e-3), ("P", 4.0, "measured"))
+        self.assertIsNone(analysis.best(scenes["b"], "ours", 1e-3))
+        self.assertAlmostEqual(analysis.geometric_mean([2.0, 0.5, 8.0]), 2.0)
+        self.assertIsNone(analysis.geometric_mean([]))
+
+    def test_the_fastest_configurations_by_their_most_samples(self):
+        rows = [{"name": n, "samples": s, "seconds": t, "relmse": 1.0,
+                 "trimmed": e} for n, s, t, e in (
+            ("a", 16, 1, 1e-9), ("a", 64, 4, 1e-2), ("b", 64, 1, 1e-2), ("c", 64, 2, -1e-7))]
+        self.assertEqual(analysis.fastest(rows, 2), ["c", "b"])
+        self.assertEqual(analysis.fastest([], 2), [])
+
+    def test_every_configuration_is_tried(self):
+        found = configurations(HEBE)
+        self.assertEqual(len(found), 2 * 2 * 3 * 2)
+        self.assertEqual(len({c.name for c in found}), len(found))
+        box = next(s for s in tables.SCENES if s.name == "box")
+        self.assertEqual({c.integrator for c in configurations(box)}, {"path", "ptracer"})
+        self.assertEqual(len(configurations(box)), 2 * 2 * 3)
+        self.assertNotIn("mis_compensation", configurations(box)[0].defines(box, SIZE))
+        self.assertEqual(found[1].defines(HEBE, SIZE)["mis_compensation"], "true")
+
+
+class Memory(InFolder):
+    def test_nothing_is_measured_twice(self):
+        calls = []
+        for _ in range(2):
+            store = Store(self.folder / "a/store.jsonl")
+            for key in ({"scene": "a", "seed": 1}, {"seed": 1, "scene": "a"}, {"scene": "a"}):
+                store.recall(key, lambda k=key: calls.append(k) or {"seconds": 1.5})
+        self.assertEqual(calls, [{"scene": "a", "seed": 1}, {"scene": "a"}])
+        self.assertNotEqual(digest({"a": 1}), digest({"a": 2}))
+
+    def test_a_line_that_was_cut_off_is_measured_again(self):
+        path = self.folder / "store.jsonl"
+        for seed in range(3):
+            Store(path).put({"seed": seed}, {"seconds": seed})
+        path.write_bytes(path.read_bytes()[:-9])
+        store = Store(path)
+        self.assertEqual((store.torn, len(store.values)), (1, 2))
+        store.put({"seed": 2}, {"seconds": 2})
+        self.assertEqual((Store(path).torn, len(Store(path).values)), (0, 3))
+
+    def test_a_change_of_the_scene_changes_its_hash(self):
+        scene = self.folder / "scene.xml"
+        scene.write_text("<scene/>")
+        before = scene_hash(scene)
+        (self.folder / "assets").mkdir()
+        (self.folder / "assets/mesh.ply").write_text("ply")
+        self.assertNotEqual(scene_hash(scene), before)
+
+
+class OtherProcesses(InFolder):
+    def test_what_goes_wrong_is_one_line(self):
+        refusing = self.worker("refuses")
+        with self.assertRaisesRegex(Refused, r"^Fake: .*line 3, col 7\): no such plugin$"):
+            refusing.ask(command="load", file="a.xml", defines={"integrator": "direct"})
+        self.assertEqual(refusing.ask(command="hello"), {"import_seconds": 0.5})
+        crashing = self.worker("crashes")
+        with self.assertRaisesRegex(Dead, r"^Fake: died by SIGILL: .*AVX"):
+            crashing.ask(command="render", samples=1, seed=1)
+        with self.assertRaisesRegex(Dead, "^Fake: ended with status 1: no libLLVM 19"):
+            self.worker("ends").ask(command="hello")
+        with self.assertRaisesRegex(Dead, "^Fake: no answer for 0.5 s$"):
+            self.worker("hangs", timeout=0.5).ask(command="render", samples=1, seed=1)
+        with self.assertRaisesRegex(Dead, "can't be started: No such file"):
+            Worker("Fake", [self.folder / "none"])
+
+    def test_a_variant_that_does_not_start_is_said_once(self):
+        missing = Mitsuba(self.folder / "none/python", self.folder / "m", self.log)
+        for scene in tables.SCENES[:2]:
+            with self.assertRaises(Problem):
+                missing.load(configurations(scene)[0], scene, SIZE)
+        self.assertEqual(self.log.problems,
+                         ["Mitsuba isn't installed (pip failed?): its columns are left out"])
+
+    def test_a_process_that_died_is_started_again_for_the_next_scene(self):
+        mitsuba = self.mitsuba("crashes")
+        for scene in tables.SCENES[:2]:
+            with self.assertRaisesRegex(Dead, "SIGILL"):
+                mitsuba.render(configurations(scene)[0], scene, SIZE, 4, 1)
+
+
+class FakeKinome:
+    """Renders with less noise than the fake Mitsuba, and counts."""
+
+    program = "0123"
+
+    def __init__(self):
+        self.renders = 0
+
+    def render(self, scene, defines, seed):
+        self.renders += 1
+        noise = np.random.default_rng(1000 + seed).standard_normal((SIZE[1], SIZE[0], 3))
+        return Render(1 + 0.1 / math.sqrt(defines["spp"]) * noise, 0.001 * defines["spp"],
+                      0.001 * defines["spp"] + 0.3, 0.2, defines["spp"])
+
+
+class FakeReferences:
+    def __init__(self, shape=(SIZE[1], SIZE[0], 3)):
+        self.truth = Estimate("truth", np.ones(shape), np.full(shape, 1e-9), 16)
+
+    def load(self, scene):
+        return self.truth, {"hash": "45", "integrator": "DirectIntegrator", "seeds": 16,
+                            "variant": "llvm_ad_rgb", "samples_used": 256, "masked_pixels": 2,
+                            "sampler": "MultijitterSampler", "not_finite": 5}
+
+
+EFFORT = dataclasses.replace(tables.QUICK, most_samples=64, seeds=3)
+
+
+class TimeAgainstError(InFolder):
+    def benchmark(self, behaviour="good", references=None):
+        self.kinome = FakeKinome()
+        made = Benchmark(self.kinome, self.mitsuba(behaviour), self.folder / "none",
+                         references or FakeReferences(), EFFORT,
+                         Store(self.folder / "store.jsonl"), self.folder, self.log)
+        return made.scene(dataclasses.replace(HEBE, size=(2 * SIZE[0], 2 * SIZE[1])))
+
+    def test_a_scene_from_start_to_page(self):
+        entry = self.benchmark()
+        self.assertEqual(self.log.problems, [])
+        self.assertEqual(len(entry["tried"]), 24)
+        peers = [n for n, c in entry["curves"].items() if c["kind"] == "peer"]
+        self.assertEqual(len(peers), 2)
+        self.assertTrue(all("ldsampler" in name for name in peers), peers)
+        ours = len(entry["curves"]) - 2
+        self.assertEqual(ours, sum(HEBE.group in m.groups for m in tables.METHODS))
+        found = analysis.summary(entry)
+        direct = found["Kinome direct"]
+        self.assertEqual([p["samples"] for p in direct["points"]], [4, 16, 64])
+        self.assertAlmostEqual(direct["slope"], -1, delta=0.2)
+        # Noise and time are known: 0.1²/1.01 at 1 ms, and 0.2²/1.01 at 2 ms, on a slope of -1.
+        ratio = analysis.ratios({"hebe": found}, 1e-3)["Kinome direct"]["hebe"]
+        self.assertAlmostEqual(ratio, 8, delta=2.5)
+        self.check_page({"hebe": entry})
+
+        count = self.kinome.renders
+        self.assertGreater(count, 0)
+        again = self.benchmark()
+        self.assertEqual(self.kinome.renders, 0)
+        self.assertEqual(again["curves"], entry["curves"])
+
+    def check_page(self, benchmark):
+        row = {"scene": "spot", "method": "direct", "truth": "mitsuba", "passed": False,
+               "masked": 3, "notes": ["half <floats>"], "flip": None, "picture": png(),
+               "tests": {n: {"t": 1.5, "p": 0.2, "detectable": 0.001}
+                         for n in ("image", "tiles", "pixels")}}
+        correctness = {"family_alpha": 0.01, "machine": {"processor": "A & B", "cores": 2,
+                                                         "system": "Linux"},
+                       "commit": "0123456789abcdef", "program": "0123",
+                       "rows": [row, row | {"method": "clustered joint", "truth": "groundtruth",
+                                            "passed": True}]}
+        output = self.folder / "report"
+        command.write_report(output, correctness, benchmark, ["bpy isn't there"],
+                             self.folder / "pictures", True)
+        text = (output / "index.html").read_text(encoding="utf-8")
+        page = tree.fromstring(text.split("\n", 1)[1])
+        images = page.findall(".//img")
+        crops = [i for i in images if i.get("alt") == "crop"]
+        self.assertEqual(len(crops), len(benchmark["hebe"]["curves"]))
+        self.assertEqual(len(images), len(crops) + 3)
+        for image in images:
+            found = re.fullmatch(r"data:image/(png|jpeg);base64,(.+)", image.get("src"))
+            self.assertTrue(found)
+            with Image.open(io.BytesIO(base64.b64decode(found[2]))) as picture:
+                picture.load()
+        for words in ("bpy isn't there", "FAIL", "our groundtruth", "A &amp; B", "half &lt;floats",
+                      "geometric mean", "2 pixels are masked", "(faster)", "small form"):
+            self.assertIn(words.replace("'", "&#x27;") if "'" in words else words, text)
+        self.assertNotIn(str(ROOT), text)
+        self.assertNotRegex(text, r"(src|href)=\"(?!data:|#)")
+        lines = (output / "summary.md").read_text(encoding="utf-8")
+        self.assertIn("2 comparisons on 1 scenes, 1 red", lines)
+        self.assertIn("- missing: bpy isn't there", lines)
+        with open(output / "measurements.csv", newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), sum(len(p["runs"]) for c in benchmark["hebe"]["curves"].values()
+                                        for p in c["points"]))
+        for key in ("seconds", "relmse"):
+            self.assertTrue(all(math.isfinite(float(row[key])) for row in rows))
+        with open(output / "configurations.csv", newline="", encoding="utf-8") as file:
+            self.assertEqual(len(list(file)), 1 + 24)
+
+    def test_without_mitsuba_ours_go_on(self):
+        entry = self.benchmark("ends")
+        self.assertEqual(entry["tried"], [])
+        self.assertTrue(all(c["kind"] == "ours" for c in entry["curves"].values()))
+        self.assertEqual(sorted(line.split(":")[0] for line in self.log.problems),
+                         ["Mitsuba llvm_ad_rgb", "Mitsuba scalar_rgb"])
+
+    def test_what_mitsuba_refuses_is_left_out(self):
+        entry = self.benchmark("refuses")
+        self.assertEqual({row["integrator"] for row in entry["tried"]}, {"path"})
+        self.assertTrue(all("no such plugin" in line for line in self.log.problems))
+        self.assertEqual(len(self.log.problems), 2)  # one for each variant
+
+    def test_pictures_of_another_size_are_said(self):
+        entry = self.benchmark("other size")
+        self.assertEqual(entry["tried"], [])
+        self.assertIn("the picture is 24x19, the reference 24x18", self.log.problems[0])
+        with self.assertRaisesRegex(Problem, "hebe: the reference is 18x24"):
+            self.benchmark(references=FakeReferences((24, 18, 3)))
+
+
+def png():
+    file = io.BytesIO()
+    Image.new("RGB", (4, 4)).save(file, "PNG")
+    return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()
+
+
+class BadInput(InFolder):
+    def test_nan_in_a_reference(self):
+        channels = {n: np.ones((8, 8)) for n in ("R", "G", "B", "variance.R", "variance.G",
+                                                 "variance.B")}
+        channels["G"][2, 3] = np.nan
+        path = self.folder / "spot.exr"
+        write_exr(path, channels)
+        path.with_suffix(".json").write_text('{"seeds": 16}')
+        with self.assertRaisesRegex(Problem, r"^spot.exr: the reference holds 1 NaN and 0 Inf"):
+            truth.load_reference(path)
+
+    def test_no_reference_without_mitsuba(self):
+        made = truth.References(self.folder / "none", self.folder, tables.QUICK, self.log)
+        with self.assertRaisesRegex(Problem, "^hebe: no reference without Mitsuba$"):
+            made.load(HEBE)
+
+    def test_no_program_and_no_scene(self):
+        with self.assertRaisesRegex(Problem, "run validation/run.sh, which builds it"):
+            Kinome(self.folder, self.folder / "out")
+        scene = self.folder / "fixed.xml"
+        scene.write_text('<scene version="3.0.0"><integrator type="path"/></scene>')
+        with self.assertRaisesRegex(Problem, r'fixed.xml: has no <integrator type="\$integ'):
+            with_parameters(scene, self.folder / "copies")
+        kinome = Kinome(BUILD, self.folder / "out")
+        with self.assertRaisesRegex(Problem, r"^kinome: .*fixed.xml"):
+            kinome.render(scene, {"colour": "red"}, 1)
+
+
+class PairedRenders(unittest.TestCase):
+    """What two renders of a seed share is no noise of their difference."""
+
+    def verdict(self, bias):
+        rng = np.random.default_rng(5)
+        shared = rng.gamma(4.0, 0.25, (16, 1, 1, 1)) * np.ones((16, 40, 40, 3))
+        own = 0.01 * rng.standard_normal(shared.shape)
+        made, points = (Estimate.from_renders(name, stack) for name, stack in (
+            ("clustered", shared * (1 + bias) + own), ("groundtruth", shared)))
+        return compare(*paired(made, points), 0.01).passed, compare(made, points, 0.01).passed
+
+    def test_a_small_bias_is_found_in_pairs_alone(self):
+        self.assertEqual(self.verdict(0), (True, True))
+        self.assertEqual(self.verdict(0.01), (False, True))
+
+
+class Command(InFolder):
+    def run_command(self, *arguments):
+        """With the program that was built, but a memory and an output of its own."""
+        build = self.folder / "build"
+        build.mkdir(exist_ok=True)
+        for name in ("bin", "plugins"):
+            if not (build / name).exists():
+                (build / name).symlink_to(BUILD / name)
+        command_line = ["--build", str(build), "--output", str(self.folder / "out"), *arguments]
+        error, sys.stderr = sys.stderr, io.StringIO()
+        try:
+            status = command.main(command_line)
+        except SystemExit as end:
+            status = end.code
+        finally:
+            said, sys.stderr = sys.stderr.getvalue(), error
+        return status, said
+
+    def test_a_small_scene_is_proven_and_reported(self):
+        # FLIP's package isn't one of Debian's: 2, as something is left out.
+        status, said = self.run_command("correctness", "diffuse_area", "--quick")
+        self.assertIn(status, (0, 2), said)
+        self.assertIn("check 4 of 4", said)
+        self.assertNotIn("RED", said)
+        status, said = self.run_command("report", "--quick")
+        self.assertEqual(status, 0, said)
+        text = (self.folder / "out/summary.md").read_text(encoding="utf-8")
+        self.assertIn("4 comparisons on 1 scenes, 0 red", text)
+
+        path = self.folder / "build/validation/quick/correctness.json"
+        path.write_text(path.read_text("utf-8").replace('"passed": true', '"passed": false', 1))
+        status, said = self.run_command("report", "--quick")
+        self.assertEqual(status, 1, said)
+        self.assertIn("at least one comparison is red", said)
+        text = (self.folder / "out/summary.md").read_text(encoding="utf-8")
+        self.assertIn("- red: diffuse_area, direct", text)
+
+    def test_bad_words(self):
+        self.assertIn('no scene "nowhere"; there are', self.run_command("report", "nowhere")[1])
+        status, said = self.run_command("report")
+        self.assertEqual(status, 2)
+        self.assertIn("nothing to report: run correctness or benchmark first", said)
+
+
+if __name__ == "__main__":
+    unittest.main()

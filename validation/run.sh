@@ -1,0 +1,49 @@
+#!/bin/sh
+# Compares Kinome with Mitsuba 3, and with Blender's Cycles where that shows the same: are the
+# pictures the same, and which renderer reaches an error sooner? Ends with validation/report/.
+#
+#   sh validation/run.sh [correctness|benchmark|report] [SCENE...]
+#                        [--quick] [--fresh] [--output FOLDER]
+#
+# Without a mode, all three, in about an hour on two cores; --quick: the same in a small form, in 10
+# minutes, which goes to out/report unless --output says otherwise. What was measured before is not
+# measured again, so an interrupted run goes on where it stopped; --fresh forgets it. What can't be
+# had is said in a line, left out, and the rest goes on.
+#
+# Exit status: 0 all well; 1 a comparison is red; 2 something was left out; 130 interrupted.
+set -eu
+root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
+build=${KINOME_BUILD:-$root/build}
+. "$root/scenes/setup.sh"
+
+# environment FOLDER REQUIREMENTS WHAT: a virtual environment of these packages; does nothing where
+# it is there already.
+environment() {
+  cmp -s "$2" "$1/requirements.txt" && return 0
+  echo "validation: installing $3 into $1" >&2
+  rm -rf "$1"
+  if "$kinome_python" -m venv "$1" && "$1/bin/pip" install -q -r "$2" >"$1/pip.log" 2>&1; then
+    cp "$2" "$1/requirements.txt"
+  else
+    sed -n '/^ERROR/p' "$1/pip.log" 2>/dev/null | tail -n 1 >&2 || :
+    rm -rf "$1"
+    echo "validation: $3 can't be installed: it is left out" >&2
+  fi
+}
+
+mode=${1:-}
+if [ "$mode" != report ]; then
+  kinome_packages="$kinome_packages $kinome_report_packages $kinome_compare_packages python3-venv"
+  kinome_install_packages
+  # Mitsuba's llvm variants need it; without, they are left out.
+  (kinome_packages=libllvm19 && kinome_install_packages) ||
+    echo "validation: no libllvm19: Mitsuba's llvm variants are left out" >&2
+  kinome_configure
+  ninja -C "$build" kinome_renderer
+  "$kinome_python" "$root/scenes/make_assets.py"
+  mkdir -p "$build/validation"
+  environment "$build/validation/mitsuba" "$root/validation/requirements.txt" Mitsuba
+  [ "$mode" = correctness ] || environment "$build/validation/cycles" \
+    "$root/validation/requirements-cycles.txt" "Cycles (bpy)"
+fi
+exec "$kinome_python" "$root/validation/run.py" --build "$build" "$@"

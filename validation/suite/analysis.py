@@ -1,0 +1,143 @@
+"""What follows from times and errors. Only arithmetic: no files, no renderers."""
+import math
+import statistics
+
+TARGETS = (1e-2, 1e-3, 1e-4)
+# A curve flatter than this has stopped to converge: what lies beyond its end is never reached.
+FLAT = -0.25
+REACH = 10  # how many times longer than the last point a curve may be drawn on
+
+
+def quartiles(values):
+    """(first quartile, median, third)"""
+    ordered = sorted(values)
+    if len(ordered) == 1:
+        return ordered[0], ordered[0], ordered[0]
+    low, middle, high = statistics.quantiles(ordered, n=4, method="inclusive")
+    return low, middle, high
+
+
+def curve(points, measure="relmse"):
+    """Of [{"samples", "runs": [{"seconds", measure}]}]: medians and quartiles, by samples.
+    `measure` may also be "trimmed"; the result calls it "relmse" all the same."""
+    found = []
+    for point in points:
+        seconds = quartiles([run["seconds"] for run in point["runs"]])
+        errors = quartiles([run[measure] for run in point["runs"]])
+        found.append({"samples": point["samples"], "seconds": seconds[1], "relmse": errors[1],
+                      "seconds_quartiles": [seconds[0], seconds[2]],
+                      "relmse_quartiles": [errors[0], errors[2]]})
+    return sorted(found, key=lambda point: point["samples"])
+
+
+def trusted(points, own_error):
+    """Without those that the reference can't tell from a perfect picture."""
+    return [p for p in points if p["relmse"] > max(0.5 * own_error, 0) and p["seconds"] > 0]
+
+
+def slope(points):
+    """Of log relMSE against log seconds by least squares over all points; None of fewer than 2."""
+    if len(points) < 2:
+        return None
+    x = [math.log(p["seconds"]) for p in points]
+    y = [math.log(p["relmse"]) for p in points]
+    mean_x, mean_y = statistics.fmean(x), statistics.fmean(y)
+    spread = sum((a - mean_x) ** 2 for a in x)
+    if spread == 0:
+        return None
+    return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / spread
+
+
+def seconds_to(points, target):
+    """(seconds, kind): kind is "measured" between two points, "extrapolated" beyond the last (along
+    the last three), "at most" before the first. Seconds are None where the curve has gone flat
+    ("never"), would take more than REACH times the last point's ("beyond"), or has too few points
+    ("unknown")."""
+    if not points:
+        return None, "unknown"
+    if points[0]["relmse"] <= target:
+        return points[0]["seconds"], "at most"
+    for a, b in zip(points, points[1:]):
+        if b["relmse"] <= target:
+            return along(a, b, target), "measured"
+    tail = points[-3:]
+    falls = slope(tail)
+    if falls is None:
+        return None, "unknown"
+    if falls > FLAT:
+        return None, "never"
+    centre = {key: math.exp(statistics.fmean(math.log(p[key]) for p in tail))
+              for key in ("seconds", "relmse")}
+    seconds = centre["seconds"] * (target / centre["relmse"]) ** (1 / falls)
+    if seconds > REACH * points[-1]["seconds"]:
+        return None, "beyond"
+    return seconds, "extrapolated"
+
+
+def along(a, b, target):
+    """Seconds at that error on the line through two points, in logarithms."""
+    share = math.log(target / a["relmse"]) / math.log(b["relmse"] / a["relmse"])
+    return math.exp(math.log(a["seconds"]) + share * math.log(b["seconds"] / a["seconds"]))
+
+
+def efficiency(points):
+    """1 / (relMSE x seconds) of the point that took longest."""
+    last = max(points, key=lambda p: p["seconds"], default=None)
+    return None if last is None else 1 / (last["relmse"] * last["seconds"])
+
+
+def geometric_mean(values):
+    return math.exp(statistics.fmean(math.log(v) for v in values)) if values else None
+
+
+def summary(entry, measure="relmse"):
+    """All figures of one scene: {renderer: {...}} of its curves. For `measure` see curve."""
+    own = entry["reference"]["own_error"]
+    found = {}
+    for name, renderer in entry["curves"].items():
+        points = curve(renderer["points"], measure)
+        good = trusted(points, own)
+        shares = [run["embree_share"] for p in renderer["points"] for run in p["runs"]
+                  if run.get("embree_share") is not None]
+        found[name] = {"kind": renderer["kind"], "points": points, "slope": slope(good),
+                       "efficiency": efficiency(good),
+                       "seconds_to": {t: seconds_to(good, t) for t in TARGETS},
+                       "embree_share": statistics.median(shares) if shares else None}
+    return found
+
+
+def best(found, kind, target):
+    """(renderer, seconds, kind of time) that gets there first, or None."""
+    reached = [(r["seconds_to"][target][0], name) for name, r in found.items()
+               if r["kind"] == kind and r["seconds_to"][target][0] is not None]
+    if not reached:
+        return None
+    seconds, name = min(reached)
+    return name, seconds, found[name]["seconds_to"][target][1]
+
+
+def ratios(scenes, target):
+    """How many times sooner each of ours is there than the best peer: {renderer: {scene: ratio}}.
+    None where one of the two never is. `scenes`: {name: summary}."""
+    table = {}
+    for scene, found in scenes.items():
+        peer = best(found, "peer", target)
+        for name, renderer in found.items():
+            if renderer["kind"] != "ours":
+                continue
+            seconds = renderer["seconds_to"][target][0]
+            table.setdefault(name, {})[scene] = (
+                peer[1] / seconds if peer and seconds else None)
+    return table
+
+
+def fastest(tried, count):
+    """Names of the best configurations that were tried, by relMSE x seconds at the most samples:
+    without the worst 0.1 % of the values, or else a bright pixel decides. An error below what can
+    be told (zero or less) counts as a billionth."""
+    most = {}
+    for row in tried:
+        if row["name"] not in most or row["samples"] > most[row["name"]]["samples"]:
+            most[row["name"]] = row
+    ranked = sorted(most.values(), key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
+    return [row["name"] for row in ranked[:count]]

@@ -1,0 +1,193 @@
+"""Time against error: Mitsuba's fastest configuration is sought, then it and ours take turns."""
+import dataclasses
+import statistics
+import tempfile
+import time
+
+import numpy as np
+
+from compare import Errors
+from program import commit, machine
+
+from . import analysis
+from .contestants import Ours, Theirs
+from .cycles import Cycles
+from .kinome import scene_hash
+from .peers import Mitsuba, Unavailable, configurations
+from .problems import Problem
+from .store import digest
+from .tables import METHODS
+from .truth import own_error
+
+FINALISTS = 2  # configurations of Mitsuba's that are measured in full
+FIRST_SEED = 1
+
+
+class Benchmark:
+    def __init__(self, kinome, mitsuba, cycles_python, references, effort, store, folder, log):
+        self.kinome, self.mitsuba, self.references = kinome, mitsuba, references
+        self.cycles_python = cycles_python
+        self.effort, self.store, self.folder, self.log = effort, store, folder, log
+        self.machine = machine()
+        (folder / "pictures").mkdir(parents=True, exist_ok=True)
+
+    def scene(self, scene):
+        """Everything about one scene. Raises Problem if there is no reference."""
+        size = self.effort.size(scene)
+        truth, description = self.references.load(scene)
+        if truth.mean.shape[:2] != (size[1], size[0]):
+            raise Problem(f"{scene.name}: the reference is {truth.mean.shape[1]}x"
+                          f"{truth.mean.shape[0]}, the pictures are {size[0]}x{size[1]}")
+        self.common = {"scene": scene_hash(scene.path), "name": scene.name, "size": size,
+                       "reference": description["hash"], "machine": self.machine["processor"]}
+        tried = self.search(scene, size, truth)
+        finalists = analysis.fastest(tried, FINALISTS)
+        renderers = self.renderers(scene, size, finalists, truth)
+        curves = self.compete(scene, renderers, truth)
+        return {"group": scene.group, "size": list(size), "program": self.kinome.program,
+                "commit": commit(), "machine": self.machine,
+                "reference": description | {"own_error": own_error(truth)},
+                "tried": tried, "curves": curves, "startup": self.startup(scene, size, renderers,
+                                                                          curves)}
+
+    def measure(self, renderer, samples, seed, truth):
+        """{"seconds", "relmse", …} of one render, from the store or made now."""
+        key = {**self.common, "renderer": renderer.name, **renderer.key, "samples": samples,
+               "seed": seed}
+
+        def now():
+            run = renderer.run(samples, seed)
+            values = {"seconds": run.seconds, "samples": run.samples, **run.extra,
+                      **errors(run.image, truth, renderer.name)}
+            if seed == FIRST_SEED:
+                np.save(self.folder / f"pictures/{digest(key)}.npy", run.image.astype(np.float32))
+            return values
+
+        return self.store.recall(key, now) | {"seed": seed, "picture": digest(key)}
+
+    def search(self, scene, size, truth):
+        """Rows of all of Mitsuba's configurations that could be measured."""
+        rows, given = [], [s for s in self.effort.search_samples if s <= self.effort.most_samples]
+        for configuration in configurations(scene):
+            renderer = Theirs(self.mitsuba, configuration, scene, size)
+            try:
+                rows += [self.trial(renderer, samples, truth) for samples in given]
+            except Unavailable:
+                continue
+            except Problem as reason:
+                self.log.problem(f"{scene.name}: {reason}")
+                continue
+            self.log.say(f"{scene.name}: {configuration.name}: {rows[-1]['seconds']:.3f} s, "
+                         f"relMSE {rows[-1]['relmse']:.3g}")
+        return rows
+
+    def trial(self, renderer, samples, truth):
+        """Means over the first seeds."""
+        runs = [self.measure(renderer, samples, FIRST_SEED + i, truth)
+                for i in range(self.effort.search_seeds)]
+        means = {key: statistics.fmean(run[key] for run in runs)
+                 for key in ("seconds", "relmse", "trimmed")}
+        return {"name": renderer.name, **dataclasses.asdict(renderer.configuration),
+                "samples": runs[0]["samples"], **means}
+
+    def renderers(self, scene, size, finalists, truth):
+        found = [Ours(self.kinome, m, scene, size) for m in METHODS if scene.group in m.groups]
+        found += [Theirs(self.mitsuba, c, scene, size) for c in configurations(scene)
+                  if c.name in finalists]
+        if scene.cycles:
+            try:
+                cycles = Cycles(self.cycles_python, scene, size, self.folder)
+                cycles.must_agree(truth)
+                found.append(cycles)
+            except Problem as reason:
+                self.log.problem(f"Cycles is left out: {reason}")
+        return found
+
+    def compete(self, scene, renderers, truth):
+        """Curves by renderer. Seed by seed and count by count all take turns, so that what else the
+        machine does meets all of them."""
+        runs = {r.name: {} for r in renderers}
+        limit = {r.name: self.effort.most_samples for r in renderers}
+        for seed in range(FIRST_SEED, FIRST_SEED + self.effort.seeds):
+            self.log.say(f"{scene.name}: seed {seed} of {self.effort.seeds}, "
+                         f"{len(limit)} renderers")
+            for step in range(max(len(r.samples) for r in renderers)):
+                for renderer in renderers:
+                    if step < len(renderer.samples) and renderer.name in limit:
+                        self.turn(renderer, step, seed, truth, runs, limit)
+        return {r.name: {"kind": r.kind, "converges_to_points": r.converges_to_points,
+                         "points": [{"samples": s, "runs": found}
+                                    for s, found in runs[r.name].items()]}
+                for r in renderers if runs[r.name]}
+
+    def turn(self, renderer, step, seed, truth, runs, limit):
+        samples = renderer.samples[step]
+        if samples > limit[renderer.name]:
+            return
+        try:
+            found = self.measure(renderer, samples, seed, truth)
+        except Problem as reason:
+            self.log.problem(f"{reason} (at {samples} samples; more are not tried)")
+            limit[renderer.name] = samples - 1
+            return
+        # By the count that was used: two that are rounded to the same are one.
+        point = runs[renderer.name].setdefault(found["samples"], [])
+        if all(run["seed"] != seed for run in point):
+            point.append(found)
+        # Decided once, so that every count has all seeds or none.
+        if seed == FIRST_SEED and step + 1 < len(renderer.samples):
+            following = renderer.samples[step + 1]
+            if found["seconds"] * following / samples > self.effort.budget:
+                limit[renderer.name] = min(limit[renderer.name], samples)
+
+    def startup(self, scene, size, renderers, curves):
+        """Seconds before the first sample, and to compile: rows {"renderer", "when", "seconds"}."""
+        rows = []
+        for renderer in renderers:
+            if renderer.kind == "ours" and renderer.name in curves:
+                extra = [run["wall"] - run["seconds"] for point in curves[renderer.name]["points"]
+                         for run in point["runs"]]
+                rows.append({"renderer": renderer.name, "when": "always",
+                             "seconds": statistics.median(extra)})
+            elif isinstance(renderer, Theirs):
+                key = {**self.common, "startup": renderer.name, **renderer.key}
+                try:
+                    cold, warm = self.store.recall(
+                        key, lambda r=renderer: self.measure_startup(r, scene, size))
+                except Problem as reason:
+                    self.log.problem(f"{scene.name}: {reason}")
+                    continue
+                rows += [{"renderer": renderer.name, "when": when, "seconds": seconds}
+                         for when, seconds in (("first time", cold), ("kernels cached", warm))]
+        return rows
+
+    def measure_startup(self, renderer, scene, size):
+        """Of a new process: with an empty cache of kernels, and with one that is filled."""
+        with tempfile.TemporaryDirectory() as cache:
+            return [self.one_startup(renderer.configuration, scene, size, cache) for _ in range(2)]
+
+    def one_startup(self, configuration, scene, size, cache):
+        fresh = Mitsuba(self.mitsuba.python, self.mitsuba.folder, self.log, cache,
+                        self.mitsuba.command)
+        try:
+            start = time.perf_counter()
+            fresh.load(configuration, scene, size)
+            fresh.render(configuration, scene, size, 16, 1)
+            whole = time.perf_counter() - start
+            return whole - fresh.render(configuration, scene, size, 16, 2)[1]
+        finally:
+            fresh.close()
+
+
+def errors(image, truth, name):
+    """Against the reference, whose own noise is subtracted."""
+    if image.shape != truth.mean.shape:
+        raise Problem(f"{name}: the picture is {image.shape[1]}x{image.shape[0]}, the reference "
+                      f"{truth.mean.shape[1]}x{truth.mean.shape[0]}")
+    broken = ~np.isfinite(image).all(axis=2)
+    count = int((broken & ~truth.masked).sum())
+    if (broken | truth.masked).all():
+        raise Problem(f"{name}: the picture has no finite pixel")
+    found = Errors.of(np.where(broken[:, :, None], 0, image), truth, truth.masked | broken)
+    return {"relmse": found.relmse, "trimmed": found.trimmed, "maximum": found.maximum,
+            "not_finite": count}

@@ -1,0 +1,170 @@
+"""Every scene x every integrator that claims to be unbiased, against Mitsuba or groundtruth."""
+import dataclasses
+import re
+
+from compare import BadInput, Errors, Estimate, compare, flip
+from compare.verdict import sidak
+
+from . import pictures
+from .kinome import scene_hash, sized, with_parameters
+from .problems import Problem
+from .store import hash_of_files
+from .tables import CUT, METHODS, POINTS, ROOT, SCENES, SMALL_SCENES
+from .truth import load_reference
+
+FAMILY_ALPHA = 0.01  # how often all checks together may fail by chance
+REFERENCES = ROOT / "validation/references"
+SEED = 1000  # the first; clustered and groundtruth share theirs, and with them their light points
+CLUSTERED_SAMPLES = 4  # of each of the renders that are compared with groundtruth
+
+
+@dataclasses.dataclass(frozen=True)
+class Check:
+    """One row of the table. `size` and `samples`: where the scene lets them be set."""
+
+    scene: str
+    method: str
+    truth: str
+    path: object
+    defines: tuple
+    big: object = None  # the row of tables.SCENES
+
+
+def default_integrator(path):
+    """What a small scene names itself."""
+    found = re.search(r'<default name="integrator" value="(\w+)"/>', path.read_text("utf-8"))
+    if not found:
+        raise Problem(f"{path.name}: says no default for $integrator")
+    return found[1]
+
+
+def checks_of_small(path):
+    own = default_integrator(path)
+    yield Check(path.stem, own, "mitsuba", path, (("integrator", own),))
+    for method in METHODS:
+        if method.truth == "groundtruth":
+            yield Check(path.stem, method.name, "groundtruth", path, tuple(method.defines.items()))
+
+
+def checks_of_big(scene):
+    for method in METHODS:
+        if scene.group in method.groups:
+            yield Check(scene.name, method.name, method.truth, scene.path,
+                        tuple(method.defines.items()), scene)
+
+
+def plan(effort, wanted):
+    """All checks, or those of the scenes that are wanted. Raises Problem."""
+    found = []
+    for path in SMALL_SCENES if wanted else effort.small_scenes:
+        if not wanted or path.stem in wanted:
+            found += checks_of_small(path)
+    for scene in SCENES:
+        if not wanted or scene.name in wanted:
+            found += checks_of_big(scene)
+    return found
+
+
+def finite(figures):
+    """JSON has no infinity: t has one where a picture without noise differs."""
+    return {k: min(max(v, -1e9), 1e9) if isinstance(v, float) else v for k, v in figures.items()}
+
+
+def paired(made, truth):
+    """Two estimates whose difference is that of renders of the same seed: what they share, camera
+    rays and light points, is no noise of it."""
+    if (made.masked | truth.masked).any():
+        return made, truth
+    stack = made.stack - truth.stack + truth.mean
+    left = Estimate.from_renders(made.name, stack, max(made.rounding, truth.rounding))
+    # All of the noise is on one side. The tests leave alone what has noise on one side only: a
+    # thousandth of it on the other is harmless.
+    return left, Estimate(truth.name, truth.mean, left.variance / 1000, truth.renders,
+                          rounding=truth.rounding)
+
+
+class Correctness:
+    def __init__(self, kinome, references, effort, store, folder, log):
+        self.kinome, self.references, self.effort = kinome, references, effort
+        self.store, self.folder, self.log = store, folder, log
+        self.truths = {}
+
+    def run(self, checks):
+        """Rows for the table, one for each check that could be made."""
+        # Of the whole table, so that a part of it says the same.
+        alpha = sidak(FAMILY_ALPHA, len(plan(self.effort, ())))
+        rows = []
+        for number, check in enumerate(checks, 1):
+            self.log.say(f"check {number} of {len(checks)}: {check.scene}, {check.method}")
+            try:
+                rows.append(self.row(check, alpha))
+            except (Problem, BadInput, OSError) as reason:
+                self.log.problem(f"{check.scene}, {check.method}: {reason}"
+                                 if check.scene not in str(reason) else reason)
+        return rows
+
+    def row(self, check, alpha):
+        key = {"check": check.scene, "method": check.method, "truth": check.truth,
+               "scene": scene_hash(check.path), "program": self.kinome.program, "alpha": alpha,
+               "defines": dict(self.defines(check)), "reference": self.truth_hash(check)}
+        row = self.store.recall(key, lambda: self.measure(check, alpha))
+        return {"scene": check.scene, "method": check.method, "truth": check.truth, **row}
+
+    def truth_hash(self, check):
+        if check.truth == "groundtruth":
+            return "groundtruth"
+        if check.big:
+            return self.references.load(check.big)[1]["hash"]
+        return hash_of_files([REFERENCES / f"{check.scene}.exr"])
+
+    def measure(self, check, alpha):
+        path, options = self.scene_file(check)
+        truth = self.truth(check, path, options)
+        made = self.kinome.estimate(check.method, path, self.defines(check), SEED, options)
+        if check.truth == "groundtruth":
+            made, truth = paired(made, truth)
+        verdict = compare(made, truth, alpha)
+        masked = made.masked | truth.masked
+        row = {"passed": verdict.passed, "masked": verdict.masked, "notes": verdict.notes,
+               "not_finite": made.nans + made.infinities,
+               "tests": {t.name: finite(dataclasses.asdict(t)) for t in verdict.tests},
+               "relmse": Errors.of(made.mean, truth, masked).relmse,
+               "flip": flip(made.mean, truth.mean, masked),
+               "picture": pictures.difference(made.mean, truth.mean, masked)}
+        if not verdict.passed:
+            from compare import picture  # matplotlib takes a second to load
+            target = self.folder / f"{check.scene}-{check.method.replace(' ', '-')}.png"
+            target.parent.mkdir(parents=True, exist_ok=True)
+            picture.write(target, made, truth, verdict)
+            self.log.say(f"RED: {check.scene}, {check.method}: see {target}")
+        return row
+
+    def scene_file(self, check):
+        """The file to render and the options it needs."""
+        if check.big or check.truth == "mitsuba":
+            return check.path, ()
+        copy = with_parameters(check.path, self.folder / "scenes")
+        return copy, ("-a", str(check.path.parent))
+
+    def defines(self, check):
+        found = {"sampler": "ldsampler", **dict(check.defines)}
+        clustered = check.truth == "groundtruth"
+        found["spp"] = CLUSTERED_SAMPLES if clustered else (
+            self.effort.check_samples if check.big else 16)
+        if check.big:
+            size = self.effort.size(check.big)
+            found |= sized(check.big, [n // 2 for n in size] if clustered else size)
+        return found | (POINTS | CUT if clustered else {})
+
+    def truth(self, check, path, options):
+        if check.truth == "mitsuba":
+            return (self.references.load(check.big)[0] if check.big
+                    else load_reference(REFERENCES / f"{check.scene}.exr"))
+        # One for all modes of clustered: the same points, each used once.
+        if check.scene not in self.truths:
+            own = {k: v for k, v in self.defines(check).items()
+                   if k not in CUT and k not in dict(check.defines)}
+            own |= {"integrator": "groundtruth", "spp": CLUSTERED_SAMPLES}
+            self.truths = {check.scene: self.kinome.estimate("groundtruth", path, own, SEED,
+                                                             options)}
+        return self.truths[check.scene]

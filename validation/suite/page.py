@@ -1,0 +1,161 @@
+"""validation/report/index.html: one file that holds all of its pictures."""
+import html
+
+from . import analysis, plots
+from . import tables_of_results as tables
+
+STYLE = """
+:root { color-scheme: light; --line: #d8d8d8; --bad: #b30000; --good: #1a7a34 }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 1240px; margin: 2rem auto; padding: 0 1rem;
+       color: #1b1b1b; background: #fff }
+h1 { font-size: 1.7rem } h2 { margin-top: 2.4rem; border-bottom: 1px solid var(--line) }
+.wide { overflow-x: auto } table { border-collapse: collapse; font-size: 13px; margin: .6rem 0 }
+th, td { padding: .22rem .6rem; border-bottom: 1px solid var(--line); text-align: left;
+         white-space: nowrap; font-variant-numeric: tabular-nums }
+th { background: #f4f4f4 } td.fail { color: var(--bad); font-weight: 700 }
+td.pass, td.win { color: var(--good) } td.lose { color: var(--bad) }
+img { max-width: 100%; image-rendering: auto } .crops { display: flex; flex-wrap: wrap; gap: 12px }
+figure { margin: 0; width: 160px } figcaption { font-size: 11.5px; line-height: 1.3 }
+figure img { image-rendering: pixelated }
+.thumb { height: 48px; vertical-align: middle; image-rendering: pixelated }
+.note { color: #555; margin: .15rem 0; font-size: 13px } .problem { color: var(--bad) }
+details { margin: .5rem 0 }
+"""
+
+CLUSTERED = (
+    "<b>clustered</b> (joint, luminance, brdf) converges to its set of light points, not to the "
+    "light itself. So it is unbiased against our own <b>groundtruth</b>, which uses each of the "
+    "same points exactly once, and is compared with that, seed by seed; its distance to Mitsuba is "
+    "how finely the points stand for the light, and shows below as a floor of its curve.")
+LDSAMPLER = (
+    "Mitsuba's ldsampler is biased on paths of several bounces (references/README.md): a curve of "
+    "it may end in a floor there. All references are made with multijitter.")
+
+
+def cell(text):
+    kind = {"FAIL": "fail", "pass": "pass"}.get(text)
+    kind = kind or ("win" if text.endswith("(faster)") else
+                    "lose" if text.endswith("(slower)") else "")
+    return f'<td class="{kind}">{html.escape(text)}</td>' if kind else \
+        f"<td>{html.escape(text)}</td>"
+
+
+def table(head, rows, pictures=None):
+    """pictures: a data URL for each row, shown in a last column."""
+    lines = ["<div class=\"wide\"><table><thead><tr>",
+             *(f"<th>{html.escape(h)}</th>" for h in head),
+             "<th>ours, reference, difference</th>" if pictures else "", "</tr></thead><tbody>"]
+    for i, row in enumerate(rows):
+        lines.append("<tr>" + "".join(cell(text) for text in row))
+        if pictures:
+            lines.append(f'<td><img class="thumb" loading="lazy" src="{pictures[i]}" '
+                         f'alt="{html.escape(row[0])}, {html.escape(row[1])}"/></td>')
+        lines.append("</tr>")
+    return "".join(lines) + "</tbody></table></div>\n"
+
+
+def paragraph(text, kind=""):
+    return f'<p class="{kind}">{text}</p>\n' if kind else f"<p>{text}</p>\n"
+
+
+def correctness_section(data):
+    rows = data["rows"]
+    red = [row for row in rows if not row["passed"]]
+    parts = ["<h2>Correctness</h2>\n", paragraph(
+        f"{len(rows)} comparisons, {len(red)} red. Together they fail by chance in "
+        f"{100 * data['family_alpha']:g} % of all runs. <i>t</i> is Welch's over the whole "
+        "picture, of the channel that is worst; <i>p</i> is corrected for the number of values; a "
+        "bias of the size given would be found 9 times out of 10. Phong and Ward are compared with "
+        "Python BSDFs in Mitsuba, after 0.6's formulas."), paragraph(CLUSTERED)]
+    parts.append(table(*tables.correctness(rows), [row["picture"] for row in rows]))
+    notes = [f"{row['scene']}, {row['method']}: {note}" for row in rows for note in row["notes"]]
+    if notes:
+        parts.append(f"<details><summary>{len(notes)} notes</summary>")
+        parts += [paragraph(html.escape(note), "note") for note in notes]
+        parts.append("</details>\n")
+    return "".join(parts)
+
+
+def reference_text(reference):
+    count = reference["masked_pixels"]
+    masked = (f"; {reference['not_finite']} of its values were NaN or Inf, and {count} pixels are "
+              "masked") if count else ""
+    return (f"Reference: Mitsuba's {reference['integrator']} ({reference['variant']}), "
+            f"{reference['seeds']} × {reference['samples_used']} samples, "
+            f"{reference['sampler']}{masked}; its own noise amounts to a relMSE of "
+            f"{reference['own_error']:.2g}, which is subtracted.")
+
+
+def scene_section(name, entry, found, trimmed, load_picture):
+    size = "×".join(str(n) for n in entry["size"])
+    parts = [f'<h3 id="{html.escape(name)}">{html.escape(name)} ({html.escape(entry["group"])}, '
+             f"{size})</h3>\n", paragraph(html.escape(reference_text(entry["reference"])))]
+    picture = plots.error_over_time(found, trimmed, entry["reference"]["own_error"])
+    parts.append(f'<img src="{picture}" alt="relMSE over seconds, {html.escape(name)}"/>\n')
+    parts.append(table(*tables.renderers(found, trimmed)))
+    goal, crops = plots.equal_time(entry, found, load_picture)
+    if crops:
+        parts.append(paragraph(f"After about {goal:.2g} s (the fewest samples, where these take "
+                               "longer), in the place where they differ most:"))
+        parts.append('<div class="crops">' + "".join(
+            f'<figure><img src="{url}" alt="crop"/><figcaption>{html.escape(label)}</figcaption>'
+            "</figure>" for label, url in crops) + "</div>\n")
+    parts += ["<details><summary>With start-up and compilation</summary>",
+              table(*tables.with_startup(entry, found)), "</details>\n"]
+    parts += [f"<details><summary>All {len(entry['tried'])} measurements of Mitsuba's "
+              "configurations</summary>", table(*tables.tried(entry)), "</details>\n"]
+    return "".join(parts)
+
+
+def benchmark_section(scenes, load_picture):
+    found = {name: analysis.summary(scenes[name]) for name in tables.ordered(scenes)}
+    parts = ["<h2>Time against error</h2>\n", paragraph(
+        "Wall time of rendering by each program's own clock, without start-up, loading and "
+        "compilation, which have a table of their own. Renderers take turns, on "
+        "the same number of threads; medians of all seeds, bars are quartiles. relMSE is "
+        "mean[((I − R)² − var R) / (R² + 0.01 mean(R)²)]. <b>~</b> is extrapolated beyond the last "
+        "point, <b>≤</b> reached by the fewest samples already; <b>never</b>: the curve has gone "
+        "flat; <b>far</b>: it would take more than ten times its last point. A ratio is the best "
+        "peer's seconds by ours: above 1 we are faster, below 1 slower."),
+        paragraph(LDSAMPLER)]
+    for target in analysis.TARGETS:
+        parts += [f"<h3>To a relMSE of {target:g}</h3>\n", table(*tables.overview(found, target))]
+    parts += [f"<h3>Each of ours against the best peer, at {tables.MIDDLE:g}</h3>\n",
+              table(*tables.by_renderer(found))]
+    trimmed = {name: analysis.summary(scenes[name], "trimmed") for name in found}
+    parts += ["<h3>The same without the worst 0.1 % of the values of each picture</h3>\n",
+              paragraph("Single bright pixels decide a relMSE where light is hard to find."),
+              table(*tables.overview(trimmed)), table(*tables.by_renderer(trimmed))]
+    for name, one in found.items():
+        parts.append(scene_section(name, scenes[name], one, trimmed[name], load_picture))
+    return "".join(parts)
+
+
+def machine_text(data):
+    machines = {f"{e['machine']['processor']}, {e['machine']['cores']} cores, "
+                f"{e['machine']['system']}" for e in data}
+    commits = {e["commit"][:10] for e in data}
+    text = f"On {'; '.join(sorted(machines))}; commit {', '.join(sorted(commits))}."
+    if len({e["program"] for e in data}) > 1:
+        text += " Not all rows are of the same program: some were measured before others."
+    return text
+
+
+def page(correctness, benchmark, problems, load_picture, quick):
+    """The whole page; either part may be None."""
+    entries = ([correctness] if correctness else []) + list((benchmark or {}).values())
+    parts = ["<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/>"
+             "<meta name=\"viewport\" content=\"width=device-width\"/>"
+             f"<title>Kinome against Mitsuba 3</title><style>{STYLE}</style></head><body>\n"
+             "<h1>Kinome against Mitsuba 3</h1>\n",
+             paragraph(html.escape(machine_text(entries)))]
+    if quick:
+        parts.append(paragraph("<b>A small form, which only proves that the command works.</b>"))
+    if problems:
+        items = [f'<li class="problem">{html.escape(line)}</li>' for line in problems]
+        parts += ["<h2>What is missing</h2>\n<ul>", *items, "</ul>\n"]
+    if correctness:
+        parts.append(correctness_section(correctness))
+    if benchmark:
+        parts.append(benchmark_section(benchmark, load_picture))
+    return "".join(parts) + "</body></html>\n"

@@ -1,0 +1,121 @@
+"""Mitsuba's side: its configurations, and one living process a variant."""
+import dataclasses
+import pathlib
+
+import numpy as np
+
+from .problems import Problem
+from .store import hash_of_files
+from .tables import PEER_SAMPLES, SAMPLERS, THREADS, VARIANTS
+from .worker import Dead, Refused, Worker
+
+HERE = pathlib.Path(__file__).resolve().parent
+
+
+@dataclasses.dataclass(frozen=True)
+class Configuration:
+    variant: str
+    integrator: str
+    sampler: str
+    compensation: bool
+
+    @property
+    def name(self):
+        extra = ", compensated" if self.compensation else ""
+        return f"Mitsuba {self.integrator}, {self.sampler}, {self.variant}{extra}"
+
+    def defines(self, scene, size):
+        found = {"integrator": self.integrator, "sampler": self.sampler, "width": size[0],
+                 "height": size[1]}
+        if scene.envmap:
+            found["mis_compensation"] = "true" if self.compensation else "false"
+        return {key: str(value) for key, value in found.items()}
+
+
+def configurations(scene):
+    """All that are tried on a scene."""
+    return [Configuration(v, i, s, c) for v in VARIANTS for i in scene.peers for s in SAMPLERS
+            for c in ((False, True) if scene.envmap else (False,))]
+
+
+class Unavailable(Problem):
+    """Has been said already."""
+
+
+class Mitsuba:
+    """Variants that can't be started are said once and then left out."""
+
+    samples = PEER_SAMPLES
+
+    def __init__(self, python, folder, log, cache=None, command=None):
+        self.python, self.folder, self.log = python, folder, log
+        self.environment = {"DRJIT_CACHE_DIR": str(cache or folder / "kernels")}
+        self.command = command or [python, HERE / "workers/mitsuba_worker.py"]
+        self.workers, self.loaded, self.broken = {}, {}, {}
+        self.import_seconds = {}
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def worker(self, variant):
+        if variant in self.broken:
+            raise self.broken[variant]
+        if variant not in self.workers:
+            if not pathlib.Path(self.python).is_file():
+                self._give_up(variant, Problem(
+                    "Mitsuba isn't installed (pip failed?): its columns are left out"))
+            try:
+                worker = Worker(f"Mitsuba {variant}", [*self.command, variant, str(THREADS)],
+                                self.environment)
+                self.import_seconds[variant] = worker.ask(command="hello")["import_seconds"]
+            except Problem as reason:
+                self._give_up(variant, reason)
+            self.workers[variant] = worker
+        return self.workers[variant]
+
+    def _give_up(self, variant, reason):
+        self.log.problem(reason)
+        self.broken[variant] = Unavailable(reason)
+        raise self.broken[variant]
+
+    def load(self, configuration, scene, size):
+        """Seconds that loading took; nothing if it is loaded already."""
+        variant = configuration.variant
+        wish = (configuration, scene, size)
+        worker = self.worker(variant)
+        if self.loaded.get(variant) == wish:
+            return 0.0
+        self.loaded.pop(variant, None)
+        seconds = self._ask(variant, worker, command="load", file=str(scene.path),
+                            defines=configuration.defines(scene, size))["seconds"]
+        self.loaded[variant] = wish
+        return seconds
+
+    def render(self, configuration, scene, size, samples, seed):
+        """(image or None if it is the warm-up, seconds, samples used)"""
+        self.load(configuration, scene, size)
+        output = self.folder / f"{configuration.variant}.npy"
+        answer = self._ask(configuration.variant, self.workers[configuration.variant],
+                           command="render", samples=samples, seed=seed, output=str(output))
+        image = np.load(output).astype(np.float64)
+        output.unlink()
+        return image, answer["seconds"], answer["samples"]
+
+    def _ask(self, variant, worker, **request):
+        try:
+            return worker.ask(**request)
+        except Refused:
+            raise
+        except Dead:
+            # Another scene may fare better: a new process will be started.
+            self.workers.pop(variant, None)
+            self.loaded.pop(variant, None)
+            raise
+
+    def close(self):
+        for worker in self.workers.values():
+            worker.close()
+        self.workers.clear()
+
+
+def version_hash():
+    """What the pinned versions are, as far as a measurement depends on them."""
+    return hash_of_files([HERE.parent / "requirements.txt", HERE / "workers/mitsuba_worker.py"])

@@ -1,0 +1,91 @@
+"""Finished measurements, so that a rerun goes on where the last one stopped."""
+import hashlib
+import json
+import os
+
+
+class Store:
+    """Lines of JSON, [key, values]: one for each measurement, on the disk before the next begins.
+
+    A key is a dictionary of all that the values depend on: scene, program, configuration, machine.
+    Not for several processes at once.
+    """
+
+    def __init__(self, path):
+        self.path = path
+        self.values = {}
+        self.torn = 0  # lines that an interruption cut off
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for line in self._lines():
+            key, values = line
+            self.values[canonical(key)] = values
+
+    def _lines(self):
+        if not self.path.exists():
+            return
+        kept = []
+        for line in self.path.read_text(encoding="utf-8", errors="replace").splitlines():
+            try:
+                key, values = json.loads(line)
+                kept.append(line)
+                yield key, values
+            except (ValueError, TypeError):
+                self.torn += 1
+        if self.torn:
+            write_whole(self.path, "".join(line + "\n" for line in kept))
+
+    def get(self, key):
+        return self.values.get(canonical(key))
+
+    def put(self, key, values):
+        line = json.dumps([key, values], allow_nan=False) + "\n"
+        with open(self.path, "a", encoding="utf-8") as file:
+            file.write(line)
+            file.flush()
+            os.fsync(file.fileno())
+        self.values[canonical(key)] = values
+
+    def recall(self, key, measure):
+        """The values of that key; measured only if they aren't there."""
+        found = self.get(key)
+        if found is None:
+            found = measure()
+            self.put(key, found)
+        return found
+
+
+def canonical(key):
+    return json.dumps(key, sort_keys=True)
+
+
+def digest(key):
+    """A file name for that key."""
+    return hashlib.sha256(canonical(key).encode()).hexdigest()[:20]
+
+
+def hash_of_files(paths, start=""):
+    """Of names and contents."""
+    total = hashlib.sha256(start.encode())
+    for path in sorted(paths):
+        total.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
+    return total.hexdigest()[:16]
+
+
+def write_whole(path, text):
+    """The file is there in full or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(path.name + ".part")
+    unfinished.write_text(text, encoding="utf-8")
+    os.replace(unfinished, path)
+
+
+def write_json(path, data):
+    write_whole(path, json.dumps(data, indent=1, allow_nan=False) + "\n")
+
+
+def read_json(path):
+    """None where there is no such file."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None

@@ -1,0 +1,76 @@
+"""validation/report/summary.md, which the README quotes, and the raw numbers as CSV."""
+import csv
+import io
+
+from . import analysis
+from . import tables_of_results as tables
+from .page import machine_text
+
+
+def markdown(head, rows):
+    return [f"| {' | '.join(head)} |", "|" + "---|" * len(head),
+            *(f"| {' | '.join(row)} |" for row in rows), ""]
+
+
+def summary(correctness, benchmark, problems, quick):
+    """Lines of Markdown, as one text."""
+    entries = ([correctness] if correctness else []) + list((benchmark or {}).values())
+    lines = ["# Kinome against Mitsuba 3", "", machine_text(entries), ""]
+    if quick:
+        lines += ["**A small form, which only proves that the command works.**", ""]
+    if correctness:
+        red = [row for row in correctness["rows"] if not row["passed"]]
+        scenes = {row["scene"] for row in correctness["rows"]}
+        lines += [f"Correctness: {len(correctness['rows'])} comparisons on {len(scenes)} scenes, "
+                  f"{len(red)} red.", ""]
+        lines += [f"- red: {row['scene']}, {row['method']}" for row in red]
+        lines += [""] if red else []
+    if benchmark:
+        found = {name: analysis.summary(benchmark[name]) for name in tables.ordered(benchmark)}
+        lines += ["Seconds of rendering until an error is reached, the best of ours against the "
+                  "fastest configuration of the others; above 1 we are faster. `~`: extrapolated, "
+                  "`≤`: the fewest samples suffice.", ""]
+        for target in analysis.TARGETS:
+            lines += markdown(*tables.overview(found, target))
+        lines += [f"The best peer's seconds by ours, at {tables.MIDDLE:g}:", ""]
+        lines += markdown(*tables.by_renderer(found))
+        lines += ["The same without the worst 0.1 % of the values of each picture:", ""]
+        lines += markdown(*tables.by_renderer(
+            {name: analysis.summary(benchmark[name], "trimmed") for name in found}))
+    lines += [f"- missing: {line}" for line in problems]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def measurements(benchmark):
+    """Every render that was timed, as the text of a CSV file."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(["scene", "group", "width", "height", "renderer", "kind", "samples", "seed",
+                     "seconds", "relmse", "relmse_trimmed", "relmse_maximum", "not_finite",
+                     "embree_share", "processor", "cores", "commit"])
+    for name in tables.ordered(benchmark):
+        entry = benchmark[name]
+        for renderer, one in entry["curves"].items():
+            for point in one["points"]:
+                for run in point["runs"]:
+                    writer.writerow([
+                        name, entry["group"], *entry["size"], renderer, one["kind"],
+                        point["samples"], run["seed"], run["seconds"], run["relmse"],
+                        run["trimmed"], run["maximum"], run["not_finite"],
+                        run.get("embree_share", ""), entry["machine"]["processor"],
+                        entry["machine"]["cores"], entry["commit"]])
+    return file.getvalue()
+
+
+def configurations(benchmark):
+    """Every configuration of Mitsuba's that was tried, as the text of a CSV file."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(["scene", "variant", "integrator", "sampler", "mis_compensation", "samples",
+                     "seconds", "relmse", "relmse_trimmed"])
+    for name in tables.ordered(benchmark):
+        for row in benchmark[name]["tried"]:
+            writer.writerow([name, row["variant"], row["integrator"], row["sampler"],
+                             row["compensation"], row["samples"], row["seconds"], row["relmse"],
+                             row["trimmed"]])
+    return file.getvalue()

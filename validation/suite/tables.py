@@ -1,0 +1,114 @@
+"""What is compared: scenes, our integrators, Mitsuba's configurations. One more is one line."""
+import dataclasses
+import pathlib
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+THREADS = 2  # of each renderer
+
+ENVIRONMENT = "environment"
+BOUNCE = "one bounce"
+PLAIN = "nothing to learn"
+
+
+@dataclasses.dataclass(frozen=True)
+class Scene:
+    """A scene whose size can be set. `truth`: the integrator of Mitsuba's reference; `peers`: those
+    of Mitsuba that are tried for speed."""
+
+    name: str
+    file: str
+    group: str
+    size: tuple
+    truth: str
+    peers: tuple
+    envmap: bool = False  # has $mis_compensation
+    cycles: bool = False  # Cycles has all its materials
+
+    @property
+    def path(self):
+        return ROOT / self.file
+
+
+SCENES = (
+    Scene("hebe", "scenes/hebe/scene.xml", ENVIRONMENT, (80, 80), "direct", ("direct", "path"),
+          envmap=True),
+    Scene("car", "scenes/car/scene.xml", ENVIRONMENT, (112, 63), "direct", ("direct", "path"),
+          envmap=True),
+    Scene("grace", "scenes/grace/scene.xml", ENVIRONMENT, (96, 72), "direct", ("direct", "path"),
+          envmap=True),
+    Scene("box", "scenes/box/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer")),
+    Scene("plate", "scenes/plate/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer")),
+    Scene("blocks", "validation/scenes/benchmark/blocks.xml", PLAIN, (96, 72), "direct",
+          ("direct", "path"), cycles=True),
+)
+
+SMALL_SCENES = tuple(sorted((ROOT / "validation/scenes").glob("*.xml")))
+
+
+@dataclasses.dataclass(frozen=True)
+class Method:
+    """One of our integrators. `truth`: what it is unbiased against, "mitsuba" or "groundtruth" (of
+    the same light points); `samples`: the counts a pixel that are timed."""
+
+    name: str
+    defines: dict
+    truth: str
+    groups: tuple
+    samples: tuple
+
+
+# ldsampler, ours and Mitsuba's, rounds up to a power of 4, and to 4 at least; halton takes any
+# count.
+FAST = (4, 16, 64, 256, 1024, 4096)
+SLOW = (1, 2, 4, 8, 16, 32)  # each of these is 128 light samples
+ALL = (ENVIRONMENT, BOUNCE, PLAIN)
+
+CLUSTERED = {"integrator": "clustered", "sampler": "halton"}
+
+METHODS = (
+    Method("direct", {"integrator": "direct"}, "mitsuba", (ENVIRONMENT, PLAIN), FAST),
+    Method("direct, compensated", {"integrator": "direct", "mis_compensation": "true"}, "mitsuba",
+           (ENVIRONMENT,), FAST),
+    Method("path", {"integrator": "path"}, "mitsuba", ALL, FAST),
+    Method("ptracer", {"integrator": "ptracer"}, "mitsuba", (BOUNCE,), FAST),
+    Method("clustered joint", CLUSTERED | {"importance": "joint"}, "groundtruth", ALL, SLOW),
+    Method("clustered luminance", CLUSTERED | {"importance": "luminance"}, "groundtruth", ALL,
+           SLOW),
+    Method("clustered brdf", CLUSTERED | {"importance": "brdf"}, "groundtruth", ALL, SLOW),
+)
+
+VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
+SAMPLERS = ("independent", "multijitter", "ldsampler")
+PEER_SAMPLES = FAST
+
+
+@dataclasses.dataclass(frozen=True)
+class Effort:
+    """How much of it is done."""
+
+    shrink: int  # pictures are this many times narrower
+    seeds: int  # of each measurement of time
+    budget: float  # seconds a render may take
+    most_samples: int
+    search_samples: tuple  # where Mitsuba's configurations are tried
+    search_seeds: int
+    truth_seeds: int
+    truth_samples: int  # of each of these seeds
+    check_samples: int  # of each of our 16 renders that are compared
+    small_scenes: tuple
+
+    def size(self, scene):
+        return tuple(max(16, n // self.shrink) for n in scene.size)
+
+
+RENDERS = 16  # the fewest that a variance of stratified numbers can come from
+# clustered and groundtruth share this many light points, so that each can be used once.
+POINTS = {"light_samples": 512}
+CUT = {"cut_size": 96}
+
+FULL = Effort(shrink=1, seeds=5, budget=6.0, most_samples=4096, search_samples=(16, 256),
+              search_seeds=2, truth_seeds=64, truth_samples=512, check_samples=256,
+              small_scenes=SMALL_SCENES)
+QUICK = Effort(shrink=2, seeds=3, budget=1.0, most_samples=64, search_samples=(16,),
+               search_seeds=1, truth_seeds=16, truth_samples=256, check_samples=16,
+               small_scenes=SMALL_SCENES[::5])

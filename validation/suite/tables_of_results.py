@@ -1,0 +1,120 @@
+"""The report's tables as (heading row, rows of text), which page.py and summary.py write out."""
+from . import analysis
+from .tables import SCENES
+
+MARKS = {"measured": "", "extrapolated": "~", "at most": "≤ "}
+WORDS = {"never": "never", "beyond": "far", "unknown": "–"}
+MIDDLE = 1e-3  # the error that the ratios are about
+
+
+def significant(value, digits=3):
+    return "–" if value is None else f"{value:.{digits}g}"
+
+
+def percent(value):
+    return "–" if value is None else f"{100 * value:.2g} %"
+
+
+def seconds(found):
+    value, kind = found
+    return WORDS[kind] if value is None else MARKS[kind] + significant(value)
+
+
+def ordered(names):
+    """Big scenes as in tables.SCENES, others before them by name."""
+    place = {scene.name: i for i, scene in enumerate(SCENES)}
+    return sorted(names, key=lambda name: (place.get(name, -1), name))
+
+
+def correctness(rows):
+    head = ["scene", "integrator", "against", "verdict", "t image", "p image", "p tiles",
+            "p pixels", "finds a bias of", "HDR-FLIP", "masked"]
+    table = []
+    for row in rows:
+        tests = row["tests"]
+        table.append([
+            row["scene"], row["method"],
+            "Mitsuba" if row["truth"] == "mitsuba" else "our groundtruth",
+            "pass" if row["passed"] else "FAIL", f"{tests['image']['t']:+.2f}",
+            *(significant(tests[name]["p"], 2) for name in ("image", "tiles", "pixels")),
+            percent(tests["image"]["detectable"]), significant(row["flip"], 2),
+            str(row["masked"] or "")])
+    return head, table
+
+
+def renderers(found, trimmed):
+    """Of one scene. `trimmed`: the same of errors without their worst thousandth."""
+    head = ["renderer", "slope", "efficiency"]
+    head += [f"s to {target:g}" for target in analysis.TARGETS]
+    head += [f"ratio at {MIDDLE:g}", f"trimmed: s to {MIDDLE:g}", "in Embree"]
+    ratios = analysis.ratios({"": found}, MIDDLE)
+    rows = []
+    for name, one in found.items():
+        ratio = ratios.get(name, {}).get("")
+        rows.append([name, significant(one["slope"]), significant(one["efficiency"]),
+                     *(seconds(one["seconds_to"][t]) for t in analysis.TARGETS),
+                     "–" if ratio is None else verdict(ratio),
+                     seconds(trimmed[name]["seconds_to"][MIDDLE]),
+                     "–" if one["embree_share"] is None else percent(one["embree_share"])])
+    return head, rows
+
+
+def verdict(ratio):
+    """How many times sooner; below 1 we lose."""
+    return f"{ratio:.2f} (slower)" if ratio < 1 else f"{ratio:.2f} (faster)"
+
+
+def overview(scenes, target=MIDDLE):
+    """Best of ours against the best peer on each scene, and the geometric mean.
+    `scenes`: {name: summary}."""
+    head = ["scene", "best of ours", f"s to {target:g}", "best peer", f"s to {target:g}",
+            "peer / ours"]
+    rows, ratios = [], []
+    for name, found in scenes.items():
+        ours, peer = (analysis.best(found, kind, target) for kind in ("ours", "peer"))
+        if ours and peer:
+            ratios.append(peer[1] / ours[1])
+        rows.append([name, *(text for one in (ours, peer) for text in
+                             ((one[0], MARKS[one[2]] + significant(one[1])) if one
+                              else ("–", "–"))),
+                     verdict(ratios[-1]) if ours and peer else "–"])
+    mean = analysis.geometric_mean(ratios)
+    if mean is not None:
+        rows.append([f"geometric mean of {len(ratios)}", "", "", "", "", verdict(mean)])
+    return head, rows
+
+
+def by_renderer(scenes, target=MIDDLE):
+    """Ratio of each of ours to the best peer, scene by scene, and the geometric mean."""
+    table = analysis.ratios(scenes, target)
+    head = ["", *scenes, "geometric mean"]
+    rows = []
+    for name, found in table.items():
+        known = [found[s] for s in scenes if found.get(s)]
+        mean = analysis.geometric_mean(known)
+        partial = f" (of {len(known)})" if 0 < len(known) < len(scenes) else ""
+        rows.append([name, *(f"{found[s]:.2f}" if found.get(s) else "–" for s in scenes),
+                     "–" if mean is None else f"{mean:.2f}{partial}"])
+    return head, rows
+
+
+def with_startup(entry, found, target=MIDDLE):
+    """Start-up and compilation, and seconds to `target` with them."""
+    head = ["renderer", "when", "start-up [s]", f"s to {target:g} with it"]
+    rows = []
+    for row in entry["startup"]:
+        value, kind = found[row["renderer"]]["seconds_to"][target] \
+            if row["renderer"] in found else (None, "unknown")
+        whole = (None if value is None else value + row["seconds"], kind)
+        rows.append([row["renderer"], row["when"], significant(row["seconds"]), seconds(whole)])
+    return head, rows
+
+
+def tried(entry):
+    """Every configuration of Mitsuba's, the fastest first."""
+    head = ["configuration", "samples", "s", "relMSE", "trimmed", "trimmed efficiency"]
+    rows = sorted(entry["tried"], key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
+    return head, [[row["name"], str(row["samples"]), significant(row["seconds"]),
+                   significant(row["relmse"]), significant(row["trimmed"]),
+                   significant(1 / (row["trimmed"] * row["seconds"]) if row["trimmed"] > 0
+                               else None)] for row in rows]

@@ -1,0 +1,78 @@
+"""Mitsuba's references of the scenes of tables.SCENES: made when they are needed, and kept."""
+import json
+import subprocess
+
+import numpy as np
+
+from compare import BadInput, load
+
+from .kinome import scene_hash
+from .problems import Problem
+from .store import hash_of_files
+from .tables import ROOT, Effort
+
+MAKE = ROOT / "validation/references/make.py"
+SAMPLER = "multijitter"  # Mitsuba's ldsampler is biased: see references/README.md
+
+
+class References:
+    def __init__(self, python, folder, effort: Effort, log):
+        self.python, self.folder, self.effort, self.log = python, folder, effort, log
+        self.known = {}
+
+    def picture(self, scene):
+        """Path of the EXR; made if it isn't there. Raises Problem."""
+        width, height = self.effort.size(scene)
+        samples, seeds = self.effort.truth_samples, self.effort.truth_seeds
+        name = f"{scene.name}-{width}x{height}-{scene.truth}-{samples}x{seeds}-" \
+               f"{scene_hash(scene.path)}"
+        path = self.folder / name / f"{scene.path.stem}.exr"
+        # make.py writes the note last: with it, the picture is whole.
+        if not path.with_suffix(".json").is_file():
+            self._make(scene, path.parent, width, height, samples, seeds)
+        return path
+
+    def _make(self, scene, folder, width, height, samples, seeds):
+        if not self.python.is_file():
+            raise Problem(f"{scene.name}: no reference without Mitsuba")
+        self.log.say(f"{scene.name}: reference by {scene.truth}, {seeds} x {samples} samples")
+        command = [self.python, MAKE, scene.path, "--output", folder, "--seeds", str(seeds),
+                   "--samples", str(samples), "-D", f"integrator={scene.truth}",
+                   "-D", f"sampler={SAMPLER}", "-D", f"width={width}", "-D", f"height={height}"]
+        result = subprocess.run(command, check=False, capture_output=True, text=True)
+        if result.returncode != 0:
+            lines = result.stderr.strip().splitlines() or ["make.py failed"]
+            raise Problem(f"{scene.name}: no reference: {lines[-1]}")
+
+    def load(self, scene):
+        """(Estimate, what is to be told of it). Raises Problem."""
+        if scene.name not in self.known:
+            path = self.picture(scene)
+            self.known[scene.name] = load_reference(path), describe(path)
+        return self.known[scene.name]
+
+
+def load_reference(path):
+    """An Estimate without NaN outside its mask."""
+    try:
+        found = load(path)
+    except BadInput as reason:
+        raise Problem(reason) from reason
+    if found.nans or found.infinities:
+        raise Problem(f"{path.name}: the reference holds {found.nans} NaN and "
+                      f"{found.infinities} Inf: it isn't used")
+    return found
+
+
+def describe(path):
+    note = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+    kept = ("variant", "integrator", "sampler", "samples_used", "seeds", "not_finite",
+            "masked_pixels", "width", "height", "seconds")
+    return {key: note[key] for key in kept} | {"hash": hash_of_files([path])}
+
+
+def own_error(reference):
+    """relMSE that the reference's own noise amounts to; it is subtracted from all others."""
+    r = reference.mean[~reference.masked]
+    floor = 0.01 * r.mean() ** 2 or 1.0
+    return float(np.mean(reference.variance[~reference.masked] / (r ** 2 + floor)))
