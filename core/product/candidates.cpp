@@ -161,22 +161,26 @@ void Estimator::evaluate_candidates(const Group& group, size_t first) {
   const Patch& patch = (*patches_)[group.patch];
   Candidates& c = candidates_;
   const size_t count = c.size() - first;
-  simd::lobe_density(patch.lobe, primaries_->frames, &c.primary[first], &c.dx[first], &c.dy[first],
-                     &c.dz[first], count, &c.lobe_density[first]);
   if (!patch.is_described || !is_microfacet(patch.form)) {
+    simd::lobe_density(patch.lobe, primaries_->frames, &c.primary[first], &c.dx[first],
+                       &c.dy[first], &c.dz[first], count, &c.lobe_density[first]);
     ask_for_candidates(group, first);
     return;
   }
+  const BsdfForm& form = patch.form;
   simd::MicrofacetKind kind;
-  kind.is_ggx = patch.form.glossy == BsdfForm::Glossy::kGgx;
-  kind.is_conductor = patch.form.is_conductor;
+  kind.is_ggx = form.glossy == BsdfForm::Glossy::kGgx;
+  kind.is_conductor = form.is_conductor;
   for (int i = 0; i < 3; ++i) {
-    kind.eta[i] = patch.form.eta[i];
-    kind.k[i] = patch.form.k[i];
+    kind.eta[i] = form.eta[i];
+    kind.k[i] = form.k[i];
   }
-  float* const f[3] = {&c.f[0][first], &c.f[1][first], &c.f[2][first]};
-  simd::evaluate_microfacets(kind, primaries_->microfacets, primaries_->frames, &c.primary[first],
-                             &c.dx[first], &c.dy[first], &c.dz[first], count, f);
+  const simd::FirstMicrofacet one{
+      form.alpha_u, form.alpha_v, {form.specular.x, form.specular.y, form.specular.z}};
+  simd::evaluate_microfacets(
+      kind, one, patch.is_uniform ? nullptr : &primaries_->microfacets, patch.lobe,
+      primaries_->frames, &c.primary[first], &c.dx[first], &c.dy[first], &c.dz[first], count,
+      {{&c.f[0][first], &c.f[1][first], &c.f[2][first]}, &c.lobe_density[first]});
 }
 
 /// Strata of the group's candidates; returns their control terms.

@@ -262,7 +262,7 @@ Patch start_patch(const TilePrimaries& primaries, size_t i, const std::optional<
   patch.cone_cosine = kPatchCosine;
   patch.tolerance = kPlaneWidths * primaries.width_at(si.t);
   patch.diffuse = primaries.diffuse[i];
-  patch.is_described = form.has_value();
+  patch.is_described = patch.is_uniform = form.has_value();
   if (form) patch.form = *form;
   patch.probed.fill(1);  // other points may reflect where this one is black
   if (!form && mean_of(patch.diffuse) > 0) probe_transmittance(si, patch);
@@ -314,6 +314,8 @@ void assign(TilePrimaries& primaries, std::vector<Patch>& patches) {
     }
     Patch& patch = patches[k];
     patch.is_described = patch.is_described && form && form->same_kind(patch.form);
+    patch.is_uniform = patch.is_uniform && form && form->specular == patch.form.specular &&
+                       form->alpha_u == patch.form.alpha_u && form->alpha_v == patch.form.alpha_v;
     primaries.patch[i] = k;
   }
 }

@@ -98,6 +98,7 @@ struct Patch {
   /// All points have a BsdfForm of the kind of `form`, by which kernels may evaluate them.
   bool is_described = false;
   BsdfForm form;
+  bool is_uniform = false;  ///< and their glossy lobes are alike
   /// Of a diffuse lobe without a form: its value relative to a Lambertian one of `diffuse`, at
   /// cosines as in BsdfForm::transmittance. Only control terms depend on it.
   std::array<float, BsdfForm::kTableSize> probed{};

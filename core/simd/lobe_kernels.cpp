@@ -160,26 +160,43 @@ HWY_INLINE V fresnel_conductor(V cosine, float eta, float k) {
   return hn::Max(zero, hn::Mul(half, hn::MulAdd(s, p, s)));
 }
 
-void EvaluateMicrofacets(const MicrofacetKind& kind, const MicrofacetPoints& lobes,
+void EvaluateMicrofacets(const MicrofacetKind& kind, const FirstMicrofacet& first,
+                         const MicrofacetPoints* points, const HalfVectorLobe& lobe,
                          const PointFrames& frames, const uint32_t* point, const float* dx,
-                         const float* dy, const float* dz, size_t count, float* const f[3]) {
+                         const float* dy, const float* dz, size_t count,
+                         const MicrofacetValues& out) {
   const Tag d;
   const IndexTag di;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.f);
+  const V density_norm = hn::Set(d, 1 / (4 * kPi * lobe.alpha_u * lobe.alpha_v));
+  const V inverse_u2 = hn::Set(d, 1 / (lobe.alpha_u * lobe.alpha_u));
+  const V inverse_v2 = hn::Set(d, 1 / (lobe.alpha_v * lobe.alpha_v));
+  V inverse_u = hn::Set(d, 1 / first.alpha_u), inverse_v = hn::Set(d, 1 / first.alpha_v);
   for (size_t i = 0; i < count; i += hn::Lanes(d)) {
     const Index at = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), point + i));
     const V3 n = gather(frames.normal, at), t = gather(frames.tangent, at);
     const V3 w = gather(frames.viewer, at), b = cross(n, t);
     const V3 o{hn::LoadU(d, dx + i), hn::LoadU(d, dy + i), hn::LoadU(d, dz + i)};
-    const V inverse_u = hn::Div(one, hn::GatherIndex(d, lobes.alpha_u.data(), at));
-    const V inverse_v = hn::Div(one, hn::GatherIndex(d, lobes.alpha_v.data(), at));
+    if (points) {
+      inverse_u = hn::Div(one, hn::GatherIndex(d, points->alpha_u.data(), at));
+      inverse_v = hn::Div(one, hn::GatherIndex(d, points->alpha_v.data(), at));
+    }
     const V3 sum{hn::Add(w.x, o.x), hn::Add(w.y, o.y), hn::Add(w.z, o.z)};
     const V scale = hn::Div(one, hn::Sqrt(hn::Max(dot(sum, sum), hn::Set(d, 1e-20f))));
     const V3 h{hn::Mul(sum.x, scale), hn::Mul(sum.y, scale), hn::Mul(sum.z, scale)};
     const V cos_i = dot(n, w), cos_o = dot(n, o), cos_h = dot(n, h);
     const V cos_half = hn::Min(hn::Max(dot(w, h), zero), one);
-    const V hu = hn::Mul(dot(t, h), inverse_u), hv = hn::Mul(dot(b, h), inverse_v);
-    const V r2 = hn::MulAdd(hu, hu, hn::Mul(hv, hv)), z2 = hn::Mul(cos_h, cos_h);
+    const V ht = dot(t, h), hb = dot(b, h), z2 = hn::Mul(cos_h, cos_h);
+    {  // as lobe_density
+      const V q =
+          hn::MulAdd(hn::Mul(ht, ht), inverse_u2, hn::MulAdd(hn::Mul(hb, hb), inverse_v2, z2));
+      const V value = hn::Div(hn::Mul(density_norm, cos_h),
+                              hn::Max(hn::Mul(hn::Mul(q, q), cos_half), hn::Set(d, 1e-30f)));
+      const auto met = hn::And(hn::Gt(cos_h, zero), hn::Gt(cos_half, hn::Set(d, 1e-6f)));
+      hn::StoreU(hn::IfThenElseZero(met, value), d, out.density + i);
+    }
+    const V hu = hn::Mul(ht, inverse_u), hv = hn::Mul(hb, inverse_v);
+    const V r2 = hn::MulAdd(hu, hu, hn::Mul(hv, hv));
     V distribution = hn::Mul(hn::Mul(inverse_u, inverse_v), hn::Set(d, 1 / kPi));
     if (kind.is_ggx) {
       const V q = hn::Add(r2, z2);
@@ -207,8 +224,9 @@ void EvaluateMicrofacets(const MicrofacetKind& kind, const MicrofacetPoints& lob
     if (!kind.is_conductor) fresnel = fresnel_dielectric(cos_half, kind.eta[0]);
     for (int c = 0; c < 3; ++c) {
       if (kind.is_conductor) fresnel = fresnel_conductor(cos_half, kind.eta[c], kind.k[c]);
-      const V specular = hn::GatherIndex(d, lobes.specular[c].data(), at);
-      hn::StoreU(hn::Mul(value, hn::Mul(fresnel, specular)), d, f[c] + i);
+      const V specular = points ? hn::GatherIndex(d, points->specular[c].data(), at)
+                                : hn::Set(d, first.specular[c]);
+      hn::StoreU(hn::Mul(value, hn::Mul(fresnel, specular)), d, out.f[c] + i);
     }
   }
 }
@@ -270,24 +288,39 @@ HWY_INLINE V atan2_first_quadrant(V y, V x) {
   return hn::IfThenElse(hn::Gt(y, x), hn::Sub(hn::Set(d, kPi / 2), angle), angle);
 }
 
-void PolarAngles(const float m[9], const float* dx, const float* dy, const float* dz, size_t count,
-                 float* phi, float* theta) {
+void FindPlaces(const SphereGrid& grid, const float* dx, const float* dy, const float* dz,
+                size_t count, float* places, uint32_t* quads) {
   const Tag d;
+  const IndexTag di;
   const V zero = hn::Zero(d);
   const V pi = hn::Set(d, kPi), turn = hn::Set(d, 2 * kPi);
+  const auto columns = static_cast<float>(grid.columns), rows = static_cast<float>(grid.rows);
+  const V x_scale = hn::Set(d, columns / (2 * kPi)), y_scale = hn::Set(d, rows / kPi);
+  const V origin = hn::Set(d, grid.first_column);
+  const Index last_column = hn::Set(di, grid.columns - 1), last_row = hn::Set(di, grid.rows - 1);
   for (size_t i = 0; i < count; i += hn::Lanes(d)) {
     const V3 w{hn::LoadU(d, dx + i), hn::LoadU(d, dy + i), hn::LoadU(d, dz + i)};
     const auto row = [&](int k) {
-      return dot({hn::Set(d, m[k]), hn::Set(d, m[k + 1]), hn::Set(d, m[k + 2])}, w);
+      const float* const m = grid.to_local + k;
+      return dot({hn::Set(d, m[0]), hn::Set(d, m[1]), hn::Set(d, m[2])}, w);
     };
-    const V x = row(0), y = row(3), z = hn::Neg(row(6));
-    V around = atan2_first_quadrant(hn::Abs(x), hn::Abs(z));
-    around = hn::IfThenElse(hn::Lt(z, zero), hn::Sub(pi, around), around);
-    around = hn::IfThenElse(hn::Lt(x, zero), hn::Sub(turn, around), around);
-    hn::StoreU(around, d, phi + i);
-    const V sine = hn::Sqrt(hn::MulAdd(x, x, hn::Mul(z, z)));
-    const V down = atan2_first_quadrant(sine, hn::Abs(y));
-    hn::StoreU(hn::IfThenElse(hn::Lt(y, zero), hn::Sub(pi, down), down), d, theta + i);
+    const V lx = row(0), ly = row(3), lz = hn::Neg(row(6));
+    V phi = atan2_first_quadrant(hn::Abs(lx), hn::Abs(lz));
+    phi = hn::IfThenElse(hn::Lt(lz, zero), hn::Sub(pi, phi), phi);
+    phi = hn::IfThenElse(hn::Lt(lx, zero), hn::Sub(turn, phi), phi);
+    V x = hn::MulSub(phi, x_scale, origin);
+    x = hn::Add(x, hn::IfThenElseZero(hn::Lt(x, zero), hn::Set(d, columns)));
+    const V sine = hn::Sqrt(hn::MulAdd(lx, lx, hn::Mul(lz, lz)));
+    V theta = atan2_first_quadrant(sine, hn::Abs(ly));
+    theta = hn::IfThenElse(hn::Lt(ly, zero), hn::Sub(pi, theta), theta);
+    const V y = hn::Mul(theta, y_scale);
+    hn::StoreInterleaved2(x, y, d, places + 2 * i);
+    const Index none = hn::Zero(di);
+    const Index column = hn::Max(none, hn::Min(hn::ConvertTo(di, x), last_column));
+    const Index line = hn::Max(none, hn::Min(hn::ConvertTo(di, y), last_row));
+    const Index quad = hn::Add(hn::Mul(line, hn::Set(di, grid.columns)), column);
+    hn::StoreU(hn::BitCast(hn::RebindToUnsigned<Tag>(), quad), hn::RebindToUnsigned<Tag>(),
+               quads + i);
   }
 }
 
@@ -302,7 +335,7 @@ HWY_EXPORT(SampleLobe);
 HWY_EXPORT(LobeDensity);
 HWY_EXPORT(EvaluateMicrofacets);
 HWY_EXPORT(WeighCandidates);
-HWY_EXPORT(PolarAngles);
+HWY_EXPORT(FindPlaces);
 
 void sample_lobe(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
                  const float* u1, const float* u2, size_t count, float* dx, float* dy, float* dz) {
@@ -314,10 +347,13 @@ void lobe_density(const HalfVectorLobe& lobe, const PointFrames& frames, const u
   HWY_DYNAMIC_DISPATCH(LobeDensity)(lobe, frames, point, dx, dy, dz, count, density);
 }
 
-void evaluate_microfacets(const MicrofacetKind& kind, const MicrofacetPoints& lobes,
+void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& first,
+                          const MicrofacetPoints* points, const HalfVectorLobe& lobe,
                           const PointFrames& frames, const uint32_t* point, const float* dx,
-                          const float* dy, const float* dz, size_t count, float* const f[3]) {
-  HWY_DYNAMIC_DISPATCH(EvaluateMicrofacets)(kind, lobes, frames, point, dx, dy, dz, count, f);
+                          const float* dy, const float* dz, size_t count,
+                          const MicrofacetValues& out) {
+  HWY_DYNAMIC_DISPATCH(EvaluateMicrofacets)
+  (kind, first, points, lobe, frames, point, dx, dy, dz, count, out);
 }
 
 void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& query, size_t count,
@@ -325,9 +361,9 @@ void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& 
   HWY_DYNAMIC_DISPATCH(WeighCandidates)(candidates, query, count, control, block_sums);
 }
 
-void polar_angles(const float to_local[9], const float* dx, const float* dy, const float* dz,
-                  size_t count, float* phi, float* theta) {
-  HWY_DYNAMIC_DISPATCH(PolarAngles)(to_local, dx, dy, dz, count, phi, theta);
+void find_places(const SphereGrid& grid, const float* dx, const float* dy, const float* dz,
+                 size_t count, float* places, uint32_t* quads) {
+  HWY_DYNAMIC_DISPATCH(FindPlaces)(grid, dx, dy, dz, count, places, quads);
 }
 
 }  // namespace kinome::simd

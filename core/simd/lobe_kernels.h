@@ -57,10 +57,21 @@ struct MicrofacetPoints {
     for (auto& v : specular) v.resize(points);
   }
 };
-/// f cos of each direction, three channels.
-void evaluate_microfacets(const MicrofacetKind& kind, const MicrofacetPoints& lobes,
+/// f cos of each direction, three channels, and the density of sample_lobe. `points` may be nullptr
+/// where all are as `first` says.
+struct MicrofacetValues {
+  float* f[3];
+  float* density;
+};
+struct FirstMicrofacet {
+  float alpha_u, alpha_v;
+  float specular[3];
+};
+void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& first,
+                          const MicrofacetPoints* points, const HalfVectorLobe& lobe,
                           const PointFrames& frames, const uint32_t* point, const float* dx,
-                          const float* dy, const float* dz, size_t count, float* const f[3]);
+                          const float* dy, const float* dz, size_t count,
+                          const MicrofacetValues& out);
 
 /// Unshadowed candidates of a group of points, and what weighs them.
 struct CandidateColumns {
@@ -86,10 +97,15 @@ struct CandidateQuery {
 void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& query, size_t count,
                       float control[3], float* block_sums);
 
-/// Coordinates of unit directions of a local space, d = (sin phi sin theta, cos theta,
-/// -cos phi sin theta): phi in [0, 2 pi] to 5e-7, as an arc, and theta in [0, pi] to 4e-7.
-/// `to_local` is a matrix by rows.
-void polar_angles(const float to_local[9], const float* dx, const float* dy, const float* dz,
-                  size_t count, float* phi, float* theta);
+/// A grid over the sphere, as EnvironmentGrid has it; `to_local` is a matrix by rows.
+struct SphereGrid {
+  float to_local[9];
+  int columns, rows;
+  float first_column;
+};
+/// Where unit directions lie on a grid: coordinates x in [0, columns] and y in [0, rows]
+/// (interleaved), both within 1e-7 of the grid's size, and the index of the quad.
+void find_places(const SphereGrid& grid, const float* dx, const float* dy, const float* dz,
+                 size_t count, float* places, uint32_t* quads);
 
 }  // namespace kinome::simd

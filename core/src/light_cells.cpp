@@ -374,32 +374,20 @@ void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> 
 }
 
 void DistantCells::look_up(const Lookup& to, size_t count) const {
-  thread_local std::vector<float> phi, theta;
   thread_local std::vector<Vec2> places;
-  thread_local std::vector<uint32_t> quad_indices;
+  thread_local std::vector<uint32_t> quads;
   const size_t padded = (count + kPadding - 1) / kPadding * kPadding;
-  if (phi.size() < padded) {
-    phi.resize(padded);
-    theta.resize(padded);
+  if (places.size() < padded) {
     places.resize(padded);
-    quad_indices.resize(padded);
+    quads.resize(padded);
   }
-  float to_local[9];
-  for (int i = 0; i < 9; ++i) to_local[i] = grid_.to_world[i / 3][i % 3];
-  simd::polar_angles(to_local, to.dx, to.dy, to.dz, padded, phi.data(), theta.data());
-  const auto columns = static_cast<float>(grid_.columns), rows = static_cast<float>(grid_.rows);
-  for (size_t i = 0; i < count; ++i) {
-    float x = phi[i] * (0.5f * kInvPi) * columns - grid_.first_column;
-    if (x < 0) x += columns;
-    places[i] = {x, theta[i] * kInvPi * rows};
-    quad_indices[i] = static_cast<uint32_t>(
-        std::clamp(static_cast<int>(places[i].y), 0, grid_.rows - 1) * grid_.columns +
-        std::clamp(static_cast<int>(x), 0, grid_.columns - 1));
-    __builtin_prefetch(&quads_[quad_indices[i]]);
-  }
+  simd::SphereGrid grid{{}, grid_.columns, grid_.rows, grid_.first_column};
+  for (int i = 0; i < 9; ++i) grid.to_local[i] = grid_.to_world[i / 3][i % 3];
+  simd::find_places(grid, to.dx, to.dy, to.dz, padded, &places[0].x, quads.data());
+  for (size_t i = 0; i < count; ++i) __builtin_prefetch(&quads_[quads[i]]);
   const bool has_radiance = eval_grid({places.data(), count}, {to.radiance, count});
   for (size_t i = 0; i < count; ++i) {
-    const Quad& quad = quads_[quad_indices[i]];
+    const Quad& quad = quads_[quads[i]];
     to.cell[i] = quad.cell;
     to.density[i] = quad.density;
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 namespace kinome {
@@ -188,10 +189,20 @@ float SphericalMap::sine_ratio(int i, float t, float sin_theta) const {
 }
 
 Rgb SphericalMap::radiance_at(const Place& at) const {
+  // Four floats at a time, the weight along with the colour.
+  using Float4 = float __attribute__((vector_size(16)));
+  static_assert(sizeof(Texel) == sizeof(Float4));
+  const auto load = [](const Texel* texel) {
+    Float4 v;
+    std::memcpy(&v, texel, sizeof v);
+    return v;
+  };
   const Texel* const top = at.texel;
   const Texel* const bottom = at.texel + width_ + 1;
-  return (top[0].radiance * (1 - at.s) + top[1].radiance * at.s) * (1 - at.t) +
-         (bottom[0].radiance * (1 - at.s) + bottom[1].radiance * at.s) * at.t;
+  const Float4 upper = load(top) * (1 - at.s) + load(top + 1) * at.s;
+  const Float4 lower = load(bottom) * (1 - at.s) + load(bottom + 1) * at.s;
+  const Float4 value = upper * (1 - at.t) + lower * at.t;
+  return {value[0], value[1], value[2]};
 }
 
 float SphericalMap::pdf_at(const Place& at) const {
