@@ -241,6 +241,42 @@ TEST(Film, NonFiniteSamplesAreCountedAndDropped) {
   EXPECT_EQ(film->non_finite(), 0u);
 }
 
+/// Finished pixels count for themselves alone, whatever the filter; two of one pixel are averaged.
+TEST(Film, FinishedPixelsKeepTheirValue) {
+  for (const char* filter : {"box", "gaussian"}) {
+    const auto film = make_film(
+        size(6, 4) +
+        "<integer name=\"crop_offset_x\" value=\"1\"/><integer name=\"crop_width\" value=\"5\"/>" +
+        "<rfilter type=\"" + filter + "\"/>");
+    film->prepare({{}});
+    FilmTile tile = film->make_tile({1, 0, 6, 4});
+    tile.add_pixel(1, 0, std::vector<float>{1, 2, 3});
+    tile.add_pixel(3, 2, std::vector<float>{4, 5, 6});
+    tile.add_pixel(3, 2, std::vector<float>{6, 7, 8});
+    tile.add_pixel(5, 3, std::vector<float>{-1, 0, 1e30f});
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    tile.add_pixel(2, 2, std::vector<float>{1, nan, 1});
+    tile.add_pixel(2, 2, std::vector<float>{std::numeric_limits<float>::infinity(), 1, 1});
+    for (const auto& [x, y] : {std::pair(0, 0), {-1, 2}, {6, 1}, {2, 4}, {2, -1}, {1000, 1000}}) {
+      tile.add_pixel(x, y, std::vector<float>{9, 9, 9});  // outside
+    }
+    EXPECT_THROW(tile.add_pixel(1, 1, std::vector<float>{1, 1}), std::logic_error);
+    film->commit(tile);
+    EXPECT_EQ(film->non_finite(), 2u);
+    const Image image = film->develop();
+    ASSERT_EQ(image.width, 5);
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        Rgb expected(0.f);
+        if (x == 0 && y == 0) expected = {1, 2, 3};
+        if (x == 2 && y == 2) expected = {5, 6, 7};
+        if (x == 4 && y == 3) expected = {-1, 0, 1e30f};
+        for (int c = 0; c < 3; ++c) EXPECT_EQ(image.at(x, y, c), expected[c]) << x << " " << y;
+      }
+    }
+  }
+}
+
 TEST(Film, SamplesOutsideAndEmptyTilesDoNothing) {
   const auto film = make_film(size(8, 8));
   film->prepare({{}});

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <tuple>
 
 #include "cell_kernels.h"
 #include "kinome/light_cut.h"
@@ -438,51 +439,54 @@ TEST(LobeKernels, ExtremesAreFinite) {
   });
 }
 
-TEST(LobeKernels, PolarAnglesAreThoseOfTheLibrary) {
+/// Places on a grid of directions everywhere, on the axes, and beside them.
+TEST(LobeKernels, PlacesAreThoseOfTheLibrary) {
   with_all_kernels([] {
     Random random(9);
-    const glm::mat3 world =
-        glm::mat3(Frame::from_normal(kNormal).s, Frame::from_normal(kNormal).t, kNormal);
-    float to_local[9];
-    for (int i = 0; i < 9; ++i) to_local[i] = world[i / 3][i % 3];
-    const float identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const Frame frame = Frame::from_normal(kNormal);
+    const glm::mat3 worlds[2] = {glm::mat3(1.f), glm::mat3(frame.s, frame.t, kNormal)};
     std::vector<Vec3> directions;
     for (int axis = 0; axis < 3; ++axis) {
       for (const float sign : {1.f, -1.f}) {
-        Vec3 d(0.f);
-        d[axis] = sign;
-        directions.push_back(d);
-        for (const float tiny : {1e-3f, 1e-7f, -1e-7f, -1e-30f}) {
-          directions.push_back(glm::normalize(d + tiny * Vec3(1, 1, 1)));
+        for (const float tiny : {0.f, 1e-3f, 1e-7f, -1e-7f, -1e-30f}) {
+          Vec3 d(tiny);
+          d[axis] = sign;
+          directions.push_back(glm::normalize(d));
         }
       }
     }
     while (directions.size() < 16000) directions.push_back(random.direction());
-    for (const float* const m : {&identity[0], static_cast<const float*>(to_local)}) {
-      std::vector<float> x, y, z;
-      for (const Vec3& d : directions) {
-        x.push_back(d.x);
-        y.push_back(d.y);
-        z.push_back(d.z);
-      }
-      std::vector<float> phi(x.size()), theta(x.size());
-      ASSERT_EQ(x.size() % simd::kLobeLanes, 0u);
-      simd::polar_angles(m, x.data(), y.data(), z.data(), x.size(), phi.data(), theta.data());
-      // A rotation's rounding moves a direction by some units of 2^-24.
-      const double theta_tolerance = m == &identity[0] ? 4e-7 : 6e-7;
-      const double phi_tolerance = theta_tolerance + 1e-7;
-      for (size_t i = 0; i < x.size(); ++i) {
-        const glm::dvec3 d(directions[i]);
-        const auto row = [&](int k) { return m[k] * d.x + m[k + 1] * d.y + m[k + 2] * d.z; };
-        const double a = row(0), b = row(3), c = row(6), sine = std::hypot(a, c);
-        EXPECT_NEAR(theta[i], std::atan2(sine, b), theta_tolerance);
-        EXPECT_GE(phi[i], 0);
-        // One more than a float's 2 pi stands for is still this turn.
-        EXPECT_LE(phi[i], static_cast<float>(2 * kPiD));
-        double difference = std::abs(phi[i] - std::atan2(a, -c));
-        difference = std::fmod(difference, 2 * kPiD);
-        difference = std::min(difference, 2 * kPiD - difference);
-        EXPECT_LE(difference * sine, phi_tolerance) << d.x << " " << d.y << " " << d.z;
+    std::vector<float> x, y, z;
+    for (const Vec3& d : directions) {
+      x.push_back(d.x);
+      y.push_back(d.y);
+      z.push_back(d.z);
+    }
+    ASSERT_EQ(x.size() % simd::kLobeLanes, 0u);
+    for (const glm::mat3& world : worlds) {
+      for (const auto& [columns, rows, first] :
+           {std::tuple(1024, 511, 0.5f), {64, 32, 0.f}, {32, 16, 16.f}}) {
+        simd::SphereGrid grid{{}, columns, rows, first};
+        for (int i = 0; i < 9; ++i) grid.to_local[i] = world[i / 3][i % 3];
+        std::vector<float> places(2 * x.size());
+        std::vector<uint32_t> quads(x.size());
+        simd::find_places(grid, x.data(), y.data(), z.data(), x.size(), places.data(),
+                          quads.data());
+        for (size_t i = 0; i < x.size(); ++i) {
+          const glm::dvec3 d = glm::dvec3(directions[i]) * glm::dmat3(world);
+          const double sine = std::hypot(d.x, d.z);
+          const float column = places[2 * i], row = places[2 * i + 1];
+          // 1e-7 of the grid and, of a rotation, of the direction: 2e-7 rad.
+          EXPECT_NEAR(row, std::atan2(sine, d.y) / kPiD * rows, 2e-7 * rows);
+          EXPECT_GE(column, 0);
+          EXPECT_LE(column, static_cast<float>(columns));
+          double difference = column - (std::atan2(d.x, -d.z) / (2 * kPiD) * columns - first);
+          difference -= columns * std::round(difference / columns);
+          EXPECT_LE(std::abs(difference) * sine, 2e-7 * columns) << d.x << " " << d.y << " " << d.z;
+          const int at = std::min(static_cast<int>(column), columns - 1);
+          const int line = std::min(static_cast<int>(row), rows - 1);
+          EXPECT_EQ(quads[i], static_cast<uint32_t>(line * columns + at));
+        }
       }
     }
   });

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <set>
@@ -157,6 +158,69 @@ TEST(RenderContext, ExceptionsPass) {
                                       }),
                  std::runtime_error);
   }
+}
+
+TEST(RenderContext, ForEachVisitsEachIndexOnce) {
+  for (const unsigned threads : {1u, 3u}) {
+    for (const uint64_t order : {0, 5}) {
+      for (const size_t count : {0u, 1u, 2u, 1000u}) {
+        RenderContext context({.threads = threads, .tile_order_seed = order});
+        std::vector<std::atomic<int>> visits(count);
+        context.for_each(count, [&](size_t i, RenderCounters& counters) {
+          ++visits.at(i);
+          ++counters[RayKind::kShadow];
+          counters.stage_seconds["stage"] += 1;
+        });
+        for (const auto& v : visits) EXPECT_EQ(v, 1);
+        EXPECT_EQ(context.stats().counters[RayKind::kShadow], count);
+        if (count > 0) {
+          EXPECT_EQ(context.stats().counters.stage_seconds["stage"], static_cast<double>(count));
+        }
+      }
+    }
+  }
+}
+
+TEST(RenderContext, ForEachStopsAtExceptionsAndWhenCancelled) {
+  for (const unsigned threads : {1u, 3u}) {
+    std::atomic<int> done{0};
+    RenderContext throwing({.threads = threads});
+    EXPECT_THROW(throwing.for_each(100000,
+                                   [&](size_t i, RenderCounters&) {
+                                     if (i == 10) throw std::runtime_error("ten");
+                                     ++done;
+                                   }),
+                 std::runtime_error);
+    EXPECT_LT(done, 99999);
+    // Usable afterwards.
+    done = 0;
+    throwing.for_each(20, [&](size_t, RenderCounters&) { ++done; });
+    EXPECT_EQ(done, 20);
+
+    std::atomic<bool> cancel{false};
+    RenderContext cancelled({.threads = threads, .cancel = &cancel});
+    done = 0;
+    cancelled.for_each(100000, [&](size_t, RenderCounters&) {
+      if (++done == 7) cancel = true;
+    });
+    EXPECT_GE(done, 7);
+    EXPECT_LE(done, 7 + static_cast<int>(threads));
+    cancelled.for_each(10, [&](size_t, RenderCounters&) { ++done; });
+    EXPECT_LE(done, 7 + static_cast<int>(threads));
+  }
+}
+
+TEST(RenderContext, ProgressOfParts) {
+  std::vector<double> told;
+  RenderContext context({.threads = 1, .progress = [&](double share) { told.push_back(share); }});
+  context.set_progress_range(0.2, 0.6);
+  context.for_each(50, [](size_t, RenderCounters&) {});
+  context.set_progress_range(0.6, 1);
+  context.for_each(50, [](size_t, RenderCounters&) {});
+  ASSERT_FALSE(told.empty());
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_GE(told.front(), 0.2);
+  EXPECT_LE(told.back(), 1);
 }
 
 TEST(RenderContext, ParallelForVisitsEachIndexOnce) {
