@@ -150,6 +150,27 @@ TEST_F(Sdk, SkyGradientLightsAFloorAsDerived) {
   }
 }
 
+/// The same by cells, which the plugin's emitter offers: all of product sampling's stages run, and
+/// nothing is hidden, so that control terms leave hardly any noise.
+TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
+  const std::string sky = R"(<emitter type="sky_gradient"><rgb name="zenith" value=".1 .4 2"/>
+      <rgb name="horizon" value="1 .4 .5"/></emitter>)";
+  const std::string scene = folder_->write("cells.xml", floor_scene("clustered", sky));
+  const std::string image = folder_->path("cells.exr");
+  const ProcessResult result = run_process(
+      {program(), "-q", scene, "-o", image, "--plugin-path", plugins(), "--stats=json"});
+  expect_success(result);
+  for (const char* stage : {"\"cells\"", "\"pilot\"", "\"plan\"", "\"main\""}) {
+    EXPECT_NE(result.out.find(stage), std::string::npos) << stage << result.out;
+  }
+  const Rgb mean = mean_of(read_exr(image));
+  const double zenith[3] = {.1, .4, 2}, horizon[3] = {1, .4, .5};
+  for (int c = 0; c < 3; ++c) {
+    const double expected = .5 * (horizon[c] + 2. / 3 * (zenith[c] - horizon[c]));
+    EXPECT_NEAR(mean[c], expected, expected * 2e-3) << c;
+  }
+}
+
 TEST_F(Sdk, IntegratorShowsNormals) {
   const Image image = render_text(floor_scene("normals", ""));
   ASSERT_EQ(image.width, 16);
