@@ -407,21 +407,22 @@ void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>&
       });
 }
 
+/// Also of an interrupted render, whose context hands out no more work.
 void ProductRenderer::write_film() {
+  const StageTimer timer(context_.stats().counters.stage_seconds["film"]);
   Film& film = sensor_.film();
-  context_.for_each_tile(film, [&](Tile& tile) {
-    for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
-      for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
-        if (x < crop_.x0 || x >= crop_.x1 || y < crop_.y0 || y >= crop_.y1) continue;
-        const size_t pixel = pixel_index(x, y);
-        if (passes_[pixel] == 0) continue;  // interrupted
-        const auto passes = static_cast<float>(passes_[pixel]);
-        const Rgb c = radiance_[pixel] / passes;
-        const float values[4] = {c.x, c.y, c.z, alpha_[pixel] / passes};
-        tile.film.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u});
-      }
+  FilmTile tile = film.make_tile(crop_);
+  for (int y = crop_.y0; y < crop_.y1; ++y) {
+    for (int x = crop_.x0; x < crop_.x1; ++x) {
+      const size_t pixel = pixel_index(x, y);
+      if (passes_[pixel] == 0) continue;
+      const auto passes = static_cast<float>(passes_[pixel]);
+      const Rgb c = radiance_[pixel] / passes;
+      const float values[4] = {c.x, c.y, c.z, alpha_[pixel] / passes};
+      tile.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u});
     }
-  });
+  }
+  film.commit(tile);
 }
 
 CellLight ProductRenderer::make_light(uint64_t seed) const {
@@ -469,7 +470,6 @@ void ProductRenderer::render() {
     context_.set_progress_range(begin + part * i, begin + part * (i + 1));
     pass(make_light(1 + i), plan, hash_words(seed_, kPassSeed, i));
   }
-  context_.set_progress_range(1, 1);
   write_film();
 }
 

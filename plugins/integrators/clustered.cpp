@@ -218,6 +218,10 @@ class Clustered final : public Integrator {
     is_product_ = importance == 3;
     importance_ = is_product_ ? Importance::kJoint : static_cast<Importance>(importance);
     product_.rays_per_pixel = props.real("rays_per_pixel");
+    if (!(product_.rays_per_pixel >= 0 && std::isfinite(product_.rays_per_pixel))) {
+      throw props.error("rays_per_pixel",
+                        "must not be negative, got " + std::to_string(product_.rays_per_pixel));
+    }
     product_.hide_emitters = settings_.options.hide_emitters;
     product_.control_variate = props.boolean("control_variate");
     product_.learned_sigma = props.boolean("learned_sigma");
