@@ -46,7 +46,12 @@ def parse(arguments):
     known = {scene.name for scene in SCENES} | {path.stem for path in SMALL_SCENES}
     for name in options.words:
         if name not in known:
-            parser.error(f'no scene "{name}"; there are {", ".join(sorted(known))}')
+            parser.error(f'no mode or scene "{name}"; modes are {", ".join(MODES)}, scenes '
+                         f'{", ".join(sorted(known))}')
+    timed = {scene.name for scene in SCENES}
+    if options.modes == ("benchmark",) and options.words and not timed & set(options.words):
+        parser.error(f'no benchmark of {", ".join(options.words)}: what is timed is '
+                     f'{", ".join(sorted(timed))}')
     options.output = options.output or ROOT / ("out/report" if options.quick
                                                else "validation/report")
     return options
@@ -92,6 +97,9 @@ class Session:
         path = self.results / "correctness.json"
         kept = [row for row in (read_json(path) or {"rows": []})["rows"]
                 if self.options.words and row["scene"] not in self.options.words]
+        red = [f"{row['scene']} by {row['method']}" for row in rows if not row["passed"]]
+        self.log.say(f"{len(rows)} comparisons, {len(red)} red" +
+                     (f": {', '.join(red)}" if red else ""))
         self.red = not all(row["passed"] for row in kept + rows)
         write_json(path, {"family_alpha": FAMILY_ALPHA, "machine": machine(), "commit": commit(),
                           "program": self.kinome.program, "rows": kept + rows})

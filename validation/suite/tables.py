@@ -30,15 +30,15 @@ class Scene:
 
 
 SCENES = (
-    Scene("hebe", "scenes/hebe/scene.xml", ENVIRONMENT, (80, 80), "direct", ("direct", "path"),
+    Scene("hebe", "scenes/hebe/scene.xml", ENVIRONMENT, (128, 128), "direct", ("direct", "path"),
           envmap=True),
-    Scene("car", "scenes/car/scene.xml", ENVIRONMENT, (112, 63), "direct", ("direct", "path"),
+    Scene("car", "scenes/car/scene.xml", ENVIRONMENT, (160, 90), "direct", ("direct", "path"),
           envmap=True),
-    Scene("grace", "scenes/grace/scene.xml", ENVIRONMENT, (96, 72), "direct", ("direct", "path"),
+    Scene("grace", "scenes/grace/scene.xml", ENVIRONMENT, (128, 96), "direct", ("direct", "path"),
           envmap=True),
     Scene("box", "scenes/box/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer")),
     Scene("plate", "scenes/plate/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer")),
-    Scene("blocks", "validation/scenes/benchmark/blocks.xml", PLAIN, (96, 72), "direct",
+    Scene("blocks", "validation/scenes/benchmark/blocks.xml", PLAIN, (128, 96), "direct",
           ("direct", "path"), cycles=True),
 )
 
