@@ -351,7 +351,7 @@ class Command(InFolder):
         self.assertIn("- red: diffuse_area, direct", text)
 
     def test_bad_words(self):
-        self.assertIn('no scene "nowhere"; there are', self.run_command("report", "nowhere")[1])
+        self.assertIn('no mode or scene "nowhere"', self.run_command("report", "nowhere")[1])
         status, said = self.run_command("report")
         self.assertEqual(status, 2)
         self.assertIn("nothing to report: run correctness or benchmark first", said)
