@@ -95,7 +95,7 @@ const std::string kLuminance = kSmall + importance_xml("luminance");
 const std::string kBrdf = kSmall + importance_xml("brdf");
 const std::string kOldCut = kJoint + kLuminanceCut;
 const std::string kNoLobe = kJoint + R"(<integer name="brdf_samples" value="0"/>)";
-const std::string kOneCluster = counts_xml(1, 64);
+const std::string kOneCluster = counts_xml(1, 64) + importance_xml("joint");
 
 INSTANTIATE_TEST_SUITE_P(
     Modes, ClusteredAgainstGroundTruth,
