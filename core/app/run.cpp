@@ -126,7 +126,9 @@ void report(const Options& options, const RenderStats& stats, const RenderSummar
 void run_inspection(const Options& options, const Scene& scene, const Sensor& sensor,
                     RenderContext& context, const std::string& output) {
   const Vec2& pixel = *options.inspect;
-  const std::string stem = fs::path(output).replace_extension("").string();
+  // Beside a rendering of the same scene, not in its place.
+  const std::string stem =
+      fs::path(output).replace_extension("").string() + (options.output.empty() ? "-inspect" : "");
   std::string names;
   try {
     names = inspect(scene, sensor, context, pixel, stem);
@@ -162,7 +164,9 @@ int render_command(const Options& options, Clock::time_point start) {
                                 registry, &stats);
   const Sensor& sensor = choose_sensor(*scene, options.sensor);
   const Film& film = sensor.film();
-  const std::string output = output_path(options, film.file_extension());
+  const std::string output = options.inspect && fs::path(options.output).extension() == ".png"
+                                 ? options.output
+                                 : output_path(options, film.file_extension());
   const std::string png = fs::path(output).replace_extension(".png").string();
   check_writable(output);
   if (options.png) check_writable(png);

@@ -1,62 +1,27 @@
-#include "product_renderer.h"
-
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <mutex>
 
 #include "kinome/primary_rays.h"
+#include "product_workspace.h"
 #include "spread.h"
 
 namespace kinome {
 namespace {
 
 constexpr uint32_t kCellPoints = 1u << 15;
-/// Tiles this far around a tile tell of its visibility, with weights of a Gaussian in pixels.
-constexpr int kReach = 2;
-constexpr float kReachDeviation = 4;
-/// Patches learn from those of nearly the same normal and plane.
-constexpr float kLearnCosine = 0.9f;
-constexpr float kLearnPlanes = 1.6f;
-/// A sharp lobe's patch keeps its visibility only if, on the pilot's own rays, it predicts this
-/// well: sum (V - v)² < kTrust x sum V².
-constexpr float kTrust = 0.1f;
 /// More rays than this are left to more passes: each has fresh points of the cells.
 constexpr double kMaxRaysOfPass = 512;
 /// Below so many rays a pixel nothing is learned.
 constexpr double kLeastToLearn = 10;
 constexpr uint32_t kPilotRays = 3;           ///< for each of its primaries
 constexpr double kCandidatesUnlearned = 16;  ///< for each ray
-/// Keep the random numbers of pilot and passes apart.
-constexpr uint64_t kPilotSeed = 0x70696c6f74, kPassSeed = 0x70617373;
-/// Variances of candidates are small beside what shadows add.
-constexpr float kGlossyFactor = 2;
+/// Keeps the random numbers of passes apart from those of the pilot.
+constexpr uint64_t kPassSeed = 0x70617373;
 /// Whatever is planned: surfaces that the pilot missed, such as thin ones, must not be left to
 /// control terms.
 constexpr uint32_t kLeastRays = 2;
 
 }  // namespace
-
-struct ProductRenderer::Workspace {
-  TilePrimaries primaries;
-  std::vector<Patch> patches;
-  std::vector<Visibility> visibility;
-  std::vector<Visibility> unknown;
-  std::vector<Estimator::PointPlan> point_plans;
-  std::vector<std::vector<VisibilityRecord>> records[kTilesAcross * kTilesAcross];
-  std::vector<uint16_t> counts;
-  std::vector<Rgb> sums;
-  std::vector<float> controls;
-  VisibilityLearner learner;
-  Estimator estimator;
-  Workspace(const CellLight& light, size_t padded) : learner(padded), estimator(light, padded) {}
-  void reserve_visibility(size_t count, size_t padded) {
-    while (visibility.size() < count) {
-      visibility.emplace_back().resize(padded);
-      visibility.back().reset();
-    }
-  }
-};
 
 ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  const DistantCells& cells, const ProductSettings& settings)
@@ -83,247 +48,6 @@ TilePrimaries::View ProductRenderer::view() const {
   const Film& film = sensor_.film();
   return {scene_, sensor_, filter_, film.sample_border() ? film.reach() : crop_,
           settings_.hide_emitters};
-}
-
-template <class Function, class End>
-void ProductRenderer::for_each_tile(const CellLight& light, const char* stage, const Function& fn,
-                                    const End& end) {
-  const size_t blocks = static_cast<size_t>(blocks_x()) * blocks_y();
-  std::vector<std::unique_ptr<Workspace>> workspaces;
-  std::mutex mutex;
-  context_.for_each(blocks, [&](size_t block, RenderCounters& counters) {
-    std::unique_ptr<Workspace> work;
-    {
-      const std::lock_guard lock(mutex);
-      if (!workspaces.empty()) {
-        work = std::move(workspaces.back());
-        workspaces.pop_back();
-      }
-    }
-    if (!work) work = std::make_unique<Workspace>(light, cells_.padded_size());
-    {
-      const StageTimer timer(counters.stage_seconds[stage]);
-      const int x0 = static_cast<int>(block) % blocks_x() * kTilesAcross;
-      const int y0 = static_cast<int>(block) / blocks_x() * kTilesAcross;
-      for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
-        const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
-        if (x >= tiles_x() || y >= tiles_y()) continue;
-        const Rect pixels{crop_.x0 + x * kTile, crop_.y0 + y * kTile,
-                          std::min(crop_.x0 + (x + 1) * kTile, crop_.x1),
-                          std::min(crop_.y0 + (y + 1) * kTile, crop_.y1)};
-        fn(y * tiles_x() + x, i, pixels, *work, counters);
-      }
-      end(static_cast<int>(block), *work);
-    }
-    const std::lock_guard lock(mutex);
-    workspaces.push_back(std::move(work));
-  });
-}
-
-void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t rays) {
-  pilot_primaries_ = primaries;
-  points_.assign(static_cast<size_t>(crop_.area()) * primaries, {});
-  const uint64_t seed = hash_words(seed_, kPilotSeed);
-  for_each_tile(
-      light, "pilot",
-      [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
-        work.counts.assign(pixels.area(), static_cast<uint16_t>(primaries));
-        work.primaries.trace(view(), pixels, work.counts, seed, counters);
-        TileMemory& memory = tiles_[tile];
-        make_patches(work.primaries, memory.patches);
-        const size_t patches = memory.patches.size();
-        while (work.unknown.size() < patches) {
-          work.unknown.emplace_back().resize(cells_.padded_size());
-          work.unknown.back().reset();
-        }
-        auto& records = work.records[place];
-        if (records.size() < patches) records.resize(patches);
-        for (auto& r : records) r.clear();
-        work.point_plans.assign(work.primaries.size(), {});
-        for (Patch& patch : memory.patches) patch.glossy = patch.glossy_variance = 0;
-        work.estimator.begin_tile(scene_, work.primaries, memory.patches, work.unknown, counters);
-        size_t lit = 0;
-        for (const int32_t p : work.primaries.patch) lit += p >= 0;
-        Estimator::Unit unit;
-        unit.end = static_cast<uint32_t>(work.primaries.size());
-        unit.rays = static_cast<uint32_t>(lit * rays / primaries);
-        unit.seed = hash_words(seed, static_cast<uint64_t>(tile), 1);
-        work.estimator.probe(unit, work.point_plans, records);
-        for (size_t i = 0; i < work.primaries.size(); ++i) {
-          const uint32_t pixel = work.primaries.pixel(i);
-          const int x = pixels.x0 + static_cast<int>(pixel) % pixels.width();
-          const int y = pixels.y0 + static_cast<int>(pixel) / pixels.width();
-          PilotPoint& point =
-              points_[pixel_index(x, y) * primaries + i - work.primaries.first(pixel)];
-          point.patch = static_cast<int16_t>(work.primaries.patch[i]);
-          point.known = mean_of(work.primaries.emitted(i)) + work.point_plans[i].glossy;
-          point.glossy_variance = work.point_plans[i].glossy_variance;
-          if (point.patch >= 0) {
-            point.reflected = work.primaries.normal[i] * mean_of(work.primaries.diffuse[i]);
-          }
-        }
-      },
-      [&](int block, Workspace& work) {
-        work.estimator.flush();
-        const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
-        for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
-          const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
-          if (x >= tiles_x() || y >= tiles_y()) continue;
-          TileMemory& memory = tiles_[static_cast<size_t>(y) * tiles_x() + x];
-          memory.records.clear();
-          for (size_t p = 0; p < memory.patches.size(); ++p) {
-            const auto& records = work.records[i][p];
-            memory.patches[p].first_record = static_cast<uint32_t>(memory.records.size());
-            memory.records.insert(memory.records.end(), records.begin(), records.end());
-            memory.patches[p].end_record = static_cast<uint32_t>(memory.records.size());
-          }
-        }
-      });
-}
-
-/// From the pilot's records of the tiles around, on surfaces that go on as the patch does.
-void ProductRenderer::learn(int tile, const Patch& patch, Workspace& work) const {
-  work.learner.begin();
-  const int tx = tile % tiles_x(), ty = tile / tiles_x();
-  for (int dy = -kReach; dy <= kReach; ++dy) {
-    for (int dx = -kReach; dx <= kReach; ++dx) {
-      const int x = tx + dx, y = ty + dy;
-      if (x < 0 || y < 0 || x >= tiles_x() || y >= tiles_y()) continue;
-      const auto squared = static_cast<float>((dx * dx + dy * dy) * kTile * kTile);
-      const float weight = std::exp(-0.5f * squared / sqr(kReachDeviation));
-      const auto units = static_cast<uint32_t>(std::lround(16 * weight));
-      if (units == 0) continue;
-      const TileMemory& memory = tiles_[static_cast<size_t>(y) * tiles_x() + x];
-      for (const Patch& other : memory.patches) {
-        if (other.bsdf != patch.bsdf || glm::dot(other.normal, patch.normal) < kLearnCosine ||
-            std::abs(glm::dot(other.position - patch.position, patch.normal)) >
-                kLearnPlanes * patch.tolerance) {
-          continue;
-        }
-        work.learner.add(std::span(memory.records)
-                             .subspan(other.first_record, other.end_record - other.first_record),
-                         units);
-      }
-    }
-  }
-}
-
-void ProductRenderer::store_visibility(const Visibility& visibility,
-                                       std::vector<uint8_t>& out) const {
-  for (const float v : visibility.v) out.push_back(static_cast<uint8_t>(v * 255 + 0.5f));
-  for (const float s : visibility.sigma) {
-    out.push_back(static_cast<uint8_t>(std::min(1.f, std::sqrt(s)) * 255 + 0.5f));
-  }
-}
-
-void ProductRenderer::load_visibility(const TileMemory& memory, size_t patch,
-                                      Visibility& out) const {
-  const size_t padded = cells_.padded_size();
-  const uint8_t* const v = &memory.learned[patch * 2 * padded];
-  for (size_t c = 0; c < padded; ++c) {
-    out.v[c] = static_cast<float>(v[c]) * (1 / 255.f);
-    out.sigma[c] = std::max(sqr(static_cast<float>(v[padded + c]) * (1 / 255.f)), 1e-4f);
-    out.sigma_mixed[c] = std::sqrt(0.9f * out.v[c] + 0.06f);
-  }
-}
-
-void ProductRenderer::apply_ablations(Visibility& visibility) const {
-  if (settings_.control_variate && settings_.learned_sigma) return;
-  for (size_t c = 0; c < visibility.v.size(); ++c) {
-    if (!settings_.control_variate) {
-      visibility.sigma[c] = std::sqrt(0.05f + 0.9f * visibility.v[c] + 0.01f);
-      visibility.v[c] = 0;
-    }
-    if (!settings_.learned_sigma) visibility.sigma[c] = visibility.sigma_mixed[c] = 1;
-  }
-}
-
-/// A lamp's reflection that a ridge hides, while v says that it is seen, would be the worst of
-/// errors.
-void ProductRenderer::find_trust(const TileMemory& memory, Patch& patch,
-                                 const Visibility& visibility) const {
-  float error = 0, visible = 0, mean = 0, sigma = 0;
-  for (uint32_t i = patch.first_record; i < patch.end_record; ++i) {
-    const VisibilityRecord record = memory.records[i];
-    const float v = visibility.v[record.cell()];
-    error += sqr((record.visible() ? 1.f : 0.f) - v);
-    visible += record.visible() ? 1.f : 0.f;
-    mean += v;
-    sigma += visibility.sigma[record.cell()];
-  }
-  const auto count = static_cast<float>(patch.end_record - patch.first_record);
-  if (count == 0) return;
-  patch.mean_visibility = mean / count;
-  patch.mean_sigma = sigma / count;
-  if (!is_sharp(patch)) return;
-  patch.trust = error < kTrust * visible;
-  patch.mean_visibility = (visible + 2 * patch.mean_visibility) / (count + 2);
-}
-
-void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
-  TileMemory& memory = tiles_[tile];
-  work.controls.assign(memory.patches.size() * 9, 0.f);
-  work.reserve_visibility(1, cells_.padded_size());
-  Visibility& visibility = work.visibility.front();
-  memory.learned.clear();
-  for (size_t p = 0; p < memory.patches.size(); ++p) {
-    Patch& patch = memory.patches[p];
-    learn(tile, patch, work);
-    work.learner.finish(visibility);
-    store_visibility(visibility, memory.learned);
-    if (any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(memory, patch, visibility);
-    const Estimator::PatchPlan plan = work.estimator.plan_patch(patch, visibility);
-    std::copy(plan.control, plan.control + 9, &work.controls[p * 9]);
-    patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
-    patch.glossy_variance *= sqr(patch.mean_visibility);
-  }
-  for (int y = pixels.y0; y < pixels.y1; ++y) {
-    for (int x = pixels.x0; x < pixels.x1; ++x) {
-      forecast_pixel(memory, work.controls.data(), pixel_index(x, y));
-    }
-  }
-}
-
-void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* controls,
-                                     size_t pixel) {
-  PixelForecast& forecast = forecast_[pixel];
-  forecast = {};
-  double sum = 0, squares = 0;
-  const PilotPoint* const points = &points_[pixel * pilot_primaries_];
-  for (uint32_t k = 0; k < pilot_primaries_; ++k) {
-    const PilotPoint& point = points[k];
-    float value = point.known;
-    if (point.patch >= 0) {
-      const Patch& patch = memory.patches[point.patch];
-      const float* const control = controls + point.patch * 9;
-      Vec3 light(0.f);
-      for (int i = 0; i < 9; ++i) light[i % 3] += control[i] * (1 / 3.f);
-      value = std::max(
-          0.f, kInvPi * glm::dot(light, point.reflected) + point.known * patch.mean_visibility);
-      forecast.uncertainty += patch.uncertainty;
-      forecast.glossy_variance +=
-          point.glossy_variance * kGlossyFactor * sqr(patch.mean_visibility);
-      forecast.sharp = forecast.sharp || is_sharp(patch);
-    }
-    sum += value;
-    squares += static_cast<double>(value) * value;
-  }
-  const double n = pilot_primaries_;
-  forecast.mean = static_cast<float>(sum / n);
-  forecast.uncertainty /= static_cast<float>(n);
-  forecast.glossy_variance /= static_cast<float>(n);
-  if (n > 1) {
-    forecast.variance = static_cast<float>(std::max(0., (squares - sum * sum / n) / (n - 1)));
-  }
-}
-
-void ProductRenderer::plan(const CellLight& light) {
-  for_each_tile(
-      light, "plan",
-      [&](int tile, int, const Rect& pixels, Workspace& work, RenderCounters&) {
-        plan_tile(tile, pixels, work);
-      },
-      [](int, Workspace&) {});
 }
 
 void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vector<PixelPlan>& plan,

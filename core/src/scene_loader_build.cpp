@@ -306,7 +306,7 @@ void Builder::complete_indirect_light(const Location& where, Scene::Contents& co
     if (plugin) continue;
     log_warn(Error(place,
                    "this emitter offers the bounce of others, which the scene's integrator, with "
-                   "the parameters that it has, doesn't ask for: it changes nothing in the picture "
+                   "the parameters that it has, doesn't ask for: their bounce is not taken from it "
                    "('clustered' and 'groundtruth' ask with max_depth 3)")
                  .what());
   }

@@ -303,7 +303,7 @@ class VirtualPointLights final : public Emitter {
       points = light_all(placement, count, context);
     }
     if (points.size() == 0) {
-      return nothing("no light lands on a surface that reflects it", context);
+      return nothing("no light was found to land on a surface that reflects it", context);
     }
     return points;
   }

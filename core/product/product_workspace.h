@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "product_renderer.h"
+
+namespace kinome {
+
+struct ProductRenderer::Workspace {
+  TilePrimaries primaries;
+  std::vector<Patch> patches;
+  std::vector<Visibility> visibility;
+  std::vector<Visibility> unknown;
+  std::vector<Estimator::PointPlan> point_plans;
+  std::vector<std::vector<VisibilityRecord>> records[kTilesAcross * kTilesAcross];
+  std::vector<uint16_t> counts;
+  std::vector<Rgb> sums;
+  std::vector<float> controls;
+  VisibilityLearner learner;
+  Estimator estimator;
+  Workspace(const CellLight& light, size_t padded) : learner(padded), estimator(light, padded) {}
+  void reserve_visibility(size_t count, size_t padded) {
+    while (visibility.size() < count) {
+      visibility.emplace_back().resize(padded);
+      visibility.back().reset();
+    }
+  }
+};
+
+template <class Function, class End>
+void ProductRenderer::for_each_tile(const CellLight& light, const char* stage, const Function& fn,
+                                    const End& end) {
+  const size_t blocks = static_cast<size_t>(blocks_x()) * blocks_y();
+  std::vector<std::unique_ptr<Workspace>> workspaces;
+  std::mutex mutex;
+  context_.for_each(blocks, [&](size_t block, RenderCounters& counters) {
+    std::unique_ptr<Workspace> work;
+    {
+      const std::lock_guard lock(mutex);
+      if (!workspaces.empty()) {
+        work = std::move(workspaces.back());
+        workspaces.pop_back();
+      }
+    }
+    if (!work) work = std::make_unique<Workspace>(light, cells_.padded_size());
+    {
+      const StageTimer timer(counters.stage_seconds[stage]);
+      const int x0 = static_cast<int>(block) % blocks_x() * kTilesAcross;
+      const int y0 = static_cast<int>(block) / blocks_x() * kTilesAcross;
+      for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
+        const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
+        if (x >= tiles_x() || y >= tiles_y()) continue;
+        const Rect pixels{crop_.x0 + x * kTile, crop_.y0 + y * kTile,
+                          std::min(crop_.x0 + (x + 1) * kTile, crop_.x1),
+                          std::min(crop_.y0 + (y + 1) * kTile, crop_.y1)};
+        fn(y * tiles_x() + x, i, pixels, *work, counters);
+      }
+      end(static_cast<int>(block), *work);
+    }
+    const std::lock_guard lock(mutex);
+    workspaces.push_back(std::move(work));
+  });
+}
+
+}  // namespace kinome
