@@ -24,9 +24,9 @@ constexpr float kCellShares[] = {0.05f, 0.2f, 0.4f, 0.6f, 0.8f, 0.93f};
 
 void Estimator::Candidates::resize(size_t size) {
   size_ = size;
-  if (size <= primary.size()) return;
-  size = std::max(size, 2 * primary.size());
-  primary.resize(size);
+  if (size <= member.size()) return;
+  size = std::max(size, 2 * member.size());
+  member.resize(size);
   cell.resize(size);
   for (auto* const v : {&dx, &dy, &dz, &cell_density, &lobe_density, &f[0], &f[1], &f[2],
                         &weight[0], &weight[1], &weight[2]}) {
@@ -43,20 +43,17 @@ void Estimator::draw_from_lobe(const Group& group, size_t first, uint32_t lobe_l
   const auto points = HilbertPoints::get().power_of_two(lobe_log2);
   const uint64_t shift = hash_words(seed, 1);
   const uint32_t start = random_bits(seed, 0);
-  u1_.resize(count);
-  u2_.resize(count);
   for (uint32_t j = 0; j < count; ++j) {
-    candidates_.primary[first + j] = pick(group, start + j * kGolden);
-    const Vec2 u =
-        points[j].shifted(static_cast<uint32_t>(shift), static_cast<uint32_t>(shift >> 32));
-    u1_[j] = u.x;
-    u2_[j] = u.y;
+    candidates_.member[first + j] = pick(group, start + j * kGolden);
   }
   float* const dx = &candidates_.dx[first];
   float* const dy = &candidates_.dy[first];
   float* const dz = &candidates_.dz[first];
-  simd::sample_lobe((*patches_)[group.patch].lobe, primaries_->frames, &candidates_.primary[first],
-                    u1_.data(), u2_.data(), count, dx, dy, dz);
+  simd::sample_lobe((*patches_)[group.patch].lobe, points_of(group), &candidates_.member[first],
+                    {points.x.data(),
+                     points.y.data(),
+                     {static_cast<uint32_t>(shift), static_cast<uint32_t>(shift >> 32)}},
+                    count, dx, dy, dz);
   light_.cells.look_up({dx, dy, dz, &candidates_.cell[first], &candidates_.cell_density[first],
                         &candidates_.radiance[first]},
                        count);
@@ -72,9 +69,9 @@ void Estimator::draw_from_cells(const Group& group, size_t first, uint32_t count
   const uint32_t start = random_bits(seed, 3);
   for (size_t j = 0; j < simd::pad_lanes(count); ++j) {
     const size_t i = first + j;
-    candidates_.primary[i] = pick(group, start + static_cast<uint32_t>(j) * kPlastic);
+    candidates_.member[i] = pick(group, start + static_cast<uint32_t>(j) * kPlastic);
     if (j >= hits_.size()) {  // padding
-      const Vec3& n = primaries_->normal[candidates_.primary[i]];
+      const Vec3& n = primaries_->normal[member_of(group, candidates_.member[i])];
       candidates_.dx[i] = n.x;
       candidates_.dy[i] = n.y;
       candidates_.dz[i] = n.z;
@@ -121,30 +118,28 @@ size_t Estimator::draw_candidates(const Group& group, uint32_t lobe_log2, uint32
 /// Asks the BSDFs, for each point's directions together.
 void Estimator::ask_for_candidates(const Group& group, size_t first) {
   const size_t count = candidates_.size() - first;
-  const auto base = order_[group.first];  // indices within a unit are close together
-  const size_t span = order_[group.first + group.count - 1] - base + 1;
-  evaluation_first_.assign(span + 1, 0);
-  for (size_t j = 0; j < count; ++j) ++evaluation_first_[candidates_.primary[first + j] - base + 1];
-  for (size_t k = 0; k < span; ++k) evaluation_first_[k + 1] += evaluation_first_[k];
+  evaluation_first_.assign(group.count + 1, 0);
+  for (size_t j = 0; j < count; ++j) ++evaluation_first_[candidates_.member[first + j] + 1];
+  for (size_t k = 0; k < group.count; ++k) evaluation_first_[k + 1] += evaluation_first_[k];
   evaluation_order_.resize(count);
   for (auto* const v : {&x_, &y_, &z_, &r_, &g_, &b_, &pdf_}) {
     if (v->size() < count) v->resize(count);
   }
   for (size_t j = 0; j < count; ++j) {
-    const uint32_t primary = candidates_.primary[first + j];
-    const uint32_t at = evaluation_first_[primary - base]++;
+    const uint32_t member = candidates_.member[first + j];
+    const uint32_t at = evaluation_first_[member]++;
     evaluation_order_[at] = static_cast<uint32_t>(j);
-    const Vec3 d =
-        primaries_->interaction(primary).frame.to_local(candidates_.direction(first + j));
+    const Vec3 d = primaries_->interaction(member_of(group, member))
+                       .frame.to_local(candidates_.direction(first + j));
     x_[at] = d.x;
     y_[at] = d.y;
     z_[at] = d.z;
   }
   size_t begin = 0;
-  for (size_t k = 0; k < span; ++k) {
+  for (uint32_t k = 0; k < group.count; ++k) {
     const size_t end = evaluation_first_[k];
     if (end == begin) continue;
-    const SurfaceInteraction& si = primaries_->interaction(base + k);
+    const SurfaceInteraction& si = primaries_->interaction(member_of(group, k));
     si.shape->bsdf().eval_pdf(si, Lobe::kGlossy, {&x_[begin], &y_[begin], &z_[begin], end - begin},
                               {&r_[begin], &g_[begin], &b_[begin], nullptr});
     begin = end;
@@ -162,7 +157,7 @@ void Estimator::evaluate_candidates(const Group& group, size_t first) {
   Candidates& c = candidates_;
   const size_t count = c.size() - first;
   if (!patch.is_described || !is_microfacet(patch.form)) {
-    simd::lobe_density(patch.lobe, primaries_->frames, &c.primary[first], &c.dx[first],
+    simd::lobe_density(patch.lobe, points_of(group), &c.member[first], &c.dx[first],
                        &c.dy[first], &c.dz[first], count, &c.lobe_density[first]);
     ask_for_candidates(group, first);
     return;
@@ -179,7 +174,7 @@ void Estimator::evaluate_candidates(const Group& group, size_t first) {
       form.alpha_u, form.alpha_v, {form.specular.x, form.specular.y, form.specular.z}};
   simd::evaluate_microfacets(
       kind, one, patch.is_uniform ? nullptr : &primaries_->microfacets, patch.lobe,
-      primaries_->frames, &c.primary[first], &c.dx[first], &c.dy[first], &c.dz[first], count,
+      points_of(group), &c.member[first], &c.dx[first], &c.dy[first], &c.dz[first], count,
       {{&c.f[0][first], &c.f[1][first], &c.f[2][first]}, &c.lobe_density[first]});
 }
 

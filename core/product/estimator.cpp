@@ -296,7 +296,8 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offs
     const uint32_t stratum = hits_[j].stratum;
     const uint32_t cell = prepared.cells.ids()[stratum];
     const CellPoint& point = light_.points.pick(cell, hits_[j].remainder);
-    const uint32_t primary = pick(group, offset + static_cast<uint32_t>(first_hit + j) * kPlastic);
+    const uint32_t primary =
+        member_of(group, pick(group, offset + static_cast<uint32_t>(first_hit + j) * kPlastic));
     const float factor = count * scale / weights_[segment.begin + stratum];
     float v = visibility.v[cell];
     if (!prepared.transmittance.empty()) v *= prepared.transmittance[cell];
@@ -323,13 +324,14 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offs
 }
 
 void Estimator::shoot_glossy(const Segment& segment, float scale, Rgb* sum) {
-  const Visibility& visibility = visibility_[groups_[segment.group].patch];
+  const Group& group = groups_[segment.group];
+  const Visibility& visibility = visibility_[group.patch];
   for (const Comb::Hit& hit : hits_) {
     const size_t i = segment.other + hit.stratum;
     const uint32_t cell = candidates_.cell[i];
     const Rgb weight = candidates_.weight_of(i) * (scale / weights_[segment.begin + hit.stratum]);
     if (sum) *sum -= visibility.v[cell] * weight;
-    push_ray(candidates_.primary[i], candidates_.direction(i), weight, cell, sum);
+    push_ray(member_of(group, candidates_.member[i]), candidates_.direction(i), weight, cell, sum);
   }
 }
 

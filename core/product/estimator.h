@@ -93,7 +93,7 @@ class Estimator {
   /// Unshadowed directions of the glossy lobes of a unit, group by group (padded by candidates of
   /// weight 0), as structure of arrays.
   struct Candidates {
-    std::vector<uint32_t> primary, cell;
+    std::vector<uint32_t> member, cell;  ///< member: of the group
     std::vector<float> dx, dy, dz;
     std::vector<Rgb> radiance;
     std::vector<float> cell_density;  ///< of the draw from cells, per solid angle
@@ -162,9 +162,14 @@ class Estimator {
   void shoot_glossy(const Segment& segment, float scale, Rgb* sum);
   void push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell, Rgb* sum);
   void evaluate(Lobe mask, std::span<Evaluation> queries);
-  /// The primary at a share of the group's, in units of 2^-32.
-  uint32_t pick(const Group& group, uint32_t share) const {
-    return order_[group.first + scaled(share, group.count)];
+  /// The group's member at a share of all, in units of 2^-32.
+  static uint32_t pick(const Group& group, uint32_t share) { return scaled(share, group.count); }
+  /// A member's primary.
+  uint32_t member_of(const Group& group, uint32_t member) const {
+    return order_[group.first + member];
+  }
+  simd::PointGroup points_of(const Group& group) const {
+    return {primaries_->frames, &order_[group.first], group.count};
   }
   void plan_glossy(const Group& group, size_t first, uint32_t lobe, uint32_t from_cells,
                    std::span<PointPlan> points);
@@ -189,7 +194,6 @@ class Estimator {
   std::vector<float> block_sums_;
   std::vector<float> mixed_visibility_;
   Candidates candidates_;
-  std::vector<float> u1_, u2_;
   std::vector<Comb::Hit> hits_;
   std::vector<Evaluation> evaluations_;
   std::vector<Shot> shots_;

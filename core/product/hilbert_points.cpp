@@ -80,7 +80,13 @@ const HilbertPoints& HilbertPoints::get() {
 }
 
 HilbertPoints::HilbertPoints() {
-  for (uint32_t log2 = 0; log2 <= kMaxLog2; ++log2) powers_.push_back(ordered_points(1u << log2));
+  for (uint32_t log2 = 0; log2 <= kMaxLog2; ++log2) {
+    auto& [x, y] = powers_.emplace_back();
+    for (const IntegerPoint& point : ordered_points(1u << log2)) {
+      x.push_back(point.x);
+      y.push_back(point.y);
+    }
+  }
   firsts_ = all_first_points(kMaxCount);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -27,14 +28,23 @@ class HilbertPoints {
   static constexpr uint32_t kMaxCount = 256;
 
   static const HilbertPoints& get();
+  /// Points whose coordinates lie in arrays of their own.
+  struct Columns {
+    std::span<const uint32_t> x, y;
+    IntegerPoint operator[](size_t i) const { return {x[i], y[i]}; }
+    size_t size() const { return x.size(); }
+  };
   /// The first 2^log2 points, log2 <= kMaxLog2.
-  std::span<const IntegerPoint> power_of_two(uint32_t log2) const { return powers_[log2]; }
+  Columns power_of_two(uint32_t log2) const {
+    const auto& columns = powers_[log2];
+    return {columns[0], columns[1]};
+  }
   /// The first `count` points, 1 <= count <= kMaxCount.
   std::span<const IntegerPoint> first(uint32_t count) const { return firsts_[count]; }
 
  private:
   HilbertPoints();
-  std::vector<std::vector<IntegerPoint>> powers_;
+  std::vector<std::array<std::vector<uint32_t>, 2>> powers_;  ///< x and y
   std::vector<std::vector<IntegerPoint>> firsts_;
 };
 

@@ -64,27 +64,107 @@ HWY_INLINE void sin_cos_turn(V u, V& sine, V& cosine) {
   cosine = hn::IfThenElse(negate_cosine, hn::Neg(b), b);
 }
 
-void SampleLobe(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
-                const float* u1, const float* u2, size_t count, float* dx, float* dy, float* dz) {
+/// What a kernel needs to know of a point.
+struct Point {
+  V3 n, t, b, w;
+};
+HWY_INLINE Point gather_point(const PointFrames& frames, Index k) {
+  Point p{gather(frames.normal, k), gather(frames.tangent, k), {}, gather(frames.viewer, k)};
+  p.b = cross(p.n, p.t);
+  return p;
+}
+
+/// The same of each lane's member of a group, by gathering from memory.
+class GatheredPoints {
+ public:
+  explicit GatheredPoints(const PointGroup& group) : group_(group) {}
+  HWY_INLINE Index index(const uint32_t* member) const {
+    const IndexTag di;
+    const Index m = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), member));
+    return hn::GatherIndex(di, reinterpret_cast<const int32_t*>(group_.points), m);
+  }
+  HWY_INLINE Point at(Index k) const { return gather_point(group_.frames, k); }
+  HWY_INLINE V look_up(const float* values, Index k) const {
+    return hn::GatherIndex(Tag(), values, k);
+  }
+
+ private:
+  const PointGroup& group_;
+};
+
+/// The same where the whole group fits a vector: its members are gathered once, and each direction
+/// picks its own by a permutation.
+class PermutedPoints {
+ public:
+  static bool fit(const PointGroup& group) { return group.count <= hn::Lanes(Tag()); }
+  explicit PermutedPoints(const PointGroup& group) {
+    HWY_ALIGN int32_t k[kLobeLanes];
+    for (size_t i = 0; i < hn::Lanes(Tag()); ++i) {
+      k[i] = static_cast<int32_t>(group.points[i < group.count ? i : 0]);
+    }
+    points_ = hn::Load(IndexTag(), k);
+    all_ = gather_point(group.frames, points_);
+  }
+  HWY_INLINE auto index(const uint32_t* member) const {
+    return hn::IndicesFromVec(Tag(), hn::LoadU(hn::RebindToUnsigned<Tag>(), member));
+  }
+  template <class Indices>
+  HWY_INLINE Point at(Indices i) const {
+    return {pick(all_.n, i), pick(all_.t, i), pick(all_.b, i), pick(all_.w, i)};
+  }
+  template <class Indices>
+  HWY_INLINE V look_up(const float* values, Indices i) const {
+    return hn::TableLookupLanes(hn::GatherIndex(Tag(), values, points_), i);
+  }
+
+ private:
+  template <class Indices>
+  static HWY_INLINE V3 pick(const V3& from, Indices i) {
+    return {hn::TableLookupLanes(from.x, i), hn::TableLookupLanes(from.y, i),
+            hn::TableLookupLanes(from.z, i)};
+  }
+  Index points_;
+  Point all_;
+};
+
+/// fn(points) with what suits the group.
+template <class Function>
+HWY_INLINE void with_points(const PointGroup& group, const Function& fn) {
+  if (PermutedPoints::fit(group)) {
+    fn(PermutedPoints(group));
+  } else {
+    fn(GatheredPoints(group));
+  }
+}
+
+/// As to_unit_float.
+HWY_INLINE V unit_floats(const uint32_t* numbers, uint32_t shift) {
   const Tag d;
-  const IndexTag di;
+  const hn::RebindToUnsigned<Tag> du;
+  const auto bits = hn::ShiftRight<8>(hn::Xor(hn::LoadU(du, numbers), hn::Set(du, shift)));
+  return hn::Mul(hn::ConvertTo(d, hn::BitCast(IndexTag(), bits)), hn::Set(d, 0x1p-24f));
+}
+
+template <class Points>
+HWY_INLINE void sample_lobe_of(const HalfVectorLobe& lobe, const Points& points,
+                               const uint32_t* member, const ShiftedNumbers& numbers, size_t count,
+                               float* dx, float* dy, float* dz) {
+  const Tag d;
   const V one = hn::Set(d, 1.f);
   for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const Index k = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), point + i));
-    const V3 n = gather(frames.normal, k), t = gather(frames.tangent, k);
-    const V3 w = gather(frames.viewer, k), b = cross(n, t);
-    const V u = hn::LoadU(d, u1 + i);
+    const Point p = points.at(points.index(member + i));
+    const V u = unit_floats(numbers.u1 + i, numbers.shift[0]);
     V sine, cosine;
-    sin_cos_turn(hn::LoadU(d, u2 + i), sine, cosine);
+    sin_cos_turn(unit_floats(numbers.u2 + i, numbers.shift[1]), sine, cosine);
     const V r = hn::Sqrt(hn::Div(u, hn::Max(hn::Sub(one, u), hn::Set(d, 0x1p-25f))));
     const V x = hn::Mul(hn::Mul(r, cosine), hn::Set(d, lobe.alpha_u));
     const V y = hn::Mul(hn::Mul(r, sine), hn::Set(d, lobe.alpha_v));
-    const V3 h{hn::MulAdd(t.x, x, hn::MulAdd(b.x, y, n.x)),
-               hn::MulAdd(t.y, x, hn::MulAdd(b.y, y, n.y)),
-               hn::MulAdd(t.z, x, hn::MulAdd(b.z, y, n.z))};
-    const V scale = hn::Div(hn::Mul(hn::Set(d, 2.f), dot(w, h)), dot(h, h));
-    const V3 m{hn::MulSub(scale, h.x, w.x), hn::MulSub(scale, h.y, w.y),
-               hn::MulSub(scale, h.z, w.z)};
+    const V3 h{hn::MulAdd(p.t.x, x, hn::MulAdd(p.b.x, y, p.n.x)),
+               hn::MulAdd(p.t.y, x, hn::MulAdd(p.b.y, y, p.n.y)),
+               hn::MulAdd(p.t.z, x, hn::MulAdd(p.b.z, y, p.n.z))};
+    const V scale = hn::Div(hn::Mul(hn::Set(d, 2.f), dot(p.w, h)), dot(h, h));
+    const V3 m{hn::MulSub(scale, h.x, p.w.x), hn::MulSub(scale, h.y, p.w.y),
+               hn::MulSub(scale, h.z, p.w.z)};
     const V inverse = hn::Div(one, hn::Sqrt(dot(m, m)));
     hn::StoreU(hn::Mul(m.x, inverse), d, dx + i);
     hn::StoreU(hn::Mul(m.y, inverse), d, dy + i);
@@ -92,25 +172,30 @@ void SampleLobe(const HalfVectorLobe& lobe, const PointFrames& frames, const uin
   }
 }
 
-void LobeDensity(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
+void SampleLobe(const HalfVectorLobe& lobe, const PointGroup& group, const uint32_t* member,
+                const ShiftedNumbers& numbers, size_t count, float* dx, float* dy, float* dz) {
+  with_points(group, [&](const auto& points) {
+    sample_lobe_of(lobe, points, member, numbers, count, dx, dy, dz);
+  });
+}
+
+void LobeDensity(const HalfVectorLobe& lobe, const PointGroup& group, const uint32_t* member,
                  const float* dx, const float* dy, const float* dz, size_t count, float* density) {
   const Tag d;
-  const IndexTag di;
   const V zero = hn::Zero(d);
   const V norm = hn::Set(d, 1 / (4 * kPi * lobe.alpha_u * lobe.alpha_v));
   const V inverse_u2 = hn::Set(d, 1 / (lobe.alpha_u * lobe.alpha_u));
   const V inverse_v2 = hn::Set(d, 1 / (lobe.alpha_v * lobe.alpha_v));
+  const GatheredPoints points(group);
   for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const Index k = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), point + i));
-    const V3 n = gather(frames.normal, k), t = gather(frames.tangent, k);
-    const V3 w = gather(frames.viewer, k);
-    const V3 h{hn::Add(w.x, hn::LoadU(d, dx + i)), hn::Add(w.y, hn::LoadU(d, dy + i)),
-               hn::Add(w.z, hn::LoadU(d, dz + i))};
+    const Point p = points.at(points.index(member + i));
+    const V3 h{hn::Add(p.w.x, hn::LoadU(d, dx + i)), hn::Add(p.w.y, hn::LoadU(d, dy + i)),
+               hn::Add(p.w.z, hn::LoadU(d, dz + i))};
     // Unnormalised: D is homogeneous in h, D cos / (4 w.h) = hh² (h.n) / (pi au av q² 4 (w.h)).
-    const V hh = dot(h, h), hn_ = dot(h, n), wh = dot(w, h);
+    const V hh = dot(h, h), hn_ = dot(h, p.n), wh = dot(p.w, h);
     // Both tangential parts: what hh leaves of the second one would be lost in the rounding of hh
     // where the lobe is sharp.
-    const V hu = dot(h, t), hv = dot(h, cross(n, t));
+    const V hu = dot(h, p.t), hv = dot(h, p.b);
     const V q = hn::MulAdd(hn::Mul(hu, hu), inverse_u2,
                            hn::MulAdd(hn::Mul(hv, hv), inverse_v2, hn::Mul(hn_, hn_)));
     const V value = hn::Div(hn::Mul(norm, hn::Mul(hn::Mul(hh, hh), hn_)),
@@ -160,33 +245,43 @@ HWY_INLINE V fresnel_conductor(V cosine, float eta, float k) {
   return hn::Max(zero, hn::Mul(half, hn::MulAdd(s, p, s)));
 }
 
-void EvaluateMicrofacets(const MicrofacetKind& kind, const FirstMicrofacet& first,
-                         const MicrofacetPoints* points, const HalfVectorLobe& lobe,
-                         const PointFrames& frames, const uint32_t* point, const float* dx,
-                         const float* dy, const float* dz, size_t count,
-                         const MicrofacetValues& out) {
+/// (alpha tan theta)² of the direction v at a point, alpha being that along v.
+HWY_INLINE V slope_squared(const Point& p, const V3& v, V cosine, V alpha_u, V alpha_v) {
+  const V x = hn::Mul(dot(p.t, v), alpha_u), y = hn::Mul(dot(p.b, v), alpha_v);
+  return hn::Div(hn::MulAdd(x, x, hn::Mul(y, y)),
+                 hn::Max(hn::Mul(cosine, cosine), hn::Set(Tag(), 1e-20f)));
+}
+
+template <class Points>
+HWY_INLINE void evaluate_microfacets_of(const MicrofacetKind& kind, const FirstMicrofacet& first,
+                                        const MicrofacetPoints* varying,
+                                        const HalfVectorLobe& lobe, const Points& points,
+                                        const uint32_t* member, const float* dx, const float* dy,
+                                        const float* dz, size_t count,
+                                        const MicrofacetValues& out) {
   const Tag d;
-  const IndexTag di;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.f);
   const V density_norm = hn::Set(d, 1 / (4 * kPi * lobe.alpha_u * lobe.alpha_v));
   const V inverse_u2 = hn::Set(d, 1 / (lobe.alpha_u * lobe.alpha_u));
   const V inverse_v2 = hn::Set(d, 1 / (lobe.alpha_v * lobe.alpha_v));
+  V alpha_u = hn::Set(d, first.alpha_u), alpha_v = hn::Set(d, first.alpha_v);
   V inverse_u = hn::Set(d, 1 / first.alpha_u), inverse_v = hn::Set(d, 1 / first.alpha_v);
   for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const Index at = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), point + i));
-    const V3 n = gather(frames.normal, at), t = gather(frames.tangent, at);
-    const V3 w = gather(frames.viewer, at), b = cross(n, t);
+    const auto at = points.index(member + i);
+    const Point p = points.at(at);
     const V3 o{hn::LoadU(d, dx + i), hn::LoadU(d, dy + i), hn::LoadU(d, dz + i)};
-    if (points) {
-      inverse_u = hn::Div(one, hn::GatherIndex(d, points->alpha_u.data(), at));
-      inverse_v = hn::Div(one, hn::GatherIndex(d, points->alpha_v.data(), at));
+    if (varying) {
+      alpha_u = points.look_up(varying->alpha_u.data(), at);
+      alpha_v = points.look_up(varying->alpha_v.data(), at);
+      inverse_u = hn::Div(one, alpha_u);
+      inverse_v = hn::Div(one, alpha_v);
     }
-    const V3 sum{hn::Add(w.x, o.x), hn::Add(w.y, o.y), hn::Add(w.z, o.z)};
+    const V3 sum{hn::Add(p.w.x, o.x), hn::Add(p.w.y, o.y), hn::Add(p.w.z, o.z)};
     const V scale = hn::Div(one, hn::Sqrt(hn::Max(dot(sum, sum), hn::Set(d, 1e-20f))));
     const V3 h{hn::Mul(sum.x, scale), hn::Mul(sum.y, scale), hn::Mul(sum.z, scale)};
-    const V cos_i = dot(n, w), cos_o = dot(n, o), cos_h = dot(n, h);
-    const V cos_half = hn::Min(hn::Max(dot(w, h), zero), one);
-    const V ht = dot(t, h), hb = dot(b, h), z2 = hn::Mul(cos_h, cos_h);
+    const V cos_i = dot(p.n, p.w), cos_o = dot(p.n, o), cos_h = dot(p.n, h);
+    const V cos_half = hn::Min(hn::Max(dot(p.w, h), zero), one);
+    const V ht = dot(p.t, h), hb = dot(p.b, h), z2 = hn::Mul(cos_h, cos_h);
     {  // as lobe_density
       const V q =
           hn::MulAdd(hn::Mul(ht, ht), inverse_u2, hn::MulAdd(hn::Mul(hb, hb), inverse_v2, z2));
@@ -206,14 +301,9 @@ void EvaluateMicrofacets(const MicrofacetKind& kind, const FirstMicrofacet& firs
       const V exponent = hn::Max(hn::Neg(hn::Div(r2, safe2)), hn::Set(d, -87.f));
       distribution = hn::Div(hn::Mul(distribution, hn::Exp(d, exponent)), hn::Mul(safe2, safe2));
     }
-    const auto slope2 = [&](const V3& v, V cosine) {
-      // (alpha tan theta)², alpha being that along v.
-      const V u = hn::Div(dot(t, v), inverse_u), s = hn::Div(dot(b, v), inverse_v);
-      return hn::Div(hn::MulAdd(u, u, hn::Mul(s, s)),
-                     hn::Max(hn::Mul(cosine, cosine), hn::Set(d, 1e-20f)));
-    };
     const V g =
-        hn::Mul(smith_g1(kind.is_ggx, slope2(w, cos_i)), smith_g1(kind.is_ggx, slope2(o, cos_o)));
+        hn::Mul(smith_g1(kind.is_ggx, slope_squared(p, p.w, cos_i, alpha_u, alpha_v)),
+                smith_g1(kind.is_ggx, slope_squared(p, o, cos_o, alpha_u, alpha_v)));
     const auto valid = hn::And(
         hn::And(hn::Gt(cos_i, zero), hn::Gt(cos_o, zero)),
         hn::And(hn::Gt(hn::Mul(distribution, cos_h), hn::Set(d, 1e-20f)), hn::Gt(cos_half, zero)));
@@ -224,11 +314,21 @@ void EvaluateMicrofacets(const MicrofacetKind& kind, const FirstMicrofacet& firs
     if (!kind.is_conductor) fresnel = fresnel_dielectric(cos_half, kind.eta[0]);
     for (int c = 0; c < 3; ++c) {
       if (kind.is_conductor) fresnel = fresnel_conductor(cos_half, kind.eta[c], kind.k[c]);
-      const V specular = points ? hn::GatherIndex(d, points->specular[c].data(), at)
-                                : hn::Set(d, first.specular[c]);
+      const V specular = varying ? points.look_up(varying->specular[c].data(), at)
+                                 : hn::Set(d, first.specular[c]);
       hn::StoreU(hn::Mul(value, hn::Mul(fresnel, specular)), d, out.f[c] + i);
     }
   }
+}
+
+void EvaluateMicrofacets(const MicrofacetKind& kind, const FirstMicrofacet& first,
+                         const MicrofacetPoints* varying, const HalfVectorLobe& lobe,
+                         const PointGroup& group, const uint32_t* member, const float* dx,
+                         const float* dy, const float* dz, size_t count,
+                         const MicrofacetValues& out) {
+  with_points(group, [&](const auto& points) {
+    evaluate_microfacets_of(kind, first, varying, lobe, points, member, dx, dy, dz, count, out);
+  });
 }
 
 void WeighCandidates(const CandidateColumns& c, const CandidateQuery& q, size_t count,
@@ -337,23 +437,23 @@ HWY_EXPORT(EvaluateMicrofacets);
 HWY_EXPORT(WeighCandidates);
 HWY_EXPORT(FindPlaces);
 
-void sample_lobe(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
-                 const float* u1, const float* u2, size_t count, float* dx, float* dy, float* dz) {
-  HWY_DYNAMIC_DISPATCH(SampleLobe)(lobe, frames, point, u1, u2, count, dx, dy, dz);
+void sample_lobe(const HalfVectorLobe& lobe, const PointGroup& group, const uint32_t* member,
+                 const ShiftedNumbers& numbers, size_t count, float* dx, float* dy, float* dz) {
+  HWY_DYNAMIC_DISPATCH(SampleLobe)(lobe, group, member, numbers, count, dx, dy, dz);
 }
 
-void lobe_density(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
+void lobe_density(const HalfVectorLobe& lobe, const PointGroup& group, const uint32_t* member,
                   const float* dx, const float* dy, const float* dz, size_t count, float* density) {
-  HWY_DYNAMIC_DISPATCH(LobeDensity)(lobe, frames, point, dx, dy, dz, count, density);
+  HWY_DYNAMIC_DISPATCH(LobeDensity)(lobe, group, member, dx, dy, dz, count, density);
 }
 
 void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& first,
-                          const MicrofacetPoints* points, const HalfVectorLobe& lobe,
-                          const PointFrames& frames, const uint32_t* point, const float* dx,
+                          const MicrofacetPoints* varying, const HalfVectorLobe& lobe,
+                          const PointGroup& group, const uint32_t* member, const float* dx,
                           const float* dy, const float* dz, size_t count,
                           const MicrofacetValues& out) {
   HWY_DYNAMIC_DISPATCH(EvaluateMicrofacets)
-  (kind, first, points, lobe, frames, point, dx, dy, dz, count, out);
+  (kind, first, varying, lobe, group, member, dx, dy, dz, count, out);
 }
 
 void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& query, size_t count,

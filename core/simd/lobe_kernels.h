@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-/// Kernels over directions at many surface points, compiled for every instruction set that the
+/// Kernels over directions at the points of a group, compiled for every instruction set that the
 /// compiler knows (Highway). Arrays of directions are padded to kLobeLanes values, which are read
-/// and written; padding points are point 0.
+/// and written; the padding's are directions at member 0.
 namespace kinome::simd {
 
 inline constexpr size_t kLobeLanes = 16;
@@ -24,6 +24,14 @@ struct PointFrames {
   }
 };
 
+/// Points that share directions: member i is points[i] of the frames, 0 <= i < count. A group of
+/// no more members than a vector has lanes is held in registers.
+struct PointGroup {
+  const PointFrames& frames;
+  const uint32_t* points;
+  size_t count;
+};
+
 /// A glossy lobe as of the GGX distribution of half vectors, with a roughness along the tangent and
 /// one across.
 struct HalfVectorLobe {
@@ -31,13 +39,20 @@ struct HalfVectorLobe {
   float alpha_v;
 };
 
+/// Random numbers in [0, 1) as integers of 32 bits, each to be XORed by `shift`.
+struct ShiftedNumbers {
+  const uint32_t* u1;
+  const uint32_t* u2;
+  uint32_t shift[2];
+};
+
 /// Mirrors the viewer at half vectors h of density D(h) cos(h): directions may lie below the
-/// horizon. u1, u2: random numbers in [0, 1).
-void sample_lobe(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
-                 const float* u1, const float* u2, size_t count, float* dx, float* dy, float* dz);
+/// horizon. `member`: of the group, for each direction.
+void sample_lobe(const HalfVectorLobe& lobe, const PointGroup& group, const uint32_t* member,
+                 const ShiftedNumbers& numbers, size_t count, float* dx, float* dy, float* dz);
 
 /// Density of sample_lobe for each direction, per solid angle.
-void lobe_density(const HalfVectorLobe& lobe, const PointFrames& frames, const uint32_t* point,
+void lobe_density(const HalfVectorLobe& lobe, const PointGroup& group, const uint32_t* member,
                   const float* dx, const float* dy, const float* dz, size_t count, float* density);
 
 /// Microfacet lobes of one kind, as BsdfForm has them.
@@ -57,8 +72,8 @@ struct MicrofacetPoints {
     for (auto& v : specular) v.resize(points);
   }
 };
-/// f cos of each direction, three channels, and the density of sample_lobe. `points` may be nullptr
-/// where all are as `first` says.
+/// f cos of each direction, three channels, and the density of sample_lobe. `varying` is nullptr
+/// where all points are as `first` says.
 struct MicrofacetValues {
   float* f[3];
   float* density;
@@ -68,8 +83,8 @@ struct FirstMicrofacet {
   float specular[3];
 };
 void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& first,
-                          const MicrofacetPoints* points, const HalfVectorLobe& lobe,
-                          const PointFrames& frames, const uint32_t* point, const float* dx,
+                          const MicrofacetPoints* varying, const HalfVectorLobe& lobe,
+                          const PointGroup& group, const uint32_t* member, const float* dx,
                           const float* dy, const float* dz, size_t count,
                           const MicrofacetValues& out);
 

@@ -67,19 +67,29 @@ Rgb microfacet_value(const BsdfForm& form, const Frame& frame, const Vec3& viewe
     kind.eta[c] = form.eta[c];
     kind.k[c] = form.k[c];
   }
-  const std::vector<uint32_t> point(kLanes, 1);
+  // Once as a group that fits a vector, once as one that doesn't.
+  const std::vector<uint32_t> member(kLanes, 1), few{0, 1};
+  std::vector<uint32_t> many(3 * kLanes, 0);
+  many[1] = 1;
   const std::vector<float> x(kLanes, wo.x), y(kLanes, wo.y), z(kLanes, wo.z);
   std::vector<float> f[3], density(kLanes), again(kLanes);
   for (auto& v : f) v.resize(kLanes);
   const simd::HalfVectorLobe lobe{0.3f, 0.2f};
   simd::evaluate_microfacets(
       kind, {form.alpha_u, form.alpha_v, {form.specular.x, form.specular.y, form.specular.z}},
-      by_point ? &points : nullptr, lobe, frames, point.data(), x.data(), y.data(), z.data(),
-      kLanes, {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
-  simd::lobe_density(lobe, frames, point.data(), x.data(), y.data(), z.data(), kLanes,
-                     again.data());
+      by_point ? &points : nullptr, lobe, {frames, few.data(), few.size()}, member.data(), x.data(),
+      y.data(), z.data(), kLanes, {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
+  const Vec3 value(f[0][5], f[1][5], f[2][5]);
+  simd::lobe_density(lobe, {frames, few.data(), few.size()}, member.data(), x.data(), y.data(),
+                     z.data(), kLanes, again.data());
   EXPECT_NEAR(density[3], again[3], 1e-5f * (again[3] + 1));
-  return {f[0][5], f[1][5], f[2][5]};
+  simd::evaluate_microfacets(
+      kind, {form.alpha_u, form.alpha_v, {form.specular.x, form.specular.y, form.specular.z}},
+      by_point ? &points : nullptr, lobe, {frames, many.data(), many.size()}, member.data(),
+      x.data(), y.data(), z.data(), kLanes,
+      {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(f[c][5], value[c], 1e-6f * value[c]);
+  return value;
 }
 
 TEST(BsdfForm, SaysWhatEvalPdfSays) {

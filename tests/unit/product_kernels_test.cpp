@@ -331,11 +331,11 @@ class Lobe {
     }
   }
   Vec3 sample(const Vec2& u) const {
-    float u1[simd::kLobeLanes], u2[simd::kLobeLanes];
-    std::fill(u1, u1 + simd::kLobeLanes, u.x);
-    std::fill(u2, u2 + simd::kLobeLanes, u.y);
+    uint32_t u1[simd::kLobeLanes], u2[simd::kLobeLanes];
+    std::fill(u1, u1 + simd::kLobeLanes, static_cast<uint32_t>(u.x * 0x1p32));
+    std::fill(u2, u2 + simd::kLobeLanes, static_cast<uint32_t>(u.y * 0x1p32) ^ kShift);
     float x[simd::kLobeLanes], y[simd::kLobeLanes], z[simd::kLobeLanes];
-    simd::sample_lobe(lobe_, frames_, points_, u1, u2, simd::kLobeLanes, x, y, z);
+    simd::sample_lobe(lobe_, group_, members_, {u1, u2, {0, kShift}}, simd::kLobeLanes, x, y, z);
     return {x[0], y[0], z[0]};
   }
   float density(const Vec3& d) const {
@@ -344,7 +344,7 @@ class Lobe {
     std::fill(y, y + simd::kLobeLanes, d.y);
     std::fill(z, z + simd::kLobeLanes, d.z);
     float density[simd::kLobeLanes];
-    simd::lobe_density(lobe_, frames_, points_, x, y, z, simd::kLobeLanes, density);
+    simd::lobe_density(lobe_, group_, members_, x, y, z, simd::kLobeLanes, density);
     return density[0];
   }
   /// As of the half vector that the random numbers stand for, in doubles; 0: behind it.
@@ -365,7 +365,9 @@ class Lobe {
  private:
   simd::HalfVectorLobe lobe_;
   simd::PointFrames frames_;
-  const uint32_t points_[simd::kLobeLanes] = {};
+  static constexpr uint32_t kShift = 0x5bd1e995u;
+  const uint32_t members_[simd::kLobeLanes] = {};
+  const simd::PointGroup group_{frames_, members_, 1};
   Vec3 n_, t_, w_;
 };
 

@@ -271,8 +271,8 @@ TEST(HilbertPoints, AreNetsInTheOrderOfTheCurve) {
     // One in each elementary interval, of whatever shape, after any digital shift.
     for (uint32_t x_bits = 0; x_bits <= log2; ++x_bits) {
       std::set<std::pair<int, int>> intervals;
-      for (const IntegerPoint& point : points) {
-        const Vec2 u = point.shifted(0x9e3779b9u, 0x7f4a7c15u);
+      for (size_t i = 0; i < points.size(); ++i) {
+        const Vec2 u = points[i].shifted(0x9e3779b9u, 0x7f4a7c15u);
         EXPECT_GE(std::min(u.x, u.y), 0);
         EXPECT_LT(std::max(u.x, u.y), 1);
         intervals.emplace(static_cast<int>(std::ldexp(u.x, static_cast<int>(x_bits))),
