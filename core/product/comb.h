@@ -36,26 +36,27 @@ class Comb {
 
  private:
   void pass_block(const float* weights, size_t first, double end, std::vector<Hit>& hits) {
-    double begin = position_;
-    size_t last_lit = first;
-    for (size_t i = first; i < first + simd::kCellLanes; ++i) {
-      if (!(weights[i] > 0)) continue;
-      last_lit = i;
-      const double after = begin + weights[i];
-      for (; next_ < after && left_ > 0; next_ += step_, --left_) add(i, begin, weights[i], hits);
-      begin = after;
+    double ends[simd::kCellLanes];
+    double sum = position_;
+    for (size_t i = 0; i < simd::kCellLanes; ++i) ends[i] = sum += weights[first + i];
+    for (; next_ < sum && left_ > 0; next_ += step_, --left_) {
+      // The first stratum that ends behind the point, in steps of halves without branches.
+      size_t i = 0;
+      for (size_t half = simd::kCellLanes / 2; half > 0; half /= 2) {
+        i += ends[i + half - 1] <= next_ ? half : 0;
+      }
+      const double begin = i > 0 ? ends[i - 1] : position_;
+      const auto share = static_cast<float>((next_ - begin) / weights[first + i]);
+      hits.push_back({static_cast<uint32_t>(first + i),
+                      std::min(std::max(share, 0.f), std::nextafter(1.f, 0.f))});
     }
     // The block's sum, rounded otherwise, may reach a little further than its weights.
     for (; next_ < end && left_ > 0; next_ += step_, --left_) {
-      if (weights[last_lit] > 0) {
-        hits.push_back({static_cast<uint32_t>(last_lit), std::nextafter(1.f, 0.f)});
-      }
+      size_t last = first + simd::kCellLanes - 1;
+      while (last > first && !(weights[last] > 0)) --last;
+      if (!(weights[last] > 0)) continue;
+      hits.push_back({static_cast<uint32_t>(last), std::nextafter(1.f, 0.f)});
     }
-  }
-  void add(size_t stratum, double begin, float weight, std::vector<Hit>& hits) const {
-    const auto share = static_cast<float>((next_ - begin) / weight);
-    hits.push_back(
-        {static_cast<uint32_t>(stratum), std::min(std::max(share, 0.f), std::nextafter(1.f, 0.f))});
   }
 
   double step_;

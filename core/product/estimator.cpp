@@ -47,8 +47,8 @@ CellLight::CellLight(const DistantCells& light_cells, const Emitter& light_emitt
 Estimator::Estimator(const CellLight& light, size_t padded_cells) : light_(light) {
   importance_.resize(padded_cells);
   importance_blocks_.resize(padded_cells / simd::kCellLanes);
-  rays_.reserve(kBatch);
-  pending_.reserve(kBatch);
+  rays_.resize(kBatch);
+  pending_.resize(kBatch);
 }
 
 void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
@@ -242,34 +242,39 @@ void Estimator::evaluate(Lobe mask, std::span<Evaluation> queries) {
   }
 }
 
-void Estimator::push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell,
-                         Rgb* sum) {
+inline void Estimator::push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell,
+                                Rgb* sum) {
   if (is_black(weight)) {
     ++counters_->skipped_shadow_rays;
     return;
   }
-  rays_.push_back(primaries_->interaction(primary).shadow_ray(d, kInfinity));
-  pending_.push_back(
-      {weight, sum, records_ ? &records_[primaries_->patch[primary]] : nullptr, cell});
-  if (rays_.size() >= kBatch) flush();
+  rays_[waiting_] = primaries_->interaction(primary).shadow_ray(d, kInfinity);
+  Pending& pending = pending_[waiting_];
+  pending.weight = weight;
+  pending.cell = cell;
+  if (is_probing_) {
+    pending.records = &records_[primaries_->patch[primary]];
+  } else {
+    pending.sum = sum;
+  }
+  if (++waiting_ == kBatch) flush();
 }
 
 void Estimator::flush() {
-  if (rays_.empty()) return;
+  if (waiting_ == 0) return;
   const StageTimer timer(*stages_.shadow);
-  scene_->occluded(rays_, Coherence::kIncoherent, *counters_);
-  (*counters_)[RayKind::kShadow] += rays_.size();
-  for (size_t i = 0; i < rays_.size(); ++i) {
+  scene_->occluded({rays_.data(), waiting_}, Coherence::kIncoherent, *counters_);
+  (*counters_)[RayKind::kShadow] += waiting_;
+  for (size_t i = 0; i < waiting_; ++i) {
     const bool visible = !rays_[i].is_occluded();
     const Pending& p = pending_[i];
-    if (p.records) {
+    if (is_probing_) {
       p.records->push_back(VisibilityRecord(p.cell, visible));
     } else if (visible) {
       *p.sum += p.weight;
     }
   }
-  rays_.clear();
-  pending_.clear();
+  waiting_ = 0;
 }
 
 void Estimator::add_mirror(uint32_t primary, uint64_t seed, Rgb* sum) {
@@ -358,7 +363,7 @@ void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
 }
 
 void Estimator::estimate(const Unit& unit, Rgb& sum) {
-  records_ = nullptr;
+  is_probing_ = false;
   begin_unit(unit);
   if (groups_.empty()) return;
   Rgb control(0.f);
@@ -377,6 +382,7 @@ void Estimator::estimate(const Unit& unit, Rgb& sum) {
 
 void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
                       std::span<std::vector<VisibilityRecord>> records) {
+  is_probing_ = true;
   records_ = records.data();
   begin_unit(unit);
   if (groups_.empty()) return;

@@ -120,12 +120,14 @@ class Estimator {
     Rgb weight;  ///< of f
     uint32_t cell;
   };
-  /// What a ray's result goes to: a sum, or records.
+  /// What a ray's result goes to: a sum, or the records of a patch.
   struct Pending {
     Rgb weight;
-    Rgb* sum;
-    std::vector<VisibilityRecord>* records;
     uint32_t cell;
+    union {
+      Rgb* sum;
+      std::vector<VisibilityRecord>* records;
+    };
   };
   /// A patch prepared for its units.
   struct Prepared {
@@ -181,7 +183,9 @@ class Estimator {
   std::span<const Visibility> visibility_;
   RenderCounters* counters_ = nullptr;
   Stages stages_{};
-  std::vector<VisibilityRecord>* records_ = nullptr;  ///< of each patch; nullptr: an estimate
+  /// What all rays that wait are for: records or an estimate.
+  bool is_probing_ = false;
+  std::vector<VisibilityRecord>* records_ = nullptr;  ///< of each patch
 
   std::vector<Prepared> prepared_;
   Prepared planned_;
@@ -201,8 +205,9 @@ class Estimator {
   std::vector<float> x_, y_, z_, r_, g_, b_, pdf_;
   std::vector<float> importance_, importance_blocks_;
   float importance_total_ = 0;
-  std::vector<Ray> rays_;
+  std::vector<Ray> rays_;  ///< those that wait are the first waiting_
   std::vector<Pending> pending_;
+  size_t waiting_ = 0;
 };
 
 }  // namespace kinome
