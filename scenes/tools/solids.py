@@ -31,6 +31,16 @@ def grid(positions, uv=None):
     return {**mesh, "normals": stone.smooth_normals(points, mesh["faces"])}
 
 
+def faceted(mesh):
+    """The same with flat triangles, which share no vertices."""
+    positions = mesh["positions"][mesh["faces"]].reshape(-1, 3)
+    flat = np.cross(positions[1::3] - positions[::3], positions[2::3] - positions[::3])
+    flat /= np.linalg.norm(flat, axis=1)[:, None]
+    return {"positions": positions, "normals": np.repeat(flat, 3, axis=0),
+            "uv": mesh["uv"][mesh["faces"]].reshape(-1, 2),
+            "faces": np.arange(len(positions)).reshape(-1, 3)}
+
+
 def circle(steps):
     """(sin, cos) of a whole turn, whose last point is the first to the bit."""
     angle = np.linspace(0.0, 2 * np.pi, steps + 1)

@@ -48,13 +48,9 @@ def limb(base, end, radius, sides):
 def leaf():
     """Four triangles, folded along the middle."""
     points = np.array([(0, 0, 0), (0.28, 0.45, 0.10), (0, 0.5, 0), (-0.28, 0.45, 0.10),
-                       (0, 1, -0.12)])
-    faces = np.array([(0, 1, 2), (0, 2, 3), (2, 1, 4), (3, 2, 4)])
-    flat = points[faces].reshape(-1, 3)  # its sides are flat
-    normal = np.cross(flat[1::3] - flat[::3], flat[2::3] - flat[::3])
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    return {"positions": flat, "normals": np.repeat(normal, 3, axis=0),
-            "uv": flat[:, :2] + [0.5, 0.0], "faces": np.arange(12).reshape(4, 3)}
+                       (0, 1, -0.12)], dtype=np.float64)
+    return solids.faceted({"positions": points, "uv": points[:, :2] + [0.5, 0.0], "faces": np.array(
+        [(0, 1, 2), (0, 2, 3), (2, 1, 4), (3, 2, 4)])})
 
 
 def make(folder, scale):
