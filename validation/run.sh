@@ -2,9 +2,10 @@
 # Compares Kinome with Mitsuba 3, and with Blender's Cycles where that shows the same: are the
 # pictures the same, and which renderer reaches an error sooner? Ends with validation/report/.
 #
-#   sh validation/run.sh [correctness|benchmark|report] [SCENE...]
+#   sh validation/run.sh [correctness|benchmark|report] [SCENE|GROUP...]
 #                        [--quick] [--fresh] [--output FOLDER]
 #
+# Groups: environment, hard, plain, bounce. Most of their scenes are taken only if asked for.
 # Without a mode, all three, in about an hour on two cores; --quick: the same in a small form, in 10
 # minutes, which goes to out/report unless --output says otherwise. What was measured before is not
 # measured again, so an interrupted run goes on where it stopped; --fresh forgets it. What can't be

@@ -1,4 +1,4 @@
-"""Writers: PLY, OBJ, GLB meshes and PNG images. The same input gives the same bytes."""
+"""Writers: PLY, OBJ, GLB meshes, PNG and PFM images. The same input gives the same bytes."""
 
 import json
 import struct
@@ -25,6 +25,13 @@ def write_ply(path, mesh):
         out.write(("\n".join(header) + "\n").encode("ascii"))
         out.write(vertices.tobytes())
         out.write(faces.tobytes())
+
+
+def write_plys(folder, meshes):
+    """A PLY for each mesh by name; returns the number of triangles of all."""
+    for name, mesh in meshes.items():
+        write_ply(folder / f"{name}.ply", mesh)
+    return sum(len(mesh["faces"]) for mesh in meshes.values())
 
 
 def write_obj(path, mesh):
@@ -95,3 +102,11 @@ def write_png(path, image):
     with open(path, "wb") as out:
         out.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header)
                   + chunk(b"IDAT", zlib.compress(raw, 6)) + chunk(b"IEND", b""))
+
+
+def write_pfm(path, image):
+    """Portable float map from an (h, w, 3) array: rows from the bottom, little-endian."""
+    height, width = image.shape[:2]
+    with open(path, "wb") as out:
+        out.write(f"PF\n{width} {height}\n-1.0\n".encode("ascii"))
+        out.write(np.asarray(image[::-1], "<f4").tobytes())

@@ -350,6 +350,19 @@ class Command(InFolder):
         text = (self.folder / "out/summary.md").read_text(encoding="utf-8")
         self.assertIn("- red: diffuse_area, direct", text)
 
+    def test_groups_stand_for_their_scenes(self):
+        self.assertEqual(tables.named(["hebe", "plain"]),
+                         ["hebe", "blocks", "mirror", "noon", "ball"])
+        self.assertEqual([s.name for s in tables.chosen(["car", "tree"])], ["car", "tree"])
+        unasked = tables.chosen(())
+        self.assertEqual([s.name for s in unasked],
+                         ["hebe", "car", "grace", "box", "plate", "blocks"])
+        for scene in tables.SCENES:
+            self.assertTrue(scene.path.is_file(), scene.name)
+            self.assertIn(scene.group, tables.GROUP_WORDS.values())
+            has_parameter = 'value="$mis_compensation"' in scene.path.read_text("utf-8")
+            self.assertEqual(scene.envmap, has_parameter, scene.name)
+
     def test_bad_words(self):
         self.assertIn('no mode or scene "nowhere"', self.run_command("report", "nowhere")[1])
         status, said = self.run_command("report")

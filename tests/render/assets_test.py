@@ -2,6 +2,7 @@
 
 import hashlib
 import pathlib
+import re
 import struct
 import subprocess
 import sys
@@ -13,7 +14,7 @@ import numpy as np
 
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
 sys.path.insert(0, str(SCENES))
-from tools import box, files, meshing, sdf  # noqa: E402
+from tools import box, files, heap, meshing, sdf, solids, sponge  # noqa: E402
 
 COARSE = "3"
 
@@ -48,6 +49,16 @@ class Command(unittest.TestCase):
             one, two = hashes(pathlib.Path(first)), hashes(pathlib.Path(second))
             self.assertGreater(len(one), 20)
             self.assertEqual(one, two)
+            self.check_that_scenes_have_their_files(one)
+
+    def check_that_scenes_have_their_files(self, made):
+        """Each scene's file names what was made for it; what holds a parameter is left out."""
+        scenes = sorted(f.parent.name for f in SCENES.glob("*/scene.xml"))
+        self.assertEqual(scenes, sorted({pathlib.Path(name).parts[0] for name in made}))
+        for scene in scenes:
+            text = (SCENES / scene / "scene.xml").read_text(encoding="utf-8")
+            for name in re.findall(r'name="filename" value="(assets/[^"$]+)"', text):
+                self.assertIn(f"{scene}/{name}", made)
 
     def test_a_current_scene_is_left_alone_and_a_lost_file_is_made_again(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -64,7 +75,7 @@ class Command(unittest.TestCase):
     def test_an_unknown_scene_is_refused(self):
         result = run("unused", "teapot")
         self.assertEqual(result.returncode, 2)
-        self.assertIn("expected one of hebe, car, grace, box, plate", result.stderr)
+        self.assertIn("expected one of hebe, car, grace, box, plate, colonnade", result.stderr)
 
 
 class Statue(unittest.TestCase):
@@ -130,6 +141,46 @@ class Room(unittest.TestCase):
             flat = np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
             flat /= np.linalg.norm(flat, axis=1)[:, None]
             np.testing.assert_allclose(mesh["normals"][mesh["faces"][:, 0]], flat, atol=1e-12)
+
+
+class Solids(unittest.TestCase):
+    """What the scenes to measure by are built of is closed, of the right volume, and faces out."""
+
+    def volume(self, mesh):
+        corners = mesh["positions"][mesh["faces"]]
+        _, at = np.unique(np.round(corners.reshape(-1, 3), 6), axis=0, return_inverse=True)
+        self.assertTrue(meshing.is_watertight(at.reshape(-1, 3)))
+        flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        ahead = np.einsum("ij,ikj->ik", flat, mesh["normals"][mesh["faces"]])
+        self.assertGreater(ahead.min(), 0.0)
+        return np.einsum("ij,ij->i", corners[:, 0],
+                         np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
+
+    def test_volumes(self):
+        self.assertAlmostEqual(self.volume(solids.cuboid((1, 2, 3), (2, 4, 6))), 6.0, places=12)
+        # Inscribed meshes: what they lack falls with the square of the steps.
+        ball = solids.star(lambda x, y, z: np.ones_like(x), 60)
+        self.assertAlmostEqual(self.volume(ball) / (4 / 3 * np.pi), 1.0, delta=2e-3)
+        ring = solids.torus(0.7, 0.3, 60)
+        self.assertAlmostEqual(self.volume(ring) / (2 * np.pi ** 2 * 0.7 * 0.09), 1.0, delta=3e-3)
+
+    def test_the_sponge_has_its_cells_and_faces(self):
+        for level in (1, 2):
+            cells = sponge.solid(level)
+            self.assertEqual(cells.sum(), 20 ** level)
+            mesh = sponge.skin(cells)
+            self.assertEqual(len(mesh["faces"]), 2 * (2 * 20 ** level + 4 * 8 ** level))
+            corners = mesh["positions"][mesh["faces"]]
+            volume = np.einsum("ij,ij->i", corners[:, 0],
+                               np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
+            self.assertAlmostEqual(volume, 8 * (20 / 27) ** level, places=9)
+
+    def test_bodies_of_the_heap_touch_and_do_not_meet(self):
+        radii = [0.2, 0.15, 0.25, 0.18, 0.2, 0.13]
+        centres = heap.places(radii)
+        for i, (c, r) in enumerate(zip(centres, radii)):
+            gaps = [np.linalg.norm(c - d) - r - s for d, s in zip(centres[:i], radii)]
+            self.assertAlmostEqual(min([c[1] - r, *gaps]), 0.0, places=9)
 
 
 class Tools(unittest.TestCase):

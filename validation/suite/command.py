@@ -15,7 +15,7 @@ from .kinome import Kinome
 from .peers import Mitsuba
 from .problems import Log, Problem
 from .store import Store, read_json, write_json, write_whole
-from .tables import FULL, QUICK, ROOT, SCENES, SMALL_SCENES
+from .tables import FULL, GROUP_WORDS, QUICK, ROOT, SCENES, SMALL_SCENES, chosen, named
 from .truth import References
 
 MODES = ("correctness", "benchmark", "report")
@@ -30,7 +30,9 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog="validation/run.sh", description=DESCRIPTION,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("words", nargs="*", metavar="MODE or SCENE",
-                        help=f"first a mode ({', '.join(MODES)}), then scenes; default: all")
+                        help=f"first a mode ({', '.join(MODES)}), then scenes or groups of them "
+                             f"({', '.join(GROUP_WORDS)}); default: all modes, and all scenes but "
+                             "those that are made for asking")
     parser.add_argument("--quick", action="store_true",
                         help="smaller pictures, fewer seeds and scenes: at most 10 minutes")
     parser.add_argument("--fresh", action="store_true",
@@ -45,9 +47,10 @@ def parse(arguments):
         options.modes = (options.words.pop(0),)
     known = {scene.name for scene in SCENES} | {path.stem for path in SMALL_SCENES}
     for name in options.words:
-        if name not in known:
-            parser.error(f'no mode or scene "{name}"; modes are {", ".join(MODES)}, scenes '
-                         f'{", ".join(sorted(known))}')
+        if name not in known | set(GROUP_WORDS):
+            parser.error(f'no mode or scene "{name}"; modes are {", ".join(MODES)}, groups '
+                         f'{", ".join(GROUP_WORDS)}, scenes {", ".join(sorted(known))}')
+    options.words = named(options.words)
     timed = {scene.name for scene in SCENES}
     if options.modes == ("benchmark",) and options.words and not timed & set(options.words):
         parser.error(f'no benchmark of {", ".join(options.words)}: what is timed is '
@@ -115,9 +118,7 @@ class Session:
                          self.effort, self.store, self.folder, self.log)
         path = self.results / "benchmark.json"
         try:
-            for scene in SCENES:
-                if self.options.words and scene.name not in self.options.words:
-                    continue
+            for scene in chosen(self.options.words):
                 try:
                     entry = work.scene(scene)
                 except Problem as reason:

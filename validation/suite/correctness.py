@@ -10,7 +10,7 @@ from . import pictures
 from .kinome import scene_hash, sized, with_parameters
 from .problems import Problem
 from .store import hash_of_files
-from .tables import CUT, METHODS, POINTS, ROOT, SCENES, SMALL_SCENES
+from .tables import CUT, METHODS, POINTS, ROOT, SMALL_SCENES, chosen
 from .truth import load_reference
 
 FAMILY_ALPHA = 0.01  # how often all checks together may fail by chance
@@ -69,9 +69,8 @@ def plan(effort, wanted):
     for path in SMALL_SCENES if wanted else effort.small_scenes:
         if not wanted or path.stem in wanted:
             found += checks_of_small(path)
-    for scene in SCENES:
-        if not wanted or scene.name in wanted:
-            found += checks_of_big(scene)
+    for scene in chosen(wanted):
+        found += checks_of_big(scene)
     return found
 
 
@@ -101,8 +100,8 @@ class Correctness:
 
     def run(self, checks):
         """Rows for the table, one for each check that could be made."""
-        # Of the whole table, so that a part of it says the same.
-        alpha = sidak(FAMILY_ALPHA, len(plan(self.effort, ())))
+        # Of all that a run without words compares, so that a part of it says the same.
+        alpha = sidak(FAMILY_ALPHA, max(len(plan(self.effort, ())), len(checks)))
         rows = []
         for number, check in enumerate(checks, 1):
             self.log.say(f"check {number} of {len(checks)}: {check.scene}, {check.method}")

@@ -8,6 +8,9 @@ THREADS = 2  # of each renderer
 ENVIRONMENT = "environment"
 BOUNCE = "one bounce"
 PLAIN = "nothing to learn"
+HARD = "hard"
+# Words of the command line that stand for all scenes of a group.
+GROUP_WORDS = {"environment": ENVIRONMENT, "hard": HARD, "bounce": BOUNCE, "plain": PLAIN}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,6 +26,7 @@ class Scene:
     peers: tuple
     envmap: bool = False  # has $mis_compensation
     cycles: bool = False  # Cycles has all its materials
+    asked: bool = False  # only if it or its group is named: all of them take hours
 
     @property
     def path(self):
@@ -40,7 +44,31 @@ SCENES = (
     Scene("plate", "scenes/plate/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer")),
     Scene("blocks", "validation/scenes/benchmark/blocks.xml", PLAIN, (128, 96), "direct",
           ("direct", "path"), cycles=True),
+    *(Scene(name, f"scenes/{name}/scene.xml", group, size, "direct", ("direct", "path"),
+            envmap=True, asked=True)
+      for name, group, size in (
+          ("colonnade", ENVIRONMENT, (96, 72)), ("heap", ENVIRONMENT, (96, 72)),
+          ("room", ENVIRONMENT, (96, 72)), ("vases", ENVIRONMENT, (96, 72)),
+          ("chess", ENVIRONMENT, (96, 72)), ("cobbles", ENVIRONMENT, (96, 72)),
+          ("reeds", HARD, (96, 72)), ("sponge", HARD, (96, 72)), ("tree", HARD, (96, 96)),
+          ("focus", HARD, (96, 72)), ("hammered", HARD, (96, 72)), ("mirror", PLAIN, (96, 72)),
+          ("noon", PLAIN, (96, 72)))),
+    Scene("ball", "validation/scenes/benchmark/ball.xml", PLAIN, (96, 72), "direct",
+          ("direct", "path"), asked=True),
 )
+
+
+def chosen(names):
+    """Those of SCENES that are named; without names, those that need no asking."""
+    return tuple(s for s in SCENES if (s.name in names if names else not s.asked))
+
+
+def named(words):
+    """Names of scenes for words of the command line, groups being replaced by what they hold."""
+    return [name for word in words for name in (
+        [s.name for s in SCENES if s.group == GROUP_WORDS[word]] if word in GROUP_WORDS
+        else [word])]
+
 
 SMALL_SCENES = tuple(sorted((ROOT / "validation/scenes").glob("*.xml")))
 
@@ -68,17 +96,17 @@ ALL = (ENVIRONMENT, BOUNCE, PLAIN)
 CLUSTERED = {"integrator": "clustered", "sampler": "halton"}
 
 METHODS = (
-    Method("direct", {"integrator": "direct"}, "mitsuba", (ENVIRONMENT, PLAIN), FAST),
+    Method("direct", {"integrator": "direct"}, "mitsuba", (ENVIRONMENT, HARD, PLAIN), FAST),
     Method("direct, compensated", {"integrator": "direct", "mis_compensation": "true"}, "mitsuba",
-           (ENVIRONMENT,), FAST),
-    Method("path", {"integrator": "path"}, "mitsuba", ALL, FAST),
+           (ENVIRONMENT, HARD), FAST),
+    Method("path", {"integrator": "path"}, "mitsuba", (*ALL, HARD), FAST),
     Method("ptracer", {"integrator": "ptracer"}, "mitsuba", (BOUNCE,), FAST),
     Method("clustered joint", CLUSTERED | {"importance": "joint"}, "groundtruth", ALL, SLOW),
     Method("clustered luminance", CLUSTERED | {"importance": "luminance"}, "groundtruth", ALL,
            SLOW),
     Method("clustered brdf", CLUSTERED | {"importance": "brdf"}, "groundtruth", ALL, SLOW),
     Method("clustered product", {"integrator": "clustered", "importance": "product"}, "mitsuba",
-           (ENVIRONMENT, PLAIN), FAST[:-1], sky_only=True),
+           (ENVIRONMENT, HARD, PLAIN), FAST[:-1], sky_only=True),
 )
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
