@@ -275,7 +275,9 @@ void Estimator::plan_glossy(const Group& group, size_t first, uint32_t lobe, uin
   patch.glossy_variance += variance * share;
   patch.cell_share += (kCellShares[best] - 0.5f) * share;
   for (uint32_t j = 0; j < group.count; ++j) {
-    points[order_[group.first + j]] = {mean, variance};
+    PointPlan& point = points[order_[group.first + j]];
+    point.glossy = mean;
+    point.glossy_variance = variance;
   }
 }
 

@@ -277,14 +277,16 @@ void Estimator::flush() {
   waiting_ = 0;
 }
 
-void Estimator::add_mirror(uint32_t primary, uint64_t seed, Rgb* sum) {
+/// Light that the delta lobes of a point mirror, and where from; nothing if they have no direction.
+std::optional<Estimator::Mirrored> Estimator::mirror(uint32_t primary, uint64_t seed) const {
   const SurfaceInteraction& si = primaries_->interaction(primary);
+  const Bsdf& bsdf = si.shape->bsdf();
+  if (!any(bsdf.lobes() & Lobe::kDelta)) return std::nullopt;
   const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
-  const auto sample = si.shape->bsdf().sample(si, Lobe::kDelta, 0.5f, u);
-  if (!sample) return;
+  const auto sample = bsdf.sample(si, Lobe::kDelta, 0.5f, u);
+  if (!sample) return std::nullopt;
   const Vec3 d = si.frame.to_world(sample->wo);
-  const Rgb radiance = light_.emitter.eval_environment(d);
-  push_ray(primary, d, sample->weight * radiance, 0, sum);
+  return Mirrored{d, sample->weight * light_.emitter.eval_environment(d)};
 }
 
 void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offset,
@@ -374,9 +376,8 @@ void Estimator::estimate(const Unit& unit, Rgb& sum) {
   sum += control;
   comb_unit(unit, &sum);
   for (const uint32_t i : order_) {
-    if (any(primaries_->interaction(i).shape->bsdf().lobes() & Lobe::kDelta)) {
-      add_mirror(i, hash_words(unit.seed, 3), &sum);
-    }
+    const auto mirrored = mirror(i, hash_words(unit.seed, 3));
+    if (mirrored) push_ray(i, mirrored->d, mirrored->radiance, 0, &sum);
   }
 }
 
@@ -392,6 +393,10 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
     probe_glossy(g, unit, points);
   }
   comb_unit(unit, nullptr);
+  for (const uint32_t i : order_) {
+    const auto mirrored = mirror(i, hash_words(unit.seed, 3));
+    if (mirrored) points[i].mirrored = mean_of(mirrored->radiance);
+  }
 }
 
 }  // namespace kinome

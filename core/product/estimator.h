@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -58,6 +59,7 @@ class Estimator {
   struct PointPlan {
     float glossy = 0;           ///< unshadowed glossy radiance, of the group that it is in
     float glossy_variance = 0;  ///< of one candidate
+    float mirrored = 0;         ///< unshadowed, by delta lobes
   };
   void probe(const Unit& unit, std::span<PointPlan> points,
              std::span<std::vector<VisibilityRecord>> records);
@@ -157,7 +159,11 @@ class Estimator {
   void draw_from_cells(const Group& group, size_t first, uint32_t count, uint64_t seed);
   void evaluate_candidates(const Group& group, size_t first);
   void ask_for_candidates(const Group& group, size_t first);
-  void add_mirror(uint32_t primary, uint64_t seed, Rgb* sum);
+  struct Mirrored {
+    Vec3 d;
+    Rgb radiance;
+  };
+  std::optional<Mirrored> mirror(uint32_t primary, uint64_t seed) const;
   void comb_unit(const Unit& unit, Rgb* sum);
   void shoot_diffuse(const Segment& segment, float scale, uint32_t offset, size_t first_hit,
                      Rgb* sum);

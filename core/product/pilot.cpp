@@ -60,8 +60,9 @@ void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t
           PilotPoint& point =
               points_[pixel_index(x, y) * primaries + i - work.primaries.first(pixel)];
           point.patch = static_cast<int16_t>(work.primaries.patch[i]);
-          point.known = mean_of(work.primaries.emitted(i)) + work.point_plans[i].glossy;
-          point.glossy_variance = work.point_plans[i].glossy_variance;
+          const Estimator::PointPlan& plan = work.point_plans[i];
+          point.known = mean_of(work.primaries.emitted(i)) + plan.glossy + plan.mirrored;
+          point.glossy_variance = plan.glossy_variance;
           if (point.patch >= 0) {
             point.reflected = work.primaries.normal[i] * mean_of(work.primaries.diffuse[i]);
           }

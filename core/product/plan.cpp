@@ -117,7 +117,7 @@ std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int 
   }
   // What the pilot missed of a thin object must not weigh too much when a later ray meets it.
   const auto min_primaries =
-      static_cast<float>(std::clamp(rays_per_pixel / 16, rays_per_pixel < 8 ? 1. : 2., 32.));
+      static_cast<float>(std::clamp(rays_per_pixel / 8, rays_per_pixel < 8 ? 1. : 2., 32.));
   const auto primaries = [&](const Wanted& w, double scale) {
     return std::clamp(static_cast<float>(w.primaries * scale), min_primaries, kMaxPrimaries);
   };
