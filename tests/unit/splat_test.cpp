@@ -34,7 +34,7 @@ TEST_P(EveryFilter, KeepsTheSum) {
     tile.add_splat(Vec2(5, 4) + place, Rgb(1, 2, 4));
   }
   film->commit(tile);
-  film->set_splat_scale(1.0 / (kSteps * kSteps));
+  film->add_light_paths(kSteps * kSteps);
   const Image image = film->develop();
   double sum[3] = {};
   for (int y = 0; y < 9; ++y) {
@@ -63,7 +63,7 @@ TEST_P(EveryFilter, EvenLightIsAnEvenPicture) {
     }
   }
   film->commit(tile);
-  film->set_splat_scale(1.0 / (kSteps * kSteps));
+  film->add_light_paths(kSteps * kSteps);
   const Image image = film->develop();
   ASSERT_EQ(image.width, 4);
   // Midpoints: a tent's kinks cost up to 1/8²/4 of the value, a Gaussian's end less.
@@ -84,7 +84,7 @@ TEST(Splat, IsAddedToMeansOfSamples) {
     tile.add_splat({1.9f, 0.9f}, Rgb(10, 20, 30));
     tile.add_splat({2.f, 1.f}, Rgb(1, 1, 1));
     film->commit(tile);
-    film->set_splat_scale(0.25);
+    film->add_light_paths(4);
     const Image image = film->develop();
     EXPECT_EQ(image.at(1, 0, 0), 2 + 5);
     EXPECT_EQ(image.at(1, 0, 1), 2 + 10);
