@@ -18,8 +18,10 @@ constexpr double kLeastToLearn = 10;
 constexpr uint32_t kPilotRays = 3;  ///< for each of its primaries
 /// What a pilot reckons with where nobody knows how many rays there will be.
 constexpr double kRaysOfUnknown = 100;
-/// Rays a second and thread that any scene allows.
+/// Rays a second and thread that most scenes allow, and the share of the time within which a pilot
+/// has to be back all the same.
 constexpr double kCarefulSpeed = 1e6;
+constexpr double kPilotShare = 0.4;
 constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 /// What an unshadowed candidate takes, in rays.
 constexpr float kCandidateCost = 0.1f;
@@ -219,8 +221,18 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   pilot_seconds_ = context_.seconds() - start;
 }
 
-double ProductRenderer::rays_in(double seconds) const {
-  return seconds * kCarefulSpeed * context_.threads() / std::max(1, crop_.area());
+void ProductRenderer::learn_in_time(double seconds) {
+  context_.set_deadline(context_.seconds() + kPilotShare * seconds);
+  if (!context_.cancelled()) {
+    learn_from_pilot(seconds * kCarefulSpeed * context_.threads() / std::max(1, crop_.area()));
+  }
+  if (context_.cancelled()) {
+    // What only some tiles have learned is of no use.
+    pilot_primaries_ = 0;
+    tiles_.assign(tiles_.size(), {});
+    context_.skip("pilot", "there was too little time for it");
+  }
+  context_.set_deadline(kInfinity);
 }
 
 double ProductRenderer::seconds_per_sample() const {
@@ -276,9 +288,11 @@ std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
   auto renderer =
       std::make_unique<ProductRenderer>(scene, sensor, context, std::move(cells), settings);
   const RenderBudget& budget = context.budget();
-  renderer->learn_from_pilot(budget.seconds > 0   ? renderer->rays_in(seconds)
-                             : budget.rel_mse > 0 ? kRaysOfUnknown
-                                                  : settings.rays_per_pixel);
+  if (budget.seconds > 0) {
+    renderer->learn_in_time(seconds);
+  } else {
+    renderer->learn_from_pilot(budget.rel_mse > 0 ? kRaysOfUnknown : settings.rays_per_pixel);
+  }
   return renderer;
 }
 

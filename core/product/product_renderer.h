@@ -17,8 +17,9 @@ class ProductRenderer final : public Passes {
   /// Sends the pilot that suits so many rays a pixel, or none: before any pass. What it takes of
   /// them is taken from samples().
   void learn_from_pilot(double rays_per_pixel);
-  /// Rays a pixel that there is time for, by a careful guess at the speed.
-  double rays_in(double seconds) const;
+  /// The same where there are so many seconds for everything, and no more than a share of them for
+  /// the pilot, which is forgotten if it takes longer.
+  void learn_in_time(double seconds);
 
   double samples() const override { return rays_left_ / kRaysPerSample; }
   double render(double samples) override;

@@ -181,7 +181,7 @@ double Film::splat_scale(size_t first, size_t end) const {
   return paths > 0 ? 1 / paths : 1;
 }
 
-Rgb Film::colour(size_t pixel, size_t first, size_t end) const {
+Rgb Film::color(size_t pixel, size_t first, size_t end) const {
   const int values = value_count(0);
   Rgb sum(0.f);
   float weight = 0;
@@ -194,10 +194,10 @@ Rgb Film::colour(size_t pixel, size_t first, size_t end) const {
     for (int c = 0; c < 3; ++c) splats[c] += lanes_[l].splats[3 * pixel + c];
   }
   // Not by its inverse: a single sample of a pixel is to come out as it is.
-  Rgb color = sum / (weight == 0 ? kInfinity : weight);
+  Rgb mean = sum / (weight == 0 ? kInfinity : weight);
   const double scale = splat_scale(first, end);
-  for (int c = 0; c < 3; ++c) color[c] += static_cast<float>(splats[c] * scale);
-  return color;
+  for (int c = 0; c < 3; ++c) mean[c] += static_cast<float>(splats[c] * scale);
+  return mean;
 }
 
 Image Film::develop() const {
@@ -213,11 +213,11 @@ Image Film::develop() const {
       float* to = &image.data[p * stride_out + first_out];
       int i = 0;
       if (l == 0) {
-        const Rgb color = colour(p, 0, lanes_.size());
+        const Rgb mean = color(p, 0, lanes_.size());
         if (to_luminance) {
-          *to++ = luminance(color);
+          *to++ = luminance(mean);
         } else {
-          for (int c = 0; c < 3; ++c) *to++ = color[c];
+          for (int c = 0; c < 3; ++c) *to++ = mean[c];
         }
         i = 3;
       }
@@ -235,24 +235,30 @@ Image Film::develop() const {
   return image;
 }
 
+std::optional<Rgb> Film::lane_color(size_t pixel, uint32_t lane) const {
+  const size_t stride = static_cast<size_t>(value_count(0)) + 1;
+  const Lane& from = lanes_.at(lane);
+  if (from.layers[0][(pixel + 1) * stride - 1] == 0 && from.light_paths == 0) return std::nullopt;
+  const Rgb mean = color(pixel, lane, lane + 1);
+  return is_luminance_ ? Rgb(luminance(mean)) : mean;
+}
+
 Image Film::develop_variance() const {
   const int count = is_luminance_ ? 1 : 3;
   Image image{crop_.width(), crop_.height(), {}, {}};
   image.channels = is_luminance_
                        ? std::vector<std::string>{"variance.Y"}
                        : std::vector<std::string>{"variance.R", "variance.G", "variance.B"};
-  const size_t stride = static_cast<size_t>(value_count(0)) + 1;
   for (size_t p = 0; p < static_cast<size_t>(crop_.area()); ++p) {
     // Of the lanes' colours: their number, mean, and squares of differences from it.
     int n = 0;
     glm::dvec3 mean(0.), squares(0.);
-    for (size_t l = 0; l < lanes_.size(); ++l) {
-      if (lanes_[l].layers[0][(p + 1) * stride - 1] == 0 && lanes_[l].light_paths == 0) continue;
-      Rgb color = colour(p, l, l + 1);
-      if (is_luminance_) color = Rgb(luminance(color));
-      const glm::dvec3 difference = glm::dvec3(color) - mean;
+    for (uint32_t l = 0; l < lanes(); ++l) {
+      const std::optional<Rgb> found = lane_color(p, l);
+      if (!found) continue;
+      const glm::dvec3 difference = glm::dvec3(*found) - mean;
       mean += difference / static_cast<double>(++n);
-      squares += difference * (glm::dvec3(color) - mean);
+      squares += difference * (glm::dvec3(*found) - mean);
     }
     for (int c = 0; c < count; ++c) {
       image.data.push_back(

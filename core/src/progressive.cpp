@@ -10,7 +10,7 @@ namespace {
 /// Lanes of a small film give as many squares of differences, which is what makes an estimate of
 /// their mean.
 constexpr double kSquaresWanted = 4096;
-constexpr double kMostLanes = 16;
+constexpr double kLeastLanes = 4, kMostLanes = 16;
 constexpr double kFirstSamples = 16;  ///< of all lanes together, where an error is asked for
 /// A round for what is predicted to be left would often miss it by little.
 constexpr double kErrorMargin = 1.1;
@@ -49,10 +49,7 @@ class Progressive {
     }
     context_.set_deadline(kInfinity);
     context_.stats().samples = done_;
-    if (film_.lanes() > 1) {
-      const auto error = estimate_rel_mse(film_, film_.develop());
-      if (error) context_.stats().rel_mse = *error;
-    }
+    if (const auto error = estimate_rel_mse(film_)) context_.stats().rel_mse = *error;
   }
 
  private:
@@ -109,7 +106,7 @@ class Progressive {
 
   double next_by_error() {
     const double limit = std::max(RenderBudget::kMostSamples, passes_.samples());
-    const auto error = estimate_rel_mse(film_, film_.develop());
+    const auto error = estimate_rel_mse(film_);
     if (!error || *error <= budget_.rel_mse || done_ >= 0.999 * limit) return 0;
     const double missing = kErrorMargin * *error / budget_.rel_mse - 1;
     const double more = std::min(done_ * std::clamp(missing, kLeastGrowth, 1.), limit - done_);
@@ -129,54 +126,51 @@ class Progressive {
   std::optional<double> deadline_;
 };
 
-/// The median of a channel over 3x3 pixels: a reference for the size of errors that sparks, being
-/// errors themselves, don't raise.
-double median_around(const Image& image, int x, int y, int c) {
-  float values[9];
-  int n = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      values[n++] = image.at(std::clamp(x + dx, 0, image.width - 1),
-                             std::clamp(y + dy, 0, image.height - 1), c);
-    }
-  }
-  std::nth_element(values, values + 4, values + 9);
-  return values[4];
-}
-
 }  // namespace
 
 uint32_t lanes_for(const RenderBudget& budget, const Film& film) {
   if (budget.lanes > 0) return budget.lanes;
   if (!(budget.rel_mse > 0)) return 1;
   const double pixels = std::max(1, film.crop().area());
-  return static_cast<uint32_t>(std::min(1 + std::ceil(kSquaresWanted / pixels), kMostLanes));
+  return static_cast<uint32_t>(
+      std::clamp(1 + std::ceil(kSquaresWanted / pixels), kLeastLanes, kMostLanes));
 }
 
-std::optional<double> estimate_rel_mse(const Film& film, const Image& picture) {
-  if (film.lanes() < 2) return std::nullopt;
-  const Image variance = film.develop_variance();
-  const int channels = variance.channel_count();
-  double mean = 0;
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      for (int c = 0; c < channels; ++c) mean += picture.at(x, y, c);
+std::optional<double> estimate_rel_mse(const Film& film) {
+  const uint32_t lanes = film.lanes();
+  if (lanes < kLeastLanes) return std::nullopt;
+  const auto pixels = static_cast<size_t>(film.crop().area());
+  std::vector<glm::dvec3> colors(lanes);
+  const auto read = [&](size_t pixel) {
+    glm::dvec3 sum(0.);
+    for (uint32_t l = 0; l < lanes; ++l) {
+      const std::optional<Rgb> color = film.lane_color(pixel, l);
+      colors[l] = color ? glm::dvec3(*color) : glm::dvec3(std::nan(""));
+      sum += colors[l];
     }
-  }
-  const double values = static_cast<double>(picture.width) * picture.height * channels;
-  mean /= values;
+    return sum;
+  };
+  double mean = 0;
+  for (size_t p = 0; p < pixels; ++p) mean += glm::dot(read(p), glm::dvec3(1 / 3.)) / lanes;
+  mean /= static_cast<double>(pixels);
   const double floor = mean != 0 ? 0.01 * mean * mean : 1;  // a black picture: absolute errors
-  double sum = 0;
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      for (int c = 0; c < channels; ++c) {
-        const double typical = median_around(picture, x, y, c);
-        sum += variance.at(x, y, c) / (typical * typical + floor);
+  double total = 0;
+  for (size_t p = 0; p < pixels; ++p) {
+    const glm::dvec3 sum = read(p);
+    for (uint32_t a = 0; a < lanes; ++a) {
+      for (uint32_t b = a + 1; b < lanes; ++b) {
+        const glm::dvec3 difference = colors[a] - colors[b];
+        const glm::dvec3 others = (sum - colors[a] - colors[b]) / (lanes - 2.);
+        const glm::dvec3 all = sum / static_cast<double>(lanes);
+        const glm::dvec3 size = 0.5 * (others * others + all * all);
+        total += glm::dot(difference * difference / (size + floor), glm::dvec3(1 / 3.));
       }
     }
   }
-  if (!std::isfinite(sum)) return std::nullopt;
-  return sum / values;
+  if (!std::isfinite(total)) return std::nullopt;
+  // Of two lanes: a difference's square is twice a lane's variance.
+  const double pairs = 0.5 * lanes * (lanes - 1.);
+  return total / (static_cast<double>(pixels) * pairs * 2 * lanes);
 }
 
 Image develop(const Film& film, const RenderBudget& budget) {

@@ -20,9 +20,11 @@ KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
 ///   end. What is not in time all the same is cut short, tile by tile.
 KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& context);
 
-/// What lanes say of the relMSE (see RenderBudget) of `picture`, developed from this film; nullopt
-/// where they can't tell.
-KINOME_EXPORT std::optional<double> estimate_rel_mse(const Film& film, const Image& picture);
+/// What lanes say of the relMSE (see RenderBudget) of the picture that is their mean; nullopt where
+/// they can't tell. Differences of two lanes, relative to the brightness of the pixel: half by the
+/// mean of all lanes, which sparks among the two raise, so that it alone would make errors too
+/// small; half by that of the others, which being noisier alone would make them too large.
+KINOME_EXPORT std::optional<double> estimate_rel_mse(const Film& film);
 
 /// The film's picture, with the variance of its colours where the budget asks for it.
 KINOME_EXPORT Image develop(const Film& film, const RenderBudget& budget);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -99,6 +100,9 @@ class KINOME_EXPORT Film : public Object {
   void add_light_paths(double count) { lanes_.at(lane_).light_paths += count; }
   /// Weighted means so far, of all lanes together, plus splats; pixels without either are 0.
   Image develop() const;
+  /// What develop() would make of one lane: R, G, B, or luminance in all three; nullopt where the
+  /// lane has no samples. `pixel` counts those of the crop window, row by row.
+  std::optional<Rgb> lane_color(size_t pixel, uint32_t lane) const;
   /// Variance of the colours that develop() gives, by what lanes differ by: channels "variance.R",
   /// "variance.G", "variance.B" or "variance.Y", in the square of their unit. Infinite where fewer
   /// than two lanes have samples.
@@ -128,7 +132,7 @@ class KINOME_EXPORT Film : public Object {
   };
   void commit_splats(const FilmTile& tile);
   /// Of lanes [first, end) together.
-  Rgb colour(size_t pixel, size_t first, size_t end) const;
+  Rgb color(size_t pixel, size_t first, size_t end) const;
   double splat_scale(size_t first, size_t end) const;
 
   std::vector<std::vector<std::string>> layers_;  ///< names beside the colours
