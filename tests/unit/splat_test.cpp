@@ -94,6 +94,24 @@ TEST(Splat, IsAddedToMeansOfSamples) {
   }
 }
 
+/// Light paths of lanes add up, each with its own splats.
+TEST(Splat, LanesShareTheirPaths) {
+  const auto film = film_with("box", 1, 1);
+  film->prepare({{}}, 2);
+  for (uint32_t lane = 0; lane < 2; ++lane) {
+    film->set_lane(lane);
+    FilmTile tile = film->make_tile({0, 0, 1, 1});
+    tile.add_splat({0.5f, 0.5f}, Rgb(lane == 0 ? 12.f : 4.f));
+    film->commit(tile);
+    film->add_light_paths(2);
+    film->add_light_paths(lane == 0 ? 1 : 0);
+  }
+  EXPECT_EQ(film->develop().at(0, 0, 0), 16.f / 5);
+  EXPECT_EQ(film->lane_color(0, 0)->x, 4);
+  EXPECT_EQ(film->lane_color(0, 1)->x, 2);
+  EXPECT_EQ(film->develop_variance().data[0], 1);
+}
+
 TEST(Splat, CountsInLuminanceAndLeavesAlpha) {
   const auto grey = film_with("box", 1, 1, R"(<string name="pixel_format" value="luminance"/>)");
   const auto alpha = film_with("box", 1, 1, R"(<string name="pixel_format" value="rgba"/>)");
