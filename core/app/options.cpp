@@ -146,7 +146,7 @@ void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
       throw Error("--stats: there are none with --inspect, which doesn't render");
     }
   }
-  interpret_budget(app, raw, options);
+  if (options.command == Options::Command::kRender) interpret_budget(app, raw, options);
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }
 

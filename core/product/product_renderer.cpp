@@ -252,7 +252,7 @@ std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
 }
 
 /// In passes as large as may be: the more rays share a comb, the better each of them does.
-void ProductRenderer::render_rays(double rays_per_pixel) {
+void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin) {
   const auto passes =
       static_cast<uint64_t>(std::max(1., std::ceil(rays_per_pixel / kMaxRaysOfPass)));
   const double rays = rays_per_pixel / static_cast<double>(passes);
@@ -260,21 +260,23 @@ void ProductRenderer::render_rays(double rays_per_pixel) {
   if (unit_ == 0) unit_ = std::max(rays, 1.);
   const auto weight = static_cast<float>(std::max(rays, 1.) / unit_);
   for (uint64_t i = 0; i < passes && !context_.cancelled(); ++i, ++pass_) {
-    const double part = 1 / static_cast<double>(passes);
-    context_.set_progress_range(part * static_cast<double>(i), part * static_cast<double>(i + 1));
+    const double part = (1 - progress_begin) / static_cast<double>(passes);
+    const double begin = progress_begin + part * static_cast<double>(i);
+    context_.set_progress_range(begin, begin + part);
     pass(make_light(1 + pass_), plan, hash_words(seed_, kPassSeed, pass_), weight);
   }
   context_.set_progress_range(0, 1);
 }
 
 double ProductRenderer::render(double samples) {
-  render_rays(kRaysPerSample * samples);
+  render_rays(kRaysPerSample * samples, 0);
   return samples;
 }
 
 void ProductRenderer::render_all() {
   learn_from_pilot(settings_.rays_per_pixel);
-  if (!context_.cancelled()) render_rays(rays_left_);
+  const double asked = std::max(settings_.rays_per_pixel, 1.);
+  if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked));
 }
 
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
@@ -288,6 +290,7 @@ std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
   auto renderer =
       std::make_unique<ProductRenderer>(scene, sensor, context, std::move(cells), settings);
   const RenderBudget& budget = context.budget();
+  context.begin_pass(0, 0, 0);  // the pilot's share of the progress isn't known
   if (budget.seconds > 0) {
     renderer->learn_in_time(seconds);
   } else {

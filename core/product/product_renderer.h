@@ -59,7 +59,7 @@ class ProductRenderer final : public Passes {
 
   CellLight make_light(uint64_t seed) const;
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
-  void render_rays(double rays_per_pixel);
+  void render_rays(double rays_per_pixel, double progress_begin);
   void pilot(const CellLight& light, uint32_t primaries, uint32_t rays);
   void learn(int tile, const Patch& patch, Workspace& work) const;
   void plan(const CellLight& light);
