@@ -1,5 +1,6 @@
 #include "options.h"
 
+#include <charconv>
 #include <cmath>
 #include <iostream>
 
@@ -33,7 +34,12 @@ struct RawOptions {
   std::vector<std::string> search_paths;
   std::string stats;
   std::string inspect;
+  std::string variance;
 };
+
+constexpr uint32_t kLeastRenders = 4;  ///< with fewer, a variance says next to nothing
+constexpr uint32_t kMostRenders = 1024;
+constexpr const char* kDefaultRenders = "16";
 
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene.xml", options.scene, "Scene file in Mitsuba's XML language")->required();
@@ -59,6 +65,16 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("-m,--mode", options.variant,
                  "Mitsuba's variant: accepted and ignored, there is but one")
       ->type_name("VARIANT");
+  app.add_option("--time", options.seconds,
+                 "Render as well as this time allows, from the program's start to the written file")
+      ->type_name("SECONDS");
+  app.add_option("--error", options.rel_mse,
+                 "Render until the relMSE is about this, by an estimate of its own")
+      ->type_name("RELMSE");
+  app.add_flag("--variance{" + std::string(kDefaultRenders) + "}", raw.variance,
+               "Render in COUNT independent parts (default: 16), and write the variance of the "
+               "picture that they tell as channels variance.R, .G, .B, for kinome-compare")
+      ->type_name("[=COUNT]");
   app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")
       ->type_name("[=json]");
@@ -76,7 +92,29 @@ void declare_plugin_path(CLI::App& app, Options& options) {
       ->allow_extra_args(false);
 }
 
-void interpret(const RawOptions& raw, Options& options) {
+void interpret_budget(const CLI::App& app, const RawOptions& raw, Options& options) {
+  const auto check = [&](const std::string& name, double value) {
+    if (app.count(name) == 0) return;
+    if (!(value > 0 && std::isfinite(value))) {
+      throw Error(name + ": must be a finite number greater than 0, got " +
+                  app.get_option(name)->results().back());
+    }
+    if (options.inspect) throw Error(name + ": there is nothing to render with --inspect");
+  };
+  check("--time", options.seconds);
+  check("--error", options.rel_mse);
+  if (app.count("--variance") == 0) return;
+  const char* const end = raw.variance.data() + raw.variance.size();
+  const auto [rest, error] = std::from_chars(raw.variance.data(), end, options.renders);
+  if (error != std::errc{} || rest != end || options.renders < kLeastRenders ||
+      options.renders > kMostRenders) {
+    throw Error("--variance: must be a number from " + std::to_string(kLeastRenders) + " to " +
+                std::to_string(kMostRenders) + ", got '" + raw.variance + "'");
+  }
+  if (options.inspect) throw Error("--variance: there is nothing to render with --inspect");
+}
+
+void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
   for (const std::string& define : raw.defines) {
     const size_t equals = define.find('=');
     if (equals == std::string::npos || equals == 0) {
@@ -108,6 +146,7 @@ void interpret(const RawOptions& raw, Options& options) {
       throw Error("--stats: there are none with --inspect, which doesn't render");
     }
   }
+  if (options.command == Options::Command::kRender) interpret_budget(app, raw, options);
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }
 
@@ -140,7 +179,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     throw Error(first_line(error.what()) + " (kinome --help lists the options)");
   }
-  interpret(raw, options);
+  interpret(app, raw, options);
   return options;
 }
 

@@ -31,6 +31,9 @@ struct Options {
   StatsFormat stats = StatsFormat::kNone;
   bool png = false;
   float exposure = 0;
+  double seconds = 0;           ///< --time; 0: not given
+  double rel_mse = 0;           ///< --error; 0: not given
+  uint32_t renders = 0;         ///< --variance; 0: not given
   std::optional<Vec2> inspect;  ///< pixel whose clusters are shown in place of rendering
 
   std::string plugin_name;  ///< of `kinome plugins NAME`; "": all of them

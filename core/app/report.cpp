@@ -49,6 +49,10 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
         fmt::format("  {:<20} {:13}\n", std::string(to_string(static_cast<RayKind>(i))) + " rays",
                     stats.counters.rays[i]);
   }
+  if (stats.rel_mse >= 0) {
+    text +=
+        fmt::format("  {:<20} {:9.3g}    by the render's own estimate\n", "relMSE", stats.rel_mse);
+  }
   text += fmt::format("  {:<20} {:9.1f} MB\n", "peak memory",
                       static_cast<double>(stats.peak_memory_bytes) / 1e6);
   text += fmt::format("  {:<20} {}\n", "plugins", fmt::join(stats.plugins, " "));
@@ -81,6 +85,7 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"seed", summary.seed},
       {"threads", stats.threads},
       {"complete", stats.complete},
+      {"relmse", stats.rel_mse >= 0 ? json(stats.rel_mse) : json()},
       {"seconds",
        {{"load", stats.load_seconds},
         {"plugins", stats.plugin_seconds},

@@ -14,7 +14,7 @@ struct RenderSummary {
   std::string integrator;
   int width = 0;
   int height = 0;
-  unsigned samples = 0;
+  unsigned samples = 0;  ///< a pixel, about
   uint64_t seed = 0;
 };
 

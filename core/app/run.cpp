@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <set>
@@ -81,18 +83,66 @@ void check_output_folder(const Options& options) {
   }
 }
 
-ImageMetadata metadata_of(const Scene& scene, const Sensor& sensor, const RenderContext& context,
+ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
                           const std::string& integrator, const RenderStats& stats) {
-  return {
+  ImageMetadata metadata = {
       {"kinome:version", KINOME_VERSION},
       {"kinome:scene", scene.file()},
       {"kinome:scene_hash", scene.hash()},
       {"kinome:integrator", integrator},
-      {"kinome:samples", std::to_string(sensor.sampler().sample_count())},
+      {"kinome:samples", std::to_string(std::lround(stats.samples))},
       {"kinome:seed", std::to_string(context.seed())},
       {"kinome:plugins", fmt::format("{}", fmt::join(stats.plugins, " "))},
       {"kinome:complete", stats.complete ? "true" : "false"},
   };
+  if (stats.rel_mse >= 0) metadata["kinome:relmse"] = fmt::format("{:.4g}", stats.rel_mse);
+  return metadata;
+}
+
+/// Seconds that it will take to write such a picture: by what it takes to write some of its rows.
+double writing_seconds(const Options& options, const Film& film, const Image& picture,
+                       const std::string& output) {
+  constexpr int kRows = 64;
+  Image strip{picture.width,
+              std::min(picture.height, std::max(kRows, picture.height / 16)),
+              picture.channels,
+              {}};
+  const size_t row = static_cast<size_t>(picture.width) * picture.channels.size();
+  const auto first = picture.data.begin() +
+                     static_cast<std::ptrdiff_t>(row * ((picture.height - strip.height) / 2));
+  strip.data.assign(first, first + static_cast<std::ptrdiff_t>(row * strip.height));
+  const Clock::time_point start = Clock::now();
+  const auto time = [&](const std::string& path, const auto& write) {
+    write(path);
+    std::error_code ignored;
+    fs::remove(path, ignored);
+  };
+  const fs::path stem = fs::path(output).replace_extension("");
+  time(stem.string() + ".timing" + film.file_extension(),
+       [&](const std::string& path) { film.write(path, strip, {}); });
+  if (options.png) {
+    time(stem.string() + ".timing.png",
+         [&](const std::string& path) { write_png(path, strip, options.exposure); });
+  }
+  return seconds_since(start) * picture.height / strip.height;
+}
+
+/// What was asked for and isn't kept.
+void warn_of_budget(const Options& options, const RenderStats& stats) {
+  if (options.seconds > 0 &&
+      stats.total_seconds > options.seconds + std::max(0.05, 0.05 * options.seconds)) {
+    log_warn(
+        fmt::format("--time {:g}: it took {:.3f} s to load, render {:.3g} samples a pixel and "
+                    "write",
+                    options.seconds, stats.total_seconds, stats.samples));
+  }
+  if (options.rel_mse > 0 && stats.complete && !(stats.rel_mse <= options.rel_mse)) {
+    log_warn(fmt::format(
+        "--error {:g} is not reached: {:.3g} by the estimate{}", options.rel_mse, stats.rel_mse,
+        options.seconds > 0
+            ? fmt::format(" when time was up, after {:.0f} samples a pixel", stats.samples)
+            : fmt::format(", and {:.0f} samples a pixel are the limit", stats.samples)));
+  }
 }
 
 /// Names of the loaded integrators (an aov integrator nests others).
@@ -150,11 +200,20 @@ int render_command(const Options& options, Clock::time_point start) {
   check_output_folder(options);
 
   Progress progress(options.quiet);
+  const Film* film_to_write = nullptr;
+  std::string output;
   RenderContext context({.threads = options.threads,
                          .seed = options.seed,
                          .cancel = &cancel_flag(),
                          .progress = [&](double fraction) { progress.update(fraction); },
-                         .start = start});
+                         .start = start,
+                         .budget = {.seconds = options.seconds,
+                                    .rel_mse = options.rel_mse,
+                                    .lanes = options.renders,
+                                    .seconds_after = [&](const Image& picture) {
+                                      return writing_seconds(options, *film_to_write, picture,
+                                                             output);
+                                    }}});
   RenderStats& stats = context.stats();
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
   const auto scene = load_scene(options.scene,
@@ -164,9 +223,16 @@ int render_command(const Options& options, Clock::time_point start) {
                                 registry, &stats);
   const Sensor& sensor = choose_sensor(*scene, options.sensor);
   const Film& film = sensor.film();
-  const std::string output = options.inspect && fs::path(options.output).extension() == ".png"
-                                 ? options.output
-                                 : output_path(options, film.file_extension());
+  film_to_write = &film;
+  output = options.inspect && fs::path(options.output).extension() == ".png"
+               ? options.output
+               : output_path(options, film.file_extension());
+  if (options.renders > 0 && film.file_extension() != ".exr") {
+    throw Error(
+        fmt::format("--variance: the scene's film writes {} files, which hold no channels "
+                    "but colour",
+                    film.file_extension()));
+  }
   const std::string png = fs::path(output).replace_extension(".png").string();
   check_writable(output);
   if (options.png) check_writable(png);
@@ -185,18 +251,19 @@ int render_command(const Options& options, Clock::time_point start) {
   stats.plugins = registry.loaded();
   const std::string integrator = integrator_names(stats.plugins);
   const Clock::time_point write_start = Clock::now();
-  film.write(output, image, metadata_of(*scene, sensor, context, integrator, stats));
+  film.write(output, image, metadata_of(*scene, context, integrator, stats));
   if (options.png) write_png(png, image, options.exposure);
   stats.write_seconds = seconds_since(write_start);
   stats.total_seconds = seconds_since(start);
   stats.peak_memory_bytes = peak_memory_bytes();
+  warn_of_budget(options, stats);
   report(options, stats,
          {.scene = options.scene,
           .output = output,
           .integrator = integrator,
           .width = image.width,
           .height = image.height,
-          .samples = sensor.sampler().sample_count(),
+          .samples = static_cast<unsigned>(std::lround(stats.samples)),
           .seed = options.seed});
   return signal_exit_status();
 }

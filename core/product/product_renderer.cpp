@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "kinome/primary_rays.h"
 #include "product_workspace.h"
@@ -13,8 +15,16 @@ constexpr uint32_t kCellPoints = 1u << 15;
 constexpr double kMaxRaysOfPass = 512;
 /// Below so many rays a pixel nothing is learned.
 constexpr double kLeastToLearn = 10;
-constexpr uint32_t kPilotRays = 3;           ///< for each of its primaries
+constexpr uint32_t kPilotRays = 3;  ///< for each of its primaries
+/// What a pilot reckons with where nobody knows how many rays there will be.
+constexpr double kRaysOfUnknown = 100;
+/// Rays a second and thread that most scenes allow, and the share of the time within which a pilot
+/// has to be back all the same.
+constexpr double kCarefulSpeed = 1e6;
+constexpr double kPilotShare = 0.4;
 constexpr double kCandidatesUnlearned = 16;  ///< for each ray
+/// What an unshadowed candidate takes, in rays.
+constexpr float kCandidateCost = 0.1f;
 /// Keeps the random numbers of passes apart from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
 /// Whatever is planned: surfaces that the pilot missed, such as thin ones, must not be left to
@@ -24,20 +34,18 @@ constexpr uint32_t kLeastRays = 2;
 }  // namespace
 
 ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                                 const DistantCells& cells, const ProductSettings& settings)
+                                 DistantCells cells, const ProductSettings& settings)
     : scene_(scene),
       sensor_(sensor),
       context_(context),
-      cells_(cells),
+      cells_(std::move(cells)),
       settings_(settings),
       crop_(sensor.film().crop()),
       filter_(sensor.film().filter()),
-      seed_(key_seed(context, sensor.sampler())) {
+      seed_(key_seed(context, sensor.sampler())),
+      rays_left_(settings.rays_per_pixel) {
   tiles_.resize(static_cast<size_t>(tiles_x()) * tiles_y());
   forecast_.resize(crop_.area());
-  radiance_.assign(crop_.area(), Rgb(0.f));
-  alpha_.assign(crop_.area(), 0.f);
-  passes_.assign(crop_.area(), 0);
 }
 
 size_t ProductRenderer::pixel_index(int x, int y) const {
@@ -67,6 +75,7 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
   work.patches = memory.patches;
   assign_patches(work.primaries, work.patches);
   work.reserve_visibility(work.patches.size(), cells_.padded_size());
+  work.visibilities.clear();
   for (size_t p = 0; p < work.patches.size(); ++p) {
     Visibility& visibility = work.visibility[p];
     if (p < memory.patches.size()) {
@@ -75,6 +84,9 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
       learn(tile, work.patches[p], work);
       work.learner.finish(visibility);
       work.patches[p].trust = !is_sharp(work.patches[p]);
+    }
+    if (settings_.diagnostics) {
+      work.visibilities.push_back(mean_visibility(work.patches[p], visibility));
     }
     if (!work.patches[p].trust) {
       std::fill(visibility.v.begin(), visibility.v.end(), 0.f);
@@ -97,56 +109,93 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
       sum += work.primaries.emitted(k);
       hits += work.primaries.hit(k) ? 1.f : 0.f;
     }
-    alpha_[pixel] += hits / static_cast<float>(unit.end - unit.first);
+    work.alphas.push_back(hits / static_cast<float>(unit.end - unit.first));
     work.estimator.estimate(unit, sum);
+  }
+  if (settings_.diagnostics) find_diagnostics(pixels, plan, work);
+}
+
+/// Of the light that cells send to an unshadowed point, by what is learned.
+float ProductRenderer::mean_visibility(const Patch& patch, const Visibility& visibility) const {
+  double all = 0, visible = 0;
+  for (uint32_t c = 0; c < cells_.size(); ++c) {
+    const Vec3 axis(cells_.axis()[0][c], cells_.axis()[1][c], cells_.axis()[2][c]);
+    const double light = cells_.flux()[c] * std::max(0.f, glm::dot(axis, patch.normal));
+    all += light;
+    visible += light * visibility.v[c];
+  }
+  return all > 0 ? static_cast<float>(visible / all) : 0.f;
+}
+
+void ProductRenderer::find_diagnostics(const Rect& pixels, const std::vector<PixelPlan>& plan,
+                                       Workspace& work) {
+  for (int i = 0; i < pixels.area(); ++i) {
+    const uint32_t first = work.primaries.first(i), end = work.primaries.first(i + 1);
+    float visible = 0, lit = 0;
+    for (uint32_t k = first; k < end; ++k) {
+      if (work.primaries.patch[k] < 0) continue;
+      visible += work.visibilities[work.primaries.patch[k]];
+      lit += 1;
+    }
+    const PixelPlan& p =
+        plan[pixel_index(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width())];
+    const auto samples = static_cast<float>(end - first);
+    const float rays = lit > 0 ? static_cast<float>(std::max<uint32_t>(p.rays, kLeastRays)) : 0.f;
+    work.diagnostics.emplace_back(samples,
+                                  samples + rays + (lit > 0 ? kCandidateCost * p.candidates : 0.f),
+                                  lit > 0 ? visible / lit : 0.f);
   }
 }
 
 void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>& plan,
-                           uint64_t seed) {
+                           uint64_t seed, float weight) {
   for_each_tile(
       light, "main",
       [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
         if (place == 0) {
           work.sums.clear();
           work.sums.reserve(static_cast<size_t>(kBlock) * kBlock);
+          work.alphas.clear();
+          work.diagnostics.clear();
         }
         render_tile(tile, pixels, plan, seed, work, counters);
       },
       [&](int block, Workspace& work) {
         work.estimator.flush();
-        const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
-        size_t next = 0;
-        for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
-          const int tx = x0 + i % kTilesAcross, ty = y0 + i / kTilesAcross;
-          if (tx >= tiles_x() || ty >= tiles_y()) continue;
-          for (int y = ty * kTile; y < std::min((ty + 1) * kTile, crop_.height()); ++y) {
-            for (int x = tx * kTile; x < std::min((tx + 1) * kTile, crop_.width()); ++x) {
-              const size_t pixel = static_cast<size_t>(y) * crop_.width() + x;
-              radiance_[pixel] += work.sums[next++] / static_cast<float>(plan[pixel].primaries);
-              ++passes_[pixel];
-            }
-          }
-        }
+        const StageTimer timer(work.counters->stage_seconds["film"]);
+        add_to_film(block, plan, weight, work);
       });
 }
 
-/// Also of an interrupted render, whose context hands out no more work.
-void ProductRenderer::write_film() {
-  const StageTimer timer(context_.stats().counters.stage_seconds["film"]);
+/// At once, block by block: an interrupted render has what was finished.
+void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan, float weight,
+                                  Workspace& work) {
   Film& film = sensor_.film();
-  FilmTile tile = film.make_tile(crop_);
-  for (int y = crop_.y0; y < crop_.y1; ++y) {
-    for (int x = crop_.x0; x < crop_.x1; ++x) {
-      const size_t pixel = pixel_index(x, y);
-      if (passes_[pixel] == 0) continue;
-      const auto passes = static_cast<float>(passes_[pixel]);
-      const Rgb c = radiance_[pixel] / passes;
-      const float values[4] = {c.x, c.y, c.z, alpha_[pixel] / passes};
-      tile.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u});
+  const int left = crop_.x0 + block % blocks_x() * kBlock;
+  const int top = crop_.y0 + block / blocks_x() * kBlock;
+  const Rect pixels{left, top, std::min(left + kBlock, crop_.x1), std::min(top + kBlock, crop_.y1)};
+  FilmTile colours = film.make_tile(pixels);
+  std::optional<FilmTile> diagnostics;
+  if (settings_.diagnostics) diagnostics = film.make_tile(pixels, 1);
+  size_t next = 0;
+  for (int ty = pixels.y0; ty < pixels.y1; ty += kTile) {
+    for (int tx = pixels.x0; tx < pixels.x1; tx += kTile) {
+      for (int y = ty; y < std::min(ty + kTile, pixels.y1); ++y) {
+        for (int x = tx; x < std::min(tx + kTile, pixels.x1); ++x, ++next) {
+          const auto primaries = static_cast<float>(plan[pixel_index(x, y)].primaries);
+          const Rgb c = work.sums[next] / primaries;
+          const float values[4] = {c.x, c.y, c.z, work.alphas[next]};
+          colours.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u}, weight);
+          if (!diagnostics) continue;
+          const Vec3& d = work.diagnostics[next];
+          diagnostics->add_pixel(x, y, std::array{d.x, d.y, d.z}, weight);
+        }
+      }
     }
   }
-  film.commit(tile);
+  const std::lock_guard lock(film_mutex_);
+  film.commit(colours);
+  if (diagnostics) film.commit(*diagnostics);
 }
 
 CellLight ProductRenderer::make_light(uint64_t seed) const {
@@ -155,24 +204,42 @@ CellLight ProductRenderer::make_light(uint64_t seed) const {
                    cells_.draw_points(kCellPoints, hash_words(seed_, seed), context_));
 }
 
-/// Returns the rays of a pixel that are left.
-double ProductRenderer::learn_from_pilot() {
-  const double budget = settings_.rays_per_pixel;
-  if (budget < kLeastToLearn) {
+void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
+  if (rays_per_pixel < kLeastToLearn) {
     context_.skip("pilot", "a few rays a pixel are too few to learn from");
-    return budget;
+    return;
   }
-  const uint32_t primaries = budget < 24 ? 1 : budget < 60 ? 2 : 4;
+  const double start = context_.seconds();
+  const uint32_t primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
   const uint32_t rays = kPilotRays * primaries;
   const CellLight light = make_light(0);
-  context_.set_progress_range(0, 0.2);
+  context_.set_progress_range(0, (primaries + rays) / std::max<double>(rays_per_pixel, 1));
   pilot(light, primaries, rays);
-  if (context_.cancelled()) return 0;
-  plan(light);
-  return budget - primaries - rays;
+  if (!context_.cancelled()) plan(light);
+  points_ = {};
+  rays_left_ = std::max(0., rays_left_ - primaries - rays);
+  pilot_seconds_ = context_.seconds() - start;
 }
 
-std::vector<PixelPlan> ProductRenderer::plan_passes(double rays_per_pixel) const {
+void ProductRenderer::learn_in_time(double seconds) {
+  context_.set_deadline(context_.seconds() + kPilotShare * seconds);
+  if (!context_.cancelled()) {
+    learn_from_pilot(seconds * kCarefulSpeed * context_.threads() / std::max(1, crop_.area()));
+  }
+  if (context_.cancelled()) {
+    // What only some tiles have learned is of no use.
+    pilot_primaries_ = 0;
+    tiles_.assign(tiles_.size(), {});
+    context_.skip("pilot", "there was too little time for it");
+  }
+  context_.set_deadline(kInfinity);
+}
+
+double ProductRenderer::seconds_per_sample() const {
+  return kRaysPerSample * pilot_seconds_ / ((1. + kPilotRays) * std::max(1u, pilot_primaries_));
+}
+
+std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
   const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
   if (pilot_primaries_ > 0) {
     return allocate(forecast_, crop_.width(), crop_.height(), rays_per_pixel, settings_.adaptive);
@@ -184,22 +251,52 @@ std::vector<PixelPlan> ProductRenderer::plan_passes(double rays_per_pixel) const
   return std::vector<PixelPlan>(forecast_.size(), plan);
 }
 
-void ProductRenderer::render() {
-  const double left = learn_from_pilot();
-  const auto passes = static_cast<uint32_t>(std::max(1., std::ceil(left / kMaxRaysOfPass)));
-  const std::vector<PixelPlan> plan = plan_passes(left / passes);
-  points_ = {};
-  for (uint32_t i = 0; i < passes && !context_.cancelled(); ++i) {
-    const double begin = pilot_primaries_ > 0 ? 0.2 : 0., part = (1 - begin) / passes;
-    context_.set_progress_range(begin + part * i, begin + part * (i + 1));
-    pass(make_light(1 + i), plan, hash_words(seed_, kPassSeed, i));
+/// In passes as large as may be: the more rays share a comb, the better each of them does.
+void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin) {
+  const auto passes =
+      static_cast<uint64_t>(std::max(1., std::ceil(rays_per_pixel / kMaxRaysOfPass)));
+  const double rays = rays_per_pixel / static_cast<double>(passes);
+  const std::vector<PixelPlan> plan = plan_pass(rays);
+  if (unit_ == 0) unit_ = std::max(rays, 1.);
+  const auto weight = static_cast<float>(std::max(rays, 1.) / unit_);
+  for (uint64_t i = 0; i < passes && !context_.cancelled(); ++i, ++pass_) {
+    const double part = (1 - progress_begin) / static_cast<double>(passes);
+    const double begin = progress_begin + part * static_cast<double>(i);
+    context_.set_progress_range(begin, begin + part);
+    pass(make_light(1 + pass_), plan, hash_words(seed_, kPassSeed, pass_), weight);
   }
-  write_film();
+  context_.set_progress_range(0, 1);
+}
+
+double ProductRenderer::render(double samples) {
+  render_rays(kRaysPerSample * samples, 0);
+  return samples;
+}
+
+void ProductRenderer::render_all() {
+  learn_from_pilot(settings_.rays_per_pixel);
+  const double asked = std::max(settings_.rays_per_pixel, 1.);
+  if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked));
 }
 
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                    const DistantCells& cells, const ProductSettings& settings) {
-  ProductRenderer(scene, sensor, context, cells, settings).render();
+                    DistantCells cells, const ProductSettings& settings) {
+  ProductRenderer(scene, sensor, context, std::move(cells), settings).render_all();
+}
+
+std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
+                                      RenderContext& context, DistantCells cells,
+                                      const ProductSettings& settings, double seconds) {
+  auto renderer =
+      std::make_unique<ProductRenderer>(scene, sensor, context, std::move(cells), settings);
+  const RenderBudget& budget = context.budget();
+  context.begin_pass(0, 0, 0);  // the pilot's share of the progress isn't known
+  if (budget.seconds > 0) {
+    renderer->learn_in_time(seconds);
+  } else {
+    renderer->learn_from_pilot(budget.rel_mse > 0 ? kRaysOfUnknown : settings.rays_per_pixel);
+  }
+  return renderer;
 }
 
 }  // namespace kinome

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <mutex>
 #include <vector>
 
 #include "estimator.h"
@@ -9,13 +10,26 @@
 namespace kinome {
 
 /// One render by learned product sampling: pilot, plan, and passes that make the picture.
-class ProductRenderer {
+class ProductRenderer final : public Passes {
  public:
   ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                  const DistantCells& cells, const ProductSettings& settings);
-  void render();
+                  DistantCells cells, const ProductSettings& settings);
+  /// Sends the pilot that suits so many rays a pixel, or none: before any pass. What it takes of
+  /// them is taken from samples().
+  void learn_from_pilot(double rays_per_pixel);
+  /// The same where there are so many seconds for everything, and no more than a share of them for
+  /// the pilot, which is forgotten if it takes longer.
+  void learn_in_time(double seconds);
+
+  double samples() const override { return rays_left_ / kRaysPerSample; }
+  double render(double samples) override;
+  double seconds_per_sample() const override;
+  /// All that the settings ask for.
+  void render_all();
 
  private:
+  /// What `direct` takes for a sample.
+  static constexpr double kRaysPerSample = 3;
   /// Side of the tiles that learn together, and of the blocks of them that are one thread's turn.
   static constexpr int kTile = 4;
   static constexpr int kBlock = 32;
@@ -44,37 +58,42 @@ class ProductRenderer {
   void for_each_tile(const CellLight& light, const char* stage, const Function& fn, const End& end);
 
   CellLight make_light(uint64_t seed) const;
-  double learn_from_pilot();
-  std::vector<PixelPlan> plan_passes(double rays_per_pixel) const;
+  std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
+  void render_rays(double rays_per_pixel, double progress_begin);
   void pilot(const CellLight& light, uint32_t primaries, uint32_t rays);
   void learn(int tile, const Patch& patch, Workspace& work) const;
   void plan(const CellLight& light);
   void plan_tile(int tile, const Rect& pixels, Workspace& work);
   void forecast_pixel(const TileMemory& memory, const float* controls, size_t pixel);
   void find_trust(const TileMemory& memory, Patch& patch, const Visibility& visibility) const;
-  void pass(const CellLight& light, const std::vector<PixelPlan>& plan, uint64_t seed);
+  void pass(const CellLight& light, const std::vector<PixelPlan>& plan, uint64_t seed,
+            float weight);
   void render_tile(int tile, const Rect& pixels, const std::vector<PixelPlan>& plan, uint64_t seed,
                    Workspace& work, RenderCounters& counters);
   void load_visibility(const TileMemory& memory, size_t patch, Visibility& out) const;
   void store_visibility(const Visibility& visibility, std::vector<uint8_t>& out) const;
   void apply_ablations(Visibility& visibility) const;
-  void write_film();
+  float mean_visibility(const Patch& patch, const Visibility& visibility) const;
+  void find_diagnostics(const Rect& pixels, const std::vector<PixelPlan>& plan, Workspace& work);
+  void add_to_film(int block, const std::vector<PixelPlan>& plan, float weight, Workspace& work);
 
   const Scene& scene_;
   const Sensor& sensor_;
   RenderContext& context_;
-  const DistantCells& cells_;
-  const ProductSettings& settings_;
+  const DistantCells cells_;
+  const ProductSettings settings_;
   const Rect crop_;
   const FilterSampler filter_;
   const uint64_t seed_;
   uint32_t pilot_primaries_ = 0;  ///< 0: there was no pilot
+  double pilot_seconds_ = 0;
+  double rays_left_;  ///< of the settings' rays a pixel
+  uint64_t pass_ = 0;
+  double unit_ = 0;  ///< rays a pixel of the first pass: they have weight 1
   std::vector<TileMemory> tiles_;
   std::vector<PilotPoint> points_;
   std::vector<PixelForecast> forecast_;
-  std::vector<Rgb> radiance_;  ///< sums over passes of each pixel's estimate
-  std::vector<float> alpha_;
-  std::vector<uint32_t> passes_;  ///< that each pixel has been through
+  std::mutex film_mutex_;
 };
 
 }  // namespace kinome

@@ -16,7 +16,11 @@ struct ProductRenderer::Workspace {
   std::vector<Estimator::PointPlan> point_plans;
   std::vector<std::vector<VisibilityRecord>> records[kTilesAcross * kTilesAcross];
   std::vector<uint16_t> counts;
-  std::vector<Rgb> sums;
+  std::vector<Rgb> sums;      ///< of a block's pixels, tile by tile
+  std::vector<float> alphas;  ///< of the same
+  std::vector<Vec3> diagnostics;
+  std::vector<float> visibilities;     ///< of the patches of a tile
+  RenderCounters* counters = nullptr;  ///< of the thread that works on the block
   std::vector<float> controls;
   VisibilityLearner learner;
   Estimator estimator;
@@ -45,6 +49,7 @@ void ProductRenderer::for_each_tile(const CellLight& light, const char* stage, c
       }
     }
     if (!work) work = std::make_unique<Workspace>(light, cells_.padded_size());
+    work->counters = &counters;
     {
       const StageTimer timer(counters.stage_seconds[stage]);
       const int x0 = static_cast<int>(block) % blocks_x() * kTilesAcross;

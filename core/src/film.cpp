@@ -81,7 +81,7 @@ void FilmTile::add(const Vec2& position, std::span<const float> values) {
   });
 }
 
-void FilmTile::add_pixel(int x, int y, std::span<const float> values) {
+void FilmTile::add_pixel(int x, int y, std::span<const float> values, float weight) {
   if (values.size() != static_cast<size_t>(values_)) {
     throw std::logic_error("FilmTile::add_pixel: wrong number of values");
   }
@@ -93,8 +93,8 @@ void FilmTile::add_pixel(int x, int y, std::span<const float> values) {
   }
   if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
   float* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
-  for (int i = 0; i < values_; ++i) pixel[i] += values[i];
-  pixel[values_] += 1;
+  for (int i = 0; i < values_; ++i) pixel[i] += weight * values[i];
+  pixel[values_] += weight;
 }
 
 void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
@@ -105,15 +105,17 @@ void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
   if (is_on_any_film(position)) splats_.push_back({position, value});
 }
 
-void Film::prepare(const std::vector<std::vector<std::string>>& layers) {
+void Film::prepare(const std::vector<std::vector<std::string>>& layers, uint32_t lanes) {
   non_finite_ = 0;
-  splats_.clear();
-  splat_scale_ = 1;
-  layers_.clear();
-  for (const auto& names : layers) layers_.push_back({names, {}});
-  for (size_t i = 0; i < layers_.size(); ++i) {
-    const size_t stride = static_cast<size_t>(value_count(static_cast<int>(i))) + 1;
-    layers_[i].data.assign(static_cast<size_t>(crop_.area()) * stride, 0.f);
+  layers_ = layers;
+  lane_ = 0;
+  lanes_.clear();
+  lanes_.resize(lanes);
+  for (Lane& lane : lanes_) {
+    for (size_t i = 0; i < layers_.size(); ++i) {
+      const size_t stride = static_cast<size_t>(value_count(static_cast<int>(i))) + 1;
+      lane.layers.emplace_back(static_cast<size_t>(crop_.area()) * stride, 0.f);
+    }
   }
 }
 
@@ -130,14 +132,12 @@ std::vector<std::string> Film::channels() const {
     names = {"R", "G", "B"};
   }
   if (has_alpha_) names.push_back("A");
-  for (const Layer& layer : layers_) {
-    names.insert(names.end(), layer.extra.begin(), layer.extra.end());
-  }
+  for (const auto& layer : layers_) names.insert(names.end(), layer.begin(), layer.end());
   return names;
 }
 
 int Film::value_count(int layer) const {
-  const int extra = static_cast<int>(layers_.at(layer).extra.size());
+  const int extra = static_cast<int>(layers_.at(layer).size());
   return layer == 0 ? 3 + (has_alpha_ ? 1 : 0) + extra : extra;
 }
 
@@ -151,7 +151,7 @@ void Film::commit(const FilmTile& tile) {
   const int stride = tile.values_ + 1;
   const Rect& covered = tile.covered_;
   if (covered.area() == 0) return;
-  std::vector<float>& data = layers_.at(tile.layer_).data;
+  std::vector<float>& data = lanes_.at(lane_).layers.at(tile.layer_);
   for (int y = covered.y0; y < covered.y1; ++y) {
     const float* from = &tile.data_[pixel_offset(covered, covered.x0, y, stride)];
     float* to = &data[pixel_offset(crop_, covered.x0, y, stride)];
@@ -161,17 +161,43 @@ void Film::commit(const FilmTile& tile) {
 }
 
 void Film::commit_splats(const FilmTile& tile) {
-  if (splats_.empty()) {
-    splats_.resize(static_cast<size_t>(crop_.area()) * 3);
+  std::vector<double>& splats = lanes_.at(lane_).splats;
+  if (splats.empty()) {
+    splats.resize(static_cast<size_t>(crop_.area()) * 3);
     // A pixel's weighted mean divides by the filter's integral over its samples; a splat has to.
     splat_norm_ = 1 / (filter_->integral() * filter_->integral());
   }
   for (const FilmTile::Splat& splat : tile.splats_) {
     for_each_pixel(splat.position, *filter_, crop_, [&](int x, int y, float w) {
-      double* const pixel = &splats_[pixel_offset(crop_, x, y, 3)];
+      double* const pixel = &splats[pixel_offset(crop_, x, y, 3)];
       for (int i = 0; i < 3; ++i) pixel[i] += w * splat_norm_ * splat.value[i];
     });
   }
+}
+
+double Film::splat_scale(size_t first, size_t end) const {
+  double paths = 0;
+  for (size_t l = first; l < end; ++l) paths += lanes_[l].light_paths;
+  return paths > 0 ? 1 / paths : 1;
+}
+
+Rgb Film::color(size_t pixel, size_t first, size_t end) const {
+  const int values = value_count(0);
+  Rgb sum(0.f);
+  float weight = 0;
+  double splats[3] = {};
+  for (size_t l = first; l < end; ++l) {
+    const float* const from = &lanes_[l].layers[0][pixel * (values + 1)];
+    sum += Rgb(from[0], from[1], from[2]);
+    weight += from[values];
+    if (lanes_[l].splats.empty()) continue;
+    for (int c = 0; c < 3; ++c) splats[c] += lanes_[l].splats[3 * pixel + c];
+  }
+  // Not by its inverse: a single sample of a pixel is to come out as it is.
+  Rgb mean = sum / (weight == 0 ? kInfinity : weight);
+  const double scale = splat_scale(first, end);
+  for (int c = 0; c < 3; ++c) mean[c] += static_cast<float>(splats[c] * scale);
+  return mean;
 }
 
 Image Film::develop() const {
@@ -184,29 +210,60 @@ Image Film::develop() const {
     const int values = value_count(static_cast<int>(l));
     const bool to_luminance = l == 0 && is_luminance_;
     for (size_t p = 0; p < pixels; ++p) {
-      const float* from = &layers_[l].data[p * (values + 1)];
       float* to = &image.data[p * stride_out + first_out];
-      const float weight = from[values];
-      // Not by its inverse: a single sample of a pixel is to come out as it is.
-      const float divisor = weight == 0 ? kInfinity : weight;
       int i = 0;
       if (l == 0) {
-        Rgb color = Rgb(from[0], from[1], from[2]) / divisor;
-        if (!splats_.empty()) {
-          for (int c = 0; c < 3; ++c) {
-            color[c] += static_cast<float>(splats_[3 * p + c] * splat_scale_);
-          }
-        }
+        const Rgb mean = color(p, 0, lanes_.size());
         if (to_luminance) {
-          *to++ = luminance(color);
+          *to++ = luminance(mean);
         } else {
-          for (int c = 0; c < 3; ++c) *to++ = color[c];
+          for (int c = 0; c < 3; ++c) *to++ = mean[c];
         }
         i = 3;
       }
-      for (; i < values; ++i) *to++ = from[i] / divisor;
+      for (; i < values; ++i) {
+        float sum = 0, weight = 0;
+        for (const Lane& lane : lanes_) {
+          sum += lane.layers[l][p * (values + 1) + i];
+          weight += lane.layers[l][p * (values + 1) + values];
+        }
+        *to++ = weight == 0 ? 0.f : sum / weight;
+      }
     }
     first_out += to_luminance ? values - 2 : values;
+  }
+  return image;
+}
+
+std::optional<Rgb> Film::lane_color(size_t pixel, uint32_t lane) const {
+  const size_t stride = static_cast<size_t>(value_count(0)) + 1;
+  const Lane& from = lanes_.at(lane);
+  if (from.layers[0][(pixel + 1) * stride - 1] == 0 && from.light_paths == 0) return std::nullopt;
+  const Rgb mean = color(pixel, lane, lane + 1);
+  return is_luminance_ ? Rgb(luminance(mean)) : mean;
+}
+
+Image Film::develop_variance() const {
+  const int count = is_luminance_ ? 1 : 3;
+  Image image{crop_.width(), crop_.height(), {}, {}};
+  image.channels = is_luminance_
+                       ? std::vector<std::string>{"variance.Y"}
+                       : std::vector<std::string>{"variance.R", "variance.G", "variance.B"};
+  for (size_t p = 0; p < static_cast<size_t>(crop_.area()); ++p) {
+    // Of the lanes' colours: their number, mean, and squares of differences from it.
+    int n = 0;
+    glm::dvec3 mean(0.), squares(0.);
+    for (uint32_t l = 0; l < lanes(); ++l) {
+      const std::optional<Rgb> found = lane_color(p, l);
+      if (!found) continue;
+      const glm::dvec3 difference = glm::dvec3(*found) - mean;
+      mean += difference / static_cast<double>(++n);
+      squares += difference * (glm::dvec3(*found) - mean);
+    }
+    for (int c = 0; c < count; ++c) {
+      image.data.push_back(
+          n < 2 ? kInfinity : static_cast<float>(squares[c] / (static_cast<double>(n) * (n - 1))));
+    }
   }
   return image;
 }

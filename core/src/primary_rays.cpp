@@ -103,28 +103,31 @@ void shade_primary_rays(const Scene& scene, const Sensor& sensor, RenderContext&
   constexpr uint32_t kRays = 2048;  // what fits the caches
   Film& film = sensor.film();
   const uint64_t seed = key_seed(context, sensor.sampler());
-  context.for_each_tile(film, [&](Tile& tile) {
+  const auto render_part = [&](Tile& tile, uint32_t first, uint32_t samples) {
     thread_local PrimaryBatch primary;
     thread_local std::vector<Rgb> radiance;
-    double& primary_seconds = tile.counters.stage_seconds["primary"];
-    double& film_seconds = tile.counters.stage_seconds["film"];
-    for_each_part(
-        tile.pixels, sensor.sampler().sample_count(), kRays, [&](uint32_t first, uint32_t samples) {
-          {
-            const StageTimer timer(primary_seconds);
-            primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
-            radiance.assign(primary.size(), Rgb(0.f));
-            if (hide_emitters) {
-              primary.pass_emitters(scene, tile.counters);
-            } else {
-              primary.add_emitters(scene, radiance);
-            }
-          }
-          shade(primary, radiance, tile.counters);
-          const StageTimer timer(film_seconds);
-          primary.add_to_film(radiance, film.has_alpha(), tile.film);
+    {
+      const StageTimer timer(tile.counters.stage_seconds["primary"]);
+      primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
+      radiance.assign(primary.size(), Rgb(0.f));
+      if (hide_emitters) {
+        primary.pass_emitters(scene, tile.counters);
+      } else {
+        primary.add_emitters(scene, radiance);
+      }
+    }
+    shade(primary, radiance, tile.counters);
+    const StageTimer timer(tile.counters.stage_seconds["film"]);
+    primary.add_to_film(radiance, film.has_alpha(), tile.film);
+  };
+  for_each_sample_range(
+      context, sensor.sampler().sample_count(), [&](uint32_t begin, uint32_t count) {
+        context.for_each_tile(film, [&](Tile& tile) {
+          for_each_part(tile.pixels, count, kRays, [&](uint32_t first, uint32_t samples) {
+            render_part(tile, begin + first, samples);
+          });
         });
-  });
+      });
 }
 
 }  // namespace kinome

@@ -2,6 +2,7 @@
 
 #include "kinome/error.h"
 #include "kinome/log.h"
+#include "progressive.h"
 
 namespace kinome {
 
@@ -18,14 +19,21 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
     const StageTimer timer(stats.render_seconds);
     const Integrator& integrator = scene.integrator();
     Film& film = sensor.film();
-    film.prepare(integrator.layers());
-    integrator.render(scene, sensor, context);
-    image = film.develop();
+    const RenderBudget& budget = context.budget();
+    film.prepare(integrator.layers(), lanes_for(budget, film));
+    if (budget.any()) {
+      const double left = budget.seconds > 0 ? budget.seconds - context.seconds() : kInfinity;
+      render_passes(*integrator.begin(scene, sensor, context, left), film, context);
+    } else {
+      integrator.render(scene, sensor, context);
+      stats.samples = sensor.sampler().sample_count();
+    }
+    image = develop(film, budget);
     stats.non_finite_samples += film.non_finite();
   }
   stats.threads = context.threads();
   stats.peak_memory_bytes = peak_memory_bytes();
-  stats.complete = !context.cancelled();
+  stats.complete = !context.interrupted();
   return image;
 }
 

@@ -137,6 +137,11 @@ std::vector<size_t> tile_order(size_t count, uint64_t seed) {
 RenderContext::RenderContext(Options options) : options_(std::move(options)) {
   if (options_.threads == 0) options_.threads = std::max(1u, std::thread::hardware_concurrency());
   stats_.threads = options_.threads;
+  if (!options_.clock) {
+    options_.clock = [start = options_.start] {
+      return std::chrono::duration<double>(Clock::now() - start).count();
+    };
+  }
 }
 
 void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
@@ -159,7 +164,8 @@ void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& 
 void RenderContext::for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn) {
   const std::vector<size_t> order = tile_order(count, options_.tile_order_seed);
   const auto threads = static_cast<unsigned>(std::clamp<size_t>(count, 1, options_.threads));
-  Progress progress(options_.progress, count, progress_begin_, progress_end_);
+  const auto told = [&](double share) { return pass_begin_ + (pass_end_ - pass_begin_) * share; };
+  Progress progress(options_.progress, count, told(progress_begin_), told(progress_end_));
   FirstException exception;
   std::vector<RenderCounters> counters(threads);
   std::atomic<size_t> next{0};
@@ -187,6 +193,13 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
 void RenderContext::set_progress_range(double begin, double end) {
   progress_begin_ = begin;
   progress_end_ = end;
+}
+
+void RenderContext::begin_pass(uint64_t index, double begin, double end) {
+  pass_ = index;
+  pass_begin_ = begin;
+  pass_end_ = end;
+  set_progress_range(0, 1);
 }
 
 void RenderContext::parallel_for(size_t count, const std::function<void(size_t)>& fn) const {

@@ -81,7 +81,11 @@ class HdrFilm : public Film {
     if (is_pfm_) {
       write_pfm(file.string(), image);
     } else {
-      write_exr(file.string(), image, is_half_, metadata, Vec2(crop_.x0, crop_.y0),
+      // Variances span more than a half can hold.
+      const bool has_variance =
+          std::any_of(image.channels.begin(), image.channels.end(),
+                      [](const std::string& name) { return name.rfind("variance.", 0) == 0; });
+      write_exr(file.string(), image, is_half_ && !has_variance, metadata, Vec2(crop_.x0, crop_.y0),
                 Vec2(width_, height_));
     }
   }

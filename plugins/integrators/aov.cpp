@@ -107,20 +107,25 @@ class AovIntegrator final : public Integrator {
     if (nested_) nested_->render(scene, sensor, context);
     const uint64_t seed = key_seed(context, sensor.sampler());
     const uint32_t samples_per_pixel = sensor.sampler().sample_count();
-    const auto work = [&](Tile& tile) {
+    const auto render_part = [&](Tile& tile, uint32_t first, uint32_t samples) {
       thread_local PrimaryBatch primary;
       thread_local std::vector<float> values;
       const StageTimer timer(tile.counters.stage_seconds["aov"]);
       values.resize(layers_.back().size());
-      for_each_part(tile.pixels, samples_per_pixel, kRays, [&](uint32_t first, uint32_t samples) {
-        primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
-        for (size_t i = 0; i < primary.size(); ++i) {
-          fill(primary, i, values);
-          tile.film.add(primary.film_position(i), values);
-        }
-      });
+      primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
+      for (size_t i = 0; i < primary.size(); ++i) {
+        fill(primary, i, values);
+        tile.film.add(primary.film_position(i), values);
+      }
     };
-    context.for_each_tile(sensor.film(), work, layer_);
+    for_each_sample_range(context, samples_per_pixel, [&](uint32_t begin, uint32_t count) {
+      const auto work = [&](Tile& tile) {
+        for_each_part(tile.pixels, count, kRays, [&](uint32_t first, uint32_t samples) {
+          render_part(tile, begin + first, samples);
+        });
+      };
+      context.for_each_tile(sensor.film(), work, layer_);
+    });
   }
 
  private:

@@ -38,6 +38,9 @@ constexpr Parameter kParameters[] = {
     {"rays_per_pixel", ParameterType::kFloat, "0",
      "'product': rays of all kinds that a pixel gets on average; 0: three for each of the "
      "sampler's samples, which is what 'direct' takes."},
+    {"diagnostics", ParameterType::kBoolean, "false",
+     "'product': also channels samples (camera rays of a pixel), cost (its rays of all kinds) and "
+     "visibility (what is learned of it)."},
     {"control_variate", ParameterType::kBoolean, "true",
      "'product': add what is known of visible light without rays."},
     {"learned_sigma", ParameterType::kBoolean, "true",
@@ -53,6 +56,8 @@ constexpr Parameter kParameters[] = {
     {"brdf_samples", ParameterType::kInteger, "32",
      "Lobe rays that estimate the BRDF in each cluster; none are sent where nothing is glossy."},
 };
+
+constexpr double kMostRays = 1e12;
 
 /// What a thread keeps from point to point.
 struct Scratch {
@@ -218,9 +223,13 @@ class Clustered final : public Integrator {
     is_product_ = importance == 3;
     importance_ = is_product_ ? Importance::kJoint : static_cast<Importance>(importance);
     product_.rays_per_pixel = props.real("rays_per_pixel");
-    if (!(product_.rays_per_pixel >= 0 && std::isfinite(product_.rays_per_pixel))) {
+    if (!(product_.rays_per_pixel >= 0 && product_.rays_per_pixel <= kMostRays)) {
       throw props.error("rays_per_pixel",
-                        "must not be negative, got " + std::to_string(product_.rays_per_pixel));
+                        "must be from 0 to 1e12, got " + std::to_string(product_.rays_per_pixel));
+    }
+    product_.diagnostics = props.boolean("diagnostics");
+    if (product_.diagnostics && !is_product_) {
+      throw props.error("diagnostics", "are those of importance 'product'");
     }
     product_.hide_emitters = settings_.options.hide_emitters;
     product_.control_variate = props.boolean("control_variate");
@@ -232,8 +241,27 @@ class Clustered final : public Integrator {
 
   const char* default_indirect_emitter() const override { return indirect_emitter(settings_); }
 
+  std::vector<std::vector<std::string>> layers() const override {
+    if (!product_.diagnostics) return {{}};
+    return {{}, {std::begin(kProductChannels), std::end(kProductChannels)}};
+  }
+
+  std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                double seconds) const override {
+    auto cells = product_cells(scene, context);
+    if (!cells) return Integrator::begin(scene, sensor, context, seconds);
+    return begin_product(scene, sensor, context, std::move(*cells), product_settings(sensor),
+                         seconds);
+  }
+
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    if (is_product_ && render_by_product(scene, sensor, context)) return;
+    if (auto cells = product_cells(scene, context)) {
+      render_product(scene, sensor, context, std::move(*cells), product_settings(sensor));
+      return;
+    }
+    if (product_.diagnostics) {
+      context.skip("diagnostics", "the scene isn't one for importance 'product'");
+    }
     ScenePointLights lights = gather(settings_, scene, context);
     std::vector<Chooser> choosers = make_choosers(lights, scene, sensor, context);
     for (size_t i = 0; i < choosers.size(); ++i) lights.sets[i].choose = std::ref(choosers[i]);
@@ -269,23 +297,26 @@ class Clustered final : public Integrator {
   }
 
  private:
-  /// False where the scene isn't one for it.
-  bool render_by_product(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
+  /// nullopt where the scene isn't one for `product`.
+  std::optional<DistantCells> product_cells(const Scene& scene, RenderContext& context) const {
+    if (!is_product_) return std::nullopt;
     const Emitter* const environment = scene.environment();
     const auto grid = environment ? environment->cell_grid() : std::nullopt;
-    if (!grid || settings_.options.max_depth > 2 || scene.emitters().size() > 1) return false;
-    std::optional<DistantCells> cells;
-    {
-      const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
-      cells.emplace(*environment, *grid, cut_size_, context);
+    if (!grid || settings_.options.max_depth > 2 || scene.emitters().size() > 1) {
+      return std::nullopt;
     }
-    if (cells->size() == 0) return false;
+    const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+    DistantCells cells(*environment, *grid, cut_size_, context);
+    if (cells.size() == 0) return std::nullopt;
+    return cells;
+  }
+
+  ProductSettings product_settings(const Sensor& sensor) const {
     ProductSettings settings = product_;
     if (!(settings.rays_per_pixel > 0)) {
       settings.rays_per_pixel = 3. * sensor.sampler().sample_count();
     }
-    render_product(scene, sensor, context, *cells, settings);
-    return true;
+    return settings;
   }
 
   /// One for each set, whose points are put in the order of their tree.

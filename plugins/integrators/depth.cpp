@@ -25,16 +25,21 @@ class DepthIntegrator final : public Integrator {
     const auto value_count = static_cast<size_t>(sensor.film().value_count(0));
     const uint64_t seed = key_seed(context, sensor.sampler());
     const uint32_t samples_per_pixel = sensor.sampler().sample_count();
-    context.for_each_tile(sensor.film(), [&](Tile& tile) {
+    const auto render_part = [&](Tile& tile, uint32_t first, uint32_t samples) {
       thread_local PrimaryBatch primary;
       const StageTimer timer(tile.counters.stage_seconds["primary"]);
-      for_each_part(tile.pixels, samples_per_pixel, kRays, [&](uint32_t first, uint32_t samples) {
-        primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
-        for (size_t i = 0; i < primary.size(); ++i) {
-          const float t = primary.hit(i) ? primary.interaction(i).t : 0;
-          const std::array<float, 4> values{t, t, t, primary.hit(i) ? 1.f : 0.f};
-          tile.film.add(primary.film_position(i), std::span(values.data(), value_count));
-        }
+      primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
+      for (size_t i = 0; i < primary.size(); ++i) {
+        const float t = primary.hit(i) ? primary.interaction(i).t : 0;
+        const std::array<float, 4> values{t, t, t, primary.hit(i) ? 1.f : 0.f};
+        tile.film.add(primary.film_position(i), std::span(values.data(), value_count));
+      }
+    };
+    for_each_sample_range(context, samples_per_pixel, [&](uint32_t begin, uint32_t count) {
+      context.for_each_tile(sensor.film(), [&](Tile& tile) {
+        for_each_part(tile.pixels, count, kRays, [&](uint32_t first, uint32_t samples) {
+          render_part(tile, begin + first, samples);
+        });
       });
     });
   }

@@ -260,9 +260,9 @@ class LightTracingIntegrator final : public Integrator {
     Film& film = sensor.film();
     const auto pixels = static_cast<uint64_t>(std::max(1, film.crop().area()));
     const auto step = static_cast<uint32_t>(std::clamp<uint64_t>(kPassPaths / pixels, 1, count));
-    std::atomic<uint64_t> traced{0};
     for (uint32_t done = 0; done < count && !context.cancelled(); done += step) {
       const uint32_t of_pass = std::min(step, count - done);
+      std::atomic<uint64_t> traced{0};
       context.set_progress_range(static_cast<double>(done) / count,
                                  static_cast<double>(done + of_pass) / count);
       context.for_each_tile(film, [&](Tile& tile) {
@@ -273,7 +273,7 @@ class LightTracingIntegrator final : public Integrator {
         traced += static_cast<uint64_t>(tile.pixels.area()) * of_pass;
       });
       // Here, so that a render that is cut short has the brightness of its paths so far.
-      if (traced > 0) film.set_splat_scale(1 / static_cast<double>(traced));
+      film.add_light_paths(static_cast<double>(traced));
     }
     context.set_progress_range(0, 1);
   }

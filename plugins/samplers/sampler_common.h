@@ -17,7 +17,7 @@ namespace kinome {
     "seed", ParameterType::kInteger, "0", "another seed, another set of random numbers" \
   }
 
-inline constexpr uint32_t kMaxSampleCount = 1u << 24;
+inline constexpr uint32_t kMaxSampleCount = 1u << 30;
 
 inline uint32_t read_sample_count(const Properties& props) {
   return props.integer("sample_count", 1, kMaxSampleCount);

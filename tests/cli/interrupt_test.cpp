@@ -100,8 +100,10 @@ class Interrupt : public Cli {
   /// The second signal: the end, and no file.
   void expect_second_signal_ends(int signal) {
     const std::string log = folder_.path("log");
-    // One tile would take minutes.
-    Background program({"-v", scene_, "-o", image_, "-D", "width=32", "-D", "spp=4000000"}, log);
+    // One tile takes seconds, even of the first 1024 samples.
+    Background program({"-v", scene_, "-o", image_, "-D", "width=32", "-D", "spp=4000000", "-D",
+                        "integrator=path"},
+                       log);
     ASSERT_TRUE(program.says("rendering 32x32"));
     program.send(signal);
     ASSERT_TRUE(program.says("interrupted"));
@@ -127,6 +129,40 @@ TEST_F(Interrupt, SecondSigintEndsAtOnce) {
 }
 TEST_F(Interrupt, SecondSigtermEndsAtOnce) {
   expect_second_signal_ends(SIGTERM);
+}
+
+/// A render of as many samples as anyone may ask for shows progress, and is a whole picture as soon
+/// as it has begun.
+TEST_F(Interrupt, EndlessRendersArePictures) {
+  for (const char* integrator : {"direct", "clustered"}) {
+    const std::string log = folder_.path("log");
+    Background program({scene_, "-o", image_, "-t", "2", "-D", "width=8", "-D", "spp=1000000000",
+                        "-D", std::string("integrator=") + integrator},
+                       log);
+    ASSERT_TRUE(program.says("rendering: ")) << integrator;
+    program.send(SIGINT);
+    EXPECT_EQ(program.wait(), 128 + SIGINT) << program.log();
+    EXPECT_NE(program.log().find("incomplete"), std::string::npos) << program.log();
+    ImageMetadata metadata;
+    const Image image = read_exr(image_, {}, &metadata);
+    EXPECT_EQ(metadata["kinome:complete"], "false");
+    for (int i = 0; i < 64; ++i) EXPECT_GT(image.at(i % 8, i / 8, 1), 0) << integrator;
+  }
+}
+
+TEST_F(Interrupt, BudgetsEndWithWhatThereIs) {
+  const std::string log = folder_.path("log");
+  for (const std::vector<std::string>& budget :
+       {std::vector<std::string>{"--time", "1000"}, {"--error", "1e-12"}}) {
+    std::vector<std::string> arguments = {scene_, "-o", image_, "-t", "2", "-D", "width=48"};
+    arguments.insert(arguments.end(), budget.begin(), budget.end());
+    Background program(arguments, log);
+    ASSERT_TRUE(program.says("rendering: ")) << budget[0];
+    program.send(SIGTERM);
+    EXPECT_EQ(program.wait(), 128 + SIGTERM) << program.log();
+    const Image image = read_exr(image_);
+    for (int i = 0; i < 48 * 48; ++i) EXPECT_GT(image.at(i % 48, i / 48, 1), 0) << budget[0];
+  }
 }
 
 TEST_F(Interrupt, FolderThatCannotBeWrittenIsFoundFirst) {

@@ -217,9 +217,9 @@ TEST_F(Program, HelpNamesEveryOption) {
   const ProcessResult help = kinome({"-h"});
   EXPECT_EQ(help.status, 0);
   EXPECT_EQ(help.err, "");
-  for (const char* option :
-       {"--define", "--output", "--threads", "--sensor", "--append", "--seed", "--verbose",
-        "--quiet", "--mode", "--stats", "--png", "--exposure", "--plugin-path", "--version"}) {
+  for (const char* option : {"--define", "--output", "--threads", "--sensor", "--append", "--seed",
+                             "--verbose", "--quiet", "--mode", "--stats", "--png", "--time",
+                             "--error", "--variance", "--exposure", "--plugin-path", "--version"}) {
     EXPECT_NE(help.out.find(option), std::string::npos) << option;
   }
   EXPECT_EQ(kinome({"--help"}).out, help.out);

@@ -241,6 +241,40 @@ TEST(Film, NonFiniteSamplesAreCountedAndDropped) {
   EXPECT_EQ(film->non_finite(), 0u);
 }
 
+/// Lanes are filled one by one; the picture is all of them, by weight, and the variance that of
+/// their mean.
+TEST(Film, LanesMakeOnePictureAndItsVariance) {
+  const auto film =
+      make_film(size(2, 1) + R"(<string name="pixel_format" value="rgba"/><rfilter type="box"/>)");
+  film->prepare({{"extra"}, {"other"}}, 3);
+  ASSERT_EQ(film->lanes(), 3u);
+  const float values[3] = {1, 2, 6};
+  for (uint32_t lane = 0; lane < 3; ++lane) {
+    film->set_lane(lane);
+    FilmTile tile = film->make_tile({0, 0, 2, 1}), other = film->make_tile({0, 0, 2, 1}, 1);
+    const float v = values[lane];
+    tile.add_pixel(0, 0, std::vector<float>{v, 2 * v, 0, 1, v}, 2);
+    if (lane == 1) tile.add_pixel(1, 0, std::vector<float>{5, 5, 5, 0, 5}, 0.5f);
+    other.add_pixel(0, 0, std::vector<float>{v}, lane == 0 ? 3.f : 1.f);
+    film->commit(tile);
+    film->commit(other);
+  }
+  const Image image = film->develop();
+  ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "A", "extra", "other"}));
+  const std::vector<float> expected = {3, 6, 0, 1, 3, 11.f / 5, 5, 5, 5, 0, 5, 0};
+  EXPECT_EQ(image.data, expected);
+  const Image variance = film->develop_variance();
+  ASSERT_EQ(variance.channels,
+            (std::vector<std::string>{"variance.R", "variance.G", "variance.B"}));
+  // (2² + 1² + 3²) / (3 x 2); and of one lane there is none.
+  const std::vector<float> variances = {7.f / 3, 28.f / 3, 0, kInfinity, kInfinity, kInfinity};
+  EXPECT_EQ(variance.data, variances);
+  EXPECT_FALSE(film->lane_color(1, 0));
+  EXPECT_EQ(*film->lane_color(0, 2), Rgb(6, 12, 0));
+  film->prepare({{}});
+  EXPECT_EQ(film->lanes(), 1u);
+}
+
 /// Finished pixels count for themselves alone, whatever the filter; two of one pixel are averaged.
 TEST(Film, FinishedPixelsKeepTheirValue) {
   for (const char* filter : {"box", "gaussian"}) {
@@ -253,6 +287,8 @@ TEST(Film, FinishedPixelsKeepTheirValue) {
     tile.add_pixel(1, 0, std::vector<float>{1, 2, 3});
     tile.add_pixel(3, 2, std::vector<float>{4, 5, 6});
     tile.add_pixel(3, 2, std::vector<float>{6, 7, 8});
+    tile.add_pixel(4, 1, std::vector<float>{1, 2, 3}, 3);
+    tile.add_pixel(4, 1, std::vector<float>{5, 6, 7}, 1);
     tile.add_pixel(5, 3, std::vector<float>{-1, 0, 1e30f});
     const float nan = std::numeric_limits<float>::quiet_NaN();
     tile.add_pixel(2, 2, std::vector<float>{1, nan, 1});
@@ -270,6 +306,7 @@ TEST(Film, FinishedPixelsKeepTheirValue) {
         Rgb expected(0.f);
         if (x == 0 && y == 0) expected = {1, 2, 3};
         if (x == 2 && y == 2) expected = {5, 6, 7};
+        if (x == 3 && y == 1) expected = {2, 3, 4};
         if (x == 4 && y == 3) expected = {-1, 0, 1e30f};
         for (int c = 0; c < 3; ++c) EXPECT_EQ(image.at(x, y, c), expected[c]) << x << " " << y;
       }

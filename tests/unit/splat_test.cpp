@@ -34,7 +34,7 @@ TEST_P(EveryFilter, KeepsTheSum) {
     tile.add_splat(Vec2(5, 4) + place, Rgb(1, 2, 4));
   }
   film->commit(tile);
-  film->set_splat_scale(1.0 / (kSteps * kSteps));
+  film->add_light_paths(kSteps * kSteps);
   const Image image = film->develop();
   double sum[3] = {};
   for (int y = 0; y < 9; ++y) {
@@ -63,7 +63,7 @@ TEST_P(EveryFilter, EvenLightIsAnEvenPicture) {
     }
   }
   film->commit(tile);
-  film->set_splat_scale(1.0 / (kSteps * kSteps));
+  film->add_light_paths(kSteps * kSteps);
   const Image image = film->develop();
   ASSERT_EQ(image.width, 4);
   // Midpoints: a tent's kinks cost up to 1/8²/4 of the value, a Gaussian's end less.
@@ -84,7 +84,7 @@ TEST(Splat, IsAddedToMeansOfSamples) {
     tile.add_splat({1.9f, 0.9f}, Rgb(10, 20, 30));
     tile.add_splat({2.f, 1.f}, Rgb(1, 1, 1));
     film->commit(tile);
-    film->set_splat_scale(0.25);
+    film->add_light_paths(4);
     const Image image = film->develop();
     EXPECT_EQ(image.at(1, 0, 0), 2 + 5);
     EXPECT_EQ(image.at(1, 0, 1), 2 + 10);
@@ -92,6 +92,24 @@ TEST(Splat, IsAddedToMeansOfSamples) {
     EXPECT_EQ(image.at(2, 1, 0), 0.25f);
     EXPECT_EQ(image.at(0, 0, 0), 0);
   }
+}
+
+/// Light paths of lanes add up, each with its own splats.
+TEST(Splat, LanesShareTheirPaths) {
+  const auto film = film_with("box", 1, 1);
+  film->prepare({{}}, 2);
+  for (uint32_t lane = 0; lane < 2; ++lane) {
+    film->set_lane(lane);
+    FilmTile tile = film->make_tile({0, 0, 1, 1});
+    tile.add_splat({0.5f, 0.5f}, Rgb(lane == 0 ? 12.f : 4.f));
+    film->commit(tile);
+    film->add_light_paths(2);
+    film->add_light_paths(lane == 0 ? 1 : 0);
+  }
+  EXPECT_EQ(film->develop().at(0, 0, 0), 16.f / 5);
+  EXPECT_EQ(film->lane_color(0, 0)->x, 4);
+  EXPECT_EQ(film->lane_color(0, 1)->x, 2);
+  EXPECT_EQ(film->develop_variance().data[0], 1);
 }
 
 TEST(Splat, CountsInLuminanceAndLeavesAlpha) {

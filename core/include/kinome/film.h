@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,11 +32,12 @@ class KINOME_EXPORT FilmTile {
   /// Adds one sample at `position` (pixels of the full film); `values` as Film::value_count says.
   /// A sample with a non-finite value is counted and dropped.
   void add(const Vec2& position, std::span<const float> values);
-  /// Adds the finished value of one pixel of this tile, which counts for no other: for integrators
-  /// that draw samples by the filter themselves. Non-finite values as in add().
-  void add_pixel(int x, int y, std::span<const float> values);
+  /// Adds a finished value of one pixel of this tile, which counts for no other: for integrators
+  /// that draw samples by the filter themselves. Several are weighed by `weight` (> 0). Non-finite
+  /// values as in add().
+  void add_pixel(int x, int y, std::span<const float> values, float weight = 1);
   /// Adds light that arrives at any `position` of the full film, inside this tile or not, whatever
-  /// has been sampled there: pixels add it to their weighted means (Film::set_splat_scale). Colour
+  /// has been sampled there: pixels add it to their weighted means (Film::add_light_paths). Colour
   /// of layer 0 only.
   void add_splat(const Vec2& position, const Rgb& value);
   const Rect& pixels() const { return pixels_; }
@@ -60,6 +62,9 @@ class KINOME_EXPORT FilmTile {
 /// Collects samples into pixels, and writes files. The pixel of the full film at (x, y) covers
 /// [x, x+1) x [y, y+1). Tiles are filled side by side by threads, and merged by commit(), which the
 /// render context calls in the order of the tiles: sums do not depend on threads.
+///
+/// A film may have several lanes: renders of the same picture that go on side by side and know
+/// nothing of each other, so that what they differ by tells how far their mean is off.
 class KINOME_EXPORT Film : public Object {
  public:
   int width() const { return width_; }  ///< of the full film
@@ -75,8 +80,11 @@ class KINOME_EXPORT Film : public Object {
   /// Forgets all samples. Layer 0 holds the film's colour channels ("R", "G", "B", and "A" where
   /// the pixel format has alpha; "Y" for luminance) followed by the names in layers[0]; further
   /// layers hold just their names. Each layer is filled by a pass of its own, with weights of its
-  /// own.
-  void prepare(const std::vector<std::vector<std::string>>& layers);
+  /// own. Commits go to lane 0 until set_lane().
+  void prepare(const std::vector<std::vector<std::string>>& layers, uint32_t lanes = 1);
+  uint32_t lanes() const { return static_cast<uint32_t>(lanes_.size()); }
+  /// Where commits and light paths go from now on.
+  void set_lane(uint32_t lane) { lane_ = lane; }
   bool has_alpha() const { return has_alpha_; }
   /// Of all layers, in order: the channels of develop().
   std::vector<std::string> channels() const;
@@ -87,10 +95,18 @@ class KINOME_EXPORT Film : public Object {
   FilmTile make_tile(const Rect& pixels, int layer = 0) const;
   void commit(const FilmTile& tile);
   uint64_t non_finite() const { return non_finite_; }
-  /// What splats are multiplied by in the end: 1 / number of light paths.
-  void set_splat_scale(double scale) { splat_scale_ = scale; }
-  /// Weighted means so far, plus splats; pixels without either are 0.
+  /// Says how many light paths more the splats come from: what they are divided by in the end.
+  /// Before it is said at all, by 1.
+  void add_light_paths(double count) { lanes_.at(lane_).light_paths += count; }
+  /// Weighted means so far, of all lanes together, plus splats; pixels without either are 0.
   Image develop() const;
+  /// What develop() would make of one lane: R, G, B, or luminance in all three; nullopt where the
+  /// lane has no samples. `pixel` counts those of the crop window, row by row.
+  std::optional<Rgb> lane_color(size_t pixel, uint32_t lane) const;
+  /// Variance of the colours that develop() gives, by what lanes differ by: channels "variance.R",
+  /// "variance.G", "variance.B" or "variance.Y", in the square of their unit. Infinite where fewer
+  /// than two lanes have samples.
+  Image develop_variance() const;
 
   /// Writes the developed image in the film's file format. Extension appended where `path` has
   /// none.
@@ -109,15 +125,19 @@ class KINOME_EXPORT Film : public Object {
   std::shared_ptr<ReconstructionFilter> filter_;
 
  private:
-  struct Layer {
-    std::vector<std::string> extra;
-    std::vector<float> data;  ///< values, then the weight, interleaved
+  struct Lane {
+    std::vector<std::vector<float>> layers;  ///< of each: values, then the weight, interleaved
+    std::vector<double> splats;              ///< R, G, B of each pixel; empty until there is one
+    double light_paths = 0;
   };
   void commit_splats(const FilmTile& tile);
+  /// Of lanes [first, end) together.
+  Rgb color(size_t pixel, size_t first, size_t end) const;
+  double splat_scale(size_t first, size_t end) const;
 
-  std::vector<Layer> layers_;
-  std::vector<double> splats_;  ///< R, G, B of each pixel; empty until there is one
-  double splat_scale_ = 1;
+  std::vector<std::vector<std::string>> layers_;  ///< names beside the colours
+  std::vector<Lane> lanes_ = std::vector<Lane>(1);
+  uint32_t lane_ = 0;
   double splat_norm_ = 1;  ///< 1 / the filter's integral over the plane
   uint64_t non_finite_ = 0;
 };

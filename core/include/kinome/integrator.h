@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,22 @@ class RenderContext;
 class Scene;
 class Sensor;
 
+/// A picture in the making: passes over all of it that add up in the sensor's film, each an
+/// unbiased estimate of its own, weighed by its number of samples. Nothing is weighed, or left out,
+/// by what it found. Memory doesn't grow with their number.
+class KINOME_EXPORT Passes {
+ public:
+  virtual ~Passes() = default;
+  /// Samples that the scene asks for, in the unit of render().
+  virtual double samples() const = 0;
+  /// Adds a pass of about that many samples a pixel, at least 1, as Sampler::sample_count counts
+  /// them, or of what costs as much; returns what it was. Random numbers are none that an earlier
+  /// pass has used. Cut short where the context is cancelled. Progress within the pass is 0 to 1.
+  virtual double render(double samples) = 0;
+  /// Expected, before any pass: what a sample of all pixels takes; 0: there is no telling.
+  virtual double seconds_per_sample() const { return 0; }
+};
+
 /// Turns a scene into pixels. Never sees threads: it is handed tiles.
 class KINOME_EXPORT Integrator : public Object {
  public:
@@ -25,6 +42,11 @@ class KINOME_EXPORT Integrator : public Object {
   /// Fills the sensor's film, which the caller has prepared. Returns early, with what it has, where
   /// the context is cancelled.
   virtual void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const = 0;
+  /// For budgets that aren't a number of samples. `seconds` is the time that there will be,
+  /// infinite where it has no limit: it may be used to prepare, sparingly. By default each pass is
+  /// a render() with a seed and a number of samples of its own.
+  virtual std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor,
+                                        RenderContext& context, double seconds) const;
   /// How the light of what is seen by the first sample of the pixel that `film_position` lies in is
   /// chosen, for each set of light points; for people to look at. Error where nothing is seen, or
   /// the integrator doesn't choose.

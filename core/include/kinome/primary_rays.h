@@ -77,6 +77,21 @@ void for_each_part(const Rect& pixels, uint32_t samples_per_pixel, uint32_t rays
   }
 }
 
+/// Calls fn(first_sample, samples) for consecutive parts of a pixel's samples, each of which is to
+/// be rendered for all of the film: a render of very many samples shows progress, and is a picture
+/// whenever it is interrupted.
+template <class Function>
+void for_each_sample_range(RenderContext& context, uint32_t samples_per_pixel, Function&& fn) {
+  constexpr uint32_t kSamples = 1024;
+  const auto share = [&](uint32_t n) { return static_cast<double>(n) / samples_per_pixel; };
+  for (uint32_t first = 0; first < samples_per_pixel && !context.cancelled(); first += kSamples) {
+    const uint32_t count = std::min(kSamples, samples_per_pixel - first);
+    context.set_progress_range(share(first), share(first + count));
+    fn(first, count);
+  }
+  context.set_progress_range(0, 1);
+}
+
 /// Shades the primary rays of a batch: adds to the radiance of each. Called from many threads.
 using ShadePrimary = std::function<void(const PrimaryBatch& primary, std::span<Rgb> radiance,
                                         RenderCounters& counters)>;

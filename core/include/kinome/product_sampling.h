@@ -1,5 +1,8 @@
 #pragma once
 
+#include <memory>
+
+#include "kinome/integrator.h"
 #include "kinome/light_cells.h"
 #include "kinome/render_context.h"
 
@@ -10,12 +13,19 @@ struct ProductSettings {
   /// Rays of all kinds for each pixel, on average.
   double rays_per_pixel = 48;
   bool hide_emitters = false;
+  /// Layer 1 of the film has kProductChannels, to be filled.
+  bool diagnostics = false;
 
   // Parts that can be left out, to see what they are worth. Estimates stay unbiased.
   bool control_variate = true;  ///< what is known of visible light is added without rays
   bool learned_sigma = true;    ///< rays go where visibility is uncertain
   bool adaptive = true;         ///< rays go to the pixels that need them
 };
+
+/// What the film's layer 1 says of each pixel, on average over passes by their weight: camera rays;
+/// rays of all kinds, ten unshadowed candidates counting as one; learned visibility, the share of
+/// the cells' light that is believed to arrive (0 where nothing is learned).
+inline constexpr const char* kProductChannels[] = {"samples", "cost", "visibility"};
 
 /// Renders the direct light of an environment's cells, and of the scene's other emitters, into the
 /// sensor's film. A pilot learns how visible each cell is from each patch of surface; then the
@@ -24,6 +34,13 @@ struct ProductSettings {
 /// Unbiased: the expectation of every pixel is what `direct` converges to, with any filter. Stages:
 /// points, pilot, plan, main, film.
 KINOME_EXPORT void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                                  const DistantCells& cells, const ProductSettings& settings);
+                                  DistantCells cells, const ProductSettings& settings);
+
+/// The same by passes, which all use what the pilot has learned. `seconds` as for
+/// Integrator::begin: no pilot is sent where it would take up too much of them.
+KINOME_EXPORT std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
+                                                    RenderContext& context, DistantCells cells,
+                                                    const ProductSettings& settings,
+                                                    double seconds);
 
 }  // namespace kinome

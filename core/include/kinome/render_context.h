@@ -25,6 +25,23 @@ struct Tile {
 /// Called from time to time by one thread at a time, with the share of tiles done.
 using ProgressCallback = std::function<void(double fraction)>;
 
+/// When a picture is good enough, where that isn't the scene's number of samples. Any of the three
+/// may be asked for together; where time and error both are, whichever comes first ends the render.
+struct RenderBudget {
+  /// Of Options::clock, at which the caller is to be done with the picture; 0: no limit. The first
+  /// pass, of the fewest samples, is finished in any case.
+  double seconds = 0;
+  /// Estimated relMSE, mean of variance / (colour² + 0.01 mean²) over pixels and channels, at which
+  /// to stop; 0: not asked for. Stops at kMostSamples in any case.
+  double rel_mse = 0;
+  static constexpr double kMostSamples = 16384;
+  /// Lanes of the film, 2 or more, for Film::develop_variance; 0: it isn't asked for.
+  uint32_t lanes = 0;
+  /// How long the caller will take for a picture like this, in seconds: part of `seconds`.
+  std::function<double(const Image& picture)> seconds_after = nullptr;
+  bool any() const { return seconds > 0 || rel_mse > 0 || lanes > 0; }
+};
+
 /// What an integrator needs besides the scene: threads (hidden), seed, progress, cancel, stats.
 class KINOME_EXPORT RenderContext {
  public:
@@ -35,8 +52,11 @@ class KINOME_EXPORT RenderContext {
     ProgressCallback progress = nullptr;
     /// Permutes the order in which tiles are handed out; results do not depend on it.
     uint64_t tile_order_seed = 0;
-    /// Start of the program, for RenderStats::first_tile_seconds.
+    /// Start of the program, for RenderStats::first_tile_seconds and for `clock`.
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+    RenderBudget budget = {};
+    /// Seconds since `start`. Called by many threads.
+    std::function<double()> clock = nullptr;
   };
   explicit RenderContext(Options options);
 
@@ -50,19 +70,36 @@ class KINOME_EXPORT RenderContext {
   /// The part of the whole work that the next for_each or for_each_tile is: what progress counts
   /// as. 0 to 1 unless said, which is right for a single pass.
   void set_progress_range(double begin, double end);
+  /// Another pass over the picture begins: seed() changes with `index` (0: Options::seed), and what
+  /// is progress from 0 to 1 in the pass is told as `begin` to `end`.
+  void begin_pass(uint64_t index, double begin, double end);
+  /// From this time of the clock on cancelled() is true; infinite: never.
+  void set_deadline(double seconds) { deadline_ = seconds; }
   /// Calls fn(i) for i < count on all threads; for set-up work. Results must not depend on order.
   void parallel_for(size_t count, const std::function<void(size_t)>& fn) const;
 
   /// Mixed into every SampleKey.
-  uint64_t seed() const { return options_.seed; }
+  uint64_t seed() const { return pass_ == 0 ? options_.seed : hash_words(options_.seed, pass_); }
   unsigned threads() const { return options_.threads; }
-  bool cancelled() const { return options_.cancel && options_.cancel->load(); }
+  const RenderBudget& budget() const { return options_.budget; }
+  /// Of Options::clock.
+  double seconds() const { return options_.clock(); }
+  /// By whoever wants the render to end.
+  bool interrupted() const { return options_.cancel && options_.cancel->load(); }
+  /// Interrupted, or out of time: what there is is the picture.
+  bool cancelled() const {
+    return interrupted() || (deadline_ < kInfinity && seconds() > deadline_);
+  }
   RenderStats& stats() { return stats_; }
   /// Notes for `--stats` that work was skipped, and why.
   void skip(std::string what, std::string why);
 
  private:
   Options options_;
+  uint64_t pass_ = 0;
+  double pass_begin_ = 0;
+  double pass_end_ = 1;
+  double deadline_ = kInfinity;
   double progress_begin_ = 0;
   double progress_end_ = 1;
   RenderStats stats_;
@@ -71,7 +108,9 @@ class KINOME_EXPORT RenderContext {
 /// A warning where the scene has no emitter at all: for integrators that show nothing but light.
 KINOME_EXPORT void warn_without_emitters(const Scene& scene);
 
-/// Prepares the film, renders with the scene's integrator, and fills the context's stats.
+/// Prepares the film, renders with the scene's integrator until the context's budget is spent (or
+/// the sampler's samples, where there is none), and fills the context's stats. With
+/// RenderBudget::lanes the image has the channels of Film::develop_variance, too.
 KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
 }  // namespace kinome

@@ -37,6 +37,9 @@ class KINOME_EXPORT Sensor : public Object {
     return std::nullopt;
   }
 
+  /// This sensor with the same film, for another number of samples; must not outlive it.
+  std::unique_ptr<Sensor> with_sample_count(uint32_t count) const;
+
   Film& film() const { return *film_; }
   const Sampler& sampler() const { return *sampler_; }
 

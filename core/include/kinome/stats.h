@@ -61,6 +61,8 @@ struct KINOME_EXPORT RenderStats {
   uint64_t peak_memory_bytes = 0;
   uint64_t non_finite_samples = 0;
   bool complete = true;
+  double samples = 0;   ///< a pixel, as of Sampler::sample_count, or what costs as much
+  double rel_mse = -1;  ///< as the render itself estimates it; negative: it doesn't
 };
 
 /// Peak resident memory of this process.

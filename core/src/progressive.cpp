@@ -1,0 +1,197 @@
+#include "progressive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace kinome {
+namespace {
+
+/// Lanes of a small film give as many squares of differences, which is what makes an estimate of
+/// their mean.
+constexpr double kSquaresWanted = 4096;
+constexpr double kLeastLanes = 4, kMostLanes = 16;
+constexpr double kFirstSamples = 16;  ///< of all lanes together, where an error is asked for
+/// A round for what is predicted to be left would often miss it by little.
+constexpr double kErrorMargin = 1.1;
+constexpr double kLeastGrowth = 0.25;
+
+/// Of the time left: what the first round takes by its forecast, and others by the speed of the
+/// last one, if that was not much smaller.
+constexpr double kFirstShare = 0.4;
+constexpr double kShare = 0.93;
+constexpr double kUnsureShare = 0.7;
+constexpr double kUnsureGrowth = 4;
+constexpr double kMostGrowth = 16;
+/// Of the whole time: too little for another round.
+constexpr double kEndShare = 0.01;
+
+class Progressive {
+ public:
+  Progressive(Passes& passes, Film& film, RenderContext& context)
+      : passes_(passes), film_(film), context_(context), budget_(context.budget()) {}
+
+  void run() {
+    const bool has_time = budget_.seconds > 0, has_error = budget_.rel_mse > 0;
+    double next = has_time    ? first_in_time()
+                  : has_error ? kFirstSamples / film_.lanes()
+                              : passes_.samples() / film_.lanes();
+    const double first = has_error ? kFirstSamples / film_.lanes() : kInfinity;
+    next = std::max(1., std::min(next, first));
+    while (true) {
+      round(next);
+      if (context_.cancelled()) break;
+      if (!has_time && !has_error) break;
+      next = kInfinity;
+      if (has_time) next = std::min(next, next_in_time());
+      if (has_error) next = std::min(next, next_by_error());
+      if (next < 1) break;
+    }
+    context_.set_deadline(kInfinity);
+    context_.stats().samples = done_;
+    if (const auto error = estimate_rel_mse(film_)) context_.stats().rel_mse = *error;
+  }
+
+ private:
+  double now() const { return context_.seconds(); }
+
+  /// A pass of so many samples for each lane.
+  void round(double samples) {
+    const double start = now(), lanes = film_.lanes(), before = done_;
+    const auto [begin, end] = progress_of(start, samples * lanes);
+    for (uint32_t lane = 0; lane < film_.lanes() && (lane == 0 || !context_.cancelled()); ++lane) {
+      film_.set_lane(lane);
+      context_.begin_pass(++pass_, begin + (end - begin) * lane / lanes,
+                          begin + (end - begin) * (lane + 1) / lanes);
+      done_ += passes_.render(samples);
+    }
+    context_.begin_pass(0, 0, 1);
+    last_ = (done_ - before) / lanes;
+    last_seconds_ = now() - start;
+  }
+
+  /// Shares of all work that are done before and after a round of `more` samples.
+  std::pair<double, double> progress_of(double time, double more) const {
+    if (budget_.seconds > 0) {
+      const double sample =
+          last_ > 0 ? last_seconds_ / (last_ * film_.lanes()) : passes_.seconds_per_sample();
+      return {std::min(1., time / budget_.seconds),
+              std::min(1., (time + more * sample) / budget_.seconds)};
+    }
+    const double all = std::max(predicted_, done_ + more);
+    return {done_ / all, (done_ + more) / all};
+  }
+
+  double first_in_time() const {
+    const double sample = passes_.seconds_per_sample() * film_.lanes();
+    return sample > 0 ? kFirstShare * (budget_.seconds - now()) / sample : 1;
+  }
+
+  double next_in_time() {
+    if (!deadline_) {
+      // From here on there is a picture.
+      const double start = now();
+      const Image picture = develop(film_, budget_);
+      const double after = budget_.seconds_after ? budget_.seconds_after(picture) : 0;
+      deadline_ = budget_.seconds - after - (now() - start);
+      context_.set_deadline(*deadline_);
+    }
+    const double left = *deadline_ - now();
+    if (left < kEndShare * budget_.seconds) return 0;
+    const double fits = left * last_ / std::max(last_seconds_, 1e-9);
+    const double wanted = fits * (fits > kUnsureGrowth * last_ ? kUnsureShare : kShare);
+    // Less than one sample would not be in time.
+    return std::min(fits < 1 ? 0. : std::max(wanted, 1.), kMostGrowth * last_);
+  }
+
+  double next_by_error() {
+    const double limit = std::max(RenderBudget::kMostSamples, passes_.samples());
+    const auto error = estimate_rel_mse(film_);
+    if (!error || *error <= budget_.rel_mse || done_ >= 0.999 * limit) return 0;
+    const double missing = kErrorMargin * *error / budget_.rel_mse - 1;
+    const double more = std::min(done_ * std::clamp(missing, kLeastGrowth, 1.), limit - done_);
+    predicted_ = std::min(done_ * (1 + std::max(missing, kLeastGrowth)), limit);
+    return std::max(1., more / film_.lanes());
+  }
+
+  Passes& passes_;
+  Film& film_;
+  RenderContext& context_;
+  const RenderBudget& budget_;
+  uint64_t pass_ = 0;
+  double done_ = 0;       ///< samples of all lanes
+  double predicted_ = 0;  ///< the same at the end
+  double last_ = 0;       ///< samples of a lane in the last round
+  double last_seconds_ = 0;
+  std::optional<double> deadline_;
+};
+
+}  // namespace
+
+uint32_t lanes_for(const RenderBudget& budget, const Film& film) {
+  if (budget.lanes > 0) return budget.lanes;
+  if (!(budget.rel_mse > 0)) return 1;
+  const double pixels = std::max(1, film.crop().area());
+  return static_cast<uint32_t>(
+      std::clamp(1 + std::ceil(kSquaresWanted / pixels), kLeastLanes, kMostLanes));
+}
+
+std::optional<double> estimate_rel_mse(const Film& film) {
+  const uint32_t lanes = film.lanes();
+  if (lanes < kLeastLanes) return std::nullopt;
+  const auto pixels = static_cast<size_t>(film.crop().area());
+  std::vector<glm::dvec3> colors(lanes);
+  const auto read = [&](size_t pixel) {
+    glm::dvec3 sum(0.);
+    for (uint32_t l = 0; l < lanes; ++l) {
+      const std::optional<Rgb> color = film.lane_color(pixel, l);
+      colors[l] = color ? glm::dvec3(*color) : glm::dvec3(std::nan(""));
+      sum += colors[l];
+    }
+    return sum;
+  };
+  double mean = 0;
+  for (size_t p = 0; p < pixels; ++p) mean += glm::dot(read(p), glm::dvec3(1 / 3.)) / lanes;
+  mean /= static_cast<double>(pixels);
+  const double floor = mean != 0 ? 0.01 * mean * mean : 1;  // a black picture: absolute errors
+  double total = 0;
+  for (size_t p = 0; p < pixels; ++p) {
+    const glm::dvec3 sum = read(p);
+    for (uint32_t a = 0; a < lanes; ++a) {
+      for (uint32_t b = a + 1; b < lanes; ++b) {
+        const glm::dvec3 difference = colors[a] - colors[b];
+        const glm::dvec3 others = (sum - colors[a] - colors[b]) / (lanes - 2.);
+        const glm::dvec3 all = sum / static_cast<double>(lanes);
+        const glm::dvec3 size = 0.5 * (others * others + all * all);
+        total += glm::dot(difference * difference / (size + floor), glm::dvec3(1 / 3.));
+      }
+    }
+  }
+  if (!std::isfinite(total)) return std::nullopt;
+  // Of two lanes: a difference's square is twice a lane's variance.
+  const double pairs = 0.5 * lanes * (lanes - 1.);
+  return total / (static_cast<double>(pixels) * pairs * 2 * lanes);
+}
+
+Image develop(const Film& film, const RenderBudget& budget) {
+  Image image = film.develop();
+  if (budget.lanes == 0) return image;
+  const Image variance = film.develop_variance();
+  const size_t pixels = static_cast<size_t>(image.width) * image.height;
+  const size_t a = image.channels.size(), b = variance.channels.size();
+  std::vector<float> data;
+  data.reserve(pixels * (a + b));
+  for (size_t p = 0; p < pixels; ++p) {
+    data.insert(data.end(), &image.data[p * a], &image.data[p * a] + a);
+    data.insert(data.end(), &variance.data[p * b], &variance.data[p * b] + b);
+  }
+  image.data = std::move(data);
+  image.channels.insert(image.channels.end(), variance.channels.begin(), variance.channels.end());
+  return image;
+}
+
+void render_passes(Passes& passes, Film& film, RenderContext& context) {
+  Progressive(passes, film, context).run();
+}
+
+}  // namespace kinome

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "kinome/integrator.h"
+#include "kinome/render_context.h"
+
+namespace kinome {
+
+/// Lanes that a film needs for a budget.
+KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
+
+/// Renders passes into the film, which is prepared with the budget's lanes, until the context's
+/// budget is spent. Fills RenderStats::samples and rel_mse.
+///
+/// - Neither time nor error asked for: the scene's samples, divided among the lanes.
+/// - Error: rounds of one pass for each lane, each at most as large as all before it together,
+/// until
+///   the lanes differ by little enough. Which round that is depends on what they found: by so much
+///   the picture is biased, far less than its noise.
+/// - Time: rounds as large as the speed of the last one promises to be in time, smaller toward the
+///   end. What is not in time all the same is cut short, tile by tile.
+KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& context);
+
+/// What lanes say of the relMSE (see RenderBudget) of the picture that is their mean; nullopt where
+/// they can't tell. Differences of two lanes, relative to the brightness of the pixel: half by the
+/// mean of all lanes, which sparks among the two raise, so that it alone would make errors too
+/// small; half by that of the others, which being noisier alone would make them too large.
+KINOME_EXPORT std::optional<double> estimate_rel_mse(const Film& film);
+
+/// The film's picture, with the variance of its colours where the budget asks for it.
+KINOME_EXPORT Image develop(const Film& film, const RenderBudget& budget);
+
+}  // namespace kinome

@@ -1,0 +1,33 @@
+#include "kinome/sensor.h"
+
+namespace kinome {
+namespace {
+
+/// A sensor that is another one but for its sampler.
+class ResampledSensor final : public Sensor {
+ public:
+  ResampledSensor(const Sensor& sensor, std::shared_ptr<Film> film,
+                  std::shared_ptr<Sampler> sampler)
+      : sensor_(sensor) {
+    film_ = std::move(film);
+    sampler_ = std::move(sampler);
+  }
+  Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
+    return sensor_.sample_ray(film_position, aperture);
+  }
+  bool needs_aperture_sample() const override { return sensor_.needs_aperture_sample(); }
+  std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
+    return sensor_.connect(p, aperture);
+  }
+
+ private:
+  const Sensor& sensor_;
+};
+
+}  // namespace
+
+std::unique_ptr<Sensor> Sensor::with_sample_count(uint32_t count) const {
+  return std::make_unique<ResampledSensor>(*this, film_, sampler_->with_sample_count(count));
+}
+
+}  // namespace kinome

@@ -1,0 +1,123 @@
+// --time, --error and --variance on the command line.
+#include <nlohmann/json.hpp>
+
+#include "cli.h"
+#include "kinome/image.h"
+
+namespace kinome::test {
+namespace {
+
+using nlohmann::json;
+
+class Budget : public Cli {
+ protected:
+  Budget() : scene_(folder_.write("scene.xml", small_scene())), image_(folder_.path("a.exr")) {}
+
+  /// Stats of a render of the small scene, which is to succeed.
+  json render(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {scene_, "-o", image_, "--stats=json"});
+    const ProcessResult result = kinome(arguments);
+    EXPECT_EQ(result.status, 0) << result.err;
+    log_ = result.err;
+    return json::parse(result.out);
+  }
+  std::string pixels(std::vector<std::string> arguments) {
+    render(std::move(arguments));
+    const Image image = read_exr(image_);
+    return {reinterpret_cast<const char*>(image.data.data()), image.data.size() * sizeof(float)};
+  }
+
+  std::string scene_, image_, log_;
+};
+
+TEST_F(Budget, BadNumbersAreOneErrorEach) {
+  for (const char* option : {"--time", "--error"}) {
+    for (const char* bad : {"0", "-1", "nan", "inf"}) {
+      expect_one_error(kinome({scene_, option, bad}), option, {"greater than 0", bad});
+    }
+    expect_one_error(kinome({scene_, option, "soon"}), "", {option, "soon"});
+    expect_one_error(kinome({scene_, "--inspect", "1,1", option, "1"}), option, {"--inspect"});
+  }
+  for (const char* bad : {"0", "3", "1025", "-4", "4.5", "many"}) {
+    expect_one_error(kinome({scene_, std::string("--variance=") + bad}), "--variance",
+                     {"from 4 to 1024", bad});
+  }
+  expect_one_error(kinome({scene_, "--inspect", "1,1", "--variance"}), "--variance", {"--inspect"});
+  expect_one_error(kinome({scene_, "-D", "spp=0"}), "", {"sample_count"});
+  EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
+}
+
+TEST_F(Budget, TooLittleTimeStillMakesAPicture) {
+  for (const char* integrator : {"direct", "clustered", "path", "ptracer"}) {
+    const json stats = render({"--time", "0.001", "-D", std::string("integrator=") + integrator});
+    EXPECT_EQ(stats.at("samples"), 1) << integrator;
+    EXPECT_EQ(stats.at("complete"), true);
+    const Image image = read_exr(image_);
+    double sum = 0;
+    for (const float v : image.data) sum += v;
+    EXPECT_GT(sum, 0) << integrator;
+  }
+}
+
+/// Loosely: a machine with other things to do keeps no time.
+TEST_F(Budget, TimeIsAboutKept) {
+  const json stats = render({"--time", "1.5", "--png"});
+  EXPECT_GT(stats.at("seconds").at("total").get<double>(), 0.9);
+  EXPECT_LT(stats.at("seconds").at("total").get<double>(), 10);
+  EXPECT_GT(stats.at("samples").get<int>(), 4);
+  EXPECT_EQ(other_files({scene_}).size(), 2u) << "nothing but the two pictures";
+}
+
+TEST_F(Budget, ErrorIsReachedWithTheSameBits) {
+  for (const char* integrator : {"direct", "clustered", "path"}) {
+    const std::string define = std::string("integrator=") + integrator;
+    const json stats = render({"--error", "2e-3", "-D", define, "-D", "width=24", "-t", "1"});
+    EXPECT_LE(stats.at("relmse").get<double>(), 2e-3) << integrator;
+    EXPECT_GE(stats.at("samples").get<int>(), 16) << integrator;
+    ImageMetadata metadata;
+    read_exr(image_, {}, &metadata);
+    EXPECT_NEAR(std::stod(metadata["kinome:relmse"]), stats.at("relmse").get<double>(), 1e-5);
+    EXPECT_EQ(metadata["kinome:samples"], std::to_string(stats.at("samples").get<int>()));
+    const auto bits = [&](const char* threads) {
+      return pixels({"--error", "2e-3", "-D", define, "-D", "width=24", "-t", threads});
+    };
+    const std::string one = bits("1");
+    EXPECT_EQ(bits("2"), one) << integrator;
+    EXPECT_EQ(bits("5"), one) << integrator;
+  }
+}
+
+TEST_F(Budget, UnreachableErrorStopsAtTheLimit) {
+  const json stats = render({"--error", "1e-30", "-D", "width=4"});
+  EXPECT_EQ(stats.at("samples"), 16384);
+  EXPECT_GT(stats.at("relmse").get<double>(), 1e-30);
+  EXPECT_NE(log_.find("--error 1e-30 is not reached"), std::string::npos) << log_;
+  EXPECT_NE(log_.find("16384 samples"), std::string::npos) << log_;
+  render({"--error", "1e-30", "--time", "0.4", "-D", "width=24"});
+  EXPECT_NE(log_.find("time was up"), std::string::npos) << log_;
+}
+
+TEST_F(Budget, VariancesAreChannels) {
+  for (const char* integrator : {"direct", "clustered", "ptracer"}) {
+    render({"--variance", "-D", "spp=64", "-D", std::string("integrator=") + integrator});
+    const Image image = read_exr(image_);
+    ASSERT_EQ(image.channels,
+              (std::vector<std::string>{"R", "G", "B", "variance.B", "variance.G", "variance.R"}));
+    double sum = 0;
+    for (int i = 0; i < 48 * 48; ++i) {
+      const float v = image.at(i % 48, i / 48, 3);
+      EXPECT_GE(v, 0);
+      EXPECT_LT(v, 10);
+      sum += v;
+    }
+    EXPECT_GT(sum, 0) << integrator;
+  }
+  const std::string pfm =
+      folder_.write("pfm.xml", std::string(small_scene())
+                                   .replace(small_scene().find("<rfilter"), 0,
+                                            "<string name=\"file_format\" value=\"pfm\"/>"));
+  expect_one_error(kinome({pfm, "--variance"}), "--variance", {".pfm"});
+}
+
+}  // namespace
+}  // namespace kinome::test

@@ -1,0 +1,227 @@
+// Budgets of time and error, with passes that are made up: their speed and their noise are known,
+// and the clock is theirs.
+#include "progressive.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+struct Speed {
+  double sample = 1e-3;  ///< seconds
+  double pass = 0;       ///< seconds that each takes beside
+  double unsteady = 0;   ///< relative standard deviation
+  double forecast = 0;   ///< what seconds_per_sample() claims, over the truth
+};
+
+/// Grey pixels, each darker than the one before, with noise in proportion.
+class FakePasses final : public Passes {
+ public:
+  FakePasses(Film& film, double deviation, Speed speed = {}, uint64_t seed = 1)
+      : film_(film), deviation_(deviation), speed_(speed), random_(seed) {}
+
+  double samples() const override { return 64; }
+  double seconds_per_sample() const override { return speed_.forecast * speed_.sample; }
+  double render(double samples) override {
+    sizes.push_back(samples);
+    std::normal_distribution<double> normal;
+    double seconds = speed_.pass + samples * speed_.sample;
+    if (speed_.unsteady > 0) seconds *= std::max(0.1, 1 + speed_.unsteady * normal(random_));
+    constexpr int kBlocks = 20;
+    int done = 0;
+    context->for_each(kBlocks, [&](size_t, RenderCounters&) {
+      now += seconds / kBlocks;
+      ++done;
+    });
+    if (done < kBlocks) return samples;
+    FilmTile tile = film_.make_tile(film_.crop());
+    for (int y = 0; y < film_.height(); ++y) {
+      for (int x = 0; x < film_.width(); ++x) {
+        const double noise = deviation_ * normal(random_) / std::sqrt(samples);
+        const auto value = static_cast<float>(truth(x, y) * (1 + noise));
+        tile.add_pixel(x, y, std::vector<float>(3, value), static_cast<float>(samples));
+      }
+    }
+    film_.commit(tile);
+    return samples;
+  }
+  static double truth(int x, int y) { return 1. / (1 + x + 3 * y); }
+
+  std::vector<double> sizes;
+  double now = 0;
+  RenderContext* context = nullptr;
+
+ private:
+  Film& film_;
+  double deviation_;
+  Speed speed_;
+  std::mt19937_64 random_;
+};
+
+std::shared_ptr<Film> film_of(int width, int height) {
+  return make<Film>("<film type=\"hdrfilm\"><integer name=\"width\" value=\"" +
+                    std::to_string(width) + "\"/><integer name=\"height\" value=\"" +
+                    std::to_string(height) + "\"/><rfilter type=\"box\"/></film>");
+}
+
+/// A render by made-up passes.
+struct MadeUp {
+  std::shared_ptr<Film> film;
+  FakePasses passes;
+  RenderContext context;
+  MadeUp(int side, const RenderBudget& budget, double deviation, Speed speed = {},
+         uint64_t seed = 1, double start = 0, const std::atomic<bool>* cancel = nullptr)
+      : film(film_of(side, side)),
+        passes(*film, deviation, speed, seed),
+        context({.threads = 1, .cancel = cancel, .budget = budget, .clock = [this] {
+                   return passes.now;
+                 }}) {
+    passes.now = start;
+    film->prepare({{}}, lanes_for(budget, *film));
+    passes.context = &context;
+    render_passes(passes, *film, context);
+  }
+  double samples() const { return std::accumulate(passes.sizes.begin(), passes.sizes.end(), 0.); }
+  double rel_mse() const {
+    const Image image = film->develop();
+    double mean = 0, sum = 0;
+    const double pixels = static_cast<double>(image.width) * image.height;
+    for (int i = 0; i < image.width * image.height; ++i) {
+      mean += FakePasses::truth(i % image.width, i / image.width) / pixels;
+    }
+    for (int i = 0; i < image.width * image.height; ++i) {
+      const double r = FakePasses::truth(i % image.width, i / image.width);
+      const double d = image.at(i % image.width, i / image.width, 0) - r;
+      sum += d * d / (r * r + 0.01 * mean * mean);
+    }
+    return sum / pixels;
+  }
+};
+
+TEST(Time, IsKeptAndUsed) {
+  for (const double seconds : {0.5, 1., 10., 3600.}) {
+    for (const double sample : {1e-5, 1e-3, 0.015}) {
+      for (const double overhead : {0., 5 * sample}) {
+        for (const double forecast : {0., 0.5, 1., 3.}) {
+          const Speed speed{sample, overhead, 0.02, forecast};
+          MadeUp run(4, {.seconds = seconds}, 0.1, speed, 7, 0.1);
+          const double slack = std::max(0.05 * seconds, 0.05);
+          EXPECT_LE(run.passes.now, seconds + slack) << sample << " " << overhead;
+          // What is too little for another pass may be left over.
+          EXPECT_GE(run.passes.now, seconds - slack - sample - overhead)
+              << sample << " " << forecast;
+          EXPECT_LE(run.passes.sizes.size(), 30u);
+        }
+      }
+    }
+  }
+}
+
+TEST(Time, AWildGuessIsCutShort) {
+  // A pass takes twice or half as long as the one before promised.
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    MadeUp run(4, {.seconds = 2}, 0.1, {1e-4, 1e-3, 0.5, 1}, seed, 0.2);
+    EXPECT_LE(run.passes.now, 2.2) << seed;  // and the block at hand is finished
+  }
+}
+
+TEST(Time, LeavesWhatTheFileTakes) {
+  RenderBudget budget{.seconds = 2};
+  budget.seconds_after = [](const Image& picture) {
+    EXPECT_EQ(picture.width, 4);
+    return 0.7;
+  };
+  MadeUp run(4, budget, 0.1);
+  EXPECT_LE(run.passes.now, 1.35);
+  EXPECT_GE(run.passes.now, 1.2);
+}
+
+TEST(Time, ThereIsAlwaysAPicture) {
+  MadeUp run(4, {.seconds = 0.001}, 0.1, {0.05}, 1, 0.3);
+  EXPECT_EQ(run.passes.sizes, std::vector<double>{1});
+  EXPECT_NEAR(run.film->develop().at(0, 0, 0), 1, 0.5);
+  EXPECT_EQ(run.context.stats().samples, 1);
+}
+
+/// The estimate, over the truth: of 2048 squares and more the standard deviation is below 4 %, that
+/// of the true error of one picture, of 256 values, 9 %. A factor of 1.5 is 4 deviations and more:
+/// each of the pictures fails falsely at a rate below 1e-4.
+TEST(Error, IsEstimatedWithinAFactor) {
+  for (const double target : {0.03, 1e-3, 4e-5}) {
+    for (uint64_t seed = 1; seed <= 5; ++seed) {
+      MadeUp run(16, {.rel_mse = target}, 0.5, {}, seed);
+      const double estimate = run.context.stats().rel_mse;
+      EXPECT_LE(estimate, target);
+      EXPECT_GT(estimate, 0);
+      EXPECT_LT(estimate, 1.5 * run.rel_mse()) << target << " " << seed;
+      EXPECT_GT(estimate, run.rel_mse() / 1.5) << target << " " << seed;
+      // No more than what it takes, give or take a round: 0.22 is the mean of r²/(r² + floor)
+      // x 0.5² or less.
+      EXPECT_LE(run.samples(), std::max(16., 2 * 0.25 / target)) << target << " " << seed;
+    }
+  }
+}
+
+TEST(Error, RoundsGrowAndEndAtTheLimit) {
+  MadeUp run(8, {.rel_mse = 1e-30}, 0.5);
+  EXPECT_NEAR(run.samples(), RenderBudget::kMostSamples, 1);
+  EXPECT_NEAR(run.context.stats().samples, run.samples(), 1e-9);
+  const uint32_t lanes = run.film->lanes();
+  EXPECT_EQ(run.passes.sizes.size() % lanes, 0u);
+  for (size_t i = lanes; i + lanes < run.passes.sizes.size(); ++i) {
+    EXPECT_GE(run.passes.sizes[i], run.passes.sizes[i - lanes]);
+  }
+}
+
+TEST(Error, NoNoiseEndsAtOnce) {
+  MadeUp run(8, {.rel_mse = 1e-30}, 0);
+  EXPECT_LE(run.samples(), 16);
+  EXPECT_EQ(run.context.stats().rel_mse, 0);
+}
+
+TEST(Error, TimeEndsItToo) {
+  MadeUp run(8, {.seconds = 1, .rel_mse = 1e-30}, 0.5, {1e-3, 0, 0.01, 0});
+  EXPECT_LE(run.passes.now, 1.05);
+  EXPECT_GE(run.passes.now, 0.9);
+  MadeUp other(8, {.seconds = 100, .rel_mse = 0.01}, 0.5, {1e-3, 0, 0.01, 0});
+  EXPECT_LE(other.passes.now, 1);
+}
+
+/// A small film has more lanes, and none that make the film large.
+TEST(Lanes, AsManyAsAnEstimateNeeds) {
+  EXPECT_EQ(lanes_for({}, *film_of(10, 10)), 1u);
+  EXPECT_EQ(lanes_for({.seconds = 3}, *film_of(10, 10)), 1u);
+  EXPECT_EQ(lanes_for({.rel_mse = 3}, *film_of(1, 1)), 16u);
+  EXPECT_EQ(lanes_for({.rel_mse = 3}, *film_of(512, 512)), 4u);
+  EXPECT_EQ(lanes_for({.rel_mse = 3, .lanes = 9}, *film_of(512, 512)), 9u);
+}
+
+TEST(Lanes, DivideTheScenesSamples) {
+  MadeUp run(16, {.lanes = 8}, 0.5);
+  EXPECT_EQ(run.passes.sizes, std::vector<double>(8, 8));
+  const Image image = develop(*run.film, run.context.budget());
+  ASSERT_EQ(image.channels,
+            (std::vector<std::string>{"R", "G", "B", "variance.R", "variance.G", "variance.B"}));
+  // Over the truth, 0.5² r² / 64: the mean of 256 chi² of 7 degrees, within 5 standard deviations.
+  double sum = 0;
+  for (int i = 0; i < 256; ++i) {
+    const double r = FakePasses::truth(i % 16, i / 16);
+    sum += image.at(i % 16, i / 16, 4) / (0.25 * r * r / 64);
+  }
+  EXPECT_NEAR(sum / 256, 1, 5 * std::sqrt(2. / (7 * 256)));
+}
+
+TEST(Interrupted, BeginsNothingMore) {
+  std::atomic<bool> cancel{true};
+  MadeUp run(8, {.rel_mse = 1e-9}, 0.1, {}, 1, 0, &cancel);
+  EXPECT_EQ(run.passes.sizes.size(), 1u);
+}
+
+}  // namespace
+}  // namespace kinome::test
