@@ -208,7 +208,9 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
       forecast.uncertainty += patch.uncertainty;
       forecast.glossy_variance +=
           point.glossy_variance * kGlossyFactor * sqr(patch.mean_visibility);
-      forecast.sharp = forecast.sharp || is_sharp(patch);
+      const bool mirrors = any(patch.bsdf->lobes() & Lobe::kDelta);
+      forecast.mirrors += mirrors ? 1.f : 0.f;
+      forecast.sharp = forecast.sharp || mirrors || is_sharp(patch);
     }
     sum += value;
     squares += static_cast<double>(value) * value;
@@ -217,6 +219,7 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
   forecast.mean = static_cast<float>(sum / n);
   forecast.uncertainty /= static_cast<float>(n);
   forecast.glossy_variance /= static_cast<float>(n);
+  forecast.mirrors /= static_cast<float>(n);
   if (n > 1) {
     forecast.variance = static_cast<float>(std::max(0., (squares - sum * sum / n) / (n - 1)));
   }

@@ -128,7 +128,9 @@ std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int 
   for (int i = 0; i < 60; ++i) {
     const double scale = std::sqrt(low * high);
     double total = 0;
-    for (const Wanted& w : wanted) total += primaries(w, scale) + rays(w, scale);
+    for (size_t k = 0; k < count; ++k) {
+      total += primaries(wanted[k], scale) * (1 + forecast[k].mirrors) + rays(wanted[k], scale);
+    }
     (total > rays_per_pixel * static_cast<double>(count) ? high : low) = scale;
   }
   std::vector<PixelPlan> plan(count);
