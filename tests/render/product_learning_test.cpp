@@ -14,7 +14,6 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;
 constexpr int kTile = 4;
 
 /// What becomes of the learned visibilities of the real cells, patch by patch.

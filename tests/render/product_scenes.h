@@ -9,6 +9,9 @@
 /// Scenes that try learned product sampling.
 namespace kinome::test {
 
+/// False-alarm rate of each z-test.
+inline constexpr double kAlpha = 1e-4;
+
 inline const TemporaryFolder& folder() {
   static const TemporaryFolder instance;
   return instance;
@@ -115,6 +118,12 @@ inline std::string checkerboard(const std::string& name) {
 }
 inline std::string metal(double alpha) {
   return bsdf("roughconductor", number("alpha", alpha));
+}
+
+inline void expect_unbiased(const Arrangement& s, int renders = kRenders, int tile = 4) {
+  const auto product = estimate_tiles(*product_scene(s), renders, tile);
+  const auto direct = estimate_tiles(*direct_scene(s), kRenders, tile, 5000);
+  expect_equal(product, direct, kAlpha, "product");
 }
 
 }  // namespace kinome::test
