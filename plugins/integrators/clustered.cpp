@@ -89,7 +89,7 @@ class Chooser {
   /// Without the samples' visibility.
   Inspection inspect(const LightPoints& points, const SurfaceInteraction& si, const SampleKey& key,
                      uint32_t dimension) const {
-    Inspection report{points.kind, si.p, si.shape->bsdf().reflection_frame(si).n, {}, {}};
+    Inspection report{points.kind, si.p, si.shape->bsdf().reflection_frame(si).n, {}, {}, {}};
     RenderCounters counters;
     Scratch scratch;
     PointSelection selection;
@@ -245,6 +245,12 @@ class Clustered final : public Integrator {
     RenderCounters counters;
     PrimaryBatch primary;
     const auto x = static_cast<int>(film_position.x), y = static_cast<int>(film_position.y);
+    if (const auto cells = is_product_ ? make_cells(scene, context) : nullptr) {
+      Inspection report =
+          inspect_product(scene, sensor, context, *cells, product_settings(sensor), x, y);
+      report.cluster_at = [cells, at = report.cluster_at](const Vec3& d) { return at(d); };
+      return {report};
+    }
     primary.trace(scene, sensor, {x, y, x + 1, y + 1}, 0, 1, key_seed(context, sensor.sampler()),
                   counters);
     if (settings_.options.hide_emitters) primary.pass_emitters(scene, counters);
@@ -269,22 +275,27 @@ class Clustered final : public Integrator {
   }
 
  private:
-  /// False where the scene isn't one for it.
-  bool render_by_product(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
+  /// nullptr where the scene isn't one for product sampling.
+  std::shared_ptr<const DistantCells> make_cells(const Scene& scene, RenderContext& context) const {
     const Emitter* const environment = scene.environment();
     const auto grid = environment ? environment->cell_grid() : std::nullopt;
-    if (!grid || settings_.options.max_depth > 2 || scene.emitters().size() > 1) return false;
-    std::optional<DistantCells> cells;
-    {
-      const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
-      cells.emplace(*environment, *grid, cut_size_, context);
-    }
-    if (cells->size() == 0) return false;
+    if (!grid || settings_.options.max_depth > 2 || scene.emitters().size() > 1) return nullptr;
+    const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+    auto cells = std::make_shared<const DistantCells>(*environment, *grid, cut_size_, context);
+    return cells->size() > 0 ? cells : nullptr;
+  }
+  ProductSettings product_settings(const Sensor& sensor) const {
     ProductSettings settings = product_;
     if (!(settings.rays_per_pixel > 0)) {
       settings.rays_per_pixel = 3. * sensor.sampler().sample_count();
     }
-    render_product(scene, sensor, context, *cells, settings);
+    return settings;
+  }
+  /// False where the scene isn't one for it.
+  bool render_by_product(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
+    const auto cells = make_cells(scene, context);
+    if (!cells) return false;
+    render_product(scene, sensor, context, *cells, product_settings(sensor));
     return true;
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "kinome/inspection.h"
 #include "kinome/light_cells.h"
 #include "kinome/render_context.h"
 
@@ -25,5 +26,12 @@ struct ProductSettings {
 /// points, pilot, plan, main, film.
 KINOME_EXPORT void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                   const DistantCells& cells, const ProductSettings& settings);
+
+/// What a pixel's renders know of the cells and how they send their rays: clusters of the report
+/// are cells, as the surface that most of the pixel shows sees them. Learned from as many rays as a
+/// render learns from. `cells` must live as long as the report.
+KINOME_EXPORT Inspection inspect_product(const Scene& scene, const Sensor& sensor,
+                                         const RenderContext& context, const DistantCells& cells,
+                                         const ProductSettings& settings, int x, int y);
 
 }  // namespace kinome
