@@ -1,6 +1,7 @@
 #include "kinome/light_cells.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <queue>
@@ -395,12 +396,13 @@ CellPoints DistantCells::draw_points(uint32_t count, uint64_t seed,
                                      const RenderContext& context) const {
   double roots = 0;
   for (uint32_t c = 0; c < size_; ++c) roots += std::sqrt(static_cast<double>(flux_[c]));
+  const uint32_t least = std::clamp(std::bit_floor(count / size_), 4u, 16u);
   CellPoints out;
   out.first.push_back(0);
   for (uint32_t c = 0; c < size_; ++c) {
     const double wanted =
         count * (0.5 / size_ + 0.5 * std::sqrt(static_cast<double>(flux_[c])) / roots);
-    uint32_t points = 16;
+    uint32_t points = least;
     while (points * std::numbers::sqrt2 < wanted && points < 1024) points *= 2;
     out.first.push_back(out.first.back() + points);
   }

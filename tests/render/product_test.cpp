@@ -328,6 +328,45 @@ TEST(Product, NothingToShadeIsExact) {
   EXPECT_LE(std::accumulate(rays.begin(), rays.end(), 0.), 1.1 * s.rays * 16 * 12);
 }
 
+TEST(Product, RefusesNumbersOfCellsThatMakeNoSense) {
+  for (const int cells : {0, -1, 1 << 21}) {
+    Arrangement s;
+    s.parameters = integer("cut_size", cells);
+    try {
+      product_scene(s);
+      ADD_FAILURE() << cells;
+    } catch (const Error& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find("cut_size"), std::string::npos) << text;
+      EXPECT_NE(text.find(std::to_string(cells)), std::string::npos) << text;
+    }
+  }
+}
+
+/// Tiles, blocks and maps of the least size, in all combinations, with light and without.
+TEST(Product, OnePixelOfOneTexel) {
+  for (const std::string& light : {constant_xml("0"), constant_xml("1"),
+                                   map_xml("one", 1, 1, [](int, int) { return Rgb(1); })}) {
+    for (const double rays : {1., 12., 3000.}) {
+      Arrangement s;
+      s.film = integer("width", 1) + integer("height", 1) + "<rfilter type=\"box\"/>";
+      s.light = light;
+      s.rays = rays;
+      for (const int cells : {1, 512}) {
+        s.parameters = integer("cut_size", cells);
+        const Image image = render_scene(*product_scene(s), 1);
+        for (const float v : image.data) {
+          EXPECT_TRUE(std::isfinite(v));
+          EXPECT_GE(v, 0);
+          if (rays > 1) {
+            EXPECT_EQ(v > 0, light != constant_xml("0")) << light << rays;
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(Product, IsFiniteOnExtremes) {
   for (const std::string& material :
        {metal(.0001), metal(1), bsdf("phong", number("exponent", 1e6)),
