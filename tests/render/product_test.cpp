@@ -367,6 +367,20 @@ TEST(Product, OnePixelOfOneTexel) {
   }
 }
 
+/// 268 million pixels, of which a few are asked for.
+TEST(Product, CropsOfAHugeFilmTakeLittle) {
+  Arrangement s;
+  s.film = integer("width", 16384) + integer("height", 16384) + integer("crop_offset_x", 8190) +
+           integer("crop_offset_y", 9001) + integer("crop_width", 9) + integer("crop_height", 7);
+  s.shapes = shapes_xml(metal(.2));
+  const auto scene = product_scene(s);
+  RenderContext context({.threads = 1, .seed = 4});
+  const Image image = render(*scene, *scene->sensors()[0], context);
+  EXPECT_EQ(std::pair(image.width, image.height), std::pair(9, 7));
+  const auto& rays = context.stats().counters.rays;
+  EXPECT_LE(std::accumulate(rays.begin(), rays.end(), 0.), 1.5 * s.rays * 9 * 7);
+}
+
 TEST(Product, IsFiniteOnExtremes) {
   for (const std::string& material :
        {metal(.0001), metal(1), bsdf("phong", number("exponent", 1e6)),
