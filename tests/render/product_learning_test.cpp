@@ -212,7 +212,7 @@ double noise(const std::vector<Estimate>& estimates) {
   return sum;
 }
 
-class WrongLearning : public testing::TestWithParam<std::pair<const char*, std::string>> {};
+class WrongLearning : public testing::TestWithParam<std::pair<std::string, std::string>> {};
 
 Arrangement arrangement(const std::string& material) {
   Arrangement s;
@@ -242,7 +242,7 @@ INSTANTIATE_TEST_SUITE_P(Materials, WrongLearning,
                                          std::pair("RoughPlastic",
                                                    bsdf("roughplastic", number("alpha", .1))),
                                          std::pair("Metal", metal(.2))),
-                         [](const auto& c) { return std::string(c.param.first); });
+                         [](const auto& c) { return c.param.first; });
 
 /// A test of the tests: what is not frozen before its rays are drawn is biased, and found out.
 TEST(Learning, FromTheRaysThatItWeighsIsCaught) {
