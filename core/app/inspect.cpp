@@ -133,7 +133,19 @@ void outline_clusters(const Inspection& report, View& view) {
   const int width = view.canvas.image.width, height = view.canvas.image.height;
   std::vector<uint32_t> cluster(view.place.size(), kNone);
   for (size_t i = 0; i < cluster.size(); ++i) {
-    if (view.valid[i]) cluster[i] = cluster_at(report.clusters, view.place[i], view.slack);
+    if (!view.valid[i]) continue;
+    cluster[i] = report.cluster_at ? report.cluster_at(view.place[i])
+                                   : cluster_at(report.clusters, view.place[i], view.slack);
+  }
+  if (report.cluster_at) {  // what is hidden turns dark blue
+    for (size_t i = 0; i < cluster.size(); ++i) {
+      const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+      const auto visibility = static_cast<float>(report.clusters[cluster[i]].visibility);
+      Rgb color;
+      for (int c = 0; c < 3; ++c) color[c] = view.canvas.image.at(x, y, c);
+      const Rgb hidden = 0.15f * color + Rgb(0, 0.01f, 0.08f);
+      view.canvas.set(x, y, glm::mix(hidden, color, visibility));
+    }
   }
   for (int y = 0; y + 1 < height; ++y) {
     for (int x = 0; x + 1 < width; ++x) {
@@ -161,7 +173,8 @@ void draw(const Inspection& report, const Scene& scene, const Sensor& sensor,
     const auto at =
         distant ? map_position(sample.position) : scene_position(view, sensor, sample.position);
     // A disk's area tells the weight, within reason.
-    const auto radius = static_cast<float>(std::clamp(1.5 * std::sqrt(sample.weight), 1.5, 6.));
+    const double unit = report.cluster_at ? 4 : 1.5;
+    const auto radius = static_cast<float>(std::clamp(unit * std::sqrt(sample.weight), 1.5, 6.));
     const Rgb color = sample.visible ? Rgb(1, 0.05f, 0.02f) : Rgb(0.1f, 0.3f, 1);
     if (at) view.canvas.disk(*at, radius, color);
   }
@@ -175,7 +188,9 @@ void draw(const Inspection& report, const Scene& scene, const Sensor& sensor,
 std::string table(const Inspection& report) {
   std::string text =
       "cluster,points,light,brdf,geometric,probability,samples,hits,mean_x,mean_y,mean_z,"
-      "normal_x,normal_y,normal_z,lo_x,lo_y,lo_z,hi_x,hi_y,hi_z\n";
+      "normal_x,normal_y,normal_z,lo_x,lo_y,lo_z,hi_x,hi_y,hi_z";
+  const bool is_learned = static_cast<bool>(report.cluster_at);
+  text += is_learned ? ",visibility,sigma\n" : "\n";
   for (size_t c = 0; c < report.clusters.size(); ++c) {
     const InspectedCluster& k = report.clusters[c];
     text += fmt::format("{},{},{:.6g},{:.6g},{:.6g},{:.6g},{},{}", c, k.points, k.light, k.brdf,
@@ -183,6 +198,7 @@ std::string table(const Inspection& report) {
     for (const Vec3& v : {k.mean, k.normal, k.box.lo, k.box.hi}) {
       text += fmt::format(",{:.6g},{:.6g},{:.6g}", v.x, v.y, v.z);
     }
+    if (is_learned) text += fmt::format(",{:.6g},{:.6g}", k.visibility, k.sigma);
     text += '\n';
   }
   return text;

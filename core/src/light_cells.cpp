@@ -1,15 +1,18 @@
 #include "kinome/light_cells.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <queue>
 
+#include "grid_integrals.h"
 #include "hilbert_points.h"
 #include "kinome/emitter.h"
 #include "kinome/render_context.h"
 #include "kinome/sampler.h"
 #include "lobe_kernels.h"
+#include "quad_importance.h"
 
 namespace kinome {
 namespace {
@@ -24,6 +27,8 @@ constexpr double kFloor = 1e-3;
 constexpr int kMaxWidthShare = 8;
 /// Coarser grids are refined: quads must be small for quadrature by four points, and cells narrow.
 constexpr int kMinColumns = 32, kMinRows = 16;
+/// Rows of quads that are tabulated together.
+constexpr int kBand = 16;
 /// The urgency of dividing one that is.
 constexpr double kTooWide = 1e300;
 
@@ -53,19 +58,19 @@ DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, 
   grid_.columns *= columns_parts_;
   grid_.rows *= rows_parts_;
   grid_.first_column *= static_cast<float>(columns_parts_);
-  tabulate(context);
-  if (!(sum(row_sums_, {0, 0, grid_.columns, grid_.rows}) > 0)) return;
+  if (!(tabulate(context) > 0)) return;
   divide(std::clamp(count, 1u, kMaxCells));
-  row_squares_ = {};
   const size_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
   const auto resize = [&](std::vector<float>& v) { v.assign(padded, 0.f); };
   resize(flux_);
   resize(radius_);
+  resize(inverse_flux_);
   for (auto& v : vector_flux_) resize(v);
   for (auto& v : importance_flux_) resize(v);
   for (auto& v : axis_) resize(v);
   for (auto& v : edges_) resize(v);
-  context.parallel_for(size_, [&](size_t i) { describe(static_cast<uint32_t>(i)); });
+  const GridIntegrals integrals(grid_);
+  context.parallel_for(size_, [&](size_t i) { describe(static_cast<uint32_t>(i), integrals); });
 }
 
 Vec3 DistantCells::direction(double column, double row) const {
@@ -79,15 +84,6 @@ Vec3 DistantCells::direction(double column, double row) const {
 
 float DistantCells::quad_solid_angle(int row) const {
   return static_cast<float>((row_cosines_[row] - row_cosines_[row + 1]) * 2 * kPiD / grid_.columns);
-}
-
-double DistantCells::sum(const std::vector<double>& row_sums, const Rectangle& r) const {
-  double total = 0;
-  for (int y = r.y0; y < r.y1; ++y) {
-    const double* const row = &row_sums[static_cast<size_t>(y) * (grid_.columns + 1)];
-    total += row[r.x1] - row[r.x0];
-  }
-  return total;
 }
 
 bool DistantCells::eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const {
@@ -124,22 +120,72 @@ void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& point
   }
 }
 
+void DistantCells::find_nodes(int row, int x0, int x1, Nodes& nodes) const {
+  const size_t count = static_cast<size_t>(x1 - x0) + 1;
+  nodes.radiance.resize(count);
+  if (columns_parts_ == 1 && rows_parts_ == 1 &&
+      emitter_.eval_grid_corners(row, x0, nodes.radiance)) {
+    return;
+  }
+  nodes.places.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    nodes.places[i] = {static_cast<float>(x0 + static_cast<int>(i)), static_cast<float>(row)};
+  }
+  if (eval_grid(nodes.places, nodes.radiance)) return;
+  std::vector<Vec3> directions;
+  for (size_t i = 0; i < count; ++i) {
+    directions.push_back(direction(static_cast<double>(x0) + static_cast<double>(i), row));
+  }
+  emitter_.eval_environment_batch(directions, nodes.radiance, {});
+}
+
 /// Densities need not be exact: of a smooth quad its centre tells enough.
-void DistantCells::find_quad_points(int row, GaussPoints& points) const {
+void DistantCells::tabulate_row(int row, float* importance) const {
+  thread_local GaussPoints points;
   if (grid_.smooth_quads) {
     points.places.resize(grid_.columns);
     points.radiance.resize(grid_.columns);
     for (int x = 0; x < grid_.columns; ++x) {
       points.places[x] = {static_cast<float>(x) + 0.5f, static_cast<float>(row) + 0.5f};
     }
-    if (eval_grid(points.places, points.radiance)) return;
+    if (!eval_grid(points.places, points.radiance)) {
+      find_gauss_points(row, 0, grid_.columns, points);
+    }
+  } else {
+    find_gauss_points(row, 0, grid_.columns, points);
   }
-  find_gauss_points(row, 0, grid_.columns, points);
+  const size_t per_quad = points.radiance.size() / grid_.columns;
+  for (int x = 0; x < grid_.columns; ++x) {
+    float sum = 0;
+    for (size_t g = 0; g < per_quad; ++g) {
+      sum += std::abs(mean_of(points.radiance[x * per_quad + g]));
+    }
+    importance[x] = sum / static_cast<float>(per_quad);
+  }
 }
 
-void DistantCells::tabulate(const RenderContext& context) {
+/// Of bilinear quads [y0, y1): their centres are the means of their corners.
+void DistantCells::tabulate_band(int y0, int y1) {
+  thread_local Nodes nodes;
+  thread_local std::vector<float> upper, lower;
+  for (int y = y0; y <= y1; ++y) {
+    find_nodes(y, 0, grid_.columns, nodes);
+    lower.resize(nodes.radiance.size());
+    for (size_t i = 0; i < lower.size(); ++i) lower[i] = mean_of(nodes.radiance[i]);
+    if (y > y0) {
+      float* const importance = importance_->row(y - 1);
+      for (int x = 0; x < grid_.columns; ++x) {
+        importance[x] = 0.25f * std::abs(upper[x] + upper[x + 1] + lower[x] + lower[x + 1]);
+      }
+    }
+    std::swap(upper, lower);
+  }
+}
+
+/// Returns the sum of all importance.
+double DistantCells::tabulate(const RenderContext& context) {
   const int columns = grid_.columns, rows = grid_.rows;
-  luminance_.resize(static_cast<size_t>(columns) * rows);
+  importance_ = std::make_shared<QuadImportance>(columns, rows);
   row_cosines_.resize(rows + 1);
   for (int y = 0; y <= rows; ++y) row_cosines_[y] = std::cos(kPiD * y / rows);
   for (int i = 0; i < 2 * columns; ++i) {
@@ -148,39 +194,22 @@ void DistantCells::tabulate(const RenderContext& context) {
     column_cosines_.push_back(std::cos(phi));
   }
   std::vector<double> row_means(rows);
-  context.parallel_for(rows, [&](size_t y) {
-    const double solid_angle = quad_solid_angle(static_cast<int>(y));
-    double row_sum = 0;
-    thread_local GaussPoints points;
-    find_quad_points(static_cast<int>(y), points);
-    const size_t per_quad = points.radiance.size() / columns;
-    for (int x = 0; x < columns; ++x) {
-      float sum = 0;
-      for (size_t g = 0; g < per_quad; ++g) {
-        sum += std::abs(mean_of(points.radiance[x * per_quad + g]));
-      }
-      const float mean = sum / static_cast<float>(per_quad);
-      luminance_[y * columns + x] = mean;
-      row_sum += mean * solid_angle;
+  context.parallel_for((rows + kBand - 1) / kBand, [&](size_t band) {
+    const int y0 = static_cast<int>(band) * kBand, y1 = std::min(y0 + kBand, rows);
+    if (grid_.bilinear_quads) tabulate_band(y0, y1);
+    for (int y = y0; y < y1; ++y) {
+      float* const importance = importance_->row(y);
+      if (!grid_.bilinear_quads) tabulate_row(y, importance);
+      double sum = 0;
+      for (int x = 0; x < columns; ++x) sum += importance[x];
+      row_means[y] = sum * quad_solid_angle(y);
     }
-    row_means[y] = row_sum;
   });
   double total = 0;
   for (const double mean : row_means) total += mean;
   const auto least = static_cast<float>(kFloor * total / (4 * kPiD));
-  row_sums_.assign(static_cast<size_t>(columns + 1) * rows, 0.);
-  row_squares_.assign(row_sums_.size(), 0.);
-  context.parallel_for(rows, [&](size_t y) {
-    double* const sums = &row_sums_[y * (columns + 1)];
-    double* const squares = &row_squares_[y * (columns + 1)];
-    const double angle = quad_solid_angle(static_cast<int>(y));
-    for (int x = 0; x < columns; ++x) {
-      float& l = luminance_[y * columns + x];
-      l = std::max(l, least);
-      sums[x + 1] = sums[x] + l * angle;
-      squares[x + 1] = squares[x] + static_cast<double>(l) * l * angle;
-    }
-  });
+  context.parallel_for(rows, [&](size_t y) { importance_->sum_row(static_cast<int>(y), least); });
+  return total;
 }
 
 void DistantCells::divide(uint32_t count) {
@@ -193,8 +222,13 @@ void DistantCells::divide(uint32_t count) {
   const auto urgency = [&](const Candidate& c) {
     if (c.x1 - c.x0 <= 1 && c.y1 - c.y0 <= 1) return -1.;
     if (c.x1 - c.x0 > widest) return kTooWide;
-    const Rectangle r{c.x0, c.y0, c.x1, c.y1};
-    const double flux = sum(row_sums_, r), squares = sum(row_squares_, r), angle = solid_angle(c);
+    double flux = 0, squares = 0;
+    for (int y = c.y0; y < c.y1; ++y) {
+      const QuadImportance::Sums sums = importance_->sum(y, c.x0, c.x1);
+      flux += sums.values * quad_solid_angle(y);
+      squares += sums.squares * quad_solid_angle(y);
+    }
+    const double angle = solid_angle(c);
     const double variance = std::max(0., squares - flux * flux / angle);
     return std::sqrt(variance * angle) + 0.02 * flux * std::sqrt(angle);
   };
@@ -240,29 +274,95 @@ void DistantCells::divide(uint32_t count) {
                : std::pair(a.second.y0, a.second.x0) < std::pair(b.second.y0, b.second.x0);
   });
   size_ = static_cast<uint32_t>(cells.size());
-  quads_.resize(luminance_.size());
+  cell_of_quad_ = std::make_unique_for_overwrite<uint16_t[]>(static_cast<size_t>(columns) * rows);
   for (const auto& cell : cells) rectangles_.push_back(cell.second);
 }
 
-void DistantCells::describe(uint32_t cell) {
-  thread_local GaussPoints points;
-  const Rectangle& r = rectangles_[cell];
-  flux_[cell] = static_cast<float>(sum(row_sums_, r));
-  double mean[3] = {}, importance[3] = {}, flux[9] = {};
+void DistantCells::add_smooth_flux(const Rectangle& r, double flux[9]) const {
+  thread_local GaussPoints tls_points;
+  GaussPoints& points = tls_points;
   for (int y = r.y0; y < r.y1; ++y) {
     find_gauss_points(y, r.x0, r.x1, points);
-    const size_t row = static_cast<size_t>(y) * grid_.columns;
     for (size_t i = 0; i < points.directions.size(); ++i) {
-      const double w = points.weights[i / 2 % 2], l = w * luminance_[row + r.x0 + i / 4];
-      for (int axis = 0; axis < 3; ++axis) {
-        const double d = points.directions[i][axis];
-        mean[axis] += d * w;
-        importance[axis] += d * l;
-        for (int c = 0; c < 3; ++c) flux[c * 3 + axis] += d * w * points.radiance[i][c];
-      }
+      const double w = points.weights[i / 2 % 2];
+      for (int k = 0; k < 9; ++k)
+        flux[k] += points.directions[i][k % 3] * w * points.radiance[i][k / 3];
     }
-    for (int x = r.x0; x < r.x1; ++x) quads_[row + x] = {luminance_[row + x] / flux_[cell], cell};
   }
+}
+
+/// A node's light is its radiance times a linear interpolation along columns and one along rows.
+void DistantCells::add_bilinear_flux(const Rectangle& r, const GridIntegrals& integrals,
+                                     double flux[9]) const {
+  thread_local Nodes tls_nodes;
+  thread_local std::vector<glm::dvec3> tls_weights;
+  Nodes& nodes = tls_nodes;
+  std::vector<glm::dvec3>& weights = tls_weights;
+  weights.clear();
+  for (int x = r.x0; x <= r.x1; ++x) {
+    weights.emplace_back(integrals.sine.at_node(x, r.x0, r.x1),
+                         integrals.width.at_node(x, r.x0, r.x1),
+                         -integrals.cosine.at_node(x, r.x0, r.x1));
+  }
+  const glm::dmat3 to_world(grid_.to_world);
+  glm::dvec3 local[3] = {};
+  for (int y = r.y0; y <= r.y1; ++y) {
+    find_nodes(y, r.x0, r.x1, nodes);
+    glm::dvec3 red(0.), green(0.), blue(0.);
+    for (size_t i = 0; i < weights.size(); ++i) {
+      const glm::dvec3 radiance(nodes.radiance[i]);
+      red += radiance.x * weights[i];
+      green += radiance.y * weights[i];
+      blue += radiance.z * weights[i];
+    }
+    const double across = integrals.sine_squared.at_node(y, r.y0, r.y1);
+    const glm::dvec3 along(across, integrals.product.at_node(y, r.y0, r.y1), across);
+    local[0] += along * red;
+    local[1] += along * green;
+    local[2] += along * blue;
+  }
+  for (int c = 0; c < 3; ++c) {
+    const glm::dvec3 world = to_world * local[c];
+    for (int axis = 0; axis < 3; ++axis) flux[c * 3 + axis] += world[axis];
+  }
+}
+
+void DistantCells::describe(uint32_t cell, const GridIntegrals& integrals) {
+  thread_local std::vector<glm::dvec3> tls_columns;
+  std::vector<glm::dvec3>& columns = tls_columns;
+  const Rectangle& r = rectangles_[cell];
+  columns.clear();
+  glm::dvec3 all_columns(0.);
+  for (int x = r.x0; x < r.x1; ++x) {
+    all_columns += columns.emplace_back(integrals.sine.whole(x), integrals.width.whole(x),
+                                        -integrals.cosine.whole(x));
+  }
+  double sum = 0;
+  glm::dvec3 mean_local(0.), importance_local(0.);
+  for (int y = r.y0; y < r.y1; ++y) {
+    const float* const importance = importance_->row(y) + r.x0;
+    glm::dvec3 row_sum(0.);
+    for (size_t i = 0; i < columns.size(); ++i) {
+      row_sum += static_cast<double>(importance[i]) * columns[i];
+    }
+    const double across = integrals.sine_squared.whole(y);
+    const glm::dvec3 along(across, integrals.product.whole(y), across);
+    mean_local += along * all_columns;
+    importance_local += along * row_sum;
+    sum += importance_->sum(y, r.x0, r.x1).values * quad_solid_angle(y);
+    uint16_t* const cells = &cell_of_quad_[static_cast<size_t>(y) * grid_.columns];
+    std::fill(cells + r.x0, cells + r.x1, static_cast<uint16_t>(cell));
+  }
+  flux_[cell] = static_cast<float>(sum);
+  inverse_flux_[cell] = static_cast<float>(1 / sum);
+  double flux[9] = {};
+  if (grid_.bilinear_quads) {
+    add_bilinear_flux(r, integrals, flux);
+  } else if (grid_.smooth_quads) {
+    add_smooth_flux(r, flux);
+  }
+  const glm::dmat3 to_world(grid_.to_world);
+  const glm::dvec3 mean = to_world * mean_local, importance = to_world * importance_local;
   const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
   Vec3 centre(static_cast<float>(mean[0] / length), static_cast<float>(mean[1] / length),
               static_cast<float>(mean[2] / length));
@@ -296,12 +396,13 @@ CellPoints DistantCells::draw_points(uint32_t count, uint64_t seed,
                                      const RenderContext& context) const {
   double roots = 0;
   for (uint32_t c = 0; c < size_; ++c) roots += std::sqrt(static_cast<double>(flux_[c]));
+  const uint32_t least = std::clamp(std::bit_floor(count / size_), 4u, 16u);
   CellPoints out;
   out.first.push_back(0);
   for (uint32_t c = 0; c < size_; ++c) {
     const double wanted =
         count * (0.5 / size_ + 0.5 * std::sqrt(static_cast<double>(flux_[c])) / roots);
-    uint32_t points = 16;
+    uint32_t points = least;
     while (points * std::numbers::sqrt2 < wanted && points < 1024) points *= 2;
     out.first.push_back(out.first.back() + points);
   }
@@ -330,13 +431,10 @@ void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> 
   thread_local std::vector<Rgb> radiance;
   const Rectangle& r = rectangles_[cell];
   const int height = r.y1 - r.y0;
-  const auto row_at = [&](int y) {
-    return &row_sums_[static_cast<size_t>(y) * (grid_.columns + 1)];
-  };
   cumulated.assign(height + 1, 0.);
   for (int y = 0; y < height; ++y) {
-    const double* const row = row_at(r.y0 + y);
-    cumulated[y + 1] = cumulated[y] + row[r.x1] - row[r.x0];
+    cumulated[y + 1] =
+        cumulated[y] + importance_->sum(r.y0 + y, r.x0, r.x1).values * quad_solid_angle(r.y0 + y);
   }
   const double total = cumulated[height];
   const auto shares =
@@ -351,11 +449,7 @@ void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> 
     const auto y = static_cast<int>(above - cumulated.begin()) - 1;
     const double share_y =
         std::clamp((along - cumulated[y]) / (cumulated[y + 1] - cumulated[y]), 0., 0.9999999);
-    const double* const row = row_at(r.y0 + y);
-    const double across = row[r.x0] + u.x * (row[r.x1] - row[r.x0]);
-    const double* const right = std::upper_bound(row + r.x0 + 1, row + r.x1, across);
-    const auto x = static_cast<int>(std::min<ptrdiff_t>(right - row, r.x1)) - 1;
-    const double share_x = std::clamp((across - row[x]) / (row[x + 1] - row[x]), 0., 0.9999999);
+    const auto [x, share_x] = importance_->find(r.y0 + y, r.x0, r.x1, u.x);
     // Uniform by solid angle within the quad.
     const double upper = row_cosines_[r.y0 + y], lower = row_cosines_[r.y0 + y + 1];
     const double cosine = upper + (lower - upper) * share_y;
@@ -366,8 +460,7 @@ void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> 
     directions[i] = glm::normalize(grid_.to_world * local);
     points[i].cell = cell;
     points[i].d = directions[i];
-    points[i].density =
-        static_cast<float>(luminance_[static_cast<size_t>(r.y0 + y) * grid_.columns + x] / total);
+    points[i].density = static_cast<float>(importance_->row(r.y0 + y)[x] / total);
   }
   emitter_.eval_environment_batch(directions, radiance, {});
   for (size_t i = 0; i < points.size(); ++i) points[i].weight = radiance[i] / points[i].density;
@@ -384,12 +477,15 @@ void DistantCells::look_up(const Lookup& to, size_t count) const {
   simd::SphereGrid grid{{}, grid_.columns, grid_.rows, grid_.first_column};
   for (int i = 0; i < 9; ++i) grid.to_local[i] = grid_.to_world[i / 3][i % 3];
   simd::find_places(grid, to.dx, to.dy, to.dz, padded, &places[0].x, quads.data());
-  for (size_t i = 0; i < count; ++i) __builtin_prefetch(&quads_[quads[i]]);
+  const QuadImportance& importance = *importance_;
+  for (size_t i = 0; i < count; ++i) {
+    __builtin_prefetch(&cell_of_quad_[quads[i]]);
+    __builtin_prefetch(&importance[quads[i]]);
+  }
   const bool has_radiance = eval_grid({places.data(), count}, {to.radiance, count});
   for (size_t i = 0; i < count; ++i) {
-    const Quad& quad = quads_[quads[i]];
-    to.cell[i] = quad.cell;
-    to.density[i] = quad.density;
+    to.cell[i] = cell_of_quad_[quads[i]];
+    to.density[i] = importance[quads[i]] * inverse_flux_[to.cell[i]];
   }
   if (has_radiance) return;
   thread_local std::vector<Vec3> directions;

@@ -160,7 +160,7 @@ class EnvironmentMap final : public Emitter {
     grid.rows = map_.rows() - 1;
     grid.first_column = 0.5f;
     grid.to_world = to_world_;
-    grid.smooth_quads = true;
+    grid.smooth_quads = grid.bilinear_quads = true;
     return grid;
   }
 
@@ -169,6 +169,11 @@ class EnvironmentMap final : public Emitter {
       const size_t count = std::min(SphericalMap::kBlock, places.size() - first);
       map_.eval_places(places.subspan(first, count), &radiance[first]);
     }
+    return true;
+  }
+
+  bool eval_grid_corners(int row, int first, std::span<Rgb> radiance) const override {
+    map_.copy_texels(row, first, radiance);
     return true;
   }
 

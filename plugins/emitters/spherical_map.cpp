@@ -247,6 +247,11 @@ void SphericalMap::eval_places(std::span<const Vec2> places, Rgb* radiance) cons
   for (size_t i = 0; i < places.size(); ++i) radiance[i] = radiance_at(found[i]);
 }
 
+void SphericalMap::copy_texels(int row_index, int first, std::span<Rgb> radiance) const {
+  const Texel* const texels = row(row_index) + first;
+  for (size_t i = 0; i < radiance.size(); ++i) radiance[i] = texels[i].radiance;
+}
+
 SphericalMap::Sample SphericalMap::sample_patch(const GridDistribution::Cell& patch) const {
   const auto i = static_cast<int>(patch.row);
   const Texel* const top = row(i) + patch.column;

@@ -50,6 +50,8 @@ class SphericalMap {
   void eval_block(std::span<const Vec3> d, Rgb* radiance, float* pdf) const;
   /// Radiance at up to kBlock places, in units of columns from column 0's centre on, and of rows.
   void eval_places(std::span<const Vec2> places, Rgb* radiance) const;
+  /// Radiance of the texels of a row from column `first` on; after the last one comes the first.
+  void copy_texels(int row, int first, std::span<Rgb> radiance) const;
   /// A density of 0 stands for nullopt.
   void sample_block(std::span<const Vec2> u, Sample* samples) const;
   /// The radiance integrated over each cell, exactly (up to rounding).

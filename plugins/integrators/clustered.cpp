@@ -94,7 +94,7 @@ class Chooser {
   /// Without the samples' visibility.
   Inspection inspect(const LightPoints& points, const SurfaceInteraction& si, const SampleKey& key,
                      uint32_t dimension) const {
-    Inspection report{points.kind, si.p, si.shape->bsdf().reflection_frame(si).n, {}, {}};
+    Inspection report{points.kind, si.p, si.shape->bsdf().reflection_frame(si).n, {}, {}, {}};
     RenderCounters counters;
     Scratch scratch;
     PointSelection selection;
@@ -273,6 +273,14 @@ class Clustered final : public Integrator {
     RenderCounters counters;
     PrimaryBatch primary;
     const auto x = static_cast<int>(film_position.x), y = static_cast<int>(film_position.y);
+    if (auto own = product_cells(scene, context)) {
+      const auto cells = std::make_shared<const DistantCells>(std::move(*own));
+      Inspection report =
+          inspect_product(scene, sensor, context, *cells, product_settings(sensor), x, y);
+      // The report keeps the cells alive.
+      report.cluster_at = [cells, at = report.cluster_at](const Vec3& d) { return at(d); };
+      return {report};
+    }
     primary.trace(scene, sensor, {x, y, x + 1, y + 1}, 0, 1, key_seed(context, sensor.sampler()),
                   counters);
     if (settings_.options.hide_emitters) primary.pass_emitters(scene, counters);

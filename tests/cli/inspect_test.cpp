@@ -109,6 +109,51 @@ TEST_F(Inspect, ClustersAreOutlined) {
   }
 }
 
+/// A floor under an even sky, half of which a wall hides.
+TEST_F(Inspect, ShowsWhatProductSamplingLearned) {
+  const std::string scene = folder_.write("wall.xml", R"(<scene version="3.0.0">
+  <integrator type="clustered"><integer name="cut_size" value="200"/>
+    <float name="rays_per_pixel" value="90"/></integrator>
+  <sensor type="perspective"><transform name="to_world">
+      <lookat origin="0,2,0" target="0,0,0" up="0,0,1"/></transform>
+    <film type="hdrfilm"><integer name="width" value="16"/><integer name="height" value="16"/></film>
+  </sensor>
+  <emitter type="constant"/>
+  <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/></transform></shape>
+  <shape type="rectangle"><transform name="to_world"><scale value="1000"/>
+    <rotate y="1" angle="90"/><translate x="-.9"/></transform></shape>
+</scene>)");
+  const ProcessResult result =
+      kinome({scene, "--inspect", "8,8", "-o", folder_.path("out"), "--seed", "3"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  auto columns = table("out.csv");
+  const size_t cells = columns["cluster"].size();
+  EXPECT_GT(cells, 100u);
+  EXPECT_NEAR(sum(columns["light"]), 1, 1e-4);
+  EXPECT_NEAR(sum(columns["probability"]), 1, 1e-4);
+  EXPECT_LE(sum(columns["samples"]), 90);  // directions below the horizon send none
+  EXPECT_GE(sum(columns["samples"]), 70);
+  int seen = 0, behind = 0;
+  for (size_t c = 0; c < cells; ++c) {
+    const double x = columns["mean_x"][c], y = columns["mean_y"][c];
+    if (y < 0.3) {
+      EXPECT_TRUE(y > -0.3 || columns["probability"][c] == 0) << "below the horizon: " << c;
+      continue;
+    }
+    if (x > 0.3) {
+      ++seen;
+      EXPECT_GT(columns["visibility"][c], 0.9) << c;
+    } else if (x < -0.3) {
+      ++behind;
+      EXPECT_LT(columns["visibility"][c], 0.1) << c;
+    }
+  }
+  EXPECT_GT(seen, 10);
+  EXPECT_GT(behind, 10);
+  const Png png = read_png(folder_.path("out.png"));
+  EXPECT_EQ(std::pair(png.width, png.height), std::pair(1024u, 512u));
+}
+
 TEST_F(Inspect, SaysWhyNot) {
   EXPECT_NE(inspect("40,2").err.find("0,0 to 39,29"), std::string::npos);
   EXPECT_NE(inspect("-1,2").err.find("0,0 to 39,29"), std::string::npos);

@@ -5,117 +5,10 @@
 
 #include <numeric>
 
-#include "direct_scenes.h"
+#include "product_scenes.h"
 
 namespace kinome::test {
 namespace {
-
-constexpr double kAlpha = 1e-4;
-
-const TemporaryFolder& folder() {
-  static const TemporaryFolder instance;
-  return instance;
-}
-
-/// A dim, coloured sky with a strong sun, a weaker one near the horizon, and one negative texel.
-Rgb harsh(int x, int y) {
-  if (x == 20 && y == 7) return {300, 270, 150};
-  if (x == 3 && y == 14) return {10, 30, 70};
-  if (x == 9 && y == 3) return Rgb(-0.01f);
-  const float shade = 0.3f + 0.2f * std::sin(0.4f * static_cast<float>(x + 2 * y));
-  return {shade, 0.8f * shade, 1.3f * shade};
-}
-std::string map_xml(const std::string& name, int width, int height, Rgb (*texel)(int, int),
-                    const std::string& transform = "") {
-  Image image{width, height, {"R", "G", "B"}, {}};
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const Rgb c = texel(x, y);
-      image.data.insert(image.data.end(), {c.x, c.y, c.z});
-    }
-  }
-  const std::string path = folder().path(name + ".pfm");
-  write_pfm(path, image);
-  return "<emitter type=\"envmap\"><string name=\"filename\" value=\"" + path +
-         "\"/><transform name=\"to_world\">" + transform + "</transform></emitter>";
-}
-std::string sun_xml() {
-  return map_xml("sun", 32, 17, harsh);
-}
-
-std::string number(const std::string& name, double value) {
-  return "<float name=\"" + name + "\" value=\"" + std::to_string(value) + "\"/>";
-}
-std::string integer(const std::string& name, int value) {
-  return "<integer name=\"" + name + "\" value=\"" + std::to_string(value) + "\"/>";
-}
-std::string off(const std::string& name) {
-  return "<boolean name=\"" + name + "\" value=\"false\"/>";
-}
-std::string bsdf(const std::string& type, const std::string& parameters = "") {
-  return "<bsdf type=\"" + type + "\">" + parameters + "</bsdf>";
-}
-const std::string kGrey = diffuse_xml(".6 .5 .4");
-
-/// Spheres and a box over a floor: shadows, grazing angles, horizons that cut cells.
-std::string shapes_xml(const std::string& material) {
-  return R"(<shape type="sphere"><point name="center" x="-.7" y=".7" z="0"/>
-      <float name="radius" value=".7"/>)" +
-         material + R"(</shape><shape type="sphere"><point name="center" x="1" y=".4" z=".8"/>
-      <float name="radius" value=".4"/>)" +
-         material + R"(</shape><shape type="cube"><transform name="to_world">
-      <scale x=".2" y="1.2" z=".5"/><rotate y="1" angle="30"/><translate x=".6" y="1" z="-1"/>
-      </transform>)" +
-         material + R"(</shape><shape type="rectangle"><transform name="to_world">
-      <scale value="5"/><rotate x="1" angle="-90"/></transform>)" +
-         material + "</shape>";
-}
-
-struct Arrangement {
-  std::string shapes = shapes_xml(kGrey);
-  std::string light = sun_xml();
-  std::string parameters;  ///< of the integrator
-  double rays = 12;
-  std::string film = integer("width", 16) + integer("height", 12) + "<rfilter type=\"box\"/>";
-  std::string sensor = "perspective";
-  std::string optics = number("fov", 45);
-  double scale = 1;  ///< of the world
-  bool hide = true;
-  int direct_samples = 16;
-};
-
-std::unique_ptr<Scene> make_scene(const Arrangement& s, const std::string& integrator,
-                                  int samples) {
-  const std::string scaled =
-      s.scale == 1 ? "" : "<scale value=\"" + std::to_string(s.scale) + "\"/>";
-  const auto at = [&](double v) { return std::to_string(v * s.scale); };
-  return scene_from("<scene version=\"3.0.0\">" + integrator + "<sensor type=\"" + s.sensor +
-                    "\">" + s.optics + "<transform name=\"to_world\"><lookat origin=\"" + at(0) +
-                    "," + at(2) + "," + at(5) + "\" target=\"" + at(0) + "," + at(.4) + "," +
-                    at(0) + "\" up=\"0,1,0\"/></transform><sampler type=\"independent\">" +
-                    integer("sample_count", samples) + "</sampler><film type=\"hdrfilm\">" +
-                    s.film + "</film></sensor>" + s.shapes + s.light + "</scene>");
-}
-std::string hidden(const Arrangement& s) {
-  return s.hide ? "<boolean name=\"hide_emitters\" value=\"true\"/>" : "";
-}
-std::unique_ptr<Scene> product_scene(const Arrangement& s) {
-  return make_scene(
-      s,
-      "<integrator type=\"clustered\"><string name=\"importance\" value=\"product\"/>" +
-          number("rays_per_pixel", s.rays) + hidden(s) + s.parameters + "</integrator>",
-      8);
-}
-std::unique_ptr<Scene> direct_scene(const Arrangement& s) {
-  return make_scene(s, "<integrator type=\"direct\">" + hidden(s) + "</integrator>",
-                    s.direct_samples);
-}
-
-void expect_unbiased(const Arrangement& s, int renders = kRenders, int tile = 4) {
-  const auto product = estimate_tiles(*product_scene(s), renders, tile);
-  const auto direct = estimate_tiles(*direct_scene(s), kRenders, tile, 5000);
-  expect_equal(product, direct, kAlpha, "product");
-}
 
 struct Case {
   const char* name;
@@ -144,15 +37,6 @@ std::string normal_map(const std::string& nested) {
               "<texture name=\"normalmap\" type=\"bitmap\"><string name=\"filename\" value=\"" +
                   path + "\"/><boolean name=\"raw\" value=\"true\"/></texture>" + nested);
 }
-std::string checkerboard(const std::string& name) {
-  return "<texture type=\"checkerboard\" name=\"" + name +
-         "\"><rgb name=\"color0\" value=\"0 0 0\"/><rgb name=\"color1\" value=\".9 .5 .2\"/>"
-         "<transform name=\"to_uv\"><scale value=\"7\"/></transform></texture>";
-}
-std::string metal(double alpha) {
-  return bsdf("roughconductor", number("alpha", alpha));
-}
-
 class Unbiased : public testing::TestWithParam<Case> {};
 TEST_P(Unbiased, AsDirectIs) {
   expect_unbiased(GetParam().setup);
@@ -337,12 +221,21 @@ TEST(Product, ThinObjectsAreNotLost) {
   expect_unbiased(s, 256, 6);
 }
 
-/// The mean of many cheap renders against one long one, pixel by pixel.
+/// The mean of many cheap renders against one long one, pixel by pixel: without a pilot, and with
+/// one each.
 TEST(Product, ManyCheapRendersAreOneGoodOne) {
   Arrangement s;
-  s.rays = 8;
   s.direct_samples = 64;
-  expect_unbiased(s, 256, 1);
+  for (const std::string& material : {kGrey, bsdf("roughplastic", number("alpha", .2))}) {
+    s.shapes = shapes_xml(material);
+    const auto direct = estimate_tiles(*direct_scene(s), kRenders, 1, 5000);
+    for (const double rays : {8., 12.}) {
+      if (rays == 8 && material != kGrey) continue;
+      s.rays = rays;
+      expect_equal(estimate_tiles(*product_scene(s), 256, 1), direct, kAlpha,
+                   std::to_string(rays) + " rays");
+    }
+  }
 }
 
 TEST(Product, SeveralPassesAreUnbiased) {
@@ -433,6 +326,59 @@ TEST(Product, NothingToShadeIsExact) {
   render(*scene, *scene->sensors()[0], context);
   const auto& rays = context.stats().counters.rays;
   EXPECT_LE(std::accumulate(rays.begin(), rays.end(), 0.), 1.1 * s.rays * 16 * 12);
+}
+
+TEST(Product, RefusesNumbersOfCellsThatMakeNoSense) {
+  for (const int cells : {0, -1, 1 << 21}) {
+    Arrangement s;
+    s.parameters = integer("cut_size", cells);
+    try {
+      product_scene(s);
+      ADD_FAILURE() << cells;
+    } catch (const Error& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find("cut_size"), std::string::npos) << text;
+      EXPECT_NE(text.find(std::to_string(cells)), std::string::npos) << text;
+    }
+  }
+}
+
+/// Tiles, blocks and maps of the least size, in all combinations, with light and without.
+TEST(Product, OnePixelOfOneTexel) {
+  for (const std::string& light : {constant_xml("0"), constant_xml("1"),
+                                   map_xml("one", 1, 1, [](int, int) { return Rgb(1); })}) {
+    for (const double rays : {1., 12., 3000.}) {
+      Arrangement s;
+      s.film = integer("width", 1) + integer("height", 1) + "<rfilter type=\"box\"/>";
+      s.light = light;
+      s.rays = rays;
+      for (const int cells : {1, 512}) {
+        s.parameters = integer("cut_size", cells);
+        const Image image = render_scene(*product_scene(s), 1);
+        for (const float v : image.data) {
+          EXPECT_TRUE(std::isfinite(v));
+          EXPECT_GE(v, 0);
+          if (rays > 1) {
+            EXPECT_EQ(v > 0, light != constant_xml("0")) << light << rays;
+          }
+        }
+      }
+    }
+  }
+}
+
+/// 268 million pixels, of which a few are asked for.
+TEST(Product, CropsOfAHugeFilmTakeLittle) {
+  Arrangement s;
+  s.film = integer("width", 16384) + integer("height", 16384) + integer("crop_offset_x", 8190) +
+           integer("crop_offset_y", 9001) + integer("crop_width", 9) + integer("crop_height", 7);
+  s.shapes = shapes_xml(metal(.2));
+  const auto scene = product_scene(s);
+  RenderContext context({.threads = 1, .seed = 4});
+  const Image image = render(*scene, *scene->sensors()[0], context);
+  EXPECT_EQ(std::pair(image.width, image.height), std::pair(9, 7));
+  const auto& rays = context.stats().counters.rays;
+  EXPECT_LE(std::accumulate(rays.begin(), rays.end(), 0.), 1.5 * s.rays * 9 * 7);
 }
 
 TEST(Product, IsFiniteOnExtremes) {

@@ -370,6 +370,19 @@ TEST(DistantCells, BlackLightHasNone) {
   EXPECT_EQ(make_cells(*constant, 512).size(), 0u);
 }
 
+/// More than there are quads, and more than can be numbered.
+TEST(DistantCells, AreNoMoreThanThereCanBe) {
+  Disc disc;  // of 256 x 128 quads
+  EXPECT_EQ(make_cells(disc, 100000).size(), kMaxCells);
+  const auto small = envmap(maps()[0]);
+  const EnvironmentGrid grid = small->cell_grid().value();
+  const uint32_t quads = std::max(grid.columns, 32) * std::max(grid.rows, 16);
+  EXPECT_LE(make_cells(*small, 100000).size(), 4 * quads);
+  const CellPoints points = make_cells(disc, 100000).draw_points(1 << 15, 1, context());
+  EXPECT_LE(points.points.size(), 6u * kMaxCells);
+  for (uint32_t c = 0; c < kMaxCells; ++c) EXPECT_GE(points.first[c + 1] - points.first[c], 4u);
+}
+
 TEST(DistantCells, SameSeedSamePoints) {
   const auto map = envmap(maps()[1]);
   const auto draw = [&](unsigned threads, uint64_t seed) {

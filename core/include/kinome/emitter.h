@@ -105,10 +105,16 @@ class KINOME_EXPORT Emitter : public Object {
   /// radiance is laid out: cells are made of that, and nothing else is asked for but
   /// eval_environment_batch. nullopt: it isn't.
   virtual std::optional<EnvironmentGrid> cell_grid() const { return std::nullopt; }
-  /// Radiance at places of cell_grid(): x in [0, columns), y in [0, rows]. False: not offered;
+  /// Radiance at places of cell_grid(): x in [0, columns], y in [0, rows]. False: not offered;
   /// eval_environment_batch is asked then, for directions.
   virtual bool eval_grid_batch(std::span<const Vec2> /*places*/,
                                std::span<Rgb> /*radiance*/) const {
+    return false;
+  }
+
+  /// Radiance at corners of the quads of cell_grid(): those of columns `first`, first + 1, …, at
+  /// the upper edge of `row` (up to the number of rows). False: not offered; places are asked for.
+  virtual bool eval_grid_corners(int /*row*/, int /*first*/, std::span<Rgb> /*radiance*/) const {
     return false;
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "kinome/light_points.h"
@@ -18,6 +19,8 @@ struct InspectedCluster {
   double probability = 0;  ///< of the cluster
   uint32_t samples = 0;    ///< how often it was chosen
   double hits = 0;         ///< lobe rays that met its box
+  double visibility = 1;   ///< as learned, in [0, 1]
+  double sigma = 0;        ///< root mean square of what is left uncertain of it
 };
 
 struct InspectedSample {
@@ -33,6 +36,9 @@ struct Inspection {
   Vec3 normal{0, 0, 1};
   std::vector<InspectedCluster> clusters;
   std::vector<InspectedSample> samples;
+  /// Of clusters of directions that are no boxes, and whose visibility was learned: the one that a
+  /// direction lies in.
+  std::function<uint32_t(const Vec3& direction)> cluster_at;
 };
 
 }  // namespace kinome

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,7 +13,9 @@
 namespace kinome {
 
 class Emitter;
+class QuadImportance;
 class RenderContext;
+struct GridIntegrals;
 
 /// How the radiance of an environment is laid out: quads of equal angles in latitude and longitude.
 /// A local direction is d = (sin phi sin theta, cos theta, -cos phi sin theta); quad (x, y) spans
@@ -26,6 +29,9 @@ struct EnvironmentGrid {
   /// four points is exact for all purposes. Where it isn't, integrals over cells are estimated by
   /// the very points that estimates use: unbiased, with more noise.
   bool smooth_quads = false;
+  /// Radiance is the bilinear interpolation, in phi and theta, of that at each quad's corners: then
+  /// integrals over cells are exact and quick. Implies smooth_quads.
+  bool bilinear_quads = false;
 };
 
 /// A direction of a cell's light, drawn with `density` per solid angle within the cell.
@@ -73,7 +79,7 @@ class KINOME_EXPORT DistantCells {
   /// Integral of radiance x direction over each cell, world space [channel x 3 + axis]. Only where
   /// has_exact_flux(); otherwise CellPoints has it.
   const std::array<std::vector<float>, 9>& vector_flux() const { return vector_flux_; }
-  bool has_exact_flux() const { return grid_.smooth_quads; }
+  bool has_exact_flux() const { return grid_.smooth_quads || grid_.bilinear_quads; }
   /// The same of the importance's radiance (no channels).
   const std::array<std::vector<float>, 3>& importance_flux() const { return importance_flux_; }
   /// Unit mean direction of each cell, world space, and the angle of a cone around it that holds
@@ -85,7 +91,7 @@ class KINOME_EXPORT DistantCells {
   const std::array<std::vector<float>, 8>& edges() const { return edges_; }
   Vec3 to_local(const Vec3& d) const { return d * grid_.to_world; }
 
-  /// About `count` points, in each cell a power of two of them: Owen-scrambled Sobol points, a new
+  /// About `count` points, in each cell a power of two of them, and at least four: Owen-scrambled Sobol points, a new
   /// randomisation for each seed. Uniform picks of a cell's points are distributed by its density.
   CellPoints draw_points(uint32_t count, uint64_t seed, const RenderContext& context) const;
 
@@ -104,9 +110,13 @@ class KINOME_EXPORT DistantCells {
   struct Rectangle {
     int x0, y0, x1, y1;
   };
-  void tabulate(const RenderContext& context);
+  double tabulate(const RenderContext& context);
+  void tabulate_row(int row, float* importance) const;
+  void tabulate_band(int y0, int y1);
   void divide(uint32_t count);
-  void describe(uint32_t cell);
+  void describe(uint32_t cell, const GridIntegrals& integrals);
+  void add_smooth_flux(const Rectangle& r, double flux[9]) const;
+  void add_bilinear_flux(const Rectangle& r, const GridIntegrals& integrals, double flux[9]) const;
   void draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> points) const;
   Vec3 direction(double column, double row) const;
   /// The four Gauss points of each quad of a row from x0 to x1, with the radiance there.
@@ -119,29 +129,24 @@ class KINOME_EXPORT DistantCells {
   void find_gauss_points(int row, int x0, int x1, GaussPoints& points) const;
   /// Emitter::eval_grid_batch at places of grid_, which become the emitter's own.
   bool eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const;
-  /// As many for each quad of a row as its importance takes.
-  void find_quad_points(int row, GaussPoints& points) const;
+  /// The corners of a row's upper edge, columns x0 to x1.
+  struct Nodes {
+    std::vector<Vec2> places;
+    std::vector<Rgb> radiance;
+  };
+  void find_nodes(int row, int x0, int x1, Nodes& nodes) const;
   float quad_solid_angle(int row) const;
-  /// Of rows [y0, y1) and columns [x0, x1), from sums along rows.
-  double sum(const std::vector<double>& row_sums, const Rectangle& r) const;
-
   const Emitter& emitter_;
   EnvironmentGrid grid_;
   int columns_parts_ = 1;  ///< columns of grid_ for each of the emitter's
   int rows_parts_ = 1;
   uint32_t size_ = 0;
-  std::vector<float> luminance_;     ///< of each quad: importance per solid angle
-  std::vector<double> row_sums_;     ///< of luminance x solid angle, rows of columns + 1
-  std::vector<double> row_squares_;  ///< of its square; while dividing
+  std::shared_ptr<QuadImportance> importance_;         ///< per solid angle
   std::vector<double> column_sines_, column_cosines_;  ///< of each quad's two Gauss points
   std::vector<double> row_cosines_;                    ///< cos theta of each row's upper edge
   std::vector<Rectangle> rectangles_;                  ///< of each cell
-  /// What a look-up reads of a quad.
-  struct Quad {
-    float density;  ///< of its cell's points there, per solid angle
-    uint32_t cell;
-  };
-  std::vector<Quad> quads_;
+  std::unique_ptr<uint16_t[]> cell_of_quad_;
+  std::vector<float> inverse_flux_;
   std::vector<float> flux_;
   std::array<std::vector<float>, 9> vector_flux_;
   std::array<std::vector<float>, 3> importance_flux_;

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "kinome/inspection.h"
 #include "kinome/integrator.h"
 #include "kinome/light_cells.h"
 #include "kinome/render_context.h"
@@ -42,5 +43,12 @@ KINOME_EXPORT std::unique_ptr<Passes> begin_product(const Scene& scene, const Se
                                                     RenderContext& context, DistantCells cells,
                                                     const ProductSettings& settings,
                                                     double seconds);
+
+/// What a pixel's renders know of the cells and how they send their rays: clusters of the report
+/// are cells, as the surface that most of the pixel shows sees them. Learned from as many rays as a
+/// render learns from. `cells` must live as long as the report.
+KINOME_EXPORT Inspection inspect_product(const Scene& scene, const Sensor& sensor,
+                                         const RenderContext& context, const DistantCells& cells,
+                                         const ProductSettings& settings, int x, int y);
 
 }  // namespace kinome

@@ -1,0 +1,137 @@
+// What product sampling knows at one pixel, for people to look at.
+#include <algorithm>
+#include <cmath>
+
+#include "estimator.h"
+#include "kinome/error.h"
+#include "kinome/product_sampling.h"
+#include "kinome/sampler.h"
+
+namespace kinome {
+namespace {
+
+constexpr int kTile = 4;
+constexpr uint16_t kPilotPrimaries = 4;
+/// As many as the pilot sends from the tiles that a patch learns from.
+constexpr uint32_t kPilotRays = 25 * kTile * kTile * 3 * kPilotPrimaries;
+constexpr uint16_t kPrimaries = 16;
+/// Teeth of a comb that tells each cell's share of the rays.
+constexpr uint32_t kShares = 1u << 16;
+
+/// Records of a unit's rays, patch by patch.
+using Records = std::vector<std::vector<VisibilityRecord>>;
+
+struct Probe {
+  const Scene& scene;
+  Estimator& estimator;
+  const TilePrimaries& primaries;
+  std::vector<Patch>& patches;
+  const std::vector<Visibility>& visibility;
+  RenderCounters& counters;
+
+  Records operator()(uint32_t rays, uint64_t seed) {
+    Records records(patches.size());
+    std::vector<Estimator::PointPlan> points(primaries.size());
+    Estimator::Unit unit;
+    unit.end = static_cast<uint32_t>(primaries.size());
+    unit.rays = rays;
+    unit.seed = seed;
+    estimator.begin_tile(scene, primaries, patches, visibility, counters);
+    estimator.probe(unit, points, records);
+    estimator.flush();
+    return records;
+  }
+};
+
+Visibility unknown(size_t padded) {
+  Visibility visibility;
+  visibility.resize(padded);
+  visibility.reset();
+  return visibility;
+}
+
+void describe(const DistantCells& cells, const Visibility& visibility, Inspection& report) {
+  double light = 0;
+  report.clusters.resize(cells.size());
+  for (uint32_t c = 0; c < cells.size(); ++c) light += cells.flux()[c];
+  for (uint32_t c = 0; c < cells.size(); ++c) {
+    InspectedCluster& out = report.clusters[c];
+    out.mean = {cells.axis()[0][c], cells.axis()[1][c], cells.axis()[2][c]};
+    const Vec3 reach(2 * std::sin(0.5f * cells.radius()[c]));
+    out.box = {out.mean - reach, out.mean + reach};
+    out.light = cells.flux()[c] / light;
+    const bool is_below = glm::dot(out.mean, report.normal) < -std::sin(cells.radius()[c]);
+    out.visibility = is_below ? 0 : visibility.v[c];
+    out.sigma = is_below ? 0 : visibility.sigma[c];
+  }
+  report.cluster_at = [&cells](const Vec3& d) {
+    float x[DistantCells::kPadding] = {d.x}, y[DistantCells::kPadding] = {d.y},
+          z[DistantCells::kPadding] = {d.z}, density[DistantCells::kPadding];
+    uint32_t cell[DistantCells::kPadding];
+    Rgb radiance[DistantCells::kPadding];
+    cells.look_up({x, y, z, cell, density, radiance}, 1);
+    return cell[0];
+  };
+}
+
+}  // namespace
+
+Inspection inspect_product(const Scene& scene, const Sensor& sensor, const RenderContext& context,
+                           const DistantCells& cells, const ProductSettings& settings, int x,
+                           int y) {
+  const uint64_t seed = key_seed(context, sensor.sampler());
+  const CellLight light(cells, *scene.environment(), cells.draw_points(1u << 15, seed, context));
+  Estimator estimator(light, cells.padded_size());
+  const FilterSampler filter(sensor.film().filter());
+  const Rect crop = sensor.film().crop();
+  if (x < crop.x0 || y < crop.y0 || x >= crop.x1 || y >= crop.y1) {
+    throw Error("the place to inspect is outside of the film's crop window");
+  }
+  TilePrimaries primaries;
+  RenderCounters counters;
+  const auto trace = [&](const Rect& pixels, uint16_t count, uint64_t key) {
+    const std::vector<uint16_t> counts(pixels.area(), count);
+    primaries.trace({scene, sensor, filter, crop, settings.hide_emitters}, pixels, counts,
+                    hash_words(seed, key), counters);
+  };
+  const int x0 = x - (x - crop.x0) % kTile, y0 = y - (y - crop.y0) % kTile;
+  trace({x0, y0, std::min(x0 + kTile, crop.x1), std::min(y0 + kTile, crop.y1)}, kPilotPrimaries, 1);
+  std::vector<Patch> patches;
+  make_patches(primaries, patches);
+  std::vector<Visibility> visibility(patches.size(), unknown(cells.padded_size()));
+  Probe probe{scene, estimator, primaries, patches, visibility, counters};
+  const Records pilot = probe(kPilotRays, hash_words(seed, 2));
+  VisibilityLearner learner(cells.padded_size());
+  for (size_t p = 0; p < pilot.size(); ++p) {
+    learner.begin();
+    learner.add(pilot[p], 16);
+    learner.finish(visibility[p]);
+  }
+
+  trace({x, y, x + 1, y + 1}, kPrimaries, 3);
+  assign_patches(primaries, patches);
+  visibility.resize(patches.size(), unknown(cells.padded_size()));
+  std::vector<uint32_t> points(patches.size() + 1);
+  for (const int32_t patch : primaries.patch) ++points[patch + 1];
+  const size_t shown = std::max_element(points.begin() + 1, points.end()) - points.begin() - 1;
+  if (shown >= patches.size() || points[shown + 1] == 0) {
+    throw Error("there is no surface at the place to inspect");
+  }
+  Inspection report{
+      LightPoints::Kind::kDistant, patches[shown].position, patches[shown].normal, {}, {}, {}};
+  describe(cells, visibility[shown], report);
+  const Records shares = probe(kShares, hash_words(seed, 4));
+  for (const VisibilityRecord record : shares[shown]) {
+    report.clusters[record.cell()].probability += 1. / static_cast<double>(shares[shown].size());
+  }
+  const Records rays =
+      probe(static_cast<uint32_t>(std::max(1., settings.rays_per_pixel)), hash_words(seed, 5));
+  for (const VisibilityRecord record : rays[shown]) {
+    InspectedCluster& cluster = report.clusters[record.cell()];
+    ++cluster.samples;
+    report.samples.push_back({cluster.mean, 1, record.visible()});
+  }
+  return report;
+}
+
+}  // namespace kinome

@@ -1,0 +1,258 @@
+// What is learned may be wrong: the estimator stays unbiased, and only becomes slower. It is driven
+// as the renderer drives it, but with visibilities that lie; z-tests against `direct`, each with a
+// false-alarm rate of 1e-4.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <random>
+
+#include "estimator.h"
+#include "product_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr int kTile = 4;
+
+/// What becomes of the learned visibilities of the real cells, patch by patch.
+enum class Lie { kNone, kAllVisible, kAllHidden, kOpposite, kShuffled, kOtherPatch, kPeeked };
+
+void set_all(Visibility& visibility, float v, float sigma) {
+  std::fill(visibility.v.begin(), visibility.v.end(), v);
+  std::fill(visibility.sigma.begin(), visibility.sigma.end(), sigma);
+  std::fill(visibility.sigma_mixed.begin(), visibility.sigma_mixed.end(), sigma);
+}
+
+void tell(Lie lie, uint32_t cells, std::vector<Visibility>& learned) {
+  std::mt19937 rng(7);
+  std::vector<uint32_t> order(cells);
+  std::iota(order.begin(), order.end(), 0u);
+  std::shuffle(order.begin(), order.end(), rng);
+  const std::vector<Visibility> truth = learned;
+  for (size_t p = 0; p < learned.size(); ++p) {
+    Visibility& visibility = learned[p];
+    switch (lie) {
+      case Lie::kNone:
+      case Lie::kPeeked:
+        break;
+      case Lie::kAllVisible:
+        set_all(visibility, 1, 0.01f);
+        break;
+      case Lie::kAllHidden:
+        set_all(visibility, 0, 0.01f);
+        break;
+      case Lie::kOpposite:  // as certain as before
+        for (float& v : visibility.v) v = 1 - v;
+        break;
+      case Lie::kShuffled:
+        for (uint32_t c = 0; c < cells; ++c) {
+          visibility.v[c] = truth[p].v[order[c]];
+          visibility.sigma[c] = truth[p].sigma[order[c]];
+          visibility.sigma_mixed[c] = truth[p].sigma_mixed[order[c]];
+        }
+        break;
+      case Lie::kOtherPatch:
+        visibility = truth[(p + 1) % truth.size()];
+        break;
+    }
+  }
+}
+
+/// Renders as ProductRenderer does: patches and visibilities from a pilot, then estimates.
+class LyingRenderer {
+ public:
+  LyingRenderer(const Scene& scene, Lie lie)
+      : scene_(scene),
+        sensor_(*scene.sensors().front()),
+        crop_(sensor_.film().crop()),
+        filter_(sensor_.film().filter()),
+        cells_(*scene.environment(), *scene.environment()->cell_grid(), 128, context_),
+        lie_(lie) {
+    tiles_.resize(static_cast<size_t>(tiles_x()) * ((crop_.height() + kTile - 1) / kTile));
+    const CellLight light = make_light(1);
+    Estimator estimator(light, cells_.padded_size());
+    for (size_t i = 0; i < tiles_.size(); ++i) learn(i, estimator);
+  }
+
+  /// Sums over tiles, channel by channel.
+  std::vector<double> render(uint64_t seed, uint32_t rays) {
+    const CellLight light = make_light(hash_words(seed, 1));
+    Estimator estimator(light, cells_.padded_size());
+    std::vector<double> values;
+    for (size_t i = 0; i < tiles_.size(); ++i) {
+      const Rgb sum = render_tile(i, seed, rays, estimator);
+      values.insert(values.end(), {sum.x, sum.y, sum.z});
+    }
+    return values;
+  }
+
+ private:
+  static constexpr uint16_t kPrimaries = 8;
+  static constexpr uint16_t kPilotPrimaries = 8;
+  static constexpr uint32_t kPilotRays = 4000;  ///< of a tile
+  static constexpr float kCandidates = 512;
+
+  struct TileKnowledge {
+    std::vector<Patch> patches;
+    std::vector<Visibility> visibility;
+  };
+
+  int tiles_x() const { return (crop_.width() + kTile - 1) / kTile; }
+  Rect pixels(size_t tile) const {
+    const int x = static_cast<int>(tile) % tiles_x() * kTile;
+    const int y = static_cast<int>(tile) / tiles_x() * kTile;
+    return {crop_.x0 + x, crop_.y0 + y, std::min(crop_.x0 + x + kTile, crop_.x1),
+            std::min(crop_.y0 + y + kTile, crop_.y1)};
+  }
+  CellLight make_light(uint64_t seed) const {
+    return {cells_, *scene_.environment(), cells_.draw_points(1 << 13, seed, context_)};
+  }
+  void trace(size_t tile, uint16_t count, uint64_t seed) {
+    const std::vector<uint16_t> counts(pixels(tile).area(), count);
+    primaries_.trace({scene_, sensor_, filter_, crop_, true}, pixels(tile), counts, seed,
+                     counters_);
+  }
+
+  void learn(size_t tile, Estimator& estimator) {
+    TileKnowledge& known = tiles_[tile];
+    trace(tile, kPilotPrimaries, 1000);
+    make_patches(primaries_, known.patches);
+    Visibility nothing;
+    nothing.resize(cells_.padded_size());
+    nothing.reset();
+    known.visibility.assign(known.patches.size(), nothing);
+    std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
+    std::vector<Estimator::PointPlan> points(primaries_.size());
+    Estimator::Unit unit;
+    unit.end = static_cast<uint32_t>(primaries_.size());
+    unit.rays = kPilotRays;
+    unit.seed = hash_words(tile, 5);
+    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, counters_);
+    estimator.probe(unit, points, records);
+    estimator.flush();
+    VisibilityLearner learner(cells_.padded_size());
+    for (size_t p = 0; p < records.size(); ++p) {
+      learner.begin();
+      learner.add(records[p], 16);
+      learner.finish(known.visibility[p]);
+    }
+    tell(lie_, cells_.size(), known.visibility);
+  }
+
+  /// Learns from the very rays that the unit is going to weigh: where they go depends on sigma
+  /// alone, which stays.
+  void peek(const Estimator::Unit& unit, TileKnowledge& known, Estimator& estimator) {
+    std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
+    std::vector<Estimator::PointPlan> points(primaries_.size());
+    estimator.probe(unit, points, records);
+    estimator.flush();
+    for (size_t p = 0; p < records.size(); ++p) {
+      for (const VisibilityRecord record : records[p]) {
+        known.visibility[p].v[record.cell()] = record.visible() ? 1.f : 0.f;
+      }
+    }
+    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, counters_);
+  }
+
+  Rgb render_tile(size_t tile, uint64_t seed, uint32_t rays, Estimator& estimator) {
+    trace(tile, kPrimaries, hash_words(seed, 2));
+    TileKnowledge known = tiles_[tile];
+    assign_patches(primaries_, known.patches);
+    while (known.visibility.size() < known.patches.size()) {  // that the pilot missed
+      known.visibility.emplace_back().resize(cells_.padded_size());
+      known.visibility.back().reset();
+    }
+    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, counters_);
+    Rgb sum(0.f);
+    for (int i = 0; i < pixels(tile).area(); ++i) {
+      Estimator::Unit unit;
+      unit.first = primaries_.first(i);
+      unit.end = primaries_.first(i + 1);
+      unit.rays = rays;
+      unit.candidates = kCandidates;
+      unit.seed = hash_words(seed, tile, i);
+      if (lie_ == Lie::kPeeked) peek(unit, known, estimator);
+      estimator.estimate(unit, sum);
+    }
+    estimator.flush();
+    return sum / static_cast<float>(kPrimaries);
+  }
+
+  const Scene& scene_;
+  const Sensor& sensor_;
+  const RenderContext context_{{.threads = 1}};
+  const Rect crop_;
+  const FilterSampler filter_;
+  const DistantCells cells_;
+  const Lie lie_;
+  TilePrimaries primaries_;
+  RenderCounters counters_;
+  std::vector<TileKnowledge> tiles_;
+};
+
+std::vector<Estimate> estimate_lie(const Scene& scene, Lie lie) {
+  constexpr uint32_t kRays = 12;
+  LyingRenderer renderer(scene, lie);
+  std::vector<Moments> moments;
+  for (uint64_t seed = 1; seed <= kRenders; ++seed) {
+    const std::vector<double> values = renderer.render(seed, kRays);
+    moments.resize(values.size());
+    for (size_t i = 0; i < values.size(); ++i) moments[i].add(values[i]);
+  }
+  std::vector<Estimate> estimates;
+  for (const Moments& m : moments) estimates.push_back({m.mean(), m.variance_of_mean()});
+  return estimates;
+}
+
+double noise(const std::vector<Estimate>& estimates) {
+  double sum = 0;
+  for (const Estimate& e : estimates) sum += e.variance_of_mean;
+  return sum;
+}
+
+class WrongLearning : public testing::TestWithParam<std::pair<std::string, std::string>> {};
+
+Arrangement arrangement(const std::string& material) {
+  Arrangement s;
+  s.shapes = shapes_xml(material);
+  s.direct_samples = 64;
+  return s;
+}
+
+TEST_P(WrongLearning, IsSlowerAndUnbiased) {
+  const auto scene = direct_scene(arrangement(GetParam().second));
+  const auto direct = estimate_tiles(*scene, kRenders, kTile, 5000);
+  const auto learned = estimate_lie(*scene, Lie::kNone);
+  expect_equal(learned, direct, kAlpha, "learned");
+  constexpr std::pair<Lie, const char*> kLies[] = {{Lie::kAllVisible, "all visible"},
+                                                   {Lie::kAllHidden, "all hidden"},
+                                                   {Lie::kOpposite, "the opposite"},
+                                                   {Lie::kShuffled, "shuffled"},
+                                                   {Lie::kOtherPatch, "another patch's"}};
+  for (const auto& [lie, name] : kLies) {
+    const auto wrong = estimate_lie(*scene, lie);
+    expect_equal(wrong, direct, kAlpha, name);
+    EXPECT_GT(noise(wrong), noise(learned)) << name;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Materials, WrongLearning,
+                         testing::Values(std::pair("Diffuse", kGrey),
+                                         std::pair("RoughPlastic",
+                                                   bsdf("roughplastic", number("alpha", .1))),
+                                         std::pair("Metal", metal(.2))),
+                         [](const auto& c) { return c.param.first; });
+
+/// A test of the tests: what is not frozen before its rays are drawn is biased, and found out.
+TEST(Learning, FromTheRaysThatItWeighsIsCaught) {
+  const auto scene = direct_scene(arrangement(kGrey));
+  const auto direct = estimate_tiles(*scene, kRenders, kTile, 5000);
+  const auto peeked = estimate_lie(*scene, Lie::kPeeked);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_FALSE(z_test(channel(peeked, c), channel(direct, c), kAlpha / 3).passed);
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test

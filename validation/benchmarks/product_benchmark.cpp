@@ -1,0 +1,354 @@
+// What the parts of learned product sampling cost, without rays: kernels over cells, over
+// candidates of glossy lobes, and the pieces around them. Rates are of items: cells, candidates,
+// teeth, records, points.
+#include <benchmark/benchmark.h>
+
+#include <random>
+
+#include "cell_kernels.h"
+#include "comb.h"
+#include "kinome/emitter.h"
+#include "kinome/light_cells.h"
+#include "kinome/render_context.h"
+#include "kinome/sampler.h"
+#include "lobe_kernels.h"
+#include "visibility.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint32_t kCells = 512;
+constexpr size_t kCandidates = 1024;
+constexpr uint32_t kPoints = 64;  ///< surface points that candidates are of
+
+/// A map of noise on a gradient, with a sun, as envmap lays one out.
+class Sky final : public Emitter {
+ public:
+  explicit Sky(int columns) : columns_(columns), rows_(columns / 2) {
+    std::mt19937 rng(1);
+    texels_.resize(static_cast<size_t>(columns_) * (rows_ + 1));
+    for (Rgb& texel : texels_) texel = Rgb(0.5f + 0.5f * to_unit_float(rng()));
+    const size_t sun = texels_.size() / 3;
+    for (int i = 0; i < columns_ / 128; ++i) texels_[sun + i] = Rgb(5000, 4000, 3000);
+  }
+  bool is_environment() const override { return true; }
+  Rgb eval_environment(const Vec3& /*d*/) const override { return Rgb(1); }
+  std::optional<DirectSample> sample_direct(const Vec3&, const Vec2&) const override { return {}; }
+  float pdf_environment(const Vec3&) const override { return 0; }
+  std::optional<EnvironmentGrid> cell_grid() const override {
+    EnvironmentGrid grid;
+    grid.columns = columns_;
+    grid.rows = rows_;
+    grid.smooth_quads = grid.bilinear_quads = true;
+    return grid;
+  }
+  bool eval_grid_batch(std::span<const Vec2> places, std::span<Rgb> radiance) const override {
+    for (size_t i = 0; i < places.size(); ++i) {
+      const int x = std::min(static_cast<int>(places[i].x), columns_ - 1);
+      radiance[i] = texel(x, std::min(static_cast<int>(places[i].y), rows_));
+    }
+    return true;
+  }
+  bool eval_grid_corners(int row, int first, std::span<Rgb> radiance) const override {
+    for (size_t i = 0; i < radiance.size(); ++i) {
+      radiance[i] = texel((first + static_cast<int>(i)) % columns_, row);
+    }
+    return true;
+  }
+
+ private:
+  const Rgb& texel(int x, int y) const { return texels_[static_cast<size_t>(y) * columns_ + x]; }
+  int columns_, rows_;
+  std::vector<Rgb> texels_;
+};
+
+const RenderContext& context() {
+  static const RenderContext instance({.threads = 2});
+  return instance;
+}
+DistantCells make_cells(const Emitter& sky) {
+  return {sky, *sky.cell_grid(), kCells, context()};
+}
+
+std::vector<float> random_floats(size_t count, unsigned seed) {
+  std::mt19937 rng(seed);
+  std::vector<float> values(count);
+  for (float& v : values) v = to_unit_float(rng());
+  return values;
+}
+
+/// Cells of a map, half of them visible, and a patch that sees some 200 of them.
+struct CellFixture {
+  Sky sky{1024};
+  DistantCells cells = make_cells(sky);
+  size_t padded = cells.padded_size();
+  simd::CellColumns columns;
+  std::vector<float> visibility = random_floats(padded, 2);
+  std::vector<float> sigma = random_floats(padded, 3);
+  std::vector<float> p, sums, mixed;
+  simd::PatchCells patch;
+
+  CellFixture() : p(2 * padded), sums(padded), mixed(padded) {
+    columns.count = padded;
+    for (int k = 0; k < 8; ++k) columns.edges[k] = cells.edges()[k].data();
+    for (int k = 0; k < 3; ++k) {
+      columns.axis[k] = cells.axis()[k].data();
+      columns.importance_flux[k] = cells.importance_flux()[k].data();
+    }
+    for (int k = 0; k < 9; ++k) columns.vector_flux[k] = cells.vector_flux()[k].data();
+    columns.radius = cells.radius().data();
+    columns.flux = cells.flux().data();
+    classify();
+  }
+  void classify() {
+    const float normal[3] = {0.28f, 0.8f, 0.53f};
+    simd::classify_cells(columns, normal, 0.1f, {visibility.data(), sigma.data(), sigma.data()},
+                         nullptr, patch);
+  }
+};
+CellFixture& cell_fixture() {
+  static CellFixture instance;
+  return instance;
+}
+
+void BM_ClassifyCells(benchmark::State& state) {
+  CellFixture& f = cell_fixture();
+  for (auto _ : state) {
+    f.classify();
+    benchmark::DoNotOptimize(f.patch);
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(f.padded));
+}
+BENCHMARK(BM_ClassifyCells);
+
+void BM_DiffuseStrata(benchmark::State& state) {
+  CellFixture& f = cell_fixture();
+  const simd::GroupNormal normal{{0.28f, 0.8f, 0.53f}, {0.28f, 0.8f, 0.53f}, 0.05f};
+  float control[9];
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(simd::diffuse_strata(f.patch, normal, 0.2f, f.p.data(), f.sums.data(),
+                                                  f.mixed.data(), control));
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(f.patch.above + f.patch.mixed));
+}
+BENCHMARK(BM_DiffuseStrata);
+
+void BM_GlossyImportance(benchmark::State& state) {
+  CellFixture& f = cell_fixture();
+  const simd::GlossyQuery query{{0.28f, 0.8f, 0.53f}, {0, 0.6f, 0.8f}, 0.04f, 0.01f};
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(simd::glossy_importance(f.columns, query, f.p.data(), f.sums.data()));
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(f.padded));
+}
+BENCHMARK(BM_GlossyImportance);
+
+void BM_SumBlocks(benchmark::State& state) {
+  CellFixture& f = cell_fixture();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(simd::sum_blocks(f.visibility.data(), f.padded, f.sums.data()));
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(f.padded));
+}
+BENCHMARK(BM_SumBlocks);
+
+/// Candidates of a lobe at some points.
+struct LobeFixture {
+  simd::PointFrames frames;
+  simd::MicrofacetPoints points;
+  simd::HalfVectorLobe lobe{0.1f, 0.1f};
+  std::vector<uint32_t> point;
+  std::vector<float> u1 = random_floats(kCandidates, 4), u2 = random_floats(kCandidates, 5);
+  std::vector<float> d[3], f[3], density;
+
+  LobeFixture() : point(kCandidates), density(kCandidates) {
+    frames.resize(kPoints);
+    points.resize(kPoints);
+    for (uint32_t i = 0; i < kPoints; ++i) {
+      const float angle = 0.01f * static_cast<float>(i);
+      const Vec3 normal(std::sin(angle), std::cos(angle), 0), tangent(0, 0, 1);
+      const Vec3 viewer = glm::normalize(Vec3(0.5f, 0.7f, 0.2f));
+      for (int axis = 0; axis < 3; ++axis) {
+        frames.normal[axis][i] = normal[axis];
+        frames.tangent[axis][i] = tangent[axis];
+        frames.viewer[axis][i] = viewer[axis];
+        points.specular[axis][i] = 1;
+      }
+      points.alpha_u[i] = points.alpha_v[i] = 0.1f;
+    }
+    for (size_t i = 0; i < kCandidates; ++i) point[i] = static_cast<uint32_t>(i * 7 % kPoints);
+    for (int axis = 0; axis < 3; ++axis) {
+      d[axis].resize(kCandidates);
+      f[axis].resize(kCandidates);
+    }
+    sample();
+  }
+  void sample() {
+    simd::sample_lobe(lobe, frames, point.data(), u1.data(), u2.data(), kCandidates, d[0].data(),
+                      d[1].data(), d[2].data());
+  }
+};
+LobeFixture& lobe_fixture() {
+  static LobeFixture instance;
+  return instance;
+}
+void count_candidates(benchmark::State& state) {
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(kCandidates));
+}
+
+void BM_SampleLobe(benchmark::State& state) {
+  LobeFixture& f = lobe_fixture();
+  for (auto _ : state) {
+    f.sample();
+    benchmark::ClobberMemory();
+  }
+  count_candidates(state);
+}
+BENCHMARK(BM_SampleLobe);
+
+void BM_LobeDensity(benchmark::State& state) {
+  LobeFixture& f = lobe_fixture();
+  for (auto _ : state) {
+    simd::lobe_density(f.lobe, f.frames, f.point.data(), f.d[0].data(), f.d[1].data(),
+                       f.d[2].data(), kCandidates, f.density.data());
+    benchmark::ClobberMemory();
+  }
+  count_candidates(state);
+}
+BENCHMARK(BM_LobeDensity);
+
+void BM_EvaluateMicrofacets(benchmark::State& state, bool is_conductor, bool alike) {
+  LobeFixture& f = lobe_fixture();
+  simd::MicrofacetKind kind;
+  kind.is_ggx = true;
+  kind.is_conductor = is_conductor;
+  for (int c = 0; c < 3; ++c) {
+    kind.eta[c] = is_conductor ? 0.2f : 1.5f;
+    kind.k[c] = is_conductor ? 3.9f : 0.f;
+  }
+  const simd::FirstMicrofacet first{0.1f, 0.1f, {1, 1, 1}};
+  for (auto _ : state) {
+    simd::evaluate_microfacets(kind, first, alike ? nullptr : &f.points, f.lobe, f.frames,
+                               f.point.data(), f.d[0].data(), f.d[1].data(), f.d[2].data(),
+                               kCandidates,
+                               {{f.f[0].data(), f.f[1].data(), f.f[2].data()}, f.density.data()});
+    benchmark::ClobberMemory();
+  }
+  count_candidates(state);
+}
+BENCHMARK_CAPTURE(BM_EvaluateMicrofacets, dielectric, false, true);
+BENCHMARK_CAPTURE(BM_EvaluateMicrofacets, conductor, true, true);
+BENCHMARK_CAPTURE(BM_EvaluateMicrofacets, textured_conductor, true, false);
+
+void BM_WeighCandidates(benchmark::State& state) {
+  CellFixture& f = cell_fixture();
+  const std::vector<float> values = random_floats(4 * kCandidates, 6);
+  std::vector<uint32_t> cell(kCandidates);
+  for (size_t i = 0; i < kCandidates; ++i) cell[i] = static_cast<uint32_t>(i * 11 % kCells);
+  std::vector<float> density, weight[3], uncertainty(kCandidates), sums(kCandidates);
+  for (auto& w : weight) w.resize(kCandidates);
+  const float* const v = values.data();
+  const simd::CandidateQuery query{f.sigma.data(),      0.01f,         64, 256, 4,
+                                   f.visibility.data(), f.sigma.data()};
+  float control[3];
+  for (auto _ : state) {
+    density.assign(v, v + kCandidates);  // is overwritten
+    simd::weigh_candidates({{v, v, v},
+                            v + kCandidates,
+                            cell.data(),
+                            density.data(),
+                            v,
+                            {weight[0].data(), weight[1].data(), weight[2].data()},
+                            uncertainty.data()},
+                           query, kCandidates, control, sums.data());
+    benchmark::ClobberMemory();
+  }
+  count_candidates(state);
+}
+BENCHMARK(BM_WeighCandidates);
+
+void BM_FindPlaces(benchmark::State& state) {
+  LobeFixture& f = lobe_fixture();
+  const simd::SphereGrid grid{{1, 0, 0, 0, 1, 0, 0, 0, 1}, 1024, 512, 0.5f};
+  std::vector<float> places(2 * kCandidates);
+  std::vector<uint32_t> quads(kCandidates);
+  for (auto _ : state) {
+    simd::find_places(grid, f.d[0].data(), f.d[1].data(), f.d[2].data(), kCandidates, places.data(),
+                      quads.data());
+    benchmark::ClobberMemory();
+  }
+  count_candidates(state);
+}
+BENCHMARK(BM_FindPlaces);
+
+/// Cell, density and radiance of each candidate; those of a lobe lie close together.
+void BM_LookUp(benchmark::State& state) {
+  LobeFixture& f = lobe_fixture();
+  const DistantCells& cells = cell_fixture().cells;
+  std::vector<uint32_t> cell(kCandidates);
+  std::vector<float> density(kCandidates);
+  std::vector<Rgb> radiance(kCandidates);
+  for (auto _ : state) {
+    cells.look_up(
+        {f.d[0].data(), f.d[1].data(), f.d[2].data(), cell.data(), density.data(), radiance.data()},
+        kCandidates);
+    benchmark::ClobberMemory();
+  }
+  count_candidates(state);
+}
+BENCHMARK(BM_LookUp);
+
+/// Teeth over the strata of one group.
+void BM_Comb(benchmark::State& state) {
+  CellFixture& f = cell_fixture();
+  const auto teeth = static_cast<size_t>(state.range(0));
+  const float total = simd::sum_blocks(f.sigma.data(), f.padded, f.sums.data());
+  std::vector<Comb::Hit> hits;
+  for (auto _ : state) {
+    hits.clear();
+    Comb comb(total, teeth, 0.3);
+    comb.pass(f.sigma.data(), f.sums.data(), f.padded, hits);
+    benchmark::DoNotOptimize(hits.data());
+  }
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+BENCHMARK(BM_Comb)->Arg(16)->Arg(64)->Arg(256);
+
+/// Records of the 25 tiles that a patch learns from.
+void BM_VisibilityLearner(benchmark::State& state) {
+  constexpr size_t kRecords = 25 * 96;
+  std::mt19937 rng(8);
+  std::vector<VisibilityRecord> records;
+  for (size_t i = 0; i < kRecords; ++i) records.emplace_back(rng() % kCells, rng() % 2 == 0);
+  VisibilityLearner learner(simd::pad_lanes(kCells));
+  Visibility out;
+  out.resize(simd::pad_lanes(kCells));
+  for (auto _ : state) {
+    learner.begin();
+    learner.add(records, 16);
+    learner.finish(out);
+    benchmark::DoNotOptimize(out.v.data());
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(kRecords));
+}
+BENCHMARK(BM_VisibilityLearner);
+
+/// The cells of a map of so many columns, on two threads.
+void BM_BuildCells(benchmark::State& state) {
+  const Sky sky(static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(make_cells(sky).size());
+}
+BENCHMARK(BM_BuildCells)->Arg(1024)->Arg(8192)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void BM_DrawPoints(benchmark::State& state) {
+  const DistantCells& cells = cell_fixture().cells;
+  uint64_t seed = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(cells.draw_points(1u << 15, ++seed, context()).points.data());
+  }
+  state.SetItemsProcessed(state.iterations() << 15);
+}
+BENCHMARK(BM_DrawPoints)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+}  // namespace
+}  // namespace kinome
