@@ -176,6 +176,11 @@ void Estimator::evaluate_candidates(const Group& group, size_t first) {
       kind, one, patch.is_uniform ? nullptr : &primaries_->microfacets, patch.lobe,
       points_of(group), &c.member[first], &c.dx[first], &c.dy[first], &c.dz[first], count,
       {{&c.f[0][first], &c.f[1][first], &c.f[2][first]}, &c.lobe_density[first]});
+  if (form.is_turned) {
+    float* const f[3] = {&c.f[0][first], &c.f[1][first], &c.f[2][first]};
+    simd::multiply_turned_factors(primaries_->turned, points_of(group), &c.member[first],
+                                  &c.dx[first], &c.dy[first], &c.dz[first], count, f);
+  }
 }
 
 /// Strata of the group's candidates; returns their control terms.

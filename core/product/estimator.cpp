@@ -289,6 +289,14 @@ std::optional<Estimator::Mirrored> Estimator::mirror(uint32_t primary, uint64_t 
   return Mirrored{d, sample->weight * light_.emitter.eval_environment(d)};
 }
 
+float Estimator::turned_factor(uint32_t primary, const Vec3& d) const {
+  const simd::TurnedPoints& turned = primaries_->turned;
+  BsdfForm form;
+  form.bump_alpha2 = turned.bump_alpha2[primary];
+  return form.turned_factor(turned.normal[0][primary] * d.x + turned.normal[1][primary] * d.y +
+                            turned.normal[2][primary] * d.z);
+}
+
 void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offset,
                               size_t first_hit, Rgb* sum) {
   const Group& group = groups_[segment.group];
@@ -315,7 +323,8 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offs
     const Rgb lambert = primaries_->diffuse[primary] * (kInvPi * cosine * factor) * point.weight;
     if (sum) *sum -= v * lambert;
     if (patch.is_described) {
-      const float t = table ? interpolate(table, cosine) : 1.f;
+      float t = table ? interpolate(table, cosine) : 1.f;
+      if (patch.form.is_turned) t *= turned_factor(primary, point.d);
       if (cosine > 0) push_ray(primary, point.d, lambert * t, cell, sum);
     } else {
       shots_.push_back({point.weight * factor, cell});

@@ -169,6 +169,7 @@ class Estimator {
                      Rgb* sum);
   void shoot_glossy(const Segment& segment, float scale, Rgb* sum);
   void push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell, Rgb* sum);
+  float turned_factor(uint32_t primary, const Vec3& d) const;
   void evaluate(Lobe mask, std::span<Evaluation> queries);
   /// The group's member at a share of all, in units of 2^-32.
   static uint32_t pick(const Group& group, uint32_t share) { return scaled(share, group.count); }

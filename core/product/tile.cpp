@@ -177,6 +177,7 @@ void TilePrimaries::trace(const View& view, const Rect& pixels, std::span<const 
   normal.resize(size());
   frames.resize(size());
   microfacets.resize(size());
+  turned.resize(size());
   diffuse.resize(size());
 }
 
@@ -248,6 +249,12 @@ bool prepare_point(TilePrimaries& primaries, size_t i, std::optional<BsdfForm>& 
   primaries.microfacets.alpha_u[i] = form->alpha_u;
   primaries.microfacets.alpha_v[i] = form->alpha_v;
   for (int c = 0; c < 3; ++c) primaries.microfacets.specular[c][i] = form->specular[c];
+  if (form->is_turned) {
+    for (int axis = 0; axis < 3; ++axis) {
+      primaries.turned.normal[axis][i] = form->surface_normal[axis];
+    }
+    primaries.turned.bump_alpha2[i] = form->bump_alpha2;
+  }
   return has_delta || !is_black(form->diffuse) || form->glossy != BsdfForm::Glossy::kNone;
 }
 

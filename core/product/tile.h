@@ -63,6 +63,7 @@ class TilePrimaries {
   /// BsdfForm::diffuse, or LobeReflectance::diffuse where there is no form; 0: no such lobe.
   std::vector<Rgb> diffuse;
   simd::MicrofacetPoints microfacets;  ///< of points whose patch is_described
+  simd::TurnedPoints turned;           ///< the same, where its form is_turned
 
   /// Length of a tile's side at a distance of t, world units.
   float width_at(float t) const { return origin_width_ + t * direction_width_; }

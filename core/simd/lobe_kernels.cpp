@@ -331,6 +331,28 @@ void EvaluateMicrofacets(const MicrofacetKind& kind, const FirstMicrofacet& firs
   });
 }
 
+void MultiplyTurnedFactors(const TurnedPoints& turned, const PointGroup& group,
+                           const uint32_t* member, const float* dx, const float* dy,
+                           const float* dz, size_t count, float* const f[3]) {
+  const Tag d;
+  const V one = hn::Set(d, 1.f);
+  const GatheredPoints points(group);
+  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const Index k = points.index(member + i);
+    const V3 o{hn::LoadU(d, dx + i), hn::LoadU(d, dy + i), hn::LoadU(d, dz + i)};
+    const V cosine = dot(gather(turned.normal, k), o);
+    const V cos2 = hn::Min(hn::Max(hn::Mul(cosine, cosine), hn::Set(d, 1e-12f)), one);
+    const V tan2 = hn::Div(hn::Sub(one, cos2), cos2);
+    const V alpha2 = hn::GatherIndex(d, turned.bump_alpha2.data(), k);
+    const V root = hn::Sqrt(hn::MulAdd(alpha2, tan2, one));
+    const V factor = hn::IfThenElseZero(hn::Gt(cosine, hn::Zero(d)),
+                                        hn::Div(hn::Set(d, 2.f), hn::Add(one, root)));
+    for (int c = 0; c < 3; ++c) {
+      hn::StoreU(hn::Mul(hn::LoadU(d, f[c] + i), factor), d, f[c] + i);
+    }
+  }
+}
+
 void WeighCandidates(const CandidateColumns& c, const CandidateQuery& q, size_t count,
                      float control[3], float* block_sums) {
   const Tag d;
@@ -434,6 +456,7 @@ namespace kinome::simd {
 HWY_EXPORT(SampleLobe);
 HWY_EXPORT(LobeDensity);
 HWY_EXPORT(EvaluateMicrofacets);
+HWY_EXPORT(MultiplyTurnedFactors);
 HWY_EXPORT(WeighCandidates);
 HWY_EXPORT(FindPlaces);
 
@@ -454,6 +477,12 @@ void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& fir
                           const MicrofacetValues& out) {
   HWY_DYNAMIC_DISPATCH(EvaluateMicrofacets)
   (kind, first, varying, lobe, group, member, dx, dy, dz, count, out);
+}
+
+void multiply_turned_factors(const TurnedPoints& points, const PointGroup& group,
+                             const uint32_t* member, const float* dx, const float* dy,
+                             const float* dz, size_t count, float* const f[3]) {
+  HWY_DYNAMIC_DISPATCH(MultiplyTurnedFactors)(points, group, member, dx, dy, dz, count, f);
 }
 
 void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& query, size_t count,

@@ -88,6 +88,21 @@ void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& fir
                           const float* dy, const float* dz, size_t count,
                           const MicrofacetValues& out);
 
+/// Surface normals of points whose normal was turned away from them, and the roughness of bumps: see
+/// BsdfForm::turned_factor.
+struct TurnedPoints {
+  std::vector<float> normal[3];
+  std::vector<float> bump_alpha2;
+  void resize(size_t points) {
+    for (auto& v : normal) v.resize(points);
+    bump_alpha2.resize(points);
+  }
+};
+/// Multiplies f, three channels, by BsdfForm::turned_factor.
+void multiply_turned_factors(const TurnedPoints& points, const PointGroup& group,
+                             const uint32_t* member, const float* dx, const float* dy,
+                             const float* dz, size_t count, float* const f[3]);
+
 /// Unshadowed candidates of a group of points, and what weighs them.
 struct CandidateColumns {
   const float* f[3];

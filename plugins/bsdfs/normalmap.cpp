@@ -43,6 +43,7 @@ class BumpShadowing {
     const float cos2 = std::clamp(sqr(cos_theta), 1e-12f, 1.f);
     return 2 / (1 + std::sqrt(1 + alpha2_ * (1 - cos2) / cos2));
   }
+  float alpha2() const { return alpha2_; }
 
  private:
   float alpha2_;
@@ -111,6 +112,17 @@ class NormalMap final : public Bsdf {
     result->wo = wo;
     result->weight *= shadow(*turned, wo.z);
     return result;
+  }
+
+  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
+    const auto turned = perturb(si);
+    if (!turned) return BsdfForm{};
+    auto form = nested_->form(turned->si);
+    if (!form || form->is_turned) return std::nullopt;
+    form->is_turned = true;
+    form->surface_normal = si.wi.z < 0 ? -si.frame.n : si.frame.n;
+    form->bump_alpha2 = shadowing_ ? turned->shadowing.alpha2() : 0.f;
+    return form;
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {

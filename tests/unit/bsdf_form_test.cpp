@@ -89,7 +89,15 @@ Rgb microfacet_value(const BsdfForm& form, const Frame& frame, const Vec3& viewe
       x.data(), y.data(), z.data(), kLanes,
       {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(f[c][5], value[c], 1e-6f * value[c]);
-  return value;
+  if (!form.is_turned) return value;
+  simd::TurnedPoints turned;
+  turned.resize(2);
+  for (int axis = 0; axis < 3; ++axis) turned.normal[axis][1] = form.surface_normal[axis];
+  turned.bump_alpha2[1] = form.bump_alpha2;
+  float* const values[3] = {f[0].data(), f[1].data(), f[2].data()};
+  simd::multiply_turned_factors(turned, {frames, few.data(), few.size()}, member.data(), x.data(),
+                                y.data(), z.data(), kLanes, values);
+  return {f[0][5], f[1][5], f[2][5]};
 }
 
 TEST(BsdfForm, SaysWhatEvalPdfSays) {
@@ -111,9 +119,13 @@ TEST(BsdfForm, SaysWhatEvalPdfSays) {
       const Vec3 wo = i % 2 ? any_direction : glm::normalize(mirrored + 0.1f * any_direction);
       const float cosine = glm::dot(frame.n, wo);
       if (std::abs(cosine) < 1e-3f) continue;
+      const float above_surface = glm::dot(form->surface_normal, wo);
+      if (form->is_turned && std::abs(above_surface) < 1e-3f) continue;
+      const float turned = form->is_turned ? form->turned_factor(above_surface) : 1.f;
       const Rgb lambertian = bsdf->eval_pdf(si, Lobe::kDiffuse, si.frame.to_local(wo)).f;
       const Rgb expected =
-          cosine > 0 ? form->diffuse * (transmittance(*form, cosine) * cosine * kInvPi) : Rgb(0.f);
+          cosine > 0 ? form->diffuse * (transmittance(*form, cosine) * cosine * kInvPi * turned)
+                     : Rgb(0.f);
       // Cosines of frames that are rounded: 2^-22 beside 1.
       for (int k = 0; k < 3; ++k)
         EXPECT_NEAR(lambertian[k], expected[k], 1e-6f + 3e-5f * expected[k]);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 
@@ -76,10 +78,25 @@ struct BsdfForm {
   bool is_conductor = false;
   Rgb eta{1.f}, k{0.f};
 
-  /// Nothing but colours and roughness differs.
+  /// Of a normal that was turned away from the surface's own: both lobes are multiplied by
+  /// turned_factor() of the cosine between the light and `surface_normal` (world space, on the
+  /// viewer's side).
+  bool is_turned = false;
+  Vec3 surface_normal{0, 0, 1};
+  /// Of the shadows of bumps (Estevez et al. 2019, "A Microfacet-Based Shadowing Function to Solve
+  /// the Bump Terminator Problem"); 0: none.
+  float bump_alpha2 = 0;
+  float turned_factor(float cosine) const {
+    if (!(cosine > 0)) return 0;
+    const float cos2 = std::min(std::max(cosine * cosine, 1e-12f), 1.f);
+    return 2 / (1 + std::sqrt(1 + bump_alpha2 * (1 - cos2) / cos2));
+  }
+
+  /// Nothing but colours, roughness and the turned normal differs.
   bool same_kind(const BsdfForm& other) const {
     return transmittance == other.transmittance && glossy == other.glossy &&
-           is_conductor == other.is_conductor && eta == other.eta && k == other.k;
+           is_conductor == other.is_conductor && eta == other.eta && k == other.k &&
+           is_turned == other.is_turned;
   }
 };
 
