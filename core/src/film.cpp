@@ -61,7 +61,7 @@ FilmTile::FilmTile(const Rect& pixels, int layer, int values, const Reconstructi
   const Footprint fx = footprint(pixels.x0, pixels.x1, filter.radius());
   const Footprint fy = footprint(pixels.y0, pixels.y1, filter.radius());
   covered_ = intersection({fx.first, fy.first, fx.end, fy.end}, crop);
-  data_.assign(static_cast<size_t>(covered_.area()) * (values + 1), 0.f);
+  data_.assign(static_cast<size_t>(covered_.area()) * (values + 1), 0.);
 }
 
 void FilmTile::add(const Vec2& position, std::span<const float> values) {
@@ -75,9 +75,10 @@ void FilmTile::add(const Vec2& position, std::span<const float> values) {
     return;
   }
   for_each_pixel(position, *filter_, covered_, [&](int x, int y, float w) {
-    float* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
-    for (int i = 0; i < values_; ++i) pixel[i] += w * values[i];
-    pixel[values_] += w;
+    double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
+    const double weight = w;
+    for (int i = 0; i < values_; ++i) pixel[i] += weight * values[i];
+    pixel[values_] += weight;
   });
 }
 
@@ -92,7 +93,7 @@ void FilmTile::add_pixel(int x, int y, std::span<const float> values) {
     return;
   }
   if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
-  float* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
+  double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
   for (int i = 0; i < values_; ++i) pixel[i] += values[i];
   pixel[values_] += 1;
 }
@@ -113,7 +114,7 @@ void Film::prepare(const std::vector<std::vector<std::string>>& layers) {
   for (const auto& names : layers) layers_.push_back({names, {}});
   for (size_t i = 0; i < layers_.size(); ++i) {
     const size_t stride = static_cast<size_t>(value_count(static_cast<int>(i))) + 1;
-    layers_[i].data.assign(static_cast<size_t>(crop_.area()) * stride, 0.f);
+    layers_[i].data.assign(static_cast<size_t>(crop_.area()) * stride, 0.);
   }
 }
 
@@ -151,10 +152,10 @@ void Film::commit(const FilmTile& tile) {
   const int stride = tile.values_ + 1;
   const Rect& covered = tile.covered_;
   if (covered.area() == 0) return;
-  std::vector<float>& data = layers_.at(tile.layer_).data;
+  std::vector<double>& data = layers_.at(tile.layer_).data;
   for (int y = covered.y0; y < covered.y1; ++y) {
-    const float* from = &tile.data_[pixel_offset(covered, covered.x0, y, stride)];
-    float* to = &data[pixel_offset(crop_, covered.x0, y, stride)];
+    const double* from = &tile.data_[pixel_offset(covered, covered.x0, y, stride)];
+    double* to = &data[pixel_offset(crop_, covered.x0, y, stride)];
     const int count = covered.width() * stride;
     for (int i = 0; i < count; ++i) to[i] += from[i];
   }
@@ -184,18 +185,16 @@ Image Film::develop() const {
     const int values = value_count(static_cast<int>(l));
     const bool to_luminance = l == 0 && is_luminance_;
     for (size_t p = 0; p < pixels; ++p) {
-      const float* from = &layers_[l].data[p * (values + 1)];
+      const double* from = &layers_[l].data[p * (values + 1)];
       float* to = &image.data[p * stride_out + first_out];
-      const float weight = from[values];
       // Not by its inverse: a single sample of a pixel is to come out as it is.
-      const float divisor = weight == 0 ? kInfinity : weight;
+      const double divisor = from[values] == 0 ? double{kInfinity} : from[values];
       int i = 0;
       if (l == 0) {
-        Rgb color = Rgb(from[0], from[1], from[2]) / divisor;
-        if (!splats_.empty()) {
-          for (int c = 0; c < 3; ++c) {
-            color[c] += static_cast<float>(splats_[3 * p + c] * splat_scale_);
-          }
+        Rgb color;
+        for (int c = 0; c < 3; ++c) {
+          const double splat = splats_.empty() ? 0 : splats_[3 * p + c] * splat_scale_;
+          color[c] = static_cast<float>(from[c] / divisor + splat);
         }
         if (to_luminance) {
           *to++ = luminance(color);
@@ -204,7 +203,7 @@ Image Film::develop() const {
         }
         i = 3;
       }
-      for (; i < values; ++i) *to++ = from[i] / divisor;
+      for (; i < values; ++i) *to++ = static_cast<float>(from[i] / divisor);
     }
     first_out += to_luminance ? values - 2 : values;
   }

@@ -48,7 +48,7 @@ class KINOME_EXPORT FilmTile {
   int layer_;
   int values_;
   const ReconstructionFilter* filter_;
-  std::vector<float> data_;  ///< values, then the weight, interleaved
+  std::vector<double> data_;  ///< sums of values, then of weights, interleaved
   struct Splat {
     Vec2 position;
     Rgb value;
@@ -59,7 +59,8 @@ class KINOME_EXPORT FilmTile {
 
 /// Collects samples into pixels, and writes files. The pixel of the full film at (x, y) covers
 /// [x, x+1) x [y, y+1). Tiles are filled side by side by threads, and merged by commit(), which the
-/// render context calls in the order of the tiles: sums do not depend on threads.
+/// render context calls in the order of the tiles: sums do not depend on threads. They are of
+/// double precision, since those of float would lose what a sample adds to many thousands.
 class KINOME_EXPORT Film : public Object {
  public:
   int width() const { return width_; }  ///< of the full film
@@ -111,7 +112,7 @@ class KINOME_EXPORT Film : public Object {
  private:
   struct Layer {
     std::vector<std::string> extra;
-    std::vector<float> data;  ///< values, then the weight, interleaved
+    std::vector<double> data;  ///< sums of values, then of weights, interleaved
   };
   void commit_splats(const FilmTile& tile);
 
