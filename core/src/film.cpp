@@ -61,7 +61,7 @@ FilmTile::FilmTile(const Rect& pixels, int layer, int values, const Reconstructi
   const Footprint fx = footprint(pixels.x0, pixels.x1, filter.radius());
   const Footprint fy = footprint(pixels.y0, pixels.y1, filter.radius());
   covered_ = intersection({fx.first, fy.first, fx.end, fy.end}, crop);
-  data_.assign(static_cast<size_t>(covered_.area()) * (values + 1), 0.f);
+  data_.assign(static_cast<size_t>(covered_.area()) * (values + 1), 0.);
 }
 
 void FilmTile::add(const Vec2& position, std::span<const float> values) {
@@ -75,9 +75,10 @@ void FilmTile::add(const Vec2& position, std::span<const float> values) {
     return;
   }
   for_each_pixel(position, *filter_, covered_, [&](int x, int y, float w) {
-    float* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
-    for (int i = 0; i < values_; ++i) pixel[i] += w * values[i];
-    pixel[values_] += w;
+    double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
+    const double weight = w;
+    for (int i = 0; i < values_; ++i) pixel[i] += weight * values[i];
+    pixel[values_] += weight;
   });
 }
 
@@ -92,8 +93,8 @@ void FilmTile::add_pixel(int x, int y, std::span<const float> values, float weig
     return;
   }
   if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
-  float* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
-  for (int i = 0; i < values_; ++i) pixel[i] += weight * values[i];
+  double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
+  for (int i = 0; i < values_; ++i) pixel[i] += double{weight} * values[i];
   pixel[values_] += weight;
 }
 
@@ -114,7 +115,7 @@ void Film::prepare(const std::vector<std::vector<std::string>>& layers, uint32_t
   for (Lane& lane : lanes_) {
     for (size_t i = 0; i < layers_.size(); ++i) {
       const size_t stride = static_cast<size_t>(value_count(static_cast<int>(i))) + 1;
-      lane.layers.emplace_back(static_cast<size_t>(crop_.area()) * stride, 0.f);
+      lane.layers.emplace_back(static_cast<size_t>(crop_.area()) * stride, 0.);
     }
   }
 }
@@ -151,10 +152,10 @@ void Film::commit(const FilmTile& tile) {
   const int stride = tile.values_ + 1;
   const Rect& covered = tile.covered_;
   if (covered.area() == 0) return;
-  std::vector<float>& data = lanes_.at(lane_).layers.at(tile.layer_);
+  std::vector<double>& data = lanes_.at(lane_).layers.at(tile.layer_);
   for (int y = covered.y0; y < covered.y1; ++y) {
-    const float* from = &tile.data_[pixel_offset(covered, covered.x0, y, stride)];
-    float* to = &data[pixel_offset(crop_, covered.x0, y, stride)];
+    const double* from = &tile.data_[pixel_offset(covered, covered.x0, y, stride)];
+    double* to = &data[pixel_offset(crop_, covered.x0, y, stride)];
     const int count = covered.width() * stride;
     for (int i = 0; i < count; ++i) to[i] += from[i];
   }
@@ -183,21 +184,17 @@ double Film::splat_scale(size_t first, size_t end) const {
 
 Rgb Film::color(size_t pixel, size_t first, size_t end) const {
   const int values = value_count(0);
-  Rgb sum(0.f);
-  float weight = 0;
-  double splats[3] = {};
+  glm::dvec3 sum(0.), splats(0.);
+  double weight = 0;
   for (size_t l = first; l < end; ++l) {
-    const float* const from = &lanes_[l].layers[0][pixel * (values + 1)];
-    sum += Rgb(from[0], from[1], from[2]);
+    const double* const from = &lanes_[l].layers[0][pixel * (values + 1)];
+    sum += glm::dvec3(from[0], from[1], from[2]);
     weight += from[values];
     if (lanes_[l].splats.empty()) continue;
     for (int c = 0; c < 3; ++c) splats[c] += lanes_[l].splats[3 * pixel + c];
   }
   // Not by its inverse: a single sample of a pixel is to come out as it is.
-  Rgb mean = sum / (weight == 0 ? kInfinity : weight);
-  const double scale = splat_scale(first, end);
-  for (int c = 0; c < 3; ++c) mean[c] += static_cast<float>(splats[c] * scale);
-  return mean;
+  return Rgb(sum / (weight == 0 ? double{kInfinity} : weight) + splats * splat_scale(first, end));
 }
 
 Image Film::develop() const {
@@ -222,12 +219,12 @@ Image Film::develop() const {
         i = 3;
       }
       for (; i < values; ++i) {
-        float sum = 0, weight = 0;
+        double sum = 0, weight = 0;
         for (const Lane& lane : lanes_) {
           sum += lane.layers[l][p * (values + 1) + i];
           weight += lane.layers[l][p * (values + 1) + values];
         }
-        *to++ = weight == 0 ? 0.f : sum / weight;
+        *to++ = weight == 0 ? 0.f : static_cast<float>(sum / weight);
       }
     }
     first_out += to_luminance ? values - 2 : values;

@@ -1,9 +1,11 @@
 #include <ImfChannelList.h>
+#include <ImfChromaticities.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfVersion.h>
 #include <fmt/format.h>
@@ -112,6 +114,55 @@ Imf::FrameBuffer float_slices(Image& image, const Imath::Box2i& window) {
   return buffer;
 }
 
+/// Of two sets of primaries and white: by so little they may differ and still be meant to be the
+/// same (Mitsuba 3's measure: such files keep their values there as well).
+bool are_same(const Imf::Chromaticities& a, const Imf::Chromaticities& b) {
+  constexpr float kSquaredDistance = 1e-6f;
+  return (a.red - b.red).length2() + (a.green - b.green).length2() + (a.blue - b.blue).length2() +
+             (a.white - b.white).length2() <
+         kSquaredDistance;
+}
+
+/// From the file's colours to linear Rec.709 (OpenEXR multiplies rows by it). Both whites have
+/// Y = 1 and keep their colour: no adaptation. Throws a text for primaries that span no colours.
+Imath::M44f matrix_to_rec709(const Imf::Chromaticities& file) {
+  // Of colour spaces in use, values stay within [-0.1, 1.1], and areas are 0.1 (as Rec.709's) or
+  // more. Within these limits, floats tell a triangle from a line.
+  constexpr float kMost = 10;
+  constexpr float kLeast = 1e-4f;
+  bool is_usable = true;
+  for (const Imath::V2f& v : {file.red, file.green, file.blue, file.white}) {
+    is_usable = is_usable && std::abs(v.x) <= kMost && std::abs(v.y) <= kMost;
+  }
+  const float twice_area = (file.green - file.red).cross(file.blue - file.red);
+  if (!is_usable || !(std::abs(twice_area) >= kLeast) || !(std::abs(file.white.y) >= kLeast)) {
+    throw std::runtime_error(fmt::format(
+        "its attribute 'chromaticities' describes no colours: red ({}, {}), green ({}, {}), blue "
+        "({}, {}), white ({}, {}); the primaries must span a triangle, and white's y not be 0",
+        file.red.x, file.red.y, file.green.x, file.green.y, file.blue.x, file.blue.y, file.white.x,
+        file.white.y));
+  }
+  return Imf::RGBtoXYZ(file, 1) * Imf::XYZtoRGB(Imf::Chromaticities(), 1);
+}
+
+/// Colours of other primaries than Rec.709's become linear Rec.709. R, G, B only: further layers
+/// may be anything but colours.
+void convert_to_rec709(const Imf::Header& header, Image& image) {
+  const bool is_rgb = image.channels.size() >= 3 && image.channels[0] == "R" &&
+                      image.channels[1] == "G" && image.channels[2] == "B";
+  if (!is_rgb || !Imf::hasChromaticities(header)) return;
+  const Imf::Chromaticities& file = Imf::chromaticities(header);
+  if (are_same(file, Imf::Chromaticities())) return;
+  const Imath::M44f matrix = matrix_to_rec709(file);
+  for (size_t i = 0; i < image.data.size(); i += image.channels.size()) {
+    float* const pixel = &image.data[i];
+    const Imath::V3f color(pixel[0], pixel[1], pixel[2]);
+    for (int c = 0; c < 3; ++c) {
+      pixel[c] = color.x * matrix[0][c] + color.y * matrix[1][c] + color.z * matrix[2][c];
+    }
+  }
+}
+
 Image read_checked(const std::string& path, ImageMetadata* metadata) {
   // Sizes are checked here; OpenEXR's own limits keep its tables small for a forged header.
   Imf::Header::setMaxImageSize(kMaxSide, kMaxSide);
@@ -126,6 +177,7 @@ Image read_checked(const std::string& path, ImageMetadata* metadata) {
   image.data.resize(static_cast<size_t>(image.width) * image.height * image.channels.size());
   file.setFrameBuffer(float_slices(image, window));
   file.readPixels(window.min.y, window.max.y);
+  convert_to_rec709(header, image);
   if (metadata) read_metadata(header, *metadata);
   return image;
 }

@@ -26,7 +26,9 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"filename", ParameterType::kFile, nullptr,
-     "The image: OpenEXR or PFM, latitude-longitude, linear Rec.709.", true},
+     "The image: OpenEXR or PFM, latitude-longitude, linear Rec.709 (an EXR's other chromaticities "
+     "are converted to it).",
+     true},
     {"scale", ParameterType::kFloat, "1", "Factor of the image's radiance."},
     {"to_world", ParameterType::kTransform, "identity",
      "Rotation (or reflection) of the map. Unrotated, its upper row is +y and its centre column "

@@ -13,7 +13,8 @@
 
 /// An image over (u, v), as Mitsuba 3's: row 0 lies at v = 0, texel (i, j) is centred at
 /// ((i + .5) / width, (j + .5) / height). 8- and 16-bit images are decoded from sRGB before any
-/// interpolation, unless `raw`. Alpha is dropped.
+/// interpolation, unless `raw`. Colours of an EXR whose `chromaticities` are not Rec.709's become
+/// linear Rec.709, `raw` or not. Alpha is dropped.
 ///
 ///     <texture type="bitmap" name="diffuse_reflectance">
 ///       <string name="filename" value="wood.jpg"/>
@@ -24,7 +25,9 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
-     "OpenEXR, PFM, or anything that OpenImageIO reads (PNG, JPEG, TIFF, HDR, ...)", true},
+     "OpenEXR (its chromaticities, if any, are converted to Rec.709), PFM, or anything that "
+     "OpenImageIO reads (PNG, JPEG, TIFF, HDR, ...)",
+     true},
     {"filter_type", ParameterType::kString, "bilinear", "bilinear or nearest"},
     {"wrap_mode", ParameterType::kString, "repeat", "outside [0,1]: repeat, mirror or clamp"},
     {"raw", ParameterType::kBoolean, "false", "numbers, not colours: no sRGB decoding"},

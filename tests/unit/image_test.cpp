@@ -4,10 +4,13 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
 #include <ImfTiledOutputFile.h>
 #include <gtest/gtest.h>
 
 #include <half.h>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -111,6 +114,134 @@ TEST(Exr, ReadsTilesAndMixedChannelTypes) {
     ASSERT_EQ(image.data[3 * i], static_cast<float>(3 * i));
     ASSERT_EQ(image.data[3 * i + 1], g[i]);
     ASSERT_EQ(image.data[3 * i + 2], static_cast<float>(b[i]));
+  }
+}
+
+/// Red, green, blue, white; x and y of each.
+using Chromaticities = std::array<float, 8>;
+constexpr Chromaticities kRec709{0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f};
+constexpr Chromaticities kDisplayP3{0.68f, 0.32f, 0.265f, 0.69f, 0.15f, 0.06f, 0.3127f, 0.329f};
+constexpr Chromaticities kAcesAp0{0.7347f, 0.2653f, 0.f, 1.f, 0.0001f, -0.077f, 0.32168f, 0.33767f};
+constexpr Chromaticities kXyz{1.f, 0.f, 0.f, 1.f, 0.f, 0.f, 1.f / 3, 1.f / 3};
+
+void write_with(const Chromaticities& c, const std::string& path, const Image& image) {
+  Imf::Header header(image.width, image.height);
+  Imf::addChromaticities(header, {{c[0], c[1]}, {c[2], c[3]}, {c[4], c[5]}, {c[6], c[7]}});
+  Imf::FrameBuffer buffer;
+  const size_t pixel = image.channels.size() * sizeof(float);
+  for (size_t i = 0; i < image.channels.size(); ++i) {
+    header.channels().insert(image.channels[i], Imf::Channel(Imf::FLOAT));
+    char* const base = const_cast<char*>(reinterpret_cast<const char*>(&image.data[i]));
+    buffer.insert(image.channels[i], Imf::Slice(Imf::FLOAT, base, pixel, pixel * image.width));
+  }
+  Imf::OutputFile file(path.c_str(), header);
+  file.setFrameBuffer(buffer);
+  file.writePixels(image.height);
+}
+
+/// Columns are the XYZ of red, green and blue, which add up to a white of Y = 1.
+glm::dmat3 rgb_to_xyz(const Chromaticities& c) {
+  const auto xyz = [&c](int i) {
+    return glm::dvec3(c[2 * i], c[2 * i + 1], 1. - c[2 * i] - c[2 * i + 1]);
+  };
+  const glm::dmat3 primaries(xyz(0), xyz(1), xyz(2));
+  const glm::dvec3 amounts = glm::inverse(primaries) * (xyz(3) / double{c[7]});
+  return {primaries[0] * amounts.x, primaries[1] * amounts.y, primaries[2] * amounts.z};
+}
+
+TEST(Exr, ChromaticitiesBecomeRec709) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("a.exr");
+  const Image image = make_image(9, 5, {"R", "G", "B", "A", "depth.Z"});
+  for (const Chromaticities& c : {kDisplayP3, kAcesAp0, kXyz}) {
+    write_with(c, path, image);
+    const Image back = read_exr(path);
+    ASSERT_EQ(back.channels, image.channels);
+    const glm::dmat3 matrix = glm::inverse(rgb_to_xyz(kRec709)) * rgb_to_xyz(c);
+    for (size_t i = 0; i < image.data.size(); i += 5) {
+      const glm::dvec3 color(image.data[i], image.data[i + 1], image.data[i + 2]);
+      const glm::dvec3 expected = matrix * color;
+      // A matrix in float, of entries up to 3, and texels up to 90.
+      for (int k = 0; k < 3; ++k) ASSERT_NEAR(back.data[i + k], expected[k], 2e-4) << i << " " << k;
+      ASSERT_EQ(back.data[i + 3], image.data[i + 3]);
+      ASSERT_EQ(back.data[i + 4], image.data[i + 4]);
+    }
+  }
+}
+
+/// mi.Bitmap("a.exr") of Mitsuba 3.9.1; `bitmap` (also with raw), `envmap` and `projector` get the
+/// same. For XYZ it has a matrix of its own, rounded to six digits.
+TEST(Exr, ConvertsAsMitsubaDoes) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("a.exr");
+  const Image image{1, 1, {"R", "G", "B"}, {0.8f, 0.5f, 0.2f}};
+  const struct {
+    Chromaticities chromaticities;
+    float rgb[3];
+    float tolerance;
+  } cases[] = {{kDisplayP3, {0.86748195f, 0.48738286f, 0.16462663f}, 1e-6f},
+               {kAcesAp0, {1.4086108f, 0.44192186f, 0.12820251f}, 2e-6f},
+               {kXyz, {1.7241012f, 0.17090188f, 0.15395911f}, 4e-4f}};
+  for (const auto& c : cases) {
+    write_with(c.chromaticities, path, image);
+    const Image back = read_exr(path);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(back.data[k], c.rgb[k], c.tolerance);
+  }
+}
+
+/// Rec.709's within 0.001, as writers round them, and what has no colours.
+TEST(Exr, KeepsWhatNeedsNoConversion) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("a.exr");
+  const Image image = make_image(9, 5, {"R", "G", "B", "A"});
+  Chromaticities rounded = kRec709;
+  rounded[6] += 0.0006f;
+  rounded[7] -= 0.0006f;
+  for (const Chromaticities& c : {kRec709, rounded}) {
+    write_with(c, path, image);
+    EXPECT_EQ(read_exr(path).data, image.data);
+  }
+  rounded[7] -= 0.0006f;
+  write_with(rounded, path, image);
+  EXPECT_NE(read_exr(path).data, image.data);
+  for (const std::vector<std::string>& channels :
+       {std::vector<std::string>{"Y"}, {"R", "G"}, {"n.X", "n.Y", "n.Z"}, {"X.B", "X.G", "X.R"}}) {
+    const Image other = make_image(4, 3, channels);
+    write_with(kDisplayP3, path, other);
+    EXPECT_EQ(read_exr(path).data, other.data) << channels[0];
+  }
+}
+
+TEST(Exr, RefusesChromaticitiesOfNoColours) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("a.exr");
+  const auto with = [](size_t i, float value) {
+    Chromaticities c = kRec709;
+    c[i] = value;
+    return c;
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const Chromaticities bad[] = {
+      {},
+      {0.6f, 0.3f, 0.4f, 0.3f, 0.2f, 0.3f, 0.3127f, 0.329f},    // on one line
+      {0.64f, 0.33f, 0.64f, 0.33f, 0.15f, 0.06f, 0.3f, 0.33f},  // red is green
+      with(7, 0.f),
+      with(0, nan),
+      with(6, nan),
+      with(7, nan),
+      with(3, kInfinity),
+      with(6, -kInfinity),
+      with(2, 1e30f),
+      with(6, 1e38f),
+  };
+  for (const Chromaticities& c : bad) {
+    write_with(c, path, make_image(3, 2, {"R", "G", "B"}));
+    const std::string error = expect_error(
+        [&] {
+          read_exr(path, {"scene.xml", 3, 4});
+        },
+        "a.exr", "'chromaticities'");
+    EXPECT_EQ(error.find("scene.xml:3:4: "), 0u) << error;
   }
 }
 

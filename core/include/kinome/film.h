@@ -50,7 +50,7 @@ class KINOME_EXPORT FilmTile {
   int layer_;
   int values_;
   const ReconstructionFilter* filter_;
-  std::vector<float> data_;  ///< values, then the weight, interleaved
+  std::vector<double> data_;  ///< sums of values, then of weights, interleaved
   struct Splat {
     Vec2 position;
     Rgb value;
@@ -61,7 +61,8 @@ class KINOME_EXPORT FilmTile {
 
 /// Collects samples into pixels, and writes files. The pixel of the full film at (x, y) covers
 /// [x, x+1) x [y, y+1). Tiles are filled side by side by threads, and merged by commit(), which the
-/// render context calls in the order of the tiles: sums do not depend on threads.
+/// render context calls in the order of the tiles: sums do not depend on threads. They are of
+/// double precision, since those of float would lose what a sample adds to many thousands.
 ///
 /// A film may have several lanes: renders of the same picture that go on side by side and know
 /// nothing of each other, so that what they differ by tells how far their mean is off.
@@ -126,7 +127,7 @@ class KINOME_EXPORT Film : public Object {
 
  private:
   struct Lane {
-    std::vector<std::vector<float>> layers;  ///< of each: values, then the weight, interleaved
+    std::vector<std::vector<double>> layers;  ///< of each: values, then the weight, interleaved
     std::vector<double> splats;              ///< R, G, B of each pixel; empty until there is one
     double light_paths = 0;
   };

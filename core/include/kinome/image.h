@@ -29,7 +29,10 @@ struct Image {
 using ImageMetadata = std::map<std::string, std::string>;
 
 /// OpenEXR, scan lines or tiles, half or float. Where the file has R, G and B those come first.
-/// Throws Error (at `where`, naming the file): missing, truncated, not an EXR.
+/// Where its attribute `chromaticities` tells of other primaries than Rec.709's, those three become
+/// linear Rec.709 (through XYZ, without adaptation of the white, as in Mitsuba 3).
+/// Throws Error (at `where`, naming the file): missing, truncated, not an EXR, primaries that span
+/// no colours.
 KINOME_EXPORT Image read_exr(const std::string& path, const Location& where = {},
                              ImageMetadata* metadata = nullptr);
 
