@@ -139,8 +139,8 @@ RENDERS = 16  # the fewest that a variance of stratified numbers can come from
 POINTS = {"light_samples": 512}
 CUT = {"cut_size": 96}
 
-FULL = Effort(shrink=1, seeds=5, budget=6.0, most_samples=4096, search_samples=(16, 256),
-              search_seeds=2, truth_seeds=64, truth_samples=512, check_samples=256,
+FULL = Effort(shrink=1, seeds=5, budget=3.0, most_samples=4096, search_samples=(16, 256),
+              search_seeds=2, truth_seeds=32, truth_samples=512, check_samples=256,
               small_scenes=SMALL_SCENES)
 QUICK = Effort(shrink=2, seeds=3, budget=1.0, most_samples=64, search_samples=(16,),
                search_seeds=1, truth_seeds=16, truth_samples=256, check_samples=16,
