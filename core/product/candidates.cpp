@@ -157,8 +157,8 @@ void Estimator::evaluate_candidates(const Group& group, size_t first) {
   Candidates& c = candidates_;
   const size_t count = c.size() - first;
   if (!patch.is_described || !is_microfacet(patch.form)) {
-    simd::lobe_density(patch.lobe, points_of(group), &c.member[first], &c.dx[first],
-                       &c.dy[first], &c.dz[first], count, &c.lobe_density[first]);
+    simd::lobe_density(patch.lobe, points_of(group), &c.member[first], &c.dx[first], &c.dy[first],
+                       &c.dz[first], count, &c.lobe_density[first]);
     ask_for_candidates(group, first);
     return;
   }

@@ -254,11 +254,10 @@ HWY_INLINE V slope_squared(const Point& p, const V3& v, V cosine, V alpha_u, V a
 
 template <class Points>
 HWY_INLINE void evaluate_microfacets_of(const MicrofacetKind& kind, const FirstMicrofacet& first,
-                                        const MicrofacetPoints* varying,
-                                        const HalfVectorLobe& lobe, const Points& points,
-                                        const uint32_t* member, const float* dx, const float* dy,
-                                        const float* dz, size_t count,
-                                        const MicrofacetValues& out) {
+                                        const MicrofacetPoints* varying, const HalfVectorLobe& lobe,
+                                        const Points& points, const uint32_t* member,
+                                        const float* dx, const float* dy, const float* dz,
+                                        size_t count, const MicrofacetValues& out) {
   const Tag d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.f);
   const V density_norm = hn::Set(d, 1 / (4 * kPi * lobe.alpha_u * lobe.alpha_v));
@@ -301,9 +300,8 @@ HWY_INLINE void evaluate_microfacets_of(const MicrofacetKind& kind, const FirstM
       const V exponent = hn::Max(hn::Neg(hn::Div(r2, safe2)), hn::Set(d, -87.f));
       distribution = hn::Div(hn::Mul(distribution, hn::Exp(d, exponent)), hn::Mul(safe2, safe2));
     }
-    const V g =
-        hn::Mul(smith_g1(kind.is_ggx, slope_squared(p, p.w, cos_i, alpha_u, alpha_v)),
-                smith_g1(kind.is_ggx, slope_squared(p, o, cos_o, alpha_u, alpha_v)));
+    const V g = hn::Mul(smith_g1(kind.is_ggx, slope_squared(p, p.w, cos_i, alpha_u, alpha_v)),
+                        smith_g1(kind.is_ggx, slope_squared(p, o, cos_o, alpha_u, alpha_v)));
     const auto valid = hn::And(
         hn::And(hn::Gt(cos_i, zero), hn::Gt(cos_o, zero)),
         hn::And(hn::Gt(hn::Mul(distribution, cos_h), hn::Set(d, 1e-20f)), hn::Gt(cos_half, zero)));
@@ -314,8 +312,8 @@ HWY_INLINE void evaluate_microfacets_of(const MicrofacetKind& kind, const FirstM
     if (!kind.is_conductor) fresnel = fresnel_dielectric(cos_half, kind.eta[0]);
     for (int c = 0; c < 3; ++c) {
       if (kind.is_conductor) fresnel = fresnel_conductor(cos_half, kind.eta[c], kind.k[c]);
-      const V specular = varying ? points.look_up(varying->specular[c].data(), at)
-                                 : hn::Set(d, first.specular[c]);
+      const V specular =
+          varying ? points.look_up(varying->specular[c].data(), at) : hn::Set(d, first.specular[c]);
       hn::StoreU(hn::Mul(value, hn::Mul(fresnel, specular)), d, out.f[c] + i);
     }
   }

@@ -88,8 +88,8 @@ void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& fir
                           const float* dy, const float* dz, size_t count,
                           const MicrofacetValues& out);
 
-/// Surface normals of points whose normal was turned away from them, and the roughness of bumps: see
-/// BsdfForm::turned_factor.
+/// Surface normals of points whose normal was turned away from them, and the roughness of bumps:
+/// see BsdfForm::turned_factor.
 struct TurnedPoints {
   std::vector<float> normal[3];
   std::vector<float> bump_alpha2;

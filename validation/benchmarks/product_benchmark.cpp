@@ -157,11 +157,10 @@ struct LobeFixture {
   simd::PointFrames frames;
   simd::MicrofacetPoints points;
   simd::HalfVectorLobe lobe{0.1f, 0.1f};
-  std::vector<uint32_t> point;
-  std::vector<float> u1 = random_floats(kCandidates, 4), u2 = random_floats(kCandidates, 5);
+  std::vector<uint32_t> group, member, u1, u2;
   std::vector<float> d[3], f[3], density;
 
-  LobeFixture() : point(kCandidates), density(kCandidates) {
+  LobeFixture() : group(kPoints), member(kCandidates), density(kCandidates) {
     frames.resize(kPoints);
     points.resize(kPoints);
     for (uint32_t i = 0; i < kPoints; ++i) {
@@ -176,7 +175,12 @@ struct LobeFixture {
       }
       points.alpha_u[i] = points.alpha_v[i] = 0.1f;
     }
-    for (size_t i = 0; i < kCandidates; ++i) point[i] = static_cast<uint32_t>(i * 7 % kPoints);
+    for (uint32_t i = 0; i < kPoints; ++i) group[i] = i;
+    for (uint32_t i = 0; i < kCandidates; ++i) {
+      member[i] = i * 7 % kPoints;
+      u1.push_back(i * 2654435769u);
+      u2.push_back(i * 3242174889u);
+    }
     for (int axis = 0; axis < 3; ++axis) {
       d[axis].resize(kCandidates);
       f[axis].resize(kCandidates);
@@ -184,9 +188,10 @@ struct LobeFixture {
     sample();
   }
   void sample() {
-    simd::sample_lobe(lobe, frames, point.data(), u1.data(), u2.data(), kCandidates, d[0].data(),
-                      d[1].data(), d[2].data());
+    simd::sample_lobe(lobe, points_of_group(kPoints), member.data(), {u1.data(), u2.data(), {0, 0}},
+                      kCandidates, d[0].data(), d[1].data(), d[2].data());
   }
+  simd::PointGroup points_of_group(size_t count) const { return {frames, group.data(), count}; }
 };
 LobeFixture& lobe_fixture() {
   static LobeFixture instance;
@@ -209,8 +214,8 @@ BENCHMARK(BM_SampleLobe);
 void BM_LobeDensity(benchmark::State& state) {
   LobeFixture& f = lobe_fixture();
   for (auto _ : state) {
-    simd::lobe_density(f.lobe, f.frames, f.point.data(), f.d[0].data(), f.d[1].data(),
-                       f.d[2].data(), kCandidates, f.density.data());
+    simd::lobe_density(f.lobe, f.points_of_group(kPoints), f.member.data(), f.d[0].data(),
+                       f.d[1].data(), f.d[2].data(), kCandidates, f.density.data());
     benchmark::ClobberMemory();
   }
   count_candidates(state);
@@ -228,9 +233,9 @@ void BM_EvaluateMicrofacets(benchmark::State& state, bool is_conductor, bool ali
   }
   const simd::FirstMicrofacet first{0.1f, 0.1f, {1, 1, 1}};
   for (auto _ : state) {
-    simd::evaluate_microfacets(kind, first, alike ? nullptr : &f.points, f.lobe, f.frames,
-                               f.point.data(), f.d[0].data(), f.d[1].data(), f.d[2].data(),
-                               kCandidates,
+    simd::evaluate_microfacets(kind, first, alike ? nullptr : &f.points, f.lobe,
+                               f.points_of_group(kPoints), f.member.data(), f.d[0].data(),
+                               f.d[1].data(), f.d[2].data(), kCandidates,
                                {{f.f[0].data(), f.f[1].data(), f.f[2].data()}, f.density.data()});
     benchmark::ClobberMemory();
   }
