@@ -374,6 +374,7 @@ void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
 }
 
 void Estimator::estimate(const Unit& unit, Rgb& sum) {
+  if (is_probing_) flush();
   is_probing_ = false;
   begin_unit(unit);
   if (groups_.empty()) return;
@@ -392,6 +393,7 @@ void Estimator::estimate(const Unit& unit, Rgb& sum) {
 
 void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
                       std::span<std::vector<VisibilityRecord>> records) {
+  if (!is_probing_) flush();
   is_probing_ = true;
   records_ = records.data();
   begin_unit(unit);
