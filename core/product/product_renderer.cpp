@@ -39,6 +39,7 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       sensor_(sensor),
       context_(context),
       cells_(std::move(cells)),
+      neighbours_(find_neighbours(cells_, context)),
       settings_(settings),
       crop_(sensor.film().crop()),
       filter_(sensor.film().filter()),

@@ -81,6 +81,7 @@ class ProductRenderer final : public Passes {
   const Sensor& sensor_;
   RenderContext& context_;
   const DistantCells cells_;
+  const CellNeighbours neighbours_;
   const ProductSettings settings_;
   const Rect crop_;
   const FilterSampler filter_;

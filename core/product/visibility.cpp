@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "kinome/render_context.h"
 
 namespace kinome {
 namespace {
@@ -9,11 +12,15 @@ namespace {
 constexpr size_t kFanOut = 8;
 /// How many records a parent's share counts as.
 constexpr float kShrinkage = 2;
+/// The same of the share around a cell.
+constexpr float kNeighbourShrinkage = 2;
+/// Of very many cells, only those near on the curve are asked for how near they are.
+constexpr size_t kWindow = 512;
 /// Shares of a few records are pulled to 0 and 1, which is what most cells are.
 constexpr float kSnap = 0.05f;
 /// Variance that remains however certain a share seems, and that of its own uncertainty.
 constexpr float kLeastVariance = 1e-4f;
-constexpr float kDoubt = 0.003f;
+constexpr float kDoubt = 0.0015f;
 constexpr float kMixedDoubt = 0.01f;
 
 }  // namespace
@@ -30,7 +37,30 @@ void Visibility::reset() {
   std::fill(sigma_mixed.begin(), sigma_mixed.end(), 1.f);
 }
 
-VisibilityLearner::VisibilityLearner(size_t padded_cells) : counts_(padded_cells) {
+CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& context) {
+  const auto& axis = cells.axis();
+  const size_t count = cells.size();
+  CellNeighbours found;
+  found.of.resize(cells.padded_size());
+  for (size_t c = 0; c < found.of.size(); ++c) found.of[c].fill(static_cast<uint16_t>(c));
+  context.parallel_for(count, [&](size_t c) {
+    const size_t first = c > kWindow ? c - kWindow : 0, end = std::min(count, c + kWindow + 1);
+    std::vector<std::pair<float, uint32_t>> near;
+    for (size_t k = first; k < end; ++k) {
+      if (k == c) continue;
+      const float cosine =
+          axis[0][c] * axis[0][k] + axis[1][c] * axis[1][k] + axis[2][c] * axis[2][k];
+      near.emplace_back(-cosine, static_cast<uint32_t>(k));
+    }
+    const size_t kept = std::min(near.size(), CellNeighbours::kCount);
+    std::partial_sort(near.begin(), near.begin() + static_cast<ptrdiff_t>(kept), near.end());
+    for (size_t i = 0; i < kept; ++i) found.of[c][i] = static_cast<uint16_t>(near[i].second);
+  });
+  return found;
+}
+
+VisibilityLearner::VisibilityLearner(size_t padded_cells, const CellNeighbours* neighbours)
+    : neighbours_(neighbours), counts_(padded_cells) {
   for (size_t size = padded_cells; size > 1;) {
     size = (size + kFanOut - 1) / kFanOut;
     levels_.emplace_back(size);
@@ -82,17 +112,29 @@ void VisibilityLearner::finish(Visibility& out) {
       node.visible = (node.visible + kShrinkage * parent) / (node.all + kShrinkage);
     }
   }
-  const std::vector<Node>& parents = levels_.front();
   for (size_t c = 0; c < counts_.size(); ++c) {
     const float all = static_cast<float>(counts_[c].all) / 16;
     const float visible = static_cast<float>(counts_[c].visible) / 16;
-    const float p = (visible + kShrinkage * parents[c / kFanOut].visible) / (all + kShrinkage);
+    const float p = (visible + kShrinkage * prior(c)) / (all + kShrinkage);
     const float v = std::clamp((p - kSnap) / (1 - 2 * kSnap), 0.f, 1.f);
     out.v[c] = v;
     out.sigma[c] =
         std::sqrt(std::max(p - 2 * p * v + v * v, 0.f) + kDoubt / (1 + all) + kLeastVariance);
     out.sigma_mixed[c] = std::sqrt(p + kMixedDoubt);
   }
+}
+
+/// What a cell without records is taken for.
+float VisibilityLearner::prior(size_t cell) const {
+  const float parent = levels_.front()[cell / kFanOut].visible;
+  if (!neighbours_) return parent;
+  uint32_t all = 0, visible = 0;
+  for (const uint16_t k : neighbours_->of[cell]) {
+    all += counts_[k].all;
+    visible += counts_[k].visible;
+  }
+  return (static_cast<float>(visible) / 16 + kNeighbourShrinkage * parent) /
+         (static_cast<float>(all) / 16 + kNeighbourShrinkage);
 }
 
 }  // namespace kinome

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "cell_kernels.h"
+#include "kinome/light_cells.h"
 
 namespace kinome {
 
@@ -32,11 +34,20 @@ struct Visibility {
   simd::CellKnowledge knowledge() const { return {v.data(), sigma.data(), sigma_mixed.data()}; }
 };
 
+/// Cells around each cell, the nearest ones by their mean directions.
+struct CellNeighbours {
+  static constexpr size_t kCount = 8;
+  std::vector<std::array<uint16_t, kCount>> of;  ///< of the padding: itself
+};
+CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& context);
+
 /// Turns records of rays nearby into visibilities: the share of visible ones, a cell with few
-/// records leaning on its neighbours along the cells' curve (shrinkage up a tree of fan-out 8).
+/// records leaning on its neighbours, and these on what is around them along the cells' curve
+/// (shrinkage up a tree of fan-out 8).
 class VisibilityLearner {
  public:
-  explicit VisibilityLearner(size_t padded_cells);
+  /// Without `neighbours`, cells lean on the tree alone; else they must outlive the learner.
+  explicit VisibilityLearner(size_t padded_cells, const CellNeighbours* neighbours = nullptr);
   void begin();
   /// Each record counts `weight` / 16.
   void add(std::span<const VisibilityRecord> records, uint32_t weight);
@@ -52,6 +63,8 @@ class VisibilityLearner {
     float all = 0;
     float visible = 0;
   };
+  float prior(size_t cell) const;
+  const CellNeighbours* neighbours_;
   std::vector<Count> counts_;
   std::vector<std::vector<Node>> levels_;  ///< sums of 8; the last one is the root alone
 };

@@ -91,8 +91,9 @@ class KINOME_EXPORT DistantCells {
   const std::array<std::vector<float>, 8>& edges() const { return edges_; }
   Vec3 to_local(const Vec3& d) const { return d * grid_.to_world; }
 
-  /// About `count` points, in each cell a power of two of them, and at least four: Owen-scrambled Sobol points, a new
-  /// randomisation for each seed. Uniform picks of a cell's points are distributed by its density.
+  /// About `count` points, in each cell a power of two of them, and at least four: Owen-scrambled
+  /// Sobol points, a new randomisation for each seed. Uniform picks of a cell's points are
+  /// distributed by its density.
   CellPoints draw_points(uint32_t count, uint64_t seed, const RenderContext& context) const;
 
   /// For unit directions of world space: the cell that each lies in, the density of the cell's
