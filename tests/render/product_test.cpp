@@ -61,6 +61,9 @@ std::vector<Case> materials() {
       of_material("NormalMapOnPlastic", normal_map(bsdf("roughplastic", number("alpha", .2)))),
       of_material("NormalMapOnMetal", normal_map(metal(.1))),
       of_material("NormalMapOnBothSides", bsdf("twosided", normal_map(kGrey))),
+      // What has no form for kernels is asked point by point.
+      of_material("TwoNormalMaps", normal_map(normal_map(kGrey))),
+      of_material("TwoNormalMapsOnMetal", normal_map(normal_map(metal(.1)))),
   };
 }
 INSTANTIATE_TEST_SUITE_P(Materials, Unbiased, testing::ValuesIn(materials()),
