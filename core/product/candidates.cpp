@@ -35,6 +35,29 @@ void Estimator::Candidates::resize(size_t size) {
   radiance.resize(size);
 }
 
+void Estimator::Shots::clear() {
+  member.clear();
+  cell.clear();
+  weight.clear();
+  for (auto* const v : {&dx, &dy, &dz}) v->clear();
+}
+
+void Estimator::Shots::push_back(uint32_t to_member, uint32_t to_cell, const Vec3& d,
+                                 const Rgb& weight_of_f) {
+  member.push_back(to_member);
+  cell.push_back(to_cell);
+  dx.push_back(d.x);
+  dy.push_back(d.y);
+  dz.push_back(d.z);
+  weight.push_back(weight_of_f);
+}
+
+Estimator::AskedDirections Estimator::Shots::asked() {
+  for (auto& v : f) v.resize(member.size());
+  return {member.data(), dx.data(), dy.data(), dz.data(), {f[0].data(), f[1].data(), f[2].data()},
+          member.size()};
+}
+
 /// Half vectors as of GGX, whatever the BSDF: its tails are heavy, so that none of the BSDF's light
 /// is rare.
 void Estimator::draw_from_lobe(const Group& group, size_t first, uint32_t lobe_log2,
@@ -115,22 +138,20 @@ size_t Estimator::draw_candidates(const Group& group, uint32_t lobe_log2, uint32
   return first;
 }
 
-/// Asks the BSDFs, for each point's directions together.
-void Estimator::ask_for_candidates(const Group& group, size_t first) {
-  const size_t count = candidates_.size() - first;
+/// Each point's directions together: its parameters are read once.
+void Estimator::ask(const Group& group, Lobe mask, const AskedDirections& asked) {
   evaluation_first_.assign(group.count + 1, 0);
-  for (size_t j = 0; j < count; ++j) ++evaluation_first_[candidates_.member[first + j] + 1];
+  for (size_t j = 0; j < asked.count; ++j) ++evaluation_first_[asked.member[j] + 1];
   for (size_t k = 0; k < group.count; ++k) evaluation_first_[k + 1] += evaluation_first_[k];
-  evaluation_order_.resize(count);
-  for (auto* const v : {&x_, &y_, &z_, &r_, &g_, &b_, &pdf_}) {
-    if (v->size() < count) v->resize(count);
+  evaluation_order_.resize(asked.count);
+  for (auto* const v : {&x_, &y_, &z_, &r_, &g_, &b_}) {
+    if (v->size() < asked.count) v->resize(asked.count);
   }
-  for (size_t j = 0; j < count; ++j) {
-    const uint32_t member = candidates_.member[first + j];
-    const uint32_t at = evaluation_first_[member]++;
+  for (size_t j = 0; j < asked.count; ++j) {
+    const uint32_t at = evaluation_first_[asked.member[j]]++;
     evaluation_order_[at] = static_cast<uint32_t>(j);
-    const Vec3 d = primaries_->interaction(member_of(group, member))
-                       .frame.to_local(candidates_.direction(first + j));
+    const Vec3 d = primaries_->interaction(member_of(group, asked.member[j]))
+                       .frame.to_local({asked.dx[j], asked.dy[j], asked.dz[j]});
     x_[at] = d.x;
     y_[at] = d.y;
     z_[at] = d.z;
@@ -140,15 +161,15 @@ void Estimator::ask_for_candidates(const Group& group, size_t first) {
     const size_t end = evaluation_first_[k];
     if (end == begin) continue;
     const SurfaceInteraction& si = primaries_->interaction(member_of(group, k));
-    si.shape->bsdf().eval_pdf(si, Lobe::kGlossy, {&x_[begin], &y_[begin], &z_[begin], end - begin},
+    si.shape->bsdf().eval_pdf(si, mask, {&x_[begin], &y_[begin], &z_[begin], end - begin},
                               {&r_[begin], &g_[begin], &b_[begin], nullptr});
     begin = end;
   }
-  for (size_t at = 0; at < count; ++at) {
-    const size_t i = first + evaluation_order_[at];
-    candidates_.f[0][i] = r_[at];
-    candidates_.f[1][i] = g_[at];
-    candidates_.f[2][i] = b_[at];
+  for (size_t at = 0; at < asked.count; ++at) {
+    const uint32_t j = evaluation_order_[at];
+    asked.f[0][j] = r_[at];
+    asked.f[1][j] = g_[at];
+    asked.f[2][j] = b_[at];
   }
 }
 
@@ -159,23 +180,20 @@ void Estimator::evaluate_candidates(const Group& group, size_t first) {
   if (!patch.is_described || !is_microfacet(patch.form)) {
     simd::lobe_density(patch.lobe, points_of(group), &c.member[first], &c.dx[first], &c.dy[first],
                        &c.dz[first], count, &c.lobe_density[first]);
-    ask_for_candidates(group, first);
+    ask(group, Lobe::kGlossy,
+        {&c.member[first],
+         &c.dx[first],
+         &c.dy[first],
+         &c.dz[first],
+         {&c.f[0][first], &c.f[1][first], &c.f[2][first]},
+         count});
     return;
   }
   const BsdfForm& form = patch.form;
-  simd::MicrofacetKind kind;
-  kind.is_ggx = form.glossy == BsdfForm::Glossy::kGgx;
-  kind.is_conductor = form.is_conductor;
-  for (int i = 0; i < 3; ++i) {
-    kind.eta[i] = form.eta[i];
-    kind.k[i] = form.k[i];
-  }
-  const simd::FirstMicrofacet one{
-      form.alpha_u, form.alpha_v, {form.specular.x, form.specular.y, form.specular.z}};
   simd::evaluate_microfacets(
-      kind, one, patch.is_uniform ? nullptr : &primaries_->microfacets, patch.lobe,
-      points_of(group), &c.member[first], &c.dx[first], &c.dy[first], &c.dz[first], count,
-      {{&c.f[0][first], &c.f[1][first], &c.f[2][first]}, &c.lobe_density[first]});
+      kind_of(form), microfacet_of(form), patch.is_uniform ? nullptr : &primaries_->microfacets,
+      patch.lobe, points_of(group), &c.member[first], &c.dx[first], &c.dy[first], &c.dz[first],
+      count, {{&c.f[0][first], &c.f[1][first], &c.f[2][first]}, &c.lobe_density[first]});
   if (form.is_turned) {
     float* const f[3] = {&c.f[0][first], &c.f[1][first], &c.f[2][first]};
     simd::multiply_turned_factors(primaries_->turned, points_of(group), &c.member[first],

@@ -211,37 +211,6 @@ void Estimator::add_diffuse(uint32_t index, Rgb& control) {
   segments_.push_back(segment);
 }
 
-/// Asks the BSDFs of all points, each point's directions together.
-void Estimator::evaluate(Lobe mask, std::span<Evaluation> queries) {
-  const uint32_t count = static_cast<uint32_t>(queries.size());
-  evaluation_order_.resize(count);
-  for (uint32_t i = 0; i < count; ++i) evaluation_order_[i] = i;
-  std::sort(evaluation_order_.begin(), evaluation_order_.end(), [&](uint32_t a, uint32_t b) {
-    return queries[a].primary != queries[b].primary ? queries[a].primary < queries[b].primary
-                                                    : a < b;
-  });
-  for (auto* const v : {&x_, &y_, &z_, &r_, &g_, &b_, &pdf_}) {
-    if (v->size() < count) v->resize(count);
-  }
-  for (uint32_t begin = 0, end = 0; begin < count; begin = end) {
-    const uint32_t primary = queries[evaluation_order_[begin]].primary;
-    const SurfaceInteraction& si = primaries_->interaction(primary);
-    for (; end < count && queries[evaluation_order_[end]].primary == primary; ++end) {
-      const Vec3 d = si.frame.to_local(queries[evaluation_order_[end]].d);
-      x_[end] = d.x;
-      y_[end] = d.y;
-      z_[end] = d.z;
-    }
-    si.shape->bsdf().eval_pdf(si, mask, {&x_[begin], &y_[begin], &z_[begin], end - begin},
-                              {&r_[begin], &g_[begin], &b_[begin], &pdf_[begin]});
-  }
-  for (uint32_t i = 0; i < count; ++i) {
-    Evaluation& query = queries[evaluation_order_[i]];
-    query.f = {r_[i], g_[i], b_[i]};
-    query.pdf = pdf_[i];
-  }
-}
-
 inline void Estimator::push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell,
                                 Rgb* sum) {
   if (is_black(weight)) {
@@ -291,10 +260,9 @@ std::optional<Estimator::Mirrored> Estimator::mirror(uint32_t primary, uint64_t 
 
 float Estimator::turned_factor(uint32_t primary, const Vec3& d) const {
   const simd::TurnedPoints& turned = primaries_->turned;
-  BsdfForm form;
-  form.bump_alpha2 = turned.bump_alpha2[primary];
-  return form.turned_factor(turned.normal[0][primary] * d.x + turned.normal[1][primary] * d.y +
-                            turned.normal[2][primary] * d.z);
+  const float cosine = turned.normal[0][primary] * d.x + turned.normal[1][primary] * d.y +
+                       turned.normal[2][primary] * d.z;
+  return cosine > 0 ? bump_shadowing(cosine, turned.bump_alpha2[primary]) : 0.f;
 }
 
 void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offset,
@@ -306,13 +274,12 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offs
   const float* const table = patch.form.transmittance;
   const auto count = static_cast<float>(group.count);
   shots_.clear();
-  evaluations_.clear();
   for (size_t j = 0; j < hits_.size(); ++j) {
     const uint32_t stratum = hits_[j].stratum;
     const uint32_t cell = prepared.cells.ids()[stratum];
     const CellPoint& point = light_.points.pick(cell, hits_[j].remainder);
-    const uint32_t primary =
-        member_of(group, pick(group, offset + static_cast<uint32_t>(first_hit + j) * kPlastic));
+    const uint32_t member = pick(group, offset + static_cast<uint32_t>(first_hit + j) * kPlastic);
+    const uint32_t primary = member_of(group, member);
     const float factor = count * scale / weights_[segment.begin + stratum];
     float v = visibility.v[cell];
     if (!prepared.transmittance.empty()) v *= prepared.transmittance[cell];
@@ -327,15 +294,15 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offs
       if (patch.form.is_turned) t *= turned_factor(primary, point.d);
       if (cosine > 0) push_ray(primary, point.d, lambert * t, cell, sum);
     } else {
-      shots_.push_back({point.weight * factor, cell});
-      evaluations_.push_back({primary, point.d});
+      shots_.push_back(member, cell, point.d, point.weight * factor);
     }
   }
   if (patch.is_described) return;
-  evaluate(Lobe::kDiffuse, evaluations_);
-  for (size_t j = 0; j < shots_.size(); ++j) {
-    push_ray(evaluations_[j].primary, evaluations_[j].d, shots_[j].weight * evaluations_[j].f,
-             shots_[j].cell, sum);
+  ask(group, Lobe::kDiffuse, shots_.asked());
+  for (size_t j = 0; j < shots_.member.size(); ++j) {
+    push_ray(member_of(group, shots_.member[j]), {shots_.dx[j], shots_.dy[j], shots_.dz[j]},
+             shots_.weight[j] * Rgb(shots_.f[0][j], shots_.f[1][j], shots_.f[2][j]), shots_.cell[j],
+             sum);
   }
 }
 
@@ -385,8 +352,9 @@ void Estimator::estimate(const Unit& unit, Rgb& sum) {
   }
   sum += control;
   comb_unit(unit, &sum);
+  const uint64_t seed = hash_words(unit.seed, 3);
   for (const uint32_t i : order_) {
-    const auto mirrored = mirror(i, hash_words(unit.seed, 3));
+    const auto mirrored = mirror(i, seed);
     if (mirrored) push_ray(i, mirrored->d, mirrored->radiance, 0, &sum);
   }
 }
@@ -404,8 +372,9 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
     probe_glossy(g, unit, points);
   }
   comb_unit(unit, nullptr);
+  const uint64_t seed = hash_words(unit.seed, 3);
   for (const uint32_t i : order_) {
-    const auto mirrored = mirror(i, hash_words(unit.seed, 3));
+    const auto mirrored = mirror(i, seed);
     if (mirrored) points[i].mirrored = mean_of(mirrored->radiance);
   }
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "candidate_kernels.h"
 #include "comb.h"
 #include "kinome/light_cells.h"
 #include "spread.h"
@@ -14,6 +15,8 @@ namespace kinome {
 
 /// Distant light of one pass: its cells and the points drawn of them.
 struct CellLight {
+  /// About so many points fit a core's own cache, and fewer or more do no better.
+  static constexpr uint32_t kPoints = 1u << 15;
   const DistantCells& cells;
   const Emitter& emitter;
   CellPoints points;
@@ -111,16 +114,21 @@ class Estimator {
    private:
     size_t size_ = 0;
   };
-  /// A direction at a primary, and what its BSDF says.
-  struct Evaluation {
-    uint32_t primary;
-    Vec3 d;
-    Rgb f{0.f};
-    float pdf = 0;
+  /// Directions at members of a group, and where f cos of their BSDFs is to go.
+  struct AskedDirections {
+    const uint32_t* member;
+    const float *dx, *dy, *dz;
+    float* f[3];
+    size_t count;
   };
-  struct Shot {
-    Rgb weight;  ///< of f
-    uint32_t cell;
+  /// Rays of diffuse light whose BSDFs have to be asked.
+  struct Shots {
+    std::vector<uint32_t> member, cell;
+    std::vector<float> dx, dy, dz, f[3];
+    std::vector<Rgb> weight;  ///< of f
+    void clear();
+    void push_back(uint32_t to_member, uint32_t to_cell, const Vec3& d, const Rgb& weight_of_f);
+    AskedDirections asked();
   };
   /// What a ray's result goes to: a sum, or the records of a patch.
   struct Pending {
@@ -158,7 +166,7 @@ class Estimator {
   void draw_from_lobe(const Group& group, size_t first, uint32_t lobe_log2, uint64_t seed);
   void draw_from_cells(const Group& group, size_t first, uint32_t count, uint64_t seed);
   void evaluate_candidates(const Group& group, size_t first);
-  void ask_for_candidates(const Group& group, size_t first);
+  void ask(const Group& group, Lobe mask, const AskedDirections& asked);
   struct Mirrored {
     Vec3 d;
     Rgb radiance;
@@ -170,7 +178,6 @@ class Estimator {
   void shoot_glossy(const Segment& segment, float scale, Rgb* sum);
   void push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell, Rgb* sum);
   float turned_factor(uint32_t primary, const Vec3& d) const;
-  void evaluate(Lobe mask, std::span<Evaluation> queries);
   /// The group's member at a share of all, in units of 2^-32.
   static uint32_t pick(const Group& group, uint32_t share) { return scaled(share, group.count); }
   /// A member's primary.
@@ -206,10 +213,9 @@ class Estimator {
   std::vector<float> mixed_visibility_;
   Candidates candidates_;
   std::vector<Comb::Hit> hits_;
-  std::vector<Evaluation> evaluations_;
-  std::vector<Shot> shots_;
+  Shots shots_;
   std::vector<uint32_t> evaluation_order_, evaluation_first_;
-  std::vector<float> x_, y_, z_, r_, g_, b_, pdf_;
+  std::vector<float> x_, y_, z_, r_, g_, b_;
   std::vector<float> importance_, importance_blocks_;
   float importance_total_ = 0;
   std::vector<Ray> rays_;  ///< those that wait are the first waiting_

@@ -10,10 +10,9 @@
 namespace kinome {
 namespace {
 
-constexpr int kTile = 4;
 constexpr uint16_t kPilotPrimaries = 4;
 /// As many as the pilot sends from the tiles that a patch learns from.
-constexpr uint32_t kPilotRays = 25 * kTile * kTile * 3 * kPilotPrimaries;
+constexpr uint32_t kPilotRays = 25 * kTileSide * kTileSide * 3 * kPilotPrimaries;
 constexpr uint16_t kPrimaries = 16;
 /// Teeth of a comb that tells each cell's share of the rays.
 constexpr uint32_t kShares = 1u << 16;
@@ -80,7 +79,8 @@ Inspection inspect_product(const Scene& scene, const Sensor& sensor, const Rende
                            const DistantCells& cells, const ProductSettings& settings, int x,
                            int y) {
   const uint64_t seed = key_seed(context, sensor.sampler());
-  const CellLight light(cells, *scene.environment(), cells.draw_points(1u << 15, seed, context));
+  const CellLight light(cells, *scene.environment(),
+                        cells.draw_points(CellLight::kPoints, seed, context));
   Estimator estimator(light, cells.padded_size());
   const FilterSampler filter(sensor.film().filter());
   const Rect crop = sensor.film().crop();
@@ -91,17 +91,19 @@ Inspection inspect_product(const Scene& scene, const Sensor& sensor, const Rende
   RenderCounters counters;
   const auto trace = [&](const Rect& pixels, uint16_t count, uint64_t key) {
     const std::vector<uint16_t> counts(pixels.area(), count);
-    primaries.trace({scene, sensor, filter, crop, settings.hide_emitters}, pixels, counts,
-                    hash_words(seed, key), counters);
+    primaries.trace(TilePrimaries::view_of(scene, sensor, filter, settings.hide_emitters), pixels,
+                    counts, hash_words(seed, key), counters);
   };
-  const int x0 = x - (x - crop.x0) % kTile, y0 = y - (y - crop.y0) % kTile;
-  trace({x0, y0, std::min(x0 + kTile, crop.x1), std::min(y0 + kTile, crop.y1)}, kPilotPrimaries, 1);
+  const int x0 = x - (x - crop.x0) % kTileSide, y0 = y - (y - crop.y0) % kTileSide;
+  trace({x0, y0, std::min(x0 + kTileSide, crop.x1), std::min(y0 + kTileSide, crop.y1)},
+        kPilotPrimaries, 1);
   std::vector<Patch> patches;
   make_patches(primaries, patches);
   std::vector<Visibility> visibility(patches.size(), unknown(cells.padded_size()));
   Probe probe{scene, estimator, primaries, patches, visibility, counters};
   const Records pilot = probe(kPilotRays, hash_words(seed, 2));
-  VisibilityLearner learner(cells.padded_size());
+  const CellNeighbours neighbours = find_neighbours(cells, context);
+  VisibilityLearner learner(cells.padded_size(), &neighbours);
   for (size_t p = 0; p < pilot.size(); ++p) {
     learner.begin();
     learner.add(pilot[p], 16);

@@ -10,7 +10,6 @@
 namespace kinome {
 namespace {
 
-constexpr uint32_t kCellPoints = 1u << 15;
 /// More rays than this are left to more passes: each has fresh points of the cells.
 constexpr double kMaxRaysOfPass = 512;
 /// Below so many rays a pixel nothing is learned.
@@ -39,7 +38,6 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       sensor_(sensor),
       context_(context),
       cells_(std::move(cells)),
-      neighbours_(find_neighbours(cells_, context)),
       settings_(settings),
       crop_(sensor.film().crop()),
       filter_(sensor.film().filter()),
@@ -54,9 +52,7 @@ size_t ProductRenderer::pixel_index(int x, int y) const {
 }
 
 TilePrimaries::View ProductRenderer::view() const {
-  const Film& film = sensor_.film();
-  return {scene_, sensor_, filter_, film.sample_border() ? film.reach() : crop_,
-          settings_.hide_emitters};
+  return TilePrimaries::view_of(scene_, sensor_, filter_, settings_.hide_emitters);
 }
 
 void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vector<PixelPlan>& plan,
@@ -202,7 +198,7 @@ void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan,
 CellLight ProductRenderer::make_light(uint64_t seed) const {
   const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
   return CellLight(cells_, *scene_.environment(),
-                   cells_.draw_points(kCellPoints, hash_words(seed_, seed), context_));
+                   cells_.draw_points(CellLight::kPoints, hash_words(seed_, seed), context_));
 }
 
 void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
@@ -213,6 +209,7 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   const double start = context_.seconds();
   const uint32_t primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
   const uint32_t rays = kPilotRays * primaries;
+  neighbours_ = find_neighbours(cells_, context_);
   const CellLight light = make_light(0);
   context_.set_progress_range(0, (primaries + rays) / std::max<double>(rays_per_pixel, 1));
   pilot(light, primaries, rays);

@@ -28,10 +28,8 @@ class ProductRenderer final : public Passes {
   void render_all();
 
  private:
-  /// What `direct` takes for a sample.
-  static constexpr double kRaysPerSample = 3;
-  /// Side of the tiles that learn together, and of the blocks of them that are one thread's turn.
-  static constexpr int kTile = 4;
+  /// Side of the blocks of tiles that are one thread's turn.
+  static constexpr int kTile = kTileSide;
   static constexpr int kBlock = 32;
   static constexpr int kTilesAcross = kBlock / kTile;
 
@@ -81,7 +79,7 @@ class ProductRenderer final : public Passes {
   const Sensor& sensor_;
   RenderContext& context_;
   const DistantCells cells_;
-  const CellNeighbours neighbours_;
+  CellNeighbours neighbours_;  ///< where there is a pilot
   const ProductSettings settings_;
   const Rect crop_;
   const FilterSampler filter_;

@@ -120,6 +120,12 @@ Vec2 FilterSampler::place(int x, int y, const Vec2& u, const Rect& region) const
   return {place_1d(x, u.x, region.x0, region.x1), place_1d(y, u.y, region.y0, region.y1)};
 }
 
+TilePrimaries::View TilePrimaries::view_of(const Scene& scene, const Sensor& sensor,
+                                           const FilterSampler& filter, bool hide_emitters) {
+  const Film& film = sensor.film();
+  return {scene, sensor, filter, film.sample_border() ? film.reach() : film.crop(), hide_emitters};
+}
+
 void TilePrimaries::make_rays(const View& view, const Rect& pixels,
                               std::span<const uint16_t> counts, uint64_t seed) {
   first_.assign(1, 0);

@@ -30,6 +30,9 @@ class FilterSampler {
   std::vector<float> cumulated_;  ///< of the filter from -radius to each bin's end
 };
 
+/// Side of the tiles that learn together, in pixels.
+inline constexpr int kTileSide = 4;
+
 /// Camera rays of a small tile of pixels, each with a number of its own, and the surfaces that they
 /// meet. Keeps its memory: one per thread.
 class TilePrimaries {
@@ -41,6 +44,10 @@ class TilePrimaries {
     Rect region;  ///< where film positions may lie
     bool hide_emitters = false;
   };
+
+  /// The whole film of the sensor.
+  static View view_of(const Scene& scene, const Sensor& sensor, const FilterSampler& filter,
+                      bool hide_emitters);
 
   /// counts[i] rays for pixel i of `pixels`, row by row. Each pixel's are the first so many of one
   /// sequence for each seed, in the order of a Hilbert curve.
@@ -125,6 +132,21 @@ struct Patch {
 
 inline bool is_microfacet(const BsdfForm& form) {
   return form.glossy == BsdfForm::Glossy::kBeckmann || form.glossy == BsdfForm::Glossy::kGgx;
+}
+
+/// The same for kernels.
+inline simd::MicrofacetKind kind_of(const BsdfForm& form) {
+  simd::MicrofacetKind kind;
+  kind.is_ggx = form.glossy == BsdfForm::Glossy::kGgx;
+  kind.is_conductor = form.is_conductor;
+  for (int c = 0; c < 3; ++c) {
+    kind.eta[c] = form.eta[c];
+    kind.k[c] = form.k[c];
+  }
+  return kind;
+}
+inline simd::FirstMicrofacet microfacet_of(const BsdfForm& form) {
+  return {form.alpha_u, form.alpha_v, {form.specular.x, form.specular.y, form.specular.z}};
 }
 
 /// Reflects by a lobe so sharp that points of different normals share no directions.

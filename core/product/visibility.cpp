@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "kinome/render_context.h"
 
@@ -41,20 +40,27 @@ CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& c
   const auto& axis = cells.axis();
   const size_t count = cells.size();
   CellNeighbours found;
-  found.of.resize(cells.padded_size());
-  for (size_t c = 0; c < found.of.size(); ++c) found.of[c].fill(static_cast<uint16_t>(c));
+  // Where there are too few cells, the rest are padding, which nobody has records of.
+  std::array<uint16_t, CellNeighbours::kCount> none;
+  none.fill(static_cast<uint16_t>(count));
+  found.of.assign(cells.padded_size(), none);
   context.parallel_for(count, [&](size_t c) {
     const size_t first = c > kWindow ? c - kWindow : 0, end = std::min(count, c + kWindow + 1);
-    std::vector<std::pair<float, uint32_t>> near;
+    std::array<float, CellNeighbours::kCount> cosines;
+    cosines.fill(-2);
+    auto& nearest = found.of[c];
     for (size_t k = first; k < end; ++k) {
-      if (k == c) continue;
       const float cosine =
           axis[0][c] * axis[0][k] + axis[1][c] * axis[1][k] + axis[2][c] * axis[2][k];
-      near.emplace_back(-cosine, static_cast<uint32_t>(k));
+      if (k == c || cosine <= cosines.back()) continue;
+      size_t at = cosines.size() - 1;
+      for (; at > 0 && cosine > cosines[at - 1]; --at) {
+        cosines[at] = cosines[at - 1];
+        nearest[at] = nearest[at - 1];
+      }
+      cosines[at] = cosine;
+      nearest[at] = static_cast<uint16_t>(k);
     }
-    const size_t kept = std::min(near.size(), CellNeighbours::kCount);
-    std::partial_sort(near.begin(), near.begin() + static_cast<ptrdiff_t>(kept), near.end());
-    for (size_t i = 0; i < kept; ++i) found.of[c][i] = static_cast<uint16_t>(near[i].second);
   });
   return found;
 }

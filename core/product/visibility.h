@@ -34,10 +34,10 @@ struct Visibility {
   simd::CellKnowledge knowledge() const { return {v.data(), sigma.data(), sigma_mixed.data()}; }
 };
 
-/// Cells around each cell, the nearest ones by their mean directions.
+/// Cells around each cell, the nearest ones by their mean directions, nearest first.
 struct CellNeighbours {
   static constexpr size_t kCount = 8;
-  std::vector<std::array<uint16_t, kCount>> of;  ///< of the padding: itself
+  std::vector<std::array<uint16_t, kCount>> of;  ///< cells.size(), a padding one: there is none
 };
 CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& context);
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "candidate_kernels.h"
 #include "hilbert_points.h"
 #include "kinome/emitter.h"
 #include "kinome/light_cells.h"
 #include "kinome/render_context.h"
 #include "kinome/sampler.h"
-#include "lobe_kernels.h"
 #include "quad_importance.h"
 
 namespace kinome {

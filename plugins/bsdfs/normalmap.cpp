@@ -32,22 +32,11 @@ constexpr Parameter kParameters[] = {
     {"use_shadowing_function", ParameterType::kBoolean, "true", "soften the terminator"},
 };
 
-/// Shadowing of light at cos_theta, given how far the normal was turned.
-class BumpShadowing {
- public:
-  explicit BumpShadowing(float cos_turned) {
-    const float cos2 = std::min(sqr(cos_turned), 1.f);
-    alpha2_ = cos2 > 0 ? std::min(0.125f * (1 - cos2) / cos2, 1.f) : 1.f;
-  }
-  float operator()(float cos_theta) const {
-    const float cos2 = std::clamp(sqr(cos_theta), 1e-12f, 1.f);
-    return 2 / (1 + std::sqrt(1 + alpha2_ * (1 - cos2) / cos2));
-  }
-  float alpha2() const { return alpha2_; }
-
- private:
-  float alpha2_;
-};
+/// For bump_shadowing, of a normal that was turned so far.
+float bump_alpha2(float cos_turned) {
+  const float cos2 = std::min(sqr(cos_turned), 1.f);
+  return cos2 > 0 ? std::min(0.125f * (1 - cos2) / cos2, 1.f) : 1.f;
+}
 
 class NormalMap final : public Bsdf {
  public:
@@ -84,7 +73,7 @@ class NormalMap final : public Bsdf {
       for (size_t i = 0; i < count; ++i) {
         const float original_z = wo.z[begin + i];
         const float valid = same_side(original_z, z[i]) ? 1.f : 0.f;
-        const float factor = valid * shadow(*turned, original_z);
+        const float factor = valid * bump_shadowing(original_z, turned->bump_alpha2);
         part.r[i] *= factor;
         part.g[i] *= factor;
         part.b[i] *= factor;
@@ -110,7 +99,7 @@ class NormalMap final : public Bsdf {
       return std::nullopt;
     }
     result->wo = wo;
-    result->weight *= shadow(*turned, wo.z);
+    result->weight *= bump_shadowing(wo.z, turned->bump_alpha2);
     return result;
   }
 
@@ -121,7 +110,7 @@ class NormalMap final : public Bsdf {
     if (!form || form->is_turned) return std::nullopt;
     form->is_turned = true;
     form->surface_normal = si.wi.z < 0 ? -si.frame.n : si.frame.n;
-    form->bump_alpha2 = shadowing_ ? turned->shadowing.alpha2() : 0.f;
+    form->bump_alpha2 = turned->bump_alpha2;
     return form;
   }
 
@@ -139,14 +128,10 @@ class NormalMap final : public Bsdf {
   struct Turned {
     Frame local;            ///< perturbed axes in the coordinates of the original frame
     SurfaceInteraction si;  ///< as the nested BSDF sees the point
-    BumpShadowing shadowing;
+    float bump_alpha2;
   };
 
   static bool same_side(float a, float b) { return (a > 0 && b > 0) || (a < 0 && b < 0); }
-
-  float shadow(const Turned& turned, float cos_theta) const {
-    return shadowing_ ? turned.shadowing(cos_theta) : 1.f;
-  }
 
   /// nullopt where the viewer doesn't see the perturbed surface's side.
   std::optional<Turned> perturb(const SurfaceInteraction& si) const {
@@ -158,7 +143,7 @@ class NormalMap final : public Bsdf {
       n = Vec3(-n.x, -n.y, n.z);
     }
     const Frame local = Frame::from_normal_and_tangent(n, si.frame.to_local(si.dp_du));
-    Turned turned{local, si, BumpShadowing(n.z)};
+    Turned turned{local, si, shadowing_ ? bump_alpha2(n.z) : 0.f};
     turned.si.wi = local.to_local(si.wi);
     turned.si.frame =
         Frame{si.frame.to_world(local.s), si.frame.to_world(local.t), si.frame.to_world(local.n)};

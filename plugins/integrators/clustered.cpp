@@ -322,7 +322,7 @@ class Clustered final : public Integrator {
   ProductSettings product_settings(const Sensor& sensor) const {
     ProductSettings settings = product_;
     if (!(settings.rays_per_pixel > 0)) {
-      settings.rays_per_pixel = 3. * sensor.sampler().sample_count();
+      settings.rays_per_pixel = kRaysPerSample * sensor.sampler().sample_count();
     }
     return settings;
   }

@@ -59,7 +59,7 @@ inline std::string diffuse_xml(const std::string& rgb) {
 /// Writes a map and returns its emitter.
 inline std::string envmap_xml(const TemporaryFolder& folder, int width, int height,
                               const std::function<Rgb(int x, int y)>& texel,
-                              const std::string& transform = "") {
+                              const std::string& transform = "", const std::string& name = "map") {
   Image image{width, height, {"R", "G", "B"}, {}};
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
@@ -67,7 +67,7 @@ inline std::string envmap_xml(const TemporaryFolder& folder, int width, int heig
       image.data.insert(image.data.end(), {c.x, c.y, c.z});
     }
   }
-  const std::string path = folder.path("map.pfm");
+  const std::string path = folder.path(name + ".pfm");
   write_pfm(path, image);
   return "<emitter type=\"envmap\"><string name=\"filename\" value=\"" + path +
          "\"/><transform name=\"to_world\">" + transform + "</transform></emitter>";

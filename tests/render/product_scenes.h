@@ -27,17 +27,7 @@ inline Rgb harsh(int x, int y) {
 }
 inline std::string map_xml(const std::string& name, int width, int height, Rgb (*texel)(int, int),
                            const std::string& transform = "") {
-  Image image{width, height, {"R", "G", "B"}, {}};
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const Rgb c = texel(x, y);
-      image.data.insert(image.data.end(), {c.x, c.y, c.z});
-    }
-  }
-  const std::string path = folder().path(name + ".pfm");
-  write_pfm(path, image);
-  return "<emitter type=\"envmap\"><string name=\"filename\" value=\"" + path +
-         "\"/><transform name=\"to_world\">" + transform + "</transform></emitter>";
+  return envmap_xml(folder(), width, height, texel, transform, name);
 }
 inline std::string sun_xml() {
   return map_xml("sun", 32, 17, harsh);

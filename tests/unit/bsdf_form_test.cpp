@@ -5,10 +5,11 @@
 #include <cmath>
 #include <random>
 
+#include "candidate_kernels.h"
 #include "kinome/light_cut.h"
 #include "kinome/warp.h"
-#include "lobe_kernels.h"
 #include "support/bsdf_cases.h"
+#include "tile.h"
 
 namespace kinome::test {
 namespace {
@@ -60,13 +61,8 @@ Rgb microfacet_value(const BsdfForm& form, const Frame& frame, const Vec3& viewe
     points.alpha_u[i] = form.alpha_u;
     points.alpha_v[i] = form.alpha_v;
   }
-  simd::MicrofacetKind kind;
-  kind.is_ggx = form.glossy == BsdfForm::Glossy::kGgx;
-  kind.is_conductor = form.is_conductor;
-  for (int c = 0; c < 3; ++c) {
-    kind.eta[c] = form.eta[c];
-    kind.k[c] = form.k[c];
-  }
+  const simd::MicrofacetKind kind = kind_of(form);
+  const simd::FirstMicrofacet first = microfacet_of(form);
   // Once as a group that fits a vector, once as one that doesn't.
   const std::vector<uint32_t> member(kLanes, 1), few{0, 1};
   std::vector<uint32_t> many(3 * kLanes, 0);
@@ -75,19 +71,18 @@ Rgb microfacet_value(const BsdfForm& form, const Frame& frame, const Vec3& viewe
   std::vector<float> f[3], density(kLanes), again(kLanes);
   for (auto& v : f) v.resize(kLanes);
   const simd::HalfVectorLobe lobe{0.3f, 0.2f};
-  simd::evaluate_microfacets(
-      kind, {form.alpha_u, form.alpha_v, {form.specular.x, form.specular.y, form.specular.z}},
-      by_point ? &points : nullptr, lobe, {frames, few.data(), few.size()}, member.data(), x.data(),
-      y.data(), z.data(), kLanes, {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
+  simd::evaluate_microfacets(kind, first, by_point ? &points : nullptr, lobe,
+                             {frames, few.data(), few.size()}, member.data(), x.data(), y.data(),
+                             z.data(), kLanes,
+                             {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
   const Vec3 value(f[0][5], f[1][5], f[2][5]);
   simd::lobe_density(lobe, {frames, few.data(), few.size()}, member.data(), x.data(), y.data(),
                      z.data(), kLanes, again.data());
   EXPECT_NEAR(density[3], again[3], 1e-5f * (again[3] + 1));
-  simd::evaluate_microfacets(
-      kind, {form.alpha_u, form.alpha_v, {form.specular.x, form.specular.y, form.specular.z}},
-      by_point ? &points : nullptr, lobe, {frames, many.data(), many.size()}, member.data(),
-      x.data(), y.data(), z.data(), kLanes,
-      {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
+  simd::evaluate_microfacets(kind, first, by_point ? &points : nullptr, lobe,
+                             {frames, many.data(), many.size()}, member.data(), x.data(), y.data(),
+                             z.data(), kLanes,
+                             {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(f[c][5], value[c], 1e-6f * value[c]);
   if (!form.is_turned) return value;
   simd::TurnedPoints turned;

@@ -1,5 +1,5 @@
-// Parts of learned product sampling: the comb, what is learned of visibility, points along a
-// Hilbert curve, samples by the film's filter, and the division of rays among pixels.
+// Parts of learned product sampling: the comb, points along a Hilbert curve, samples by the film's
+// filter, and the division of rays among pixels.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,6 @@
 #include "plan.h"
 #include "support/render.h"
 #include "tile.h"
-#include "visibility.h"
 
 namespace kinome::test {
 namespace {
@@ -122,121 +121,6 @@ TEST(Comb, SumsThatRoundOtherwiseLoseNothing) {
       EXPECT_EQ(found.size(), 300u);
       for (const Comb::Hit& hit : found) EXPECT_GT(strata.weights[hit.stratum], 0);
     }
-  }
-}
-
-constexpr size_t kCells = 512;
-
-Visibility learn(const std::vector<std::vector<VisibilityRecord>>& records, uint32_t weight = 16) {
-  VisibilityLearner learner(kCells);
-  learner.begin();
-  for (const auto& some : records) learner.add(some, weight);
-  Visibility out;
-  out.resize(kCells);
-  learner.finish(out);
-  return out;
-}
-
-void expect_sane(const Visibility& learned) {
-  for (size_t c = 0; c < kCells; ++c) {
-    EXPECT_GE(learned.v[c], 0);
-    EXPECT_LE(learned.v[c], 1);
-    EXPECT_GT(learned.sigma[c], 0);
-    EXPECT_GT(learned.sigma_mixed[c], 0);
-    EXPECT_LT(learned.sigma[c], 1.1f);
-    EXPECT_LT(learned.sigma_mixed[c], 1.1f);
-  }
-}
-
-/// All cells, `count` times.
-std::vector<VisibilityRecord> everywhere(bool visible, int count) {
-  std::vector<VisibilityRecord> records;
-  for (int k = 0; k < count; ++k) {
-    for (uint32_t c = 0; c < kCells; ++c) records.emplace_back(c, visible);
-  }
-  return records;
-}
-
-TEST(VisibilityRecord, KeepsBoth) {
-  for (const uint32_t cell : {0u, 1u, 511u, kMaxCells - 1}) {
-    for (const bool visible : {false, true}) {
-      EXPECT_EQ(VisibilityRecord(cell, visible).cell(), cell);
-      EXPECT_EQ(VisibilityRecord(cell, visible).visible(), visible);
-    }
-  }
-}
-
-TEST(VisibilityLearner, KnowsNothingWithoutRecords) {
-  const Visibility learned = learn({});
-  expect_sane(learned);
-  for (size_t c = 0; c < kCells; ++c) {
-    EXPECT_EQ(learned.v[c], 0);
-    EXPECT_EQ(learned.sigma[c], 1);  // nothing is counted on, nothing spared
-  }
-}
-
-TEST(VisibilityLearner, IsCertainAfterManyRecords) {
-  for (const bool visible : {false, true}) {
-    const Visibility learned = learn({everywhere(visible, 30)});
-    expect_sane(learned);
-    for (size_t c = 0; c < kCells; ++c) {
-      EXPECT_EQ(learned.v[c], visible ? 1.f : 0.f);
-      EXPECT_LT(learned.sigma[c], 0.06f);
-      EXPECT_GE(learned.sigma[c], 0.01f);
-    }
-    EXPECT_EQ(learned.sigma_mixed[0] > 0.9f, visible);
-  }
-}
-
-TEST(VisibilityLearner, LeansOnNeighboursWhereRecordsAreFew) {
-  // Cells of the first half are visible, those of the second hidden; one in each has no record.
-  std::vector<VisibilityRecord> records;
-  const auto unknown = [](uint32_t c) { return c == 100 || c == 400; };
-  for (int k = 0; k < 8; ++k) {
-    for (uint32_t c = 0; c < kCells; ++c) {
-      if (!unknown(c)) records.emplace_back(c, c < kCells / 2);
-    }
-  }
-  const Visibility learned = learn({records});
-  expect_sane(learned);
-  EXPECT_GT(learned.v[100], 0.9f);
-  EXPECT_LT(learned.v[400], 0.1f);
-  EXPECT_GT(learned.sigma[100], learned.sigma[101]);
-  EXPECT_GT(learned.sigma[400], learned.sigma[401]);
-}
-
-TEST(VisibilityLearner, CountsRecordsByTheirWeightAndForgetsThem) {
-  std::mt19937 rng(5);
-  std::vector<VisibilityRecord> records;
-  for (int k = 0; k < 3000; ++k) records.emplace_back(rng() % kCells, rng() % 3 == 0);
-  const Visibility once = learn({records}, 32);
-  const Visibility twice = learn({records, records}, 16);
-  expect_sane(once);
-  EXPECT_EQ(once.v, twice.v);
-  EXPECT_EQ(once.sigma, twice.sigma);
-  VisibilityLearner learner(kCells);
-  Visibility out;
-  out.resize(kCells);
-  for (int k = 0; k < 2; ++k) {
-    learner.begin();
-    learner.add(records, 32);
-    learner.finish(out);
-  }
-  EXPECT_EQ(out.v, once.v);
-}
-
-/// v and sigma are what the estimator's variance depends on: of a coin seen often, they are its
-/// share (stretched towards certainty) and the root mean square of V - v.
-TEST(VisibilityLearner, FindsSharesAndDeviations) {
-  for (const double share : {0.1, 0.5, 0.8}) {
-    std::vector<VisibilityRecord> records;
-    for (int k = 0; k < 1000; ++k) {
-      for (uint32_t c = 0; c < 8; ++c) records.emplace_back(c, k < 1000 * share);
-    }
-    const Visibility learned = learn({records});
-    const double v = (share - 0.05) / 0.9;
-    EXPECT_NEAR(learned.v[3], v, 0.002);
-    EXPECT_NEAR(learned.sigma[3], std::sqrt(share * sqr(1 - v) + (1 - share) * sqr(v)), 0.002);
   }
 }
 

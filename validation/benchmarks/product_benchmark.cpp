@@ -5,13 +5,13 @@
 
 #include <random>
 
+#include "candidate_kernels.h"
 #include "cell_kernels.h"
 #include "comb.h"
 #include "kinome/emitter.h"
 #include "kinome/light_cells.h"
 #include "kinome/render_context.h"
 #include "kinome/sampler.h"
-#include "lobe_kernels.h"
 #include "visibility.h"
 
 namespace kinome {

@@ -58,6 +58,14 @@ struct LobeReflectance {
   Rgb glossy{0.f};
 };
 
+/// Light that bumps of the squared roughness alpha2 leave at a cosine with the surface's own normal
+/// (Estevez et al. 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
+/// Problem"); alpha2 = 0: all of it.
+inline float bump_shadowing(float cosine, float alpha2) {
+  const float cos2 = std::clamp(cosine * cosine, 1e-12f, 1.f);
+  return 2 / (1 + std::sqrt(1 + alpha2 * (1 - cos2) / cos2));
+}
+
 /// A BSDF at one point in a form that kernels evaluate for many points at once; cosines are to the
 /// normal of reflection_frame.
 struct BsdfForm {
@@ -83,13 +91,9 @@ struct BsdfForm {
   /// viewer's side).
   bool is_turned = false;
   Vec3 surface_normal{0, 0, 1};
-  /// Of the shadows of bumps (Estevez et al. 2019, "A Microfacet-Based Shadowing Function to Solve
-  /// the Bump Terminator Problem"); 0: none.
-  float bump_alpha2 = 0;
+  float bump_alpha2 = 0;  ///< see bump_shadowing
   float turned_factor(float cosine) const {
-    if (!(cosine > 0)) return 0;
-    const float cos2 = std::min(std::max(cosine * cosine, 1e-12f), 1.f);
-    return 2 / (1 + std::sqrt(1 + bump_alpha2 * (1 - cos2) / cos2));
+    return cosine > 0 ? bump_shadowing(cosine, bump_alpha2) : 0.f;
   }
 
   /// Nothing but colours, roughness and the turned normal differs.

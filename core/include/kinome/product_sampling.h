@@ -9,6 +9,9 @@
 
 namespace kinome {
 
+/// Rays that one sample of `direct` takes: of the camera, toward a light, and by the BSDF.
+inline constexpr double kRaysPerSample = 3;
+
 /// Learned product sampling: what the `clustered` integrator does for `importance` = product.
 struct ProductSettings {
   /// Rays of all kinds for each pixel, on average.
@@ -28,9 +31,9 @@ struct ProductSettings {
 /// the cells' light that is believed to arrive (0 where nothing is learned).
 inline constexpr const char* kProductChannels[] = {"samples", "cost", "visibility"};
 
-/// Renders the direct light of an environment's cells, and of the scene's other emitters, into the
-/// sensor's film. A pilot learns how visible each cell is from each patch of surface; then the
-/// picture is made by estimates that know. What the pilot saw is not part of the picture.
+/// Renders the direct light of an environment's cells into the sensor's film. A pilot learns how
+/// visible each cell is from each patch of surface; then the picture is made by estimates that
+/// know. What the pilot saw is not part of the picture.
 ///
 /// Unbiased: the expectation of every pixel is what `direct` converges to, with any filter. Stages:
 /// points, pilot, plan, main, film.

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+
+#include "kinome/light_cut.h"
+#include "kinome/warp.h"
+
+namespace kinome::test {
+
+/// Runs `test` with the kernels of each instruction set that this program can choose.
+inline void with_all_kernels(const std::function<void()>& test) {
+  for (const bool scalar : {false, true}) {
+    use_scalar_kernels(scalar);
+    SCOPED_TRACE(simd_instruction_set());
+    test();
+  }
+  use_scalar_kernels(false);
+}
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : rng_(seed) {}
+  float unit() { return static_cast<float>(rng_() >> 8) * 0x1p-24f; }
+  double between(double low, double high) { return low + (high - low) * unit(); }
+  Vec3 direction() { return square_to_uniform_sphere({unit(), unit()}); }
+
+ private:
+  std::mt19937 rng_;
+};
+
+}  // namespace kinome::test

@@ -1,0 +1,226 @@
+// What product sampling learns of visibility.
+#include "visibility.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "kinome/emitter.h"
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr size_t kCells = 512;
+
+Visibility learn(const std::vector<std::vector<VisibilityRecord>>& records, uint32_t weight = 16) {
+  VisibilityLearner learner(kCells);
+  learner.begin();
+  for (const auto& some : records) learner.add(some, weight);
+  Visibility out;
+  out.resize(kCells);
+  learner.finish(out);
+  return out;
+}
+
+void expect_sane(const Visibility& learned) {
+  for (size_t c = 0; c < kCells; ++c) {
+    EXPECT_GE(learned.v[c], 0);
+    EXPECT_LE(learned.v[c], 1);
+    EXPECT_GT(learned.sigma[c], 0);
+    EXPECT_GT(learned.sigma_mixed[c], 0);
+    EXPECT_LT(learned.sigma[c], 1.1f);
+    EXPECT_LT(learned.sigma_mixed[c], 1.1f);
+  }
+}
+
+/// All cells, `count` times.
+std::vector<VisibilityRecord> everywhere(bool visible, int count) {
+  std::vector<VisibilityRecord> records;
+  for (int k = 0; k < count; ++k) {
+    for (uint32_t c = 0; c < kCells; ++c) records.emplace_back(c, visible);
+  }
+  return records;
+}
+
+TEST(VisibilityRecord, KeepsBoth) {
+  for (const uint32_t cell : {0u, 1u, 511u, kMaxCells - 1}) {
+    for (const bool visible : {false, true}) {
+      EXPECT_EQ(VisibilityRecord(cell, visible).cell(), cell);
+      EXPECT_EQ(VisibilityRecord(cell, visible).visible(), visible);
+    }
+  }
+}
+
+TEST(VisibilityLearner, KnowsNothingWithoutRecords) {
+  const Visibility learned = learn({});
+  expect_sane(learned);
+  for (size_t c = 0; c < kCells; ++c) {
+    EXPECT_EQ(learned.v[c], 0);
+    EXPECT_EQ(learned.sigma[c], 1);  // nothing is counted on, nothing spared
+  }
+}
+
+TEST(VisibilityLearner, IsCertainAfterManyRecords) {
+  for (const bool visible : {false, true}) {
+    const Visibility learned = learn({everywhere(visible, 30)});
+    expect_sane(learned);
+    for (size_t c = 0; c < kCells; ++c) {
+      EXPECT_EQ(learned.v[c], visible ? 1.f : 0.f);
+      EXPECT_LT(learned.sigma[c], 0.06f);
+      EXPECT_GE(learned.sigma[c], 0.01f);
+    }
+    EXPECT_EQ(learned.sigma_mixed[0] > 0.9f, visible);
+  }
+}
+
+TEST(VisibilityLearner, LeansOnNeighboursWhereRecordsAreFew) {
+  // Cells of the first half are visible, those of the second hidden; one in each has no record.
+  std::vector<VisibilityRecord> records;
+  const auto unknown = [](uint32_t c) { return c == 100 || c == 400; };
+  for (int k = 0; k < 8; ++k) {
+    for (uint32_t c = 0; c < kCells; ++c) {
+      if (!unknown(c)) records.emplace_back(c, c < kCells / 2);
+    }
+  }
+  const Visibility learned = learn({records});
+  expect_sane(learned);
+  EXPECT_GT(learned.v[100], 0.9f);
+  EXPECT_LT(learned.v[400], 0.1f);
+  EXPECT_GT(learned.sigma[100], learned.sigma[101]);
+  EXPECT_GT(learned.sigma[400], learned.sigma[401]);
+}
+
+TEST(VisibilityLearner, CountsRecordsByTheirWeightAndForgetsThem) {
+  std::mt19937 rng(5);
+  std::vector<VisibilityRecord> records;
+  for (int k = 0; k < 3000; ++k) records.emplace_back(rng() % kCells, rng() % 3 == 0);
+  const Visibility once = learn({records}, 32);
+  const Visibility twice = learn({records, records}, 16);
+  expect_sane(once);
+  EXPECT_EQ(once.v, twice.v);
+  EXPECT_EQ(once.sigma, twice.sigma);
+  VisibilityLearner learner(kCells);
+  Visibility out;
+  out.resize(kCells);
+  for (int k = 0; k < 2; ++k) {
+    learner.begin();
+    learner.add(records, 32);
+    learner.finish(out);
+  }
+  EXPECT_EQ(out.v, once.v);
+}
+
+/// v and sigma are what the estimator's variance depends on: of a coin seen often, they are its
+/// share (stretched towards certainty) and the root mean square of V - v.
+TEST(VisibilityLearner, FindsSharesAndDeviations) {
+  for (const double share : {0.1, 0.5, 0.8}) {
+    std::vector<VisibilityRecord> records;
+    for (int k = 0; k < 1000; ++k) {
+      for (uint32_t c = 0; c < 8; ++c) records.emplace_back(c, k < 1000 * share);
+    }
+    const Visibility learned = learn({records});
+    const double v = (share - 0.05) / 0.9;
+    EXPECT_NEAR(learned.v[3], v, 0.002);
+    EXPECT_NEAR(learned.sigma[3], std::sqrt(share * sqr(1 - v) + (1 - share) * sqr(v)), 0.002);
+  }
+}
+
+/// A sky whose cells are of very different sizes.
+class Sky final : public Emitter {
+ public:
+  Sky() : grid_{64, 32} { grid_.smooth_quads = true; }
+  bool is_environment() const override { return true; }
+  Rgb eval_environment(const Vec3& d) const override {
+    return Rgb(std::exp(20 * (glm::dot(d, glm::normalize(Vec3(1, 0.6f, 0.3f))) - 1)) + 0.01f);
+  }
+  std::optional<DirectSample> sample_direct(const Vec3&, const Vec2&) const override {
+    return std::nullopt;
+  }
+  const EnvironmentGrid& grid() const { return grid_; }
+
+ private:
+  EnvironmentGrid grid_;
+};
+
+TEST(CellNeighbours, AreTheNearestCells) {
+  RenderContext context({});
+  const Sky sky;
+  // All of a few; of many, those within reach along the curve are found, which most of the nearest
+  // ones are.
+  for (const auto& [count, least_found] : {std::pair(64u, 1.), {512u, 1.}, {1500u, 0.9}}) {
+    const DistantCells cells(sky, sky.grid(), count, context);
+    const CellNeighbours neighbours = find_neighbours(cells, context);
+    ASSERT_EQ(neighbours.of.size(), cells.padded_size());
+    const auto cosine = [&](size_t a, size_t b) {
+      double sum = 0;
+      for (const auto& axis : cells.axis()) sum += double{axis[a]} * axis[b];
+      return sum;
+    };
+    size_t found = 0;
+    for (uint32_t c = 0; c < cells.size(); ++c) {
+      std::vector<double> all;
+      for (uint32_t k = 0; k < cells.size(); ++k) {
+        if (k != c) all.push_back(cosine(c, k));
+      }
+      std::sort(all.begin(), all.end(), std::greater());
+      for (size_t i = 0; i < CellNeighbours::kCount; ++i) {
+        const uint16_t k = neighbours.of[c][i];
+        ASSERT_LT(k, cells.size());
+        ASSERT_NE(k, c);
+        if (i > 0) {
+          EXPECT_NE(k, neighbours.of[c][i - 1]);
+        }
+        found += std::abs(cosine(c, k) - all[i]) < 1e-6;
+      }
+    }
+    EXPECT_GE(static_cast<double>(found),
+              least_found * static_cast<double>(cells.size() * CellNeighbours::kCount));
+  }
+}
+
+TEST(CellNeighbours, AreNoneWhereCellsAreFew) {
+  RenderContext context({});
+  const Sky sky;
+  EnvironmentGrid grid = sky.grid();
+  const DistantCells cells(sky, grid, 1, context);
+  const CellNeighbours neighbours = find_neighbours(cells, context);
+  for (const auto& of : neighbours.of) {
+    for (const uint16_t k : of) EXPECT_LE(k, cells.size());
+  }
+}
+
+/// The tree's parent of cells 96 to 103 has seen light alone, the cells around number 100 none.
+TEST(VisibilityLearner, LeansOnCellsAroundBeforeTheCurve) {
+  CellNeighbours neighbours;
+  neighbours.of.resize(kCells);
+  for (size_t c = 0; c < kCells; ++c) {
+    for (size_t i = 0; i < CellNeighbours::kCount; ++i) {
+      neighbours.of[c][i] = static_cast<uint16_t>((c + 200 + i) % kCells);
+    }
+  }
+  std::vector<VisibilityRecord> records;
+  for (int k = 0; k < 8; ++k) {
+    for (uint32_t c = 96; c < 104; ++c) {
+      if (c != 100) records.emplace_back(c, true);
+    }
+    for (uint32_t c = 300; c < 308; ++c) records.emplace_back(c, false);
+  }
+  Visibility by_tree, by_both;
+  for (const auto& [given, out] : {std::pair<const CellNeighbours*, Visibility*>(nullptr, &by_tree),
+                                   {&neighbours, &by_both}}) {
+    VisibilityLearner learner(kCells, given);
+    learner.begin();
+    learner.add(records, 16);
+    out->resize(kCells);
+    learner.finish(*out);
+    expect_sane(*out);
+  }
+  EXPECT_GT(by_tree.v[100], 0.9f);
+  EXPECT_LT(by_both.v[100], 0.1f);
+  EXPECT_GT(by_both.v[101], 0.8f);  // its own eight records weigh more
+}
+
+}  // namespace
+}  // namespace kinome::test
