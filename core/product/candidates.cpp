@@ -28,8 +28,9 @@ void Estimator::Candidates::resize(size_t size) {
   size = std::max(size, 2 * member.size());
   member.resize(size);
   cell.resize(size);
-  for (auto* const v : {&dx, &dy, &dz, &cell_density, &lobe_density, &f[0], &f[1], &f[2],
-                        &weight[0], &weight[1], &weight[2]}) {
+  point.resize(size);
+  for (auto* const v : {&dx, &dy, &dz, &cell_density, &lobe_density, &distance, &eye_ratio, &f[0],
+                        &f[1], &f[2], &weight[0], &weight[1], &weight[2]}) {
     v->resize(size);
   }
   radiance.resize(size);
@@ -207,7 +208,7 @@ Rgb Estimator::add_glossy_segment(uint32_t index, size_t first, uint32_t lobe,
   const Group& group = groups_[index];
   const Visibility& visibility = visibility_[group.patch];
   Candidates& c = candidates_;
-  const Segment segment{true, index, weights_.size(), c.size() - first, first};
+  const Segment segment{Strata::kGlossy, index, weights_.size(), c.size() - first, first};
   weights_.resize(segment.begin + segment.size);
   block_sums_.resize(weights_.size() / simd::kCellLanes);
   const bool has_cells = importance_total_ > 0;
@@ -236,7 +237,7 @@ Rgb Estimator::add_glossy_segment(uint32_t index, size_t first, uint32_t lobe,
 void Estimator::add_glossy(uint32_t index, const Unit& unit, Rgb& control) {
   const Group& group = groups_[index];
   const Patch& patch = (*patches_)[group.patch];
-  if (!any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
+  if (light_.columns.count == 0 || !any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
   const StageTimer timer(*stages_.candidates);
   const float wanted =
       unit.candidates * static_cast<float>(group.count) / static_cast<float>(order_.size());
@@ -256,7 +257,7 @@ void Estimator::add_glossy(uint32_t index, const Unit& unit, Rgb& control) {
 void Estimator::probe_glossy(uint32_t index, const Unit& unit, std::span<PointPlan> points) {
   const Group& group = groups_[index];
   Patch& patch = (*patches_)[group.patch];
-  if (!any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
+  if (light_.columns.count == 0 || !any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
   const StageTimer timer(*stages_.candidates);
   const uint32_t lobe_log2 = is_sharp(patch) ? kProbeSharpLobeLog2 : kProbeLobeLog2;
   const uint32_t from_cells = is_sharp(patch) ? kProbeSharpFromCells : kProbeFromCells;

@@ -14,15 +14,6 @@ constexpr size_t kBatch = 2048;
 constexpr float kSharpSpread = 0.5f;
 constexpr size_t kMaxGroups = 64;
 
-/// BsdfForm::transmittance at a cosine.
-inline float interpolate(const float* table, float cosine) {
-  constexpr int kLast = BsdfForm::kTableSize - 1;
-  const float x = std::clamp(cosine, 0.f, 1.f) * kLast;
-  const int i = std::min(static_cast<int>(x), kLast - 1);
-  const float w = x - static_cast<float>(i);
-  return (1 - w) * table[i] + w * table[i + 1];
-}
-
 /// Of a cone's half angle; beyond a right angle all cells may straddle a horizon.
 inline float cone_sine(float cosine) {
   return cosine > 0 ? safe_sqrt(1 - std::min(cosine * cosine, 1.f)) : 2.f;
@@ -30,9 +21,13 @@ inline float cone_sine(float cosine) {
 
 }  // namespace
 
-CellLight::CellLight(const DistantCells& light_cells, const Emitter& light_emitter,
-                     CellPoints light_points)
-    : cells(light_cells), emitter(light_emitter), points(std::move(light_points)) {
+CellLight::CellLight(const DistantCells& distant, const Emitter* sky, CellPoints distant_points,
+                     const LocalLight* local_light, LocalPoints points_of_local)
+    : cells(distant),
+      environment(sky),
+      points(std::move(distant_points)),
+      local(local_light),
+      local_points(std::move(points_of_local)) {
   columns.count = cells.padded_size();
   for (int k = 0; k < 8; ++k) columns.edges[k] = cells.edges()[k].data();
   for (int k = 0; k < 3; ++k) {
@@ -44,25 +39,32 @@ CellLight::CellLight(const DistantCells& light_cells, const Emitter& light_emitt
   columns.flux = cells.flux().data();
 }
 
-Estimator::Estimator(const CellLight& light, size_t padded_cells) : light_(light) {
-  importance_.resize(padded_cells);
-  importance_blocks_.resize(padded_cells / simd::kCellLanes);
+Estimator::Estimator(const CellLight& light) : light_(light) {
+  importance_.resize(light.columns.count);
+  importance_blocks_.resize(light.columns.count / simd::kCellLanes);
   rays_.resize(kBatch);
   pending_.resize(kBatch);
 }
 
 void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
                            std::vector<Patch>& patches, std::span<const Visibility> visibility,
-                           RenderCounters& counters) {
+                           uint64_t seed, RenderCounters& counters) {
   scene_ = &scene;
   primaries_ = &primaries;
   patches_ = &patches;
   visibility_ = visibility;
   counters_ = &counters;
   auto& stages = counters.stage_seconds;
-  stages_ = {&stages["strata"], &stages["candidates"], &stages["comb"], &stages["shadow"]};
+  stages_ = {&stages["strata"], &stages["candidates"], &stages["comb"], &stages["shadow"],
+             &stages["eye rays"]};
   if (prepared_.size() < patches.size()) prepared_.resize(patches.size());
   for (Prepared& prepared : prepared_) prepared.ready = false;
+  if (!has_local()) return;
+  choice_.choose(*light_.local, light_.local_points, patches, visibility.first(patches.size()),
+                 light_.first_local(), seed);
+  if (eye_rays_.empty()) eye_rates_.clear();
+  tile_rates_ = eye_rates_.size();
+  eye_rates_.insert(eye_rates_.end(), choice_.rates().begin(), choice_.rates().end());
 }
 
 const Estimator::Prepared& Estimator::prepare(int32_t index) {
@@ -90,13 +92,14 @@ void Estimator::find_transmittance(const Patch& patch, std::vector<float>& trans
   transmittance.resize(light_.columns.count);
   for (size_t c = 0; c < transmittance.size(); ++c) {
     transmittance[c] =
-        interpolate(table, patch.normal.x * axis[0][c] + patch.normal.y * axis[1][c] +
-                               patch.normal.z * axis[2][c]);
+        interpolate_transmittance(table, patch.normal.x * axis[0][c] + patch.normal.y * axis[1][c] +
+                                             patch.normal.z * axis[2][c]);
   }
 }
 
 Estimator::PatchPlan Estimator::plan_patch(const Patch& patch, const Visibility& visibility) {
   PatchPlan plan;
+  if (light_.columns.count == 0) return plan;
   if (!any(patch.bsdf->lobes() & Lobe::kDiffuse) || !(mean_of(patch.diffuse) > 0)) return plan;
   prepare_patch(patch, visibility, planned_);
   const simd::PatchCells& cells = planned_.cells;
@@ -190,10 +193,11 @@ void Estimator::begin_unit(const Unit& unit) {
 void Estimator::add_diffuse(uint32_t index, Rgb& control) {
   const Group& group = groups_[index];
   const Patch& patch = (*patches_)[group.patch];
+  if (light_.columns.count == 0) return;
   if (!any(patch.bsdf->lobes() & Lobe::kDiffuse) || !(group.albedo > 0)) return;
   const StageTimer timer(*stages_.strata);
   const simd::PatchCells& cells = prepare(group.patch).cells;
-  const Segment segment{false, index, weights_.size(), cells.above + cells.mixed,
+  const Segment segment{Strata::kDiffuse, index, weights_.size(), cells.above + cells.mixed,
                         mixed_visibility_.size()};
   if (segment.size == 0) return;
   weights_.resize(segment.begin + segment.size);
@@ -213,23 +217,34 @@ void Estimator::add_diffuse(uint32_t index, Rgb& control) {
 
 inline void Estimator::push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell,
                                 Rgb* sum) {
+  push_shadow_ray(primaries_->interaction(primary).shadow_ray(d, kInfinity), weight, cell,
+                  primaries_->patch[primary], sum);
+}
+
+void Estimator::push_shadow_ray(const Ray& ray, const Rgb& weight, uint32_t cell, int32_t patch,
+                                Rgb* sum) {
   if (is_black(weight)) {
     ++counters_->skipped_shadow_rays;
     return;
   }
-  rays_[waiting_] = primaries_->interaction(primary).shadow_ray(d, kInfinity);
+  rays_[waiting_] = ray;
   Pending& pending = pending_[waiting_];
   pending.weight = weight;
   pending.cell = cell;
   if (is_probing_) {
-    pending.records = &records_[primaries_->patch[primary]];
+    pending.records = &records_[patch];
   } else {
     pending.sum = sum;
   }
-  if (++waiting_ == kBatch) flush();
+  if (++waiting_ == kBatch) trace_shadow_rays();
 }
 
 void Estimator::flush() {
+  trace_eye_rays();
+  trace_shadow_rays();
+}
+
+void Estimator::trace_shadow_rays() {
   if (waiting_ == 0) return;
   const StageTimer timer(*stages_.shadow);
   scene_->occluded({rays_.data(), waiting_}, Coherence::kIncoherent, *counters_);
@@ -255,7 +270,8 @@ std::optional<Estimator::Mirrored> Estimator::mirror(uint32_t primary, uint64_t 
   const auto sample = bsdf.sample(si, Lobe::kDelta, 0.5f, u);
   if (!sample) return std::nullopt;
   const Vec3 d = si.frame.to_world(sample->wo);
-  return Mirrored{d, sample->weight * light_.emitter.eval_environment(d)};
+  const Rgb radiance = light_.environment ? light_.environment->eval_environment(d) : Rgb(0.f);
+  return Mirrored{d, sample->weight * radiance};
 }
 
 float Estimator::turned_factor(uint32_t primary, const Vec3& d) const {
@@ -290,7 +306,7 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offs
     const Rgb lambert = primaries_->diffuse[primary] * (kInvPi * cosine * factor) * point.weight;
     if (sum) *sum -= v * lambert;
     if (patch.is_described) {
-      float t = table ? interpolate(table, cosine) : 1.f;
+      float t = table ? interpolate_transmittance(table, cosine) : 1.f;
       if (patch.form.is_turned) t *= turned_factor(primary, point.d);
       if (cosine > 0) push_ray(primary, point.d, lambert * t, cell, sum);
     } else {
@@ -331,10 +347,16 @@ void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
     hits_.clear();
     comb.pass(&weights_[segment.begin], &block_sums_[segment.begin / simd::kCellLanes],
               segment.size, hits_);
-    if (segment.glossy) {
-      shoot_glossy(segment, scale, sum);
-    } else {
-      shoot_diffuse(segment, scale, offset, before, sum);
+    switch (segment.strata) {
+      case Strata::kDiffuse:
+        shoot_diffuse(segment, scale, offset, before, sum);
+        break;
+      case Strata::kGlossy:
+        shoot_glossy(segment, scale, sum);
+        break;
+      case Strata::kLocal:
+        shoot_local(segment, scale, sum);
+        break;
     }
     before += hits_.size();
   }
@@ -349,10 +371,16 @@ void Estimator::estimate(const Unit& unit, Rgb& sum) {
   for (uint32_t g = 0; g < groups_.size(); ++g) {
     add_diffuse(g, control);
     add_glossy(g, unit, control);
+    if (has_local()) add_local(g, unit, control, {});
   }
   sum += control;
   comb_unit(unit, &sum);
   const uint64_t seed = hash_words(unit.seed, 3);
+  if (has_local()) {
+    for (const Group& group : groups_) send_eye_rays(group, hash_words(unit.seed, 5), &sum);
+    for (const uint32_t i : order_) send_mirrored(i, seed, &sum);
+    return;
+  }
   for (const uint32_t i : order_) {
     const auto mirrored = mirror(i, seed);
     if (mirrored) push_ray(i, mirrored->d, mirrored->radiance, 0, &sum);
@@ -370,6 +398,7 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
   for (uint32_t g = 0; g < groups_.size(); ++g) {
     add_diffuse(g, control);
     probe_glossy(g, unit, points);
+    if (has_local()) add_local(g, unit, control, points);
   }
   comb_unit(unit, nullptr);
   const uint64_t seed = hash_words(unit.seed, 3);

@@ -8,36 +8,44 @@
 #include "candidate_kernels.h"
 #include "comb.h"
 #include "kinome/light_cells.h"
+#include "local_choice.h"
 #include "spread.h"
 #include "tile.h"
 
 namespace kinome {
 
-/// Distant light of one pass: its cells and the points drawn of them.
+/// Light of one pass: its cells and the points drawn of them. Cells of distant light are numbered
+/// first, those of local light from first_local() on.
 struct CellLight {
   /// About so many points fit a core's own cache, and fewer or more do no better.
   static constexpr uint32_t kPoints = 1u << 15;
   const DistantCells& cells;
-  const Emitter& emitter;
+  const Emitter* environment;  ///< nullptr: there is none
   CellPoints points;
+  const LocalLight* local;  ///< nullptr: there is none
+  LocalPoints local_points;
   simd::CellColumns columns;
-  CellLight(const DistantCells& cells, const Emitter& emitter, CellPoints points);
+  CellLight(const DistantCells& cells, const Emitter* environment, CellPoints points,
+            const LocalLight* local = nullptr, LocalPoints local_points = {});
+  uint32_t first_local() const { return cells.padded_size(); }
 };
 
-/// Estimates the light that surface points reflect from cells, by
+/// Estimates the light that surface points reflect from cells of distant and local light, by
 ///
 ///     sum over cells of v_c A_c + (1 / n) sum over rays of (f V - v_c A_c q_c) / (P_c q_c)
 ///
 /// A_c is the unshadowed reflected light of cell c, v_c a visibility that was learned earlier, q_c
 /// the density within the cell. Of diffuse light A_c is known without rays; of glossy light it is
-/// estimated by many unshadowed candidates. Shadow rays correct the control terms, and go where
-/// the visibility is uncertain: P_c ~ A_c sigma_c, by one comb for all points of a unit.
+/// estimated by many unshadowed candidates, and so is that of local light, whose candidates are a
+/// choice of the pass's points. What rays of the BSDF would find as well shares its light with
+/// them, and is found by a few of these (eye rays). Shadow rays correct the control terms, and go
+/// where the visibility is uncertain: P_c ~ A_c sigma_c, by one comb for all points of a unit.
 ///
 /// Unbiased whatever v, sigma and the patches are, as long as they were fixed before the rays were
 /// drawn. One per thread; not thread-safe.
 class Estimator {
  public:
-  Estimator(const CellLight& light, size_t padded_cells);
+  explicit Estimator(const CellLight& light);
 
   /// What shares one comb: the points of a pixel, or of a tile.
   struct Unit {
@@ -51,7 +59,7 @@ class Estimator {
   /// The tile whose units follow; `visibility` of each patch must outlive them. A patch's
   /// visibility is asked for when the first unit needs it.
   void begin_tile(const Scene& scene, const TilePrimaries& primaries, std::vector<Patch>& patches,
-                  std::span<const Visibility> visibility, RenderCounters& counters);
+                  std::span<const Visibility> visibility, uint64_t seed, RenderCounters& counters);
 
   /// Adds the reflected light of the unit's points, summed, to `sum`: control terms at once, what
   /// rays find when they are traced. `sum` must stay where it is until flush().
@@ -60,7 +68,9 @@ class Estimator {
   /// The same without an estimate: rays find out visibilities, and what they find is kept for each
   /// patch, with what the plan needs to know of patches and points.
   struct PointPlan {
-    float glossy = 0;           ///< unshadowed glossy radiance, of the group that it is in
+    /// Unshadowed radiance of glossy lobes, and of all lobes from local light, of the group that it
+    /// is in.
+    float glossy = 0;
     float glossy_variance = 0;  ///< of one candidate
     float mirrored = 0;         ///< unshadowed, by delta lobes
   };
@@ -88,22 +98,26 @@ class Estimator {
     Vec3 albedo_normal[3];  ///< sum of diffuse reflectance x normal, of each channel
     float albedo = 0;       ///< sum of the mean reflectance
   };
+  enum class Strata { kDiffuse, kGlossy, kLocal };
   struct Segment {
-    bool glossy = false;
+    Strata strata = Strata::kDiffuse;
     uint32_t group = 0;
     size_t begin = 0;  ///< in weights_
     size_t size = 0;
     size_t other = 0;  ///< its candidates, or mixed visibilities
   };
-  /// Unshadowed directions of the glossy lobes of a unit, group by group (padded by candidates of
-  /// weight 0), as structure of arrays.
+  /// Unshadowed directions of a unit, of glossy lobes or toward local light, group by group (padded
+  /// by candidates of weight 0), as structure of arrays.
   struct Candidates {
     std::vector<uint32_t> member, cell;  ///< member: of the group
     std::vector<float> dx, dy, dz;
     std::vector<Rgb> radiance;
     std::vector<float> cell_density;  ///< of the draw from cells, per solid angle
-    std::vector<float> lobe_density;
-    std::vector<float> f[3];       ///< BSDF x cosine
+    std::vector<float> lobe_density;  ///< local light: of an eye ray
+    std::vector<uint32_t> point;      ///< local light: of LocalPoints
+    std::vector<float> distance;      ///< the same
+    std::vector<float> eye_ratio;     ///< the same: ConnectionColumns::eye_ratio
+    std::vector<float> f[3];          ///< BSDF x cosine
     std::vector<float> weight[3];  ///< f L / density: they sum to an estimate of unshadowed light
     size_t size() const { return size_; }
     /// Memory only grows: what is new is not initialised.
@@ -139,6 +153,14 @@ class Estimator {
       std::vector<VisibilityRecord>* records;
     };
   };
+  /// A ray that a primary's BSDF sends, to find light by itself.
+  struct EyeRay {
+    Rgb weight;     ///< of the radiance that it finds
+    float density;  ///< expected number of such rays, per solid angle; 0: of a delta lobe
+    size_t rates;   ///< in eye_rates_, of its tile
+    uint64_t seed;
+    Rgb* sum;
+  };
   /// A patch prepared for its units.
   struct Prepared {
     bool ready = false;
@@ -148,7 +170,7 @@ class Estimator {
 
   /// Time by stage, of RenderCounters.
   struct Stages {
-    double *strata, *candidates, *comb, *shadow;
+    double *strata, *candidates, *comb, *shadow, *eye;
   };
   const Prepared& prepare(int32_t patch);
   void prepare_patch(const Patch& patch, const Visibility& visibility, Prepared& prepared) const;
@@ -172,6 +194,28 @@ class Estimator {
     Rgb radiance;
   };
   std::optional<Mirrored> mirror(uint32_t primary, uint64_t seed) const;
+  bool has_local() const { return light_.local != nullptr; }
+  void add_local(uint32_t group, const Unit& unit, Rgb& control, std::span<PointPlan> points);
+  size_t connect_points(const Group& group, const Unit& unit);
+  float geometry_of(const LightPoint& point, size_t candidate) const;
+  void add_reflections(size_t first);
+  void connect_lamps(const Group& group, const Unit& unit);
+  float diffuse_share(const Patch& patch) const;
+  float eye_rays_of(const Patch& patch) const;
+  void evaluate_all_lobes(const Group& group, size_t first);
+  void add_diffuse_values(const Group& group, size_t first);
+  void plan_local(const Group& group, size_t first, size_t end_points, std::span<PointPlan> points);
+  void shoot_local(const Segment& segment, float scale, Rgb* sum);
+  void send_eye_rays(const Group& group, uint64_t seed, Rgb* sum);
+  void send_mirrored(uint32_t primary, uint64_t seed, Rgb* sum);
+  void push_eye_ray(const Ray& ray, const EyeRay& eye);
+  void trace_eye_rays();
+  void find_light(const RayHit& ray, const EyeRay& eye);
+  void look_behind(const SurfaceInteraction& y, const EyeRay& eye);
+  float eye_share(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
+                  const LocalLight::Place& place) const;
+  void push_shadow_ray(const Ray& ray, const Rgb& weight, uint32_t cell, int32_t patch, Rgb* sum);
+  void trace_shadow_rays();
   void comb_unit(const Unit& unit, Rgb* sum);
   void shoot_diffuse(const Segment& segment, float scale, uint32_t offset, size_t first_hit,
                      Rgb* sum);
@@ -221,6 +265,12 @@ class Estimator {
   std::vector<Ray> rays_;  ///< those that wait are the first waiting_
   std::vector<Pending> pending_;
   size_t waiting_ = 0;
+  LocalChoice choice_;
+  std::vector<uint32_t> chosen_, numbers_[2];
+  std::vector<RayHit> eye_hits_;
+  std::vector<EyeRay> eye_rays_;
+  std::vector<float> eye_rates_;  ///< LocalChoice::rates of the tiles that eye rays wait for
+  size_t tile_rates_ = 0;         ///< where those of this tile are
 };
 
 }  // namespace kinome

@@ -35,7 +35,7 @@ struct Probe {
     unit.end = static_cast<uint32_t>(primaries.size());
     unit.rays = rays;
     unit.seed = seed;
-    estimator.begin_tile(scene, primaries, patches, visibility, counters);
+    estimator.begin_tile(scene, primaries, patches, visibility, seed, counters);
     estimator.probe(unit, points, records);
     estimator.flush();
     return records;
@@ -79,9 +79,9 @@ Inspection inspect_product(const Scene& scene, const Sensor& sensor, const Rende
                            const DistantCells& cells, const ProductSettings& settings, int x,
                            int y) {
   const uint64_t seed = key_seed(context, sensor.sampler());
-  const CellLight light(cells, *scene.environment(),
+  const CellLight light(cells, scene.environment(),
                         cells.draw_points(CellLight::kPoints, seed, context));
-  Estimator estimator(light, cells.padded_size());
+  Estimator estimator(light);
   const FilterSampler filter(sensor.film().filter());
   const Rect crop = sensor.film().crop();
   if (x < crop.x0 || y < crop.y0 || x >= crop.x1 || y >= crop.y1) {

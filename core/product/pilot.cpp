@@ -21,6 +21,8 @@ constexpr float kTrust = 0.1f;
 constexpr uint64_t kPilotSeed = 0x70696c6f74;
 /// Variances of candidates are small beside what shadows add.
 constexpr float kGlossyFactor = 2;
+/// Rays that an eye ray takes in all, the light of what it finds included.
+constexpr float kEyeRayCost = 2.5f;
 
 }  // namespace
 
@@ -37,15 +39,18 @@ void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t
         make_patches(work.primaries, memory.patches);
         const size_t patches = memory.patches.size();
         while (work.unknown.size() < patches) {
-          work.unknown.emplace_back().resize(cells_.padded_size());
+          work.unknown.emplace_back().resize(padded_cells());
           work.unknown.back().reset();
         }
         auto& records = work.records[place];
         if (records.size() < patches) records.resize(patches);
         for (auto& r : records) r.clear();
         work.point_plans.assign(work.primaries.size(), {});
-        for (Patch& patch : memory.patches) patch.glossy = patch.glossy_variance = 0;
-        work.estimator.begin_tile(scene_, work.primaries, memory.patches, work.unknown, counters);
+        for (Patch& patch : memory.patches) {
+          patch.glossy = patch.glossy_variance = patch.eye_rays = 0;
+        }
+        work.estimator.begin_tile(scene_, work.primaries, memory.patches, work.unknown,
+                                  hash_words(seed, static_cast<uint64_t>(tile), 2), counters);
         size_t lit = 0;
         for (const int32_t p : work.primaries.patch) lit += p >= 0;
         Estimator::Unit unit;
@@ -123,7 +128,7 @@ void ProductRenderer::store_visibility(const Visibility& visibility,
 
 void ProductRenderer::load_visibility(const TileMemory& memory, size_t patch,
                                       Visibility& out) const {
-  const size_t padded = cells_.padded_size();
+  const size_t padded = padded_cells();
   const uint8_t* const v = &memory.learned[patch * 2 * padded];
   for (size_t c = 0; c < padded; ++c) {
     out.v[c] = static_cast<float>(v[c]) * (1 / 255.f);
@@ -168,7 +173,7 @@ void ProductRenderer::find_trust(const TileMemory& memory, Patch& patch,
 void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
   TileMemory& memory = tiles_[tile];
   work.controls.assign(memory.patches.size() * 9, 0.f);
-  work.reserve_visibility(1, cells_.padded_size());
+  work.reserve_visibility(1, padded_cells());
   Visibility& visibility = work.visibility.front();
   memory.learned.clear();
   for (size_t p = 0; p < memory.patches.size(); ++p) {
@@ -176,7 +181,7 @@ void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
     learn(tile, patch, work);
     work.learner.finish(visibility);
     store_visibility(visibility, memory.learned);
-    if (any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(memory, patch, visibility);
+    if (local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(memory, patch, visibility);
     const Estimator::PatchPlan plan = work.estimator.plan_patch(patch, visibility);
     std::copy(plan.control, plan.control + 9, &work.controls[p * 9]);
     patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
@@ -210,6 +215,7 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
           point.glossy_variance * kGlossyFactor * sqr(patch.mean_visibility);
       const bool mirrors = any(patch.bsdf->lobes() & Lobe::kDelta);
       forecast.mirrors += mirrors ? 1.f : 0.f;
+      if (local_) forecast.mirrors += kEyeRayCost * patch.eye_rays;
       forecast.sharp = forecast.sharp || mirrors || is_sharp(patch);
     }
     sum += value;

@@ -12,7 +12,7 @@ struct PixelForecast {
   float uncertainty = 0;      ///< of a primary: sum over strata, the scale of its rays' noise
   float glossy_variance = 0;  ///< of one unshadowed candidate
   bool sharp = false;         ///< reflects by a sharp lobe: forecasts of single pixels are noise
-  float mirrors = 0;          ///< share of points that mirror: each takes one more ray
+  float mirrors = 0;          ///< rays that each camera ray takes besides: of mirrors, and eye rays
 };
 
 /// What one pixel gets in a pass.

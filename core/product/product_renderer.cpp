@@ -14,6 +14,8 @@ namespace {
 constexpr double kMaxRaysOfPass = 512;
 /// Below so many rays a pixel nothing is learned.
 constexpr double kLeastToLearn = 10;
+/// Light points are one for so many rays.
+constexpr double kRaysPerPoint = 32;
 constexpr uint32_t kPilotRays = 3;  ///< for each of its primaries
 /// What a pilot reckons with where nobody knows how many rays there will be.
 constexpr double kRaysOfUnknown = 100;
@@ -45,6 +47,28 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       rays_left_(settings.rays_per_pixel) {
   tiles_.resize(static_cast<size_t>(tiles_x()) * tiles_y());
   forecast_.resize(crop_.area());
+  const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
+  if (others > 0 || settings.max_depth >= LocalLight::kBounceDepth) make_local();
+}
+
+void ProductRenderer::make_local() {
+  const StageTimer timer(context_.stats().counters.stage_seconds["cells"]);
+  LocalLight::Settings local;
+  local.max_depth = settings_.max_depth;
+  local.bounce_cells = settings_.bounce_cells;
+  // Where rays are few, points are, too: each takes about as long as one. By time, there will be
+  // many.
+  if (!context_.budget().any()) {
+    const double rays = std::min(settings_.rays_per_pixel, kMaxRaysOfPass) * crop_.area();
+    local.points = static_cast<uint32_t>(std::clamp<double>(
+        rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
+  }
+  local_ = std::make_unique<const LocalLight>(scene_, local, seed_, context_);
+  if (local_->empty()) local_.reset();
+}
+
+size_t ProductRenderer::padded_cells() const {
+  return cells_.padded_size() + (local_ ? local_->padded_size() : 0);
 }
 
 size_t ProductRenderer::pixel_index(int x, int y) const {
@@ -71,7 +95,7 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
   }
   work.patches = memory.patches;
   assign_patches(work.primaries, work.patches);
-  work.reserve_visibility(work.patches.size(), cells_.padded_size());
+  work.reserve_visibility(work.patches.size(), padded_cells());
   work.visibilities.clear();
   for (size_t p = 0; p < work.patches.size(); ++p) {
     Visibility& visibility = work.visibility[p];
@@ -91,7 +115,8 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
     }
     apply_ablations(visibility);
   }
-  work.estimator.begin_tile(scene_, work.primaries, work.patches, work.visibility, counters);
+  work.estimator.begin_tile(scene_, work.primaries, work.patches, work.visibility,
+                            hash_words(seed, static_cast<uint64_t>(tile), 3), counters);
   for (size_t i = 0; i < count; ++i) {
     const size_t pixel = pixel_of(i);
     Estimator::Unit unit;
@@ -121,6 +146,7 @@ float ProductRenderer::mean_visibility(const Patch& patch, const Visibility& vis
     all += light;
     visible += light * visibility.v[c];
   }
+  if (cells_.size() == 0) return patch.mean_visibility;
   return all > 0 ? static_cast<float>(visible / all) : 0.f;
 }
 
@@ -197,8 +223,13 @@ void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan,
 
 CellLight ProductRenderer::make_light(uint64_t seed) const {
   const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
-  return CellLight(cells_, *scene_.environment(),
-                   cells_.draw_points(CellLight::kPoints, hash_words(seed_, seed), context_));
+  const uint64_t own = hash_words(seed_, seed);
+  CellPoints points;
+  if (cells_.size() > 0) points = cells_.draw_points(CellLight::kPoints, own, context_);
+  LocalPoints local_points;
+  if (local_) local_points = local_->draw(hash_words(own, 1), context_);
+  return CellLight(cells_, scene_.environment(), std::move(points), local_.get(),
+                   std::move(local_points));
 }
 
 void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
@@ -275,6 +306,11 @@ void ProductRenderer::render_all() {
   learn_from_pilot(settings_.rays_per_pixel);
   const double asked = std::max(settings_.rays_per_pixel, 1.);
   if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked));
+}
+
+bool is_product_scene(const Scene& scene, uint32_t max_depth) {
+  const Emitter* const environment = scene.environment();
+  return (!environment || environment->cell_grid()) && LocalLight::serves(scene, max_depth);
 }
 
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,

@@ -47,6 +47,8 @@ class ProductRenderer final : public Passes {
   int tiles_y() const { return (crop_.height() + kTile - 1) / kTile; }
   int blocks_x() const { return (crop_.width() + kBlock - 1) / kBlock; }
   int blocks_y() const { return (crop_.height() + kBlock - 1) / kBlock; }
+  /// Of arrays of all cells.
+  size_t padded_cells() const;
   size_t pixel_index(int x, int y) const;
   TilePrimaries::View view() const;
 
@@ -56,6 +58,7 @@ class ProductRenderer final : public Passes {
   void for_each_tile(const CellLight& light, const char* stage, const Function& fn, const End& end);
 
   CellLight make_light(uint64_t seed) const;
+  void make_local();
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   void render_rays(double rays_per_pixel, double progress_begin);
   void pilot(const CellLight& light, uint32_t primaries, uint32_t rays);
@@ -79,7 +82,8 @@ class ProductRenderer final : public Passes {
   const Sensor& sensor_;
   RenderContext& context_;
   const DistantCells cells_;
-  CellNeighbours neighbours_;  ///< where there is a pilot
+  std::unique_ptr<const LocalLight> local_;  ///< nullptr: there is none
+  CellNeighbours neighbours_;                ///< where there is a pilot
   const ProductSettings settings_;
   const Rect crop_;
   const FilterSampler filter_;

@@ -25,7 +25,7 @@ struct ProductRenderer::Workspace {
   VisibilityLearner learner;
   Estimator estimator;
   Workspace(const CellLight& light, size_t padded, const CellNeighbours& neighbours)
-      : learner(padded, &neighbours), estimator(light, padded) {}
+      : learner(padded, &neighbours), estimator(light) {}
   void reserve_visibility(size_t count, size_t padded) {
     while (visibility.size() < count) {
       visibility.emplace_back().resize(padded);
@@ -49,7 +49,7 @@ void ProductRenderer::for_each_tile(const CellLight& light, const char* stage, c
         workspaces.pop_back();
       }
     }
-    if (!work) work = std::make_unique<Workspace>(light, cells_.padded_size(), neighbours_);
+    if (!work) work = std::make_unique<Workspace>(light, padded_cells(), neighbours_);
     work->counters = &counters;
     {
       const StageTimer timer(counters.stage_seconds[stage]);

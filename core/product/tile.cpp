@@ -279,11 +279,10 @@ Patch start_patch(const TilePrimaries& primaries, size_t i, const std::optional<
   if (form) patch.form = *form;
   patch.probed.fill(1);  // other points may reflect where this one is black
   if (!form && mean_of(patch.diffuse) > 0) probe_transmittance(si, patch);
-  if (form && is_microfacet(*form)) {
-    patch.lobe = {form->alpha_u, form->alpha_v};
-  } else {
-    patch.lobe = probe_lobe(*patch.bsdf, si);
+  if (any(patch.bsdf->lobes() & Lobe::kGlossy)) {
+    patch.glossy_reflectance = mean_of(patch.bsdf->reflectance(si).glossy);
   }
+  patch.lobe = glossy_lobe(si, form);
   return patch;
 }
 
@@ -334,6 +333,12 @@ void assign(TilePrimaries& primaries, std::vector<Patch>& patches) {
 }
 
 }  // namespace
+
+simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si,
+                                 const std::optional<BsdfForm>& form) {
+  if (form && is_microfacet(*form)) return {form->alpha_u, form->alpha_v};
+  return probe_lobe(si.shape->bsdf(), si);
+}
 
 void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
   patches.clear();

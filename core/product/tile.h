@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -97,12 +98,13 @@ class TilePrimaries {
 /// shares learned visibility and a list of cells.
 struct Patch {
   const Bsdf* bsdf = nullptr;
-  Vec3 normal{0, 0, 1};   ///< mean
-  Vec3 position{0.f};     ///< mean
-  Vec3 viewer{0, 0, 1};   ///< mean, unit
-  float cone_cosine = 1;  ///< all normals are within
-  float tolerance = 0;    ///< distance from the plane within which points belong here
-  Rgb diffuse{0.f};       ///< mean
+  Vec3 normal{0, 0, 1};          ///< mean
+  Vec3 position{0.f};            ///< mean
+  Vec3 viewer{0, 0, 1};          ///< mean, unit
+  float cone_cosine = 1;         ///< all normals are within
+  float tolerance = 0;           ///< distance from the plane within which points belong here
+  Rgb diffuse{0.f};              ///< mean
+  float glossy_reflectance = 0;  ///< of the first point, mean of channels
   /// All points have a BsdfForm of the kind of `form`, by which kernels may evaluate them.
   bool is_described = false;
   BsdfForm form;
@@ -127,8 +129,19 @@ struct Patch {
   float cell_share = 0.5f;    ///< of candidates that are drawn from the cells
   float mean_visibility = 1;  ///< of glossy light
   float mean_sigma = 1;
+  /// Rays that a primary's BSDF sends after local light, on average; at most 1.
+  float eye_rays = 0.5f;
   bool trust = true;  ///< false: v is of no use to the glossy lobe
 };
+
+/// BsdfForm::transmittance at a cosine.
+inline float interpolate_transmittance(const float* table, float cosine) {
+  constexpr int kLast = BsdfForm::kTableSize - 1;
+  const float x = std::clamp(cosine, 0.f, 1.f) * kLast;
+  const int i = std::min(static_cast<int>(x), kLast - 1);
+  const float w = x - static_cast<float>(i);
+  return (1 - w) * table[i] + w * table[i + 1];
+}
 
 inline bool is_microfacet(const BsdfForm& form) {
   return form.glossy == BsdfForm::Glossy::kBeckmann || form.glossy == BsdfForm::Glossy::kGgx;
@@ -164,6 +177,9 @@ struct TileMemory {
 
 /// True where the point may belong to the patch.
 bool belongs(const Patch& patch, const Bsdf* bsdf, const Vec3& normal, const Vec3& position);
+
+/// Width of the glossy lobe at a point, whose form is `form` if it has one.
+simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si, const std::optional<BsdfForm>& form);
 
 /// Divides the points of a pilot into patches.
 void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches);

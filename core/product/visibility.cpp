@@ -133,7 +133,7 @@ void VisibilityLearner::finish(Visibility& out) {
 /// What a cell without records is taken for.
 float VisibilityLearner::prior(size_t cell) const {
   const float parent = levels_.front()[cell / kFanOut].visible;
-  if (!neighbours_) return parent;
+  if (!neighbours_ || cell >= neighbours_->of.size()) return parent;
   uint32_t all = 0, visible = 0;
   for (const uint16_t k : neighbours_->of[cell]) {
     all += counts_[k].all;

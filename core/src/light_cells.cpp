@@ -49,7 +49,7 @@ struct LessUrgent {
 
 DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
                            const RenderContext& context)
-    : emitter_(emitter), grid_(grid) {
+    : emitter_(&emitter), grid_(grid) {
   columns_parts_ = (kMinColumns + grid_.columns - 1) / grid_.columns;
   rows_parts_ = (kMinRows + grid_.rows - 1) / grid_.rows;
   grid_.columns *= columns_parts_;
@@ -88,7 +88,7 @@ bool DistantCells::eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) co
     const Vec2 parts(static_cast<float>(columns_parts_), static_cast<float>(rows_parts_));
     for (Vec2& place : places) place /= parts;
   }
-  return emitter_.eval_grid_batch(places, radiance);
+  return emitter_->eval_grid_batch(places, radiance);
 }
 
 void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& points) const {
@@ -113,7 +113,7 @@ void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& point
   const double scale = 0.5 * quad_solid_angle(row) / (sines[0] + sines[1]);
   for (int g = 0; g < 2; ++g) points.weights[g] = sines[g] * scale;
   if (!eval_grid(points.places, points.radiance)) {
-    emitter_.eval_environment_batch(points.directions, points.radiance, {});
+    emitter_->eval_environment_batch(points.directions, points.radiance, {});
   }
 }
 
@@ -121,7 +121,7 @@ void DistantCells::find_nodes(int row, int x0, int x1, Nodes& nodes) const {
   const size_t count = static_cast<size_t>(x1 - x0) + 1;
   nodes.radiance.resize(count);
   if (columns_parts_ == 1 && rows_parts_ == 1 &&
-      emitter_.eval_grid_corners(row, x0, nodes.radiance)) {
+      emitter_->eval_grid_corners(row, x0, nodes.radiance)) {
     return;
   }
   nodes.places.resize(count);
@@ -133,7 +133,7 @@ void DistantCells::find_nodes(int row, int x0, int x1, Nodes& nodes) const {
   for (size_t i = 0; i < count; ++i) {
     directions.push_back(direction(static_cast<double>(x0) + static_cast<double>(i), row));
   }
-  emitter_.eval_environment_batch(directions, nodes.radiance, {});
+  emitter_->eval_environment_batch(directions, nodes.radiance, {});
 }
 
 /// Densities need not be exact: of a smooth quad its centre tells enough.

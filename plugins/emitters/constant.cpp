@@ -53,6 +53,10 @@ class ConstantEnvironment final : public Emitter {
     return light ? disk_.sample_environment(*light, position) : std::nullopt;
   }
 
+  std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
+    return EmissionDensity{pdf_environment(-d), disk_.pdf()};
+  }
+
   /// Cells of equal light; their centres stay where they are, whatever the seed.
   std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
                                           uint32_t count) const override {

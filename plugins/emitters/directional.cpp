@@ -72,6 +72,10 @@ class DirectionalLight final : public Emitter {
     return sample;
   }
 
+  std::optional<EmissionDensity> emission_density(const Vec3& /*d*/) const override {
+    return EmissionDensity{0, disk_.pdf()};
+  }
+
  private:
   DirectionalLight(const Properties& props, const Direction& direction)
       : direction_(direction.d), irradiance_(read_irradiance(props, direction.length)) {}

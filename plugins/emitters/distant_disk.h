@@ -26,9 +26,12 @@ class DistantDisk {
     EmissionSample sample;
     sample.o = centre_ + radius_ * (frame.s * disk.x + frame.t * disk.y - d);
     sample.d = d;
-    sample.pdf_position = 1 / (kPi * sqr(radius_));
+    sample.pdf_position = pdf();
     return sample;
   }
+
+  /// Per area across the direction; 0 where the scene is empty.
+  float pdf() const { return radius_ > 0 ? 1 / (kPi * sqr(radius_)) : 0; }
 
   /// A ray of an environment's light, whose direction was drawn as `light` says.
   std::optional<EmissionSample> sample_environment(const DirectSample& light, const Vec2& u) const {

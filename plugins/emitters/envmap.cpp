@@ -185,6 +185,10 @@ class EnvironmentMap final : public Emitter {
     return light ? disk_.sample_environment(*light, position) : std::nullopt;
   }
 
+  std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
+    return EmissionDensity{pdf_environment(-d), disk_.pdf()};
+  }
+
   void sample_direct_batch(std::span<const Vec3> /*p*/, std::span<const Vec2> u,
                            std::span<DirectSample> out) const override {
     std::array<SphericalMap::Sample, SphericalMap::kBlock> samples;

@@ -65,6 +65,15 @@ class FluxGrid {
                   static_cast<float>(static_cast<double>(weights_[index]) * density_scale_)};
   }
 
+  /// Density of sample() at a place of the unit square.
+  float pdf(const Vec2& uv) const {
+    if (!(grid_.total() > 0)) return 0;
+    const glm::uvec2 cell =
+        glm::min(glm::uvec2(glm::max(uv, Vec2(0.f)) * Vec2(cells_)), cells_ - 1u);
+    const size_t index = static_cast<size_t>(cell.y) * cells_.x + cell.x;
+    return static_cast<float>(static_cast<double>(weights_[index]) * density_scale_);
+  }
+
  private:
   /// Share of the mean flux that every cell gets on top of its own.
   static constexpr double kFloor = 1e-3;

@@ -48,6 +48,10 @@ class PointLight final : public Emitter {
     return sample;
   }
 
+  std::optional<EmissionDensity> emission_density(const Vec3& /*d*/) const override {
+    return EmissionDensity{kUniformSpherePdf, 0};
+  }
+
  private:
   Vec3 position_;
   Rgb intensity_;

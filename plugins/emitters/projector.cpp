@@ -58,18 +58,22 @@ class Projector final : public Emitter {
     const TowardLight light(p, frame_.origin);
     if (!light.valid()) return std::nullopt;
     const Vec3 d = frame_.to_local(-light.d);
-    if (!(d.z > 0)) return std::nullopt;
-    const Vec2 uv = Vec2(0.5f) - Vec2(d.x, d.y) / (2 * d.z * half_size_);
-    if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1)) return std::nullopt;
-    return light.from_point(intensity(uv, d.z));
+    const auto uv = place_of(d);
+    return uv ? light.from_point(intensity(*uv, d.z)) : std::nullopt;
+  }
+
+  std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
+    const Vec3 local = frame_.to_local(d);
+    const auto uv = place_of(local);
+    if (!uv) return EmissionDensity{};
+    return EmissionDensity{direction_pdf(flux().pdf(*uv), 1 / local.z), 0};
   }
 
   /// Directions are drawn by their flux, which is even where the image is: equal areas of the plane
   /// z = 1 get equal flux.
   std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
                                                 const Vec2& direction) const override {
-    std::call_once(flux_made_, [this] { flux_.emplace(make_flux_grid()); });
-    const auto place = flux_->sample(direction);
+    const auto place = flux().sample(direction);
     if (!place) return std::nullopt;
     const Vec2 plane = (Vec2(1) - 2.f * place->uv) * half_size_;
     const float inverse_cosine = glm::length(Vec3(plane, 1));
@@ -78,13 +82,29 @@ class Projector final : public Emitter {
     EmissionSample sample;
     sample.o = frame_.origin;
     sample.d = frame_.to_world(Vec3(plane, 1) / inverse_cosine);
-    sample.pdf_direction = place->pdf / (4 * half_size_.x * half_size_.y) * inverse_cosine *
-                           inverse_cosine * inverse_cosine;
+    sample.pdf_direction = direction_pdf(place->pdf, inverse_cosine);
     sample.power = shone / sample.pdf_direction;
     return sample;
   }
 
  private:
+  const FluxGrid& flux() const {
+    std::call_once(flux_made_, [this] { flux_.emplace(make_flux_grid()); });
+    return *flux_;
+  }
+  /// Of the image, that light along the unit vector d (in the projector's frame) shows.
+  std::optional<Vec2> place_of(const Vec3& d) const {
+    if (!(d.z > 0)) return std::nullopt;
+    const Vec2 uv = Vec2(0.5f) - Vec2(d.x, d.y) / (2 * d.z * half_size_);
+    if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1)) return std::nullopt;
+    return uv;
+  }
+  /// Per solid angle, from that per area of the image.
+  float direction_pdf(float image_pdf, float inverse_cosine) const {
+    return image_pdf / (4 * half_size_.x * half_size_.y) * inverse_cosine * inverse_cosine *
+           inverse_cosine;
+  }
+
   /// Toward a place of the image at an angle to the axis. Its cube is what makes the plane z = 1
   /// show the image as it is: 1 / distance² and the receiving cosine.
   Rgb intensity(const Vec2& uv, float cosine) const {

@@ -95,8 +95,7 @@ class Spot final : public Emitter {
   /// Directions are drawn by their flux from a grid over the cone, through a map that keeps areas.
   std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
                                                 const Vec2& direction) const override {
-    std::call_once(flux_made_, [this] { flux_.emplace(make_flux_grid()); });
-    const auto place = flux_->sample(direction);
+    const auto place = flux().sample(direction);
     if (!place) return std::nullopt;
     const Vec3 local = direction_at(place->uv);
     const Rgb intensity = intensity_toward(local);
@@ -109,7 +108,24 @@ class Spot final : public Emitter {
     return sample;
   }
 
+  std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
+    const Vec3 local = frame_.to_local(d);
+    const float sine2 = local.x * local.x + local.y * local.y;
+    // 1 - cos(theta), precise at small angles.
+    const float depth = local.z > 0 ? sine2 / (1 + local.z) : 1 - local.z;
+    if (!(depth <= cap_height_)) return EmissionDensity{};
+    const float radius = std::sqrt(depth / cap_height_);
+    const Vec2 disk = sine2 > 0 ? Vec2(local) * (radius / std::sqrt(sine2)) : Vec2(0.f);
+    return EmissionDensity{flux().pdf(disk_to_square_concentric(disk)) / (2 * kPi * cap_height_),
+                           0};
+  }
+
  private:
+  const FluxGrid& flux() const {
+    std::call_once(flux_made_, [this] { flux_.emplace(make_flux_grid()); });
+    return *flux_;
+  }
+
   /// d is a unit vector in the light's own frame.
   Rgb intensity_toward(const Vec3& d) const {
     // Not by the cosine, which can't tell small angles apart.

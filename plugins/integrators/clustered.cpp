@@ -33,8 +33,10 @@ constexpr Parameter kParameters[] = {
     {"importance", ParameterType::kString, "product",
      "What light is chosen by: 'product' (light x BRDF x learned visibility, of the environment "
      "itself), or as in the thesis, of light points, 'joint' (light, BRDF and form factor), "
-     "'luminance' or 'brdf'. 'product' needs an environment and max_depth 2: elsewhere it is "
-     "'joint'."},
+     "'luminance' or 'brdf'. Where an emitter doesn't offer what 'product' needs, as all of "
+     "Kinome's "
+     "own do, or light points are asked for that are to be some emitters' alone or bounded "
+     "(max_geometry_term), 'product' is 'joint'."},
     {"rays_per_pixel", ParameterType::kFloat, "0",
      "'product': rays of all kinds that a pixel gets on average; 0: three for each of the "
      "sampler's samples, which is what 'direct' takes."},
@@ -58,6 +60,9 @@ constexpr Parameter kParameters[] = {
 };
 
 constexpr double kMostRays = 1e12;
+/// Cells of an environment where there is local light, too: together they are no more than
+/// kMaxCells.
+constexpr uint32_t kMostCellsBesideOthers = 1u << 14;
 
 /// What a thread keeps from point to point.
 struct Scratch {
@@ -231,6 +236,7 @@ class Clustered final : public Integrator {
     if (product_.diagnostics && !is_product_) {
       throw props.error("diagnostics", "are those of importance 'product'");
     }
+    product_.max_depth = settings_.options.local ? settings_.options.max_depth : 2;
     product_.hide_emitters = settings_.options.hide_emitters;
     product_.control_variate = props.boolean("control_variate");
     product_.learned_sigma = props.boolean("learned_sigma");
@@ -305,17 +311,25 @@ class Clustered final : public Integrator {
   }
 
  private:
-  /// nullopt where the scene isn't one for `product`.
+  /// nullopt where the scene isn't one for `product`. No cells: it has no environment, or a black
+  /// one.
   std::optional<DistantCells> product_cells(const Scene& scene, RenderContext& context) const {
-    if (!is_product_) return std::nullopt;
-    const Emitter* const environment = scene.environment();
-    const auto grid = environment ? environment->cell_grid() : std::nullopt;
-    if (!grid || settings_.options.max_depth > 2 || scene.emitters().size() > 1) {
+    if (!is_product_ || scene.emitters().empty() || !is_product_scene(scene, product_.max_depth)) {
       return std::nullopt;
     }
+    if (product_.max_depth > 2) {
+      // What only light points can do: the bounce of some emitters, and one that is bounded.
+      const auto& indirect = scene.indirect_emitters();
+      const bool chosen = std::any_of(indirect.begin(), indirect.end(),
+                                      [](const Emitter* e) { return !e->children().empty(); });
+      if (chosen || settings_.options.max_geometry_term > 0) return std::nullopt;
+    }
     const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
-    DistantCells cells(*environment, *grid, cut_size_, context);
-    if (cells.size() == 0) return std::nullopt;
+    if (!scene.environment()) return DistantCells();
+    const bool alone = scene.emitters().size() == 1 && product_.max_depth == 2;
+    const uint32_t count = alone ? cut_size_ : std::min(cut_size_, kMostCellsBesideOthers);
+    DistantCells cells(*scene.environment(), *scene.environment()->cell_grid(), count, context);
+    if (cells.size() == 0 && alone) return std::nullopt;
     return cells;
   }
 

@@ -72,14 +72,14 @@ class LyingRenderer {
         lie_(lie) {
     tiles_.resize(static_cast<size_t>(tiles_x()) * ((crop_.height() + kTile - 1) / kTile));
     const CellLight light = make_light(1);
-    Estimator estimator(light, cells_.padded_size());
+    Estimator estimator(light);
     for (size_t i = 0; i < tiles_.size(); ++i) learn(i, estimator);
   }
 
   /// Sums over tiles, channel by channel.
   std::vector<double> render(uint64_t seed, uint32_t rays) {
     const CellLight light = make_light(hash_words(seed, 1));
-    Estimator estimator(light, cells_.padded_size());
+    Estimator estimator(light);
     std::vector<double> values;
     for (size_t i = 0; i < tiles_.size(); ++i) {
       const Rgb sum = render_tile(i, seed, rays, estimator);
@@ -107,7 +107,7 @@ class LyingRenderer {
             std::min(crop_.y0 + y + kTile, crop_.y1)};
   }
   CellLight make_light(uint64_t seed) const {
-    return {cells_, *scene_.environment(), cells_.draw_points(1 << 13, seed, context_)};
+    return {cells_, scene_.environment(), cells_.draw_points(1 << 13, seed, context_)};
   }
   void trace(size_t tile, uint16_t count, uint64_t seed) {
     const std::vector<uint16_t> counts(pixels(tile).area(), count);
@@ -129,7 +129,7 @@ class LyingRenderer {
     unit.end = static_cast<uint32_t>(primaries_.size());
     unit.rays = kPilotRays;
     unit.seed = hash_words(tile, 5);
-    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, counters_);
+    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, unit.seed, counters_);
     estimator.probe(unit, points, records);
     estimator.flush();
     VisibilityLearner learner(cells_.padded_size());
@@ -153,7 +153,7 @@ class LyingRenderer {
         known.visibility[p].v[record.cell()] = record.visible() ? 1.f : 0.f;
       }
     }
-    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, counters_);
+    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, unit.seed, counters_);
   }
 
   Rgb render_tile(size_t tile, uint64_t seed, uint32_t rays, Estimator& estimator) {
@@ -164,7 +164,8 @@ class LyingRenderer {
       known.visibility.emplace_back().resize(cells_.padded_size());
       known.visibility.back().reset();
     }
-    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, counters_);
+    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility,
+                         hash_words(seed, tile), counters_);
     Rgb sum(0.f);
     for (int i = 0; i < pixels(tile).area(); ++i) {
       Estimator::Unit unit;

@@ -71,6 +71,7 @@ struct Arrangement {
   std::string optics = number("fov", 45);
   double scale = 1;  ///< of the world
   bool hide = true;
+  int max_depth = 2;  ///< 3: the reference is `path`
   int direct_samples = 16;
 };
 
@@ -93,12 +94,17 @@ inline std::unique_ptr<Scene> product_scene(const Arrangement& s) {
   return make_scene(
       s,
       "<integrator type=\"clustered\"><string name=\"importance\" value=\"product\"/>" +
-          number("rays_per_pixel", s.rays) + hidden(s) + s.parameters + "</integrator>",
+          number("rays_per_pixel", s.rays) + hidden(s) + integer("max_depth", s.max_depth) +
+          s.parameters + "</integrator>",
       8);
 }
+/// What `product` is to converge to: `direct`, or `path` where there is a bounce.
 inline std::unique_ptr<Scene> direct_scene(const Arrangement& s) {
-  return make_scene(s, "<integrator type=\"direct\">" + hidden(s) + "</integrator>",
-                    s.direct_samples);
+  const std::string depth = integer("max_depth", s.max_depth) + integer("rr_depth", 100);
+  const std::string integrator = s.max_depth == 2
+                                     ? "<integrator type=\"direct\">" + hidden(s)
+                                     : "<integrator type=\"path\">" + hidden(s) + depth;
+  return make_scene(s, integrator + "</integrator>", s.direct_samples);
 }
 
 inline std::string checkerboard(const std::string& name) {

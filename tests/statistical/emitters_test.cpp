@@ -129,6 +129,33 @@ TEST(Emitters, RaysCarryTheIntensityThatPointsSee) {
   }
 }
 
+/// Lights without a surface tell the densities of any ray that they send.
+TEST(Emitters, TellTheDensitiesOfTheirRays) {
+  int lights = 0;
+  for (const EmitterCase& tested : emitter_cases()) {
+    const LitFloor floor(tested.xml);
+    const Emitter& emitter = floor.emitter();
+    if (emitter.is_surface()) continue;
+    ++lights;
+    Random random(25);
+    int rays = 0, different = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const Vec2 position(random.unit(), random.unit());
+      const auto ray = emitter.sample_emission(position, {random.unit(), random.unit()});
+      if (!ray) continue;
+      ++rays;
+      const auto density = emitter.emission_density(ray->d);
+      ASSERT_TRUE(density) << tested.name;
+      EXPECT_EQ(density->position, ray->pdf_position) << tested.name;
+      different += std::abs(density->direction - ray->pdf_direction) > 1e-4f * ray->pdf_direction;
+    }
+    // Densities are constant by cells: rays within rounding of a border have that of the next one.
+    EXPECT_GT(rays, 5000) << tested.name;
+    EXPECT_LE(different, rays / 200) << tested.name;
+  }
+  EXPECT_GE(lights, 8);
+}
+
 /// Mean of a function of rays of light, each of which counts as 0 where there is none.
 Estimate mean_of_rays(const Emitter& emitter, const std::function<double(const EmissionSample&)>& f,
                       int count = 100000) {

@@ -45,6 +45,17 @@ TEST(Warp, DensitiesMatchSamples) {
   }
 }
 
+TEST(Warp, DiskIsInverted) {
+  for (int x = 0; x <= 64; ++x) {
+    for (int y = 0; y <= 64; ++y) {
+      const Vec2 u(static_cast<float>(x) / 64, static_cast<float>(y) / 64);
+      const Vec2 back = disk_to_square_concentric(square_to_disk_concentric(u));
+      EXPECT_NEAR(back.x, u.x, 4e-7f) << u.x << ", " << u.y;
+      EXPECT_NEAR(back.y, u.y, 4e-7f) << u.x << ", " << u.y;
+    }
+  }
+}
+
 TEST(Warp, EdgesAreFiniteUnitVectors) {
   for (const Warp& warp : warps()) {
     for (const float x : {0.f, 0.5f, kOneMinusEpsilon}) {

@@ -50,6 +50,12 @@ struct EmissionSample {
   }
 };
 
+/// Densities of a ray of light without a surface, as in EmissionSample.
+struct EmissionDensity {
+  float direction = 0;
+  float position = 0;
+};
+
 /// A light. Radiance is in scene units, linear Rec.709.
 class KINOME_EXPORT Emitter : public Object {
  public:
@@ -88,6 +94,13 @@ class KINOME_EXPORT Emitter : public Object {
   /// `position` picks where on the light or in its cross-section, `direction` whereto.
   virtual std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
                                                         const Vec2& /*direction*/) const {
+    return std::nullopt;
+  }
+
+  /// Densities of sample_emission for light that leaves along the unit direction d, of emitters
+  /// without a surface. nullopt: not known; the light's bounce is then not sampled by learned
+  /// clusters (product_sampling.h).
+  virtual std::optional<EmissionDensity> emission_density(const Vec3& /*d*/) const {
     return std::nullopt;
   }
 

@@ -65,6 +65,8 @@ class KINOME_EXPORT DistantCells {
   /// Whatever the number of lanes of a vector: arrays are padded to it.
   static constexpr uint32_t kPadding = 16;
 
+  /// None: there is no environment.
+  DistantCells() = default;
   /// At most `count` cells of the environment `emitter`, but enough that none reaches around an
   /// eighth of the sphere's turn. A cell may have negative light, if the
   /// environment does; densities are never 0 where there is light.
@@ -137,7 +139,7 @@ class KINOME_EXPORT DistantCells {
   };
   void find_nodes(int row, int x0, int x1, Nodes& nodes) const;
   float quad_solid_angle(int row) const;
-  const Emitter& emitter_;
+  const Emitter* emitter_ = nullptr;
   EnvironmentGrid grid_;
   int columns_parts_ = 1;  ///< columns of grid_ for each of the emitter's
   int rows_parts_ = 1;

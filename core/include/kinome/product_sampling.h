@@ -16,6 +16,10 @@ inline constexpr double kRaysPerSample = 3;
 struct ProductSettings {
   /// Rays of all kinds for each pixel, on average.
   double rays_per_pixel = 48;
+  /// Segments of a path: 2 is direct light, 3 adds one bounce.
+  uint32_t max_depth = 2;
+  /// Cells that light after a bounce is divided into, at most.
+  uint32_t bounce_cells = 256;
   bool hide_emitters = false;
   /// Layer 1 of the film has kProductChannels, to be filled.
   bool diagnostics = false;
@@ -31,9 +35,16 @@ struct ProductSettings {
 /// the cells' light that is believed to arrive (0 where nothing is learned).
 inline constexpr const char* kProductChannels[] = {"samples", "cost", "visibility"};
 
-/// Renders the direct light of an environment's cells into the sensor's film. A pilot learns how
-/// visible each cell is from each patch of surface; then the picture is made by estimates that
-/// know. What the pilot saw is not part of the picture.
+/// True where `product` renders all light of the scene, up to paths of max_depth segments, 2 or 3:
+/// any mixture of an environment with an Emitter::cell_grid, surface emitters, and emitters that
+/// are no surface; for one bounce, the latter with Emitter::emission_density.
+KINOME_EXPORT bool is_product_scene(const Scene& scene, uint32_t max_depth);
+
+/// Renders the light of an environment's cells (none: the environment is black, or there isn't
+/// any), that of the scene's other emitters, and for max_depth 3 what surfaces send on of all of
+/// it, into the sensor's film. Light that lamps without extent send by way of a mirror is left out,
+/// as `path` leaves it out. A pilot learns how visible each cell is from each patch of surface;
+/// then the picture is made by estimates that know. What the pilot saw is not part of the picture.
 ///
 /// Unbiased: the expectation of every pixel is what `direct` converges to, with any filter. Stages:
 /// points, pilot, plan, main, film.

@@ -20,6 +20,15 @@ inline Vec2 square_to_disk_concentric(const Vec2& u) {
   return x_larger ? Vec2(r * c, r * s) : Vec2(r * s, r * c);
 }
 
+/// Its inverse, for points of the disk.
+inline Vec2 disk_to_square_concentric(const Vec2& p) {
+  const bool x_larger = std::abs(p.x) > std::abs(p.y);
+  const float large = x_larger ? p.x : p.y, small = x_larger ? p.y : p.x;
+  const float r = std::copysign(glm::length(p), large);
+  const float other = large == 0 ? 0.f : r * std::atan(small / large) * (4 / kPi);
+  return 0.5f * (Vec2(x_larger ? r : other, x_larger ? other : r) + 1.f);
+}
+
 /// Density cos(theta)/pi per solid angle around +Z; never returns a direction with z = 0.
 inline Vec3 square_to_cosine_hemisphere(const Vec2& u) {
   const Vec2 p = square_to_disk_concentric(u);

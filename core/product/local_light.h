@@ -1,0 +1,168 @@
+#pragma once
+
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "kinome/emitter.h"
+#include "kinome/scene.h"
+#include "point_partition.h"
+
+namespace kinome {
+
+/// A place that light comes from, of a surface that emits or reflects it, drawn by its flux.
+struct LightPoint {
+  Vec3 position{0.f};
+  Vec3 normal{0.f};     ///< unit shading normal, on the side that light leaves to
+  Vec3 geometric{0.f};  ///< unit geometric normal, on any side
+  /// Radiance that leaves toward all sides alike / density per area. Where `reflection` is given,
+  /// of a Lambertian surface in its place.
+  Rgb power{0.f};
+  /// Density of the point by a BSDF ray from elsewhere, and what it does there, over that of points
+  /// of the pass: to be multiplied by the ray's density per area. See LocalLight::eye_ratio.
+  float eye_ratio = 0;
+  uint32_t cell = 0;
+  static constexpr uint32_t kLambertian = ~0u;
+  uint32_t reflection = kLambertian;
+};
+
+/// Light on a surface that isn't Lambertian.
+struct Reflection {
+  SurfaceInteraction si;
+  Vec3 to_light{0, 0, 1};  ///< in the shading frame
+  Rgb incident{0.f};       ///< radiance x solid angle / density per area
+  Vec3 normal{0, 0, 1};    ///< of reflection_frame, world space
+  Vec3 light{0, 0, 1};     ///< to_light in world space
+  LobeReflectance reflectance;
+  float alpha2 = 1;  ///< squared roughness of the glossy lobe
+  /// Radiance toward the unit direction d / density per area.
+  Rgb toward(const Vec3& d) const;
+  /// About the same, quickly, by a GGX lobe; not 0 where that isn't, and never negative unless the
+  /// light is.
+  Rgb about(const Vec3& d) const;
+};
+
+struct CellSums;
+struct LeavingLight;
+
+/// Points of one pass, cell by cell and near one another within each.
+struct LocalPoints {
+  std::vector<LightPoint> points;
+  std::vector<uint32_t> first;  ///< of each cell of LocalLight; one more entry than cells
+  std::vector<Reflection> reflections;
+};
+
+/// What is known of the cells before any pass; arrays of padded_size().
+struct LocalCellColumns {
+  std::vector<float> position[3];  ///< mean
+  std::vector<float> spread2;      ///< variance of the position
+  std::vector<float> normal[3];    ///< mean, not of unit length: shorter where normals differ
+  std::vector<float> flux;         ///< sum of |power|, of all points of a pass
+  std::vector<float> expected;     ///< points of a pass
+};
+
+/// Light of sources within a scene, directly and after one bounce, divided into cells: of lamps
+/// (which have no extent), of surfaces that emit, and of surfaces that any emitter lights, the
+/// environment included. Cells and the density of points are fixed at construction; each pass draws
+/// points anew. Immutable; thread-safe.
+class LocalLight {
+ public:
+  /// Below this depth there is no bounce.
+  static constexpr uint32_t kBounceDepth = 3;
+  /// Multiples of this many cells.
+  static constexpr uint32_t kPadding = 16;
+
+  /// True where all emitters offer what is needed for paths of so many segments.
+  static bool serves(const Scene& scene, uint32_t max_depth);
+
+  struct Settings {
+    uint32_t max_depth = 2;
+    uint32_t bounce_cells = 256;
+    /// Of a pass: so many of surfaces, or more where these are many, and as many of the bounce.
+    uint32_t points = kMostPoints;
+  };
+  static constexpr uint32_t kLeastPoints = 1u << 10, kMostPoints = 1u << 14;
+
+  LocalLight(const Scene& scene, const Settings& settings, uint64_t seed, RenderContext& context);
+
+  bool empty() const { return size_ == 0; }
+  uint32_t size() const { return size_; }
+  uint32_t padded_size() const { return static_cast<uint32_t>(columns_.flux.size()); }
+  uint32_t max_depth() const { return max_depth_; }
+  const LocalCellColumns& columns() const { return columns_; }
+  /// Cells of lamps are [0, lamp_cells()); then those of surfaces, then those of the bounce.
+  uint32_t lamp_cells() const { return lamp_cells_; }
+  uint32_t surface_cells() const { return surface_cells_; }
+  bool has_bounce() const { return !bounce_ends_.empty(); }
+  /// Mirrors show light, sources' or the sky's, to other surfaces: no light point does.
+  bool needs_eye_rays() const { return needs_eye_rays_; }
+  bool has_surfaces() const { return !surface_ends_.empty(); }
+
+  /// Lamps of each cell: lamp_first()[c] to lamp_first()[c + 1] of lamps().
+  const std::vector<const Emitter*>& lamps() const { return lamps_; }
+  const std::vector<uint32_t>& lamp_first() const { return lamp_first_; }
+
+  /// About so many points of surfaces and of the bounce together.
+  LocalPoints draw(uint64_t seed, RenderContext& context) const;
+  uint32_t points_of_pass() const { return surface_count_ + bounce_count_; }
+
+  /// Of a point of an emitting surface that a ray found; its cell, and as LightPoint::eye_ratio (0:
+  /// no points are drawn there).
+  struct Place {
+    uint32_t cell = 0;
+    float eye_ratio = 0;
+  };
+  Place surface_place(const SurfaceInteraction& si) const;
+
+  /// Light at a surface point that a ray found, from a source drawn by its flux.
+  struct Arrival {
+    Vec3 d{0, 0, 1};  ///< unit, toward the light
+    float distance = kInfinity;
+    Rgb radiance{0.f};  ///< / density; to be multiplied by f cos of the surface
+    Place place;
+  };
+  /// u1 picks the source, u the place on it. nullopt: no light.
+  std::optional<Arrival> sample_arrival(const SurfaceInteraction& si, float u1,
+                                        const Vec2& u) const;
+
+ private:
+  enum class Kind { kLamp, kSurface, kEnvironment };
+  struct Source {
+    const Emitter* emitter;
+    Kind kind;
+    double flux = 0;
+    float surface_share = 0;  ///< probability of points of its surface
+    float bounce_share = 0;   ///< and of points that it lights
+  };
+  /// What one thread draws.
+  struct Drawn;
+  void find_sources(uint64_t seed);
+  void make_lamp_cells();
+  void make_cells(bool bounce, uint32_t count, uint64_t seed, RenderContext& context);
+  void add_column(const CellSums& sums, double flux, double expected);
+  void draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
+                 std::vector<Drawn>& chunks) const;
+  void add_surface_point(const Source& source, const Vec2& u, Drawn& out) const;
+  void land(const LeavingLight& leaving, const RayHit& ray, Drawn& out) const;
+  LocalPoints sort_by_cell(std::vector<Drawn>& chunks) const;
+  uint32_t bounce_cell(const SurfaceInteraction& si, float side) const;
+  /// Density of a place y that is lit along d (from the light) by a bounce's eye path, over that of
+  /// the pass's points at y: both given the place x on the light, if it has a surface.
+  float eye_ratio(const Source& source, const SurfaceInteraction* x, const SurfaceInteraction& y,
+                  const Vec3& d, float distance) const;
+
+  const Scene& scene_;
+  const uint32_t max_depth_;
+  std::vector<Source> sources_;
+  std::vector<double> surface_ends_, bounce_ends_;  ///< running sums of shares, or empty
+  std::unordered_map<const Emitter*, uint32_t> source_of_;
+  std::vector<const Emitter*> lamps_;
+  std::vector<uint32_t> lamp_first_;
+  PointPartition surface_partition_, bounce_partition_;
+  uint32_t lamp_cells_ = 0, surface_cells_ = 0, size_ = 0;
+  uint32_t surface_count_ = 0, bounce_count_ = 0;
+  bool needs_eye_rays_ = false;
+  LocalCellColumns columns_;
+};
+
+}  // namespace kinome

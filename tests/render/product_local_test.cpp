@@ -1,0 +1,177 @@
+// `clustered` with importance = product under local light has the expectation of `direct`, and of
+// `path` where light may bounce once: z-tests over tiles of pixels and over the picture, for each
+// kind of light and material. Every z-test alarms falsely at a rate of 1e-4.
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "path_scenes.h"
+#include "product_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+struct Case {
+  const char* name;
+  Arrangement setup;
+};
+
+class Local : public testing::TestWithParam<Case> {};
+TEST_P(Local, IsUnbiased) {
+  expect_unbiased(GetParam().setup);
+}
+std::string name_of(const testing::TestParamInfo<Case>& info) {
+  return info.param.name;
+}
+
+Case lit_by(const char* name, const std::string& light, int max_depth = 2,
+            const std::string& material = kGrey) {
+  Case c{name, {}};
+  c.setup.light = light;
+  c.setup.max_depth = max_depth;
+  c.setup.shapes = shapes_xml(material);
+  // Where hardly any light comes, `path` would hardly ever find it.
+  if (max_depth == 3) {
+    c.setup.shapes += shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-3\"/>", kGrey);
+  }
+  c.setup.direct_samples = max_depth == 2 ? 32 : 64;
+  return c;
+}
+
+const std::string kLamp = shape_xml(
+    "rectangle", "<scale value=\".4\"/><rotate x=\"1\" angle=\"90\"/><translate x=\".3\" y=\"2\"/>",
+    area_xml("6 5 4"));
+const std::string kBall =
+    "<shape type=\"sphere\"><point name=\"center\" x=\".2\" y=\".25\" z=\"1\"/>"
+    "<float name=\"radius\" value=\".2\"/>" +
+    area_xml("3 4 6") + "</shape>";
+const std::string kPoint = point_xml("-1.5,2,1", "5 4 3");
+const std::string kSpot =
+    "<emitter type=\"spot\"><rgb name=\"intensity\" value=\"30 25 20\"/>" +
+    number("cutoff_angle", 25) + number("beam_width", 15) +
+    "<transform name=\"to_world\"><lookat origin=\"2,3,2\" target=\".5,0,.3\" up=\"0,1,0\"/>"
+    "</transform></emitter>";
+const std::string kDirectional =
+    "<emitter type=\"directional\"><vector name=\"direction\" x=\"-1\" y=\"-2\" z=\"-.5\"/>"
+    "<rgb name=\"irradiance\" value=\"2 1.8 1.5\"/></emitter>";
+
+std::string projector() {
+  Image image{8, 6, {"R", "G", "B"}, {}};
+  for (int i = 0; i < 48; ++i) {
+    const float v = i == 19 ? 20.f : 0.2f * static_cast<float>(i % 5);
+    image.data.insert(image.data.end(), {v, 0.5f * v, 0.3f});
+  }
+  const std::string path = folder().path("slide.exr");
+  write_exr(path, image, false, {});
+  return "<emitter type=\"projector\"><texture name=\"irradiance\" type=\"bitmap\">"
+         "<string name=\"filename\" value=\"" +
+         path + "\"/><boolean name=\"raw\" value=\"true\"/></texture>" + number("scale", 10) +
+         number("fov", 40) +
+         "<transform name=\"to_world\"><lookat origin=\"1,2.5,3\" target=\"0,.3,0\" up=\"0,1,0\"/>"
+         "</transform></emitter>";
+}
+std::string textured_lamp() {
+  return shape_xml("rectangle",
+                   "<scale value=\"1\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"2.5\"/>",
+                   "<emitter type=\"area\">" + checkerboard("radiance") + "</emitter>");
+}
+/// Small lights all over the ceiling.
+std::string many(int side, const std::function<std::string(double, double)>& one) {
+  std::string all;
+  for (int i = 0; i < side * side; ++i) {
+    all += one(4. * (i % side + .5) / side - 2, 4. * (i / side + .5) / side - 2);
+  }
+  return all;
+}
+std::string many_points(int side) {
+  return many(side, [](double x, double z) {
+    return point_xml(std::to_string(x) + ",1.9," + std::to_string(z), ".2 .15 .1");
+  });
+}
+std::string many_lamps(int side) {
+  return many(side, [](double x, double z) {
+    return shape_xml("rectangle",
+                     "<scale value=\".05\"/><rotate x=\"1\" angle=\"90\"/><translate x=\"" +
+                         std::to_string(x) + "\" y=\"1.9\" z=\"" + std::to_string(z) + "\"/>",
+                     area_xml("6 5 4"));
+  });
+}
+
+std::vector<Case> direct() {
+  return {
+      lit_by("Rectangle", kLamp),
+      lit_by("Sphere", kBall),
+      lit_by("Textured", textured_lamp()),
+      lit_by("Cube", shape_xml("cube", "<scale value=\".2\"/><translate x=\"1\" y=\"2\"/>",
+                               area_xml("9 9 9"))),
+      lit_by("Point", kPoint),
+      lit_by("Spot", kSpot),
+      lit_by("Projector", projector()),
+      lit_by("Directional", kDirectional),
+      lit_by("SeveralLights", kLamp + kBall + kPoint + kSpot),
+      lit_by("WithAnEnvironment", kLamp + kPoint + sun_xml()),
+      lit_by("ManyPoints", many_points(9)),
+      lit_by("ManyLamps", many_lamps(9)),
+      lit_by("LampOnSharpMetal", kLamp + kBall, 2, metal(.03)),
+      lit_by("LampOnMirror", kLamp + kBall, 2, bsdf("conductor")),
+      lit_by("LampOnPlastic", kLamp + kPoint, 2, bsdf("plastic")),
+  };
+}
+INSTANTIATE_TEST_SUITE_P(Direct, Local, testing::ValuesIn(direct()), name_of);
+
+std::vector<Case> bounces() {
+  return {
+      lit_by("Rectangle", kLamp, 3),
+      lit_by("Sphere", kBall, 3),
+      lit_by("Textured", textured_lamp(), 3),
+      lit_by("Point", kPoint, 3),
+      lit_by("Spot", kSpot, 3),
+      lit_by("Projector", projector(), 3),
+      lit_by("Directional", kDirectional, 3),
+      lit_by("Environment", sun_xml(), 3),
+      lit_by("Everything", kLamp + kPoint + kSpot + sun_xml(), 3),
+      lit_by("ManyPoints", many_points(5), 3),
+  };
+}
+INSTANTIATE_TEST_SUITE_P(Bounce, Local, testing::ValuesIn(bounces()), name_of);
+
+std::vector<Case> materials() {
+  const auto made_of = [](const char* name, const std::string& material) {
+    return lit_by(name, kSpot + kBall, 3, material);
+  };
+  return {
+      made_of("RoughPlastic", bsdf("roughplastic", number("alpha", .1))),
+      made_of("SharpMetal", metal(.05)),
+      made_of("WideMetal", metal(.4)),
+      made_of("Phong", bsdf("phong", number("exponent", 40))),
+      made_of("WardAnisotropic", bsdf("ward", number("alpha_u", .05) + number("alpha_v", .3))),
+      made_of("Twosided", bsdf("twosided", kGrey)),
+      made_of("Textured", bsdf("diffuse", checkerboard("reflectance"))),
+      made_of("Mirror", bsdf("conductor")),
+      made_of("Plastic", bsdf("plastic")),
+  };
+}
+INSTANTIATE_TEST_SUITE_P(Materials, Local, testing::ValuesIn(materials()), name_of);
+
+std::vector<Case> settings() {
+  std::vector<Case> all;
+  const auto parameter = [&](const char* name, const std::string& xml) {
+    Case c = lit_by(name, kSpot + kLamp + sun_xml(), 3);
+    c.setup.parameters = xml;
+    all.push_back(c);
+  };
+  parameter("NoControlVariate", off("control_variate"));
+  parameter("NoLearnedSigma", off("learned_sigma"));
+  parameter("NotAdaptive", off("adaptive"));
+  parameter("OneCell", integer("cut_size", 1));
+  for (const auto& [name, rays] : {std::pair("Rays2", 2.), {"Rays6", 6.}, {"Rays48", 48.}}) {
+    Case c = lit_by(name, kSpot + kLamp, 3, bsdf("roughplastic", number("alpha", .2)));
+    c.setup.rays = rays;
+    all.push_back(c);
+  }
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Settings, Local, testing::ValuesIn(settings()), name_of);
+
+}  // namespace
+}  // namespace kinome::test
