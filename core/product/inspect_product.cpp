@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator.h"
 #include "kinome/error.h"
 #include "kinome/product_sampling.h"
 #include "kinome/sampler.h"
+#include "product_renderer.h"
 
 namespace kinome {
 namespace {
@@ -73,14 +73,40 @@ void describe(const DistantCells& cells, const Visibility& visibility, Inspectio
   };
 }
 
+void describe(const LocalLight& local, uint32_t first_cell, const Visibility& visibility,
+              Inspection& report) {
+  const LocalCellColumns& cells = local.columns();
+  double light = 0;
+  report.clusters.resize(local.size());
+  for (uint32_t c = 0; c < local.size(); ++c) light += cells.flux[c];
+  for (uint32_t c = 0; c < local.size(); ++c) {
+    InspectedCluster& out = report.clusters[c];
+    out.box = local.boxes()[c];
+    for (int axis = 0; axis < 3; ++axis) {
+      out.mean[axis] = cells.position[axis][c];
+      out.normal[axis] = cells.normal[axis][c];
+    }
+    out.points = static_cast<uint32_t>(cells.expected[c]);
+    out.light = light > 0 ? cells.flux[c] / light : 0;
+    out.visibility = visibility.v[first_cell + c];
+    out.sigma = visibility.sigma[first_cell + c];
+  }
+}
+
 }  // namespace
 
-Inspection inspect_product(const Scene& scene, const Sensor& sensor, const RenderContext& context,
-                           const DistantCells& cells, const ProductSettings& settings, int x,
-                           int y) {
+std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor,
+                                        RenderContext& context, const DistantCells& cells,
+                                        const ProductSettings& settings, int x, int y) {
   const uint64_t seed = key_seed(context, sensor.sampler());
-  const CellLight light(cells, scene.environment(),
-                        cells.draw_points(CellLight::kPoints, seed, context));
+  const auto local = make_local_light(scene, sensor, settings, seed, context);
+  CellPoints distant_points;
+  if (cells.size() > 0) distant_points = cells.draw_points(CellLight::kPoints, seed, context);
+  LocalPoints local_points;
+  if (local) local_points = local->draw(hash_words(seed, 6), context);
+  const CellLight light(cells, scene.environment(), std::move(distant_points), local.get(),
+                        std::move(local_points));
+  const size_t padded = cells.padded_size() + (local ? local->padded_size() : 0);
   Estimator estimator(light);
   const FilterSampler filter(sensor.film().filter());
   const Rect crop = sensor.film().crop();
@@ -99,11 +125,12 @@ Inspection inspect_product(const Scene& scene, const Sensor& sensor, const Rende
         kPilotPrimaries, 1);
   std::vector<Patch> patches;
   make_patches(primaries, patches);
-  std::vector<Visibility> visibility(patches.size(), unknown(cells.padded_size()));
+  std::vector<Visibility> visibility(patches.size(), unknown(padded));
   Probe probe{scene, estimator, primaries, patches, visibility, counters};
   const Records pilot = probe(kPilotRays, hash_words(seed, 2));
-  const CellNeighbours neighbours = find_neighbours(cells, context);
-  VisibilityLearner learner(cells.padded_size(), &neighbours);
+  CellNeighbours neighbours;
+  if (cells.size() > 0) neighbours = find_neighbours(cells, context);
+  VisibilityLearner learner(padded, &neighbours);
   for (size_t p = 0; p < pilot.size(); ++p) {
     learner.begin();
     learner.add(pilot[p], 16);
@@ -112,28 +139,44 @@ Inspection inspect_product(const Scene& scene, const Sensor& sensor, const Rende
 
   trace({x, y, x + 1, y + 1}, kPrimaries, 3);
   assign_patches(primaries, patches);
-  visibility.resize(patches.size(), unknown(cells.padded_size()));
+  visibility.resize(patches.size(), unknown(padded));
   std::vector<uint32_t> points(patches.size() + 1);
   for (const int32_t patch : primaries.patch) ++points[patch + 1];
   const size_t shown = std::max_element(points.begin() + 1, points.end()) - points.begin() - 1;
   if (shown >= patches.size() || points[shown + 1] == 0) {
     throw Error("there is no surface at the place to inspect");
   }
-  Inspection report{
+  const uint32_t first_local = light.first_local();
+  const Inspection empty{
       LightPoints::Kind::kDistant, patches[shown].position, patches[shown].normal, {}, {}, {}};
-  describe(cells, visibility[shown], report);
+  std::vector<Inspection> reports;
+  if (cells.size() > 0) {
+    reports.push_back(empty);
+    describe(cells, visibility[shown], reports.back());
+  }
+  if (local) {
+    reports.push_back(empty);
+    reports.back().kind = LightPoints::Kind::kLocal;
+    describe(*local, first_local, visibility[shown], reports.back());
+  }
+  // The report and the cluster that a record is about.
+  const auto cluster_of = [&](const VisibilityRecord& record) {
+    const bool is_local = record.cell() >= first_local;
+    Inspection& report = is_local ? reports.back() : reports.front();
+    return std::pair(&report, &report.clusters[record.cell() - (is_local ? first_local : 0)]);
+  };
   const Records shares = probe(kShares, hash_words(seed, 4));
   for (const VisibilityRecord record : shares[shown]) {
-    report.clusters[record.cell()].probability += 1. / static_cast<double>(shares[shown].size());
+    cluster_of(record).second->probability += 1. / static_cast<double>(shares[shown].size());
   }
   const Records rays =
       probe(static_cast<uint32_t>(std::max(1., settings.rays_per_pixel)), hash_words(seed, 5));
   for (const VisibilityRecord record : rays[shown]) {
-    InspectedCluster& cluster = report.clusters[record.cell()];
-    ++cluster.samples;
-    report.samples.push_back({cluster.mean, 1, record.visible()});
+    const auto [report, cluster] = cluster_of(record);
+    ++cluster->samples;
+    report->samples.push_back({cluster->mean, 1, record.visible()});
   }
-  return report;
+  return reports;
 }
 
 }  // namespace kinome

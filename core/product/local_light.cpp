@@ -54,6 +54,7 @@ struct CellSums {
   double weight = 0, flux = 0;
   glm::dvec3 position{0.}, squares{0.}, normal{0.};
   uint32_t count = 0;
+  Aabb box;
   void add(const Vec3& p, const Vec3& n, double power) {
     // Points of no light still say where the cell is.
     const double w = power + 1e-30;
@@ -63,6 +64,7 @@ struct CellSums {
     position += w * at;
     squares += w * at * at;
     normal += w * glm::dvec3(n);
+    box.expand(p);
     ++count;
   }
 };
@@ -193,6 +195,10 @@ void LocalLight::add_column(const CellSums& sums, double flux, double expected) 
   columns_.spread2.push_back(static_cast<float>(variance.x + variance.y + variance.z));
   columns_.flux.push_back(static_cast<float>(flux));
   columns_.expected.push_back(static_cast<float>(expected));
+  // Points leave a margin, as wide as they are apart.
+  const Vec3 margin =
+      sums.count > 1 ? sums.box.extent() / static_cast<float>(sums.count - 1) : Vec3(0.f);
+  boxes_.push_back({sums.box.lo - margin, sums.box.hi + margin});
   ++size_;
 }
 

@@ -90,6 +90,8 @@ class LocalLight {
   uint32_t padded_size() const { return static_cast<uint32_t>(columns_.flux.size()); }
   uint32_t max_depth() const { return max_depth_; }
   const LocalCellColumns& columns() const { return columns_; }
+  /// Around the points that the cell was made of.
+  const std::vector<Aabb>& boxes() const { return boxes_; }
   /// Cells of lamps are [0, lamp_cells()); then those of surfaces, then those of the bounce.
   uint32_t lamp_cells() const { return lamp_cells_; }
   uint32_t surface_cells() const { return surface_cells_; }
@@ -163,6 +165,7 @@ class LocalLight {
   uint32_t surface_count_ = 0, bounce_count_ = 0;
   bool needs_eye_rays_ = false;
   LocalCellColumns columns_;
+  std::vector<Aabb> boxes_;
 };
 
 }  // namespace kinome

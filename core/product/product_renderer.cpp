@@ -47,24 +47,28 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       rays_left_(settings.rays_per_pixel) {
   tiles_.resize(static_cast<size_t>(tiles_x()) * tiles_y());
   forecast_.resize(crop_.area());
-  const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
-  if (others > 0 || settings.max_depth >= LocalLight::kBounceDepth) make_local();
+  local_ = make_local_light(scene, sensor, settings, seed_, context);
 }
 
-void ProductRenderer::make_local() {
-  const StageTimer timer(context_.stats().counters.stage_seconds["cells"]);
+std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
+                                                   const ProductSettings& settings, uint64_t seed,
+                                                   RenderContext& context) {
+  const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
+  if (others == 0 && settings.max_depth < LocalLight::kBounceDepth) return nullptr;
+  const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
   LocalLight::Settings local;
-  local.max_depth = settings_.max_depth;
-  local.bounce_cells = settings_.bounce_cells;
+  local.max_depth = settings.max_depth;
+  local.bounce_cells = settings.bounce_cells;
   // Where rays are few, points are, too: each takes about as long as one. By time, there will be
   // many.
-  if (!context_.budget().any()) {
-    const double rays = std::min(settings_.rays_per_pixel, kMaxRaysOfPass) * crop_.area();
+  if (!context.budget().any()) {
+    const double rays =
+        std::min(settings.rays_per_pixel, kMaxRaysOfPass) * sensor.film().crop().area();
     local.points = static_cast<uint32_t>(std::clamp<double>(
         rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
   }
-  local_ = std::make_unique<const LocalLight>(scene_, local, seed_, context_);
-  if (local_->empty()) local_.reset();
+  auto light = std::make_unique<const LocalLight>(scene, local, seed, context);
+  return light->empty() ? nullptr : std::move(light);
 }
 
 size_t ProductRenderer::padded_cells() const {
@@ -240,7 +244,7 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   const double start = context_.seconds();
   const uint32_t primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
   const uint32_t rays = kPilotRays * primaries;
-  neighbours_ = find_neighbours(cells_, context_);
+  if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
   const CellLight light = make_light(0);
   context_.set_progress_range(0, (primaries + rays) / std::max<double>(rays_per_pixel, 1));
   pilot(light, primaries, rays);

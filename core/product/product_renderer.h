@@ -9,6 +9,11 @@
 
 namespace kinome {
 
+/// The scene's local light, as renders with these settings divide it; nullptr: it has none.
+std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
+                                                   const ProductSettings& settings, uint64_t seed,
+                                                   RenderContext& context);
+
 /// One render by learned product sampling: pilot, plan, and passes that make the picture.
 class ProductRenderer final : public Passes {
  public:
@@ -58,7 +63,6 @@ class ProductRenderer final : public Passes {
   void for_each_tile(const CellLight& light, const char* stage, const Function& fn, const End& end);
 
   CellLight make_light(uint64_t seed) const;
-  void make_local();
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   void render_rays(double rays_per_pixel, double progress_begin);
   void pilot(const CellLight& light, uint32_t primaries, uint32_t rays);

@@ -281,11 +281,14 @@ class Clustered final : public Integrator {
     const auto x = static_cast<int>(film_position.x), y = static_cast<int>(film_position.y);
     if (auto own = product_cells(scene, context)) {
       const auto cells = std::make_shared<const DistantCells>(std::move(*own));
-      Inspection report =
+      std::vector<Inspection> reports =
           inspect_product(scene, sensor, context, *cells, product_settings(sensor), x, y);
-      // The report keeps the cells alive.
-      report.cluster_at = [cells, at = report.cluster_at](const Vec3& d) { return at(d); };
-      return {report};
+      // The reports keep the cells alive.
+      for (Inspection& report : reports) {
+        if (!report.cluster_at) continue;
+        report.cluster_at = [cells, at = report.cluster_at](const Vec3& d) { return at(d); };
+      }
+      return reports;
     }
     primary.trace(scene, sensor, {x, y, x + 1, y + 1}, 0, 1, key_seed(context, sensor.sampler()),
                   counters);

@@ -98,15 +98,41 @@ TEST_F(Inspect, PictureOfASmallFilmIsEnlarged) {
 
 /// Light points lie a little off their surfaces, on which their clusters are outlined all the same.
 TEST_F(Inspect, ClustersAreOutlined) {
-  ASSERT_EQ(inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>").status, 0);
-  for (const char* name : {"out.png", "out-2.png"}) {
-    const Png png = read_png(folder_.path(name));
-    int yellow = 0;
-    for (size_t i = 0; i < png.rgba.size(); i += 4) {
-      yellow += png.rgba[i] > 200 && png.rgba[i + 1] > 200 && png.rgba[i + 2] < 150;
+  for (const char* importance : {"joint", "product"}) {
+    ASSERT_EQ(inspect("20,22",
+                      "<integer name=\"max_depth\" value=\"3\"/><string "
+                      "name=\"importance\" value=\"" +
+                          std::string(importance) + "\"/>")
+                  .status,
+              0);
+    for (const char* name : {"out.png", "out-2.png"}) {
+      const Png png = read_png(folder_.path(name));
+      int yellow = 0;
+      for (size_t i = 0; i < png.rgba.size(); i += 4) {
+        yellow += png.rgba[i] > 200 && png.rgba[i + 1] > 200 && png.rgba[i + 2] < 150;
+      }
+      // Of the few cells that so small a picture needs, little is to be seen.
+      EXPECT_GT(yellow, std::string(importance) == "joint" ? 200 : 40)
+          << importance << ", " << name;
     }
-    EXPECT_GT(yellow, 200) << name;
   }
+}
+
+/// The floor's light comes from the sky, the lamp, and the wall that the lamp shines at.
+TEST_F(Inspect, ShowsWhatProductSamplingKnowsOfLocalLight) {
+  const ProcessResult result = inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>");
+  ASSERT_EQ(result.status, 0) << result.err;
+  auto sky = table("out.csv"), local = table("out-2.csv");
+  EXPECT_NEAR(sum(sky["probability"]) + sum(local["probability"]), 1, 1e-3);
+  EXPECT_NEAR(sum(local["light"]), 1, 1e-4);
+  EXPECT_GT(sum(sky["probability"]), 0.05);
+  EXPECT_GT(sum(local["probability"]), 0.001);
+  // Most of the bounce that is asked for is that of the wall, which faces -x.
+  double wall = 0;
+  for (size_t c = 0; c < local["normal_x"].size(); ++c) {
+    if (local["normal_x"][c] < -0.9) wall += local["probability"][c];
+  }
+  EXPECT_GT(wall, 0.5 * sum(local["probability"]));
 }
 
 /// A floor under an even sky, half of which a wall hides.

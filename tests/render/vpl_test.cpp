@@ -25,6 +25,11 @@ std::string bounce_xml(const std::string& integrator, int points, const std::str
          "\"><integer name=\"max_depth\" value=\"3\"/><integer name=\"light_samples\" value=\"" +
          std::to_string(points) + "\"/>" + more + "</integrator>";
 }
+/// `clustered` over light points.
+const std::string kJoint = "<string name=\"importance\" value=\"joint\"/>";
+std::string clustered_xml(int points) {
+  return bounce_xml("clustered", points, kJoint);
+}
 std::string vpl_xml(const std::string& emitters, const std::string& placement,
                     const std::string& more = "") {
   return "<emitter type=\"vpl\">" + emitters + "<string name=\"placement\" value=\"" + placement +
@@ -96,7 +101,7 @@ TEST(Vpl, ClusteredMakesItsOwnPointsWhereTheSceneHasNone) {
   const Rgb rho(0.2, 0.5, 0.8);
   const Rgb expected = rho * Rgb(4, 8, 12) / (kRadius * kRadius * kPi) * (1.f + rho);
   const std::string scene_xml = inside_sphere(diffuse_xml("0.2 0.5 0.8")) + kLamp + kView;
-  const auto clustered = scene_from(scene_xml + bounce_xml("clustered", 500));
+  const auto clustered = scene_from(scene_xml + clustered_xml(500));
   ASSERT_EQ(clustered->indirect_emitters().size(), 1u);
   expect_equal(estimate_pixels(*clustered, kRenders), exactly(expected, 16), 1e-4, "clustered");
   const auto direct = scene_from(scene_xml + "<integrator type=\"clustered\"/>");
@@ -165,8 +170,8 @@ TEST(Vpl, ManyEmitters) {
 }
 
 TEST(Vpl, SameBitsAtAnyThreadCount) {
-  const std::string scene_xml = inside_sphere("<bsdf type=\"roughplastic\"/>") + kLamp + kView +
-                                bounce_xml("clustered", 5000);
+  const std::string scene_xml =
+      inside_sphere("<bsdf type=\"roughplastic\"/>") + kLamp + kView + clustered_xml(5000);
   const Image one = render_finite(scene_xml, 1);
   const Image three = render_finite(scene_xml, 3);
   EXPECT_EQ(one.data, three.data);
@@ -195,7 +200,7 @@ TEST(Vpl, DoesNotDependOnTheUnitOfLength) {
 }
 
 TEST(Vpl, LightThatNothingReflects) {
-  const std::string view = kView + bounce_xml("clustered", 300);
+  const std::string view = kView + clustered_xml(300);
   const std::string ball = "<shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape>";
   // Inside a solid whose outside alone reflects; outside, shining away; on black and on mirrors.
   const std::string away = "<emitter type=\"spot\"><transform name=\"to_world\">" +
@@ -270,16 +275,16 @@ TEST(Vpl, HardPoints) {
       "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf></shape>"
       "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"1\"/></emitter>" +
       sensor_xml("perspective", look_at("0 0 2e-2", "0 0 0", "0 1 0"), 8, 16);
-  render_finite(tiny + bounce_xml("clustered", 3000));
+  render_finite(tiny + clustered_xml(3000));
   const std::string corner =
       floor_xml(diffuse_xml("0.5")) +
       "<shape type=\"cube\"><bsdf type=\"diffuse\"/></shape><emitter type=\"point\"><point "
       "name=\"position\" x=\"3\" y=\"3\" z=\"3\"/></emitter>" +
       sensor_xml("perspective", look_at("1.01 0.1 1.4", "1 0 1", "0 1 0"), 16, 16);
-  render_finite(corner + bounce_xml("clustered", 1000));
+  render_finite(corner + clustered_xml(1000));
   render_finite(inside_sphere(diffuse_xml("0.5")) + kLamp +
                 sensor_xml("perspective", look_at("0.7 0.2 0.1", "0 -1 0.3"), 1, 1) +
-                bounce_xml("clustered", 1 << 20));
+                clustered_xml(1 << 20));
 }
 
 TEST(Vpl, SaysWhatIsWrong) {
@@ -303,11 +308,12 @@ TEST(Vpl, SaysWhatIsWrong) {
 
 TEST(Vpl, SkipsWhatIsNotNeeded) {
   const std::string rest = inside_sphere(diffuse_xml("0.5")) + kLamp + kView;
-  const std::string direct = skipped(rest + "<integrator type=\"clustered\"/>");
+  const std::string direct =
+      skipped(rest + "<integrator type=\"clustered\">" + kJoint + "</integrator>");
   EXPECT_NE(direct.find("indirect light: max_depth is 2"), std::string::npos) << direct;
   EXPECT_NE(direct.find("light tree: no emitter offers light points"), std::string::npos);
-  const std::string distant =
-      skipped(rest + bounce_xml("clustered", 10, "<string name=\"mode\" value=\"distant\"/>"));
+  const std::string distant = skipped(
+      rest + bounce_xml("clustered", 10, kJoint + "<string name=\"mode\" value=\"distant\"/>"));
   EXPECT_NE(distant.find("indirect light: mode is 'distant'"), std::string::npos) << distant;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "kinome/inspection.h"
 #include "kinome/integrator.h"
@@ -58,11 +59,14 @@ KINOME_EXPORT std::unique_ptr<Passes> begin_product(const Scene& scene, const Se
                                                     const ProductSettings& settings,
                                                     double seconds);
 
-/// What a pixel's renders know of the cells and how they send their rays: clusters of the report
-/// are cells, as the surface that most of the pixel shows sees them. Learned from as many rays as a
-/// render learns from. `cells` must live as long as the report.
-KINOME_EXPORT Inspection inspect_product(const Scene& scene, const Sensor& sensor,
-                                         const RenderContext& context, const DistantCells& cells,
-                                         const ProductSettings& settings, int x, int y);
+/// What a pixel's renders know of the cells and how they send their rays, for distant and for local
+/// light, where there is any: clusters of a report are cells, as the surface that most of the pixel
+/// shows sees them. Learned from as many rays as a render learns from. `cells` must live as long as
+/// the reports.
+KINOME_EXPORT std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor,
+                                                      RenderContext& context,
+                                                      const DistantCells& cells,
+                                                      const ProductSettings& settings, int x,
+                                                      int y);
 
 }  // namespace kinome
