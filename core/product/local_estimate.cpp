@@ -10,7 +10,7 @@ namespace {
 /// Eye rays of a primary: in proportion to the share of the light that they would account for if
 /// every primary sent one, within these bounds. The least of them bounds what a light point that is
 /// very near can weigh.
-constexpr float kEyeRayFactor = 4, kLeastEyeRays = 1 / 16.f;
+constexpr float kEyeRayFactor = 4, kLeastEyeRays = 1 / 8.f;
 /// Where there is a diffuse and a glossy lobe, each gets at least this share of the eye rays.
 constexpr float kLeastLobeShare = 0.2f;
 /// Numbers of a unit's seed: see Estimator::estimate for the others.
@@ -242,13 +242,14 @@ void Estimator::shoot_local(const Segment& segment, float scale, Rgb* sum) {
   const Patch& patch = (*patches_)[group.patch];
   const Visibility& visibility = visibility_[group.patch];
   const Candidates& c = candidates_;
+  const bool all_lambertian = light_.local_points.reflections.empty();
   for (const Comb::Hit& hit : hits_) {
     const size_t i = segment.other + hit.stratum;
     const float factor = scale / weights_[segment.begin + hit.stratum];
     Rgb weight = c.weight_of(i) * factor;
     if (sum) *sum -= visibility.v[c.cell[i]] * weight;
-    const LightPoint* const point =
-        c.point[i] == LightPoint::kLambertian ? nullptr : &light_.local_points.points[c.point[i]];
+    const bool lambertian = all_lambertian || c.point[i] == LightPoint::kLambertian;
+    const LightPoint* const point = lambertian ? nullptr : &light_.local_points.points[c.point[i]];
     if (point && point->reflection != LightPoint::kLambertian) {
       // Candidates know about what it sends; the ray has it exactly.
       const Reflection& reflection = light_.local_points.reflections[point->reflection];

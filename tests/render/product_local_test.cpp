@@ -34,7 +34,7 @@ Case lit_by(const char* name, const std::string& light, int max_depth = 2,
   if (max_depth == 3) {
     c.setup.shapes += shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-3\"/>", kGrey);
   }
-  c.setup.direct_samples = max_depth == 2 ? 32 : 64;
+  c.setup.direct_samples = max_depth == 2 ? 16 : 32;
   return c;
 }
 
@@ -114,13 +114,27 @@ std::vector<Case> direct() {
       lit_by("ManyLamps", many_lamps(9)),
       lit_by("LampOnSharpMetal", kLamp + kBall, 2, metal(.03)),
       lit_by("LampOnMirror", kLamp + kBall, 2, bsdf("conductor")),
+      lit_by("MirrorUnderTheSky", kLamp + sun_xml(), 2, bsdf("conductor")),
       lit_by("LampOnPlastic", kLamp + kPoint, 2, bsdf("plastic")),
   };
 }
 INSTANTIATE_TEST_SUITE_P(Direct, Local, testing::ValuesIn(direct()), name_of);
 
+/// Where floor and wall meet, both lit at a low angle: what is seen is lit from very near.
+Case corner() {
+  Case c = lit_by("Corner", point_xml("1.2,.5,.25", "5 4 3"), 3);
+  c.setup.shapes = shape_xml("rectangle", "<scale value=\"6\"/>", diffuse_xml(".9 .8 .7")) +
+                   shape_xml("rectangle", "<rotate x=\"1\" angle=\"-90\"/><scale value=\"6\"/>",
+                             diffuse_xml(".8 .9 .8"));
+  c.setup.optics = number("fov", 9);
+  c.setup.rays = 48;
+  c.setup.direct_samples = 256;
+  return c;
+}
+
 std::vector<Case> bounces() {
   return {
+      corner(),
       lit_by("Rectangle", kLamp, 3),
       lit_by("Sphere", kBall, 3),
       lit_by("Textured", textured_lamp(), 3),

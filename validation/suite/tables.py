@@ -9,8 +9,11 @@ ENVIRONMENT = "environment"
 BOUNCE = "one bounce"
 PLAIN = "nothing to learn"
 HARD = "hard"
+AREA = "area lights"
+TOGETHER = "sky and lamps"
 # Words of the command line that stand for all scenes of a group.
-GROUP_WORDS = {"environment": ENVIRONMENT, "hard": HARD, "bounce": BOUNCE, "plain": PLAIN}
+GROUP_WORDS = {"environment": ENVIRONMENT, "hard": HARD, "bounce": BOUNCE, "plain": PLAIN,
+               "area": AREA, "together": TOGETHER}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,6 +58,12 @@ SCENES = (
           ("noon", PLAIN, (96, 72)))),
     Scene("ball", "validation/scenes/benchmark/ball.xml", PLAIN, (96, 72), "direct",
           ("direct", "path"), asked=True),
+    *(Scene(name, f"validation/scenes/benchmark/{name}.xml", BOUNCE, (96, 72), "path",
+            ("path", "ptracer"), asked=True) for name in ("corridor", "stage", "attic")),
+    Scene("penumbra", "validation/scenes/benchmark/penumbra.xml", AREA, (96, 72), "direct",
+          ("direct", "path"), asked=True),
+    Scene("evening", "validation/scenes/benchmark/evening.xml", TOGETHER, (96, 72), "path",
+          ("path", "ptracer"), asked=True),
 )
 
 
@@ -76,15 +85,15 @@ SMALL_SCENES = tuple(sorted((ROOT / "validation/scenes").glob("*.xml")))
 @dataclasses.dataclass(frozen=True)
 class Method:
     """One of our integrators. `truth`: what it is unbiased against, "mitsuba" or "groundtruth" (of
-    the same light points); `samples`: the counts a pixel that are timed; `sky_only`: it is another
-    one where there is more than an environment, or more than direct light."""
+    the same light points); `samples`: the counts a pixel that are timed; `any_light`: it stands
+    for itself in small scenes whose reference is direct light."""
 
     name: str
     defines: dict
     truth: str
     groups: tuple
     samples: tuple
-    sky_only: bool = False
+    any_light: bool = False
 
 
 # ldsampler, ours and Mitsuba's, rounds up to a power of 4, and to 4 at least; halton takes any
@@ -96,17 +105,17 @@ ALL = (ENVIRONMENT, BOUNCE, PLAIN)
 CLUSTERED = {"integrator": "clustered", "sampler": "halton"}
 
 METHODS = (
-    Method("direct", {"integrator": "direct"}, "mitsuba", (ENVIRONMENT, HARD, PLAIN), FAST),
+    Method("direct", {"integrator": "direct"}, "mitsuba", (ENVIRONMENT, HARD, PLAIN, AREA), FAST),
     Method("direct, compensated", {"integrator": "direct", "mis_compensation": "true"}, "mitsuba",
            (ENVIRONMENT, HARD), FAST),
-    Method("path", {"integrator": "path"}, "mitsuba", (*ALL, HARD), FAST),
-    Method("ptracer", {"integrator": "ptracer"}, "mitsuba", (BOUNCE,), FAST),
+    Method("path", {"integrator": "path"}, "mitsuba", (*ALL, HARD, AREA, TOGETHER), FAST),
+    Method("ptracer", {"integrator": "ptracer"}, "mitsuba", (BOUNCE, TOGETHER), FAST),
     Method("clustered joint", CLUSTERED | {"importance": "joint"}, "groundtruth", ALL, SLOW),
     Method("clustered luminance", CLUSTERED | {"importance": "luminance"}, "groundtruth", ALL,
            SLOW),
     Method("clustered brdf", CLUSTERED | {"importance": "brdf"}, "groundtruth", ALL, SLOW),
     Method("clustered product", {"integrator": "clustered", "importance": "product"}, "mitsuba",
-           (ENVIRONMENT, HARD, PLAIN), FAST[:-1], sky_only=True),
+           (*ALL, HARD, AREA, TOGETHER), FAST[:-1], any_light=True),
 )
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
