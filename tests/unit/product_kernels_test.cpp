@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "cell_kernels.h"
+#include "instruction_sets.h"
 #include "kinome/light_cut.h"
 #include "kinome/warp.h"
 #include "lobe_kernels.h"
@@ -19,14 +20,9 @@ namespace {
 constexpr double kPiD = 3.14159265358979323846;
 constexpr double kAlpha = 1e-4;  // of each statistical test
 
-/// Runs `test` with the kernels of each instruction set that this program can choose.
+/// Runs `test` with the kernels of each instruction set that this machine has.
 void with_all_kernels(const std::function<void()>& test) {
-  for (const bool scalar : {false, true}) {
-    use_scalar_kernels(scalar);
-    SCOPED_TRACE(simd_instruction_set());
-    test();
-  }
-  use_scalar_kernels(false);
+  for_each_instruction_set(test);
 }
 
 class Random {
