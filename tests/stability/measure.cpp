@@ -42,12 +42,43 @@ Difference difference_of(const TileEstimate& a, const TileEstimate& b, double sc
   return {normal_quantile_of(difference / std::sqrt(variance), freedom), difference};
 }
 
-std::vector<TileEstimate> estimates_of(const std::vector<Moments>& moments) {
-  std::vector<TileEstimate> estimates;
-  for (const Moments& m : moments) {
-    estimates.push_back({{m.mean(), m.variance_of_mean()}, static_cast<double>(m.count()) - 1});
+/// Below this a variance is a matter of luck.
+constexpr double kLeastSpread = 6;
+
+/// Sums of tiles, render by render, as estimates of their means.
+class TileSums {
+ public:
+  explicit TileSums(int tiles) : values_(static_cast<size_t>(tiles) * tiles * 3) {}
+  void add(size_t tile, double value) { values_[tile].push_back(value); }
+
+  std::vector<TileEstimate> estimates() const {
+    std::vector<TileEstimate> estimates;
+    for (const std::vector<double>& values : values_) {
+      Moments moments;
+      for (const double v : values) moments.add(v);
+      double second = 0, fourth = 0;
+      for (const double v : values) {
+        const double d = v - moments.mean();
+        second += d * d;
+        fourth += d * d * d * d;
+      }
+      estimates.push_back({{moments.mean(), moments.variance_of_mean()},
+                           static_cast<double>(moments.count()) - 1,
+                           fourth > 0 ? second * second / fourth : 0});
+    }
+    return estimates;
   }
-  return estimates;
+
+ private:
+  std::vector<std::vector<double>> values_;
+};
+
+/// Whether a's variance is too small, or may be: a few values make it, or none, while b varies.
+/// What is known exactly has none.
+bool has_luck(const TileEstimate& a, const TileEstimate& b) {
+  if (!std::isfinite(a.freedom)) return false;
+  if (a.estimate.variance_of_mean == 0) return b.estimate.variance_of_mean > 0 && b.freedom > 0;
+  return a.spread < kLeastSpread;
 }
 
 }  // namespace
@@ -116,21 +147,27 @@ Renders render_often(const Scene& scene, int renders, uint64_t first_seed, unsig
 }
 
 std::vector<TileEstimate> estimate_tiles_of(const Renders& renders, int tiles) {
-  std::vector<Moments> moments(static_cast<size_t>(tiles) * tiles * 3);
+  TileSums all(tiles);
   for (size_t i = 0; i < renders.pixels.size(); ++i) {
     const std::vector<double> sums = renders.sums(i, tiles);
-    for (size_t k = 0; k < sums.size(); ++k) moments[k].add(sums[k]);
+    for (size_t k = 0; k < sums.size(); ++k) all.add(k, sums[k]);
   }
-  return estimates_of(moments);
+  return all.estimates();
 }
 
 std::vector<TileEstimate> estimate_tile_differences(const Renders& a, const Renders& b, int tiles) {
-  std::vector<Moments> moments(static_cast<size_t>(tiles) * tiles * 3);
+  TileSums all(tiles);
   for (size_t i = 0; i < a.pixels.size(); ++i) {
     const std::vector<double> left = a.sums(i, tiles), right = b.sums(i, tiles);
-    for (size_t k = 0; k < left.size(); ++k) moments[k].add(left[k] - right[k]);
+    for (size_t k = 0; k < left.size(); ++k) all.add(k, left[k] - right[k]);
   }
-  return estimates_of(moments);
+  return all.estimates();
+}
+
+std::vector<TileEstimate> exact_zeros(size_t count) {
+  TileEstimate zero;
+  zero.freedom = zero.spread = std::numeric_limits<double>::infinity();
+  return std::vector<TileEstimate>(count, zero);
 }
 
 std::vector<TileEstimate> exact_tiles(const std::vector<Estimate>& pixels, int width, int height,
@@ -150,7 +187,7 @@ std::vector<TileEstimate> exact_tiles(const std::vector<Estimate>& pixels, int w
   }
   for (size_t k = 0; k < sums.size(); ++k) {
     sums[k].estimate.variance_of_mean = errors[k] * errors[k];
-    sums[k].freedom = std::numeric_limits<double>::infinity();
+    sums[k].freedom = sums[k].spread = std::numeric_limits<double>::infinity();
   }
   return sums;
 }
@@ -166,7 +203,9 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
     const auto add = [](TileEstimate& sum, const TileEstimate& part) {
       sum.estimate.mean += part.estimate.mean;
       sum.estimate.variance_of_mean += part.estimate.variance_of_mean;
-      sum.freedom = part.freedom;  // at least: more than one part's
+      // At least: more than one part's.
+      sum.freedom = std::max(sum.freedom, part.freedom);
+      sum.spread = std::max(sum.spread, part.spread);
     };
     for (size_t k = channel; k < a.size(); k += 3, ++pairs) {
       const double size = scale.empty()
@@ -174,9 +213,11 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
                               : scale[k];
       if (!std::isfinite(a[k].estimate.mean) || !std::isfinite(b[k].estimate.mean) ||
           !std::isfinite(a[k].estimate.variance_of_mean + b[k].estimate.variance_of_mean)) {
-        return {std::numeric_limits<double>::infinity(), 0,
-                fmt::format("tile {} is not finite: {} and {}", k / 3, a[k].estimate.mean,
-                            b[k].estimate.mean)};
+        agreement.worst_z = std::numeric_limits<double>::infinity();
+        agreement.p = 0;
+        agreement.text = fmt::format("tile {} is not finite: {} and {}", k / 3, a[k].estimate.mean,
+                                     b[k].estimate.mean);
+        return agreement;
       }
       const double z = std::abs(difference_of(a[k], b[k], size).z);
       if (z > worst) {
@@ -195,6 +236,9 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
     if (std::max(worst, z_sum) > agreement.worst_z) {
       agreement.worst_z = std::max(worst, z_sum);
       const bool is_sum = z_sum > worst;
+      const TileEstimate& left = is_sum ? sum_a : a[where];
+      const TileEstimate& right = is_sum ? sum_b : b[where];
+      agreement.is_open = has_luck(left, right) || has_luck(right, left);
       agreement.text = fmt::format("{}, channel {}: {:.7g} against {:.7g}",
                                    is_sum ? "sum" : fmt::format("tile {}", where / 3), channel,
                                    (is_sum ? sum_a : a[where]).estimate.mean,

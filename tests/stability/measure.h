@@ -35,13 +35,19 @@ Renders render_often(const Scene& scene, int renders, uint64_t first_seed, unsig
 struct Agreement {
   double worst_z = 0;  ///< as of a normal distribution, of all tiles and channels
   double p = 1;        ///< of the whole comparison: by tile (Šidák), channel and sum (Bonferroni)
-  std::string text;    ///< where, and what was seen there
+  /// True where the worst pair has a side whose variance comes from hardly any values, so that it
+  /// is too small by chance: of light that most renders don't find.
+  bool is_open = false;
+  std::string text;  ///< where, and what was seen there
 };
 
 /// A mean of some independent values, whose number tells how far its variance can be trusted.
 struct TileEstimate {
   Estimate estimate;
   double freedom = 0;  ///< degrees of freedom of the variance; infinite where it is known
+  /// About how many values the variance comes from: a third of their number where they are normal,
+  /// 1 where one outlier makes it, 0 where all are the same.
+  double spread = 0;
 };
 
 /// Tiles x tiles sums of all renders, channel by channel.
@@ -51,6 +57,9 @@ std::vector<TileEstimate> estimate_tile_differences(const Renders& a, const Rend
 /// Pixels' expectations (R, G, B each, in the order of an image) and their errors, as tiles.
 std::vector<TileEstimate> exact_tiles(const std::vector<Estimate>& pixels, int width, int height,
                                       int tiles);
+
+/// What differences are to be.
+std::vector<TileEstimate> exact_zeros(size_t count);
 
 /// Welch's test of all pairs. Variances of a few dozen renders are uncertain themselves: a
 /// quantile of Student's t is taken for what it is of the normal distribution (Wallace 1959).

@@ -18,12 +18,14 @@ std::string still_life(const std::string& bsdf, const std::string& operations = 
                             xml::translate({.6f, .2f, .4f})) +
          placed("rectangle", xml::scale(Vec3(2, 2, 1)));
 }
-std::string front_view(const std::string& operations = "", double scale = 1,
+/// `scale` and `offset` of the world: a camera isn't to be scaled itself.
+std::string front_view(double scale = 1, const Vec3& offset = Vec3(0.f),
                        const std::string& sampler = "independent", int samples = 1) {
-  return xml::sensor("perspective", xml::look_at({0, -4, 2}, {0, 0, .4f}, {0, 0, 1}) + operations,
-                     12, 12, samples, sampler,
+  const auto at = [&](const Vec3& p) { return p * static_cast<float>(scale) + offset; };
+  return xml::sensor("perspective", xml::look_at(at({0, -4, 2}), at({0, 0, .4f}), {0, 0, 1}), 12,
+                     12, samples, sampler,
                      xml::number("fov", 35) + xml::number("near_clip", .01 * scale) +
-                         xml::number("far_clip", 1e3 * scale));
+                         xml::number("far_clip", 1e7 * scale));
 }
 std::string constant(const Rgb& radiance = Rgb(1, .8f, .6f)) {
   return xml::emitter("constant", xml::color("radiance", radiance));
@@ -175,7 +177,7 @@ Case edges(const Files& files) {
          "No number is used twice; those at the ends of [0, 1) give finite pictures.",
          "statistical/bsdf_extremes_test.cpp unit/distribution_test.cpp unit/light_cut_test.cpp",
          {}};
-  const std::string edgy = front_view("", 1, "edges", 16);
+  const std::string edgy = front_view(1, Vec3(0.f), "edges", 16);
   const auto add = [&](const std::string& name, const std::string& lights, bool environment) {
     Trial t = picture(
         name, [=](const std::string& bsdf) { return edgy + still_life(bsdf) + lights; }, "",
@@ -285,7 +287,7 @@ Case places() {
       Trial t = picture(
           name + (sky ? ", sky" : ", panel"),
           [=](const std::string& bsdf) {
-            return front_view(operations, scale) + still_life(bsdf, operations) +
+            return front_view(scale, offset) + still_life(bsdf, operations) +
                    (sky ? constant() : panel(operations));
           },
           samples(0, 1), sky, !sky);
@@ -417,7 +419,7 @@ Case empty_cells() {
   c.trials.push_back(picture(
       "the still life, and a floor that ends 1e6 away",
       [](const std::string& bsdf) {
-        return front_view("", 1e4) + still_life(bsdf) +
+        return front_view() + still_life(bsdf) +
                xml::shape("rectangle",
                           xml::to_world(xml::scale(1e6) + xml::translate({0, 0, -.5f})) + bsdf) +
                constant();

@@ -141,8 +141,8 @@ class Generator {
     operations.push_back(lookat(eye, target, glm::normalize(Vec3(0, 0, 1) + dice_.in_cube(0.1f))));
     std::vector<SceneNode> children{transform("to_world", operations)};
     if (type != "orthographic") {
-      children.push_back(number("fov", dice_.chance(0.05) ? dice_.of<double>({0.01, 1, 150, 175})
-                                                          : dice_.between(20, 80)));
+      children.push_back(number(
+          "fov", dice_.chance(0.05) ? dice_.of<double>({0.01, 1, 120}) : dice_.between(20, 80)));
     }
     if (type == "thinlens") {
       children.push_back(number("aperture_radius", scale_ * dice_.decades(-4, 0)));

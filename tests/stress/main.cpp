@@ -41,7 +41,7 @@ struct Options {
 };
 
 constexpr double kPatience = 120;  ///< seconds for one scene, of which most take a fraction of one
-constexpr double kShrinking = 90;  ///< seconds for one finding
+constexpr double kShrinking = 40;  ///< seconds for one finding
 constexpr rlim_t kMemory = rlim_t{4} << 30;
 
 // ---- one scene, in a process of its own ----
