@@ -1,6 +1,6 @@
 // Surfaces, cameras and samplers: extreme roughness, geometry, places and sizes.
 #include <cmath>
-#include <map>
+#include <functional>
 
 #include "matrix.h"
 #include "xml.h"
@@ -91,14 +91,12 @@ std::string ball_obj(float bend) {
 class Files {
  public:
   explicit Files(std::string folder) : folder_(std::move(folder)) {}
-  /// A shape of these faces; one file for one text.
+  /// A shape of these faces. The file's name is that of its text: processes that make it side by
+  /// side make the same.
   std::string mesh(const std::string& text, const std::string& inner) const {
-    static std::map<std::string, std::string> written;
-    std::string& file = written[text];
-    if (file.empty()) {
-      file = folder_ + "/mesh" + std::to_string(written.size()) + ".obj";
-      write_text(file, text);
-    }
+    const std::string file =
+        fmt::format("{}/mesh{:x}.obj", folder_, std::hash<std::string>()(text));
+    write_text(file, text);
     return xml::shape("obj", xml::text("filename", file) + inner);
   }
   std::string image(const Image& image) const {
@@ -263,6 +261,7 @@ Case angles(const Files& files) {
   parallel("light along the floor", {1, 0, 1e-4}, slant);
   parallel("camera along the floor", slant, {.7, .7, .01});
   parallel("both along the floor, face to face", {-1, 0, .01}, {1, 0, .01});
+  c.trials.back().without.push_back({"ptracer", "its light hits what is seen once in 10^5 times"});
   const std::string ball = ball_obj(0);
   c.trials.push_back(picture(
       "terminator of a faceted ball",
