@@ -2,23 +2,28 @@
 # Builds and runs the tests; ends with one line `N passed, M failed` and that exit status.
 #
 #   sh tests/run.sh [--asan | --tsan] [-R REGEX] [--only "NAME..."] [CTEST OPTION...]
+#   sh tests/run.sh --stability
 #
 # --asan, --tsan: with the address and undefined-behaviour sanitizers, or the thread sanitizer, in
 #                 a build folder of their own
 # -R REGEX:       the tests whose names match
 # --only NAMES:   build and run just these areas (`unit` is all of tests/unit) and test programs
 #                 (`film` is tests/…/film_test.cpp)
+# --stability:    renders every hard case by every integrator with every material, for some minutes,
+#                 and writes tests/STABILITY.md (`--only stability` is its short form)
 #
 # KINOME_BUILD: build folder; default: build, build-asan or build-tsan.
 set -u
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 sanitizer=
 only=
+stability=
 # Ours are taken out, wherever they stand; the others go round to the end.
 arguments=$#
 while [ "$arguments" -gt 0 ]; do
   case $1 in
     --asan | --tsan) sanitizer=${1#--} ;;
+    --stability) stability=yes ;;
     --only)
       [ "$arguments" -ge 2 ] || { echo "tests/run.sh: --only needs names" >&2; exit 1; }
       only=$2
@@ -60,6 +65,10 @@ configure() {
 
 require kinome_install_packages
 require configure
+if [ -n "$stability" ]; then
+  require ninja -C "$build" kinome_renderer kinome-stability
+  exec "$build/bin/kinome-stability" --page "$root/tests/STABILITY.md"
+fi
 targets=all
 if [ -n "$only" ]; then
   targets=kinome_renderer

@@ -67,22 +67,11 @@ class Cylinder final : public Shape {
   }
 
   SurfaceInteraction interaction(const Ray& ray, const Hit& /*hit*/) const override {
-    constexpr double two_pi = 2 * std::numbers::pi;
     const DoubleRay line = space_.to_local(ray);
     const DVec3 hit = line.o + line.d * static_cast<double>(ray.tmax);
     const double r = std::hypot(hit.x, hit.y);
-    const DVec3 radial(hit.x / r, hit.y / r, 0);
-
-    SurfaceInteraction si;
+    SurfaceInteraction si = surface_at({hit.x / r, hit.y / r, 0}, hit.z);
     si.t = ray.tmax;
-    si.primitive = 0;
-    si.p = Vec3(space_.point_to_world({radial.x, radial.y, hit.z}));
-    si.p_error = surface_error(si.p, extent_);
-    si.n = Vec3(space_.normal_to_world(radial) * sign_);
-    si.uv = Vec2(turn(radial.x, radial.y), std::clamp(hit.z, 0., 1.));
-    si.dp_du = Vec3(space_.vector_to_world(two_pi * DVec3(-radial.y, radial.x, 0)));
-    si.dp_dv = Vec3(space_.vector_to_world({0, 0, 1}));
-    si.frame = Frame::from_normal_and_tangent(si.n, si.dp_du);
     si.wi = si.frame.to_local(glm::normalize(-ray.d));
     return si;
   }
@@ -95,11 +84,31 @@ class Cylinder final : public Shape {
   SurfaceInteraction sample_surface(const Vec2& u) const override {
     const double phi = 2 * std::numbers::pi * u.x;
     const DVec3 radial(std::cos(phi), std::sin(phi), 0);
-    return interaction_at(*this, space_.point_to_world({radial.x, radial.y, u.y}),
-                          space_.vector_to_world(radial));
+    // From the point itself: a ray of floats would miss a cylinder that is thin beside its distance
+    // from the origin.
+    SurfaceInteraction si = surface_at(radial, u.y);
+    si.shape = this;
+    si.t = 1;
+    si.wi = si.frame.to_local(Vec3(space_.normal_to_world(radial)));
+    return si;
   }
 
  private:
+  /// Of the point of the unit cylinder at `z` in the unit direction `radial` from its axis: all but
+  /// t, shape and wi.
+  SurfaceInteraction surface_at(const DVec3& radial, double z) const {
+    constexpr double two_pi = 2 * std::numbers::pi;
+    SurfaceInteraction si;
+    si.primitive = 0;
+    si.p = Vec3(space_.point_to_world({radial.x, radial.y, z}));
+    si.p_error = surface_error(si.p, extent_);
+    si.n = Vec3(space_.normal_to_world(radial) * sign_);
+    si.uv = Vec2(turn(radial.x, radial.y), std::clamp(z, 0., 1.));
+    si.dp_du = Vec3(space_.vector_to_world(two_pi * DVec3(-radial.y, radial.x, 0)));
+    si.dp_dv = Vec3(space_.vector_to_world({0, 0, 1}));
+    si.frame = Frame::from_normal_and_tangent(si.n, si.dp_du);
+    return si;
+  }
   static glm::dmat4 unit_cylinder_to_world(const Properties& props) {
     const Vec3 p0 = props.vector("p0");
     const Vec3 p1 = props.vector("p1");

@@ -26,6 +26,7 @@ class LocalSpace {
   }
   DVec3 point_to_world(const DVec3& p) const { return linear_ * p + offset_; }
   DVec3 vector_to_world(const DVec3& v) const { return linear_ * v; }
+  DVec3 vector_to_local(const DVec3& v) const { return inverse_ * v; }
   /// Unit.
   DVec3 normal_to_world(const DVec3& n) const { return glm::normalize(n * inverse_); }
   const glm::dmat3& linear() const { return linear_; }

@@ -57,24 +57,10 @@ class Sphere final : public Shape {
   }
 
   SurfaceInteraction interaction(const Ray& ray, const Hit& /*hit*/) const override {
-    constexpr double pi = std::numbers::pi;
     const DoubleRay line = space_.to_local(ray);
-    const DVec3 local = glm::normalize(line.o + line.d * static_cast<double>(ray.tmax));
-    const double sin_theta = std::hypot(local.x, local.y);
-    const double cos_phi = sin_theta > 0 ? local.x / sin_theta : 1;
-    const double sin_phi = sin_theta > 0 ? local.y / sin_theta : 0;
-
-    SurfaceInteraction si;
+    SurfaceInteraction si =
+        surface_at(glm::normalize(line.o + line.d * static_cast<double>(ray.tmax)));
     si.t = ray.tmax;
-    si.primitive = 0;
-    si.p = Vec3(space_.point_to_world(local));
-    si.p_error = surface_error(si.p, extent_);
-    si.n = Vec3(space_.normal_to_world(local) * (flip_ ? -1. : 1.));
-    si.uv = Vec2(turn(local.x, local.y), std::atan2(sin_theta, local.z) / pi);
-    si.dp_du = Vec3(space_.vector_to_world(2 * pi * DVec3(-local.y, local.x, 0)));
-    si.dp_dv =
-        Vec3(space_.vector_to_world(pi * DVec3(local.z * cos_phi, local.z * sin_phi, -sin_theta)));
-    si.frame = Frame::from_normal_and_tangent(si.n, si.dp_du);
     si.wi = si.frame.to_local(glm::normalize(-ray.d));
     return si;
   }
@@ -84,8 +70,7 @@ class Sphere final : public Shape {
   }
 
   SurfaceInteraction sample_surface(const Vec2& u) const override {
-    const DVec3 local(square_to_uniform_sphere(u));
-    return interaction_at(*this, space_.point_to_world(local), space_.vector_to_world(local));
+    return sampled_at(glm::normalize(DVec3(square_to_uniform_sphere(u))));
   }
 
   /// Uniform over the solid angle that the sphere covers: its cone from outside, all directions
@@ -110,9 +95,8 @@ class Sphere final : public Shape {
     const double phi = 2 * std::numbers::pi * static_cast<double>(u.x);
     const DVec3 n = (DVec3(frame.s) * std::cos(phi) + DVec3(frame.t) * std::sin(phi)) * sin_centre -
                     axis * cos_centre;
-    const DVec3 radial = glm::normalize(n) * radius_;
     SurfaceSample sample;
-    sample.si = interaction_at(*this, space_.offset() + radial, radial);
+    sample.si = sampled_at(glm::normalize(space_.vector_to_local(n)));
     sample.pdf = static_cast<float>(1 / (2 * std::numbers::pi * height));
     if (sample.si.p == p) return std::nullopt;
     return sample;
@@ -129,6 +113,35 @@ class Sphere final : public Shape {
   }
 
  private:
+  /// Of the point of the unit sphere in `local` (unit): all but t, shape and wi.
+  SurfaceInteraction surface_at(const DVec3& local) const {
+    constexpr double pi = std::numbers::pi;
+    const double sin_theta = std::hypot(local.x, local.y);
+    const double cos_phi = sin_theta > 0 ? local.x / sin_theta : 1;
+    const double sin_phi = sin_theta > 0 ? local.y / sin_theta : 0;
+
+    SurfaceInteraction si;
+    si.primitive = 0;
+    si.p = Vec3(space_.point_to_world(local));
+    si.p_error = surface_error(si.p, extent_);
+    si.n = Vec3(space_.normal_to_world(local) * (flip_ ? -1. : 1.));
+    si.uv = Vec2(turn(local.x, local.y), std::atan2(sin_theta, local.z) / pi);
+    si.dp_du = Vec3(space_.vector_to_world(2 * pi * DVec3(-local.y, local.x, 0)));
+    si.dp_dv =
+        Vec3(space_.vector_to_world(pi * DVec3(local.z * cos_phi, local.z * sin_phi, -sin_theta)));
+    si.frame = Frame::from_normal_and_tangent(si.n, si.dp_du);
+    return si;
+  }
+  /// The same as a ray from outside along the normal would find it. From the point itself: a ray of
+  /// floats would miss a sphere that is small beside its distance from the origin.
+  SurfaceInteraction sampled_at(const DVec3& local) const {
+    SurfaceInteraction si = surface_at(local);
+    si.shape = this;
+    si.t = 1;
+    si.wi = si.frame.to_local(Vec3(space_.normal_to_world(local)));
+    return si;
+  }
+
   /// 1 - cos of the half-angle that the sphere covers from a distance to its centre beyond its
   /// radius; without cancellation, however far or near that is.
   double cone_height(double distance) const {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "candidate_kernels.h"
-#include "kinome/light_cut.h"
+#include "instruction_sets.h"
 #include "kinome/warp.h"
 #include "support/bsdf_cases.h"
 #include "tile.h"
@@ -174,10 +174,8 @@ TEST(WeighCandidates, AgreesWithPlainCode) {
   const simd::CandidateQuery query{importance.data(), 0.3f, 24, 40, 5, v.data(), sigma.data()};
   float control[3];
   std::vector<float> blocks(kCount / simd::kLobeLanes);
-  for (const bool scalar : {false, true}) {
+  for_each_instruction_set([&] {
     for (size_t i = 0; i < kCount; ++i) cell_density[i] = drawn[i];
-    use_scalar_kernels(scalar);
-    SCOPED_TRACE(simd_instruction_set());
     simd::weigh_candidates(columns, query, kCount, control, blocks.data());
     double expected_control[3] = {}, total = 0;
     for (size_t i = 0; i < kCount; ++i) {
@@ -200,8 +198,7 @@ TEST(WeighCandidates, AgreesWithPlainCode) {
     for (int k = 0; k < 3; ++k) {
       EXPECT_NEAR(control[k], expected_control[k], 1e-5 * std::abs(expected_control[k]));
     }
-  }
-  use_scalar_kernels(false);
+  });
 }
 
 }  // namespace

@@ -5,19 +5,14 @@
 #include <functional>
 #include <random>
 
-#include "kinome/light_cut.h"
+#include "instruction_sets.h"
 #include "kinome/warp.h"
 
 namespace kinome::test {
 
-/// Runs `test` with the kernels of each instruction set that this program can choose.
+/// Runs `test` with the kernels of each instruction set that this machine has.
 inline void with_all_kernels(const std::function<void()>& test) {
-  for (const bool scalar : {false, true}) {
-    use_scalar_kernels(scalar);
-    SCOPED_TRACE(simd_instruction_set());
-    test();
-  }
-  use_scalar_kernels(false);
+  for_each_instruction_set(test);
 }
 
 class Random {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <memory>
 
 #include "shape_helpers.h"
@@ -34,6 +35,45 @@ std::vector<RayHit> singly(const Scene& scene, std::vector<RayHit> rays) {
   RenderCounters counters;
   for (RayHit& ray : rays) scene.intersect({&ray, 1}, Coherence::kIncoherent, counters);
   return rays;
+}
+
+/// Embree ends the program at them where it is built with assertions.
+TEST(SceneRays, ThoseThatAreNoNumbersMeetNothingAndHarmNoOthers) {
+  const auto scene = scene_from(kMixedScene);
+  const std::vector<RayHit> good = random_rays(64, 3);
+  const float bad[] = {NAN, kInfinity, -kInfinity, 1e30f, -3e38f};
+  for (const Coherence coherence : {Coherence::kCoherent, Coherence::kIncoherent}) {
+    for (int place = 0; place < 8; ++place) {
+      for (const float value : bad) {
+        if (place >= 6 && !std::isnan(value)) continue;  // tmin and tmax may be infinite
+        std::vector<RayHit> rays = good;
+        Ray& ray = rays[17].ray;
+        float* const values[] = {&ray.o.x, &ray.o.y, &ray.o.z,  &ray.d.x,
+                                 &ray.d.y, &ray.d.z, &ray.tmin, &ray.tmax};
+        *values[place] = value;
+        std::vector<Ray> shadow;
+        for (const RayHit& r : rays) shadow.push_back(r.ray);
+        std::vector<RayHit> expected = good;
+        RenderCounters counters;
+        scene->intersect(rays, coherence, counters);
+        scene->intersect(expected, coherence, counters);
+        scene->occluded(shadow, coherence, counters);
+        for (size_t i = 0; i < rays.size(); ++i) {
+          if (i == 17) {
+            EXPECT_FALSE(rays[i].hit.valid());
+            EXPECT_FALSE(shadow[i].is_occluded());
+            continue;
+          }
+          EXPECT_EQ(rays[i].hit.shape, expected[i].hit.shape);
+          EXPECT_EQ(rays[i].ray.tmax, expected[i].ray.tmax);
+          EXPECT_EQ(shadow[i].is_occluded(), expected[i].hit.valid());
+        }
+        // What was wrong can still be seen.
+        const float left = *values[place];
+        EXPECT_TRUE(left == value || (std::isnan(left) && std::isnan(value)));
+      }
+    }
+  }
 }
 
 TEST(SceneRays, BatchesOfAnySizeAgreeWithSingleRays) {
@@ -219,8 +259,8 @@ TEST_F(SceneContents, GathersEmittersAndPreparesEachOnceWithTheWholeBounds) {
   const auto lamp = std::make_shared<TestEmitter>(TestEmitter::kPoint);
   const auto glow = std::make_shared<TestEmitter>(TestEmitter::kSurface);
   const auto sky = std::make_shared<TestEmitter>(TestEmitter::kEnvironment);
-  const auto bounce = std::make_shared<TestEmitter>(
-      TestEmitter::kIndirect, std::vector<std::shared_ptr<Emitter>>{lamp});
+  const auto bounce = std::make_shared<TestEmitter>(TestEmitter::kIndirect,
+                                                    std::vector<std::shared_ptr<Emitter>>{lamp});
   const auto shape = add(std::make_shared<TestShape>(glow));
   add(std::make_shared<TestShape>())->box = {Vec3(0, 0, 0), Vec3(5, 6, 7)};
   contents_.emitters = {bounce, sky};
@@ -252,8 +292,8 @@ TEST_F(SceneContents, RejectsASurfaceEmitterWithoutAShape) {
 
 TEST_F(SceneContents, RejectsEmittersOnShapesThatAreNotTheirSurfaces) {
   for (const auto kind : {TestEmitter::kEnvironment, TestEmitter::kPoint}) {
-    const std::string message = error_of(
-        [&] { const TestShape shape(std::make_shared<TestEmitter>(kind)); });
+    const std::string message =
+        error_of([&] { const TestShape shape(std::make_shared<TestEmitter>(kind)); });
     EXPECT_NE(message.find("use 'area'"), std::string::npos) << message;
   }
 }
@@ -276,6 +316,14 @@ TEST_F(SceneContents, RejectsBoundsThatAreEmptyOrNotFinite) {
     shape->box = box;
     EXPECT_NE(error().find("no finite bounds"), std::string::npos) << error();
   }
+}
+
+TEST_F(SceneContents, RejectsShapesTooFarForTheRayTracer) {
+  const auto shape = add(std::make_shared<TestShape>());
+  shape->box = Aabb{Vec3(-1), Vec3(1, 2e18f, 1)};
+  EXPECT_NE(error().find("shape 0 reaches beyond 1e18"), std::string::npos) << error();
+  shape->box = Aabb{Vec3(-9e17f), Vec3(9e17f)};
+  EXPECT_EQ(error(), "");
 }
 
 TEST_F(SceneContents, CopiesVerticesThatEmbreeCouldNotReadInPlace) {

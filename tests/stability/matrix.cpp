@@ -1,0 +1,251 @@
+#include "matrix.h"
+
+#include <algorithm>
+#include <map>
+
+#include "kinome/error.h"
+#include "measure.h"
+#include "xml.h"
+
+namespace kinome::test {
+namespace {
+
+// A comparison that is as suspicious as kSuspicious is done again with kLonger times as many
+// renders of other seeds, and fails if it is so again. Where estimates are normal, that is a false
+// alarm once in 1/kSuspicious² comparisons: with some 3000 of them, once in 30 million runs.
+constexpr double kSuspicious = 1e-5;
+constexpr int kLonger = 4;
+/// A sum of which a single sample is this much says nothing: its tails haven't been seen yet.
+constexpr double kTooMuch = 0.3;
+constexpr int kTiles = 3;
+
+const std::string& truth_at(int max_depth) {
+  static const std::map<int, std::string> all = [] {
+    std::map<int, std::string> truths;
+    for (const int depth : {2, 3}) {
+      truths[depth] = xml::integrator(
+          "groundtruth", xml::integer("light_samples", 200) + xml::integer("max_depth", depth));
+    }
+    return truths;
+  }();
+  return all.at(max_depth);
+}
+
+Method clustered(const char* name, const std::string& importance, int max_depth) {
+  return {name,
+          xml::integrator("clustered",
+                          xml::text("importance", importance) + xml::integer("light_samples", 200) +
+                              xml::integer("cut_size", 30) + xml::integer("emitter_samples", 8) +
+                              xml::integer("brdf_samples", 8) + xml::number("rays_per_pixel", 12) +
+                              xml::integer("max_depth", max_depth)),
+          truth_at(max_depth), importance == "product", max_depth};
+}
+
+std::string with_depth(const std::string& type, int max_depth) {
+  return xml::integrator(type, xml::integer("max_depth", max_depth));
+}
+
+/// Light itself is left out: `ptracer` doesn't show environments, and its paths find lamps that are
+/// too small for a camera's rays to meet in a lifetime.
+std::unique_ptr<Scene> make_scene(const std::string& contents, std::string integrator) {
+  integrator.insert(integrator.rfind("</"), xml::boolean("hide_emitters", true));
+  LoadOptions options;
+  options.threads = 1;
+  return load_scene_from_string(xml::scene(integrator + contents), "scene.xml", options,
+                                registry());
+}
+
+/// Seeds of the two sides of a comparison, and of its repetition, have nothing in common.
+constexpr uint64_t kSeeds[2][2] = {{1, 1'000'001}, {2'000'001, 3'000'001}};
+
+/// What the expectation is where it doesn't depend on the method: made once for all of them.
+struct Expected {
+  std::vector<TileEstimate> tiles;
+  double largest = 0;
+};
+
+/// Of the light that the scene has.
+Expected expected_light(const Trial& trial, const Method& method, const Material& material,
+                        int round) {
+  const Expectation& e = trial.expectation;
+  // With a bounce, paths from the camera and from the light are each other's expectation.
+  const std::string integrator = trial.max_depth == 2 ? e.integrator
+                                 : method.name == std::string("ptracer")
+                                     ? with_depth("path", trial.max_depth)
+                                     : with_depth("ptracer", trial.max_depth);
+  static std::map<std::string, Expected> known;
+  const std::string key =
+      trial.name + "/" + material.name + "/" + std::to_string(round) + "/" + integrator;
+  const auto found = known.find(key);
+  if (found != known.end()) return found->second;
+  Expected expected;
+  if (e.kind == Expectation::Kind::kIntegral) {
+    const std::vector<Estimate> pixels = e.integral(material.xml);
+    const int side = static_cast<int>(std::lround(std::sqrt(pixels.size() / 3.)));
+    expected.tiles = exact_tiles(pixels, side, side, kTiles);
+  } else {
+    const auto scene = make_scene((e.scene ? e.scene : trial.scene)(material.xml), integrator);
+    const Renders renders =
+        render_often(*scene, 2 * trial.renders * (round ? kLonger : 1), kSeeds[round][1]);
+    expected.tiles = estimate_tiles_of(renders, kTiles);
+    expected.largest = renders.tails().largest;
+  }
+  return known[key] = expected;
+}
+
+/// True where the method's expectation is the scene's own light: always, but for point lights.
+bool has_own_light(const Trial& trial, const Method& method) {
+  if (method.truth.empty()) return true;
+  if (method.max_depth != trial.max_depth || method.max_depth == 3) return false;
+  return !trial.has_environment || (method.is_product && !trial.has_lamps);
+}
+
+/// `round` 0, or 1 for the longer one. A cell without a comparison where there is none to be made.
+Cell measure(const Trial& trial, const Method& method, const Material& material, int round) {
+  const int renders = trial.renders * (round ? kLonger : 1);
+  const std::string& integrator = method.truth.empty() && trial.max_depth != 2
+                                      ? with_depth(method.name, trial.max_depth)
+                                      : method.integrator;
+  Cell cell;
+  const auto scene = make_scene(trial.scene(material.xml), integrator);
+  const Renders own = render_often(*scene, renders, kSeeds[round][0]);
+  const Tails tails = own.tails();
+  cell.non_finite = own.non_finite;
+  cell.kurtosis = tails.kurtosis;
+  cell.largest = tails.largest;
+  if (cell.non_finite > 0) {
+    cell.verdict = Cell::Verdict::kDiffers;
+    cell.text = std::to_string(cell.non_finite) + " values that are no numbers";
+    return cell;
+  }
+  if (trial.expectation.kind == Expectation::Kind::kFinite) {
+    cell.verdict = Cell::Verdict::kFinite;
+    return cell;
+  }
+  if (trial.expectation.kind == Expectation::Kind::kBlack) {
+    cell.verdict = Cell::Verdict::kAgrees;
+    for (const auto& pixels : own.pixels) {
+      for (const float value : pixels) {
+        if (value == 0) continue;
+        cell.verdict = Cell::Verdict::kDiffers;
+        cell.text = "a value of " + xml::digits(value) + " where all is black";
+      }
+    }
+    return cell;
+  }
+  Agreement agreement;
+  double largest = cell.largest;
+  if (has_own_light(trial, method)) {
+    const Expected expected = expected_light(trial, method, material, round);
+    agreement = compare(estimate_tiles_of(own, kTiles), expected.tiles);
+    largest = std::max(largest, expected.largest);
+  } else {
+    // Renders of one seed have the same light points and the same places in their pixels.
+    const auto truth_scene = make_scene(trial.scene(material.xml), method.truth);
+    const Renders truth = render_often(*truth_scene, renders, kSeeds[round][0]);
+    if (truth.non_finite > 0) {
+      cell.verdict = Cell::Verdict::kDiffers;
+      cell.text = "groundtruth has values that are no numbers";
+      return cell;
+    }
+    const auto difference = estimate_tile_differences(own, truth, kTiles);
+    std::vector<double> scale;
+    for (const TileEstimate& tile : estimate_tiles_of(truth, kTiles)) {
+      scale.push_back(std::abs(tile.estimate.mean));
+    }
+    agreement = compare(difference, exact_zeros(difference.size()), scale);
+  }
+  cell.worst_z = agreement.worst_z;
+  cell.p = agreement.p;
+  cell.text = agreement.text;
+  cell.verdict = agreement.p >= kSuspicious                ? Cell::Verdict::kAgrees
+                 : agreement.is_open || largest > kTooMuch ? Cell::Verdict::kUndecided
+                                                           : Cell::Verdict::kDiffers;
+  return cell;
+}
+
+/// The error that the scene is to be refused with.
+Cell expect_error(const Trial& trial, const Method& method, const Material& material) {
+  Cell cell;
+  cell.verdict = Cell::Verdict::kDiffers;
+  try {
+    make_scene(trial.scene(material.xml), method.integrator);
+    cell.text = "no error";
+  } catch (const Error& error) {
+    cell.text = error.what();
+    cell.verdict = Cell::Verdict::kRefused;
+    for (const std::string& word : trial.expectation.error) {
+      if (cell.text.find(word) == std::string::npos) cell.verdict = Cell::Verdict::kDiffers;
+    }
+    if (cell.text.find('\n') != std::string::npos) cell.verdict = Cell::Verdict::kDiffers;
+  }
+  return cell;
+}
+
+}  // namespace
+
+const std::vector<Method>& methods() {
+  static const std::vector<Method> all = {
+      {"direct", xml::integrator("direct"), ""},
+      {"path", with_depth("path", 2), ""},
+      {"ptracer", with_depth("ptracer", 2), ""},
+      clustered("joint", "joint", 2),
+      clustered("luminance", "luminance", 2),
+      clustered("brdf", "brdf", 2),
+      clustered("product", "product", 2),
+      clustered("joint, local", "joint", 3),
+      clustered("luminance, local", "luminance", 3),
+      clustered("brdf, local", "brdf", 3),
+  };
+  return all;
+}
+
+const std::vector<Material>& ordinary_materials() {
+  static const std::vector<Material> all = {
+      {"diffuse", xml::bsdf("diffuse", xml::color("reflectance", {.2f, .5f, .8f}))},
+      {"phong", xml::bsdf("phong", xml::number("exponent", 20) +
+                                       xml::color("diffuse_reflectance", {.3f, .2f, .4f}) +
+                                       xml::color("specular_reflectance", {.3f, .4f, .2f}))},
+      {"ward", xml::bsdf("ward", xml::number("alpha_u", .15) + xml::number("alpha_v", .3) +
+                                     xml::color("diffuse_reflectance", {.3f, .2f, .1f}) +
+                                     xml::color("specular_reflectance", {.2f, .3f, .4f}))},
+      {"roughconductor", xml::bsdf("roughconductor", xml::number("alpha", .25))},
+      {"roughplastic",
+       xml::bsdf("roughplastic",
+                 xml::number("alpha", .2) + xml::color("diffuse_reflectance", {.5f, .3f, .1f}))},
+  };
+  return all;
+}
+
+Cell run_cell(const Trial& trial, const Method& method, const Material& material) {
+  Cell cell;
+  for (const auto& [name, reason] : trial.without) {
+    if (name != "*" && name != method.name) continue;
+    cell.text = reason;
+    return cell;
+  }
+  if (trial.max_depth == 3 && std::string(method.name) == "direct") {
+    cell.text = "knows no bounces";
+    return cell;
+  }
+  if (trial.expectation.kind == Expectation::Kind::kError) {
+    return expect_error(trial, method, material);
+  }
+  try {
+    cell = measure(trial, method, material, 0);
+    if (cell.verdict == Cell::Verdict::kDiffers && cell.non_finite == 0 &&
+        trial.expectation.kind != Expectation::Kind::kBlack) {
+      cell = measure(trial, method, material, 1);
+    }
+  } catch (const std::exception& error) {
+    cell.verdict = Cell::Verdict::kDiffers;
+    cell.text = error.what();
+  }
+  return cell;
+}
+
+bool passed(const Cell& cell) {
+  return cell.verdict != Cell::Verdict::kDiffers;
+}
+
+}  // namespace kinome::test
