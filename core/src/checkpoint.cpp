@@ -78,9 +78,9 @@ class Reader {
   }
 
   void bytes(void* data, size_t count) {
-    if (count > left_) throw damaged();
+    if (count > left_) throw misfit();
     file_.read(static_cast<char*>(data), static_cast<std::streamsize>(count));
-    if (!file_) throw damaged();
+    if (!file_) throw misfit();
     left_ -= count;
   }
   template <class Number>
@@ -93,7 +93,7 @@ class Reader {
   /// So many things of so many bits each must be in the file: to be asked before there is memory
   /// for them.
   void expect(uint64_t count, uint64_t bits) const {
-    if (count / 8 > left_ / bits) throw damaged();
+    if (count / 8 > left_ / bits) throw misfit();
   }
   uint64_t count(uint64_t bits) {
     const auto count = number<uint64_t>();
@@ -106,9 +106,11 @@ class Reader {
     return text;
   }
   void finish() const {
-    if (left_ != 0) throw damaged();
+    if (left_ != 0) throw misfit();
   }
   Error damaged() const { return file_error(path_, "it is damaged: its checksum is wrong"); }
+  /// Where the checksum is right.
+  Error misfit() const { return file_error(path_, "it is not of this render"); }
 
  private:
   void check_hash(uint64_t size) {
@@ -179,7 +181,7 @@ void Checkpoint::begin_pass(size_t items) {
   if (next_pass_ == passes_.size()) {
     passes_.push_back({items, 0, {}});
   } else if (passes_[next_pass_].items != items) {
-    throw file_error(options_.path, "it belongs to a render of other passes");
+    throw file_error(options_.path, "it is not of this render: its passes are others");
   }
   ++next_pass_;
 }
@@ -290,7 +292,7 @@ void Checkpoint::read_file(Film& film) {
   }
   for (uint64_t i = in.count(64); i > 0; --i) decisions_.push_back(in.number<double>());
   if (!film.transfer([&](void* bytes, size_t count) { in.bytes(bytes, count); })) {
-    throw file_error(options_.path, "it is of a film of another size");
+    throw in.misfit();
   }
   in.finish();
 }
