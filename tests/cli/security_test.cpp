@@ -221,6 +221,13 @@ TEST_F(Security, PicturesThatClaimToBeHuge) {
     }
     in_both("b.exr", huge);
   }
+  // An attribute of a type that nobody knows, and its size.
+  std::string attribute = exr;
+  const size_t type = attribute.find("screenWindowCenter") + 19;
+  attribute.replace(type, 3, "xyz");
+  const int32_t gigabytes = 2000000000;
+  std::memcpy(&attribute[type + 4], &gigabytes, sizeof gigabytes);
+  in_both("c.exr", attribute);
   for (const uint32_t side : {1000000u, 100000u}) in_both("a.png", png_of(side));
   in_both("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1000000 +X 1000000\n0123456789");
 }
