@@ -3,6 +3,7 @@
 #
 #   sh tests/run.sh [--asan | --tsan] [-R REGEX] [--only "NAME..."] [CTEST OPTION...]
 #   sh tests/run.sh --stability
+#   sh tests/run.sh --fuzz [SECONDS] [--only "NAME..."]
 #
 # --asan, --tsan: with the address and undefined-behaviour sanitizers, or the thread sanitizer, in
 #                 a build folder of their own
@@ -11,19 +12,33 @@
 #                 (`film` is tests/…/film_test.cpp)
 # --stability:    renders every hard case by every integrator with every material, for some minutes,
 #                 and writes tests/STABILITY.md (`--only stability` is its short form)
+# --fuzz SECONDS: so long for each program of tests/fuzz (60), or for those that are named, with
+#                 clang's libFuzzer and sanitizers; see tests/fuzz/README.md
 #
-# KINOME_BUILD: build folder; default: build, build-asan or build-tsan.
+# KINOME_BUILD: build folder; default: build, build-asan, build-tsan or build-fuzz.
 set -u
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 sanitizer=
 only=
 stability=
+fuzz_seconds=60
 # Ours are taken out, wherever they stand; the others go round to the end.
 arguments=$#
 while [ "$arguments" -gt 0 ]; do
   case $1 in
     --asan | --tsan) sanitizer=${1#--} ;;
     --stability) stability=yes ;;
+    --fuzz)
+      sanitizer=fuzz
+      case ${2:-} in
+        '' | *[!0-9]*) ;;
+        *)
+          fuzz_seconds=$2
+          shift
+          arguments=$((arguments - 1))
+          ;;
+      esac
+      ;;
     --only)
       [ "$arguments" -ge 2 ] || { echo "tests/run.sh: --only needs names" >&2; exit 1; }
       only=$2
@@ -54,7 +69,11 @@ require() {
 }
 
 configure() {
-  if [ -n "$sanitizer" ]; then
+  if [ "$sanitizer" = fuzz ]; then
+    kinome_configure -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ \
+      -DKINOME_SANITIZER=fuzz -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+      -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1
+  elif [ -n "$sanitizer" ]; then
     # Asserts stay in; -O1 and few debug symbols keep the build short.
     kinome_configure -DKINOME_SANITIZER="$sanitizer" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
       -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1
@@ -63,12 +82,48 @@ configure() {
   fi
 }
 
+# One target after the other, on all cores, from the committed corpus and what earlier runs added to
+# it in the build folder. A finding stays there, too, and ends its target.
+fuzz() {
+  names=${only:-$(cd "$root/tests/fuzz/corpus" && ls)}
+  for name in $names; do
+    require ninja -C "$build" "fuzz_$name"
+  done
+  passed=0
+  failed=0
+  TMPDIR=$(mktemp -d -p /dev/shm 2>/dev/null || mktemp -d)
+  export TMPDIR
+  trap 'rm -rf "$TMPDIR"' EXIT
+  for name in $names; do
+    mkdir -p "$build/fuzz/$name"
+    log=$build/fuzz/$name.log
+    # Of one input: 10 s and 1 GB.
+    (cd "$build/fuzz" && "$build/bin/fuzz_$name" -fork="$(nproc)" \
+      -max_total_time="$fuzz_seconds" -timeout=10 -rss_limit_mb=1024 -malloc_limit_mb=1024 \
+      -max_len=4096 -artifact_prefix="$build/fuzz/$name-" \
+      "$build/fuzz/$name" "$root/tests/fuzz/corpus/$name") > "$log" 2>&1
+    status=$?
+    runs=$(sed -n 's/^#\([0-9]*\):* .*/\1/p' "$log" | tail -n 1)
+    if [ "$status" -eq 0 ]; then
+      passed=$((passed + 1))
+      echo "fuzz $name: ${runs:-0} executions, nothing found"
+    else
+      failed=$((failed + 1))
+      tail -n 60 "$log"
+      echo "fuzz $name: found something after ${runs:-0} executions: $build/fuzz/$name-*"
+    fi
+  done
+  finish "$passed" "$failed"
+}
+
+[ "$sanitizer" != fuzz ] || kinome_packages="$kinome_packages clang libclang-rt-14-dev"
 require kinome_install_packages
 require configure
 if [ -n "$stability" ]; then
   require ninja -C "$build" kinome_renderer kinome-stability
   exec "$build/bin/kinome-stability" --page "$root/tests/STABILITY.md"
 fi
+[ "$sanitizer" != fuzz ] || fuzz
 targets=all
 if [ -n "$only" ]; then
   targets=kinome_renderer

@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "kinome/error.h"
 #include "options.h"
+#include "throw_site.h"
 
 namespace {
 
@@ -29,10 +30,17 @@ int fail(std::string message) {
   return 1;
 }
 
+/// What no one has foreseen: most likely a plugin's doing.
+int fail_unexpectedly(const void* exception, const std::string& what) {
+  const std::string plugin = kinome::app::plugin_that_threw(exception);
+  return fail((plugin.empty() ? "unexpected error: " : "plugin '" + plugin + "' failed: ") + what);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const Clock::time_point start = program_start();
+  kinome::app::watch_throws();
   try {
     const auto options = kinome::app::parse_options(argc, argv);
     if (!options) return 0;
@@ -47,7 +55,9 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return fail("out of memory");
   } catch (const std::exception& error) {
-    return fail(std::string("unexpected error: ") + error.what());
+    return fail_unexpectedly(dynamic_cast<const void*>(&error), error.what());
+  } catch (...) {
+    return fail_unexpectedly(nullptr, "something that is no std::exception was thrown");
   }
   return 1;
 }

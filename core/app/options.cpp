@@ -75,6 +75,15 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
                "Render in COUNT independent parts (default: 16), and write the variance of the "
                "picture that they tell as channels variance.R, .G, .B, for kinome-compare")
       ->type_name("[=COUNT]");
+  app.add_option("--checkpoint", options.checkpoint,
+                 "Keep what is finished in this file, until the picture is written")
+      ->type_name("FILE");
+  app.add_option("--every", options.every, "Seconds between two checkpoints; default: 60")
+      ->type_name("SECONDS");
+  app.add_flag("--resume", options.resume,
+               "Go on from the checkpoint; without one, begin at the beginning");
+  app.add_flag("--lenient", options.lenient,
+               "Exit status 0, not 3, where plugins gave values that can't be");
   app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")
       ->type_name("[=json]");
@@ -114,6 +123,21 @@ void interpret_budget(const CLI::App& app, const RawOptions& raw, Options& optio
   if (options.inspect) throw Error("--variance: there is nothing to render with --inspect");
 }
 
+void check_checkpoint(const CLI::App& app, const Options& options) {
+  if (app.count("--checkpoint") == 0) {
+    for (const char* name : {"--every", "--resume"}) {
+      if (app.count(name) > 0) throw Error(std::string(name) + ": needs --checkpoint FILE");
+    }
+    return;
+  }
+  if (options.checkpoint.empty()) throw Error("--checkpoint: needs the name of a file");
+  if (options.inspect) throw Error("--checkpoint: there is nothing to render with --inspect");
+  if (options.seconds > 0) {
+    throw Error("--checkpoint: what --time renders depends on the clock, and can't be resumed");
+  }
+  if (!(options.every >= 0)) throw Error("--every: must be a number of seconds, 0 or more");
+}
+
 void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
   for (const std::string& define : raw.defines) {
     const size_t equals = define.find('=');
@@ -146,7 +170,10 @@ void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
       throw Error("--stats: there are none with --inspect, which doesn't render");
     }
   }
-  if (options.command == Options::Command::kRender) interpret_budget(app, raw, options);
+  if (options.command == Options::Command::kRender) {
+    interpret_budget(app, raw, options);
+    check_checkpoint(app, options);
+  }
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }
 

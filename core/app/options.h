@@ -31,9 +31,13 @@ struct Options {
   StatsFormat stats = StatsFormat::kNone;
   bool png = false;
   float exposure = 0;
-  double seconds = 0;           ///< --time; 0: not given
-  double rel_mse = 0;           ///< --error; 0: not given
-  uint32_t renders = 0;         ///< --variance; 0: not given
+  double seconds = 0;      ///< --time; 0: not given
+  double rel_mse = 0;      ///< --error; 0: not given
+  uint32_t renders = 0;    ///< --variance; 0: not given
+  std::string checkpoint;  ///< "": none is kept
+  double every = 60;       ///< seconds between two checkpoints
+  bool resume = false;
+  bool lenient = false;
   std::optional<Vec2> inspect;  ///< pixel whose clusters are shown in place of rendering
 
   std::string plugin_name;  ///< of `kinome plugins NAME`; "": all of them

@@ -62,6 +62,10 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
   if (stats.non_finite_samples > 0) {
     text += fmt::format("  {:<20} {}\n", "non-finite samples", stats.non_finite_samples);
   }
+  for (const PluginFault& fault : stats.faults) {
+    text += fmt::format("  {:<20} {}: {}, at {} of {} places\n", "fault", fault.plugin, fault.what,
+                        fault.count, fault.looks);
+  }
   return text;
 }
 
@@ -74,6 +78,13 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
   json skipped = json::array();
   for (const Skipped& s : all_skipped(stats)) {
     skipped.push_back({{"what", s.what}, {"why", s.why}});
+  }
+  json faults = json::array();
+  for (const PluginFault& fault : stats.faults) {
+    faults.push_back({{"plugin", fault.plugin},
+                      {"what", fault.what},
+                      {"count", fault.count},
+                      {"places", fault.looks}});
   }
   const json report = {
       {"scene", summary.scene},
@@ -102,6 +113,7 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"skipped", skipped},
       {"plugins", stats.plugins},
       {"non_finite_samples", stats.non_finite_samples},
+      {"faults", faults},
       {"peak_memory_bytes", stats.peak_memory_bytes},
   };
   // A file name need not be UTF-8; JSON must be.

@@ -9,7 +9,9 @@
 
 #include "commands.h"
 #include "inspect.h"
+#include "kinome/checkpoint.h"
 #include "kinome/log.h"
+#include "kinome/plugin_audit.h"
 #include "kinome/render_context.h"
 #include "kinome/scene_loader.h"
 #include "progress.h"
@@ -81,6 +83,40 @@ void check_output_folder(const Options& options) {
         fs::is_directory(options.output, ignored) || fs::path(options.output).has_extension();
     check_writable(whole ? options.output : options.output + ".exr");
   }
+}
+
+/// Two names of one file that exists or will.
+bool are_same_file(const std::string& a, const std::string& b) {
+  std::error_code ignored;
+  return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
+}
+
+/// Before anything is loaded, too. nullptr: no checkpoints are asked for.
+std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
+  if (options.checkpoint.empty()) return nullptr;
+  auto checkpoint = std::make_unique<Checkpoint>(
+      Checkpoint::Options{options.checkpoint, options.every, options.resume});
+  if (options.resume && !options.quiet) {
+    fmt::print(stderr, "{}\n",
+               checkpoint->resumes()
+                   ? "resuming from " + options.checkpoint
+                   : "there is no " + options.checkpoint + ": beginning at the beginning");
+  }
+  return checkpoint;
+}
+
+/// All that the bits of the picture depend on, but for the files that the scene names.
+Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor) {
+  size_t index = 0;
+  while (scene.sensors()[index].get() != &sensor) ++index;
+  const Rect& crop = sensor.film().crop();
+  return {{"version", KINOME_VERSION},
+          {"scene (by its text and -D)", scene.hash()},
+          {"sensor", std::to_string(index)},
+          {"picture", fmt::format("{}x{}", crop.width(), crop.height())},
+          {"seed", std::to_string(options.seed)},
+          {"--variance", std::to_string(options.renders)},
+          {"--error", fmt::format("{}", options.rel_mse)}};
 }
 
 ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
@@ -156,14 +192,38 @@ std::string integrator_names(const std::vector<std::string>& plugins) {
   return names;
 }
 
-void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
+/// Where plugins are audited: always, and where samples were not finite.
+constexpr uint32_t kPlaces = 256;
+constexpr uint32_t kPlacesOfSuspects = 1 << 15;
+
+/// Of a picture that was written though a plugin is at fault.
+constexpr int kFaultyStatus = 3;
+
+void warn_of_faults(const RenderStats& stats) {
   if (stats.non_finite_samples > 0) {
     log_warn(fmt::format("samples that were not finite, and were dropped: {}",
                          stats.non_finite_samples));
   }
+  for (const PluginFault& fault : stats.faults) {
+    log_warn(fmt::format("plugin {} is at fault: {}, at {} of {} places", fault.plugin, fault.what,
+                         fault.count, fault.looks));
+  }
+}
+
+int exit_status(const Options& options, const RenderStats& stats) {
+  const bool is_faulty = stats.non_finite_samples > 0 || !stats.faults.empty();
+  const int signal_status = signal_exit_status();
+  return signal_status == 0 && is_faulty && !options.lenient ? kFaultyStatus : signal_status;
+}
+
+void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
+  warn_of_faults(stats);
   if (!options.quiet) {
     fmt::print(stderr, "wrote {}{} ({:.2f} s)\n", summary.output,
                stats.complete ? "" : ", incomplete", stats.total_seconds);
+    if (!options.checkpoint.empty() && !stats.complete) {
+      fmt::print(stderr, "--resume goes on from {}\n", options.checkpoint);
+    }
   }
   if (options.stats == StatsFormat::kText) {
     fmt::print(stderr, "{}", stats_text(stats, summary));
@@ -198,6 +258,7 @@ int render_command(const Options& options, Clock::time_point start) {
                          options.variant));
   }
   check_output_folder(options);
+  const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(options);
 
   Progress progress(options.quiet);
   const Film* film_to_write = nullptr;
@@ -236,6 +297,14 @@ int render_command(const Options& options, Clock::time_point start) {
   const std::string png = fs::path(output).replace_extension(".png").string();
   check_writable(output);
   if (options.png) check_writable(png);
+  if (checkpoint) {
+    for (const std::string& written : {output, options.png ? png : output}) {
+      if (!are_same_file(checkpoint->path(), written)) continue;
+      throw Error(fmt::format("--checkpoint {}: this is where the picture goes", written));
+    }
+    checkpoint->set_identity(identity_of(options, *scene, sensor));
+    context.set_checkpoint(checkpoint.get());
+  }
 
   if (options.inspect) {
     run_inspection(options, *scene, sensor, context, output);
@@ -251,9 +320,20 @@ int render_command(const Options& options, Clock::time_point start) {
   stats.plugins = registry.loaded();
   const std::string integrator = integrator_names(stats.plugins);
   const Clock::time_point write_start = Clock::now();
-  film.write(output, image, metadata_of(*scene, context, integrator, stats));
-  if (options.png) write_png(png, image, options.exposure);
+  try {
+    film.write(output, image, metadata_of(*scene, context, integrator, stats));
+    if (options.png) write_png(png, image, options.exposure);
+  } catch (...) {
+    if (checkpoint) checkpoint->close(sensor.film());  // nothing is lost but the picture
+    throw;
+  }
+  if (checkpoint && stats.complete) {
+    for (const std::string& written : {output, options.png ? png : output}) sync_file(written);
+    checkpoint->remove();
+  }
   stats.write_seconds = seconds_since(write_start);
+  stats.faults = audit_plugins(*scene, sensor, options.seed,
+                               stats.non_finite_samples > 0 ? kPlacesOfSuspects : kPlaces);
   stats.total_seconds = seconds_since(start);
   stats.peak_memory_bytes = peak_memory_bytes();
   warn_of_budget(options, stats);
@@ -265,7 +345,7 @@ int render_command(const Options& options, Clock::time_point start) {
           .height = image.height,
           .samples = static_cast<unsigned>(std::lround(stats.samples)),
           .seed = options.seed});
-  return signal_exit_status();
+  return exit_status(options, stats);
 }
 
 }  // namespace kinome::app

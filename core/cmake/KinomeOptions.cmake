@@ -16,8 +16,13 @@ if(KINOME_SANITIZER STREQUAL "asan")
   set(flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
 elseif(KINOME_SANITIZER STREQUAL "tsan")
   set(flags -fsanitize=thread)
+elseif(KINOME_SANITIZER STREQUAL "fuzz")
+  # clang's alone; the targets of tests/fuzz link libFuzzer itself.
+  set(flags -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=all
+            -fno-omit-frame-pointer)
 elseif(KINOME_SANITIZER)
-  message(FATAL_ERROR "KINOME_SANITIZER must be asan, tsan or empty, not '${KINOME_SANITIZER}'")
+  message(FATAL_ERROR
+    "KINOME_SANITIZER must be asan, tsan, fuzz or empty, not '${KINOME_SANITIZER}'")
 endif()
 if(flags)
   target_compile_options(kinome_options INTERFACE ${flags} -g1)

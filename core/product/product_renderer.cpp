@@ -220,9 +220,8 @@ void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan,
       }
     }
   }
-  const std::lock_guard lock(film_mutex_);
-  film.commit(colours);
-  if (diagnostics) film.commit(*diagnostics);
+  context_.commit(film, static_cast<size_t>(block),
+                  {&colours, diagnostics ? &*diagnostics : nullptr});
 }
 
 CellLight ProductRenderer::make_light(uint64_t seed) const {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <mutex>
 #include <vector>
 
 #include "estimator.h"
@@ -100,7 +99,6 @@ class ProductRenderer final : public Passes {
   std::vector<TileMemory> tiles_;
   std::vector<PilotPoint> points_;
   std::vector<PixelForecast> forecast_;
-  std::mutex film_mutex_;
 };
 
 }  // namespace kinome

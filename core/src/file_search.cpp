@@ -21,7 +21,12 @@ std::string find_file(const std::string& name, const std::vector<std::string>& f
   for (const std::string& candidate : candidates) {
     std::error_code failed;
     if (fs::is_directory(candidate, failed)) throw Error("'" + candidate + "' is a folder");
-    if (fs::exists(candidate, failed)) return candidate;
+    if (!fs::exists(candidate, failed)) continue;
+    // A pipe or a device may have no end.
+    if (!fs::is_regular_file(candidate, failed)) {
+      throw Error("'" + candidate + "' is not a regular file");
+    }
+    return candidate;
   }
   throw Error("there is no file '" + name + "'" + looked_in);
 }

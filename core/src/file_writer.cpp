@@ -10,6 +10,7 @@
 #include <climits>
 #include <cstring>
 #include <filesystem>
+#include <random>
 
 #include "kinome/image.h"
 
@@ -77,18 +78,50 @@ std::string resolve_target(const std::string& path) {
 
 std::string temporary_name(const std::string& target) {
   static std::atomic<unsigned> counter{0};
+  static const unsigned random = std::random_device{}();
   const fs::path path(target);
-  // Short whatever the file's own name is: names end at 255 bytes.
-  const std::string name = fmt::format(".kinome-{}-{}.tmp", ::getpid(), counter.fetch_add(1));
+  // Short whatever the file's own name is: names end at 255 bytes. Process numbers come again, and
+  // folders may be shared with other machines.
+  const std::string name =
+      fmt::format(".kinome-{}-{}-{:08x}.tmp", ::getpid(), counter.fetch_add(1), random);
   return (path.parent_path() / name).string();
 }
 
-int create(const std::string& path) {
+int open_file(const std::string& path, int flags) {
   int fd = -1;
   do {
-    fd = ::open(path.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+    fd = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
   } while (fd < 0 && errno == EINTR);
   return fd;
+}
+
+std::string folder_of(const std::string& path) {
+  const std::string folder = fs::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
+/// By which an open file without a name can be given one.
+std::string descriptor_path(int fd) {
+  return fmt::format("/proc/self/fd/{}", fd);
+}
+
+/// A file of no name in the folder; negative where the file system knows no such thing.
+int create_unnamed(const std::string& folder) {
+  const int fd = open_file(folder, O_TMPFILE | O_RDWR);
+  std::error_code ignored;
+  if (fd < 0 || fs::exists(descriptor_path(fd), ignored)) return fd;
+  ::close(fd);
+  return -1;
+}
+
+/// 0, or the errno of what failed.
+int sync_folder(const std::string& folder) {
+  const int fd = open_file(folder, O_RDONLY | O_DIRECTORY);
+  if (fd < 0) return errno;
+  // Some file systems have nothing to sync here, and say so by this.
+  const int code = ::fsync(fd) == 0 || errno == EINVAL ? 0 : errno;
+  ::close(fd);
+  return code;
 }
 
 }  // namespace
@@ -96,14 +129,16 @@ int create(const std::string& path) {
 FileWriter::FileWriter(const std::string& path) : path_(path), target_(resolve_target(path)) {
   temporary_ = temporary_name(target_);
   slot_ = acquire_slot(temporary_);
-  const int fd = create(temporary_);
+  int fd = create_unnamed(folder_of(target_));
+  if (fd < 0) {
+    fd = open_file(temporary_, O_CREAT | O_EXCL | O_RDWR);
+    is_named_ = fd >= 0;
+  }
   if (fd >= 0) file_ = ::fdopen(fd, "w+b");
   if (!file_) {
     const int code = errno;
-    if (fd >= 0) {
-      ::close(fd);
-      ::unlink(temporary_.c_str());
-    }
+    if (fd >= 0) ::close(fd);
+    if (is_named_) ::unlink(temporary_.c_str());
     release_slot(slot_);
     throw failure(code);
   }
@@ -112,7 +147,7 @@ FileWriter::FileWriter(const std::string& path) : path_(path), target_(resolve_t
 FileWriter::~FileWriter() {
   if (file_) {
     std::fclose(file_);
-    ::unlink(temporary_.c_str());
+    if (is_named_) ::unlink(temporary_.c_str());
   }
   release_slot(slot_);
 }
@@ -127,20 +162,41 @@ void FileWriter::seek(uint64_t position) noexcept {
   position_ = position;
 }
 
-void FileWriter::commit() {
+void FileWriter::name_file() {
+  const std::string from = descriptor_path(::fileno(file_));
+  if (::linkat(AT_FDCWD, from.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) != 0) {
+    errno_ = errno;
+    return;
+  }
+  is_named_ = true;
+}
+
+void FileWriter::commit(bool durable) {
   if (errno_ == 0 && std::fflush(file_) != 0) errno_ = errno;
+  if (errno_ == 0 && durable && ::fsync(::fileno(file_)) != 0) errno_ = errno;
+  if (errno_ == 0 && !is_named_) name_file();
   // Network file systems report a full disk only when the file is closed.
   if (std::fclose(file_) != 0 && errno_ == 0) errno_ = errno;
   file_ = nullptr;
   if (errno_ == 0 && std::rename(temporary_.c_str(), target_.c_str()) != 0) errno_ = errno;
   if (errno_ != 0) {
-    ::unlink(temporary_.c_str());
+    if (is_named_) ::unlink(temporary_.c_str());
     throw failure(errno_);
   }
+  if (durable) errno_ = sync_folder(folder_of(target_));
+  if (errno_ != 0) throw failure(errno_);
 }
 
 Error FileWriter::failure(int code) const {
   return write_error(path_, std::strerror(code));
+}
+
+void sync_file(const std::string& path) {
+  const int fd = open_file(path, O_RDONLY);
+  int code = fd < 0 || ::fsync(fd) != 0 ? errno : 0;
+  if (fd >= 0) ::close(fd);
+  if (code == 0) code = sync_folder(folder_of(path));
+  if (code != 0) throw write_error(path, std::strerror(code));
 }
 
 void remove_temporary_files() noexcept {

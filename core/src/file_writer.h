@@ -8,9 +8,10 @@
 
 namespace kinome {
 
-/// Writes a file under a temporary name in the same folder and renames it in commit(): the file is
-/// whole, or what it was before. The first failure (a full disk) is remembered; commit() throws it.
-/// Without a commit nothing stays behind.
+/// Writes a file that has no name yet, or a temporary one where the file system can't do without,
+/// and gives it its name in commit(): the file is whole, or what it was before. The first failure (a
+/// full disk) is remembered; commit() throws it. Without a commit nothing stays behind, even of a
+/// program that is killed (but for a temporary name).
 class FileWriter {
  public:
   /// Throws Error where the file can't be created.
@@ -23,15 +24,19 @@ class FileWriter {
   void seek(uint64_t position) noexcept;
   uint64_t position() const { return position_; }
   bool failed() const { return errno_ != 0; }
-  /// Throws Error where any write failed, and leaves `path` as it was.
-  void commit();
+  /// Throws Error where any write failed, and leaves `path` as it was. `durable`: once it returns,
+  /// the file is on the disk, whatever happens to the machine.
+  void commit(bool durable = false);
 
  private:
+  /// Gives an unnamed file its temporary name.
+  void name_file();
   Error failure(int code) const;
   std::string path_;    ///< as the caller gave it: for messages
   std::string target_;  ///< with symbolic links followed
   std::string temporary_;
   std::FILE* file_ = nullptr;
+  bool is_named_ = false;  ///< by temporary_
   int slot_ = -1;  ///< in the list of remove_temporary_files()
   uint64_t position_ = 0;
   int errno_ = 0;

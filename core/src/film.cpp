@@ -108,6 +108,7 @@ void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
 
 void Film::prepare(const std::vector<std::vector<std::string>>& layers, uint32_t lanes) {
   non_finite_ = 0;
+  commits_ = 0;
   layers_ = layers;
   lane_ = 0;
   lanes_.clear();
@@ -147,7 +148,9 @@ FilmTile Film::make_tile(const Rect& pixels, int layer) const {
 }
 
 void Film::commit(const FilmTile& tile) {
+  ++commits_;
   non_finite_ += tile.non_finite_;
+  lanes_.at(lane_).light_paths += tile.light_paths_;
   if (!tile.splats_.empty()) commit_splats(tile);
   const int stride = tile.values_ + 1;
   const Rect& covered = tile.covered_;
@@ -161,19 +164,48 @@ void Film::commit(const FilmTile& tile) {
   }
 }
 
-void Film::commit_splats(const FilmTile& tile) {
-  std::vector<double>& splats = lanes_.at(lane_).splats;
-  if (splats.empty()) {
-    splats.resize(static_cast<size_t>(crop_.area()) * 3);
+std::vector<double>& Film::splats_of(Lane& lane) {
+  if (lane.splats.empty()) {
+    lane.splats.resize(static_cast<size_t>(crop_.area()) * 3);
     // A pixel's weighted mean divides by the filter's integral over its samples; a splat has to.
     splat_norm_ = 1 / (filter_->integral() * filter_->integral());
   }
+  return lane.splats;
+}
+
+void Film::commit_splats(const FilmTile& tile) {
+  std::vector<double>& splats = splats_of(lanes_.at(lane_));
   for (const FilmTile::Splat& splat : tile.splats_) {
     for_each_pixel(splat.position, *filter_, crop_, [&](int x, int y, float w) {
       double* const pixel = &splats[pixel_offset(crop_, x, y, 3)];
       for (int i = 0; i < 3; ++i) pixel[i] += w * splat_norm_ * splat.value[i];
     });
   }
+}
+
+bool Film::transfer(const std::function<void(void* bytes, size_t count)>& io) {
+  const auto is_alike = [&](uint64_t count) {
+    uint64_t found = count;
+    io(&found, sizeof found);
+    return found == count;
+  };
+  const auto transfer_sums = [&](std::vector<double>& sums) {
+    if (!is_alike(sums.size())) return false;
+    io(sums.data(), sums.size() * sizeof(double));
+    return true;
+  };
+  io(&non_finite_, sizeof non_finite_);
+  if (!is_alike(lanes_.size())) return false;
+  for (Lane& lane : lanes_) {
+    io(&lane.light_paths, sizeof lane.light_paths);
+    for (auto& layer : lane.layers) {
+      if (!transfer_sums(layer)) return false;
+    }
+    uint8_t has_splats = lane.splats.empty() ? 0 : 1;
+    io(&has_splats, sizeof has_splats);
+    if (has_splats != 0 && !transfer_sums(splats_of(lane))) return false;
+  }
+  return true;
 }
 
 double Film::splat_scale(size_t first, size_t end) const {

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
 
 #include "file_writer.h"
@@ -65,6 +66,66 @@ bool has_magic(const std::string& path) {
   char bytes[4] = {};
   std::ifstream(path, std::ios::binary).read(bytes, sizeof bytes);
   return Imf::isImfMagic(bytes);
+}
+
+/// Bytes of an attribute whose type has always the same, or -1.
+int fixed_size(const std::string& type) {
+  static const std::map<std::string, int> kSizes = {
+      {"box2f", 16},      {"box2i", 16},   {"chromaticities", 32},
+      {"compression", 1}, {"double", 8},   {"envmap", 1},
+      {"float", 4},       {"int", 4},      {"keycode", 28},
+      {"lineOrder", 1},   {"m33f", 36},    {"m33d", 72},
+      {"m44f", 64},       {"m44d", 128},   {"rational", 8},
+      {"tiledesc", 9},    {"timecode", 8}, {"v2i", 8},
+      {"v2f", 8},         {"v2d", 16},     {"v3i", 12},
+      {"v3f", 12},        {"v3d", 24},     {"deepImageState", 1}};
+  const auto found = kSizes.find(type);
+  return found == kSizes.end() ? -1 : found->second;
+}
+
+/// Whether what lies in a list of channels is as long as the list: names, each with 16 bytes, and
+/// an empty name.
+bool is_channel_list(const std::string& bytes) {
+  size_t at = 0;
+  while (at < bytes.size() && bytes[at] != 0) {
+    const size_t end = bytes.find('\0', at);
+    if (end == std::string::npos) return false;
+    at = end + 17;
+  }
+  return at + 1 == bytes.size();
+}
+
+bool is_preview(const std::string& bytes) {
+  uint32_t sides[2] = {};
+  if (bytes.size() < sizeof sides) return false;
+  std::memcpy(sides, bytes.data(), sizeof sides);
+  return uint64_t{sides[0]} * sides[1] == (bytes.size() - sizeof sides) / 4;
+}
+
+/// OpenEXR takes as much memory as attributes claim to need, and believes their contents rather
+/// than their sizes. Throws a text where the two don't agree, one reaches beyond the file, or the
+/// header has no end.
+void check_attributes(const std::string& path, uint64_t file_size) {
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(8);  // the magic number and the version
+  std::string name, type;
+  while (std::getline(file, name, '\0') && !name.empty()) {
+    int32_t size = 0;
+    std::getline(file, type, '\0');
+    file.read(reinterpret_cast<char*>(&size), sizeof size);
+    const uint64_t begin = file ? static_cast<uint64_t>(file.tellg()) : file_size;
+    if (!file || size < 0 || static_cast<uint64_t>(size) > file_size - begin) {
+      throw std::runtime_error("truncated: an attribute of its header reaches beyond the file");
+    }
+    std::string bytes(static_cast<size_t>(size), '\0');
+    file.read(bytes.data(), size);
+    const int expected = fixed_size(type);
+    if ((expected >= 0 && size != expected) || (type == "chlist" && !is_channel_list(bytes)) ||
+        (type == "preview" && !is_preview(bytes)) || type == "idmanifest") {
+      throw std::runtime_error("damaged: its header has a broken attribute");
+    }
+  }
+  if (!file) throw std::runtime_error("truncated: its header has no end");
 }
 
 /// Throws a text where the header promises what the file can't hold: checked before any allocation.
@@ -248,6 +309,7 @@ Image read_exr(const std::string& path, const Location& where, ImageMetadata* me
   }
   try {
     if (!has_magic(path)) throw std::runtime_error("it is not an OpenEXR file");
+    check_attributes(path, std::filesystem::file_size(path));
     return read_checked(path, metadata);
   } catch (const std::exception& e) {
     std::string why = e.what();

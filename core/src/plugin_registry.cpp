@@ -115,20 +115,47 @@ const PluginDescriptor& PluginRegistry::find(Category category, const std::strin
   return *plugin;
 }
 
-std::shared_ptr<Object> PluginRegistry::create(Properties& props) {
-  const PluginDescriptor& plugin = find(props.category(), props.plugin_name(), props.where());
-  check_parameters(props, plugin);
-  props.set_table(plugin.parameters);
-  std::shared_ptr<Object> object;
+namespace {
+
+/// Runs a plugin's constructor: whatever it throws becomes an Error that names it and its place.
+std::shared_ptr<Object> construct(const PluginDescriptor& plugin, const Properties& props,
+                                  const std::string& name) {
   try {
-    object = plugin.create(props);
+    return plugin.create(props);
   } catch (const Error& error) {
     // Code below a plugin (a mesh reader, say) doesn't always know the place.
     if (!error.where().file.empty()) throw;
     throw Error(props.where(), error.message());
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Error(props.where(), "plugin '" + name + "' failed: " + error.what());
+  } catch (...) {
+    throw Error(props.where(), "plugin '" + name + "' failed, and didn't say why");
   }
+}
+
+std::vector<std::shared_ptr<const Object>> nested_objects(const Properties& props) {
+  std::vector<std::shared_ptr<const Object>> nested;
+  for (const auto& [name, entry] : props.entries()) {
+    if (const auto* object = std::get_if<std::shared_ptr<Object>>(&entry.value)) {
+      nested.push_back(*object);
+    }
+  }
+  return nested;
+}
+
+}  // namespace
+
+std::shared_ptr<Object> PluginRegistry::create(Properties& props) {
+  const PluginDescriptor& plugin = find(props.category(), props.plugin_name(), props.where());
+  check_parameters(props, plugin);
+  props.set_table(plugin.parameters);
+  const std::string name = std::string(to_string(props.category())) + "/" + props.plugin_name();
+  std::shared_ptr<Object> object = construct(plugin, props, name);
   check_all_read(props);
   object->set_id(props.id());
+  object->set_origin(name, nested_objects(props));
   return object;
 }
 

@@ -42,9 +42,10 @@ class Progressive {
       round(next);
       if (context_.cancelled()) break;
       if (!has_time && !has_error) break;
-      next = kInfinity;
-      if (has_time) next = std::min(next, next_in_time());
-      if (has_error) next = std::min(next, next_by_error());
+      next = context_.decide([&] {
+        const double in_time = has_time ? next_in_time() : kInfinity;
+        return has_error ? std::min(in_time, next_by_error()) : in_time;
+      });
       if (next < 1) break;
     }
     context_.set_deadline(kInfinity);

@@ -1,5 +1,6 @@
 #include "kinome/render_context.h"
 
+#include "kinome/checkpoint.h"
 #include "kinome/error.h"
 #include "kinome/log.h"
 #include "progressive.h"
@@ -21,6 +22,8 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
     Film& film = sensor.film();
     const RenderBudget& budget = context.budget();
     film.prepare(integrator.layers(), lanes_for(budget, film));
+    Checkpoint* const checkpoint = context.checkpoint();
+    if (checkpoint) checkpoint->begin(film);
     if (budget.any()) {
       const double left = budget.seconds > 0 ? budget.seconds - context.seconds() : kInfinity;
       render_passes(*integrator.begin(scene, sensor, context, left), film, context);
@@ -28,6 +31,7 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
       integrator.render(scene, sensor, context);
       stats.samples = sensor.sampler().sample_count();
     }
+    if (checkpoint && context.interrupted()) checkpoint->close(film);
     image = develop(film, budget);
     stats.non_finite_samples += film.non_finite();
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "denormals.h"
+#include "kinome/checkpoint.h"
 
 namespace kinome {
 namespace {
@@ -54,25 +55,28 @@ class FirstException {
 /// Commits tiles to a film in the order of their indices, whatever order they are finished in.
 class Sequencer {
  public:
-  explicit Sequencer(Film& film) : film_(film) {}
+  Sequencer(RenderContext& context, Film& film) : context_(context), film_(film) {}
   void finish(size_t index, FilmTile tile) {
     const std::lock_guard lock(mutex_);
     waiting_.emplace(index, std::move(tile));
-    while (!waiting_.empty() && waiting_.begin()->first == next_) {
-      commit_first();
+    while (!waiting_.empty()) {
+      // Those that a resumed render brought along will not come.
+      while (context_.is_committed(next_)) ++next_;
+      const auto first = waiting_.begin();
+      if (first->first != next_) break;
+      context_.commit(film_, next_, {&first->second});
+      waiting_.erase(first);
       ++next_;
     }
   }
   /// What waits for a tile that will not come any more.
   void commit_rest() {
-    while (!waiting_.empty()) commit_first();
+    for (const auto& [index, tile] : waiting_) film_.commit(tile);
+    waiting_.clear();
   }
 
  private:
-  void commit_first() {
-    film_.commit(waiting_.begin()->second);
-    waiting_.erase(waiting_.begin());
-  }
+  RenderContext& context_;
   Film& film_;
   std::mutex mutex_;
   std::map<size_t, FilmTile> waiting_;
@@ -82,8 +86,8 @@ class Sequencer {
 /// Tells how far a pass is. A thread that finds another one telling does not wait for it.
 class Progress {
  public:
-  Progress(const ProgressCallback& callback, size_t total, double begin, double end)
-      : callback_(callback), total_(total), begin_(begin), end_(end) {}
+  Progress(const ProgressCallback& callback, size_t total, size_t done, double begin, double end)
+      : callback_(callback), total_(total), begin_(begin), end_(end), done_(done) {}
   void one_done() {
     const size_t done = 1 + done_.fetch_add(1, std::memory_order_relaxed);
     if (!callback_) return;
@@ -104,7 +108,7 @@ class Progress {
   const size_t total_;
   const double begin_;
   const double end_;
-  std::atomic<size_t> done_{0};
+  std::atomic<size_t> done_;
   std::mutex mutex_;
   size_t told_ = 0;
 };
@@ -146,7 +150,7 @@ RenderContext::RenderContext(Options options) : options_(std::move(options)) {
 
 void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
   const std::vector<Rect> tiles = tiles_of(film.sample_border() ? film.reach() : film.crop());
-  Sequencer sequencer(film);
+  Sequencer sequencer(*this, film);
   try {
     for_each(tiles.size(), [&](size_t index, RenderCounters& counters) {
       FilmTile film_tile = film.make_tile(tiles[index], layer);
@@ -155,17 +159,45 @@ void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& 
       sequencer.finish(index, std::move(film_tile));
     });
   } catch (...) {
+    if (checkpoint_) checkpoint_->abandon();
     sequencer.commit_rest();
     throw;
   }
+  // Sums are to be made in the tiles' order whenever the render goes on: no checkpoint has the
+  // rest.
+  if (checkpoint_ && cancelled()) checkpoint_->close(film);
   sequencer.commit_rest();
 }
 
+void RenderContext::commit(Film& film, size_t item, std::initializer_list<const FilmTile*> tiles) {
+  const std::lock_guard lock(commit_mutex_);
+  uint64_t commits = 0;
+  for (const FilmTile* tile : tiles) {
+    if (!tile) continue;
+    film.commit(*tile);
+    ++commits;
+  }
+  if (checkpoint_) checkpoint_->add(film, item, commits);
+}
+
+bool RenderContext::is_committed(size_t item) const {
+  return checkpoint_ && checkpoint_->is_done(item);
+}
+
+double RenderContext::decide(const std::function<double()>& decide) {
+  return checkpoint_ ? checkpoint_->decide(decide) : decide();
+}
+
 void RenderContext::for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn) {
-  const std::vector<size_t> order = tile_order(count, options_.tile_order_seed);
-  const auto threads = static_cast<unsigned>(std::clamp<size_t>(count, 1, options_.threads));
+  std::vector<size_t> order = tile_order(count, options_.tile_order_seed);
+  if (checkpoint_) {
+    checkpoint_->begin_pass(count);
+    std::erase_if(order, [&](size_t item) { return checkpoint_->is_done(item); });
+  }
+  const auto threads = static_cast<unsigned>(std::clamp<size_t>(order.size(), 1, options_.threads));
   const auto told = [&](double share) { return pass_begin_ + (pass_end_ - pass_begin_) * share; };
-  Progress progress(options_.progress, count, told(progress_begin_), told(progress_end_));
+  Progress progress(options_.progress, count, count - order.size(), told(progress_begin_),
+                    told(progress_end_));
   FirstException exception;
   std::vector<RenderCounters> counters(threads);
   std::atomic<size_t> next{0};
@@ -176,7 +208,7 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
   run_on_threads(threads, [&](unsigned thread) {
     while (!exception.any() && !cancelled()) {
       const size_t turn = next.fetch_add(1, std::memory_order_relaxed);
-      if (turn >= count) return;
+      if (turn >= order.size()) return;
       const size_t index = order[turn];
       try {
         fn(index, counters[thread]);

@@ -147,12 +147,14 @@ void Scene::intersect(std::span<RayHit> rays, Coherence coherence, RenderCounter
       for (RayHit& ray : rays) embree::intersect1(accelerator_->scene(), query, ray);
     }
   });
+  rethrow_from_shapes();
 }
 
 void Scene::occluded(std::span<Ray> rays, Coherence coherence, RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent);
   trace_possible(rays, [&] { embree::occluded_stream(accelerator_->scene(), query, rays); });
+  rethrow_from_shapes();
 }
 
 }  // namespace kinome

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <exception>
+#include <utility>
 
 #include "kinome/error.h"
 
@@ -54,8 +56,17 @@ Ray read_ray(RTCRayN* rays, unsigned n, unsigned i) {
   return ray;
 }
 
+/// What a shape threw on this thread: Embree would swallow it, and the picture lack the shape.
+thread_local std::exception_ptr thrown;
+
 bool hit_shape(const Shape& shape, const Ray& ray, float& t, Hit& hit) {
-  return shape.intersect(ray, t, hit) && t >= ray.tmin && t <= ray.tmax;
+  if (thrown) return false;
+  try {
+    return shape.intersect(ray, t, hit) && t >= ray.tmin && t <= ray.tmax;
+  } catch (...) {
+    thrown = std::current_exception();
+    return false;
+  }
 }
 
 void intersect_shape(const RTCIntersectFunctionNArguments* args) {
@@ -95,6 +106,10 @@ void occlude_by_shape(const RTCOccludedFunctionNArguments* args) {
 }
 
 }  // namespace
+
+void rethrow_from_shapes() {
+  if (thrown) std::rethrow_exception(std::exchange(thrown, nullptr));
+}
 
 void DeviceErrors::report(void* self, RTCError /*code*/, const char* text) {
   auto& errors = *static_cast<DeviceErrors*>(self);

@@ -22,6 +22,9 @@ class DeviceErrors {
   std::string message_;
 };
 
+/// After queries: throws what shapes threw within them on this thread.
+void rethrow_from_shapes();
+
 /// Embree's device and scene: one geometry for each shape, with the shape's index as its id.
 struct Scene::Accelerator {
   Accelerator(const std::vector<std::shared_ptr<Shape>>& shapes, unsigned threads);

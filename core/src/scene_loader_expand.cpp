@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "file_search.h"
+#include "fnv1a.h"
 #include "scene_loader_node.h"
 
 namespace kinome::loader {
@@ -17,21 +18,11 @@ namespace fs = std::filesystem;
 constexpr size_t kDeepestInclude = 15;
 /// Files that include others twice, which include others twice, …: an end to that.
 constexpr int kMostIncludes = 2000;
-/// And to defaults that double one another.
+/// And to large files that are included many times: bytes of all includes but the first of each.
+constexpr size_t kMostRepeated = 4 << 20;
+/// And to defaults that double one another: bytes of one attribute, and of all that are substituted.
 constexpr size_t kLongestAttribute = 1 << 20;
-
-class Fnv1a {
- public:
-  void add(std::string_view text) {
-    for (const char c : text) add_byte(static_cast<unsigned char>(c));
-    add_byte(0);
-  }
-  std::string hex() const { return fmt::format("{:016x}", state_); }
-
- private:
-  void add_byte(unsigned char byte) { state_ = (state_ ^ byte) * 0x100000001b3u; }
-  uint64_t state_ = 0xcbf29ce484222325u;
-};
+constexpr size_t kMostSubstituted = 64 << 20;
 
 /// What $x stands for: -D and <default>.
 class Substitution {
@@ -57,6 +48,10 @@ class Substitution {
       unused_.erase(name);
       if (result.size() > kLongestAttribute) {
         throw Error(attribute.where, "the value grows too long by substitution");
+      }
+      total_ += value.size();
+      if (total_ > kMostSubstituted) {
+        throw Error(attribute.where, "the scene grows too large by substitution");
       }
     }
     return result += rest;
@@ -95,6 +90,7 @@ class Substitution {
 
   std::map<std::string, std::string> values_;
   std::set<std::string> unused_;
+  size_t total_ = 0;
 };
 
 class Expander {
@@ -103,7 +99,7 @@ class Expander {
       : name_(name), options_(options), substitution_(options.defines) {}
 
   Expansion run(const std::string& text, bool whole_scene) {
-    hash_.add(text);
+    add_to_hash(text);
     Node root = parse(text, name_);
     if (whole_scene && root.tag != "scene") {
       throw Error(root.where, "the root must be <scene>, not " + quoted_tag(root));
@@ -113,8 +109,8 @@ class Expander {
     check_node(root, nullptr);
     result_.root = expand_node(root, true);
     substitution_.check_all_used(name_);
-    for (const auto& [key, value] : options_.defines) hash_.add(key + "=" + value);
-    result_.hash = hash_.hex();
+    for (const auto& [key, value] : options_.defines) add_to_hash(key + "=" + value);
+    result_.hash = fmt::format("{:016x}", hash_.value());
     return std::move(result_);
   }
 
@@ -171,7 +167,10 @@ class Expander {
     }
     if (++includes_ > kMostIncludes) throw Error(attribute.where, "too many includes");
     const std::string text = read_text(path, attribute.where);
-    hash_.add(text);
+    if (!included_.insert(path).second && (repeated_ += text.size()) > kMostRepeated) {
+      throw Error(attribute.where, "'" + path + "' and others are included too many times");
+    }
+    add_to_hash(text);
     Node root = parse(text, path);
     upgrade(root, true);
     check_node(root, nullptr);
@@ -247,6 +246,9 @@ class Expander {
     }
   }
 
+  /// With the zero at its end: texts must not run into one another.
+  void add_to_hash(const std::string& text) { hash_.add(text.c_str(), text.size() + 1); }
+
   static std::string folder_of(const std::string& file) {
     const std::string folder = fs::path(file).parent_path().string();
     return folder.empty() ? "." : folder;
@@ -261,6 +263,8 @@ class Expander {
   std::vector<std::string> files_;  ///< the scene, then the includes that are being read
   std::shared_ptr<const std::vector<std::string>> folders_;
   int includes_ = 0;
+  std::set<std::string> included_;
+  size_t repeated_ = 0;
 };
 
 }  // namespace

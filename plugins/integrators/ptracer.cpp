@@ -8,7 +8,6 @@
 ///
 ///     <integrator type="ptracer"><integer name="max_depth" value="3"/></integrator>
 
-#include <atomic>
 #include <vector>
 
 #include "kinome/integrator.h"
@@ -262,7 +261,6 @@ class LightTracingIntegrator final : public Integrator {
     const auto step = static_cast<uint32_t>(std::clamp<uint64_t>(kPassPaths / pixels, 1, count));
     for (uint32_t done = 0; done < count && !context.cancelled(); done += step) {
       const uint32_t of_pass = std::min(step, count - done);
-      std::atomic<uint64_t> traced{0};
       context.set_progress_range(static_cast<double>(done) / count,
                                  static_cast<double>(done + of_pass) / count);
       context.for_each_tile(film, [&](Tile& tile) {
@@ -270,10 +268,9 @@ class LightTracingIntegrator final : public Integrator {
         for_each_part(tile.pixels, of_pass, kPaths, [&](uint32_t first, uint32_t samples) {
           tracer.trace(tracing, done + first, samples, tile);
         });
-        traced += static_cast<uint64_t>(tile.pixels.area()) * of_pass;
+        // By each tile, so that a render that is cut short has the brightness of its paths so far.
+        tile.film.add_light_paths(static_cast<double>(tile.pixels.area()) * of_pass);
       });
-      // Here, so that a render that is cut short has the brightness of its paths so far.
-      film.add_light_paths(static_cast<double>(traced));
     }
     context.set_progress_range(0, 1);
   }

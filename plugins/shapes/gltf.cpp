@@ -31,10 +31,13 @@ constexpr Parameter kTable[] = {
     kNestedEmitter,
 };
 
+/// Of what the reader of the format says, which may quote megabytes of the file.
 std::string first_line(const std::string& text) {
+  constexpr size_t kLongest = 200;
   const size_t start = text.find_first_not_of(" \t\r\n");
   if (start == std::string::npos) return "the file is broken";
-  return text.substr(start, text.find_first_of("\r\n", start) - start);
+  const std::string line = text.substr(start, text.find_first_of("\r\n", start) - start);
+  return line.size() > kLongest ? line.substr(0, kLongest) + "…" : line;
 }
 
 tinygltf::Model parse_gltf(const std::string& file) {
@@ -130,6 +133,7 @@ class GltfReader {
         for (size_t i = 0; i < mesh.primitives.size(); ++i) {
           read_primitive(mesh.primitives[i], matrix,
                          "mesh " + std::to_string(node.mesh) + ", primitive " + std::to_string(i));
+          check_size();
         }
       }
       for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) {
@@ -137,6 +141,13 @@ class GltfReader {
         pending.push_back({*child, matrix});
       }
     }
+  }
+
+  void check_size() const {
+    const size_t most = accessors_.most_elements();
+    if (std::max(mesh_.positions.size(), mesh_.triangles.size()) <= most) return;
+    accessors_.fail("the file uses its data too many times: that makes more than " +
+                    std::to_string(most) + " vertices or faces");
   }
 
   glm::dmat4 local_matrix(const tinygltf::Node& node, const std::string& name) const {

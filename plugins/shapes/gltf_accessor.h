@@ -46,6 +46,10 @@ class GltfAccessors {
     return values;
   }
 
+  /// Nodes may show one mesh many times: far more than that is no scene, but a file that is meant to
+  /// fill the memory.
+  size_t most_elements() const { return (size_t{1} << 20) + kMostRepeated * total_bytes_; }
+
   template <class T>
   const T& at(const std::vector<T>& list, int index, const char* kind,
               const std::string& user) const {
@@ -61,6 +65,8 @@ class GltfAccessors {
   }
 
  private:
+  /// As elements for each byte of data.
+  static constexpr size_t kMostRepeated = 16;
   struct View {
     const unsigned char* data;
     size_t stride;

@@ -33,8 +33,8 @@ TEST_P(EveryFilter, KeepsTheSum) {
                      (static_cast<float>(i / kSteps) + 0.5f) / kSteps);
     tile.add_splat(Vec2(5, 4) + place, Rgb(1, 2, 4));
   }
+  tile.add_light_paths(kSteps * kSteps);
   film->commit(tile);
-  film->add_light_paths(kSteps * kSteps);
   const Image image = film->develop();
   double sum[3] = {};
   for (int y = 0; y < 9; ++y) {
@@ -62,8 +62,8 @@ TEST_P(EveryFilter, EvenLightIsAnEvenPicture) {
       tile.add_splat(p, Rgb(3, 2, 1));
     }
   }
+  tile.add_light_paths(kSteps * kSteps);
   film->commit(tile);
-  film->add_light_paths(kSteps * kSteps);
   const Image image = film->develop();
   ASSERT_EQ(image.width, 4);
   // Midpoints: a tent's kinks cost up to 1/8²/4 of the value, a Gaussian's end less.
@@ -83,8 +83,8 @@ TEST(Splat, IsAddedToMeansOfSamples) {
     tile.add_splat({1.5f, 0.1f}, Rgb(10, 20, 30));
     tile.add_splat({1.9f, 0.9f}, Rgb(10, 20, 30));
     tile.add_splat({2.f, 1.f}, Rgb(1, 1, 1));
+    tile.add_light_paths(4);
     film->commit(tile);
-    film->add_light_paths(4);
     const Image image = film->develop();
     EXPECT_EQ(image.at(1, 0, 0), 2 + 5);
     EXPECT_EQ(image.at(1, 0, 1), 2 + 10);
@@ -102,9 +102,9 @@ TEST(Splat, LanesShareTheirPaths) {
     film->set_lane(lane);
     FilmTile tile = film->make_tile({0, 0, 1, 1});
     tile.add_splat({0.5f, 0.5f}, Rgb(lane == 0 ? 12.f : 4.f));
+    tile.add_light_paths(2);
+    tile.add_light_paths(lane == 0 ? 1 : 0);
     film->commit(tile);
-    film->add_light_paths(2);
-    film->add_light_paths(lane == 0 ? 1 : 0);
   }
   EXPECT_EQ(film->develop().at(0, 0, 0), 16.f / 5);
   EXPECT_EQ(film->lane_color(0, 0)->x, 4);

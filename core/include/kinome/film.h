@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -37,9 +38,11 @@ class KINOME_EXPORT FilmTile {
   /// values as in add().
   void add_pixel(int x, int y, std::span<const float> values, float weight = 1);
   /// Adds light that arrives at any `position` of the full film, inside this tile or not, whatever
-  /// has been sampled there: pixels add it to their weighted means (Film::add_light_paths). Colour
-  /// of layer 0 only.
+  /// has been sampled there: pixels add it to their weighted means. Colour of layer 0 only.
   void add_splat(const Vec2& position, const Rgb& value);
+  /// Says how many light paths more the film's splats come from: what they are divided by in the
+  /// end. Before it is said at all, by 1.
+  void add_light_paths(double count) { light_paths_ += count; }
   const Rect& pixels() const { return pixels_; }
   uint64_t non_finite() const { return non_finite_; }
 
@@ -56,6 +59,7 @@ class KINOME_EXPORT FilmTile {
     Rgb value;
   };
   std::vector<Splat> splats_;
+  double light_paths_ = 0;
   uint64_t non_finite_ = 0;
 };
 
@@ -84,7 +88,7 @@ class KINOME_EXPORT Film : public Object {
   /// own. Commits go to lane 0 until set_lane().
   void prepare(const std::vector<std::vector<std::string>>& layers, uint32_t lanes = 1);
   uint32_t lanes() const { return static_cast<uint32_t>(lanes_.size()); }
-  /// Where commits and light paths go from now on.
+  /// Where commits go from now on.
   void set_lane(uint32_t lane) { lane_ = lane; }
   bool has_alpha() const { return has_alpha_; }
   /// Of all layers, in order: the channels of develop().
@@ -94,11 +98,15 @@ class KINOME_EXPORT Film : public Object {
   int value_count(int layer) const;
 
   FilmTile make_tile(const Rect& pixels, int layer = 0) const;
+  /// Integrators go by RenderContext::for_each_tile or commit, without which there are no
+  /// checkpoints.
   void commit(const FilmTile& tile);
+  /// How many there were since prepare().
+  uint64_t commits() const { return commits_; }
   uint64_t non_finite() const { return non_finite_; }
-  /// Says how many light paths more the splats come from: what they are divided by in the end.
-  /// Before it is said at all, by 1.
-  void add_light_paths(double count) { lanes_.at(lane_).light_paths += count; }
+  /// Hands all that was committed to `io`, piece by piece: to be written, or to be replaced by what
+  /// a film that was prepared alike has written so. False, half way, where that film was another.
+  bool transfer(const std::function<void(void* bytes, size_t count)>& io);
   /// Weighted means so far, of all lanes together, plus splats; pixels without either are 0.
   Image develop() const;
   /// What develop() would make of one lane: R, G, B, or luminance in all three; nullopt where the
@@ -132,6 +140,8 @@ class KINOME_EXPORT Film : public Object {
     double light_paths = 0;
   };
   void commit_splats(const FilmTile& tile);
+  /// Of a lane: those that there are, or zeros for them.
+  std::vector<double>& splats_of(Lane& lane);
   /// Of lanes [first, end) together.
   Rgb color(size_t pixel, size_t first, size_t end) const;
   double splat_scale(size_t first, size_t end) const;
@@ -141,6 +151,7 @@ class KINOME_EXPORT Film : public Object {
   uint32_t lane_ = 0;
   double splat_norm_ = 1;  ///< 1 / the filter's integral over the plane
   uint64_t non_finite_ = 0;
+  uint64_t commits_ = 0;
 };
 
 }  // namespace kinome

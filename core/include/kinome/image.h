@@ -49,6 +49,8 @@ KINOME_EXPORT Image read_pfm(const std::string& path, const Location& where = {}
 /// 8-bit sRGB of the first three channels, multiplied by 2^exposure; alpha kept where there is one.
 KINOME_EXPORT void write_png(const std::string& path, const Image& image, float exposure);
 KINOME_EXPORT void write_text(const std::string& path, const std::string& text);
+/// Waits until a file that was written is on the disk, and its folder knows of it. Throws Error.
+KINOME_EXPORT void sync_file(const std::string& path);
 KINOME_EXPORT void remove_temporary_files() noexcept;
 /// Throws Error where a file at `path` could not be created now: the folder is missing or not
 /// writable, or `path` is a folder. To be asked before a long render.

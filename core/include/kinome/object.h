@@ -1,6 +1,9 @@
 #pragma once
 
+#include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "kinome/export.h"
 
@@ -33,12 +36,22 @@ class KINOME_EXPORT Object {
   /// The scene's name for it, or "".
   const std::string& id() const { return id_; }
   void set_id(std::string id) { id_ = std::move(id); }
+  /// "category/name" of the plugin that made it, and the objects that the scene nests in it; set by
+  /// the registry once it is made.
+  const std::string& plugin() const { return plugin_; }
+  const std::vector<std::shared_ptr<const Object>>& nested() const { return nested_; }
+  void set_origin(std::string plugin, std::vector<std::shared_ptr<const Object>> nested) {
+    plugin_ = std::move(plugin);
+    nested_ = std::move(nested);
+  }
 
  protected:
   Object() = default;
 
  private:
   std::string id_;
+  std::string plugin_;
+  std::vector<std::shared_ptr<const Object>> nested_;
 };
 
 }  // namespace kinome

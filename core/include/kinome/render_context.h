@@ -3,7 +3,9 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <initializer_list>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "kinome/film.h"
@@ -11,6 +13,8 @@
 #include "kinome/stats.h"
 
 namespace kinome {
+
+class Checkpoint;
 
 /// Side of a tile in pixels (Åkerlund 2008, 4.4.1).
 inline constexpr int kTileSize = 32;
@@ -67,6 +71,17 @@ class KINOME_EXPORT RenderContext {
   /// Calls fn(i, counters) for i < count on all threads (denormals flushed), as for_each_tile does
   /// with tiles: progress is told, exceptions are rethrown, a cancelled context hands out no more.
   void for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn);
+  /// Adds to the film what an item of the for_each at work has made, once for each item: the whole
+  /// of it at once, which is what checkpoints count by (nullptr: no tile). Thread-safe.
+  void commit(Film& film, size_t item, std::initializer_list<const FilmTile*> tiles);
+  /// An item of the for_each at work is in the film already.
+  bool is_committed(size_t item) const;
+  /// What `decide` says. To be asked for what depends on the film's contents: in a resumed render
+  /// these are of a later time, and the answer is that of the render before.
+  double decide(const std::function<double()>& decide);
+  /// Keeps what is finished, and leaves out what was: before a render. nullptr: nothing is kept.
+  void set_checkpoint(Checkpoint* checkpoint) { checkpoint_ = checkpoint; }
+  Checkpoint* checkpoint() const { return checkpoint_; }
   /// The part of the whole work that the next for_each or for_each_tile is: what progress counts
   /// as. 0 to 1 unless said, which is right for a single pass.
   void set_progress_range(double begin, double end);
@@ -103,6 +118,8 @@ class KINOME_EXPORT RenderContext {
   double progress_begin_ = 0;
   double progress_end_ = 1;
   RenderStats stats_;
+  Checkpoint* checkpoint_ = nullptr;
+  std::mutex commit_mutex_;
 };
 
 /// A warning where the scene has no emitter at all: for integrators that show nothing but light.

@@ -45,6 +45,15 @@ struct Skipped {
   std::string why;
 };
 
+/// What a plugin said that can't be, at `count` of the `looks` places where it was asked after the
+/// render.
+struct PluginFault {
+  std::string plugin;  ///< "bsdf/ward", and the object's id
+  std::string what;
+  uint64_t count = 0;
+  uint64_t looks = 0;
+};
+
 /// What `--stats` reports. Wall-clock seconds, except where said.
 struct KINOME_EXPORT RenderStats {
   double load_seconds = 0;    ///< XML, plugins, assets
@@ -60,6 +69,7 @@ struct KINOME_EXPORT RenderStats {
   unsigned threads = 0;
   uint64_t peak_memory_bytes = 0;
   uint64_t non_finite_samples = 0;
+  std::vector<PluginFault> faults;
   bool complete = true;
   double samples = 0;   ///< a pixel, as of Sampler::sample_count, or what costs as much
   double rel_mse = -1;  ///< as the render itself estimates it; negative: it doesn't

@@ -1,0 +1,192 @@
+// --checkpoint and --resume: whatever happens to the program, little is lost, and the picture that
+// comes out in the end is the one of a render that nothing happened to, byte by byte.
+
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "background.h"
+#include "cli.h"
+
+namespace kinome::test {
+namespace {
+
+class CheckpointTest : public Cli {
+ protected:
+  CheckpointTest()
+      : scene_(folder_.write("scene.xml", small_scene())),
+        image_(folder_.path("a.exr")),
+        checkpoint_(folder_.path("a.checkpoint")) {}
+
+  std::vector<std::string> arguments(const std::vector<std::string>& more) const {
+    std::vector<std::string> all = {scene_, "-o", image_, "--checkpoint", checkpoint_};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  /// The file that a run without any of this writes.
+  std::string expected(const std::vector<std::string>& more) const {
+    const std::string image = folder_.path("expected.exr");
+    std::vector<std::string> all = {"-q", scene_, "-o", image};
+    all.insert(all.end(), more.begin(), more.end());
+    EXPECT_EQ(kinome(all).status, 0);
+    std::string bytes = read_text(image);
+    std::filesystem::remove(image);
+    return bytes;
+  }
+  /// Waits for the first checkpoint.
+  ::testing::AssertionResult begins() const {
+    for (int i = 0; i < 6000; ++i) {
+      if (std::filesystem::exists(checkpoint_)) return ::testing::AssertionSuccess();
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return ::testing::AssertionFailure() << "no checkpoint is ever written";
+  }
+  /// Seconds since the checkpoint was written, or nothing.
+  std::optional<double> age() const {
+    struct stat info {};
+    if (stat(checkpoint_.c_str(), &info) != 0) return std::nullopt;
+    timespec now{};
+    clock_gettime(CLOCK_REALTIME, &now);
+    return static_cast<double>(now.tv_sec - info.st_mtim.tv_sec) +
+           1e-9 * static_cast<double>(now.tv_nsec - info.st_mtim.tv_nsec);
+  }
+
+  std::string scene_, image_, checkpoint_;
+};
+
+TEST_F(CheckpointTest, SigtermAndResume) {
+  const std::vector<std::string> render = {"-D", "width=256", "-D", "spp=64"};
+  const std::string log = folder_.path("log");
+  std::vector<std::string> first = arguments(render);
+  first.insert(first.end(), {"-t", "2", "--every", "0"});
+  Background program(first, log);
+  ASSERT_TRUE(begins());
+  program.send(SIGTERM);
+  EXPECT_EQ(program.wait(), 128 + SIGTERM) << program.log();
+  EXPECT_NE(program.log().find("--resume goes on from " + checkpoint_), std::string::npos);
+  ASSERT_TRUE(std::filesystem::exists(checkpoint_));
+
+  const ProcessResult refused = kinome(first);
+  expect_one_error(refused, "", {checkpoint_, "it exists", "--resume"});
+
+  std::vector<std::string> second = arguments(render);
+  second.insert(second.end(), {"-t", "1", "--resume"});
+  const ProcessResult result = kinome(second);
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_NE(result.err.find("resuming from " + checkpoint_), std::string::npos) << result.err;
+  EXPECT_EQ(read_text(image_), expected(render));
+  EXPECT_EQ(other_files({scene_, log, image_}), std::vector<std::string>{});
+}
+
+/// Killed at random moments until it is done: KINOME_KILLS=100 for as many, here a few. What is
+/// lost each time is no more than the interval and what takes shorter than that.
+TEST_F(CheckpointTest, KilledAgainAndAgain) {
+  const char* const wanted = std::getenv("KINOME_KILLS");
+  const int kills = wanted ? std::atoi(wanted) : 6;
+  std::mt19937 random(7);
+  const std::string log = folder_.path("log");
+  int done = 0, resumed = 0, pictures = 0;
+  for (; done < kills; ++pictures) {
+    const std::vector<std::string> render = {
+        "-D",     "width=192",
+        "-D",     "spp=32",
+        "-D",     std::string("integrator=") + (pictures % 2 == 0 ? "clustered" : "path"),
+        "--seed", std::to_string(pictures)};
+    const auto start = Clock::now();
+    const std::string bytes = expected(render);
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    for (bool finished = false; !finished;) {
+      std::vector<std::string> run = arguments(render);
+      run.insert(run.end(),
+                 {"--resume", "--every", "0.01", "-t", std::to_string(1 + random() % 3)});
+      Background program(run, log);
+      if (done < kills) {
+        const double moment = 1.2 * seconds * static_cast<double>(random() % 1000) / 1000;
+        std::this_thread::sleep_for(std::chrono::duration<double>(moment));
+        program.send(SIGKILL);
+      }
+      const int status = program.wait();
+      finished = status == 0;  // it was faster
+      done += finished ? 0 : 1;
+      EXPECT_TRUE(finished || status == 128 + SIGKILL) << status << program.log();
+      resumed += program.log().find("resuming") != std::string::npos ? 1 : 0;
+    }
+    EXPECT_EQ(read_text(image_), bytes) << "picture " << pictures << " after " << done << " kills";
+    EXPECT_FALSE(std::filesystem::exists(checkpoint_));
+    // Few half files, on file systems that know no files without a name.
+    EXPECT_LE(other_files({scene_, log, image_}).size(), 1u + static_cast<size_t>(done) / 4);
+  }
+  EXPECT_GT(resumed, kills / 4);
+  std::printf("%d pictures, %d kills, %d resumed renders\n", pictures, done, resumed);
+}
+
+/// A render that goes on for long has a checkpoint that is no older than it should be.
+TEST_F(CheckpointTest, IsWrittenOften) {
+  const std::string log = folder_.path("log");
+  Background program(arguments({"-D", "width=256", "-D", "spp=100000", "--every", "0.1"}), log);
+  ASSERT_TRUE(begins());
+  for (int i = 0; i < 10; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    const auto seconds = age();
+    ASSERT_TRUE(seconds);
+    // A tile takes 0.1 s at most; the rest is for a machine that is busy with other things.
+    EXPECT_LT(*seconds, 3);
+  }
+}
+
+TEST_F(CheckpointTest, ForeignOnesAreRefused) {
+  const std::string log = folder_.path("log");
+  {
+    Background program(arguments({"-D", "width=256", "-D", "spp=100000", "--every", "0"}), log);
+    ASSERT_TRUE(begins());
+    program.send(SIGKILL);
+    program.wait();
+  }
+  const std::vector<std::string> same = {"--resume", "-D", "width=256", "-D", "spp=100000"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), same.begin(), same.end());
+    ProcessResult result = kinome(arguments(more));
+    const std::string resuming = "resuming from " + checkpoint_ + "\n";
+    if (result.err.rfind(resuming, 0) == 0) result.err.erase(0, resuming.size());
+    return result;
+  };
+  const std::string whose = "checkpoint '" + checkpoint_ + "': it belongs to another render: its ";
+  expect_one_error(with({"--seed", "1"}), "", {whose + "seed is '0', and here it is '1'"});
+  expect_one_error(with({"-s", "above"}), "", {whose});
+  expect_one_error(with({"-D", "integrator=path"}), "", {whose + "scene"});
+  expect_one_error(with({"--variance"}), "", {whose + "--variance"});
+  expect_one_error(with({"--error", "0.5"}), "", {whose + "--error"});
+  std::string bytes = read_text(checkpoint_);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  folder_.write("a.checkpoint", bytes);
+  expect_one_error(kinome(arguments(same)), "", {checkpoint_, "damaged", "checksum"});
+  folder_.write("a.checkpoint", "the only copy of something else");
+  expect_one_error(kinome(arguments(same)), "", {checkpoint_, "not a checkpoint"});
+  EXPECT_EQ(read_text(checkpoint_), "the only copy of something else");
+  EXPECT_FALSE(std::filesystem::exists(image_));
+}
+
+TEST_F(CheckpointTest, OptionsThatMakeNoSense) {
+  const auto fails = [&](const std::vector<std::string>& options, const std::string& part) {
+    std::vector<std::string> all = {scene_};
+    all.insert(all.end(), options.begin(), options.end());
+    expect_one_error(kinome(all), "", {part});
+  };
+  fails({"--resume"}, "--resume: needs --checkpoint");
+  fails({"--every", "3"}, "--every: needs --checkpoint");
+  fails({"--checkpoint", ""}, "--checkpoint: needs the name");
+  fails({"--checkpoint", checkpoint_, "--every", "-1"}, "--every");
+  fails({"--checkpoint", checkpoint_, "--every", "nan"}, "--every");
+  fails({"--checkpoint", checkpoint_, "--time", "1"}, "--time");
+  fails({"--checkpoint", checkpoint_, "--inspect", "1,1"}, "--inspect");
+  fails({"--checkpoint", folder_.path("no/c")}, "does not exist");
+  fails({"--checkpoint", "/proc/c"}, "cannot write");
+  fails({"--checkpoint", image_, "-o", image_}, "where the picture goes");
+  fails({"--checkpoint", folder_.path("a.png"), "-o", image_, "--png"}, "where the picture goes");
+  fails({"--checkpoint", scene_}, "it exists");
+  EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
+}
+
+}  // namespace
+}  // namespace kinome::test

@@ -1,0 +1,22 @@
+// A disk that is full: to be preloaded into a program. Of all that it writes to files by fwrite,
+// KINOME_TEST_DISK bytes find room; what comes after fails with ENOSPC.
+#include <dlfcn.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+
+extern "C" size_t fwrite(const void* bytes, size_t size, size_t count, std::FILE* file) {
+  using Write = size_t (*)(const void*, size_t, size_t, std::FILE*);
+  static const auto next = reinterpret_cast<Write>(dlsym(RTLD_NEXT, "fwrite"));
+  static size_t used = 0;
+  const char* const room = std::getenv("KINOME_TEST_DISK");
+  if (room && fileno(file) > 2) {
+    if (used + size * count > std::strtoul(room, nullptr, 10)) {
+      errno = ENOSPC;
+      return 0;
+    }
+    used += size * count;
+  }
+  return next(bytes, size, count, file);
+}

@@ -1,0 +1,53 @@
+#include <new>
+#include <vector>
+
+#include "faulty.h"
+#include "kinome/bsdf.h"
+#include "kinome/warp.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr Parameter kTable[] = {KINOME_FAULT_PARAMETER};
+
+/// White and diffuse but for its fault.
+class FaultyBsdf final : public Bsdf {
+ public:
+  explicit FaultyBsdf(const Properties& props) : fault_(props) { lobes_ = Lobe::kDiffuse; }
+
+  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
+                const BsdfValueBatch& out) const override {
+    fault_.throw_if("eval", "evaluate");
+    if (fault_.is("no exception")) throw 42;
+    if (fault_.is("memory")) throw std::bad_alloc();
+    if (fault_.is("range")) static_cast<void>(std::vector<int>().at(1));
+    for (size_t i = 0; i < wo.count; ++i) {
+      const bool is_lit = any(mask & Lobe::kDiffuse) && si.wi.z > 0 && wo.z[i] > 0;
+      const float f = is_lit ? wo.z[i] * kInvPi : 0.f;
+      out.r[i] = out.g[i] = out.b[i] = is_lit && fault_.is("nan") ? kNan : f;
+      if (out.pdf) out.pdf[i] = fault_.is("negative pdf") ? -f : f;
+    }
+  }
+  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float /*u1*/,
+                                   const Vec2& u2) const override {
+    if (!any(mask & Lobe::kDiffuse) || si.wi.z <= 0) return std::nullopt;
+    BsdfSample sample;
+    sample.wo = square_to_cosine_hemisphere(u2);
+    sample.pdf = cosine_hemisphere_pdf(sample.wo.z) * (fault_.is("negative pdf") ? -1.f : 1.f);
+    sample.weight = Rgb(fault_.is("nan") ? kNan : 1.f);
+    sample.lobe = Lobe::kDiffuse;
+    return sample;
+  }
+  LobeReflectance reflectance(const SurfaceInteraction& /*si*/) const override {
+    return {Rgb(1.f), Rgb(0.f)};
+  }
+
+ private:
+  Fault fault_;
+};
+
+}  // namespace
+}  // namespace kinome::test
+
+KINOME_PLUGIN(kinome::test::FaultyBsdf, kinome::Category::kBsdf, "faulty", "Has a fault.",
+              kinome::test::kTable);

@@ -1,0 +1,30 @@
+#include "faulty.h"
+#include "kinome/texture.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr Parameter kTable[] = {KINOME_FAULT_PARAMETER};
+
+/// Grey but for its fault.
+class FaultyTexture final : public Texture {
+ public:
+  explicit FaultyTexture(const Properties& props) : fault_(props) {}
+
+  Rgb eval(const Vec2& /*uv*/) const override {
+    fault_.throw_if("eval", "be looked up");
+    return Rgb(fault_.is("nan") ? kNan : 0.5f);
+  }
+  Rgb mean() const override { return Rgb(0.5f); }
+  float max() const override { return 0.5f; }
+  float min() const override { return 0.5f; }
+
+ private:
+  Fault fault_;
+};
+
+}  // namespace
+}  // namespace kinome::test
+
+KINOME_PLUGIN(kinome::test::FaultyTexture, kinome::Category::kTexture, "faulty", "Has a fault.",
+              kinome::test::kTable);

@@ -1,0 +1,30 @@
+#include "options.h"
+
+#include <iostream>
+#include <vector>
+
+#include "fuzz.h"
+
+/// Command lines: arguments with a line break after each.
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  std::cout.setstate(std::ios::failbit);  // --help speaks
+  std::vector<std::string> arguments = {"kinome"};
+  std::string argument;
+  for (size_t i = 0; i < size; ++i) {
+    if (data[i] == 0) break;
+    if (data[i] != '\n') {
+      argument += static_cast<char>(data[i]);
+    } else {
+      arguments.push_back(std::move(argument));
+      argument.clear();
+    }
+  }
+  std::vector<const char*> argv;
+  for (const std::string& text : arguments) argv.push_back(text.c_str());
+  argv.push_back(nullptr);
+  try {
+    kinome::app::parse_options(static_cast<int>(arguments.size()), argv.data());
+  } catch (const kinome::Error&) {
+  }
+  return 0;
+}

@@ -1,0 +1,10 @@
+#include "fuzz.h"
+
+/// As light from all around, and as a texture.
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  static const kinome::fuzz::InputFile file(".pfm");
+  const std::string& path = file.write(data, size);
+  kinome::fuzz::load_file("emitter", "envmap", path);
+  if (size > 1 && data[0] == 'P') kinome::fuzz::load_file("texture", "bitmap", path);
+  return 0;
+}

@@ -1,0 +1,19 @@
+#include <stdexcept>
+
+#include "fuzz.h"
+
+/// A whole scene. What it may include or read is what lies beside it: nothing.
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace kinome;
+  const std::string xml(reinterpret_cast<const char*>(data), size);
+  LoadOptions options;
+  options.threads = 1;
+  try {
+    load_scene_from_string(xml, "fuzz.xml", options, fuzz::registry());
+  } catch (const Error& error) {
+    const std::string what = error.what();
+    if (what.find('\n') != std::string::npos) throw std::logic_error("an error of two lines");
+    if (error.where().file.empty()) throw std::logic_error("an error without a place: " + what);
+  }
+  return 0;
+}
