@@ -56,6 +56,9 @@ class Builder {
   Builder(const LightPoints& points, std::vector<LightCell>& cells)
       : points_(points), cells_(cells), order_(points.size()) {
     std::iota(order_.begin(), order_.end(), 0u);
+    double total = 0;
+    for (const Rgb& power : points.power) total += importance_of(power);
+    if (total > 0) deviation_scale_ = static_cast<double>(points.size()) / total;
     cells_.resize(2 * points.size() - 1);
     next_cell_ = 1;
     build(0, 0, static_cast<uint32_t>(points.size()));
@@ -86,7 +89,7 @@ class Builder {
     c.normal = normalized_or_zero(Vec3(sums.normal / static_cast<double>(count)));
     c.weight = static_cast<float>(sums.weight);
     c.extent = static_cast<float>(sums.extent);
-    c.variance = static_cast<float>(sums.squared_deviation);
+    c.variance = static_cast<float>(sums.squared_deviation * deviation_scale_ * deviation_scale_);
     c.first = first;
     c.count = count;
     c.left = left;
@@ -131,6 +134,7 @@ class Builder {
   std::vector<LightCell>& cells_;
   std::vector<uint32_t> order_;
   uint32_t next_cell_ = 0;
+  double deviation_scale_ = 1;  ///< 1 / the mean weight
 };
 
 /// Points may come from a plugin of anyone's.

@@ -39,6 +39,8 @@ class LightTreeOf : public testing::TestWithParam<uint32_t> {};
 TEST_P(LightTreeOf, CellsSumUpTheirPoints) {
   const LightTree tree(random_light(GetParam(), 1));
   ASSERT_EQ(tree.cells().size(), 2 * GetParam() - 1);
+  double mean = 0;
+  for (uint32_t i = 0; i < GetParam(); ++i) mean += tree.point_weight(i) / GetParam();
   for (const LightCell& cell : tree.cells()) {
     double weight = 0, extent = 0, squares = 0;
     for (uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
@@ -47,7 +49,7 @@ TEST_P(LightTreeOf, CellsSumUpTheirPoints) {
     }
     for (uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
       const double d = tree.point_weight(i) - weight / cell.count;
-      squares += d * d;
+      squares += d * d / (mean * mean);
     }
     // Sums are taken in double and rounded once.
     EXPECT_NEAR(cell.weight, weight, 1e-6 * weight);
@@ -165,6 +167,17 @@ TEST(LightTree, CoincidentPointsAndExtremePowers) {
   for (uint32_t i = 0; i < 500; ++i) sum += tree.point_weight(i);
   EXPECT_NEAR(tree.cells()[0].weight, sum, 1e-6 * sum);
   EXPECT_EQ(select_cut(tree, 64, CutCriterion::kLuminance).size(), 64u);
+}
+
+/// 2^±200 in squares is more than single precision holds.
+TEST(LightCutSelection, DoesNotDependOnTheUnitOfLight) {
+  const LightPoints points = random_light(2048, 11);
+  const auto expected = select_cut(LightTree(points), 100, CutCriterion::kVariance);
+  for (const int exponent : {-100, 100}) {
+    LightPoints scaled = points;
+    for (Rgb& p : scaled.power) p *= std::ldexp(1.f, exponent);
+    EXPECT_EQ(select_cut(LightTree(scaled), 100, CutCriterion::kVariance), expected) << exponent;
+  }
 }
 
 TEST(LightTree, NegativePowerHasImportance) {

@@ -17,7 +17,8 @@ struct LightCell {
   float weight = 0;  ///< sum of the points' importance: luminance of the channels' magnitudes
   float extent = 0;  ///< sum of the points' extents [sr or area]
   /// Sum over the points of (w_i - mean w)²: the "cluster variance" of 4.2.1, as a total, so that
-  /// large cells weigh more.
+  /// large cells weigh more. In units of the squared mean weight of all the tree's points: as such it
+  /// neither over- nor underflows with the unit of light.
   float variance = 0;
   uint32_t first = 0;
   uint32_t count = 0;
