@@ -11,6 +11,8 @@ namespace {
 /// every primary sent one, within these bounds. The least of them bounds what a light point that is
 /// very near can weigh.
 constexpr float kEyeRayFactor = 4, kLeastEyeRays = 1 / 8.f;
+/// Below this roughness, all primaries whose lobe is glossy send one.
+constexpr float kSharpAlpha = 0.1f;
 /// Where there is a diffuse and a glossy lobe, each gets at least this share of the eye rays.
 constexpr float kLeastLobeShare = 0.2f;
 /// Numbers of a unit's seed: see Estimator::estimate for the others.
@@ -196,10 +198,12 @@ void Estimator::add_local(uint32_t index, const Unit& unit, Rgb& control,
   if (!points.empty()) plan_local(group, first, end_points, points);
 }
 
-/// A pilot reckons with one for each primary, and sends none.
+/// A pilot reckons with one for each primary, and sends none. What it says of sharp lobes can't be
+/// trusted: light points hardly ever lie where these look.
 float Estimator::eye_rays_of(const Patch& patch) const {
   if (is_probing_ || light_.local->needs_eye_rays()) return 1;
-  return patch.eye_rays;
+  const float sharpness = std::min(1.f, kSharpAlpha / std::sqrt(patch.alpha2()));
+  return std::max(patch.eye_rays, sharpness * (1 - diffuse_share(patch)));
 }
 
 /// Mean and variance of the unshadowed light, and how many eye rays are called for.
