@@ -174,20 +174,27 @@ void Estimator::ask(const Group& group, Lobe mask, const AskedDirections& asked)
   }
 }
 
+/// Candidates from `first` on, by their BSDFs, with the density of the patch's lobe.
+void Estimator::ask_for_candidates(const Group& group, Lobe mask, size_t first) {
+  Candidates& c = candidates_;
+  const size_t count = c.size() - first;
+  simd::lobe_density((*patches_)[group.patch].lobe, points_of(group), &c.member[first],
+                     &c.dx[first], &c.dy[first], &c.dz[first], count, &c.lobe_density[first]);
+  ask(group, mask,
+      {&c.member[first],
+       &c.dx[first],
+       &c.dy[first],
+       &c.dz[first],
+       {&c.f[0][first], &c.f[1][first], &c.f[2][first]},
+       count});
+}
+
 void Estimator::evaluate_candidates(const Group& group, size_t first) {
   const Patch& patch = (*patches_)[group.patch];
   Candidates& c = candidates_;
   const size_t count = c.size() - first;
   if (!patch.is_described || !is_microfacet(patch.form)) {
-    simd::lobe_density(patch.lobe, points_of(group), &c.member[first], &c.dx[first], &c.dy[first],
-                       &c.dz[first], count, &c.lobe_density[first]);
-    ask(group, Lobe::kGlossy,
-        {&c.member[first],
-         &c.dx[first],
-         &c.dy[first],
-         &c.dz[first],
-         {&c.f[0][first], &c.f[1][first], &c.f[2][first]},
-         count});
+    ask_for_candidates(group, Lobe::kGlossy, first);
     return;
   }
   const BsdfForm& form = patch.form;

@@ -59,7 +59,7 @@ void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
              &stages["eye rays"]};
   if (prepared_.size() < patches.size()) prepared_.resize(patches.size());
   for (Prepared& prepared : prepared_) prepared.ready = false;
-  if (!has_local()) return;
+  if (!has_local() || patches.empty()) return;
   choice_.choose(*light_.local, light_.local_points, patches, visibility.first(patches.size()),
                  light_.first_local(), seed);
   if (eye_rays_.empty()) eye_rates_.clear();

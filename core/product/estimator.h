@@ -189,6 +189,7 @@ class Estimator {
   void draw_from_cells(const Group& group, size_t first, uint32_t count, uint64_t seed);
   void evaluate_candidates(const Group& group, size_t first);
   void ask(const Group& group, Lobe mask, const AskedDirections& asked);
+  void ask_for_candidates(const Group& group, Lobe mask, size_t first);
   struct Mirrored {
     Vec3 d;
     Rgb radiance;

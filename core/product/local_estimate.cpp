@@ -134,15 +134,7 @@ void Estimator::evaluate_all_lobes(const Group& group, size_t first) {
     }
     if (any(patch.bsdf->lobes() & Lobe::kDiffuse)) add_diffuse_values(group, first);
   } else {
-    simd::lobe_density(patch.lobe, points_of(group), &c.member[first], &c.dx[first], &c.dy[first],
-                       &c.dz[first], count, &c.lobe_density[first]);
-    ask(group, Lobe::kDiffuse | Lobe::kGlossy,
-        {&c.member[first],
-         &c.dx[first],
-         &c.dy[first],
-         &c.dz[first],
-         {&c.f[0][first], &c.f[1][first], &c.f[2][first]},
-         count});
+    ask_for_candidates(group, Lobe::kDiffuse | Lobe::kGlossy, first);
   }
   for (size_t i = first; i < c.size(); ++i) {
     const Vec3& n = primaries_->normal[member_of(group, c.member[i])];
