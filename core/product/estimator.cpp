@@ -261,19 +261,6 @@ void Estimator::trace_shadow_rays() {
   waiting_ = 0;
 }
 
-/// Light that the delta lobes of a point mirror, and where from; nothing if they have no direction.
-std::optional<Estimator::Mirrored> Estimator::mirror(uint32_t primary, uint64_t seed) const {
-  const SurfaceInteraction& si = primaries_->interaction(primary);
-  const Bsdf& bsdf = si.shape->bsdf();
-  if (!any(bsdf.lobes() & Lobe::kDelta)) return std::nullopt;
-  const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
-  const auto sample = bsdf.sample(si, Lobe::kDelta, 0.5f, u);
-  if (!sample) return std::nullopt;
-  const Vec3 d = si.frame.to_world(sample->wo);
-  const Rgb radiance = light_.environment ? light_.environment->eval_environment(d) : Rgb(0.f);
-  return Mirrored{d, sample->weight * radiance};
-}
-
 float Estimator::turned_factor(uint32_t primary, const Vec3& d) const {
   const simd::TurnedPoints& turned = primaries_->turned;
   const float cosine = turned.normal[0][primary] * d.x + turned.normal[1][primary] * d.y +

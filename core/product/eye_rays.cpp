@@ -72,6 +72,19 @@ void Estimator::send_eye_rays(const Group& group, uint64_t seed, Rgb* sum) {
   c.resize(first);
 }
 
+/// Light that the delta lobes of a point mirror, and where from; nothing if they have no direction.
+std::optional<Estimator::Mirrored> Estimator::mirror(uint32_t primary, uint64_t seed) const {
+  const SurfaceInteraction& si = primaries_->interaction(primary);
+  const Bsdf& bsdf = si.shape->bsdf();
+  if (!any(bsdf.lobes() & Lobe::kDelta)) return std::nullopt;
+  const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
+  const auto sample = bsdf.sample(si, Lobe::kDelta, 0.5f, u);
+  if (!sample) return std::nullopt;
+  const Vec3 d = si.frame.to_world(sample->wo);
+  const Rgb radiance = light_.environment ? light_.environment->eval_environment(d) : Rgb(0.f);
+  return Mirrored{d, sample->weight * radiance};
+}
+
 /// What the delta lobes of a primary mirror, all of it.
 void Estimator::send_mirrored(uint32_t primary, uint64_t seed, Rgb* sum) {
   const SurfaceInteraction& si = primaries_->interaction(primary);

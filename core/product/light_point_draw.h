@@ -103,4 +103,13 @@ inline std::optional<LeavingLight> leave_light(const Emitter& emitter, const Vec
   return leaving;
 }
 
+/// What one thread draws.
+struct LocalLight::Drawn {
+  std::vector<LightPoint> points;
+  std::vector<Reflection> reflections;
+  std::vector<RayHit> rays;
+  std::vector<LeavingLight> leaving;
+  RenderCounters counters;
+};
+
 }  // namespace kinome
