@@ -224,16 +224,9 @@ Rgb Estimator::add_glossy_segment(uint32_t index, size_t first, uint32_t lobe,
                                    has_cells ? static_cast<float>(from_cells) : 0.f,
                                    static_cast<float>(lobe),
                                    static_cast<float>(group.count),
-                                   visibility.v.data(),
-                                   visibility.sigma.data()};
-  const simd::CandidateColumns columns{
-      {&c.f[0][first], &c.f[1][first], &c.f[2][first]},
-      &c.radiance[first].x,
-      &c.cell[first],
-      &c.cell_density[first],
-      &c.lobe_density[first],
-      {&c.weight[0][first], &c.weight[1][first], &c.weight[2][first]},
-      &weights_[segment.begin]};
+                                   {visibility.v.data(), visibility.sigma.data()}};
+  const simd::CandidateColumns columns{c.weight_columns(first, &weights_[segment.begin]),
+                                       &c.cell_density[first], &c.lobe_density[first]};
   float control[3];
   simd::weigh_candidates(columns, query, segment.size, control,
                          &block_sums_[segment.begin / simd::kCellLanes]);

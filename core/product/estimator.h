@@ -124,6 +124,13 @@ class Estimator {
     void resize(size_t size);
     Vec3 direction(size_t i) const { return {dx[i], dy[i], dz[i]}; }
     Rgb weight_of(size_t i) const { return {weight[0][i], weight[1][i], weight[2][i]}; }
+    simd::WeightColumns weight_columns(size_t i, float* uncertainty) {
+      return {{&f[0][i], &f[1][i], &f[2][i]},
+              &radiance[i].x,
+              &cell[i],
+              {&weight[0][i], &weight[1][i], &weight[2][i]},
+              uncertainty};
+    }
 
    private:
     size_t size_ = 0;

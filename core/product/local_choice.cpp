@@ -189,16 +189,18 @@ void LocalChoice::pick_points(const LocalLight& light, const LocalPoints& points
 
 LocalChoice::Block LocalChoice::block(uint32_t index) const {
   const uint32_t b = index % kBlocks, at = block_first_[b];
+  // Blocks may be empty, and the columns with them.
+  const auto column = [&](int k) { return columns_[k].data() + at; };
   Block block;
   for (int axis = 0; axis < 3; ++axis) {
-    block.columns.position[axis] = &columns_[axis][at];
-    block.columns.normal[axis] = &columns_[3 + axis][at];
-    block.columns.geometric[axis] = &columns_[6 + axis][at];
-    block.columns.power[axis] = &columns_[9 + axis][at];
+    block.columns.position[axis] = column(axis);
+    block.columns.normal[axis] = column(3 + axis);
+    block.columns.geometric[axis] = column(6 + axis);
+    block.columns.power[axis] = column(9 + axis);
   }
-  block.columns.eye_ratio = &columns_[12][at];
-  block.cell = &cells_[at];
-  block.point = &points_[at];
+  block.columns.eye_ratio = column(12);
+  block.cell = cells_.data() + at;
+  block.point = points_.data() + at;
   block.size = block_first_[b + 1] - at;
   return block;
 }

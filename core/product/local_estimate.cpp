@@ -176,14 +176,9 @@ void Estimator::add_local(uint32_t index, const Unit& unit, Rgb& control,
   block_sums_.resize(weights_.size() / simd::kCellLanes);
   const Visibility& visibility = visibility_[group.patch];
   float sums[3];
-  simd::weigh_connections({{&c.f[0][first], &c.f[1][first], &c.f[2][first]},
-                           &c.radiance[first].x,
-                           &c.cell[first],
-                           &c.lobe_density[first],
-                           &c.eye_ratio[first],
-                           {&c.weight[0][first], &c.weight[1][first], &c.weight[2][first]},
-                           &weights_[segment.begin]},
-                          {eye_rays_of(patch), visibility.v.data(), visibility.sigma.data()},
+  simd::weigh_connections({c.weight_columns(first, &weights_[segment.begin]),
+                           &c.lobe_density[first], &c.eye_ratio[first]},
+                          {eye_rays_of(patch), {visibility.v.data(), visibility.sigma.data()}},
                           segment.size, sums, &block_sums_[segment.begin / simd::kCellLanes]);
   control += Rgb(sums[0], sums[1], sums[2]);
   segments_.push_back(segment);

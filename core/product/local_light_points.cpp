@@ -163,11 +163,13 @@ void LocalLight::land(const LeavingLight& leaving, const RayHit& ray, Drawn& out
     point.power =
         bsdf.eval_pdf(reflection.si, Lobe::kDiffuse, reflection.to_light).f * reflection.incident;
   } else {
+    reflection.light = -sample.d;
+    reflection.normal = bsdf.reflection_frame(si).n;
+    // The back of a surface that has but one side.
+    if (!(glm::dot(reflection.normal, reflection.light) > 0)) return;
     LobeReflectance& part = reflection.reflectance;
     part = bsdf.reflectance(reflection.si);
     point.power = (part.diffuse + part.glossy) * kInvPi * std::abs(si.wi.z) * reflection.incident;
-    reflection.normal = bsdf.reflection_frame(si).n;
-    reflection.light = -sample.d;
     const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
     reflection.alpha2 = lobe.alpha_u * lobe.alpha_v;
   }

@@ -21,8 +21,11 @@ using Index = hn::Vec<IndexTag>;
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
-void WeighCandidates(const CandidateColumns& c, const CandidateQuery& q, size_t count,
-                     float control[3], float* block_sums) {
+/// weight = f x radiance x factor(first candidate of a vector), with control terms and
+/// uncertainties.
+template <class Factor>
+HWY_INLINE void Weigh(const WeightColumns& c, const CellKnowledgeColumns& cells, size_t count,
+                      float control[3], float* block_sums, const Factor& factor_of) {
   const Tag d;
   const IndexTag di;
   const size_t lanes = hn::Lanes(d);
@@ -32,18 +35,10 @@ void WeighCandidates(const CandidateColumns& c, const CandidateQuery& q, size_t 
     V block_sum = zero;
     for (size_t i = block * kLobeLanes; i < (block + 1) * kLobeLanes; i += lanes) {
       const Index cell = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), c.cell + i));
-      const V share = hn::Mul(hn::GatherIndex(d, q.importance, cell), hn::Set(d, q.inverse_total));
-      const V from_cell = hn::Mul(hn::LoadU(d, c.cell_density + i), share);
-      hn::StoreU(from_cell, d, c.cell_density + i);
-      const V density =
-          hn::MulAdd(hn::Set(d, q.from_cells), from_cell,
-                     hn::Mul(hn::Set(d, q.from_lobe), hn::LoadU(d, c.lobe_density + i)));
-      const V factor =
-          hn::IfThenElseZero(hn::Gt(density, zero),
-                             hn::Div(hn::Set(d, q.points), hn::Max(density, hn::Set(d, 1e-37f))));
+      const V factor = factor_of(i, cell);
       V radiance[3];
       hn::LoadInterleaved3(d, c.radiance + 3 * i, radiance[0], radiance[1], radiance[2]);
-      const V v = hn::GatherIndex(d, q.visibility, cell);
+      const V v = hn::GatherIndex(d, cells.visibility, cell);
       V mean = zero;
       for (int k = 0; k < 3; ++k) {
         const V weight = hn::Mul(hn::Mul(hn::LoadU(d, c.f[k] + i), radiance[k]), factor);
@@ -51,14 +46,39 @@ void WeighCandidates(const CandidateColumns& c, const CandidateQuery& q, size_t 
         sums[k] = hn::MulAdd(v, weight, sums[k]);
         mean = hn::Add(mean, weight);
       }
-      const V uncertainty =
-          hn::Mul(hn::Mul(hn::Abs(mean), hn::Set(d, 1 / 3.f)), hn::GatherIndex(d, q.sigma, cell));
+      const V uncertainty = hn::Mul(hn::Mul(hn::Abs(mean), hn::Set(d, 1 / 3.f)),
+                                    hn::GatherIndex(d, cells.sigma, cell));
       hn::StoreU(uncertainty, d, c.uncertainty + i);
       block_sum = hn::Add(block_sum, uncertainty);
     }
     block_sums[block] = hn::GetLane(hn::SumOfLanes(d, block_sum));
   }
   for (int k = 0; k < 3; ++k) control[k] = hn::GetLane(hn::SumOfLanes(d, sums[k]));
+}
+
+void WeighCandidates(const CandidateColumns& c, const CandidateQuery& q, size_t count,
+                     float control[3], float* block_sums) {
+  const Tag d;
+  Weigh(c.weights, q.cells, count, control, block_sums, [&](size_t i, Index cell) {
+    const V share = hn::Mul(hn::GatherIndex(d, q.importance, cell), hn::Set(d, q.inverse_total));
+    const V from_cell = hn::Mul(hn::LoadU(d, c.cell_density + i), share);
+    hn::StoreU(from_cell, d, c.cell_density + i);
+    const V density =
+        hn::MulAdd(hn::Set(d, q.from_cells), from_cell,
+                   hn::Mul(hn::Set(d, q.from_lobe), hn::LoadU(d, c.lobe_density + i)));
+    return hn::IfThenElseZero(hn::Gt(density, hn::Zero(d)),
+                              hn::Div(hn::Set(d, q.points), hn::Max(density, hn::Set(d, 1e-37f))));
+  });
+}
+
+void WeighConnections(const ConnectedColumns& c, const ConnectedQuery& q, size_t count,
+                      float control[3], float* block_sums) {
+  const Tag d;
+  Weigh(c.weights, q.cells, count, control, block_sums, [&](size_t i, Index) {
+    const V by_eye = hn::Mul(hn::Mul(hn::Set(d, q.eye_rays), hn::LoadU(d, c.density + i)),
+                             hn::LoadU(d, c.eye_ratio + i));
+    return hn::Div(hn::Set(d, 1.f), hn::Add(hn::Set(d, 1.f), by_eye));
+  });
 }
 
 /// Of x >= 0 and y >= 0, in [0, pi / 2]; the polynomial of Moshier's Cephes library (atanf).
@@ -123,11 +143,17 @@ HWY_AFTER_NAMESPACE();
 namespace kinome::simd {
 
 HWY_EXPORT(WeighCandidates);
+HWY_EXPORT(WeighConnections);
 HWY_EXPORT(FindPlaces);
 
 void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& query, size_t count,
                       float control[3], float* block_sums) {
   HWY_DYNAMIC_DISPATCH(WeighCandidates)(candidates, query, count, control, block_sums);
+}
+
+void weigh_connections(const ConnectedColumns& columns, const ConnectedQuery& query, size_t count,
+                       float control[3], float* block_sums) {
+  HWY_DYNAMIC_DISPATCH(WeighConnections)(columns, query, count, control, block_sums);
 }
 
 void find_places(const SphereGrid& grid, const float* dx, const float* dy, const float* dz,

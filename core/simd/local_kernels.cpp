@@ -16,8 +16,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Tag = hn::CappedTag<float, kLobeLanes>;
 using V = hn::Vec<Tag>;
-using IndexTag = hn::RebindToSigned<Tag>;
-using Index = hn::Vec<IndexTag>;
 
 HWY_INLINE V Dot(const V a[3], const V b[3]) {
   return hn::MulAdd(a[0], b[0], hn::MulAdd(a[1], b[1], hn::Mul(a[2], b[2])));
@@ -59,40 +57,6 @@ void ConnectPoints(const LightPointColumns& points, const SurfacePoint& from, si
   }
 }
 
-void WeighConnections(const WeighedColumns& c, const WeighingQuery& q, size_t count,
-                      float control[3], float* block_sums) {
-  const Tag d;
-  const IndexTag di;
-  const size_t lanes = hn::Lanes(d);
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.f), rays = hn::Set(d, q.eye_rays);
-  V sums[3] = {zero, zero, zero};
-  for (size_t block = 0; block < count / kLobeLanes; ++block) {
-    V block_sum = zero;
-    for (size_t i = block * kLobeLanes; i < (block + 1) * kLobeLanes; i += lanes) {
-      const Index cell = hn::BitCast(di, hn::LoadU(hn::RebindToUnsigned<Tag>(), c.cell + i));
-      const V by_eye =
-          hn::Mul(hn::Mul(rays, hn::LoadU(d, c.density + i)), hn::LoadU(d, c.eye_ratio + i));
-      const V share = hn::Div(one, hn::Add(one, by_eye));
-      V radiance[3];
-      hn::LoadInterleaved3(d, c.radiance + 3 * i, radiance[0], radiance[1], radiance[2]);
-      const V v = hn::GatherIndex(d, q.visibility, cell);
-      V mean = zero;
-      for (int k = 0; k < 3; ++k) {
-        const V weight = hn::Mul(hn::Mul(hn::LoadU(d, c.f[k] + i), radiance[k]), share);
-        hn::StoreU(weight, d, c.weight[k] + i);
-        sums[k] = hn::MulAdd(v, weight, sums[k]);
-        mean = hn::Add(mean, weight);
-      }
-      const V uncertainty =
-          hn::Mul(hn::Mul(hn::Abs(mean), hn::Set(d, 1 / 3.f)), hn::GatherIndex(d, q.sigma, cell));
-      hn::StoreU(uncertainty, d, c.uncertainty + i);
-      block_sum = hn::Add(block_sum, uncertainty);
-    }
-    block_sums[block] = hn::GetLane(hn::SumOfLanes(d, block_sum));
-  }
-  for (int k = 0; k < 3; ++k) control[k] = hn::GetLane(hn::SumOfLanes(d, sums[k]));
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace kinome::simd
 HWY_AFTER_NAMESPACE();
@@ -101,16 +65,10 @@ HWY_AFTER_NAMESPACE();
 namespace kinome::simd {
 
 HWY_EXPORT(ConnectPoints);
-HWY_EXPORT(WeighConnections);
 
 void connect_points(const LightPointColumns& points, const SurfacePoint& from, size_t count,
                     const ConnectionColumns& out) {
   HWY_DYNAMIC_DISPATCH(ConnectPoints)(points, from, count, out);
-}
-
-void weigh_connections(const WeighedColumns& columns, const WeighingQuery& query, size_t count,
-                       float control[3], float* block_sums) {
-  HWY_DYNAMIC_DISPATCH(WeighConnections)(columns, query, count, control, block_sums);
 }
 
 }  // namespace kinome::simd

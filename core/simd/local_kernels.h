@@ -35,24 +35,4 @@ struct ConnectionColumns {
 void connect_points(const LightPointColumns& points, const SurfacePoint& from, size_t count,
                     const ConnectionColumns& out);
 
-/// Connections, weighed against rays that the surface's own BSDF sends (balance heuristic).
-struct WeighedColumns {
-  const float* f[3];  ///< BSDF x cosine
-  const float* radiance;
-  const uint32_t* cell;
-  const float* density;  ///< of such a ray, per solid angle
-  const float* eye_ratio;
-  float* weight[3];
-  float* uncertainty;  ///< |mean weight| x sigma of the cell
-};
-struct WeighingQuery {
-  float eye_rays;           ///< expected number of such rays
-  const float* visibility;  ///< of each cell
-  const float* sigma;
-};
-/// weight = f x radiance / (1 + eye_rays x density x eye_ratio). control: sum of visibility x
-/// weight. Sums of the uncertainties over blocks of kLobeLanes.
-void weigh_connections(const WeighedColumns& columns, const WeighingQuery& query, size_t count,
-                       float control[3], float* block_sums);
-
 }  // namespace kinome::simd

@@ -164,14 +164,14 @@ TEST(WeighCandidates, AgreesWithPlainCode) {
   for (size_t i = 0; i < kCount; ++i) cell[i] = static_cast<uint32_t>(i * 5 % kCells);
   cell_density[3] = lobe_density[3] = 0;  // neither could have drawn it
   const std::vector<float> drawn = cell_density;
-  const simd::CandidateColumns columns{{f[0].data(), f[1].data(), f[2].data()},
-                                       radiance.data(),
-                                       cell.data(),
+  const simd::CandidateColumns columns{{{f[0].data(), f[1].data(), f[2].data()},
+                                        radiance.data(),
+                                        cell.data(),
+                                        {weight[0].data(), weight[1].data(), weight[2].data()},
+                                        uncertainty.data()},
                                        cell_density.data(),
-                                       lobe_density.data(),
-                                       {weight[0].data(), weight[1].data(), weight[2].data()},
-                                       uncertainty.data()};
-  const simd::CandidateQuery query{importance.data(), 0.3f, 24, 40, 5, v.data(), sigma.data()};
+                                       lobe_density.data()};
+  const simd::CandidateQuery query{importance.data(), 0.3f, 24, 40, 5, {v.data(), sigma.data()}};
   float control[3];
   std::vector<float> blocks(kCount / simd::kLobeLanes);
   for_each_instruction_set([&] {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "candidate_kernels.h"
 #include "kernel_helpers.h"
 #include "light_point_draw.h"
 #include "lobe_kernels.h"
@@ -205,14 +206,14 @@ TEST(LocalKernels, WeighConnectionsAsPlainCodeDoes) {
     std::vector<float> weight[3], uncertainty(kCount), blocks(kCount / simd::kLobeLanes);
     for (auto& column : weight) column.resize(kCount);
     float control[3];
-    simd::weigh_connections({{f[0].data(), f[1].data(), f[2].data()},
-                             light.data(),
-                             cell.data(),
+    simd::weigh_connections({{{f[0].data(), f[1].data(), f[2].data()},
+                              light.data(),
+                              cell.data(),
+                              {weight[0].data(), weight[1].data(), weight[2].data()},
+                              uncertainty.data()},
                              density.data(),
-                             ratio.data(),
-                             {weight[0].data(), weight[1].data(), weight[2].data()},
-                             uncertainty.data()},
-                            {0.4f, v.data(), s.data()}, kCount, control, blocks.data());
+                             ratio.data()},
+                            {0.4f, {v.data(), s.data()}}, kCount, control, blocks.data());
     double sums[3] = {}, total = 0;
     for (size_t i = 0; i < kCount; ++i) {
       const double share = 1 / (1 + 0.4f * static_cast<double>(density[i]) * ratio[i]);

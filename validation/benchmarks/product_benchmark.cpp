@@ -253,18 +253,18 @@ void BM_WeighCandidates(benchmark::State& state) {
   std::vector<float> density, weight[3], uncertainty(kCandidates), sums(kCandidates);
   for (auto& w : weight) w.resize(kCandidates);
   const float* const v = values.data();
-  const simd::CandidateQuery query{f.sigma.data(),      0.01f,         64, 256, 4,
-                                   f.visibility.data(), f.sigma.data()};
+  const simd::CandidateQuery query{
+      f.sigma.data(), 0.01f, 64, 256, 4, {f.visibility.data(), f.sigma.data()}};
   float control[3];
   for (auto _ : state) {
     density.assign(v, v + kCandidates);  // is overwritten
-    simd::weigh_candidates({{v, v, v},
-                            v + kCandidates,
-                            cell.data(),
+    simd::weigh_candidates({{{v, v, v},
+                             v + kCandidates,
+                             cell.data(),
+                             {weight[0].data(), weight[1].data(), weight[2].data()},
+                             uncertainty.data()},
                             density.data(),
-                            v,
-                            {weight[0].data(), weight[1].data(), weight[2].data()},
-                            uncertainty.data()},
+                            v},
                            query, kCandidates, control, sums.data());
     benchmark::ClobberMemory();
   }
