@@ -19,6 +19,11 @@ inline float cone_sine(float cosine) {
   return cosine > 0 ? safe_sqrt(1 - std::min(cosine * cosine, 1.f)) : 2.f;
 }
 
+/// Rounds in which candidates that weigh more than a ray are found, and what rounding may add up
+/// to.
+constexpr int kCapRounds = 6;
+constexpr double kNegligible = 1e-6;
+
 }  // namespace
 
 CellLight::CellLight(const DistantCells& distant, const Emitter* sky, CellPoints distant_points,
@@ -321,14 +326,79 @@ void Estimator::shoot_glossy(const Segment& segment, float scale, Rgb* sum) {
   }
 }
 
-void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
+/// A candidate is one direction: a second ray along it would tell nothing new. Weights of
+/// candidates above the comb's step are lowered to it, so that each gets one ray, and the others
+/// get more. Strata of cells, which hold many directions, stay. Returns the total and how many rays
+/// there are.
+std::pair<double, size_t> Estimator::cap_candidates(size_t rays) {
   double total = 0;
   for (const float block : block_sums_) total += block;
-  if (!(total > 0) || unit.rays == 0) return;
+  if (!(total > 0)) return {total, 0};
+  double step = total / static_cast<double>(rays);
+  size_t capped = 0;
+  for (int i = 0; i < kCapRounds; ++i) {
+    const auto [count, sum] = heavier_candidates(step);
+    if (count == capped) break;
+    capped = count;
+    const double left = total - sum;
+    // Nothing but candidates, and a ray for each of them.
+    if (capped >= rays || !(left > kNegligible * total)) break;
+    step = left / static_cast<double>(rays - capped);
+  }
+  if (capped == 0) return {total, rays};
+  const auto cap = static_cast<float>(step);
+  for_heavy_blocks(step, [&](size_t block) {
+    float* const w = &weights_[block * simd::kCellLanes];
+    float sum = 0;
+    for (size_t i = 0; i < simd::kCellLanes; ++i) sum += w[i] = std::min(w[i], cap);
+    block_sums_[block] = sum;
+  });
+  total = 0;
+  for (const float block : block_sums_) total += block;
+  // Where all candidates are heavy, there may be fewer of them than rays.
+  const double enough = std::ceil(total / step * (1 - kNegligible));
+  return {total, std::min(rays, static_cast<size_t>(enough))};
+}
+
+/// Calls fn(block) for blocks of candidates that may hold one heavier than `weight`.
+template <class Function>
+void Estimator::for_heavy_blocks(double weight, const Function& fn) const {
+  for (const Segment& segment : segments_) {
+    if (segment.strata == Strata::kDiffuse) continue;
+    const size_t end = (segment.begin + segment.size) / simd::kCellLanes;
+    for (size_t block = segment.begin / simd::kCellLanes; block < end; ++block) {
+      if (block_sums_[block] > weight) fn(block);
+    }
+  }
+}
+
+/// Number of candidates heavier than `weight`, and the sum of what they weigh.
+std::pair<size_t, double> Estimator::heavier_candidates(double weight) const {
+  const auto limit = static_cast<float>(weight);
+  size_t count = 0;
+  double total = 0;
+  for_heavy_blocks(weight, [&](size_t block) {
+    const float* const w = &weights_[block * simd::kCellLanes];
+    float sum = 0;
+    int heavier = 0;
+    for (size_t i = 0; i < simd::kCellLanes; ++i) {
+      sum += w[i] > limit ? w[i] : 0.f;
+      heavier += w[i] > limit;
+    }
+    count += static_cast<size_t>(heavier);
+    total += sum;
+  });
+  return {count, total};
+}
+
+void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
+  if (unit.rays == 0) return;
   const StageTimer timer(*stages_.comb);
-  Comb comb(total, unit.rays, random_float(unit.seed, 1));
+  const auto [total, rays] = cap_candidates(unit.rays);
+  if (rays == 0) return;
+  Comb comb(total, rays, random_float(unit.seed, 1));
   const uint32_t offset = random_bits(unit.seed, 2);
-  const auto scale = static_cast<float>(total / unit.rays);
+  const auto scale = static_cast<float>(total / static_cast<double>(rays));
   size_t before = 0;
   for (const Segment& segment : segments_) {
     hits_.clear();

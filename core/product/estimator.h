@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "candidate_kernels.h"
@@ -224,6 +225,10 @@ class Estimator {
                   const LocalLight::Place& place) const;
   void push_shadow_ray(const Ray& ray, const Rgb& weight, uint32_t cell, int32_t patch, Rgb* sum);
   void trace_shadow_rays();
+  std::pair<double, size_t> cap_candidates(size_t rays);
+  template <class Function>
+  void for_heavy_blocks(double weight, const Function& fn) const;
+  std::pair<size_t, double> heavier_candidates(double weight) const;
   void comb_unit(const Unit& unit, Rgb* sum);
   void shoot_diffuse(const Segment& segment, float scale, uint32_t offset, size_t first_hit,
                      Rgb* sum);

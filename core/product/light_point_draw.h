@@ -12,12 +12,25 @@
 
 namespace kinome {
 
+/// What a draw was made of.
+struct LightOrigin {
+  uint32_t source = 0;
+  LightGuide::Numbers numbers{};  ///< that the source is given
+  float guided = 1;               ///< density by the guide over that without
+  Vec2 position() const { return {numbers[0], numbers[1]}; }
+  Vec2 direction() const { return {numbers[2], numbers[3]}; }
+};
+
 /// Numbers of the light points of one source: Owen-scrambled Sobol points.
 class LightNumbers {
  public:
   explicit LightNumbers(uint64_t seed) : seed_(seed) {}
   Vec2 position(uint32_t i) const { return number(1, i); }
   Vec2 direction(uint32_t i) const { return number(2, i); }
+  LightOrigin origin(uint32_t source, uint32_t i) const {
+    const Vec2 place = position(i), to = direction(i);
+    return {source, {place.x, place.y, to.x, to.y}, 1};
+  }
 
  private:
   Vec2 number(uint64_t purpose, uint32_t i) const {
@@ -58,7 +71,6 @@ class Turns {
 struct LeavingLight {
   EmissionSample sample;
   std::optional<SurfaceInteraction> x;  ///< where it starts, if on a surface
-  uint32_t source = 0;
 };
 
 /// Density of the directions that leave_light draws at a point of an emitting surface, per solid
@@ -106,9 +118,11 @@ inline std::optional<LeavingLight> leave_light(const Emitter& emitter, const Vec
 /// What one thread draws.
 struct LocalLight::Drawn {
   std::vector<LightPoint> points;
+  std::vector<LightOrigin> origins;  ///< of the points
   std::vector<Reflection> reflections;
   std::vector<RayHit> rays;
   std::vector<LeavingLight> leaving;
+  std::vector<LightOrigin> leaving_origins;
   RenderCounters counters;
 };
 

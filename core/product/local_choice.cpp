@@ -8,7 +8,7 @@
 namespace kinome {
 namespace {
 
-/// Share of the choice that goes by flux alone.
+/// Share of the choice that goes by guided flux alone.
 constexpr float kDefensive = 0.25f;
 /// What is believed to be hidden keeps this share of its importance.
 constexpr float kLeastVisibility = 0.05f;
@@ -61,7 +61,7 @@ void LocalChoice::find_importance(const LocalLight& light, const Patch& patch,
 }
 
 void LocalChoice::find_rates(const LocalLight& light) {
-  const auto& flux = light.columns().flux;
+  const auto& flux = light.columns().guided_flux;
   const auto& expected = light.columns().expected;
   rates_.assign(light.size(), 0.f);
   const auto part = [&](uint32_t begin, uint32_t end, uint32_t blocks, uint32_t size, bool lamps) {

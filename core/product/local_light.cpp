@@ -53,7 +53,8 @@ bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
   });
 }
 
-LocalLight::LocalLight(const Scene& scene, const Settings& settings, uint64_t seed,
+LocalLight::LocalLight(const Scene& scene, const Settings& settings,
+                       std::span<const SurfaceInteraction> seen, uint64_t seed,
                        RenderContext& context)
     : scene_(scene), max_depth_(settings.max_depth) {
   find_sources(seed);
@@ -65,13 +66,13 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings, uint64_t se
           return s.kind == Kind::kSurface;
         }));
     surface_count_ = std::clamp(surfaces * kPointsOfSurface, settings.points, kMostSurfacePoints);
-    make_cells(false, std::clamp(surfaces * kCellsOfSurface, kSurfaceCells, kMostSurfaceCells), own,
-               context);
+    make_cells(false, std::clamp(surfaces * kCellsOfSurface, kSurfaceCells, kMostSurfaceCells),
+               learn_guide(false, seen, own, context));
     surface_cells_ = size_ - lamp_cells_;
   }
   if (!bounce_ends_.empty()) {
     bounce_count_ = settings.points;
-    make_cells(true, settings.bounce_cells, hash_words(own, 1), context);
+    make_cells(true, settings.bounce_cells, learn_guide(true, seen, hash_words(own, 1), context));
   }
   if (has_bounce()) {
     const bool mirrors =
@@ -81,7 +82,8 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings, uint64_t se
                                              [](const Source& s) { return s.kind != Kind::kLamp; });
   }
   const uint32_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
-  for (auto* const column : {&columns_.spread2, &columns_.flux, &columns_.expected}) {
+  for (auto* const column :
+       {&columns_.spread2, &columns_.flux, &columns_.guided_flux, &columns_.expected}) {
     column->resize(padded);
   }
   for (int axis = 0; axis < 3; ++axis) {
@@ -156,12 +158,12 @@ void LocalLight::make_lamp_cells() {
       lamps_.push_back(sources_[lamps[k]].emitter);
       sums.add(places[k].position, Vec3(0.f), flux[k]);
     }
-    add_column(sums, sums.flux, sums.count);
+    add_column(sums, sums.flux, sums.count, sums.count);
   }
   lamp_first_.push_back(static_cast<uint32_t>(lamps_.size()));
 }
 
-void LocalLight::add_column(const CellSums& sums, double flux, double expected) {
+void LocalLight::add_column(const CellSums& sums, double flux, double expected, double unguided) {
   const double scale = sums.weight > 0 ? 1 / sums.weight : 0;
   const glm::dvec3 mean = sums.position * scale;
   const glm::dvec3 variance = glm::max(sums.squares * scale - mean * mean, 0.);
@@ -170,8 +172,11 @@ void LocalLight::add_column(const CellSums& sums, double flux, double expected) 
     columns_.normal[axis].push_back(static_cast<float>(sums.normal[axis] * scale));
   }
   columns_.spread2.push_back(static_cast<float>(variance.x + variance.y + variance.z));
+  const double factor = expected > 0 ? unguided / expected : 1.;
   columns_.flux.push_back(static_cast<float>(flux));
+  columns_.guided_flux.push_back(static_cast<float>(flux / factor));
   columns_.expected.push_back(static_cast<float>(expected));
+  eye_factors_.push_back(static_cast<float>(factor));
   // Points leave a margin, as wide as they are apart.
   const Vec3 margin =
       sums.count > 1 ? sums.box.extent() / static_cast<float>(sums.count - 1) : Vec3(0.f);
@@ -180,28 +185,36 @@ void LocalLight::add_column(const CellSums& sums, double flux, double expected) 
 }
 
 /// Of points that are drawn as those of passes are, but are none of theirs.
-void LocalLight::make_cells(bool bounce, uint32_t count, uint64_t seed, RenderContext& context) {
-  std::vector<Drawn> drawn;
-  draw_part(bounce, bounce ? bounce_count_ : surface_count_, seed, context, drawn);
+void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn) {
   std::vector<OrientedPoint> places;
-  std::vector<float> flux;
+  std::vector<float> flux, guided_flux, unguided;
   for (const Drawn& chunk : drawn) {
-    for (const LightPoint& p : chunk.points) {
+    for (size_t i = 0; i < chunk.points.size(); ++i) {
+      const LightPoint& p = chunk.points[i];
       places.push_back({p.position, p.normal});
       flux.push_back(importance_of(p.power));
+      guided_flux.push_back(flux.back() * chunk.origins[i].guided);
+      unguided.push_back(1 / chunk.origins[i].guided);
     }
   }
   if (places.empty()) {  // light that so few points don't find is still looked for
     places.push_back({scene_.bounds().centre(), Vec3(0.f)});
     flux.push_back(0);
+    guided_flux.push_back(0);
+    unguided.push_back(1);
   }
   PointPartition& partition = bounce ? bounce_partition_ : surface_partition_;
-  partition = PointPartition(places, flux, count);
+  partition = PointPartition(places, guided_flux, count);
   std::vector<CellSums> sums(partition.size());
+  std::vector<double> unguided_sums(partition.size());
   for (size_t i = 0; i < places.size(); ++i) {
-    sums[partition.cell_of(places[i])].add(places[i].position, places[i].normal, flux[i]);
+    const uint32_t cell = partition.cell_of(places[i]);
+    sums[cell].add(places[i].position, places[i].normal, flux[i]);
+    unguided_sums[cell] += unguided[i];
   }
-  for (const CellSums& cell : sums) add_column(cell, cell.flux, cell.count);
+  for (uint32_t c = 0; c < partition.size(); ++c) {
+    add_column(sums[c], sums[c].flux, sums[c].count, unguided_sums[c]);
+  }
 }
 
 }  // namespace kinome

@@ -6,6 +6,7 @@
 
 #include "kinome/emitter.h"
 #include "kinome/scene.h"
+#include "light_guide.h"
 #include "point_partition.h"
 
 namespace kinome {
@@ -19,7 +20,8 @@ struct LightPoint {
   /// of a Lambertian surface in its place.
   Rgb power{0.f};
   /// Density of the point by a BSDF ray from elsewhere, and what it does there, over that of points
-  /// of the pass: to be multiplied by the ray's density per area. See LocalLight::eye_ratio.
+  /// of the pass, as far as its cell tells: to be multiplied by the ray's density per area. See
+  /// LocalLight::eye_ratio.
   float eye_ratio = 0;
   uint32_t cell = 0;
   static constexpr uint32_t kLambertian = ~0u;
@@ -44,6 +46,7 @@ struct Reflection {
 
 struct CellSums;
 struct LeavingLight;
+struct LightOrigin;
 
 /// Points of one pass, cell by cell and near one another within each.
 struct LocalPoints {
@@ -58,6 +61,7 @@ struct LocalCellColumns {
   std::vector<float> spread2;      ///< variance of the position
   std::vector<float> normal[3];    ///< mean, not of unit length: shorter where normals differ
   std::vector<float> flux;         ///< sum of |power|, of all points of a pass
+  std::vector<float> guided_flux;  ///< flux x density of the guide: how much of it is of use
   std::vector<float> expected;     ///< points of a pass
 };
 
@@ -83,7 +87,9 @@ class LocalLight {
   };
   static constexpr uint32_t kLeastPoints = 1u << 10, kMostPoints = 1u << 14;
 
-  LocalLight(const Scene& scene, const Settings& settings, uint64_t seed, RenderContext& context);
+  /// seen: places that the camera sees, by which draws are guided; may be empty.
+  LocalLight(const Scene& scene, const Settings& settings, std::span<const SurfaceInteraction> seen,
+             uint64_t seed, RenderContext& context);
 
   bool empty() const { return size_ == 0; }
   uint32_t size() const { return size_; }
@@ -140,16 +146,25 @@ class LocalLight {
   struct Drawn;
   void find_sources(uint64_t seed);
   void make_lamp_cells();
-  void make_cells(bool bounce, uint32_t count, uint64_t seed, RenderContext& context);
-  void add_column(const CellSums& sums, double flux, double expected);
+  std::vector<LightGuide::Use> find_uses(const std::vector<Drawn>& chunks,
+                                         std::span<const SurfaceInteraction> seen, uint64_t seed,
+                                         RenderContext& context) const;
+  /// Returns draws that are guided as those of passes will be.
+  std::vector<Drawn> learn_guide(bool bounce, std::span<const SurfaceInteraction> seen,
+                                 uint64_t seed, RenderContext& context);
+  void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn);
+  void add_column(const CellSums& sums, double flux, double expected, double unguided);
   void draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
                  std::vector<Drawn>& chunks) const;
-  void add_surface_point(const Source& source, const Vec2& u, Drawn& out) const;
-  void land(const LeavingLight& leaving, const RayHit& ray, Drawn& out) const;
+  void add_surface_point(const LightOrigin& origin, Drawn& out) const;
+  void land(const LeavingLight& leaving, const LightOrigin& origin, const RayHit& ray,
+            Drawn& out) const;
   LocalPoints sort_by_cell(std::vector<Drawn>& chunks) const;
+  uint32_t surface_cell(const SurfaceInteraction& si) const;
   uint32_t bounce_cell(const SurfaceInteraction& si, float side) const;
   /// Density of a place y that is lit along d (from the light) by a bounce's eye path, over that of
-  /// the pass's points at y: both given the place x on the light, if it has a surface.
+  /// the pass's points at y, unless these are guided: both given the place x on the light, if it
+  /// has a surface.
   float eye_ratio(const Source& source, const SurfaceInteraction* x, const SurfaceInteraction& y,
                   const Vec3& d, float distance) const;
 
@@ -160,12 +175,20 @@ class LocalLight {
   std::unordered_map<const Emitter*, uint32_t> source_of_;
   std::vector<const Emitter*> lamps_;
   std::vector<uint32_t> lamp_first_;
+  LightGuide surface_guide_, bounce_guide_;
   PointPartition surface_partition_, bounce_partition_;
   uint32_t lamp_cells_ = 0, surface_cells_ = 0, size_ = 0;
   uint32_t surface_count_ = 0, bounce_count_ = 0;
   bool needs_eye_rays_ = false;
   LocalCellColumns columns_;
   std::vector<Aabb> boxes_;
+  /// Of each cell: mean of 1 / density of the guide, by which eye_ratio is to be multiplied.
+  std::vector<float> eye_factors_;
 };
+
+/// About `count` places of surfaces that a sensor sees, spread evenly over its picture; fewer where
+/// it sees none. What shines by itself is not among them.
+std::vector<SurfaceInteraction> places_seen(const Scene& scene, const Sensor& sensor,
+                                            uint32_t count, uint64_t seed, RenderContext& context);
 
 }  // namespace kinome

@@ -79,54 +79,64 @@ void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderCon
   const uint32_t parts = (count + kChunk - 1) / kChunk;
   const size_t before = chunks.size();
   chunks.resize(before + parts);
+  const LightGuide& guide = bounce ? bounce_guide_ : surface_guide_;
+  const std::vector<double>& unguided = bounce ? bounce_ends_ : surface_ends_;
+  const Turns turns(guide.empty() ? unguided : guide.ends(), count, seed);
   context.parallel_for(parts, [&](size_t c) {
     const auto begin = static_cast<uint32_t>(c) * kChunk;
-    const Turns turns(bounce ? bounce_ends_ : surface_ends_, count, seed);
     Drawn& out = chunks[before + c];
     for (uint32_t i = begin; i < std::min(begin + kChunk, count); ++i) {
       const Turns::Turn turn = turns[i];
       const Source& source = sources_[turn.source];
       const LightNumbers numbers(hash_words(seed, turn.source));
+      LightOrigin origin = numbers.origin(turn.source, turn.number);
+      origin.guided = guide.warp(turn.source, origin.numbers);
       if (bounce) {
-        auto leaving = leave_light(*source.emitter, numbers.position(turn.number),
-                                   numbers.direction(turn.number));
+        auto leaving = leave_light(*source.emitter, origin.position(), origin.direction());
         if (!leaving || is_black(leaving->sample.power)) continue;
-        leaving->source = turn.source;
         out.rays.push_back({leaving->sample.ray(), Hit{}});
         out.leaving.push_back(*leaving);
+        out.leaving_origins.push_back(origin);
       } else {
-        add_surface_point(source, numbers.position(turn.number), out);
+        add_surface_point(origin, out);
       }
     }
     scene_.intersect(out.rays, Coherence::kIncoherent, out.counters);
     out.counters[RayKind::kLight] += out.rays.size();
     for (size_t k = 0; k < out.rays.size(); ++k) {
-      if (out.rays[k].hit.valid()) land(out.leaving[k], out.rays[k], out);
+      if (out.rays[k].hit.valid()) land(out.leaving[k], out.leaving_origins[k], out.rays[k], out);
     }
     out.rays.clear();
     out.leaving.clear();
+    out.leaving_origins.clear();
   });
   for (size_t c = before; c < chunks.size(); ++c) context.stats().counters.add(chunks[c].counters);
 }
 
-void LocalLight::add_surface_point(const Source& source, const Vec2& u, Drawn& out) const {
+void LocalLight::add_surface_point(const LightOrigin& origin, Drawn& out) const {
+  const Source& source = sources_[origin.source];
   const Shape& shape = *source.emitter->shape();
   const float area = shape.area();
   if (!(area > 0)) return;
-  SurfaceInteraction si = shape.sample_surface(u);
+  SurfaceInteraction si = shape.sample_surface(origin.position());
   si.wi = Vec3(0, 0, 1);
   const float density = static_cast<float>(surface_count_) * source.surface_share / area;
   LightPoint point;
-  point.power = source.emitter->eval_surface(si) / density;
+  point.power = source.emitter->eval_surface(si) / (density * origin.guided);
   if (is_black(point.power)) return;
   point.position = si.p;
   point.normal = si.frame.n;
   point.geometric = si.n;
-  point.eye_ratio = 1 / density;
-  point.cell = surface_partition_.size() > 0
-                   ? lamp_cells_ + surface_partition_.cell_of({si.p, si.frame.n})
-                   : 0;
+  if (surface_partition_.size() > 0) {
+    point.cell = surface_cell(si);
+    point.eye_ratio = eye_factors_[point.cell] / density;
+  }
   out.points.push_back(point);
+  out.origins.push_back(origin);
+}
+
+uint32_t LocalLight::surface_cell(const SurfaceInteraction& si) const {
+  return lamp_cells_ + surface_partition_.cell_of({si.p, si.frame.n});
 }
 
 LocalLight::Place LocalLight::surface_place(const SurfaceInteraction& si) const {
@@ -135,22 +145,24 @@ LocalLight::Place LocalLight::surface_place(const SurfaceInteraction& si) const 
   const Source& source = sources_[found->second];
   const float density =
       static_cast<float>(surface_count_) * source.surface_share / si.shape->area();
-  return {lamp_cells_ + surface_partition_.cell_of({si.p, si.frame.n}), 1 / density};
+  const uint32_t cell = surface_cell(si);
+  return {cell, eye_factors_[cell] / density};
 }
 
 uint32_t LocalLight::bounce_cell(const SurfaceInteraction& si, float side) const {
   return lamp_cells_ + surface_cells_ + bounce_partition_.cell_of({si.p, si.frame.n * side});
 }
 
-void LocalLight::land(const LeavingLight& leaving, const RayHit& ray, Drawn& out) const {
+void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, const RayHit& ray,
+                      Drawn& out) const {
   const SurfaceInteraction si = scene_.interaction(ray);
   const EmissionSample& sample = leaving.sample;
   const Bsdf& bsdf = si.shape->bsdf();
   if (!any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
   const float cosine = std::abs(glm::dot(si.n, sample.d));
   if (!(cosine > 0)) return;
-  const Source& source = sources_[leaving.source];
-  const float count = static_cast<float>(bounce_count_) * source.bounce_share;
+  const Source& source = sources_[origin.source];
+  const float count = static_cast<float>(bounce_count_) * source.bounce_share * origin.guided;
   Reflection reflection;
   reflection.si = si;
   reflection.to_light = si.wi;
@@ -178,14 +190,18 @@ void LocalLight::land(const LeavingLight& leaving, const RayHit& ray, Drawn& out
   point.position = si.ray_origin(-sample.d);
   point.normal = si.frame.n * side;
   point.geometric = si.n;
-  point.eye_ratio =
-      eye_ratio(source, leaving.x ? &*leaving.x : nullptr, si, sample.d, ray.ray.tmax);
-  point.cell = bounce_partition_.size() > 0 ? bounce_cell(si, side) : 0;
+  if (bounce_partition_.size() > 0) {
+    point.cell = bounce_cell(si, side);
+    point.eye_ratio =
+        eye_factors_[point.cell] *
+        eye_ratio(source, leaving.x ? &*leaving.x : nullptr, si, sample.d, ray.ray.tmax);
+  }
   if (!bsdf.is_lambertian()) {
     point.reflection = static_cast<uint32_t>(out.reflections.size());
     out.reflections.push_back(reflection);
   }
   out.points.push_back(point);
+  out.origins.push_back(origin);
 }
 
 float LocalLight::eye_ratio(const Source& source, const SurfaceInteraction* x,
@@ -236,8 +252,9 @@ std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInter
   }
   if (is_black(arrival.radiance)) return std::nullopt;
   const float side = glm::dot(si.frame.n, arrival.d) >= 0 ? 1.f : -1.f;
-  arrival.place = {bounce_cell(si, side),
-                   eye_ratio(source, x ? &*x : nullptr, si, -arrival.d, arrival.distance)};
+  const uint32_t cell = bounce_cell(si, side);
+  arrival.place = {cell, eye_factors_[cell] * eye_ratio(source, x ? &*x : nullptr, si, -arrival.d,
+                                                        arrival.distance)};
   return arrival;
 }
 

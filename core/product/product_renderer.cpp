@@ -16,6 +16,8 @@ constexpr double kMaxRaysOfPass = 512;
 constexpr double kLeastToLearn = 10;
 /// Light points are one for so many rays.
 constexpr double kRaysPerPoint = 32;
+/// Light points, and no fewer places than these, to find out what is of use.
+constexpr uint32_t kPointsPerPlace = 8, kLeastPlaces = 256;
 constexpr uint32_t kPilotRays = 3;  ///< for each of its primaries
 /// What a pilot reckons with where nobody knows how many rays there will be.
 constexpr double kRaysOfUnknown = 100;
@@ -67,7 +69,9 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
     local.points = static_cast<uint32_t>(std::clamp<double>(
         rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
   }
-  auto light = std::make_unique<const LocalLight>(scene, local, seed, context);
+  const auto seen = places_seen(
+      scene, sensor, std::max(kLeastPlaces, local.points / kPointsPerPlace), seed, context);
+  auto light = std::make_unique<const LocalLight>(scene, local, seen, seed, context);
   return light->empty() ? nullptr : std::move(light);
 }
 

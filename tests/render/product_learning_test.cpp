@@ -76,7 +76,8 @@ class LyingRenderer {
     settings.max_depth = max_depth;
     settings.bounce_cells = 64;
     settings.points = LocalLight::kLeastPoints;
-    local_ = std::make_unique<const LocalLight>(scene, settings, 1, context_);
+    const auto seen = places_seen(scene, sensor_, 128, 1, context_);
+    local_ = std::make_unique<const LocalLight>(scene, settings, seen, 1, context_);
     if (local_->empty()) local_.reset();
     tiles_.resize(static_cast<size_t>(tiles_x()) * ((crop_.height() + kTile - 1) / kTile));
     const CellLight light = make_light(1);

@@ -140,9 +140,23 @@ Case corner() {
   return c;
 }
 
+/// A roof with a narrow slit: hardly any of the sun's light is of use, and draws are guided to it.
+Case slit() {
+  Case c = lit_by("Slit", kDirectional, 3);
+  for (const char* const x : {"-3.1", "3.1"}) {
+    c.setup.shapes += shape_xml("rectangle",
+                                "<scale x=\"3\" y=\"6\"/><rotate x=\"1\" angle=\"90\"/>"
+                                "<translate x=\"" +
+                                    std::string(x) + "\" y=\"3.5\"/>",
+                                kGrey);
+  }
+  return c;
+}
+
 std::vector<Case> bounces() {
   return {
       corner(),
+      slit(),
       lit_by("Rectangle", kLamp, 3),
       lit_by("Sphere", kBall, 3),
       lit_by("Textured", textured_lamp(), 3),
