@@ -19,13 +19,13 @@ import time
 HERE = pathlib.Path(__file__).resolve().parent
 PHOTOGRAPHS = pathlib.Path("/usr/share/blender/datafiles/studiolights/world")
 LICENCE = "photographs-license.txt"
-# The photograph of each; the box has a lamp, noon a sky of its own.
+# The photograph of each; box and lamps have lights, noon a sky of its own.
 PHOTOGRAPH = {"hebe": "sunset.exr", "car": "courtyard.exr", "grace": "sunrise.exr", "box": None,
               "plate": "sunset.exr", "colonnade": "city.exr", "heap": "forest.exr",
               "room": "sunset.exr", "vases": "studio.exr", "chess": "interior.exr",
               "cobbles": "night.exr", "reeds": "courtyard.exr", "sponge": "city.exr",
               "tree": "sunset.exr", "focus": "sunrise.exr", "hammered": "interior.exr",
-              "mirror": "city.exr", "noon": None}
+              "mirror": "city.exr", "noon": None, "lamps": None}
 SCENES = tuple(PHOTOGRAPH)
 
 

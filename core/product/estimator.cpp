@@ -66,7 +66,7 @@ void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
   for (Prepared& prepared : prepared_) prepared.ready = false;
   if (!has_local() || patches.empty()) return;
   choice_.choose(*light_.local, light_.local_points, patches, visibility.first(patches.size()),
-                 light_.first_local(), seed);
+                 light_.first_local(), primaries.size(), seed);
   if (eye_rays_.empty()) eye_rates_.clear();
   tile_rates_ = eye_rates_.size();
   eye_rates_.insert(eye_rates_.end(), choice_.rates().begin(), choice_.rates().end());

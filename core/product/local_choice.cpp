@@ -1,6 +1,7 @@
 #include "local_choice.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "spread.h"
@@ -12,6 +13,10 @@ namespace {
 constexpr float kDefensive = 0.25f;
 /// What is believed to be hidden keeps this share of its importance.
 constexpr float kLeastVisibility = 0.05f;
+/// Lamps: of what their flux says, at least this is believed, and so much is added to cosines,
+/// since a patch has more than one place.
+constexpr float kLeastOfFlux = 0.01f, kLampMargin = 0.05f;
+constexpr int kRateRounds = 4;
 /// Of the reflected light, what a glossy lobe adds in all directions.
 constexpr float kLobeFloor = 0.05f;
 
@@ -50,51 +55,94 @@ void LocalChoice::find_importance(const LocalLight& light, const Patch& patch,
       value += patch.glossy_reflectance * (lobe_value(patch, d, spread2) + kLobeFloor);
     }
     value *= cells.flux[c] * std::clamp(leaving, 0.f, 1.f) / softened;
-    value *= std::max(
-        {visibility.v[first_cell + c], visibility.sigma[first_cell + c], kLeastVisibility});
     of_patch_[c] = value;
-    total += value;
+  }
+  if (light.lamps().size() > kLampBlockSize) look_at_lamps(light, patch);
+  for (uint32_t c = 0; c < light.size(); ++c) {
+    of_patch_[c] *= std::max(
+        {visibility.v[first_cell + c], visibility.sigma[first_cell + c], kLeastVisibility});
+    total += of_patch_[c];
   }
   if (!(total > 0)) return;
   const auto scale = static_cast<float>(1 / total);
   for (uint32_t c = 0; c < light.size(); ++c) importance_[c] += of_patch_[c] * scale;
 }
 
-void LocalChoice::find_rates(const LocalLight& light) {
+/// Lamps that are cells of their own tell themselves what reaches the patch.
+void LocalChoice::look_at_lamps(const LocalLight& light, const Patch& patch) {
+  const auto& first = light.lamp_first();
+  const float diffuse = mean_of(patch.diffuse) * kInvPi;
+  for (uint32_t c = 0; c < light.lamp_cells(); ++c) {
+    if (first[c + 1] - first[c] != 1) continue;
+    const float by_flux = of_patch_[c] * kLeastOfFlux;
+    const auto lit = light.lamps()[first[c]]->sample_direct(patch.position, Vec2(0.5f));
+    float value = 0;
+    if (lit && lit->pdf > 0) {
+      const float arriving = glm::dot(patch.normal, lit->d) + kLampMargin;
+      if (arriving > 0) {
+        value = diffuse * std::min(arriving, 1.f);
+        if (patch.glossy_reflectance > 0) {
+          value += patch.glossy_reflectance * (lobe_value(patch, lit->d, 0) + kLobeFloor);
+        }
+        value *= mean_of(glm::abs(lit->radiance)) / lit->pdf;
+      }
+    }
+    of_patch_[c] = std::max(value, by_flux);
+  }
+}
+
+/// Of the cells from `begin` to `end`, of which a primary is to look at `size` points.
+void LocalChoice::find_rates(const LocalLight& light, uint32_t begin, uint32_t end, uint32_t size) {
   const auto& flux = light.columns().guided_flux;
   const auto& expected = light.columns().expected;
-  rates_.assign(light.size(), 0.f);
-  const auto part = [&](uint32_t begin, uint32_t end, uint32_t blocks, uint32_t size, bool lamps) {
-    double importance = 0, all = 0, count = 0;
-    for (uint32_t c = begin; c < end; ++c) {
-      importance += importance_[c];
-      all += flux[c];
-      count += expected[c];
-    }
-    const bool everything = lamps && count <= size;
-    const auto wanted = static_cast<double>(blocks) * size;
-    for (uint32_t c = begin; c < end; ++c) {
-      double share = all > 0 ? flux[c] / all : 1. / (end - begin);
-      if (importance > 0) {
-        share = kDefensive * share + (1 - kDefensive) * importance_[c] / importance;
-      }
-      // A share so small that it would vanish leaves light out.
-      share = std::max(share, 1e-9);
-      const double rate = expected[c] > 0 ? wanted * share / expected[c] : 1.;
-      rates_[c] = everything ? 1.f : static_cast<float>(std::min(rate, 1.) / blocks);
-    }
-  };
-  lamp_blocks_ = 1;
-  if (light.lamp_cells() > 0) {
-    lamp_blocks_ = light.lamps().size() <= kLampBlockSize ? 1 : kLampBlocks;
-    part(0, light.lamp_cells(), lamp_blocks_, kLampBlockSize, true);
+  double importance = 0, all = 0;
+  for (uint32_t c = begin; c < end; ++c) {
+    importance += importance_[c];
+    all += flux[c];
   }
-  part(light.lamp_cells(), light.size(), kBlocks, kBlockSize, false);
+  const auto share_of = [&](uint32_t c) {
+    double share = all > 0 ? flux[c] / all : 1. / (end - begin);
+    if (importance > 0) {
+      share = kDefensive * share + (1 - kDefensive) * importance_[c] / importance;
+    }
+    // A share so small that it would vanish leaves light out.
+    return std::max(share, 1e-9);
+  };
+  // Nobody looks at a point twice: what cells can't use is left to the others.
+  double scale = size;
+  for (int round = 0; round < kRateRounds; ++round) {
+    double used = 0, left = 0;
+    for (uint32_t c = begin; c < end; ++c) {
+      const double share = share_of(c);
+      if (scale * share < expected[c]) {
+        left += share;
+      } else {
+        used += expected[c];
+      }
+    }
+    if (!(left > 0) || !(used < size)) break;
+    scale = (size - used) / left;
+  }
+  for (uint32_t c = begin; c < end; ++c) {
+    const double rate = expected[c] > 0 ? scale * share_of(c) / expected[c] : 1.;
+    rates_[c] = static_cast<float>(std::min(rate, 1.));
+  }
+}
+
+void LocalChoice::find_rates(const LocalLight& light) {
+  rates_.assign(light.size(), 1.f);
+  if (light.lamps().size() > kLampBlockSize) {
+    find_rates(light, 0, light.lamp_cells(), kLampBlockSize);
+  }
+  find_rates(light, light.lamp_cells(), light.size(), kBlockSize);
 }
 
 void LocalChoice::choose(const LocalLight& light, const LocalPoints& points,
                          std::span<const Patch> patches, std::span<const Visibility> visibility,
-                         uint32_t first_cell, uint64_t seed) {
+                         uint32_t first_cell, size_t primaries, uint64_t seed) {
+  blocks_ = static_cast<uint32_t>(
+      std::bit_floor(std::clamp<size_t>(primaries / 2, kLeastBlocks, kMostBlocks)));
+  lamp_blocks_ = light.lamps().size() > kLampBlockSize ? blocks_ : 1;
   importance_.assign(light.size(), 0.f);
   for (size_t p = 0; p < patches.size(); ++p) {
     find_importance(light, patches[p], visibility[p], first_cell);
@@ -134,7 +182,7 @@ void LocalChoice::pick_lamps(const LocalLight& light, double offset) {
   const auto& first = light.lamp_first();
   comb_cells(
       0, light.lamp_cells(), offset, [&](uint32_t c) { return first[c + 1] - first[c]; },
-      [&](uint32_t c) { return rates_[c] * static_cast<double>(lamp_blocks_); },
+      [&](uint32_t c) { return static_cast<double>(rates_[c]) * lamp_blocks_; },
       [&](uint32_t c, uint32_t k) {
         picked_lamps_.push_back({light.lamps()[first[c] + k], c, 1 / rates_[c]});
       });
@@ -151,9 +199,9 @@ void LocalChoice::pick_points(const LocalLight& light, const LocalPoints& points
   const auto& first = points.first;
   comb_cells(
       light.lamp_cells(), light.size(), offset, [&](uint32_t c) { return first[c + 1] - first[c]; },
-      [&](uint32_t c) { return rates_[c] * static_cast<double>(kBlocks); },
+      [&](uint32_t c) { return static_cast<double>(rates_[c]) * blocks_; },
       [&](uint32_t c, uint32_t k) { picks_.push_back(first[c] + k); });
-  const size_t most = simd::pad_lanes((picks_.size() + kBlocks - 1) / kBlocks) * kBlocks;
+  const size_t most = simd::pad_lanes((picks_.size() + blocks_ - 1) / blocks_) * blocks_;
   for (auto& column : columns_) {
     if (column.size() < most) column.resize(most);
   }
@@ -172,9 +220,9 @@ void LocalChoice::pick_points(const LocalLight& light, const LocalPoints& points
     cells_[at] = p.cell;
     points_[at++] = index;
   };
-  for (uint32_t b = 0; b < kBlocks; ++b) {
+  for (uint32_t b = 0; b < blocks_; ++b) {
     block_first_.push_back(at);
-    for (size_t i = b; i < picks_.size(); i += kBlocks) {
+    for (size_t i = b; i < picks_.size(); i += blocks_) {
       const LightPoint& p = points.points[picks_[i]];
       put(p, 1 / rates_[p.cell], picks_[i]);
     }
@@ -187,8 +235,18 @@ void LocalChoice::pick_points(const LocalLight& light, const LocalPoints& points
   block_first_.push_back(at);
 }
 
+namespace {
+
+/// Blocks beside one another hold points beside one another: any few numbers in a row get blocks
+/// that are far apart. `count` is a power of two, and an odd factor takes all turns.
+uint32_t spread(uint32_t index, uint32_t count) {
+  return (index * (scaled(kGolden, count) | 1)) & (count - 1);
+}
+
+}  // namespace
+
 LocalChoice::Block LocalChoice::block(uint32_t index) const {
-  const uint32_t b = index % kBlocks, at = block_first_[b];
+  const uint32_t b = spread(index, blocks_), at = block_first_[b];
   // Blocks may be empty, and the columns with them.
   const auto column = [&](int k) { return columns_[k].data() + at; };
   Block block;
@@ -206,7 +264,7 @@ LocalChoice::Block LocalChoice::block(uint32_t index) const {
 }
 
 std::span<const LocalChoice::Lamp> LocalChoice::lamps(uint32_t index) const {
-  const uint32_t b = index % lamp_blocks_;
+  const uint32_t b = spread(index, lamp_blocks_);
   return {lamps_.data() + lamp_first_[b], lamps_.data() + lamp_first_[b + 1]};
 }
 

@@ -19,15 +19,20 @@ namespace kinome {
 /// Keeps its memory: one per thread.
 class LocalChoice {
  public:
-  /// A tile's points are dealt, in the order of the cells, into so many blocks of about kBlockSize:
-  /// each a sample of all cells. A primary looks at one of them.
-  static constexpr uint32_t kBlocks = 16, kBlockSize = 32;
+  /// A tile's points are dealt, in the order of the cells, into blocks of about kBlockSize: each a
+  /// sample of all cells. A primary looks at one of them. A point that matters much may be in
+  /// several, or in all.
+  static constexpr uint32_t kBlockSize = 32;
+  /// There is a block for every other primary or fewer, within these bounds: a power of two.
+  static constexpr uint32_t kLeastBlocks = 16, kMostBlocks = 128;
   /// The same of lamps, which are all in one block if there are no more.
-  static constexpr uint32_t kLampBlocks = 8, kLampBlockSize = 16;
+  static constexpr uint32_t kLampBlockSize = 64;
 
-  /// `visibility` of each patch; local cells begin at `first_cell` there.
+  /// `visibility` of each patch; local cells begin at `first_cell` there. `primaries`: number of
+  /// them in the tile.
   void choose(const LocalLight& light, const LocalPoints& points, std::span<const Patch> patches,
-              std::span<const Visibility> visibility, uint32_t first_cell, uint64_t seed);
+              std::span<const Visibility> visibility, uint32_t first_cell, size_t primaries,
+              uint64_t seed);
 
   /// A block of points, padded: power and eye ratio are those for a primary that looks at one block
   /// taken at random.
@@ -52,7 +57,9 @@ class LocalChoice {
  private:
   void find_importance(const LocalLight& light, const Patch& patch, const Visibility& visibility,
                        uint32_t first_cell);
+  void look_at_lamps(const LocalLight& light, const Patch& patch);
   void find_rates(const LocalLight& light);
+  void find_rates(const LocalLight& light, uint32_t begin, uint32_t end, uint32_t size);
   void pick_points(const LocalLight& light, const LocalPoints& points, double offset);
   void pick_lamps(const LocalLight& light, double offset);
 
@@ -64,6 +71,7 @@ class LocalChoice {
   std::vector<uint32_t> cells_, points_;
   std::vector<uint32_t> block_first_;
   std::vector<Lamp> picked_lamps_, lamps_;
+  uint32_t blocks_ = kLeastBlocks;
   uint32_t lamp_blocks_ = 1;
   std::vector<uint32_t> lamp_first_;
 };

@@ -12,7 +12,7 @@ namespace {
 
 constexpr uint32_t kMostSurfacePoints = 1u << 17;
 constexpr uint32_t kPointsOfSurface = 4, kCellsOfSurface = 2;
-constexpr uint32_t kSurfaceCells = 64, kMostSurfaceCells = 4096;
+constexpr uint32_t kSurfaceCells = 256, kMostSurfaceCells = 4096;
 constexpr uint32_t kMostLampCells = 2048;
 /// Draws that tell a source's flux.
 constexpr uint32_t kFluxDraws = 64, kFluxDrawsOfMany = 8, kMany = 256;

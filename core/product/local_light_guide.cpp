@@ -14,7 +14,7 @@ namespace kinome {
 namespace {
 
 /// So many draws of equal use are enough: tiles don't look at more of them.
-constexpr double kEnough = LocalChoice::kBlocks * LocalChoice::kBlockSize;
+constexpr double kEnough = LocalChoice::kLeastBlocks * LocalChoice::kBlockSize;
 /// Each round is guided by the one before, and so sees more of what is of use.
 constexpr uint64_t kMostRounds = 5;
 /// Each place looks at so many of the points, and sends rays to some of these.

@@ -69,8 +69,12 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
     local.points = static_cast<uint32_t>(std::clamp<double>(
         rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
   }
-  const auto seen = places_seen(
-      scene, sensor, std::max(kLeastPlaces, local.points / kPointsPerPlace), seed, context);
+  std::vector<SurfaceInteraction> seen;
+  if (settings.light_guide &&
+      (scene.has_surface_emitters() || settings.max_depth >= LocalLight::kBounceDepth)) {
+    seen = places_seen(scene, sensor, std::max(kLeastPlaces, local.points / kPointsPerPlace), seed,
+                       context);
+  }
   auto light = std::make_unique<const LocalLight>(scene, local, seen, seed, context);
   return light->empty() ? nullptr : std::move(light);
 }

@@ -76,6 +76,7 @@ class Spot final : public Emitter {
         cutoff_(read_cutoff(props)),
         beam_width_(read_beam_width(props, cutoff_)),
         cap_height_(2 * sqr(std::sin(cutoff_ / 2))),
+        surely_dark_cosine_(std::cos(cutoff_) - 1e-4f),
         tan_cutoff_(std::tan(cutoff_)),
         texture_(read_emission_texture(props, "texture")) {
     if (!texture_->is_uniform() && !(cutoff_ < kPi / 2)) {
@@ -128,8 +129,9 @@ class Spot final : public Emitter {
 
   /// d is a unit vector in the light's own frame.
   Rgb intensity_toward(const Vec3& d) const {
+    if (d.z < surely_dark_cosine_) return Rgb(0.f);
     // Not by the cosine, which can't tell small angles apart.
-    const float theta = std::atan2(std::hypot(d.x, d.y), d.z);
+    const float theta = std::atan2(std::sqrt(d.x * d.x + d.y * d.y), d.z);
     if (theta > cutoff_) return Rgb(0.f);
     const float falloff = theta <= beam_width_ ? 1 : (cutoff_ - theta) / (cutoff_ - beam_width_);
     const Vec2 uv = Vec2(0.5f) + 0.5f / (d.z * tan_cutoff_) * Vec2(d.x, d.y);
@@ -146,11 +148,11 @@ class Spot final : public Emitter {
 
   FluxGrid make_flux_grid() const {
     // Cells are as fine as half a texel; where they would be too many, their parts are as fine as
-    // one.
-    constexpr uint32_t kMinSide = 128, kMaxSide = 1024;
+    // one. The falloff alone is smooth.
+    constexpr uint32_t kSmoothSide = 32, kMinSide = 128, kMaxSide = 1024;
     const glm::uvec2 resolution = texture_->resolution();
     const uint32_t texels = std::max(resolution.x, resolution.y);
-    const uint32_t side = std::clamp(2 * texels, kMinSide, kMaxSide);
+    const uint32_t side = texels > 1 ? std::clamp(2 * texels, kMinSide, kMaxSide) : kSmoothSide;
     const uint32_t parts = (texels + side - 1) / side;
     return FluxGrid(glm::uvec2(side), parts, [this](const Vec2& uv) {
       return luminance(glm::abs(intensity_toward(direction_at(uv))));
@@ -162,6 +164,7 @@ class Spot final : public Emitter {
   float cutoff_;      ///< radians
   float beam_width_;  ///< radians
   float cap_height_;  ///< 1 - cos(cutoff)
+  float surely_dark_cosine_;
   float tan_cutoff_;
   std::shared_ptr<Texture> texture_;
   /// Made when the first ray of light is asked for: direct light doesn't need it.

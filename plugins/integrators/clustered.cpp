@@ -49,6 +49,8 @@ constexpr Parameter kParameters[] = {
      "'product': send rays where visibility is uncertain."},
     {"adaptive", ParameterType::kBoolean, "true",
      "'product': give rays to the pixels that need them."},
+    {"light_guide", ParameterType::kBoolean, "true",
+     "'product': draw light points where what they light is seen."},
     KINOME_POINT_LIGHT_PARAMETERS,
     {"cut_size", ParameterType::kInteger, "512", "Clusters in the cut."},
     {"cut_criterion", ParameterType::kString, "variance",
@@ -241,6 +243,7 @@ class Clustered final : public Integrator {
     product_.control_variate = props.boolean("control_variate");
     product_.learned_sigma = props.boolean("learned_sigma");
     product_.adaptive = props.boolean("adaptive");
+    product_.light_guide = props.boolean("light_guide");
     static constexpr const char* kCriteria[] = {"variance", "luminance"};
     criterion_ = static_cast<CutCriterion>(props.choice("cut_criterion", kCriteria));
   }

@@ -199,6 +199,7 @@ std::vector<Case> settings() {
   parameter("NoControlVariate", off("control_variate"));
   parameter("NoLearnedSigma", off("learned_sigma"));
   parameter("NotAdaptive", off("adaptive"));
+  parameter("NotGuided", off("light_guide"));
   parameter("OneCell", integer("cut_size", 1));
   for (const auto& [name, rays] : {std::pair("Rays2", 2.), {"Rays6", 6.}, {"Rays48", 48.}}) {
     Case c = lit_by(name, kSpot + kLamp, 3, bsdf("roughplastic", number("alpha", .2)));

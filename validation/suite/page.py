@@ -3,6 +3,7 @@ import html
 
 from . import analysis, plots
 from . import tables_of_results as tables
+from .tables import explanation
 
 STYLE = """
 :root { color-scheme: light; --line: #d8d8d8; --bad: #b30000; --good: #1a7a34 }
@@ -68,6 +69,10 @@ def correctness_section(data):
         "picture, of the channel that is worst; <i>p</i> is corrected for the number of values; a "
         "bias of the size given would be found 9 times out of 10. Phong and Ward are compared with "
         "Python BSDFs in Mitsuba, after 0.6's formulas."), paragraph(CLUSTERED)]
+    for why in dict.fromkeys(filter(None, map(explanation, red))):
+        of = [f"{row['scene']}, {row['method']}" for row in red if explanation(row) == why]
+        parts.append(paragraph(html.escape(f"Red, and why: {'; '.join(of)}: {why} (evidence: "
+                                           "validation/references/README.md).")))
     parts.append(table(*tables.correctness(rows), [row["picture"] for row in rows]))
     notes = [f"{row['scene']}, {row['method']}: {note}" for row in rows for note in row["notes"]]
     if notes:

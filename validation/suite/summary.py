@@ -5,6 +5,7 @@ import io
 from . import analysis
 from . import tables_of_results as tables
 from .page import machine_text
+from .tables import explanation
 
 
 def markdown(head, rows):
@@ -23,7 +24,9 @@ def summary(correctness, benchmark, problems, quick):
         scenes = {row["scene"] for row in correctness["rows"]}
         lines += [f"Correctness: {len(correctness['rows'])} comparisons on {len(scenes)} scenes, "
                   f"{len(red)} red.", ""]
-        lines += [f"- red: {row['scene']}, {row['method']}" for row in red]
+        for row in red:
+            why = explanation(row)
+            lines.append(f"- red: {row['scene']}, {row['method']}" + (f" ({why})" if why else ""))
         lines += [""] if red else []
     if benchmark:
         found = {name: analysis.summary(benchmark[name]) for name in tables.ordered(benchmark)}

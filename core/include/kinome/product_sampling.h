@@ -29,6 +29,7 @@ struct ProductSettings {
   bool control_variate = true;  ///< what is known of visible light is added without rays
   bool learned_sigma = true;    ///< rays go where visibility is uncertain
   bool adaptive = true;         ///< rays go to the pixels that need them
+  bool light_guide = true;      ///< light points go to what the camera sees the light of
 };
 
 /// What the film's layer 1 says of each pixel, on average over passes by their weight: camera rays;
