@@ -5,8 +5,9 @@ writes validation/numbers/product.md with the raw figures beside it.
     /usr/bin/python3 validation/ablation.py [--build build] [--seeds N] [SCENE...]
 
 No reference is needed: the estimators are unbiased (tests/render), so their error is their variance
-between seeds. relMSE is the mean over pixels and channels of variance / (mean² + 0.01 M²), M being the
-picture's mean. Names of scenes are those of validation/run.sh; without any, all of them.
+between seeds; of light that `path` hardly ever finds, few seeds tell too little of its. relMSE is the mean over pixels and channels of variance / (mean² + 0.01 M²), M being the
+picture's mean. Names of scenes are those of validation/run.sh; without any, all of them. Scenes that are measured again
+replace what the files said of them.
 """
 import argparse
 import json
@@ -115,9 +116,11 @@ def write(result, output):
     scenes = result["scenes"]
     lines = [
         "# What the parts of product sampling are worth, and where it helps", "",
-        f"Written by validation/ablation.py, commit {result['commit'][:7]}, on "
+        f"Written by validation/ablation.py at "
+        f"{', '.join(sorted({s['commit'][:7] for s in scenes.values()}))}, on "
         f"{result['machine']['processor']}, {result['machine']['cores']} cores; error is variance "
-        f"between {result['seeds']} seeds. Raw figures: product.json.", "",
+        f"between {' or '.join(str(n) for n in sorted({s['seeds'] for s in scenes.values()}))} "
+        "seeds. Raw figures: product.json.", "",
         "relMSE of `product`, and how many times larger it is with one part left out:", "",
         *parts_table(scenes), "",
         "How many times smaller the relMSE is than that of another integrator at the same "
@@ -141,12 +144,15 @@ def main():
     unknown = set(options.scenes) - {scene.name for scene in SCENES}
     if unknown:
         parser.error(f"no scene {', '.join(sorted(unknown))}")
-    result = {"machine": machine(), "commit": commit(), "seeds": options.seeds, "scenes": {}}
+    before = options.output / "product.json"
+    scenes = json.loads(before.read_text(encoding="utf-8"))["scenes"] if before.exists() else {}
+    result = {"machine": machine(), "scenes": scenes}
     with tempfile.TemporaryDirectory() as folder:
         for scene in SCENES:
             if not options.scenes or scene.name in options.scenes:
-                result["scenes"][scene.name] = of_scene(options.build, scene, options.seeds,
-                                                        pathlib.Path(folder))
+                scenes[scene.name] = {"commit": commit(), "seeds": options.seeds, **of_scene(
+                    options.build, scene, options.seeds, pathlib.Path(folder))}
+                result["scenes"] = {s.name: scenes[s.name] for s in SCENES if s.name in scenes}
                 write(result, options.output)
 
 

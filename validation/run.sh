@@ -5,7 +5,8 @@
 #   sh validation/run.sh [correctness|benchmark|report] [SCENE|GROUP...]
 #                        [--quick] [--fresh] [--output FOLDER]
 #
-# Groups: environment, hard, plain, bounce, area, together. Most of their scenes are taken only if asked for.
+# Groups: environment, hard, plain, bounce, area, together. Most of their scenes are taken only if
+# asked for.
 # Without a mode, all three, in about an hour on two cores; --quick: the same in a small form, in 10
 # minutes, which goes to out/report unless --output says otherwise. What was measured before is not
 # measured again, so an interrupted run goes on where it stopped; --fresh forgets it. What can't be

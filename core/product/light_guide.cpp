@@ -6,7 +6,7 @@
 namespace kinome {
 namespace {
 
-/// Share of the draws that isn't guided.
+/// Share of the draws that isn't guided, neither to a source nor within it.
 constexpr double kDefensive = 0.25;
 /// Of what is guided into a box, the share that doesn't tell its halves apart: what was found of no
 /// use may have been missed, and more likely so beside what is of use.
@@ -17,7 +17,8 @@ constexpr double kLeastEffective = 6;
 /// sqrt(2 (kParts - 1)).
 constexpr int kParts = 8;
 constexpr double kLeastDifference = 15;
-/// Numbers have 24 bits: so many halvings of all axes together leave most of them.
+/// Of all axes together. Numbers have 24 bits, of which halvings of their axis use up what they
+/// leave uncertain.
 constexpr int kMostHalvings = 24;
 /// What is known of a source counts as much as that it is like all others from so many draws on.
 constexpr double kTrustedDraws = 8;
@@ -26,6 +27,7 @@ constexpr double kTrustedDraws = 8;
 
 struct LightGuide::Builder {
   std::vector<Node>& nodes;
+  double defensive;  ///< share of the source's draws that isn't guided
 
   struct Box {
     Numbers lo{0, 0, 0, 0};
@@ -75,8 +77,8 @@ struct LightGuide::Builder {
     int axis = -1;
     if (depth < kMostHalvings) axis = best_axis(uses, box);
     if (axis < 0) {
-      const double part = (1 - kDefensive) * guided + kDefensive * box.volume;
-      nodes[node].below_part = static_cast<float>(part / box.volume);
+      const double part = (1 - defensive) * guided + defensive * box.volume;
+      nodes[node].value = static_cast<float>(part / box.volume);
       return part;
     }
     const float middle = box.middle(axis);
@@ -94,7 +96,7 @@ struct LightGuide::Builder {
     const double first = build(begin, uses.first(count), below, guided * share, depth + 1);
     const double second =
         build(begin + 1, uses.subspan(count), above, guided * (1 - share), depth + 1);
-    nodes[node].below_part = static_cast<float>(first / (first + second));
+    nodes[node].value = static_cast<float>(first / (first + second));
     return first + second;
   }
 };
@@ -105,39 +107,39 @@ LightGuide::LightGuide(std::span<const float> shares, std::span<const Use> uses,
                    [](const Use& a, const Use& b) { return a.source < b.source; });
   const double total = Builder::sum_of(sorted);
   if (!(total > 0) || !std::isfinite(total)) return;
-  factor_.resize(shares.size());
-  roots_.assign(shares.size(), kNoTree);
+  const auto sources = static_cast<uint32_t>(shares.size());
+  std::vector<std::span<Use>> own(sources);
+  std::vector<double> parts(sources);
   double guided = 0;
-  auto of_source = [&, begin = sorted.begin()](uint32_t source) mutable {
+  auto begin = sorted.begin();
+  for (uint32_t s = 0; s < sources; ++s) {
     const auto end =
-        std::find_if(begin, sorted.end(), [&](const Use& use) { return use.source != source; });
-    const std::span<Use> own(begin, end);
+        std::find_if(begin, sorted.end(), [&](const Use& use) { return use.source != s; });
+    own[s] = {begin, end};
     begin = end;
-    return own;
-  };
-  for (uint32_t s = 0; s < shares.size(); ++s) {
-    const std::span<Use> own = of_source(s);
-    const double sum = Builder::sum_of(own);
+    // As many as without a guide: how many were drawn is chance.
     const double expected = static_cast<double>(shares[s]) * count;
     const double trust = expected / (expected + kTrustedDraws);
-    const double part = shares[s] * (1 - trust) + trust * sum / total;
-    factor_[s] = static_cast<float>(part);
-    guided += part;
-    if (!(sum > 0)) continue;
+    parts[s] = shares[s] * (1 - trust) + trust * Builder::sum_of(own[s]) / total;
+    guided += parts[s];
+  }
+  factor_.resize(sources);
+  roots_.assign(sources, kNoTree);
+  double end = 0;
+  for (uint32_t s = 0; s < sources; ++s) {
+    const double defensive = kDefensive * shares[s];
+    const double part = (1 - kDefensive) * parts[s] / guided + defensive;
+    ends_.push_back(end += part);
+    factor_[s] = shares[s] > 0 ? static_cast<float>(part / shares[s]) : 0.f;
+    if (!(Builder::sum_of(own[s]) > 0)) continue;
     const auto root = static_cast<uint32_t>(nodes_.size());
     nodes_.emplace_back();
-    Builder{nodes_}.build(root, own, {}, 1, 0);
+    Builder{nodes_, defensive / part}.build(root, own[s], {}, 1, 0);
     if (nodes_[root].axis < 0) {
       nodes_.pop_back();
     } else {
       roots_[s] = root;
     }
-  }
-  double end = 0;
-  for (uint32_t s = 0; s < shares.size(); ++s) {
-    const double part = (1 - kDefensive) * factor_[s] / guided + kDefensive * shares[s];
-    ends_.push_back(end += part);
-    factor_[s] = shares[s] > 0 ? static_cast<float>(part / shares[s]) : 0.f;
   }
 }
 
@@ -150,7 +152,7 @@ float LightGuide::warp(uint32_t source, Numbers& at) const {
     const int axis = node->axis;
     float& u = at[axis];
     float& w = width[axis];
-    const float p = node->below_part;
+    const float p = node->value;
     w *= 0.5f;
     // Rounding must not leave the unit interval.
     if (u < p) {
@@ -163,7 +165,7 @@ float LightGuide::warp(uint32_t source, Numbers& at) const {
     }
   }
   for (int a = 0; a < kAxes; ++a) at[a] = std::min(lo[a] + width[a] * at[a], 0x1.fffffep-1f);
-  return factor_[source] * node->below_part;
+  return factor_[source] * node->value;
 }
 
 }  // namespace kinome

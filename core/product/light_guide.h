@@ -37,9 +37,9 @@ class LightGuide {
 
  private:
   struct Node {
-    int axis = -1;         ///< -1: a leaf
-    float below_part = 0;  ///< probability of the half below the middle; leaf: density
-    uint32_t below = 0;    ///< the other half is the next
+    int axis = -1;       ///< -1: a leaf
+    float value = 0;     ///< probability of the half below the middle; of a leaf: density
+    uint32_t below = 0;  ///< the other half is the next
   };
   struct Builder;
 

@@ -12,9 +12,9 @@
 namespace kinome {
 
 /// Which of a pass's light points a tile looks at, and how often each is expected among what one
-/// primary looks at. Cells are chosen by what the tile's patches may see of them, and half by their
-/// guided flux alone: nothing is left out. Depends on cells and on what was learned earlier, not on
-/// the points: so a ray from the eye that finds a place can tell how dense points are there.
+/// primary looks at. Cells are chosen by what the tile's patches may see of them, and a quarter by
+/// their guided flux alone: nothing is left out. Depends on cells and on what was learned earlier,
+/// not on the points: so a ray from the eye that finds a place can tell how dense points are there.
 ///
 /// Keeps its memory: one per thread.
 class LocalChoice {

@@ -187,7 +187,7 @@ class LocalLight {
 };
 
 /// About `count` places of surfaces that a sensor sees, spread evenly over its picture; fewer where
-/// it sees none. What shines by itself is not among them.
+/// it sees none. Surfaces that reflect nothing, or only mirror, are not among them.
 std::vector<SurfaceInteraction> places_seen(const Scene& scene, const Sensor& sensor,
                                             uint32_t count, uint64_t seed, RenderContext& context);
 

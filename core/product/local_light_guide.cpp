@@ -13,14 +13,18 @@
 namespace kinome {
 namespace {
 
-/// So many draws of equal use are enough: tiles don't look at more of them.
+/// So many draws of equal use are enough: as many as a tile of the fewest blocks looks at.
 constexpr double kEnough = LocalChoice::kLeastBlocks * LocalChoice::kBlockSize;
 /// Each round is guided by the one before, and so sees more of what is of use.
 constexpr uint64_t kMostRounds = 5;
 /// Each place looks at so many of the points, and sends rays to some of these.
 constexpr uint32_t kLooks = 64, kRays = 4;
 constexpr size_t kViewsOfChunk = 64;
-constexpr uint64_t kSeedOfPlaces = 0x7365656e;
+enum Seed : uint64_t {
+  kSeedOfPlaces = 0x7365656e,
+  kSeedOfRounds = 0x726f756e,
+  kSeedOfLooks = 0x6c6f6f6b
+};
 
 struct FlatPoint {
   const LightPoint* point;
@@ -94,9 +98,9 @@ class UsePilot {
       lights[k] = light_of(si, points_[which[k]]);
       sum += lights[k];
     }
-    if (!(sum > 0)) return;
-    const Bsdf& bsdf = si.shape->bsdf();
     const float step = sum / kRays;
+    if (!(step > 0) || !std::isfinite(step)) return;
+    const Bsdf& bsdf = si.shape->bsdf();
     float next = step * random_float(seed, 1), so_far = 0;
     for (uint32_t k = 0; k < looks; ++k) {
       so_far += lights[k];
@@ -199,11 +203,11 @@ std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce,
     shares.push_back(bounce ? source.bounce_share : source.surface_share);
   }
   for (uint64_t round = 0;; ++round) {
-    const uint64_t own = hash_words(seed, round);
+    const uint64_t own = hash_words(seed, kSeedOfRounds, round);
     std::vector<Drawn> drawn;
     draw_part(bounce, count, own, context, drawn);
     if (seen.empty() || round == kMostRounds) return drawn;
-    const auto uses = find_uses(drawn, seen, hash_words(own, 1), context);
+    const auto uses = find_uses(drawn, seen, hash_words(own, kSeedOfLooks), context);
     if (effective_number(uses) >= kEnough) return drawn;
     guide = LightGuide(shares, uses, count);
   }

@@ -25,6 +25,9 @@ uint32_t morton_code(const Vec3& at) {
   return code;
 }
 
+/// Light is the eye rays' alone, and still a number when multiplied by a density of 0.
+constexpr float kMostEyeRatio = 1e25f;
+
 }  // namespace
 
 /// Within a cell along a Morton curve through its places: every so many of them are spread over it.
@@ -209,19 +212,23 @@ float LocalLight::eye_ratio(const Source& source, const SurfaceInteraction* x,
   // Both choose the source alike.
   const float cosine = std::abs(glm::dot(y.n, d));
   const auto count = static_cast<float>(bounce_count_);
+  float ratio = kInfinity;
   if (x) {
     const float seen = source.emitter->shape()->pdf_solid_angle(y.p, *x);
     const float per_area = seen * std::abs(glm::dot(x->n, d)) * source.emitter->shape()->area();
-    return per_area / (count * surface_emission_pdf(*x, d) * cosine);
+    ratio = per_area / (count * surface_emission_pdf(*x, d) * cosine);
+  } else if (const auto density = source.emitter->emission_density(d)) {
+    if (source.kind == Kind::kEnvironment) {
+      const float directions = source.emitter->pdf_environment(-d);
+      ratio = directions / (count * density->direction * density->position * cosine);
+    } else {
+      const float at =
+          density->position > 0 ? density->position : density->direction / sqr(distance);
+      ratio = 1 / (count * at * cosine);
+    }
   }
-  const auto density = source.emitter->emission_density(d);
-  if (!density) return kInfinity;
-  if (source.kind == Kind::kEnvironment) {
-    const float directions = source.emitter->pdf_environment(-d);
-    return directions / (count * density->direction * density->position * cosine);
-  }
-  const float at = density->position > 0 ? density->position : density->direction / sqr(distance);
-  return 1 / (count * at * cosine);
+  // At the rim of a cone, rounding may put a ray that was drawn where none is.
+  return ratio < kMostEyeRatio ? ratio : kMostEyeRatio;
 }
 
 std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInteraction& si,

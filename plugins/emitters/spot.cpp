@@ -149,10 +149,11 @@ class Spot final : public Emitter {
   FluxGrid make_flux_grid() const {
     // Cells are as fine as half a texel; where they would be too many, their parts are as fine as
     // one. The falloff alone is smooth.
-    constexpr uint32_t kSmoothSide = 32, kMinSide = 128, kMaxSide = 1024;
+    constexpr uint32_t kSmoothSide = 64, kMinSide = 128, kMaxSide = 1024;
     const glm::uvec2 resolution = texture_->resolution();
     const uint32_t texels = std::max(resolution.x, resolution.y);
-    const uint32_t side = texels > 1 ? std::clamp(2 * texels, kMinSide, kMaxSide) : kSmoothSide;
+    const uint32_t side =
+        texture_->is_uniform() ? kSmoothSide : std::clamp(2 * texels, kMinSide, kMaxSide);
     const uint32_t parts = (texels + side - 1) / side;
     return FluxGrid(glm::uvec2(side), parts, [this](const Vec2& uv) {
       return luminance(glm::abs(intensity_toward(direction_at(uv))));

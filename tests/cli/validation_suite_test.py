@@ -136,6 +136,23 @@ class OtherProcesses(InFolder):
                 mitsuba.render(configurations(scene)[0], scene, SIZE, 4, 1)
 
 
+class Explanations(unittest.TestCase):
+    """What is known to be red is explained, and nothing beyond it."""
+
+    def test_only_the_known_tests_and_no_further(self):
+        def row(method="direct", t=9.8, red="tiles"):
+            tests = {name: {"name": name, "passed": name != red, "t": t if name == red else 1.0}
+                     for name in ("image", "tiles", "pixels")}
+            return {"scene": "hebe", "method": method, "passed": red is None, "tests": tests}
+
+        self.assertIn("visible normals", tables.explanation(row()))
+        self.assertIn("visible normals", tables.explanation(row(t=-9.8)))
+        self.assertEqual(tables.explanation(row(red=None)), "")
+        self.assertEqual(tables.explanation(row(t=40.0)), "")
+        self.assertEqual(tables.explanation(row(red="image")), "")
+        self.assertEqual(tables.explanation(row(method="clustered joint")), "")
+
+
 class FakeKinome:
     """Renders with less noise than the fake Mitsuba, and counts."""
 

@@ -128,13 +128,17 @@ std::vector<Case> direct() {
 }
 INSTANTIATE_TEST_SUITE_P(Direct, Local, testing::ValuesIn(direct()), name_of);
 
-/// Where floor and wall meet, both lit at a low angle: what is seen is lit from very near.
-Case corner() {
-  Case c = lit_by("Corner", point_xml("1.2,.5,.25", "5 4 3"), 3);
+/// Where floor and wall meet, both lit at a low angle: what is seen is lit from very near, from so
+/// near that there are hardly any light points.
+Case corner(const char* name, const std::string& parameters) {
+  Case c = lit_by(name, point_xml("1.2,.9,.25", "5 4 3"), 3);
+  c.setup.parameters = parameters;
   c.setup.shapes = shape_xml("rectangle", "<scale value=\"6\"/>", diffuse_xml(".9 .8 .7")) +
-                   shape_xml("rectangle", "<rotate x=\"1\" angle=\"-90\"/><scale value=\"6\"/>",
+                   shape_xml("rectangle",
+                             "<rotate x=\"1\" angle=\"-90\"/><scale value=\"6\"/>"
+                             "<translate y=\".4\"/>",
                              diffuse_xml(".8 .9 .8"));
-  c.setup.optics = number("fov", 9);
+  c.setup.optics = number("fov", 2);
   c.setup.rays = 48;
   c.setup.direct_samples = 256;
   return c;
@@ -155,7 +159,9 @@ Case slit() {
 
 std::vector<Case> bounces() {
   return {
-      corner(),
+      corner("Corner", ""),
+      // Fewer points are near, and more of the light is the eye rays'.
+      corner("CornerNotGuided", off("light_guide")),
       slit(),
       lit_by("Rectangle", kLamp, 3),
       lit_by("Sphere", kBall, 3),

@@ -16,8 +16,10 @@ constexpr double kAlpha = 1e-4;  // of each statistical test
 constexpr int kSources = 3;
 const std::vector<float> kShares{0.5f, 0.3f, 0.2f};
 
-/// Light of the second source through a slit, and a little of the third wherever it comes from.
+/// Light of the second source through a slit, a little of the third wherever it comes from, and of
+/// the first, which is guided away from, from one side.
 float use_of(uint32_t source, const LightGuide::Numbers& at) {
+  if (source == 0) return at[0] < 0.1f ? 1e-3f : 0.f;
   if (source == 1) return at[1] > 0.3f && at[1] < 0.34f && at[3] < 0.5f ? 1.f : 0.f;
   return source == 2 ? 0.01f : 0.f;
 }
