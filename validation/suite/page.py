@@ -18,7 +18,7 @@ td.pass, td.win { color: var(--good) } td.lose { color: var(--bad) }
 img { max-width: 100%; image-rendering: auto } .crops { display: flex; flex-wrap: wrap; gap: 12px }
 figure { margin: 0; width: 160px } figcaption { font-size: 11.5px; line-height: 1.3 }
 figure img { image-rendering: pixelated }
-.thumb { height: 48px; vertical-align: middle; image-rendering: pixelated }
+.thumb { height: 40px; vertical-align: middle; image-rendering: pixelated }
 .note { color: #555; margin: .15rem 0; font-size: 13px } .problem { color: var(--bad) }
 details { margin: .5rem 0 }
 """
@@ -28,7 +28,7 @@ CLUSTERED = (
     "light itself. So it is unbiased against our own <b>groundtruth</b>, which uses each of the "
     "same points exactly once, and is compared with that, seed by seed; its distance to Mitsuba is "
     "how finely the points stand for the light, and shows below as a floor of its curve. By "
-    "product it uses the environment itself, and is compared with Mitsuba.")
+    "product it uses the light itself, and is compared with Mitsuba.")
 LDSAMPLER = (
     "Mitsuba's ldsampler is biased on paths of several bounces (references/README.md): a curve of "
     "it may end in a floor there. All references are made with multijitter.")

@@ -143,8 +143,8 @@ class Cause:
 VISIBLE_NORMALS = (
     "Mitsuba's Beckmann lobes are sampled by nearly, not quite, the visible normals: up to 0.26 % "
     "against the quadrature of its own BSDF, which ours agrees with")
-ROUNDED = ("single pixels of the photograph, seen directly, are rounded: Mitsuba's own variants "
-           "differ there as much")
+ROUNDED = ("single pixels of the photograph, seen directly, differ by rounding, by 2e-5; Mitsuba's "
+           "own variants by half as much")
 BY_LUCK = ("Mitsuba's path hardly ever finds some of the dish's light, and its variance doesn't "
            "tell; light tracing agrees with ours")
 EXPLAINED = {
