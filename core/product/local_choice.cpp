@@ -31,12 +31,20 @@ float lobe_value(const Patch& patch, const Vec3& d, float spread2) {
   return cosine > 0 ? alpha2 / (4 * kPi * std::max(t * t, 1e-12f)) : 0.f;
 }
 
+/// About the share of light from d that the patch reflects; `arriving`: the cosine, or more of it.
+float reflected(const Patch& patch, const Vec3& d, float arriving, float spread2) {
+  float value = mean_of(patch.diffuse) * kInvPi * std::clamp(arriving, 0.f, 1.f);
+  if (patch.glossy_reflectance > 0 && arriving > 0) {
+    value += patch.glossy_reflectance * (lobe_value(patch, d, spread2) + kLobeFloor);
+  }
+  return value;
+}
+
 }  // namespace
 
 void LocalChoice::find_importance(const LocalLight& light, const Patch& patch,
                                   const Visibility& visibility, uint32_t first_cell) {
   const LocalCellColumns& cells = light.columns();
-  const float diffuse = mean_of(patch.diffuse) * kInvPi;
   double total = 0;
   of_patch_.resize(light.size());
   for (uint32_t c = 0; c < light.size(); ++c) {
@@ -50,12 +58,8 @@ void LocalChoice::find_importance(const LocalLight& light, const Patch& patch,
     const Vec3 normal(cells.normal[0][c], cells.normal[1][c], cells.normal[2][c]);
     const float leaving = -glm::dot(normal, d) + 1 - glm::length(normal) + spread;
     const float arriving = glm::dot(patch.normal, d) + spread + 0.05f;
-    float value = diffuse * std::clamp(arriving, 0.f, 1.f);
-    if (patch.glossy_reflectance > 0 && arriving > 0) {
-      value += patch.glossy_reflectance * (lobe_value(patch, d, spread2) + kLobeFloor);
-    }
-    value *= cells.flux[c] * std::clamp(leaving, 0.f, 1.f) / softened;
-    of_patch_[c] = value;
+    of_patch_[c] = reflected(patch, d, arriving, spread2) * cells.flux[c] *
+                   std::clamp(leaving, 0.f, 1.f) / softened;
   }
   if (light.lamps().size() > kLampBlockSize) look_at_lamps(light, patch);
   for (uint32_t c = 0; c < light.size(); ++c) {
@@ -71,7 +75,6 @@ void LocalChoice::find_importance(const LocalLight& light, const Patch& patch,
 /// Lamps that are cells of their own tell themselves what reaches the patch.
 void LocalChoice::look_at_lamps(const LocalLight& light, const Patch& patch) {
   const auto& first = light.lamp_first();
-  const float diffuse = mean_of(patch.diffuse) * kInvPi;
   for (uint32_t c = 0; c < light.lamp_cells(); ++c) {
     if (first[c + 1] - first[c] != 1) continue;
     const float by_flux = of_patch_[c] * kLeastOfFlux;
@@ -79,13 +82,7 @@ void LocalChoice::look_at_lamps(const LocalLight& light, const Patch& patch) {
     float value = 0;
     if (lit && lit->pdf > 0) {
       const float arriving = glm::dot(patch.normal, lit->d) + kLampMargin;
-      if (arriving > 0) {
-        value = diffuse * std::min(arriving, 1.f);
-        if (patch.glossy_reflectance > 0) {
-          value += patch.glossy_reflectance * (lobe_value(patch, lit->d, 0) + kLobeFloor);
-        }
-        value *= mean_of(glm::abs(lit->radiance)) / lit->pdf;
-      }
+      value = reflected(patch, lit->d, arriving, 0) * mean_of(glm::abs(lit->radiance)) / lit->pdf;
     }
     of_patch_[c] = std::max(value, by_flux);
   }
