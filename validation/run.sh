@@ -9,10 +9,11 @@
 # asked for.
 # Without a mode, all three, in about an hour on two cores; --quick: the same in a small form, in 10
 # minutes, which goes to out/report unless --output says otherwise. What was measured before is not
-# measured again, so an interrupted run goes on where it stopped; --fresh forgets it. What can't be
-# had is said in a line, left out, and the rest goes on.
+# measured again, so an interrupted run goes on where it stopped; --fresh measures anew what it is
+# asked for. What can't be had is said in a line, left out, and the rest goes on.
 #
-# Exit status: 0 all well; 1 a comparison is red; 2 something was left out; 130 interrupted.
+# Exit status: 0 all well; 1 a comparison is red, or another run is at work here; 2 something was
+# left out, or a bad argument; 130 or 143 interrupted.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 build=${KINOME_BUILD:-$root/build}
@@ -33,16 +34,30 @@ environment() {
   fi
 }
 
-# The mode is the first word that isn't an option; help needs no more than a report does.
-mode=
+run() {
+  "$kinome_python" "$root/validation/run.py" --build "$build" "$@"
+}
+
 for word in "$@"; do
   case $word in
-    -h | --help) mode=report && break ;;
-    -*) ;;
-    *) mode=$word && break ;;
+    -h | --help)
+      run --help
+      exit
+      ;;
   esac
 done
-if [ "$mode" != report ]; then
+# A wrong word is said before minutes go by; without any Python, after its package is there.
+command -v "$kinome_python" >/dev/null 2>&1 || kinome_install_packages
+modes=$(run --check "$@")
+if [ "$modes" != report ]; then
+  # Until this shell and all it starts have ended.
+  mkdir -p "$build/validation"
+  exec 9>"$build/validation/lock"
+  if command -v flock >/dev/null 2>&1 && ! flock -n 9; then
+    echo "validation: another run is at work in $build/validation: wait until it has ended, or set" \
+      "KINOME_BUILD to another folder" >&2
+    exit 1
+  fi
   kinome_packages="$kinome_packages $kinome_report_packages $kinome_compare_packages python3-venv"
   kinome_install_packages
   # Mitsuba's llvm variants need it; without, they are left out.
@@ -51,9 +66,11 @@ if [ "$mode" != report ]; then
   kinome_configure
   ninja -C "$build" kinome_renderer
   "$kinome_python" "$root/scenes/make_assets.py"
-  mkdir -p "$build/validation"
   environment "$build/validation/mitsuba" "$root/validation/requirements.txt" Mitsuba
-  [ "$mode" = correctness ] || environment "$build/validation/cycles" \
+  [ "$modes" = correctness ] || environment "$build/validation/cycles" \
     "$root/validation/requirements-cycles.txt" "Cycles (bpy)"
+else
+  kinome_packages="python3-numpy $kinome_report_packages $kinome_compare_packages"
+  kinome_install_packages
 fi
 exec "$kinome_python" "$root/validation/run.py" --build "$build" "$@"

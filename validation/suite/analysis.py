@@ -30,9 +30,14 @@ def curve(points, measure="relmse"):
     return sorted(found, key=lambda point: point["samples"])
 
 
+def can_tell(error, own_error):
+    """Can a reference of that noise tell a picture of this error from a perfect one?"""
+    return error > max(0.5 * own_error, 0)
+
+
 def trusted(points, own_error):
     """Without those that the reference can't tell from a perfect picture."""
-    return [p for p in points if p["relmse"] > max(0.5 * own_error, 0) and p["seconds"] > 0]
+    return [p for p in points if can_tell(p["relmse"], own_error) and p["seconds"] > 0]
 
 
 def slope(points):
@@ -101,7 +106,8 @@ def summary(entry, measure="relmse"):
                   if run.get("embree_share") is not None]
         found[name] = {"kind": renderer["kind"], "points": points, "slope": slope(good),
                        "efficiency": efficiency(good),
-                       "seconds_to": {t: seconds_to(good, t) for t in TARGETS},
+                       "seconds_to": {t: seconds_to(good, t) if can_tell(t, own)
+                                      else (None, "noise") for t in TARGETS},
                        "not_finite": sum(run["not_finite"] for p in renderer["points"]
                                          for run in p["runs"]),
                        "embree_share": statistics.median(shares) if shares else None}

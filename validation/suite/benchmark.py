@@ -14,6 +14,7 @@ from . import analysis
 from .contestants import Ours, Theirs
 from .cycles import Cycles
 from .kinome import scene_hash
+from .others import Others, cores_of_others
 from .peers import Unavailable, configurations
 from .problems import Problem
 from .store import digest, hash_of_files
@@ -42,15 +43,18 @@ class Benchmark:
         self.common = {"scene": scene_hash(scene.path), "name": scene.name, "size": size,
                        "reference": description["hash"], "machine": self.machine["processor"],
                        "cores": self.machine["cores"], "threads": THREADS,
-                       "errors": hash_of_files([ROOT / "validation/compare/errors.py"])}
+                       "errors": hash_of_files([ROOT / "validation/compare/errors.py",
+                                                ROOT / "validation/suite/others.py"])}
         tried = self.search(scene, size, truth)
         finalists = analysis.finalists(tried, FINALISTS,
                                        BIASED_SAMPLERS if scene.group == BOUNCE else ())
         with contextlib.ExitStack() as ending:
             renderers = self.renderers(scene, size, finalists, truth, ending)
             curves = self.compete(scene, renderers, truth)
+        others = cores_of_others([run for curve in curves.values() for point in curve["points"]
+                                  for run in point["runs"]])
         return {"group": scene.group, "size": list(size), "program": self.kinome.program,
-                "commit": commit(), "machine": self.machine,
+                "commit": commit(), "machine": self.machine, "cores_of_others": others,
                 "reference": description | {"own_error": own_error(truth)},
                 "tried": tried, "curves": curves, "startup": self.startup(scene, size, renderers,
                                                                           curves)}
@@ -62,8 +66,9 @@ class Benchmark:
                "seed": seed, **part}
 
         def now():
+            others = Others()
             run = renderer.run(samples, seed)
-            values = {"seconds": run.seconds, "samples": run.samples, **run.extra,
+            values = {"seconds": run.seconds, "samples": run.samples, **run.extra, **others.taken(),
                       **errors(run.image, truth, renderer.name)}
             if seed == FIRST_SEED and not part:
                 np.save(self.folder / f"pictures/{digest(key)}.npy", run.image.astype(np.float32))

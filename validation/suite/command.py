@@ -1,8 +1,6 @@
 """The command behind validation/run.sh."""
-import argparse
 import importlib.util
-import os
-import pathlib
+import signal
 import sys
 
 import numpy as np
@@ -10,54 +8,13 @@ import numpy as np
 from program import commit, machine
 
 from . import page, summary
-from .correctness import FAMILY_ALPHA, Correctness, plan
+from .correctness import FAMILY_ALPHA, Correctness, alpha_for, plan
 from .kinome import Kinome
 from .peers import Mitsuba
 from .problems import Log, Problem
 from .store import Store, read_json, write_json, write_whole
-from .tables import FULL, GROUP_WORDS, QUICK, ROOT, SCENES, SMALL_SCENES, chosen, named
+from .tables import FULL, QUICK, chosen
 from .truth import References
-
-MODES = ("correctness", "benchmark", "report")
-DESCRIPTION = """\
-Compares Kinome with Mitsuba 3 (and Blender's Cycles where it can): correctness, then time against
-error, then a page of both. Without a mode, all three. What was measured before is not measured
-again. Exit status: 0 all well; 1 a comparison is red; 2 something was left out, as the lines say;
-130 interrupted."""
-
-
-def parse(arguments):
-    parser = argparse.ArgumentParser(prog="validation/run.sh", description=DESCRIPTION,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("words", nargs="*", metavar="MODE or SCENE",
-                        help=f"first a mode ({', '.join(MODES)}), then scenes or groups of them "
-                             f"({', '.join(GROUP_WORDS)}); default: all modes, and all scenes but "
-                             "those that are made for asking")
-    parser.add_argument("--quick", action="store_true",
-                        help="smaller pictures, fewer seeds and scenes: at most 10 minutes")
-    parser.add_argument("--fresh", action="store_true",
-                        help="forget what was measured before (on another day, a busier machine)")
-    parser.add_argument("--output", type=pathlib.Path, metavar="FOLDER",
-                        help="where the page goes; default: validation/report, quick: out/report")
-    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build",
-                        help=argparse.SUPPRESS)
-    options = parser.parse_args(arguments)
-    options.modes = MODES
-    if options.words and options.words[0] in MODES:
-        options.modes = (options.words.pop(0),)
-    known = {scene.name for scene in SCENES} | {path.stem for path in SMALL_SCENES}
-    for name in options.words:
-        if name not in known | set(GROUP_WORDS):
-            parser.error(f'no mode or scene "{name}"; modes are {", ".join(MODES)}, groups '
-                         f'{", ".join(GROUP_WORDS)}, scenes {", ".join(sorted(known))}')
-    options.words = named(options.words)
-    timed = {scene.name for scene in SCENES}
-    if options.modes == ("benchmark",) and options.words and not timed & set(options.words):
-        parser.error(f'no benchmark of {", ".join(options.words)}: what is timed is '
-                     f'{", ".join(sorted(timed))}')
-    options.output = options.output or ROOT / ("out/report" if options.quick
-                                               else "validation/report")
-    return options
 
 
 class Session:
@@ -73,14 +30,28 @@ class Session:
         self.told = 0  # problems that an earlier mode has written down
 
     def prepare(self):
-        path = self.folder / "measurements.jsonl"
-        if self.options.fresh:
-            path.unlink(missing_ok=True)
-        self.store = Store(path)
+        self.store = Store(self.folder / "measurements.jsonl")
         if self.store.torn:
             self.log.say("a measurement that an interruption cut off is made again")
+        if self.options.fresh:
+            self.store.forget(self.concerned())
         self.kinome = Kinome(self.options.build, self.folder / "renders")
         self.references = References(self.python, self.folder / "references", self.effort, self.log)
+
+    def concerned(self):
+        """Tells which keys of the store this run measures, or an older program did for the same."""
+        words, modes = self.options.words, self.options.modes
+        checks = plan(self.effort, words) if "correctness" in modes else []
+        alpha, compared = alpha_for(self.effort, checks), {check.scene for check in checks}
+        sizes = {scene.name: list(self.effort.size(scene))
+                 for scene in chosen(words) if "benchmark" in modes}
+
+        def is_concerned(key):
+            if "check" in key:
+                return key["check"] in compared and key["alpha"] == alpha
+            return sizes.get(key["name"]) == list(key["size"])
+
+        return is_concerned
 
     def run(self, mode):
         """One mode; what was left out is written down for the page, which may be made later."""
@@ -109,10 +80,6 @@ class Session:
 
     def benchmark(self):
         from .benchmark import Benchmark
-        load, cores = os.getloadavg()[0], os.cpu_count()
-        if load > cores / 2:
-            self.log.say(f"the machine has been busy (load {load:.1f} on {cores} cores): what else "
-                         "runs spoils the times")
         mitsuba = Mitsuba(self.python, self.folder / "mitsuba-renders", self.log)
         work = Benchmark(self.kinome, mitsuba, self.folder / "cycles/bin/python", self.references,
                          self.effort, self.store, self.folder, self.log)
@@ -133,12 +100,40 @@ class Session:
         benchmark = read_json(self.results / "benchmark.json")
         if not correctness and not benchmark:
             raise Problem("nothing to report: run correctness or benchmark first")
+        words = self.options.words
+        if words:
+            correctness, benchmark = only(correctness, benchmark, words)
+            if not correctness and not benchmark:
+                raise Problem(f"nothing to report of {', '.join(words)}: run correctness or "
+                              "benchmark of it first")
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
         problems = [line for lines in (read_json(self.results / "problems.json") or {}).values()
                     for line in lines]
+        problems += unmeasured(correctness, benchmark, self.effort, words)
         write_report(self.options.output, correctness, benchmark, problems,
                      self.folder / "pictures", self.options.quick)
         self.log.say(f"wrote {self.options.output / 'index.html'}")
+
+
+def only(correctness, benchmark, words):
+    """Both parts with the scenes of these names alone; None where none is left."""
+    rows = [row for row in (correctness or {"rows": []})["rows"] if row["scene"] in words]
+    timed = {name: entry for name, entry in (benchmark or {}).items() if name in words}
+    return correctness | {"rows": rows} if rows else None, timed or None
+
+
+def unmeasured(correctness, benchmark, effort, words):
+    """Lines for the page: what these words stand for, or all of a run without any, and neither an
+    earlier run nor this one has measured."""
+    if correctness:
+        made = {(row["scene"], row["method"]) for row in correctness["rows"]}
+        wanted = [c for c in plan(effort, words) if (c.scene, c.method) not in made]
+        if wanted:
+            names = ", ".join(dict.fromkeys(check.scene for check in wanted))
+            yield f"{len(wanted)} comparisons have not been made, of {names}"
+    wanted = [scene.name for scene in chosen(words) if scene.name not in (benchmark or {})]
+    if wanted:
+        yield f"not timed: {', '.join(wanted)}"
 
 
 def write_report(output, correctness, benchmark, problems, pictures, quick):
@@ -161,8 +156,17 @@ def use_packages(folder):
         sys.path.append(str(found))
 
 
-def main(arguments=None):
-    options = parse(arguments)
+class Stopped(KeyboardInterrupt):
+    """By SIGTERM: as gently as by Ctrl-C."""
+
+
+def stop(_signal, _frame):
+    raise Stopped
+
+
+def main(options):
+    """Does what arguments.parse read; the exit status."""
+    signal.signal(signal.SIGTERM, stop)
     log = Log()
     session = Session(options, log)
     use_packages(session.folder)
@@ -173,9 +177,10 @@ def main(arguments=None):
             session.run(mode)
     except Problem as reason:
         log.problem(reason)
-    except KeyboardInterrupt:
-        print("validation: interrupted; the same command goes on from here", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as reason:
+        print("validation: interrupted; the same command without --fresh goes on from here",
+              file=sys.stderr)
+        return 128 + (signal.SIGTERM if isinstance(reason, Stopped) else signal.SIGINT)
     if session.red:
         print("validation: at least one comparison is red", file=sys.stderr)
         return 1

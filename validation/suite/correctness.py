@@ -66,6 +66,12 @@ def plan(effort, wanted):
     return found
 
 
+def alpha_for(effort, checks):
+    """Of one check, by Šidák over all that a run without words compares, so that a part of it says
+    the same."""
+    return sidak(FAMILY_ALPHA, max(len(plan(effort, ())), len(checks)))
+
+
 def finite(figures):
     """JSON has no infinity: t has one where a picture without noise differs."""
     return {k: min(max(v, -1e9), 1e9) if isinstance(v, float) else v for k, v in figures.items()}
@@ -92,8 +98,7 @@ class Correctness:
 
     def run(self, checks):
         """Rows for the table, one for each check that could be made."""
-        # Of all that a run without words compares, so that a part of it says the same.
-        alpha = sidak(FAMILY_ALPHA, max(len(plan(self.effort, ())), len(checks)))
+        alpha = alpha_for(self.effort, checks)
         rows = []
         for number, check in enumerate(checks, 1):
             self.log.say(f"check {number} of {len(checks)}: {check.scene}, {check.method}")

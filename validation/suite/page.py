@@ -3,6 +3,7 @@ import html
 
 from . import analysis, plots
 from . import tables_of_results as tables
+from .others import BUSY
 from .tables import explanation
 
 STYLE = """
@@ -11,9 +12,9 @@ body { font: 15px/1.5 system-ui, sans-serif; max-width: 1240px; margin: 2rem aut
        color: #1b1b1b; background: #fff }
 h1 { font-size: 1.7rem } h2 { margin-top: 2.4rem; border-bottom: 1px solid var(--line) }
 .wide { overflow-x: auto } table { border-collapse: collapse; font-size: 13px; margin: .6rem 0 }
-th, td { padding: .22rem .6rem; border-bottom: 1px solid var(--line); text-align: left;
+th, td { padding: .22rem .5rem; border-bottom: 1px solid var(--line); text-align: left;
          white-space: nowrap; font-variant-numeric: tabular-nums }
-th { background: #f4f4f4 } td.fail { color: var(--bad); font-weight: 700 }
+th { background: #f4f4f4; white-space: normal; vertical-align: bottom } td.fail { color: var(--bad); font-weight: 700 }
 td.pass, td.win { color: var(--good) } td.lose { color: var(--bad) }
 img { max-width: 100%; image-rendering: auto } .crops { display: flex; flex-wrap: wrap; gap: 12px }
 figure { margin: 0; width: 160px } figcaption { font-size: 11.5px; line-height: 1.3 }
@@ -73,6 +74,11 @@ def correctness_section(data):
         of = [f"{row['scene']}, {row['method']}" for row in red if explanation(row) == why]
         parts.append(paragraph(html.escape(f"Red, and why: {'; '.join(of)}: {why} (evidence: "
                                            "validation/references/README.md).")))
+    twins = tables.repeated(rows)
+    if twins:
+        parts.append(paragraph(
+            f"<b>=</b>: the same figures as the row above with another method, {twins} in all: there "
+            "is nothing in that scene that the two could do differently, so the row proves no more."))
     parts.append(table(*tables.correctness(rows), [row["picture"] for row in rows]))
     notes = [f"{row['scene']}, {row['method']}: {note}" for row in rows for note in row["notes"]]
     if notes:
@@ -124,7 +130,8 @@ def benchmark_section(scenes, load_picture):
         "the same number of threads; medians of all seeds, bars are quartiles. relMSE is "
         "mean[((I − R)² − var R) / (R² + 0.01 mean(R)²)]. <b>~</b> is extrapolated beyond the last "
         "point, <b>≤</b> reached by the fewest samples already; <b>never</b>: the curve has gone "
-        "flat; <b>far</b>: it would take more than ten times its last point. A ratio is the best "
+        "flat; <b>far</b>: it would take more than ten times its last point; <b>noise</b>: less "
+        "than the reference can tell. A ratio is the best "
         "peer's seconds by ours: above 1 we are faster, below 1 slower; <b>peer only</b>: ours "
         "does not get there, which no mean counts. Cycles has no clock of its own for less than a "
         "whole render, with the file written."),
@@ -149,6 +156,12 @@ def machine_text(data):
     text = f"On {'; '.join(sorted(machines))}; commit {', '.join(sorted(commits))}."
     # Rows of a run over a few scenes stand beside those of earlier runs.
     programs = {row.get("program") for e in data for row in e.get("rows", [e])}
+    busy = [(e["cores_of_others"], e["machine"]["cores"]) for e in data if "cores_of_others" in e]
+    busy = [(others, cores) for others, cores in busy if others > BUSY * cores]
+    if busy:
+        others, cores = max(busy)
+        text += (f" Other processes had up to {others:.1f} of {cores} cores while "
+                 f"{len(busy)} of the scenes were timed: what they took, the times hold.")
     if len(programs) > 1:
         text += " Not all rows are of the same program: some were measured before others."
     return text

@@ -45,6 +45,13 @@ class Store:
             os.fsync(file.fileno())
         self.values[canonical(key)] = values
 
+    def forget(self, is_concerned):
+        """Those measurements whose keys it is true of."""
+        self.values = {key: values for key, values in self.values.items()
+                       if not is_concerned(json.loads(key))}
+        write_whole(self.path, "".join(json.dumps([json.loads(key), values]) + "\n"
+                                       for key, values in self.values.items()))
+
     def recall(self, key, measure):
         """The values of that key; measured only if they aren't there."""
         found = self.get(key)

@@ -3,7 +3,7 @@ from . import analysis
 from .tables import SCENES
 
 MARKS = {"measured": "", "extrapolated": "~", "at most": "≤ ", "at least": "≥ "}
-WORDS = {"never": "never", "beyond": "far", "unknown": "–"}
+WORDS = {"never": "never", "beyond": "far", "unknown": "–", "noise": "noise"}
 MIDDLE = 1e-3  # the error that the ratios are about
 
 
@@ -26,19 +26,33 @@ def ordered(names):
     return sorted(names, key=lambda name: (place.get(name, -1), name))
 
 
+def figures(row):
+    """What two rows of different pictures hardly share."""
+    return (row["scene"], row["truth"], row["tests"]["image"]["t"], row["tests"]["pixels"]["p"])
+
+
+def repeated(rows):
+    """How many show the same figures as one before them."""
+    return len(rows) - len({figures(row) for row in rows})
+
+
 def correctness(rows):
     head = ["scene", "integrator", "against", "verdict", "t image", "p image", "p tiles",
-            "p pixels", "finds a bias of", "HDR-FLIP", "masked"]
-    table = []
+            "p pixels", "finds a bias of", "HDR-FLIP"]
+    masked = any(row["masked"] for row in rows)
+    head += ["masked"] if masked else []
+    table, known = [], set()
     for row in rows:
         tests = row["tests"]
+        twin = figures(row) in known
+        known.add(figures(row))
         table.append([
-            row["scene"], row["method"],
-            "Mitsuba" if row["truth"] == "mitsuba" else "our groundtruth",
+            row["scene"], row["method"] + (" =" if twin else ""),
+            "Mitsuba" if row["truth"] == "mitsuba" else "groundtruth",
             "pass" if row["passed"] else "FAIL", f"{tests['image']['t']:+.2f}",
             *(significant(tests[name]["p"], 2) for name in ("image", "tiles", "pixels")),
             percent(tests["image"]["detectable"]), significant(row["flip"], 2),
-            str(row["masked"] or "")])
+            *([str(row["masked"] or "")] if masked else [])])
     return head, table
 
 

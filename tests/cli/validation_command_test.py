@@ -1,0 +1,200 @@
+"""validation/run.sh as it is called: words, what is forgotten, what is missing, signals."""
+
+import contextlib
+import fcntl
+import io
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
+from suite import arguments, command, others, tables  # noqa: E402
+from suite.problems import Log  # noqa: E402
+from suite.store import Store  # noqa: E402
+
+BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
+
+
+class Command(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+        # The program that was built, but a memory and an output of its own.
+        self.build = self.folder / "build"
+        self.build.mkdir()
+        for name in ("bin", "plugins"):
+            (self.build / name).symlink_to(BUILD / name)
+        handler = signal.getsignal(signal.SIGTERM)
+        self.addCleanup(signal.signal, signal.SIGTERM, handler)
+
+    def options(self, *words):
+        return ["--build", str(self.build), "--output", str(self.folder / "out"), *words]
+
+    def run_command(self, *words):
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            try:
+                status = command.main(arguments.parse(self.options(*words)))
+            except SystemExit as end:
+                status = end.code
+        return status, said.getvalue()
+
+    def summary(self):
+        return (self.folder / "out/summary.md").read_text(encoding="utf-8")
+
+    def test_a_small_scene_is_proven_and_reported(self):
+        # FLIP's package isn't one of Debian's: 2, as something is left out.
+        status, said = self.run_command("correctness", "diffuse_area", "--quick")
+        self.assertIn(status, (0, 2), said)
+        self.assertIn("check 5 of 5", said)
+        self.assertNotIn("RED", said)
+        status, said = self.run_command("report", "--quick")
+        self.assertEqual(status, 0, said)
+        self.assertIn("5 comparisons on 1 scenes, 0 red", self.summary())
+        # A part of a run says what the rest is.
+        self.assertRegex(self.summary(), r"missing: \d+ comparisons have not been made, of .*hebe")
+        self.assertIn("- missing: not timed: hebe, car, grace, box, plate, blocks", self.summary())
+        status, said = self.run_command("report", "diffuse_area", "--quick")
+        self.assertEqual(status, 0, said)
+        self.assertNotRegex(self.summary(), "have not been made|not timed")
+        status, said = self.run_command("report", "spot", "--quick")
+        self.assertEqual(status, 2)
+        self.assertIn("nothing to report of spot: run correctness or benchmark of it first", said)
+
+        path = self.folder / "build/validation/quick/correctness.json"
+        path.write_text(path.read_text("utf-8").replace('"passed": true', '"passed": false', 1))
+        status, said = self.run_command("report", "--quick")
+        self.assertEqual(status, 1, said)
+        self.assertIn("at least one comparison is red", said)
+        self.assertIn("- red: diffuse_area, direct", self.summary())
+
+    def test_groups_stand_for_their_scenes(self):
+        self.assertEqual(tables.named(["hebe", "plain"]),
+                         ["hebe", "blocks", "mirror", "noon", "ball"])
+        self.assertEqual([s.name for s in tables.chosen(["car", "tree"])], ["car", "tree"])
+        unasked = tables.chosen(())
+        self.assertEqual([s.name for s in unasked],
+                         ["hebe", "car", "grace", "box", "plate", "blocks"])
+        for scene in tables.SCENES:
+            self.assertTrue(scene.path.is_file(), scene.name)
+            self.assertIn(scene.group, tables.GROUP_WORDS.values())
+            has_parameter = 'value="$mis_compensation"' in scene.path.read_text("utf-8")
+            self.assertEqual(scene.envmap, has_parameter, scene.name)
+
+    def test_bad_words(self):
+        self.assertIn('no mode or scene "nowhere"', self.run_command("report", "nowhere")[1])
+        status, said = self.run_command("report")
+        self.assertEqual(status, 2)
+        self.assertIn("nothing to report: run correctness or benchmark first", said)
+
+    def test_nothing_is_installed_or_built_for_a_wrong_word(self):
+        environment = {**os.environ, "KINOME_BUILD": str(self.folder / "none")}
+        for words, message in ((["correctnes"], 'no mode or scene "correctnes"'),
+                               (["--ouput", "x"], "--ouput"),
+                               (["benchmark", "spot"], "no benchmark of spot")):
+            result = subprocess.run(["sh", ROOT / "validation/run.sh", *words], env=environment,
+                                    capture_output=True, text=True, check=False)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertIn(message, result.stderr)
+            self.assertFalse((self.folder / "none").exists())
+        result = subprocess.run(["sh", ROOT / "validation/run.sh", "correctness", "--help"],
+                                env=environment, capture_output=True, text=True, check=False)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("usage: validation/run.sh", result.stdout)
+
+    def test_two_runs_do_not_share_a_folder(self):
+        (self.build / "validation").mkdir()
+        with open(self.build / "validation/lock", "w", encoding="utf-8") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            result = subprocess.run(["sh", ROOT / "validation/run.sh", "correctness", "spot"],
+                                    env={**os.environ, "KINOME_BUILD": str(self.build)},
+                                    capture_output=True, text=True, check=False)
+        self.assertEqual((result.returncode, result.stdout), (1, ""))
+        self.assertIn("another run is at work in", result.stderr)
+
+    def test_fresh_forgets_no_more_than_it_measures(self):
+        hebe = {"name": "hebe", "renderer": "Kinome direct", "seed": 1}
+        keys = {"full": {**hebe, "size": tables.FULL.size(tables.SCENES[0])},
+                "quick": {**hebe, "size": tables.QUICK.size(tables.SCENES[0])}}
+
+        def left(*words):
+            options = arguments.parse(self.options("--fresh", *words))
+            store = Store(self.folder / "store.jsonl")
+            for key in keys.values():
+                store.put(key, {"seconds": 1})
+            alpha = {}
+            for name, effort in (("full", tables.FULL), ("quick", tables.QUICK)):
+                alpha[name] = command.alpha_for(effort, [])
+                store.put({"check": "hebe", "alpha": alpha[name]}, {"passed": True})
+            store.forget(command.Session(options, Log(io.StringIO())).concerned())
+            kept = [json.loads(key) for key in Store(store.path).values]
+            names = {value: name for name, value in alpha.items()}
+            return sorted([next(n for n, k in keys.items() if list(k["size"]) == key["size"])
+                           for key in kept if "size" in key] +
+                          ["check " + names[key["alpha"]] for key in kept if "check" in key])
+
+        self.assertEqual(left(), ["check quick", "quick"])
+        self.assertEqual(left("--quick"), ["check full", "full"])
+        self.assertEqual(left("hebe"), ["check quick", "quick"])
+        self.assertEqual(left("benchmark", "hebe"), ["check full", "check quick", "quick"])
+        self.assertEqual(left("correctness"), ["check quick", "full", "quick"])
+        self.assertEqual(left("car"), ["check full", "check quick", "full", "quick"])
+
+    def test_a_signal_is_answered_and_the_rest_goes_on_later(self):
+        for number, status in ((signal.SIGTERM, 143), (signal.SIGINT, 130)):
+            process = subprocess.Popen(
+                [sys.executable, ROOT / "validation/run.py",
+                 *self.options("correctness", "diffuse_area", "spot", "--quick")],
+                stderr=subprocess.PIPE, text=True)
+            said = ""
+            while "check 2" not in said:
+                line = process.stderr.readline()
+                self.assertTrue(line, said)
+                said += line
+            process.send_signal(number)
+            said += process.communicate(timeout=60)[1]
+            self.assertEqual(process.returncode, status, said)
+            self.assertIn("interrupted; the same command without --fresh goes on from here", said)
+            self.assertNotIn("Traceback", said)
+        store = Store(self.build / "validation/measurements.jsonl")
+        self.assertGreaterEqual(len(store.values), 1)
+
+
+class TheMachine(unittest.TestCase):
+    def test_what_others_take_is_told_from_our_own(self):
+        spin = [sys.executable, "-c", "import time\nwhile time.process_time() < 0.5: pass"]
+        watch, (_, mine) = others.Others(), others.spent()
+        subprocess.run(spin, check=True)  # a child that has ended
+        child = subprocess.Popen(spin)  # one that has not been waited for
+        while time.process_time() < 0.2:
+            pass
+        while not pathlib.Path(f"/proc/{child.pid}/stat").read_text("ascii").split(")")[1].split(
+                )[0] == "Z":
+            time.sleep(0.01)
+        own = others.spent()[1] - mine
+        child.wait()
+        self.assertGreater(own, 0.95)
+        self.assertGreater(watch.taken()["others"], -0.1)
+
+    def test_their_average_and_what_the_page_says(self):
+        runs = [{"elapsed": 1.0, "others": 0.5}, {"elapsed": 3.0, "others": 0.5}]
+        self.assertAlmostEqual(others.cores_of_others(runs), 0.25)
+        self.assertEqual(others.cores_of_others([]), 0)
+        entry = {"machine": {"processor": "A", "cores": 2, "system": "Linux"}, "commit": "0",
+                 "program": "1"}
+        self.assertNotIn("Other processes", command.page.machine_text(
+            [entry | {"cores_of_others": 0.05}]))
+        self.assertIn("up to 0.5 of 2 cores while 1 of the scenes", command.page.machine_text(
+            [entry | {"cores_of_others": 0.05}, entry | {"cores_of_others": 0.5}]))
+
+
+if __name__ == "__main__":
+    unittest.main()
