@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 
+from compare.packages import use_packages
 from program import commit, machine
 
 from . import page, summary
@@ -154,18 +155,11 @@ def write_report(output, correctness, benchmark, problems, pictures, quick):
         write_whole(output / "configurations.csv", summary.configurations(benchmark))
 
 
-def use_packages(folder):
-    """What Debian's Python hasn't got (flip_evaluator) comes from the virtual environment, after
-    Debian's own packages."""
-    for found in (folder / "mitsuba/lib").glob("python*/site-packages"):
-        sys.path.append(str(found))
-
-
 def main(arguments=None):
     options = parse(arguments)
     log = Log()
     session = Session(options, log)
-    use_packages(session.folder)
+    use_packages(options.build)
     try:
         if options.modes != ("report",):
             session.prepare()
