@@ -1,13 +1,19 @@
 """kinome-compare as a command: what it reads, prints and refuses."""
 
 import contextlib
+import importlib.util
 import io
 import json
+import os
 import pathlib
+import resource
+import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
+import unittest.mock
 
 import numpy as np
 import OpenImageIO as oiio
@@ -15,9 +21,11 @@ import OpenImageIO as oiio
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
 from compare import BadInput, Estimate, load  # noqa: E402
-from compare.command import main  # noqa: E402
+from compare.command import main, report  # noqa: E402
 from simulated_renders import (HEIGHT, RENDERS, WIDTH, noisy, picture, write_exr,  # noqa: E402
                                write_rgb)
+
+FLIP_OF_THE_SYSTEM = importlib.util.find_spec("flip_evaluator")
 
 
 class Command(unittest.TestCase):
@@ -120,8 +128,9 @@ class Command(unittest.TestCase):
             channels["G"][1, 2] = np.nan
 
         self.assert_bad("the reference holds 1 NaN", a, self.reference("nan", change=spoil))
-        self.assert_bad("different seeds", ",".join(sorted(
-            str(p) for p in self.folder.glob("a*.exr")) + [str(self.folder / "a03.exr")]), b)
+        shutil.copy(self.folder / "a03.exr", self.folder / "a99.exr")
+        self.assert_bad("different seeds", a, b)
+        (self.folder / "a99.exr").unlink()
         for i in range(4):
             write_rgb(self.folder / f"s{i}.exr", np.full((10, 12, 3), i + 1.0))
         self.assert_bad("is 12x10 with 3 channels, but", self.folder / "s*.exr", b)
@@ -138,6 +147,120 @@ class Command(unittest.TestCase):
         self.assert_bad("ref.json", a, b)
         with self.assertRaises(BadInput):
             load(self.folder / "none.exr")
+
+    def test_a_file_given_twice_is_no_other_render(self):
+        a, b = self.renders("a", picture(), 1, count=5), self.reference("ref")
+        one = self.folder / "a00.exr"
+        self.assert_bad("a00.exr: given more than once", ",".join([str(one)] * 4), b)
+        self.assert_bad("a00.exr: given more than once", a, f"{b},{one},{one}")
+        self.assert_bad("a01.exr: given more than once", f"{a},{self.folder}/a01*", b)
+        self.assert_bad("the same file", f"{a},{self.folder}/../{self.folder.name}/a02.exr", b)
+        for make in (os.symlink, os.link):
+            make(one, self.folder / "a10.exr")
+            self.assert_bad(f"{one} and {self.folder}/a10.exr: the same file", a, b)
+            (self.folder / "a10.exr").unlink()
+        # A broken link is no repetition, but no picture either.
+        os.symlink("none.exr", self.folder / "a10.exr")
+        self.assert_bad("a10.exr: can't be read", a, b)
+        # Without any noise, other files hold the same picture, and rightly so.
+        for i in range(4):
+            write_rgb(self.folder / f"s{i}.exr", np.full((20, 20, 3), 0.1))
+        same = self.folder / "s*.exr"
+        self.assertEqual(self.run_command(same, same)[0], 0)
+
+    def test_outputs_that_cannot_be_written_are_refused_first(self):
+        # Neither A nor B is there: what is said is said before anything is read.
+        for option in ("--json", "--picture"):
+            for path, words in (("no/out.png", "No such file or directory"),
+                                ("file/out.png", "Not a directory"), ("", "Is a directory"),
+                                ("new.png/", "Is a directory"), (".", "Is a directory"),
+                                ("x" * 300, "File name too long")):
+                (self.folder / "file").write_text("")
+                path = f"{self.folder}/{path}" if path else path
+                self.assert_bad(f"{path}: can't be written: {words}", "none", "none", option, path)
+        for name in ("out.jpg", "out.png.pdf", "out.svg"):
+            self.assert_bad(f"{name}: --picture writes a PNG", "none", "none", "--picture", name)
+        if os.geteuid():  # root may write anywhere
+            for path in (self.folder / "read.png", self.folder / "only/out.png"):
+                path.parent.mkdir(exist_ok=True)
+                path.write_text("")
+                (path if path.name == "read.png" else path.parent).chmod(0o500)
+                self.assert_bad("Permission denied", "none", "none", "--json", path)
+            (self.folder / "only").chmod(0o700)
+
+    def test_outputs_are_whole_or_not_there(self):
+        a, out = self.renders("a", picture(), 1, count=4), self.folder / "out"
+        out.mkdir()
+        before = out / "result.json"
+        before.write_text("old")
+        importlib.import_module("compare.picture")  # matplotlib may have files of its own to write
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (500, limits[1]))
+        try:
+            self.assert_bad("result.json: can't be written: File too large", a, a, "--json", before)
+            self.assert_bad("out/picture: can't be written", a, a, "--picture", out / "picture")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        self.assertEqual([p.name for p in out.iterdir()], ["result.json"])
+        self.assertEqual(before.read_text(), "old")
+        # A link stays one, and a name without ending is taken as it is.
+        (out / "link").symlink_to("result.json")
+        status, _, errors = self.run_command(a, a, "--json", out / "link", "--picture", out / "p")
+        self.assertEqual(status, 0, errors)
+        self.assertTrue((out / "link").is_symlink())
+        self.assertTrue(json.loads(before.read_text())["passed"])
+        self.assertTrue((out / "p").read_bytes().startswith(b"\x89PNG"))
+        self.assertEqual(len(list(out.iterdir())), 3)
+
+    def test_a_pipe_is_written_to_and_stays_one(self):
+        a, pipe, read = self.renders("a", picture(), 1, count=4), self.folder / "pipe", []
+        os.mkfifo(pipe)
+        reader = threading.Thread(target=lambda: read.append(pipe.read_text()), daemon=True)
+        reader.start()
+        self.assertEqual(self.run_command(a, a, "--json", pipe)[0], 0)
+        reader.join(10)
+        self.assertTrue(json.loads(read[0])["passed"])
+        self.assertTrue(pipe.is_fifo())
+        self.assert_bad("/dev/full: can't be written: No space", a, a, "--json", "/dev/full")
+
+    def test_an_error_below_the_noise_is_said_in_words(self):
+        a, b = self.renders("a", picture(), 1), self.folder / "out.json"
+        status, out, _ = self.run_command(a, a, "--json", b)
+        self.assertEqual(status, 0, out)
+        figures = json.loads(b.read_text())
+        # A against itself: nothing is left but the noise that is subtracted.
+        self.assertLess(figures["relmse"]["relmse"], 0)
+        mean, one = (line for line in out.splitlines() if line.startswith("relMSE of"))
+        self.assertIn("A's mean: below the reference's noise (-", mean)
+        self.assertIn("0.1 %: below the reference's noise (-", mean)
+        self.assertNotIn("below", one)
+        figures["relmse"] = {"relmse": 2e-3, "trimmed": -1.2e-6, "maximum": 0.0}
+        self.assertIn("relMSE of A's mean: 0.002, without the worst 0.1 %: below the reference's "
+                      "noise (-1.2e-06), maximum 0", report(figures))
+
+    def test_how_to_get_flip(self):
+        a = self.renders("a", picture(), 1, count=4)
+        with unittest.mock.patch.dict(sys.modules, {"flip_evaluator": None}):
+            status, out, errors = self.run_command(a, a)
+            quiet = self.run_command(a, a, "-q")
+        self.assertEqual((status, errors), (0, ""))
+        line, = (line for line in out.splitlines() if "FLIP" in line)
+        for words in ("not in Debian", "validation/run.sh", "build/validation/mitsuba",
+                      "pip install flip-evaluator", "validation/requirements.txt"):
+            self.assertIn(words, line)
+        self.assertEqual(quiet, (0, "pass\n", ""))
+
+    @unittest.skipIf(FLIP_OF_THE_SYSTEM, "the system's own comes first")
+    def test_flip_of_the_virtual_environment_is_found(self):
+        a = self.renders("a", picture(), 1, count=4)
+        packages = self.folder / "build/validation/mitsuba/lib/python3/site-packages"
+        packages.mkdir(parents=True)
+        (packages / "flip_evaluator.py").write_text("def evaluate(*_):\n    return None, 0.125\n")
+        command = [sys.executable, ROOT / "validation/kinome-compare", a, a]
+        result = subprocess.run(command, capture_output=True, text=True, check=False,
+                                env=os.environ | {"KINOME_BUILD": str(self.folder / "build")})
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("HDR-FLIP of A's mean: 0.125", result.stdout)
 
     def test_half_floats_are_said(self):
         for i in range(4):

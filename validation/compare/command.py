@@ -1,12 +1,23 @@
 """The command kinome-compare: arguments, report, exit status."""
 import argparse
+import contextlib
 import dataclasses
 import json
+import os
+import pathlib
 import sys
 
 from .errors import Errors, flip
 from .images import BadInput, load
+from .output import check, whole
+from .packages import use_packages
 from .verdict import compare
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+NO_FLIP = ("HDR-FLIP: flip-evaluator isn't installed and not in Debian: validation/run.sh puts it "
+           "into a virtual environment at build/validation/mitsuba, where it is found; or `pip "
+           "install flip-evaluator` (version: validation/requirements.txt) in one that sees the "
+           "system's packages, and run this with its python")
 
 DESCRIPTION = """\
 Do two renderings of a scene have the same expectation? Each of A and B is several renders of
@@ -36,6 +47,38 @@ def parse(arguments):
     return options
 
 
+@contextlib.contextmanager
+def writing(path):
+    """What goes wrong here goes wrong with that file."""
+    try:
+        yield
+    except OSError as reason:
+        raise BadInput(f"{path}: can't be written: {reason.strerror or reason}") from reason
+
+
+def check_outputs(options):
+    """Before the files of A and B are read, which may take long."""
+    if options.picture is not None:
+        # Whoever names another format expects that format.
+        ending = pathlib.Path(options.picture).suffix
+        if ending.lower() not in ("", ".png"):
+            raise BadInput(f"{options.picture}: --picture writes a PNG, not {ending}")
+    for path in (options.json, options.picture):
+        if path is not None:
+            with writing(path):
+                check(path)
+
+
+def write_outputs(options, a, b, verdict, result):
+    if options.json is not None:
+        with writing(options.json), whole(options.json) as file:
+            file.write((json.dumps(result, indent=2) + "\n").encode())
+    if options.picture is not None:
+        from . import picture  # matplotlib takes a second to load: only where it is asked for
+        with writing(options.picture), whole(options.picture) as file:
+            picture.write(file, a, b, verdict)
+
+
 def figures(a, b, verdict):
     """Everything that is printed, as JSON has it."""
     result = {"passed": verdict.passed, "alpha": verdict.alpha,
@@ -54,6 +97,11 @@ def figures(a, b, verdict):
     return result
 
 
+def error_figure(value):
+    """The reference's noise is subtracted: what is negative is an error too small to be seen."""
+    return f"below the reference's noise ({value:.4g})" if value < 0 else f"{value:.4g}"
+
+
 def report(result):
     """Lines for people."""
     a, b = result["a"], result["b"]
@@ -66,11 +114,11 @@ def report(result):
         yield f"      worst: {test['worst']}"
     for label, key in (("A's mean", "relmse"), ("one render of A", "relmse_of_one_render")):
         if result[key] is not None:
-            e = result[key]
-            yield (f"relMSE of {label}: {e['relmse']:.4g}, without the worst 0.1 %: "
-                   f"{e['trimmed']:.4g}, maximum {e['maximum']:.4g}")
-    yield ("FLIP: the package flip-evaluator isn't installed" if result["flip"] is None
-           else f"HDR-FLIP of A's mean: {result['flip']:.4g}")
+            mean, trimmed, maximum = (error_figure(result[key][name])
+                                      for name in ("relmse", "trimmed", "maximum"))
+            yield (f"relMSE of {label}: {mean}, without the worst 0.1 %: {trimmed}, "
+                   f"maximum {maximum}")
+    yield (NO_FLIP if result["flip"] is None else f"HDR-FLIP of A's mean: {result['flip']:.4g}")
     if result["masked"] or a["nan"] or a["inf"]:
         yield (f"NaN in A: {a['nan']}, Inf in A: {a['inf']}; {result['masked']} of "
                f"{result['pixels']} pixels masked, {b['masked']} of them in the reference")
@@ -81,16 +129,12 @@ def report(result):
 def main(arguments=None):
     options = parse(arguments)
     try:
+        check_outputs(options)
+        use_packages(pathlib.Path(os.environ.get("KINOME_BUILD") or ROOT / "build"))
         a, b = load(options.a, options.renders_a), load(options.b, options.renders_b)
         verdict = compare(a, b, options.alpha)
         result = figures(a, b, verdict)
-        if options.json:
-            with open(options.json, "w", encoding="utf-8") as file:
-                json.dump(result, file, indent=2)
-                file.write("\n")
-        if options.picture:
-            from . import picture  # matplotlib takes a second to load: only where it is asked for
-            picture.write(options.picture, a, b, verdict)
+        write_outputs(options, a, b, verdict, result)
     except (BadInput, OSError) as reason:
         print(f"kinome-compare: {reason}", file=sys.stderr)
         return 2

@@ -70,6 +70,21 @@ def files_of(pattern):
     return names
 
 
+def refuse_repeated(names):
+    """The same file again is no other render. Another file with the same values may be: see
+    load_renders."""
+    seen = {}
+    for name in names:
+        try:
+            found = os.stat(name)
+        except OSError:
+            continue  # read() says why
+        other = seen.setdefault((found.st_dev, found.st_ino), name)
+        if other is not name:
+            both = f"{name}: given" if other == name else f"{other} and {name}: the same file,"
+            raise BadInput(f"{both} more than once; each render counts once")
+
+
 def read(path):
     """(values by channel name, relative rounding error) of an EXR or PFM file."""
     source = oiio.ImageInput.open(str(path))
@@ -133,6 +148,7 @@ def load_mean(path, renders):
 
 def load_renders(names):
     """The estimate that several renders of different seeds make."""
+    refuse_repeated(names)
     if len(names) < FEWEST:
         raise BadInput(f"{names[0]} and others: {len(names)} renders, needs at least {FEWEST} "
                        f"({ENOUGH} where the sampler is stratified or of low discrepancy)")

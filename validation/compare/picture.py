@@ -14,7 +14,7 @@ def encoded(image, scale):
 
 
 def write(path, a, b, verdict):
-    """A PNG of four panels."""
+    """A PNG of four panels, to a file or its name."""
     grey_a, grey_b = a.mean.mean(axis=2), b.mean.mean(axis=2)
     relative = (grey_a - grey_b) / (grey_b + 0.1 * max(grey_b.mean(), 1e-30))
     relative[a.masked | b.masked] = np.nan
@@ -43,5 +43,5 @@ def write(path, a, b, verdict):
     axes[1, 1].set_title("t of tiles; dots: pixels with p < 1e-4")
     figure.colorbar(shown, ax=axes[1, 1])
     figure.suptitle("pass" if verdict.passed else "FAIL")
-    figure.savefig(path, dpi=80, metadata={"Software": None})
+    figure.savefig(path, format="png", dpi=80, metadata={"Software": None})
     plt.close(figure)

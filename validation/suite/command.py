@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 
+from compare.packages import use_packages
 from program import commit, machine
 
 from . import page, summary
@@ -149,13 +150,6 @@ def write_report(output, correctness, benchmark, problems, pictures, quick):
         write_whole(output / "configurations.csv", summary.configurations(benchmark))
 
 
-def use_packages(folder):
-    """What Debian's Python hasn't got (flip_evaluator) comes from the virtual environment, after
-    Debian's own packages."""
-    for found in (folder / "mitsuba/lib").glob("python*/site-packages"):
-        sys.path.append(str(found))
-
-
 class Stopped(KeyboardInterrupt):
     """By SIGTERM: as gently as by Ctrl-C."""
 
@@ -169,7 +163,7 @@ def main(options):
     signal.signal(signal.SIGTERM, stop)
     log = Log()
     session = Session(options, log)
-    use_packages(session.folder)
+    use_packages(options.build)
     try:
         if options.modes != ("report",):
             session.prepare()

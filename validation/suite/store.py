@@ -3,6 +3,8 @@ import hashlib
 import json
 import os
 
+from compare.output import whole
+
 
 class Store:
     """Lines of JSON, [key, values]: one for each measurement, on the disk before the next begins.
@@ -81,9 +83,8 @@ def hash_of_files(paths, start=""):
 def write_whole(path, text):
     """The file is there in full or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(path.name + ".part")
-    unfinished.write_text(text, encoding="utf-8")
-    os.replace(unfinished, path)
+    with whole(path) as file:
+        file.write(text.encode())
 
 
 def write_json(path, data):
