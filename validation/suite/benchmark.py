@@ -23,6 +23,7 @@ from .truth import own_error
 
 FINALISTS = 2  # the least number of Mitsuba's configurations that are measured in full
 FIRST_SEED = 1
+SLOWER = 2  # times: such a variant isn't tried any further
 
 
 class Benchmark:
@@ -77,12 +78,23 @@ class Benchmark:
         return self.store.recall(key, now) | {"seed": seed, "picture": digest(key)}
 
     def search(self, scene, size, truth):
-        """Rows of all of Mitsuba's configurations that could be measured."""
+        """Rows of all of Mitsuba's configurations that could be measured. One in which another
+        variant was at least twice as fast at the fewest samples is tried at these alone: it is the
+        same estimator, and what costs by the render rather than by the sample was against the
+        other."""
         rows, given = [], [s for s in self.effort.search_samples if s <= self.effort.most_samples]
+        fastest = {}  # by configuration but for the variant
         for configuration in configurations(scene):
             renderer = Theirs(self.mitsuba, configuration, scene, size)
+            same = dataclasses.replace(configuration, variant="")
             try:
-                rows += [self.trial(renderer, samples, truth) for samples in given]
+                for samples in given:
+                    rows.append(self.trial(renderer, samples, truth))
+                    if samples == given[0]:
+                        seconds = rows[-1]["seconds"]
+                        fastest[same] = min(fastest.get(same, seconds), seconds)
+                        if seconds >= SLOWER * fastest[same]:
+                            break
             except Unavailable:
                 continue
             except Problem as reason:

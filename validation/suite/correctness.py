@@ -29,6 +29,7 @@ class Check:
     path: object
     defines: tuple
     big: object = None  # the row of tables.SCENES
+    factor: int = 1  # Method.check_factor
 
 
 def default_integrator(path):
@@ -52,7 +53,7 @@ def checks_of_big(scene):
     for method in METHODS:
         if scene.group in method.groups:
             yield Check(scene.name, method.name, method.truth, scene.path,
-                        tuple(method.defines.items()), scene)
+                        tuple(method.defines.items()), scene, method.check_factor)
 
 
 def plan(effort, wanted):
@@ -158,7 +159,7 @@ class Correctness:
         found = {"sampler": "ldsampler", **dict(check.defines)}
         clustered = check.truth == "groundtruth"
         found["spp"] = CLUSTERED_SAMPLES if clustered else (
-            self.effort.check_samples if check.big else 16)
+            check.factor * self.effort.check_samples if check.big else 16)
         if check.big:
             size = self.effort.size(check.big)
             found |= sized(check.big, [n // 2 for n in size] if clustered else size)
