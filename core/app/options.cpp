@@ -179,24 +179,40 @@ void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
 
 }  // namespace
 
-std::optional<Options> parse_options(int argc, const char* const* argv) {
+/// `kinome` or `kinome plugins`. CLI11 writes into `options` and `raw`.
+struct OptionsParser::Language {
+  explicit Language(bool lists_plugins)
+      : app(lists_plugins ? "Lists all plugins, or the parameters of one."
+                          : "Renders a scene.\nkinome plugins [NAME]: lists plugins, or the "
+                            "parameters of one.",
+            lists_plugins ? "kinome plugins" : "kinome") {
+    app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
+    declare_plugin_path(app, options);
+    if (lists_plugins) {
+      app.add_option("NAME", options.plugin_name, "Name, or CATEGORY/NAME");
+      app.add_flag("--markdown", options.markdown, "As a table for the README");
+    } else {
+      declare(app, options, raw);
+    }
+  }
+
   Options options;
   RawOptions raw;
+  CLI::App app;
+};
+
+OptionsParser::OptionsParser() = default;
+OptionsParser::~OptionsParser() = default;
+
+std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
   // `kinome plugins` is told apart by its first word, so that a scene may come after any options.
   const bool lists_plugins = argc > 1 && std::string(argv[1]) == "plugins";
-  CLI::App app(lists_plugins ? "Lists all plugins, or the parameters of one."
-                             : "Renders a scene.\nkinome plugins [NAME]: lists plugins, or the "
-                               "parameters of one.",
-               lists_plugins ? "kinome plugins" : "kinome");
-  app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
-  declare_plugin_path(app, options);
-  if (lists_plugins) {
-    options.command = Options::Command::kListPlugins;
-    app.add_option("NAME", options.plugin_name, "Name, or CATEGORY/NAME");
-    app.add_flag("--markdown", options.markdown, "As a table for the README");
-  } else {
-    declare(app, options, raw);
-  }
+  std::unique_ptr<Language>& language = lists_plugins ? plugins_ : render_;
+  if (!language) language = std::make_unique<Language>(lists_plugins);
+  auto& [options, raw, app] = *language;
+  options = {};
+  raw = {};
+  if (lists_plugins) options.command = Options::Command::kListPlugins;
   const int skipped = lists_plugins ? 1 : 0;
   try {
     app.parse(argc - skipped, argv + skipped);
@@ -208,6 +224,10 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   }
   interpret(app, raw, options);
   return options;
+}
+
+std::optional<Options> parse_options(int argc, const char* const* argv) {
+  return OptionsParser().parse(argc, argv);
 }
 
 }  // namespace kinome::app

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +43,19 @@ struct Options {
 
   std::string plugin_name;  ///< of `kinome plugins NAME`; "": all of them
   bool markdown = false;
+};
+
+/// Reads any number of command lines, each as parse_options does. To declare all options takes
+/// several times as long as to read a line of them, and is done once.
+class OptionsParser {
+ public:
+  OptionsParser();
+  ~OptionsParser();
+  std::optional<Options> parse(int argc, const char* const* argv);
+
+ private:
+  struct Language;
+  std::unique_ptr<Language> render_, plugins_;
 };
 
 /// nullopt where the command line asked for help or the version: it is printed already. Throws

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
@@ -188,12 +189,20 @@ class VertexMerger {
   uint32_t index_of(Corner corner) {
     if (!all_normals_) corner.normal = kAbsent;
     uint32_t& newest = newest_[static_cast<size_t>(corner.position)];
-    for (uint32_t i = newest; i != kNone; i = vertices_[i].next) {
+    int steps = 0;
+    for (uint32_t i = newest; i != kNone; i = vertices_[i].next, ++steps) {
       if (vertices_[i].uv == corner.uv && vertices_[i].normal == corner.normal) return i;
     }
     const auto index = static_cast<uint32_t>(vertices_.size());
-    vertices_.push_back({corner.uv, corner.normal, newest});
-    newest = index;
+    if (steps < kLongestChain) {
+      vertices_.push_back({corner.uv, corner.normal, newest});
+      newest = index;
+    } else {
+      const auto [found, is_new] =
+          crowded_.try_emplace({corner.position, corner.uv, corner.normal}, index);
+      if (!is_new) return found->second;
+      vertices_.push_back({corner.uv, corner.normal, kNone});
+    }
     mesh_.positions.push_back(obj_.positions[static_cast<size_t>(corner.position)]);
     if (any_uvs_) {
       Vec2 uv(0.f);
@@ -206,6 +215,8 @@ class VertexMerger {
 
  private:
   static constexpr uint32_t kNone = ~0u;
+  /// Hardly any position of an ordinary mesh has more vertices.
+  static constexpr int kLongestChain = 16;
   struct Vertex {
     int64_t uv, normal;
     uint32_t next;  ///< another vertex at the same position
@@ -215,6 +226,9 @@ class VertexMerger {
   TriangleMesh& mesh_;
   std::vector<uint32_t> newest_;
   std::vector<Vertex> vertices_;
+  /// The vertices beyond the longest chain, by (position, uv, normal): a file may give one position
+  /// as many as it likes. Sorted, not hashed, so that no choice of indices makes it slow.
+  std::map<std::array<int64_t, 3>, uint32_t> crowded_;
   bool all_normals_ = true;
   bool any_uvs_ = false;
 };

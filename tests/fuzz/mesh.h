@@ -9,7 +9,7 @@ namespace kinome::fuzz {
 inline void load_mesh(const std::string& type, const uint8_t* data, size_t size) {
   static const InputFile file("." + type);
   const auto shape =
-      std::dynamic_pointer_cast<Shape>(load_file("shape", type, file.write(data, size)));
+      std::dynamic_pointer_cast<Shape>(load_file(Category::kShape, type, file.write(data, size)));
   if (!shape) return;
   const TriangleMesh& mesh = *shape->mesh();
   for (const glm::uvec3& triangle : mesh.triangles) {

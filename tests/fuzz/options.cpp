@@ -23,7 +23,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   for (const std::string& text : arguments) argv.push_back(text.c_str());
   argv.push_back(nullptr);
   try {
-    kinome::app::parse_options(static_cast<int>(arguments.size()), argv.data());
+    static kinome::app::OptionsParser parser;
+    parser.parse(static_cast<int>(arguments.size()), argv.data());
   } catch (const kinome::Error&) {
   }
   return 0;

@@ -1,5 +1,6 @@
 /// Runs a target on files, and on all files of folders: what libFuzzer found once, without it.
 #include <cstdio>
+#include <fstream>
 #include <iterator>
 #include <vector>
 

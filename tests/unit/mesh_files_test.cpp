@@ -133,6 +133,37 @@ TEST_F(MeshFiles, ObjWithRelativeIndicesPolygonsAndSharedVertices) {
   EXPECT_FLOAT_EQ(shape->area(), 1.5f);
 }
 
+/// The size is the point: comparing each corner at the centre with all before it takes minutes.
+TEST_F(MeshFiles, ObjFanWithManyVerticesAtOnePosition) {
+  constexpr uint32_t kFaces = 200000, kRim = 8;
+  std::string text = "v 0 0 0\n";
+  for (uint32_t i = 0; i < kRim; ++i) {
+    const double angle = 2 * M_PI * i / kRim;
+    text += "v " + std::to_string(std::cos(angle)) + " " + std::to_string(std::sin(angle)) + " 0\n";
+  }
+  for (uint32_t i = 0; i < kFaces; ++i) text += "vt " + std::to_string(i) + " 1\n";
+  // All faces twice: the second time there is nothing new.
+  for (uint32_t i = 0; i < 2 * kFaces; ++i) {
+    text += "f 1/" + std::to_string(i % kFaces + 1) + " " + std::to_string(i % kRim + 2) + "/1 " +
+            std::to_string((i + 1) % kRim + 2) + "/1\n";
+  }
+  const auto shape = load("fan.obj", text);
+  const TriangleMesh& mesh = *shape->mesh();
+  ASSERT_EQ(mesh.triangles.size(), 2 * kFaces);
+  ASSERT_EQ(mesh.positions.size(), kFaces + kRim);
+  for (uint32_t i = 0; i < kFaces; ++i) {
+    const glm::uvec3& triangle = mesh.triangles[i];
+    ASSERT_EQ(mesh.positions[triangle.x], Vec3(0.f)) << i;
+    ASSERT_EQ(mesh.uvs[triangle.x], Vec2(static_cast<float>(i), 0)) << i;
+    ASSERT_EQ(mesh.uvs[triangle.y], Vec2(0.f)) << i;
+    ASSERT_EQ(mesh.triangles[i + kFaces], triangle) << i;
+    // In the order of the file: those of the rim come with the first faces.
+    if (i >= kRim) {
+      ASSERT_EQ(triangle.x, i + kRim) << i;
+    }
+  }
+}
+
 TEST_F(MeshFiles, ObjNormalsCountOnlyWhereEveryCornerHasOne) {
   const auto shape = load("bent.obj",
                           "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvn 1 0 0\n"
