@@ -216,5 +216,26 @@ std::vector<Case> settings() {
 }
 INSTANTIATE_TEST_SUITE_P(Settings, Local, testing::ValuesIn(settings()), name_of);
 
+/// Variance of all tiles together, in 16 renders.
+double total_variance(const Arrangement& setup) {
+  double sum = 0;
+  for (const Estimate& tile : estimate_tiles(*product_scene(setup), 16, 2))
+    sum += tile.variance_of_mean;
+  return sum;
+}
+
+/// Whatever a pass of many rays has left over is noise of its points, and other passes draw others.
+/// The variance of 8 passes is an eighth of that of one; by points that they share it would hardly
+/// fall. Of 16 tiles or more that matter alike, a quarter is 5 standard deviations away.
+TEST(LocalPasses, DrawPointsOfTheirOwn) {
+  Arrangement setup = corner("Passes", "").setup;
+  setup.film = integer("width", 12) + integer("height", 12) + "<rfilter type=\"box\"/>";
+  setup.rays = 512;
+  const double one = total_variance(setup);
+  setup.rays = 8 * 512;
+  const double eight = total_variance(setup);
+  EXPECT_LT(eight, one / 4);
+}
+
 }  // namespace
 }  // namespace kinome::test
