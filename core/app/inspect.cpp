@@ -137,8 +137,9 @@ void outline_clusters(const Inspection& report, View& view) {
     cluster[i] = report.cluster_at ? report.cluster_at(view.place[i])
                                    : cluster_at(report.clusters, view.place[i], view.slack);
   }
-  if (report.cluster_at) {  // what is hidden turns dark blue
+  if (report.is_learned) {  // what is hidden turns dark blue
     for (size_t i = 0; i < cluster.size(); ++i) {
+      if (cluster[i] == kNone) continue;
       const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
       const auto visibility = static_cast<float>(report.clusters[cluster[i]].visibility);
       Rgb color;
@@ -189,8 +190,7 @@ std::string table(const Inspection& report) {
   std::string text =
       "cluster,points,light,brdf,geometric,probability,samples,hits,mean_x,mean_y,mean_z,"
       "normal_x,normal_y,normal_z,lo_x,lo_y,lo_z,hi_x,hi_y,hi_z";
-  const bool is_learned = static_cast<bool>(report.cluster_at);
-  text += is_learned ? ",visibility,sigma\n" : "\n";
+  text += report.is_learned ? ",visibility,sigma\n" : "\n";
   for (size_t c = 0; c < report.clusters.size(); ++c) {
     const InspectedCluster& k = report.clusters[c];
     text += fmt::format("{},{},{:.6g},{:.6g},{:.6g},{:.6g},{},{}", c, k.points, k.light, k.brdf,
@@ -198,7 +198,7 @@ std::string table(const Inspection& report) {
     for (const Vec3& v : {k.mean, k.normal, k.box.lo, k.box.hi}) {
       text += fmt::format(",{:.6g},{:.6g},{:.6g}", v.x, v.y, v.z);
     }
-    if (is_learned) text += fmt::format(",{:.6g},{:.6g}", k.visibility, k.sigma);
+    if (report.is_learned) text += fmt::format(",{:.6g},{:.6g}", k.visibility, k.sigma);
     text += '\n';
   }
   return text;

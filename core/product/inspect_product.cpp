@@ -63,6 +63,7 @@ void describe(const DistantCells& cells, const Visibility& visibility, Inspectio
     out.visibility = is_below ? 0 : visibility.v[c];
     out.sigma = is_below ? 0 : visibility.sigma[c];
   }
+  report.is_learned = true;
   report.cluster_at = [&cells](const Vec3& d) {
     float x[DistantCells::kPadding] = {d.x}, y[DistantCells::kPadding] = {d.y},
           z[DistantCells::kPadding] = {d.z}, density[DistantCells::kPadding];
@@ -75,6 +76,7 @@ void describe(const DistantCells& cells, const Visibility& visibility, Inspectio
 
 void describe(const LocalLight& local, uint32_t first_cell, const Visibility& visibility,
               Inspection& report) {
+  report.is_learned = true;
   const LocalCellColumns& cells = local.columns();
   double light = 0;
   report.clusters.resize(local.size());
@@ -147,8 +149,9 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
     throw Error("there is no surface at the place to inspect");
   }
   const uint32_t first_local = light.first_local();
-  const Inspection empty{
-      LightPoints::Kind::kDistant, patches[shown].position, patches[shown].normal, {}, {}, {}};
+  Inspection empty;
+  empty.position = patches[shown].position;
+  empty.normal = patches[shown].normal;
   std::vector<Inspection> reports;
   if (cells.size() > 0) {
     reports.push_back(empty);

@@ -11,10 +11,7 @@
 
 #include <half.h>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <map>
 #include <set>
 
 #include "file_writer.h"
@@ -211,6 +208,8 @@ Image read_exr(const std::string& path, const Location& where, ImageMetadata* me
   }
   try {
     return read_checked(path, metadata);
+  } catch (const std::bad_alloc&) {
+    throw Error(where, fmt::format("cannot read '{}': it needs more memory than there is", path));
   } catch (const std::exception& e) {
     std::string why = e.what();
     // OpenEXR puts the path in front, and the end of a file is one of several texts of its own.

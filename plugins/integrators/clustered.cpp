@@ -101,7 +101,10 @@ class Chooser {
   /// Without the samples' visibility.
   Inspection inspect(const LightPoints& points, const SurfaceInteraction& si, const SampleKey& key,
                      uint32_t dimension) const {
-    Inspection report{points.kind, si.p, si.shape->bsdf().reflection_frame(si).n, {}, {}, {}};
+    Inspection report;
+    report.kind = points.kind;
+    report.position = si.p;
+    report.normal = si.shape->bsdf().reflection_frame(si).n;
     RenderCounters counters;
     Scratch scratch;
     PointSelection selection;

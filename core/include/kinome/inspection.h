@@ -36,8 +36,8 @@ struct Inspection {
   Vec3 normal{0, 0, 1};
   std::vector<InspectedCluster> clusters;
   std::vector<InspectedSample> samples;
-  /// Of clusters of directions that are no boxes, and whose visibility was learned: the one that a
-  /// direction lies in.
+  bool is_learned = false;  ///< visibility and sigma of clusters were learned
+  /// Of clusters of directions that are no boxes: the one that a direction lies in.
   std::function<uint32_t(const Vec3& direction)> cluster_at;
 };
 
