@@ -12,8 +12,8 @@
 # measured again, so an interrupted run goes on where it stopped; --fresh measures anew what it is
 # asked for. What can't be had is said in a line, left out, and the rest goes on.
 #
-# Exit status: 0 all well; 1 a comparison is red, or another run is at work here; 2 something was
-# left out, or a bad argument; 130 or 143 interrupted.
+# Exit status: 0 all well; 1 a comparison is red; 2 something was left out, or a bad argument;
+# 3 another run is at work in the same build folder; 130 or 143 interrupted.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 build=${KINOME_BUILD:-$root/build}
@@ -38,6 +38,9 @@ run() {
   "$kinome_python" "$root/validation/run.py" --build "$build" "$@"
 }
 
+# It reads the words, before minutes go by for a wrong one.
+command -v "$kinome_python" >/dev/null 2>&1 ||
+  (kinome_packages=python3 && kinome_install_packages)
 for word in "$@"; do
   case $word in
     -h | --help)
@@ -46,17 +49,15 @@ for word in "$@"; do
       ;;
   esac
 done
-# A wrong word is said before minutes go by; without any Python, after its package is there.
-command -v "$kinome_python" >/dev/null 2>&1 || kinome_install_packages
 modes=$(run --check "$@")
 if [ "$modes" != report ]; then
   # Until this shell and all it starts have ended.
   mkdir -p "$build/validation"
   exec 9>"$build/validation/lock"
   if command -v flock >/dev/null 2>&1 && ! flock -n 9; then
-    echo "validation: another run is at work in $build/validation: wait until it has ended, or set" \
-      "KINOME_BUILD to another folder" >&2
-    exit 1
+    echo "validation: another run is at work in $build/validation: wait until it has ended, or" \
+      "set KINOME_BUILD to another folder" >&2
+    exit 3
   fi
   kinome_packages="$kinome_packages $kinome_report_packages $kinome_compare_packages python3-venv"
   kinome_install_packages

@@ -11,8 +11,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "validation"))
 from compare import Estimate, compare  # noqa: E402
 from suite import tables  # noqa: E402
-from suite.correctness import (Correctness, checks_of_small, default_integrator, paired,  # noqa: E402
-                               plan)
+from suite.correctness import (Correctness, checks_of_big, checks_of_small,  # noqa: E402
+                               default_integrator, paired, plan)
 
 
 class Recorder:
@@ -26,6 +26,15 @@ class Recorder:
     def estimate(self, name, scene, defines, first_seed, options=()):
         self.asked.append((dict(defines), first_seed))
         return Estimate.from_renders(name, np.ones((16, 4, 4, 3)))
+
+
+class Samples(unittest.TestCase):
+    def test_light_tracing_takes_more(self):
+        work = Correctness(Recorder(), None, tables.QUICK, None, None, None)
+        box = next(scene for scene in tables.SCENES if scene.name == "box")
+        spp = {check.method: work.defines(check)["spp"] for check in checks_of_big(box)}
+        self.assertEqual(spp["ptracer"], 4 * spp["path"])
+        self.assertEqual(spp["path"], tables.QUICK.check_samples)
 
 
 class GroundTruth(unittest.TestCase):

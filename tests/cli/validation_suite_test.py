@@ -246,8 +246,8 @@ class TimeAgainstError(InFolder):
             self.assertTrue(found)
             with Image.open(io.BytesIO(base64.b64decode(found[2]))) as picture:
                 picture.load()
-        for words in ("bpy isn't there", "FAIL", "<td>groundtruth</td>", "A &amp; B", "half &lt;floats",
-                      "geometric mean", "2 pixels are masked", "(faster)", "small form",
+        for words in ("bpy isn't there", "FAIL", "<td>groundtruth</td>", "A &amp; B",
+                      "half &lt;floats", "geometric mean", "2 pixels are masked", "(faster)", "small form",
                       "Kinome path: 3 pixels of all its renders were NaN or Inf"):
             self.assertIn(words.replace("'", "&#x27;") if "'" in words else words, text)
         self.assertNotIn(str(ROOT), text)
@@ -270,6 +270,37 @@ class TimeAgainstError(InFolder):
         self.assertTrue(all(c["kind"] == "ours" for c in entry["curves"].values()))
         self.assertEqual(sorted(line.split(":")[0] for line in self.log.problems),
                          ["Mitsuba llvm_ad_rgb", "Mitsuba scalar_rgb"])
+
+    def test_a_variant_that_is_left_behind_is_tried_no_further(self):
+        seconds = {"llvm_ad_rgb": {"path": 1.0, "direct": 1.0},
+                   "scalar_rgb": {"path": 1.9, "direct": 2.0}}
+
+        def trial(renderer, samples, _truth):
+            c = renderer.configuration
+            if (*dataclasses.astuple(c)[:3], samples) == ("llvm_ad_rgb", "direct", "ldsampler", 256):
+                raise Problem("out of memory")
+            return {"seconds": seconds[c.variant][c.integrator], "relmse": 1.0, "samples": samples,
+                    "name": (c.variant, c.integrator, c.sampler)}
+
+        made = Benchmark(FakeKinome(), self.mitsuba("good"), self.folder / "none",
+                         FakeReferences(), dataclasses.replace(EFFORT, most_samples=256,
+                                                               search_samples=(16, 256)),
+                         Store(self.folder / "store.jsonl"), self.folder, self.log)
+        with unittest.mock.patch.object(made, "trial", trial):
+            rows = made.search(HEBE, SIZE, None)
+        long = {row["name"] for row in rows if row["samples"] == 256}
+        self.assertIn(("scalar_rgb", "path", "multijitter"), long)
+        self.assertNotIn(("scalar_rgb", "direct", "multijitter"), long)
+        # Nobody else would have the long count.
+        self.assertIn(("scalar_rgb", "direct", "ldsampler"), long)
+        self.assertEqual(len([row for row in rows if row["samples"] == 16]), 24)
+
+    def test_errors_below_the_references_noise_are_not_told(self):
+        entry = self.benchmark()
+        entry["reference"]["own_error"] = 4e-4
+        found = analysis.summary(entry)["Kinome direct"]["seconds_to"]
+        self.assertEqual(found[1e-4], (None, "noise"))
+        self.assertNotEqual(found[1e-3][1], "noise")
 
     def test_what_mitsuba_refuses_is_left_out(self):
         entry = self.benchmark("refuses")

@@ -14,10 +14,8 @@ from .packages import use_packages
 from .verdict import compare
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-NO_FLIP = ("HDR-FLIP: flip-evaluator isn't installed and not in Debian: validation/run.sh puts it "
-           "into a virtual environment at build/validation/mitsuba, where it is found; or `pip "
-           "install flip-evaluator` (version: validation/requirements.txt) in one that sees the "
-           "system's packages, and run this with its python")
+NO_FLIP = ("HDR-FLIP: needs flip-evaluator, which Debian hasn't got: `sh validation/run.sh "
+           "correctness spot` installs it where it is found")
 
 DESCRIPTION = """\
 Do two renderings of a scene have the same expectation? Each of A and B is several renders of
@@ -44,6 +42,9 @@ def parse(arguments):
     options = parser.parse_args(arguments)
     if not 0 < options.alpha < 1:
         parser.error(f"--alpha must lie between 0 and 1, got {options.alpha:g}")
+    if None not in (options.json, options.picture) and (
+            os.path.realpath(options.json) == os.path.realpath(options.picture)):
+        parser.error(f"--json and --picture are the same file, {options.json}")
     return options
 
 

@@ -79,8 +79,10 @@ def refuse_repeated(names):
             found = os.stat(name)
         except OSError:
             continue  # read() says why
-        other = seen.setdefault((found.st_dev, found.st_ino), name)
-        if other is not name:
+        key = found.st_dev, found.st_ino
+        other = seen.get(key)
+        seen[key] = name
+        if other is not None:
             both = f"{name}: given" if other == name else f"{other} and {name}: the same file,"
             raise BadInput(f"{both} more than once; each render counts once")
 
@@ -163,9 +165,11 @@ def load_renders(names):
     # every render is the same, and rightly so.
     first, twins = {}, []
     for image, name in zip(stack, names):
-        other = first.setdefault(image.tobytes(), name)
-        if other is not name:
-            twins.append((other, name))
+        values = image.tobytes()
+        if values in first:
+            twins.append((first[values], name))
+        else:
+            first[values] = name
     if twins and len(first) > 1:
         raise BadInput(f"{twins[0][0]} and {twins[0][1]} are the same picture: render with "
                        "different seeds")

@@ -2,11 +2,21 @@
 import contextlib
 import errno
 import os
+import sys
+
+
+def is_stdout(path):
+    """/dev/stdout, whatever that is: text that is printed later goes to the same file."""
+    try:
+        return os.path.samestat(os.stat(path), os.fstat(sys.stdout.fileno()))
+    except (OSError, ValueError):
+        return False
 
 
 def is_stream(path):
-    """A pipe or a device, as /dev/stdout: nothing may take its place."""
-    return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
+    """A pipe, a device or /dev/stdout: nothing may take its place."""
+    return is_stdout(path) or (os.path.exists(path) and not os.path.isfile(path)
+                               and not os.path.isdir(path))
 
 
 def names(path):
@@ -34,6 +44,10 @@ def check(path):
 def whole(path):
     """A binary file to write to, which replaces the one at `path` if all goes well."""
     target, unfinished = names(path)
+    if is_stdout(path):
+        yield sys.stdout.buffer
+        sys.stdout.buffer.flush()
+        return
     if is_stream(path):
         with open(path, "wb") as file:
             yield file
@@ -41,6 +55,8 @@ def whole(path):
     try:
         with open(unfinished, "wb") as file:
             yield file
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(unfinished, target)
     except BaseException:
         with contextlib.suppress(OSError):

@@ -1,6 +1,7 @@
 """The command line of validation/run.sh. Needs no package, so that a wrong word is said before
 anything is installed or built."""
 import argparse
+import os
 import pathlib
 
 from .tables import GROUP_WORDS, ROOT, SCENES, SMALL_SCENES, named
@@ -10,12 +11,13 @@ DESCRIPTION = """\
 Compares Kinome with Mitsuba 3 (and Blender's Cycles where it can): correctness, then time against
 error, then a page of both. Without a mode, all three. What was measured before is not measured
 again. Exit status: 0 all well; 1 a comparison is red; 2 something was left out, as the lines say,
-or a bad argument; 130 or 143 interrupted."""
+or a bad argument; 3 another run is at work in the same build folder; 130 or 143 interrupted."""
 
 
 def parse(arguments=None):
     parser = argparse.ArgumentParser(prog="validation/run.sh", description=DESCRIPTION,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+                                     formatter_class=argparse.RawDescriptionHelpFormatter,
+                                     allow_abbrev=False)
     parser.add_argument("words", nargs="*", metavar="MODE or SCENE",
                         help=f"first a mode ({', '.join(MODES)}), then scenes or groups of them "
                              f"({', '.join(GROUP_WORDS)}); default: all modes, and all scenes but "
@@ -30,12 +32,14 @@ def parse(arguments=None):
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build",
                         help=argparse.SUPPRESS)
     parser.add_argument("--check", action="store_true", help=argparse.SUPPRESS)
-    options = parser.parse_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     options.modes = MODES
     if options.words and options.words[0] in MODES:
         options.modes = (options.words.pop(0),)
     known = {scene.name for scene in SCENES} | {path.stem for path in SMALL_SCENES}
     for name in options.words:
+        if name in MODES:
+            parser.error(f'one mode at most, as the first word: "{name}" is another')
         if name not in known | set(GROUP_WORDS):
             parser.error(f'no mode or scene "{name}"; modes are {", ".join(MODES)}, groups '
                          f'{", ".join(GROUP_WORDS)}, scenes {", ".join(sorted(known))}')
@@ -44,6 +48,22 @@ def parse(arguments=None):
     if options.modes == ("benchmark",) and options.words and not timed & set(options.words):
         parser.error(f'no benchmark of {", ".join(options.words)}: what is timed is '
                      f'{", ".join(sorted(timed))}')
+    if options.fresh and options.modes == ("report",):
+        parser.error("--fresh is for what measures, and a report doesn't")
     options.output = options.output or ROOT / ("out/report" if options.quick
                                                else "validation/report")
+    if "report" in options.modes:
+        reason = unwritable(options.output)
+        if reason:
+            parser.error(f"--output {options.output}: {reason}")
     return options
+
+
+def unwritable(folder):
+    """Why no file can be written there, or "". An hour of measuring may come first."""
+    folder = folder.absolute()
+    while not folder.exists():
+        folder = folder.parent
+    if not folder.is_dir():
+        return f"{folder} isn't a folder"
+    return "" if os.access(folder, os.W_OK | os.X_OK) else f"{folder} can't be written to"

@@ -1,6 +1,7 @@
 """Time against error: Mitsuba's fastest configuration is sought, then it and ours take turns."""
 import contextlib
 import dataclasses
+import math
 import statistics
 import tempfile
 import time
@@ -14,7 +15,7 @@ from . import analysis
 from .contestants import Ours, Theirs
 from .cycles import Cycles
 from .kinome import scene_hash
-from .others import Others, cores_of_others
+from .others import BUSY, Others, cores_of_others
 from .peers import Unavailable, configurations
 from .problems import Problem
 from .store import digest, hash_of_files
@@ -44,8 +45,8 @@ class Benchmark:
         self.common = {"scene": scene_hash(scene.path), "name": scene.name, "size": size,
                        "reference": description["hash"], "machine": self.machine["processor"],
                        "cores": self.machine["cores"], "threads": THREADS,
-                       "errors": hash_of_files([ROOT / "validation/compare/errors.py",
-                                                ROOT / "validation/suite/others.py"])}
+                       "errors": hash_of_files([ROOT / "validation/compare/errors.py"]),
+                       "others": 1}  # what a measurement says of them, the first form of it
         tried = self.search(scene, size, truth)
         finalists = analysis.finalists(tried, FINALISTS,
                                        BIASED_SAMPLERS if scene.group == BOUNCE else ())
@@ -54,6 +55,9 @@ class Benchmark:
             curves = self.compete(scene, renderers, truth)
         others = cores_of_others([run for curve in curves.values() for point in curve["points"]
                                   for run in point["runs"]])
+        if others > BUSY * self.machine["cores"]:
+            self.log.say(f"{scene.name}: other processes had {others:.1f} of "
+                         f"{self.machine['cores']} cores meanwhile, which spoils the times")
         return {"group": scene.group, "size": list(size), "program": self.kinome.program,
                 "commit": commit(), "machine": self.machine, "cores_of_others": others,
                 "reference": description | {"own_error": own_error(truth)},
@@ -78,23 +82,21 @@ class Benchmark:
         return self.store.recall(key, now) | {"seed": seed, "picture": digest(key)}
 
     def search(self, scene, size, truth):
-        """Rows of all of Mitsuba's configurations that could be measured. One in which another
-        variant was at least twice as fast at the fewest samples is tried at these alone: it is the
-        same estimator, and what costs by the render rather than by the sample was against the
-        other."""
+        """Rows of all of Mitsuba's configurations that could be measured. One in which a variant
+        before it was at least twice as fast at the fewest samples is tried at these alone: it is
+        the same estimator, and what costs by the render rather than by the sample was against the
+        other, which is tried at all."""
         rows, given = [], [s for s in self.effort.search_samples if s <= self.effort.most_samples]
         fastest = {}  # by configuration but for the variant
         for configuration in configurations(scene):
             renderer = Theirs(self.mitsuba, configuration, scene, size)
             same = dataclasses.replace(configuration, variant="")
             try:
-                for samples in given:
-                    rows.append(self.trial(renderer, samples, truth))
-                    if samples == given[0]:
-                        seconds = rows[-1]["seconds"]
-                        fastest[same] = min(fastest.get(same, seconds), seconds)
-                        if seconds >= SLOWER * fastest[same]:
-                            break
+                rows.append(self.trial(renderer, given[0], truth))
+                seconds = rows[-1]["seconds"]
+                if seconds < SLOWER * fastest.get(same, math.inf):
+                    rows += [self.trial(renderer, samples, truth) for samples in given[1:]]
+                    fastest[same] = min(fastest.get(same, seconds), seconds)
             except Unavailable:
                 continue
             except Problem as reason:

@@ -14,7 +14,7 @@ from .kinome import Kinome
 from .peers import Mitsuba
 from .problems import Log, Problem
 from .store import Store, read_json, write_json, write_whole
-from .tables import FULL, QUICK, chosen
+from .tables import FULL, QUICK, SCENES, SMALL_SCENES, chosen
 from .truth import References
 
 
@@ -31,16 +31,19 @@ class Session:
         self.told = 0  # problems that an earlier mode has written down
 
     def prepare(self):
+        self.kinome = Kinome(self.options.build, self.folder / "renders")
         self.store = Store(self.folder / "measurements.jsonl")
         if self.store.torn:
             self.log.say("a measurement that an interruption cut off is made again")
         if self.options.fresh:
-            self.store.forget(self.concerned())
-        self.kinome = Kinome(self.options.build, self.folder / "renders")
+            if self.python.is_file():
+                self.store.forget(self.concerned())
+            else:
+                self.log.problem("Mitsuba isn't installed: what was measured before is kept")
         self.references = References(self.python, self.folder / "references", self.effort, self.log)
 
     def concerned(self):
-        """Tells which keys of the store this run measures, or an older program did for the same."""
+        """Tells which keys of the store this run measures, by whichever program."""
         words, modes = self.options.words, self.options.modes
         checks = plan(self.effort, words) if "correctness" in modes else []
         alpha, compared = alpha_for(self.effort, checks), {check.scene for check in checks}
@@ -59,7 +62,11 @@ class Session:
         path = self.results / "problems.json"
         getattr(self, mode)()
         if mode != "report":
-            write_json(path, (read_json(path) or {}) | {mode: self.log.problems[self.told:]})
+            earlier = read_json(path) or {}
+            words = self.options.words
+            kept = [line for line in earlier.get(mode, [])
+                    if words and scene_of(line) and scene_of(line) not in words]
+            write_json(path, earlier | {mode: kept + self.log.problems[self.told:]})
             self.told = len(self.log.problems)
 
     def correctness(self):
@@ -75,7 +82,7 @@ class Session:
         red = [f"{row['scene']} by {row['method']}" for row in rows if not row["passed"]]
         self.log.say(f"{len(rows)} comparisons, {len(red)} red" +
                      (f": {', '.join(red)}" if red else ""))
-        self.red = not all(row["passed"] for row in kept + rows)
+        self.red = bool(red)
         write_json(path, {"family_alpha": FAMILY_ALPHA, "machine": machine(), "commit": commit(),
                           "program": self.kinome.program, "rows": kept + rows})
 
@@ -109,7 +116,7 @@ class Session:
                               "benchmark of it first")
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
         problems = [line for lines in (read_json(self.results / "problems.json") or {}).values()
-                    for line in lines]
+                    for line in lines if not words or scene_of(line) in (None, *words)]
         problems += unmeasured(correctness, benchmark, self.effort, words)
         write_report(self.options.output, correctness, benchmark, problems,
                      self.folder / "pictures", self.options.quick)
@@ -123,15 +130,21 @@ def only(correctness, benchmark, words):
     return correctness | {"rows": rows} if rows else None, timed or None
 
 
+def scene_of(problem):
+    """The scene that a line is about: "hebe: …" or "hebe, direct: …"; None if about none."""
+    name = problem.split(":")[0].split(",")[0]
+    return name if name in {scene.name for scene in SCENES} | {p.stem for p in SMALL_SCENES} \
+        else None
+
+
 def unmeasured(correctness, benchmark, effort, words):
     """Lines for the page: what these words stand for, or all of a run without any, and neither an
     earlier run nor this one has measured."""
-    if correctness:
-        made = {(row["scene"], row["method"]) for row in correctness["rows"]}
-        wanted = [c for c in plan(effort, words) if (c.scene, c.method) not in made]
-        if wanted:
-            names = ", ".join(dict.fromkeys(check.scene for check in wanted))
-            yield f"{len(wanted)} comparisons have not been made, of {names}"
+    made = {(row["scene"], row["method"]) for row in (correctness or {"rows": []})["rows"]}
+    wanted = [c for c in plan(effort, words) if (c.scene, c.method) not in made]
+    if wanted:
+        names = ", ".join(dict.fromkeys(check.scene for check in wanted))
+        yield f"{len(wanted)} comparisons have not been made, of {names}"
     wanted = [scene.name for scene in chosen(words) if scene.name not in (benchmark or {})]
     if wanted:
         yield f"not timed: {', '.join(wanted)}"
@@ -161,6 +174,7 @@ def stop(_signal, _frame):
 def main(options):
     """Does what arguments.parse read; the exit status."""
     signal.signal(signal.SIGTERM, stop)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever started us ignores it
     log = Log()
     session = Session(options, log)
     use_packages(options.build)
@@ -169,7 +183,7 @@ def main(options):
             session.prepare()
         for mode in options.modes:
             session.run(mode)
-    except Problem as reason:
+    except (Problem, OSError) as reason:
         log.problem(reason)
     except KeyboardInterrupt as reason:
         print("validation: interrupted; the same command without --fresh goes on from here",

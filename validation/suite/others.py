@@ -1,4 +1,5 @@
-"""How much of the machine other processes took while something was timed: /proc's counters."""
+"""How much of the machine others took while something was timed, by /proc's counters: other
+processes, and on a virtual machine, other machines."""
 import os
 import pathlib
 import time
@@ -8,12 +9,12 @@ TICKS = os.sysconf("SC_CLK_TCK")
 PROC = pathlib.Path("/proc")
 
 
-def spent():
+def spent(proc=PROC, this=None):
     """Processor seconds (of all processes, of this one and all that descend from it)."""
     user, nice, system, _, _, interrupts, soft, stolen = map(
-        int, (PROC / "stat").read_text("ascii").split("\n", 1)[0].split()[1:9])
+        int, (proc / "stat").read_text("ascii").split("\n", 1)[0].split()[1:9])
     children, own = {}, {}
-    for folder in PROC.glob("[0-9]*"):
+    for folder in proc.glob("[0-9]*"):
         try:
             # The name, in brackets, may hold anything.
             words = (folder / "stat").read_text("ascii", "replace").rpartition(")")[2].split()
@@ -22,7 +23,7 @@ def spent():
         children.setdefault(int(words[1]), []).append(int(folder.name))
         # With those of its children that have ended and were waited for.
         own[int(folder.name)] = sum(map(int, words[11:15]))
-    mine, waiting = 0, [os.getpid()]
+    mine, waiting = 0, [this or os.getpid()]
     while waiting:
         process = waiting.pop()
         mine += own.get(process, 0)
@@ -37,10 +38,12 @@ class Others:
         self.started, self.before = time.perf_counter(), spent()
 
     def taken(self):
-        """{"elapsed": seconds, "others": their processor seconds}; the counters tick a hundred times
-        a second, so that only sums over many renders mean something."""
+        """{"elapsed": seconds, "others": their processor seconds}; the counters tick a hundred
+        times a second, so that only sums over many renders mean something."""
         everyone, mine = (b - a for a, b in zip(self.before, spent()))
-        return {"elapsed": time.perf_counter() - self.started, "others": everyone - mine}
+        elapsed = time.perf_counter() - self.started
+        # More would mean that a process has left the family, with all that it had taken.
+        return {"elapsed": elapsed, "others": min(everyone - mine, os.cpu_count() * elapsed)}
 
 
 def cores_of_others(runs):

@@ -14,7 +14,8 @@ h1 { font-size: 1.7rem } h2 { margin-top: 2.4rem; border-bottom: 1px solid var(-
 .wide { overflow-x: auto } table { border-collapse: collapse; font-size: 13px; margin: .6rem 0 }
 th, td { padding: .22rem .5rem; border-bottom: 1px solid var(--line); text-align: left;
          white-space: nowrap; font-variant-numeric: tabular-nums }
-th { background: #f4f4f4; white-space: normal; vertical-align: bottom } td.fail { color: var(--bad); font-weight: 700 }
+th { background: #f4f4f4; white-space: normal; vertical-align: bottom }
+td.fail { color: var(--bad); font-weight: 700 }
 td.pass, td.win { color: var(--good) } td.lose { color: var(--bad) }
 img { max-width: 100%; image-rendering: auto } .crops { display: flex; flex-wrap: wrap; gap: 12px }
 figure { margin: 0; width: 160px } figcaption { font-size: 11.5px; line-height: 1.3 }
@@ -77,8 +78,8 @@ def correctness_section(data):
     twins = tables.repeated(rows)
     if twins:
         parts.append(paragraph(
-            f"<b>=</b>: the same figures as the row above with another method, {twins} in all: there "
-            "is nothing in that scene that the two could do differently, so the row proves no more."))
+            f"<b>=</b>: the same figures as a row above with another method, {twins} in all: there "
+            "is nothing in that scene that the two could do differently, so it proves no more."))
     parts.append(table(*tables.correctness(rows), [row["picture"] for row in rows]))
     notes = [f"{row['scene']}, {row['method']}: {note}" for row in rows for note in row["notes"]]
     if notes:
@@ -156,12 +157,12 @@ def machine_text(data):
     text = f"On {'; '.join(sorted(machines))}; commit {', '.join(sorted(commits))}."
     # Rows of a run over a few scenes stand beside those of earlier runs.
     programs = {row.get("program") for e in data for row in e.get("rows", [e])}
-    busy = [(e["cores_of_others"], e["machine"]["cores"]) for e in data if "cores_of_others" in e]
-    busy = [(others, cores) for others, cores in busy if others > BUSY * cores]
+    timed = [(e["cores_of_others"], e["machine"]["cores"]) for e in data if "cores_of_others" in e]
+    busy = [(others, cores) for others, cores in timed if others > BUSY * cores]
     if busy:
-        others, cores = max(busy)
-        text += (f" Other processes had up to {others:.1f} of {cores} cores while "
-                 f"{len(busy)} of the scenes were timed: what they took, the times hold.")
+        others, cores = max(busy, key=lambda pair: pair[0] / pair[1])
+        text += (f" The machine was busy with other things: in {len(busy)} of {len(timed)} "
+                 f"scenes, they had up to {others:.1f} of {cores} cores, and the times are too long.")
     if len(programs) > 1:
         text += " Not all rows are of the same program: some were measured before others."
     return text

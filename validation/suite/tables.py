@@ -136,9 +136,9 @@ METHODS = (
 
 @dataclasses.dataclass(frozen=True)
 class Cause:
-    """Why a comparison with Mitsuba's reference is red, where that was found out: the evidence is in
-    references/README.md. It stays red. Explains no more than the tests that it names, and these no
-    further than to |t| = `most`, about half as much again as was seen."""
+    """Why a comparison with Mitsuba's reference is red, where that was found out: the evidence is
+    in references/README.md. It stays red. Explains no more than the tests that it names, and these
+    no further than to the |t| given, about half as much again as was seen."""
 
     tests: dict
     text: str
