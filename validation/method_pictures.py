@@ -1,9 +1,10 @@
-"""Pictures of plugins/integrators/PRODUCT.md: what product sampling knows at some pixels of hebe.
+"""Pictures of plugins/integrators/PRODUCT.md: what product sampling knows at some pixels.
 
     /usr/bin/python3 scenes/make_assets.py hebe
     /usr/bin/python3 validation/method_pictures.py --build build
 """
 import argparse
+import dataclasses
 import pathlib
 import subprocess
 import tempfile
@@ -12,10 +13,28 @@ from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUTPUT = ROOT / "plugins/integrators/product"
-SIZE = 256  # of the film, which tells what a pixel is
-# Name, pixel, rays that are drawn: on the floor in the open, on the floor beside the plinth, and on
-# the statue's robe.
-PICTURES = [("cells", (30, 215), 1), ("shade", (186, 238), 96), ("robe", (128, 140), 96)]
+WIDTH = 640  # of the pictures
+
+
+@dataclasses.dataclass(frozen=True)
+class Picture:
+    """pixel: of a film of that size; rays: that are drawn."""
+
+    name: str
+    scene: str
+    film: tuple
+    pixel: tuple
+    rays: int
+
+
+HEBE, MORE = "scenes/hebe/scene.xml", "validation/scenes/benchmark"
+PICTURES = [
+    Picture("cells", HEBE, (256, 256), (30, 215), 1),  # the floor in the open
+    Picture("shade", HEBE, (256, 256), (186, 238), 96),  # the floor beside the plinth
+    Picture("robe", HEBE, (256, 256), (128, 140), 96),
+    Picture("corridor", f"{MORE}/corridor.xml", (256, 192), (60, 150), 96),
+    Picture("attic", f"{MORE}/attic.xml", (256, 192), (128, 170), 96),
+]
 
 
 def main():
@@ -25,17 +44,20 @@ def main():
     options = parser.parse_args()
     options.output.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        for name, (x, y), rays in PICTURES:
-            stem = pathlib.Path(folder) / name
+        for one in PICTURES:
+            stem = pathlib.Path(folder) / one.name
+            (x, y), (width, height) = one.pixel, one.film
             subprocess.run(
-                [options.build / "bin/kinome", ROOT / "scenes/hebe/scene.xml", "-q", "--inspect",
-                 f"{x},{y}", "-o", f"{stem}.exr", "-D", "importance=product",
-                 "-D", f"spp={max(1, rays // 3)}", "-D", f"width={SIZE}", "-D", f"height={SIZE}"],
+                [options.build / "bin/kinome", ROOT / one.scene, "-q", "--inspect", f"{x},{y}",
+                 "-o", f"{stem}.exr", "-D", "integrator=clustered", "-D", "importance=product",
+                 "-D", f"spp={max(1, one.rays // 3)}", "-D", f"width={width}",
+                 "-D", f"height={height}"],
                 check=True)
             with Image.open(f"{stem}.png") as picture:
-                small = picture.convert("RGB").resize((640, 320), Image.Resampling.LANCZOS)
+                size = WIDTH, WIDTH * picture.height // picture.width
+                small = picture.convert("RGB").resize(size, Image.Resampling.LANCZOS)
             small.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(
-                options.output / f"{name}.png", optimize=True)
+                options.output / f"{one.name}.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -174,7 +174,7 @@ void draw(const Inspection& report, const Scene& scene, const Sensor& sensor,
     const auto at =
         distant ? map_position(sample.position) : scene_position(view, sensor, sample.position);
     // A disk's area tells the weight, within reason.
-    const double unit = report.cluster_at ? 4 : 1.5;
+    const double unit = report.is_learned ? 4 : 1.5;
     const auto radius = static_cast<float>(std::clamp(unit * std::sqrt(sample.weight), 1.5, 6.));
     const Rgb color = sample.visible ? Rgb(1, 0.05f, 0.02f) : Rgb(0.1f, 0.3f, 1);
     if (at) view.canvas.disk(*at, radius, color);
