@@ -293,10 +293,9 @@ void Estimator::plan_glossy(const Group& group, size_t first, uint32_t lobe, uin
   if (squares > 0) squares = std::min(squares, moments[best]);
   const double count = group.count;
   const auto mean = static_cast<float>(sum / count);
-  const auto variance = static_cast<float>(std::max(0., squares * n - sum * sum) / (count * count));
+  const double variance = std::max(0., squares * n - sum * sum) / (count * count);
   const float share = static_cast<float>(group.count) / static_cast<float>(patch.count);
   patch.glossy += mean * share;
-  patch.glossy_variance += variance * share;
   patch.cell_share += (kCellShares[best] - 0.5f) * share;
   for (uint32_t j = 0; j < group.count; ++j) {
     PointPlan& point = points[order_[group.first + j]];

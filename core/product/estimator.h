@@ -72,8 +72,8 @@ class Estimator {
     /// Unshadowed radiance of glossy lobes, and of all lobes from local light, of the group that it
     /// is in.
     float glossy = 0;
-    float glossy_variance = 0;  ///< of one candidate
-    float mirrored = 0;         ///< unshadowed, by delta lobes
+    double glossy_variance = 0;  ///< of one candidate; in float, bright light's would overflow
+    float mirrored = 0;          ///< unshadowed, by delta lobes
   };
   void probe(const Unit& unit, std::span<PointPlan> points,
              std::span<std::vector<VisibilityRecord>> records);

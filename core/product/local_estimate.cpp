@@ -216,11 +216,10 @@ void Estimator::plan_local(const Group& group, size_t first, size_t end_points,
   const double count = group.count;
   const float share = static_cast<float>(group.count) / static_cast<float>(patch.count);
   const auto mean = static_cast<float>(sum / count);
-  const auto spread = static_cast<float>(variance / count);
+  const double spread = variance / count;
   const float by_eye = all > 0 ? static_cast<float>(1 - sum / all) : 1.f;
   patch.eye_rays += share * std::clamp(kEyeRayFactor * by_eye, kLeastEyeRays, 1.f);
   patch.glossy += mean * share;
-  patch.glossy_variance += spread * share;
   for (uint32_t j = 0; j < group.count; ++j) {
     PointPlan& point = points[order_[group.first + j]];
     point.glossy += mean;

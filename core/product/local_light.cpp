@@ -33,8 +33,8 @@ struct CellSums {
   uint32_t count = 0;
   Aabb box;
   void add(const Vec3& p, const Vec3& n, double power) {
-    // Points of no light still say where the cell is.
-    const double w = power + 1e-30;
+    // Points of no light still say where the cell is; beside any light they don't.
+    const double w = power + 1e-200;
     const glm::dvec3 at(p);
     weight += w;
     flux += power;

@@ -47,7 +47,7 @@ void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t
         for (auto& r : records) r.clear();
         work.point_plans.assign(work.primaries.size(), {});
         for (Patch& patch : memory.patches) {
-          patch.glossy = patch.glossy_variance = patch.eye_rays = 0;
+          patch.glossy = patch.eye_rays = 0;
         }
         work.estimator.begin_tile(scene_, work.primaries, memory.patches, work.unknown,
                                   hash_words(seed, static_cast<uint64_t>(tile), 2), counters);
@@ -67,7 +67,7 @@ void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t
           point.patch = static_cast<int16_t>(work.primaries.patch[i]);
           const Estimator::PointPlan& plan = work.point_plans[i];
           point.known = mean_of(work.primaries.emitted(i)) + plan.glossy + plan.mirrored;
-          point.glossy_variance = plan.glossy_variance;
+          point.glossy_deviation = static_cast<float>(std::sqrt(plan.glossy_variance));
           if (point.patch >= 0) {
             point.reflected = work.primaries.normal[i] * mean_of(work.primaries.diffuse[i]);
           }
@@ -185,7 +185,6 @@ void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
     const Estimator::PatchPlan plan = work.estimator.plan_patch(patch, visibility);
     std::copy(plan.control, plan.control + 9, &work.controls[p * 9]);
     patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
-    patch.glossy_variance *= sqr(patch.mean_visibility);
   }
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     for (int x = pixels.x0; x < pixels.x1; ++x) {
@@ -198,7 +197,7 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
                                      size_t pixel) {
   PixelForecast& forecast = forecast_[pixel];
   forecast = {};
-  double sum = 0, squares = 0;
+  double sum = 0, squares = 0, glossy_variance = 0;
   const PilotPoint* const points = &points_[pixel * pilot_primaries_];
   for (uint32_t k = 0; k < pilot_primaries_; ++k) {
     const PilotPoint& point = points[k];
@@ -211,8 +210,8 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
       value = std::max(
           0.f, kInvPi * glm::dot(light, point.reflected) + point.known * patch.mean_visibility);
       forecast.uncertainty += patch.uncertainty;
-      forecast.glossy_variance +=
-          point.glossy_variance * kGlossyFactor * sqr(patch.mean_visibility);
+      const double deviation = point.glossy_deviation * patch.mean_visibility;
+      glossy_variance += deviation * deviation * kGlossyFactor;
       const bool mirrors = any(patch.bsdf->lobes() & Lobe::kDelta);
       forecast.mirrors += mirrors ? 1.f : 0.f;
       if (local_) forecast.mirrors += kEyeRayCost * patch.eye_rays;
@@ -224,10 +223,11 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
   const double n = pilot_primaries_;
   forecast.mean = static_cast<float>(sum / n);
   forecast.uncertainty /= static_cast<float>(n);
-  forecast.glossy_variance /= static_cast<float>(n);
+  forecast.glossy_deviation = static_cast<float>(std::sqrt(glossy_variance / n));
   forecast.mirrors /= static_cast<float>(n);
   if (n > 1) {
-    forecast.variance = static_cast<float>(std::max(0., (squares - sum * sum / n) / (n - 1)));
+    forecast.deviation =
+        static_cast<float>(std::sqrt(std::max(0., (squares - sum * sum / n) / (n - 1))));
   }
 }
 

@@ -34,9 +34,9 @@ class Neighbours {
     y = std::clamp(y, 0, height_ - 1);
     PixelForecast p = forecast_[static_cast<size_t>(y) * width_ + x];
     p.mean = static_cast<float>(p.mean * scale_);
-    p.variance = static_cast<float>(p.variance * scale_ * scale_);
+    p.deviation = static_cast<float>(p.deviation * scale_);
     p.uncertainty = static_cast<float>(p.uncertainty * scale_);
-    p.glossy_variance = static_cast<float>(p.glossy_variance * scale_ * scale_);
+    p.glossy_deviation = static_cast<float>(p.glossy_deviation * scale_);
     return p;
   }
 
@@ -64,9 +64,9 @@ Wanted wanted_at(const Neighbours& at, int x, int y) {
       const PixelForecast p = at(x + dx, y + dy);
       mean += p.mean;
       mean2 += p.mean * p.mean;
-      variance += p.variance;
+      variance += p.deviation * p.deviation;
       uncertainty += p.uncertainty;
-      glossy += p.glossy_variance;
+      glossy += p.glossy_deviation * p.glossy_deviation;
     }
   }
   const auto n = static_cast<float>((2 * reach + 1) * (2 * reach + 1));
@@ -74,7 +74,7 @@ Wanted wanted_at(const Neighbours& at, int x, int y) {
   variance /= n;
   uncertainty /= n;
   glossy /= n;
-  float own = here.variance, level = here.mean, factor = kPrimaryFactor;
+  float own = here.deviation * here.deviation, level = here.mean, factor = kPrimaryFactor;
   if (here.sharp) {
     own = variance + 0.5f * std::max(0.f, mean2 / n - mean * mean);
     level = mean;

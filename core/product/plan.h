@@ -5,14 +5,15 @@
 
 namespace kinome {
 
-/// What the pilot expects of one pixel, in the unit of radiance.
+/// What the pilot expects of one pixel, in the unit of radiance: squares of it would leave single
+/// precision where light is as bright or as faint as it may be.
 struct PixelForecast {
-  float mean = 0;             ///< radiance
-  float variance = 0;         ///< of a primary's radiance, its light being known
-  float uncertainty = 0;      ///< of a primary: sum over strata, the scale of its rays' noise
-  float glossy_variance = 0;  ///< of one unshadowed candidate
-  bool sharp = false;         ///< reflects by a sharp lobe: forecasts of single pixels are noise
-  float mirrors = 0;          ///< rays that each camera ray takes besides: of mirrors, and eye rays
+  float mean = 0;              ///< radiance
+  float deviation = 0;         ///< of a primary's radiance, its light being known
+  float uncertainty = 0;       ///< of a primary: sum over strata, the scale of its rays' noise
+  float glossy_deviation = 0;  ///< of one unshadowed candidate
+  bool sharp = false;          ///< reflects by a sharp lobe: forecasts of single pixels are noise
+  float mirrors = 0;  ///< rays that each camera ray takes besides: of mirrors, and eye rays
 };
 
 /// What one pixel gets in a pass.

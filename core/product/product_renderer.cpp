@@ -61,14 +61,16 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   LocalLight::Settings local;
   local.max_depth = settings.max_depth;
   local.bounce_cells = settings.bounce_cells;
-  // Where rays are few, points are, too: each takes about as long as one. By time, there will be
-  // many.
-  if (!context.budget().any()) {
-    const double rays =
-        std::min(settings.rays_per_pixel, kMaxRaysOfPass) * sensor.film().crop().area();
-    local.points = static_cast<uint32_t>(std::clamp<double>(
-        rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
+  // Where rays are few, points are, too: each takes about as long as one. Until an error is
+  // reached, there will be many.
+  double rays = settings.rays_per_pixel * sensor.film().crop().area();
+  if (context.budget().any()) {
+    const double seconds = context.budget().seconds;
+    rays = seconds > 0 ? seconds * kCarefulSpeed * context.threads() : kInfinity;
   }
+  rays = std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
+  local.points = static_cast<uint32_t>(
+      std::clamp<double>(rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
   std::vector<SurfaceInteraction> seen;
   if (settings.light_guide &&
       (scene.has_surface_emitters() || settings.max_depth >= LocalLight::kBounceDepth)) {

@@ -41,7 +41,7 @@ class ProductRenderer final : public Passes {
   struct PilotPoint {
     Vec3 reflected{0.f};  ///< normal x mean diffuse reflectance
     float known = 0;      ///< light that it sees itself, or unshadowed glossy light
-    float glossy_variance = 0;
+    float glossy_deviation = 0;
     int16_t patch = -1;
   };
   /// What a thread works with; kept from block to block.

@@ -125,7 +125,6 @@ struct Patch {
   // What the plan found, of one primary:
   float uncertainty = 0;      ///< sum over strata of what rays are distributed by
   float glossy = 0;           ///< unshadowed glossy radiance
-  float glossy_variance = 0;  ///< of one candidate
   float cell_share = 0.5f;    ///< of candidates that are drawn from the cells
   float mean_visibility = 1;  ///< of glossy light
   float mean_sigma = 1;

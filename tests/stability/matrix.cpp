@@ -32,17 +32,20 @@ const std::string& truth_at(int max_depth) {
 }
 
 Method clustered(const char* name, const std::string& importance, int max_depth) {
-  return {name,
-          xml::integrator("clustered",
-                          xml::text("importance", importance) + xml::integer("light_samples", 200) +
-                              xml::integer("cut_size", 30) + xml::integer("emitter_samples", 8) +
-                              xml::integer("brdf_samples", 8) + xml::number("rays_per_pixel", 12) +
-                              xml::integer("max_depth", max_depth)),
-          truth_at(max_depth), importance == "product", max_depth};
+  return {
+      name,
+      xml::integrator("clustered",
+                      xml::text("importance", importance) + xml::integer("light_samples", 200) +
+                          xml::integer("cut_size", 30) + xml::integer("emitter_samples", 8) +
+                          xml::integer("brdf_samples", 8) + xml::integer("max_depth", max_depth)),
+      truth_at(max_depth), max_depth};
 }
 
 std::string with_depth(const std::string& type, int max_depth) {
-  return xml::integrator(type, xml::integer("max_depth", max_depth));
+  const std::string depth = xml::integer("max_depth", max_depth);
+  if (type != "product") return xml::integrator(type, depth);
+  return xml::integrator("clustered", xml::text("importance", type) + xml::integer("cut_size", 30) +
+                                          xml::number("rays_per_pixel", 12) + depth);
 }
 
 /// Light itself is left out: `ptracer` doesn't show environments, and its paths find lamps that are
@@ -68,18 +71,19 @@ struct Expected {
 Expected expected_light(const Trial& trial, const Method& method, const Material& material,
                         int round) {
   const Expectation& e = trial.expectation;
-  // With a bounce, paths from the camera and from the light are each other's expectation.
-  const std::string integrator = trial.max_depth == 2 ? e.integrator
-                                 : method.name == std::string("ptracer")
-                                     ? with_depth("path", trial.max_depth)
-                                     : with_depth("ptracer", trial.max_depth);
+  // With a bounce, paths from the camera and from the light are each other's expectation; where
+  // only the method has one, paths from the camera are better at the trial's light.
+  const int depth = std::max(trial.max_depth, method.max_depth);
+  const bool is_by_camera = trial.max_depth == 2 || method.name == std::string("ptracer");
+  const std::string integrator =
+      depth == 2 ? e.integrator : with_depth(is_by_camera ? "path" : "ptracer", depth);
   static std::map<std::string, Expected> known;
   const std::string key =
       trial.name + "/" + material.name + "/" + std::to_string(round) + "/" + integrator;
   const auto found = known.find(key);
   if (found != known.end()) return found->second;
   Expected expected;
-  if (e.kind == Expectation::Kind::kIntegral) {
+  if (e.kind == Expectation::Kind::kIntegral && depth == 2) {
     const std::vector<Estimate> pixels = e.integral(material.xml);
     const int side = static_cast<int>(std::lround(std::sqrt(pixels.size() / 3.)));
     expected.tiles = exact_tiles(pixels, side, side, kTiles);
@@ -96,14 +100,13 @@ Expected expected_light(const Trial& trial, const Method& method, const Material
 /// True where the method's expectation is the scene's own light: always, but for point lights.
 bool has_own_light(const Trial& trial, const Method& method) {
   if (method.truth.empty()) return true;
-  if (method.max_depth != trial.max_depth || method.max_depth == 3) return false;
-  return !trial.has_environment || (method.is_product && !trial.has_lamps);
+  return method.max_depth == trial.max_depth && method.max_depth == 2 && !trial.has_environment;
 }
 
 /// `round` 0, or 1 for the longer one. A cell without a comparison where there is none to be made.
 Cell measure(const Trial& trial, const Method& method, const Material& material, int round) {
   const int renders = trial.renders * (round ? kLonger : 1);
-  const std::string& integrator = method.truth.empty() && trial.max_depth != 2
+  const std::string& integrator = method.truth.empty() && trial.max_depth > method.max_depth
                                       ? with_depth(method.name, trial.max_depth)
                                       : method.integrator;
   Cell cell;
@@ -137,7 +140,7 @@ Cell measure(const Trial& trial, const Method& method, const Material& material,
   double largest = cell.largest;
   if (has_own_light(trial, method)) {
     const Expected expected = expected_light(trial, method, material, round);
-    agreement = compare(estimate_tiles_of(own, kTiles), expected.tiles);
+    agreement = compare(estimate_tiles_of(own, kTiles), expected.tiles, {}, trial.rounding);
     largest = std::max(largest, expected.largest);
   } else {
     // Renders of one seed have the same light points and the same places in their pixels.
@@ -192,10 +195,11 @@ const std::vector<Method>& methods() {
       clustered("joint", "joint", 2),
       clustered("luminance", "luminance", 2),
       clustered("brdf", "brdf", 2),
-      clustered("product", "product", 2),
+      {"product", with_depth("product", 2), ""},
       clustered("joint, local", "joint", 3),
       clustered("luminance, local", "luminance", 3),
       clustered("brdf, local", "brdf", 3),
+      {"product, local", with_depth("product", 3), "", 3},
   };
   return all;
 }
@@ -224,8 +228,21 @@ Cell run_cell(const Trial& trial, const Method& method, const Material& material
     cell.text = reason;
     return cell;
   }
+  if (material.is_sharp && std::string(method.name) == "ptracer") {
+    cell.text = "lobes so narrow that its light hardly ever comes to the camera: " + material.name;
+    return cell;
+  }
+  if (material.is_sharp && std::string(method.name) == "product, local") {
+    cell.text =
+        "light by way of what nearly mirrors is in single, bright samples: " + material.name;
+    return cell;
+  }
   if (trial.max_depth == 3 && std::string(method.name) == "direct") {
     cell.text = "knows no bounces";
+    return cell;
+  }
+  if (trial.max_depth == 3 && std::string(method.name) == "product") {
+    cell.text = "with a bounce: see `product, local`";
     return cell;
   }
   if (trial.expectation.kind == Expectation::Kind::kError) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "floor.h"
+#include "measure.h"
 #include "support/render.h"
 
 /// What is rendered by what for tests/STABILITY.md: cases of hard numbers, each with some scenes
@@ -18,14 +19,14 @@ struct Method {
   /// `groundtruth` of the same light points, where the method has their light as its expectation;
   /// empty: its expectation is the scene's own light.
   std::string truth;
-  bool is_product = false;
-  int max_depth = 2;  ///< 3: with a bounce, by virtual point lights
+  int max_depth = 2;  ///< 3: with a bounce
 };
 const std::vector<Method>& methods();
 
 struct Material {
   std::string name;
   std::string xml;
+  bool is_sharp = false;  ///< a lobe so narrow that light paths don't meet the camera by it
 };
 /// diffuse, phong, ward, roughconductor, roughplastic: ordinary ones.
 const std::vector<Material>& ordinary_materials();
@@ -56,6 +57,8 @@ struct Trial {
   bool has_lamps = false;
   /// Edges of a path for the first three methods; with 3, `direct` has no part in it.
   int max_depth = 2;
+  /// Of values, as a standard deviation relative to them, by directions in single precision.
+  double rounding = kRounding;
   /// Methods (by name) that have no part in it, with the reason; "*": all.
   std::vector<std::pair<std::string, std::string>> without;
   int renders = 48;

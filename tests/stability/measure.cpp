@@ -12,9 +12,6 @@
 namespace kinome::test {
 namespace {
 
-/// Means of floats carry their rounding, however small their variance is.
-constexpr double kRounding = 2e-6;
-
 /// What t of `freedom` degrees is as a quantile of the normal distribution (Wallace 1959, "Bounds
 /// on Normal Approximations to Student's and the Chi-Square Distributions").
 double normal_quantile_of(double t, double freedom) {
@@ -28,9 +25,9 @@ struct Difference {
   double z = 0;
   double mean = 0;
 };
-Difference difference_of(const TileEstimate& a, const TileEstimate& b, double scale) {
+/// `rounding`: as a standard deviation. Means of floats carry theirs, however small their variance.
+Difference difference_of(const TileEstimate& a, const TileEstimate& b, double rounding) {
   const double va = a.estimate.variance_of_mean, vb = b.estimate.variance_of_mean;
-  const double rounding = kRounding * scale;
   const double variance = va + vb + rounding * rounding;
   const double difference = a.estimate.mean - b.estimate.mean;
   if (difference == 0) return {};
@@ -193,8 +190,15 @@ std::vector<TileEstimate> exact_tiles(const std::vector<Estimate>& pixels, int w
 }
 
 Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEstimate>& b,
-                  const std::vector<double>& scale) {
+                  const std::vector<double>& scale, double rounding) {
   Agreement agreement;
+  const auto size_of = [&](size_t k) {
+    return scale.empty() ? std::max(std::abs(a[k].estimate.mean), std::abs(b[k].estimate.mean))
+                         : scale[k];
+  };
+  double whole = 0;
+  for (size_t k = 0; k < a.size(); ++k) whole += size_of(k);
+  constexpr double kBlack = 1e-20;
   for (size_t channel = 0; channel < 3; ++channel) {
     double worst = 0;
     size_t where = channel, pairs = 0;
@@ -208,9 +212,7 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
       sum.spread = std::max(sum.spread, part.spread);
     };
     for (size_t k = channel; k < a.size(); k += 3, ++pairs) {
-      const double size = scale.empty()
-                              ? std::max(std::abs(a[k].estimate.mean), std::abs(b[k].estimate.mean))
-                              : scale[k];
+      const double size = size_of(k) + kBlack / rounding * whole;
       if (!std::isfinite(a[k].estimate.mean) || !std::isfinite(b[k].estimate.mean) ||
           !std::isfinite(a[k].estimate.variance_of_mean + b[k].estimate.variance_of_mean)) {
         agreement.worst_z = std::numeric_limits<double>::infinity();
@@ -219,7 +221,7 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
                                      b[k].estimate.mean);
         return agreement;
       }
-      const double z = std::abs(difference_of(a[k], b[k], size).z);
+      const double z = std::abs(difference_of(a[k], b[k], rounding * size).z);
       if (z > worst) {
         worst = z;
         where = k;
@@ -228,7 +230,7 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
       add(sum_b, b[k]);
       sum_scale += size;
     }
-    const double z_sum = std::abs(difference_of(sum_a, sum_b, sum_scale).z);
+    const double z_sum = std::abs(difference_of(sum_a, sum_b, rounding * sum_scale).z);
     const double p_tiles =
         -std::expm1(static_cast<double>(pairs) * std::log1p(-normal_two_sided(worst)));
     const double p = bonferroni(p_tiles, normal_two_sided(z_sum));

@@ -156,7 +156,8 @@ are held against quadrature in double precision of what the scene documents, wri
 renderer, or against another estimate of the same light: BSDF samples alone, emitter samples alone,
 paths from the light against paths from the camera, the same scene elsewhere. `joint`, `luminance`
 and `brdf` estimate the light of a set of points: they are held against `groundtruth` of the same
-points, seed by seed; `local` means points of one bounce (`max_depth` 3). A comparison that is as
+points, seed by seed; `local` means one bounce (`max_depth` 3; `product` is then held against paths
+of the same depth). A comparison that is as
 suspicious as 1e-5 is done again with other seeds and four times as long, and counts as different if
 it is so again: once in 30 million runs by chance.
 
@@ -185,6 +186,9 @@ constexpr const char* kNotHeld = R"(
   part in 10^7 of 1e5, a hundredth. The trial's scene is a hundred units wide.
 - `ptracer` with light from infinitely far over a floor of 1e6 and more: unbiased, and so noisy that
   nothing is learned from it.
+- `product` with a bounce (`max_depth` 3) hardly finds the light that a nearly mirroring surface
+  (alpha of a hundredth and less, along one axis or both) sends on to others: it is unbiased, and
+  nearly all of that light is in single, very bright samples. `path` finds it by its BSDF.
 - Points of light (`joint`, `luminance`, `brdf`) stand for an environment as finely as `light_samples`
   says. What they are compared with is their own points, not the map.
 - Embree's robust mode loses some of the rays that are aimed at a vertex to the last bit

@@ -276,9 +276,9 @@ std::vector<PixelForecast> picture(int width, int height) {
       const float u = to_unit_float(static_cast<uint32_t>(hash_words(x, y)));
       p.mean = 0.1f + 0.02f * static_cast<float>(x);
       if (y < height / 4) continue;
-      p.variance = u * u * 0.1f;
+      p.deviation = u * std::sqrt(0.1f);
       p.uncertainty = 0.5f * u + (x % 16 == 0 ? 3.f : 0.f);
-      p.glossy_variance = y > height / 2 ? 2 * u : 0.f;
+      p.glossy_deviation = y > height / 2 ? std::sqrt(2 * u) : 0.f;
       p.sharp = y > 3 * height / 4;
     }
   }
@@ -300,7 +300,7 @@ TEST(Allocate, KeepsTheBudget) {
 TEST(Allocate, KeepsTheBudgetOfAnEvenPicture) {
   PixelForecast even;
   even.mean = 1;
-  even.variance = 0.02f;
+  even.deviation = std::sqrt(0.02f);
   even.uncertainty = 0.3f;
   for (const bool adaptive : {false, true}) {
     for (const double rays : {5., 7., 8., 11., 13., 24., 27., 48.}) {
@@ -337,7 +337,7 @@ TEST(Allocate, StandsAnyForecast) {
   PixelForecast hidden;  // surfaces that no light is thought to reach
   hidden.uncertainty = 1e-3f;
   PixelForecast tiny{1e-25f, 0, 1e-26f, 0, false};
-  PixelForecast huge{1e25f, 1e30f, 1e24f, 1e30f, true};
+  PixelForecast huge{1e25f, 1e26f, 1e24f, 1e26f, true};
   for (const PixelForecast& each : {dark, sky, hidden, tiny, huge}) {
     for (const double rays : {2., 12., 100.}) {
       const auto plan = allocate(std::vector<PixelForecast>(64, each), 8, 8, rays, true);

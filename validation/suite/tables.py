@@ -160,7 +160,7 @@ EXPLAINED = {
     ("car", "direct"): Cause({"pixels": 19}, ROUNDED),
     ("car", "direct, compensated"): Cause({"pixels": 19}, ROUNDED),
     ("car", "path"): Cause({"pixels": 19}, ROUNDED),
-    ("plate", "clustered product"): Cause({"pixels": 11}, BY_LUCK),
+    ("plate", "clustered product"): Cause({"tiles": 13, "pixels": 16}, BY_LUCK),
 }
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
