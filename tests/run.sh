@@ -26,6 +26,10 @@ fuzz_seconds=60
 arguments=$#
 while [ "$arguments" -gt 0 ]; do
   case $1 in
+    -h | --help)
+      sed -n '2,/^$/{/^#/!q;s/^# \{0,1\}//;p;}' "$0"
+      exit
+      ;;
     --asan | --tsan) sanitizer=${1#--} ;;
     --stability) stability=yes ;;
     --fuzz)
