@@ -71,10 +71,10 @@ struct Expected {
 Expected expected_light(const Trial& trial, const Method& method, const Material& material,
                         int round) {
   const Expectation& e = trial.expectation;
-  // With a bounce, paths from the camera and from the light are each other's expectation; where
-  // only the method has one, paths from the camera are better at the trial's light.
+  // With a bounce, paths from the camera and from the light are each other's expectation. Those
+  // from the camera are `product`'s: they find the little that is seen from nearby.
   const int depth = std::max(trial.max_depth, method.max_depth);
-  const bool is_by_camera = trial.max_depth == 2 || method.name == std::string("ptracer");
+  const bool is_by_camera = method.name != std::string("path");
   const std::string integrator =
       depth == 2 ? e.integrator : with_depth(is_by_camera ? "path" : "ptracer", depth);
   static std::map<std::string, Expected> known;

@@ -196,9 +196,6 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
     return scale.empty() ? std::max(std::abs(a[k].estimate.mean), std::abs(b[k].estimate.mean))
                          : scale[k];
   };
-  double whole = 0;
-  for (size_t k = 0; k < a.size(); ++k) whole += size_of(k);
-  constexpr double kBlack = 1e-20;
   for (size_t channel = 0; channel < 3; ++channel) {
     double worst = 0;
     size_t where = channel, pairs = 0;
@@ -212,7 +209,7 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
       sum.spread = std::max(sum.spread, part.spread);
     };
     for (size_t k = channel; k < a.size(); k += 3, ++pairs) {
-      const double size = size_of(k) + kBlack / rounding * whole;
+      const double size = size_of(k) + kFaint / rounding;
       if (!std::isfinite(a[k].estimate.mean) || !std::isfinite(b[k].estimate.mean) ||
           !std::isfinite(a[k].estimate.variance_of_mean + b[k].estimate.variance_of_mean)) {
         agreement.worst_z = std::numeric_limits<double>::infinity();

@@ -64,8 +64,8 @@ std::vector<TileEstimate> exact_zeros(size_t count);
 /// Welch's test of all pairs. Variances of a few dozen renders are uncertain themselves: a
 /// quantile of Student's t is taken for what it is of the normal distribution (Wallace 1959).
 /// Rounding may have moved a value by that part of `scale`, for each pair in its own unit (empty:
-/// the larger of both means), and of 1e-20 of the whole picture, below which a tile is black.
-inline constexpr double kRounding = 2e-6;
+/// the larger of both means), and by kFaint: factors of what is so faint leave single precision.
+inline constexpr double kRounding = 2e-6, kFaint = 1e-31;
 Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEstimate>& b,
                   const std::vector<double>& scale = {}, double rounding = kRounding);
 
