@@ -48,7 +48,8 @@ class Session:
         checks = plan(self.effort, words) if "correctness" in modes else []
         alpha, compared = alpha_for(self.effort, checks), {check.scene for check in checks}
         sizes = {scene.name: list(self.effort.size(scene))
-                 for scene in chosen(words) if "benchmark" in modes}
+                 for scene in chosen(words, self.effort)
+                 if "benchmark" in modes}
 
         def is_concerned(key):
             if "check" in key:
@@ -93,7 +94,7 @@ class Session:
                          self.effort, self.store, self.folder, self.log)
         path = self.results / "benchmark.json"
         try:
-            for scene in chosen(self.options.words):
+            for scene in chosen(self.options.words, self.effort):
                 try:
                     entry = work.scene(scene)
                 except Problem as reason:
@@ -145,7 +146,8 @@ def unmeasured(correctness, benchmark, effort, words):
     if wanted:
         names = ", ".join(dict.fromkeys(check.scene for check in wanted))
         yield f"{len(wanted)} comparisons have not been made, of {names}"
-    wanted = [scene.name for scene in chosen(words) if scene.name not in (benchmark or {})]
+    wanted = [scene.name for scene in chosen(words, effort)
+              if scene.name not in (benchmark or {})]
     if wanted:
         yield f"not timed: {', '.join(wanted)}"
 

@@ -62,7 +62,7 @@ def plan(effort, wanted):
     for path in SMALL_SCENES if wanted else effort.small_scenes:
         if not wanted or path.stem in wanted:
             found += checks_of_small(path)
-    for scene in chosen(wanted):
+    for scene in chosen(wanted, effort):
         found += checks_of_big(scene)
     return found
 

@@ -79,9 +79,9 @@ def explanation(row):
     return cause.text if known and red else ""
 
 
-def chosen(names):
-    """Those of SCENES that are named; without names, those that need no asking."""
-    return tuple(s for s in SCENES if (s.name in names if names else not s.asked))
+def chosen(names, effort):
+    """Big scenes of these names; without any, those that this effort takes."""
+    return [s for s in SCENES if s.name in (names or effort.big_scenes)]
 
 
 def named(words):
@@ -183,6 +183,7 @@ class Effort:
     truth_samples: int  # of each of these seeds
     check_samples: int  # of each of our 16 renders that are compared
     small_scenes: tuple
+    big_scenes: tuple  # those that are taken without being asked for
 
     def size(self, scene):
         return tuple(max(16, n // self.shrink) for n in scene.size)
@@ -195,7 +196,8 @@ CUT = {"cut_size": 96}
 
 FULL = Effort(shrink=1, seeds=5, budget=3.0, most_samples=4096, search_samples=(16, 256),
               search_seeds=2, truth_seeds=32, truth_samples=512, check_samples=256,
-              small_scenes=SMALL_SCENES)
+              small_scenes=SMALL_SCENES,
+              big_scenes=tuple(scene.name for scene in SCENES if not scene.asked))
 QUICK = Effort(shrink=2, seeds=3, budget=1.0, most_samples=64, search_samples=(16,),
                search_seeds=1, truth_seeds=16, truth_samples=256, check_samples=64,
-               small_scenes=SMALL_SCENES[::5])
+               small_scenes=SMALL_SCENES[::5], big_scenes=("hebe", "box", "plate", "blocks"))
