@@ -40,7 +40,7 @@ class Store:
         return self.values.get(canonical(key))
 
     def put(self, key, values):
-        line = json.dumps([key, values], allow_nan=False) + "\n"
+        line = as_line(key, values)
         with open(self.path, "a", encoding="utf-8") as file:
             file.write(line)
             file.flush()
@@ -51,7 +51,7 @@ class Store:
         """Those measurements whose keys it is true of."""
         self.values = {key: values for key, values in self.values.items()
                        if not is_concerned(json.loads(key))}
-        write_whole(self.path, "".join(json.dumps([json.loads(key), values]) + "\n"
+        write_whole(self.path, "".join(as_line(json.loads(key), values)
                                        for key, values in self.values.items()))
 
     def recall(self, key, measure):
@@ -61,6 +61,10 @@ class Store:
             found = measure()
             self.put(key, found)
         return found
+
+
+def as_line(key, values):
+    return json.dumps([key, values], allow_nan=False) + "\n"
 
 
 def canonical(key):
