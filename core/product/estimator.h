@@ -220,9 +220,18 @@ class Estimator {
   void push_eye_ray(const Ray& ray, const EyeRay& eye);
   void trace_eye_rays();
   void find_light(const RayHit& ray, const EyeRay& eye);
+  struct Met {
+    RayHit ray;
+    std::optional<SurfaceInteraction> x;
+    Rgb radiance{0.f};
+  };
+  void find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                    const EyeRay& eye);
+  std::optional<Met> meet(const SurfaceInteraction& y, const Vec3& wo);
+  void follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
   void look_behind(const SurfaceInteraction& y, const EyeRay& eye);
-  float eye_share(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
-                  const LocalLight::Place& place) const;
+  float eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
+                 const LocalLight::Place& place) const;
   void push_shadow_ray(const Ray& ray, const Rgb& weight, uint32_t cell, int32_t patch, Rgb* sum);
   void trace_shadow_rays();
   std::pair<double, size_t> cap_candidates(size_t rays);

@@ -14,6 +14,17 @@ constexpr size_t kBatch = 1024;
 /// Random numbers of one primary's eye ray.
 constexpr uint32_t kNumbers = 4;
 
+/// By the balance heuristic, of a way that finds light `own` times as often as the first: of that
+/// by eye rays with a source that is chosen (`odds` to one light point), of that which follows a
+/// lobe
+/// (`follow_ratio` to one of these) and of light points.
+float share_of(float own, float follow_ratio, float odds) {
+  if (odds == 0) return 0;
+  if (!std::isfinite(own)) return 1;
+  // Odds that have left the range of numbers, whichever way, mean a point that is too near.
+  return own / (1 + follow_ratio + (odds > 0 ? 1 / odds : 0));
+}
+
 }  // namespace
 
 /// Some members of the group send a ray; what it finds counts by the share of eye rays among all
@@ -117,14 +128,12 @@ void Estimator::trace_eye_rays() {
   eye_rays_.clear();
 }
 
-/// Light of a place that an eye ray found, by the share that the balance heuristic gives to it.
-float Estimator::eye_share(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
-                           const LocalLight::Place& place) const {
-  if (eye.density == 0) return 1;  // of a delta lobe: nothing else finds it
+/// Of a place that an eye ray found: how many such rays there are to one light point.
+float Estimator::eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
+                          const LocalLight::Place& place) const {
+  if (eye.density == 0) return kInfinity;  // of a delta lobe: nothing else finds it
   const float geometry = std::abs(glm::dot(y.n, ray.ray.d)) / sqr(ray.ray.tmax);
-  const float by_eye =
-      eye.density * geometry * place.eye_ratio / eye_rates_[eye.rates + place.cell];
-  return std::isfinite(by_eye) ? by_eye / (1 + by_eye) : 1;
+  return eye.density * geometry * place.eye_ratio / eye_rates_[eye.rates + place.cell];
 }
 
 void Estimator::find_light(const RayHit& ray, const EyeRay& eye) {
@@ -140,23 +149,83 @@ void Estimator::find_light(const RayHit& ray, const EyeRay& eye) {
   if (const Emitter* const emitter = y.shape->emitter()) {
     const Rgb radiance = emitter->eval_surface(y);
     if (!is_black(radiance)) {
-      *eye.sum += eye.weight * radiance * eye_share(eye, y, ray, local.surface_place(y));
+      *eye.sum +=
+          eye.weight * radiance * share_of(1, 0, eye_odds(eye, y, ray, local.surface_place(y)));
     }
   }
   if (local.max_depth() < LocalLight::kBounceDepth) return;
   const Bsdf& bsdf = y.shape->bsdf();
   if (any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) {
-    const auto arrival = local.sample_arrival(
-        y, random_float(eye.seed, 0), {random_float(eye.seed, 1), random_float(eye.seed, 2)});
-    if (arrival) {
-      const Rgb f =
-          bsdf.eval_pdf(y, Lobe::kDiffuse | Lobe::kGlossy, y.frame.to_local(arrival->d)).f;
-      push_shadow_ray(y.shadow_ray(arrival->d, arrival->distance),
-                      eye.weight * f * arrival->radiance * eye_share(eye, y, ray, arrival->place),
-                      0, -1, eye.sum);
-    }
+    const LobeWidth width = lobe_width(y);
+    find_arrival(ray, y, width, eye);
+    if (width != LobeWidth::kWide) follow(ray, y, width, eye);
   }
   if (any(bsdf.lobes() & Lobe::kDelta)) look_behind(y, eye);
+}
+
+/// Light at a place that an eye ray found, from a source that is chosen.
+void Estimator::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                             const EyeRay& eye) {
+  const auto arrival = light_.local->sample_arrival(
+      y, random_float(eye.seed, 0), {random_float(eye.seed, 1), random_float(eye.seed, 2)});
+  if (!arrival) return;
+  const Bsdf& bsdf = y.shape->bsdf();
+  const Vec3 wo = y.frame.to_local(arrival->d);
+  const float odds = eye_odds(eye, y, ray, arrival->place);
+  Rgb f(0.f);
+  if (width == LobeWidth::kWide || arrival->density == 0) {
+    f = bsdf.eval_pdf(y, Lobe::kDiffuse | Lobe::kGlossy, wo).f * share_of(1, 0, odds);
+  } else {
+    const BsdfValue glossy = bsdf.eval_pdf(y, Lobe::kGlossy, wo);
+    const float follow_ratio = glossy.pdf / arrival->density;
+    const bool is_mirroring = width == LobeWidth::kMirroring;
+    f = bsdf.eval_pdf(y, Lobe::kDiffuse, wo).f *
+            share_of(1, is_mirroring ? 0 : follow_ratio, odds) +
+        glossy.f * share_of(1, follow_ratio, is_mirroring ? kInfinity : odds);
+  }
+  push_shadow_ray(y.shadow_ray(arrival->d, arrival->distance), eye.weight * f * arrival->radiance,
+                  0, -1, eye.sum);
+}
+
+/// What a ray from a surface meets.
+std::optional<Estimator::Met> Estimator::meet(const SurfaceInteraction& y, const Vec3& wo) {
+  Met met;
+  met.ray.ray.d = y.frame.to_world(wo);
+  met.ray.ray.o = y.ray_origin(met.ray.ray.d);
+  scene_->intersect({&met.ray, 1}, Coherence::kIncoherent, *counters_);
+  ++(*counters_)[RayKind::kBsdf];
+  if (!met.ray.hit.valid()) {
+    if (light_.environment) met.radiance = light_.environment->eval_environment(met.ray.ray.d);
+  } else {
+    met.x = scene_->interaction(met.ray);
+    if (const Emitter* const emitter = met.x->shape->emitter()) {
+      met.radiance = emitter->eval_surface(*met.x);
+    }
+  }
+  if (is_black(met.radiance)) return std::nullopt;
+  return met;
+}
+
+/// Light that a narrow lobe shows to where an eye ray comes from.
+void Estimator::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                       const EyeRay& eye) {
+  const Vec2 u(random_float(eye.seed, 3), random_float(eye.seed, 4));
+  const Bsdf& bsdf = y.shape->bsdf();
+  const auto sample = bsdf.sample(y, Lobe::kGlossy, 0.5f, u);
+  if (!sample || is_black(sample->weight)) return;
+  const auto met = meet(y, sample->wo);
+  if (!met) return;
+  const LocalLight::Arrival arrival = light_.local->found_arrival(
+      y, met->ray.ray.d, met->ray.ray.tmax, met->x ? &*met->x : nullptr);
+  const float ratio = sample->pdf / arrival.density;
+  Rgb weight = sample->weight;
+  float odds = kInfinity;
+  if (width == LobeWidth::kNarrow) {
+    // Shares are of what all lobes send on, as those of the other ways to find it are.
+    weight += bsdf.eval_pdf(y, Lobe::kDiffuse, sample->wo).f / sample->pdf;
+    odds = eye_odds(eye, y, ray, arrival.place);
+  }
+  *eye.sum += eye.weight * weight * met->radiance * share_of(ratio, ratio, odds);
 }
 
 /// Light that a mirror shows to where an eye ray comes from: no light point is on a mirror.
@@ -164,19 +233,7 @@ void Estimator::look_behind(const SurfaceInteraction& y, const EyeRay& eye) {
   const Vec2 u(random_float(eye.seed, 3), random_float(eye.seed, 4));
   const auto sample = y.shape->bsdf().sample(y, Lobe::kDelta, 0.5f, u);
   if (!sample || is_black(sample->weight)) return;
-  RayHit next;
-  next.ray.d = y.frame.to_world(sample->wo);
-  next.ray.o = y.ray_origin(next.ray.d);
-  scene_->intersect({&next, 1}, Coherence::kIncoherent, *counters_);
-  ++(*counters_)[RayKind::kBsdf];
-  Rgb radiance(0.f);
-  if (!next.hit.valid()) {
-    if (light_.environment) radiance = light_.environment->eval_environment(next.ray.d);
-  } else {
-    const SurfaceInteraction x = scene_->interaction(next);
-    if (const Emitter* const emitter = x.shape->emitter()) radiance = emitter->eval_surface(x);
-  }
-  *eye.sum += eye.weight * sample->weight * radiance;
+  if (const auto met = meet(y, sample->wo)) *eye.sum += eye.weight * sample->weight * met->radiance;
 }
 
 }  // namespace kinome

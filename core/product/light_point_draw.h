@@ -122,6 +122,7 @@ struct LocalLight::Drawn {
   std::vector<Reflection> reflections;
   std::vector<RayHit> rays;
   std::vector<LeavingLight> leaving;
+  bool meets_mirroring = false;  ///< light of an extent
   std::vector<LightOrigin> leaving_origins;
   RenderCounters counters;
 };

@@ -58,7 +58,9 @@ void Estimator::add_reflections(size_t first) {
     const LightPoint& point = light_.local_points.points[c.point[i]];
     if (point.reflection == LightPoint::kLambertian || is_black(c.radiance[i])) continue;
     const Reflection& reflection = light_.local_points.reflections[point.reflection];
-    c.radiance[i] = reflection.about(-c.direction(i)) * geometry_of(point, i);
+    const Reflection::Sent sent = reflection.about(-c.direction(i));
+    c.radiance[i] = sent.radiance * geometry_of(point, i);
+    c.eye_ratio[i] *= 1 + sent.follow_ratio;
   }
 }
 
@@ -243,8 +245,12 @@ void Estimator::shoot_local(const Segment& segment, float scale, Rgb* sum) {
     if (point && point->reflection != LightPoint::kLambertian) {
       // Candidates know about what it sends; the ray has it exactly.
       const Reflection& reflection = light_.local_points.reflections[point->reflection];
-      const float by_points = 1 / (1 + eye_rays_of(patch) * c.lobe_density[i] * c.eye_ratio[i]);
-      weight = Rgb(c.f[0][i], c.f[1][i], c.f[2][i]) * reflection.toward(-c.direction(i)) *
+      const Reflection::Sent sent = reflection.toward(-c.direction(i));
+      const float follow =
+          (1 + sent.follow_ratio) / (1 + reflection.about(-c.direction(i)).follow_ratio);
+      const float by_points =
+          1 / (1 + eye_rays_of(patch) * c.lobe_density[i] * c.eye_ratio[i] * follow);
+      weight = Rgb(c.f[0][i], c.f[1][i], c.f[2][i]) * sent.radiance *
                (geometry_of(*point, i) * by_points * factor);
     }
     const uint32_t primary = member_of(group, c.member[i]);

@@ -72,14 +72,16 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
   }
   if (!bounce_ends_.empty()) {
     bounce_count_ = settings.points;
-    make_cells(true, settings.bounce_cells, learn_guide(true, seen, hash_words(own, 1), context));
-  }
-  if (has_bounce()) {
+    const auto drawn = learn_guide(true, seen, hash_words(own, 1), context);
+    make_cells(true, settings.bounce_cells, drawn);
     const bool mirrors =
         std::any_of(scene.shapes().begin(), scene.shapes().end(),
                     [](const auto& shape) { return any(shape->bsdf().lobes() & Lobe::kDelta); });
-    needs_eye_rays_ = mirrors && std::any_of(sources_.begin(), sources_.end(),
-                                             [](const Source& s) { return s.kind != Kind::kLamp; });
+    const bool extended = std::any_of(sources_.begin(), sources_.end(),
+                                      [](const Source& s) { return s.kind != Kind::kLamp; });
+    needs_eye_rays_ = (mirrors && extended) ||
+                      std::any_of(drawn.begin(), drawn.end(),
+                                  [](const Drawn& chunk) { return chunk.meets_mirroring; });
   }
   const uint32_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
   for (auto* const column :

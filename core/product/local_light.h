@@ -28,6 +28,13 @@ struct LightPoint {
   uint32_t reflection = kLambertian;
 };
 
+/// How the light of sources that rays can hit is found where it comes by a point's glossy lobe:
+/// kWide: by light points, and by eye rays that meet the point; kNarrow: also by eye rays that go
+/// on from there by the lobe; kMirroring: by these, with no light points.
+enum class LobeWidth { kWide, kNarrow, kMirroring };
+/// Of the lobe on the side of si.wi; the same for all directions there.
+LobeWidth lobe_width(const SurfaceInteraction& si);
+
 /// Light on a surface that isn't Lambertian.
 struct Reflection {
   SurfaceInteraction si;
@@ -37,11 +44,19 @@ struct Reflection {
   Vec3 light{0, 0, 1};     ///< to_light in world space
   LobeReflectance reflectance;
   float alpha2 = 1;  ///< squared roughness of the glossy lobe
-  /// Radiance toward the unit direction d / density per area.
-  Rgb toward(const Vec3& d) const;
+  Lobe lobes = Lobe::kDiffuse | Lobe::kGlossy;
+  float light_density = 0;  ///< LocalLight::Arrival::density if the lobe is kNarrow, else 0
+  struct Sent {
+    Rgb radiance{0.f};  ///< / density per area
+    /// Of an eye ray from where it is sent to: density of the light's direction by the lobe, over
+    /// that of LocalLight::sample_arrival.
+    float follow_ratio = 0;
+  };
+  /// Toward the unit direction d.
+  Sent toward(const Vec3& d) const;
   /// About the same, quickly, by a GGX lobe; not 0 where that isn't, and never negative unless the
   /// light is.
-  Rgb about(const Vec3& d) const;
+  Sent about(const Vec3& d) const;
 };
 
 struct CellSums;
@@ -102,7 +117,8 @@ class LocalLight {
   uint32_t lamp_cells() const { return lamp_cells_; }
   uint32_t surface_cells() const { return surface_cells_; }
   bool has_bounce() const { return !bounce_ends_.empty(); }
-  /// Mirrors show light, sources' or the sky's, to other surfaces: no light point does.
+  /// What mirrors, or nearly does, shows light of sources that have an extent, or the sky's, to
+  /// other surfaces: no light point does.
   bool needs_eye_rays() const { return needs_eye_rays_; }
   bool has_surfaces() const { return !surface_ends_.empty(); }
 
@@ -128,10 +144,15 @@ class LocalLight {
     float distance = kInfinity;
     Rgb radiance{0.f};  ///< / density; to be multiplied by f cos of the surface
     Place place;
+    float density = 0;  ///< of d, per solid angle; 0: no ray finds the source
   };
   /// u1 picks the source, u the place on it. nullopt: no light.
   std::optional<Arrival> sample_arrival(const SurfaceInteraction& si, float u1,
                                         const Vec2& u) const;
+  /// That of light which a ray along d from `si` found at x or, if that is nullptr, in the sky, but
+  /// for the radiance.
+  Arrival found_arrival(const SurfaceInteraction& si, const Vec3& d, float distance,
+                        const SurfaceInteraction* x) const;
 
  private:
   enum class Kind { kLamp, kSurface, kEnvironment };
@@ -167,6 +188,11 @@ class LocalLight {
   /// has a surface.
   float eye_ratio(const Source& source, const SurfaceInteraction* x, const SurfaceInteraction& y,
                   const Vec3& d, float distance) const;
+  Place bounce_place(const Source& source, const SurfaceInteraction* x, const SurfaceInteraction& y,
+                     const Vec3& d, float distance) const;
+  /// Arrival::density.
+  float arrival_density(const Source& source, const SurfaceInteraction* x,
+                        const SurfaceInteraction& y, const Vec3& d) const;
 
   const Scene& scene_;
   const uint32_t max_depth_;

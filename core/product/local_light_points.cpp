@@ -28,6 +28,10 @@ uint32_t morton_code(const Vec3& at) {
 /// Light is the eye rays' alone, and still a number when multiplied by a density of 0.
 constexpr float kMostEyeRatio = 1e25f;
 
+/// Densities of the reflected direction, seen along the normal, from which a lobe is narrow and
+/// from which it nearly mirrors [1/sr]: of GGX with an alpha of .06 and of .013.
+constexpr float kNarrowDensity = 22, kMirroringDensity = 500;
+
 }  // namespace
 
 /// Within a cell along a Morton curve through its places: every so many of them are spread over it.
@@ -67,6 +71,17 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks) const {
   }
   for (uint32_t c = 0; c < size_; ++c) all.first[c + 1] += all.first[c];
   return all;
+}
+
+LobeWidth lobe_width(const SurfaceInteraction& si) {
+  const Bsdf& bsdf = si.shape->bsdf();
+  if (!any(bsdf.lobes() & Lobe::kGlossy)) return LobeWidth::kWide;
+  SurfaceInteraction straight = si;
+  straight.wi = Vec3(0, 0, si.wi.z >= 0 ? 1 : -1);
+  straight.wi = si.frame.to_local(bsdf.reflection_frame(straight).n);
+  const float density = bsdf.eval_pdf(straight, Lobe::kGlossy, straight.wi).pdf;
+  if (density > kMirroringDensity) return LobeWidth::kMirroring;
+  return density > kNarrowDensity ? LobeWidth::kNarrow : LobeWidth::kWide;
 }
 
 LocalPoints LocalLight::draw(uint64_t seed, RenderContext& context) const {
@@ -184,6 +199,15 @@ void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, co
     if (!(glm::dot(reflection.normal, reflection.light) > 0)) return;
     LobeReflectance& part = reflection.reflectance;
     part = bsdf.reflectance(reflection.si);
+    const LobeWidth width = source.kind == Kind::kLamp ? LobeWidth::kWide : lobe_width(si);
+    if (width == LobeWidth::kMirroring) {
+      out.meets_mirroring = true;
+      reflection.lobes = Lobe::kDiffuse;
+      part.glossy = Rgb(0.f);
+    } else if (width == LobeWidth::kNarrow) {
+      reflection.light_density =
+          arrival_density(source, leaving.x ? &*leaving.x : nullptr, si, -sample.d);
+    }
     point.power = (part.diffuse + part.glossy) * kInvPi * std::abs(si.wi.z) * reflection.incident;
     const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
     reflection.alpha2 = lobe.alpha_u * lobe.alpha_v;
@@ -249,23 +273,43 @@ std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInter
     if (!(arrival.distance > 0)) return std::nullopt;
     arrival.d = to / arrival.distance;
     x->wi = x->frame.to_local(-arrival.d);
-    arrival.radiance = source.emitter->eval_surface(*x) / (source.bounce_share * surface->pdf);
+    arrival.density = source.bounce_share * surface->pdf;
+    arrival.radiance = source.emitter->eval_surface(*x) / arrival.density;
   } else {
     const auto light = source.emitter->sample_direct(si.p, u);
     if (!light || !(light->pdf > 0)) return std::nullopt;
     arrival.d = light->d;
     arrival.distance = light->distance;
-    arrival.radiance = light->radiance / (source.bounce_share * light->pdf);
+    const float density = source.bounce_share * light->pdf;
+    arrival.radiance = light->radiance / density;
+    if (source.kind == Kind::kEnvironment) arrival.density = density;
   }
   if (is_black(arrival.radiance)) return std::nullopt;
-  const float side = glm::dot(si.frame.n, arrival.d) >= 0 ? 1.f : -1.f;
-  const uint32_t cell = bounce_cell(si, side);
-  arrival.place = {cell, eye_factors_[cell] * eye_ratio(source, x ? &*x : nullptr, si, -arrival.d,
-                                                        arrival.distance)};
+  arrival.place = bounce_place(source, x ? &*x : nullptr, si, arrival.d, arrival.distance);
   return arrival;
 }
 
-Rgb Reflection::about(const Vec3& d) const {
+LocalLight::Place LocalLight::bounce_place(const Source& source, const SurfaceInteraction* x,
+                                           const SurfaceInteraction& y, const Vec3& d,
+                                           float distance) const {
+  const uint32_t cell = bounce_cell(y, glm::dot(y.frame.n, d) >= 0 ? 1.f : -1.f);
+  return {cell, eye_factors_[cell] * eye_ratio(source, x, y, -d, distance)};
+}
+
+float LocalLight::arrival_density(const Source& source, const SurfaceInteraction* x,
+                                  const SurfaceInteraction& y, const Vec3& d) const {
+  return source.bounce_share *
+         (x ? x->shape->pdf_solid_angle(y.p, *x) : source.emitter->pdf_environment(d));
+}
+
+LocalLight::Arrival LocalLight::found_arrival(const SurfaceInteraction& si, const Vec3& d,
+                                              float distance, const SurfaceInteraction* x) const {
+  const Source& source = sources_[source_of_.at(x ? x->shape->emitter() : scene_.environment())];
+  return {d, distance, Rgb(0.f), bounce_place(source, x, si, d, distance),
+          arrival_density(source, x, si, d)};
+}
+
+Reflection::Sent Reflection::about(const Vec3& d) const {
   // However it is seen or lit, it isn't quite black.
   constexpr float kFloor = 0.02f;
   const float in = std::max(glm::dot(normal, light), kFloor);
@@ -277,13 +321,21 @@ Rgb Reflection::about(const Vec3& d) const {
   const float masked = 0.5f / (out * root(in) + in * root(out));  // Heitz 2014, eq. 99
   const Rgb f =
       reflectance.diffuse * kInvPi + reflectance.glossy * (density * masked + kFloor * kInvPi);
-  return f * in * incident;
+  Sent sent{f * in * incident, 0};
+  // Visible normals' (Heitz 2018): G1 D / (4 cos).
+  if (light_density > 0) sent.follow_ratio = 0.5f * density / (out + root(out)) / light_density;
+  return sent;
 }
 
-Rgb Reflection::toward(const Vec3& d) const {
+Reflection::Sent Reflection::toward(const Vec3& d) const {
   SurfaceInteraction seen = si;
   seen.wi = si.frame.to_local(d);
-  return si.shape->bsdf().eval_pdf(seen, Lobe::kDiffuse | Lobe::kGlossy, to_light).f * incident;
+  const Bsdf& bsdf = si.shape->bsdf();
+  Sent sent{bsdf.eval_pdf(seen, lobes, to_light).f * incident, 0};
+  if (light_density > 0) {
+    sent.follow_ratio = bsdf.eval_pdf(seen, Lobe::kGlossy, to_light).pdf / light_density;
+  }
+  return sent;
 }
 
 }  // namespace kinome

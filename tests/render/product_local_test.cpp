@@ -195,6 +195,40 @@ std::vector<Case> materials() {
 }
 INSTANTIATE_TEST_SUITE_P(Materials, Local, testing::ValuesIn(materials()), name_of);
 
+/// Light that a surface sends on by a lobe too narrow for light points, unless it comes from lamps.
+std::vector<Case> near_mirrors() {
+  const auto made_of = [](const char* name, const std::string& light, const std::string& material) {
+    Case c = lit_by(name, light, 3, material);
+    c.setup.rays = 48;
+    c.setup.direct_samples = 64;
+    return c;
+  };
+  // Light of small ones comes by so few paths that those of the reference may not be among them.
+  const std::string lamp = shape_xml(
+      "rectangle", "<scale value=\"1.5\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"2.5\"/>",
+      area_xml("6 5 4"));
+  const std::string anisotropic =
+      bsdf("roughconductor", number("alpha_u", 1e-4) + number("alpha_v", .5));
+  // What a diffuse wall has of light that a floor sends on.
+  Case wall = made_of("WallByNarrowLobes", lamp, "");
+  wall.setup.shapes =
+      shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>", metal(.02)) +
+      shape_xml("rectangle", "<scale value=\"5\"/><translate z=\"-1\"/>", kGrey);
+  wall.setup.direct_samples = 256;
+  return {
+      wall,
+      made_of("NearMirror", lamp, metal(1e-4)),
+      made_of("NearMirrorUnderTheSky", sun_xml(), metal(1e-4)),
+      made_of("NearMirrorAlongOneAxis", lamp, anisotropic),
+      // On either side of where light points take over.
+      made_of("NotQuiteNearMirror", lamp, metal(.014)),
+      made_of("JustNearMirror", lamp, metal(.012)),
+      made_of("NearMirrorOverDiffuse", lamp + kPoint, bsdf("roughplastic", number("alpha", .004))),
+      made_of("SharpPhong", lamp, bsdf("phong", number("exponent", 1e5))),
+  };
+}
+INSTANTIATE_TEST_SUITE_P(NearMirrors, Local, testing::ValuesIn(near_mirrors()), name_of);
+
 std::vector<Case> settings() {
   std::vector<Case> all;
   const auto parameter = [&](const char* name, const std::string& xml) {

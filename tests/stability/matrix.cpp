@@ -232,11 +232,6 @@ Cell run_cell(const Trial& trial, const Method& method, const Material& material
     cell.text = "lobes so narrow that its light hardly ever comes to the camera: " + material.name;
     return cell;
   }
-  if (material.is_sharp && std::string(method.name) == "product, local") {
-    cell.text =
-        "light by way of what nearly mirrors is in single, bright samples: " + material.name;
-    return cell;
-  }
   if (trial.max_depth == 3 && std::string(method.name) == "direct") {
     cell.text = "knows no bounces";
     return cell;

@@ -186,9 +186,9 @@ constexpr const char* kNotHeld = R"(
   part in 10^7 of 1e5, a hundredth. The trial's scene is a hundred units wide.
 - `ptracer` with light from infinitely far over a floor of 1e6 and more: unbiased, and so noisy that
   nothing is learned from it.
-- `product` with a bounce (`max_depth` 3) hardly finds the light that a nearly mirroring surface
-  (alpha of a hundredth and less, along one axis or both) sends on to others: it is unbiased, and
-  nearly all of that light is in single, very bright samples. `path` finds it by its BSDF.
+- The light of lamps without extent that a nearly mirroring surface (alpha of a hundredth and less)
+  sends on to others is in single, very bright samples by every integrator but `ptracer`: no ray by
+  a BSDF meets such a lamp.
 - Points of light (`joint`, `luminance`, `brdf`) stand for an environment as finely as `light_samples`
   says. What they are compared with is their own points, not the map.
 - Embree's robust mode loses some of the rays that are aimed at a vertex to the last bit
