@@ -214,7 +214,7 @@ std::vector<Case> near_mirrors() {
   wall.setup.shapes =
       shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>", metal(.02)) +
       shape_xml("rectangle", "<scale value=\"5\"/><translate z=\"-1\"/>", kGrey);
-  wall.setup.direct_samples = 256;
+  wall.setup.rays = 192;
   return {
       wall,
       made_of("NearMirror", lamp, metal(1e-4)),
