@@ -248,6 +248,9 @@ Case texels(Maps& maps) {
                    true),
       maps.refused("a texel whose square overflows", 1e37f, {"too large", "1e36"}),
   };
+  for (Trial& t : c.trials) {
+    if (t.name == "all negative") t.without.push_back({"ptracer", "it sends no negative light"});
+  }
   return c;
 }
 
@@ -271,6 +274,9 @@ Case suns(Maps& maps) {
       maps.trial("bright band", 64, 33,
                  [](int, int y) { return y == 6 ? Rgb(50, 30, 20) : Rgb(.01f); }),
   };
+  c.trials.front().without.push_back({"ptracer/roughconductor",
+                                      "metal shows the sky, and one light path in hundreds is the "
+                                      "sky's: that of 262,144 is right"});
   return c;
 }
 

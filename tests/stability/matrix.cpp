@@ -224,7 +224,7 @@ const std::vector<Material>& ordinary_materials() {
 Cell run_cell(const Trial& trial, const Method& method, const Material& material) {
   Cell cell;
   for (const auto& [name, reason] : trial.without) {
-    if (name != "*" && name != method.name) continue;
+    if (name != "*" && name != method.name && name != method.name + ("/" + material.name)) continue;
     cell.text = reason;
     return cell;
   }

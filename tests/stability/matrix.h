@@ -59,7 +59,7 @@ struct Trial {
   int max_depth = 2;
   /// Of values, as a standard deviation relative to them, by directions in single precision.
   double rounding = kRounding;
-  /// Methods (by name) that have no part in it, with the reason; "*": all.
+  /// Methods that have no part in it, by name or name/material, with the reason; "*": all.
   std::vector<std::pair<std::string, std::string>> without;
   int renders = 48;
   bool is_long = false;  ///< only where there is time

@@ -183,6 +183,57 @@ TEST(LocalKernels, ConnectPointsAsPlainCodeDoes) {
   });
 }
 
+/// However near a light point is: no more than what an eye ray that met it would have found, over
+/// the number of these.
+TEST(LocalKernels, EyeRaysBoundWhatNearPointsWeigh) {
+  constexpr size_t kCount = 64;
+  constexpr float kEyeRays = 1 / 8.f, kRatio = 0.01f;
+  const Vec3 power(3, 2, 1);
+  Columns points(kCount);
+  for (size_t i = 0; i < kCount; ++i) {
+    const float distance = std::pow(10.f, -0.3f * static_cast<float>(i));  // to 1e-19
+    const Vec3 normal(0, 0, -1), at = distance * glm::normalize(Vec3(0.3f, 0.2f, 1));
+    for (int k = 0; k < 3; ++k) {
+      points.values[k][i] = at[k];
+      points.values[3 + k][i] = points.values[6 + k][i] = normal[k];
+      points.values[9 + k][i] = power[k];
+    }
+    points.values[12][i] = kRatio;
+  }
+  with_all_kernels([&] {
+    std::vector<float> x(kCount), y(kCount), z(kCount), distance(kCount), light(3 * kCount),
+        ratio(kCount), f(kCount), uncertainty(kCount), blocks(kCount / simd::kLobeLanes);
+    std::vector<float> weight[3];
+    for (auto& column : weight) column.resize(kCount);
+    simd::connect_points(
+        points.view(), {{0, 0, 0}, {0, 0, 1}, 0}, kCount,
+        {x.data(), y.data(), z.data(), distance.data(), light.data(), ratio.data()});
+    for (size_t i = 0; i < kCount; ++i) f[i] = kInvPi * z[i];
+    const std::vector<uint32_t> cell(kCount);
+    const float one = 1;
+    float control[3];
+    simd::weigh_connections({{{f.data(), f.data(), f.data()},
+                              light.data(),
+                              cell.data(),
+                              {weight[0].data(), weight[1].data(), weight[2].data()},
+                              uncertainty.data()},
+                             f.data(),
+                             ratio.data()},
+                            {kEyeRays, {&one, &one}}, kCount, control, blocks.data());
+    for (int k = 0; k < 3; ++k) {
+      const float bound = power[k] / (kEyeRays * kRatio);
+      float largest = 0;
+      for (size_t i = 0; i < kCount; ++i) {
+        ASSERT_TRUE(std::isfinite(weight[k][i])) << distance[i];
+        EXPECT_LE(weight[k][i], bound * (1 + 1e-6f)) << distance[i];
+        largest = std::max(largest, weight[k][i]);
+      }
+      EXPECT_GT(largest, 0.99f * bound);
+      EXPECT_LT(weight[k][0], 0.01f * bound);
+    }
+  });
+}
+
 TEST(LocalKernels, WeighConnectionsAsPlainCodeDoes) {
   constexpr size_t kCount = 48, kCells = 20;
   Random random(4);
