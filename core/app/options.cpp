@@ -28,6 +28,14 @@ std::string first_line(const std::string& text) {
   return text.substr(0, text.find('\n'));
 }
 
+/// What is wrong with a command line, in terms of its options.
+std::string complaint_of(const CLI::ParseError& error) {
+  const std::string text = first_line(error.what());
+  const std::string flag_with_value = " was given a disallowed flag override";
+  if (!text.ends_with(flag_with_value)) return text;
+  return "--" + text.substr(0, text.size() - flag_with_value.size()) + " takes no value";
+}
+
 /// As text from CLI11, before it is checked and taken apart.
 struct RawOptions {
   std::vector<std::string> defines;
@@ -60,8 +68,9 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--seed", options.seed, "Seed of all random numbers; default: 0")
       ->type_name("N")
       ->check(CLI::NonNegativeNumber);
-  app.add_flag("-v,--verbose", options.verbosity, "Say more (repeat for still more)");
-  app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
+  app.add_flag("-v,--verbose", options.verbosity, "Say more (repeat for still more)")
+      ->disable_flag_override();
+  app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors")->disable_flag_override();
   app.add_option("-m,--mode", options.variant,
                  "Mitsuba's variant: accepted and ignored, there is but one")
       ->type_name("VARIANT");
@@ -81,16 +90,19 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--every", options.every, "Seconds between two checkpoints; default: 60")
       ->type_name("SECONDS");
   app.add_flag("--resume", options.resume,
-               "Go on from the checkpoint; without one, begin at the beginning");
+               "Go on from the checkpoint; without one, begin at the beginning")
+      ->disable_flag_override();
   app.add_flag("--lenient", options.lenient,
-               "Exit status 0, not 3, where plugins gave values that can't be");
+               "Exit status 0, not 3, where plugins gave values that can't be")
+      ->disable_flag_override();
   app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")
       ->type_name("[=json]");
   app.add_option("--inspect", raw.inspect,
                  "In place of rendering: where the pixel's light samples go, as picture and table")
       ->type_name("X,Y");
-  app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image");
+  app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image")
+      ->disable_flag_override();
   app.add_option("--exposure", options.exposure, "Of the PNG, in stops; default: 0")
       ->type_name("STOPS");
 }
@@ -190,7 +202,8 @@ struct OptionsParser::Language {
     declare_plugin_path(app, options);
     if (lists_plugins) {
       app.add_option("NAME", options.plugin_name, "Name, or CATEGORY/NAME");
-      app.add_flag("--markdown", options.markdown, "As a table for the README");
+      app.add_flag("--markdown", options.markdown, "As a table for the README")
+          ->disable_flag_override();
     } else {
       declare(app, options, raw);
     }
@@ -220,7 +233,7 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
     app.exit(asked, std::cout, std::cerr);
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
-    throw Error(first_line(error.what()) + " (kinome --help lists the options)");
+    throw Error(complaint_of(error) + " (kinome --help lists the options)");
   }
   interpret(app, raw, options);
   return options;
