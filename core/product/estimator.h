@@ -87,6 +87,9 @@ class Estimator {
   };
   PatchPlan plan_patch(const Patch& patch, const Visibility& visibility);
 
+  /// Rays that each primary of the patch sends by its BSDF toward local light, on average.
+  static float expected_eye_rays(const Patch& patch, const LocalLight& light);
+
  private:
   /// Points of a unit that share strata: of one patch.
   struct Group {
@@ -209,7 +212,7 @@ class Estimator {
   float geometry_of(const LightPoint& point, size_t candidate) const;
   void add_reflections(size_t first);
   void connect_lamps(const Group& group, const Unit& unit);
-  float diffuse_share(const Patch& patch) const;
+  static float diffuse_share(const Patch& patch);
   float eye_rays_of(const Patch& patch) const;
   void evaluate_all_lobes(const Group& group, size_t first);
   void add_diffuse_values(const Group& group, size_t first);

@@ -1,5 +1,5 @@
 // The part of Estimator that sends rays by the BSDFs of primaries: to local light that light points
-// are too near to, and to what mirrors show.
+// are too near to, and to what mirrors, and lobes too narrow for light points, show.
 #include <algorithm>
 #include <cmath>
 
@@ -14,10 +14,9 @@ constexpr size_t kBatch = 1024;
 /// Random numbers of one primary's eye ray.
 constexpr uint32_t kNumbers = 4;
 
-/// By the balance heuristic, of a way that finds light `own` times as often as the first: of that
-/// by eye rays with a source that is chosen (`odds` to one light point), of that which follows a
-/// lobe
-/// (`follow_ratio` to one of these) and of light points.
+/// Share of one way to find light, by the balance heuristic. Light points find it, eye rays that a
+/// drawn light is seen from, and eye rays that go on by a lobe: 1 / odds : 1 : follow_ratio; `own`
+/// is that way's number. Infinite odds: there are no light points.
 float share_of(float own, float follow_ratio, float odds) {
   if (odds == 0) return 0;
   if (!std::isfinite(own)) return 1;
@@ -156,9 +155,10 @@ void Estimator::find_light(const RayHit& ray, const EyeRay& eye) {
   if (local.max_depth() < LocalLight::kBounceDepth) return;
   const Bsdf& bsdf = y.shape->bsdf();
   if (any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) {
-    const LobeWidth width = lobe_width(y);
+    const bool matters = local.has_extended() || local.has_glossy_caustics();
+    const LobeWidth width = matters ? lobe_width(y) : LobeWidth::kWide;
     find_arrival(ray, y, width, eye);
-    if (width != LobeWidth::kWide) follow(ray, y, width, eye);
+    if (width != LobeWidth::kWide && local.has_extended()) follow(ray, y, width, eye);
   }
   if (any(bsdf.lobes() & Lobe::kDelta)) look_behind(y, eye);
 }
@@ -173,7 +173,12 @@ void Estimator::find_arrival(const RayHit& ray, const SurfaceInteraction& y, Lob
   const Vec3 wo = y.frame.to_local(arrival->d);
   const float odds = eye_odds(eye, y, ray, arrival->place);
   Rgb f(0.f);
-  if (width == LobeWidth::kWide || arrival->density == 0) {
+  const bool is_lamp = arrival->density == 0;
+  if (is_lamp && width == LobeWidth::kMirroring && light_.local->has_glossy_caustics() &&
+      eye.density > 0) {
+    // Paths from the lamp (Caustics) have the rest, but for what delta lobes see.
+    f = bsdf.eval_pdf(y, Lobe::kDiffuse, wo).f * share_of(1, 0, odds);
+  } else if (width == LobeWidth::kWide || is_lamp) {
     f = bsdf.eval_pdf(y, Lobe::kDiffuse | Lobe::kGlossy, wo).f * share_of(1, 0, odds);
   } else {
     const BsdfValue glossy = bsdf.eval_pdf(y, Lobe::kGlossy, wo);
@@ -212,20 +217,19 @@ void Estimator::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth
   const Vec2 u(random_float(eye.seed, 3), random_float(eye.seed, 4));
   const Bsdf& bsdf = y.shape->bsdf();
   const auto sample = bsdf.sample(y, Lobe::kGlossy, 0.5f, u);
-  if (!sample || is_black(sample->weight)) return;
+  if (!sample) return;
+  // Where light points have a part, shares are of what all lobes send on, as theirs are.
+  const bool is_shared = width == LobeWidth::kNarrow;
+  Rgb weight = sample->weight;
+  if (is_shared) weight += bsdf.eval_pdf(y, Lobe::kDiffuse, sample->wo).f / sample->pdf;
+  if (is_black(weight)) return;
   const auto met = meet(y, sample->wo);
   if (!met) return;
-  const LocalLight::Arrival arrival = light_.local->found_arrival(
-      y, met->ray.ray.d, met->ray.ray.tmax, met->x ? &*met->x : nullptr);
-  const float ratio = sample->pdf / arrival.density;
-  Rgb weight = sample->weight;
-  float odds = kInfinity;
-  if (width == LobeWidth::kNarrow) {
-    // Shares are of what all lobes send on, as those of the other ways to find it are.
-    weight += bsdf.eval_pdf(y, Lobe::kDiffuse, sample->wo).f / sample->pdf;
-    odds = eye_odds(eye, y, ray, arrival.place);
-  }
-  *eye.sum += eye.weight * weight * met->radiance * share_of(ratio, ratio, odds);
+  const LocalLight::Found found = light_.local->found_arrival(y, met->ray.ray.d, met->ray.ray.tmax,
+                                                              met->x ? &*met->x : nullptr);
+  const float ratio = sample->pdf / found.density;
+  const float odds = is_shared ? eye_odds(eye, y, ray, found.place) : kInfinity;
+  *eye.sum += weight * share_of(ratio, ratio, odds) * eye.weight * met->radiance;
 }
 
 /// Light that a mirror shows to where an eye ray comes from: no light point is on a mirror.

@@ -122,7 +122,8 @@ struct LocalLight::Drawn {
   std::vector<Reflection> reflections;
   std::vector<RayHit> rays;
   std::vector<LeavingLight> leaving;
-  bool meets_mirroring = false;  ///< light of an extent
+  /// A kMirroring lobe was met by light of a source that has an extent, or of a lamp.
+  bool meets_mirroring = false, lamp_meets_mirroring = false;
   std::vector<LightOrigin> leaving_origins;
   RenderCounters counters;
 };

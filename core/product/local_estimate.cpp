@@ -109,7 +109,7 @@ void Estimator::connect_lamps(const Group& group, const Unit& unit) {
 }
 
 /// Of the eye rays, that go by the cosine rather than by the glossy lobe.
-float Estimator::diffuse_share(const Patch& patch) const {
+float Estimator::diffuse_share(const Patch& patch) {
   const bool is_glossy = any(patch.bsdf->lobes() & Lobe::kGlossy);
   const float diffuse = any(patch.bsdf->lobes() & Lobe::kDiffuse) ? mean_of(patch.diffuse) : 0.f;
   if (!is_glossy) return 1;
@@ -187,12 +187,17 @@ void Estimator::add_local(uint32_t index, const Unit& unit, Rgb& control,
   if (!points.empty()) plan_local(group, first, end_points, points);
 }
 
-/// A pilot reckons with one for each primary, and sends none. What it says of sharp lobes can't be
-/// trusted: light points hardly ever lie where these look.
-float Estimator::eye_rays_of(const Patch& patch) const {
-  if (is_probing_ || light_.local->needs_eye_rays()) return 1;
+/// What a pilot says of sharp lobes can't be trusted: light points hardly ever lie where these
+/// look.
+float Estimator::expected_eye_rays(const Patch& patch, const LocalLight& light) {
+  if (light.needs_eye_rays()) return 1;
   const float sharpness = std::min(1.f, kSharpAlpha / std::sqrt(patch.alpha2()));
   return std::max(patch.eye_rays, sharpness * (1 - diffuse_share(patch)));
+}
+
+/// A pilot reckons with one for each primary, and sends none.
+float Estimator::eye_rays_of(const Patch& patch) const {
+  return is_probing_ ? 1 : expected_eye_rays(patch, *light_.local);
 }
 
 /// Mean and variance of the unshadowed light, and how many eye rays are called for.
@@ -246,10 +251,12 @@ void Estimator::shoot_local(const Segment& segment, float scale, Rgb* sum) {
       // Candidates know about what it sends; the ray has it exactly.
       const Reflection& reflection = light_.local_points.reflections[point->reflection];
       const Reflection::Sent sent = reflection.toward(-c.direction(i));
-      const float follow =
-          (1 + sent.follow_ratio) / (1 + reflection.about(-c.direction(i)).follow_ratio);
-      const float by_points =
-          1 / (1 + eye_rays_of(patch) * c.lobe_density[i] * c.eye_ratio[i] * follow);
+      float eye_ratio = c.eye_ratio[i];
+      if (reflection.light_density > 0) {
+        const float known = reflection.about(-c.direction(i)).follow_ratio;
+        eye_ratio *= (1 + sent.follow_ratio) / (1 + known);
+      }
+      const float by_points = 1 / (1 + eye_rays_of(patch) * c.lobe_density[i] * eye_ratio);
       weight = Rgb(c.f[0][i], c.f[1][i], c.f[2][i]) * sent.radiance *
                (geometry_of(*point, i) * by_points * factor);
     }

@@ -56,7 +56,7 @@ bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
 LocalLight::LocalLight(const Scene& scene, const Settings& settings,
                        std::span<const SurfaceInteraction> seen, uint64_t seed,
                        RenderContext& context)
-    : scene_(scene), max_depth_(settings.max_depth) {
+    : scene_(scene), max_depth_(settings.max_depth), finds_caustics_(settings.caustics) {
   find_sources(seed);
   make_lamp_cells();
   const uint64_t own = hash_words(seed, kSeedOfCells);
@@ -72,16 +72,12 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
   }
   if (!bounce_ends_.empty()) {
     bounce_count_ = settings.points;
-    const auto drawn = learn_guide(true, seen, hash_words(own, 1), context);
-    make_cells(true, settings.bounce_cells, drawn);
+    make_cells(true, settings.bounce_cells, learn_guide(true, seen, hash_words(own, 1), context));
     const bool mirrors =
         std::any_of(scene.shapes().begin(), scene.shapes().end(),
                     [](const auto& shape) { return any(shape->bsdf().lobes() & Lobe::kDelta); });
-    const bool extended = std::any_of(sources_.begin(), sources_.end(),
-                                      [](const Source& s) { return s.kind != Kind::kLamp; });
-    needs_eye_rays_ = (mirrors && extended) ||
-                      std::any_of(drawn.begin(), drawn.end(),
-                                  [](const Drawn& chunk) { return chunk.meets_mirroring; });
+    needs_eye_rays_ = needs_eye_rays_ || (mirrors && has_extended_);
+    has_caustics_ = has_glossy_caustics_ || (mirrors && finds_caustics_ && !lamps_.empty());
   }
   const uint32_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
   for (auto* const column :
@@ -106,6 +102,7 @@ void LocalLight::find_sources(uint64_t seed) {
       const auto leaving = leave_light(*emitter, numbers.position(i), numbers.direction(i));
       if (leaving) source.flux += importance_of(leaving->sample.power) / draws;
     }
+    has_extended_ = has_extended_ || source.kind != Kind::kLamp;
     source_of_[emitter] = static_cast<uint32_t>(sources_.size());
     sources_.push_back(source);
     total += source.flux;
@@ -118,8 +115,9 @@ void LocalLight::find_sources(uint64_t seed) {
     all += source.flux;
     if (source.kind == Kind::kSurface) surfaces += source.flux;
   }
-  double surface_end = 0, bounce_end = 0;
+  double surface_end = 0, bounce_end = 0, lamp_end = 0;
   for (Source& source : sources_) {
+    lamp_ends_.push_back(lamp_end += source.kind == Kind::kLamp ? source.flux : 0);
     if (surfaces > 0) {
       if (source.kind == Kind::kSurface)
         source.surface_share = static_cast<float>(source.flux / surfaces);

@@ -43,9 +43,10 @@ struct Reflection {
   Vec3 normal{0, 0, 1};    ///< of reflection_frame, world space
   Vec3 light{0, 0, 1};     ///< to_light in world space
   LobeReflectance reflectance;
-  float alpha2 = 1;  ///< squared roughness of the glossy lobe
-  Lobe lobes = Lobe::kDiffuse | Lobe::kGlossy;
-  float light_density = 0;  ///< LocalLight::Arrival::density if the lobe is kNarrow, else 0
+  float alpha2 = 1;                             ///< squared roughness of the glossy lobe
+  Lobe lobes = Lobe::kDiffuse | Lobe::kGlossy;  ///< that send the light of the point on
+  /// LocalLight::Arrival::density if the lobe is kNarrow and the source is no lamp, else 0.
+  float light_density = 0;
   struct Sent {
     Rgb radiance{0.f};  ///< / density per area
     /// Of an eye ray from where it is sent to: density of the light's direction by the lobe, over
@@ -99,6 +100,8 @@ class LocalLight {
     uint32_t bounce_cells = 256;
     /// Of a pass: so many of surfaces, or more where these are many, and as many of the bounce.
     uint32_t points = kMostPoints;
+    /// Light of lamps by way of mirrors is found by paths from the lamps, see Caustics.
+    bool caustics = false;
   };
   static constexpr uint32_t kLeastPoints = 1u << 10, kMostPoints = 1u << 14;
 
@@ -121,6 +124,15 @@ class LocalLight {
   /// other surfaces: no light point does.
   bool needs_eye_rays() const { return needs_eye_rays_; }
   bool has_surfaces() const { return !surface_ends_.empty(); }
+  /// There are sources that rays can meet.
+  bool has_extended() const { return has_extended_; }
+  /// There may be light of lamps by way of mirrors, and what sample_lamp offers is to find it.
+  bool has_caustics() const { return has_caustics_; }
+  /// The same of what nearly mirrors, to which light points of lamps leave it.
+  bool has_glossy_caustics() const { return has_glossy_caustics_; }
+  /// A ray from a lamp that is chosen by its flux; its power is / the probability of that.
+  std::optional<EmissionSample> sample_lamp(float u, const Vec2& place,
+                                            const Vec2& direction) const;
 
   /// Lamps of each cell: lamp_first()[c] to lamp_first()[c + 1] of lamps().
   const std::vector<const Emitter*>& lamps() const { return lamps_; }
@@ -130,8 +142,7 @@ class LocalLight {
   LocalPoints draw(uint64_t seed, RenderContext& context) const;
   uint32_t points_of_pass() const { return surface_count_ + bounce_count_; }
 
-  /// Of a point of an emitting surface that a ray found; its cell, and as LightPoint::eye_ratio (0:
-  /// no points are drawn there).
+  /// Of a point of an emitting surface that a ray found; its cell, and as LightPoint::eye_ratio.
   struct Place {
     uint32_t cell = 0;
     float eye_ratio = 0;
@@ -149,10 +160,14 @@ class LocalLight {
   /// u1 picks the source, u the place on it. nullopt: no light.
   std::optional<Arrival> sample_arrival(const SurfaceInteraction& si, float u1,
                                         const Vec2& u) const;
-  /// That of light which a ray along d from `si` found at x or, if that is nullptr, in the sky, but
-  /// for the radiance.
-  Arrival found_arrival(const SurfaceInteraction& si, const Vec3& d, float distance,
-                        const SurfaceInteraction* x) const;
+  /// Place and density of the arrival that light is which a ray along d from `si` found: at x or,
+  /// if that is nullptr, in the sky.
+  struct Found {
+    Place place;
+    float density = 0;
+  };
+  Found found_arrival(const SurfaceInteraction& si, const Vec3& d, float distance,
+                      const SurfaceInteraction* x) const;
 
  private:
   enum class Kind { kLamp, kSurface, kEnvironment };
@@ -199,13 +214,16 @@ class LocalLight {
   std::vector<Source> sources_;
   std::vector<double> surface_ends_, bounce_ends_;  ///< running sums of shares, or empty
   std::unordered_map<const Emitter*, uint32_t> source_of_;
+  std::vector<double> lamp_ends_;  ///< of sources_: running sums of the flux of lamps
   std::vector<const Emitter*> lamps_;
   std::vector<uint32_t> lamp_first_;
   LightGuide surface_guide_, bounce_guide_;
   PointPartition surface_partition_, bounce_partition_;
   uint32_t lamp_cells_ = 0, surface_cells_ = 0, size_ = 0;
   uint32_t surface_count_ = 0, bounce_count_ = 0;
-  bool needs_eye_rays_ = false;
+  const bool finds_caustics_;
+  bool has_extended_ = false, needs_eye_rays_ = false;
+  bool has_caustics_ = false, has_glossy_caustics_ = false;
   LocalCellColumns columns_;
   std::vector<Aabb> boxes_;
   /// Of each cell: mean of 1 / density of the guide, by which eye_ratio is to be multiplied.

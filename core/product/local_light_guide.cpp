@@ -206,6 +206,11 @@ std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce,
     const uint64_t own = hash_words(seed, kSeedOfRounds, round);
     std::vector<Drawn> drawn;
     draw_part(bounce, count, own, context, drawn);
+    // Of all rounds: those that are guided know of no use for light that only mirrors send on.
+    for (const Drawn& chunk : drawn) {
+      needs_eye_rays_ = needs_eye_rays_ || chunk.meets_mirroring;
+      has_glossy_caustics_ = has_glossy_caustics_ || chunk.lamp_meets_mirroring;
+    }
     if (seen.empty() || round == kMostRounds) return drawn;
     const auto uses = find_uses(drawn, seen, hash_words(own, kSeedOfLooks), context);
     if (effective_number(uses) >= kEnough) return drawn;

@@ -29,7 +29,7 @@ uint32_t morton_code(const Vec3& at) {
 constexpr float kMostEyeRatio = 1e25f;
 
 /// Densities of the reflected direction, seen along the normal, from which a lobe is narrow and
-/// from which it nearly mirrors [1/sr]: of GGX with an alpha of .06 and of .013.
+/// from which it nearly mirrors [1/sr]: of GGX with an alpha of .06 and of .0126.
 constexpr float kNarrowDensity = 22, kMirroringDensity = 500;
 
 }  // namespace
@@ -158,9 +158,7 @@ uint32_t LocalLight::surface_cell(const SurfaceInteraction& si) const {
 }
 
 LocalLight::Place LocalLight::surface_place(const SurfaceInteraction& si) const {
-  const auto found = source_of_.find(si.shape->emitter());
-  if (found == source_of_.end()) return {};
-  const Source& source = sources_[found->second];
+  const Source& source = sources_[source_of_.at(si.shape->emitter())];
   const float density =
       static_cast<float>(surface_count_) * source.surface_share / si.shape->area();
   const uint32_t cell = surface_cell(si);
@@ -197,20 +195,29 @@ void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, co
     reflection.normal = bsdf.reflection_frame(si).n;
     // The back of a surface that has but one side.
     if (!(glm::dot(reflection.normal, reflection.light) > 0)) return;
+    const bool is_lamp = source.kind == Kind::kLamp;
+    const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : lobe_width(si);
     LobeReflectance& part = reflection.reflectance;
     part = bsdf.reflectance(reflection.si);
-    const LobeWidth width = source.kind == Kind::kLamp ? LobeWidth::kWide : lobe_width(si);
+    // A normal that is turned below the surface has nothing for that direction.
+    if (is_black(part.diffuse + part.glossy)) part = bsdf.reflectance(si);
+    bool is_left_to_rays = false;
     if (width == LobeWidth::kMirroring) {
-      out.meets_mirroring = true;
+      (is_lamp ? out.lamp_meets_mirroring : out.meets_mirroring) = true;
+      is_left_to_rays = !is_lamp || has_glossy_caustics_;
+    }
+    if (is_left_to_rays) {
       reflection.lobes = Lobe::kDiffuse;
       part.glossy = Rgb(0.f);
-    } else if (width == LobeWidth::kNarrow) {
-      reflection.light_density =
-          arrival_density(source, leaving.x ? &*leaving.x : nullptr, si, -sample.d);
+    } else {
+      const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
+      reflection.alpha2 = lobe.alpha_u * lobe.alpha_v;
+      if (width == LobeWidth::kNarrow && !is_lamp) {
+        reflection.light_density =
+            arrival_density(source, leaving.x ? &*leaving.x : nullptr, si, -sample.d);
+      }
     }
     point.power = (part.diffuse + part.glossy) * kInvPi * std::abs(si.wi.z) * reflection.incident;
-    const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
-    reflection.alpha2 = lobe.alpha_u * lobe.alpha_v;
   }
   if (is_black(point.power)) return;
   // Off the surface: a ray that comes along it would else meet it just before its end.
@@ -302,11 +309,21 @@ float LocalLight::arrival_density(const Source& source, const SurfaceInteraction
          (x ? x->shape->pdf_solid_angle(y.p, *x) : source.emitter->pdf_environment(d));
 }
 
-LocalLight::Arrival LocalLight::found_arrival(const SurfaceInteraction& si, const Vec3& d,
-                                              float distance, const SurfaceInteraction* x) const {
+LocalLight::Found LocalLight::found_arrival(const SurfaceInteraction& si, const Vec3& d,
+                                            float distance, const SurfaceInteraction* x) const {
   const Source& source = sources_[source_of_.at(x ? x->shape->emitter() : scene_.environment())];
-  return {d, distance, Rgb(0.f), bounce_place(source, x, si, d, distance),
-          arrival_density(source, x, si, d)};
+  return {bounce_place(source, x, si, d, distance), arrival_density(source, x, si, d)};
+}
+
+std::optional<EmissionSample> LocalLight::sample_lamp(float u, const Vec2& place,
+                                                      const Vec2& direction) const {
+  const auto after = std::upper_bound(lamp_ends_.begin(), lamp_ends_.end(),
+                                      static_cast<double>(u) * lamp_ends_.back());
+  if (after == lamp_ends_.end()) return std::nullopt;
+  const Source& source = sources_[after - lamp_ends_.begin()];
+  auto sample = source.emitter->sample_emission(place, direction);
+  if (sample) sample->power *= static_cast<float>(lamp_ends_.back() / source.flux);
+  return sample;
 }
 
 Reflection::Sent Reflection::about(const Vec3& d) const {

@@ -214,7 +214,7 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
       glossy_variance += deviation * deviation * kGlossyFactor;
       const bool mirrors = any(patch.bsdf->lobes() & Lobe::kDelta);
       forecast.mirrors += mirrors ? 1.f : 0.f;
-      if (local_) forecast.mirrors += kEyeRayCost * patch.eye_rays;
+      if (local_) forecast.mirrors += kEyeRayCost * Estimator::expected_eye_rays(patch, *local_);
       forecast.sharp = forecast.sharp || mirrors || is_sharp(patch);
     }
     sum += value;

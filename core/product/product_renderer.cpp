@@ -16,6 +16,8 @@ constexpr double kMaxRaysOfPass = 512;
 constexpr double kLeastToLearn = 10;
 /// Light points are one for so many rays.
 constexpr double kRaysPerPoint = 32;
+/// And paths from lamps to mirrors, where there are both.
+constexpr double kRaysPerCausticPath = 8;
 /// Light points, and no fewer places than these, to find out what is of use.
 constexpr uint32_t kPointsPerPlace = 8, kLeastPlaces = 256;
 constexpr uint32_t kPilotRays = 3;  ///< for each of its primaries
@@ -30,6 +32,7 @@ constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 constexpr float kCandidateCost = 0.1f;
 /// Keeps the random numbers of passes apart from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
+constexpr uint64_t kCausticSeed = 0x63617573;
 /// Whatever is planned: surfaces that the pilot missed, such as thin ones, must not be left to
 /// control terms.
 constexpr uint32_t kLeastRays = 2;
@@ -50,6 +53,7 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
   tiles_.resize(static_cast<size_t>(tiles_x()) * tiles_y());
   forecast_.resize(crop_.area());
   local_ = make_local_light(scene, sensor, settings, seed_, context);
+  if (local_ && local_->has_caustics()) caustics_.emplace(scene, sensor, *local_);
 }
 
 std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
@@ -61,6 +65,7 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   LocalLight::Settings local;
   local.max_depth = settings.max_depth;
   local.bounce_cells = settings.bounce_cells;
+  local.caustics = Caustics::serves(sensor);
   // Where rays are few, points are, too: each takes about as long as one. Until an error is
   // reached, there will be many.
   double rays = settings.rays_per_pixel * sensor.film().crop().area();
@@ -200,13 +205,13 @@ void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>&
       [&](int block, Workspace& work) {
         work.estimator.flush();
         const StageTimer timer(work.counters->stage_seconds["film"]);
-        add_to_film(block, plan, weight, work);
+        add_to_film(block, plan, seed, weight, work);
       });
 }
 
 /// At once, block by block: an interrupted render has what was finished.
-void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan, float weight,
-                                  Workspace& work) {
+void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
+                                  float weight, Workspace& work) {
   Film& film = sensor_.film();
   const int left = crop_.x0 + block % blocks_x() * kBlock;
   const int top = crop_.y0 + block / blocks_x() * kBlock;
@@ -229,6 +234,11 @@ void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan,
         }
       }
     }
+  }
+  if (caustics_) {
+    const double paths = std::ceil(weight * unit_ / kRaysPerCausticPath) * pixels.area();
+    caustics_->trace(hash_words(seed, static_cast<uint64_t>(block), kCausticSeed),
+                     static_cast<uint32_t>(paths), colours, *work.counters);
   }
   context_.commit(film, static_cast<size_t>(block),
                   {&colours, diagnostics ? &*diagnostics : nullptr});

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "caustics.h"
 #include "estimator.h"
 #include "kinome/product_sampling.h"
 #include "plan.h"
@@ -79,13 +81,15 @@ class ProductRenderer final : public Passes {
   void apply_ablations(Visibility& visibility) const;
   float mean_visibility(const Patch& patch, const Visibility& visibility) const;
   void find_diagnostics(const Rect& pixels, const std::vector<PixelPlan>& plan, Workspace& work);
-  void add_to_film(int block, const std::vector<PixelPlan>& plan, float weight, Workspace& work);
+  void add_to_film(int block, const std::vector<PixelPlan>& plan, uint64_t seed, float weight,
+                   Workspace& work);
 
   const Scene& scene_;
   const Sensor& sensor_;
   RenderContext& context_;
   const DistantCells cells_;
   std::unique_ptr<const LocalLight> local_;  ///< nullptr: there is none
+  std::optional<Caustics> caustics_;         ///< where there may be some
   CellNeighbours neighbours_;                ///< where there is a pilot
   const ProductSettings settings_;
   const Rect crop_;

@@ -189,11 +189,22 @@ std::vector<Case> materials() {
       made_of("WardAnisotropic", bsdf("ward", number("alpha_u", .05) + number("alpha_v", .3))),
       made_of("Twosided", bsdf("twosided", kGrey)),
       made_of("Textured", bsdf("diffuse", checkerboard("reflectance"))),
-      made_of("Mirror", bsdf("conductor")),
-      made_of("Plastic", bsdf("plastic")),
+      // Of lamps without extent, `path` has no light by way of mirrors.
+      lit_by("Mirror", kBall, 3, bsdf("conductor")),
+      lit_by("Plastic", kBall, 3, bsdf("plastic")),
   };
 }
 INSTANTIATE_TEST_SUITE_P(Materials, Local, testing::ValuesIn(materials()), name_of);
+
+/// Seen in a mirror, which is the wall.
+Case narrow_in_a_mirror(const std::string& lamp) {
+  Case c = lit_by("NarrowInAMirror", lamp, 3);
+  c.setup.rays = 48;
+  c.setup.shapes =
+      shapes_xml(bsdf("roughplastic", number("alpha", .03))) +
+      shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-2\"/>", bsdf("conductor"));
+  return c;
+}
 
 /// Light that a surface sends on by a lobe too narrow for light points, unless it comes from lamps.
 std::vector<Case> near_mirrors() {
@@ -215,6 +226,9 @@ std::vector<Case> near_mirrors() {
       shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>", metal(.02)) +
       shape_xml("rectangle", "<scale value=\"5\"/><translate z=\"-1\"/>", kGrey);
   wall.setup.rays = 192;
+  const auto plastic = [](const std::string& more) {
+    return bsdf("roughplastic", number("alpha", .03) + more);
+  };
   return {
       wall,
       made_of("NearMirror", lamp, metal(1e-4)),
@@ -225,9 +239,47 @@ std::vector<Case> near_mirrors() {
       made_of("JustNearMirror", lamp, metal(.012)),
       made_of("NearMirrorOverDiffuse", lamp + kPoint, bsdf("roughplastic", number("alpha", .004))),
       made_of("SharpPhong", lamp, bsdf("phong", number("exponent", 1e5))),
+      made_of("NarrowOverDiffuse", lamp + kPoint, plastic("")),
+      // A lobe that is black here and there, and still has a density.
+      made_of("NarrowOfCheckers", lamp, plastic(checkerboard("specular_reflectance"))),
+      made_of("NarrowOfTwoSides", lamp, bsdf("twosided", metal(.02))),
+      made_of("NarrowUnderTheSky", sun_xml(), metal(.03)),
+      narrow_in_a_mirror(lamp),
   };
 }
 INSTANTIATE_TEST_SUITE_P(NearMirrors, Local, testing::ValuesIn(near_mirrors()), name_of);
+
+/// Light of lamps that comes to the floor by a mirror beside the picture.
+Case caustic(const char* name, const std::string& light, const std::string& mirror) {
+  Case c = lit_by(name, light, 3);
+  c.setup.shapes =
+      shapes_xml(kGrey) + shape_xml("rectangle",
+                                    "<scale value=\"1.5\"/><rotate y=\"1\" angle=\"-90\"/>"
+                                    "<translate x=\"3\" y=\"1.5\" z=\"1.5\"/>",
+                                    mirror);
+  c.setup.bounces = "ptracer";
+  c.setup.rays = 96;
+  c.setup.direct_samples = 256;
+  return c;
+}
+std::vector<Case> caustics() {
+  Case thin_lens = caustic("ByAThinLens", kPoint, bsdf("conductor"));
+  thin_lens.setup.sensor = "thinlens";
+  thin_lens.setup.optics += number("aperture_radius", .1) + number("focus_distance", 5);
+  Case gaussian = caustic("OfAGaussianFilter", kPoint, bsdf("conductor"));
+  gaussian.setup.film = integer("width", 16) + integer("height", 12);
+  return {
+      caustic("OfAPoint", kPoint, bsdf("conductor")),
+      caustic("OfTwoLampsAndPlastic", kSpot + kPoint, bsdf("plastic")),
+      caustic("OfParallelLight", kDirectional, bsdf("twosided", bsdf("conductor"))),
+      caustic("OfANearMirror", kPoint, metal(1e-3)),
+      caustic("OfAJustNearMirror", kPoint, metal(.012)),
+      caustic("OfANearMirrorOverDiffuse", kPoint, bsdf("roughplastic", number("alpha", .004))),
+      thin_lens,
+      gaussian,
+  };
+}
+INSTANTIATE_TEST_SUITE_P(Caustics, Local, testing::ValuesIn(caustics()), name_of);
 
 std::vector<Case> settings() {
   std::vector<Case> all;

@@ -71,7 +71,8 @@ struct Arrangement {
   std::string optics = number("fov", 45);
   double scale = 1;  ///< of the world
   bool hide = true;
-  int max_depth = 2;  ///< 3: the reference is `path`
+  int max_depth = 2;             ///< 3: the reference is `bounces`
+  std::string bounces = "path";  ///< integrator
   int direct_samples = 16;
 };
 
@@ -101,9 +102,9 @@ inline std::unique_ptr<Scene> product_scene(const Arrangement& s) {
 /// What `product` is to converge to: `direct`, or `path` where there is a bounce.
 inline std::unique_ptr<Scene> direct_scene(const Arrangement& s) {
   const std::string depth = integer("max_depth", s.max_depth) + integer("rr_depth", 100);
-  const std::string integrator = s.max_depth == 2
-                                     ? "<integrator type=\"direct\">" + hidden(s)
-                                     : "<integrator type=\"path\">" + hidden(s) + depth;
+  const std::string integrator =
+      s.max_depth == 2 ? "<integrator type=\"direct\">" + hidden(s)
+                       : "<integrator type=\"" + s.bounces + "\">" + hidden(s) + depth;
   return make_scene(s, integrator + "</integrator>", s.direct_samples);
 }
 

@@ -224,8 +224,9 @@ const std::vector<Material>& ordinary_materials() {
 Cell run_cell(const Trial& trial, const Method& method, const Material& material) {
   Cell cell;
   for (const auto& [name, reason] : trial.without) {
-    if (name != "*" && name != method.name && name != method.name + ("/" + material.name)) continue;
-    cell.text = reason;
+    const bool is_of_material = name == method.name + ("/" + material.name);
+    if (name != "*" && name != method.name && !is_of_material) continue;
+    cell.text = is_of_material ? material.name + ": " + reason : reason;
     return cell;
   }
   if (material.is_sharp && std::string(method.name) == "ptracer") {

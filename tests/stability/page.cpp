@@ -251,8 +251,7 @@ std::string stability_page(const std::vector<Case>& cases, const std::vector<Row
   if (has(rows, Answer::kUndecided)) {
     page +=
         "- Open: pictures that say nothing, as hardly any of the renders on one side found the "
-        "light "
-        "in question, or as a single sample is more than 30 % of the sum:\n\n";
+        "light in question, or as a single sample is more than 30 % of the sum:\n\n";
     add_list(page, rows, Answer::kUndecided);
   }
   page += "\nNot meant for it:\n\n";

@@ -223,6 +223,8 @@ void keep(const Options& options, uint64_t index, const Check& check) {
   const std::string folder = fmt::format("{}/{}-{}", options.out, options.seed, index);
   fs::create_directories(folder);
   RandomScene scene = random_scene(options.seed, index, folder);
+  const std::string generated = scene.root.text();
+  std::ofstream(folder + "/generated.xml") << generated;
   scene.root = Shrinker(folder, finding).shrink(scene.root);
   fs::remove(folder + "/report");
   const std::string integrator =
@@ -234,7 +236,8 @@ void keep(const Options& options, uint64_t index, const Check& check) {
   std::ofstream(folder + "/scene.xml") << "<!-- " << comment << " -->\n" << text;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (name != "scene.xml" && text.find(name) == std::string::npos) fs::remove(entry.path());
+    if (name == "scene.xml" || name == "generated.xml") continue;
+    if (generated.find(name) == std::string::npos) fs::remove(entry.path());
   }
   std::cout << fmt::format("scene {}: {}, {}: {}\n  kinome-stress --replay {}/scene.xml\n", index,
                            finding.kind, finding.method, finding.text, folder)

@@ -36,5 +36,43 @@ TEST(LightPoints, OfANarrowSpotHaveFiniteRatios) {
   EXPECT_GT(eye_rays, 0) << "no ray came out beyond the rim: this test is of no use";
 }
 
+/// Which way finds light by a lobe must not depend on where the lobe is seen from, nor on where its
+/// light comes from: both ends of a path have to agree.
+TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
+  const std::pair<const char*, LobeWidth> kBsdfs[] = {
+      {R"(<bsdf type="diffuse"/>)", LobeWidth::kWide},
+      {R"(<bsdf type="conductor"/>)", LobeWidth::kWide},
+      {R"(<bsdf type="roughconductor"><float name="alpha" value=".1"/></bsdf>)", LobeWidth::kWide},
+      {R"(<bsdf type="roughconductor"><float name="alpha" value=".05"/></bsdf>)",
+       LobeWidth::kNarrow},
+      {R"(<bsdf type="roughconductor"><float name="alpha" value=".014"/></bsdf>)",
+       LobeWidth::kNarrow},
+      {R"(<bsdf type="roughconductor"><float name="alpha" value=".012"/></bsdf>)",
+       LobeWidth::kMirroring},
+      {R"(<bsdf type="roughconductor"><float name="alpha" value="0"/></bsdf>)",
+       LobeWidth::kMirroring},
+      {R"(<bsdf type="phong"><float name="exponent" value="100"/></bsdf>)", LobeWidth::kWide},
+      {R"(<bsdf type="phong"><float name="exponent" value="100000"/></bsdf>)",
+       LobeWidth::kMirroring},
+      {R"(<bsdf type="twosided"><bsdf type="roughplastic"><float name="alpha" value=".03"/></bsdf>
+          <bsdf type="roughplastic"><float name="alpha" value=".3"/></bsdf></bsdf>)",
+       LobeWidth::kNarrow},
+  };
+  for (const auto& [bsdf, width] : kBsdfs) {
+    const auto scene =
+        scene_from(std::string(R"(<scene version="3.0.0"><shape type="rectangle">)") + bsdf +
+                   "</shape></scene>");
+    SurfaceInteraction si = scene->shapes()[0]->sample_surface(Vec2(0.3f, 0.6f));
+    for (const float z : {1.f, 0.5f, 1e-3f}) {
+      si.wi = Vec3(std::sqrt(1 - z * z), 0, z);
+      EXPECT_EQ(lobe_width(si), width) << bsdf << " at a cosine of " << z;
+    }
+    if (std::string(bsdf).find("twosided") != std::string::npos) {
+      si.wi = Vec3(0, 0, -1);
+      EXPECT_EQ(lobe_width(si), LobeWidth::kWide) << "its other side";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kinome::test

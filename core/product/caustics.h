@@ -1,0 +1,35 @@
+#pragma once
+
+#include "kinome/film.h"
+#include "kinome/sensor.h"
+#include "local_light.h"
+
+namespace kinome {
+
+/// Light that lamps without extent send to a mirror, or to what nearly is one, and this to what the
+/// camera sees: no ray from the camera meets the lamp, nor is a light point seen by the mirror's
+/// lobe. Paths from the lamps find it; where they end, they are connected to the sensor (Veach
+/// 1997, 10.1; as `ptracer`). Two segments and the connection: LocalLight::kBounceDepth. Immutable;
+/// thread-safe.
+class Caustics {
+ public:
+  /// Whether surface points can be connected to the sensor.
+  static bool serves(const Sensor& sensor);
+  Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light)
+      : scene_(scene), sensor_(sensor), light_(light) {}
+
+  /// So many paths, whose light, and number, `film` is told.
+  void trace(uint64_t seed, uint32_t count, FilmTile& film, RenderCounters& counters) const;
+
+ private:
+  struct Paths;
+  void emit(uint64_t seed, uint32_t first, uint32_t end, Paths& paths) const;
+  void reflect(uint64_t seed, Paths& paths) const;
+  void connect(uint64_t seed, Paths& paths) const;
+
+  const Scene& scene_;
+  const Sensor& sensor_;
+  const LocalLight& light_;
+};
+
+}  // namespace kinome
