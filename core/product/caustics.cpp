@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "kinome/adjoint.h"
-#include "kinome/owen.h"
 #include "kinome/primary_rays.h"
+#include "light_point_draw.h"
 #include "spread.h"
 
 namespace kinome {
@@ -15,29 +15,27 @@ namespace {
 constexpr uint32_t kBatch = 1024;
 /// Random numbers of one path, beside those of its lamp.
 enum Number : uint32_t { kLobe, kLobeX, kLobeY, kLensX, kLensY };
-/// What a path's lamp takes of Sobol points: which, where, whereto.
-enum Purpose : uint64_t { kWhich = 1, kPlace, kDirection };
-
-Vec2 sobol_point(uint64_t seed, Purpose purpose, uint32_t index) {
-  const uint64_t key = hash_words(seed, purpose);
-  // An order of its own: else all purposes would draw the same point of the sequence.
-  return owen_sobol_point(owen_scramble(index, hash_words(key, 2)), key, hash_words(key, 1));
-}
+/// Of the paths that only teach.
+constexpr uint32_t kPathsOfRound = 8192;
+enum Seed : uint64_t { kSeedOfRounds = 0x6361756c };
 
 }  // namespace
 
 /// On their way.
 struct Caustics::Paths {
   struct Path {
-    uint32_t index;
-    Rgb power;  ///< that arrives at the next point [W]
+    uint32_t index = 0;
+    LightOrigin origin;
+    Rgb power{0.f};  ///< that arrives at the next point [W]
   };
   std::vector<Path> paths;
   std::vector<RayHit> rays;  ///< of each path, to its next point
   std::vector<Ray> shadow_rays;
+  std::vector<LightGuide::Use> reflected;  ///< [W], of those that a mirror has sent on
   struct Splat {
     Vec2 position;
     Rgb value;
+    LightGuide::Use use;  ///< [W], where it starts from
   };
   std::vector<Splat> splats;  ///< what arrives if nothing is in the way
 };
@@ -51,14 +49,27 @@ bool Caustics::serves(const Sensor& sensor) {
   return sensor.connect(ray.o + ray.d * t, Vec2(0.5f)).has_value();
 }
 
-void Caustics::emit(uint64_t seed, uint32_t first, uint32_t end, Paths& paths) const {
-  for (uint32_t i = first; i < end; ++i) {
-    const auto sample =
-        light_.sample_lamp(sobol_point(seed, kWhich, i).x, sobol_point(seed, kPlace, i),
-                           sobol_point(seed, kDirection, i));
-    if (!sample || is_black(sample->power)) continue;
-    paths.paths.push_back({i, sample->power});
-    paths.rays.push_back({sample->ray(), Hit{}});
+Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light, uint64_t seed,
+                   RenderCounters& counters)
+    : scene_(scene), sensor_(sensor), light_(light), shares_(light.lamp_shares()) {
+  double end = 0;
+  for (const float share : shares_) ends_.push_back(end += static_cast<double>(share));
+  // First to mirrors, then to where these send light that is seen.
+  for (const bool to_mirrors : {true, false}) {
+    std::vector<LightGuide::Use> uses;
+    trace_paths(hash_words(seed, kSeedOfRounds, to_mirrors), kPathsOfRound, counters,
+                [&](const Paths& paths) {
+                  if (to_mirrors) {
+                    uses.insert(uses.end(), paths.reflected.begin(), paths.reflected.end());
+                    return;
+                  }
+                  for (size_t k = 0; k < paths.splats.size(); ++k) {
+                    if (!paths.shadow_rays[k].is_occluded()) uses.push_back(paths.splats[k].use);
+                  }
+                });
+    if (uses.empty()) return;
+    guide_ = LightGuide(shares_, uses, kPathsOfRound);
+    if (!guide_.empty()) ends_ = guide_.ends();
   }
 }
 
@@ -88,6 +99,7 @@ void Caustics::reflect(uint64_t seed, Paths& paths) const {
     const Vec3 to = si.frame.to_world(sample->wo);
     path.power *= weight * adjoint_factor(si, si.frame.to_world(si.wi), to);
     if (is_black(path.power)) continue;
+    paths.reflected.push_back({path.origin.source, path.origin.numbers, mean_of(path.power)});
     paths.paths[count] = path;
     paths.rays[count++] = {si.shadow_ray(to, kInfinity), Hit{}};
   }
@@ -113,17 +125,30 @@ void Caustics::connect(uint64_t seed, Paths& paths) const {
     if (is_black(f)) continue;
     const float factor = adjoint_factor(si, si.frame.to_world(si.wi), connection->d);
     paths.shadow_rays.push_back(si.shadow_ray(connection->d, connection->distance));
-    paths.splats.push_back(
-        {connection->film_position, path.power * f * (factor * connection->weight)});
+    paths.splats.push_back({connection->film_position,
+                            path.power * f * (factor * connection->weight),
+                            {path.origin.source, path.origin.numbers, mean_of(path.power)}});
   }
 }
 
-void Caustics::trace(uint64_t seed, uint32_t count, FilmTile& film,
-                     RenderCounters& counters) const {
-  const StageTimer timer(counters.stage_seconds["caustics"]);
+template <class Function>
+void Caustics::trace_paths(uint64_t seed, uint32_t count, RenderCounters& counters,
+                           const Function& fn) const {
   Paths paths;
+  const Turns turns(ends_, count, seed);
   for (uint32_t first = 0; first < count; first += kBatch) {
-    emit(seed, first, std::min(first + kBatch, count), paths);
+    for (uint32_t i = first; i < std::min(first + kBatch, count); ++i) {
+      const Turns::Turn turn = turns[i];
+      LightOrigin origin =
+          LightNumbers(hash_words(seed, turn.source)).origin(turn.source, turn.number);
+      origin.guided = guide_.warp(turn.source, origin.numbers);
+      const auto sample =
+          light_.emitter(turn.source).sample_emission(origin.position(), origin.direction());
+      if (!sample || is_black(sample->power)) continue;
+      const float density = shares_[turn.source] * origin.guided;
+      paths.paths.push_back({i, origin, sample->power / density});
+      paths.rays.push_back({sample->ray(), Hit{}});
+    }
     for (const auto step : {&Caustics::reflect, &Caustics::connect}) {
       scene_.intersect(paths.rays, Coherence::kIncoherent, counters);
       counters[RayKind::kLight] += paths.rays.size();
@@ -131,15 +156,24 @@ void Caustics::trace(uint64_t seed, uint32_t count, FilmTile& film,
     }
     scene_.occluded(paths.shadow_rays, Coherence::kIncoherent, counters);
     counters[RayKind::kShadow] += paths.shadow_rays.size();
+    fn(paths);
+    paths.paths.clear();
+    paths.rays.clear();
+    paths.reflected.clear();
+    paths.shadow_rays.clear();
+    paths.splats.clear();
+  }
+}
+
+void Caustics::trace(uint64_t seed, uint32_t count, FilmTile& film,
+                     RenderCounters& counters) const {
+  const StageTimer timer(counters.stage_seconds["caustics"]);
+  trace_paths(seed, count, counters, [&](const Paths& paths) {
     for (size_t k = 0; k < paths.splats.size(); ++k) {
       if (paths.shadow_rays[k].is_occluded()) continue;
       film.add_splat(paths.splats[k].position, paths.splats[k].value);
     }
-    paths.paths.clear();
-    paths.rays.clear();
-    paths.shadow_rays.clear();
-    paths.splats.clear();
-  }
+  });
   film.add_light_paths(count);
 }
 

@@ -115,9 +115,8 @@ void LocalLight::find_sources(uint64_t seed) {
     all += source.flux;
     if (source.kind == Kind::kSurface) surfaces += source.flux;
   }
-  double surface_end = 0, bounce_end = 0, lamp_end = 0;
+  double surface_end = 0, bounce_end = 0;
   for (Source& source : sources_) {
-    lamp_ends_.push_back(lamp_end += source.kind == Kind::kLamp ? source.flux : 0);
     if (surfaces > 0) {
       if (source.kind == Kind::kSurface)
         source.surface_share = static_cast<float>(source.flux / surfaces);

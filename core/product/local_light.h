@@ -126,13 +126,13 @@ class LocalLight {
   bool has_surfaces() const { return !surface_ends_.empty(); }
   /// There are sources that rays can meet.
   bool has_extended() const { return has_extended_; }
-  /// There may be light of lamps by way of mirrors, and what sample_lamp offers is to find it.
+  /// There may be light of lamps by way of mirrors.
   bool has_caustics() const { return has_caustics_; }
   /// The same of what nearly mirrors, to which light points of lamps leave it.
   bool has_glossy_caustics() const { return has_glossy_caustics_; }
-  /// A ray from a lamp that is chosen by its flux; its power is / the probability of that.
-  std::optional<EmissionSample> sample_lamp(float u, const Vec2& place,
-                                            const Vec2& direction) const;
+  /// Of all emitters, by which lamps are drawn: by their flux; 0 for others.
+  std::vector<float> lamp_shares() const;
+  const Emitter& emitter(uint32_t source) const { return *sources_[source].emitter; }
 
   /// Lamps of each cell: lamp_first()[c] to lamp_first()[c + 1] of lamps().
   const std::vector<const Emitter*>& lamps() const { return lamps_; }
@@ -214,7 +214,6 @@ class LocalLight {
   std::vector<Source> sources_;
   std::vector<double> surface_ends_, bounce_ends_;  ///< running sums of shares, or empty
   std::unordered_map<const Emitter*, uint32_t> source_of_;
-  std::vector<double> lamp_ends_;  ///< of sources_: running sums of the flux of lamps
   std::vector<const Emitter*> lamps_;
   std::vector<uint32_t> lamp_first_;
   LightGuide surface_guide_, bounce_guide_;

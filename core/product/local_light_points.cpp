@@ -315,15 +315,14 @@ LocalLight::Found LocalLight::found_arrival(const SurfaceInteraction& si, const 
   return {bounce_place(source, x, si, d, distance), arrival_density(source, x, si, d)};
 }
 
-std::optional<EmissionSample> LocalLight::sample_lamp(float u, const Vec2& place,
-                                                      const Vec2& direction) const {
-  const auto after = std::upper_bound(lamp_ends_.begin(), lamp_ends_.end(),
-                                      static_cast<double>(u) * lamp_ends_.back());
-  if (after == lamp_ends_.end()) return std::nullopt;
-  const Source& source = sources_[after - lamp_ends_.begin()];
-  auto sample = source.emitter->sample_emission(place, direction);
-  if (sample) sample->power *= static_cast<float>(lamp_ends_.back() / source.flux);
-  return sample;
+std::vector<float> LocalLight::lamp_shares() const {
+  std::vector<float> shares;
+  double all = 0;
+  for (const Source& source : sources_) all += source.kind == Kind::kLamp ? source.flux : 0;
+  for (const Source& source : sources_) {
+    shares.push_back(source.kind == Kind::kLamp ? static_cast<float>(source.flux / all) : 0.f);
+  }
+  return shares;
 }
 
 Reflection::Sent Reflection::about(const Vec3& d) const {

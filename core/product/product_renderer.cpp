@@ -53,7 +53,10 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
   tiles_.resize(static_cast<size_t>(tiles_x()) * tiles_y());
   forecast_.resize(crop_.area());
   local_ = make_local_light(scene, sensor, settings, seed_, context);
-  if (local_ && local_->has_caustics()) caustics_.emplace(scene, sensor, *local_);
+  if (local_ && local_->has_caustics()) {
+    const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+    caustics_.emplace(scene, sensor, *local_, seed_, context.stats().counters);
+  }
 }
 
 std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
