@@ -73,7 +73,7 @@ Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& l
   }
 }
 
-/// From where rays() meet what mirrors; other paths end.
+/// From where the rays meet what mirrors; other paths end.
 void Caustics::reflect(uint64_t seed, Paths& paths) const {
   size_t count = 0;
   for (size_t k = 0; k < paths.paths.size(); ++k) {
