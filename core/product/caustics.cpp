@@ -57,6 +57,8 @@ Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& l
   // First to mirrors, then to where these send light that is seen.
   for (const bool to_mirrors : {true, false}) {
     std::vector<LightGuide::Use> uses;
+    const auto rays = [&] { return counters[RayKind::kLight] + counters[RayKind::kShadow]; };
+    const auto before = rays();
     trace_paths(hash_words(seed, kSeedOfRounds, to_mirrors), kPathsOfRound, counters,
                 [&](const Paths& paths) {
                   if (to_mirrors) {
@@ -67,6 +69,7 @@ Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& l
                     if (!paths.shadow_rays[k].is_occluded()) uses.push_back(paths.splats[k].use);
                   }
                 });
+    rays_per_path_ = static_cast<double>(rays() - before) / kPathsOfRound;
     if (uses.empty()) return;
     guide_ = LightGuide(shares_, uses, kPathsOfRound);
     if (!guide_.empty()) ends_ = guide_.ends();
@@ -87,46 +90,31 @@ void Caustics::reflect(uint64_t seed, Paths& paths) const {
     if (!any(lobes)) continue;
     Paths::Path path = paths.paths[k];
     const uint64_t own = hash_words(seed, path.index);
-    const auto sample = bsdf.sample(si, lobes, random_float(own, kLobe),
-                                    {random_float(own, kLobeX), random_float(own, kLobeY)});
+    const auto sample = sample_adjoint(si, lobes, random_float(own, kLobe),
+                                       {random_float(own, kLobeX), random_float(own, kLobeY)});
     if (!sample) continue;
-    Rgb weight = sample->weight;
-    if (!any(sample->lobe & Lobe::kDelta)) {
-      SurfaceInteraction seen = si;
-      seen.wi = sample->wo;
-      weight = bsdf.eval_pdf(seen, lobes, si.wi).f / sample->pdf;
-    }
-    const Vec3 to = si.frame.to_world(sample->wo);
-    path.power *= weight * adjoint_factor(si, si.frame.to_world(si.wi), to);
+    path.power *= sample->weight;
     if (is_black(path.power)) continue;
     paths.reflected.push_back({path.origin.source, path.origin.numbers, mean_of(path.power)});
     paths.paths[count] = path;
-    paths.rays[count++] = {si.shadow_ray(to, kInfinity), Hit{}};
+    paths.rays[count++] = {si.shadow_ray(sample->to, kInfinity), Hit{}};
   }
   paths.paths.resize(count);
   paths.rays.resize(count);
 }
 
 void Caustics::connect(uint64_t seed, Paths& paths) const {
-  constexpr Lobe kSeen = Lobe::kDiffuse | Lobe::kGlossy;
   for (size_t k = 0; k < paths.paths.size(); ++k) {
     if (!paths.rays[k].hit.valid()) continue;
     const SurfaceInteraction si = scene_.interaction(paths.rays[k]);
-    const Bsdf& bsdf = si.shape->bsdf();
-    if (!any(bsdf.lobes() & kSeen)) continue;
     const Paths::Path& path = paths.paths[k];
     const uint64_t own = hash_words(seed, path.index);
-    const auto connection =
-        sensor_.connect(si.p, {random_float(own, kLensX), random_float(own, kLensY)});
-    if (!connection) continue;
-    SurfaceInteraction seen = si;
-    seen.wi = si.frame.to_local(connection->d);
-    const Rgb f = bsdf.eval_pdf(seen, kSeen, si.wi).f;
-    if (is_black(f)) continue;
-    const float factor = adjoint_factor(si, si.frame.to_world(si.wi), connection->d);
-    paths.shadow_rays.push_back(si.shadow_ray(connection->d, connection->distance));
-    paths.splats.push_back({connection->film_position,
-                            path.power * f * (factor * connection->weight),
+    const auto seen =
+        connect_point(sensor_, si, {random_float(own, kLensX), random_float(own, kLensY)});
+    if (!seen || is_black(seen->factor)) continue;
+    paths.shadow_rays.push_back(seen->shadow_ray);
+    paths.splats.push_back({seen->film_position,
+                            path.power * seen->factor,
                             {path.origin.source, path.origin.numbers, mean_of(path.power)}});
   }
 }

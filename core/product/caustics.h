@@ -21,6 +21,9 @@ class Caustics {
   Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light, uint64_t seed,
            RenderCounters& counters);
 
+  /// Of all kinds, on average, as the last of the paths that taught had.
+  double rays_per_path() const { return rays_per_path_; }
+
   /// So many paths, whose light, and number, `film` is told.
   void trace(uint64_t seed, uint32_t count, FilmTile& film, RenderCounters& counters) const;
 
@@ -39,6 +42,7 @@ class Caustics {
   const std::vector<float> shares_;  ///< of sources
   std::vector<double> ends_;         ///< running sums of their probabilities
   LightGuide guide_;
+  double rays_per_path_ = 0;
 };
 
 }  // namespace kinome

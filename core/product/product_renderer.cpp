@@ -310,7 +310,9 @@ std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
 void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin) {
   const auto passes =
       static_cast<uint64_t>(std::max(1., std::ceil(rays_per_pixel / kMaxRaysOfPass)));
-  const double rays = rays_per_pixel / static_cast<double>(passes);
+  // Of the comb and all that goes with it; paths of caustics are a fixed share of these.
+  const double of_caustics = caustics_ ? caustics_->rays_per_path() / kRaysPerCausticPath : 0;
+  const double rays = rays_per_pixel / static_cast<double>(passes) / (1 + of_caustics);
   const std::vector<PixelPlan> plan = plan_pass(rays);
   if (unit_ == 0) unit_ = std::max(rays, 1.);
   const auto weight = static_cast<float>(std::max(rays, 1.) / unit_);

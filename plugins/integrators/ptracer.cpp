@@ -128,49 +128,35 @@ void LightTracer::emit(const Context& context, RenderCounters& counters) {
 /// The light that a surface point scatters toward the lens.
 void LightTracer::splat_point(const Context& context, const SurfaceInteraction& si,
                               const LightPath& path, uint32_t dimension, RenderCounters& counters) {
-  const Bsdf& bsdf = si.shape->bsdf();
-  if (!any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
-  const auto connection =
-      context.sensor.connect(si.p, context.sensor.needs_aperture_sample()
-                                       ? context.sensor.sampler().value_2d(path.key, dimension)
-                                       : Vec2(0.5f));
-  if (!connection) return;
-  SurfaceInteraction seen = si;
-  seen.wi = si.frame.to_local(connection->d);
-  const Rgb f = bsdf.eval_pdf(seen, Lobe::kAll, si.wi).f;
-  if (is_black(f)) {
+  const auto seen = connect_point(context.sensor, si,
+                                  context.sensor.needs_aperture_sample()
+                                      ? context.sensor.sampler().value_2d(path.key, dimension)
+                                      : Vec2(0.5f));
+  if (!seen) return;
+  if (is_black(seen->factor)) {
     ++counters.skipped_shadow_rays;
     return;
   }
-  const float factor = adjoint_factor(si, si.frame.to_world(si.wi), connection->d);
   ++counters[RayKind::kShadow];
-  shadow_rays_.push_back(si.shadow_ray(connection->d, connection->distance));
-  splats_.push_back({connection->film_position, path.power * f * (factor * connection->weight)});
+  shadow_rays_.push_back(seen->shadow_ray);
+  splats_.push_back({seen->film_position, path.power * seen->factor});
 }
 
 /// The next edge of a path that has come to si; false where the path ends.
 bool LightTracer::scatter(const Context& context, const SurfaceInteraction& si, uint32_t depth,
                           uint32_t dimension, LightPath& path, Ray& ray) const {
   const Sampler& sampler = context.sensor.sampler();
-  const Bsdf& bsdf = si.shape->bsdf();
-  const auto sample = bsdf.sample(si, Lobe::kAll, sampler.value_1d(path.key, dimension + 2),
-                                  sampler.value_2d(path.key, dimension + 3));
+  const auto sample = sample_adjoint(si, Lobe::kAll, sampler.value_1d(path.key, dimension + 2),
+                                     sampler.value_2d(path.key, dimension + 3));
   if (!sample) return false;
-  const Vec3 to = si.frame.to_world(sample->wo);
-  Rgb weight = sample->weight;
-  if (!any(sample->lobe & Lobe::kDelta)) {
-    SurfaceInteraction seen = si;
-    seen.wi = sample->wo;
-    weight = bsdf.eval_pdf(seen, Lobe::kAll, si.wi).f / sample->pdf;
-  }
-  path.power *= weight * adjoint_factor(si, si.frame.to_world(si.wi), to);
+  path.power *= sample->weight;
   if (!(max_component(path.power) > 0)) return false;
   if (depth >= context.settings.length.rr_depth) {
     const float survival = survival_probability(path.power * path.inverse_emitted);
     if (sampler.value_1d(path.key, dimension + 5) >= survival) return false;
     path.power /= survival;
   }
-  ray = si.shadow_ray(to, kInfinity);
+  ray = si.shadow_ray(sample->to, kInfinity);
   return true;
 }
 

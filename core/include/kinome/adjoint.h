@@ -1,9 +1,15 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 
+#include "kinome/bsdf.h"
+#include "kinome/export.h"
 #include "kinome/interaction.h"
+#include "kinome/sensor.h"
 
+/// What light paths do at the surface points that they come to, whose si.wi is where they come from
+/// (Veach 1997, 4.7 and 10.1). All of it thread-safe.
 namespace kinome {
 
 /// How flux that arrives along `from` counts as radiance that leaves along `to`, for a BSDF that is
@@ -14,5 +20,29 @@ inline float adjoint_factor(const SurfaceInteraction& si, const Vec3& from, cons
   const float cosine = glm::dot(si.n, from);
   return cosine == 0 ? 0.f : std::abs(glm::dot(si.n, to) / cosine);
 }
+
+/// A light path's next edge.
+struct AdjointSample {
+  Vec3 to;     ///< unit, world space
+  Rgb weight;  ///< of the flux that goes on; may be black
+};
+
+/// By the BSDF's own sampling of `lobes`, which is that of paths from the camera; nullopt: the path
+/// ends. `u_lobe` in [0,1), `u` in [0,1)².
+KINOME_EXPORT std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe lobes,
+                                                          float u_lobe, const Vec2& u);
+
+/// How a surface point is seen by the camera.
+struct SeenPoint {
+  Vec2 film_position;
+  Rgb factor;      ///< of the flux that arrives, if nothing is in the way; may be black
+  Ray shadow_ray;  ///< to the lens
+};
+
+/// By all lobes but deltas. nullopt: there are no others, or the sensor doesn't see the point.
+/// `aperture` in [0,1)².
+KINOME_EXPORT std::optional<SeenPoint> connect_point(const Sensor& sensor,
+                                                     const SurfaceInteraction& si,
+                                                     const Vec2& aperture);
 
 }  // namespace kinome
