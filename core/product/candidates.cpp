@@ -91,6 +91,9 @@ void Estimator::draw_from_cells(const Group& group, size_t first, uint32_t count
   hits_.clear();
   comb.pass(importance_.data(), importance_blocks_.data(), importance_.size(), hits_);
   const uint32_t start = random_bits(seed, 3);
+  for (const Comb::Hit& hit : hits_) {
+    __builtin_prefetch(&light_.points.pick(hit.stratum, hit.remainder));
+  }
   for (size_t j = 0; j < simd::pad_lanes(count); ++j) {
     const size_t i = first + j;
     candidates_.member[i] = pick(group, start + static_cast<uint32_t>(j) * kPlastic);

@@ -236,6 +236,7 @@ class Estimator {
   float eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
                  const LocalLight::Place& place) const;
   void push_shadow_ray(const Ray& ray, const Rgb& weight, uint32_t cell, int32_t patch, Rgb* sum);
+  void note_pending(const Rgb& weight, uint32_t cell, int32_t patch, Rgb* sum);
   void trace_shadow_rays();
   std::pair<double, size_t> cap_candidates(size_t rays);
   template <class Function>

@@ -12,13 +12,25 @@ namespace {
 /// to.
 constexpr int kCapRounds = 6;
 constexpr double kNegligible = 1e-6;
+/// Points of cells, and surface points, don't all fit the nearest cache: what a ray takes is fetched
+/// while those before it are made.
+constexpr size_t kAhead = 8;
 
 }  // namespace
 
+/// Made in its place: to copy a ray takes longer than to make it.
 void Estimator::push_ray(uint32_t primary, const Vec3& d, const Rgb& weight, uint32_t cell,
                          Rgb* sum) {
-  push_shadow_ray(primaries_->interaction(primary).shadow_ray(d, kInfinity), weight, cell,
-                  primaries_->patch[primary], sum);
+  if (is_black(weight)) {
+    ++counters_->skipped_shadow_rays;
+    return;
+  }
+  Ray& ray = rays_[waiting_];
+  ray.o = primaries_->interaction(primary).ray_origin(d);
+  ray.d = d;
+  ray.tmin = 0;
+  ray.tmax = kInfinity;
+  note_pending(weight, cell, primaries_->patch[primary], sum);
 }
 
 void Estimator::push_shadow_ray(const Ray& ray, const Rgb& weight, uint32_t cell, int32_t patch,
@@ -28,6 +40,11 @@ void Estimator::push_shadow_ray(const Ray& ray, const Rgb& weight, uint32_t cell
     return;
   }
   rays_[waiting_] = ray;
+  note_pending(weight, cell, patch, sum);
+}
+
+/// What the ray that comes next is for.
+void Estimator::note_pending(const Rgb& weight, uint32_t cell, int32_t patch, Rgb* sum) {
   Pending& pending = pending_[waiting_];
   pending.weight = weight;
   pending.cell = cell;
@@ -76,12 +93,23 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offs
   const Visibility& visibility = visibility_[group.patch];
   const float* const table = patch.form.transmittance;
   const auto count = static_cast<float>(group.count);
+  const uint32_t* const ids = prepared.cells.ids();
+  const auto point_of = [&](size_t j) -> const CellPoint& {
+    return light_.points.pick(ids[hits_[j].stratum], hits_[j].remainder);
+  };
+  const auto member_at = [&](size_t j) {
+    return pick(group, offset + static_cast<uint32_t>(first_hit + j) * kPlastic);
+  };
   shots_.clear();
   for (size_t j = 0; j < hits_.size(); ++j) {
+    if (j + kAhead < hits_.size()) {
+      __builtin_prefetch(&point_of(j + kAhead));
+      __builtin_prefetch(&primaries_->interaction(member_of(group, member_at(j + kAhead))));
+    }
     const uint32_t stratum = hits_[j].stratum;
-    const uint32_t cell = prepared.cells.ids()[stratum];
-    const CellPoint& point = light_.points.pick(cell, hits_[j].remainder);
-    const uint32_t member = pick(group, offset + static_cast<uint32_t>(first_hit + j) * kPlastic);
+    const uint32_t cell = ids[stratum];
+    const CellPoint& point = point_of(j);
+    const uint32_t member = member_at(j);
     const uint32_t primary = member_of(group, member);
     const float factor = count * scale / weights_[segment.begin + stratum];
     float v = visibility.v[cell];
@@ -112,12 +140,18 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offs
 void Estimator::shoot_glossy(const Segment& segment, float scale, Rgb* sum) {
   const Group& group = groups_[segment.group];
   const Visibility& visibility = visibility_[group.patch];
-  for (const Comb::Hit& hit : hits_) {
-    const size_t i = segment.other + hit.stratum;
+  const auto primary_of = [&](size_t i) { return member_of(group, candidates_.member[i]); };
+  for (size_t j = 0; j < hits_.size(); ++j) {
+    if (j + kAhead < hits_.size()) {
+      const size_t later = segment.other + hits_[j + kAhead].stratum;
+      __builtin_prefetch(&primaries_->interaction(primary_of(later)));
+    }
+    const uint32_t stratum = hits_[j].stratum;
+    const size_t i = segment.other + stratum;
     const uint32_t cell = candidates_.cell[i];
-    const Rgb weight = candidates_.weight_of(i) * (scale / weights_[segment.begin + hit.stratum]);
+    const Rgb weight = candidates_.weight_of(i) * (scale / weights_[segment.begin + stratum]);
     if (sum) *sum -= visibility.v[cell] * weight;
-    push_ray(member_of(group, candidates_.member[i]), candidates_.direction(i), weight, cell, sum);
+    push_ray(primary_of(i), candidates_.direction(i), weight, cell, sum);
   }
 }
 

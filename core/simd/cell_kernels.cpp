@@ -71,6 +71,13 @@ HWY_INLINE Range cosine_range(const float n[3], const Column& edge) {
   return range;
 }
 
+/// The lanes of the mask, one after the other; what lies behind them, up to a vector's length, is
+/// overwritten. (To compress into memory takes some processors a hundred cycles.)
+template <class D, class Vector, class Mask>
+HWY_INLINE void store_compressed(Vector values, Mask mask, D d, hn::TFromD<D>* to) {
+  hn::StoreU(hn::Compress(values, mask), d, to);
+}
+
 void ClassifyCells(const CellColumns& cells, const float local[3], float sine,
                    const CellKnowledge& know, const float* transmittance, PatchCells& patch) {
   const Tag d;
@@ -101,17 +108,18 @@ void ClassifyCells(const CellColumns& cells, const float local[3], float sine,
             hn::IfThenElseZero(is_above, hn::Mul(v, hn::LoadU(d, cells.vector_flux[k] + i))));
       }
       for (int axis = 0; axis < 3; ++axis) {
-        hn::CompressStore(hn::Mul(sigma, hn::LoadU(d, cells.importance_flux[axis] + i)), is_above,
-                          d, patch.above_column(PatchCells::kSigmaX + axis) + above);
+        store_compressed(hn::Mul(sigma, hn::LoadU(d, cells.importance_flux[axis] + i)), is_above, d,
+                         patch.above_column(PatchCells::kSigmaX + axis) + above);
       }
-      hn::CompressStore(
+      store_compressed(
           hn::Mul(hn::Mul(sigma, hn::Set(d, kLeastShare)), hn::LoadU(d, cells.flux + i)), is_above,
           d, patch.above_column(PatchCells::kLeast) + above);
-      above += hn::CompressStore(id, hn::RebindMask(du, is_above), du, ids + above);
+      store_compressed(id, hn::RebindMask(du, is_above), du, ids + above);
+      above += hn::CountTrue(d, is_above);
     }
     if (!hn::AllFalse(d, is_mixed)) {
       const auto put = [&](int column, V value) {
-        hn::CompressStore(value, is_mixed, d, patch.mixed_column(column) + mixed);
+        store_compressed(value, is_mixed, d, patch.mixed_column(column) + mixed);
       };
       for (int k = 0; k < 8; ++k) put(PatchCells::kEdges + k, hn::LoadU(d, cells.edges[k] + i));
       for (int axis = 0; axis < 3; ++axis) {
@@ -124,7 +132,8 @@ void ClassifyCells(const CellColumns& cells, const float local[3], float sine,
       for (int k = 0; k < 9; ++k) {
         put(PatchCells::kControl + k, hn::Mul(v, hn::LoadU(d, cells.vector_flux[k] + i)));
       }
-      mixed += hn::CompressStore(id, hn::RebindMask(du, is_mixed), du, mixed_ids + mixed);
+      store_compressed(id, hn::RebindMask(du, is_mixed), du, mixed_ids + mixed);
+      mixed += hn::CountTrue(d, is_mixed);
     }
   }
   for (; above % kCellLanes != 0; ++above) {

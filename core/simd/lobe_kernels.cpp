@@ -84,53 +84,102 @@ class GatheredPoints {
     return hn::GatherIndex(di, reinterpret_cast<const int32_t*>(group_.points), m);
   }
   HWY_INLINE Point at(Index k) const { return gather_point(group_.frames, k); }
-  HWY_INLINE V look_up(const float* values, Index k) const {
-    return hn::GatherIndex(Tag(), values, k);
+  /// Values of all points, from which look_up takes those of members.
+  using Column = const float*;
+  HWY_INLINE void prepare(const std::vector<float>& values, Column& column) const {
+    column = values.data();
+  }
+  HWY_INLINE V look_up(const Column& column, Index k) const {
+    return hn::GatherIndex(Tag(), column, k);
   }
 
  private:
   const PointGroup& group_;
 };
 
-/// The same where the whole group fits a vector: its members are gathered once, and each direction
-/// picks its own by a permutation.
+/// The same where the group fits a few vectors: its members are gathered once, and each direction
+/// picks its own by permutations, which take a fraction of what gathering does.
 class PermutedPoints {
  public:
-  static bool fit(const PointGroup& group) { return group.count <= hn::Lanes(Tag()); }
-  explicit PermutedPoints(const PointGroup& group) {
-    HWY_ALIGN int32_t k[kLobeLanes];
-    for (size_t i = 0; i < hn::Lanes(Tag()); ++i) {
-      k[i] = static_cast<int32_t>(group.points[i < group.count ? i : 0]);
+  static constexpr size_t kMostVectors = 8;
+  static constexpr size_t kMostMembers = kMostVectors * kLobeLanes;
+  static bool fit(const PointGroup& group) { return group.count <= kMostVectors * hn::Lanes(Tag()); }
+  explicit PermutedPoints(const PointGroup& group) : group_(group) {
+    const Tag d;
+    const size_t lanes = hn::Lanes(d);
+    vectors_ = (group.count + lanes - 1) / lanes;
+    for (size_t r = 0; r < vectors_; ++r) {
+      const Point p = gather_point(group.frames, members(r));
+      const V columns[kColumns] = {p.n.x, p.n.y, p.n.z, p.t.x, p.t.y, p.t.z,
+                                   p.b.x, p.b.y, p.b.z, p.w.x, p.w.y, p.w.z};
+      for (size_t c = 0; c < kColumns; ++c) hn::Store(columns[c], d, &columns_[c][r * lanes]);
     }
-    points_ = hn::Load(IndexTag(), k);
-    all_ = gather_point(group.frames, points_);
   }
-  HWY_INLINE auto index(const uint32_t* member) const {
-    return hn::IndicesFromVec(Tag(), hn::LoadU(hn::RebindToUnsigned<Tag>(), member));
+  /// Of each direction's member: its place in its vector, and which vector that is.
+  struct Places {
+    decltype(hn::IndicesFromVec(Tag(), hn::Zero(hn::RebindToUnsigned<Tag>()))) place;
+    hn::Vec<hn::RebindToUnsigned<Tag>> first;  ///< of the vector, lanes x its number
+  };
+  HWY_INLINE Places index(const uint32_t* member) const {
+    const hn::RebindToUnsigned<Tag> du;
+    const auto m = hn::LoadU(du, member);
+    const auto within = hn::Set(du, static_cast<uint32_t>(hn::Lanes(du) - 1));
+    return {hn::IndicesFromVec(Tag(), hn::And(m, within)), hn::AndNot(within, m)};
   }
-  template <class Indices>
-  HWY_INLINE Point at(Indices i) const {
-    return {pick(all_.n, i), pick(all_.t, i), pick(all_.b, i), pick(all_.w, i)};
+  HWY_INLINE Point at(const Places& places) const {
+    const auto three = [&](size_t c) {
+      return V3{pick(columns_[c], places), pick(columns_[c + 1], places),
+                pick(columns_[c + 2], places)};
+    };
+    return {three(0), three(3), three(6), three(9)};
   }
-  template <class Indices>
-  HWY_INLINE V look_up(const float* values, Indices i) const {
-    return hn::TableLookupLanes(hn::GatherIndex(Tag(), values, points_), i);
+  struct Column {
+    HWY_ALIGN float values[kMostMembers];
+  };
+  HWY_INLINE void prepare(const std::vector<float>& values, Column& column) const {
+    const Tag d;
+    for (size_t r = 0; r < vectors_; ++r) {
+      hn::Store(hn::GatherIndex(d, values.data(), members(r)), d,
+                column.values + r * hn::Lanes(d));
+    }
+  }
+  HWY_INLINE V look_up(const Column& column, const Places& places) const {
+    return pick(column.values, places);
   }
 
  private:
-  template <class Indices>
-  static HWY_INLINE V3 pick(const V3& from, Indices i) {
-    return {hn::TableLookupLanes(from.x, i), hn::TableLookupLanes(from.y, i),
-            hn::TableLookupLanes(from.z, i)};
+  static constexpr size_t kColumns = 12;
+  /// Of the r-th vector; behind the last member, the first again.
+  HWY_INLINE Index members(size_t r) const {
+    HWY_ALIGN int32_t k[kLobeLanes];
+    for (size_t i = 0; i < hn::Lanes(Tag()); ++i) {
+      const size_t member = r * hn::Lanes(Tag()) + i;
+      k[i] = static_cast<int32_t>(group_.points[member < group_.count ? member : 0]);
+    }
+    return hn::Load(IndexTag(), k);
   }
-  Index points_;
-  Point all_;
+  HWY_INLINE V pick(const float* column, const Places& places) const {
+    const Tag d;
+    const hn::RebindToUnsigned<Tag> du;
+    const size_t lanes = hn::Lanes(d);
+    V value = hn::TableLookupLanes(hn::Load(d, column), places.place);
+    for (size_t r = 1; r < vectors_; ++r) {
+      const auto here = hn::Eq(places.first, hn::Set(du, static_cast<uint32_t>(r * lanes)));
+      value = hn::IfThenElse(hn::RebindMask(d, here),
+                             hn::TableLookupLanes(hn::Load(d, column + r * lanes), places.place),
+                             value);
+    }
+    return value;
+  }
+  const PointGroup& group_;
+  size_t vectors_;
+  HWY_ALIGN float columns_[kColumns][kMostMembers];
 };
 
-/// fn(points) with what suits the group.
+/// fn(points) with what suits the group and the number of directions.
 template <class Function>
-HWY_INLINE void with_points(const PointGroup& group, const Function& fn) {
-  if (PermutedPoints::fit(group)) {
+HWY_INLINE void with_points(const PointGroup& group, size_t count, const Function& fn) {
+  if (PermutedPoints::fit(group) && group.count <= count) {
     fn(PermutedPoints(group));
   } else {
     fn(GatheredPoints(group));
@@ -174,7 +223,7 @@ HWY_INLINE void sample_lobe_of(const HalfVectorLobe& lobe, const Points& points,
 
 void SampleLobe(const HalfVectorLobe& lobe, const PointGroup& group, const uint32_t* member,
                 const ShiftedNumbers& numbers, size_t count, float* dx, float* dy, float* dz) {
-  with_points(group, [&](const auto& points) {
+  with_points(group, count, [&](const auto& points) {
     sample_lobe_of(lobe, points, member, numbers, count, dx, dy, dz);
   });
 }
@@ -265,13 +314,19 @@ HWY_INLINE void evaluate_microfacets_of(const MicrofacetKind& kind, const FirstM
   const V inverse_v2 = hn::Set(d, 1 / (lobe.alpha_v * lobe.alpha_v));
   V alpha_u = hn::Set(d, first.alpha_u), alpha_v = hn::Set(d, first.alpha_v);
   V inverse_u = hn::Set(d, 1 / first.alpha_u), inverse_v = hn::Set(d, 1 / first.alpha_v);
+  typename Points::Column alpha_column[2], specular_column[3];
+  if (varying) {
+    points.prepare(varying->alpha_u, alpha_column[0]);
+    points.prepare(varying->alpha_v, alpha_column[1]);
+    for (int c = 0; c < 3; ++c) points.prepare(varying->specular[c], specular_column[c]);
+  }
   for (size_t i = 0; i < count; i += hn::Lanes(d)) {
     const auto at = points.index(member + i);
     const Point p = points.at(at);
     const V3 o{hn::LoadU(d, dx + i), hn::LoadU(d, dy + i), hn::LoadU(d, dz + i)};
     if (varying) {
-      alpha_u = points.look_up(varying->alpha_u.data(), at);
-      alpha_v = points.look_up(varying->alpha_v.data(), at);
+      alpha_u = points.look_up(alpha_column[0], at);
+      alpha_v = points.look_up(alpha_column[1], at);
       inverse_u = hn::Div(one, alpha_u);
       inverse_v = hn::Div(one, alpha_v);
     }
@@ -313,7 +368,7 @@ HWY_INLINE void evaluate_microfacets_of(const MicrofacetKind& kind, const FirstM
     for (int c = 0; c < 3; ++c) {
       if (kind.is_conductor) fresnel = fresnel_conductor(cos_half, kind.eta[c], kind.k[c]);
       const V specular =
-          varying ? points.look_up(varying->specular[c].data(), at) : hn::Set(d, first.specular[c]);
+          varying ? points.look_up(specular_column[c], at) : hn::Set(d, first.specular[c]);
       hn::StoreU(hn::Mul(value, hn::Mul(fresnel, specular)), d, out.f[c] + i);
     }
   }
@@ -324,7 +379,7 @@ void EvaluateMicrofacets(const MicrofacetKind& kind, const FirstMicrofacet& firs
                          const PointGroup& group, const uint32_t* member, const float* dx,
                          const float* dy, const float* dz, size_t count,
                          const MicrofacetValues& out) {
-  with_points(group, [&](const auto& points) {
+  with_points(group, count, [&](const auto& points) {
     evaluate_microfacets_of(kind, first, varying, lobe, points, member, dx, dy, dz, count, out);
   });
 }

@@ -143,6 +143,86 @@ TEST(LobeKernels, ExtremesAreFinite) {
   });
 }
 
+/// Points of many kinds, and directions at members of a group of some of them.
+struct Crowd {
+  static constexpr uint32_t kPoints = 700;
+  simd::PointFrames frames;
+  simd::MicrofacetPoints microfacets;
+  std::vector<uint32_t> group, member, numbers[2];
+  std::vector<float> d[3], f[3], density;
+
+  Crowd(size_t members, size_t directions, Random& random) {
+    frames.resize(kPoints);
+    microfacets.resize(kPoints);
+    for (uint32_t i = 0; i < kPoints; ++i) {
+      const Frame frame = Frame::from_normal(random.direction());
+      const Vec3 viewer = glm::normalize(frame.n + 0.6f * random.direction());
+      for (int axis = 0; axis < 3; ++axis) {
+        frames.normal[axis][i] = frame.n[axis];
+        frames.tangent[axis][i] = frame.s[axis];
+        frames.viewer[axis][i] = viewer[axis];
+        microfacets.specular[axis][i] = random.unit();
+      }
+      microfacets.alpha_u[i] = 0.1f + random.unit();
+      microfacets.alpha_v[i] = 0.1f + random.unit();
+    }
+    for (size_t i = 0; i < members; ++i) group.push_back(below(random, kPoints));
+    for (size_t i = 0; i < directions; ++i) {
+      member.push_back(below(random, static_cast<uint32_t>(members)));
+      for (auto& n : numbers) n.push_back(static_cast<uint32_t>(random.unit() * 0x1p32));
+    }
+    resize(directions);
+  }
+  static uint32_t below(Random& random, uint32_t count) {
+    return static_cast<uint32_t>(random.unit() * static_cast<float>(count));
+  }
+  void resize(size_t directions) {
+    for (auto* const v : {&d[0], &d[1], &d[2], &f[0], &f[1], &f[2], &density}) v->resize(directions);
+  }
+  void sample_and_evaluate() {
+    const simd::PointGroup points{frames, group.data(), group.size()};
+    const simd::HalfVectorLobe lobe{0.3f, 0.5f};
+    simd::sample_lobe(lobe, points, member.data(), {numbers[0].data(), numbers[1].data(), {0, 0}},
+                      member.size(), d[0].data(), d[1].data(), d[2].data());
+    simd::evaluate_microfacets({true, false, {1.5f, 1.5f, 1.5f}, {}}, {0.1f, 0.1f, {1, 1, 1}},
+                               &microfacets, lobe, points, member.data(), d[0].data(), d[1].data(),
+                               d[2].data(), member.size(),
+                               {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
+  }
+  /// The same of the i-th direction alone, at a group of one.
+  Crowd alone(size_t i) const {
+    Crowd one = *this;
+    one.group = {group[member[i]]};
+    one.member.assign(simd::kLobeLanes, 0);
+    for (int k = 0; k < 2; ++k) one.numbers[k].assign(simd::kLobeLanes, numbers[k][i]);
+    one.resize(simd::kLobeLanes);
+    return one;
+  }
+};
+
+/// Groups that fit a vector, several, and none; fewer directions than members, and more.
+TEST(LobeKernels, DirectionsAreOfTheirMembers) {
+  with_all_kernels([] {
+    Random random(3);
+    for (const size_t members : {1, 3, 4, 5, 15, 16, 17, 33, 64, 127, 128, 129, 500}) {
+      for (const size_t directions : {size_t{16}, 40 * simd::kLobeLanes}) {
+        Crowd crowd(members, directions, random);
+        crowd.sample_and_evaluate();
+        for (int repeat = 0; repeat < 30; ++repeat) {
+          const size_t i = Crowd::below(random, static_cast<uint32_t>(directions));
+          Crowd one = crowd.alone(i);
+          one.sample_and_evaluate();
+          for (int k = 0; k < 3; ++k) {
+            EXPECT_EQ(crowd.d[k][i], one.d[k][0]) << members << " members, direction " << i;
+            EXPECT_EQ(crowd.f[k][i], one.f[k][0]) << members << " members, direction " << i;
+          }
+          EXPECT_EQ(crowd.density[i], one.density[0]);
+        }
+      }
+    }
+  });
+}
+
 /// Places on a grid of directions everywhere, on the axes, and beside them.
 TEST(LobeKernels, PlacesAreThoseOfTheLibrary) {
   with_all_kernels([] {
