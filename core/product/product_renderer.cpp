@@ -239,7 +239,7 @@ void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan,
     }
   }
   if (caustics_) {
-    const double paths = std::ceil(weight * unit_ / kRaysPerCausticPath) * pixels.area();
+    const double paths = std::ceil(weight * unit_ / kRaysPerCausticPath * pixels.area());
     caustics_->trace(hash_words(seed, static_cast<uint64_t>(block), kCausticSeed),
                      static_cast<uint32_t>(paths), colours, *work.counters);
   }
