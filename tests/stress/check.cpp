@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "kinome/bsdf.h"
 #include "kinome/error.h"
@@ -216,12 +217,13 @@ class Checker {
     return false;
   }
 
-  /// `repetition`: in kRepetitions; -1: the first comparison.
-  Agreement agreement(const Method& method, const Method& other, int repetition, double& largest) {
+  /// `repetition`: in kRepetitions; nullopt: the first comparison.
+  Agreement agreement(const Method& method, const Method& other, std::optional<size_t> repetition,
+                      double& largest) {
     Renders own, others;
-    if (repetition >= 0) {
-      const int count = kRenders * kRepetitions[repetition];
-      const uint64_t seed = 200'001 + 400'000 * static_cast<uint64_t>(repetition);
+    if (repetition) {
+      const int count = kRenders * kRepetitions[*repetition];
+      const uint64_t seed = 200'001 + 400'000 * uint64_t{*repetition};
       own = render_often(scene_of(method), count, seed);
       others = render_often(scene_of(other), count, method.same_seeds ? seed : seed + 100'000);
     } else {
@@ -245,10 +247,10 @@ class Checker {
     const Method& other = method_named(method.against);
     ++report_.comparisons;
     double largest = 0;
-    if (agreement(method, other, -1, largest).p >= kSuspicious) return;
+    if (agreement(method, other, std::nullopt, largest).p >= kSuspicious) return;
     Agreement longer;
     // Light that a hundred renders don't find once may be found by a thousand.
-    for (int i = 0; i < static_cast<int>(std::size(kRepetitions)); ++i) {
+    for (size_t i = 0; i < std::size(kRepetitions); ++i) {
       longer = agreement(method, other, i, largest);
       if (longer.p >= kCertain) return;
       if (longer.is_open || largest > kTooMuch) {
