@@ -171,6 +171,8 @@ Case clusters() {
           },
           point_xml({.1f, -.2f, 1}, {2, 2, 3})),
   };
+  trial_named(c, "where two walls meet, from nearby").rarely_lit = {"path/roughconductor",
+                                                                    "ptracer"};
   return c;
 }
 
@@ -203,7 +205,9 @@ Case cones() {
           },
           point_xml({-.6f, 0, 1}, {1, 2, 3}) + point_xml({.6f, 0, 1}, {3, 2, 1})),
   };
-  c.trials.front().without.push_back({"brdf, local/roughconductor",
+  trial_named(c, "both sides of one wall").rarely_lit = {"path", "ptracer"};
+  trial_named(c, "two walls face to face")
+      .without.push_back({"brdf, local/roughconductor",
                                       "what most renders lack is in one sample of some hundred "
                                       "renders: the mean of 2,000 is right"});
   return c;

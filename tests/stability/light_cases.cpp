@@ -274,7 +274,7 @@ Case suns(Maps& maps) {
       maps.trial("bright band", 64, 33,
                  [](int, int y) { return y == 6 ? Rgb(50, 30, 20) : Rgb(.01f); }),
   };
-  c.trials.front().without.push_back({"ptracer/roughconductor",
+  trial_named(c, "one texel of 512 x 257").without.push_back({"ptracer/roughconductor",
                                       "metal shows the sky, and one light path in hundreds is the "
                                       "sky's: that of 262,144 is right"});
   return c;
@@ -313,6 +313,8 @@ Case horizons(Maps& maps) {
           "horizon through cells, turned", 64, 33,
           [](int x, int y) { return x % 8 == 0 ? Rgb(40.f) : noise(x, y); }, turned(23, 11)),
   };
+  trial_named(c, "bright band on the horizon").rarely_lit = {"ptracer/roughconductor"};
+  trial_named(c, "sun half below the horizon").rarely_lit = {"ptracer"};
   return c;
 }
 

@@ -18,6 +18,8 @@
 
 #include <fmt/format.h>
 
+#include "kinome/error.h"
+#include "kinome/image.h"
 #include "kinome/log.h"
 #include "matrix.h"
 
@@ -44,7 +46,7 @@ bool read_line(std::istream& in, Cell& cell) {
   std::istringstream words(line);
   int verdict = 0;
   std::string z, p, kurtosis, largest;
-  words >> verdict >> z >> p >> cell.non_finite >> kurtosis >> largest;
+  if (!(words >> verdict >> z >> p >> cell.non_finite >> kurtosis >> largest)) return false;
   cell.verdict = static_cast<Cell::Verdict>(verdict);
   cell.worst_z = std::strtod(z.c_str(), nullptr);
   cell.p = std::strtod(p.c_str(), nullptr);
@@ -153,9 +155,7 @@ int run(const Options& options) {
       }
     }
   }
-  if (!options.page.empty()) {
-    std::ofstream(options.page) << stability_page(cases, rows);
-  }
+  if (!options.page.empty()) write_text(options.page, stability_page(cases, rows));
   std::cout << good << " passed, " << failed << " failed\n";
   return failed == 0 ? 0 : 1;
 }
@@ -178,8 +178,17 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
+  if (!options.page.empty() && (options.is_short || !options.only.empty())) {
+    std::cerr << "kinome-stability: --page is for all cases\n";
+    return 2;
+  }
   // Warnings of negative texels and the like are expected here.
   kinome::set_log_level(kinome::LogLevel::kQuiet);
   setenv("KINOME_PLUGIN_PATH", KINOME_STABILITY_PLUGINS, 1);
-  return kinome::test::run(options);
+  try {
+    return kinome::test::run(options);
+  } catch (const kinome::Error& error) {
+    std::cerr << error.what() << "\n";
+    return 1;
+  }
 }

@@ -61,6 +61,9 @@ struct Trial {
   double rounding = kRounding;
   /// Methods that have no part in it, by name or name/material, with the reason; "*": all.
   std::vector<std::pair<std::string, std::string>> without;
+  /// Methods, named as in `without`, whose pictures may say nothing: hardly any of their renders find
+  /// the light in question. Of all others, Verdict::kUndecided is a failure.
+  std::vector<std::string> rarely_lit;
   int renders = 48;
   bool is_long = false;  ///< only where there is time
 };
@@ -72,6 +75,8 @@ struct Case {
   const char* tests;   ///< others that hold it: paths from tests/, separated by blanks
   std::vector<Trial> trials;
 };
+/// The trial of that name; throws std::out_of_range.
+Trial& trial_named(Case& of, const std::string& name);
 /// Files that scenes need are written to `folder`.
 std::vector<Case> light_cases(const std::string& folder);
 std::vector<Case> surface_cases(const std::string& folder);

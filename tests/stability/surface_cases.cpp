@@ -147,6 +147,7 @@ Case normals(const Files& files) {
       "normal map of 40 degrees under a sky",
       [=](const std::string& bsdf) { return front_view() + still_life(mapped(bsdf)) + constant(); },
       samples(0, 1), true, false));
+  c.trials.back().rarely_lit = {"ptracer/roughconductor"};
   return c;
 }
 
@@ -299,6 +300,7 @@ Case places() {
       };
       // A panel's shadow by BSDF samples alone is noisy.
       if (!sky) t.expectation.integrator = samples(1, 0);
+      if (sky) t.rarely_lit = {"ptracer/ward", "ptracer/roughconductor"};
       c.trials.push_back(t);
     }
   };
@@ -419,6 +421,7 @@ Case empty_cells() {
                constant();
       },
       samples(0, 1), true, false));
+  c.trials.back().rarely_lit = {"ptracer"};
   c.trials.push_back(picture(
       "the still life, and a floor that ends 1e6 away",
       [](const std::string& bsdf) {

@@ -1,0 +1,88 @@
+// What the stability matrix takes for an agreement: it must find out what is black, or a little off.
+#include "matrix.h"
+
+#include <gtest/gtest.h>
+
+#include "xml.h"
+
+namespace kinome::test {
+namespace {
+
+/// One edge, and light itself is left out: there is nothing to be seen.
+Method black_method(const char* name, int max_depth) {
+  return {name, xml::integrator("path", xml::integer("max_depth", 1)), "", max_depth};
+}
+
+Case case_of_number(std::vector<Case> cases, int number) {
+  for (Case& c : cases) {
+    if (c.number == number) return c;
+  }
+  throw std::out_of_range("case " + std::to_string(number));
+}
+
+class Matrix : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+};
+
+/// As an estimator is whose every sample is lost: its variance is 0, and that is no bad luck.
+TEST_F(Matrix, FindsWhatIsBlack) {
+  std::vector<Trial> trials;
+  for (const int number : {6, 10}) {
+    for (const Trial& t : case_of_number(light_cases(folder_.folder()), number).trials) {
+      trials.push_back(t);
+    }
+  }
+  for (const Trial& t : case_of_number(surface_cases(folder_.folder()), 17).trials) {
+    trials.push_back(t);
+  }
+  for (const Trial& trial : trials) {
+    const Cell cell =
+        run_cell(trial, black_method("product", trial.max_depth), ordinary_materials().front());
+    EXPECT_FALSE(passed(cell)) << trial.name << ": " << cell.text;
+  }
+  const Case corners = case_of_number(lamp_cases(folder_.folder()), 8);
+  for (const Trial& trial : corners.trials) {
+    const Cell cell =
+        run_cell(trial, black_method("product, local", 3), ordinary_materials().front());
+    EXPECT_FALSE(passed(cell)) << trial.name << ": " << cell.text;
+  }
+}
+
+/// Floor and things reflect half as much again as they should, in 48 noisy renders.
+TEST_F(Matrix, FindsHalfTooMuch) {
+  const auto grey = [](float reflectance) {
+    return xml::bsdf("diffuse", xml::color("reflectance", Rgb(reflectance)));
+  };
+  const Case scales = case_of_number(surface_cases(folder_.folder()), 17);
+  for (Trial trial : scales.trials) {
+    const auto scene = trial.expectation.scene;
+    for (const float expected : {.6f, .4f}) {
+      trial.expectation.scene = [&](const std::string&) { return scene(grey(expected)); };
+      const Cell cell = run_cell(trial, methods().front(), {"grey", grey(.6f)});
+      EXPECT_EQ(passed(cell), expected == .6f) << trial.name << ": " << cell.text;
+    }
+  }
+}
+
+/// A picture that says nothing passes for methods that are named, and for no others.
+TEST_F(Matrix, OnlyNamedPicturesMaySayNothing) {
+  Trial trial = case_of_number(light_cases(folder_.folder()), 10).trials.front();
+  trial.expectation.integrator = trial.expectation.integrator.empty()
+                                     ? xml::integrator("path", xml::integer("max_depth", 2))
+                                     : trial.expectation.integrator;
+  const Method black = black_method("direct", 2);
+  trial.rarely_lit = {"direct"};
+  EXPECT_TRUE(passed(run_cell(trial, black, ordinary_materials().front())));
+  trial.rarely_lit = {"direct/ward"};
+  EXPECT_FALSE(passed(run_cell(trial, black, ordinary_materials().front())));
+}
+
+}  // namespace
+}  // namespace kinome::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  setenv("KINOME_PLUGIN_PATH", KINOME_STABILITY_PLUGINS, 1);
+  return RUN_ALL_TESTS();
+}
