@@ -15,8 +15,10 @@ namespace {
 constexpr uint32_t kBatch = 1024;
 /// Random numbers of one path, beside those of its lamp.
 enum Number : uint32_t { kLobe, kLobeX, kLobeY, kLensX, kLensY };
-/// Of the paths that only teach.
-constexpr uint32_t kPathsOfRound = 8192;
+/// Of the paths that only teach: half as many as there are light points, which go with the budget.
+constexpr uint32_t kLeastPathsOfRound = 512, kMostPathsOfRound = 8192;
+/// By which rays a path are counted.
+constexpr uint32_t kPathsToCount = 512;
 enum Seed : uint64_t { kSeedOfRounds = 0x6361756c };
 
 }  // namespace
@@ -54,12 +56,12 @@ Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& l
     : scene_(scene), sensor_(sensor), light_(light), shares_(light.lamp_shares()) {
   double end = 0;
   for (const float share : shares_) ends_.push_back(end += static_cast<double>(share));
+  const uint32_t paths_of_round =
+      std::clamp(light.points_of_pass() / 2, kLeastPathsOfRound, kMostPathsOfRound);
   // First to mirrors, then to where these send light that is seen.
   for (const bool to_mirrors : {true, false}) {
     std::vector<LightGuide::Use> uses;
-    const auto rays = [&] { return counters[RayKind::kLight] + counters[RayKind::kShadow]; };
-    const auto before = rays();
-    trace_paths(hash_words(seed, kSeedOfRounds, to_mirrors), kPathsOfRound, counters,
+    trace_paths(hash_words(seed, kSeedOfRounds, to_mirrors), paths_of_round, counters,
                 [&](const Paths& paths) {
                   if (to_mirrors) {
                     uses.insert(uses.end(), paths.reflected.begin(), paths.reflected.end());
@@ -69,11 +71,14 @@ Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& l
                     if (!paths.shadow_rays[k].is_occluded()) uses.push_back(paths.splats[k].use);
                   }
                 });
-    rays_per_path_ = static_cast<double>(rays() - before) / kPathsOfRound;
-    if (uses.empty()) return;
-    guide_ = LightGuide(shares_, uses, kPathsOfRound);
+    if (uses.empty()) break;
+    guide_ = LightGuide(shares_, uses, paths_of_round);
     if (!guide_.empty()) ends_ = guide_.ends();
   }
+  const auto rays = [&] { return counters[RayKind::kLight] + counters[RayKind::kShadow]; };
+  const auto before = rays();
+  trace_paths(hash_words(seed, kSeedOfRounds, 2), kPathsToCount, counters, [](const Paths&) {});
+  rays_per_path_ = static_cast<double>(rays() - before) / kPathsToCount;
 }
 
 /// From where the rays meet what mirrors; other paths end.

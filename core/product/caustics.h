@@ -21,7 +21,7 @@ class Caustics {
   Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light, uint64_t seed,
            RenderCounters& counters);
 
-  /// Of all kinds, on average, as the last of the paths that taught had.
+  /// Of all kinds, on average.
   double rays_per_path() const { return rays_per_path_; }
 
   /// So many paths, whose light, and number, `film` is told.

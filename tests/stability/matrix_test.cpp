@@ -57,7 +57,9 @@ TEST_F(Matrix, FindsHalfTooMuch) {
   const Case scales = case_of_number(surface_cases(folder_.folder()), 17);
   for (Trial trial : scales.trials) {
     const auto scene = trial.expectation.scene;
+    const std::string name = trial.name;
     for (const float expected : {.6f, .4f}) {
+      trial.name = name + ", " + std::to_string(expected);  // expectations are kept by name
       trial.expectation.scene = [&](const std::string&) { return scene(grey(expected)); };
       const Cell cell = run_cell(trial, methods().front(), {"grey", grey(.6f)});
       EXPECT_EQ(passed(cell), expected == .6f) << trial.name << ": " << cell.text;

@@ -199,13 +199,16 @@ constexpr const char* kNotHeld = R"(
 
 - Light whose products leave single precision: radiance is at most 1e36, and a scene that is at the
   same time 1e6 times as large and 1e30 times as bright overflows where areas are multiplied by it.
+- Scenes of less than 1e-9 units or more than 1e11: the ray tracer's single precision begins to lose
+  surfaces, without a word, long before 1e18, where shapes are refused.
+- Light fainter than 1e-35: its products are lost below the least numbers of single precision.
 - A scene moved 1e5 away is the same picture only as far as single precision holds its vertices: one
   part in 10^7 of 1e5, a hundredth. The trial's scene is a hundred units wide.
 - `ptracer` with light from infinitely far over a floor of 1e6 and more: unbiased, and so noisy that
   nothing is learned from it.
 - The light of lamps without extent that a nearly mirroring surface (alpha of a hundredth and less)
-  sends on to others is in single, very bright samples by every integrator but `ptracer`: no ray by
-  a BSDF meets such a lamp.
+  sends on to others is in single, very bright samples by every integrator but `ptracer` and
+  `product`: no ray by a BSDF meets such a lamp.
 - `ptracer` sends nothing from an environment without any positive texel, whose light is negative.
 - Points of light (`joint`, `luminance`, `brdf`) stand for an environment as finely as `light_samples`
   says. What they are compared with is their own points, not the map.
@@ -251,7 +254,8 @@ std::string stability_page(const std::vector<Case>& cases, const std::vector<Row
   if (has(rows, Answer::kUndecided)) {
     page +=
         "- Open: pictures that say nothing, as hardly any of the renders on one side found the "
-        "light in question, or as a single sample is more than 30 % of the sum:\n\n";
+        "light in question, or as a single sample is more than 30 % of the sum. Each is named "
+        "where its scene is made; of any other, that is a failure:\n\n";
     add_list(page, rows, Answer::kUndecided);
   }
   page += "\nNot meant for it:\n\n";
