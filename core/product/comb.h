@@ -35,47 +35,27 @@ class Comb {
   }
 
  private:
-  static_assert(simd::kCellLanes == 16);
-  /// Sums of two, four and eight weights of a block.
-  struct Sums {
-    double two[8], four[4], eight[2];
-    explicit Sums(const float* w) {
-      for (int i = 0; i < 8; ++i) two[i] = static_cast<double>(w[2 * i]) + w[2 * i + 1];
-      for (int i = 0; i < 4; ++i) four[i] = two[2 * i] + two[2 * i + 1];
-      for (int i = 0; i < 2; ++i) eight[i] = four[2 * i] + four[2 * i + 1];
-    }
-  };
-
   void pass_block(const float* weights, size_t first, double end, std::vector<Hit>& hits) {
-    const float* const w = weights + first;
-    const Sums sums(w);
-    const double sum = position_ + (sums.eight[0] + sums.eight[1]);
+    double ends[simd::kCellLanes];
+    double sum = position_;
+    for (size_t i = 0; i < simd::kCellLanes; ++i) ends[i] = sum += weights[first + i];
     for (; next_ < sum && left_ > 0; next_ += step_, --left_) {
-      // Down the tree of sums: a chain of four additions, where running sums would take sixteen.
-      double begin = position_;
+      // The first stratum that ends behind the point, in steps of halves without branches.
       size_t i = 0;
-      const auto descend = [&](double left, size_t width) {
-        const bool is_right = next_ >= begin + left;
-        begin += is_right ? left : 0;
-        i += is_right ? width : 0;
-      };
-      descend(sums.eight[0], 8);
-      descend(sums.four[i / 4], 4);
-      descend(sums.two[i / 2], 2);
-      descend(w[i], 1);
-      // Rounded sums may lead past the last weight.
-      while (i > 0 && !(w[i] > 0)) --i;
-      if (!(w[i] > 0)) continue;
-      const float share = static_cast<float>(next_ - begin) / w[i];
+      for (size_t half = simd::kCellLanes / 2; half > 0; half /= 2) {
+        i += ends[i + half - 1] <= next_ ? half : 0;
+      }
+      const double begin = i > 0 ? ends[i - 1] : position_;
+      const auto share = static_cast<float>((next_ - begin) / weights[first + i]);
       hits.push_back({static_cast<uint32_t>(first + i),
                       std::min(std::max(share, 0.f), std::nextafter(1.f, 0.f))});
     }
     // The block's sum, rounded otherwise, may reach a little further than its weights.
     for (; next_ < end && left_ > 0; next_ += step_, --left_) {
-      size_t last = simd::kCellLanes - 1;
-      while (last > 0 && !(w[last] > 0)) --last;
-      if (!(w[last] > 0)) continue;
-      hits.push_back({static_cast<uint32_t>(first + last), std::nextafter(1.f, 0.f)});
+      size_t last = first + simd::kCellLanes - 1;
+      while (last > first && !(weights[last] > 0)) --last;
+      if (!(weights[last] > 0)) continue;
+      hits.push_back({static_cast<uint32_t>(last), std::nextafter(1.f, 0.f)});
     }
   }
 

@@ -100,15 +100,12 @@ void Estimator::shoot_diffuse(const Segment& segment, float scale, uint32_t offs
   const auto member_at = [&](size_t j) {
     return pick(group, offset + static_cast<uint32_t>(first_hit + j) * kPlastic);
   };
-  const auto fetch = [&](size_t j) {
-    if (j >= hits_.size()) return;
-    __builtin_prefetch(&point_of(j));
-    __builtin_prefetch(&primaries_->interaction(member_of(group, member_at(j))));
-  };
   shots_.clear();
-  for (size_t j = 0; j < kAhead; ++j) fetch(j);
   for (size_t j = 0; j < hits_.size(); ++j) {
-    fetch(j + kAhead);
+    if (j + kAhead < hits_.size()) {
+      __builtin_prefetch(&point_of(j + kAhead));
+      __builtin_prefetch(&primaries_->interaction(member_of(group, member_at(j + kAhead))));
+    }
     const uint32_t stratum = hits_[j].stratum;
     const uint32_t cell = ids[stratum];
     const CellPoint& point = point_of(j);
@@ -144,13 +141,11 @@ void Estimator::shoot_glossy(const Segment& segment, float scale, Rgb* sum) {
   const Group& group = groups_[segment.group];
   const Visibility& visibility = visibility_[group.patch];
   const auto primary_of = [&](size_t i) { return member_of(group, candidates_.member[i]); };
-  const auto fetch = [&](size_t j) {
-    if (j >= hits_.size()) return;
-    __builtin_prefetch(&primaries_->interaction(primary_of(segment.other + hits_[j].stratum)));
-  };
-  for (size_t j = 0; j < kAhead; ++j) fetch(j);
   for (size_t j = 0; j < hits_.size(); ++j) {
-    fetch(j + kAhead);
+    if (j + kAhead < hits_.size()) {
+      const size_t later = segment.other + hits_[j + kAhead].stratum;
+      __builtin_prefetch(&primaries_->interaction(primary_of(later)));
+    }
     const uint32_t stratum = hits_[j].stratum;
     const size_t i = segment.other + stratum;
     const uint32_t cell = candidates_.cell[i];

@@ -34,9 +34,8 @@ struct EnvironmentGrid {
   bool bilinear_quads = false;
 };
 
-/// A direction of a cell's light, drawn with `density` per solid angle within the cell. Lies within
-/// a cache line.
-struct alignas(32) CellPoint {
+/// A direction of a cell's light, drawn with `density` per solid angle within the cell.
+struct CellPoint {
   Vec3 d{0, 1, 0};  ///< unit, world space
   float density = 0;
   Rgb weight{0.f};  ///< radiance / density
