@@ -239,12 +239,8 @@ bool Checkpoint::is_written_to(const std::string& path) const {
 void Checkpoint::write(Film& film) {
   try {
     write_file(film);
-    last_failure_.clear();
   } catch (const std::exception& error) {
-    // Once, not at each try, for as long as the reason is the same.
-    std::string failure = fmt::format("{}; the render goes on without", error.what());
-    if (failure != last_failure_) log_warn(failure);
-    last_failure_ = std::move(failure);
+    log_warn(fmt::format("{}; the render goes on without", error.what()));
   }
   written_ = Clock::now();
 }
