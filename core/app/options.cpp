@@ -2,13 +2,17 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <limits>
+#include <set>
 
 // CLI11 takes longer to compile than the rest of the program: nothing else includes it.
 #include <CLI/CLI.hpp>
 
 #include "kinome/error.h"
+#include "kinome/log.h"
 
 namespace kinome::app {
 namespace {
@@ -252,6 +256,25 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
 
 std::optional<Options> parse_options(int argc, const char* const* argv) {
   return OptionsParser().parse(argc, argv);
+}
+
+void warn_of_missing_folders(const Options& options) {
+  std::set<std::string> known;
+  const auto check = [&known](const std::string& from, const std::vector<std::string>& folders) {
+    for (const std::string& folder : folders) {
+      std::error_code failed;
+      if (std::filesystem::is_directory(folder, failed) || !known.insert(folder).second) continue;
+      const bool exists = std::filesystem::exists(folder, failed);
+      log_warn(from + " '" + folder + "': " +
+               (exists   ? "this is no folder"
+                : failed ? failed.message()
+                         : "there is no such folder"));
+    }
+  };
+  check("--plugin-path", options.plugin_paths);
+  const char* const variable = std::getenv("KINOME_PLUGIN_PATH");
+  check("KINOME_PLUGIN_PATH", split(variable ? variable : "", ':'));
+  check("--append", options.search_paths);
 }
 
 }  // namespace kinome::app

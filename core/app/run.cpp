@@ -251,6 +251,7 @@ int render_command(const Options& options, Clock::time_point start) {
     log_warn(fmt::format("-m {} is ignored: kinome has one variant, RGB in single precision",
                          options.variant));
   }
+  warn_of_missing_folders(options);
   check_output_folder(options);
   const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(options);
 
