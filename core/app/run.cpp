@@ -91,8 +91,8 @@ std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
   const auto say_that_it_resumes = [&options] {
     if (!options.quiet) fmt::print(stderr, "resuming from {}\n", options.checkpoint);
   };
-  auto checkpoint = std::make_unique<Checkpoint>(Checkpoint::Options{
-      options.checkpoint, options.every, options.resume, say_that_it_resumes});
+  auto checkpoint = std::make_unique<Checkpoint>(
+      Checkpoint::Options{options.checkpoint, options.every, options.resume, say_that_it_resumes});
   if (options.resume && !options.quiet && !checkpoint->resumes()) {
     fmt::print(stderr, "there is no {}: beginning at the beginning\n", options.checkpoint);
   }

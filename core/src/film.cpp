@@ -56,8 +56,9 @@ void for_each_pixel(const Vec2& position, const ReconstructionFilter& filter, co
 void check_size(const Rect& crop) {
   constexpr int64_t kMost = std::numeric_limits<int>::max();
   if (int64_t{crop.width()} * crop.height() <= kMost) return;
-  throw Error(fmt::format("the film renders {} x {} pixels: no more than {} can be rendered at once",
-                          crop.width(), crop.height(), kMost));
+  throw Error(
+      fmt::format("the film renders {} x {} pixels: no more than {} can be rendered at once",
+                  crop.width(), crop.height(), kMost));
 }
 
 /// Film positions stay well within int; what lies beyond is no sample of this film.

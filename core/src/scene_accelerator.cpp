@@ -112,11 +112,13 @@ Error device_error() {
     case RTC_ERROR_OUT_OF_MEMORY:
       return Error("the ray tracer (Embree) can't begin: out of memory");
     case RTC_ERROR_UNSUPPORTED_CPU:
-      return Error("the ray tracer (Embree) does not run on this machine: it lacks instructions "
-                   "that Embree needs");
+      return Error(
+          "the ray tracer (Embree) does not run on this machine: it lacks instructions "
+          "that Embree needs");
     default:
-      return Error("the ray tracer (Embree) can't begin: there is too little memory, or it does "
-                   "not run on this machine");
+      return Error(
+          "the ray tracer (Embree) can't begin: there is too little memory, or it does "
+          "not run on this machine");
   }
 }
 

@@ -151,7 +151,8 @@ TEST_F(CheckpointTest, ForeignOnesAreRefused) {
   const std::string whose = "checkpoint '" + checkpoint_ + "': it belongs to another render: its ";
   expect_one_error(with({"--seed", "1"}), "", {whose + "seed is '0', and here it is '1'"});
   expect_one_error(with({"-s", "above"}), "", {whose});
-  expect_one_error(with({"-D", "integrator=path"}), "", {whose + "scene has changed since, by the text"});
+  expect_one_error(with({"-D", "integrator=path"}), "",
+                   {whose + "scene has changed since, by the text"});
   expect_one_error(with({"--variance"}), "", {whose + "--variance"});
   expect_one_error(with({"--error", "0.5"}), "", {whose + "--error"});
   std::string bytes = read_text(checkpoint_);

@@ -150,9 +150,9 @@ TEST_F(Interrupt, HardlyAnyMemoryIsOneError) {
   int failures = 0;
   for (int kilobytes = 60000; kilobytes < 400000; kilobytes += 20000) {
     SCOPED_TRACE(kilobytes);
-    const ProcessResult result = run_process(
-        {"sh", "-c", "ulimit -v " + std::to_string(kilobytes) + "; exec \"$@\"", "sh",
-         KINOME_TEST_PROGRAM, "-q", scene_, "-o", image_, "-t", "4", "-D", "spp=1"});
+    const ProcessResult result =
+        run_process({"sh", "-c", "ulimit -v " + std::to_string(kilobytes) + "; exec \"$@\"", "sh",
+                     KINOME_TEST_PROGRAM, "-q", scene_, "-o", image_, "-t", "4", "-D", "spp=1"});
     if (result.status == 0 || result.status == 127) continue;  // 127: its libraries don't fit
     ++failures;
     expect_one_error(result, "", {"memory"});
