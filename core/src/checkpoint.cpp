@@ -239,8 +239,13 @@ bool Checkpoint::is_written_to(const std::string& path) const {
 void Checkpoint::write(Film& film) {
   try {
     write_file(film);
+    last_failure_.clear();
   } catch (const std::exception& error) {
-    log_warn(fmt::format("{}; the render goes on without", error.what()));
+    // The same may happen each time, in the render and after it.
+    if (last_failure_ != error.what()) {
+      last_failure_ = error.what();
+      log_warn(fmt::format("{}; the render goes on without", error.what()));
+    }
   }
   written_ = Clock::now();
 }

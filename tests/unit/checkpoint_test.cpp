@@ -190,6 +190,7 @@ TEST_F(Resuming, FailedCheckpointsAreOneWarning) {
     Interruptible run;
     testing::internal::CaptureStderr();
     EXPECT_EQ(run.render(*scene, &checkpoint).data, expected);
+    checkpoint.close(scene->sensors()[0]->film());
     const std::string log = testing::internal::GetCapturedStderr();
     EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 1) << log;
     EXPECT_NE(log.find("the render goes on without"), std::string::npos) << log;

@@ -88,6 +88,7 @@ class KINOME_EXPORT Checkpoint {
   bool resumes_ = false;
   bool closed_ = false;
   Clock::time_point written_ = Clock::now();
+  std::string last_failure_;  ///< to write; "": the last time it went well
   uint64_t commits_ = 0;  ///< that add() was told of
   std::vector<Pass> passes_;
   size_t next_pass_ = 0;
