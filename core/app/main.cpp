@@ -3,6 +3,7 @@
 #include <ctime>
 #include <new>
 #include <string>
+#include <system_error>
 
 #include "commands.h"
 #include "kinome/error.h"
@@ -54,6 +55,12 @@ int main(int argc, char** argv) {
     return fail(error.what());
   } catch (const std::bad_alloc&) {
     return fail("out of memory");
+  } catch (const std::system_error& error) {
+    // What the start of a thread throws: its stack takes memory.
+    if (error.code() == std::errc::resource_unavailable_try_again) {
+      return fail("out of memory, or of threads: -t COUNT takes fewer");
+    }
+    return fail_unexpectedly(dynamic_cast<const void*>(&error), error.what());
   } catch (const std::exception& error) {
     return fail_unexpectedly(dynamic_cast<const void*>(&error), error.what());
   } catch (...) {

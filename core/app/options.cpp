@@ -2,12 +2,17 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <iostream>
+#include <limits>
+#include <set>
 
 // CLI11 takes longer to compile than the rest of the program: nothing else includes it.
 #include <CLI/CLI.hpp>
 
 #include "kinome/error.h"
+#include "kinome/log.h"
 
 namespace kinome::app {
 namespace {
@@ -43,6 +48,7 @@ struct RawOptions {
   std::string stats;
   std::string inspect;
   std::string variance;
+  std::string seed;
 };
 
 constexpr uint32_t kLeastRenders = 4;  ///< with fewer, a variance says next to nothing
@@ -65,9 +71,7 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("-a,--append", raw.search_paths, "More folders to look for files in")
       ->type_name("PATH;PATH")
       ->allow_extra_args(false);
-  app.add_option("--seed", options.seed, "Seed of all random numbers; default: 0")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+  app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
   app.add_flag("-v,--verbose", options.verbosity, "Say more (repeat for still more)")
       ->disable_flag_override();
   app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors")->disable_flag_override();
@@ -150,6 +154,16 @@ void check_checkpoint(const CLI::App& app, const Options& options) {
   if (!(options.every >= 0)) throw Error("--every: must be a number of seconds, 0 or more");
 }
 
+/// Not by CLI11, which takes the nearest number for what is none, or none that fits.
+void interpret_seed(const CLI::App& app, const RawOptions& raw, Options& options) {
+  if (app.count("--seed") == 0) return;
+  const char* const end = raw.seed.data() + raw.seed.size();
+  const auto [rest, error] = std::from_chars(raw.seed.data(), end, options.seed);
+  if (error == std::errc{} && rest == end) return;
+  throw Error("--seed takes an integer from 0 to " +
+              std::to_string(std::numeric_limits<uint64_t>::max()) + ", got '" + raw.seed + "'");
+}
+
 void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
   for (const std::string& define : raw.defines) {
     const size_t equals = define.find('=');
@@ -185,6 +199,7 @@ void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
   if (options.command == Options::Command::kRender) {
     interpret_budget(app, raw, options);
     check_checkpoint(app, options);
+    interpret_seed(app, raw, options);
   }
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }
@@ -241,6 +256,25 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
 
 std::optional<Options> parse_options(int argc, const char* const* argv) {
   return OptionsParser().parse(argc, argv);
+}
+
+void warn_of_missing_folders(const Options& options) {
+  std::set<std::string> known;
+  const auto check = [&known](const std::string& from, const std::vector<std::string>& folders) {
+    for (const std::string& folder : folders) {
+      std::error_code failed;
+      if (std::filesystem::is_directory(folder, failed) || !known.insert(folder).second) continue;
+      const bool exists = std::filesystem::exists(folder, failed);
+      log_warn(from + " '" + folder + "': " +
+               (exists   ? "this is no folder"
+                : failed ? failed.message()
+                         : "there is no such folder"));
+    }
+  };
+  check("--plugin-path", options.plugin_paths);
+  const char* const variable = std::getenv("KINOME_PLUGIN_PATH");
+  check("KINOME_PLUGIN_PATH", split(variable ? variable : "", ':'));
+  check("--append", options.search_paths);
 }
 
 }  // namespace kinome::app

@@ -62,4 +62,8 @@ class OptionsParser {
 /// Error for a command line that makes no sense.
 std::optional<Options> parse_options(int argc, const char* const* argv);
 
+/// Of each place to look for plugins or files that is no folder: a mistake as a rule, but a list of
+/// places may be meant for several machines.
+void warn_of_missing_folders(const Options& options);
+
 }  // namespace kinome::app

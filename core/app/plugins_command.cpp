@@ -133,6 +133,7 @@ int print_named(PluginRegistry& registry, const std::string& wanted) {
 }  // namespace
 
 int plugins_command(const Options& options) {
+  warn_of_missing_folders(options);
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
   if (!options.plugin_name.empty()) return print_named(registry, options.plugin_name);
   if (!options.markdown) return print_list(registry);

@@ -85,22 +85,16 @@ void check_output_folder(const Options& options) {
   }
 }
 
-/// Two names of one file that exists or will.
-bool are_same_file(const std::string& a, const std::string& b) {
-  std::error_code ignored;
-  return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
-}
-
 /// Before anything is loaded, too. nullptr: no checkpoints are asked for.
 std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
   if (options.checkpoint.empty()) return nullptr;
+  const auto say_that_it_resumes = [&options] {
+    if (!options.quiet) fmt::print(stderr, "resuming from {}\n", options.checkpoint);
+  };
   auto checkpoint = std::make_unique<Checkpoint>(
-      Checkpoint::Options{options.checkpoint, options.every, options.resume});
-  if (options.resume && !options.quiet) {
-    fmt::print(stderr, "{}\n",
-               checkpoint->resumes()
-                   ? "resuming from " + options.checkpoint
-                   : "there is no " + options.checkpoint + ": beginning at the beginning");
+      Checkpoint::Options{options.checkpoint, options.every, options.resume, say_that_it_resumes});
+  if (options.resume && !options.quiet && !checkpoint->resumes()) {
+    fmt::print(stderr, "there is no {}: beginning at the beginning\n", options.checkpoint);
   }
   return checkpoint;
 }
@@ -111,7 +105,7 @@ Checkpoint::Identity identity_of(const Options& options, const Scene& scene, con
   while (scene.sensors()[index].get() != &sensor) ++index;
   const Rect& crop = sensor.film().crop();
   return {{"version", KINOME_VERSION},
-          {"scene (by its text and -D)", scene.hash()},
+          {Checkpoint::kScene, scene.hash()},
           {"sensor", std::to_string(index)},
           {"picture", fmt::format("{}x{}", crop.width(), crop.height())},
           {"seed", std::to_string(options.seed)},
@@ -257,6 +251,7 @@ int render_command(const Options& options, Clock::time_point start) {
     log_warn(fmt::format("-m {} is ignored: kinome has one variant, RGB in single precision",
                          options.variant));
   }
+  warn_of_missing_folders(options);
   check_output_folder(options);
   const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(options);
 
@@ -299,8 +294,9 @@ int render_command(const Options& options, Clock::time_point start) {
   if (options.png) check_writable(png);
   if (checkpoint) {
     for (const std::string& written : {output, options.png ? png : output}) {
-      if (!are_same_file(checkpoint->path(), written)) continue;
-      throw Error(fmt::format("--checkpoint {}: this is where the picture goes", written));
+      if (!checkpoint->is_written_to(written)) continue;
+      throw Error(
+          fmt::format("--checkpoint {}: this is where the picture goes", checkpoint->path()));
     }
     checkpoint->set_identity(identity_of(options, *scene, sensor));
     context.set_checkpoint(checkpoint.get());

@@ -146,6 +146,11 @@ void check_identity(const std::string& path, const Checkpoint::Identity& theirs,
   for (const auto& [name, unused] : both) {
     const std::string there = value(theirs, name), here = value(ours, name);
     if (there == here) continue;
+    if (name == Checkpoint::kScene) {
+      throw file_error(path,
+                       "it belongs to another render: its scene has changed since, by the text of "
+                       "the scene files or by -D");
+    }
     throw file_error(path, fmt::format("it belongs to another render: its {} is {}, and here it is "
                                        "{}",
                                        name, there, here));
@@ -172,7 +177,10 @@ void Checkpoint::begin(Film& film) {
   next_pass_ = next_decision_ = 0;
   commits_ = film.commits();
   closed_ = false;
-  if (resumes_) read_file(film);
+  if (resumes_) {
+    read_file(film);
+    if (options_.on_resume) options_.on_resume();
+  }
   written_ = Clock::now();
 }
 
@@ -224,11 +232,20 @@ void Checkpoint::remove() const {
   fs::remove(options_.path, failed);
 }
 
+bool Checkpoint::is_written_to(const std::string& path) const {
+  return are_written_to_one_file(options_.path, path);
+}
+
 void Checkpoint::write(Film& film) {
   try {
     write_file(film);
-  } catch (const Error& error) {
-    log_warn(fmt::format("{}; the render goes on without", error.what()));
+    last_failure_.clear();
+  } catch (const std::exception& error) {
+    // The same may happen each time, in the render and after it.
+    if (last_failure_ != error.what()) {
+      last_failure_ = error.what();
+      log_warn(fmt::format("{}; the render goes on without", error.what()));
+    }
   }
   written_ = Clock::now();
 }

@@ -52,28 +52,19 @@ Error write_error(const std::string& path, const std::string& why) {
   return Error(fmt::format("cannot write '{}': {}", path, why));
 }
 
-/// The file that `path` names once symbolic links are followed; Error where it can't be one.
-std::string resolve_target(const std::string& path) {
-  if (path.empty()) throw Error("cannot write a file without a name");
-  std::error_code ignored;
-  const fs::file_status status = fs::status(path, ignored);
-  if (fs::is_directory(status) || path.back() == '/') {
-    throw write_error(path, "it names a folder, expected a file");
-  }
-  // Renaming onto a device or a pipe would replace it.
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
-    throw write_error(path, "it exists and is not a regular file");
-  }
+/// Where symbolic links lead to, whether there is a file or not: a link that leads to none names
+/// the one that is to be. Not by canonical paths: those need to read all folders above.
+fs::path follow_links(const std::string& path) {
+  constexpr int kMostLinks = 40;  // as many as Linux follows
   fs::path target = path;
-  if (fs::is_symlink(fs::symlink_status(target, ignored))) target = fs::weakly_canonical(target);
-  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  if (!fs::exists(folder, ignored)) {
-    throw write_error(path, fmt::format("the folder '{}' does not exist", folder.string()));
+  std::error_code failed;
+  for (int i = 0; fs::is_symlink(fs::symlink_status(target, failed)); ++i) {
+    if (i == kMostLinks) throw write_error(path, std::strerror(ELOOP));
+    const fs::path next = fs::read_symlink(target, failed);
+    if (failed) throw write_error(path, failed.message());
+    target = target.parent_path() / next;  // `next` alone, where that is absolute
   }
-  if (!fs::is_directory(folder, ignored)) {
-    throw write_error(path, fmt::format("'{}' is not a folder", folder.string()));
-  }
-  return target.string();
+  return target;
 }
 
 std::string temporary_name(const std::string& target) {
@@ -117,7 +108,8 @@ int create_unnamed(const std::string& folder) {
 /// 0, or the errno of what failed.
 int sync_folder(const std::string& folder) {
   const int fd = open_file(folder, O_RDONLY | O_DIRECTORY);
-  if (fd < 0) return errno;
+  // A folder that may be written but not read can't be synced by us; the file itself is.
+  if (fd < 0) return errno == EACCES ? 0 : errno;
   // Some file systems have nothing to sync here, and say so by this.
   const int code = ::fsync(fd) == 0 || errno == EINVAL ? 0 : errno;
   ::close(fd);
@@ -125,6 +117,33 @@ int sync_folder(const std::string& folder) {
 }
 
 }  // namespace
+
+std::string resolve_target(const std::string& path) {
+  if (path.empty()) throw Error("cannot write a file without a name");
+  const fs::path target = follow_links(path);
+  std::error_code ignored;
+  const fs::file_status status = fs::status(target, ignored);
+  if (fs::is_directory(status) || target.native().back() == '/') {
+    throw write_error(path, "it names a folder, expected a file");
+  }
+  // Renaming onto a device or a pipe would replace it.
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw write_error(path, "it exists and is not a regular file");
+  }
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  const fs::file_status of_folder = fs::status(folder, ignored);
+  if (of_folder.type() == fs::file_type::none) {
+    throw write_error(path, ignored.message());  // a loop, a name too long, ...
+  }
+  // Where it is unknown, opening the file says why.
+  if (of_folder.type() == fs::file_type::not_found) {
+    throw write_error(path, fmt::format("the folder '{}' does not exist", folder.string()));
+  }
+  if (of_folder.type() != fs::file_type::unknown && !fs::is_directory(of_folder)) {
+    throw write_error(path, fmt::format("'{}' is not a folder", folder.string()));
+  }
+  return target.string();
+}
 
 FileWriter::FileWriter(const std::string& path) : path_(path), target_(resolve_target(path)) {
   temporary_ = temporary_name(target_);
@@ -199,6 +218,15 @@ void sync_file(const std::string& path) {
   if (code != 0) throw write_error(path, std::strerror(code));
 }
 
+bool are_written_to_one_file(const std::string& a, const std::string& b) {
+  std::error_code failed;
+  if (fs::equivalent(a, b, failed)) return true;
+  // Of those that are still to be, the folders can be compared.
+  const fs::path target_a = resolve_target(a), target_b = resolve_target(b);
+  return target_a.filename() == target_b.filename() &&
+         fs::equivalent(folder_of(target_a), folder_of(target_b), failed);
+}
+
 void remove_temporary_files() noexcept {
   const int saved = errno;
   for (const Slot& slot : slots) {
@@ -208,7 +236,8 @@ void remove_temporary_files() noexcept {
 }
 
 void check_writable(const std::string& path) {
-  // Creating a file is the one check that also sees read-only and full file systems.
+  // Creating a file is the one check that also sees read-only file systems and quotas of files. A
+  // full disk it doesn't see: an empty file takes no room there.
   FileWriter probe(path);
 }
 

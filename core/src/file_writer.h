@@ -25,7 +25,9 @@ class FileWriter {
   uint64_t position() const { return position_; }
   bool failed() const { return errno_ != 0; }
   /// Throws Error where any write failed, and leaves `path` as it was. `durable`: once it returns,
-  /// the file is on the disk, whatever happens to the machine.
+  /// the file is on the disk, whatever happens to the machine (its name only as far as the folder
+  /// can be read). Where the disk fails at the last step, to keep the name, Error is thrown though
+  /// `path` is the new file already.
   void commit(bool durable = false);
 
  private:
@@ -41,5 +43,11 @@ class FileWriter {
   uint64_t position_ = 0;
   int errno_ = 0;
 };
+
+/// The file that `path` names once symbolic links are followed, whether it is there or not; Error
+/// where it can't be written.
+std::string resolve_target(const std::string& path);
+/// Whether these are names of one file, which may still be to be written. Error as above.
+bool are_written_to_one_file(const std::string& a, const std::string& b);
 
 }  // namespace kinome

@@ -1,9 +1,13 @@
 #include "kinome/film.h"
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 #include "kinome/color.h"
+#include "kinome/error.h"
 
 namespace kinome {
 namespace {
@@ -45,6 +49,16 @@ void for_each_pixel(const Vec2& position, const ReconstructionFilter& filter, co
       fn(x, y, wy * filter.eval(static_cast<float>(x + 0.5 - position.x)));
     }
   }
+}
+
+/// Rect::area() is an int. The plugin of a film may know which parameter is at fault; this is for
+/// those that don't ask.
+void check_size(const Rect& crop) {
+  constexpr int64_t kMost = std::numeric_limits<int>::max();
+  if (int64_t{crop.width()} * crop.height() <= kMost) return;
+  throw Error(
+      fmt::format("the film renders {} x {} pixels: no more than {} can be rendered at once",
+                  crop.width(), crop.height(), kMost));
 }
 
 /// Film positions stay well within int; what lies beyond is no sample of this film.
@@ -107,6 +121,7 @@ void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
 }
 
 void Film::prepare(const std::vector<std::vector<std::string>>& layers, uint32_t lanes) {
+  check_size(crop_);
   non_finite_ = 0;
   commits_ = 0;
   layers_ = layers;

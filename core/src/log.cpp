@@ -3,6 +3,11 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <mutex>
+#include <set>
+
+#include "log_once.h"
+
 namespace kinome {
 namespace {
 
@@ -32,7 +37,34 @@ spdlog::logger& logger() {
   return *instance;
 }
 
+/// The warnings that were told since the first WarningsOnce of those that live. Never destroyed,
+/// either.
+struct Told {
+  std::mutex mutex;
+  int scopes = 0;
+  std::set<std::string> warnings;
+};
+Told& told() {
+  static Told* const instance = new Told;
+  return *instance;
+}
+
+bool is_told_already(const std::string& warning) {
+  const std::lock_guard lock(told().mutex);
+  return told().scopes > 0 && !told().warnings.insert(warning).second;
+}
+
 }  // namespace
+
+WarningsOnce::WarningsOnce() {
+  const std::lock_guard lock(told().mutex);
+  ++told().scopes;
+}
+
+WarningsOnce::~WarningsOnce() {
+  const std::lock_guard lock(told().mutex);
+  if (--told().scopes == 0) told().warnings.clear();
+}
 
 void set_log_level(LogLevel level) {
   logger().set_level(spdlog_level(level));
@@ -52,7 +84,7 @@ LogLevel log_level() {
 }
 
 void log_warn(const std::string& message) {
-  logger().warn("warning: {}", message);
+  if (!is_told_already(message)) logger().warn("warning: {}", message);
 }
 void log_info(const std::string& message) {
   logger().info("{}", message);

@@ -139,7 +139,14 @@ Rgb Properties::color(const std::string& name) const {
 }
 
 Transform Properties::transform(const std::string& name) const {
-  return get_as<Transform>(*this, name, value(name), "a transform");
+  const Transform transform = get_as<Transform>(*this, name, value(name), "a transform");
+  // Most of those who ask take the linear part and the origin by themselves, and would leave out
+  // what the last row says.
+  const Mat4& m = transform.matrix();
+  if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || !(m[3][3] != 0)) {
+    throw error(name, "must be an affine transform, got a projective one");
+  }
+  return m[3][3] == 1 ? transform : Transform(m / m[3][3]);
 }
 
 std::shared_ptr<Texture> Properties::texture(const std::string& name) const {

@@ -3,6 +3,7 @@
 #include "kinome/checkpoint.h"
 #include "kinome/error.h"
 #include "kinome/log.h"
+#include "log_once.h"
 #include "progressive.h"
 
 namespace kinome {
@@ -14,6 +15,7 @@ void warn_without_emitters(const Scene& scene) {
 }
 
 Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
+  const WarningsOnce once;
   RenderStats& stats = context.stats();
   Image image;
   {

@@ -7,13 +7,11 @@
 
 #include "kinome/error.h"
 #include "scene_accelerator.h"
+#include "traceable.h"
 
 namespace kinome {
 
 namespace {
-
-/// Of any shape and ray, from the origin: see can_be_traced.
-constexpr float kFarthest = 1e18f;
 
 std::string describe(const Object& object, const char* kind, size_t index) {
   return object.id().empty() ? std::string(kind) + " " + std::to_string(index)
@@ -50,12 +48,8 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
     const std::string name = describe(shape, "shape", i);
     if (!shape.bsdf_pointer()) throw Error(name + " has no BSDF");
     const Aabb box = shape.bounds();
-    if (box.empty() || !is_finite(box.lo) || !is_finite(box.hi)) {
-      throw Error(name + " has no finite bounds");
-    }
-    if (!(max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi))) <= kFarthest)) {
-      throw Error(name + " reaches beyond 1e18 units, which is too far for the ray tracer");
-    }
+    const std::string fault = why_untraceable(box);
+    if (!fault.empty()) throw Error(name + " " + fault);
     bounds_.expand(box);
     if (const auto emitter = shape.emitter_pointer()) {
       add_emitter(*emitter, name);

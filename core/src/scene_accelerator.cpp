@@ -105,15 +105,33 @@ void occlude_by_shape(const RTCOccludedFunctionNArguments* args) {
   }
 }
 
+/// Why there is no device. What Embree can't tell may be a lack of memory as well, as where none is
+/// left for a thread.
+Error device_error() {
+  switch (rtcGetDeviceError(nullptr)) {
+    case RTC_ERROR_OUT_OF_MEMORY:
+      return Error("the ray tracer (Embree) can't begin: out of memory");
+    case RTC_ERROR_UNSUPPORTED_CPU:
+      return Error(
+          "the ray tracer (Embree) does not run on this machine: it lacks instructions "
+          "that Embree needs");
+    default:
+      return Error(
+          "the ray tracer (Embree) can't begin: there is too little memory, or it does "
+          "not run on this machine");
+  }
+}
+
 }  // namespace
 
 void rethrow_from_shapes() {
   if (thrown) std::rethrow_exception(std::exchange(thrown, nullptr));
 }
 
-void DeviceErrors::report(void* self, RTCError /*code*/, const char* text) {
+void DeviceErrors::report(void* self, RTCError code, const char* text) {
   auto& errors = *static_cast<DeviceErrors*>(self);
   const std::lock_guard lock(errors.mutex_);
+  if (errors.message_.empty() && code == RTC_ERROR_OUT_OF_MEMORY) errors.message_ = "out of memory";
   if (errors.message_.empty()) errors.message_ = text && *text ? text : "unknown error";
 }
 
@@ -125,7 +143,7 @@ void DeviceErrors::throw_if_any() const {
 Scene::Accelerator::Accelerator(const std::vector<std::shared_ptr<Shape>>& shapes,
                                 unsigned threads) {
   device_.reset(rtcNewDevice(device_options(threads).c_str()));
-  if (!device_) throw Error("the ray tracer (Embree) does not run on this machine");
+  if (!device_) throw device_error();
   rtcSetDeviceErrorFunction(device_.get(), &DeviceErrors::report, &errors_);
   scene_.reset(rtcNewScene(device_.get()));
   errors_.throw_if_any();

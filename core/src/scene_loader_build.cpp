@@ -8,6 +8,7 @@
 #include "plugin_check.h"
 #include "property_types.h"
 #include "scene_loader_convert.h"
+#include "traceable.h"
 
 namespace kinome::loader {
 namespace {
@@ -251,6 +252,12 @@ void Builder::add_to_scene(const Node& child, const std::shared_ptr<Object>& obj
     if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
   };
   if (auto shape = std::dynamic_pointer_cast<Shape>(object)) {
+    // Here, where its place is known; the scene would have but its number.
+    const std::string fault = why_untraceable(shape->bounds());
+    if (!fault.empty()) {
+      const Node& node = child.tag == "ref" ? target_of(child) : child;
+      throw Error(node.where, "this " + node.value("type") + " " + fault);
+    }
     add(contents.shapes, shape);
   } else if (auto sensor = std::dynamic_pointer_cast<Sensor>(object)) {
     add(contents.sensors, sensor);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <limits>
 
 #include "kinome/film.h"
 #include "kinome/plugin.h"
@@ -18,6 +19,8 @@ namespace kinome {
 namespace {
 
 constexpr int64_t kMaxSide = 1 << 16;
+/// Of the rendered window: the renderer counts its pixels in int.
+constexpr int64_t kMaxPixels = std::numeric_limits<int>::max();
 
 const Parameter kTable[] = {
     {"width", ParameterType::kInteger, "768", "pixels of the full film"},
@@ -103,6 +106,7 @@ class HdrFilm : public Film {
     const int64_t h = props.has("crop_height") ? side(props, "crop_height") : height_;
     check_crop(props, "crop_offset_x", x, w, width_);
     check_crop(props, "crop_offset_y", y, h, height_);
+    check_pixels(props, w, h);
     crop_ = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(x + w),
              static_cast<int>(y + h)};
   }
@@ -113,6 +117,17 @@ class HdrFilm : public Film {
     throw props.error(name, "must keep the crop window within the film's " + std::to_string(full) +
                                 " pixels, got " + std::to_string(size) + " pixels from " +
                                 std::to_string(offset));
+  }
+  /// Of a larger film, a window can be rendered all the same.
+  static void check_pixels(const Properties& props, int64_t w, int64_t h) {
+    if (w * h <= kMaxPixels) return;
+    // Where the longer side comes from is where to make it shorter.
+    const bool by_width = w >= h;
+    const char* name = by_width ? "crop_width" : "crop_height";
+    if (!props.has(name)) name = by_width ? "width" : "height";
+    throw props.error(name, "makes the picture " + std::to_string(w) + " x " + std::to_string(h) +
+                                " pixels: no more than " + std::to_string(kMaxPixels) +
+                                " can be rendered at once");
   }
 
   bool is_pfm_ = false;

@@ -97,6 +97,23 @@ TEST_F(Budget, UnreachableErrorStopsAtTheLimit) {
   EXPECT_NE(log_.find("time was up"), std::string::npos) << log_;
 }
 
+/// Each pass of such a render comes by the same places.
+TEST_F(Budget, WarnsOfEachThingOnce) {
+  std::string dark = small_scene();
+  const std::string emitter = "  <emitter type=\"constant\"/>\n";
+  dark.erase(dark.find(emitter), emitter.size());
+  const std::string scene = folder_.write("dark.xml", dark);
+  for (const std::string integrator : {"direct", "path", "clustered", "ptracer"}) {
+    const ProcessResult result = kinome(
+        {scene, "-o", folder_.path("dark"), "--error", "0.01", "-D", "integrator=" + integrator});
+    EXPECT_EQ(result.status, 0) << result.err;
+    const size_t first = result.err.find("the scene has no emitter");
+    EXPECT_NE(first, std::string::npos) << result.err;
+    EXPECT_EQ(result.err.find("the scene has no emitter", first + 1), std::string::npos)
+        << result.err;
+  }
+}
+
 TEST_F(Budget, VariancesAreChannels) {
   for (const char* integrator : {"direct", "clustered", "ptracer"}) {
     render({"--variance", "-D", "spp=64", "-D", std::string("integrator=") + integrator});

@@ -144,6 +144,21 @@ TEST_F(Interrupt, TooLittleMemoryIsOneError) {
   expect_one_error(result, "", {"out of memory"});
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
 }
+
+/// Wherever it ends. Least of all is it the machine that is to blame.
+TEST_F(Interrupt, HardlyAnyMemoryIsOneError) {
+  int failures = 0;
+  for (int kilobytes = 60000; kilobytes < 400000; kilobytes += 20000) {
+    SCOPED_TRACE(kilobytes);
+    const ProcessResult result =
+        run_process({"sh", "-c", "ulimit -v " + std::to_string(kilobytes) + "; exec \"$@\"", "sh",
+                     KINOME_TEST_PROGRAM, "-q", scene_, "-o", image_, "-t", "4", "-D", "spp=1"});
+    if (result.status == 0 || result.status == 127) continue;  // 127: its libraries don't fit
+    ++failures;
+    expect_one_error(result, "", {"memory"});
+  }
+  EXPECT_GT(failures, 0);
+}
 #endif
 
 TEST_F(Interrupt, FullDiskLeavesNoFile) {

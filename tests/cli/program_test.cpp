@@ -104,6 +104,32 @@ TEST_F(Program, SearchPathsAreSplitAtSemicolons) {
   render_quietly({"-a", folder_.path("empty"), "-a", folder_.path("include")});
 }
 
+TEST_F(Program, PlacesThatAreNoFoldersAreWarnings) {
+  const std::string none = folder_.path("none"), other = folder_.path("other");
+  const auto run = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(),
+                     {"env", "KINOME_PLUGIN_PATH=" + other, KINOME_TEST_PROGRAM});
+    return run_process(arguments, 120);
+  };
+  const ProcessResult result =
+      run({scene_, "-o", image_, "--plugin-path", none, "--plugin-path", none, "--plugin-path",
+           folder_.folder(), "-a", scene_ + ";" + folder_.folder()});
+  EXPECT_EQ(result.status, 0) << result.err;
+  const std::string expected = "kinome: warning: --plugin-path '" + none +
+                               "': there is no such folder\n"
+                               "kinome: warning: KINOME_PLUGIN_PATH '" +
+                               other +
+                               "': there is no such folder\n"
+                               "kinome: warning: --append '" +
+                               scene_ + "': this is no folder\n";
+  EXPECT_EQ(result.err.substr(0, expected.size()), expected) << result.err;
+  EXPECT_EQ(result.err.find("warning", expected.size()), std::string::npos) << result.err;
+  EXPECT_EQ(run({"-q", scene_, "-o", image_, "-a", none}).err, "");
+  const ProcessResult plugins = run({"plugins", "--plugin-path", none});
+  EXPECT_EQ(plugins.status, 0);
+  EXPECT_EQ(lines(plugins.err), 2u) << plugins.err;
+}
+
 TEST_F(Program, PngLiesBesideThePicture) {
   picture({"--png"});
   const std::string plain = read_text(folder_.path("a.png"));

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -164,6 +165,62 @@ TEST_F(Resuming, OfNothingBegins) {
   EXPECT_FALSE(checkpoint.resumes());
   Interruptible with, without;
   EXPECT_EQ(with.render(*scene, &checkpoint).data, without.render(*scene, nullptr).data);
+}
+
+/// Whatever happens to the place where they lie.
+TEST_F(Resuming, FailedCheckpointsAreOneWarning) {
+  const auto scene = scene_with(R"(<integrator type="direct"/>)");
+  Interruptible whole;
+  const std::vector<float> expected = whole.render(*scene, nullptr).data;
+  const struct {
+    const char* name;
+    std::function<void(const fs::path& folder)> spoil;
+  } cases[] = {{"gone", [](const fs::path& folder) { fs::remove_all(folder); }},
+               {"a loop", [](const fs::path& folder) {
+                  fs::remove_all(folder);
+                  fs::create_directory_symlink(folder.filename(), folder);
+                }}};
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.name);
+    const fs::path place = folder_.path("place");
+    fs::remove(place);
+    fs::create_directory(place);
+    Checkpoint checkpoint({(place / "c").string(), 0, false});
+    c.spoil(place);
+    Interruptible run;
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run.render(*scene, &checkpoint).data, expected);
+    checkpoint.close(scene->sensors()[0]->film());
+    const std::string log = testing::internal::GetCapturedStderr();
+    EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 1) << log;
+    EXPECT_NE(log.find("the render goes on without"), std::string::npos) << log;
+  }
+}
+
+TEST_F(Resuming, IsAnnouncedOnceItIsAccepted) {
+  const auto scene = scene_with(R"(<integrator type="direct"/>)");
+  {
+    Checkpoint checkpoint(options(false));
+    Interruptible run{.cancel_at = 4};
+    run.render(*scene, &checkpoint);
+  }
+  int announced = 0;
+  Checkpoint::Options resuming = options(true);
+  resuming.on_resume = [&] { ++announced; };
+  Checkpoint foreign(resuming);
+  foreign.set_identity({{Checkpoint::kScene, "0123456789abcdef"}});
+  Interruptible run;
+  try {
+    run.render(*scene, &foreign);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_NE(error.message().find("its scene has changed"), std::string::npos) << error.what();
+    EXPECT_EQ(error.message().find("0123456789"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(announced, 0);
+  Checkpoint same(resuming);
+  run.render(*scene, &same);
+  EXPECT_EQ(announced, 1);
 }
 
 class Refused : public Resuming {

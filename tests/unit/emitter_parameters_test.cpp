@@ -23,6 +23,8 @@ std::string angles(const std::string& cutoff, const std::string& beam_width) {
 const std::string kStretch = "<transform name='to_world'><scale x='2' y='1' z='1'/></transform>";
 const std::string kScale = "<transform name='to_world'><scale value='2'/></transform>";
 const std::string kHuge = "<transform name='to_world'><scale z='1e35'/></transform>";
+const std::string kProjective =
+    "<transform name='to_world'><matrix value='1 0 0 0  0 1 0 0  0 0 1 0  0 1 0 1'/></transform>";
 const std::string kShear =
     "<transform name='to_world'><scale x='2'/><rotate z='1' angle='30'/><scale x='2'/></transform>";
 const std::string kTurn = "<transform name='to_world'><rotate x='1' angle='20'/></transform>";
@@ -60,6 +62,10 @@ TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
       {"spot", number("cutoff_angle", "135") + kChecks, "texture", "got 135"},
       {"spot", kStretch, "to_world", "scale all axes alike"},
       {"spot", kShear, "to_world", "without shear"},
+      {"spot", kProjective, "to_world", "affine"},
+      {"point", kProjective, "to_world", "affine"},
+      {"directional", kProjective, "to_world", "affine"},
+      {"projector", kProjective, "to_world", "affine"},
       {"projector", kShear, "to_world", "without shear"},
       {"directional", kHuge + "<rgb name='irradiance' value='1e3 1 1'/>", "to_world",
        "beyond 1e36"},

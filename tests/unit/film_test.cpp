@@ -400,6 +400,36 @@ TEST(Film, RefusesWhatItCannotBe) {
   expect_error("<rfilter type=\"tent\"><float name=\"radius\" value=\"-1\"/></rfilter>", "radius");
 }
 
+/// An int counts the pixels of a picture.
+TEST(Film, RefusesMorePixelsThanItCanCount) {
+  const std::string window =
+      "<integer name=\"crop_width\" value=\"65536\"/><integer name=\"crop_height\" value=\"";
+  expect_error(size(65536, 65536), "'width' makes the picture 65536 x 65536 pixels: no more than");
+  expect_error(size(46341, 46341), "'width'");  // just beyond
+  expect_error(size(32768, 65536), "'height'");
+  expect_error(size(65536, 65536) + window + "32768\"/>", "'crop_width'");
+  // No memory is taken before it is rendered.
+  EXPECT_EQ(make_film(size(46340, 46340))->crop().area(), 2147395600);
+  const auto part = make_film(size(65536, 65536) + window + "32767\"/>");
+  EXPECT_EQ(part->crop().area(), 65536 * 32767);
+}
+
+/// Films of other plugins may not ask.
+TEST(Film, PreparesNoMorePixelsThanItCanCount) {
+  class Vast : public Film {
+   public:
+    Vast() { crop_ = {0, 0, 1 << 16, 1 << 16}; }
+    void write(const std::string&, const Image&, const ImageMetadata&) const override {}
+    std::string file_extension() const override { return ".none"; }
+  };
+  try {
+    Vast().prepare({{}});
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(error.message().find("65536 x 65536"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Film, DefaultsAreMitsubas) {
   const auto film = make_film("");
   EXPECT_EQ(film->width(), 768);

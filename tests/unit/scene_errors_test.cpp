@@ -237,6 +237,11 @@ const Wrong kWrong[] = {
     {"AliasTakesAnId", "<bsdf type='diffuse' id='a'/><alias id='a' ^as='a'/>",
      "the id 'a' is given twice"},
 
+    {"TooFar",
+     "<shape type='sphere'/>\n^<shape type='sphere'><point name='center' value='0 2e18 "
+     "0'/></shape>",
+     "this sphere reaches beyond 1e18 units, which is too far for the ray tracer"},
+
     // Substitution, include, path
     {"Undefined", "<bsdf type='diffuse' ^id='$x'/>", "undefined parameter '$x'"},
     {"UndefinedSuggests",

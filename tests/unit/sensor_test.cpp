@@ -92,6 +92,14 @@ TEST(Sensor, RefusesWhatItCannotBe) {
   expect_error("perspective", number("near_clip", "0"), "near_clip");
   expect_error("perspective", number("far_clip", ".001"), "far_clip");
   expect_error("perspective", scale, "to_world");
+  const std::string projective =
+      "<transform name=\"to_world\"><matrix value=\"1 0 0 0  0 1 0 0  0 0 1 0  0 1 0 1\"/>"
+      "</transform>";
+  for (const char* type : {"perspective", "thinlens", "orthographic"}) {
+    const bool has_aperture = type == std::string("thinlens");
+    expect_error(type, (has_aperture ? number("aperture_radius", "1") : "") + projective,
+                 "'to_world' must be an affine transform, got a projective one");
+  }
   expect_error("thinlens", scale + number("aperture_radius", "1"), "to_world");
   expect_error("perspective", number("shutter_open", "1"), "shutter_close");
   expect_error("thinlens", "", "aperture_radius");

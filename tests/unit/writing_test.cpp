@@ -65,10 +65,16 @@ TEST(Writing, PlacesThatCannotBeWrittenAreFoundBefore) {
   const TemporaryFolder folder;
   const Image image = make_image(2, 2, {"Y"});
   const std::string file = folder.write("file", "x");
+  fs::create_symlink("loop", folder.path("loop"));
+  fs::create_symlink("none/a.exr", folder.path("link"));
   const struct {
     std::string path;
     const char* part;
-  } cases[] = {{folder.path("none/a.exr"), "does not exist"},
+  } cases[] = {{folder.path("loop"), "symbolic links"},
+               {folder.path("loop/a.exr"), "symbolic links"},
+               {folder.path("link"), "does not exist"},
+               {folder.path(std::string(300, 'x') + "/a.exr"), "too long"},
+               {folder.path("none/a.exr"), "does not exist"},
                {folder.folder(), "folder"},
                {folder.path("a/"), "folder"},
                {file + "/a.exr", ""},
@@ -83,6 +89,12 @@ TEST(Writing, PlacesThatCannotBeWrittenAreFoundBefore) {
     fs::permissions(folder.path("locked"), fs::perms::owner_read | fs::perms::owner_exec);
     const std::string path = folder.path("locked/a.exr");
     expect_error([&] { check_writable(path); }, path, "Permission denied");
+    fs::permissions(folder.path("locked"), fs::perms::none);
+    expect_error([&] { check_writable(path); }, path, "Permission denied");
+    // Written but not read: files can be made, and the folder not be synced.
+    fs::permissions(folder.path("locked"), fs::perms::owner_write | fs::perms::owner_exec);
+    write_pfm(folder.path("locked/a.pfm"), image);
+    sync_file(folder.path("locked/a.pfm"));
   }
   EXPECT_THROW(check_writable(""), Error);
   check_writable(folder.path("a.exr"));
@@ -99,6 +111,15 @@ TEST(Writing, FollowsLinksAndHonoursTheUmask) {
   write_pfm(folder.path("link.pfm"), image);
   EXPECT_TRUE(fs::is_symlink(folder.path("link.pfm")));
   EXPECT_EQ(read_pfm(folder.path("target.pfm")).data, image.data);
+  // What a link leads to need not be there.
+  fs::create_directory(folder.path("sub"));
+  fs::create_symlink("sub/later.pfm", folder.path("first.pfm"));
+  fs::create_symlink("first.pfm", folder.path("second.pfm"));
+  check_writable(folder.path("second.pfm"));
+  write_pfm(folder.path("second.pfm"), image);
+  EXPECT_TRUE(fs::is_symlink(folder.path("first.pfm")));
+  EXPECT_TRUE(fs::is_symlink(folder.path("second.pfm")));
+  EXPECT_EQ(read_pfm(folder.path("sub/later.pfm")).data, image.data);
   const mode_t mask = umask(022);
   write_pfm(folder.path("new.pfm"), image);
   umask(mask);

@@ -31,14 +31,21 @@ class KINOME_EXPORT Checkpoint {
     std::string path;
     double every = 60;    ///< seconds from one write to the next
     bool resume = false;  ///< go on from the file, if there is one
+    /// Called by begin() once the file is accepted.
+    std::function<void()> on_resume = nullptr;
   };
   /// All that makes a picture what it is: names and values, such as "seed" and "7".
   using Identity = std::map<std::string, std::string>;
+  /// The name by which an identity holds the scene's hash, which says nothing to people.
+  static constexpr const char* kScene = "scene (by its text and -D)";
 
   /// Error where the file can't be written, is there though `resume` is false, or is damaged.
   explicit Checkpoint(Options options);
 
   const std::string& path() const { return options_.path; }
+  /// Whether `path` leads to the same file, there or still to be written. Error where it can't be
+  /// written.
+  bool is_written_to(const std::string& path) const;
   /// There is a file to go on from.
   bool resumes() const { return resumes_; }
 
@@ -81,6 +88,7 @@ class KINOME_EXPORT Checkpoint {
   bool resumes_ = false;
   bool closed_ = false;
   Clock::time_point written_ = Clock::now();
+  std::string last_failure_;  ///< to write; "": the last time it went well
   uint64_t commits_ = 0;  ///< that add() was told of
   std::vector<Pass> passes_;
   size_t next_pass_ = 0;
