@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
+
+#include <fmt/format.h>
 
 #include "kinome/bsdf.h"
 #include "kinome/error.h"
@@ -13,7 +17,6 @@
 #include "kinome/shape.h"
 #include "measure.h"
 #include "support/render.h"
-#include "xml.h"
 
 namespace kinome::test {
 namespace {
@@ -29,101 +32,106 @@ constexpr double kMostSamples = 4096;
 /// A sum of which one sample is this much says nothing yet.
 constexpr double kTooMuch = 0.05;
 
-struct Method {
-  std::string name;
-  std::string integrator;
-  std::string against;      ///< the method whose expectation it has; empty: none
-  bool same_seeds = false;  ///< differences of renders of one seed
-};
-
-std::string clustered(const std::string& importance, int max_depth) {
-  return xml::integrator("clustered",
-                         xml::text("importance", importance) + xml::integer("light_samples", 100) +
-                             xml::integer("cut_size", 20) + xml::integer("emitter_samples", 4) +
-                             xml::integer("brdf_samples", 4) + xml::number("rays_per_pixel", 12) +
-                             xml::integer("max_depth", max_depth));
-}
-std::string with_depth(const std::string& type, int max_depth) {
-  return xml::integrator(type, xml::integer("max_depth", max_depth));
-}
-std::string truth(int max_depth) {
-  return xml::integrator("groundtruth",
-                         xml::integer("light_samples", 100) + xml::integer("max_depth", max_depth));
+/// Whether an error is one that extremes of a legal scene may cause.
+bool may_be_refused(const std::string&) {
+  return false;
 }
 
-const std::vector<Method>& all_methods() {
-  static const std::vector<Method> all = {
-      {"direct", xml::integrator("direct"), "emitter sampling"},
-      {"emitter sampling",
-       xml::integrator("direct",
-                       xml::integer("emitter_samples", 1) + xml::integer("bsdf_samples", 0)),
-       ""},
-      {"path", with_depth("path", 2), "direct"},
-      {"ptracer", with_depth("ptracer", 2), "direct"},
-      {"product", clustered("product", 2), "direct"},
-      {"groundtruth", truth(2), ""},
-      {"joint", clustered("joint", 2), "groundtruth", true},
-      {"luminance", clustered("luminance", 2), "groundtruth", true},
-      {"brdf", clustered("brdf", 2), "groundtruth", true},
-      {"path, one bounce", with_depth("path", 3), ""},
-      {"ptracer, one bounce", with_depth("ptracer", 3), "path, one bounce"},
-      {"product, one bounce", clustered("product", 3), "path, one bounce"},
-      {"groundtruth, one bounce", truth(3), ""},
-      {"joint, one bounce", clustered("joint", 3), "groundtruth, one bounce", true},
-      {"path, any length", xml::integrator("path"), ""},
-  };
-  return all;
+/// Whether all renders gave the same.
+bool is_constant(const std::vector<TileEstimate>& tiles) {
+  return std::all_of(tiles.begin(), tiles.end(),
+                     [](const TileEstimate& tile) { return tile.estimate.variance_of_mean == 0; });
 }
-
-const Method& method_named(const std::string& name) {
-  for (const Method& method : all_methods()) {
-    if (method.name == name) return method;
+void make_exact(std::vector<TileEstimate>& tiles) {
+  for (TileEstimate& tile : tiles) {
+    tile.freedom = tile.spread = std::numeric_limits<double>::infinity();
   }
-  throw Error("no method '" + name + "'");
 }
 
 class Checker {
  public:
-  Checker(const std::string& text, const std::string& folder) : text_(text), folder_(folder) {}
+  Checker(const std::string& text, const std::string& folder, const CheckTask& task)
+      : text_(text), folder_(folder), task_(task) {}
 
-  CheckReport run(const std::string& only) {
-    for (const Method& method : all_methods()) {
-      if (!only.empty() && method.name != only) continue;
-      try {
-        if (!check(method)) break;
-      } catch (const Error& error) {
-        // Of a scene that had been loaded before: as good as one at loading.
-        report_.refused = error.what();
-        break;
-      } catch (const std::exception& error) {
-        report_.findings.push_back({"exception", method.name, error.what()});
-      }
+  CheckReport run() {
+    for (const Method& method : task_.methods) {
+      if (task_.only.empty() || method.name == task_.only) left_.push_back(&method);
     }
+    const auto at_loading = refusals([&](const Method& method) { scene_of(method); });
+    for (const Refusal& refusal : at_loading) {
+      if (refusal.error.find('\n') == std::string::npos) continue;
+      report_.findings.push_back({"exception", "load", "an error of many lines"});
+      break;
+    }
+    judge(at_loading);
+    judge(refusals([&](const Method& method) { check_alone(method); }));
+    const auto at_comparing = refusals([&](const Method& method) { compare_with_other(method); });
+    for (const Refusal& refusal : at_comparing) add_finding(refusal);
     return report_;
   }
 
  private:
+  struct Refusal {
+    std::string method, error;
+  };
+
+  /// What a step with each method that is left was refused with. Those are left out from then on:
+  /// what one can't do must not hide what the others do.
+  template <class Step>
+  std::vector<Refusal> refusals(const Step& step) {
+    std::vector<Refusal> refusals;
+    std::vector<const Method*> left;
+    for (const Method* method : left_) {
+      try {
+        step(*method);
+        left.push_back(method);
+        continue;
+      } catch (const Error& error) {
+        refusals.push_back({method->name, error.what()});
+      } catch (const std::exception& error) {
+        report_.findings.push_back({"exception", method->name, error.what()});
+      }
+      out_.insert(method->name);
+    }
+    left_ = left;
+    return refusals;
+  }
+  /// Either all methods refuse a scene, or none does.
+  void judge(const std::vector<Refusal>& refusals) {
+    if (refusals.empty()) return;
+    if (!left_.empty()) {
+      for (const Refusal& refusal : refusals) add_finding(refusal);
+      return;
+    }
+    report_.refused = refusals[0].error;
+    if (task_.is_valid && !may_be_refused(report_.refused)) {
+      add_finding({"load", report_.refused});
+    }
+  }
+  void add_finding(const Refusal& refusal) {
+    report_.findings.push_back({"refused", refusal.method, refusal.error});
+  }
+
+  const Method& method_named(const std::string& name) const {
+    for (const Method& method : task_.methods) {
+      if (method.name == name) return method;
+    }
+    throw std::logic_error("no method '" + name + "'");
+  }
+
   const Scene& scene_of(const Method& method) {
     auto& scene = scenes_[method.name];
     if (!scene) {
       const size_t at = text_.find("<sensor");
       std::string whole = text_;
-      whole.insert(at == std::string::npos ? text_.rfind("</scene") : at, integrator(method));
+      whole.insert(at == std::string::npos ? text_.rfind("</scene") : at,
+                   integrator_of(method, text_) + "\n");
       LoadOptions options;
       options.search_paths = {folder_};
       options.threads = 1;
       scene = load_scene_from_string(whole, folder_ + "/scene.xml", options, registry());
     }
     return *scene;
-  }
-
-  /// `ptracer` doesn't show environments: where there is one, no integrator is to.
-  std::string integrator(const Method& method) const {
-    std::string xml = method.integrator;
-    const bool has_sky = text_.find("\"constant\"") != std::string::npos ||
-                         text_.find("\"envmap\"") != std::string::npos;
-    if (has_sky) xml.insert(xml.rfind("</"), xml::boolean("hide_emitters", true));
-    return xml + "\n";
   }
 
   const Renders& renders_of(const Method& method) {
@@ -137,29 +145,18 @@ class Checker {
   uint64_t first_seed(const Method& method) const {
     if (method.name.starts_with("groundtruth") || method.same_seeds) return 1;
     uint64_t number = 1;
-    for (const Method& m : all_methods()) {
+    for (const Method& m : task_.methods) {
       if (&m == &method) break;
       ++number;
     }
     return number * 1000;
   }
 
-  /// False where the scene is refused: then it is by all.
-  bool check(const Method& method) {
-    try {
-      scene_of(method);
-    } catch (const Error& error) {
-      report_.refused = error.what();
-      if (report_.refused.find('\n') != std::string::npos) {
-        report_.findings.push_back({"exception", "load", "an error of many lines"});
-      }
-      return false;
-    }
+  void check_alone(const Method& method) {
     const Scene& scene = scene_of(method);
     const Sensor& sensor = *scene.sensors().at(0);
     if (double{1} * sensor.film().crop().area() * sensor.sampler().sample_count() > kMostSamples) {
-      report_.refused = "a picture too large to be rendered many times";
-      return false;
+      throw Error("a picture too large to be rendered many times");
     }
     const Renders one = render_often(scene, 1, 7, 1), two = render_often(scene, 1, 7, 2);
     if (one.pixels[0].size() != two.pixels[0].size() ||
@@ -167,20 +164,24 @@ class Checker {
                     one.pixels[0].size() * sizeof(float)) != 0) {
       report_.findings.push_back({"threads", method.name, "one thread and two give other bits"});
     }
-    const Renders& renders = renders_of(method);
-    if (renders.non_finite > 0) {
+    if (is_finite(method, one) && is_finite(method, two)) is_finite(method, renders_of(method));
+  }
+
+  /// A finding if they aren't, once for each method.
+  bool is_finite(const Method& method, const Renders& renders) {
+    if (renders.non_finite == 0) return true;
+    if (not_finite_.insert(method.name).second) {
       report_.findings.push_back(
           {"not finite", method.name, std::to_string(renders.non_finite) + " values"});
-      return true;
     }
-    if (!method.against.empty() && has_expectation_of(method, scene)) compare_with_other(method);
-    return true;
+    return false;
   }
 
   /// Whether both estimate the same in this scene, and find it within a few thousand samples: what
   /// mirrors show can't be found from the light, nor by emitter sampling, and what all but mirrors
   /// show hardly ever is.
-  bool has_expectation_of(const Method& method, const Scene& scene) const {
+  bool has_expectation_of(const Method& method) {
+    const Scene& scene = scene_of(method);
     bool has_mirrors = false;
     for (const auto& shape : scene.shapes()) {
       has_mirrors |= any(shape->bsdf().lobes() & Lobe::kDelta);
@@ -217,9 +218,10 @@ class Checker {
     return false;
   }
 
-  /// `repetition`: in kRepetitions; nullopt: the first comparison.
-  Agreement agreement(const Method& method, const Method& other, std::optional<size_t> repetition,
-                      double& largest) {
+  /// `repetition`: in kRepetitions; nullopt: the first comparison. Nullopt where there are values
+  /// that aren't finite.
+  std::optional<Agreement> agreement(const Method& method, const Method& other,
+                                     std::optional<size_t> repetition, double& largest) {
     Renders own, others;
     if (repetition) {
       const int count = kRenders * kRepetitions[*repetition];
@@ -230,61 +232,77 @@ class Checker {
       own = renders_of(method);
       others = renders_of(other);
     }
+    const bool is_own_finite = is_finite(method, own);
+    if (!is_finite(other, others) || !is_own_finite) return {};
     largest = std::max(own.tails().largest, others.tails().largest);
-    if (own.non_finite + others.non_finite > 0) return {};  // found elsewhere
-    if (!method.same_seeds) {
-      return compare(estimate_tiles_of(own, kTiles), estimate_tiles_of(others, kTiles));
+    if (method.same_seeds) {
+      const auto difference = estimate_tile_differences(own, others, kTiles);
+      std::vector<double> scale;
+      for (const TileEstimate& tile : estimate_tiles_of(others, kTiles)) {
+        scale.push_back(std::abs(tile.estimate.mean));
+      }
+      return compare(difference, exact_zeros(difference.size()), scale);
     }
-    const auto difference = estimate_tile_differences(own, others, kTiles);
-    std::vector<double> scale;
-    for (const TileEstimate& tile : estimate_tiles_of(others, kTiles)) {
-      scale.push_back(std::abs(tile.estimate.mean));
+    auto own_tiles = estimate_tiles_of(own, kTiles),
+         other_tiles = estimate_tiles_of(others, kTiles);
+    if (repetition == std::size(kRepetitions) - 1) {
+      // What a thousand renders all agree about isn't luck any more, but what this method takes for
+      // the truth: a method that loses all its samples shows black.
+      if (is_constant(own_tiles)) make_exact(own_tiles);
+      if (is_constant(other_tiles)) make_exact(other_tiles);
     }
-    return compare(difference, exact_zeros(difference.size()), scale);
+    return compare(own_tiles, other_tiles);
   }
 
   void compare_with_other(const Method& method) {
+    if (method.against.empty() || !has_expectation_of(method)) return;
     const Method& other = method_named(method.against);
-    ++report_.comparisons;
+    if (out_.contains(other.name)) return;
+    if (not_finite_.contains(method.name) || not_finite_.contains(other.name)) return;
     double largest = 0;
-    if (agreement(method, other, std::nullopt, largest).p >= kSuspicious) return;
-    Agreement longer;
+    const auto first = agreement(method, other, std::nullopt, largest);
+    if (!first) return;
+    ++report_.comparisons;
+    if (first->p >= kSuspicious) return;
+    std::optional<Agreement> longer;
     // Light that a hundred renders don't find once may be found by a thousand.
     for (size_t i = 0; i < std::size(kRepetitions); ++i) {
       longer = agreement(method, other, i, largest);
-      if (longer.p >= kCertain) return;
-      if (longer.is_open || largest > kTooMuch) {
-        ++report_.open;
-        return;
-      }
+      if (!longer || longer->p >= kCertain) return;
+    }
+    if (longer->is_open || largest > kTooMuch) {
+      ++report_.open;
+      return;
     }
     report_.findings.push_back(
         {"differs", method.name,
          fmt::format("from {}: z = {:.1f}, {}; largest contribution {:.2g} of the sum", other.name,
-                     longer.worst_z, longer.text, largest)});
+                     longer->worst_z, longer->text, largest)});
   }
 
   const std::string text_, folder_;
+  const CheckTask& task_;
   CheckReport report_;
+  std::vector<const Method*> left_;   ///< of those that are asked for
+  std::set<std::string> out_;         ///< methods that can't render the scene
+  std::set<std::string> not_finite_;  ///< methods whose values aren't
   std::map<std::string, std::unique_ptr<Scene>> scenes_;
-  std::map<std::string, Renders> renders_;
+  std::map<std::string, Renders> renders_;  ///< of the first comparison
 };
 
 }  // namespace
 
-std::vector<std::string> check_methods() {
-  std::vector<std::string> names;
-  for (const Method& method : all_methods()) names.push_back(method.name);
-  return names;
+CheckReport check_scene(const std::string& text, const std::string& folder, const CheckTask& task) {
+  return Checker(text, folder, task).run();
 }
 
-std::string integrator_of(const std::string& method) {
-  return method_named(method).integrator;
-}
-
-CheckReport check_scene(const std::string& text, const std::string& folder,
-                        const std::string& only) {
-  return Checker(text, folder).run(only);
+std::string reason_of(const std::string& error) {
+  // "FOLDER/scene.xml:LINE:COLUMN: "
+  const std::string file = "/scene.xml:";
+  const size_t at = error.find(file);
+  if (at == std::string::npos) return error;
+  const size_t end = error.find_first_not_of("0123456789: ", at + file.size());
+  return end == std::string::npos ? error : error.substr(end);
 }
 
 }  // namespace kinome::test
