@@ -194,6 +194,7 @@ class Checker {
     // With hide_emitters (see integrator_of), `ptracer` alone shows what surfaces that emit
     // reflect.
     if (is_light_tracing && scene.environment() && scene.has_surface_emitters()) return false;
+    if (is_light_tracing && has_specks(scene)) return false;
     // It has light that lamps send on by mirrors, and nearly; `path` hasn't, or hardly ever.
     if (is_product && has_bounce && (has_mirrors || has_sharp_lobes())) return false;
     if (is_product && !has_bounce) {
@@ -201,6 +202,16 @@ class Checker {
       return scene.emitters().size() <= 1 || !scene.environment();
     }
     return true;
+  }
+
+  /// Whether anything that emits is so small or thin that rays from the sensor hardly ever meet it,
+  /// though light tracing shows it whenever it is in sight: as a constant black against that.
+  static bool has_specks(const Scene& scene) {
+    constexpr float kLeastShare = 1e-5f;
+    const float size = glm::length(scene.bounds().extent());
+    return std::any_of(scene.shapes().begin(), scene.shapes().end(), [&](const auto& shape) {
+      return shape->emitter() && shape->area() < kLeastShare * size * size;
+    });
   }
 
   /// By the scene's text: whether anything is so smooth that its lobe is a matter of luck.
@@ -218,10 +229,19 @@ class Checker {
     return false;
   }
 
+  struct Comparison {
+    Agreement agreement;
+    double largest = 0;              ///< contribution, as a part of the sum
+    bool has_constant_side = false;  ///< all renders of one method are the same
+
+    /// Whether a few samples decide.
+    bool is_open() const { return agreement.is_open || largest > kTooMuch; }
+  };
+
   /// `repetition`: in kRepetitions; nullopt: the first comparison. Nullopt where there are values
   /// that aren't finite.
-  std::optional<Agreement> agreement(const Method& method, const Method& other,
-                                     std::optional<size_t> repetition, double& largest) {
+  std::optional<Comparison> comparison(const Method& method, const Method& other,
+                                       std::optional<size_t> repetition) {
     Renders own, others;
     if (repetition) {
       const int count = kRenders * kRepetitions[*repetition];
@@ -234,24 +254,26 @@ class Checker {
     }
     const bool is_own_finite = is_finite(method, own);
     if (!is_finite(other, others) || !is_own_finite) return {};
-    largest = std::max(own.tails().largest, others.tails().largest);
+    auto own_tiles = estimate_tiles_of(own, kTiles),
+         other_tiles = estimate_tiles_of(others, kTiles);
+    Comparison result;
+    result.largest = std::max(own.tails().largest, others.tails().largest);
+    result.has_constant_side = is_constant(own_tiles) || is_constant(other_tiles);
     if (method.same_seeds) {
       const auto difference = estimate_tile_differences(own, others, kTiles);
       std::vector<double> scale;
-      for (const TileEstimate& tile : estimate_tiles_of(others, kTiles)) {
-        scale.push_back(std::abs(tile.estimate.mean));
-      }
-      return compare(difference, exact_zeros(difference.size()), scale);
+      for (const TileEstimate& tile : other_tiles) scale.push_back(std::abs(tile.estimate.mean));
+      result.agreement = compare(difference, exact_zeros(difference.size()), scale);
+      return result;
     }
-    auto own_tiles = estimate_tiles_of(own, kTiles),
-         other_tiles = estimate_tiles_of(others, kTiles);
     if (repetition == std::size(kRepetitions) - 1) {
       // What a thousand renders all agree about isn't luck any more, but what this method takes for
       // the truth: a method that loses all its samples shows black.
       if (is_constant(own_tiles)) make_exact(own_tiles);
       if (is_constant(other_tiles)) make_exact(other_tiles);
     }
-    return compare(own_tiles, other_tiles);
+    result.agreement = compare(own_tiles, other_tiles);
+    return result;
   }
 
   void compare_with_other(const Method& method) {
@@ -259,25 +281,30 @@ class Checker {
     const Method& other = method_named(method.against);
     if (out_.contains(other.name)) return;
     if (not_finite_.contains(method.name) || not_finite_.contains(other.name)) return;
-    double largest = 0;
-    const auto first = agreement(method, other, std::nullopt, largest);
+    const auto first = comparison(method, other, std::nullopt);
     if (!first) return;
     ++report_.comparisons;
-    if (first->p >= kSuspicious) return;
-    std::optional<Agreement> longer;
-    // Light that a hundred renders don't find once may be found by a thousand.
+    if (first->agreement.p >= kSuspicious) return;
+    std::optional<Comparison> longer;
     for (size_t i = 0; i < std::size(kRepetitions); ++i) {
-      longer = agreement(method, other, i, largest);
-      if (!longer || longer->p >= kCertain) return;
-    }
-    if (longer->is_open || largest > kTooMuch) {
-      ++report_.open;
-      return;
+      longer = comparison(method, other, i);
+      if (!longer || longer->agreement.p >= kCertain) return;
+      if (!longer->is_open()) continue;
+      // Light that a hundred renders don't find once may be found by a thousand: where one side
+      // finds none, a thousand tell whether it ever does. Where both find some and a few samples
+      // decide, they hardly tell more: what is found even then may be but the dim part, its spread
+      // sound, while the bright one stays unseen. That took the time, and gave two false alarms in
+      // 150 scenes: a lamp so thin that no ray from the sensor meets it, and a lobe that samples of
+      // a lamp as large as the sky hardly ever meet.
+      if (i + 1 == std::size(kRepetitions) || !longer->has_constant_side) {
+        ++report_.open;
+        return;
+      }
     }
     report_.findings.push_back(
         {"differs", method.name,
          fmt::format("from {}: z = {:.1f}, {}; largest contribution {:.2g} of the sum", other.name,
-                     longer->worst_z, longer->text, largest)});
+                     longer->agreement.worst_z, longer->agreement.text, longer->largest)});
   }
 
   const std::string text_, folder_;

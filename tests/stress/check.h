@@ -36,9 +36,10 @@ struct CheckTask {
 /// values, and the light that `direct` (or `groundtruth`, or with a bounce `path`) finds.
 ///
 /// Comparisons of 16 renders at 1e-4. Where one is suspicious, again with other seeds and eight
-/// times as many, and where that stays at 1e-6, with 64 times as many: what differs then, too, is a
-/// finding, or open where a few samples decide. For normal estimates that is one false alarm in
-/// 10^16 comparisons.
+/// times as many at 1e-6, and if it fails there, once more with 64 times as many: what differs
+/// then, too, is a finding. For normal estimates that is one false alarm in 10^16 comparisons.
+/// Where a few samples decide, it is open; but not where one method gives the same a thousand
+/// times, as a black one does, and the other's estimate is sound.
 CheckReport check_scene(const std::string& text, const std::string& folder,
                         const CheckTask& task = {});
 

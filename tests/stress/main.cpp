@@ -3,7 +3,8 @@
 //
 // Renders random scenes, each in a process of its own, and says what doesn't hold for any of them
 // (check.h). A finding is made smaller while it lasts, and written to FOLDER/SEED-I/scene.xml with
-// its files and the command that shows it again. The last line is `N passed, M failed`.
+// its files and the command that shows it again. A run that refuses most scenes, or compares next
+// to nothing, fails as a whole. The last line is `N passed, M failed`.
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -81,6 +82,8 @@ void keep(const Options& options, uint64_t index, const Check& check) {
   }
   std::string comment = fmt::format("{}, {}: {}", finding.kind, finding.method, finding.text);
   for (size_t at = 0; (at = comment.find("--", at)) != std::string::npos;) comment.erase(at, 1);
+  // The replay takes the first tag of that name for the integrator.
+  std::erase(comment, '<');
   std::ofstream(folder + "/scene.xml") << "<!-- " << comment << " -->\n" << text;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
