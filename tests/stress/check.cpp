@@ -32,11 +32,6 @@ constexpr double kMostSamples = 4096;
 /// A sum of which one sample is this much says nothing yet.
 constexpr double kTooMuch = 0.05;
 
-/// Whether an error is one that extremes of a legal scene may cause.
-bool may_be_refused(const std::string&) {
-  return false;
-}
-
 /// Whether all renders gave the same.
 bool is_constant(const std::vector<TileEstimate>& tiles) {
   return std::all_of(tiles.begin(), tiles.end(),
@@ -104,9 +99,9 @@ class Checker {
       return;
     }
     report_.refused = refusals[0].error;
-    if (task_.is_valid && !may_be_refused(report_.refused)) {
-      add_finding({"load", report_.refused});
-    }
+    // No error is excused by its words: of 1100 valid scenes of random_scene, extremes and all, none
+    // was refused.
+    if (task_.is_valid) add_finding({"load", report_.refused});
   }
   void add_finding(const Refusal& refusal) {
     report_.findings.push_back({"refused", refusal.method, refusal.error});

@@ -24,7 +24,7 @@ struct CheckReport {
 };
 
 struct CheckTask {
-  /// Whether the scene is legal, so that an error is a finding, unless extremes may cause it.
+  /// Whether the scene is legal, so that an error is a finding.
   bool is_valid = false;
   /// One method alone, and what it is compared with; empty: all.
   std::string only;
