@@ -99,8 +99,8 @@ class Checker {
       return;
     }
     report_.refused = refusals[0].error;
-    // No error is excused by its words: of 1100 valid scenes of random_scene, extremes and all, none
-    // was refused.
+    // No error is excused by its words: of 1100 valid scenes of random_scene, extremes and all,
+    // none was refused.
     if (task_.is_valid) add_finding({"load", report_.refused});
   }
   void add_finding(const Refusal& refusal) {

@@ -13,6 +13,7 @@
 #include <limits>
 #include <map>
 #include <sstream>
+#include <stdexcept>
 #include <thread>
 
 #include <fmt/format.h>
@@ -170,6 +171,7 @@ int run(const Options& options) {
 
 int replay(const std::string& file) {
   std::ifstream in(file);
+  if (!in) throw std::runtime_error("'" + file + "' can't be read");
   std::stringstream contents;
   contents << in.rdbuf();
   std::string text = contents.str();
