@@ -13,6 +13,8 @@
 
 #include "kinome/bsdf.h"
 #include "kinome/error.h"
+#include "kinome/film.h"
+#include "kinome/render_context.h"
 #include "kinome/sensor.h"
 #include "kinome/shape.h"
 #include "measure.h"
@@ -209,6 +211,36 @@ class Checker {
     });
   }
 
+  /// Whether the sensor sees so little of the scene that of all photons of these renders hardly any
+  /// may arrive there: by the size of what it sees at the distance that most of it has.
+  static bool has_small_sight(const Scene& scene, const Renders& renders) {
+    constexpr int kSide = 8;
+    constexpr double kFewPhotons = 100;
+    const Sensor& sensor = *scene.sensors().at(0);
+    const Rect& crop = sensor.film().crop();
+    const Vec2 first(static_cast<float>(crop.x0), static_cast<float>(crop.y0));
+    const Vec2 size(static_cast<float>(crop.x1 - crop.x0), static_cast<float>(crop.y1 - crop.y0));
+    const auto ray_at = [&](const Vec2& where) {
+      return sensor.sample_ray(first + where * size, Vec2(0.5f));
+    };
+    std::vector<float> distances;
+    RenderCounters counters;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      RayHit hit;
+      hit.ray = ray_at((Vec2(static_cast<float>(i % kSide), static_cast<float>(i / kSide)) + 0.5f) /
+                       static_cast<float>(kSide));
+      scene.intersect({&hit, 1}, Coherence::kIncoherent, counters);
+      if (hit.hit.valid()) distances.push_back(hit.ray.tmax);
+    }
+    if (distances.empty()) return true;
+    std::sort(distances.begin(), distances.end());
+    const float middle = distances[distances.size() / 2];
+    const double seen = glm::distance(ray_at(Vec2(0)).at(middle), ray_at(Vec2(1)).at(middle));
+    const double share = seen / glm::length(scene.bounds().extent());
+    const auto photons = static_cast<double>(renders.pixels.size() * renders.pixels[0].size()) / 3;
+    return !(photons * share * share > kFewPhotons);
+  }
+
   /// By the scene's text: whether anything is so smooth that its lobe is a matter of luck.
   bool has_sharp_lobes() const {
     constexpr double kLeastAlpha = 0.03, kLargestExponent = 1000;
@@ -264,7 +296,9 @@ class Checker {
     if (repetition == std::size(kRepetitions) - 1) {
       // What a thousand renders all agree about isn't luck any more, but what this method takes for
       // the truth: a method that loses all its samples shows black.
-      if (is_constant(own_tiles)) make_exact(own_tiles);
+      const bool may_be_luck =
+          method.name.starts_with("ptracer") && has_small_sight(scene_of(method), own);
+      if (is_constant(own_tiles) && !may_be_luck) make_exact(own_tiles);
       if (is_constant(other_tiles)) make_exact(other_tiles);
     }
     result.agreement = compare(own_tiles, other_tiles);

@@ -69,6 +69,19 @@ TEST(Check, FindsAMethodThatIsBlackWhereItIsTheStandard) {
   EXPECT_EQ(report.findings[0].kind, "differs");
 }
 
+TEST(Check, FindsLightTracingThatIsBlackUnlessTheSceneIsVast) {
+  const Method black = path("ptracer", xml::integer("max_depth", 1));
+  std::string scene = small_scene();
+  const CheckReport report = check(scene, true, {kDirect, black});
+  ASSERT_EQ(report.findings.size(), 1u);
+  EXPECT_EQ(report.findings[0].kind, "differs");
+  scene.insert(scene.find("<emitter"),
+               "<shape type=\"sphere\"><float name=\"radius\" value=\"1e8\"/></shape>");
+  const CheckReport vast = check(scene, true, {kDirect, black});
+  EXPECT_TRUE(vast.findings.empty()) << vast.findings[0].text;
+  EXPECT_EQ(vast.open, 1);
+}
+
 TEST(Check, FindsValidScenesThatAreRefused) {
   const std::string scene = small_scene("nothing_like_it");
   const CheckReport report = check(scene, true, {kDirect});
