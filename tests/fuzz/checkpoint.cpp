@@ -37,7 +37,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       context.decide([] { return 1.; });
     }
     film->develop();
-  } catch (const Error&) {
+  } catch (const Error& error) {
+    fuzz::refusal = error.what();
   }
   return 0;
 }

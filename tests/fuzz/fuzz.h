@@ -16,11 +16,15 @@
 #include "kinome/properties.h"
 #include "kinome/scene_loader.h"
 
-/// What each target defines: one input, whatever bytes they are. An Error is as good as success;
-/// any other exception, a crash or a report of the sanitizers is a finding.
+/// What each target defines: one input, whatever bytes they are. An Error is as good as success
+/// (it is left in `refusal`); any other exception, a crash or a report of the sanitizers is a finding.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
 namespace kinome::fuzz {
+
+/// The Error that the input was refused with; empty: it was accepted. libFuzzer needs none of it,
+/// but the replay must know whether any seed still gets past the door.
+inline std::string refusal;
 
 /// Of this build, without a word on stderr.
 inline PluginRegistry& registry() {
@@ -66,7 +70,8 @@ inline std::shared_ptr<Object> load_file(Category category, const std::string& t
     Properties props(category, type, where);
     props.set("filename", path, where);
     return registry().create(props);
-  } catch (const Error&) {
+  } catch (const Error& error) {
+    refusal = error.what();
     return nullptr;
   }
 }

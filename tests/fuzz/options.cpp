@@ -25,7 +25,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   try {
     static kinome::app::OptionsParser parser;
     parser.parse(static_cast<int>(arguments.size()), argv.data());
-  } catch (const kinome::Error&) {
+  } catch (const kinome::Error& error) {
+    kinome::fuzz::refusal = error.what();
   }
   return 0;
 }

@@ -3,34 +3,47 @@
 #include <string>
 #include <vector>
 
+#include "methods.h"
+
 /// What must hold for any scene.
 namespace kinome::test {
 
 struct Finding {
-  std::string kind;    ///< "crash", "hang", "exception", "not finite", "threads", "differs"
-  std::string method;  ///< of check_methods(), or "load"
+  /// "crash", "hang", "exception", "refused", "not finite", "threads", "differs"
+  std::string kind;
+  std::string method;  ///< a Method's name, or "load"
   std::string text;
 };
 
 struct CheckReport {
   std::vector<Finding> findings;
-  std::string refused;  ///< the error that the scene is refused with; empty: it was rendered
+  /// The error that all methods refuse the scene with; empty: some rendered it.
+  std::string refused;
   int comparisons = 0;  ///< z-tests
   int open = 0;         ///< of which a single sample decides, so that they say nothing
 };
 
-/// Names of what renders the scene: integrators, and importances of `clustered`.
-std::vector<std::string> check_methods();
-/// The integrator's XML.
-std::string integrator_of(const std::string& method);
+struct CheckTask {
+  /// Whether the scene is legal, so that an error is a finding.
+  bool is_valid = false;
+  /// One method alone, and what it is compared with; empty: all.
+  std::string only;
+  std::vector<Method> methods = all_methods();
+};
 
-/// Loads and renders a scene without an integrator (`text`), whose files lie in `folder`:
-/// every method gives the same bits on one thread and two, nothing but finite values, and the light
-/// that `direct` (or `groundtruth`, or with a bounce `path`) finds. Comparisons at kSuspicious, and
-/// where one is, again with other seeds and eight times as many renders at kCertain: for normal
-/// estimates that is one false alarm in 10^10 comparisons.
-/// `only`: one method alone, and what it is compared with; empty: all.
+/// Loads and renders a scene without an integrator (`text`), whose files lie in `folder`: every
+/// method takes it or none does, gives the same bits on one thread and two, nothing but finite
+/// values, and the light that `direct` (or `groundtruth`, or with a bounce `path`) finds.
+///
+/// Comparisons of 16 renders at 1e-4. Where one is suspicious, again with other seeds and eight
+/// times as many at 1e-6, and if it fails there, once more with 64 times as many: what differs
+/// then, too, is a finding. For normal estimates that is one false alarm in 10^16 comparisons.
+/// Where a few samples decide, it is open; but not where one method gives the same a thousand
+/// times, as a black one does, and the other's estimate is sound.
 CheckReport check_scene(const std::string& text, const std::string& folder,
-                        const std::string& only = "");
+                        const CheckTask& task = {});
+
+/// What an error says, without the place in the scene that it names first.
+std::string reason_of(const std::string& error);
 
 }  // namespace kinome::test

@@ -1,0 +1,115 @@
+// Whether what the stress program checks would be found out.
+#include "check.h"
+
+#include <gtest/gtest.h>
+
+#include "support/render.h"
+#include "xml.h"
+
+namespace kinome::test {
+namespace {
+
+/// A floor under a lamp.
+std::string small_scene(const std::string& bsdf = "diffuse") {
+  return "<scene version=\"3.0.0\">\n"
+         "<sensor type=\"perspective\">\n"
+         "<transform name=\"to_world\"><lookat origin=\"0 0 4\" target=\"0 0 0\" up=\"0 1 0\"/>"
+         "</transform><float name=\"fov\" value=\"40\"/>"
+         "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"1\"/></sampler>"
+         "<film type=\"hdrfilm\"><integer name=\"width\" value=\"6\"/>"
+         "<integer name=\"height\" value=\"5\"/><rfilter type=\"box\"/></film></sensor>\n"
+         "<shape type=\"rectangle\"><bsdf type=\"" +
+         bsdf +
+         "\"/></shape>\n"
+         "<emitter type=\"point\"><point name=\"position\" value=\"0.5 0 2\"/>"
+         "<rgb name=\"intensity\" value=\"1 2 3\"/></emitter>\n"
+         "</scene>\n";
+}
+
+const Method kDirect{"direct", xml::integrator("direct"), ""};
+Method path(const std::string& name, const std::string& properties) {
+  return {name, xml::integrator("path", properties), "direct"};
+}
+
+CheckReport check(const std::string& scene, bool is_valid, const std::vector<Method>& methods) {
+  const TemporaryFolder folder;
+  CheckTask task;
+  task.is_valid = is_valid;
+  task.methods = methods;
+  return check_scene(scene, folder.folder(), task);
+}
+
+TEST(Check, PassesWhatIsRight) {
+  const CheckReport report =
+      check(small_scene(), true, {kDirect, path("path", xml::integer("max_depth", 2))});
+  EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;
+  EXPECT_EQ(report.refused, "");
+  EXPECT_EQ(report.comparisons, 1);
+  EXPECT_EQ(report.open, 0);
+}
+
+TEST(Check, FindsAMethodThatIsBlack) {
+  // Nothing but what emits by itself, and not even that.
+  const Method black =
+      path("black", xml::integer("max_depth", 1) + xml::boolean("hide_emitters", true));
+  const CheckReport report = check(small_scene(), true, {kDirect, black});
+  EXPECT_EQ(report.comparisons, 1);
+  EXPECT_EQ(report.open, 0);
+  ASSERT_EQ(report.findings.size(), 1u);
+  EXPECT_EQ(report.findings[0].kind, "differs");
+  EXPECT_EQ(report.findings[0].method, "black");
+}
+
+TEST(Check, FindsAMethodThatIsBlackWhereItIsTheStandard) {
+  Method black{"black", path("", xml::integer("max_depth", 1)).integrator, ""};
+  Method direct = kDirect;
+  direct.against = "black";
+  const CheckReport report = check(small_scene("roughplastic"), true, {direct, black});
+  ASSERT_EQ(report.findings.size(), 1u);
+  EXPECT_EQ(report.findings[0].kind, "differs");
+}
+
+TEST(Check, FindsLightTracingThatIsBlackUnlessTheSceneIsVast) {
+  const Method black = path("ptracer", xml::integer("max_depth", 1));
+  std::string scene = small_scene();
+  const CheckReport report = check(scene, true, {kDirect, black});
+  ASSERT_EQ(report.findings.size(), 1u);
+  EXPECT_EQ(report.findings[0].kind, "differs");
+  scene.insert(scene.find("<emitter"),
+               "<shape type=\"sphere\"><float name=\"radius\" value=\"1e8\"/></shape>");
+  const CheckReport vast = check(scene, true, {kDirect, black});
+  EXPECT_TRUE(vast.findings.empty()) << vast.findings[0].text;
+  EXPECT_EQ(vast.open, 1);
+}
+
+TEST(Check, FindsValidScenesThatAreRefused) {
+  const std::string scene = small_scene("nothing_like_it");
+  const CheckReport report = check(scene, true, {kDirect});
+  EXPECT_NE(report.refused, "");
+  ASSERT_EQ(report.findings.size(), 1u);
+  EXPECT_EQ(report.findings[0].kind, "refused");
+  EXPECT_EQ(report.findings[0].method, "load");
+  // It is what may become of a scene with something wrong in it.
+  const CheckReport other = check(scene, false, {kDirect});
+  EXPECT_EQ(reason_of(other.refused), reason_of(report.refused));
+  EXPECT_TRUE(other.findings.empty());
+}
+
+TEST(Check, FindsWhatOneMethodRefuses) {
+  for (const bool is_valid : {false, true}) {
+    const Method fussy = path("fussy", xml::text("max_depth", "deep"));
+    const CheckReport report = check(small_scene(), is_valid, {fussy, kDirect});
+    EXPECT_EQ(report.refused, "");
+    ASSERT_EQ(report.findings.size(), 1u);
+    EXPECT_EQ(report.findings[0].kind, "refused");
+    EXPECT_EQ(report.findings[0].method, "fussy");
+  }
+}
+
+TEST(Check, ReasonsHaveNoPlace) {
+  EXPECT_EQ(reason_of("/tmp/a-1/scene.xml:12:3: 'x' is 3: odd"), "'x' is 3: odd");
+  EXPECT_EQ(reason_of("out of order"), "out of order");
+}
+
+}  // namespace
+}  // namespace kinome::test

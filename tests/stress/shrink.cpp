@@ -1,0 +1,113 @@
+#include "shrink.h"
+
+#include <chrono>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "process.h"
+
+namespace kinome::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kShrinking = 40;  ///< seconds for one finding
+
+bool shows(const CheckReport& report, const Finding& finding) {
+  for (const Finding& f : report.findings) {
+    if (f.kind != finding.kind || (!finding.method.empty() && f.method != finding.method)) continue;
+    // A scene without what it needs is refused, too, but for another reason.
+    if (f.kind != "refused" || reason_of(f.text) == reason_of(finding.text)) return true;
+  }
+  return false;
+}
+
+/// Rounder numbers in place of `value`, the simplest first.
+std::vector<std::string> rounder(const std::string& value) {
+  std::istringstream words(value);
+  std::vector<double> numbers;
+  double v = 0;
+  while (words >> v) numbers.push_back(v);
+  if (numbers.empty() || !words.eof()) return {};
+  std::vector<std::string> results;
+  for (const char* format : {"0", "1", "{:.1g}", "{:.3g}"}) {
+    std::string text;
+    for (const double x : numbers) {
+      text += (text.empty() ? "" : " ") + fmt::format(fmt::runtime(format), x);
+    }
+    if (text.size() < value.size()) results.push_back(text);
+  }
+  return results;
+}
+
+class Shrinker {
+ public:
+  Shrinker(std::string folder, Finding finding, bool is_valid)
+      : folder_(std::move(folder)), finding_(std::move(finding)), start_(Clock::now()) {
+    task_.is_valid = is_valid;
+    // That one method refuses what others render takes the others to be seen.
+    const bool is_alone = finding_.kind != "refused" && finding_.method != "load";
+    if (is_alone) task_.only = finding_.method;
+  }
+
+  SceneNode shrink(SceneNode scene) {
+    bool is_smaller = true;
+    while (is_smaller && in_time()) {
+      is_smaller = false;
+      // Large parts first; a path is void once something before it is gone.
+      for (size_t i = 0; i < paths_of(scene).size() && in_time(); ++i) {
+        const NodePath path = paths_of(scene)[i];
+        SceneNode without = scene;
+        auto& siblings = node_at(without, NodePath(path.begin(), path.end() - 1)).children;
+        siblings.erase(siblings.begin() + static_cast<std::ptrdiff_t>(path.back()));
+        if (still(without)) {
+          scene = without;
+          is_smaller = true;
+          --i;
+        }
+      }
+    }
+    for (const NodePath& path : paths_of(scene)) {
+      const size_t count = node_at(scene, path).attributes.size();
+      for (size_t a = 0; a < count; ++a) {
+        const auto [name, value] = node_at(scene, path).attributes[a];
+        if (name == "name" || name == "type") continue;
+        for (const std::string& other : rounder(value)) {
+          if (!in_time()) return scene;
+          SceneNode changed = scene;
+          node_at(changed, path).attributes[a].second = other;
+          if (still(changed)) {
+            scene = changed;
+            break;
+          }
+        }
+      }
+    }
+    return scene;
+  }
+
+ private:
+  bool in_time() const {
+    return std::chrono::duration<double>(Clock::now() - start_).count() < kShrinking;
+  }
+  bool still(const SceneNode& scene) const {
+    Check check(folder_, [&](const std::string& folder) {
+      return check_scene(scene.text(), folder, task_);
+    });
+    return shows(check.wait(), finding_);
+  }
+  std::string folder_;
+  Finding finding_;
+  CheckTask task_;
+  Clock::time_point start_;
+};
+
+}  // namespace
+
+SceneNode shrink(const SceneNode& scene, const Finding& finding, bool is_valid,
+                 const std::string& folder) {
+  return Shrinker(folder, finding, is_valid).shrink(scene);
+}
+
+}  // namespace kinome::test
