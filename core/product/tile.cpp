@@ -336,7 +336,12 @@ void assign(TilePrimaries& primaries, std::vector<Patch>& patches) {
 
 simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si,
                                  const std::optional<BsdfForm>& form) {
-  if (form && is_microfacet(*form)) return {form->alpha_u, form->alpha_v};
+  // Wider lobes than this differ in nothing that matters to a proposal, and squares of the widest
+  // overflow.
+  constexpr float kMostAlpha = 1e3f;
+  if (form && is_microfacet(*form)) {
+    return {std::min(form->alpha_u, kMostAlpha), std::min(form->alpha_v, kMostAlpha)};
+  }
   return probe_lobe(si.shape->bsdf(), si);
 }
 

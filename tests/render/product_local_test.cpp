@@ -302,6 +302,21 @@ std::vector<Case> settings() {
 }
 INSTANTIATE_TEST_SUITE_P(Settings, Local, testing::ValuesIn(settings()), name_of);
 
+/// Found by kinome-stress: squares of such roughnesses overflow.
+TEST(LocalExtremes, VastRoughnessIsFinite) {
+  for (const char* alpha : {"1e10", "1e25", "1e38"}) {
+    const std::string metal =
+        bsdf("roughconductor", "<float name=\"alpha\" value=\"" + std::string(alpha) + "\"/>");
+    const auto scene = product_scene(lit_by("Vast", constant_xml("1 1 1") + kSpot, 3, metal).setup);
+    RenderContext context({});
+    const Image image = render(*scene, *scene->sensors().at(0), context);
+    EXPECT_EQ(context.stats().non_finite_samples, 0u) << alpha;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) EXPECT_TRUE(std::isfinite(image.at(x, y, 1))) << alpha;
+    }
+  }
+}
+
 /// Variance of all tiles together, in 16 renders.
 double total_variance(const Arrangement& setup) {
   double sum = 0;

@@ -187,13 +187,13 @@ class Checker {
     const bool is_product = method.name.starts_with("product");
     const bool has_bounce = method.name.ends_with("one bounce");
     const bool is_blunt = is_light_tracing || method.name == "direct";
-    if (is_blunt && (has_mirrors || has_sharp_lobes())) return false;
-    // With hide_emitters (see integrator_of), `ptracer` alone shows what surfaces that emit
+    if (is_blunt && (has_mirrors || has_sharp_lobes(kLeastBluntAlpha))) return false;
+    // With hide_emitters (see integrator()), `ptracer` alone shows what surfaces that emit
     // reflect.
     if (is_light_tracing && scene.environment() && scene.has_surface_emitters()) return false;
     if (is_light_tracing && has_specks(scene)) return false;
     // It has light that lamps send on by mirrors, and nearly; `path` hasn't, or hardly ever.
-    if (is_product && has_bounce && (has_mirrors || has_sharp_lobes())) return false;
+    if (is_product && has_bounce && (has_mirrors || has_sharp_lobes(kLeastAlpha))) return false;
     if (is_product && !has_bounce) {
       // As `joint`, it has the expectation of points where there is an environment among others.
       return scene.emitters().size() <= 1 || !scene.environment();
@@ -241,16 +241,27 @@ class Checker {
     return !(photons * share * share > kFewPhotons);
   }
 
+  /// Seen along the surface, a lobe of a tenth already has most of its light in one of thousands of
+  /// directions: what is blunt finds it by luck.
+  static constexpr double kLeastAlpha = 0.03, kLeastBluntAlpha = 0.2;
   /// By the scene's text: whether anything is so smooth that its lobe is a matter of luck.
-  bool has_sharp_lobes() const {
-    constexpr double kLeastAlpha = 0.03, kLargestExponent = 1000;
+  bool has_sharp_lobes(double least_alpha) const {
+    constexpr double kLargestExponent = 1000;
+    // Where nothing is said, alpha is .1, and an exponent 30.
+    const bool is_rough = text_.find("\"rough") != std::string::npos ||
+                          text_.find("\"ward\"") != std::string::npos ||
+                          text_.find("\"phong\"") != std::string::npos;
+    const bool is_silent = text_.find("\"alpha") == std::string::npos &&
+                           text_.find("\"exponent\"") == std::string::npos;
+    if (is_rough && is_silent && least_alpha > 0.1) return true;
     for (const char* name : {"\"alpha\"", "\"alpha_u\"", "\"alpha_v\"", "\"exponent\""}) {
       const bool is_exponent = std::string(name) == "\"exponent\"";
       for (size_t at = text_.find(name); at != std::string::npos; at = text_.find(name, at + 1)) {
         const size_t value = text_.find("value=\"", at);
         if (value == std::string::npos) break;
         const double v = std::strtod(text_.c_str() + value + 7, nullptr);
-        if (is_exponent ? v > kLargestExponent : v < kLeastAlpha) return true;
+        if (is_exponent ? v > kLargestExponent * sqr(kLeastAlpha / least_alpha) : v < least_alpha)
+          return true;
       }
     }
     return false;
