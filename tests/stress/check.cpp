@@ -186,7 +186,7 @@ class Checker {
     const bool is_light_tracing = method.name.starts_with("ptracer");
     const bool is_product = method.name.starts_with("product");
     const bool has_bounce = method.name.ends_with("one bounce");
-    const bool is_blunt = is_light_tracing || method.name == "direct";
+    const bool is_blunt = is_light_tracing || method.against == "emitter sampling";
     if (is_blunt && (has_mirrors || has_sharp_lobes(kLeastBluntAlpha))) return false;
     // With hide_emitters (see integrator()), `ptracer` alone shows what surfaces that emit
     // reflect.
