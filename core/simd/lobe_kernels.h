@@ -25,7 +25,7 @@ struct PointFrames {
 };
 
 /// Points that share directions: member i is points[i] of the frames, 0 <= i < count. Groups of no
-/// more members than some vectors have lanes (128 with AVX-512) take less time for each direction.
+/// more members than eight vectors have lanes (128 with AVX-512) take less time for each direction.
 struct PointGroup {
   const PointFrames& frames;
   const uint32_t* points;

@@ -19,8 +19,7 @@ inline constexpr Parameter kNestedEmitter{"emitter", ParameterType::kObject,
 inline constexpr Parameter kFaceNormals{"face_normals", ParameterType::kBoolean, "false",
                                         "Flat shading: normals of vertices are not used."};
 
-/// The `to_world` of a shape. Error where it can't be undone, since
-/// then there are no normals.
+/// The `to_world` of a shape. Error where it can't be undone, since then there are no normals.
 inline Transform to_world_of(const Properties& props) {
   const Transform transform = props.transform("to_world");
   if (!transform.is_invertible()) {
