@@ -98,7 +98,7 @@ class GatheredPoints {
 };
 
 /// The same where the group fits a few vectors: its members are gathered once, and each direction
-/// picks its own by permutations, which take a fraction of what gathering does.
+/// picks its own by permutations, in place of gathering once more.
 class PermutedPoints {
  public:
   static constexpr size_t kMostVectors = 8;
