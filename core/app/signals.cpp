@@ -10,6 +10,9 @@
 namespace kinome::app {
 namespace {
 
+// Ctrl-C, a polite kill, a terminal that is closed (where nohup hasn't set that to be ignored).
+constexpr int kInterrupts[] = {SIGINT, SIGTERM, SIGHUP};
+
 // What a handler may touch: lock-free atomics.
 std::atomic<bool> cancelled{false};
 std::atomic<bool> rendering{false};
@@ -35,15 +38,14 @@ extern "C" void handle_signal(int signal) {
 
 void install_signal_handlers(bool quiet) {
   silent = quiet;
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : kInterrupts) {
     struct sigaction current {};
     sigaction(signal, nullptr, &current);
     if (current.sa_handler == SIG_IGN) continue;
     struct sigaction action {};
     action.sa_handler = handle_signal;
     sigemptyset(&action.sa_mask);
-    sigaddset(&action.sa_mask, SIGINT);
-    sigaddset(&action.sa_mask, SIGTERM);
+    for (const int other : kInterrupts) sigaddset(&action.sa_mask, other);
     action.sa_flags = SA_RESTART;
     sigaction(signal, &action, nullptr);
   }

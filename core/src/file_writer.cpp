@@ -190,6 +190,11 @@ void FileWriter::name_file() {
   is_named_ = true;
 }
 
+void FileWriter::check_name() {
+  if (!is_named_) name_file();
+  if (errno_ != 0) throw failure(errno_);
+}
+
 void FileWriter::commit(bool durable) {
   if (errno_ == 0 && std::fflush(file_) != 0) errno_ = errno;
   if (errno_ == 0 && durable && ::fsync(::fileno(file_)) != 0) errno_ = errno;
@@ -238,7 +243,7 @@ void remove_temporary_files() noexcept {
 void check_writable(const std::string& path) {
   // Creating a file is the one check that also sees read-only file systems and quotas of files. A
   // full disk it doesn't see: an empty file takes no room there.
-  FileWriter probe(path);
+  FileWriter(path).check_name();
 }
 
 void write_text(const std::string& path, const std::string& text) {

@@ -129,7 +129,11 @@ std::vector<PluginFault> audit_plugins(const Scene& scene, const Sensor& sensor,
     Place place{nullptr, {}, hash_words(seed, kAuditSeed, i)};
     const int x = crop.x0 + static_cast<int>(hash_words(place.seed, 1000) % crop.width());
     const int y = crop.y0 + static_cast<int>(hash_words(place.seed, 1001) % crop.height());
-    primary.trace(scene, sensor, {x, y, x + 1, y + 1}, i, 1, seed, counters);
+    try {
+      primary.trace(scene, sensor, {x, y, x + 1, y + 1}, i, 1, seed, counters);
+    } catch (...) {
+      continue;  // of sensor and shapes: what throws there ends a render before it gets here
+    }
     place.d = primary.ray_hit(0).ray.d;
     if (primary.hit(0)) {
       const SurfaceInteraction& si = primary.interaction(0);

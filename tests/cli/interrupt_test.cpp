@@ -65,6 +65,10 @@ TEST_F(Interrupt, FirstSigintWritesWhatThereIs) {
 TEST_F(Interrupt, FirstSigtermWritesWhatThereIs) {
   expect_first_signal_writes(SIGTERM);
 }
+TEST_F(Interrupt, FirstSighupWritesWhatThereIs) {
+  signal(SIGHUP, SIG_DFL);  // tests may run under nohup, which programs inherit
+  expect_first_signal_writes(SIGHUP);
+}
 TEST_F(Interrupt, SecondSigintEndsAtOnce) {
   expect_second_signal_ends(SIGINT);
 }
