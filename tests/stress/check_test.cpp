@@ -82,6 +82,25 @@ TEST(Check, FindsLightTracingThatIsBlackUnlessTheSceneIsVast) {
   EXPECT_EQ(vast.open, 1);
 }
 
+TEST(Check, LeavesOpenWhatCameraRaysHardlyMeet) {
+  const std::string disk_under_sky =
+      "<shape type=\"disk\"><transform name=\"to_world\"><scale value=\"SIZE\"/></transform>"
+      "</shape><emitter type=\"constant\"/></scene>";
+  for (const bool is_speck : {true, false}) {
+    std::string scene = small_scene();
+    scene.replace(scene.find("<shape"), std::string::npos, disk_under_sky);
+    scene.replace(scene.find("SIZE"), 4, is_speck ? "1e-6" : "1");
+    const Method light{"ptracer", xml::integrator("ptracer", xml::integer("max_depth", 2)),
+                       "black"};
+    const Method black{"black", path("", xml::integer("max_depth", 1)).integrator, ""};
+    const CheckReport report = check(scene, true, {light, black});
+    EXPECT_EQ(report.comparisons, 1);
+    EXPECT_EQ(report.refused, "");
+    EXPECT_EQ(report.findings.size(), is_speck ? 0u : 1u);
+    EXPECT_EQ(report.open, is_speck ? 1 : 0);
+  }
+}
+
 TEST(Check, FindsValidScenesThatAreRefused) {
   const std::string scene = small_scene("nothing_like_it");
   const CheckReport report = check(scene, true, {kDirect});
