@@ -257,8 +257,8 @@ class Checker {
     if (distances.empty()) return true;
     std::sort(distances.begin(), distances.end());
     const float middle = distances[distances.size() / 2];
-    const double seen = glm::distance(ray_of(scene, Vec2(0)).at(middle),
-                                      ray_of(scene, Vec2(1)).at(middle));
+    const double seen =
+        glm::distance(ray_of(scene, Vec2(0)).at(middle), ray_of(scene, Vec2(1)).at(middle));
     const double share = seen / glm::length(scene.bounds().extent());
     const auto photons = static_cast<double>(renders.pixels.size() * renders.pixels[0].size()) / 3;
     return !(photons * share * share > kFewPhotons);
@@ -294,9 +294,10 @@ class Checker {
     Agreement agreement;
     double largest = 0;              ///< contribution, as a part of the sum
     bool has_constant_side = false;  ///< all renders of one method are the same
+    bool is_chance = false;          ///< and this is no wonder
 
     /// Whether a few samples decide.
-    bool is_open() const { return agreement.is_open || largest > kTooMuch; }
+    bool is_open() const { return agreement.is_open || largest > kTooMuch || is_chance; }
   };
 
   /// `repetition`: in kRepetitions; nullopt: the first comparison. Nullopt where there are values
@@ -333,11 +334,18 @@ class Checker {
       const bool is_light_tracing = method.name.starts_with("ptracer");
       const bool may_be_luck = is_light_tracing && has_small_sight(scene_of(method), own);
       // Its splats show what the tails of a filter reach, too, where hardly any camera ray is.
-      const bool may_be_missed =
-          is_light_tracing &&
-          (text_.find("\"box\"") == std::string::npos || is_hardly_seen(scene_of(other)));
-      if (is_constant(own_tiles) && !may_be_luck) make_exact(own_tiles);
-      if (is_constant(other_tiles) && !may_be_missed) make_exact(other_tiles);
+      const bool may_be_missed = is_light_tracing && (text_.find("\"box\"") == std::string::npos ||
+                                                      is_hardly_seen(scene_of(other)));
+      const auto judge_constant = [&](std::vector<TileEstimate>& tiles, bool may_be_chance) {
+        if (!is_constant(tiles)) return;
+        if (may_be_chance) {
+          result.is_chance = true;
+        } else {
+          make_exact(tiles);
+        }
+      };
+      judge_constant(own_tiles, may_be_luck);
+      judge_constant(other_tiles, may_be_missed);
     }
     result.agreement = compare(own_tiles, other_tiles);
     return result;

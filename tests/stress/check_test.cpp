@@ -76,10 +76,18 @@ TEST(Check, FindsLightTracingThatIsBlackUnlessTheSceneIsVast) {
   ASSERT_EQ(report.findings.size(), 1u);
   EXPECT_EQ(report.findings[0].kind, "differs");
   scene.insert(scene.find("<emitter"),
-               "<shape type=\"sphere\"><float name=\"radius\" value=\"1e8\"/></shape>");
+               "<shape type=\"sphere\"><point name=\"center\" value=\"1e8 0 0\"/></shape>");
   const CheckReport vast = check(scene, true, {kDirect, black});
   EXPECT_TRUE(vast.findings.empty()) << vast.findings[0].text;
   EXPECT_EQ(vast.open, 1);
+  // Nor where the other's picture has no noise at all.
+  const size_t lamp = scene.find("<emitter");
+  scene.replace(lamp, std::string::npos,
+                "<emitter type=\"directional\"><vector name=\"direction\" value=\"0 0 -1\"/>"
+                "</emitter></scene>");
+  const CheckReport even = check(scene, true, {kDirect, black});
+  EXPECT_TRUE(even.findings.empty()) << even.findings[0].text;
+  EXPECT_EQ(even.open, 1);
 }
 
 TEST(Check, LeavesOpenWhatCameraRaysHardlyMeet) {
