@@ -248,11 +248,12 @@ class Checker {
     return seen_distances(scene, kSide).size() < kFew;
   }
 
-  /// Whether the sensor sees so little of the scene that of all photons of these renders hardly any
-  /// may arrive there: by the size of what it sees at the distance that most of it has.
+  /// Whether the sensor sees so little of the scene that of all photons of these renders only a few
+  /// may arrive there, too few for their spread to be known, of which each tile has its share, and
+  /// each lamp: by the size of what it sees at the distance that most of it has.
   static bool has_small_sight(const Scene& scene, const Renders& renders) {
     constexpr int kSide = 8;
-    constexpr double kFewPhotons = 100;
+    constexpr double kFewPhotons = 3000;
     std::vector<float> distances = seen_distances(scene, kSide);
     if (distances.empty()) return true;
     std::sort(distances.begin(), distances.end());
@@ -294,7 +295,7 @@ class Checker {
     Agreement agreement;
     double largest = 0;              ///< contribution, as a part of the sum
     bool has_constant_side = false;  ///< all renders of one method are the same
-    bool is_chance = false;          ///< and this is no wonder
+    bool is_chance = false;          ///< one method hardly finds what the other does
 
     /// Whether a few samples decide.
     bool is_open() const { return agreement.is_open || largest > kTooMuch || is_chance; }
@@ -332,20 +333,15 @@ class Checker {
       // What a thousand renders all agree about isn't luck any more, but what this method takes for
       // the truth: a method that loses all its samples shows black.
       const bool is_light_tracing = method.name.starts_with("ptracer");
-      const bool may_be_luck = is_light_tracing && has_small_sight(scene_of(method), own);
+      result.is_chance = is_light_tracing && has_small_sight(scene_of(method), own);
       // Its splats show what the tails of a filter reach, too, where hardly any camera ray is.
       const bool may_be_missed = is_light_tracing && (text_.find("\"box\"") == std::string::npos ||
                                                       is_hardly_seen(scene_of(other)));
-      const auto judge_constant = [&](std::vector<TileEstimate>& tiles, bool may_be_chance) {
-        if (!is_constant(tiles)) return;
-        if (may_be_chance) {
-          result.is_chance = true;
-        } else {
-          make_exact(tiles);
-        }
-      };
-      judge_constant(own_tiles, may_be_luck);
-      judge_constant(other_tiles, may_be_missed);
+      if (is_constant(own_tiles)) make_exact(own_tiles);
+      if (is_constant(other_tiles)) {
+        result.is_chance |= may_be_missed;
+        make_exact(other_tiles);
+      }
     }
     result.agreement = compare(own_tiles, other_tiles);
     return result;
