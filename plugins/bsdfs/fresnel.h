@@ -66,12 +66,16 @@ inline constexpr NamedNumber kIndicesOfRefraction[] = {
     {"pet", 1.575f},       {"diamond", 2.419f},
 };
 
-/// int_ior / ext_ior of a dielectric's properties.
+/// int_ior / ext_ior of a dielectric's properties, both within what has squares and inverses.
 inline float relative_ior(const Properties& props) {
+  constexpr float kLeast = 1e-3f, kMost = 1e3f;
   const auto index = [&](const char* name) {
     const float value = props.number_or_name(name, kIndicesOfRefraction);
     if (!(value > 0) || !std::isfinite(value)) {
       throw props.error(name, "must be positive, got " + std::to_string(value));
+    }
+    if (value < kLeast || value > kMost) {
+      throw props.error(name, "must be from 0.001 to 1000");
     }
     return value;
   };

@@ -192,7 +192,7 @@ class Checker {
     // With hide_emitters (see integrator()), `ptracer` alone shows what surfaces that emit
     // reflect.
     if (is_light_tracing && scene.environment() && scene.has_surface_emitters()) return false;
-    if (is_light_tracing && has_specks(scene)) return false;
+    if (is_light_tracing && (has_specks(scene) || has_needles())) return false;
     // Clusters are chosen by the lobe at one of their points: what a sharp one shows of the others
     // is found by luck.
     if (method.same_seeds && has_sharp_lobes(kLeastAlpha)) return false;
@@ -213,6 +213,36 @@ class Checker {
     return std::any_of(scene.shapes().begin(), scene.shapes().end(), [&](const auto& shape) {
       return shape->emitter() && shape->area() < kLeastShare * size * size;
     });
+  }
+
+  /// Calls fn with each number that the scene's text gives a parameter.
+  template <class Function>
+  void for_each_value(const char* name, const Function& fn) const {
+    const std::string key = std::string("\"") + name + "\"";
+    for (size_t at = text_.find(key); at != std::string::npos; at = text_.find(key, at + 1)) {
+      const size_t value = text_.find("value=\"", at);
+      if (value == std::string::npos) return;
+      fn(std::strtod(text_.c_str() + value + 7, nullptr));
+    }
+  }
+
+  /// Whether there are beams so narrow that what they light is a speck.
+  bool has_needles() const {
+    constexpr double kLeastAngle = 0.1;  // degrees
+    bool any = false;
+    for_each_value("cutoff_angle", [&](double angle) { any |= angle < kLeastAngle; });
+    return any;
+  }
+
+  /// Whether a lobe reflects so little that a path, which chooses one of them, hardly ever chooses
+  /// that one.
+  bool has_faint_lobes() const {
+    constexpr double kLeast = 1e-4;
+    bool any = false;
+    for (const char* name : {"diffuse_reflectance", "specular_reflectance", "color0", "color1"}) {
+      for_each_value(name, [&](double red) { any |= red > 0 && red < kLeast; });
+    }
+    return any;
   }
 
   /// Of the sensor, at a place of its film in the unit square, and on its lens.
@@ -278,17 +308,14 @@ class Checker {
     const bool is_silent = text_.find("\"alpha") == std::string::npos &&
                            text_.find("\"exponent\"") == std::string::npos;
     if (is_rough && is_silent && least_alpha > 0.1) return true;
-    for (const char* name : {"\"alpha\"", "\"alpha_u\"", "\"alpha_v\"", "\"exponent\""}) {
-      const bool is_exponent = std::string(name) == "\"exponent\"";
-      for (size_t at = text_.find(name); at != std::string::npos; at = text_.find(name, at + 1)) {
-        const size_t value = text_.find("value=\"", at);
-        if (value == std::string::npos) break;
-        const double v = std::strtod(text_.c_str() + value + 7, nullptr);
-        if (is_exponent ? v > kLargestExponent * sqr(kLeastAlpha / least_alpha) : v < least_alpha)
-          return true;
-      }
+    bool any = false;
+    for (const char* name : {"alpha", "alpha_u", "alpha_v"}) {
+      for_each_value(name, [&](double alpha) { any |= alpha < least_alpha; });
     }
-    return false;
+    for_each_value("exponent", [&](double exponent) {
+      any |= exponent > kLargestExponent * sqr(kLeastAlpha / least_alpha);
+    });
+    return any;
   }
 
   struct Comparison {
@@ -335,8 +362,9 @@ class Checker {
       const bool is_light_tracing = method.name.starts_with("ptracer");
       result.is_chance = is_light_tracing && has_small_sight(scene_of(method), own);
       // Its splats show what the tails of a filter reach, too, where hardly any camera ray is.
-      const bool may_be_missed = is_light_tracing && (text_.find("\"box\"") == std::string::npos ||
-                                                      is_hardly_seen(scene_of(other)));
+      const bool may_be_missed =
+          has_faint_lobes() || (is_light_tracing && (text_.find("\"box\"") == std::string::npos ||
+                                                     is_hardly_seen(scene_of(other))));
       if (is_constant(own_tiles)) make_exact(own_tiles);
       if (is_constant(other_tiles)) {
         result.is_chance |= may_be_missed;

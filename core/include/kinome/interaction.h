@@ -27,6 +27,12 @@ struct SurfaceInteraction {
   Vec3 ray_origin(const Vec3& d) const {
     return p + n * (glm::dot(n, d) >= 0 ? p_error : -p_error);
   }
+  /// Whether a light at `distance` along the unit vector d is off the surface by more than the
+  /// error of p. Which side of it a nearer one is on, or where, is but rounding: such as another
+  /// point of the same curved surface, next to p.
+  bool resolves(const Vec3& d, float distance) const {
+    return std::abs(glm::dot(n, d)) * distance > p_error;
+  }
   /// Shadow ray toward a light at `distance` (infinite for distant light) along the unit vector d.
   /// It ends shortly before the very point p + distance d, from wherever it starts: else a light
   /// nearer than 10^4 p_error would shadow itself.
