@@ -67,12 +67,20 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
         }));
     surface_count_ = std::clamp(surfaces * kPointsOfSurface, settings.points, kMostSurfacePoints);
     make_cells(false, std::clamp(surfaces * kCellsOfSurface, kSurfaceCells, kMostSurfaceCells),
-               learn_guide(false, seen, own, context));
+               learn_guide(false, surface_count_, seen, own, context), 1);
     surface_cells_ = size_ - lamp_cells_;
   }
   if (!bounce_ends_.empty()) {
-    bounce_count_ = settings.points;
-    make_cells(true, settings.bounce_cells, learn_guide(true, seen, hash_words(own, 1), context));
+    double extended = 0;
+    for (const Source& source : sources_) {
+      extended += source.kind == Kind::kLamp ? 0. : static_cast<double>(source.bounce_share);
+    }
+    bounce_count_ = static_cast<uint32_t>(
+        std::lerp(settings.points, std::max(settings.points, settings.extended_points),
+                  std::min(extended, 1.)));
+    make_cells(true, settings.bounce_cells,
+               learn_guide(true, settings.points, seen, hash_words(own, 1), context),
+               static_cast<double>(bounce_count_) / settings.points);
     const bool mirrors =
         std::any_of(scene.shapes().begin(), scene.shapes().end(),
                     [](const auto& shape) { return any(shape->bsdf().lobes() & Lobe::kDelta); });
@@ -184,7 +192,8 @@ void LocalLight::add_column(const CellSums& sums, double flux, double expected, 
 }
 
 /// Of points that are drawn as those of passes are, but are none of theirs.
-void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn) {
+void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn,
+                            double repeated) {
   std::vector<OrientedPoint> places;
   std::vector<float> flux, guided_flux, unguided;
   for (const Drawn& chunk : drawn) {
@@ -212,7 +221,8 @@ void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn
     unguided_sums[cell] += unguided[i];
   }
   for (uint32_t c = 0; c < partition.size(); ++c) {
-    add_column(sums[c], sums[c].flux, sums[c].count, unguided_sums[c]);
+    add_column(sums[c], sums[c].flux * repeated, sums[c].count * repeated,
+               unguided_sums[c] * repeated);
   }
 }
 

@@ -100,10 +100,15 @@ class LocalLight {
     uint32_t bounce_cells = 256;
     /// Of a pass: so many of surfaces, or more where these are many, and as many of the bounce.
     uint32_t points = kMostPoints;
+    /// Of the bounce if all of its light were that of sources that have an extent, or the sky's:
+    /// each point has one direction of it, and says less of what is around it than one that a lamp
+    /// lights.
+    uint32_t extended_points = kMostPoints;
     /// Light of lamps by way of mirrors is found by paths from the lamps, see Caustics.
     bool caustics = false;
   };
   static constexpr uint32_t kLeastPoints = 1u << 10, kMostPoints = 1u << 14;
+  static constexpr uint32_t kMostExtendedPoints = 1u << 17;
 
   /// seen: places that the camera sees, by which draws are guided; may be empty.
   LocalLight(const Scene& scene, const Settings& settings, std::span<const SurfaceInteraction> seen,
@@ -185,10 +190,12 @@ class LocalLight {
   std::vector<LightGuide::Use> find_uses(const std::vector<Drawn>& chunks,
                                          std::span<const SurfaceInteraction> seen, uint64_t seed,
                                          RenderContext& context) const;
-  /// Returns draws that are guided as those of passes will be.
-  std::vector<Drawn> learn_guide(bool bounce, std::span<const SurfaceInteraction> seen,
-                                 uint64_t seed, RenderContext& context);
-  void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn);
+  /// Returns `count` draws that are guided as those of passes will be.
+  std::vector<Drawn> learn_guide(bool bounce, uint32_t count,
+                                 std::span<const SurfaceInteraction> seen, uint64_t seed,
+                                 RenderContext& context);
+  /// At most `count`; a pass will have `repeated` times as many points as were drawn.
+  void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn, double repeated);
   void add_column(const CellSums& sums, double flux, double expected, double unguided);
   void draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
                  std::vector<Drawn>& chunks) const;

@@ -193,11 +193,10 @@ std::vector<LightGuide::Use> LocalLight::find_uses(const std::vector<Drawn>& chu
   return uses;
 }
 
-std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce,
+std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce, uint32_t count,
                                                        std::span<const SurfaceInteraction> seen,
                                                        uint64_t seed, RenderContext& context) {
   LightGuide& guide = bounce ? bounce_guide_ : surface_guide_;
-  const uint32_t count = bounce ? bounce_count_ : surface_count_;
   std::vector<float> shares;
   for (const Source& source : sources_) {
     shares.push_back(bounce ? source.bounce_share : source.surface_share);

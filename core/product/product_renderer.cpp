@@ -15,7 +15,7 @@ constexpr double kMaxRaysOfPass = 512;
 /// Below so many rays a pixel nothing is learned.
 constexpr double kLeastToLearn = 10;
 /// Light points are one for so many rays.
-constexpr double kRaysPerPoint = 32;
+constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 8;
 /// And paths from lamps to mirrors, where there are both.
 constexpr double kRaysPerCausticPath = 8;
 /// Light points, and no fewer places than these, to find out what is of use.
@@ -79,6 +79,8 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   rays = std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
   local.points = static_cast<uint32_t>(
       std::clamp<double>(rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
+  local.extended_points = static_cast<uint32_t>(
+      std::min<double>(rays / kRaysPerExtendedPoint, LocalLight::kMostExtendedPoints));
   std::vector<SurfaceInteraction> seen;
   if (settings.light_guide &&
       (scene.has_surface_emitters() || settings.max_depth >= LocalLight::kBounceDepth)) {

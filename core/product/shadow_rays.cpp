@@ -12,8 +12,8 @@ namespace {
 /// to.
 constexpr int kCapRounds = 6;
 constexpr double kNegligible = 1e-6;
-/// Points of cells, and surface points, don't all fit the nearest cache: what a ray takes is fetched
-/// while those before it are made.
+/// Points of cells, and surface points, don't all fit the nearest cache: what a ray takes is
+/// fetched while those before it are made.
 constexpr size_t kAhead = 8;
 
 }  // namespace
