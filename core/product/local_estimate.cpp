@@ -10,7 +10,7 @@ namespace {
 /// Eye rays of a primary: in proportion to the share of the light that they would account for if
 /// every primary sent one, within these bounds. The least of them bounds what a light point that is
 /// very near can weigh.
-constexpr float kEyeRayFactor = 4, kLeastEyeRays = 1 / 8.f;
+constexpr float kEyeRayFactor = 12, kLeastEyeRays = 1 / 8.f;
 /// Below this roughness, all primaries whose lobe is glossy send one.
 constexpr float kSharpAlpha = 0.1f;
 /// Where there is a diffuse and a glossy lobe, each gets at least this share of the eye rays.
