@@ -248,8 +248,9 @@ Scene::Contents Builder::scene(const Node& root) {
 /// BSDFs, textures and the like are there to be referred to; alone they mean nothing.
 void Builder::add_to_scene(const Node& child, const std::shared_ptr<Object>& object,
                            Scene::Contents& contents) {
-  const auto add = [](auto& list, const auto& item) {
-    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+  // References may name one object several times.
+  const auto add = [this](auto& list, const auto& item) {
+    if (in_scene_.insert(item.get()).second) list.push_back(item);
   };
   if (auto shape = std::dynamic_pointer_cast<Shape>(object)) {
     // Here, where its place is known; the scene would have but its number.

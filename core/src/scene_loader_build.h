@@ -58,6 +58,7 @@ class Builder {
   std::vector<std::string> plugins_;
   std::set<const Node*> checked_;  ///< of what isn't made
   std::set<const Node*> named_by_unused_;
+  std::set<const Object*> in_scene_;
   /// With their places, for what is known of them only when all shapes are made.
   std::vector<std::pair<std::shared_ptr<Emitter>, Location>> top_emitters_;
   std::vector<Skipped> skipped_;
