@@ -74,8 +74,8 @@ def measure(build, python, runs):
         first = render(HEBE, spp=1, sampler="independent")
         direct = render(HEBE, integrator="direct", spp=16)
         bounce = render(BOX, spp=1, sampler="independent", width=64, height=64)
-        lights = {lights: render(LAMPS, lights=lights, importance="product", spp=4, width=96,
-                                 height=72) for lights in LIGHTS}
+        lamps = {lights: render(LAMPS, lights=lights, importance="product", spp=4, width=96,
+                                height=72) for lights in LIGHTS}
         rates = {"direct, hebe": against_mitsuba(build, folder, python, runs, HEBE, "direct"),
                  "path, box": against_mitsuba(build, folder, python, runs, BOX, "path")}
     return {
@@ -85,7 +85,7 @@ def measure(build, python, runs):
         "clustered_hebe": first,
         "direct_hebe": direct,
         "clustered_box": bounce,
-        "product_lamps": lights,
+        "product_lamps": lamps,
         "camera_samples_per_second": rates,
     }
 
@@ -112,9 +112,10 @@ def light_rows(runs):
         stages = [s["seconds"]["stages"] for s in stats]
         yield (f"{count:,} area lights, product: cells and points of pilot and pass", "n log n",
                f"{median(s['cells'] + s['points'] for s in stages):.3f} s")
-        yield ("their scene loaded and built", "n log n",
+        yield (f"{count:,} area lights: loaded and built", "n log n",
                f"{median(s['seconds']['load'] + s['seconds']['build'] for s in stats):.3f} s")
-        yield ("peak memory", "n log n", f"{max(s['peak_memory_bytes'] for s in stats) / 1e6:.0f} MB")
+        yield (f"{count:,} area lights: peak memory", "n log n",
+               f"{max(s['peak_memory_bytes'] for s in stats) / 1e6:.0f} MB")
 
 
 def rows(data):

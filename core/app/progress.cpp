@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "say.h"
+
 namespace kinome::app {
 namespace {
 
@@ -60,7 +62,7 @@ void Progress::update(double fraction) {
     draw_bar(fraction, text);
     bar_drawn_ = true;
   } else {
-    fmt::print(stderr, "rendering: {} % done{}\n", text.percent, text.left);
+    say("rendering: {} % done{}\n", text.percent, text.left);
   }
 }
 
@@ -69,13 +71,13 @@ void Progress::draw_bar(double fraction, const ProgressText& progress) const {
   const int width = std::clamp(terminal_width() - static_cast<int>(text.size()) - 3, 0, 60);
   const int full = static_cast<int>(fraction * width);
   // \r and "erase to the end of the line": the bar stays on one line and leaves nothing behind.
-  fmt::print(stderr, "\r[{:=<{}}{:<{}}]{}\x1b[K", "", full, "", width - full, text);
+  say("\r[{:=<{}}{:<{}}]{}\x1b[K", "", full, "", width - full, text);
   std::fflush(stderr);
 }
 
 void Progress::finish() {
   if (!bar_drawn_) return;
-  fmt::print(stderr, "\r\x1b[K");
+  say("\r\x1b[K");
   std::fflush(stderr);
   bar_drawn_ = false;
 }

@@ -16,6 +16,7 @@
 #include "kinome/scene_loader.h"
 #include "progress.h"
 #include "report.h"
+#include "say.h"
 #include "signals.h"
 
 namespace kinome::app {
@@ -89,12 +90,12 @@ void check_output_folder(const Options& options) {
 std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
   if (options.checkpoint.empty()) return nullptr;
   const auto say_that_it_resumes = [&options] {
-    if (!options.quiet) fmt::print(stderr, "resuming from {}\n", options.checkpoint);
+    if (!options.quiet) say("resuming from {}\n", options.checkpoint);
   };
   auto checkpoint = std::make_unique<Checkpoint>(
       Checkpoint::Options{options.checkpoint, options.every, options.resume, say_that_it_resumes});
   if (options.resume && !options.quiet && !checkpoint->resumes()) {
-    fmt::print(stderr, "there is no {}: beginning at the beginning\n", options.checkpoint);
+    say("there is no {}: beginning at the beginning\n", options.checkpoint);
   }
   return checkpoint;
 }
@@ -213,14 +214,14 @@ int exit_status(const Options& options, const RenderStats& stats) {
 void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
   warn_of_faults(stats);
   if (!options.quiet) {
-    fmt::print(stderr, "wrote {}{} ({:.2f} s)\n", summary.output,
-               stats.complete ? "" : ", incomplete", stats.total_seconds);
+    say("wrote {}{} ({:.2f} s)\n", summary.output, stats.complete ? "" : ", incomplete",
+        stats.total_seconds);
     if (!options.checkpoint.empty() && !stats.complete) {
-      fmt::print(stderr, "--resume goes on from {}\n", options.checkpoint);
+      say("--resume goes on from {}\n", options.checkpoint);
     }
   }
   if (options.stats == StatsFormat::kText) {
-    fmt::print(stderr, "{}", stats_text(stats, summary));
+    say("{}", stats_text(stats, summary));
   } else if (options.stats == StatsFormat::kJson) {
     fmt::print("{}", stats_json(stats, summary));
     if (std::fflush(stdout) != 0) throw Error("--stats=json: stdout can't be written");
@@ -239,7 +240,7 @@ void run_inspection(const Options& options, const Scene& scene, const Sensor& se
   } catch (const Error& error) {
     throw Error(fmt::format("--inspect {},{}: {}", pixel.x, pixel.y, error.what()));
   }
-  if (!options.quiet) fmt::print(stderr, "wrote {}\n", names);
+  if (!options.quiet) say("wrote {}\n", names);
 }
 
 }  // namespace

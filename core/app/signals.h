@@ -4,9 +4,9 @@
 
 namespace kinome::app {
 
-/// SIGINT, SIGTERM and SIGHUP: while a render runs the first one asks it to end early; at any other time,
-/// and the second time, the program ends at once and leaves no partial file. A signal that was
-/// ignored from the start stays ignored.
+/// SIGINT, SIGTERM and SIGHUP: while a render runs the first one asks it to end early; at any other
+/// time, and the second time, the program ends at once and leaves no partial file. A signal that
+/// was ignored from the start stays ignored.
 void install_signal_handlers(bool quiet);
 
 /// From here on there is something worth writing: the first signal sets cancel_flag().

@@ -100,10 +100,10 @@ class LocalLight {
     uint32_t bounce_cells = 256;
     /// Of a pass: so many of surfaces, or more where these are many, and as many of the bounce.
     uint32_t points = kMostPoints;
-    /// Of the bounce if all of its light were that of sources that have an extent, or the sky's:
-    /// each point has one direction of it, and says less of what is around it than one that a lamp
-    /// lights.
-    uint32_t extended_points = kMostPoints;
+    /// But so many of the bounce, if these are more, if all of its light were that of sources that
+    /// have an extent, or the sky's: each point has one direction of it, and says less of what is
+    /// around it than one that a lamp lights.
+    uint32_t extended_points = 0;
     /// Light of lamps by way of mirrors is found by paths from the lamps, see Caustics.
     bool caustics = false;
   };

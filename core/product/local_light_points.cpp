@@ -279,7 +279,8 @@ std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInter
     arrival.distance = glm::length(to);
     if (!(arrival.distance > 0)) return std::nullopt;
     arrival.d = to / arrival.distance;
-    if (!si.resolves(arrival.d, arrival.distance)) return std::nullopt;
+    const bool is_own = source.emitter->shape() == si.shape;
+    if (is_own && !si.resolves(arrival.d, arrival.distance)) return std::nullopt;
     x->wi = x->frame.to_local(-arrival.d);
     arrival.density = source.bounce_share * surface->pdf;
     arrival.radiance = source.emitter->eval_surface(*x) / arrival.density;

@@ -16,6 +16,8 @@ constexpr double kMaxRaysOfPass = 512;
 constexpr double kLeastToLearn = 10;
 /// Light points are one for so many rays.
 constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 8;
+/// Passes of a render that is to take a time, or to reach an error.
+constexpr double kPartsOfBudget = 3;
 /// And paths from lamps to mirrors, where there are both.
 constexpr double kRaysPerCausticPath = 8;
 /// Light points, and no fewer places than these, to find out what is of use.
@@ -69,18 +71,19 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   local.max_depth = settings.max_depth;
   local.bounce_cells = settings.bounce_cells;
   local.caustics = Caustics::serves(sensor);
-  // Where rays are few, points are, too: each takes about as long as one. Until an error is
-  // reached, there will be many.
-  double rays = settings.rays_per_pixel * sensor.film().crop().area();
+  // Where rays are few, points are, too: each takes about as long as two. Until an error is
+  // reached, there will be many. What is rendered by parts draws as many for each.
+  double rays = settings.rays_per_pixel * sensor.film().crop().area(), parts = 1;
   if (context.budget().any()) {
     const double seconds = context.budget().seconds;
     rays = seconds > 0 ? seconds * kCarefulSpeed * context.threads() : kInfinity;
+    parts = kPartsOfBudget;
   }
   rays = std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
   local.points = static_cast<uint32_t>(
       std::clamp<double>(rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
   local.extended_points = static_cast<uint32_t>(
-      std::min<double>(rays / kRaysPerExtendedPoint, LocalLight::kMostExtendedPoints));
+      std::min<double>(rays / (kRaysPerExtendedPoint * parts), LocalLight::kMostExtendedPoints));
   std::vector<SurfaceInteraction> seen;
   if (settings.light_guide &&
       (scene.has_surface_emitters() || settings.max_depth >= LocalLight::kBounceDepth)) {

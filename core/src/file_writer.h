@@ -24,7 +24,7 @@ class FileWriter {
   void seek(uint64_t position) noexcept;
   uint64_t position() const { return position_; }
   bool failed() const { return errno_ != 0; }
-  /// Throws Error where the file, without a commit, can't be given a name in its folder.
+  /// Gives the file its temporary name now; throws Error where the folder refuses it.
   void check_name();
   /// Throws Error where any write failed, and leaves `path` as it was. `durable`: once it returns,
   /// the file is on the disk, whatever happens to the machine (its name only as far as the folder

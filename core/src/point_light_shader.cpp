@@ -154,7 +154,8 @@ void PointLightShader::sample_others(const Vertex& vertex) {
   const SurfaceInteraction& si = vertex.si;
   for (const Emitter* emitter : lights_.others) {
     const auto light = emitter->sample_direct(si.p, numbers.next_2d());
-    if (!light || (!light->is_delta && !si.resolves(light->d, light->distance))) continue;
+    if (!light) continue;
+    if (emitter->shape() == si.shape && !si.resolves(light->d, light->distance)) continue;
     const BsdfValue value =
         si.shape->bsdf().eval_pdf(si, Lobe::kDiffuse | Lobe::kGlossy, si.frame.to_local(light->d));
     add_shadow_ray(vertex, light->d, light->distance, value.f * light->radiance / light->pdf);

@@ -75,7 +75,7 @@ inline float relative_ior(const Properties& props) {
       throw props.error(name, "must be positive, got " + std::to_string(value));
     }
     if (value < kLeast || value > kMost) {
-      throw props.error(name, "must be from 0.001 to 1000");
+      throw props.error(name, "must be from 0.001 to 1000, got " + std::to_string(value));
     }
     return value;
   };

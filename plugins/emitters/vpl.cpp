@@ -167,7 +167,8 @@ class SurfacePlacement {
         const size_t e = used == emitters_.size() ? k : drawn_emitter(i, k);
         const auto light = emitters_[e]->sample_direct(si.p, number(seed_, kLight, e, i));
         if (!light || is_black(light->radiance)) continue;
-        if (!light->is_delta && !si.resolves(light->d, light->distance)) continue;
+        const bool is_own = emitters_[e]->shape() == si.shape;
+        if (is_own && !si.resolves(light->d, light->distance)) continue;
         const float point_area = static_cast<float>(area_ / count_);
         rays.push_back(si.shadow_ray(light->d, light->distance));
         arrivals.push_back(

@@ -78,7 +78,9 @@ void DirectLight::evaluate_emitter_samples(const Context& context, const Shading
   if (any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) {
     for (size_t i = first; i < first + static_cast<size_t>(context.emitter_samples); ++i) {
       if (lights_[i].pdf == 0 || is_black(lights_[i].radiance)) continue;
-      if (!lights_[i].is_delta && !si.resolves(lights_[i].d, lights_[i].distance)) continue;
+      const auto& emitter = context.scene.emitters()[picks_.empty() ? 0 : picks_[i]];
+      const bool is_own = emitter->shape() == si.shape;
+      if (is_own && !si.resolves(lights_[i].d, lights_[i].distance)) continue;
       const Vec3 wo = si.frame.to_local(lights_[i].d);
       x_.push_back(wo.x), y_.push_back(wo.y), z_.push_back(wo.z);
       valid_.push_back(static_cast<uint32_t>(i));

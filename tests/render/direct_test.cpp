@@ -255,28 +255,6 @@ TEST(Direct, LightsAFloorFromASquare) {
 
 /// The square hides its part of the sky, and shines itself; delta light is sampled by emitters
 /// only.
-/// Of points of a lamp next to one another, it is rounding that tells on which side of one the
-/// other lies.
-TEST(Direct, LampsThatShineInwardAreBlackFromOutside) {
-  for (const std::string shape : {"sphere", "cylinder"}) {
-    const std::string lamp = "<shape type=\"" + shape +
-                             "\"><boolean name=\"flip_normals\" value=\"true\"/>"
-                             "<transform name=\"to_world\"><rotate y=\"1\" angle=\"90\"/>"
-                             "<translate x=\"0.4\" y=\"0.6\" z=\"-0.5\"/></transform>"
-                             "<bsdf type=\"twosided\">" +
-                             diffuse_xml("0.5") + "</bsdf><emitter type=\"area\"/></shape>";
-    const std::string sensor =
-        sensor_xml("perspective", look_at("1 4 2", "0.9 0.6 -0.5", "0 0 1"), 16, 256);
-    for (const std::string& integrator :
-         {direct_xml(), std::string("<integrator type=\"path\"/>"),
-          std::string("<integrator type=\"clustered\"><string name=\"importance\" "
-                      "value=\"product\"/></integrator>")}) {
-      const Image image = render_scene(*scene_from(lamp + sensor + integrator));
-      for (const float value : image.data) EXPECT_EQ(value, 0) << shape << integrator;
-    }
-  }
-}
-
 TEST(Direct, PicksAmongManyEmitters) {
   const auto f = static_cast<float>(square_form_factor(1, 2));
   const auto expected = [&](bool square, bool sun, bool sky) {
@@ -297,6 +275,39 @@ TEST(Direct, PicksAmongManyEmitters) {
     }
     expect_equal(estimate_pixels(*scene, kRenders), exactly(expected(square, sun, sky), 9), kAlpha,
                  "lights " + std::to_string(mask));
+  }
+}
+
+/// Of points of a lamp next to one another, it is rounding that tells on which side of one the
+/// other lies.
+TEST(Direct, LampsThatShineInwardAreBlackFromOutside) {
+  const auto clustered = [](const std::string& importance, int max_depth) {
+    return "<integrator type=\"clustered\"><string name=\"importance\" value=\"" + importance +
+           "\"/><integer name=\"max_depth\" value=\"" + std::to_string(max_depth) +
+           "\"/></integrator>";
+  };
+  const auto picture = [](const std::string& shape, bool shines_inward,
+                          const std::string& integrator) {
+    const std::string lamp = "<shape type=\"" + shape +
+                             "\"><boolean name=\"flip_normals\" value=\"" +
+                             (shines_inward ? "true" : "false") +
+                             "\"/><transform name=\"to_world\"><rotate y=\"1\" angle=\"90\"/>"
+                             "<translate x=\"0.4\" y=\"0.6\" z=\"-0.5\"/></transform>"
+                             "<bsdf type=\"twosided\">" +
+                             diffuse_xml("0.5") + "</bsdf><emitter type=\"area\"/></shape>";
+    return render_scene(*scene_from(
+        lamp + sensor_xml("perspective", look_at("1 4 2", "0.9 0.6 -0.5", "0 0 1"), 16, 64) +
+        integrator));
+  };
+  for (const char* shape : {"sphere", "cylinder"}) {
+    EXPECT_GE(picture(shape, false, direct_xml()).at(8, 8, 0), 1) << shape;
+    for (const std::string& integrator :
+         {direct_xml(), std::string("<integrator type=\"path\"/>"), clustered("product", 2),
+          clustered("product", 3), clustered("joint", 2), clustered("joint", 3)}) {
+      for (const float value : picture(shape, true, integrator).data) {
+        ASSERT_EQ(value, 0) << shape << integrator;
+      }
+    }
   }
 }
 

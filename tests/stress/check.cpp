@@ -261,7 +261,9 @@ class Checker {
     std::uniform_real_distribution<float> number;
     for (int i = 0; i < side * side; ++i) {
       const Vec2 cell(static_cast<float>(i % side), static_cast<float>(i / side));
-      const Vec2 lens(number(random), number(random));
+      Vec2 lens;
+      lens.x = number(random);
+      lens.y = number(random);
       RayHit hit;
       hit.ray = ray_of(scene, (cell + 0.5f) / static_cast<float>(side), lens);
       scene.intersect({&hit, 1}, Coherence::kIncoherent, counters);
@@ -270,20 +272,23 @@ class Checker {
     return distances;
   }
 
-  /// Whether all there is is so small in the sensor's eyes that camera rays may miss it a thousand
-  /// renders long, where light tracing can't.
-  static bool is_hardly_seen(const Scene& scene) {
+  /// Whether all there is is so small in the sensor's eyes that the camera rays of these renders,
+  /// one a pixel at least, may well miss it, where light tracing can't.
+  static bool is_hardly_seen(const Scene& scene, const Renders& renders) {
     constexpr int kSide = 64;
-    constexpr size_t kFew = 10;
-    return seen_distances(scene, kSide).size() < kFew;
+    constexpr double kFew = 10;
+    const double share = static_cast<double>(seen_distances(scene, kSide).size()) / sqr(kSide);
+    return share * number_of_pixels(renders) < kFew;
+  }
+  static double number_of_pixels(const Renders& renders) {
+    return static_cast<double>(renders.pixels.size() * renders.pixels[0].size()) / 3;
   }
 
   /// Whether the sensor sees so little of the scene that of all photons of these renders only a few
   /// may arrive there, too few for their spread to be known, of which each tile has its share, and
   /// each lamp: by the size of what it sees at the distance that most of it has.
-  static bool has_small_sight(const Scene& scene, const Renders& renders) {
+  static bool has_small_sight(const Scene& scene, const Renders& renders, double few) {
     constexpr int kSide = 8;
-    constexpr double kFewPhotons = 3000;
     std::vector<float> distances = seen_distances(scene, kSide);
     if (distances.empty()) return true;
     std::sort(distances.begin(), distances.end());
@@ -291,8 +296,7 @@ class Checker {
     const double seen =
         glm::distance(ray_of(scene, Vec2(0)).at(middle), ray_of(scene, Vec2(1)).at(middle));
     const double share = seen / glm::length(scene.bounds().extent());
-    const auto photons = static_cast<double>(renders.pixels.size() * renders.pixels[0].size()) / 3;
-    return !(photons * share * share > kFewPhotons);
+    return !(number_of_pixels(renders) * share * share > few);
   }
 
   /// Seen along the surface, a lobe of a tenth already has most of its light in one of thousands of
@@ -360,11 +364,13 @@ class Checker {
       // What a thousand renders all agree about isn't luck any more, but what this method takes for
       // the truth: a method that loses all its samples shows black.
       const bool is_light_tracing = method.name.starts_with("ptracer");
-      result.is_chance = is_light_tracing && has_small_sight(scene_of(method), own);
+      // A hundred photons tell their spread, more or less; that there is no light takes more.
+      const double few = is_constant(own_tiles) ? 3000 : 100;
+      result.is_chance = is_light_tracing && has_small_sight(scene_of(method), own, few);
       // Its splats show what the tails of a filter reach, too, where hardly any camera ray is.
       const bool may_be_missed =
           has_faint_lobes() || (is_light_tracing && (text_.find("\"box\"") == std::string::npos ||
-                                                     is_hardly_seen(scene_of(other))));
+                                                     is_hardly_seen(scene_of(other), others)));
       if (is_constant(own_tiles)) make_exact(own_tiles);
       if (is_constant(other_tiles)) {
         result.is_chance |= may_be_missed;

@@ -27,9 +27,9 @@ struct SurfaceInteraction {
   Vec3 ray_origin(const Vec3& d) const {
     return p + n * (glm::dot(n, d) >= 0 ? p_error : -p_error);
   }
-  /// Whether a light at `distance` along the unit vector d is off the surface by more than the
-  /// error of p. Which side of it a nearer one is on, or where, is but rounding: such as another
-  /// point of the same curved surface, next to p.
+  /// Whether a point at `distance` along the unit vector d is off the surface by more than the
+  /// error of p. Of another point of the same curved surface that isn't, it is but rounding that
+  /// tells on which side it is, and where.
   bool resolves(const Vec3& d, float distance) const {
     return std::abs(glm::dot(n, d)) * distance > p_error;
   }
