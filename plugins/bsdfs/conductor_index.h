@@ -85,10 +85,15 @@ class ConductorIndex {
                           (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
   }
 
-  Rgb eta(const Vec2& uv) const { return eta_->eval(uv); }
-  Rgb k(const Vec2& uv) const { return k_->eval(uv); }
+  Rgb eta(const Vec2& uv) const { return bounded(eta_->eval(uv)); }
+  Rgb k(const Vec2& uv) const { return bounded(k_->eval(uv)); }
 
  private:
+  /// Beyond this the reflectance is 1 to a few 1e-4; fourth powers must stay numbers.
+  static Rgb bounded(const Rgb& index) {
+    constexpr float kMost = 1e4f;
+    return glm::min(index, Rgb(kMost));
+  }
   std::shared_ptr<Texture> eta_;
   std::shared_ptr<Texture> k_;
 };

@@ -32,6 +32,9 @@ std::vector<BsdfCase> extreme_cases() {
       {"roughplastic_inside_out",
        "<bsdf type='roughplastic'><string name='distribution' value='ggx'/>"
        "<float name='int_ior' value='1'/><float name='ext_ior' value='2'/></bsdf>"},
+      {"roughplastic_densest",
+       "<bsdf type='roughplastic'><float name='int_ior' value='1000'/>"
+       "<float name='ext_ior' value='0.001'/></bsdf>"},
       {"ward_0", "<bsdf type='ward'><float name='alpha' value='0'/></bsdf>"},
       {"ward_duer_0",
        "<bsdf type='ward'><string name='variant' value='ward-duer'/>"
@@ -40,6 +43,9 @@ std::vector<BsdfCase> extreme_cases() {
       {"conductor_like_outside",
        "<bsdf type='roughconductor'><float name='eta' value='1'/><float name='k' "
        "value='0'/></bsdf>"},
+      {"conductor_vast",
+       "<bsdf type='roughconductor'><float name='eta' value='1e30'/><float name='k' "
+       "value='1e11'/></bsdf>"},
       {"normalmap_zero",
        "<bsdf type='normalmap'>" KINOME_TEST_NORMAL("0.5 0.5 0.5") "<bsdf type='phong'/></bsdf>"},
       {"normalmap_flat",

@@ -38,6 +38,8 @@ const BadBsdf kBadBsdfs[] = {
      "excludes alpha_u"},
     {"<bsdf type='roughplastic'><float name='alpha' value='-.1'/></bsdf>", "must not be negative"},
     {"<bsdf type='roughplastic'><float name='int_ior' value='0'/></bsdf>", "must be positive"},
+    {"<bsdf type='roughplastic'><float name='int_ior' value='1e-45'/></bsdf>",
+     "must be from 0.001 to 1000"},
     {"<bsdf type='plastic'><string name='int_ior' value='watr'/></bsdf>", "did you mean 'water'"},
     {"<bsdf type='plastic'><float name='ext_ior' value='-1'/></bsdf>", "must be positive"},
     {"<bsdf type='twosided'/>", "needs a nested bsdf"},
