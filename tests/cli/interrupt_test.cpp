@@ -187,17 +187,23 @@ TEST_F(Interrupt, FailedWriteKeepsTheOldPicture) {
 }
 
 /// All that the program writes to a terminal.
-std::string on_terminal(const std::vector<std::string>& arguments) {
+pid_t start_on_terminal(const std::vector<std::string>& arguments, int& master) {
   std::vector<char*> argv = {const_cast<char*>(KINOME_TEST_PROGRAM)};
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);
   winsize size{24, 72, 0, 0};
-  int master = -1;
   const pid_t child = forkpty(&master, nullptr, nullptr, &size);
   if (child == 0) {
+    signal(SIGHUP, SIG_DFL);  // tests may run under nohup, which programs inherit
     execv(argv[0], argv.data());
     _exit(127);
   }
+  return child;
+}
+
+std::string on_terminal(const std::vector<std::string>& arguments) {
+  int master = -1;
+  const pid_t child = start_on_terminal(arguments, master);
   std::string text;
   char buffer[4096];
   for (ssize_t n = 0; (n = read(master, buffer, sizeof buffer)) > 0;) {
@@ -218,6 +224,26 @@ TEST_F(Interrupt, BarOnATerminal) {
   std::vector<std::string> quiet = arguments;
   quiet.push_back("-q");
   EXPECT_EQ(on_terminal(quiet), "");
+}
+
+/// Nothing can be said any more, but the picture is written.
+TEST_F(Interrupt, ATerminalThatIsClosed) {
+  int master = -1;
+  const pid_t child = start_on_terminal(
+      {scene_, "-o", image_, "-t", "2", "-D", "width=256", "-D", "spp=400"}, master);
+  std::string text;
+  char buffer[4096];
+  for (ssize_t n = 0; text.find(" %") == std::string::npos; text.append(buffer, size_t(n))) {
+    n = read(master, buffer, sizeof buffer);
+    ASSERT_GT(n, 0) << text;
+  }
+  close(master);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ImageMetadata metadata;
+  read_exr(image_, {}, &metadata);
+  EXPECT_EQ(metadata["kinome:complete"], "false");
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 128 + SIGHUP) << status;
 }
 
 TEST_F(Interrupt, PlainLinesInALog) {
