@@ -241,8 +241,8 @@ void remove_temporary_files() noexcept {
 }
 
 void check_writable(const std::string& path) {
-  // Creating a file and naming it is the one check that also sees read-only file systems and quotas. A
-  // full disk it doesn't see: an empty file takes no room there.
+  // Creating a file and naming it is the one check that also sees read-only file systems and
+  // quotas. A full disk it doesn't see: an empty file takes no room there.
   FileWriter(path).check_name();
 }
 

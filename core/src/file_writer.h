@@ -9,9 +9,9 @@
 namespace kinome {
 
 /// Writes a file that has no name yet, or a temporary one where the file system can't do without,
-/// and gives it its name in commit(): the file is whole, or what it was before. The first failure (a
-/// full disk) is remembered; commit() throws it. Without a commit nothing stays behind, even of a
-/// program that is killed (but for a temporary name).
+/// and gives it its name in commit(): the file is whole, or what it was before. The first failure
+/// (a full disk) is remembered; commit() throws it. Without a commit nothing stays behind, even of
+/// a program that is killed (but for a temporary name).
 class FileWriter {
  public:
   /// Throws Error where the file can't be created.
@@ -41,7 +41,7 @@ class FileWriter {
   std::string temporary_;
   std::FILE* file_ = nullptr;
   bool is_named_ = false;  ///< by temporary_
-  int slot_ = -1;  ///< in the list of remove_temporary_files()
+  int slot_ = -1;          ///< in the list of remove_temporary_files()
   uint64_t position_ = 0;
   int errno_ = 0;
 };
