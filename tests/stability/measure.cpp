@@ -238,10 +238,10 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
       const TileEstimate& left = is_sum ? sum_a : a[where];
       const TileEstimate& right = is_sum ? sum_b : b[where];
       agreement.is_open = has_luck(left, right) || has_luck(right, left);
+      agreement.has_more = left.estimate.mean > right.estimate.mean;
       agreement.text = fmt::format("{}, channel {}: {:.7g} against {:.7g}",
                                    is_sum ? "sum" : fmt::format("tile {}", where / 3), channel,
-                                   (is_sum ? sum_a : a[where]).estimate.mean,
-                                   (is_sum ? sum_b : b[where]).estimate.mean);
+                                   left.estimate.mean, right.estimate.mean);
     }
   }
   return agreement;

@@ -38,7 +38,8 @@ struct Agreement {
   /// True where the worst pair has a side whose variance comes from hardly any values, so that it
   /// is too small by chance: of light that most renders don't find.
   bool is_open = false;
-  std::string text;  ///< where, and what was seen there
+  bool has_more = false;  ///< whether that pair's first is the larger one
+  std::string text;       ///< where, and what was seen there
 };
 
 /// A mean of some independent values, whose number tells how far its variance can be trusted.

@@ -39,7 +39,8 @@ struct CheckTask {
 /// times as many at 1e-6, and if it fails there, once more with 64 times as many: what differs
 /// then, too, is a finding. For normal estimates that is one false alarm in 10^16 comparisons.
 /// Where a few samples decide, it is open; but not where one method gives the same a thousand
-/// times, as a black one does, and the other's estimate is sound.
+/// times, as a black one does, and the other's estimate is sound. And where `path` alone is darker
+/// than both `ptracer` and `product`, with a bounce.
 CheckReport check_scene(const std::string& text, const std::string& folder,
                         const CheckTask& task = {});
 

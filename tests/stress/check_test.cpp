@@ -109,6 +109,30 @@ TEST(Check, LeavesOpenWhatCameraRaysHardlyMeet) {
   }
 }
 
+TEST(Check, LeavesOpenWherePathsAloneMissLight) {
+  const auto method = [](const char* name, int max_depth) {
+    const std::string standard = "path, one bounce";
+    return Method{name, path("", xml::integer("max_depth", max_depth)).integrator,
+                  name == standard ? "" : standard};
+  };
+  const Method black = method("path, one bounce", 1), product = method("product, one bounce", 2);
+  const auto check_of = [&](const std::vector<Method>& methods) {
+    return check(small_scene(), true, methods);
+  };
+  const CheckReport outvoted = check_of({black, product, method("ptracer, one bounce", 2)});
+  EXPECT_TRUE(outvoted.findings.empty()) << outvoted.findings[0].text;
+  EXPECT_EQ(outvoted.comparisons, 2);
+  EXPECT_EQ(outvoted.open, 2);
+  // One against one, and where the third is black, too.
+  EXPECT_EQ(check_of({black, product}).findings.size(), 1u);
+  EXPECT_EQ(check_of({black, product, method("ptracer, one bounce", 1)}).findings.size(), 1u);
+  // Light that paths see and the others don't.
+  EXPECT_EQ(check_of({method("path, one bounce", 2), method("product, one bounce", 1),
+                      method("ptracer, one bounce", 1)})
+                .findings.size(),
+            2u);
+}
+
 TEST(Check, FindsValidScenesThatAreRefused) {
   const std::string scene = small_scene("nothing_like_it");
   const CheckReport report = check(scene, true, {kDirect});

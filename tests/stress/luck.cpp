@@ -1,0 +1,129 @@
+#include "luck.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <random>
+#include <vector>
+
+#include "kinome/bsdf.h"
+#include "kinome/film.h"
+#include "kinome/render_context.h"
+#include "kinome/sensor.h"
+#include "kinome/shape.h"
+
+namespace kinome::test {
+namespace {
+
+/// Whether any of the numbers that the text gives to parameters of these names is such a one.
+template <class Predicate>
+bool any_value(const std::string& text, std::initializer_list<const char*> names,
+               const Predicate& predicate) {
+  for (const char* name : names) {
+    const std::string key = std::string("\"") + name + "\"";
+    for (size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1)) {
+      const size_t value = text.find("value=\"", at);
+      if (value == std::string::npos) break;
+      // The first channel of what has three.
+      if (predicate(std::strtod(text.c_str() + value + 7, nullptr))) return true;
+    }
+  }
+  return false;
+}
+
+/// Whether the area of any of these shapes is less than that share of the square of the scene's
+/// size.
+template <class Predicate>
+bool any_smaller(const Scene& scene, float share, const Predicate& predicate) {
+  const float size = glm::length(scene.bounds().extent());
+  return std::any_of(scene.shapes().begin(), scene.shapes().end(), [&](const auto& shape) {
+    return predicate(*shape) && shape->area() < share * size * size;
+  });
+}
+
+/// Of the sensor, at a place of its film in the unit square, and on its lens.
+Ray ray_of(const Scene& scene, const Vec2& place, const Vec2& lens = Vec2(0.5f)) {
+  const Sensor& sensor = *scene.sensors().at(0);
+  const Rect& crop = sensor.film().crop();
+  const Vec2 first(static_cast<float>(crop.x0), static_cast<float>(crop.y0));
+  const Vec2 size(static_cast<float>(crop.x1 - crop.x0), static_cast<float>(crop.y1 - crop.y0));
+  return sensor.sample_ray(first + place * size, lens);
+}
+
+/// To what `side`^2 rays of the sensor meet.
+std::vector<float> seen_distances(const Scene& scene, int side) {
+  std::vector<float> distances;
+  RenderCounters counters;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> number;
+  for (int i = 0; i < side * side; ++i) {
+    const Vec2 cell(static_cast<float>(i % side), static_cast<float>(i / side));
+    Vec2 lens;
+    lens.x = number(random);
+    lens.y = number(random);
+    RayHit hit;
+    hit.ray = ray_of(scene, (cell + 0.5f) / static_cast<float>(side), lens);
+    scene.intersect({&hit, 1}, Coherence::kIncoherent, counters);
+    if (hit.hit.valid()) distances.push_back(hit.ray.tmax);
+  }
+  return distances;
+}
+
+}  // namespace
+
+bool has_sharp_lobes(const std::string& text, double least_alpha) {
+  constexpr double kLargestExponent = 1000;
+  // Where nothing is said, alpha is .1, and an exponent 30.
+  const auto has = [&](const char* word) { return text.find(word) != std::string::npos; };
+  const bool is_rough = has("\"rough") || has("\"ward\"") || has("\"phong\"");
+  const bool is_silent = !has("\"alpha") && !has("\"exponent\"");
+  if (is_rough && is_silent && least_alpha > 0.1) return true;
+  const double largest = kLargestExponent * sqr(kLeastAlpha / least_alpha);
+  return any_value(text, {"alpha", "alpha_u", "alpha_v"},
+                   [&](double alpha) { return alpha < least_alpha; }) ||
+         any_value(text, {"exponent"}, [&](double exponent) { return exponent > largest; });
+}
+
+bool has_mirrors(const Scene& scene) {
+  return std::any_of(scene.shapes().begin(), scene.shapes().end(),
+                     [](const auto& shape) { return any(shape->bsdf().lobes() & Lobe::kDelta); });
+}
+
+bool has_faint_lobes(const std::string& text) {
+  constexpr double kLeast = 1e-4;
+  return any_value(text, {"diffuse_reflectance", "specular_reflectance", "color0", "color1"},
+                   [](double red) { return red > 0 && red < kLeast; });
+}
+
+bool has_needles(const std::string& text) {
+  constexpr double kLeastAngle = 0.1;  // degrees
+  return any_value(text, {"cutoff_angle"}, [](double angle) { return angle < kLeastAngle; });
+}
+
+bool has_specks(const Scene& scene) {
+  return any_smaller(scene, 1e-5f, [](const Shape& shape) { return shape.emitter() != nullptr; });
+}
+
+bool has_reflecting_specks(const Scene& scene) {
+  return any_smaller(scene, 1e-4f, [](const Shape&) { return true; });
+}
+
+bool is_hardly_seen(const Scene& scene, double rays) {
+  constexpr int kSide = 64;
+  constexpr double kFew = 10;
+  const double share = static_cast<double>(seen_distances(scene, kSide).size()) / sqr(kSide);
+  return share * rays < kFew;
+}
+
+bool has_small_sight(const Scene& scene, double photons, double few) {
+  constexpr int kSide = 8;
+  std::vector<float> distances = seen_distances(scene, kSide);
+  if (distances.empty()) return true;
+  std::sort(distances.begin(), distances.end());
+  const float middle = distances[distances.size() / 2];
+  const double seen =
+      glm::distance(ray_of(scene, Vec2(0)).at(middle), ray_of(scene, Vec2(1)).at(middle));
+  const double share = seen / glm::length(scene.bounds().extent());
+  return !(photons * share * share > few);
+}
+
+}  // namespace kinome::test

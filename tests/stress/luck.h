@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+
+#include "kinome/scene.h"
+
+/// What makes light of a scene so rare for a method that a few thousand samples find it by luck
+/// alone, so that a difference there is no finding. By the scene as it is loaded, or its text.
+namespace kinome::test {
+
+/// Seen along the surface, a lobe of a tenth already has most of its light in one of thousands of
+/// directions: what is blunt (samples of emitters, light tracing) finds it by luck.
+inline constexpr double kLeastAlpha = 0.03, kLeastBluntAlpha = 0.2;
+/// Whether anything is so smooth that its lobe is a matter of luck.
+bool has_sharp_lobes(const std::string& text, double least_alpha);
+bool has_mirrors(const Scene& scene);
+
+/// Whether a lobe reflects so little that a path, which chooses one of them, hardly ever chooses
+/// that one.
+bool has_faint_lobes(const std::string& text);
+
+/// Whether there are beams so narrow that what they light is a speck.
+bool has_needles(const std::string& text);
+
+/// Whether anything that emits is so small or thin that rays from the sensor hardly ever meet it,
+/// though light tracing shows it whenever it is in sight: as a constant black against that.
+bool has_specks(const Scene& scene);
+/// Whether any shape is so small that rays from others hardly ever meet it.
+bool has_reflecting_specks(const Scene& scene);
+
+/// Whether all there is is so small in the sensor's eyes that so many camera rays may well miss it,
+/// where light tracing can't.
+bool is_hardly_seen(const Scene& scene, double rays);
+
+/// Whether the sensor sees so little of the scene that of so many photons only `few` may arrive
+/// there: by the size of what it sees at the distance that most of it has.
+bool has_small_sight(const Scene& scene, double photons, double few);
+
+}  // namespace kinome::test
