@@ -22,15 +22,15 @@ namespace kinome::test {
 namespace {
 
 constexpr double kSuspicious = 1e-4, kCertain = 1e-6;
-/// Of the first comparison, and how many times as many of those that repeat it where it is
-/// suspicious.
+/// Of the first comparison, and of those that repeat it where it is suspicious. The last is for
+/// methods that are cheap, and find by luck what the others are sure of: no more samples than that
+/// of one picture.
 constexpr int kRenders = 16;
-constexpr int kRepetitions[] = {8, 64};
+constexpr int kRepetitions[] = {128, 1024, 32768};
+constexpr double kMostRepeated = 8e6;
 constexpr int kTiles = 2;
 /// Of a picture; what was made wrong on purpose may be large.
 constexpr double kMostSamples = 4096;
-/// Of samples of paths and photons, which are cheap, where they decide.
-constexpr int kCheapFactor = 32;
 /// A sum of which one sample is this much says nothing yet.
 constexpr double kTooMuch = 0.05;
 
@@ -151,8 +151,7 @@ class Checker {
 
   void check_alone(const Method& method) {
     const Scene& scene = scene_of(method);
-    const Sensor& sensor = *scene.sensors().at(0);
-    if (double{1} * sensor.film().crop().area() * sensor.sampler().sample_count() > kMostSamples) {
+    if (samples_of(method) > kMostSamples) {
       throw Error("a picture too large to be rendered many times");
     }
     const Renders one = render_often(scene, 1, 7, 1), two = render_often(scene, 1, 7, 2);
@@ -216,13 +215,31 @@ class Checker {
     bool is_open() const { return agreement.is_open || largest > kTooMuch || is_chance; }
   };
 
+  static bool is_cheap(const Method& method) {
+    return !method.name.starts_with("product") && !method.same_seeds &&
+           !method.name.starts_with("groundtruth");
+  }
+  double samples_of(const Method& method) {
+    const Sensor& sensor = *scene_of(method).sensors().at(0);
+    return double{1} * sensor.film().crop().area() * sensor.sampler().sample_count();
+  }
+  /// Of the kRepetitions.
+  int renders_of_repetition(size_t i, const Method& method) {
+    if (i + 1 < std::size(kRepetitions)) return kRepetitions[i];
+    return static_cast<int>(std::clamp<double>(kMostRepeated / samples_of(method),
+                                               kRepetitions[i - 1], kRepetitions[i]));
+  }
+  static size_t number_of_repetitions(const Method& method, const Method& other) {
+    return std::size(kRepetitions) - (is_cheap(method) && is_cheap(other) ? 0 : 1);
+  }
+
   /// `repetition`: in kRepetitions; nullopt: the first comparison. Nullopt where there are values
   /// that aren't finite.
   std::optional<Comparison> comparison(const Method& method, const Method& other,
                                        std::optional<size_t> repetition) {
     Renders own, others;
     if (repetition) {
-      const int count = kRenders * kRepetitions[*repetition];
+      const int count = renders_of_repetition(*repetition, method);
       const uint64_t seed = 200'001 + 400'000 * uint64_t{*repetition};
       own = render_often(scene_of(method), count, seed);
       others = render_often(scene_of(other), count, method.same_seeds ? seed : seed + 100'000);
@@ -244,7 +261,7 @@ class Checker {
       result.agreement = compare(difference, exact_zeros(difference.size()), scale);
       return result;
     }
-    if (repetition == std::size(kRepetitions) - 1) {
+    if (repetition && *repetition + 1 == number_of_repetitions(method, other)) {
       // What a thousand renders all agree about isn't luck any more, but what this method takes for
       // the truth: a method that loses all its samples shows black.
       const bool is_light_tracing = method.name.starts_with("ptracer");
@@ -276,18 +293,19 @@ class Checker {
   bool is_outvoted(const Method& standard, const Method& method) {
     if (standard.name != "path, one bounce") return false;
     if (has_reflecting_specks(scene_of(standard))) return true;
-    const int count = kRenders * kRepetitions[std::size(kRepetitions) - 1];
-    const auto tiles_of = [&](const Method& which, int renders, uint64_t seed) {
+    // As often as two of them were compared before, and more often where that is cheap.
+    const auto tiles_of = [&](const Method& which, size_t repetition, uint64_t seed) {
+      const int renders = renders_of_repetition(repetition, which);
       return estimate_tiles_of(render_often(scene_of(which), renders, seed), kTiles);
     };
-    const auto standards = tiles_of(standard, count, 3'000'001);
-    const auto methods = tiles_of(method, count, 3'500'001);
+    const size_t last = std::size(kRepetitions) - 1;
+    const auto standards = tiles_of(standard, last - 1, 3'000'001);
+    const auto methods = tiles_of(method, last - 1, 3'500'001);
     for (const Method& third : task_.methods) {
       const bool is_standard = third.name == standard.name;
       if (third.name == method.name || (!is_standard && third.against != standard.name)) continue;
       if (out_.contains(third.name) || !has_expectation_of(third)) continue;
-      const bool is_product = third.name.starts_with("product");
-      const auto thirds = tiles_of(third, (is_product ? 1 : kCheapFactor) * count, 2'000'001);
+      const auto thirds = tiles_of(third, is_cheap(third) ? last : last - 1, 2'000'001);
       // What isn't finite agrees with nothing: p is 0.
       const bool agrees = compare(thirds, methods).p >= kCertain;
       if (agrees && compare(thirds, standards).has_more) return true;
@@ -305,7 +323,8 @@ class Checker {
     ++report_.comparisons;
     if (first->agreement.p >= kSuspicious) return;
     std::optional<Comparison> longer;
-    for (size_t i = 0; i < std::size(kRepetitions); ++i) {
+    const size_t repetitions = number_of_repetitions(method, other);
+    for (size_t i = 0; i < repetitions; ++i) {
       longer = comparison(method, other, i);
       if (!longer || longer->agreement.p >= kCertain) return;
       if (!longer->is_open()) continue;
@@ -315,7 +334,7 @@ class Checker {
       // sound, while the bright one stays unseen. That took the time, and gave two false alarms in
       // 150 scenes: a lamp so thin that no ray from the sensor meets it, and a lobe that samples of
       // a lamp as large as the sky hardly ever meet.
-      if (i + 1 == std::size(kRepetitions) || !longer->has_constant_side) {
+      if (i + 1 == repetitions || !longer->has_constant_side) {
         ++report_.open;
         return;
       }

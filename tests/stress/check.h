@@ -35,12 +35,12 @@ struct CheckTask {
 /// method takes it or none does, gives the same bits on one thread and two, nothing but finite
 /// values, and the light that `direct` (or `groundtruth`, or with a bounce `path`) finds.
 ///
-/// Comparisons of 16 renders at 1e-4. Where one is suspicious, again with other seeds and eight
-/// times as many at 1e-6, and if it fails there, once more with 64 times as many: what differs
-/// then, too, is a finding. For normal estimates that is one false alarm in 10^16 comparisons.
-/// Where a few samples decide, it is open; but not where one method gives the same a thousand
-/// times, as a black one does, and the other's estimate is sound. And where `path` alone is darker
-/// than both `ptracer` and `product`, with a bounce.
+/// Comparisons of 16 renders at 1e-4. Where one is suspicious, again with other seeds and 128
+/// renders at 1e-6, and if it fails there, with 1024, and where both methods are cheap with up to
+/// 32768: what differs then, too, is a finding. For normal estimates that is one false alarm in
+/// 10^16 comparisons. Where a few samples decide, it is open; but not where one method gives the
+/// same a thousand times, as a black one does, and the other's estimate is sound. And where `path`
+/// alone is darker than both `ptracer` and `product`, with a bounce.
 CheckReport check_scene(const std::string& text, const std::string& folder,
                         const CheckTask& task = {});
 
