@@ -1,5 +1,6 @@
 #include "signals.h"
 
+#include <cerrno>
 #include <csignal>
 #include <string_view>
 
@@ -30,7 +31,10 @@ extern "C" void handle_signal(int signal) {
   if (!silent) {
     constexpr std::string_view kNote =
         "\ninterrupted: finishing the tiles at hand (once more to stop at once)\n";
+    // write() fails on a terminal that is closed; what the signal came between must not see that.
+    const int error = errno;
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kNote.data(), kNote.size());
+    errno = error;
   }
 }
 

@@ -176,12 +176,14 @@ PartialDerivatives position_derivatives(const Vec3& e1, const Vec3& e2, const Ve
 /// at most 2u, the three products and two sums by gamma_3 M, the moved origin is rounded once (u),
 /// so each coordinate is off by less than 7 u M, and the distance by sqrt(3) times that: < 13 u M.
 /// Embree's own test subtracts the origin from the vertices and evaluates two dot products of three
-/// terms on them: relative error below 8u of the distance to the vertices, at most 2 sqrt(3) M:
-/// < 28 u M. Twice the sum is safe against the third-order terms left out, and at M = 1 it is
-/// 5e-6, twenty times smaller than a fixed 1e-4.
-float plane_error(const Vec3& p0, const Vec3& p1, const Vec3& p2) {
-  const Vec3 largest = glm::max(glm::max(glm::abs(p0), glm::abs(p1)), glm::abs(p2));
-  return 82 * 0x1p-24f * max_component(largest);
+/// terms on them: relative error below 8u of the distance to the vertices, of this triangle or one
+/// next to it, which is at most the mesh's diagonal, and 2 sqrt(3) M. Twice the sum is safe against
+/// the third-order terms left out. At M = 1 it is 5e-6 at most, twenty times smaller than a fixed
+/// 1e-4; of a small mesh far away, three times less than of one that reaches from there to the
+/// origin.
+float plane_error(const Vec3& p0, const Vec3& p1, const Vec3& p2, float diagonal) {
+  const float largest = max_component(glm::max(glm::max(glm::abs(p0), glm::abs(p1)), glm::abs(p2)));
+  return 0x1p-24f * (26 * largest + std::min(56 * largest, 16 * diagonal));
 }
 
 }  // namespace
@@ -221,6 +223,7 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
     for (int i = 0; i < 3; ++i) bounds_.expand(mesh_.positions[triangle[i]]);
   }
   area_ = static_cast<float>(area);
+  diagonal_ = glm::length(bounds_.extent());
   // Four readable bytes past the end, for Embree's 16-byte loads; written once, so that tools that
   // track initialised memory stay quiet.
   mesh_.positions.reserve(mesh_.positions.size() + 1);
@@ -262,7 +265,7 @@ SurfaceInteraction MeshShape::interaction(const Ray& ray, const Hit& hit) const 
   SurfaceInteraction si;
   si.t = ray.tmax;
   si.p = b0 * p0 + b1 * p1 + b2 * p2;
-  si.p_error = plane_error(p0, p1, p2);
+  si.p_error = plane_error(p0, p1, p2, diagonal_);
   si.primitive = hit.primitive;
   const Vec3 backward = safe_normalize(-ray.d, Vec3(0, 0, 1));
   si.n = face_normal(p0, p1, p2, backward);

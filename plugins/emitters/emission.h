@@ -27,13 +27,25 @@ inline Rgb read_emission(const Properties& props, const std::string& name) {
   return value;
 }
 
-/// The same where it may vary over a texture. A texture's own negative texels are kept, as those of
-/// an environment are; it warns of them.
+/// Of a light that a texture shapes: Error at the parameter `name` where the largest texel times
+/// `factor`, another parameter, is beyond kMaxEmission.
+inline void check_emission(const Properties& props, const std::string& name, const Texture& texture,
+                           double factor = 1) {
+  const double most = std::max(std::abs(double{texture.max()}), std::abs(double{texture.min()}));
+  if (!(most * factor <= double{kMaxEmission})) {
+    throw props.error(name, "makes the light too large: it must be at most 1e36 anywhere");
+  }
+}
+
+/// The same as read_emission() where it may vary over a texture. A texture's own negative texels
+/// are kept, as those of an environment are; it warns of them.
 inline std::shared_ptr<Texture> read_emission_texture(const Properties& props,
                                                       const std::string& name) {
   for (const auto& [key, entry] : props.entries()) {
     if (key == name && std::holds_alternative<std::shared_ptr<Object>>(entry.value)) {
-      return props.texture(name);
+      auto texture = props.texture(name);
+      check_emission(props, name, *texture);
+      return texture;
     }
   }
   return make_uniform_texture(read_emission(props, name));

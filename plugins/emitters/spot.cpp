@@ -79,6 +79,7 @@ class Spot final : public Emitter {
         surely_dark_cosine_(std::cos(cutoff_) - 1e-4f),
         tan_cutoff_(std::tan(cutoff_)),
         texture_(read_emission_texture(props, "texture")) {
+    check_emission(props, "intensity", *texture_, double{max_component(intensity_)});
     if (!texture_->is_uniform() && !(cutoff_ < kPi / 2)) {
       throw props.error("texture",
                         "needs a cutoff_angle of less than 90 degrees, got " +

@@ -339,7 +339,8 @@ class Checker {
         return;
       }
     }
-    if (longer->agreement.has_more && is_outvoted(other, method)) {
+    const bool is_darker = longer->agreement.has_more;
+    if ((is_darker && is_outvoted(other, method)) || has_coarse_places(scene_of(method))) {
       ++report_.open;
       return;
     }

@@ -1,7 +1,10 @@
 #include "generate.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -392,8 +395,16 @@ class Generator {
         }
       }
     } else {
-      for (int i = 0; i < count; ++i)
-        face(dice_.below(count), dice_.below(count), dice_.below(count));
+      // No triangle twice: of two that emit at one place, rays meet one, while light tracing shows
+      // both.
+      std::set<std::array<int, 3>> made;
+      for (int i = 0; i < count; ++i) {
+        const std::array<int, 3> corners = {dice_.below(count), dice_.below(count),
+                                            dice_.below(count)};
+        std::array<int, 3> key = corners;
+        std::sort(key.begin(), key.end());
+        if (made.insert(key).second) face(corners[0], corners[1], corners[2]);
+      }
     }
     if (dice_.chance(0.3)) face(0, 0, 0);
     if (dice_.chance(0.3)) face(0, 1, 1);

@@ -99,6 +99,16 @@ bool has_needles(const std::string& text) {
   return any_value(text, {"cutoff_angle"}, [](double angle) { return angle < kLeastAngle; });
 }
 
+bool has_coarse_places(const Scene& scene) {
+  constexpr float kOffset = 26 * 0x1p-24f;  // at least, of the largest coordinate of a mesh
+  constexpr float kLeastSize = 100 * kOffset;
+  return std::any_of(scene.shapes().begin(), scene.shapes().end(), [](const auto& shape) {
+    const Aabb box = shape->bounds();
+    const float farthest = max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi)));
+    return glm::length(box.extent()) < kLeastSize * farthest;
+  });
+}
+
 bool has_specks(const Scene& scene) {
   return any_smaller(scene, 1e-5f, [](const Shape& shape) { return shape.emitter() != nullptr; });
 }

@@ -22,6 +22,10 @@ bool has_faint_lobes(const std::string& text);
 /// Whether there are beams so narrow that what they light is a speck.
 bool has_needles(const std::string& text);
 
+/// Whether any shape is so far away from the origin for its size that rays start a hundredth of it
+/// off its surface: what happens within that isn't seen, by one method more than by another.
+bool has_coarse_places(const Scene& scene);
+
 /// Whether anything that emits is so small or thin that rays from the sensor hardly ever meet it,
 /// though light tracing shows it whenever it is in sight: as a constant black against that.
 bool has_specks(const Scene& scene);

@@ -30,6 +30,8 @@ const std::string kShear =
 const std::string kTurn = "<transform name='to_world'><rotate x='1' angle='20'/></transform>";
 const std::string kChecks = "<texture type='checkerboard' name='texture'/>";
 
+const std::string kBright = "<rgb name='irradiance' value='1 1 6e35'/>";
+
 struct Refused {
   std::string type;
   std::string parameters;
@@ -69,6 +71,11 @@ TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
       {"projector", kShear, "to_world", "without shear"},
       {"directional", kHuge + "<rgb name='irradiance' value='1e3 1 1'/>", "to_world",
        "beyond 1e36"},
+      {"projector", number("scale", "1e37"), "scale", "at most 1e36"},
+      {"projector", number("scale", "2") + kBright, "scale", "at most 1e36"},
+      {"spot", "<rgb name='intensity' value='1 2 3e36'/>", "intensity", "at most 1e36"},
+      {"spot", "<rgb name='intensity' value='1 2 1e36'/><rgb name='texture' value='1 3 1'/>",
+       "intensity", "at most 1e36"},
       {"projector", number("fov", "0"), "fov", "greater than 0 and less than 180 degrees, got 0"},
       {"projector", number("fov", "180"), "fov", "got 180"},
       {"projector", number("fov", "-30"), "fov", "got -30"},
