@@ -176,14 +176,16 @@ PartialDerivatives position_derivatives(const Vec3& e1, const Vec3& e2, const Ve
 /// at most 2u, the three products and two sums by gamma_3 M, the moved origin is rounded once (u),
 /// so each coordinate is off by less than 7 u M, and the distance by sqrt(3) times that: < 13 u M.
 /// Embree's own test subtracts the origin from the vertices and evaluates two dot products of three
-/// terms on them: relative error below 8u of the distance to the vertices, of this triangle or one
-/// next to it, which is at most the mesh's diagonal, and 2 sqrt(3) M. Twice the sum is safe against
-/// the third-order terms left out. At M = 1 it is 5e-6 at most, twenty times smaller than a fixed
-/// 1e-4; of a small mesh far away, three times less than of one that reaches from there to the
-/// origin.
-float plane_error(const Vec3& p0, const Vec3& p1, const Vec3& p2, float diagonal) {
+/// terms on them: relative error below 8u of the distance to the vertices (the normal taken as it
+/// is), which is at most sqrt(3) E, E being the largest side of the mesh's bounds, and 2 sqrt(3) M.
+/// Twice the sum is safe against the third-order terms left out. At M = 1 it is 5e-6 at most,
+/// twenty times smaller than a fixed 1e-4; of a small mesh far away, three times less than of one
+/// that reaches from there to the origin. It is no bound for a triangle next to this one whose
+/// coordinates are much larger.
+float plane_error(const Vec3& p0, const Vec3& p1, const Vec3& p2, const Aabb& bounds) {
   const float largest = max_component(glm::max(glm::max(glm::abs(p0), glm::abs(p1)), glm::abs(p2)));
-  return 0x1p-24f * (26 * largest + std::min(56 * largest, 16 * diagonal));
+  const float side = max_component(bounds.extent());
+  return 0x1p-24f * (26 * largest + std::min(56 * largest, 28 * side));
 }
 
 }  // namespace
@@ -223,7 +225,6 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
     for (int i = 0; i < 3; ++i) bounds_.expand(mesh_.positions[triangle[i]]);
   }
   area_ = static_cast<float>(area);
-  diagonal_ = glm::length(bounds_.extent());
   // Four readable bytes past the end, for Embree's 16-byte loads; written once, so that tools that
   // track initialised memory stay quiet.
   mesh_.positions.reserve(mesh_.positions.size() + 1);
@@ -265,7 +266,7 @@ SurfaceInteraction MeshShape::interaction(const Ray& ray, const Hit& hit) const 
   SurfaceInteraction si;
   si.t = ray.tmax;
   si.p = b0 * p0 + b1 * p1 + b2 * p2;
-  si.p_error = plane_error(p0, p1, p2, diagonal_);
+  si.p_error = plane_error(p0, p1, p2, bounds_);
   si.primitive = hit.primitive;
   const Vec3 backward = safe_normalize(-ray.d, Vec3(0, 0, 1));
   si.n = face_normal(p0, p1, p2, backward);

@@ -27,13 +27,16 @@ inline Rgb read_emission(const Properties& props, const std::string& name) {
   return value;
 }
 
-/// Of a light that a texture shapes: Error at the parameter `name` where the largest texel times
-/// `factor`, another parameter, is beyond kMaxEmission.
+/// Of a light that a texture shapes: Error at the parameter `name` where `factor`, or that times
+/// the largest texel, is beyond kMaxEmission.
 inline void check_emission(const Properties& props, const std::string& name, const Texture& texture,
                            double factor = 1) {
   const double most = std::max(std::abs(double{texture.max()}), std::abs(double{texture.min()}));
-  if (!(most * factor <= double{kMaxEmission})) {
-    throw props.error(name, "makes the light too large: it must be at most 1e36 anywhere");
+  if (const double all = std::max(1., most) * factor; !(all <= double{kMaxEmission})) {
+    throw props.error(name,
+                      "makes the light too large: with its texture, size and angle it must be "
+                      "at most 1e36, and comes to " +
+                          std::to_string(all / double{kMaxEmission}) + "e36");
   }
 }
 

@@ -49,10 +49,12 @@ class Projector final : public Emitter {
         irradiance_(read_emission_texture(props, "irradiance")),
         scale_(read_scale(props) * frame_.scale.z) {
     const Vec2 texels(irradiance_->resolution());
-    check_emission(props, "scale", *irradiance_, double{scale_});
     half_size_.x = read_half_width(props, texels.x / texels.y);
     half_size_.y = half_size_.x * texels.y / texels.x;
     half_size_ *= Vec2(frame_.scale) / frame_.scale.z;
+    // Toward its corners it is brightest.
+    check_emission(props, "scale", *irradiance_,
+                   double{scale_} * std::pow(glm::length(glm::dvec3(half_size_, 1)), 3));
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {

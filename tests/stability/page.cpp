@@ -204,7 +204,7 @@ constexpr const char* kNotHeld = R"(
 - Light fainter than 1e-35: its products are lost below the least numbers of single precision.
 - A scene moved 1e5 away is the same picture only as far as single precision holds its vertices: one
   part in 10^7 of 1e5, a hundredth. The trial's scene is a hundred units wide.
-- Light nearer to a surface than rays start from it, two millionths of its distance from the origin:
+- Light nearer to a surface than rays start from it, two to five millionths of its distance from the origin:
   of lamps less than a hundred times as large, some percent of what they light next to them is lost,
   by `product` and points of light more than by `direct`.
 - `ptracer` with light from infinitely far over a floor of 1e6 and more: unbiased, and so noisy that

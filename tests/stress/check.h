@@ -39,9 +39,9 @@ struct CheckTask {
 /// renders at 1e-6, and if it fails there, with 1024, and where both methods are cheap with up to
 /// 32768: what differs then, too, is a finding. For normal estimates that is one false alarm in
 /// 10^16 comparisons. Where a few samples decide, it is open; but not where one method gives the
-/// same a thousand times, as a black one does, and the other's estimate is sound. And where `path`
-/// alone is darker than both `ptracer` and `product`, with a bounce, and where a shape is so far away that single
-/// precision hardly resolves it.
+/// same a thousand times, as a black one does, and the other's estimate is sound. Nor where paths
+/// with a bounce are darker than what others agree about, and where a shape is so far away that
+/// rounding hides some of its light.
 CheckReport check_scene(const std::string& text, const std::string& folder,
                         const CheckTask& task = {});
 

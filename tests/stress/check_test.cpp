@@ -133,6 +133,14 @@ TEST(Check, LeavesOpenWherePathsAloneMissLight) {
             2u);
 }
 
+TEST(Check, FindsAMethodThatIsBlackWhereShapesAreFarAway) {
+  std::string scene = small_scene();
+  scene.insert(scene.find("<emitter"),
+               "<shape type=\"sphere\"><point name=\"center\" value=\"1e5 0 0\"/></shape>");
+  const Method black = path("black", xml::integer("max_depth", 1));
+  EXPECT_EQ(check(scene, true, {kDirect, black}).findings.size(), 1u);
+}
+
 TEST(Check, FindsValidScenesThatAreRefused) {
   const std::string scene = small_scene("nothing_like_it");
   const CheckReport report = check(scene, true, {kDirect});

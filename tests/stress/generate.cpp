@@ -287,9 +287,10 @@ class Generator {
     return object("shape", type, c);
   }
 
+  /// No larger: on what is vast against all the rest, light is rare for most methods.
   SceneNode floor() {
     SceneNode place =
-        transform("to_world", {scaling(Vec3(static_cast<float>(dice_.decades(0.2f, 1.5f)))),
+        transform("to_world", {scaling(Vec3(static_cast<float>(dice_.decades(0.2f, 0.9f)))),
                                translation({0, 0, -0.8f}),
                                scaling(Vec3(static_cast<float>(scale_))), translation(offset_)});
     return object("shape", "rectangle", {place, bsdf()});

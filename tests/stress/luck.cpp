@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <initializer_list>
 #include <random>
 #include <vector>
 
@@ -28,16 +29,6 @@ bool any_value(const std::string& text, std::initializer_list<const char*> names
     }
   }
   return false;
-}
-
-/// Whether the area of any of these shapes is less than that share of the square of the scene's
-/// size.
-template <class Predicate>
-bool any_smaller(const Scene& scene, float share, const Predicate& predicate) {
-  const float size = glm::length(scene.bounds().extent());
-  return std::any_of(scene.shapes().begin(), scene.shapes().end(), [&](const auto& shape) {
-    return predicate(*shape) && shape->area() < share * size * size;
-  });
 }
 
 /// Of the sensor, at a place of its film in the unit square, and on its lens.
@@ -110,11 +101,11 @@ bool has_coarse_places(const Scene& scene) {
 }
 
 bool has_specks(const Scene& scene) {
-  return any_smaller(scene, 1e-5f, [](const Shape& shape) { return shape.emitter() != nullptr; });
-}
-
-bool has_reflecting_specks(const Scene& scene) {
-  return any_smaller(scene, 1e-4f, [](const Shape&) { return true; });
+  constexpr float kLeastShare = 1e-5f;
+  const float size = glm::length(scene.bounds().extent());
+  return std::any_of(scene.shapes().begin(), scene.shapes().end(), [&](const auto& shape) {
+    return shape->emitter() && shape->area() < kLeastShare * size * size;
+  });
 }
 
 bool is_hardly_seen(const Scene& scene, double rays) {

@@ -29,8 +29,6 @@ bool has_coarse_places(const Scene& scene);
 /// Whether anything that emits is so small or thin that rays from the sensor hardly ever meet it,
 /// though light tracing shows it whenever it is in sight: as a constant black against that.
 bool has_specks(const Scene& scene);
-/// Whether any shape is so small that rays from others hardly ever meet it.
-bool has_reflecting_specks(const Scene& scene);
 
 /// Whether all there is is so small in the sensor's eyes that so many camera rays may well miss it,
 /// where light tracing can't.

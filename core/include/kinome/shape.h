@@ -91,7 +91,6 @@ class KINOME_EXPORT MeshShape : public Shape {
  private:
   Aabb bounds_;
   float area_ = 0;
-  float diagonal_ = 0;  ///< of the bounds
   bool flip_geometric_normal_ = false;
   /// Triangles by area: made when the first sample is asked for, as few meshes are.
   mutable std::once_flag by_area_made_;
