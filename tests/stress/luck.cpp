@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "kinome/bsdf.h"
+#include "kinome/emitter.h"
 #include "kinome/film.h"
 #include "kinome/render_context.h"
 #include "kinome/sensor.h"
 #include "kinome/shape.h"
+#include "kinome/warp.h"
 
 namespace kinome::test {
 namespace {
@@ -125,6 +127,39 @@ bool has_small_sight(const Scene& scene, double photons, double few) {
       glm::distance(ray_of(scene, Vec2(0)).at(middle), ray_of(scene, Vec2(1)).at(middle));
   const double share = seen / glm::length(scene.bounds().extent());
   return !(photons * share * share > few);
+}
+
+double brightest_reflection(const Scene& scene) {
+  constexpr int kPhotons = 4096, kDirections = 8;  // of each light, and from each place
+  RenderCounters counters;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> number(0, 0x1.fffffep-1f);
+  const auto square = [&] {
+    const float x = number(random);
+    return Vec2(x, number(random));
+  };
+  float brightest = 0;
+  for (const Emitter* emitter : scene.emitters()) {
+    for (int i = 0; i < kPhotons; ++i) {
+      const Vec2 position = square(), direction = square();
+      const auto emission = emitter->sample_emission(position, direction);
+      if (!emission) continue;
+      RayHit hit;
+      hit.ray = emission->ray();
+      scene.intersect({&hit, 1}, Coherence::kIncoherent, counters);
+      if (!hit.hit.valid()) continue;
+      SurfaceInteraction si = scene.interaction(hit);
+      const auto light = emitter->sample_direct(si.p, square());
+      if (!light || !(light->pdf > 0)) continue;
+      for (int k = 0; k < kDirections; ++k) {
+        si.wi = square_to_uniform_sphere(square());
+        const BsdfValue value =
+            si.shape->bsdf().eval_pdf(si, Lobe::kAll, si.frame.to_local(light->d));
+        brightest = std::max(brightest, max_component(value.f * light->radiance / light->pdf));
+      }
+    }
+  }
+  return brightest;
 }
 
 }  // namespace kinome::test

@@ -38,4 +38,7 @@ bool is_hardly_seen(const Scene& scene, double rays);
 /// there: by the size of what it sees at the distance that most of it has.
 bool has_small_sight(const Scene& scene, double photons, double few);
 
+/// About the largest radiance that anything reflects of what comes straight from a light.
+double brightest_reflection(const Scene& scene);
+
 }  // namespace kinome::test
