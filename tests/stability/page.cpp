@@ -215,6 +215,10 @@ constexpr const char* kNotHeld = R"(
 - `ptracer` sends nothing from an environment without any positive texel, whose light is negative.
 - Points of light (`joint`, `luminance`, `brdf`) stand for an environment as finely as `light_samples`
   says. What they are compared with is their own points, not the map.
+- Two renders at the same time with one `--checkpoint` file replace each other's; each is whole, and
+  `--resume` refuses one of another scene or other options.
+- In half floats (`component_format` of `float16`, as in Mitsuba the default) a picture ends at 65504:
+  of brighter light that is what is written, and -65504 where `product` is negative by noise.
 - Embree's robust mode loses some of the rays that are aimed at a vertex to the last bit
   (unit/self_intersection_test.cpp).
 )";
