@@ -204,9 +204,8 @@ constexpr const char* kNotHeld = R"(
 - Light fainter than 1e-35: its products are lost below the least numbers of single precision.
 - A scene moved 1e5 away is the same picture only as far as single precision holds its vertices: one
   part in 10^7 of 1e5, a hundredth. The trial's scene is a hundred units wide.
-- Light nearer to a surface than rays start from it, two to five millionths of its distance from the origin:
-  of lamps less than a hundred times as large, some percent of what they light next to them is lost,
-  by `product` and points of light more than by `direct`.
+- Light nearer to a surface than rays start from it, two to five millionths of its distance from the
+  origin, and what stands nearer than that to its lamp.
 - `ptracer` with light from infinitely far over a floor of 1e6 and more: unbiased, and so noisy that
   nothing is learned from it.
 - The light of lamps without extent that a nearly mirroring surface (alpha of a hundredth and less)

@@ -1,6 +1,7 @@
 #include "luck.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <initializer_list>
 #include <random>
@@ -92,16 +93,6 @@ bool has_needles(const std::string& text) {
   return any_value(text, {"cutoff_angle"}, [](double angle) { return angle < kLeastAngle; });
 }
 
-bool has_coarse_places(const Scene& scene) {
-  constexpr float kOffset = 26 * 0x1p-24f;  // at least, of the largest coordinate of a mesh
-  constexpr float kLeastSize = 100 * kOffset;
-  return std::any_of(scene.shapes().begin(), scene.shapes().end(), [](const auto& shape) {
-    const Aabb box = shape->bounds();
-    const float farthest = max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi)));
-    return glm::length(box.extent()) < kLeastSize * farthest;
-  });
-}
-
 bool has_specks(const Scene& scene) {
   constexpr float kLeastShare = 1e-5f;
   const float size = glm::length(scene.bounds().extent());
@@ -138,7 +129,7 @@ double brightest_reflection(const Scene& scene) {
     const float x = number(random);
     return Vec2(x, number(random));
   };
-  float brightest = 0;
+  double brightest = 0;
   for (const Emitter* emitter : scene.emitters()) {
     for (int i = 0; i < kPhotons; ++i) {
       const Vec2 position = square(), direction = square();
@@ -155,11 +146,15 @@ double brightest_reflection(const Scene& scene) {
         si.wi = square_to_uniform_sphere(square());
         const BsdfValue value =
             si.shape->bsdf().eval_pdf(si, Lobe::kAll, si.frame.to_local(light->d));
-        brightest = std::max(brightest, max_component(value.f * light->radiance / light->pdf));
+        // Large lamps are found by directions of the BSDF, too (MIS), points never are.
+        const double pdf = double{light->pdf} + (light->is_delta ? 0 : value.pdf);
+        const double radiance =
+            double{max_component(value.f)} * max_component(light->radiance) / pdf;
+        if (std::isfinite(radiance)) brightest = std::max(brightest, radiance);
       }
     }
   }
-  return brightest;
+  return brightest * static_cast<double>(scene.emitters().size());
 }
 
 }  // namespace kinome::test

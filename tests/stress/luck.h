@@ -22,10 +22,6 @@ bool has_faint_lobes(const std::string& text);
 /// Whether there are beams so narrow that what they light is a speck.
 bool has_needles(const std::string& text);
 
-/// Whether any shape is so far away from the origin for its size that rays start a hundredth of it
-/// off its surface: what happens within that isn't seen, by one method more than by another.
-bool has_coarse_places(const Scene& scene);
-
 /// Whether anything that emits is so small or thin that rays from the sensor hardly ever meet it,
 /// though light tracing shows it whenever it is in sight: as a constant black against that.
 bool has_specks(const Scene& scene);
@@ -38,7 +34,8 @@ bool is_hardly_seen(const Scene& scene, double rays);
 /// there: by the size of what it sees at the distance that most of it has.
 bool has_small_sight(const Scene& scene, double photons, double few);
 
-/// About the largest radiance that anything reflects of what comes straight from a light.
+/// About the most that a path brings from anything that reflects what comes straight from a light,
+/// where it chooses one light of all.
 double brightest_reflection(const Scene& scene);
 
 }  // namespace kinome::test

@@ -31,6 +31,7 @@ std::string one_line(std::string text) {
 void write_report(const CheckReport& report, const std::string& file) {
   std::ofstream out(file);
   out << report.comparisons << " " << report.open << "\n" << one_line(report.refused) << "\n";
+  for (const std::string& excuse : report.excuses) out << "excuse\t" << one_line(excuse) << "\n";
   for (const Finding& f : report.findings) {
     out << f.kind << "\t" << f.method << "\t" << one_line(f.text) << "\n";
   }
@@ -46,6 +47,10 @@ bool read_report(const std::string& file, CheckReport& report) {
     std::istringstream parts(line);
     Finding f;
     std::getline(parts, f.kind, '\t');
+    if (f.kind == "excuse") {
+      std::getline(parts, report.excuses.emplace_back());
+      continue;
+    }
     std::getline(parts, f.method, '\t');
     std::getline(parts, f.text);
     report.findings.push_back(f);

@@ -1,6 +1,8 @@
 /// What emitters refuse, and what they take.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -93,6 +95,28 @@ TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
     EXPECT_EQ(error.rfind("test.xml:1:", 0), 0u) << xml << ": " << error;
     EXPECT_NE(error.find("'" + refused.name + "'"), std::string::npos) << xml << ": " << error;
     EXPECT_NE(error.find(refused.message), std::string::npos) << xml << ": " << error;
+  }
+}
+
+TEST(EmitterParameters, TexelsBeyondWhatLightMayBeAreErrors) {
+  const TemporaryFolder folder;
+  for (const float texel : {2e36f, -2e36f}) {
+    std::string image = "PF\n1 1\n-1\n";
+    for (const float value : {1.f, texel, 1.f}) {
+      const auto bytes = std::bit_cast<std::array<char, sizeof(float)>>(value);
+      image.append(bytes.begin(), bytes.end());
+    }
+    const std::string file = folder.write("texel.pfm", image);
+    for (const auto& [type, name] : {std::pair<std::string, std::string>{"area", "radiance"},
+                                     {"spot", "texture"},
+                                     {"projector", "irradiance"}}) {
+      const std::string xml = emitter_xml(
+          type, "<texture type='bitmap' name='" + name + "'><string name='filename' value='" +
+                    file + "'/><boolean name='raw' value='true'/></texture>");
+      const std::string error = error_of([&] { make<Emitter>(xml); });
+      EXPECT_NE(error.find("'" + name + "'"), std::string::npos) << xml << ": " << error;
+      EXPECT_NE(error.find("comes to 2.0"), std::string::npos) << xml << ": " << error;
+    }
   }
 }
 

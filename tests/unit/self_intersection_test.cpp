@@ -5,6 +5,7 @@
 #include <memory>
 #include <sstream>
 
+#include "kinome/emitter.h"
 #include "shape_helpers.h"
 
 /// Rays that leave a convex surface must not meet it again, whatever its size and place, and no ray
@@ -145,6 +146,57 @@ TEST_F(SelfIntersection, NoneOnALargeSphereSeenFromNearby) {
     ASSERT_LT(si.p_error, 1e-5f);
     const Vec3 d = glm::normalize(Vec3(random.between(-1, 1), random.between(-1, 1), 0.001f));
     ASSERT_FALSE(trace(*scene, si.ray_origin(d), d).hit.valid());
+  }
+}
+
+/// A wall beside a lamp, that sees it along its surface: the share of its light that the lamp
+/// itself keeps off, as samples of the lamp find.
+double share_kept_off(const std::string& lamp, const Placement& placement) {
+  const std::string to_world = place(placement);
+  const std::string name = "<transform name='to_world'>";
+  const std::string wall = name + "<scale value='.8'/><rotate y='1' angle='-90'/>" +
+                           "<translate x='1.1' z='.9'/>" + to_world.substr(name.size());
+  const auto scene =
+      scene_from("<shape type='" + lamp + "'>" + to_world +
+                 "<emitter type='area'/></shape><shape type='rectangle'>" + wall + "</shape>");
+  const Emitter& emitter = *scene->emitters().at(0);
+  Random random(15);
+  RenderCounters counters;
+  double all = 0, kept_off = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 o = placement.offset + placement.scale * 8.f * random.direction();
+    const Vec3 target =
+        placement.offset + placement.scale * 2.f * random.unit() * random.direction();
+    const RayHit hit = trace(*scene, o, glm::normalize(target - o));
+    if (!hit.hit.valid() || hit.hit.shape != 1) continue;
+    const SurfaceInteraction si = scene->interaction(hit);
+    Vec2 u;
+    u.x = random.unit();
+    u.y = random.unit();
+    const auto light = emitter.sample_direct(si.p, u);
+    if (!light || !(light->pdf > 0)) continue;
+    const double light_of_sample =
+        double{light->radiance.x} * std::abs(glm::dot(si.n, light->d)) / light->pdf;
+    std::array<Ray, 1> shadow = {si.shadow_ray(light->d, light->distance)};
+    scene->occluded(shadow, Coherence::kIncoherent, counters);
+    all += light_of_sample;
+    if (shadow[0].is_occluded()) kept_off += light_of_sample;
+  }
+  EXPECT_GT(all, 0);
+  return kept_off / all;
+}
+
+TEST(SelfIntersectionOfLamps, NoneWhereTheirLightComesFrom) {
+  const std::vector<Placement> placements = {{1e-6f, Vec3(0.f)},
+                                             {1.f, Vec3(0.f)},
+                                             {1e6f, Vec3(0.f)},
+                                             {1.f, Vec3(-358, 875, 5327)},
+                                             {1.f, Vec3(1e4f, -1e4f, 1e4f)}};
+  for (const std::string lamp : {"rectangle", "disk"}) {
+    for (const Placement& placement : placements) {
+      EXPECT_LT(share_kept_off(lamp, placement), 0.01)
+          << lamp << " of " << placement.scale << " at " << placement.offset.z;
+    }
   }
 }
 

@@ -35,7 +35,8 @@ struct SurfaceInteraction {
   }
   /// Shadow ray toward a light at `distance` (infinite for distant light) along the unit vector d.
   /// It ends shortly before the very point p + distance d, from wherever it starts: else a light
-  /// nearer than 10^4 p_error would shadow itself.
+  /// nearer than 10^4 p_error would shadow itself. Shortly is a part of the distance and, for far
+  /// from the origin the light's own place is as uncertain as p is, p_error.
   Ray shadow_ray(const Vec3& d, float distance) const {
     Ray ray;
     ray.o = ray_origin(d);
@@ -46,6 +47,7 @@ struct SurfaceInteraction {
       ray.d = to / distance;
     }
     ray.tmax = distance * (1 - 1e-4f);
+    if (distance < kInfinity) ray.tmax = std::max(ray.tmax - p_error, 0.f);
     return ray;
   }
 };
