@@ -46,13 +46,17 @@ void make_exact(std::vector<TileEstimate>& tiles) {
     tile.freedom = tile.spread = std::numeric_limits<double>::infinity();
   }
 }
-/// Of any tile and channel.
-double largest_difference(const std::vector<TileEstimate>& a, const std::vector<TileEstimate>& b) {
-  double largest = 0;
+/// What b has less than a, of the tile and channel where that is most and not within their noise.
+double missing_light(const std::vector<TileEstimate>& a, const std::vector<TileEstimate>& b) {
+  constexpr double kNoise = 4;
+  double most = 0;
   for (size_t i = 0; i < a.size(); ++i) {
-    largest = std::max(largest, std::abs(a[i].estimate.mean - b[i].estimate.mean));
+    const Estimate &more = a[i].estimate, &less = b[i].estimate;
+    const double missing = more.mean - less.mean;
+    const double noise = std::sqrt(more.variance_of_mean + less.variance_of_mean);
+    if (missing > kNoise * noise) most = std::max(most, missing);
   }
-  return largest;
+  return most;
 }
 
 class Checker {
@@ -218,7 +222,7 @@ class Checker {
   struct Comparison {
     Agreement agreement;
     double largest = 0;              ///< contribution, as a part of the sum
-    double difference = 0;           ///< the largest of a tile and channel
+    double missing = 0;              ///< see missing_light(), of the method that is compared with
     bool has_constant_side = false;  ///< all renders of one method are the same
     bool is_chance = false;          ///< one method hardly finds what the other does
 
@@ -264,7 +268,7 @@ class Checker {
          other_tiles = estimate_tiles_of(others, kTiles);
     Comparison result;
     result.largest = std::max(own.tails().largest, others.tails().largest);
-    result.difference = largest_difference(own_tiles, other_tiles);
+    result.missing = missing_light(own_tiles, other_tiles);
     result.has_constant_side = is_constant(own_tiles) || is_constant(other_tiles);
     if (method.same_seeds) {
       const auto difference = estimate_tile_differences(own, others, kTiles);
@@ -317,7 +321,7 @@ class Checker {
     const auto tiles = long_tiles_of(method, 3'500'001);
     if (!long_standard_) long_standard_ = long_tiles_of(standard, 2'000'001);
     if (!tiles || !long_standard_) return "";
-    const double missing = largest_difference(*tiles, *long_standard_);
+    const double missing = missing_light(*tiles, *long_standard_);
     if (compare(*tiles, *long_standard_).p >= kCertain && missing < 0.5 * missing_before) {
       return "longer paths find it";
     }
@@ -356,7 +360,7 @@ class Checker {
       }
     }
     std::string excuse;
-    if (longer->agreement.has_more) excuse = luck_of(other, method, longer->difference);
+    if (longer->agreement.has_more) excuse = luck_of(other, method, longer->missing);
     if (!excuse.empty()) {
       ++report_.open;
       report_.excuses.push_back(fmt::format("{} and {}: {}: {}", method.name, other.name,

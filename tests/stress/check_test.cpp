@@ -128,29 +128,25 @@ TEST(Check, FindsPathsThatLackABounce) {
 }
 
 TEST(Check, LeavesOpenWhatPathsMeetOnceInAMillion) {
-  // A beam lights nothing but a small disk, which lights the floor in its turn.
+  // A beam lights nothing but a speck, which lights the floor in its turn.
   const std::string beam =
-      "<shape type=\"disk\"><transform name=\"to_world\"><scale value=\"SIZE\"/>"
+      "<shape type=\"disk\"><transform name=\"to_world\"><scale value=\"0.004\"/>"
       "<rotate x=\"1\" angle=\"180\"/><translate z=\"3\"/></transform></shape>"
       "<emitter type=\"spot\"><transform name=\"to_world\">"
       "<lookat origin=\"0 0 1\" target=\"0 0 3\" up=\"0 1 0\"/></transform>"
-      "<float name=\"cutoff_angle\" value=\"ANGLE\"/></emitter></scene>";
-  for (const bool is_speck : {true, false}) {
-    std::string scene = small_scene();
-    scene.replace(scene.find("<emitter"), std::string::npos, beam);
-    scene.replace(scene.find("SIZE"), 4, is_speck ? "0.004" : "0.2");
-    scene.replace(scene.find("ANGLE"), 5, is_speck ? "0.1" : "5");
-    const Method black{"path, one bounce", path("", xml::integer("max_depth", 1)).integrator, ""};
-    const Method product{"product, one bounce",
-                         xml::integrator("clustered", xml::text("importance", "product") +
-                                                          xml::number("rays_per_pixel", 12) +
-                                                          xml::integer("max_depth", 3)),
-                         black.name};
-    const CheckReport report = check(scene, true, {black, product});
-    EXPECT_EQ(report.findings.size(), is_speck ? 0u : 1u);
-    EXPECT_EQ(report.excuses.size(), is_speck ? 1u : 0u);
-    EXPECT_EQ(report.open, is_speck ? 1 : 0);
-  }
+      "<float name=\"cutoff_angle\" value=\"0.1\"/></emitter></scene>";
+  std::string scene = small_scene();
+  scene.replace(scene.find("<emitter"), std::string::npos, beam);
+  const Method black{"path, one bounce", path("", xml::integer("max_depth", 1)).integrator, ""};
+  const Method product{"product, one bounce",
+                       xml::integrator("clustered", xml::text("importance", "product") +
+                                                        xml::number("rays_per_pixel", 12) +
+                                                        xml::integer("max_depth", 3)),
+                       black.name};
+  const CheckReport report = check(scene, true, {black, product});
+  EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;
+  EXPECT_EQ(report.excuses.size(), 1u);
+  EXPECT_EQ(report.open, 1);
 }
 
 TEST(Check, FindsValidScenesThatAreRefused) {
