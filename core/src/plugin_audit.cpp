@@ -86,15 +86,21 @@ const char* fault_of_any(const Object& object, const Place& place) {
 
 class Audit {
  public:
-  /// What an object or, before it, one that is nested in it has to answer for; true: something.
+  /// Asks an object and, before it, all that are nested in it, each once at a place. Whether any
+  /// has something to answer for.
   bool look_at(const Object& object, const Place& place) {
-    for (const auto& nested : object.nested()) {
-      if (look_at(*nested, place)) return true;
+    // Where each refers twice to the next, there are 2^n ways to the nth.
+    const auto [known, is_new] = answers_.try_emplace({place.seed, &object});
+    if (!is_new) return known->second;
+    bool is_at_fault = false;
+    for (const auto& nested : object.nested()) is_at_fault = look_at(*nested, place) || is_at_fault;
+    if (!is_at_fault) {
+      ++looks_[&object];
+      const char* const fault = fault_of_any(object, place);
+      if (fault) ++faults_[{&object, fault}];
+      is_at_fault = fault != nullptr;
     }
-    ++looks_[&object];
-    const char* const fault = fault_of_any(object, place);
-    if (fault) ++faults_[{&object, fault}];
-    return fault != nullptr;
+    return known->second = is_at_fault;
   }
 
   std::vector<PluginFault> faults() const {
@@ -112,6 +118,7 @@ class Audit {
   }
 
  private:
+  std::map<std::pair<uint64_t, const Object*>, bool> answers_;  ///< by place
   std::map<const Object*, uint64_t> looks_;
   std::map<std::pair<const Object*, const char*>, uint64_t> faults_;
 };

@@ -136,6 +136,22 @@ TEST_F(Security, XmlThatGrows) {
   expect_refused(in_scene(includes), {"large.xml", "too many times"});
 }
 
+TEST_F(Security, ObjectsThatReferTwiceToTheNext) {
+  std::string scene = "<bsdf type=\"diffuse\" id=\"b0\"/>";
+  for (int i = 1; i < 100; ++i) {
+    const std::string next = "<ref id=\"b" + std::to_string(i - 1) + "\"/>";
+    scene += "<bsdf type=\"twosided\" id=\"b" + std::to_string(i) + "\">" + next + next + "</bsdf>";
+  }
+  scene +=
+      "<integrator type=\"direct\"/><shape type=\"sphere\"><ref id=\"b99\"/></shape>"
+      "<emitter type=\"constant\"/><sensor type=\"perspective\"><transform name=\"to_world\">"
+      "<lookat origin=\"0,0,5\" target=\"0,0,0\" up=\"0,1,0\"/></transform>"
+      "<film type=\"hdrfilm\"><integer name=\"width\" value=\"4\"/>"
+      "<integer name=\"height\" value=\"4\"/></film></sensor>";
+  const ProcessResult result = bounded({folder_.write("scene.xml", in_scene(scene))});
+  EXPECT_EQ(result.status, 0) << result.err;
+}
+
 TEST_F(Security, FilesWithoutAnEnd) {
   expect_refused(in_scene("<include filename=\"/dev/zero\"/>"),
                  {"/dev/zero", "not a regular file"});
