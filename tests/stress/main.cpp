@@ -106,7 +106,11 @@ void count(const Options& options, uint64_t index, const Check& check, Tally& ta
   tally.open += static_cast<uint64_t>(report.open);
   tally.excused += report.excuses.size();
   for (const std::string& excuse : report.excuses) {
-    std::cout << fmt::format("scene {}: open: {}\n", index, excuse) << std::flush;
+    const std::string folder = fmt::format("{}/{}-{}-open", options.out, options.seed, index);
+    fs::create_directories(folder);
+    std::ofstream(folder + "/scene.xml") << random_scene(options.seed, index, folder).root.text();
+    std::cout << fmt::format("scene {}: open: {}\n  {}/scene.xml\n", index, excuse, folder)
+              << std::flush;
   }
   if (!report.refused.empty()) {
     ++tally.refused;
