@@ -321,6 +321,7 @@ class Checker {
     const auto tiles = long_tiles_of(method, 3'500'001);
     if (!long_standard_) long_standard_ = long_tiles_of(standard, 2'000'001);
     if (!tiles || !long_standard_) return "";
+    if (missing_light(*long_standard_, *tiles) > 0) return "";  // what paths alone see
     const double missing = missing_light(*tiles, *long_standard_);
     if (compare(*tiles, *long_standard_).p >= kCertain && missing < 0.5 * missing_before) {
       return "longer paths find it";
