@@ -164,6 +164,15 @@ void interpret_seed(const CLI::App& app, const RawOptions& raw, Options& options
               std::to_string(std::numeric_limits<uint64_t>::max()) + ", got '" + raw.seed + "'");
 }
 
+/// CLI11 takes an empty value for 0, or for none.
+void check_that_none_is_empty(const CLI::App& app) {
+  for (const char* const name : {"--output", "--every", "--exposure", "--sensor"}) {
+    if (app.count(name) > 0 && app.get_option(name)->results().back().empty()) {
+      throw Error(std::string(name) + ": its value is empty");
+    }
+  }
+}
+
 void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
   for (const std::string& define : raw.defines) {
     const size_t equals = define.find('=');
@@ -197,6 +206,7 @@ void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
     }
   }
   if (options.command == Options::Command::kRender) {
+    check_that_none_is_empty(app);
     interpret_budget(app, raw, options);
     check_checkpoint(app, options);
     interpret_seed(app, raw, options);

@@ -130,6 +130,19 @@ ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
   return metadata;
 }
 
+/// Of channels that are rendered for nothing.
+void warn_of_layers(const Scene& scene, const Film& film) {
+  if (film.file_extension() != ".pfm") return;
+  const auto layers = scene.integrator().layers();
+  const bool has_others = std::any_of(layers.begin(), layers.end(),
+                                      [](const auto& channels) { return !channels.empty(); });
+  if (has_others) {
+    log_warn(
+        "the scene's film writes .pfm files, which hold no channels but colour: those of its "
+        "integrator are left out");
+  }
+}
+
 /// Seconds that it will take to write such a picture: by what it takes to write some of its rows.
 double writing_seconds(const Options& options, const Film& film, const Image& picture,
                        const std::string& output) {
@@ -194,7 +207,9 @@ constexpr uint32_t kPlacesOfSuspects = 1 << 15;
 /// Of a picture that was written though a plugin is at fault.
 constexpr int kFaultyStatus = 3;
 
-void warn_of_faults(const RenderStats& stats) {
+/// With --quiet, too, where they make the exit status: it must be said why.
+void warn_of_faults(const Options& options, const RenderStats& stats) {
+  if (options.quiet && !options.lenient) set_log_level(LogLevel::kWarn);
   if (stats.non_finite_samples > 0) {
     log_warn(fmt::format("samples that were not finite, and were dropped: {}",
                          stats.non_finite_samples));
@@ -212,7 +227,7 @@ int exit_status(const Options& options, const RenderStats& stats) {
 }
 
 void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
-  warn_of_faults(stats);
+  warn_of_faults(options, stats);
   if (!options.quiet) {
     say("wrote {}{} ({:.2f} s)\n", summary.output, stats.complete ? "" : ", incomplete",
         stats.total_seconds);
@@ -290,6 +305,7 @@ int render_command(const Options& options, Clock::time_point start) {
                     "but colour",
                     film.file_extension()));
   }
+  warn_of_layers(*scene, film);
   const std::string png = fs::path(output).replace_extension(".png").string();
   check_writable(output);
   if (options.png) check_writable(png);

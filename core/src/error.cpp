@@ -15,9 +15,23 @@ std::string one_line(std::string text) {
   return text;
 }
 
+/// What is quoted from a file may be megabytes.
+std::string shortened(const std::string& text) {
+  constexpr size_t kFirst = 700, kLast = 200;
+  if (text.size() <= kFirst + kLast) return text;
+  // Not within a character of UTF-8.
+  const auto is_inside = [&](size_t at) {
+    return (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80;
+  };
+  size_t first = kFirst, last = text.size() - kLast;
+  while (first > kFirst - 4 && is_inside(first)) --first;
+  while (last < text.size() - kLast + 4 && is_inside(last)) ++last;
+  return text.substr(0, first) + " … " + text.substr(last);
+}
+
 std::string with_place(const Location& where, const std::string& message) {
   const std::string place = to_string(where);
-  return one_line(place.empty() ? message : place + ": " + message);
+  return one_line(place.empty() ? shortened(message) : place + ": " + shortened(message));
 }
 
 }  // namespace
@@ -28,7 +42,9 @@ std::string to_string(const Location& where) {
 }
 
 Error::Error(const Location& where, const std::string& message)
-    : std::runtime_error(with_place(where, message)), where_(where), message_(one_line(message)) {}
+    : std::runtime_error(with_place(where, message)),
+      where_(where),
+      message_(one_line(shortened(message))) {}
 
 int edit_distance(const char* a, const char* b) {
   // Levenshtein's distance, one row of the table at a time.

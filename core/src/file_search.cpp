@@ -1,10 +1,29 @@
 #include "file_search.h"
 
+#include <linux/magic.h>
+#include <sys/vfs.h>
+
 #include <filesystem>
 
 #include "kinome/error.h"
 
 namespace kinome {
+
+std::string unreadable(const std::string& path) {
+  std::error_code failed;
+  if (std::filesystem::is_directory(path, failed)) return "is a folder, not a file";
+  // A pipe or a device may have no end, or block for ever.
+  if (!std::filesystem::is_regular_file(path, failed)) return "is not a regular file";
+  // The kernel's own count as regular. Some have no end, some block, all have another size than
+  // they say.
+  struct statfs system = {};
+  if (::statfs(path.c_str(), &system) == 0 &&
+      (system.f_type == PROC_SUPER_MAGIC || system.f_type == SYSFS_MAGIC ||
+       system.f_type == DEBUGFS_MAGIC || system.f_type == TRACEFS_MAGIC)) {
+    return "is no file on a disk, but made by the kernel as it is read";
+  }
+  return "";
+}
 
 std::string find_file(const std::string& name, const std::vector<std::string>& folders) {
   namespace fs = std::filesystem;
@@ -20,11 +39,9 @@ std::string find_file(const std::string& name, const std::vector<std::string>& f
   }
   for (const std::string& candidate : candidates) {
     std::error_code failed;
-    if (fs::is_directory(candidate, failed)) throw Error("'" + candidate + "' is a folder");
     if (!fs::exists(candidate, failed)) continue;
-    // A pipe or a device may have no end.
-    if (!fs::is_regular_file(candidate, failed)) {
-      throw Error("'" + candidate + "' is not a regular file");
+    if (const std::string why = unreadable(candidate); !why.empty()) {
+      throw Error("'" + candidate + "' " + why);
     }
     return candidate;
   }

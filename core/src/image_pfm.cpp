@@ -61,14 +61,20 @@ Image read_pfm(const std::string& path, const Location& where) {
   if (image.width < 1 || image.height < 1 || image.width > kMaxSide || image.height > kMaxSide) {
     throw fail(fmt::format("its header gives an absurd size, {} x {}", image.width, image.height));
   }
-  file.get();  // the one white space before the data
   image.channels =
       magic == "PF" ? std::vector<std::string>{"R", "G", "B"} : std::vector<std::string>{"Y"};
   const size_t row = static_cast<size_t>(image.width) * image.channels.size();
   const size_t values = row * static_cast<size_t>(image.height);
   const uint64_t size = std::filesystem::file_size(path);
+  // One white space comes before the data, or, where an editor has saved the header, two: the size
+  // tells whether the second belongs to the data.
+  const bool is_return = file.get() == '\r';
   // A file that ends with its header has no place to tell, nor data.
-  const uint64_t begin = file ? static_cast<uint64_t>(file.tellg()) : size;
+  uint64_t begin = file ? static_cast<uint64_t>(file.tellg()) : size;
+  if (is_return && size - begin == values * sizeof(float) + 1 && file.peek() == '\n') {
+    file.get();
+    ++begin;
+  }
   if (size - begin < values * sizeof(float)) {
     throw fail(fmt::format("truncated: {} x {} pixels need {} bytes, there are {}", image.width,
                            image.height, values * sizeof(float), size - begin));

@@ -44,6 +44,18 @@ bool has_object(const Properties& props, Category category) {
   });
 }
 
+/// Of a lamp that gives no light, though nothing is wrong with its numbers.
+void warn_of_lost_lamp(const Shape& shape, const Location& where) {
+  constexpr float kLeastSize = 0x1p-20f;  // some units of rounding, at a distance of 1
+  const Aabb box = shape.bounds();
+  const float distance = max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi)));
+  if (shape.area() > 0 && max_component(box.extent()) > kLeastSize * distance) return;
+  log_warn(Error(where,
+                 "this lamp has no area, by itself or by rounding, as far from the origin as it "
+                 "is: it gives no light, or hardly any")
+               .what());
+}
+
 }  // namespace
 
 Builder::Builder(const Expansion& expansion, std::vector<std::string> base_folders,
@@ -177,6 +189,7 @@ std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_
   if (props.category() != Category::kShape) return object;
 
   auto& shape = dynamic_cast<Shape&>(*object);
+  if (shape.emitter()) warn_of_lost_lamp(shape, props.where());
   if (shape.bsdf_pointer()) return object;
   if (shape.emitter()) {
     shape.set_bsdf(make_black_bsdf());

@@ -20,7 +20,8 @@ constexpr size_t kDeepestInclude = 15;
 constexpr int kMostIncludes = 2000;
 /// And to large files that are included many times: bytes of all includes but the first of each.
 constexpr size_t kMostRepeated = 4 << 20;
-/// And to defaults that double one another: bytes of one attribute, and of all that are substituted.
+/// And to defaults that double one another: bytes of one attribute, and of all that are
+/// substituted.
 constexpr size_t kLongestAttribute = 1 << 20;
 constexpr size_t kMostSubstituted = 64 << 20;
 
@@ -281,12 +282,12 @@ std::string read_text(const std::string& path, const Location& where) {
   std::error_code failed;
   const Location place = where.file.empty() ? Location{path, 0, 0} : where;
   const std::string title = where.file.empty() ? "it" : "'" + path + "'";
-  if (fs::is_directory(path, failed)) throw Error(place, title + " is a folder, not a file");
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) {
-    throw Error(place,
-                fs::exists(path, failed) ? title + " can't be read" : "there is no such file");
+  if (!fs::exists(path, failed)) throw Error(place, "there is no such file");
+  if (const std::string why = unreadable(path); !why.empty()) {
+    throw Error(place, title + " " + why);
   }
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw Error(place, title + " can't be read");
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (stream.bad()) throw Error(place, title + " can't be read");
   return text;

@@ -96,25 +96,33 @@ std::string did_you_mean(const std::string& nearest, const std::string& prefix) 
 }
 
 Node parse(const std::string& text, const std::string& file) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    throw Error(Location{file, 1, 1}, "the file is UTF-16, expected UTF-8");
+  }
   if (const size_t nul = text.find('\0'); nul != std::string::npos) {
     throw Error(Places(text, file).at(nul), "not XML: a byte that is zero");
   }
+  // As a fragment, which keeps text outside of the root, too.
+  constexpr unsigned kFlags = pugi::parse_default | pugi::parse_fragment;
   pugi::xml_document document;
   const pugi::xml_parse_result result =
-      document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
+      document.load_buffer(text.data(), text.size(), kFlags, pugi::encoding_utf8);
   if (!result) {
-    const bool has_place = result.offset > 0 && result.status != pugi::status_no_document_element;
-    const size_t offset = has_place ? static_cast<size_t>(result.offset) : 0;
+    const size_t offset = result.offset > 0 ? static_cast<size_t>(result.offset) : 0;
     throw Error(Places(text, file).at(offset),
                 std::string("malformed XML: ") + result.description());
   }
   const pugi::xml_node root = document.document_element();
-  if (const pugi::xml_node second = root.next_sibling()) {
-    if (second.type() == pugi::node_element) {
-      throw Error(Places(text, file).at(static_cast<size_t>(second.offset_debug()) - 1),
-                  "malformed XML: a second root element");
-    }
+  for (const pugi::xml_node& node : document.children()) {
+    const bool is_element = node.type() == pugi::node_element;
+    if (node == root) continue;
+    const auto offset = static_cast<size_t>(node.offset_debug());
+    throw Error(
+        Places(text, file).at(is_element ? offset - 1 : text.find_first_not_of(" \t\r\n", offset)),
+        is_element ? "malformed XML: a second root element"
+                   : "malformed XML: text outside of the root element");
   }
+  if (!root) throw Error(Places(text, file).at(0), "malformed XML: no element");
   return Converter(text, file).convert(root, 1);
 }
 

@@ -11,20 +11,22 @@
 namespace kinome {
 namespace {
 
-constexpr float kMaxStddev = 16;
 /// The filter ends after this many standard deviations.
 constexpr float kCutoff = 4;
+/// Narrower ones would miss the samples in a pixel's corners.
+constexpr float kMinStddev = 0.5f / kCutoff;
+constexpr float kMaxStddev = 16;
 
 const Parameter kTable[] = {
     {"stddev", ParameterType::kFloat, "0.5",
-     "standard deviation in pixels, at most 16; the filter's radius is four of them"},
+     "standard deviation in pixels, from 0.125 to 16; the filter's radius is four of them"},
 };
 
 class GaussianFilter : public ReconstructionFilter {
  public:
   explicit GaussianFilter(const Properties& props) : stddev_(props.real("stddev")) {
-    if (!(stddev_ > 0 && stddev_ <= kMaxStddev)) {
-      throw props.error("stddev", "must lie in (0, 16] pixels, got " + std::to_string(stddev_));
+    if (!(stddev_ >= kMinStddev && stddev_ <= kMaxStddev)) {
+      throw props.error("stddev", "must lie in [0.125, 16] pixels, got " + std::to_string(stddev_));
     }
     radius_ = kCutoff * stddev_;
   }

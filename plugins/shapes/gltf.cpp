@@ -53,6 +53,13 @@ tinygltf::Model parse_gltf(const std::string& file) {
   reader.SetImageLoader([](tinygltf::Image*, const int, std::string*, std::string*, int, int,
                            const unsigned char*, int, void*) { return true; },
                         nullptr);
+  // Pipes and devices, which may have no end, are no buffers.
+  const auto exists = [](const std::string& path, void*) {
+    std::error_code failed;
+    return std::filesystem::is_regular_file(path, failed);
+  };
+  reader.SetFsCallbacks({exists, tinygltf::ExpandFilePath, tinygltf::ReadWholeFile,
+                         tinygltf::WriteWholeFile, nullptr});
   tinygltf::Model model;
   std::string error;
   std::string warning;
@@ -67,6 +74,9 @@ tinygltf::Model parse_gltf(const std::string& file) {
     fail(first_line(e.what()));
   }
   if (!ok) fail(first_line(error));
+  if (!model.asset.version.starts_with("2.")) {
+    fail("its version is '" + model.asset.version.substr(0, 20) + "', expected 2.0");
+  }
   return model;
 }
 

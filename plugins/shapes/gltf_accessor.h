@@ -46,8 +46,8 @@ class GltfAccessors {
     return values;
   }
 
-  /// Nodes may show one mesh many times: far more than that is no scene, but a file that is meant to
-  /// fill the memory.
+  /// Nodes may show one mesh many times: far more than that is no scene, but a file that is meant
+  /// to fill the memory.
   size_t most_elements() const { return (size_t{1} << 20) + kMostRepeated * total_bytes_; }
 
   template <class T>
@@ -82,6 +82,10 @@ class GltfAccessors {
             const std::string& what) const {
     const tinygltf::BufferView& view = at(model_.bufferViews, view_index, "buffer view", what);
     const tinygltf::Buffer& buffer = at(model_.buffers, view.buffer, "buffer", what);
+    if (strided && view.byteStride > 0 && view.byteStride < size) {
+      fail(what + " has elements of " + std::to_string(size) + " bytes, but a stride of " +
+           std::to_string(view.byteStride));
+    }
     const size_t stride = strided && view.byteStride > 0 ? view.byteStride : size;
     const size_t available = buffer.data.size();
     const bool view_fits =

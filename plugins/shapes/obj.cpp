@@ -238,7 +238,9 @@ class Obj final : public MeshShape {
   explicit Obj(const Properties& props) : MeshShape(props) {
     const std::string file = props.file("filename");
     const std::string text = read_mesh_file(file);
-    const ObjFile obj = ObjReader(file, text).read();
+    std::string_view lines = text;
+    if (lines.starts_with("\xEF\xBB\xBF")) lines.remove_prefix(3);  // a byte order mark
+    const ObjFile obj = ObjReader(file, lines).read();
     VertexMerger merger(obj, props.boolean("flip_tex_coords"), mesh_);
     for (const Face& face : obj.faces) {
       const Corner* corner = &obj.corners[face.first_corner];

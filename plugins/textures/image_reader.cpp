@@ -1,7 +1,9 @@
 #include "image_reader.h"
 
 #include <OpenImageIO/imageio.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -36,34 +38,54 @@ bool lacks_jpeg_end(const std::string& bytes) {
   return scan == std::string::npos || bytes.find("\xff\xd9", scan) == std::string::npos;
 }
 
-/// Of a truncated PNG, libpng complains on stderr by itself, beside our own error.
-bool lacks_png_end(const std::string& bytes) {
-  return bytes.rfind("\x89PNG", 0) == 0 && bytes.rfind("IEND") == std::string::npos;
+uint32_t big_endian(const std::string& bytes, size_t at) {
+  uint32_t value = 0;
+  for (size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  return value;
 }
 
-/// Of a PNG that claims to be huge, libpng complains, too. A pixel may be a single bit.
-void check_png_size(const std::string& bytes) {
-  if (bytes.rfind("\x89PNG", 0) != 0 || bytes.size() < 24) return;
-  const auto number = [&](size_t at) {
-    int64_t value = 0;
-    for (size_t i = at; i < at + 4; ++i) {
-      value = value * 256 + static_cast<unsigned char>(bytes[i]);
+/// Of a damaged PNG, and of one that claims to be huge, libpng complains on stderr by itself,
+/// beside our own error: so what damages files is looked for before. (PNG Specification, second
+/// edition, 5.3: length, type, data, checksum of the type and the data.)
+void check_png(const std::string& bytes) {
+  constexpr size_t kSignature = 8, kAround = 12;
+  if (bytes.rfind("\x89PNG", 0) != 0) return;
+  bool has_palette = false, needs_palette = false;
+  std::string type;
+  for (size_t at = kSignature; type != "IEND";) {
+    const size_t left = bytes.size() - std::min(at, bytes.size());
+    const size_t length = left < kAround ? left : big_endian(bytes, at);
+    if (left < kAround || length > left - kAround) {
+      throw std::runtime_error("truncated: it ends within the picture");
     }
-    return value;
-  };
-  const int64_t width = number(16), height = number(20);
-  check_size(width, height, static_cast<uint64_t>(width) * static_cast<uint64_t>(height) / 8,
-             bytes.size());
+    type = bytes.substr(at + 4, 4);
+    const auto* const begin = reinterpret_cast<const Bytef*>(bytes.data() + at + 4);
+    const size_t checked = length + 4;
+    if (crc32_z(0, begin, checked) != big_endian(bytes, at + 4 + checked)) {
+      throw std::runtime_error("damaged: the checksum of a part of it is wrong");
+    }
+    if (type == "IHDR" && length == 13) {
+      constexpr char kPalette = 3;
+      needs_palette = bytes[at + 17] == kPalette;
+      const uint64_t width = big_endian(bytes, at + 8), height = big_endian(bytes, at + 12);
+      // A pixel may be a single bit.
+      check_size(static_cast<int64_t>(width), static_cast<int64_t>(height), width * height / 8,
+                 bytes.size());
+    }
+    has_palette |= type == "PLTE";
+    if (type == "IDAT" && needs_palette && !has_palette) {
+      throw std::runtime_error("damaged: it has no palette");
+    }
+    at += length + kAround;
+  }
 }
 
 /// Before OpenImageIO sees the file: libpng's long jumps past its frames leak memory.
 void check_bytes(const char* path) {
   std::string bytes(std::filesystem::file_size(path), '\0');
   std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<long>(bytes.size()));
-  if (lacks_jpeg_end(bytes) || lacks_png_end(bytes)) {
-    throw std::runtime_error("truncated: it ends within the picture");
-  }
-  check_png_size(bytes);
+  if (lacks_jpeg_end(bytes)) throw std::runtime_error("truncated: it ends within the picture");
+  check_png(bytes);
 }
 
 template <class T>

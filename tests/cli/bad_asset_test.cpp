@@ -118,6 +118,11 @@ const BadMesh kMeshes[] = {
     {"gltf_index_out_of_range", "a.gltf", gltf("3", "AAABAAMA"), {"vertex 3"}},
     {"gltf_absurd_count", "a.gltf", gltf("4000000000"), {"4000000000"}},
     {"gltf_no_faces", "a.gltf", R"({"asset": {"version": "2.0"}})", {"no faces"}},
+    {"gltf_of_another_version", "a.gltf", R"({"asset": {"version": "1.0"}})", {"'1.0'", "2.0"}},
+    {"gltf_stride_below_its_element",
+     "a.gltf",
+     replaced(gltf("3"), "\"byteLength\": 36}", "\"byteLength\": 36, \"byteStride\": 4}"),
+     {"stride of 4"}},
     {"glb_cut_short", "a.glb", std::string("glTF\2\0\0\0\377\377\0\0", 12), {"glTF"}},
 };
 

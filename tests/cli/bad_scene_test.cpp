@@ -50,7 +50,7 @@ const BadScene kScenes[] = {
     {"unclosed_tag",
      "<scene version=\"3.0.0\">\n <shape type=\"sphere\">\n</@scene>",
      {"malformed XML"}},
-    {"no_xml_at_all", "@<?xml version=\"1.0\"?>\nhello", {"malformed XML"}},
+    {"no_xml_at_all", "<?xml version=\"1.0\"?>\n@hello", {"malformed XML"}},
     {"stray_text", "@<emitter type=\"constant\">bright</emitter>", {"unexpected text", "bright"}},
     // Names.
     {"unknown_tag", "@<shap type=\"sphere\"/>", {"<shap>", "'shape'"}},
@@ -225,6 +225,9 @@ const BadUsage kUsages[] = {
     {"define_without_value", {"SCENE", "-D", "spp"}, {"-D", "KEY=VALUE", "spp"}},
     {"define_twice", {"SCENE", "-D", "spp=1", "-D", "spp=2"}, {"'spp'", "twice"}},
     {"option_without_value", {"SCENE", "-o"}, {"--output"}},
+    {"no_name_for_the_picture", {"SCENE", "-o", ""}, {"--output", "empty"}},
+    {"exposure_that_is_empty", {"SCENE", "--exposure", ""}, {"--exposure", "empty"}},
+    {"interval_that_is_empty", {"SCENE", "--every", ""}, {"--every", "empty"}},
     {"stats_of_another_kind", {"SCENE", "--stats=xml"}, {"--stats", "xml", "json"}},
     {"verbose_with_a_value",
      {"SCENE", "--verbose=34343434343434343434"},

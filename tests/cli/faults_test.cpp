@@ -317,6 +317,13 @@ TEST_F(FaultyPlugins, ThatSayNonsenseAreNamedAndCounted) {
       fs::remove(image_);
     }
   };
+  // A status of 3 is never without its reason.
+  const ProcessResult quiet = run(faulty("bsdf", "nan"), sky_, direct_, {"-q"});
+  EXPECT_EQ(quiet.status, 3);
+  EXPECT_NE(quiet.err.find("plugin bsdf/faulty is at fault"), std::string::npos) << quiet.err;
+  const ProcessResult lenient = run(faulty("bsdf", "nan"), sky_, direct_, {"-q", "--lenient"});
+  EXPECT_EQ(lenient.status, 0);
+  EXPECT_EQ(lenient.err, "");
   for (const char* integrator : {"direct", "path", "ptracer", "clustered"}) {
     SCOPED_TRACE(integrator);
     const std::string xml = "<integrator type=\"" + std::string(integrator) + "\"/>";

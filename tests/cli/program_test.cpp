@@ -138,6 +138,39 @@ TEST_F(Program, PngLiesBesideThePicture) {
   EXPECT_NE(read_text(folder_.path("a.png")), plain);
 }
 
+TEST_F(Program, WarnsOfLampsWithoutArea) {
+  folder_.write("line.ply",
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                "end_header\n0 0 0\n1 1 1\n2 2 2\n3 0 1 2\n");
+  const std::string lamp = "<emitter type=\"area\"/></shape>";
+  for (const std::string& shape :
+       {std::string("<shape type=\"ply\"><string name=\"filename\" value=\"line.ply\"/>"),
+        std::string("<shape type=\"rectangle\"><transform name=\"to_world\">"
+                    "<scale value=\"1e-12\"/><translate y=\"4\"/></transform>"),
+        std::string("<shape type=\"sphere\"><point name=\"center\" value=\"0 4 0\"/>"
+                    "<float name=\"radius\" value=\"1e-12\"/>")}) {
+    SCOPED_TRACE(shape);
+    std::string xml = small_scene();
+    xml.insert(xml.find("</scene>"), shape + lamp);
+    const ProcessResult result = kinome({folder_.write("lamp.xml", xml)});
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_NE(result.err.find("lamp.xml:27:1: this lamp has no area"), std::string::npos)
+        << result.err;
+  }
+}
+
+TEST_F(Program, WarnsOfChannelsThatAPfmCannotHold) {
+  std::string xml = small_scene();
+  const std::string integrator = "<integrator type=\"$integrator\"/>";
+  xml.replace(xml.find(integrator), integrator.size(),
+              "<integrator type=\"aov\"><string name=\"aovs\" value=\"d:depth\"/></integrator>");
+  const auto run = [&] { return kinome({folder_.write("aov.xml", xml)}); };
+  EXPECT_EQ(run().err.find("warning"), std::string::npos);
+  xml.insert(xml.find("<rfilter"), "<string name=\"file_format\" value=\"pfm\"/>");
+  EXPECT_NE(run().err.find("hold no channels but colour"), std::string::npos) << run().err;
+}
+
 TEST_F(Program, VariantIsAcceptedWithANote) {
   const ProcessResult result = kinome({"-m", "scalar_rgb", scene_});
   EXPECT_EQ(result.status, 0);

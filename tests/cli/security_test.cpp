@@ -1,6 +1,8 @@
 // Scenes and files of strangers: they write nothing, load nothing but the program's own plugins,
 // and whatever they claim to be, it takes no more than a second and a gigabyte to say no.
 
+#include <sys/stat.h>
+
 #include <cstring>
 
 #include "cli.h"
@@ -160,6 +162,44 @@ TEST_F(Security, FilesWithoutAnEnd) {
   expect_refused(in_scene("<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" "
                           "filename=\"/dev/zero\"/></bsdf>"),
                  {"/dev/zero", "not a regular file"});
+}
+
+/// Regular files by their kind, of any size, or that wait for ever.
+TEST_F(Security, FilesThatTheKernelMakes) {
+  for (const std::string file : {"/proc/self/mem", "/proc/self/pagemap", "/proc/self/maps"}) {
+    SCOPED_TRACE(file);
+    expect_refused(in_scene("<include filename=\"" + file + "\"/>"), {file, "kernel"});
+    for (const char* type : {"obj", "ply", "gltf"}) {
+      expect_refused(with_file("shape", type, file), {file, "kernel"});
+    }
+    expect_refused(with_file("emitter", "envmap", file), {file, "kernel"});
+    const ProcessResult result = kinome({file, "-o", folder_.path("a")});
+    EXPECT_EQ(result.status, 1);
+    EXPECT_NE(result.err.find("kernel"), std::string::npos) << result.err;
+  }
+}
+
+TEST_F(Security, PipesInPlaceOfFiles) {
+  const std::string pipe = folder_.path("pipe");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  expect_refused(with_file("shape", "ply", pipe), {"not a regular file"});
+  folder_.write("a.gltf", R"({"asset": {"version": "2.0"}, "buffers":
+                              [{"byteLength": 42, "uri": "pipe"}]})");
+  expect_refused(with_file("shape", "gltf", "a.gltf"), {"a.gltf", "pipe"});
+  const ProcessResult result = kinome({pipe}, 20);
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.err.find("not a regular file"), std::string::npos) << result.err;
+}
+
+TEST_F(Security, NamesOfMegabytesAreCut) {
+  const std::string name(5'000'000, 'x');
+  for (const std::string& inside :
+       {"<shape type=\"" + name + "\"/>", "<" + name + "/>", "<ref id=\"" + name + "\"/>",
+        "<shape type=\"ply\"><string name=\"filename\" value=\"" + name + "\"/></shape>"}) {
+    const ProcessResult result = kinome({folder_.write("scene.xml", in_scene(inside))});
+    EXPECT_EQ(result.status, 1);
+    EXPECT_LT(result.err.size(), 1500u);
+  }
 }
 
 TEST_F(Security, NumbersThatAreTooLarge) {

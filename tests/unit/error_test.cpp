@@ -22,6 +22,21 @@ TEST(Error, IsOneLine) {
   EXPECT_STREQ(Error({"a\nb", 1, 2}, "two\nlines\r\tin one").what(), "a b:1:2: two lines  in one");
 }
 
+TEST(Error, IsShortWhateverItQuotes) {
+  // Characters of two bytes, of which none may be cut in two.
+  std::string text;
+  for (int i = 0; i < 100000; ++i) text += "ä";
+  for (const char* const before : {"", "x"}) {
+    const std::string message = Error({"a.xml", 1, 2}, before + text + "the end").message();
+    EXPECT_LT(message.size(), 1000u);
+    EXPECT_TRUE(message.starts_with(before + std::string("ää"))) << message;
+    EXPECT_TRUE(message.ends_with("äthe end")) << message;
+    EXPECT_NE(message.find("ä … ä"), std::string::npos) << message;
+  }
+  const std::string plain(800, 'x');
+  EXPECT_EQ(Error(plain).message(), plain);
+}
+
 TEST(EditDistance, CountsInsertionsDeletionsAndReplacements) {
   EXPECT_EQ(edit_distance("", ""), 0);
   EXPECT_EQ(edit_distance("abc", "abc"), 0);

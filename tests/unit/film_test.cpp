@@ -395,8 +395,11 @@ TEST(Film, RefusesWhatItCannotBe) {
   expect_error(text("pixel_format", "xyz"), "luminance_alpha");
   expect_error(text("component_format", "uint32"), "float32");
   expect_error(text("file_format", "jpeg"), "openexr");
-  expect_error("<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0\"/></rfilter>",
-               "stddev");
+  for (const char* stddev : {"0", "0.124", "16.1"}) {
+    expect_error("<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"" +
+                     std::string(stddev) + "\"/></rfilter>",
+                 "stddev");
+  }
   expect_error("<rfilter type=\"tent\"><float name=\"radius\" value=\"-1\"/></rfilter>", "radius");
 }
 

@@ -11,6 +11,7 @@
 
 #include <half.h>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -325,6 +326,13 @@ TEST(Pfm, RoundTrip) {
   // Big-endian, scale 2, bottom row first.
   const std::string big("Pf\n1 2\n2.0\n\x3f\x80\x00\x00\x40\x00\x00\x00", 19);
   EXPECT_EQ(read_pfm(folder.write("b.pfm", big)).data, (std::vector<float>{4.f, 2.f}));
+  // Lines that end in two characters; and one, where the data begins with the other.
+  const std::string data("\n\0\x80\x3f", 4);
+  const float value = std::bit_cast<float>(0x3f80000a);
+  for (const char* const end : {"\n", "\r\n", "\r"}) {
+    const std::string file = "Pf\n1 1\n-1" + std::string(end) + data;
+    EXPECT_EQ(read_pfm(folder.write("c.pfm", file)).data, std::vector<float>{value});
+  }
 }
 
 TEST(Pfm, RefusesWhatIsNoWholeFile) {

@@ -204,6 +204,9 @@ TEST_F(BitmapTest, BadFilesAreErrorsOfOneLine) {
   for (const size_t bytes : {10, 40, 60}) {
     expect(error_of(folder_.write("cut.png", kGrey16.substr(0, bytes))), "can't be read");
   }
+  std::string damaged = kGrey16;
+  damaged[damaged.size() - 20] ^= 1;
+  expect(error_of(folder_.write("damaged.png", damaged)), "checksum");
   // 100000 x 100000 pixels promised in 70 bytes: refused without allocating.
   std::string huge = kGrey16;
   huge.replace(16, 8, std::string("\x00\x01\x86\xa0\x00\x01\x86\xa0", 8));
