@@ -74,7 +74,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
   app.add_flag("-v,--verbose", options.verbosity, "Say more (repeat for still more)")
       ->disable_flag_override();
-  app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors")->disable_flag_override();
+  app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors, and why an exit status is 3")
+      ->disable_flag_override();
   app.add_option("-m,--mode", options.variant,
                  "Mitsuba's variant: accepted and ignored, there is but one")
       ->type_name("VARIANT");
@@ -166,7 +167,8 @@ void interpret_seed(const CLI::App& app, const RawOptions& raw, Options& options
 
 /// CLI11 takes an empty value for 0, or for none.
 void check_that_none_is_empty(const CLI::App& app) {
-  for (const char* const name : {"--output", "--every", "--exposure", "--sensor"}) {
+  for (const char* const name :
+       {"--output", "--every", "--exposure", "--sensor", "--inspect", "--stats"}) {
     if (app.count(name) > 0 && app.get_option(name)->results().back().empty()) {
       throw Error(std::string(name) + ": its value is empty");
     }

@@ -207,9 +207,7 @@ constexpr uint32_t kPlacesOfSuspects = 1 << 15;
 /// Of a picture that was written though a plugin is at fault.
 constexpr int kFaultyStatus = 3;
 
-/// With --quiet, too, where they make the exit status: it must be said why.
-void warn_of_faults(const Options& options, const RenderStats& stats) {
-  if (options.quiet && !options.lenient) set_log_level(LogLevel::kWarn);
+void warn_of_faults(const RenderStats& stats) {
   if (stats.non_finite_samples > 0) {
     log_warn(fmt::format("samples that were not finite, and were dropped: {}",
                          stats.non_finite_samples));
@@ -227,7 +225,11 @@ int exit_status(const Options& options, const RenderStats& stats) {
 }
 
 void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
-  warn_of_faults(options, stats);
+  // With --quiet, too, where it makes the exit status: it must be said why.
+  if (options.quiet && exit_status(options, stats) == kFaultyStatus) {
+    set_log_level(LogLevel::kWarn);
+  }
+  warn_of_faults(stats);
   if (!options.quiet) {
     say("wrote {}{} ({:.2f} s)\n", summary.output, stats.complete ? "" : ", incomplete",
         stats.total_seconds);

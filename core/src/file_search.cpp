@@ -1,8 +1,5 @@
 #include "file_search.h"
 
-#include <linux/magic.h>
-#include <sys/vfs.h>
-
 #include <filesystem>
 
 #include "kinome/error.h"
@@ -16,10 +13,8 @@ std::string unreadable(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, failed)) return "is not a regular file";
   // The kernel's own count as regular. Some have no end, some block, all have another size than
   // they say.
-  struct statfs system = {};
-  if (::statfs(path.c_str(), &system) == 0 &&
-      (system.f_type == PROC_SUPER_MAGIC || system.f_type == SYSFS_MAGIC ||
-       system.f_type == DEBUGFS_MAGIC || system.f_type == TRACEFS_MAGIC)) {
+  const std::string whole = std::filesystem::canonical(path, failed).string();
+  if (whole.starts_with("/proc/") || whole.starts_with("/sys/")) {
     return "is no file on a disk, but made by the kernel as it is read";
   }
   return "";

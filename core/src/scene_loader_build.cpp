@@ -44,16 +44,15 @@ bool has_object(const Properties& props, Category category) {
   });
 }
 
-/// Of a lamp that gives no light, though nothing is wrong with its numbers.
-void warn_of_lost_lamp(const Shape& shape, const Location& where) {
-  constexpr float kLeastSize = 0x1p-20f;  // some units of rounding, at a distance of 1
+/// Why a lamp gives no light, though nothing is wrong with its numbers; "": it does.
+const char* why_dark(const Shape& shape) {
+  constexpr float kLeastSize = 0x1p-22f;  // four units of rounding, at most, at a distance of 1
+  if (!(shape.area() > 0)) return "this lamp has no area: it gives no light";
   const Aabb box = shape.bounds();
   const float distance = max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi)));
-  if (shape.area() > 0 && max_component(box.extent()) > kLeastSize * distance) return;
-  log_warn(Error(where,
-                 "this lamp has no area, by itself or by rounding, as far from the origin as it "
-                 "is: it gives no light, or hardly any")
-               .what());
+  if (max_component(box.extent()) > kLeastSize * distance) return "";
+  return "this lamp is so small, as far from the origin as it is, that rounding decides whether it "
+         "gives any light";
 }
 
 }  // namespace
@@ -179,6 +178,13 @@ void Builder::check_unused(const Node& root) {
   }
 }
 
+void Builder::warn_of_dark_lamp(const Shape& shape, const Location& where) {
+  constexpr int kMostTold = 5;
+  const std::string why = why_dark(shape);
+  if (why.empty() || ++dark_lamps_ > kMostTold) return;
+  log_warn(Error(where, why + (dark_lamps_ < kMostTold ? "" : "; more are not told")).what());
+}
+
 std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_where) {
   const PluginDescriptor& plugin =
       registry_.find(props.category(), props.plugin_name(), type_where);
@@ -189,7 +195,7 @@ std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_
   if (props.category() != Category::kShape) return object;
 
   auto& shape = dynamic_cast<Shape&>(*object);
-  if (shape.emitter()) warn_of_lost_lamp(shape, props.where());
+  if (shape.emitter()) warn_of_dark_lamp(shape, props.where());
   if (shape.bsdf_pointer()) return object;
   if (shape.emitter()) {
     shape.set_bsdf(make_black_bsdf());

@@ -39,6 +39,7 @@ class Builder {
   void check(const Node& node);
   std::shared_ptr<Object> stand_in(const Node& node);
   std::shared_ptr<Object> create(Properties& props, const Location& type_where);
+  void warn_of_dark_lamp(const Shape& shape, const Location& where);
   void add_child(const Node& child, Properties& props, int& unnamed, const Maker& make);
   void add_default_children(Properties& props, const PluginDescriptor& plugin);
   void add_to_scene(const Node& child, const std::shared_ptr<Object>& object,
@@ -56,6 +57,7 @@ class Builder {
   std::set<const Node*> under_way_;
   std::map<const void*, std::shared_ptr<const std::vector<std::string>>> folder_lists_;
   std::vector<std::string> plugins_;
+  int dark_lamps_ = 0;
   std::set<const Node*> checked_;  ///< of what isn't made
   std::set<const Node*> named_by_unused_;
   std::set<const Object*> in_scene_;

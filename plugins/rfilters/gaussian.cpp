@@ -13,20 +13,20 @@ namespace {
 
 /// The filter ends after this many standard deviations.
 constexpr float kCutoff = 4;
-/// Narrower ones would miss the samples in a pixel's corners.
-constexpr float kMinStddev = 0.5f / kCutoff;
-constexpr float kMaxStddev = 16;
+/// Narrower ones would miss the samples on a pixel's edges, and leave it black where it has no
+/// others.
+constexpr float kMinStddev = 0.13f, kMaxStddev = 16;
 
 const Parameter kTable[] = {
     {"stddev", ParameterType::kFloat, "0.5",
-     "standard deviation in pixels, from 0.125 to 16; the filter's radius is four of them"},
+     "standard deviation in pixels, from 0.13 to 16; the filter's radius is four of them"},
 };
 
 class GaussianFilter : public ReconstructionFilter {
  public:
   explicit GaussianFilter(const Properties& props) : stddev_(props.real("stddev")) {
     if (!(stddev_ >= kMinStddev && stddev_ <= kMaxStddev)) {
-      throw props.error("stddev", "must lie in [0.125, 16] pixels, got " + std::to_string(stddev_));
+      throw props.error("stddev", "must lie in [0.13, 16] pixels, got " + std::to_string(stddev_));
     }
     radius_ = kCutoff * stddev_;
   }

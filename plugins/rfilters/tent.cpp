@@ -11,19 +11,20 @@
 namespace kinome {
 namespace {
 
-constexpr float kMaxRadius = 64;
+/// Narrower ones would miss the samples on a pixel's edges, and leave it black where it has no
+/// others.
+constexpr float kMinRadius = 0.51f, kMaxRadius = 64;
 
 const Parameter kTable[] = {
-    {"radius", ParameterType::kFloat, "1", "half width in pixels, from 0.5 to 64"},
+    {"radius", ParameterType::kFloat, "1", "half width in pixels, from 0.51 to 64"},
 };
 
 class TentFilter : public ReconstructionFilter {
  public:
   explicit TentFilter(const Properties& props) {
     radius_ = props.real("radius");
-    // Narrower ones would miss the samples in a pixel's corners.
-    if (!(radius_ >= 0.5f && radius_ <= kMaxRadius)) {
-      throw props.error("radius", "must lie in [0.5, 64] pixels, got " + std::to_string(radius_));
+    if (!(radius_ >= kMinRadius && radius_ <= kMaxRadius)) {
+      throw props.error("radius", "must lie in [0.51, 64] pixels, got " + std::to_string(radius_));
     }
   }
   float eval(float x) const override { return std::max(0.f, 1 - std::abs(x) / radius_); }

@@ -45,8 +45,8 @@ uint32_t big_endian(const std::string& bytes, size_t at) {
 }
 
 /// Of a damaged PNG, and of one that claims to be huge, libpng complains on stderr by itself,
-/// beside our own error: so what damages files is looked for before. (PNG Specification, second
-/// edition, 5.3: length, type, data, checksum of the type and the data.)
+/// beside our own error: so what commonly damages files is looked for before. (PNG Specification,
+/// second edition, 5.3: length, type, data, checksum of the type and the data.)
 void check_png(const std::string& bytes) {
   constexpr size_t kSignature = 8, kAround = 12;
   if (bytes.rfind("\x89PNG", 0) != 0) return;
@@ -61,7 +61,9 @@ void check_png(const std::string& bytes) {
     type = bytes.substr(at + 4, 4);
     const auto* const begin = reinterpret_cast<const Bytef*>(bytes.data() + at + 4);
     const size_t checked = length + 4;
-    if (crc32_z(0, begin, checked) != big_endian(bytes, at + 4 + checked)) {
+    // Of what isn't critical (5.4), a small letter first, readers do without.
+    const bool is_critical = (type[0] & 0x20) == 0;
+    if (is_critical && crc32_z(0, begin, checked) != big_endian(bytes, at + 4 + checked)) {
       throw std::runtime_error("damaged: the checksum of a part of it is wrong");
     }
     if (type == "IHDR" && length == 13) {

@@ -227,6 +227,7 @@ const BadUsage kUsages[] = {
     {"option_without_value", {"SCENE", "-o"}, {"--output"}},
     {"no_name_for_the_picture", {"SCENE", "-o", ""}, {"--output", "empty"}},
     {"exposure_that_is_empty", {"SCENE", "--exposure", ""}, {"--exposure", "empty"}},
+    {"pixel_that_is_empty", {"SCENE", "--inspect", ""}, {"--inspect", "empty"}},
     {"interval_that_is_empty", {"SCENE", "--every", ""}, {"--every", "empty"}},
     {"stats_of_another_kind", {"SCENE", "--stats=xml"}, {"--stats", "xml", "json"}},
     {"verbose_with_a_value",

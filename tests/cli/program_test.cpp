@@ -143,21 +143,26 @@ TEST_F(Program, WarnsOfLampsWithoutArea) {
                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
                 "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
                 "end_header\n0 0 0\n1 1 1\n2 2 2\n3 0 1 2\n");
-  const std::string lamp = "<emitter type=\"area\"/></shape>";
-  for (const std::string& shape :
-       {std::string("<shape type=\"ply\"><string name=\"filename\" value=\"line.ply\"/>"),
-        std::string("<shape type=\"rectangle\"><transform name=\"to_world\">"
-                    "<scale value=\"1e-12\"/><translate y=\"4\"/></transform>"),
-        std::string("<shape type=\"sphere\"><point name=\"center\" value=\"0 4 0\"/>"
-                    "<float name=\"radius\" value=\"1e-12\"/>")}) {
-    SCOPED_TRACE(shape);
+  const auto warning_of = [&](const std::string& shape) {
     std::string xml = small_scene();
-    xml.insert(xml.find("</scene>"), shape + lamp);
+    xml.insert(xml.find("</scene>"), shape + "<emitter type=\"area\"/></shape>");
     const ProcessResult result = kinome({folder_.write("lamp.xml", xml)});
     EXPECT_EQ(result.status, 0) << result.err;
-    EXPECT_NE(result.err.find("lamp.xml:27:1: this lamp has no area"), std::string::npos)
-        << result.err;
-  }
+    const size_t at = result.err.find("lamp.xml:27:1: this lamp ");
+    return at == std::string::npos ? "" : result.err.substr(at + 25, 9);
+  };
+  const auto sphere = [](const std::string& radius) {
+    return "<shape type=\"sphere\"><point name=\"center\" value=\"0 4 0\"/>"
+           "<float name=\"radius\" value=\"" +
+           radius + "\"/>";
+  };
+  EXPECT_EQ(warning_of("<shape type=\"ply\"><string name=\"filename\" value=\"line.ply\"/>"),
+            "has no ar");
+  EXPECT_EQ(warning_of("<shape type=\"rectangle\"><transform name=\"to_world\">"
+                       "<scale value=\"1e-12\"/><translate y=\"4\"/></transform>"),
+            "has no ar");
+  EXPECT_EQ(warning_of(sphere("1e-12")), "is so sma");
+  EXPECT_EQ(warning_of(sphere("1e-5")), "");
 }
 
 TEST_F(Program, WarnsOfChannelsThatAPfmCannotHold) {

@@ -38,12 +38,13 @@ struct CheckTask {
 /// values, and the light that `direct` (or `groundtruth`, or with a bounce `path`) finds.
 ///
 /// Comparisons of 16 renders at 1e-4. Where one is suspicious, again with other seeds and 128
-/// renders at 1e-6, and if it fails there, with 1024, and with up to 32768, as many as time allows:
-/// what differs then, too, is a finding. For normal estimates that is one false alarm in
-/// 10^16 comparisons. Where a few samples decide, it is open, but not where one method gives the
+/// renders at 1e-6, if it fails there with 1024, and then with as many as a number of samples allows,
+/// up to 32768: what differs each time is a finding. For normal estimates that is one false alarm in
+/// 10^22 comparisons. Where a few samples decide, it is open, but not where one method gives the
 /// same a thousand times, as a black one does, and the other's estimate is sound. Open with an
-/// excuse are differences where paths with a bounce are darker: if longer paths aren't, or if they
-/// could have met what is missing but a few times.
+/// excuse are differences that a thousand renders are sure of and more aren't, and those where paths
+/// with a bounce are darker, if longer paths aren't, or if they could have met what is missing but a
+/// few times.
 CheckReport check_scene(const std::string& text, const std::string& folder,
                         const CheckTask& task = {});
 

@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kPatience = 300;  ///< seconds for one scene, of which most take a fraction of one
+constexpr double kPatience = 900;  ///< seconds for one scene, of which most take a fraction of one
 constexpr rlim_t kMemory = rlim_t{4} << 30;
 
 std::string one_line(std::string text) {

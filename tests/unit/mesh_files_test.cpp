@@ -194,7 +194,8 @@ TEST_F(MeshFiles, DegenerateTrianglesAreHarmless) {
 
 /// Edges of 1e-22 have cross products whose squares are below the smallest float.
 TEST_F(MeshFiles, TinyTrianglesKeepTheirNormals) {
-  const auto shape = load("tiny.obj", "v 0 0 0\nv 1e-22 0 0\nv 0 1e-22 1e-22\nf 1 2 3\n");
+  const auto shape =
+      load("tiny.obj", "\xEF\xBB\xBFv 0 0 0\nv 1e-22 0 0\nv 0 1e-22 1e-22\nf 1 2 3\n");
   Hit hit;
   hit.primitive = 0;
   const SurfaceInteraction si = shape->interaction(Ray(), hit);

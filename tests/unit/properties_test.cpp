@@ -191,7 +191,7 @@ TEST(Properties, FilesAreLookedForInOrder) {
             "f.xml:2:5: 'file' can't be found: there is no file 'three.txt'; looked in " + first +
                 ", " + second);
   EXPECT_EQ(error_of([&] { find(first); }),
-            "f.xml:2:5: 'file' can't be found: '" + first + "' is a folder");
+            "f.xml:2:5: 'file' can't be found: '" + first + "' is a folder, not a file");
   EXPECT_EQ(error_of([&] { find(""); }), "f.xml:2:5: 'file' can't be found: a file name is empty");
 }
 

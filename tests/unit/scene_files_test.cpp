@@ -39,6 +39,22 @@ TEST(Files, MissingAndUnreadable) {
   EXPECT_EQ(load_error(folder.folder()), folder.folder() + ": it is a folder, not a file");
 }
 
+TEST(Files, MayHaveCommentsAroundTheRoot) {
+  EXPECT_EQ(
+      load_error(TemporaryFolder().write("a.xml",
+                                         "\xEF\xBB\xBF<?xml version='1.0'?>\n<!-- before -->\n"
+                                         "<scene version='3.0.0'/>\n<!-- after --> \n<?after?>\n")),
+      "");
+}
+
+TEST(Files, MustBeUtf8) {
+  const TemporaryFolder folder;
+  for (const std::string mark : {"\xFF\xFE", "\xFE\xFF"}) {
+    EXPECT_EQ(load_error(folder.write("a.xml", mark + "<")),
+              folder.path("a.xml") + ":1:1: the file is UTF-16, expected UTF-8");
+  }
+}
+
 TEST(Include, DissolvesScenes) {
   const TemporaryFolder folder;
   folder.write("part.xml", scene(marker("a") + marker("b")));

@@ -33,6 +33,20 @@ const std::string kGreyAlpha = from_hex(
     "89504e470d0a1a0a0000000d4948445200000001000000010804000000b51c0c020000000b4944415478da63686007"
     "00010a0088c6e001e70000000049454e44ae426082");
 
+/// 1 x 1 of a palette, (200, 100, 50), interlaced, with a text of a wrong checksum, and more bytes
+/// behind its end.
+const std::string kPalette = from_hex(
+    "89504e470d0a1a0a0000000d49484452000000010000000108030000015fcc042d0000000374455874610062dc49a2"
+    "3a00000006504c5445000000c86432f39d81140000000a4944415478da6360040000030002e67da767000000004945"
+    "4e44ae4260826d6f7265");
+const std::string kNoPalette = from_hex(
+    "89504e470d0a1a0a0000000d49484452000000010000000108030000015fcc042d0000000a4944415478da63600400"
+    "00030002e67da7670000000049454e44ae426082");
+/// 100000 x 100000, as it says.
+const std::string kHuge = from_hex(
+    "89504e470d0a1a0a0000000d49484452000186a0000186a01000000000dda988570000000a4944415478da63600400"
+    "00030002e67da7670000000049454e44ae426082");
+
 class BitmapTest : public testing::Test {
  protected:
   /// A 3 x 2 EXR of R = x + 10 y, G = .5, B = -.25 x.
@@ -190,6 +204,9 @@ TEST_F(BitmapTest, SixteenBitAndAlpha) {
       << "colours are not multiplied by alpha";
   const auto grey_alpha = load(folder_.write("ga.png", kGreyAlpha));
   EXPECT_NEAR(grey_alpha->eval(Vec2(0.5f)).z, srgb_to_linear(128 / 255.f), 1e-6f);
+  const Rgb of_palette = load(folder_.write("p.png", kPalette))->eval(Vec2(0.5f));
+  EXPECT_NEAR(of_palette.x, srgb_to_linear(200 / 255.f), 1e-6f);
+  EXPECT_NEAR(of_palette.z, srgb_to_linear(50 / 255.f), 1e-6f);
 }
 
 TEST_F(BitmapTest, BadFilesAreErrorsOfOneLine) {
@@ -207,10 +224,9 @@ TEST_F(BitmapTest, BadFilesAreErrorsOfOneLine) {
   std::string damaged = kGrey16;
   damaged[damaged.size() - 20] ^= 1;
   expect(error_of(folder_.write("damaged.png", damaged)), "checksum");
-  // 100000 x 100000 pixels promised in 70 bytes: refused without allocating.
-  std::string huge = kGrey16;
-  huge.replace(16, 8, std::string("\x00\x01\x86\xa0\x00\x01\x86\xa0", 8));
-  expect(error_of(folder_.write("huge.png", huge)), "can't be read");
+  expect(error_of(folder_.write("no_palette.png", kNoPalette)), "palette");
+  // 100000 x 100000 pixels promised in 67 bytes: refused without allocating.
+  expect(error_of(folder_.write("huge.png", kHuge)), "can't hold 100000 x 100000");
   expect(
       error_of(exr(Image{2, 2, {"R", "G", "B"}, {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, std::nanf(""), 1}})),
       "x = 1, y = 1");

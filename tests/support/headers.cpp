@@ -1,0 +1,1 @@
+// No program: what precompiles the headers of all tests.
