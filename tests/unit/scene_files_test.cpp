@@ -44,7 +44,7 @@ TEST(Files, MayHaveCommentsAroundTheRoot) {
       load_error(TemporaryFolder().write("a.xml",
                                          "\xEF\xBB\xBF<?xml version='1.0'?>\n<!-- before -->\n"
                                          "<scene version='3.0.0'/>\n<!-- after --> \n<?after?>\n")),
-      "");
+      "no error");
 }
 
 TEST(Files, MustBeUtf8) {
