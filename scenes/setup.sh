@@ -61,8 +61,7 @@ kinome_configure() {
     return 0
   fi
   if command -v ccache >/dev/null 2>&1; then
-    # With precompiled headers it asks to be told that their macros and times don't matter.
-    set -- "-DCMAKE_CXX_COMPILER_LAUNCHER=env;CCACHE_SLOPPINESS=pch_defines,time_macros;ccache" "$@"
+    set -- -DCMAKE_CXX_COMPILER_LAUNCHER=ccache "$@"
   fi
   cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DKINOME_WERROR="${KINOME_WERROR:-OFF}" "$@"

@@ -78,7 +78,8 @@ configure() {
       -DKINOME_SANITIZER=fuzz -DCMAKE_BUILD_TYPE=RelWithDebInfo \
       -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1
   elif [ -n "$sanitizer" ]; then
-    # Asserts stay in; -O1 and few debug symbols keep the build short.
+    # Asserts stay in; -O1 and few debug symbols keep the build short (the tests' own code is
+    # compiled by -O0, see tests/CMakeLists.txt).
     kinome_configure -DKINOME_SANITIZER="$sanitizer" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
       -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1
   else

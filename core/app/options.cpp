@@ -167,8 +167,7 @@ void interpret_seed(const CLI::App& app, const RawOptions& raw, Options& options
 
 /// CLI11 takes an empty value for 0, or for none.
 void check_that_none_is_empty(const CLI::App& app) {
-  for (const char* const name :
-       {"--output", "--every", "--exposure", "--sensor", "--inspect", "--stats"}) {
+  for (const char* const name : {"--output", "--every", "--exposure", "--sensor", "--inspect"}) {
     if (app.count(name) > 0 && app.get_option(name)->results().back().empty()) {
       throw Error(std::string(name) + ": its value is empty");
     }

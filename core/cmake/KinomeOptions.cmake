@@ -24,6 +24,11 @@ elseif(KINOME_SANITIZER)
   message(FATAL_ERROR
     "KINOME_SANITIZER must be asan, tsan, fuzz or empty, not '${KINOME_SANITIZER}'")
 endif()
+if(KINOME_SANITIZER MATCHES "tsan|fuzz")
+  # Neither races nor what files may do depends on instruction sets, each of which is compiled for
+  # minutes; asan takes all of them.
+  target_compile_definitions(kinome_options INTERFACE HWY_COMPILE_ONLY_STATIC)
+endif()
 if(flags)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # Instrumented code confuses it: it then warns of the standard library's <regex>.

@@ -13,6 +13,8 @@ std::string unreadable(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, failed)) return "is not a regular file";
   // The kernel's own count as regular. Some have no end, some block, all have another size than
   // they say.
+  // Where a path can't be resolved, it is empty: of files that are open, but deleted, it is what
+  // /proc says, and what is said of them when they are opened tells more.
   const std::string whole = std::filesystem::canonical(path, failed).string();
   if (whole.starts_with("/proc/") || whole.starts_with("/sys/")) {
     return "is no file on a disk, but made by the kernel as it is read";

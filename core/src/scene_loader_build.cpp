@@ -181,8 +181,9 @@ void Builder::check_unused(const Node& root) {
 void Builder::warn_of_dark_lamp(const Shape& shape, const Location& where) {
   constexpr int kMostTold = 5;
   const std::string why = why_dark(shape);
-  if (why.empty() || ++dark_lamps_ > kMostTold) return;
-  log_warn(Error(where, why + (dark_lamps_ < kMostTold ? "" : "; more are not told")).what());
+  if (why.empty() || ++dark_lamps_ > kMostTold + 1) return;
+  const bool is_last = dark_lamps_ > kMostTold;
+  log_warn(Error(where, is_last ? why + ", as may others that are not told" : why).what());
 }
 
 std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_where) {

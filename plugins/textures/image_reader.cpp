@@ -61,8 +61,9 @@ void check_png(const std::string& bytes) {
     type = bytes.substr(at + 4, 4);
     const auto* const begin = reinterpret_cast<const Bytef*>(bytes.data() + at + 4);
     const size_t checked = length + 4;
-    // Of what isn't critical (5.4), a small letter first, readers do without.
-    const bool is_critical = (type[0] & 0x20) == 0;
+    // Of what isn't critical (5.4), a small letter first, readers do without; transparency counts
+    // as what is seen.
+    const bool is_critical = (type[0] & 0x20) == 0 || type == "tRNS";
     if (is_critical && crc32_z(0, begin, checked) != big_endian(bytes, at + 4 + checked)) {
       throw std::runtime_error("damaged: the checksum of a part of it is wrong");
     }

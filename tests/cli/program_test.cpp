@@ -163,6 +163,19 @@ TEST_F(Program, WarnsOfLampsWithoutArea) {
             "has no ar");
   EXPECT_EQ(warning_of(sphere("1e-12")), "is so sma");
   EXPECT_EQ(warning_of(sphere("1e-5")), "");
+  // Thousands of them aren't told one by one, but that there are more is.
+  const auto warnings_of = [&](int lamps) {
+    std::string xml = small_scene();
+    for (int i = 0; i < lamps; ++i) {
+      xml.insert(xml.find("</scene>"), sphere("1e-12") + "<emitter type=\"area\"/></shape>\n");
+    }
+    const std::string err = kinome({folder_.write("lamps.xml", xml)}).err;
+    int count = 0;
+    for (size_t at = 0; (at = err.find("this lamp", at)) != std::string::npos; ++at) ++count;
+    return std::pair(count, err.find("not told") != std::string::npos);
+  };
+  EXPECT_EQ(warnings_of(5), std::pair(5, false));
+  EXPECT_EQ(warnings_of(8), std::pair(6, true));
 }
 
 TEST_F(Program, WarnsOfChannelsThatAPfmCannotHold) {

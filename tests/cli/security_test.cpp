@@ -166,14 +166,20 @@ TEST_F(Security, FilesWithoutAnEnd) {
 
 /// Regular files by their kind, of any size, or that wait for ever.
 TEST_F(Security, FilesThatTheKernelMakes) {
-  for (const std::string file : {"/proc/self/mem", "/proc/self/pagemap", "/proc/self/maps"}) {
+  // Whatever way leads there.
+  const std::string link = folder_.path("link");
+  fs::create_symlink("/proc/self/maps", link);
+  const std::string relative = fs::relative("/proc/self/maps", folder_.folder());
+  for (const std::string& file : {std::string("/proc/self/mem"), std::string("/proc/self/pagemap"),
+                                  std::string("/sys/kernel/uevent_seqnum"), link, relative}) {
     SCOPED_TRACE(file);
     expect_refused(in_scene("<include filename=\"" + file + "\"/>"), {file, "kernel"});
     for (const char* type : {"obj", "ply", "gltf"}) {
       expect_refused(with_file("shape", type, file), {file, "kernel"});
     }
     expect_refused(with_file("emitter", "envmap", file), {file, "kernel"});
-    const ProcessResult result = kinome({file, "-o", folder_.path("a")});
+    const ProcessResult result =
+        kinome({fs::path(folder_.folder()) / file, "-o", folder_.path("a")});
     EXPECT_EQ(result.status, 1);
     EXPECT_NE(result.err.find("kernel"), std::string::npos) << result.err;
   }

@@ -29,11 +29,14 @@ constexpr double kSuspicious = 1e-4, kCertain = 1e-6;
 constexpr int kRenders = 16;
 constexpr int kRepetitions[] = {128, 1024, 32768};
 constexpr double kMostRepeated = 8e6, kMostRepeatedOfCostly = 2e6, kMostRendersOfCostly = 4096;
+constexpr int kLeastLonger = 2;  ///< times what the last but one has
 constexpr int kTiles = 2;
 /// Of a picture; what was made wrong on purpose may be large.
 constexpr double kMostSamples = 4096;
 /// What is met less often than this is found by luck.
 constexpr double kFewHits = 10;
+/// And what is met less often, as a rule not at all.
+constexpr double kNoHits = 1;
 /// A sum of which one sample is this much says nothing yet.
 constexpr double kTooMuch = 0.05;
 
@@ -224,6 +227,7 @@ class Checker {
     Agreement agreement;
     double largest = 0;              ///< contribution, as a part of the sum
     double missing = 0;              ///< see missing_light(), of the method that is compared with
+    double lost = 0;                 ///< the same, of the method itself
     bool has_constant_side = false;  ///< all renders of one method are the same
     bool is_chance = false;          ///< one method hardly finds what the other does
 
@@ -245,7 +249,7 @@ class Checker {
     const double samples = is_costly ? kMostRepeatedOfCostly : kMostRepeated;
     const double most = is_costly ? kMostRendersOfCostly : kRepetitions[i];
     return static_cast<int>(
-        std::clamp<double>(samples / samples_of(method), kRepetitions[i - 1], most));
+        std::clamp<double>(samples / samples_of(method), kLeastLonger * kRepetitions[i - 1], most));
   }
 
   /// `repetition`: in kRepetitions; nullopt: the first comparison. Nullopt where there are values
@@ -270,6 +274,7 @@ class Checker {
     Comparison result;
     result.largest = std::max(own.tails().largest, others.tails().largest);
     result.missing = missing_light(own_tiles, other_tiles);
+    result.lost = missing_light(other_tiles, own_tiles);
     result.has_constant_side = is_constant(own_tiles) || is_constant(other_tiles);
     if (method.same_seeds) {
       const auto difference = estimate_tile_differences(own, others, kTiles);
@@ -334,6 +339,17 @@ class Checker {
     return hits < kFewHits ? fmt::format("paths would find it {:.2g} times", hits) : "";
   }
 
+  /// Why `product` is darker by luck. It sends its rays where the most light may come from, and
+  /// what hides all of that leaves them none for what is a millionth of it, or less.
+  std::string luck_of_product(const Method& method, double lost) {
+    if (!method.name.starts_with("product")) return "";
+    const double rays =
+        kRaysPerPixel * renders_of_repetition(std::size(kRepetitions) - 1, method, true);
+    const double hits = rays * lost / brightest_if_lit(scene_of(method));
+    return hits < kNoHits ? fmt::format("beside what may be hidden it is met {:.2g} times", hits)
+                          : "";
+  }
+
   void compare_with_other(const Method& method) {
     if (method.against.empty() || !has_expectation_of(method)) return;
     const Method& other = method_named(method.against);
@@ -356,8 +372,10 @@ class Checker {
       const bool is_last = i + 1 == repetitions;
       const bool differs = longer->agreement.p < kCertain;
       if (!sure.empty() && (!differs || longer->is_open())) {
-        leave_open(fmt::format("{}: more renders aren't sure: {}", sure, longer->agreement.text));
-        return;
+        const char* const why = !differs            ? "more renders aren't sure"
+                                : longer->is_chance ? "one method hardly ever finds it"
+                                                    : "of more renders few samples decide";
+        return leave_open(fmt::format("{}: {}: {}", sure, why, longer->agreement.text));
       }
       if (!differs) return;
       if (!longer->is_open()) {
@@ -376,7 +394,11 @@ class Checker {
       }
     }
     std::string excuse;
-    if (longer->agreement.has_more) excuse = luck_of(other, method, longer->missing);
+    if (longer->agreement.has_more) {
+      excuse = luck_of(other, method, longer->missing);
+    } else {
+      excuse = luck_of_product(method, longer->lost);
+    }
     if (!excuse.empty()) return leave_open(longer->agreement.text + ": " + excuse);
     report_.findings.push_back(
         {"differs", method.name,

@@ -38,13 +38,14 @@ struct CheckTask {
 /// values, and the light that `direct` (or `groundtruth`, or with a bounce `path`) finds.
 ///
 /// Comparisons of 16 renders at 1e-4. Where one is suspicious, again with other seeds and 128
-/// renders at 1e-6, if it fails there with 1024, and then with as many as a number of samples allows,
-/// up to 32768: what differs each time is a finding. For normal estimates that is one false alarm in
-/// 10^22 comparisons. Where a few samples decide, it is open, but not where one method gives the
-/// same a thousand times, as a black one does, and the other's estimate is sound. Open with an
-/// excuse are differences that a thousand renders are sure of and more aren't, and those where paths
-/// with a bounce are darker, if longer paths aren't, or if they could have met what is missing but a
-/// few times.
+/// renders at 1e-6, if it fails there with 1024, and then with as many as a number of samples
+/// allows, 2048 to 32768 (4096 of methods that take long): what differs each time is a finding. For
+/// normal estimates that is one false alarm in 10^22 comparisons. Where a few samples decide, it is
+/// open, but not where one method gives the same a thousand times, as a black one does, and the
+/// other's estimate is sound. Open with an excuse are differences that a thousand renders are sure
+/// of and more aren't, for whatever reason; those where paths with a bounce are darker, if longer
+/// paths aren't, or if they could have met what is missing but a few times; and those where
+/// `product` is darker by less than what it sends one ray to beside light that may be hidden.
 CheckReport check_scene(const std::string& text, const std::string& folder,
                         const CheckTask& task = {});
 

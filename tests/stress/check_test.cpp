@@ -149,6 +149,36 @@ TEST(Check, LeavesOpenWhatPathsMeetOnceInAMillion) {
   EXPECT_EQ(report.open, 1);
 }
 
+TEST(Check, LeavesOpenWhatHiddenLightOutshines) {
+  // The sun is behind a wall. Of what the lamp adds, `product` sees next to nothing.
+  std::string scene = small_scene();
+  const auto change = [&](const std::string& from, const std::string& to) {
+    scene.replace(scene.find(from), from.size(), to);
+  };
+  change("name=\"width\" value=\"6\"", "name=\"width\" value=\"14\"");
+  change("1 2 3", "1e-9 2e-9 3e-9");
+  const size_t end = scene.find("</scene>");
+  scene.insert(end,
+               "<emitter type=\"directional\"><vector name=\"direction\" value=\"1 0 -0.2\"/>"
+               "</emitter><shape type=\"rectangle\"><transform name=\"to_world\">"
+               "<scale value=\"9\"/><rotate y=\"1\" angle=\"90\"/><translate x=\"-2.5\"/>"
+               "</transform></shape>");
+  const Method product{
+      "product",
+      xml::integrator("clustered", xml::text("importance", "product") +
+                                       xml::number("rays_per_pixel", kRaysPerPixel) +
+                                       xml::integer("max_depth", 2)),
+      kDirect.name};
+  const CheckReport report = check(scene, true, {kDirect, product});
+  EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;
+  EXPECT_EQ(report.excuses.size(), 1u);
+  // A lamp that is bright enough to be met is not excused: it isn't missed.
+  change("1e-9 2e-9 3e-9", "1e-2 2e-2 3e-2");
+  const CheckReport bright = check(scene, true, {kDirect, product});
+  EXPECT_TRUE(bright.findings.empty());
+  EXPECT_TRUE(bright.excuses.empty());
+}
+
 TEST(Check, FindsValidScenesThatAreRefused) {
   const std::string scene = small_scene("nothing_like_it");
   const CheckReport report = check(scene, true, {kDirect});

@@ -43,9 +43,9 @@ Ray ray_of(const Scene& scene, const Vec2& place, const Vec2& lens = Vec2(0.5f))
   return sensor.sample_ray(first + place * size, lens);
 }
 
-/// To what `side`^2 rays of the sensor meet.
-std::vector<float> seen_distances(const Scene& scene, int side) {
-  std::vector<float> distances;
+/// Calls use(hit) for what `side`^2 rays of the sensor meet.
+template <class Use>
+void for_all_seen(const Scene& scene, int side, const Use& use) {
   RenderCounters counters;
   std::mt19937 random(1);
   std::uniform_real_distribution<float> number;
@@ -57,8 +57,14 @@ std::vector<float> seen_distances(const Scene& scene, int side) {
     RayHit hit;
     hit.ray = ray_of(scene, (cell + 0.5f) / static_cast<float>(side), lens);
     scene.intersect({&hit, 1}, Coherence::kIncoherent, counters);
-    if (hit.hit.valid()) distances.push_back(hit.ray.tmax);
+    if (hit.hit.valid()) use(hit);
   }
+}
+
+/// To what `side`^2 rays of the sensor meet.
+std::vector<float> seen_distances(const Scene& scene, int side) {
+  std::vector<float> distances;
+  for_all_seen(scene, side, [&](const RayHit& hit) { distances.push_back(hit.ray.tmax); });
   return distances;
 }
 
@@ -155,6 +161,27 @@ double brightest_reflection(const Scene& scene) {
     }
   }
   return brightest * static_cast<double>(scene.emitters().size());
+}
+
+double brightest_if_lit(const Scene& scene) {
+  constexpr int kSide = 32;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> number(0, 0x1.fffffep-1f);
+  double brightest = 0;
+  for_all_seen(scene, kSide, [&](const RayHit& hit) {
+    const SurfaceInteraction si = scene.interaction(hit);
+    for (const Emitter* emitter : scene.emitters()) {
+      const float x = number(random);
+      const auto light = emitter->sample_direct(si.p, Vec2(x, number(random)));
+      if (!light || !(light->pdf > 0)) continue;
+      const BsdfValue value =
+          si.shape->bsdf().eval_pdf(si, Lobe::kAll, si.frame.to_local(light->d));
+      const double radiance =
+          double{max_component(value.f)} * max_component(light->radiance) / light->pdf;
+      if (std::isfinite(radiance)) brightest = std::max(brightest, radiance);
+    }
+  });
+  return brightest;
 }
 
 }  // namespace kinome::test

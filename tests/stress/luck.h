@@ -38,4 +38,7 @@ bool has_small_sight(const Scene& scene, double photons, double few);
 /// where it chooses one light of all.
 double brightest_reflection(const Scene& scene);
 
+/// About the most that anything in sight would reflect of one light if nothing hid any of it.
+double brightest_if_lit(const Scene& scene);
+
 }  // namespace kinome::test

@@ -9,7 +9,8 @@ std::string clustered(const std::string& importance, int max_depth) {
   return xml::integrator("clustered",
                          xml::text("importance", importance) + xml::integer("light_samples", 100) +
                              xml::integer("cut_size", 20) + xml::integer("emitter_samples", 4) +
-                             xml::integer("brdf_samples", 4) + xml::number("rays_per_pixel", 12) +
+                             xml::integer("brdf_samples", 4) +
+                             xml::number("rays_per_pixel", kRaysPerPixel) +
                              xml::integer("max_depth", max_depth));
 }
 std::string with_depth(const std::string& type, int max_depth) {

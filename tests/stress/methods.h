@@ -13,6 +13,9 @@ struct Method {
   bool same_seeds = false;  ///< differences of renders of one seed
 };
 
+/// Of all methods by `product`.
+inline constexpr double kRaysPerPixel = 12;
+
 const std::vector<Method>& all_methods();
 
 /// The integrator's XML as it is to render `scene`. `ptracer` doesn't show environments: where

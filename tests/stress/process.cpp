@@ -20,7 +20,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kPatience = 900;  ///< seconds for one scene, of which most take a fraction of one
 constexpr rlim_t kMemory = rlim_t{4} << 30;
 
 std::string one_line(std::string text) {
@@ -83,8 +82,9 @@ std::string report_file(const std::string& folder) {
 
 }  // namespace
 
-Check::Check(std::string folder, const std::function<CheckReport(const std::string& folder)>& work)
-    : folder_(std::move(folder)), start_(Clock::now()) {
+Check::Check(std::string folder, const std::function<CheckReport(const std::string& folder)>& work,
+             double patience)
+    : folder_(std::move(folder)), patience_(patience), start_(Clock::now()) {
   std::filesystem::create_directories(folder_);
   // One that ends without a report is not to be judged by the last one's.
   std::filesystem::remove(report_file(folder_));
@@ -107,11 +107,11 @@ bool Check::poll() {
   int status = 0;
   const pid_t ended = waitpid(child_, &status, WNOHANG);
   if (ended == 0) {
-    if (std::chrono::duration<double>(Clock::now() - start_).count() < kPatience) return false;
+    if (std::chrono::duration<double>(Clock::now() - start_).count() < patience_) return false;
     kill(child_, SIGKILL);
     waitpid(child_, &status, 0);
     child_ = 0;
-    report_.findings.push_back({"hang", "", fmt::format("more than {} s", kPatience)});
+    report_.findings.push_back({"hang", "", fmt::format("more than {} s", patience_)});
     return true;
   }
   if (ended < 0) throw std::system_error(errno, std::generic_category(), "waitpid");

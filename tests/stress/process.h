@@ -10,11 +10,16 @@
 
 namespace kinome::test {
 
+/// Seconds for one scene, of which most take a fraction of one.
+inline constexpr double kPatience = 900;
+
 /// A check in a process of its own, which may crash, hang, or take all memory.
 class Check {
  public:
-  /// Starts it. `work` makes the report; `folder` is for its files.
-  Check(std::string folder, const std::function<CheckReport(const std::string& folder)>& work);
+  /// Starts it. `work` makes the report; `folder` is for its files; more than `patience` seconds
+  /// are a hang.
+  Check(std::string folder, const std::function<CheckReport(const std::string& folder)>& work,
+        double patience = kPatience);
   /// Ends it, if it hasn't ended.
   ~Check();
   Check(const Check&) = delete;
@@ -28,6 +33,7 @@ class Check {
 
  private:
   std::string folder_;
+  double patience_;
   std::chrono::steady_clock::time_point start_;
   pid_t child_ = 0;  ///< 0 once it has ended
   CheckReport report_;

@@ -92,9 +92,11 @@ class Shrinker {
     return std::chrono::duration<double>(Clock::now() - start_).count() < kShrinking;
   }
   bool still(const SceneNode& scene) const {
-    Check check(folder_, [&](const std::string& folder) {
+    const auto work = [&](const std::string& folder) {
       return check_scene(scene.text(), folder, task_);
-    });
+    };
+    // A hang isn't waited for to its end each time.
+    Check check(folder_, work, kShrinking);
     return shows(check.wait(), finding_);
   }
   std::string folder_;

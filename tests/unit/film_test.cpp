@@ -406,7 +406,11 @@ TEST(Film, RefusesWhatItCannotBe) {
                      std::string(stddev) + "\"/></rfilter>",
                  "stddev");
   }
-  expect_error("<rfilter type=\"tent\"><float name=\"radius\" value=\"-1\"/></rfilter>", "radius");
+  for (const char* radius : {"-1", "0.5", "65"}) {
+    expect_error("<rfilter type=\"tent\"><float name=\"radius\" value=\"" + std::string(radius) +
+                     "\"/></rfilter>",
+                 "radius");
+  }
 }
 
 /// An int counts the pixels of a picture.
