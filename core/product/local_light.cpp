@@ -18,10 +18,28 @@ constexpr uint32_t kMostLampCells = 2048;
 constexpr uint32_t kFluxDraws = 64, kFluxDrawsOfMany = 8, kMany = 256;
 /// Of the mean flux, what each source is taken to have at least.
 constexpr double kLeastFlux = 1e-3;
+/// Of all lights. Beyond it powers of points, which are of single precision, might overflow: they
+/// are flux / density.
+constexpr double kMostFlux = 1e32;
 enum Seed : uint64_t { kSeedOfCells = 0x63656c6c, kSeedOfFlux = 0x666c7578 };
 
 float importance_of(const Rgb& c) {
   return mean_of(glm::abs(c));
+}
+
+/// Whether light is drawn where it leaves the emitter. A sky's is not, unless it bounces.
+bool leaves(const Emitter& emitter, uint32_t max_depth) {
+  return max_depth >= LocalLight::kBounceDepth || !emitter.is_environment();
+}
+
+/// Of what leaves the emitter, from a few draws; infinite where it can't be told.
+double flux_of(const Emitter& emitter, uint32_t draws, const LightNumbers& numbers) {
+  double flux = 0;
+  for (uint32_t i = 0; i < draws; ++i) {
+    const auto leaving = leave_light(emitter, numbers.position(i), numbers.direction(i));
+    if (leaving) flux += importance_of(leaving->sample.power) / draws;
+  }
+  return flux;
 }
 
 }  // namespace
@@ -47,10 +65,17 @@ struct CellSums {
 };
 
 bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
-  if (max_depth < kBounceDepth) return true;
-  return std::all_of(scene.emitters().begin(), scene.emitters().end(), [](const Emitter* e) {
-    return e->is_surface() || e->emission_density(Vec3(0, 0, 1));
-  });
+  const uint32_t draws = scene.emitters().size() > kMany ? 1 : kFluxDrawsOfMany;
+  double flux = 0;
+  for (const Emitter* const emitter : scene.emitters()) {
+    if (!leaves(*emitter, max_depth)) continue;
+    if (max_depth >= kBounceDepth && !emitter->is_surface() &&
+        !emitter->emission_density(Vec3(0, 0, 1))) {
+      return false;
+    }
+    flux += flux_of(*emitter, draws, LightNumbers(kSeedOfFlux));
+  }
+  return flux < kMostFlux;
 }
 
 LocalLight::LocalLight(const Scene& scene, const Settings& settings,
@@ -105,10 +130,9 @@ void LocalLight::find_sources(uint64_t seed) {
     Source source{emitter, Kind::kLamp, 0, 0, 0};
     if (emitter->is_surface()) source.kind = Kind::kSurface;
     if (emitter->is_environment()) source.kind = Kind::kEnvironment;
-    const LightNumbers numbers(hash_words(seed, kSeedOfFlux, sources_.size()));
-    for (uint32_t i = 0; i < draws; ++i) {
-      const auto leaving = leave_light(*emitter, numbers.position(i), numbers.direction(i));
-      if (leaving) source.flux += importance_of(leaving->sample.power) / draws;
+    if (leaves(*emitter, max_depth_)) {
+      source.flux =
+          flux_of(*emitter, draws, LightNumbers(hash_words(seed, kSeedOfFlux, sources_.size())));
     }
     has_extended_ = has_extended_ || source.kind != Kind::kLamp;
     source_of_[emitter] = static_cast<uint32_t>(sources_.size());

@@ -92,7 +92,8 @@ class LocalLight {
   /// Multiples of this many cells.
   static constexpr uint32_t kPadding = 16;
 
-  /// True where all emitters offer what is needed for paths of so many segments.
+  /// True where all emitters offer what is needed for paths of so many segments, and their flux is
+  /// no more than single precision holds.
   static bool serves(const Scene& scene, uint32_t max_depth);
 
   struct Settings {

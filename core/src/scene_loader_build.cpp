@@ -183,7 +183,7 @@ void Builder::warn_of_dark_lamp(const Shape& shape, const Location& where) {
   const std::string why = why_dark(shape);
   if (why.empty() || ++dark_lamps_ > kMostTold + 1) return;
   const bool is_last = dark_lamps_ > kMostTold;
-  log_warn(Error(where, is_last ? why + ", as may others that are not told" : why).what());
+  log_warn(Error(where, is_last ? why + "; what else is so is not told" : why).what());
 }
 
 std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_where) {

@@ -105,8 +105,21 @@ Case on_sharp_metal() {
   return c;
 }
 
+/// Found by kinome-stress: the sky's flux, which goes with the area of the whole scene, overflows.
+Case under_a_vast_sky() {
+  const std::string lamp =
+      shape_xml("rectangle", "<rotate x=\"1\" angle=\"90\"/><translate y=\"3\"/>",
+                area_xml("1e20 1e20 1e20"));
+  Case c = lit_by("LampUnderAVastSky", lamp + constant_xml("1e19"));
+  c.setup.shapes +=
+      "<shape type=\"sphere\"><point name=\"center\" value=\"3e11 0 0\"/>"
+      "<float name=\"radius\" value=\"1e11\"/></shape>";
+  return c;
+}
+
 std::vector<Case> direct() {
   return {
+      under_a_vast_sky(),
       lit_by("Rectangle", kLamp),
       lit_by("Sphere", kBall),
       lit_by("Textured", textured_lamp()),

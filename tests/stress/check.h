@@ -21,7 +21,8 @@ struct CheckReport {
   std::string refused;
   int comparisons = 0;  ///< z-tests
   int open = 0;         ///< of which luck decides, so that they say nothing
-  /// Of these, what sure differences were left open for. Many of them say that it isn't luck.
+  /// What sure differences were left open for, and numbers that aren't finite. Many of them say
+  /// that it isn't luck.
   std::vector<std::string> excuses;
 };
 
@@ -41,11 +42,18 @@ struct CheckTask {
 /// renders at 1e-6, if it fails there with 1024, and then with as many as a number of samples
 /// allows, 2048 to 32768 (4096 of methods that take long): what differs each time is a finding. For
 /// normal estimates that is one false alarm in 10^22 comparisons. Where a few samples decide, it is
-/// open, but not where one method gives the same a thousand times, as a black one does, and the
-/// other's estimate is sound. Open with an excuse are differences that a thousand renders are sure
-/// of and more aren't, for whatever reason; those where paths with a bounce are darker, if longer
-/// paths aren't, or if they could have met what is missing but a few times; and those where
-/// `product` is darker by less than what it sends one ray to beside light that may be hidden.
+/// open; but where one method gives the same a thousand times, as a black one does, and the other's
+/// estimate is sound, it is open for the reasons of luck.h alone.
+///
+/// Open with an excuse are differences that a thousand renders are sure of
+/// - and more aren't, for whatever reason;
+/// - where paths with a bounce are darker in a tile, if longer paths aren't, or if they could have
+///   met what is missing but a few times;
+/// - where `product` without a bounce is darker in a tile and nowhere brighter, by less than what
+/// it
+///   sends one ray to beside light that is hidden from a place in sight;
+/// and refusals and numbers that aren't finite of methods that start at the lights of a scene whose
+/// flux leaves single precision.
 CheckReport check_scene(const std::string& text, const std::string& folder,
                         const CheckTask& task = {});
 

@@ -138,45 +138,94 @@ TEST(Check, LeavesOpenWhatPathsMeetOnceInAMillion) {
   std::string scene = small_scene();
   scene.replace(scene.find("<emitter"), std::string::npos, beam);
   const Method black{"path, one bounce", path("", xml::integer("max_depth", 1)).integrator, ""};
-  const Method product{"product, one bounce",
-                       xml::integrator("clustered", xml::text("importance", "product") +
-                                                        xml::number("rays_per_pixel", 12) +
-                                                        xml::integer("max_depth", 3)),
-                       black.name};
+  const Method product{
+      "product, one bounce",
+      xml::integrator("clustered", xml::text("importance", "product") +
+                                       xml::number("rays_per_pixel", kRaysPerPixel) +
+                                       xml::integer("max_depth", 3)),
+      black.name};
   const CheckReport report = check(scene, true, {black, product});
   EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;
   EXPECT_EQ(report.excuses.size(), 1u);
   EXPECT_EQ(report.open, 1);
 }
 
-TEST(Check, LeavesOpenWhatHiddenLightOutshines) {
-  // The sun is behind a wall. Of what the lamp adds, `product` sees next to nothing.
+/// small_scene() with a lamp of `intensity`, and a sun that a wall hides from the floor.
+std::string scene_with_sun(const std::string& intensity, bool is_hidden) {
   std::string scene = small_scene();
   const auto change = [&](const std::string& from, const std::string& to) {
     scene.replace(scene.find(from), from.size(), to);
   };
   change("name=\"width\" value=\"6\"", "name=\"width\" value=\"14\"");
-  change("1 2 3", "1e-9 2e-9 3e-9");
-  const size_t end = scene.find("</scene>");
-  scene.insert(end,
-               "<emitter type=\"directional\"><vector name=\"direction\" value=\"1 0 -0.2\"/>"
-               "</emitter><shape type=\"rectangle\"><transform name=\"to_world\">"
-               "<scale value=\"9\"/><rotate y=\"1\" angle=\"90\"/><translate x=\"-2.5\"/>"
-               "</transform></shape>");
-  const Method product{
-      "product",
-      xml::integrator("clustered", xml::text("importance", "product") +
-                                       xml::number("rays_per_pixel", kRaysPerPixel) +
-                                       xml::integer("max_depth", 2)),
-      kDirect.name};
-  const CheckReport report = check(scene, true, {kDirect, product});
+  change("1 2 3", intensity);
+  const std::string place = is_hidden ? "-2.5" : "25";
+  change("</scene>",
+         "<emitter type=\"directional\"><vector name=\"direction\" value=\"1 0 -0.2\"/>"
+         "</emitter><shape type=\"rectangle\"><transform name=\"to_world\">"
+         "<scale value=\"9\"/><rotate y=\"1\" angle=\"90\"/><translate x=\"" +
+             place + "\"/></transform></shape></scene>");
+  return scene;
+}
+
+const Method kProduct{
+    "product",
+    xml::integrator("clustered", xml::text("importance", "product") +
+                                     xml::number("rays_per_pixel", kRaysPerPixel) +
+                                     xml::integer("max_depth", 2)),
+    kDirect.name};
+
+TEST(Check, LeavesOpenWhatHiddenLightOutshines) {
+  // Of what the lamp adds, `product` sees next to nothing.
+  const CheckReport report =
+      check(scene_with_sun("1e-9 2e-9 3e-9", true), true, {kDirect, kProduct});
   EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;
-  EXPECT_EQ(report.excuses.size(), 1u);
-  // A lamp that is bright enough to be met is not excused: it isn't missed.
-  change("1e-9 2e-9 3e-9", "1e-2 2e-2 3e-2");
-  const CheckReport bright = check(scene, true, {kDirect, product});
-  EXPECT_TRUE(bright.findings.empty());
-  EXPECT_TRUE(bright.excuses.empty());
+  EXPECT_EQ(report.comparisons, 1);
+  EXPECT_EQ(report.open, 1);
+  ASSERT_EQ(report.excuses.size(), 1u);
+  EXPECT_NE(report.excuses[0].find("beside hidden light"), std::string::npos) << report.excuses[0];
+  // A lamp that is bright enough is met, and agrees.
+  const CheckReport bright =
+      check(scene_with_sun("1e-2 2e-2 3e-2", true), true, {kDirect, kProduct});
+  EXPECT_TRUE(bright.findings.empty()) << bright.findings[0].text;
+  EXPECT_TRUE(bright.excuses.empty()) << bright.excuses[0];
+  EXPECT_EQ(bright.comparisons, 1);
+}
+
+TEST(Check, FindsAProductThatIsBlackBesideBrightLight) {
+  Method black =
+      path("product", xml::integer("max_depth", 1) + xml::boolean("hide_emitters", true));
+  // Hidden light that doesn't outshine it so much, and light that isn't hidden.
+  for (const std::string& scene :
+       {scene_with_sun("1e-2 2e-2 3e-2", true), scene_with_sun("1e-9 2e-9 3e-9", false)}) {
+    const CheckReport report = check(scene, true, {kDirect, black});
+    ASSERT_EQ(report.findings.size(), 1u);
+    EXPECT_EQ(report.findings[0].kind, "differs");
+    EXPECT_EQ(report.findings[0].method, "product");
+    EXPECT_TRUE(report.excuses.empty()) << report.excuses[0];
+  }
+}
+
+TEST(Check, ExcusesWhatLeavesSinglePrecisionAlone) {
+  // Light that stands for the area of the whole scene.
+  std::string scene = small_scene();
+  const size_t lamp = scene.find("<emitter");
+  scene.replace(lamp, std::string::npos,
+                "<shape type=\"sphere\"><point name=\"center\" value=\"2e11 0 0\"/>"
+                "<float name=\"radius\" value=\"1e11\"/></shape>"
+                "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"RADIANCE\"/></emitter>"
+                "</scene>");
+  const std::string word = "RADIANCE";
+  for (const bool is_vast : {true, false}) {
+    std::string some = scene;
+    some.replace(some.find(word), word.size(), is_vast ? "1e19" : "1");
+    Method clustered{"joint, one bounce",
+                     xml::integrator("clustered", xml::text("importance", "joint") +
+                                                      xml::integer("max_depth", 3)),
+                     ""};
+    const CheckReport report = check(some, true, {kDirect, clustered, kProduct});
+    EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;
+    EXPECT_EQ(report.excuses.size(), is_vast ? 1u : 0u);
+  }
 }
 
 TEST(Check, FindsValidScenesThatAreRefused) {

@@ -43,19 +43,22 @@ Ray ray_of(const Scene& scene, const Vec2& place, const Vec2& lens = Vec2(0.5f))
   return sensor.sample_ray(first + place * size, lens);
 }
 
+/// A point of the unit square.
+Vec2 square_of(std::mt19937& random) {
+  std::uniform_real_distribution<float> number(0, 0x1.fffffep-1f);
+  const float x = number(random);
+  return Vec2(x, number(random));
+}
+
 /// Calls use(hit) for what `side`^2 rays of the sensor meet.
 template <class Use>
 void for_all_seen(const Scene& scene, int side, const Use& use) {
   RenderCounters counters;
   std::mt19937 random(1);
-  std::uniform_real_distribution<float> number;
   for (int i = 0; i < side * side; ++i) {
     const Vec2 cell(static_cast<float>(i % side), static_cast<float>(i / side));
-    Vec2 lens;
-    lens.x = number(random);
-    lens.y = number(random);
     RayHit hit;
-    hit.ray = ray_of(scene, (cell + 0.5f) / static_cast<float>(side), lens);
+    hit.ray = ray_of(scene, (cell + 0.5f) / static_cast<float>(side), square_of(random));
     scene.intersect({&hit, 1}, Coherence::kIncoherent, counters);
     if (hit.hit.valid()) use(hit);
   }
@@ -66,6 +69,15 @@ std::vector<float> seen_distances(const Scene& scene, int side) {
   std::vector<float> distances;
   for_all_seen(scene, side, [&](const RayHit& hit) { distances.push_back(hit.ray.tmax); });
   return distances;
+}
+
+/// Of one light as a surface reflects it.
+double reflection_of(const SurfaceInteraction& si, const DirectSample& light) {
+  const BsdfValue value = si.shape->bsdf().eval_pdf(si, Lobe::kAll, si.frame.to_local(light.d));
+  // Large lamps are found by directions of the BSDF, too (MIS), points never are.
+  const double pdf = double{light.pdf} + (light.is_delta ? 0 : value.pdf);
+  const double radiance = double{max_component(value.f * light.radiance)} / pdf;
+  return std::isfinite(radiance) ? radiance : 0;
 }
 
 }  // namespace
@@ -126,19 +138,29 @@ bool has_small_sight(const Scene& scene, double photons, double few) {
   return !(photons * share * share > few);
 }
 
+bool has_vast_flux(const Scene& scene, bool of_sky) {
+  constexpr int kDraws = 64;
+  constexpr float kMost = 1e30f;
+  std::mt19937 random(1);
+  for (const Emitter* emitter : scene.emitters()) {
+    if (emitter->is_environment() && !of_sky) continue;
+    for (int i = 0; i < kDraws; ++i) {
+      const Vec2 position = square_of(random), direction = square_of(random);
+      const auto emission = emitter->sample_emission(position, direction);
+      if (emission && !(max_component(emission->power) < kMost)) return true;
+    }
+  }
+  return false;
+}
+
 double brightest_reflection(const Scene& scene) {
   constexpr int kPhotons = 4096, kDirections = 8;  // of each light, and from each place
   RenderCounters counters;
   std::mt19937 random(1);
-  std::uniform_real_distribution<float> number(0, 0x1.fffffep-1f);
-  const auto square = [&] {
-    const float x = number(random);
-    return Vec2(x, number(random));
-  };
   double brightest = 0;
   for (const Emitter* emitter : scene.emitters()) {
     for (int i = 0; i < kPhotons; ++i) {
-      const Vec2 position = square(), direction = square();
+      const Vec2 position = square_of(random), direction = square_of(random);
       const auto emission = emitter->sample_emission(position, direction);
       if (!emission) continue;
       RayHit hit;
@@ -146,39 +168,34 @@ double brightest_reflection(const Scene& scene) {
       scene.intersect({&hit, 1}, Coherence::kIncoherent, counters);
       if (!hit.hit.valid()) continue;
       SurfaceInteraction si = scene.interaction(hit);
-      const auto light = emitter->sample_direct(si.p, square());
+      const auto light = emitter->sample_direct(si.p, square_of(random));
       if (!light || !(light->pdf > 0)) continue;
       for (int k = 0; k < kDirections; ++k) {
-        si.wi = square_to_uniform_sphere(square());
-        const BsdfValue value =
-            si.shape->bsdf().eval_pdf(si, Lobe::kAll, si.frame.to_local(light->d));
-        // Large lamps are found by directions of the BSDF, too (MIS), points never are.
-        const double pdf = double{light->pdf} + (light->is_delta ? 0 : value.pdf);
-        const double radiance =
-            double{max_component(value.f)} * max_component(light->radiance) / pdf;
-        if (std::isfinite(radiance)) brightest = std::max(brightest, radiance);
+        si.wi = square_to_uniform_sphere(square_of(random));
+        brightest = std::max(brightest, reflection_of(si, *light));
       }
     }
   }
   return brightest * static_cast<double>(scene.emitters().size());
 }
 
-double brightest_if_lit(const Scene& scene) {
-  constexpr int kSide = 32;
+double brightest_hidden(const Scene& scene) {
+  constexpr int kSide = 32, kDraws = 4;
+  RenderCounters counters;
   std::mt19937 random(1);
-  std::uniform_real_distribution<float> number(0, 0x1.fffffep-1f);
   double brightest = 0;
   for_all_seen(scene, kSide, [&](const RayHit& hit) {
     const SurfaceInteraction si = scene.interaction(hit);
     for (const Emitter* emitter : scene.emitters()) {
-      const float x = number(random);
-      const auto light = emitter->sample_direct(si.p, Vec2(x, number(random)));
-      if (!light || !(light->pdf > 0)) continue;
-      const BsdfValue value =
-          si.shape->bsdf().eval_pdf(si, Lobe::kAll, si.frame.to_local(light->d));
-      const double radiance =
-          double{max_component(value.f)} * max_component(light->radiance) / light->pdf;
-      if (std::isfinite(radiance)) brightest = std::max(brightest, radiance);
+      for (int i = 0; i < kDraws; ++i) {
+        const auto light = emitter->sample_direct(si.p, square_of(random));
+        if (!light || !(light->pdf > 0)) continue;
+        const double radiance = reflection_of(si, *light);
+        if (!(radiance > brightest)) continue;
+        Ray shadow = si.shadow_ray(light->d, light->distance);
+        scene.occluded({&shadow, 1}, Coherence::kIncoherent, counters);
+        if (shadow.is_occluded()) brightest = radiance;
+      }
     }
   });
   return brightest;

@@ -38,7 +38,13 @@ bool has_small_sight(const Scene& scene, double photons, double few);
 /// where it chooses one light of all.
 double brightest_reflection(const Scene& scene);
 
-/// About the most that anything in sight would reflect of one light if nothing hid any of it.
-double brightest_if_lit(const Scene& scene);
+/// About the most that anything in sight would reflect of one light that is hidden from it, if
+/// nothing hid it; 0 where no light is.
+double brightest_hidden(const Scene& scene);
+
+/// Whether the flux of a light, which is radiance times areas, comes near the end of single
+/// precision, so that what follows it from the light can't (tests/STABILITY.md, "what is not
+/// held"); `of_sky`: that of a sky, too, which takes the area of the whole scene.
+bool has_vast_flux(const Scene& scene, bool of_sky);
 
 }  // namespace kinome::test

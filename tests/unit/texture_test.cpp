@@ -42,6 +42,11 @@ const std::string kPalette = from_hex(
 const std::string kNoPalette = from_hex(
     "89504e470d0a1a0a0000000d49484452000000010000000108030000015fcc042d0000000a4944415478da63600400"
     "00030002e67da7670000000049454e44ae426082");
+/// The same, of a transparent colour, whose alpha has a wrong checksum.
+const std::string kWrongAlpha = from_hex(
+    "89504e470d0a1a0a0000000d494844520000000100000001080300000028cb34bb00000003504c5445c86432f18005"
+    "010000000174524e5307de824dc40000000a4944415478da6360000000020001e527defc0000000049454e44ae4260"
+    "82");
 /// 100000 x 100000, as it says.
 const std::string kHuge = from_hex(
     "89504e470d0a1a0a0000000d49484452000186a0000186a01000000000dda988570000000a4944415478da63600400"
@@ -225,6 +230,7 @@ TEST_F(BitmapTest, BadFilesAreErrorsOfOneLine) {
   damaged[damaged.size() - 20] ^= 1;
   expect(error_of(folder_.write("damaged.png", damaged)), "checksum");
   expect(error_of(folder_.write("no_palette.png", kNoPalette)), "palette");
+  expect(error_of(folder_.write("wrong_alpha.png", kWrongAlpha)), "checksum");
   // 100000 x 100000 pixels promised in 67 bytes: refused without allocating.
   expect(error_of(folder_.write("huge.png", kHuge)), "can't hold 100000 x 100000");
   expect(
