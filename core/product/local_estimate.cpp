@@ -240,6 +240,7 @@ void Estimator::shoot_local(const Segment& segment, float scale, Rgb* sum) {
   const Visibility& visibility = visibility_[group.patch];
   const Candidates& c = candidates_;
   const bool all_lambertian = light_.local_points.reflections.empty();
+  const bool has_bent_normals = light_.local_points.has_bent_normals;
   for (const Comb::Hit& hit : hits_) {
     const size_t i = segment.other + hit.stratum;
     const float factor = scale / weights_[segment.begin + hit.stratum];
@@ -261,8 +262,13 @@ void Estimator::shoot_local(const Segment& segment, float scale, Rgb* sum) {
                (geometry_of(*point, i) * by_points * factor);
     }
     const uint32_t primary = member_of(group, c.member[i]);
-    push_shadow_ray(primaries_->interaction(primary).shadow_ray(c.direction(i), c.distance[i]),
-                    weight, c.cell[i], group.patch, sum);
+    const SurfaceInteraction& si = primaries_->interaction(primary);
+    const Vec3 d = c.direction(i);
+    const bool may_be_behind = has_bent_normals && c.point[i] != LightPoint::kLambertian;
+    const Ray ray = may_be_behind
+                        ? si.shadow_ray_to(light_.local_points.points[c.point[i]].end_of_ray(d))
+                        : si.shadow_ray(d, c.distance[i]);
+    push_shadow_ray(ray, weight, c.cell[i], group.patch, sum);
   }
 }
 

@@ -20,7 +20,7 @@ constexpr uint32_t kFluxDraws = 64, kFluxDrawsOfMany = 8, kMany = 256;
 constexpr double kLeastFlux = 1e-3;
 /// Of all lights. Beyond it powers of points, which are of single precision, might overflow: they
 /// are flux / density.
-constexpr double kMostFlux = 1e32;
+constexpr double kMostFlux = 1e34;
 enum Seed : uint64_t { kSeedOfCells = 0x63656c6c, kSeedOfFlux = 0x666c7578 };
 
 float importance_of(const Rgb& c) {

@@ -15,7 +15,7 @@ namespace kinome {
 struct LightPoint {
   Vec3 position{0.f};
   Vec3 normal{0.f};     ///< unit shading normal, on the side that light leaves to
-  Vec3 geometric{0.f};  ///< unit geometric normal, on any side
+  Vec3 geometric{0.f};  ///< unit geometric normal; of reflected light, on the side it came from
   /// Radiance that leaves toward all sides alike / density per area. Where `reflection` is given,
   /// of a Lambertian surface in its place.
   Rgb power{0.f};
@@ -26,6 +26,16 @@ struct LightPoint {
   uint32_t cell = 0;
   static constexpr uint32_t kLambertian = ~0u;
   uint32_t reflection = kLambertian;
+  /// Of reflected light, where the normals differ: how far `position` is off the surface, to the
+  /// side of `geometric`. Else 0.
+  float off_surface = 0;
+
+  /// Where a ray along d, on its way to the point, is to end: before the surface. Light may leave
+  /// it on the other side than it came to, for shading normals alone tell what is reflected.
+  Vec3 end_of_ray(const Vec3& d) const {
+    const bool is_behind = glm::dot(geometric, d) > 0;
+    return is_behind ? position - 2 * off_surface * geometric : position;
+  }
 };
 
 /// How the light of sources that rays can hit is found where it comes by a point's glossy lobe:
@@ -69,6 +79,7 @@ struct LocalPoints {
   std::vector<LightPoint> points;
   std::vector<uint32_t> first;  ///< of each cell of LocalLight; one more entry than cells
   std::vector<Reflection> reflections;
+  bool has_bent_normals = false;  ///< some point's off_surface isn't 0
 };
 
 /// What is known of the cells before any pass; arrays of padded_size().

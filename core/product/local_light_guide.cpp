@@ -108,13 +108,12 @@ class UsePilot {
       float parts = 0;
       for (; next < so_far; next += step) ++parts;
       const Vec3 to = points_[which[k]].point->position - si.p;
-      const float distance = glm::length(to);
-      const Vec3 d = to / distance;
+      const Vec3 d = to / glm::length(to);
       const Vec3 wo = si.frame.to_local(d);
       const Rgb f = bsdf.eval_pdf(si, Lobe::kDiffuse | Lobe::kGlossy, wo).f;
       const float light = parts * step * mean_of(f) / std::max(std::abs(wo.z), 1e-6f);
       if (!(light > 0)) continue;
-      rays_.push_back(si.shadow_ray(d, distance));
+      rays_.push_back(si.shadow_ray_to(points_[which[k]].point->end_of_ray(d)));
       shots_.push_back({view, which[k], light});
     }
   }

@@ -67,6 +67,7 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks) const {
   all.first.assign(size_ + 1, 0);
   for (const Key& key : keys) {
     all.points.push_back(*key.point);
+    all.has_bent_normals |= key.point->off_surface > 0;
     ++all.first[key.point->cell + 1];
   }
   for (uint32_t c = 0; c < size_; ++c) all.first[c + 1] += all.first[c];
@@ -199,8 +200,6 @@ void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, co
     const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : lobe_width(si);
     LobeReflectance& part = reflection.reflectance;
     part = bsdf.reflectance(reflection.si);
-    // A normal that is turned below the surface has nothing for that direction.
-    if (is_black(part.diffuse + part.glossy)) part = bsdf.reflectance(si);
     bool is_left_to_rays = false;
     if (width == LobeWidth::kMirroring) {
       (is_lamp ? out.lamp_meets_mirroring : out.meets_mirroring) = true;
@@ -223,7 +222,8 @@ void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, co
   // Off the surface: a ray that comes along it would else meet it just before its end.
   point.position = si.ray_origin(-sample.d);
   point.normal = si.frame.n * side;
-  point.geometric = si.n;
+  point.geometric = glm::dot(si.n, sample.d) > 0 ? -si.n : si.n;
+  if (std::abs(glm::dot(si.n, si.frame.n)) < 1 - 1e-6f) point.off_surface = si.p_error;
   if (bounce_partition_.size() > 0) {
     point.cell = bounce_cell(si, side);
     point.eye_ratio =

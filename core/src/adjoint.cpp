@@ -1,13 +1,45 @@
 #include "kinome/adjoint.h"
 
 #include "kinome/shape.h"
+#include "kinome/warp.h"
 
 namespace kinome {
+
+namespace {
+
+/// Of a BSDF that, asked from where the light comes, doesn't go everywhere that it is seen from:
+/// half of the samples go by the cosine. `weight` is set for deltas alone.
+std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
+                                         const Vec2& u) {
+  const Bsdf& bsdf = si.shape->bsdf();
+  const bool by_bsdf = u_lobe < 0.5f;
+  std::optional<BsdfSample> sample;
+  if (by_bsdf) {
+    sample = bsdf.sample(si, lobes, 2 * u_lobe, u);
+    if (!sample) return std::nullopt;
+    if (any(sample->lobe & Lobe::kDelta)) {
+      sample->weight *= 2;
+      return sample;
+    }
+  } else {
+    const float side = si.wi.z < 0 ? -1.f : 1.f;
+    sample.emplace();
+    sample->wo = square_to_cosine_hemisphere(u) * Vec3(1, 1, side);
+    sample->lobe = lobes & (Lobe::kDiffuse | Lobe::kGlossy);
+  }
+  sample->pdf = 0.5f * (bsdf.eval_pdf(si, lobes, sample->wo).pdf +
+                        cosine_hemisphere_pdf(std::abs(sample->wo.z)));
+  if (!(sample->pdf > 0)) return std::nullopt;
+  return sample;
+}
+
+}  // namespace
 
 std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
                                             const Vec2& u) {
   const Bsdf& bsdf = si.shape->bsdf();
-  const auto sample = bsdf.sample(si, lobes, u_lobe, u);
+  const auto sample = bsdf.turns_to_viewer() ? sample_turning(si, lobes, u_lobe, u)
+                                             : bsdf.sample(si, lobes, u_lobe, u);
   if (!sample) return std::nullopt;
   Rgb weight = sample->weight;
   if (!any(sample->lobe & Lobe::kDelta)) {

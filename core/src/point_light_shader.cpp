@@ -48,10 +48,10 @@ void see_local(const LightPoints& points, std::span<const uint32_t> chosen,
     }
     const Vec3 d = to / distance;
     const float cosine = -glm::dot(points.normal[i], d);
+    const bool lambertian =
+        points.emission_id.empty() || points.emission_id[i] == LightPoints::kLambertian;
     Rgb intensity(0.f);
     if (cosine > 0) {
-      const bool lambertian =
-          points.emission_id.empty() || points.emission_id[i] == LightPoints::kLambertian;
       intensity = lambertian ? points.power[i] * cosine
                              : points.emission->intensity(points.emission_id[i], -d);
     }
@@ -62,6 +62,11 @@ void see_local(const LightPoints& points, std::span<const uint32_t> chosen,
     out.d[k] = d;
     out.distance[k] = distance;
     out.light[k] = intensity / distance2;
+    if (!lambertian && !is_black(intensity)) {
+      const Vec3 way = points.emission->origin(points.emission_id[i], -d) - si.p;
+      const float length = glm::length(way);
+      if (length > 0) out.distance[k] = length, out.d[k] = way / length;
+    }
   }
 }
 

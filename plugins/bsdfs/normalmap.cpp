@@ -46,6 +46,7 @@ class NormalMap final : public Bsdf {
         flip_(props.boolean("flip_invalid_normals")),
         shadowing_(props.boolean("use_shadowing_function")) {
     lobes_ = nested_->lobes();
+    turns_to_viewer_ = flip_;
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
@@ -115,8 +116,9 @@ class NormalMap final : public Bsdf {
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
+    // Who sees the back of a turned normal sees nothing, but others do.
     const auto turned = perturb(si);
-    return turned ? nested_->reflectance(turned->si) : LobeReflectance{};
+    return nested_->reflectance(turned ? turned->si : si);
   }
 
   Frame reflection_frame(const SurfaceInteraction& si) const override {

@@ -24,6 +24,7 @@ class TwoSided final : public Bsdf {
     }
     lobes_ = sides_.front()->lobes() | sides_.back()->lobes();
     is_lambertian_ = sides_.front()->is_lambertian() && sides_.back()->is_lambertian();
+    turns_to_viewer_ = sides_.front()->turns_to_viewer() || sides_.back()->turns_to_viewer();
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,

@@ -58,7 +58,7 @@ Image read_image(const Properties& props) {
   const std::string extension = extension_of(path);
   if (extension != ".exr" && extension != ".pfm") {
     throw props.error("filename", "must be an image of radiance, .exr or .pfm, got '" + path +
-                                      "' (8-bit images can't hold the range of a sky)");
+                                      "' (others must be converted, those of 8 bits have lost it)");
   }
   const Location where = where_is(props, "filename");
   Image image = extension == ".exr" ? read_exr(path, where) : read_pfm(path, where);

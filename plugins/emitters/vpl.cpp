@@ -63,6 +63,7 @@ class SurfacePoints final : public PointEmission {
         si.shape->bsdf().eval_pdf(si, Lobe::kDiffuse | Lobe::kGlossy, point.to_light);
     return value.f * point.incident * cosine;
   }
+  Vec3 origin(uint32_t id, const Vec3& d) const override { return points_[id].si.ray_origin(d); }
 
  private:
   std::vector<Reflection> points_;

@@ -170,8 +170,45 @@ Case slit() {
   return c;
 }
 
+/// Found by kinome-stress: light that comes from behind a board, whose shading normals let it
+/// through, and lights the floor. So high a board is thick with rounding.
+Case through_a_board(const char* name, const std::string& material) {
+  const std::string spot =
+      "<emitter type=\"spot\"><rgb name=\"intensity\" value=\"90 80 70\"/>" +
+      number("cutoff_angle", 15) +
+      "<transform name=\"to_world\"><lookat origin=\"4,1.2,-1.8\" target=\"0,1,-1\" "
+      "up=\"0,1,0\"/></transform></emitter>";
+  Case c = lit_by(name, spot, 3);
+  const std::string file =
+      folder().write("board.obj",
+                     "v -2 0 -1\nv 2 0 -1\nv 2 3000 -1\nv -2 3000 -1\nvn 0.9 -0.1 0.42\n"
+                     "f 1//1 2//1 3//1\nf 1//1 3//1 4//1\n");
+  c.setup.shapes =
+      shape_xml("rectangle", "<rotate x=\"1\" angle=\"-90\"/><scale value=\"5\"/>", kGrey) +
+      "<shape type=\"obj\"><string name=\"filename\" value=\"" + file + "\"/>" + material +
+      "</shape>";
+  return c;
+}
+
+/// Normals below the surface: seen from one side alone, and turned to those who are on the other.
+Case normals_below_the_surface() {
+  Case c = lit_by("NormalsBelowTheSurface", kSpot, 3);
+  c.setup.shapes +=
+      shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-1\"/>",
+                bsdf("normalmap",
+                     "<texture name=\"normalmap\" type=\"checkerboard\"><rgb name=\"color0\" "
+                     "value=\".9 .6 .4\"/><rgb name=\"color1\" value=\".4 .95 .45\"/>"
+                     "</texture>" +
+                         kGrey));
+  return c;
+}
+
 std::vector<Case> bounces() {
   return {
+      through_a_board("ThroughADiffuseBoard", kGrey),
+      through_a_board("ThroughAPlasticBoard",
+                      bsdf("twosided", bsdf("roughplastic", number("alpha", .4)))),
+      normals_below_the_surface(),
       corner("Corner", ""),
       // Fewer points are near, and more of the light is the eye rays'.
       corner("CornerNotGuided", off("light_guide")),

@@ -140,6 +140,36 @@ TEST(LightTracing, ScattersDeltaAndOtherLobesOfOneMaterial) {
       3, "plastic");
 }
 
+/// Normals that are turned to who looks (flip_invalid_normals): light goes to places from where
+/// they are seen, though seen from the lamp they don't face them.
+TEST(LightTracing, ScattersByNormalsThatTurnToTheViewer) {
+  const std::pair<const char*, std::string> normals[] = {{"tilted", "0.93 0.5 0.75"},
+                                                         {"below the surface", "0.15 0.5 0.4"}};
+  const std::pair<const char*, std::string> materials[] = {{"diffuse", diffuse_xml("0.8 0.6 0.4")},
+                                                           {"plastic", "<bsdf type=\"plastic\"/>"}};
+  for (const auto& [tilt, colour] : normals) {
+    for (const auto& [name, nested] : materials) {
+      for (const char* const z : {"0", "2"}) {  // of the lamp
+        expect_same_light(
+            floor_xml(diffuse_xml("0.5")) +
+                shape_xml("rectangle",
+                          "<rotate y=\"1\" angle=\"90\"/><scale y=\"0.7\"/>"
+                          "<translate x=\"-1.2\" y=\"1.2\"/>",
+                          "<bsdf type=\"twosided\"><bsdf type=\"normalmap\"><texture "
+                          "type=\"checkerboard\" name=\"normalmap\"><rgb name=\"color0\" value=\"" +
+                              colour + "\"/><rgb name=\"color1\" value=\"" + colour +
+                              "\"/></texture>" + nested + "</bsdf></bsdf>") +
+                "<emitter type=\"spot\"><float name=\"cutoff_angle\" value=\"15\"/><transform "
+                "name=\"to_world\">" +
+                look_at("0.8 1.2 " + std::string(z), "-1.2 1.2 0", "0 1 0") +
+                "</transform></emitter>" +
+                sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, 256),
+            3, std::string(name) + ", " + tilt + ", lamp at " + z);
+      }
+    }
+  }
+}
+
 /// An environment lights what the camera sees, and is black itself.
 TEST(LightTracing, TakesLightFromEnvironments) {
   const std::string scene = floor_xml(diffuse_xml("0.5 0.6 0.7")) +

@@ -227,8 +227,10 @@ class Checker {
     if (is_light_tracing && scene.environment() && scene.has_surface_emitters()) return false;
     if (is_light_tracing && (has_specks(scene) || has_needles(text_))) return false;
     // Clusters are chosen by the lobe at one of their points: what a sharp one shows of the others
-    // is found by luck.
-    if (method.same_seeds && is_sharp) return false;
+    // is found by luck. So is what glossy surfaces send on as points of light, whose lobes are no
+    // part of what clusters are chosen by.
+    if (method.same_seeds && (is_sharp || (has_bounce && has_sharp_lobes(text_, kLeastBluntAlpha))))
+      return false;
     // It has light that lamps send on by mirrors, and nearly; `path` hasn't, or hardly ever.
     if (is_product && has_bounce && (has_mirror || is_sharp)) return false;
     if (is_product && !has_bounce) {

@@ -115,6 +115,10 @@ class KINOME_EXPORT Bsdf : public Object {
   /// plane (or 0 for that side), and there are no other lobes.
   bool is_lambertian() const { return is_lambertian_; }
 
+  /// True where the normal that is reflected about is chosen by si.wi, so that f(wi, wo) may be
+  /// more than 0 for a wo from where sample() never goes to wi.
+  bool turns_to_viewer() const { return turns_to_viewer_; }
+
   /// For each wo: f(wi, wo) |cos theta_o| and the density of sample(), both of the lobes in `mask`
   /// only. Delta lobes give zero. f != 0 implies pdf != 0.
   virtual void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
@@ -123,6 +127,8 @@ class KINOME_EXPORT Bsdf : public Object {
   /// the sample fell there). u1 chooses the lobe, u2 the direction.
   virtual std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                            const Vec2& u2) const = 0;
+  /// As seen from si.wi, on its side of the surface. Stands for other viewers of that side, too,
+  /// where light is taken from: a part that any of them sees isn't zero.
   virtual LobeReflectance reflectance(const SurfaceInteraction& si) const = 0;
 
   /// World frame around the normal that the BSDF itself uses, on the side where light that reaches
@@ -148,6 +154,7 @@ class KINOME_EXPORT Bsdf : public Object {
  protected:
   Lobe lobes_ = Lobe::kAll;
   bool is_lambertian_ = false;
+  bool turns_to_viewer_ = false;
 };
 
 }  // namespace kinome

@@ -50,6 +50,11 @@ struct SurfaceInteraction {
     if (distance < kInfinity) ray.tmax = std::max(ray.tmax - p_error, 0.f);
     return ray;
   }
+  /// The same toward the place `to`.
+  Ray shadow_ray_to(const Vec3& to) const {
+    const float distance = glm::length(to - p);
+    return shadow_ray((to - p) / std::max(distance, 1e-30f), distance);
+  }
 };
 
 }  // namespace kinome

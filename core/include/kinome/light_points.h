@@ -16,6 +16,9 @@ class PointEmission {
   /// Intensity of the point `id` along the unit direction d, the cosine at the light included:
   /// radiance x area x cos' [W/sr]. Asked for only where dot(normal, d) > 0.
   virtual Rgb intensity(uint32_t id, const Vec3& d) const = 0;
+  /// Where light of the point `id` along d starts: off the surface, on the side of d. That may not
+  /// be the side of LightPoints::position where shading normals aren't the surface's own.
+  virtual Vec3 origin(uint32_t id, const Vec3& d) const = 0;
 };
 
 /// Light as weighted points (Åkerlund 2008, 3.3 and 3.4), the input of a LightTree.
