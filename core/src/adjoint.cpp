@@ -38,8 +38,9 @@ std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobe
 std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
                                             const Vec2& u) {
   const Bsdf& bsdf = si.shape->bsdf();
-  const auto sample = bsdf.turns_to_viewer() ? sample_turning(si, lobes, u_lobe, u)
-                                             : bsdf.sample(si, lobes, u_lobe, u);
+  const bool turns = bsdf.turns_to_viewer() && any(lobes & (Lobe::kDiffuse | Lobe::kGlossy));
+  const auto sample =
+      turns ? sample_turning(si, lobes, u_lobe, u) : bsdf.sample(si, lobes, u_lobe, u);
   if (!sample) return std::nullopt;
   Rgb weight = sample->weight;
   if (!any(sample->lobe & Lobe::kDelta)) {

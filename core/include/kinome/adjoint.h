@@ -27,8 +27,8 @@ struct AdjointSample {
   Rgb weight;  ///< of the flux that goes on; may be black
 };
 
-/// By the BSDF's own sampling of `lobes`, which is that of paths from the camera; nullopt: the path
-/// ends. `u_lobe` in [0,1), `u` in [0,1)².
+/// By the BSDF's own sampling of `lobes`, which is that of paths from the camera, and half by the
+/// cosine where it turns_to_viewer(); nullopt: the path ends. `u_lobe` in [0,1), `u` in [0,1)².
 KINOME_EXPORT std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe lobes,
                                                           float u_lobe, const Vec2& u);
 
