@@ -27,11 +27,6 @@ float importance_of(const Rgb& c) {
   return mean_of(glm::abs(c));
 }
 
-/// Whether light is drawn where it leaves the emitter. A sky's is not, unless it bounces.
-bool leaves(const Emitter& emitter, uint32_t max_depth) {
-  return max_depth >= LocalLight::kBounceDepth || !emitter.is_environment();
-}
-
 /// Of what leaves the emitter, from a few draws; infinite where it can't be told.
 double flux_of(const Emitter& emitter, uint32_t draws, const LightNumbers& numbers) {
   double flux = 0;
@@ -68,11 +63,9 @@ bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
   const uint32_t draws = scene.emitters().size() > kMany ? 1 : kFluxDrawsOfMany;
   double flux = 0;
   for (const Emitter* const emitter : scene.emitters()) {
-    if (!leaves(*emitter, max_depth)) continue;
-    if (max_depth >= kBounceDepth && !emitter->is_surface() &&
-        !emitter->emission_density(Vec3(0, 0, 1))) {
-      return false;
-    }
+    // Light that doesn't bounce is drawn where it leaves the emitter of surfaces alone.
+    if (max_depth < kBounceDepth && !emitter->is_surface()) continue;
+    if (!emitter->is_surface() && !emitter->emission_density(Vec3(0, 0, 1))) return false;
     flux += flux_of(*emitter, draws, LightNumbers(kSeedOfFlux));
   }
   return flux < kMostFlux;
@@ -130,7 +123,8 @@ void LocalLight::find_sources(uint64_t seed) {
     Source source{emitter, Kind::kLamp, 0, 0, 0};
     if (emitter->is_surface()) source.kind = Kind::kSurface;
     if (emitter->is_environment()) source.kind = Kind::kEnvironment;
-    if (leaves(*emitter, max_depth_)) {
+    // A sky's may overflow, and isn't followed unless it bounces.
+    if (max_depth_ >= kBounceDepth || !emitter->is_environment()) {
       source.flux =
           flux_of(*emitter, draws, LightNumbers(hash_words(seed, kSeedOfFlux, sources_.size())));
     }

@@ -7,6 +7,24 @@ namespace kinome {
 
 namespace {
 
+/// `weight`, of a delta that light was sent on by, as it is seen from where it went: nullopt where
+/// another normal is seen from there, which mirrors another place.
+std::optional<Rgb> seen_delta(const SurfaceInteraction& si, const BsdfSample& sent,
+                              const Rgb& weight) {
+  constexpr float kSame = 1e-3f;  // of two directions, rounding aside
+  const Bsdf& bsdf = si.shape->bsdf();
+  SurfaceInteraction seen = si;
+  seen.wi = sent.wo;
+  const auto forth = bsdf.sample(si, Lobe::kDelta, 0.5f, Vec2(0.5f));
+  const auto back = bsdf.sample(seen, Lobe::kDelta, 0.5f, Vec2(0.5f));
+  if (!forth || !back || !(glm::distance(back->wo, si.wi) < kSame)) return std::nullopt;
+  Rgb out(0.f);
+  for (int k = 0; k < 3; ++k) {
+    if (forth->weight[k] > 0) out[k] = weight[k] * (back->weight[k] / forth->weight[k]);
+  }
+  return out;
+}
+
 /// Of a BSDF that, asked from where the light comes, doesn't go everywhere that it is seen from:
 /// half of the samples go by the cosine. `weight` is set for deltas alone.
 std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
@@ -38,15 +56,19 @@ std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobe
 std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
                                             const Vec2& u) {
   const Bsdf& bsdf = si.shape->bsdf();
-  const bool turns = bsdf.turns_to_viewer() && any(lobes & (Lobe::kDiffuse | Lobe::kGlossy));
-  const auto sample =
-      turns ? sample_turning(si, lobes, u_lobe, u) : bsdf.sample(si, lobes, u_lobe, u);
+  const bool has_others = any(lobes & bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy));
+  const auto sample = bsdf.turns_to_viewer() && has_others ? sample_turning(si, lobes, u_lobe, u)
+                                                           : bsdf.sample(si, lobes, u_lobe, u);
   if (!sample) return std::nullopt;
   Rgb weight = sample->weight;
   if (!any(sample->lobe & Lobe::kDelta)) {
     SurfaceInteraction seen = si;
     seen.wi = sample->wo;
     weight = bsdf.eval_pdf(seen, lobes, si.wi).f / sample->pdf;
+  } else if (bsdf.turns_to_viewer()) {
+    const auto back = seen_delta(si, *sample, weight);
+    if (!back) return std::nullopt;
+    weight = *back;
   }
   const Vec3 to = si.frame.to_world(sample->wo);
   return AdjointSample{to, weight * adjoint_factor(si, si.frame.to_world(si.wi), to)};

@@ -46,7 +46,7 @@ class NormalMap final : public Bsdf {
         flip_(props.boolean("flip_invalid_normals")),
         shadowing_(props.boolean("use_shadowing_function")) {
     lobes_ = nested_->lobes();
-    turns_to_viewer_ = flip_;
+    turns_to_viewer_ = true;
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
@@ -123,7 +123,7 @@ class NormalMap final : public Bsdf {
 
   Frame reflection_frame(const SurfaceInteraction& si) const override {
     const auto turned = perturb(si);
-    return turned ? nested_->reflection_frame(turned->si) : si.frame;
+    return nested_->reflection_frame(turned ? turned->si : si);
   }
 
  private:

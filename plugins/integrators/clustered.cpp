@@ -119,7 +119,11 @@ class Chooser {
     describe_clusters(pmf, brdf, report);
     for (size_t k = 0; k < selection.points.size(); ++k) {
       const uint32_t point = selection.points[k];
-      report.samples.push_back({points.position[point], selection.weights[k], false});
+      Vec3 position = points.position[point];
+      if (!points.emission_id.empty() && points.emission_id[point] != LightPoints::kLambertian) {
+        position = points.emission->origin(points.emission_id[point], si.p - position);
+      }
+      report.samples.push_back({position, selection.weights[k], false});
       // Draws of one point are merged: its weight tells how many there were.
       const float draws = selection.weights[k] * cut_->point_probability(pmf, point) *
                           static_cast<float>(light_sampler_->sample_count());
@@ -309,9 +313,8 @@ class Clustered final : public Integrator {
       reports.push_back(choosers[i].inspect(points, si, primary.key(0), kPrimaryDimensions));
       for (InspectedSample& sample : reports.back().samples) {
         const bool distant = points.kind == LightPoints::Kind::kDistant;
-        const Vec3 to = sample.position - si.p;
-        Ray shadow = distant ? si.shadow_ray(sample.position, kInfinity)
-                             : si.shadow_ray(glm::normalize(to), glm::length(to));
+        Ray shadow =
+            distant ? si.shadow_ray(sample.position, kInfinity) : si.shadow_ray_to(sample.position);
         scene.occluded({&shadow, 1}, Coherence::kIncoherent, counters);
         sample.visible = !shadow.is_occluded();
       }

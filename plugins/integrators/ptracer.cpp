@@ -2,7 +2,9 @@
 /// they come to is connected to the sensor (Veach 1997, 10.1; Dutré and Willems 1994). It finds
 /// what paths from the camera hardly do, such as the light of a spot after one bounce, and misses
 /// what is seen in mirrors. An environment lights the scene, yet is itself black to the camera, as
-/// in Mitsuba: no light path comes from there to the lens. A film's alpha stays 0.
+/// in Mitsuba: no light path comes from there to the lens. A film's alpha stays 0. Where
+/// a normal map tilts so far that it is turned toward the viewer (`flip_invalid_normals`), what
+/// mirrors below it send to where its turned normal is seen is missing.
 ///
 ///     <integrator type="ptracer"><integer name="max_depth" value="3"/></integrator>
 

@@ -5,6 +5,7 @@
 
 #include <numeric>
 
+#include "kinome/product_sampling.h"
 #include "path_scenes.h"
 #include "product_scenes.h"
 
@@ -192,12 +193,18 @@ Case through_a_board(const char* name, const std::string& material) {
 
 /// Normals below the surface: seen from one side alone, and turned to those who are on the other.
 Case normals_below_the_surface() {
-  Case c = lit_by("NormalsBelowTheSurface", kSpot, 3);
-  c.setup.shapes +=
+  const std::string spot =
+      "<emitter type=\"spot\"><rgb name=\"intensity\" value=\"90 80 70\"/>" +
+      number("cutoff_angle", 12) +
+      "<transform name=\"to_world\"><lookat origin=\"4,1.5,1\" target=\"-.5,1,-1\" "
+      "up=\"0,1,0\"/></transform></emitter>";
+  Case c = lit_by("NormalsBelowTheSurface", spot, 3);
+  c.setup.shapes =
+      shape_xml("rectangle", "<rotate x=\"1\" angle=\"-90\"/><scale value=\"5\"/>", kGrey) +
       shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-1\"/>",
                 bsdf("normalmap",
                      "<texture name=\"normalmap\" type=\"checkerboard\"><rgb name=\"color0\" "
-                     "value=\".9 .6 .4\"/><rgb name=\"color1\" value=\".4 .95 .45\"/>"
+                     "value=\".9 .6 .4\"/><rgb name=\"color1\" value=\".95 .45 .45\"/>"
                      "</texture>" +
                          kGrey));
   return c;
@@ -365,6 +372,26 @@ TEST(LocalExtremes, VastRoughnessIsFinite) {
       for (int x = 0; x < image.width; ++x) EXPECT_TRUE(std::isfinite(image.at(x, y, 1))) << alpha;
     }
   }
+}
+
+/// Single precision holds what is followed, or `product` leaves the scene to others: light that
+/// comes straight from a sky or a lamp without extent isn't.
+TEST(LocalExtremes, VastFluxIsLeftToOthers) {
+  const auto serves = [](const std::string& light, int max_depth) {
+    Arrangement setup = under_a_vast_sky().setup;  // its geometry alone
+    setup.light = light;
+    return is_product_scene(*product_scene(setup), static_cast<uint32_t>(max_depth));
+  };
+  EXPECT_TRUE(serves(constant_xml("1"), 3));
+  EXPECT_TRUE(serves(constant_xml("1e19"), 2));
+  EXPECT_FALSE(serves(constant_xml("1e19"), 3));
+  EXPECT_TRUE(serves(point_xml("0,2,0", "1e35"), 2));
+  EXPECT_FALSE(serves(point_xml("0,2,0", "1e35"), 3));
+  const auto panel = [](const char* radiance) {
+    return shape_xml("rectangle", "<scale value=\"1e3\"/><translate y=\"3\"/>", area_xml(radiance));
+  };
+  EXPECT_TRUE(serves(panel("1e20"), 2));
+  EXPECT_FALSE(serves(panel("1e33"), 2));
 }
 
 /// Variance of all tiles together, in 16 renders.

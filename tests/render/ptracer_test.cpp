@@ -10,7 +10,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 30
+constexpr double kAlpha = 1e-4;  // of each z-test; there are about 50
 constexpr double kPiD = std::numbers::pi;
 
 /// Each pixel, and the whole picture, of light paths and of camera paths.
@@ -166,6 +166,31 @@ TEST(LightTracing, ScattersByNormalsThatTurnToTheViewer) {
                 sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, 256),
             3, std::string(name) + ", " + tilt + ", lamp at " + z);
       }
+    }
+  }
+}
+
+/// A mirror below a normal map shows another place to each side. Lamps that shine along the wall,
+/// so that the normal turns to them; and on the other side, where it is the shadowing of its tilt
+/// that lamp and viewer see differently.
+TEST(LightTracing, MirrorsByNormalsAsTheViewerSeesThem) {
+  const std::string normals =
+      "<bsdf type=\"twosided\"><bsdf type=\"normalmap\"><texture type=\"checkerboard\" "
+      "name=\"normalmap\"><rgb name=\"color0\" value=\"0.75 0.5 0.933\"/><rgb name=\"color1\" "
+      "value=\"0.75 0.5 0.933\"/></texture>";
+  for (const char* const lamp : {"-0.68 1.3 1.8", "-0.27 1.3 -1.61"}) {
+    for (const char* const mirror : {"plastic", "conductor"}) {
+      expect_same_light(
+          floor_xml(diffuse_xml("0.5")) +
+              shape_xml("rectangle",
+                        "<scale x=\"0.6\" y=\"0.5\"/><rotate y=\"1\" angle=\"90\"/>"
+                        "<translate x=\"-1.2\" y=\"0.6\"/>",
+                        normals + "<bsdf type=\"" + mirror + "\"/></bsdf></bsdf>") +
+              shape_xml("rectangle",
+                        "<scale value=\"0.5\"/>" + look_at(lamp, "-1.2 0.6 0", "0 1 0"),
+                        area_xml("5 5 5")) +
+              sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, 256),
+          3, std::string(mirror) + ", lamp at " + lamp);
     }
   }
 }

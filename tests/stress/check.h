@@ -50,8 +50,7 @@ struct CheckTask {
 /// - where paths with a bounce are darker in a tile, if longer paths aren't, or if they could have
 ///   met what is missing but a few times;
 /// - where `product` without a bounce is darker in a tile and nowhere brighter, by less than what
-/// it
-///   sends one ray to beside light that is hidden from a place in sight;
+///   it sends one ray to beside light that is hidden from a place in sight;
 /// and refusals and numbers that aren't finite of methods that start at the lights of a scene whose
 /// flux leaves single precision.
 CheckReport check_scene(const std::string& text, const std::string& folder,

@@ -115,8 +115,8 @@ class KINOME_EXPORT Bsdf : public Object {
   /// plane (or 0 for that side), and there are no other lobes.
   bool is_lambertian() const { return is_lambertian_; }
 
-  /// True where the normal that is reflected about is chosen by si.wi, so that f(wi, wo) may be
-  /// more than 0 for a wo from where sample() never goes to wi.
+  /// True where the normal that is reflected about, or what it shadows, depends on si.wi, so that
+  /// f(wi, wo) may be more than 0 for a wo from where sample() never goes to wi.
   bool turns_to_viewer() const { return turns_to_viewer_; }
 
   /// For each wo: f(wi, wo) |cos theta_o| and the density of sample(), both of the lobes in `mask`

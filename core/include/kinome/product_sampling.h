@@ -39,7 +39,8 @@ inline constexpr const char* kProductChannels[] = {"samples", "cost", "visibilit
 
 /// True where `product` renders all light of the scene, up to paths of max_depth segments, 2 or 3:
 /// any mixture of an environment with an Emitter::cell_grid, surface emitters, and emitters that
-/// are no surface; for one bounce, the latter with Emitter::emission_density.
+/// are no surface; for one bounce, the latter with Emitter::emission_density. Not where the flux
+/// that is followed is beyond 1e34.
 KINOME_EXPORT bool is_product_scene(const Scene& scene, uint32_t max_depth);
 
 /// Renders the light of an environment's cells (none: the environment is black, or there isn't
