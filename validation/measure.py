@@ -71,9 +71,10 @@ def measure(build, python, runs):
 
         run_kinome(build, HEBE, folder / "out.exr",
                    {"integrator": "direct", "spp": 1, "width": 64, "height": 64})  # warm the files
-        first = render(HEBE, spp=1, sampler="independent")
+        first = render(HEBE, spp=1, sampler="independent", importance="joint")
         direct = render(HEBE, integrator="direct", spp=16)
-        bounce = render(BOX, spp=1, sampler="independent", width=64, height=64)
+        bounce = render(BOX, spp=1, sampler="independent", importance="joint", width=64,
+                        height=64)
         lamps = {lights: render(LAMPS, lights=lights, importance="product", spp=4, width=96,
                                 height=72) for lights in LIGHTS}
         rates = {"direct, hebe": against_mitsuba(build, folder, python, runs, HEBE, "direct"),

@@ -143,7 +143,7 @@ def sweep(render, scene, groundtruth):
         render.say(f"{scene}: {name} from {values[0]} to {values[-1]}")
         found[name] = []
         for value in values:
-            picture, stats = render(scene, "clustered", **{name: value})
+            picture, stats = render(scene, "clustered", importance="joint", **{name: value})
             found[name].append({"value": value, "seconds": stats["seconds"]["render"],
                                 **error(picture, groundtruth)})
     return found
