@@ -48,8 +48,7 @@ void see_local(const LightPoints& points, std::span<const uint32_t> chosen,
     }
     const Vec3 d = to / distance;
     const float cosine = -glm::dot(points.normal[i], d);
-    const bool lambertian =
-        points.emission_id.empty() || points.emission_id[i] == LightPoints::kLambertian;
+    const bool lambertian = points.is_lambertian(i);
     Rgb intensity(0.f);
     if (cosine > 0) {
       intensity = lambertian ? points.power[i] * cosine
@@ -63,7 +62,7 @@ void see_local(const LightPoints& points, std::span<const uint32_t> chosen,
     out.distance[k] = distance;
     out.light[k] = intensity / distance2;
     if (!lambertian && !is_black(intensity)) {
-      const Vec3 way = points.emission->origin(points.emission_id[i], -d) - si.p;
+      const Vec3 way = points.origin(i, -d) - si.p;
       const float length = glm::length(way);
       if (length > 0) out.distance[k] = length, out.d[k] = way / length;
     }

@@ -44,6 +44,13 @@ struct LightPoints {
   std::shared_ptr<const PointEmission> emission;
 
   size_t size() const { return position.size(); }
+  bool is_lambertian(size_t i) const {
+    return emission_id.empty() || emission_id[i] == kLambertian;
+  }
+  /// Where light of local point i along d starts.
+  Vec3 origin(size_t i, const Vec3& d) const {
+    return is_lambertian(i) ? position[i] : emission->origin(emission_id[i], d);
+  }
   /// Adds points of the same kind, whose ids are of this `emission`.
   void append(const LightPoints& other) {
     const auto add = [](auto& to, const auto& from) {
