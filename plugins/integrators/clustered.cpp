@@ -119,11 +119,8 @@ class Chooser {
     describe_clusters(pmf, brdf, report);
     for (size_t k = 0; k < selection.points.size(); ++k) {
       const uint32_t point = selection.points[k];
-      Vec3 position = points.position[point];
-      if (!points.emission_id.empty() && points.emission_id[point] != LightPoints::kLambertian) {
-        position = points.emission->origin(points.emission_id[point], si.p - position);
-      }
-      report.samples.push_back({position, selection.weights[k], false});
+      report.samples.push_back(
+          {points.origin(point, si.p - points.position[point]), selection.weights[k], false});
       // Draws of one point are merged: its weight tells how many there were.
       const float draws = selection.weights[k] * cut_->point_probability(pmf, point) *
                           static_cast<float>(light_sampler_->sample_count());
