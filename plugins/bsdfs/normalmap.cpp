@@ -46,7 +46,7 @@ class NormalMap final : public Bsdf {
         flip_(props.boolean("flip_invalid_normals")),
         shadowing_(props.boolean("use_shadowing_function")) {
     lobes_ = nested_->lobes();
-    turns_to_viewer_ = true;
+    turns_to_viewer_ = flip_ || shadowing_;
   }
 
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
