@@ -5,7 +5,6 @@
 
 #include <numeric>
 
-#include "kinome/product_sampling.h"
 #include "path_scenes.h"
 #include "product_scenes.h"
 
@@ -358,41 +357,6 @@ std::vector<Case> settings() {
   return all;
 }
 INSTANTIATE_TEST_SUITE_P(Settings, Local, testing::ValuesIn(settings()), name_of);
-
-/// Found by kinome-stress: squares of such roughnesses overflow.
-TEST(LocalExtremes, VastRoughnessIsFinite) {
-  for (const char* alpha : {"1e10", "1e25", "1e38"}) {
-    const std::string metal =
-        bsdf("roughconductor", "<float name=\"alpha\" value=\"" + std::string(alpha) + "\"/>");
-    const auto scene = product_scene(lit_by("Vast", constant_xml("1 1 1") + kSpot, 3, metal).setup);
-    RenderContext context({});
-    const Image image = render(*scene, *scene->sensors().at(0), context);
-    EXPECT_EQ(context.stats().non_finite_samples, 0u) << alpha;
-    for (int y = 0; y < image.height; ++y) {
-      for (int x = 0; x < image.width; ++x) EXPECT_TRUE(std::isfinite(image.at(x, y, 1))) << alpha;
-    }
-  }
-}
-
-/// Single precision holds what is followed, or `product` leaves the scene to others: light that
-/// comes straight from a sky or a lamp without extent isn't.
-TEST(LocalExtremes, VastFluxIsLeftToOthers) {
-  const auto serves = [](const std::string& light, int max_depth) {
-    Arrangement setup = under_a_vast_sky().setup;  // its geometry alone
-    setup.light = light;
-    return is_product_scene(*product_scene(setup), static_cast<uint32_t>(max_depth));
-  };
-  EXPECT_TRUE(serves(constant_xml("1"), 3));
-  EXPECT_TRUE(serves(constant_xml("1e19"), 2));
-  EXPECT_FALSE(serves(constant_xml("1e19"), 3));
-  EXPECT_TRUE(serves(point_xml("0,2,0", "1e35"), 2));
-  EXPECT_FALSE(serves(point_xml("0,2,0", "1e35"), 3));
-  const auto panel = [](const char* radiance) {
-    return shape_xml("rectangle", "<scale value=\"1e3\"/><translate y=\"3\"/>", area_xml(radiance));
-  };
-  EXPECT_TRUE(serves(panel("1e20"), 2));
-  EXPECT_FALSE(serves(panel("1e33"), 2));
-}
 
 /// Variance of all tiles together, in 16 renders.
 double total_variance(const Arrangement& setup) {

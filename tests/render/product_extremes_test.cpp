@@ -1,0 +1,63 @@
+// `clustered` with importance = product where numbers come to the ends of single precision.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kinome/product_sampling.h"
+#include "path_scenes.h"
+#include "product_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+Arrangement arranged(const std::string& light, int max_depth, const std::string& shapes) {
+  Arrangement setup;
+  setup.light = light;
+  setup.max_depth = max_depth;
+  setup.shapes = shapes;
+  return setup;
+}
+
+/// Found by kinome-stress: squares of such roughnesses overflow.
+TEST(ProductExtremes, VastRoughnessIsFinite) {
+  for (const char* alpha : {"1e10", "1e25", "1e38"}) {
+    const std::string metal =
+        bsdf("roughconductor", "<float name=\"alpha\" value=\"" + std::string(alpha) + "\"/>");
+    const auto scene = product_scene(
+        arranged(constant_xml("1 1 1") + point_xml("2,3,2", "30 25 20"), 3,
+                 shapes_xml(metal) +
+                     shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-3\"/>", kGrey)));
+    RenderContext context({});
+    const Image image = render(*scene, *scene->sensors().at(0), context);
+    EXPECT_EQ(context.stats().non_finite_samples, 0u) << alpha;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) EXPECT_TRUE(std::isfinite(image.at(x, y, 1))) << alpha;
+    }
+  }
+}
+
+/// Single precision holds what is followed, or `product` leaves the scene to others: light that
+/// comes straight from a sky or a lamp without extent isn't.
+TEST(ProductExtremes, VastFluxIsLeftToOthers) {
+  const auto serves = [](const std::string& light, int max_depth) {
+    // The sky's flux goes with the area of the whole scene.
+    const std::string far_off =
+        "<shape type=\"sphere\"><point name=\"center\" value=\"3e11 0 0\"/>"
+        "<float name=\"radius\" value=\"1e11\"/></shape>";
+    const auto scene = product_scene(arranged(light, max_depth, shapes_xml(kGrey) + far_off));
+    return is_product_scene(*scene, static_cast<uint32_t>(max_depth));
+  };
+  EXPECT_TRUE(serves(constant_xml("1"), 3));
+  EXPECT_TRUE(serves(constant_xml("1e19"), 2));
+  EXPECT_FALSE(serves(constant_xml("1e19"), 3));
+  EXPECT_TRUE(serves(point_xml("0,2,0", "1e35"), 2));
+  EXPECT_FALSE(serves(point_xml("0,2,0", "1e35"), 3));
+  const auto panel = [](const char* radiance) {
+    return shape_xml("rectangle", "<scale value=\"1e3\"/><translate y=\"3\"/>", area_xml(radiance));
+  };
+  EXPECT_TRUE(serves(panel("1e20"), 2));
+  EXPECT_FALSE(serves(panel("1e33"), 2));
+}
+
+}  // namespace
+}  // namespace kinome::test
