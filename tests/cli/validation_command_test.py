@@ -168,8 +168,8 @@ class Command(unittest.TestCase):
 
     def test_fresh_forgets_no_more_than_it_measures(self):
         hebe = {"name": "hebe", "renderer": "Kinome direct", "seed": 1}
-        keys = {"full": {**hebe, "size": tables.FULL.size(tables.SCENES[0])},
-                "quick": {**hebe, "size": tables.QUICK.size(tables.SCENES[0])}}
+        keys = {"full": {**hebe, "size": tables.FULL.timed_size(tables.SCENES[0])},
+                "quick": {**hebe, "size": tables.QUICK.timed_size(tables.SCENES[0])}}
 
         def left(*words):
             options = arguments.parse(self.options("--fresh", *words))

@@ -47,7 +47,7 @@ class Session:
         words, modes = self.options.words, self.options.modes
         checks = plan(self.effort, words) if "correctness" in modes else []
         alpha, compared = alpha_for(self.effort, checks), {check.scene for check in checks}
-        sizes = {scene.name: list(self.effort.size(scene))
+        sizes = {scene.name: list(self.effort.timed_size(scene))
                  for scene in chosen(words, self.effort)
                  if "benchmark" in modes}
 

@@ -123,8 +123,11 @@ class Correctness:
         if check.truth == "groundtruth":
             return "groundtruth"
         if check.big:
-            return self.references.load(check.big)[1]["hash"]
+            return self.reference(check)[1]["hash"]
         return hash_of_files([REFERENCES / f"{check.scene}.exr"])
+
+    def reference(self, check):
+        return self.references.load(check.big, self.effort.size(check.big))
 
     def measure(self, check, alpha):
         path, options = self.scene_file(check)
@@ -167,7 +170,7 @@ class Correctness:
 
     def truth(self, check, path, options):
         if check.truth == "mitsuba":
-            return (self.references.load(check.big)[0] if check.big
+            return (self.reference(check)[0] if check.big
                     else load_reference(REFERENCES / f"{check.scene}.exr"))
         # One for all modes of clustered: the same camera rays and points, each point used once.
         if check.scene not in self.truths:

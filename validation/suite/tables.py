@@ -173,7 +173,8 @@ PEER_SAMPLES = FAST
 class Effort:
     """How much of it is done."""
 
-    shrink: int  # pictures are this many times narrower
+    shrink: int  # pictures that are compared are this many times narrower
+    widen: int  # those that are timed are this many times wider than these
     seeds: int  # of each measurement of time
     budget: float  # seconds a render may take
     most_samples: int
@@ -188,16 +189,19 @@ class Effort:
     def size(self, scene):
         return tuple(max(16, n // self.shrink) for n in scene.size)
 
+    def timed_size(self, scene):
+        return tuple(self.widen * n for n in self.size(scene))
+
 
 RENDERS = 16  # the fewest that a variance of stratified numbers can come from
 # clustered and groundtruth share this many light points, so that each can be used once.
 POINTS = {"light_samples": 512}
 CUT = {"cut_size": 96}
 
-FULL = Effort(shrink=1, seeds=5, budget=3.0, most_samples=4096, search_samples=(16, 256),
+FULL = Effort(shrink=1, widen=2, seeds=5, budget=3.0, most_samples=4096, search_samples=(16, 256),
               search_seeds=2, truth_seeds=32, truth_samples=512, check_samples=256,
               small_scenes=SMALL_SCENES,
               big_scenes=tuple(scene.name for scene in SCENES if not scene.asked))
-QUICK = Effort(shrink=2, seeds=3, budget=1.0, most_samples=64, search_samples=(16,),
+QUICK = Effort(shrink=2, widen=1, seeds=3, budget=1.0, most_samples=64, search_samples=(16,),
                search_seeds=1, truth_seeds=16, truth_samples=256, check_samples=64,
                small_scenes=SMALL_SCENES[::5], big_scenes=("hebe", "box", "plate", "blocks"))

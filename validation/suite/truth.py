@@ -20,9 +20,9 @@ class References:
         self.python, self.folder, self.effort, self.log = python, folder, effort, log
         self.known = {}
 
-    def picture(self, scene):
+    def picture(self, scene, size):
         """Path of the EXR; made if it isn't there. Raises Problem."""
-        width, height = self.effort.size(scene)
+        width, height = size
         samples, seeds = self.effort.truth_samples, self.effort.truth_seeds
         name = f"{scene.name}-{width}x{height}-{scene.truth}-{samples}x{seeds}-" \
                f"{scene_hash(scene.path)}"
@@ -46,12 +46,12 @@ class References:
             lines = result.stderr.strip().splitlines() or ["make.py failed"]
             raise Problem(f"{scene.name}: no reference: {lines[-1]}")
 
-    def load(self, scene):
+    def load(self, scene, size):
         """(Estimate, what is to be told of it). Raises Problem."""
-        if scene.name not in self.known:
-            path = self.picture(scene)
-            self.known[scene.name] = load_reference(path), describe(path)
-        return self.known[scene.name]
+        if (scene.name, size) not in self.known:
+            path = self.picture(scene, size)
+            self.known[scene.name, size] = load_reference(path), describe(path)
+        return self.known[scene.name, size]
 
 
 def load_reference(path):
