@@ -117,7 +117,7 @@ class Benchmark:
 
     def renderers(self, scene, size, finalists, truth, ending):
         """Who takes turns. What has to be closed is left to `ending`."""
-        found = [Ours(self.kinome, m, scene, size) for m in METHODS if scene.group in m.groups]
+        found = [Ours(self.kinome, m, scene, size) for m in methods_timed(scene)]
         # Each with a process of its own, or else its scene would be loaded anew before each turn,
         # and the first render after that takes longer.
         self.mitsuba.close()
@@ -209,6 +209,13 @@ class Benchmark:
             return whole - fresh.render(configuration, scene, size, 16, 2)[1]
         finally:
             fresh.close()
+
+
+def methods_timed(scene):
+    """Those of ours that are timed. What converges to its light points, as the thesis's modes do, is
+    followed on the scenes that everybody runs, and in thesis/, not on the many others."""
+    return [m for m in METHODS if scene.group in m.groups and
+            not (scene.asked and m.truth == "groundtruth")]
 
 
 def errors(image, truth, name):
