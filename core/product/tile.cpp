@@ -63,11 +63,13 @@ void probe_transmittance(const SurfaceInteraction& si, Patch& patch) {
     z[k] = d.z;
   }
   patch.bsdf->eval_pdf(si, Lobe::kDiffuse, {x, y, z, kSteps}, {r, g, b, nullptr});
+  std::array<float, kSteps> probed;
   for (int k = 0; k < kSteps; ++k) {
     const float lambertian = mean_of(patch.diffuse) * kInvPi * cosine_of(k);
     const float factor = mean_of({r[k], g[k], b[k]}) / lambertian;
-    patch.probed[k] = std::clamp(factor, kLeastTransmittance, 4.f);
+    probed[k] = std::clamp(factor, kLeastTransmittance, 4.f);
   }
+  patch.probed = std::make_shared<const std::array<float, kSteps>>(probed);
 }
 
 }  // namespace
@@ -277,7 +279,6 @@ Patch start_patch(const TilePrimaries& primaries, size_t i, const std::optional<
   patch.diffuse = primaries.diffuse[i];
   patch.is_described = patch.is_uniform = form.has_value();
   if (form) patch.form = *form;
-  patch.probed.fill(1);  // other points may reflect where this one is black
   if (!form && mean_of(patch.diffuse) > 0) probe_transmittance(si, patch);
   if (any(patch.bsdf->lobes() & Lobe::kGlossy)) {
     patch.glossy_reflectance = mean_of(patch.bsdf->reflectance(si).glossy);
@@ -348,6 +349,7 @@ simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si,
 void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
   patches.clear();
   assign(primaries, patches);
+  patches.shrink_to_fit();
   // Means in place of first points.
   for (Patch& patch : patches) {
     patch.normal = patch.position = patch.viewer = Vec3(0.f);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -110,9 +111,11 @@ struct Patch {
   BsdfForm form;
   bool is_uniform = false;  ///< and their glossy lobes are alike
   /// Of a diffuse lobe without a form: its value relative to a Lambertian one of `diffuse`, at
-  /// cosines as in BsdfForm::transmittance. Only control terms depend on it.
-  std::array<float, BsdfForm::kTableSize> probed{};
-  const float* transmittance() const { return is_described ? form.transmittance : probed.data(); }
+  /// cosines as in BsdfForm::transmittance; nullptr: 1. Only control terms depend on it.
+  std::shared_ptr<const std::array<float, BsdfForm::kTableSize>> probed;
+  const float* transmittance() const {
+    return is_described ? form.transmittance : probed ? probed->data() : nullptr;
+  }
   /// Width of the glossy lobe, as of a GGX distribution of half vectors. Only importance depends on
   /// it.
   simd::HalfVectorLobe lobe{1, 1};
@@ -170,7 +173,8 @@ inline bool is_sharp(const Patch& patch) {
 struct TileMemory {
   std::vector<Patch> patches;
   std::vector<VisibilityRecord> records;
-  /// Of each patch: v, then the root of sigma, of each cell, in 8 bits.
+  /// Of each patch: v, then the root of sigma, of each cell, in 8 bits. Empty where the film is so
+  /// large that each pass learns them again.
   std::vector<uint8_t> learned;
 };
 
