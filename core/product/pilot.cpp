@@ -26,12 +26,44 @@ constexpr float kEyeRayCost = 2.5f;
 
 }  // namespace
 
-void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t rays) {
-  pilot_primaries_ = primaries;
-  points_.assign(static_cast<size_t>(crop_.area()) * primaries, {});
+int ProductRenderer::rows_of_band() const {
+  return std::clamp(settings_.remembered_pixels / (crop_.width() * kBlock), 1,
+                    std::max(1, blocks_y()));
+}
+
+ProductRenderer::Rows ProductRenderer::band(int index) const {
+  const int rows = rows_of_band();
+  return {index * rows, std::min((index + 1) * rows, blocks_y())};
+}
+
+ProductRenderer::PilotPoint* ProductRenderer::points_of(int x, int y) {
+  const int height = rows_of_band() * kBlock, row = y - crop_.y0;
+  const size_t pixel = static_cast<size_t>(row % height) * crop_.width() + (x - crop_.x0);
+  return &points_[row / height % 2][pixel * pilot_primaries_];
+}
+
+/// A band is planned when the pilot has seen the next one, which tiles at its border learn from.
+void ProductRenderer::learn_in_bands(const CellLight& light, uint32_t rays, double progress_end) {
+  static_assert(kReach <= kTilesAcross);
+  const int rows = rows_of_band(), bands = (blocks_y() + rows - 1) / rows;
+  const size_t points = static_cast<size_t>(rows) * kBlock * crop_.width() * pilot_primaries_;
+  for (int i = 0; i <= bands && !context_.cancelled(); ++i) {
+    context_.set_progress_range(progress_end * i / (bands + 1),
+                                progress_end * (i + 1) / (bands + 1));
+    if (i < bands) {
+      points_[i % 2].assign(points, {});
+      pilot(band(i), light, rays);
+    }
+    if (i > 0 && !context_.cancelled()) plan(band(i - 1), light);
+  }
+  for (auto& p : points_) p = {};
+}
+
+void ProductRenderer::pilot(Rows rows, const CellLight& light, uint32_t rays) {
+  const uint32_t primaries = pilot_primaries_;
   const uint64_t seed = hash_words(seed_, kPilotSeed);
   for_each_tile(
-      light, "pilot",
+      rows, light, "pilot",
       [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
         work.counts.assign(pixels.area(), static_cast<uint16_t>(primaries));
         work.primaries.trace(view(), pixels, work.counts, seed, counters);
@@ -62,8 +94,7 @@ void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t
           const uint32_t pixel = work.primaries.pixel(i);
           const int x = pixels.x0 + static_cast<int>(pixel) % pixels.width();
           const int y = pixels.y0 + static_cast<int>(pixel) / pixels.width();
-          PilotPoint& point =
-              points_[pixel_index(x, y) * primaries + i - work.primaries.first(pixel)];
+          PilotPoint& point = points_of(x, y)[i - work.primaries.first(pixel)];
           point.patch = static_cast<int16_t>(work.primaries.patch[i]);
           const Estimator::PointPlan& plan = work.point_plans[i];
           point.known = mean_of(work.primaries.emitted(i)) + plan.glossy + plan.mirrored;
@@ -80,7 +111,10 @@ void ProductRenderer::pilot(const CellLight& light, uint32_t primaries, uint32_t
           const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
           if (x >= tiles_x() || y >= tiles_y()) continue;
           TileMemory& memory = tiles_[static_cast<size_t>(y) * tiles_x() + x];
+          size_t count = 0;
+          for (size_t p = 0; p < memory.patches.size(); ++p) count += work.records[i][p].size();
           memory.records.clear();
+          memory.records.reserve(count);
           for (size_t p = 0; p < memory.patches.size(); ++p) {
             const auto& records = work.records[i][p];
             memory.patches[p].first_record = static_cast<uint32_t>(memory.records.size());
@@ -118,21 +152,27 @@ void ProductRenderer::learn(int tile, const Patch& patch, Workspace& work) const
   }
 }
 
-void ProductRenderer::store_visibility(const Visibility& visibility,
-                                       std::vector<uint8_t>& out) const {
+void ProductRenderer::learn_visibility(int tile, const Patch& patch, Workspace& work,
+                                       Visibility& visibility, std::vector<uint8_t>& out) const {
+  learn(tile, patch, work);
+  work.learner.finish(visibility);
+  out.reserve(out.size() + 2 * visibility.v.size());
   for (const float v : visibility.v) out.push_back(static_cast<uint8_t>(v * 255 + 0.5f));
   for (const float s : visibility.sigma) {
     out.push_back(static_cast<uint8_t>(std::min(1.f, std::sqrt(s)) * 255 + 0.5f));
   }
 }
 
-void ProductRenderer::load_visibility(const TileMemory& memory, size_t patch,
-                                      Visibility& out) const {
+/// Of large pictures visibilities would be most of the memory.
+bool ProductRenderer::remembers() const {
+  return crop_.area() <= settings_.remembered_pixels;
+}
+
+void ProductRenderer::load_visibility(const uint8_t* learned, Visibility& out) const {
   const size_t padded = padded_cells();
-  const uint8_t* const v = &memory.learned[patch * 2 * padded];
   for (size_t c = 0; c < padded; ++c) {
-    out.v[c] = static_cast<float>(v[c]) * (1 / 255.f);
-    out.sigma[c] = std::max(sqr(static_cast<float>(v[padded + c]) * (1 / 255.f)), 1e-4f);
+    out.v[c] = static_cast<float>(learned[c]) * (1 / 255.f);
+    out.sigma[c] = std::max(sqr(static_cast<float>(learned[padded + c]) * (1 / 255.f)), 1e-4f);
     out.sigma_mixed[c] = std::sqrt(0.9f * out.v[c] + 0.06f);
   }
 }
@@ -178,9 +218,8 @@ void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
   memory.learned.clear();
   for (size_t p = 0; p < memory.patches.size(); ++p) {
     Patch& patch = memory.patches[p];
-    learn(tile, patch, work);
-    work.learner.finish(visibility);
-    store_visibility(visibility, memory.learned);
+    work.learned.clear();
+    learn_visibility(tile, patch, work, visibility, remembers() ? memory.learned : work.learned);
     if (local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(memory, patch, visibility);
     const Estimator::PatchPlan plan = work.estimator.plan_patch(patch, visibility);
     std::copy(plan.control, plan.control + 9, &work.controls[p * 9]);
@@ -188,17 +227,17 @@ void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
   }
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     for (int x = pixels.x0; x < pixels.x1; ++x) {
-      forecast_pixel(memory, work.controls.data(), pixel_index(x, y));
+      forecast_pixel(memory, work.controls.data(), x, y);
     }
   }
 }
 
-void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* controls,
-                                     size_t pixel) {
-  PixelForecast& forecast = forecast_[pixel];
+void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* controls, int x,
+                                     int y) {
+  PixelForecast& forecast = forecast_[pixel_index(x, y)];
   forecast = {};
   double sum = 0, squares = 0, glossy_variance = 0;
-  const PilotPoint* const points = &points_[pixel * pilot_primaries_];
+  const PilotPoint* const points = points_of(x, y);
   for (uint32_t k = 0; k < pilot_primaries_; ++k) {
     const PilotPoint& point = points[k];
     float value = point.known;
@@ -231,9 +270,9 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
   }
 }
 
-void ProductRenderer::plan(const CellLight& light) {
+void ProductRenderer::plan(Rows rows, const CellLight& light) {
   for_each_tile(
-      light, "plan",
+      rows, light, "plan",
       [&](int tile, int, const Rect& pixels, Workspace& work, RenderCounters&) {
         plan_tile(tile, pixels, work);
       },

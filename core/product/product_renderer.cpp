@@ -127,7 +127,15 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
   for (size_t p = 0; p < work.patches.size(); ++p) {
     Visibility& visibility = work.visibility[p];
     if (p < memory.patches.size()) {
-      load_visibility(memory, p, visibility);
+      const uint8_t* learned = nullptr;
+      if (remembers()) {
+        learned = &memory.learned[p * 2 * padded_cells()];
+      } else {
+        work.learned.clear();
+        learn_visibility(tile, memory.patches[p], work, visibility, work.learned);
+        learned = work.learned.data();
+      }
+      load_visibility(learned, visibility);
     } else {
       learn(tile, work.patches[p], work);
       work.learner.finish(visibility);
@@ -200,7 +208,7 @@ void ProductRenderer::find_diagnostics(const Rect& pixels, const std::vector<Pix
 void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>& plan,
                            uint64_t seed, float weight) {
   for_each_tile(
-      light, "main",
+      all_rows(), light, "main",
       [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
         if (place == 0) {
           work.sums.clear();
@@ -273,10 +281,8 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   const uint32_t rays = kPilotRays * primaries;
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
   const CellLight light = make_light(0);
-  context_.set_progress_range(0, (primaries + rays) / std::max<double>(rays_per_pixel, 1));
-  pilot(light, primaries, rays);
-  if (!context_.cancelled()) plan(light);
-  points_ = {};
+  pilot_primaries_ = primaries;
+  learn_in_bands(light, rays, (primaries + rays) / std::max<double>(rays_per_pixel, 1));
   rays_left_ = std::max(0., rays_left_ - primaries - rays);
   pilot_seconds_ = context_.seconds() - start;
 }

@@ -58,26 +58,42 @@ class ProductRenderer final : public Passes {
   size_t pixel_index(int x, int y) const;
   TilePrimaries::View view() const;
 
+  /// Rows of blocks, [first, end).
+  struct Rows {
+    int first = 0;
+    int end = 0;
+  };
+  Rows all_rows() const { return {0, blocks_y()}; }
   /// fn(tile index, its pixels, workspace, counters) for each tile, a block at a time; then
   /// fn_end(workspace).
   template <class Function, class End>
-  void for_each_tile(const CellLight& light, const char* stage, const Function& fn, const End& end);
+  void for_each_tile(Rows rows, const CellLight& light, const char* stage, const Function& fn,
+                     const End& end);
 
   CellLight make_light(uint64_t seed) const;
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   void render_rays(double rays_per_pixel, double progress_begin);
-  void pilot(const CellLight& light, uint32_t primaries, uint32_t rays);
+  /// Pilot and plan of the whole picture, band by band.
+  void learn_in_bands(const CellLight& light, uint32_t rays, double progress_end);
+  int rows_of_band() const;
+  Rows band(int index) const;
+  /// Points of the pilot's primaries in a pixel, of the band at work or the one before.
+  PilotPoint* points_of(int x, int y);
+  void pilot(Rows rows, const CellLight& light, uint32_t rays);
   void learn(int tile, const Patch& patch, Workspace& work) const;
-  void plan(const CellLight& light);
+  void plan(Rows rows, const CellLight& light);
   void plan_tile(int tile, const Rect& pixels, Workspace& work);
-  void forecast_pixel(const TileMemory& memory, const float* controls, size_t pixel);
+  void forecast_pixel(const TileMemory& memory, const float* controls, int x, int y);
   void find_trust(const TileMemory& memory, Patch& patch, const Visibility& visibility) const;
   void pass(const CellLight& light, const std::vector<PixelPlan>& plan, uint64_t seed,
             float weight);
   void render_tile(int tile, const Rect& pixels, const std::vector<PixelPlan>& plan, uint64_t seed,
                    Workspace& work, RenderCounters& counters);
-  void load_visibility(const TileMemory& memory, size_t patch, Visibility& out) const;
-  void store_visibility(const Visibility& visibility, std::vector<uint8_t>& out) const;
+  /// What the tiles around tell of a patch, in 8 bits, added to `out`.
+  void learn_visibility(int tile, const Patch& patch, Workspace& work, Visibility& visibility,
+                        std::vector<uint8_t>& out) const;
+  bool remembers() const;
+  void load_visibility(const uint8_t* learned, Visibility& out) const;
   void apply_ablations(Visibility& visibility) const;
   float mean_visibility(const Patch& patch, const Visibility& visibility) const;
   void find_diagnostics(const Rect& pixels, const std::vector<PixelPlan>& plan, Workspace& work);
@@ -101,7 +117,7 @@ class ProductRenderer final : public Passes {
   uint64_t pass_ = 0;
   double unit_ = 0;  ///< rays a pixel of the first pass: they have weight 1
   std::vector<TileMemory> tiles_;
-  std::vector<PilotPoint> points_;
+  std::vector<PilotPoint> points_[2];  ///< of bands of even and odd number
   std::vector<PixelForecast> forecast_;
 };
 

@@ -20,6 +20,7 @@ struct ProductRenderer::Workspace {
   std::vector<float> alphas;  ///< of the same
   std::vector<Vec3> diagnostics;
   std::vector<float> visibilities;     ///< of the patches of a tile
+  std::vector<uint8_t> learned;        ///< TileMemory::learned of a patch, where it isn't kept
   RenderCounters* counters = nullptr;  ///< of the thread that works on the block
   std::vector<float> controls;
   VisibilityLearner learner;
@@ -35,12 +36,14 @@ struct ProductRenderer::Workspace {
 };
 
 template <class Function, class End>
-void ProductRenderer::for_each_tile(const CellLight& light, const char* stage, const Function& fn,
-                                    const End& end) {
-  const size_t blocks = static_cast<size_t>(blocks_x()) * blocks_y();
+void ProductRenderer::for_each_tile(Rows rows, const CellLight& light, const char* stage,
+                                    const Function& fn, const End& end) {
+  const size_t first = static_cast<size_t>(blocks_x()) * rows.first;
+  const size_t blocks = static_cast<size_t>(blocks_x()) * (rows.end - rows.first);
   std::vector<std::unique_ptr<Workspace>> workspaces;
   std::mutex mutex;
-  context_.for_each(blocks, [&](size_t block, RenderCounters& counters) {
+  context_.for_each(blocks, [&](size_t item, RenderCounters& counters) {
+    const size_t block = first + item;
     std::unique_ptr<Workspace> work;
     {
       const std::lock_guard lock(mutex);

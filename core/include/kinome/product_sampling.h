@@ -24,6 +24,9 @@ struct ProductSettings {
   bool hide_emitters = false;
   /// Layer 1 of the film has kProductChannels, to be filled.
   bool diagnostics = false;
+  /// Pictures of no more pixels keep the learned visibilities of all; larger ones learn them again
+  /// in each pass, and keep the pilot's points of so many pixels. Results do not depend on it.
+  int remembered_pixels = 1 << 18;
 
   // Parts that can be left out, to see what they are worth. Estimates stay unbiased.
   bool control_variate = true;  ///< what is known of visible light is added without rays

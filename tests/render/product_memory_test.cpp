@@ -1,0 +1,37 @@
+// What large pictures don't keep in memory changes nothing.
+#include <gtest/gtest.h>
+
+#include "kinome/product_sampling.h"
+#include "product_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+/// Three rows of blocks, the last one narrow; passes of different sizes; sky and a bounce.
+Image rendered(int remembered_pixels) {
+  Arrangement s;
+  s.light += R"(<emitter type="point"><point name="position" x="0" y="1.5" z="2"/></emitter>)";
+  s.film = integer("width", 36) + integer("height", 70) + "<rfilter type=\"box\"/>";
+  const auto scene = product_scene(s);
+  const Sensor& sensor = *scene->sensors().front();
+  RenderContext context({.threads = 2, .seed = 3});
+  ProductSettings settings;
+  settings.rays_per_pixel = 600;
+  settings.max_depth = 3;
+  settings.remembered_pixels = remembered_pixels;
+  sensor.film().prepare(scene->integrator().layers());
+  const Emitter& sky = *scene->environment();
+  render_product(*scene, sensor, context, DistantCells(sky, *sky.cell_grid(), 128, context),
+                 settings);
+  return sensor.film().develop();
+}
+
+TEST(ProductMemory, LearningAgainInBandsIsTheSame) {
+  const Image all = rendered(36 * 70);
+  for (const int pixels : {0, 36 * 32, 36 * 64}) {
+    EXPECT_EQ(rendered(pixels).data, all.data) << pixels << " pixels";
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test
