@@ -1,4 +1,5 @@
-/// Light from infinitely far, given by a latitude-longitude image (OpenEXR or PFM).
+/// Light from infinitely far, given by a latitude-longitude image of any format; those of integers
+/// are decoded from sRGB, as in Mitsuba 3.
 ///
 /// Radiance is `scale` times the image, interpolated bilinearly. A direction has the local
 /// coordinates d = (sin phi sin theta, cos theta, -cos phi sin theta); columns are centred at
@@ -16,7 +17,9 @@
 #include <memory>
 #include <string>
 
+#include "../textures/open_image.h"
 #include "distant_disk.h"
+#include "kinome/color.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "spherical_map.h"
@@ -26,8 +29,8 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"filename", ParameterType::kFile, nullptr,
-     "The image: OpenEXR or PFM, latitude-longitude, linear Rec.709 (an EXR's other chromaticities "
-     "are converted to it).",
+     "The image, latitude-longitude: OpenEXR (its chromaticities, if any, are converted to "
+     "Rec.709), PFM, or anything that OpenImageIO reads (HDR, PNG, JPEG, ...; of integers: sRGB).",
      true},
     {"scale", ParameterType::kFloat, "1", "Factor of the image's radiance."},
     {"to_world", ParameterType::kTransform, "identity",
@@ -53,15 +56,25 @@ Location where_is(const Properties& props, const std::string& name) {
   return props.where();
 }
 
+/// Linear values of what the core can't read.
+Image open_linear_image(const std::string& path, const Properties& props) {
+  StoredImage stored = open_image(path, props);
+  Image image{stored.width, stored.height, {"R", "G", "B"}, std::move(stored.floats)};
+  if (stored.channels == 1) image.channels = {"Y"};
+  for (const uint8_t byte : stored.bytes) image.data.push_back(static_cast<float>(byte) / 255);
+  if (stored.is_encoded) {
+    for (float& value : image.data) value = srgb_to_linear(value);
+  }
+  return image;
+}
+
 Image read_image(const Properties& props) {
   const std::string path = props.file("filename");
   const std::string extension = extension_of(path);
-  if (extension != ".exr" && extension != ".pfm") {
-    throw props.error("filename", "must be an image of radiance, .exr or .pfm, got '" + path +
-                                      "' (others must be converted, those of 8 bits have lost it)");
-  }
   const Location where = where_is(props, "filename");
-  Image image = extension == ".exr" ? read_exr(path, where) : read_pfm(path, where);
+  Image image = extension == ".exr"   ? read_exr(path, where)
+                : extension == ".pfm" ? read_pfm(path, where)
+                                      : open_linear_image(path, props);
   const bool is_rgb = image.channel_count() >= 3 && image.channels[0] == "R" &&
                       image.channels[1] == "G" && image.channels[2] == "B";
   if (image.width < 1 || image.height < 1 || !(is_rgb || image.channel_count() == 1)) {

@@ -1,15 +1,12 @@
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 
-#include "image_reader.h"
 #include "kinome/image.h"
 #include "kinome/plugin.h"
 #include "kinome/texture.h"
+#include "open_image.h"
 
 /// An image over (u, v), as Mitsuba 3's: row 0 lies at v = 0, texel (i, j) is centred at
 /// ((i + .5) / width, (j + .5) / height). 8- and 16-bit images are decoded from sRGB before any
@@ -38,26 +35,6 @@ enum class Filter { kBilinear, kNearest };
 enum class Wrap { kRepeat, kMirror, kClamp };
 constexpr const char* kFilters[] = {"bilinear", "nearest"};
 constexpr const char* kWraps[] = {"repeat", "mirror", "clamp"};
-
-/// This library's own folder.
-std::filesystem::path plugin_folder() {
-  Dl_info info{};
-  static const char anchor = 0;
-  dladdr(&anchor, &info);
-  return std::filesystem::path(info.dli_fname ? info.dli_fname : "").parent_path();
-}
-
-ReadImageFunction image_reader(const Properties& props) {
-  const std::string library = (plugin_folder() / kReadImageLibrary).lexically_normal().string();
-  void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
-  void* const symbol = handle ? dlsym(handle, kReadImageSymbol) : nullptr;
-  if (!symbol) {
-    const char* const reason = dlerror();
-    throw props.error("filename", std::string("needs OpenImageIO, which can't be loaded: ") +
-                                      (reason ? reason : library));
-  }
-  return reinterpret_cast<ReadImageFunction>(symbol);
-}
 
 /// R, G, B or one channel of a float image.
 StoredImage pick_channels(const Image& image, const Properties& props) {
@@ -99,12 +76,7 @@ StoredImage load_image(const Properties& props) {
   if (magic[0] == 'P' && (magic[1] == 'F' || magic[1] == 'f')) {
     return pick_channels(read_pfm(path, where), props);
   }
-  StoredImage image;
-  std::string error;
-  if (!image_reader(props)(path.c_str(), image, error)) {
-    throw props.error("filename", "can't be read as an image ('" + path + "': " + error + ")");
-  }
-  return image;
+  return open_image(path, props);
 }
 
 class Bitmap final : public Texture {

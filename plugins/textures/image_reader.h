@@ -18,11 +18,11 @@ struct StoredImage {
 };
 
 /// Reads any image through OpenImageIO. Loading that library costs a few tenths of a second, so it
-/// is linked to a library of its own, which the bitmap texture opens only when it meets a file that
-/// the core can't read. On failure returns false and says why in `error`.
+/// is linked to a library of its own, which plugins open (open_image.h) only when they meet a file
+/// that the core can't read. On failure returns false and says why in `error`.
 using ReadImageFunction = bool (*)(const char* path, StoredImage& image, std::string& error);
 inline constexpr const char* kReadImageSymbol = "kinome_read_image";
-/// Beside the folder of texture plugins.
+/// From a folder of plugins.
 inline constexpr const char* kReadImageLibrary = "../support/image_reader.so";
 
 }  // namespace kinome

@@ -196,7 +196,7 @@ TEST_F(BadImage, Missing) {
 }
 
 TEST_F(BadImage, NoImageAtAll) {
-  for (const char* name : {"map.exr", "map.pfm"}) {
+  for (const char* name : {"map.exr", "map.pfm", "map.hdr", "map.png"}) {
     const std::string path = folder_.write(name, "This is text, whatever it is called.");
     const std::string scene = scene_with_envmap(name);
     expect_error(scene, {scene, path}, {name});
@@ -226,7 +226,9 @@ TEST_F(BadImage, Truncated) {
   const std::string path = folder_.path("map.png");
   write_png(path, picture, 0);
   std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
-  const std::string scene = scene_with_bitmap("map.png");
+  std::string scene = scene_with_bitmap("map.png");
+  expect_error(scene, {scene, path}, {"map.png"});
+  scene = scene_with_envmap("map.png");
   expect_error(scene, {scene, path}, {"map.png"});
 }
 

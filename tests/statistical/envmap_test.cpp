@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "envmap_cases.h"
+#include "kinome/color.h"
 #include "kinome/sphere_partition.h"
 #include "support/statistics.h"
 
@@ -64,6 +65,45 @@ TEST(EnvironmentMap, HitsEachTexelAtItsCentre) {
       for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[c], noise(x, y)[c], 1e-5) << x << "," << y;
     }
   }
+}
+
+/// Radiance of Ward's RGBE, without run lengths: a byte each of mantissas, and their exponent.
+std::string radiance_file(const Image& image) {
+  std::string file = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " + std::to_string(image.height) +
+                     " +X " + std::to_string(image.width) + "\n";
+  for (size_t i = 0; i < image.data.size(); i += 3) {
+    int exponent = 0;
+    std::frexp(std::max({image.data[i], image.data[i + 1], image.data[i + 2]}), &exponent);
+    for (size_t c = i; c < i + 3; ++c) {
+      file += static_cast<char>(static_cast<int>(std::ldexp(image.data[c], 8 - exponent)));
+    }
+    file += static_cast<char>(exponent + 128);
+  }
+  return file;
+}
+
+/// Mitsuba 3.9.1 shows the same light of all of these, too.
+TEST(EnvironmentMap, ReadsFilesOfOtherFormats) {
+  const TemporaryFolder folder;
+  // Exact in eighths with an exponent, and in bytes that sRGB encodes.
+  const Image eighths = image_of(5, 4, noise);
+  const Image bytes = image_of(5, 4, [](int x, int y) {
+    return Rgb(srgb_to_linear(noise(x, y).x / 2), srgb_to_linear(noise(x, y).y / 2), 1);
+  });
+  write_pfm(folder.path("eighths.pfm"), eighths);
+  write_pfm(folder.path("bytes.pfm"), bytes);
+  write_png(folder.path("bytes.png"), bytes, 0);
+  const auto expect_same = [&](const std::string& file, const std::string& pfm, float tolerance) {
+    const auto map = envmap(file), expected = envmap(folder.path(pfm));
+    for (const Reference& reference : kPlain) {
+      const Vec3 d = glm::normalize(reference.d);
+      const Rgb a = map->eval_environment(d), b = expected->eval_environment(d);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance) << file;
+    }
+  };
+  expect_same(folder.write("map.hdr", radiance_file(eighths)), "eighths.pfm", 0);
+  // noise / 2 in bytes is off by half of a 255th, at a slope of sRGB's below 2.3.
+  expect_same(folder.path("bytes.png"), "bytes.pfm", 2.3f / 510);
 }
 
 /// What is not a number is told by the film: it must come through, and read nothing foreign.
@@ -195,7 +235,7 @@ TEST(EnvironmentMap, WarnsOnceOfNegativeTexels) {
 TEST(EnvironmentMap, RefusesWhatItCannotRead) {
   const TemporaryFolder folder;
   const std::string message = error_of([&] { envmap(folder.write("sky.png", "PNG")); });
-  EXPECT_NE(message.find(".exr or .pfm"), std::string::npos) << message;
+  EXPECT_NE(message.find("can't be read as an image"), std::string::npos) << message;
   EXPECT_NE(error_of([&] { envmap(folder.write("sky.exr", "no image")); }), "");
   EXPECT_NE(error_of([&] { envmap(folder.path("missing.exr")); }), "");
   const Map map{"noise", 4, 3, noise};

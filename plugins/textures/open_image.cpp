@@ -1,0 +1,41 @@
+#include "open_image.h"
+
+#include <dlfcn.h>
+
+#include <filesystem>
+
+namespace kinome {
+namespace {
+
+/// Of the plugin that this is linked to.
+std::filesystem::path plugin_folder() {
+  Dl_info info{};
+  static const char anchor = 0;
+  dladdr(&anchor, &info);
+  return std::filesystem::path(info.dli_fname ? info.dli_fname : "").parent_path();
+}
+
+ReadImageFunction image_reader(const Properties& props) {
+  const std::string library = (plugin_folder() / kReadImageLibrary).lexically_normal().string();
+  void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const symbol = handle ? dlsym(handle, kReadImageSymbol) : nullptr;
+  if (!symbol) {
+    const char* const reason = dlerror();
+    throw props.error("filename", std::string("needs OpenImageIO, which can't be loaded: ") +
+                                      (reason ? reason : library));
+  }
+  return reinterpret_cast<ReadImageFunction>(symbol);
+}
+
+}  // namespace
+
+StoredImage open_image(const std::string& path, const Properties& props) {
+  StoredImage image;
+  std::string error;
+  if (!image_reader(props)(path.c_str(), image, error)) {
+    throw props.error("filename", "can't be read as an image ('" + path + "': " + error + ")");
+  }
+  return image;
+}
+
+}  // namespace kinome
