@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "cell_kernels.h"
@@ -23,6 +24,14 @@ class Comb {
   /// `total`: of all weights that will be passed; `offset` in [0, 1) is the one random number.
   Comb(double total, size_t count, double offset)
       : step_(total / static_cast<double>(count)), next_(offset * step_), left_(count) {}
+
+  /// Points at a given distance, as many as there will be: a stratum that is as long as the step is
+  /// hit exactly once.
+  static Comb by_step(double step, double offset) {
+    Comb comb(step, 1, offset);
+    comb.left_ = std::numeric_limits<size_t>::max();
+    return comb;
+  }
 
   /// Appends the points that fall on the next `size` (padded) strata, whose weights are summed in
   /// blocks of simd::kCellLanes. A stratum of weight 0 is never hit.

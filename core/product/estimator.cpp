@@ -44,6 +44,7 @@ Estimator::Estimator(const CellLight& light) : light_(light) {
   importance_blocks_.resize(light.columns.count / simd::kCellLanes);
   rays_.resize(kBatch);
   pending_.resize(kBatch);
+  lit_.resize(kBatch);
 }
 
 void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
@@ -245,6 +246,7 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
   if (!is_probing_) flush();
   is_probing_ = true;
   records_ = records.data();
+  probed_ = points;
   begin_unit(unit);
   if (groups_.empty()) return;
   Rgb control(0.f);

@@ -69,9 +69,12 @@ class Estimator {
   /// The same without an estimate: rays find out visibilities, and what they find is kept for each
   /// patch, with what the plan needs to know of patches and points.
   struct PointPlan {
-    /// Unshadowed radiance of glossy lobes, and of all lobes from local light, of the group that it
-    /// is in.
+    /// Unshadowed radiance of glossy lobes, and of all lobes from local light that has an extent,
+    /// of the group that it is in.
     float glossy = 0;
+    float lamps = 0;  ///< of its own, unshadowed, from those lamps that no ray asked for
+    /// Gets what it sees of the other lamps, by flush() at the latest; nullptr: nobody asks.
+    float* lit = nullptr;
     double glossy_variance = 0;  ///< of one candidate; in float, bright light's would overflow
     float mirrored = 0;          ///< unshadowed, by delta lobes
   };
@@ -237,8 +240,9 @@ class Estimator {
                  const LocalLight::Place& place) const;
   void push_shadow_ray(const Ray& ray, const Rgb& weight, uint32_t cell, int32_t patch, Rgb* sum);
   void note_pending(const Rgb& weight, uint32_t cell, int32_t patch, Rgb* sum);
+  void note_lamp(size_t candidate, uint32_t primary);
   void trace_shadow_rays();
-  std::pair<double, size_t> cap_candidates(size_t rays);
+  double cap_candidates(size_t rays);
   template <class Function>
   void for_heavy_blocks(double weight, const Function& fn) const;
   std::pair<size_t, double> heavier_candidates(double weight) const;
@@ -270,6 +274,7 @@ class Estimator {
   /// What all rays that wait are for: records or an estimate.
   bool is_probing_ = false;
   std::vector<VisibilityRecord>* records_ = nullptr;  ///< of each patch
+  std::span<PointPlan> probed_;
 
   std::vector<Prepared> prepared_;
   Prepared planned_;
@@ -290,6 +295,12 @@ class Estimator {
   float importance_total_ = 0;
   std::vector<Ray> rays_;  ///< those that wait are the first waiting_
   std::vector<Pending> pending_;
+  /// Of rays that wait for records: what they add where they see light; nothing, of most.
+  struct Lit {
+    float* sum = nullptr;
+    float radiance = 0;
+  };
+  std::vector<Lit> lit_;
   size_t waiting_ = 0;
   LocalChoice choice_;
   std::vector<uint32_t> chosen_, numbers_[2];

@@ -204,13 +204,17 @@ float Estimator::eye_rays_of(const Patch& patch) const {
 void Estimator::plan_local(const Group& group, size_t first, size_t end_points,
                            std::span<PointPlan> points) {
   Candidates& c = candidates_;
-  double sum = 0, all = 0, variance = 0;
+  double sum = 0, of_lamps = 0, all = 0, variance = 0;
   double row_sum = 0, row_squares = 0, row = 0;
   for (size_t i = first; i < c.size(); ++i) {
     const double w = mean_of(c.weight_of(i));
     sum += w;
     all += w * (1. + c.lobe_density[i] * c.eye_ratio[i]);
-    if (i >= end_points) continue;
+    if (i >= end_points) {
+      of_lamps += w;
+      points[member_of(group, c.member[i])].lamps += static_cast<float>(w);
+      continue;
+    }
     row_sum += w;
     row_squares += w * w;
     row += 1;
@@ -223,13 +227,14 @@ void Estimator::plan_local(const Group& group, size_t first, size_t end_points,
   const double count = group.count;
   const float share = static_cast<float>(group.count) / static_cast<float>(patch.count);
   const auto mean = static_cast<float>(sum / count);
+  const auto extended = static_cast<float>((sum - of_lamps) / count);
   const double spread = variance / count;
   const float by_eye = all > 0 ? static_cast<float>(1 - sum / all) : 1.f;
   patch.eye_rays += share * std::clamp(kEyeRayFactor * by_eye, kLeastEyeRays, 1.f);
   patch.glossy += mean * share;
   for (uint32_t j = 0; j < group.count; ++j) {
     PointPlan& point = points[order_[group.first + j]];
-    point.glossy += mean;
+    point.glossy += extended;
     point.glossy_variance += spread;
   }
 }
@@ -264,7 +269,9 @@ void Estimator::shoot_local(const Segment& segment, float scale, Rgb* sum) {
     const uint32_t primary = member_of(group, c.member[i]);
     const SurfaceInteraction& si = primaries_->interaction(primary);
     const Vec3 d = c.direction(i);
-    const bool may_be_behind = has_bent_normals && c.point[i] != LightPoint::kLambertian;
+    const bool is_lamp = c.point[i] == LightPoint::kLambertian;
+    if (is_probing_ && is_lamp && !is_black(weight)) note_lamp(i, primary);
+    const bool may_be_behind = has_bent_normals && !is_lamp;
     const Ray ray = may_be_behind
                         ? si.shadow_ray_to(light_.local_points.points[c.point[i]].end_of_ray(d))
                         : si.shadow_ray(d, c.distance[i]);

@@ -78,6 +78,15 @@ void ProductRenderer::pilot(Rows rows, const CellLight& light, uint32_t rays) {
         if (records.size() < patches) records.resize(patches);
         for (auto& r : records) r.clear();
         work.point_plans.assign(work.primaries.size(), {});
+        const auto point_of = [&](size_t i) -> PilotPoint& {
+          const uint32_t pixel = work.primaries.pixel(i);
+          const int x = pixels.x0 + static_cast<int>(pixel) % pixels.width();
+          const int y = pixels.y0 + static_cast<int>(pixel) / pixels.width();
+          return points_of(x, y)[i - work.primaries.first(pixel)];
+        };
+        for (size_t i = 0; i < work.primaries.size(); ++i) {
+          work.point_plans[i].lit = &point_of(i).lit;
+        }
         for (Patch& patch : memory.patches) {
           patch.glossy = patch.eye_rays = 0;
         }
@@ -91,13 +100,11 @@ void ProductRenderer::pilot(Rows rows, const CellLight& light, uint32_t rays) {
         unit.seed = hash_words(seed, static_cast<uint64_t>(tile), 1);
         work.estimator.probe(unit, work.point_plans, records);
         for (size_t i = 0; i < work.primaries.size(); ++i) {
-          const uint32_t pixel = work.primaries.pixel(i);
-          const int x = pixels.x0 + static_cast<int>(pixel) % pixels.width();
-          const int y = pixels.y0 + static_cast<int>(pixel) / pixels.width();
-          PilotPoint& point = points_of(x, y)[i - work.primaries.first(pixel)];
+          PilotPoint& point = point_of(i);
           point.patch = static_cast<int16_t>(work.primaries.patch[i]);
           const Estimator::PointPlan& plan = work.point_plans[i];
           point.known = mean_of(work.primaries.emitted(i)) + plan.glossy + plan.mirrored;
+          point.lamps = plan.lamps;
           point.glossy_deviation = static_cast<float>(std::sqrt(plan.glossy_variance));
           if (point.patch >= 0) {
             point.reflected = work.primaries.normal[i] * mean_of(work.primaries.diffuse[i]);
@@ -192,22 +199,32 @@ void ProductRenderer::apply_ablations(Visibility& visibility) const {
 /// errors.
 void ProductRenderer::find_trust(const TileMemory& memory, Patch& patch,
                                  const Visibility& visibility) const {
-  float error = 0, visible = 0, mean = 0, sigma = 0;
+  struct {
+    float count = 0, visible = 0, v = 0;
+  } lamps, others;
+  const uint32_t first_lamp = cells_.padded_size();
+  const uint32_t end_lamps = first_lamp + (local_ ? local_->lamp_cells() : 0);
+  float error = 0, sigma = 0;
   for (uint32_t i = patch.first_record; i < patch.end_record; ++i) {
     const VisibilityRecord record = memory.records[i];
-    const float v = visibility.v[record.cell()];
-    error += sqr((record.visible() ? 1.f : 0.f) - v);
-    visible += record.visible() ? 1.f : 0.f;
-    mean += v;
-    sigma += visibility.sigma[record.cell()];
+    const uint32_t cell = record.cell();
+    const float v = visibility.v[cell], seen = record.visible() ? 1.f : 0.f;
+    auto& of = cell >= first_lamp && cell < end_lamps ? lamps : others;
+    of.count += 1;
+    of.visible += seen;
+    of.v += v;
+    error += sqr(seen - v);
+    sigma += visibility.sigma[cell];
   }
-  const auto count = static_cast<float>(patch.end_record - patch.first_record);
+  const float count = lamps.count + others.count;
   if (count == 0) return;
-  patch.mean_visibility = mean / count;
+  const float mean = (lamps.v + others.v) / count;
+  patch.lamp_visibility = lamps.count > 0 ? lamps.v / lamps.count : mean;
+  patch.mean_visibility = others.count > 0 ? others.v / others.count : mean;
   patch.mean_sigma = sigma / count;
   if (!is_sharp(patch)) return;
-  patch.trust = error < kTrust * visible;
-  patch.mean_visibility = (visible + 2 * patch.mean_visibility) / (count + 2);
+  patch.trust = error < kTrust * (lamps.visible + others.visible);
+  patch.mean_visibility = (others.visible + 2 * patch.mean_visibility) / (others.count + 2);
 }
 
 void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
@@ -248,6 +265,7 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
       for (int i = 0; i < 9; ++i) light[i % 3] += control[i] * (1 / 3.f);
       value = std::max(
           0.f, kInvPi * glm::dot(light, point.reflected) + point.known * patch.mean_visibility);
+      value += point.lit + std::max(0.f, point.lamps) * patch.lamp_visibility;
       forecast.uncertainty += patch.uncertainty;
       const double deviation = point.glossy_deviation * patch.mean_visibility;
       glossy_variance += deviation * deviation * kGlossyFactor;

@@ -43,6 +43,8 @@ class ProductRenderer final : public Passes {
   struct PilotPoint {
     Vec3 reflected{0.f};  ///< normal x mean diffuse reflectance
     float known = 0;      ///< light that it sees itself, or unshadowed glossy light
+    float lamps = 0;      ///< PointPlan::lamps
+    float lit = 0;        ///< of the other lamps, what arrives
     float glossy_deviation = 0;
     int16_t patch = -1;
   };

@@ -56,6 +56,14 @@ void Estimator::note_pending(const Rgb& weight, uint32_t cell, int32_t patch, Rg
   if (++waiting_ == rays_.size()) trace_shadow_rays();
 }
 
+/// The ray to a lamp that was made last says what its point sees of it.
+void Estimator::note_lamp(size_t candidate, uint32_t primary) {
+  PointPlan& point = probed_[primary];
+  const float radiance = mean_of(candidates_.weight_of(candidate));
+  point.lamps -= radiance;
+  lit_[waiting_] = {point.lit, radiance};
+}
+
 void Estimator::flush() {
   trace_eye_rays();
   trace_shadow_rays();
@@ -71,6 +79,8 @@ void Estimator::trace_shadow_rays() {
     const Pending& p = pending_[i];
     if (is_probing_) {
       p.records->push_back(VisibilityRecord(p.cell, visible));
+      if (visible && lit_[i].sum) *lit_[i].sum += lit_[i].radiance;
+      lit_[i] = {};
     } else if (visible) {
       *p.sum += p.weight;
     }
@@ -157,12 +167,11 @@ void Estimator::shoot_glossy(const Segment& segment, float scale, Rgb* sum) {
 
 /// A candidate is one direction: a second ray along it would tell nothing new. Weights of
 /// candidates above the comb's step are lowered to it, so that each gets one ray, and the others
-/// get more. Strata of cells, which hold many directions, stay. Returns the total and how many rays
-/// there are.
-std::pair<double, size_t> Estimator::cap_candidates(size_t rays) {
+/// get more. Strata of cells, which hold many directions, stay. Returns the step.
+double Estimator::cap_candidates(size_t rays) {
   double total = 0;
   for (const float block : block_sums_) total += block;
-  if (!(total > 0)) return {total, 0};
+  if (!(total > 0)) return 0;
   double step = total / static_cast<double>(rays);
   size_t capped = 0;
   for (int i = 0; i < kCapRounds; ++i) {
@@ -174,7 +183,7 @@ std::pair<double, size_t> Estimator::cap_candidates(size_t rays) {
     if (capped >= rays || !(left > kNegligible * total)) break;
     step = left / static_cast<double>(rays - capped);
   }
-  if (capped == 0) return {total, rays};
+  if (capped == 0) return step;
   const auto cap = static_cast<float>(step);
   for_heavy_blocks(step, [&](size_t block) {
     float* const w = &weights_[block * simd::kCellLanes];
@@ -182,11 +191,8 @@ std::pair<double, size_t> Estimator::cap_candidates(size_t rays) {
     for (size_t i = 0; i < simd::kCellLanes; ++i) sum += w[i] = std::min(w[i], cap);
     block_sums_[block] = sum;
   });
-  total = 0;
-  for (const float block : block_sums_) total += block;
-  // Where all candidates are heavy, there may be fewer of them than rays.
-  const double enough = std::ceil(total / step * (1 - kNegligible));
-  return {total, std::min(rays, static_cast<size_t>(enough))};
+  // The rest may have a ray more or fewer than was asked for, so that each of these has its one.
+  return cap;
 }
 
 /// Calls fn(block) for blocks of candidates that may hold one heavier than `weight`.
@@ -223,11 +229,11 @@ std::pair<size_t, double> Estimator::heavier_candidates(double weight) const {
 void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
   if (unit.rays == 0) return;
   const StageTimer timer(*stages_.comb);
-  const auto [total, rays] = cap_candidates(unit.rays);
-  if (rays == 0) return;
-  Comb comb(total, rays, random_float(unit.seed, 1));
+  const double step = cap_candidates(unit.rays);
+  if (!(step > 0)) return;
+  Comb comb = Comb::by_step(step, random_float(unit.seed, 1));
   const uint32_t offset = random_bits(unit.seed, 2);
-  const auto scale = static_cast<float>(total / static_cast<double>(rays));
+  const auto scale = static_cast<float>(step);
   size_t before = 0;
   for (const Segment& segment : segments_) {
     hits_.clear();

@@ -129,7 +129,8 @@ struct Patch {
   float uncertainty = 0;      ///< sum over strata of what rays are distributed by
   float glossy = 0;           ///< unshadowed glossy radiance
   float cell_share = 0.5f;    ///< of candidates that are drawn from the cells
-  float mean_visibility = 1;  ///< of glossy light
+  float mean_visibility = 1;  ///< of glossy light, and of local light but lamps
+  float lamp_visibility = 1;
   float mean_sigma = 1;
   /// Rays that a primary's BSDF sends after local light, on average; at most 1.
   float eye_rays = 0.5f;

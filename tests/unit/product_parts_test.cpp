@@ -94,6 +94,26 @@ TEST(Comb, RemaindersAreUniform) {
   }
 }
 
+/// Whatever lies between them: what no second hit can improve has one, and always one.
+TEST(Comb, StrataAsLongAsTheStepAreHitOnce) {
+  constexpr float kStep = 0.37f;
+  std::mt19937 rng(4);
+  std::vector<float> values(200);
+  for (float& v : values) v = rng() % 3 == 0 ? kStep : 0.01f * static_cast<float>(rng() % 30);
+  const Strata strata(values);
+  for (int k = 0; k < 1000; ++k) {
+    Comb comb = Comb::by_step(kStep, (k + 0.5) / 1000);
+    std::vector<Comb::Hit> found;
+    comb.pass(strata.weights.data(), strata.sums.data(), strata.weights.size(), found);
+    EXPECT_NEAR(static_cast<double>(found.size()), strata.total / kStep, 1);
+    std::vector<int> hits(values.size());
+    for (const Comb::Hit& hit : found) ++hits.at(hit.stratum);
+    for (size_t i = 0; i < values.size(); ++i) {
+      EXPECT_TRUE(values[i] != kStep || hits[i] == 1) << i << " " << k;
+    }
+  }
+}
+
 TEST(Comb, IsOneLineThroughAllSegments) {
   const Strata a = random_strata(100, 5), b = random_strata(60, 6);
   for (const double offset : {0., 0.3, 0.999999}) {
