@@ -244,11 +244,17 @@ SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {
   });
   const GridDistribution::Cell cell =
       by_area_.total() > 0 ? by_area_.sample(u) : GridDistribution::Cell{0, 0, u};
-  const float root = std::sqrt(1 - cell.u.x);
+  // The square is folded along its diagonal, which keeps what is near, near (Heitz 2019, "A
+  // low-distortion map between triangle and square").
   Hit hit;
   hit.primitive = cell.column;
-  hit.u = 1 - root;
-  hit.v = root * cell.u.y;
+  const float half = std::min(cell.u.x, cell.u.y) / 2;
+  hit.u = cell.u.x > cell.u.y ? cell.u.x - half : half;
+  hit.v = cell.u.x > cell.u.y ? half : cell.u.y - half;
+  return sampled_at(hit);
+}
+
+SurfaceInteraction MeshShape::sampled_at(const Hit& hit) const {
   SurfaceInteraction si = interaction(Ray{}, hit);
   si.shape = this;
   return si;

@@ -3,6 +3,10 @@
 namespace kinome {
 namespace {
 
+/// Of so few emitters one number picks one and then, stretched, a place on it: the places on each
+/// are spread as evenly as all of them. Of more, too few of its digits would be left.
+constexpr uint32_t kMostStretched = 64;
+
 /// Weight of a sample from a technique of density a, where another has density b. As a ratio it
 /// neither overflows nor divides zero by zero (a is positive).
 float power_heuristic(float a, float b) {
@@ -38,6 +42,7 @@ void DirectLight::add_shadow_ray(const Context& context, const Ray& ray, const R
 void DirectLight::sample_emitters(const Context& context, uint32_t dimension) {
   const auto& emitters = context.scene.emitters();
   const auto per_point = static_cast<uint32_t>(context.emitter_samples);
+  const auto count = static_cast<uint32_t>(emitters.size());
   positions_.clear();
   numbers_.clear();
   picks_.clear();
@@ -46,11 +51,13 @@ void DirectLight::sample_emitters(const Context& context, uint32_t dimension) {
       const uint32_t first = dimension + kLightDimensions * k;
       positions_.push_back(point.si->p);
       numbers_.push_back(context.sampler.value_2d(*point.key, first + 1));
-      if (emitters.size() == 1) continue;
-      const float u =
-          context.sampler.value_1d(*point.key, first) * static_cast<float>(emitters.size());
-      picks_.push_back(
-          std::min(static_cast<uint32_t>(u), static_cast<uint32_t>(emitters.size() - 1)));
+      if (count == 1) continue;
+      float& x = numbers_.back().x;
+      const float u = (count <= kMostStretched ? x : context.sampler.value_1d(*point.key, first)) *
+                      static_cast<float>(count);
+      picks_.push_back(std::min(static_cast<uint32_t>(u), count - 1));
+      if (count > kMostStretched) continue;
+      x = std::min(u - static_cast<float>(picks_.back()), kOneMinusEpsilon);
     }
   }
   lights_.resize(positions_.size());

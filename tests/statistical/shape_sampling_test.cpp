@@ -89,6 +89,25 @@ TEST_P(EachShape, SampledPointsLieOnIt) {
   }
 }
 
+/// A column of the square is a column of the rectangle, and a row a row: strata stay.
+TEST(RectangleSampling, PlacesAreThoseOfTheSquare) {
+  for (const bool flipped : {false, true}) {
+    const auto shape =
+        make<Shape>(std::string("<shape type='rectangle'><boolean name='flip_normals' "
+                                "value='") +
+                    (flipped ? "true" : "false") + "'/></shape>");
+    Random random(35);
+    for (int i = 0; i < 1000; ++i) {
+      const Vec2 u(random.unit(), random.unit());
+      const SurfaceInteraction si = shape->sample_surface(u);
+      ASSERT_NEAR(si.p.x, 2 * u.x - 1, 1e-6f);
+      ASSERT_NEAR(si.p.y, 2 * u.y - 1, 1e-6f);
+      ASSERT_NEAR(si.uv.x, u.x, 1e-6f);
+      ASSERT_NEAR(si.uv.y, u.y, 1e-6f);
+    }
+  }
+}
+
 /// Triangles of very different sizes, some of no area.
 TEST(MeshSampling, IsUniformByArea) {
   const TemporaryFolder folder;

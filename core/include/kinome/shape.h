@@ -86,6 +86,8 @@ class KINOME_EXPORT MeshShape : public Shape {
   /// of a mirrored transform is kept consistent).
   void finish(const Properties& props, const Transform& to_world, bool face_normals,
               bool flip_normals);
+  /// What sample_surface gives for a place on a triangle.
+  SurfaceInteraction sampled_at(const Hit& hit) const;
   TriangleMesh mesh_;
 
  private:
