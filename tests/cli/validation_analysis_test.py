@@ -48,6 +48,30 @@ class Analysis(unittest.TestCase):
         self.assertEqual(len(analysis.trusted(points, 1e-4)), 2)
         self.assertEqual(len(analysis.trusted(points, 0.0)), 3)
 
+    def test_what_it_cannot_tell_bounds_what_it_can(self):
+        points = line([1, 3, 9], [1.1e-2, 2e-3, -1e-6])
+        bounded = analysis.bounded(points, 8e-3)
+        self.assertEqual([p["relmse"] for p in bounded], [1.1e-2, 4e-3])
+        seconds, kind = analysis.seconds_to(bounded, 1e-2)
+        self.assertEqual(kind, "measured")
+        # Later than by the point itself, never sooner.
+        self.assertGreater(seconds, analysis.seconds_to(points, 1e-2)[0])
+        self.assertLess(seconds, 3)
+        self.assertEqual(analysis.bounded(points, 1.0), [])
+        self.assertEqual(len(analysis.bounded(points, 1e-6)), 3)
+
+    def test_a_peer_is_followed_farther_in_its_favour(self):
+        def seconds(points, target):
+            return analysis.seconds_to(points, target, analysis.PEER_REACH)
+
+        slow = line([1, 4, 16], [1, 0.5, 0.25])  # a slope of -1/2
+        self.assertEqual(analysis.seconds_to(slow, 1e-2), (None, "beyond"))
+        self.assertEqual(seconds(slow, 1e-2), (200, "extrapolated"))
+        self.assertEqual(seconds(slow, 0.05), (160, "extrapolated"))
+        self.assertEqual(seconds(slow, 1e-3), (None, "beyond"))
+        steep = line([1, 4, 16], [1, 1 / 8, 1 / 64])  # and of -3/2
+        self.assertAlmostEqual(seconds(steep, 1 / 64 / 27 / 8)[0], 16 * 36, places=6)
+
     def test_ratios_and_their_mean(self):
         def one(kind, seconds):
             return {"kind": kind, "seconds_to": {1e-3: (seconds, "measured" if seconds else

@@ -6,6 +6,9 @@ TARGETS = (1e-2, 1e-3, 1e-4)
 # A curve flatter than this has stopped to converge: what lies beyond its end is never reached.
 FLAT = -0.25
 REACH = 10  # how many times longer than the last point a curve may be drawn on
+# A peer that doesn't learn goes on as it began. Beyond REACH it is given a slope of -1 or its own,
+# whichever is steeper: what that tells of its time is, if anything, too short.
+PEER_REACH = 100
 
 
 def quartiles(values):
@@ -32,12 +35,24 @@ def curve(points, measure="relmse"):
 
 def can_tell(error, own_error):
     """Can a reference of that noise tell a picture of this error from a perfect one?"""
-    return error > max(0.5 * own_error, 0)
+    return error > least(own_error)
+
+
+def least(own_error):
+    return max(0.5 * own_error, 0)
 
 
 def trusted(points, own_error):
     """Without those that the reference can't tell from a perfect picture."""
     return [p for p in points if can_tell(p["relmse"], own_error) and p["seconds"] > 0]
+
+
+def bounded(points, own_error):
+    """Those that are trusted, and the first after them with the most that its error can be: by then
+    all targets that the reference can tell are met."""
+    good = trusted(points, own_error)
+    after = [p for p in points if good and p["seconds"] > good[-1]["seconds"]]
+    return good + [p | {"relmse": least(own_error)} for p in after[:1] if own_error > 0]
 
 
 def slope(points):
@@ -53,11 +68,11 @@ def slope(points):
     return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / spread
 
 
-def seconds_to(points, target):
+def seconds_to(points, target, reach=REACH):
     """(seconds, kind): kind is "measured" between two points, "extrapolated" beyond the last (along
-    the last three), "at most" before the first. Seconds are None where the curve has gone flat
-    ("never"), would take more than REACH times the last point's ("beyond"), or has too few points
-    ("unknown")."""
+    the last three; farther than REACH with a slope of at least -1), "at most" before the first.
+    Seconds are None where the curve has gone flat ("never"), would take more than `reach` times the
+    last point's ("beyond"), or has too few points ("unknown")."""
     if not points:
         return None, "unknown"
     if points[0]["relmse"] <= target:
@@ -74,8 +89,12 @@ def seconds_to(points, target):
     centre = {key: math.exp(statistics.fmean(math.log(p[key]) for p in tail))
               for key in ("seconds", "relmse")}
     seconds = centre["seconds"] * (target / centre["relmse"]) ** (1 / falls)
-    if seconds > REACH * points[-1]["seconds"]:
-        return None, "beyond"
+    near = REACH * points[-1]["seconds"]
+    if seconds > near:
+        sooner = centre["seconds"] * (target / centre["relmse"]) ** (1 / min(falls, -1))
+        seconds = max(sooner, near)
+        if reach <= REACH or seconds > reach * points[-1]["seconds"]:
+            return None, "beyond"
     return seconds, "extrapolated"
 
 
@@ -101,12 +120,13 @@ def summary(entry, measure="relmse"):
     found = {}
     for name, renderer in entry["curves"].items():
         points = curve(renderer["points"], measure)
-        good = trusted(points, own)
+        good, reached = trusted(points, own), bounded(points, own)
+        reach = REACH if renderer["kind"] == "ours" else PEER_REACH
         shares = [run["embree_share"] for p in renderer["points"] for run in p["runs"]
                   if run.get("embree_share") is not None]
         found[name] = {"kind": renderer["kind"], "points": points, "slope": slope(good),
                        "efficiency": efficiency(good),
-                       "seconds_to": {t: seconds_to(good, t) if can_tell(t, own)
+                       "seconds_to": {t: seconds_to(reached, t, reach) if can_tell(t, own)
                                       else (None, "noise") for t in TARGETS},
                        "not_finite": sum(run["not_finite"] for p in renderer["points"]
                                          for run in p["runs"]),

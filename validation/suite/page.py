@@ -130,9 +130,10 @@ def benchmark_section(scenes, load_picture):
         "compilation, which have a table of their own. Renderers take turns, on "
         "the same number of threads; medians of all seeds, bars are quartiles. relMSE is "
         "mean[((I − R)² − var R) / (R² + 0.01 mean(R)²)]. <b>~</b> is extrapolated beyond the last "
-        "point, <b>≤</b> reached by the fewest samples already; <b>never</b>: the curve has gone "
-        "flat; <b>far</b>: it would take more than ten times its last point; <b>noise</b>: less "
-        "than the reference can tell. A ratio is the best "
+        "point (a peer farther than ten times by a slope of -1 at least, in its favour), "
+        "<b>≤</b> reached by the fewest samples already; <b>never</b>: the curve has gone "
+        "flat; <b>far</b>: it would take more than ten times its last point, a peer more than a "
+        "hundred times; <b>noise</b>: less than the reference can tell. A ratio is the best "
         "peer's seconds by ours: above 1 we are faster, below 1 slower; <b>peer only</b>: ours "
         "does not get there, which no mean counts. Cycles has no clock of its own for less than a "
         "whole render, with the file written."),

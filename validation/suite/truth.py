@@ -23,7 +23,8 @@ class References:
     def picture(self, scene, size):
         """Path of the EXR; made if it isn't there. Raises Problem."""
         width, height = size
-        samples, seeds = self.effort.truth_samples, self.effort.truth_seeds
+        samples = self.effort.truth_samples
+        seeds = self.effort.truth_seeds * scene.truth_factor
         name = f"{scene.name}-{width}x{height}-{scene.truth}-{samples}x{seeds}-" \
                f"{scene_hash(scene.path)}"
         path = self.folder / name / f"{scene.path.stem}.exr"
