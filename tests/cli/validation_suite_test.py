@@ -336,17 +336,17 @@ class BadInput(InFolder):
     def test_no_reference_without_mitsuba(self):
         made = truth.References(self.folder / "none", self.folder, tables.QUICK, self.log)
         with self.assertRaisesRegex(Problem, "^hebe: no reference without Mitsuba$"):
-            made.load(HEBE)
+            made.load(HEBE, HEBE.size)
 
     def test_a_reference_by_another_version_is_made_again(self):
         made = truth.References(self.folder / "none", self.folder, tables.QUICK, self.log)
         with unittest.mock.patch.object(made, "_make") as make:
-            path = made.picture(HEBE)
+            path = made.picture(HEBE, HEBE.size)
             path.parent.mkdir()
             for count, version in ((2, "3.0.0"), (2, truth.REQUIREMENTS.read_text(
                     "utf-8").split("mitsuba==")[1].split()[0])):
                 path.with_suffix(".json").write_text(json.dumps({"version": version}))
-                made.picture(HEBE)
+                made.picture(HEBE, HEBE.size)
                 self.assertEqual(make.call_count, count)
 
     def test_no_program_and_no_scene(self):
