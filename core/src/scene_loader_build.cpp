@@ -339,7 +339,8 @@ void Builder::complete_indirect_light(const Location& where, Scene::Contents& co
                  .what());
   }
   if (!plugin || has_indirect) return;
-  log_info("the scene has no indirect emitter: using '" + std::string(plugin) + "'");
+  log_debug("the integrator brings a '" + std::string(plugin) +
+            "' along, for light after a bounce");
   // No line of the file is to blame for what it does.
   Properties props(Category::kEmitter, plugin, Location{where.file});
   contents.emitters.push_back(std::dynamic_pointer_cast<Emitter>(create(props, where)));

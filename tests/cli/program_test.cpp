@@ -189,6 +189,22 @@ TEST_F(Program, WarnsOfChannelsThatAPfmCannotHold) {
   EXPECT_NE(run().err.find("hold no channels but colour"), std::string::npos) << run().err;
 }
 
+/// The emitter that an integrator brings along is nothing to worry about: for those who debug.
+TEST_F(Program, LightPointsOfABounceComeWithoutANotice) {
+  std::string xml = small_scene();
+  xml.replace(xml.find("\"$integrator\"/>"), 16,
+              "\"clustered\"><integer name=\"max_depth\" value=\"3\"/></integrator>");
+  xml.erase(xml.find("<default"), xml.find("/>") + 2 - xml.find("<default"));
+  const std::string scene = folder_.write("bounce.xml", xml);
+  const auto said = [&](const char* verbosity) {
+    const ProcessResult result = kinome({scene, verbosity, "-D", "width=8", "-D", "spp=1"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    return result.err;
+  };
+  EXPECT_EQ(said("-v").find("vpl"), std::string::npos) << said("-v");
+  EXPECT_NE(said("-vv").find("brings a 'vpl' along"), std::string::npos) << said("-vv");
+}
+
 TEST_F(Program, VariantIsAcceptedWithANote) {
   const ProcessResult result = kinome({"-m", "scalar_rgb", scene_});
   EXPECT_EQ(result.status, 0);
