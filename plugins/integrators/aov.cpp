@@ -37,6 +37,7 @@ constexpr uint32_t kRays = 4096;  ///< traced together
 struct SurfaceHit {
   const SurfaceInteraction& si;
   uint32_t shape;
+  float depth;  ///< from the camera's near plane, as in Mitsuba
 };
 
 struct Type {
@@ -47,7 +48,7 @@ struct Type {
 
 /// Shape indices count from 1, as Mitsuba's do: 0 is the background.
 constexpr Type kTypes[] = {
-    {"depth", "T", [](const SurfaceHit& hit) { return Vec3(hit.si.t); }},
+    {"depth", "T", [](const SurfaceHit& hit) { return Vec3(hit.depth); }},
     {"position", "XYZ", [](const SurfaceHit& hit) { return hit.si.p; }},
     {"uv", "UV", [](const SurfaceHit& hit) { return Vec3(hit.si.uv, 0); }},
     {"geo_normal", "XYZ", [](const SurfaceHit& hit) { return hit.si.n; }},
@@ -159,7 +160,7 @@ class AovIntegrator final : public Integrator {
       std::fill(values.begin(), values.end(), 0.f);
       return;
     }
-    const SurfaceHit hit{primary.interaction(i), primary.ray_hit(i).hit.shape};
+    const SurfaceHit hit{primary.interaction(i), primary.ray_hit(i).hit.shape, primary.depth(i)};
     size_t at = 0;
     for (const Type* type : types_) {
       const Vec3 value = type->value(hit);

@@ -1,4 +1,5 @@
-/// Distance of the first hit along the ray, in all three colour channels; 0 where there is none.
+/// Distance of the first hit along the ray, from the camera's near plane (as in Mitsuba), in all
+/// three colour channels; 0 where there is none.
 ///
 ///     <integrator type="depth"/>
 
@@ -30,7 +31,7 @@ class DepthIntegrator final : public Integrator {
       const StageTimer timer(tile.counters.stage_seconds["primary"]);
       primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
       for (size_t i = 0; i < primary.size(); ++i) {
-        const float t = primary.hit(i) ? primary.interaction(i).t : 0;
+        const float t = primary.hit(i) ? primary.depth(i) : 0;
         const std::array<float, 4> values{t, t, t, primary.hit(i) ? 1.f : 0.f};
         tile.film.add(primary.film_position(i), std::span(values.data(), value_count));
       }
@@ -48,5 +49,7 @@ class DepthIntegrator final : public Integrator {
 }  // namespace
 }  // namespace kinome
 
-KINOME_PLUGIN(kinome::DepthIntegrator, kinome::Category::kIntegrator, "depth",
-              "Distance of the first hit along the ray; 0 where there is none.", kinome::kTable);
+KINOME_PLUGIN(
+    kinome::DepthIntegrator, kinome::Category::kIntegrator, "depth",
+    "Distance of the first hit along the ray, from the near plane; 0 where there is none.",
+    kinome::kTable);

@@ -28,14 +28,17 @@ struct Pixel {
   int y;
 };
 constexpr Pixel kSphere{10, 10}, kRectangle{3, 3}, kNothing{18, 3};
+/// Depth of the camera's near plane, from where depths count: to_world scales the default
+/// near_clip.
+constexpr float kNear = 3 * 0.01f;
 
 TEST(Depth, IsTheDistanceAlongTheRay) {
   const auto scene = scene_from(scene_xml("<integrator type=\"depth\"/>"));
   const Image image = render_scene(*scene);
   for (int c = 0; c < 3; ++c) {
     // The middle pixel spans x, y in [-1/7, 1/7] of the sphere: z in [.979, 1].
-    EXPECT_NEAR(image.at(kSphere.x, kSphere.y, c), 4.01, 0.011);
-    EXPECT_NEAR(image.at(kRectangle.x, kRectangle.y, c), 6, 1e-5);
+    EXPECT_NEAR(image.at(kSphere.x, kSphere.y, c), 4.01 - kNear, 0.011);
+    EXPECT_NEAR(image.at(kRectangle.x, kRectangle.y, c), 6 - kNear, 1e-5);
     EXPECT_EQ(image.at(kNothing.x, kNothing.y, c), 0);
   }
   EXPECT_EQ(image.at(kRectangle.x, kRectangle.y, 3), 1);
@@ -59,6 +62,46 @@ constexpr const char* kAll =
     "dd:depth, pos:position,uv:uv,gn:geo_normal,sn:sh_normal,du:dp_du,dv:dp_dv,pi:prim_index,"
     "si:shape_index,al:albedo";
 
+/// A wall 3 before the camera, whose near plane is at 1: as Mitsuba 3.9.1 has it, camera rays begin
+/// on the near plane, and what is measured begins with them.
+TEST(Depth, CountsFromTheNearPlane) {
+  struct Camera {
+    std::string xml;    ///< type and parameters of its own
+    std::string scale;  ///< in to_world
+    bool is_parallel;
+    float expected;  ///< along the axis
+  };
+  const std::string fov = R"(<float name="fov" value="60"/>)";
+  const Camera cameras[] = {
+      {"perspective\">" + fov, "", false, 2},
+      // An aperture that is next to nothing: all rays of a pixel begin at the same place.
+      {"thinlens\"><float name=\"aperture_radius\" value=\"1e-5\"/>" + fov, "", false, 2},
+      {"orthographic\">", "", true, 2},
+      {"orthographic\">", "<scale value=\"2\"/>", true, 1},
+      {"orthographic\">", "<scale value=\".5\"/>", true, 2.5},
+  };
+  for (const Camera& camera : cameras) {
+    const std::string rest =
+        "<sensor type=\"" + camera.xml +
+        R"(<float name="near_clip" value="1"/><float name="far_clip" value="10"/>
+        <transform name="to_world">)" +
+        camera.scale + look_at("0 0 3", "0 0 0", "0 1 0") +
+        R"(</transform><sampler type="independent"><integer name="sample_count" value="1"/></sampler>
+        <film type="hdrfilm"><integer name="width" value="4"/><integer name="height" value="4"/>
+        <rfilter type="box"/></film></sensor><shape type="rectangle">
+        <transform name="to_world"><scale value="20"/></transform></shape>)";
+    const Image depth = render_scene(*scene_from("<integrator type=\"depth\"/>" + rest));
+    const Image both = render_scene(*scene_from(aov_xml("d:depth,p:position") + rest));
+    for (int i = 0; i < 16; ++i) {
+      const int x = i % 4, y = i / 4;
+      const Vec3 p(both.at(x, y, 4), both.at(x, y, 5), both.at(x, y, 6));
+      const float cosine = camera.is_parallel ? 1 : 3 / glm::length(p - Vec3(0, 0, 3));
+      EXPECT_NEAR(depth.at(x, y, 0), camera.expected / cosine, 1e-4f) << camera.xml;
+      EXPECT_EQ(both.at(x, y, 3), depth.at(x, y, 0)) << camera.xml;
+    }
+  }
+}
+
 TEST(Aov, NamesChannelsAsMitsubaDoes) {
   const auto scene = scene_from(scene_xml(aov_xml(kAll, direct_xml()), "rgba"));
   const Image image = render_scene(*scene);
@@ -75,7 +118,7 @@ TEST(Aov, ShowsWhatIsHit) {
   const auto value = [&](const Pixel& at, const std::string& name) {
     return image.at(at.x, at.y, channel_of(image, name));
   };
-  EXPECT_NEAR(value(kRectangle, "dd.T"), 6, 1e-5);
+  EXPECT_NEAR(value(kRectangle, "dd.T"), 6 - kNear, 1e-5);
   // Pixel 3 of 21, whose width is 2/7: x from -3 + 6/7; rows count from the top, y = 3.
   EXPECT_NEAR(value(kRectangle, "pos.X"), -2, 1.01 / 7);
   EXPECT_NEAR(value(kRectangle, "pos.Y"), 2, 1.01 / 7);
@@ -123,7 +166,7 @@ TEST(Aov, Nests) {
   const Image image = render_scene(*scene);
   EXPECT_EQ(image.channels,
             (std::vector<std::string>{"R", "G", "B", "inner.U", "inner.V", "outer.T"}));
-  EXPECT_NEAR(image.at(kRectangle.x, kRectangle.y, 5), 6, 1e-5);
+  EXPECT_NEAR(image.at(kRectangle.x, kRectangle.y, 5), 6 - kNear, 1e-5);
   EXPECT_GT(image.at(kRectangle.x, kRectangle.y, 3), 0);
 }
 

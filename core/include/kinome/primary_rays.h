@@ -46,6 +46,9 @@ class KINOME_EXPORT PrimaryBatch {
   bool hit(size_t i) const { return hits_[i].hit.valid(); }
   /// Only where hit(i).
   const SurfaceInteraction& interaction(size_t i) const { return interactions_[i]; }
+  /// From the sensor's near plane, along the ray: what Mitsuba, whose camera rays begin there,
+  /// takes for the distance of a hit. Only where hit(i).
+  float depth(size_t i) const { return interactions_[i].t - hits_[i].ray.tmin; }
   /// Adds the light that each ray sees itself to its radiance: of surfaces that emit, and of the
   /// environment.
   void add_emitters(const Scene& scene, std::span<Rgb> radiance);
