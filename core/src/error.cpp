@@ -29,9 +29,15 @@ std::string shortened(const std::string& text) {
   return text.substr(0, first) + " … " + text.substr(last);
 }
 
-std::string with_place(const Location& where, const std::string& message) {
-  const std::string place = to_string(where);
-  return one_line(place.empty() ? shortened(message) : place + ": " + shortened(message));
+std::string with_places(const Location& where, const std::string& message,
+                        const std::vector<Location>& askers) {
+  std::string text = to_string(where);
+  if (!text.empty()) text += ": ";
+  text += shortened(message);
+  for (size_t i = 0; i < askers.size(); ++i) {
+    text += (i == 0 ? " (asked for by " : ", asked for by ") + to_string(askers[i]);
+  }
+  return one_line(askers.empty() ? text : text + ")");
 }
 
 }  // namespace
@@ -41,10 +47,17 @@ std::string to_string(const Location& where) {
   return where.file + ":" + std::to_string(where.line) + ":" + std::to_string(where.column);
 }
 
-Error::Error(const Location& where, const std::string& message)
-    : std::runtime_error(with_place(where, message)),
+Error::Error(const Location& where, const std::string& message, std::vector<Location> askers)
+    : std::runtime_error(with_places(where, message, askers)),
       where_(where),
-      message_(one_line(shortened(message))) {}
+      message_(one_line(shortened(message))),
+      askers_(std::move(askers)) {}
+
+Error Error::asked_for_by(const Location& asker) const {
+  std::vector<Location> askers = askers_;
+  askers.push_back(asker);
+  return Error(where_, message_, std::move(askers));
+}
 
 int edit_distance(const char* a, const char* b) {
   // Levenshtein's distance, one row of the table at a time.

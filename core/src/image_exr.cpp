@@ -199,17 +199,19 @@ std::vector<half> to_halves(const std::string& path, const Image& image) {
 
 }  // namespace
 
-Image read_exr(const std::string& path, const Location& where, ImageMetadata* metadata) {
+Image read_exr(const std::string& path, const Location& asker, ImageMetadata* metadata) {
+  const auto fail = [&](const std::string& why) {
+    const Error error(Location{path}, "can't be read: " + why);
+    return asker.file.empty() ? error : error.asked_for_by(asker);
+  };
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
-    throw Error(where, fmt::format("cannot read '{}': {}", path,
-                                   std::filesystem::exists(path, ignored) ? "it is not a file"
-                                                                          : "no such file"));
+    throw fail(std::filesystem::exists(path, ignored) ? "it is not a file" : "no such file");
   }
   try {
     return read_checked(path, metadata);
   } catch (const std::bad_alloc&) {
-    throw Error(where, fmt::format("cannot read '{}': it needs more memory than there is", path));
+    throw fail("it needs more memory than there is");
   } catch (const std::exception& e) {
     std::string why = e.what();
     // OpenEXR puts the path in front, and the end of a file is one of several texts of its own.
@@ -218,8 +220,7 @@ Image read_exr(const std::string& path, const Location& where, ImageMetadata* me
         why = "truncated or damaged OpenEXR file (" + why + ")";
       }
     }
-    std::replace(why.begin(), why.end(), '\n', ' ');
-    throw Error(where, fmt::format("cannot read '{}': {}", path, why));
+    throw fail(why);
   }
 }
 

@@ -44,9 +44,10 @@ void write_pfm(const std::string& path, const Image& image) {
   writer.commit();
 }
 
-Image read_pfm(const std::string& path, const Location& where) {
+Image read_pfm(const std::string& path, const Location& asker) {
   const auto fail = [&](const std::string& why) {
-    return Error(where, fmt::format("cannot read '{}': {}", path, why));
+    const Error error(Location{path}, "can't be read: " + why);
+    return asker.file.empty() ? error : error.asked_for_by(asker);
   };
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) throw fail("no such file");

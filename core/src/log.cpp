@@ -1,11 +1,15 @@
 #include "kinome/log.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <mutex>
 #include <set>
 
+#include "kinome/error.h"
 #include "log_once.h"
 
 namespace kinome {
@@ -43,6 +47,7 @@ struct Told {
   std::mutex mutex;
   int scopes = 0;
   std::set<std::string> warnings;
+  std::set<std::string> files;  ///< of log_unused()
 };
 Told& told() {
   static Told* const instance = new Told;
@@ -91,6 +96,24 @@ void log_info(const std::string& message) {
 }
 void log_debug(const std::string& message) {
   logger().debug("{}", message);
+}
+
+void log_unused(const std::string& file, const std::vector<std::string>& what) {
+  constexpr size_t kMostTold = 20;
+  if (what.empty() || log_level() < LogLevel::kInfo) return;
+  {
+    const std::lock_guard lock(told().mutex);
+    if (!told().files.insert(file).second) return;
+  }
+  const size_t count = std::min(what.size(), kMostTold);
+  const std::string rest =
+      what.size() > count ? fmt::format(" and {} more", what.size() - count) : "";
+  // An Error's text is one line, whatever names a file has.
+  log_info(Error(Location{file},
+                 fmt::format("not used: {}{}",
+                             fmt::join(what.begin(), what.begin() + static_cast<long>(count), ", "),
+                             rest))
+               .what());
 }
 
 }  // namespace kinome

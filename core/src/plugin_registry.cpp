@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -117,6 +118,22 @@ const PluginDescriptor& PluginRegistry::find(Category category, const std::strin
 
 namespace {
 
+/// Whether the object is described in this file, rather than made of it.
+bool is_scene_file(const std::string& file, const Properties& props) {
+  return file == props.where().file ||
+         std::any_of(props.entries().begin(), props.entries().end(),
+                     [&](const auto& entry) { return file == entry.second.where.file; });
+}
+
+/// Where the scene names the file that the object is made of.
+const Location& file_asker(const PluginDescriptor& plugin, const Properties& props) {
+  for (const auto& [name, entry] : props.entries()) {
+    const Parameter* const row = find_row(plugin, name);
+    if (row && row->type == ParameterType::kFile) return entry.where;
+  }
+  return props.where();
+}
+
 /// Runs a plugin's constructor: whatever it throws becomes an Error that names it and its place.
 std::shared_ptr<Object> construct(const PluginDescriptor& plugin, const Properties& props,
                                   const std::string& name) {
@@ -124,8 +141,9 @@ std::shared_ptr<Object> construct(const PluginDescriptor& plugin, const Properti
     return plugin.create(props);
   } catch (const Error& error) {
     // Code below a plugin (a mesh reader, say) doesn't always know the place.
-    if (!error.where().file.empty()) throw;
-    throw Error(props.where(), error.message());
+    if (error.where().file.empty()) throw Error(props.where(), error.message());
+    if (is_scene_file(error.where().file, props) || !error.askers().empty()) throw;
+    throw error.asked_for_by(file_asker(plugin, props));
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {

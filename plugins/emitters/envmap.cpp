@@ -21,6 +21,7 @@
 #include "distant_disk.h"
 #include "kinome/color.h"
 #include "kinome/emitter.h"
+#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "spherical_map.h"
 
@@ -49,13 +50,6 @@ std::string extension_of(const std::string& path) {
   return extension;
 }
 
-Location where_is(const Properties& props, const std::string& name) {
-  for (const auto& [key, entry] : props.entries()) {
-    if (key == name) return entry.where;
-  }
-  return props.where();
-}
-
 /// Linear values of what the core can't read.
 Image open_linear_image(const std::string& path, const Properties& props) {
   StoredImage stored = open_image(path, props);
@@ -68,24 +62,27 @@ Image open_linear_image(const std::string& path, const Properties& props) {
   return image;
 }
 
-Image read_image(const Properties& props) {
-  const std::string path = props.file("filename");
+Image read_image(const std::string& path, const Properties& props) {
   const std::string extension = extension_of(path);
-  const Location where = where_is(props, "filename");
-  Image image = extension == ".exr"   ? read_exr(path, where)
-                : extension == ".pfm" ? read_pfm(path, where)
+  Image image = extension == ".exr"   ? read_exr(path)
+                : extension == ".pfm" ? read_pfm(path)
                                       : open_linear_image(path, props);
   const bool is_rgb = image.channel_count() >= 3 && image.channels[0] == "R" &&
                       image.channels[1] == "G" && image.channels[2] == "B";
   if (image.width < 1 || image.height < 1 || !(is_rgb || image.channel_count() == 1)) {
-    throw props.error("filename",
-                      "must have the channels R, G, B, or a single one: '" + path + "'");
+    throw Error(Location{path}, "must have the channels R, G, B, or a single one");
   }
+  std::vector<std::string> unused;
+  for (size_t c = is_rgb ? 3 : 1; c < image.channels.size(); ++c) {
+    unused.push_back("channel " + image.channels[c]);
+  }
+  log_unused(path, unused);
   return image;
 }
 
 /// Names the first texel that is no light, and counts those that are less than none.
-void check_texels(const Properties& props, const Image& image, float scale) {
+void check_texels(const Properties& props, const std::string& path, const Image& image,
+                  float scale) {
   constexpr float kTooMuch = 1e36f;  // sums of it must stay below the largest float
   const int channels = std::min(3, image.channel_count());
   size_t negative = 0;
@@ -99,12 +96,12 @@ void check_texels(const Properties& props, const Image& image, float scale) {
         const std::string place = " at x = " + std::to_string(x) + ", y = " + std::to_string(y) +
                                   ", channel " + image.channels[c];
         if (std::isfinite(value)) {
-          throw props.error("filename", "has a texel that is too large" + place +
-                                            "; times 'scale', radiance must stay below 1e36");
+          throw Error(Location{path}, "has a texel that is too large" + place +
+                                          "; times 'scale', radiance must stay below 1e36");
         }
-        throw props.error("filename", "has a texel that is " +
-                                          std::string(std::isnan(value) ? "NaN" : "infinite") +
-                                          place + "; radiance must be finite");
+        throw Error(Location{path}, "has a texel that is " +
+                                        std::string(std::isnan(value) ? "NaN" : "infinite") +
+                                        place + "; radiance must be finite");
       }
       negative += is_negative;
     }
@@ -125,9 +122,10 @@ float read_scale(const Properties& props) {
 }
 
 SphericalMap read_map(const Properties& props) {
-  const Image image = read_image(props);
+  const std::string path = props.file("filename");
+  const Image image = read_image(path, props);
   const float scale = read_scale(props);
-  check_texels(props, image, scale);
+  check_texels(props, path, image, scale);
   return SphericalMap(image, scale, props.boolean("mis_compensation"));
 }
 

@@ -11,8 +11,10 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "gltf_accessor.h"
+#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "mesh_file.h"
@@ -94,12 +96,26 @@ class GltfReader {
     }
     for (const int root : roots()) read_node(root, glm::dmat4(1.), "the scene");
     if (mesh_.triangles.empty()) accessors_.fail("the file has no faces");
+    if (any_normals_ && !all_normals_) unused_.insert("normals, which some primitives lack");
     if (!all_normals_) mesh_.normals.clear();
     if (!any_uvs_) mesh_.uvs.clear();
+    note_unused();
     return std::move(mesh_);
   }
 
+  /// What the file holds and a mesh has no use for.
+  std::vector<std::string> unused() const { return {unused_.begin(), unused_.end()}; }
+
  private:
+  /// Of the file as a whole.
+  void note_unused() {
+    if (model_.scenes.size() > 1) unused_.insert("scenes other than the default one");
+    if (!model_.animations.empty()) unused_.insert("animations");
+    for (const std::string& extension : model_.extensionsUsed) {
+      unused_.insert("extension " + TextCursor::shorten(extension));
+    }
+  }
+
   std::vector<int> roots() const {
     if (!model_.scenes.empty()) {
       const int scene = std::max(model_.defaultScene, 0);
@@ -138,6 +154,8 @@ class GltfReader {
       }
       visited_[static_cast<size_t>(next.node)] = true;
       const glm::dmat4 matrix = next.parent * local_matrix(node, name);
+      if (node.camera >= 0) unused_.insert("cameras");
+      if (node.skin >= 0) unused_.insert("skins");
       if (node.mesh >= 0) {
         const tinygltf::Mesh& mesh = accessors_.at(model_.meshes, node.mesh, "mesh", name);
         for (size_t i = 0; i < mesh.primitives.size(); ++i) {
@@ -193,9 +211,18 @@ class GltfReader {
                       const std::string& name) {
     const bool is_list = primitive.mode == TINYGLTF_MODE_TRIANGLES || primitive.mode == -1;
     const bool is_strip = primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP;
-    if (!is_list && !is_strip && primitive.mode != TINYGLTF_MODE_TRIANGLE_FAN) return;
+    if (!is_list && !is_strip && primitive.mode != TINYGLTF_MODE_TRIANGLE_FAN) {
+      unused_.insert("points and lines");
+      return;
+    }
     if (primitive.extensions.contains("KHR_draco_mesh_compression")) {
       accessors_.fail(name + " is compressed (KHR_draco_mesh_compression), which is not supported");
+    }
+    if (primitive.material >= 0) unused_.insert("materials");
+    if (!primitive.targets.empty()) unused_.insert("morph targets");
+    for (const auto& [attribute, accessor] : primitive.attributes) {
+      if (attribute == "POSITION" || attribute == "NORMAL" || attribute == "TEXCOORD_0") continue;
+      unused_.insert("attribute " + TextCursor::shorten(attribute));
     }
     const size_t first = mesh_.positions.size();
     const size_t count = read_vertices(primitive, matrix, name);
@@ -235,6 +262,7 @@ class GltfReader {
       accessors_.fail(name + " has attributes of different lengths");
     }
     all_normals_ = all_normals_ && !normals.empty();
+    any_normals_ = any_normals_ || !normals.empty();
     any_uvs_ = any_uvs_ || !uvs.empty();
     // Normals go by the cofactors, which are the inverse transpose times the determinant, and
     // exist for a flattening node, too.
@@ -289,7 +317,9 @@ class GltfReader {
   std::vector<bool> visited_;
   TriangleMesh mesh_;
   bool all_normals_ = true;
+  bool any_normals_ = false;
   bool any_uvs_ = false;
+  std::set<std::string> unused_;
 };
 
 class Gltf final : public MeshShape {
@@ -297,7 +327,9 @@ class Gltf final : public MeshShape {
   explicit Gltf(const Properties& props) : MeshShape(props) {
     const std::string file = props.file("filename");
     const tinygltf::Model model = parse_gltf(file);
-    mesh_ = GltfReader(file, model, props.boolean("flip_tex_coords")).read();
+    GltfReader reader(file, model, props.boolean("flip_tex_coords"));
+    mesh_ = reader.read();
+    log_unused(file, reader.unused());
     finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));
   }
 };

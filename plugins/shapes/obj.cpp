@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <map>
 
+#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "mesh_file.h"
@@ -62,6 +63,7 @@ class ObjReader {
       const std::string_view keyword = cursor_.word();
       if (keyword == "v") {
         obj_.positions.push_back(read_vector("a coordinate"));
+        if (!cursor_.at_line_end()) note_unused("colours or weights of vertices");
         if (!is_finite(obj_.positions.back())) {
           cursor_.fail("a vertex has a position that is not finite");
         }
@@ -70,12 +72,15 @@ class ObjReader {
         const bool has_v = !cursor_.at_line_end();
         obj_.uvs.emplace_back(
             u, has_v ? static_cast<float>(cursor_.number("a texture coordinate")) : 0.f);
+        if (!cursor_.at_line_end()) note_unused("third texture coordinates");
       } else if (keyword == "vn") {
         obj_.normals.push_back(read_vector("a component of a normal"));
       } else if (keyword == "f") {
         read_face();
       } else if (!is_known(keyword)) {
         cursor_.fail("not an OBJ file: unknown keyword '" + TextCursor::shorten(keyword) + "'");
+      } else if (keyword.front() != '#') {
+        note_unused(keyword);
       }
     }
     if (obj_.faces.empty()) cursor_.fail("the file has no faces");
@@ -83,7 +88,16 @@ class ObjReader {
     return std::move(obj_);
   }
 
+  /// What the file holds and a mesh has no use for, in the file's order.
+  const std::vector<std::string>& unused() const { return unused_; }
+
  private:
+  void note_unused(std::string_view what) {
+    // Few names that repeat: a file has tens of kinds of statements at most.
+    if (std::find(unused_.begin(), unused_.end(), what) == unused_.end())
+      unused_.emplace_back(what);
+  }
+
   Vec3 read_vector(const char* what) {
     const double x = cursor_.number(what);
     const double y = cursor_.number(what);
@@ -173,6 +187,7 @@ class ObjReader {
 
   TextCursor cursor_;
   ObjFile obj_;
+  std::vector<std::string> unused_;
 };
 
 /// One vertex for each distinct (position, uv, normal).
@@ -182,9 +197,13 @@ class VertexMerger {
       : obj_(obj), flip_v_(flip_v), mesh_(mesh), newest_(obj.positions.size(), kNone) {
     for (const Corner& corner : obj.corners) {
       all_normals_ = all_normals_ && corner.normal != kAbsent;
+      any_normals_ = any_normals_ || corner.normal != kAbsent;
       any_uvs_ = any_uvs_ || corner.uv != kAbsent;
     }
   }
+
+  /// Of normals that some corner has, and not all.
+  bool drops_normals() const { return !all_normals_ && any_normals_; }
 
   uint32_t index_of(Corner corner) {
     if (!all_normals_) corner.normal = kAbsent;
@@ -230,6 +249,7 @@ class VertexMerger {
   /// as many as it likes. Sorted, not hashed, so that no choice of indices makes it slow.
   std::map<std::array<int64_t, 3>, uint32_t> crowded_;
   bool all_normals_ = true;
+  bool any_normals_ = false;
   bool any_uvs_ = false;
 };
 
@@ -240,8 +260,12 @@ class Obj final : public MeshShape {
     const std::string text = read_mesh_file(file);
     std::string_view lines = text;
     if (lines.starts_with("\xEF\xBB\xBF")) lines.remove_prefix(3);  // a byte order mark
-    const ObjFile obj = ObjReader(file, lines).read();
+    ObjReader reader(file, lines);
+    const ObjFile obj = reader.read();
     VertexMerger merger(obj, props.boolean("flip_tex_coords"), mesh_);
+    std::vector<std::string> unused = reader.unused();
+    if (merger.drops_normals()) unused.push_back("normals, which some faces lack");
+    log_unused(file, unused);
     for (const Face& face : obj.faces) {
       const Corner* corner = &obj.corners[face.first_corner];
       const uint32_t first = merger.index_of(corner[0]);

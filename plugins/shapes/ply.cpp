@@ -1,9 +1,9 @@
 /// Triangles from a PLY file: ascii, or binary of either byte order.
 ///
-/// Read are the vertices' x, y, z, nx, ny, nz and u, v (or s, t), of any numeric type, and the
-/// faces' vertex_indices (or vertex_index); polygons are split into fans. Whatever else the file
-/// holds is skipped. Without normals in the file, they are averaged from the faces, weighted by
-/// angle. Format: Turk 1994, "The PLY Polygon File Format".
+/// Read are the vertices' x, y, z, nx, ny, nz and u, v (or texture_u, texture_v, or s, t), of any
+/// numeric type, and the faces' vertex_indices (or vertex_index); polygons are split into fans.
+/// Whatever else the file holds is skipped. Without normals in the file, they are averaged from the
+/// faces, weighted by angle. Format: Turk 1994, "The PLY Polygon File Format".
 ///
 ///     <shape type="ply"><string name="filename" value="bunny.ply"/></shape>
 
@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "mesh_file.h"
@@ -132,8 +133,10 @@ Roles find_roles(const PlyElement& element) {
   };
   roles.positions = assign({index("x"), index("y"), index("z")}, Role::kX);
   roles.normals = assign({index("nx"), index("ny"), index("nz")}, Role::kNormalX);
-  roles.uvs =
-      assign({index("u"), index("v")}, Role::kU) || assign({index("s"), index("t")}, Role::kU);
+  // The first pair that is there, as in Mitsuba 3.
+  roles.uvs = assign({index("u"), index("v")}, Role::kU) ||
+              assign({index("texture_u"), index("texture_v")}, Role::kU) ||
+              assign({index("s"), index("t")}, Role::kU);
   return roles;
 }
 
@@ -235,11 +238,38 @@ void read_polygon(Source& source, const PlyProperty& property, uint64_t face, ui
   }
 }
 
+/// The property of the faces that says where their corners are, or -1.
+int find_indices(const PlyElement& faces) {
+  const int indices = faces.find_list("vertex_indices");
+  return indices < 0 ? faces.find_list("vertex_index") : indices;
+}
+
+/// What the file holds and a mesh has no use for.
+std::vector<std::string> unused_parts(const PlyHeader& header) {
+  std::vector<std::string> unused;
+  for (const PlyElement& element : header.elements) {
+    const std::string title = TextCursor::shorten(element.name);
+    const bool is_vertex = element.name == "vertex";
+    if (!is_vertex && element.name != "face") {
+      unused.push_back("element '" + title + "'");
+      continue;
+    }
+    const Roles roles = find_roles(element);
+    const int indices = find_indices(element);
+    for (size_t i = 0; i < element.properties.size(); ++i) {
+      const PlyProperty& property = element.properties[i];
+      const bool is_used =
+          is_vertex ? roles.of_property[i] != Role::kNone : static_cast<int>(i) == indices;
+      if (!is_used) unused.push_back(title + " '" + TextCursor::shorten(property.name) + "'");
+    }
+  }
+  return unused;
+}
+
 template <class Source>
 void read_faces(Source& source, const PlyElement& element, uint64_t vertex_count,
                 TriangleMesh& mesh) {
-  int indices = element.find_list("vertex_indices");
-  if (indices < 0) indices = element.find_list("vertex_index");
+  const int indices = find_indices(element);
   if (indices < 0) source.fail("the faces lack a list 'vertex_indices' or 'vertex_index'");
   mesh.triangles.reserve(element.count);
   for (uint64_t i = 0; i < element.count; ++i) {
@@ -291,6 +321,7 @@ class Ply final : public MeshShape {
     } else {
       mesh_ = read_body(BinarySource<true>(file, header, body), header, flip_v);
     }
+    log_unused(file, unused_parts(header));
     finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));
   }
 };

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "kinome/image.h"
+#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/texture.h"
 #include "open_image.h"
@@ -37,7 +38,7 @@ constexpr const char* kFilters[] = {"bilinear", "nearest"};
 constexpr const char* kWraps[] = {"repeat", "mirror", "clamp"};
 
 /// R, G, B or one channel of a float image.
-StoredImage pick_channels(const Image& image, const Properties& props) {
+StoredImage pick_channels(const Image& image, const std::string& path) {
   const auto index = [&](const char* name) {
     const auto it = std::find(image.channels.begin(), image.channels.end(), name);
     return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
@@ -46,10 +47,16 @@ StoredImage pick_channels(const Image& image, const Properties& props) {
   if (picked[0] < 0 || picked[1] < 0 || picked[2] < 0) {
     const int grey = image.channel_count() == 1 ? 0 : index("Y");
     if (grey < 0) {
-      throw props.error("filename", "has no channels R, G, B, nor Y, nor a single one");
+      throw Error(Location{path}, "has no channels R, G, B, nor Y, nor a single one");
     }
     picked = {grey};
   }
+  std::vector<std::string> unused;
+  for (int c = 0; c < image.channel_count(); ++c) {
+    const bool is_picked = std::find(picked.begin(), picked.end(), c) != picked.end();
+    if (!is_picked) unused.push_back("channel " + image.channels[static_cast<size_t>(c)]);
+  }
+  log_unused(path, unused);
   StoredImage stored;
   stored.width = image.width;
   stored.height = image.height;
@@ -65,16 +72,14 @@ StoredImage pick_channels(const Image& image, const Properties& props) {
   return stored;
 }
 
-StoredImage load_image(const Properties& props) {
-  const std::string path = props.file("filename");
-  const Location where = props.error("filename", "").where();
+StoredImage load_image(const std::string& path, const Properties& props) {
   std::array<char, 4> magic{};
   std::ifstream(path, std::ios::binary).read(magic.data(), magic.size());
   if (std::memcmp(magic.data(), "\x76\x2f\x31\x01", 4) == 0) {
-    return pick_channels(read_exr(path, where), props);
+    return pick_channels(read_exr(path), path);
   }
   if (magic[0] == 'P' && (magic[1] == 'F' || magic[1] == 'f')) {
-    return pick_channels(read_pfm(path, where), props);
+    return pick_channels(read_pfm(path), path);
   }
   return open_image(path, props);
 }
@@ -86,7 +91,8 @@ class Bitmap final : public Texture {
         wrap_(static_cast<Wrap>(props.choice("wrap_mode", kWraps))),
         to_uv_(props.transform("to_uv")) {
     const bool raw = props.boolean("raw");
-    image_ = load_image(props);
+    const std::string path = props.file("filename");
+    image_ = load_image(path, props);
     const bool decode = image_.is_encoded && !raw;
     for (size_t i = 0; i < decoded_.size(); ++i) {
       const float v = static_cast<float>(i) / 255;
@@ -97,7 +103,7 @@ class Bitmap final : public Texture {
         v = srgb_to_linear(v);
       }
     }
-    summarise(props);
+    summarise(path, props);
   }
 
   Rgb eval(const Vec2& uv) const override {
@@ -175,10 +181,10 @@ class Bitmap final : public Texture {
   }
 
   /// Mean and extremes; refuses texels that are no numbers, warns of negative ones.
-  void summarise(const Properties& props) {
+  void summarise(const std::string& path, const Properties& props) {
     Summary summary(image_.channels);
     if (image_.bytes.empty()) {
-      summarise_floats(props, summary);
+      summarise_floats(path, summary);
     } else {
       summarise_bytes(summary);
     }
@@ -208,7 +214,7 @@ class Bitmap final : public Texture {
     std::vector<float> min;
   };
 
-  void summarise_floats(const Properties& props, Summary& summary) const {
+  void summarise_floats(const std::string& path, Summary& summary) const {
     const size_t channels = static_cast<size_t>(image_.channels);
     for (size_t i = 0; i < image_.floats.size(); i += channels) {
       for (size_t c = 0; c < channels; ++c) {
@@ -216,9 +222,9 @@ class Bitmap final : public Texture {
         if (!std::isfinite(v)) {
           const size_t texel = i / channels;
           const size_t width = static_cast<size_t>(image_.width);
-          throw props.error("filename",
-                            "has a NaN or infinite texel at x = " + std::to_string(texel % width) +
-                                ", y = " + std::to_string(texel / width));
+          throw Error(Location{path},
+                      "has a NaN or infinite texel at x = " + std::to_string(texel % width) +
+                          ", y = " + std::to_string(texel / width));
         }
         summary.add(c, v, 1);
       }

@@ -118,6 +118,9 @@ void read(const char* path, StoredImage& image) {
   image.height = spec.height;
   image.channels = spec.nchannels >= 3 ? 3 : 1;
   image.is_encoded = !spec.format.is_floating_point();
+  for (int c = image.channels; c < spec.nchannels; ++c) {
+    image.unused.push_back("channel " + std::string(spec.channel_name(c)));
+  }
   if (spec.format == OIIO::TypeDesc::UINT8) {
     read_pixels(*input, image, image.bytes, OIIO::TypeDesc::UINT8);
   } else {

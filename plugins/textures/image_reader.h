@@ -15,6 +15,7 @@ struct StoredImage {
   bool is_encoded = false;  ///< integers, which stand for sRGB-encoded values
   std::vector<uint8_t> bytes;
   std::vector<float> floats;
+  std::vector<std::string> unused;  ///< channels of the file that are left out
 };
 
 /// Reads any image through OpenImageIO. Loading that library costs a few tenths of a second, so it

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 
+#include "kinome/log.h"
+
 namespace kinome {
 namespace {
 
@@ -33,8 +35,9 @@ StoredImage open_image(const std::string& path, const Properties& props) {
   StoredImage image;
   std::string error;
   if (!image_reader(props)(path.c_str(), image, error)) {
-    throw props.error("filename", "can't be read as an image ('" + path + "': " + error + ")");
+    throw Error(Location{path}, "can't be read as an image: " + error);
   }
+  log_unused(path, image.unused);
   return image;
 }
 

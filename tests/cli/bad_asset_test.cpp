@@ -1,9 +1,12 @@
-// Meshes and images that are missing, damaged or absurd, through the program.
+// Meshes and images that are missing, damaged or absurd, through the program: one line that names
+// the file, and the place in the scene that asked for it.
 
 #include <sys/resource.h>
 
 #include <array>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 
 #include "cli.h"
 #include "kinome/image.h"
@@ -62,6 +65,18 @@ void PrintTo(const BadMesh& mesh, std::ostream* out) {
   *out << mesh.name;
 }
 
+/// How an error of a file ends that the scene names by `text`.
+std::string asked_for_by(const std::string& scene, const std::string& text) {
+  std::ifstream stream(scene);
+  const std::string xml{std::istreambuf_iterator<char>(stream), {}};
+  const size_t at = xml.find(text);
+  if (at == std::string::npos) throw std::logic_error("no '" + text + "'");
+  const auto line = 1 + std::count(xml.begin(), xml.begin() + static_cast<long>(at), '\n');
+  const size_t column = at - xml.rfind('\n', at);
+  return " (asked for by " + scene + ":" + std::to_string(line) + ":" + std::to_string(column) +
+         ")\n";
+}
+
 class BadMeshTest : public Cli, public ::testing::WithParamInterface<BadMesh> {};
 
 TEST_P(BadMeshTest, IsOneErrorThatNamesTheFile) {
@@ -85,6 +100,9 @@ TEST_P(BadMeshTest, IsOneErrorThatNamesTheFile) {
   EXPECT_EQ(result.status, 1) << result.err;
   EXPECT_EQ(lines(result.err), 1u) << result.err;
   EXPECT_EQ(result.err.rfind("kinome: " + path + ":", 0), 0u) << result.err;
+  EXPECT_TRUE(result.err.ends_with(
+      asked_for_by(scene, "<string name=\"filename\" value=\"" + std::string(mesh.file))))
+      << result.err;
   for (const std::string& part : mesh.parts) {
     EXPECT_NE(result.err.find(part), std::string::npos) << part << " in " << result.err;
   }
@@ -174,12 +192,17 @@ class BadImage : public Cli {
     }
     return path;
   }
+  /// `own`: the scene and, where there is one, the image, at which the error then is.
   void expect_error(const std::string& scene, const std::vector<std::string>& own,
                     const std::vector<std::string>& parts) {
     const ProcessResult result = kinome({scene});
     EXPECT_EQ(result.status, 1) << result.err;
     EXPECT_EQ(lines(result.err), 1u) << result.err;
-    EXPECT_EQ(result.err.rfind("kinome: " + scene + ":", 0), 0u) << result.err;
+    EXPECT_EQ(result.err.rfind("kinome: " + own.back() + ":", 0), 0u) << result.err;
+    if (own.size() > 1) {
+      EXPECT_TRUE(result.err.ends_with(asked_for_by(scene, "<string name=\"filename\"")))
+          << result.err;
+    }
     for (const std::string& part : parts) {
       EXPECT_NE(result.err.find(part), std::string::npos) << part << " in " << result.err;
     }

@@ -214,12 +214,12 @@ TEST(EnvironmentMap, NamesTheTexelThatIsNoNumber) {
                   [bad](int x, int y) { return x == 4 && y == 2 ? Rgb(1, bad, 1) : Rgb(1.f); }};
     const std::string message = error_of([&] { envmap(map); });
     EXPECT_NE(message.find(" at x = 4, y = 2, channel G; "), std::string::npos) << message;
-    EXPECT_NE(message.find("'filename' has a texel that is "), std::string::npos) << message;
+    EXPECT_NE(message.find(": has a texel that is "), std::string::npos) << message;
     EXPECT_NE(message.find(std::isfinite(bad) ? "stay below 1e36" : "radiance must be finite"),
               std::string::npos)
         << message;
     EXPECT_NE(message.find(what), std::string::npos) << message;
-    EXPECT_EQ(message.rfind("test.xml:1:", 0), 0u) << message;
+    EXPECT_NE(message.find(" (asked for by test.xml:1:"), std::string::npos) << message;
   }
 }
 

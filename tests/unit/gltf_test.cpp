@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "allocation_watch.h"
+#include "kinome/log.h"
 #include "shape_helpers.h"
 
 namespace kinome::test {
@@ -110,6 +111,21 @@ TEST_F(Gltf, TextAndBinary) {
     EXPECT_TRUE(shape->mesh()->uvs.empty());
     EXPECT_FLOAT_EQ(shape->area(), 0.5f);
   }
+}
+
+TEST_F(Gltf, WhatIsNotUsedIsToldOnce) {
+  GltfParts parts;
+  parts.primitives.insert(parts.primitives.find("\"POSITION\""), "\"COLOR_0\":0,\"TEXCOORD_1\":0,");
+  testing::internal::CaptureStderr();
+  set_log_level(LogLevel::kInfo);
+  const std::string contents = parts.json();
+  load("a.gltf", contents);
+  load("a.gltf", contents);
+  load("b.gltf", GltfParts().json());
+  set_log_level(LogLevel::kWarn);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "kinome: " + folder_.path("a.gltf") +
+                ": not used: attribute COLOR_0, attribute TEXCOORD_1\n");
 }
 
 TEST_F(Gltf, BufferBesideTheFile) {

@@ -242,7 +242,7 @@ TEST(Exr, RefusesChromaticitiesOfNoColours) {
           read_exr(path, {"scene.xml", 3, 4});
         },
         "a.exr", "'chromaticities'");
-    EXPECT_EQ(error.find("scene.xml:3:4: "), 0u) << error;
+    EXPECT_NE(error.find(" (asked for by scene.xml:3:4)"), std::string::npos) << error;
   }
 }
 
@@ -254,9 +254,8 @@ TEST(Exr, RefusesWhatIsNoWholeFile) {
                 [&] {
                   read_exr(path, {"scene.xml", 3, 4});
                 },
-                "a.exr", "")
-                .find("scene.xml:3:4: "),
-            0u);
+                "a.exr", ""),
+            path + ": can't be read: no such file (asked for by scene.xml:3:4)");
   expect_error([&] { read_exr(folder.folder()); }, folder.folder(), "not a file");
   expect_error([&] { read_exr(folder.write("b.exr", "")); }, "b.exr", "not an OpenEXR file");
   expect_error([&] { read_exr(folder.write("c.exr", "P6\n1 1\n255\nabc")); }, "c.exr",

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "allocation_watch.h"
+#include "kinome/log.h"
 #include "shape_helpers.h"
 
 namespace kinome::test {
@@ -113,6 +114,64 @@ TEST_F(MeshFiles, AsciiPlyWithBlankLinesAndCarriageReturns) {
   EXPECT_FLOAT_EQ(shape->area(), 9);  // by the shoelace formula
   EXPECT_EQ(shape->mesh()->normals[0], Vec3(0, 0, 1));
   EXPECT_TRUE(shape->mesh()->uvs.empty());
+}
+
+/// Texture coordinates by each of their names; Mitsuba 3.9.1 has the same ones of the same files.
+TEST_F(MeshFiles, PlyTextureCoordinatesByAllTheirNames) {
+  const auto u_of = [&](const std::vector<std::string>& names) {
+    std::string header =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\n";
+    std::string values;
+    for (size_t i = 0; i < names.size(); ++i) {
+      header += "property float " + names[i] + "\n";
+      values += " 0." + std::to_string(i + 1);
+    }
+    const auto shape =
+        load("uv.ply", header +
+                           "element face 1\nproperty list uchar int "
+                           "vertex_indices\nend_header\n0 0 0" +
+                           values + "\n1 0 0" + values + "\n0 1 0" + values + "\n3 0 1 2\n");
+    return shape->sample_surface(Vec2(0.5f)).uv;
+  };
+  const auto expect_uv = [](const Vec2& uv, float u, float v) {
+    EXPECT_NEAR(uv.x, u, 1e-6f);
+    EXPECT_NEAR(uv.y, v, 1e-6f);
+  };
+  expect_uv(u_of({"u", "v"}), 0.1f, 0.2f);
+  expect_uv(u_of({"s", "t"}), 0.1f, 0.2f);
+  expect_uv(u_of({"texture_u", "texture_v"}), 0.1f, 0.2f);
+  expect_uv(u_of({"s", "t", "texture_u", "texture_v"}), 0.3f, 0.4f);
+  expect_uv(u_of({"texture_u", "texture_v", "s", "t", "u", "v"}), 0.5f, 0.6f);
+}
+
+/// What a file holds and a mesh doesn't use is told once with -v, and not at all without.
+TEST_F(MeshFiles, WhatIsNotUsedIsToldOnce) {
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nproperty uchar red\nproperty float nx\nproperty float s\n"
+      "property float t\nelement face 1\nproperty list uchar int vertex_indices\n"
+      "property int material\nelement edge 0\nproperty int a\nend_header\n"
+      "0 0 0 9 1 0 0\n1 0 0 9 1 0 0\n0 1 0 9 1 0 0\n3 0 1 2 7\n";
+  const std::string obj =
+      "mtllib a.mtl\nv 0 0 0 .5 .5 .5\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nusemtl a\nf 1//1 2//1 3//1\n"
+      "usemtl b\nf 1 2 3\n";
+  const auto told = [&](const std::string& name, const std::string& contents) {
+    testing::internal::CaptureStderr();
+    load(name, contents);
+    load(name, contents);
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(told("quiet.ply", ply), "");
+  set_log_level(LogLevel::kInfo);
+  EXPECT_EQ(told("a.ply", ply),
+            "kinome: " + folder_.path("a.ply") +
+                ": not used: vertex 'red', vertex 'nx', face 'material', element 'edge'\n");
+  EXPECT_EQ(told("a.obj", obj), "kinome: " + folder_.path("a.obj") +
+                                    ": not used: mtllib, colours or weights of vertices, usemtl, "
+                                    "normals, which some faces lack\n");
+  EXPECT_EQ(told("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "");
+  set_log_level(LogLevel::kWarn);
 }
 
 TEST_F(MeshFiles, ObjWithRelativeIndicesPolygonsAndSharedVertices) {

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "kinome/export.h"
 
@@ -19,18 +20,37 @@ struct Location {
 KINOME_EXPORT std::string to_string(const Location& where);
 
 /// Any mistake of a user's: in a scene, an asset, an option, a plugin. what() is
-/// "FILE:LINE:COL: message" on one line (the prefix only where the place is known).
+/// "FILE:LINE:COL: message" on one line (the prefix only where the place is known); of a file that
+/// a scene names, "FILE:LINE:COL: message (asked for by SCENE:LINE:COL)".
 class KINOME_EXPORT Error : public std::runtime_error {
  public:
   explicit Error(const std::string& message) : Error(Location{}, message) {}
-  Error(const Location& where, const std::string& message);
+  Error(const Location& where, const std::string& message)
+      : Error(where, message, std::vector<Location>()) {}
   const Location& where() const { return where_; }
-  /// The message without its place.
+  /// The message without its places.
   const std::string& message() const { return message_; }
+  /// Where the file of where() is named, then where the file of that place is named, and so on.
+  const std::vector<Location>& askers() const { return askers_; }
+  /// The same mistake, with one more place that led to it.
+  Error asked_for_by(const Location& asker) const;
 
  private:
+  Error(const Location& where, const std::string& message, std::vector<Location> askers);
+
   Location where_;
   std::string message_;
+  std::vector<Location> askers_;
+};
+
+/// Several mistakes at once, at least one. To those who know but Error it is the first of them.
+class KINOME_EXPORT Errors : public Error {
+ public:
+  explicit Errors(std::vector<Error> all) : Error(all.front()), all_(std::move(all)) {}
+  const std::vector<Error>& all() const { return all_; }
+
+ private:
+  std::vector<Error> all_;
 };
 
 /// The entry of `candidates` nearest to `name` by edit distance, or "" where nothing is near.

@@ -31,9 +31,9 @@ using ImageMetadata = std::map<std::string, std::string>;
 /// OpenEXR, scan lines or tiles, half or float. Where the file has R, G and B those come first.
 /// Where its attribute `chromaticities` tells of other primaries than Rec.709's, those three become
 /// linear Rec.709 (through XYZ, without adaptation of the white, as in Mitsuba 3).
-/// Throws Error (at `where`, naming the file): missing, truncated, not an EXR, primaries that span
-/// no colours.
-KINOME_EXPORT Image read_exr(const std::string& path, const Location& where = {},
+/// Throws Error at the file, asked for by `asker`: missing, truncated, not an EXR, primaries that
+/// span no colours.
+KINOME_EXPORT Image read_exr(const std::string& path, const Location& asker = {},
                              ImageMetadata* metadata = nullptr);
 
 /// Writers go to a temporary file in the same folder, then rename: `path` is whole or untouched.
@@ -45,7 +45,7 @@ KINOME_EXPORT void write_exr(const std::string& path, const Image& image, bool h
                              Vec2 full_size = Vec2(0.f));
 /// Portable float map of the first three channels (or one), little-endian.
 KINOME_EXPORT void write_pfm(const std::string& path, const Image& image);
-KINOME_EXPORT Image read_pfm(const std::string& path, const Location& where = {});
+KINOME_EXPORT Image read_pfm(const std::string& path, const Location& asker = {});
 /// 8-bit sRGB of the first three channels, multiplied by 2^exposure; alpha kept where there is one.
 KINOME_EXPORT void write_png(const std::string& path, const Image& image, float exposure);
 KINOME_EXPORT void write_text(const std::string& path, const std::string& text);
