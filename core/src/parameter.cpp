@@ -18,18 +18,42 @@ const char* to_string(ParameterType type) {
       return "file";
     case ParameterType::kVector:
       return "vector";
-    case ParameterType::kColor:
-      return "color";
-    case ParameterType::kTexture:
-      return "texture";
-    case ParameterType::kUnboundedTexture:
-      return "unbounded texture";
+    case ParameterType::kEmission:
+      return "emission";
+    case ParameterType::kEmissionTexture:
+      return "emission texture";
+    case ParameterType::kReflectanceTexture:
+      return "reflectance texture";
+    case ParameterType::kUnitlessTexture:
+      return "unitless texture";
+    case ParameterType::kColorTexture:
+      return "color texture";
     case ParameterType::kTransform:
       return "transform";
     case ParameterType::kObject:
       return "object";
   }
   return "";
+}
+
+Quantity quantity_of(ParameterType type) {
+  switch (type) {
+    case ParameterType::kEmission:
+    case ParameterType::kEmissionTexture:
+      return Quantity::kEmission;
+    case ParameterType::kReflectanceTexture:
+      return Quantity::kReflectance;
+    case ParameterType::kUnitlessTexture:
+      return Quantity::kUnitless;
+    case ParameterType::kColorTexture:
+      return Quantity::kColor;
+    default:
+      return Quantity::kNone;
+  }
+}
+
+bool takes_texture(ParameterType type) {
+  return quantity_of(type) != Quantity::kNone && type != ParameterType::kEmission;
 }
 
 }  // namespace kinome

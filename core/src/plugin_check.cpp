@@ -19,7 +19,7 @@ bool is_by_category(const Parameter& row) {
 }
 
 bool takes_textures(const Parameter& row) {
-  return row.type == ParameterType::kTexture || row.type == ParameterType::kUnboundedTexture ||
+  return takes_texture(row.type) ||
          (row.type == ParameterType::kObject && row.category == Category::kTexture);
 }
 

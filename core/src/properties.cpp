@@ -15,7 +15,7 @@ namespace kinome {
 namespace {
 
 /// Mitsuba's equal-energy white in linear Rec.709, to which a uniform <spectrum> of a light comes.
-const Rgb kEqualEnergyWhite(1.20488f, 0.94823f, 0.90927f);
+const Rgb kEqualEnergyWhite(1.204794f, 0.948291f, 0.908916f);
 
 /// `value` as a T, which the getter's parameter type has promised.
 template <class T>
@@ -23,6 +23,10 @@ T get_as(const Properties& props, const std::string& name, const Properties::Val
          const char* expected) {
   if (const T* typed = std::get_if<T>(&value)) return *typed;
   throw props.error(name, std::string("must be ") + expected + ", got " + describe(value));
+}
+
+Rgb as_light(const UniformColor& color) {
+  return color.spectral ? color.value * kEqualEnergyWhite : color.value;
 }
 
 std::string format_color(const UniformColor& c) {
@@ -135,7 +139,7 @@ Rgb Properties::color(const std::string& name) const {
   const Value v = value(name);
   const auto color = as_uniform_color(v);
   if (!color) throw error(name, "must be a color, got " + describe(v));
-  return color->spectral ? color->value * kEqualEnergyWhite : color->value;
+  return as_light(*color);
 }
 
 Transform Properties::transform(const std::string& name) const {
@@ -158,12 +162,13 @@ std::shared_ptr<Texture> Properties::texture(const std::string& name) const {
   }
   const auto color = as_uniform_color(v);
   if (!color) throw error(name, "must be a texture, color or float, got " + describe(v));
+  const Quantity quantity = quantity_of(row.type);
   const Rgb& c = color->value;
   const bool inside = max_component(c) <= 1 && max_component(-c) <= 0;
-  if (row.type == ParameterType::kTexture && !inside) {
+  if (quantity == Quantity::kReflectance && !inside) {
     throw error(name, "is outside [0,1]: " + format_color(*color));
   }
-  return make_uniform_texture(c);
+  return make_uniform_texture(quantity == Quantity::kEmission ? as_light(*color) : c);
 }
 
 int Properties::choice(const std::string& name, std::span<const char* const> choices) const {

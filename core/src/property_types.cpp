@@ -75,10 +75,12 @@ std::string describe(ParameterType type) {
       return "a string (a file name)";
     case ParameterType::kVector:
       return "a vector (point or vector)";
-    case ParameterType::kColor:
+    case ParameterType::kEmission:
       return "a color (rgb, spectrum or float)";
-    case ParameterType::kTexture:
-    case ParameterType::kUnboundedTexture:
+    case ParameterType::kEmissionTexture:
+    case ParameterType::kReflectanceTexture:
+    case ParameterType::kUnitlessTexture:
+    case ParameterType::kColorTexture:
       return "a texture, color or float";
     case ParameterType::kObject:
       return "an object";
@@ -102,11 +104,12 @@ bool accepts(ParameterType type, const Properties::Value& value) {
       return holds<std::string>(value);
     case ParameterType::kVector:
       return holds<Vec3>(value);
-    case ParameterType::kColor:
-      return as_uniform_color(value).has_value();
-    case ParameterType::kTexture:
-    case ParameterType::kUnboundedTexture:
-      return is_texture(value) || as_uniform_color(value).has_value();
+    case ParameterType::kEmission:
+    case ParameterType::kEmissionTexture:
+    case ParameterType::kReflectanceTexture:
+    case ParameterType::kUnitlessTexture:
+    case ParameterType::kColorTexture:
+      return (takes_texture(type) && is_texture(value)) || as_uniform_color(value).has_value();
     case ParameterType::kTransform:
       return holds<Transform>(value);
     case ParameterType::kObject:
@@ -142,9 +145,11 @@ Properties::Value parse_default(const Parameter& parameter) {
       case ParameterType::kFile:
         return std::string(text);
       case ParameterType::kVector:
-      case ParameterType::kColor:
-      case ParameterType::kTexture:
-      case ParameterType::kUnboundedTexture:
+      case ParameterType::kEmission:
+      case ParameterType::kEmissionTexture:
+      case ParameterType::kReflectanceTexture:
+      case ParameterType::kUnitlessTexture:
+      case ParameterType::kColorTexture:
         return parse_vector_default(parameter.type, text);
       case ParameterType::kTransform:
         return parse_transform_default(text);

@@ -148,7 +148,8 @@ void Builder::check(const Node& node) {
   check_parameters(props, plugin);
   props.set_table(plugin.parameters);
   for (const Parameter& row : plugin.parameters) {
-    if (row.type == ParameterType::kTexture) props.texture(row.name);  // checks a colour's range
+    // Checks a colour's range.
+    if (row.type == ParameterType::kReflectanceTexture) props.texture(row.name);
   }
   under_way_.erase(&node);
 }

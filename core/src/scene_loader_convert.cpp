@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "file_search.h"
+#include "kinome/log.h"
 #include "numbers.h"
 #include "spectrum.h"
 
@@ -15,16 +18,32 @@ T or_error(const std::optional<T>& value, const Attribute& attribute, const char
   throw Error(attribute.where, "'" + attribute.value + "' is not " + what);
 }
 
-UniformColor clamped_for(const Parameter* parameter, const Rgb& color) {
-  // Saturated spectra lie outside of what RGB can show; Mitsuba clamps them, too.
-  const bool bounded = parameter && parameter->type == ParameterType::kTexture;
-  return {bounded ? glm::clamp(color, Rgb(0.f), Rgb(1.f)) : color, false, false};
+/// In [0,1], as Mitsuba 3 has it of reflectances. That is a loss where it was meant as light.
+Rgb clamped(const Rgb& color, const Attribute& attribute) {
+  constexpr float kRounding = 1e-3f;
+  if (max_component(color) > 1 + kRounding) {
+    log_warn(Error(attribute.where,
+                   fmt::format("this spectrum is taken as a reflectance, and its colour, {:.4g} "
+                               "{:.4g} {:.4g}, is clamped to [0,1]",
+                               color.x, color.y, color.z))
+                 .what());
+  }
+  return glm::min(color, Rgb(1.f));
 }
 
-UniformColor convert_wavelengths(const Spectrum& spectrum, const Parameter* parameter) {
-  const bool is_light = parameter && parameter->type == ParameterType::kColor;
-  if (is_light) return {emission_color(spectrum), false, false};
-  return clamped_for(parameter, reflectance_color(spectrum));
+UniformColor convert_wavelengths(const Spectrum& spectrum, const Parameter* parameter,
+                                 const Attribute& attribute) {
+  switch (parameter ? quantity_of(parameter->type) : Quantity::kNone) {
+    case Quantity::kEmission:
+      return {emission_color(spectrum)};
+    case Quantity::kReflectance:
+    case Quantity::kColor:
+      return {clamped(reflectance_color(spectrum), attribute)};
+    case Quantity::kUnitless:
+    case Quantity::kNone:  // an error, which is told when the object's parameters are checked
+      break;
+  }
+  return {reflectance_color(spectrum)};
 }
 
 UniformColor convert_spectrum(const Node& node, const Parameter* parameter,
@@ -38,13 +57,15 @@ UniformColor convert_spectrum(const Node& node, const Parameter* parameter,
   try {
     if (filename) {
       const std::string path = find_file(filename->value, folders);
-      return convert_wavelengths(parse_spectrum_file(read_text(path, filename->where)), parameter);
+      return convert_wavelengths(parse_spectrum_file(read_text(path, filename->where), path),
+                                 parameter, attribute);
     }
     if (value->value.find(':') != std::string::npos) {
-      return convert_wavelengths(parse_spectrum(value->value), parameter);
+      return convert_wavelengths(parse_spectrum(value->value), parameter, attribute);
     }
   } catch (const Error& error) {
-    throw Error(attribute.where, error.message());
+    if (error.where().file.empty()) throw Error(attribute.where, error.message());
+    throw error.where().file == attribute.where.file ? error : error.asked_for_by(attribute.where);
   }
   const double constant =
       or_error(parse_real(value->value), *value, "a number or a list of 'wavelength:value'");

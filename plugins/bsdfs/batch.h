@@ -61,7 +61,7 @@ inline float lobe_probability(bool has_a, bool has_b, float a, float b) {
 /// Densities stay below this, so that their squares (power heuristic) don't overflow.
 inline constexpr float kMaxPdf = 1e18f;
 
-/// A kTexture parameter, whose texels must not exceed 1 either. Negative ones are the texture's own
+/// A reflectance, whose texels must not exceed 1 either. Negative ones are the texture's own
 /// affair: an image's are kept with a warning, a checkerboard has none.
 inline std::shared_ptr<Texture> reflectance_texture(const Properties& props,
                                                     const std::string& name) {

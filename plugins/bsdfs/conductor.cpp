@@ -11,7 +11,7 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     KINOME_CONDUCTOR_PARAMETERS,
-    {"specular_reflectance", ParameterType::kTexture, "1", "factor on the reflection"},
+    {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the reflection"},
 };
 
 class Conductor final : public Bsdf {

@@ -102,10 +102,10 @@ class ConductorIndex {
 #define KINOME_CONDUCTOR_PARAMETERS                                                     \
   {"material", ::kinome::ParameterType::kString, "none",                                \
    "a preset such as Au, Ag, Cu, Al, Cr, W; none: eta and k"},                          \
-      {"eta", ::kinome::ParameterType::kUnboundedTexture, "0",                          \
+      {"eta", ::kinome::ParameterType::kUnitlessTexture, "0",                          \
        "real part of the index of refraction (0 with k = 1: a perfect mirror)"},        \
   {                                                                                     \
-    "k", ::kinome::ParameterType::kUnboundedTexture, "1", "imaginary part of the index" \
+    "k", ::kinome::ParameterType::kUnitlessTexture, "1", "imaginary part of the index" \
   }
 
 }  // namespace kinome

@@ -9,7 +9,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"reflectance", ParameterType::kTexture, "0.5", "albedo"},
+    {"reflectance", ParameterType::kReflectanceTexture, "0.5", "albedo"},
 };
 
 class Diffuse final : public Bsdf {

@@ -40,8 +40,8 @@ class ReflectancePair {
 
 /// The rows of a plugin's table that ReflectancePair reads.
 #define KINOME_REFLECTANCE_PAIR_PARAMETERS                                               \
-  {"diffuse_reflectance", ::kinome::ParameterType::kTexture, "0.5", "weight kd"},        \
-      {"specular_reflectance", ::kinome::ParameterType::kTexture, "0.2", "weight ks"}, { \
+  {"diffuse_reflectance", ::kinome::ParameterType::kReflectanceTexture, "0.5", "weight kd"},        \
+      {"specular_reflectance", ::kinome::ParameterType::kReflectanceTexture, "0.2", "weight ks"}, { \
     "ensure_energy_conservation", ::kinome::ParameterType::kBoolean, "true",             \
         "scale both reflectances by .99 / max(kd + ks) where that exceeds 1"             \
   }

@@ -24,7 +24,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"normalmap", ParameterType::kUnboundedTexture, nullptr, "normals as colours (n + 1) / 2",
+    {"normalmap", ParameterType::kUnitlessTexture, nullptr, "normals as colours (n + 1) / 2",
      true},
     {"bsdf", ParameterType::kObject, nullptr, "what is perturbed", true, Category::kBsdf},
     {"flip_invalid_normals", ParameterType::kBoolean, "true",

@@ -18,7 +18,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"exponent", ParameterType::kUnboundedTexture, "30", "the lobe's exponent n, at least 0"},
+    {"exponent", ParameterType::kUnitlessTexture, "30", "the lobe's exponent n, at least 0"},
     KINOME_REFLECTANCE_PAIR_PARAMETERS,
 };
 

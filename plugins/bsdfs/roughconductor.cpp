@@ -19,12 +19,12 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     KINOME_CONDUCTOR_PARAMETERS,
-    {"specular_reflectance", ParameterType::kTexture, "1", "factor on the reflection"},
+    {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the reflection"},
     {"distribution", ParameterType::kString, "beckmann", "of microfacet slopes: beckmann or ggx"},
-    {"alpha", ParameterType::kUnboundedTexture, "0.1",
+    {"alpha", ParameterType::kUnitlessTexture, "0.1",
      "roughness, root mean square of the slopes; at least 1e-4 is used"},
-    {"alpha_u", ParameterType::kUnboundedTexture, nullptr, "along dp_du, together with alpha_v"},
-    {"alpha_v", ParameterType::kUnboundedTexture, nullptr, "along dp_dv, together with alpha_u"},
+    {"alpha_u", ParameterType::kUnitlessTexture, nullptr, "along dp_du, together with alpha_v"},
+    {"alpha_v", ParameterType::kUnitlessTexture, nullptr, "along dp_dv, together with alpha_u"},
     {"sample_visible", ParameterType::kBoolean, "true", "sample visible normals only"},
 };
 

@@ -20,8 +20,8 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"diffuse_reflectance", ParameterType::kTexture, "0.5", "albedo of the base"},
-    {"specular_reflectance", ParameterType::kTexture, "1", "factor on the coat's reflection"},
+    {"diffuse_reflectance", ParameterType::kReflectanceTexture, "0.5", "albedo of the base"},
+    {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the coat's reflection"},
     {"int_ior", ParameterType::kFloatOrName, "polypropylene", "index of refraction of the coat"},
     {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},
     {"distribution", ParameterType::kString, "beckmann", "of microfacet slopes: beckmann or ggx"},

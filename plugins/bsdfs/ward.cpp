@@ -25,10 +25,10 @@ constexpr const char* kVariants[] = {"balanced", "ward", "ward-duer"};
 
 constexpr Parameter kParameters[] = {
     {"variant", ParameterType::kString, "balanced", "balanced, ward or ward-duer"},
-    {"alpha", ParameterType::kUnboundedTexture, "0.1", "default of alpha_u and alpha_v"},
-    {"alpha_u", ParameterType::kUnboundedTexture, nullptr,
+    {"alpha", ParameterType::kUnitlessTexture, "0.1", "default of alpha_u and alpha_v"},
+    {"alpha_u", ParameterType::kUnitlessTexture, nullptr,
      "roughness along dp_du; at least 1e-4 is used"},
-    {"alpha_v", ParameterType::kUnboundedTexture, nullptr, "roughness along dp_dv"},
+    {"alpha_v", ParameterType::kUnitlessTexture, nullptr, "roughness along dp_dv"},
     KINOME_REFLECTANCE_PAIR_PARAMETERS,
 };
 

@@ -15,7 +15,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"radiance", ParameterType::kUnboundedTexture, "1", "Radiance, over the shape's (u, v)."},
+    {"radiance", ParameterType::kEmissionTexture, "1", "Radiance, over the shape's (u, v)."},
 };
 
 class AreaLight final : public Emitter {

@@ -15,7 +15,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"radiance", ParameterType::kColor, "1", "Radiance from every direction."},
+    {"radiance", ParameterType::kEmission, "1", "Radiance from every direction."},
 };
 
 class ConstantEnvironment final : public Emitter {

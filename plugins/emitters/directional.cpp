@@ -19,7 +19,7 @@ namespace {
 constexpr Parameter kTable[] = {
     {"direction", ParameterType::kVector, nullptr, "Where the light goes; in place of to_world."},
     {"to_world", ParameterType::kTransform, "identity", "Turns +z to where the light goes."},
-    {"irradiance", ParameterType::kColor, "1", "Flux per area across the direction [W/m²]."},
+    {"irradiance", ParameterType::kEmission, "1", "Flux per area across the direction [W/m²]."},
 };
 
 struct Direction {

@@ -17,7 +17,7 @@ namespace {
 constexpr Parameter kTable[] = {
     {"position", ParameterType::kVector, nullptr, "Where it is; in place of to_world."},
     {"to_world", ParameterType::kTransform, "identity", "Moves the origin to where it is."},
-    {"intensity", ParameterType::kColor, "1", "Flux per solid angle [W/sr]."},
+    {"intensity", ParameterType::kEmission, "1", "Flux per solid angle [W/sr]."},
 };
 
 Vec3 read_position(const Properties& props) {

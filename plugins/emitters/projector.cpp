@@ -28,7 +28,7 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"to_world", ParameterType::kTransform, "identity", "Where it is; it shines along its +z."},
-    {"irradiance", ParameterType::kUnboundedTexture, "1",
+    {"irradiance", ParameterType::kEmissionTexture, "1",
      "What a white diffuse surface shows at z = 1: the image."},
     {"scale", ParameterType::kFloat, "1", "Factor of the irradiance."},
     KINOME_FOV_PARAMETERS,

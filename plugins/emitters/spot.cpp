@@ -27,12 +27,12 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"to_world", ParameterType::kTransform, "identity", "Where it is; it shines along its +z."},
-    {"intensity", ParameterType::kColor, "1", "Flux per solid angle inside beam_width [W/sr]."},
+    {"intensity", ParameterType::kEmission, "1", "Flux per solid angle inside beam_width [W/sr]."},
     {"cutoff_angle", ParameterType::kFloat, "20",
      "Angle from the axis, in degrees, at which the light ends: above 0, up to 180."},
     {"beam_width", ParameterType::kFloat, nullptr,
      "Angle from the axis, in degrees, up to which it has full intensity; 3/4 of cutoff_angle."},
-    {"texture", ParameterType::kUnboundedTexture, "1", "Factor of the intensity."},
+    {"texture", ParameterType::kUnitlessTexture, "1", "Factor of the intensity."},
 };
 
 constexpr float kDegree = kPi / 180;

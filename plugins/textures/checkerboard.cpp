@@ -13,8 +13,8 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"color0", ParameterType::kUnboundedTexture, "0.4", "colour of one kind of squares"},
-    {"color1", ParameterType::kUnboundedTexture, "0.2", "colour of the other"},
+    {"color0", ParameterType::kColorTexture, "0.4", "colour of one kind of squares"},
+    {"color1", ParameterType::kColorTexture, "0.2", "colour of the other"},
     {"to_uv", ParameterType::kTransform, "identity", "from surface to texture coordinates"},
 };
 

@@ -165,8 +165,14 @@ TEST(EmitterParameters, ColoursAreThoseOfLight) {
   EXPECT_NEAR(green_of("<float name='irradiance' value='2'/>").x, 2, 1e-5);
   EXPECT_NEAR(green_of("<rgb name='irradiance' value='1 2 3'/>").z, 3, 1e-5);
   const Rgb white = green_of("<spectrum name='irradiance' value='2'/>");
-  EXPECT_NEAR(white.x, 2 * 1.20488f, 1e-4);
-  EXPECT_NEAR(white.z, 2 * 0.90927f, 1e-4);
+  EXPECT_NEAR(white.x, 2 * 1.204794f, 1e-4);
+  EXPECT_NEAR(white.z, 2 * 0.908916f, 1e-4);
+  // Mitsuba 3.9.1's, of the light of the Cornell box.
+  const Rgb box =
+      green_of("<spectrum name='irradiance' value='400:0, 500:8, 600:15.6, 700:18.4'/>");
+  EXPECT_NEAR(box.x, 20.7108f, 1e-2);
+  EXPECT_NEAR(box.y, 10.8546f, 1e-2);
+  EXPECT_NEAR(box.z, 2.7712f, 1e-2);
 }
 
 /// Light that arrives at p, and what is warned of on the way to it.

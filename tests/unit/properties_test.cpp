@@ -15,10 +15,10 @@ constexpr Parameter kTable[] = {
     {"name", ParameterType::kString, "nobody", ""},
     {"file", ParameterType::kFile, nullptr, ""},
     {"axis", ParameterType::kVector, "0 0 1", ""},
-    {"light", ParameterType::kColor, "0.5", ""},
-    {"albedo", ParameterType::kTexture, "0.1 0.2 0.3", ""},
-    {"alpha", ParameterType::kUnboundedTexture, "3", ""},
-    {"map", ParameterType::kTexture, nullptr, ""},
+    {"light", ParameterType::kEmission, "0.5", ""},
+    {"albedo", ParameterType::kReflectanceTexture, "0.1 0.2 0.3", ""},
+    {"alpha", ParameterType::kUnitlessTexture, "3", ""},
+    {"map", ParameterType::kReflectanceTexture, nullptr, ""},
     {"to_world", ParameterType::kTransform, nullptr, ""},
     {"moved", ParameterType::kTransform, "1 0 0 5  0 1 0 6  0 0 1 7  0 0 0 1", ""},
     {"bad", ParameterType::kFloat, "one", ""},
@@ -85,9 +85,9 @@ TEST(Properties, ASpectrumIsEqualEnergyWhiteToLightAndWhiteToReflectance) {
   Properties props = make();
   props.set("light", UniformColor{Rgb(2.f), true, false}, kWhere);
   props.set("albedo", UniformColor{Rgb(0.5f), true, false}, kWhere);
-  EXPECT_FLOAT_EQ(props.color("light").x, 2 * 1.20488f);
-  EXPECT_FLOAT_EQ(props.color("light").y, 2 * 0.94823f);
-  EXPECT_FLOAT_EQ(props.color("light").z, 2 * 0.90927f);
+  EXPECT_FLOAT_EQ(props.color("light").x, 2 * 1.204794f);
+  EXPECT_FLOAT_EQ(props.color("light").y, 2 * 0.948291f);
+  EXPECT_FLOAT_EQ(props.color("light").z, 2 * 0.908916f);
   EXPECT_EQ(props.texture("albedo")->mean(), Rgb(0.5f));
 }
 

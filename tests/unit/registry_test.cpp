@@ -193,8 +193,8 @@ TEST(Create, ChecksNames) {
   far.set("zzzzzz", 1.0, {"f.xml", 2, 3});
   EXPECT_EQ(create_error(far),
             "f.xml:2:3: texture 'probe' has no parameter 'zzzzzz' (it has boolean, integer, real, "
-            "string, file, vector, color, transform, texture, unbounded, optional, choice, unread, "
-            "broken)");
+            "string, file, vector, color, transform, texture, unbounded, lamp, optional, choice, "
+            "unread, broken)");
 }
 
 TEST(Create, ChecksEveryTypeAgainstTheTable) {
@@ -212,10 +212,11 @@ TEST(Create, ChecksEveryTypeAgainstTheTable) {
   };
   // One letter for each value above: x where the parameter takes it.
   const std::map<std::string, std::string> accepted{
-      {"boolean", "x--------"}, {"integer", "-x-------"},   {"real", "-xx------"},
-      {"string", "---x-----"},  {"vector", "----x----"},    {"color", "-xx-xxx--"},
-      {"texture", "-xx-xxx-x"}, {"unbounded", "-xx-xxx-x"}, {"optional", "-xx-xxx-x"},
-      {"choice", "---x-----"},  {"transform", "-------x-"}, {"file", "---x-----"},
+      {"boolean", "x--------"},  {"integer", "-x-------"},   {"real", "-xx------"},
+      {"string", "---x-----"},   {"vector", "----x----"},    {"color", "-xx-xxx--"},
+      {"texture", "-xx-xxx-x"},  {"unbounded", "-xx-xxx-x"}, {"lamp", "-xx-xxx-x"},
+      {"optional", "-xx-xxx-x"}, {"choice", "---x-----"},    {"transform", "-------x-"},
+      {"file", "---x-----"},
   };
   for (const auto& [name, letters] : accepted) {
     for (size_t i = 0; i < values.size(); ++i) {

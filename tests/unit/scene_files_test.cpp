@@ -221,11 +221,15 @@ TEST(SpectrumFile, HasTwoColumnsAndComments) {
   EXPECT_NEAR(load_spectrum(path).y, 0.5, 1e-5);
   const std::string bad = folder.write("b.spd", "360 0.5\n400 a\n");
   EXPECT_EQ(error_of([&] { load_spectrum(bad); }),
-            "probe.xml:1:64: '400:a' is not a wavelength and a value");
-  const std::string wide = folder.write("c.spd", "360 0.5 7\n");
+            bad + ":2:1: '400:a' is not a wavelength and a value (asked for by probe.xml:1:64)");
+  const std::string wide = folder.write("c.spd", "# one\n  360 0.5 7\n");
   EXPECT_EQ(error_of([&] { load_spectrum(wide); }),
-            "probe.xml:1:64: a line of a spectrum file has a wavelength and a value, not "
-            "'360 0.5 7'");
+            wide +
+                ":2:3: a line of a spectrum file has a wavelength and a value, not '360 0.5 7' "
+                "(asked for by probe.xml:1:64)");
+  const std::string single = folder.write("d.spd", "360 0.5\n");
+  EXPECT_EQ(error_of([&] { load_spectrum(single); }),
+            single + ": a spectrum needs at least two wavelengths (asked for by probe.xml:1:64)");
 }
 
 TEST(Hash, DependsOnAllTextAndDefines) {

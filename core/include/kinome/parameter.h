@@ -14,13 +14,32 @@ enum class ParameterType {
   kFloatOrName,  ///< a number, or a string that stands for one: `int_ior` as 1.5046 or "bk7"
   kFile,         ///< a string that names a file; resolved against the search paths
   kVector,       ///< three numbers: <point> or <vector>
-  kColor,        ///< <rgb>, <spectrum> or <float>: unbounded, for radiance and intensity
-  kTexture,      ///< <rgb>, <spectrum>, <float> or a <texture>; uniform values must lie in [0,1]
-  kUnboundedTexture,  ///< the same without the bound: roughness, eta, exponents
+  kEmission,     ///< <rgb>, <spectrum> or <float>: light, the same everywhere
+  /// The same, or a <texture>; what it is of is in the name: see Quantity.
+  kEmissionTexture,
+  kReflectanceTexture,
+  kUnitlessTexture,
+  kColorTexture,
   kTransform,
   kObject,  ///< a nested object of `category`, whatever name it has
 };
 KINOME_EXPORT const char* to_string(ParameterType type);
+
+/// What the numbers of a colour or texture measure. It decides what a <spectrum> comes to in linear
+/// Rec.709, as in Mitsuba 3's RGB variants, and what uniform values a scene may give. A spectrum by
+/// wavelengths never comes to less than 0: saturated ones lie outside of what RGB can show.
+enum class Quantity {
+  kNone,      ///< neither colour nor texture
+  kEmission,  ///< radiance, irradiance, intensity: unbounded; a constant spectrum of 1 is light of
+              ///< equal energy, (1.205, 0.948, 0.909)
+  kReflectance,  ///< in [0,1]; a spectrum is seen under daylight (D65), a constant 1 is white
+  kUnitless,     ///< roughness, exponent, index of refraction: unbounded; a spectrum as under D65
+  kColor,        ///< of a texture that may serve for any of these: unbounded, but a spectrum by
+                 ///< wavelengths is a reflectance
+};
+KINOME_EXPORT Quantity quantity_of(ParameterType type);
+/// Whether a <texture> may be the value.
+KINOME_EXPORT bool takes_texture(ParameterType type);
 
 /// One row of a plugin's parameter table: it generates the documentation, checks the scene, and
 /// holds the one and only default.

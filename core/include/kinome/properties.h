@@ -77,7 +77,8 @@ class KINOME_EXPORT Properties {
   Rgb color(const std::string& name) const;
   /// The identity where neither the scene nor the table says anything.
   Transform transform(const std::string& name) const;
-  /// A <texture>, or a uniform value wrapped as one. nullptr only where there is no default.
+  /// A <texture>, or a uniform value wrapped as one: where the parameter is an emission, as color()
+  /// gives it. nullptr only where there is no default.
   std::shared_ptr<Texture> texture(const std::string& name) const;
   /// The string parameter as an index into `choices`; an Error with a suggestion otherwise.
   int choice(const std::string& name, std::span<const char* const> choices) const;

@@ -17,8 +17,8 @@ using namespace kinome;
 
 // Documentation, checks and defaults in one table: `kinome plugins sky_gradient` prints it.
 constexpr Parameter kParameters[] = {
-    {"zenith", ParameterType::kColor, "0.2 0.4 1", "Radiance straight up."},
-    {"horizon", ParameterType::kColor, "1", "Radiance at the horizon and below it."},
+    {"zenith", ParameterType::kEmission, "0.2 0.4 1", "Radiance straight up."},
+    {"horizon", ParameterType::kEmission, "1", "Radiance at the horizon and below it."},
     {"scale", ParameterType::kFloat, "1", "Factor of both; not negative."},
 };
 

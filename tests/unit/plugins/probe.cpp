@@ -14,11 +14,12 @@ constexpr Parameter kTable[] = {
     {"string", ParameterType::kString, "text", ""},
     {"file", ParameterType::kFile, nullptr, ""},
     {"vector", ParameterType::kVector, "1 2 3", ""},
-    {"color", ParameterType::kColor, "4 5 6", ""},
+    {"color", ParameterType::kEmission, "4 5 6", ""},
     {"transform", ParameterType::kTransform, nullptr, ""},
-    {"texture", ParameterType::kTexture, "0.5", ""},
-    {"unbounded", ParameterType::kUnboundedTexture, "2", ""},
-    {"optional", ParameterType::kTexture, nullptr, ""},
+    {"texture", ParameterType::kReflectanceTexture, "0.5", ""},
+    {"unbounded", ParameterType::kUnitlessTexture, "2", ""},
+    {"lamp", ParameterType::kEmissionTexture, "1", ""},
+    {"optional", ParameterType::kReflectanceTexture, nullptr, ""},
     {"choice", ParameterType::kString, "beckmann", ""},
     {"unread", ParameterType::kFloat, "0", "which the plugin never asks for"},
     {"broken", ParameterType::kBoolean, "false", "makes the constructor throw"},
@@ -39,6 +40,7 @@ class ProbeTexture final : public test::Probe {
     transform = props.transform("transform");
     texture = props.texture("texture");
     unbounded = props.texture("unbounded");
+    lamp = props.texture("lamp");
     optional = props.texture("optional");
     choice = props.choice("choice", kChoices);
     for (auto& bsdf : props.objects<Bsdf>()) objects.push_back(bsdf);

@@ -21,6 +21,7 @@ class KINOME_EXPORT Probe : public Texture {
   Transform transform;
   std::shared_ptr<Texture> texture;
   std::shared_ptr<Texture> unbounded;
+  std::shared_ptr<Texture> lamp;
   std::shared_ptr<Texture> optional;
   int choice = -1;
   std::vector<std::shared_ptr<Object>> objects;
