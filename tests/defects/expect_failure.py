@@ -1,27 +1,41 @@
-"""Passes where a test succeeds as it is, and fails (does not crash) with a defect planted.
+"""Runs a test program with the copies that hold the defects in place of what they are copies of:
 
-Arguments: VARIABLE=VALUE that plants the defect, test program, GoogleTest filter.
+  expect_failure.py CORE PLUGINS PROGRAM NAME...
+
+CORE: the library of the core's copies, which is preloaded, so that its functions replace the core's.
+PLUGINS: folder of the plugins' copies, which are found before the real ones. With the name of a
+defect, the tests that are to notice it must fail (not crash) while it is planted; without one, all
+that the program's defects name must pass, so that it is the defect that they notice.
 """
 import os
 import subprocess
 import sys
 
-variable, program, test_filter = sys.argv[1:]
-name, value = variable.split("=", 1)
-command = [program, f"--gtest_filter={test_filter}"]
+from table import DEFECTS
 
 
-def run(environment):
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+def run(core, plugins, program, pattern, defect):
+    environment = {**os.environ, "LD_PRELOAD": core, "KINOME_PLUGIN_PATH": plugins,
+                   "KINOME_DEFECT": defect}
+    return subprocess.run([program, f"--gtest_filter={pattern}",
+                           f"--gtest_fail_fast={1 if defect else 0}"],
+                          env=environment, capture_output=True, text=True, check=False)
 
 
-sound = run(dict(os.environ))
-if sound.returncode != 0 or "[  PASSED  ] 0 tests" in sound.stdout:
-    sys.exit(f"{' '.join(command)} does not pass without the defect:\n{sound.stdout}{sound.stderr}")
-planted = run({**os.environ, name: value})
-if planted.returncode == 0:
-    sys.exit(f"{' '.join(command)} passes with {variable}: the defect goes unnoticed")
-if planted.returncode != 1 or "[  FAILED  ]" not in planted.stdout:
-    sys.exit(f"{' '.join(command)} does not fail as a test does with {variable}:\n"
-             f"{planted.stdout}{planted.stderr}")
-print(f"caught by {test_filter}")
+def main(core, plugins, program, name=""):
+    test = os.path.basename(program).removeprefix("test_")
+    patterns = dict.fromkeys(d.pattern for d in DEFECTS if d.test == test and name in ("", d.name))
+    result = run(core, plugins, program, ":".join(patterns), name)
+    output = f"\n{result.stdout}{result.stderr}"
+    if not name:
+        if result.returncode != 0 or "[  PASSED  ] 0 tests" in result.stdout:
+            sys.exit(f"{test}: fails, or runs no test, while no defect is planted:{output}")
+    elif result.returncode == 0:
+        sys.exit(f"{name}: goes unnoticed by {' '.join(patterns)}{output}")
+    elif result.returncode != 1 or "[  FAILED  ]" not in result.stdout:
+        sys.exit(f"{name}: {test} does not fail as a test does:{output}")
+    print("passes" if not name else "caught by " + " ".join(patterns))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,14 +1,65 @@
-"""Writes a copy of a source file with one defect: FROM, which must occur exactly once, becomes TO."""
+"""Writes a copy of a source file that holds all of its defects, each of them asleep until the
+environment's KINOME_DEFECT names it: plant.py ROOT SOURCE COPY. One copy a file, since compiling is
+what defects take time for.
+"""
 import pathlib
 import re
 import sys
 
-source, copy, old, new = sys.argv[1:]
-text = pathlib.Path(source).read_text()
-# White space is as the formatter left it: any run of it matches any other.
-pattern = r"\s+".join(re.escape(word) for word in old.split())
-found = re.findall(pattern, text)
-if len(found) != 1:
-    sys.exit(f"{source}: {old!r} occurs {len(found)} times; a defect is planted in exactly one place")
-pathlib.Path(copy).parent.mkdir(parents=True, exist_ok=True)
-pathlib.Path(copy).write_text(re.sub(pattern, lambda _: new, text))
+from table import DEFECTS
+
+# Kernels include themselves once for each instruction set.
+SWITCHES = """\
+#ifndef KINOME_DEFECTS_{guard}
+#define KINOME_DEFECTS_{guard}
+#include <cstdlib>
+#include <string_view>
+namespace kinome_defects {{
+inline bool is_planted(std::string_view name) {{
+  const char* const planted = std::getenv("KINOME_DEFECT");
+  return planted && name == planted;
+}}
+{switches}
+}}  // namespace kinome_defects
+#endif
+#line 1 "{source}"
+"""
+
+
+def planted(defects, old):
+    """What stands in the place of `old`, where one or more defects may be planted."""
+    text = old
+    for defect in defects:
+        switch = f"::kinome_defects::{defect.name}"
+        if "DEFECT" not in defect.new:
+            text = f"({switch} ? ({defect.new}) : ({text}))"
+        elif len(defects) == 1:
+            text = defect.new.replace("DEFECT", switch)
+        else:
+            sys.exit(f"{defect.name}: another defect is planted in the same place; both must be "
+                     "expressions")
+    return text
+
+
+def main(root, source, copy):
+    text = pathlib.Path(root, source).read_text(encoding="utf-8")
+    own = [defect for defect in DEFECTS if defect.source == source]
+    for old in dict.fromkeys(defect.old for defect in own):
+        pattern = re.compile(r"\s+".join(re.escape(word) for word in old.split()))
+        found = pattern.findall(text)
+        if len(found) != 1:
+            sys.exit(f"{source}: {old!r} occurs {len(found)} times; a defect is planted in exactly "
+                     "one place")
+        new = planted([defect for defect in own if defect.old == old], found[0])
+        text = pattern.sub(lambda _: new, text)
+    switches = "\n".join(f'inline const bool {defect.name} = is_planted("{defect.name}");'
+                         for defect in own)
+    head = SWITCHES.format(guard=re.sub(r"\W", "_", source).upper(), switches=switches,
+                           source=source)
+    copy = pathlib.Path(copy)
+    copy.parent.mkdir(parents=True, exist_ok=True)
+    copy.write_text(head + text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
