@@ -42,7 +42,7 @@ def measure(build, scene, integrator, samples, defines, seeds, folder):
         stats = run_kinome(build, scene.path, output,
                            {"integrator": integrator, "sampler": "independent", "spp": samples,
                             "width": width, "height": height, **defines}, seed)
-        pictures.append(colour(output, read(output)[0]))
+        pictures.append(colour(output, read(output).channels))
         seconds.append(stats["seconds"]["render"])
     stack = np.stack(pictures)
     mean = stack.mean(0)

@@ -127,6 +127,11 @@ ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
       {"kinome:complete", stats.complete ? "true" : "false"},
   };
   if (stats.rel_mse >= 0) metadata["kinome:relmse"] = fmt::format("{:.4g}", stats.rel_mse);
+  if (stats.renders > 0) {
+    metadata["kinome:renders"] = std::to_string(stats.renders);
+    metadata["kinome:variance_of_mean"] =
+        fmt::format("{:.9g}", fmt::join(stats.variance_of_mean, " "));
+  }
   return metadata;
 }
 

@@ -8,6 +8,10 @@ install(TARGETS kinome kinome_core EXPORT KinomeTargets
   RUNTIME DESTINATION bin
   LIBRARY DESTINATION lib)
 install(DIRECTORY include/kinome DESTINATION include)
+# The comparison of pictures: the program looks for its package in ../lib/kinome/python.
+install(PROGRAMS "${PROJECT_SOURCE_DIR}/validation/kinome-compare" DESTINATION bin)
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/validation/compare" DESTINATION lib/kinome/python
+  FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
 install(EXPORT KinomeTargets NAMESPACE kinome:: DESTINATION "${kinome_package_dir}")
 
 configure_package_config_file(cmake/KinomeConfig.cmake.in KinomeConfig.cmake

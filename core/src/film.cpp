@@ -287,29 +287,4 @@ std::optional<Rgb> Film::lane_color(size_t pixel, uint32_t lane) const {
   return is_luminance_ ? Rgb(luminance(mean)) : mean;
 }
 
-Image Film::develop_variance() const {
-  const int count = is_luminance_ ? 1 : 3;
-  Image image{crop_.width(), crop_.height(), {}, {}};
-  image.channels = is_luminance_
-                       ? std::vector<std::string>{"variance.Y"}
-                       : std::vector<std::string>{"variance.R", "variance.G", "variance.B"};
-  for (size_t p = 0; p < static_cast<size_t>(crop_.area()); ++p) {
-    // Of the lanes' colours: their number, mean, and squares of differences from it.
-    int n = 0;
-    glm::dvec3 mean(0.), squares(0.);
-    for (uint32_t l = 0; l < lanes(); ++l) {
-      const std::optional<Rgb> found = lane_color(p, l);
-      if (!found) continue;
-      const glm::dvec3 difference = glm::dvec3(*found) - mean;
-      mean += difference / static_cast<double>(++n);
-      squares += difference * (glm::dvec3(*found) - mean);
-    }
-    for (int c = 0; c < count; ++c) {
-      image.data.push_back(
-          n < 2 ? kInfinity : static_cast<float>(squares[c] / (static_cast<double>(n) * (n - 1))));
-    }
-  }
-  return image;
-}
-
 }  // namespace kinome

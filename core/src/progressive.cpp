@@ -92,7 +92,7 @@ class Progressive {
     if (!deadline_) {
       // From here on there is a picture.
       const double start = now();
-      const Image picture = develop(film_, budget_);
+      const Image picture = develop(film_, budget_, context_.stats());
       const double after = budget_.seconds_after ? budget_.seconds_after(picture) : 0;
       deadline_ = budget_.seconds - after - (now() - start);
       context_.set_deadline(*deadline_);
@@ -174,10 +174,13 @@ std::optional<double> estimate_rel_mse(const Film& film) {
   return total / (static_cast<double>(pixels) * pairs * 2 * lanes);
 }
 
-Image develop(const Film& film, const RenderBudget& budget) {
+Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats) {
   Image image = film.develop();
   if (budget.lanes == 0) return image;
-  const Image variance = film.develop_variance();
+  const FilmNoise noise = film.noise();
+  stats.renders = noise.renders;
+  stats.variance_of_mean = noise.variance_of_mean;
+  const Image& variance = noise.image;
   const size_t pixels = static_cast<size_t>(image.width) * image.height;
   const size_t a = image.channels.size(), b = variance.channels.size();
   std::vector<float> data;

@@ -26,7 +26,8 @@ KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& cont
 /// small; half by that of the others, which being noisier alone would make them too large.
 KINOME_EXPORT std::optional<double> estimate_rel_mse(const Film& film);
 
-/// The film's picture, with the variance of its colours where the budget asks for it.
-KINOME_EXPORT Image develop(const Film& film, const RenderBudget& budget);
+/// The film's picture. Where the budget asks for variances, with their channels; what else is known
+/// of them goes to RenderStats::renders and variance_of_mean.
+KINOME_EXPORT Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats);
 
 }  // namespace kinome

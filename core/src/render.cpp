@@ -34,7 +34,7 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
       stats.samples = sensor.sampler().sample_count();
     }
     if (checkpoint && context.interrupted()) checkpoint->close(film);
-    image = develop(film, budget);
+    image = develop(film, budget, stats);
     stats.non_finite_samples += film.non_finite();
   }
   stats.threads = context.threads();

@@ -1,5 +1,6 @@
 // --time, --error and --variance on the command line.
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "cli.h"
 #include "kinome/image.h"
@@ -117,12 +118,21 @@ TEST_F(Budget, WarnsOfEachThingOnce) {
 TEST_F(Budget, VariancesAreChannels) {
   for (const char* integrator : {"direct", "clustered", "ptracer"}) {
     render({"--variance", "-D", "spp=64", "-D", std::string("integrator=") + integrator});
-    const Image image = read_exr(image_);
-    ASSERT_EQ(image.channels,
-              (std::vector<std::string>{"R", "G", "B", "variance.B", "variance.G", "variance.R"}));
+    ImageMetadata header;
+    const Image image = read_exr(image_, {}, &header);
+    ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "tile_variance.B",
+                                                        "tile_variance.G", "tile_variance.R",
+                                                        "variance.B", "variance.G", "variance.R"}));
+    EXPECT_EQ(header.at("kinome:renders"), "16");
+    std::istringstream numbers(header.at("kinome:variance_of_mean"));
+    for (int c = 0; c < 3; ++c) {
+      double variance = -1;
+      EXPECT_TRUE(numbers >> variance) << header.at("kinome:variance_of_mean");
+      EXPECT_GE(variance, 0);
+    }
     double sum = 0;
     for (int i = 0; i < 48 * 48; ++i) {
-      const float v = image.at(i % 48, i / 48, 3);
+      const float v = image.at(i % 48, i / 48, 6);
       EXPECT_GE(v, 0);
       EXPECT_LT(v, 10);
       sum += v;

@@ -116,10 +116,11 @@ std::string Sdk::build_;
 
 TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
   for (const char* name :
-       {"bin/kinome", "lib/libkinome.so", "include/kinome/plugin.h",
-        "lib/kinome/plugins/bsdf/diffuse.so", "lib/kinome/plugins/sampler/ldsampler.so",
-        "lib/cmake/kinome/KinomeConfig.cmake", "lib/cmake/kinome/KinomeConfigVersion.cmake",
-        "lib/cmake/kinome/KinomeTargets.cmake", "lib/cmake/kinome/KinomePlugin.cmake"}) {
+       {"bin/kinome", "bin/kinome-compare", "lib/kinome/python/compare/command.py",
+        "lib/libkinome.so", "include/kinome/plugin.h", "lib/kinome/plugins/bsdf/diffuse.so",
+        "lib/kinome/plugins/sampler/ldsampler.so", "lib/cmake/kinome/KinomeConfig.cmake",
+        "lib/cmake/kinome/KinomeConfigVersion.cmake", "lib/cmake/kinome/KinomeTargets.cmake",
+        "lib/cmake/kinome/KinomePlugin.cmake"}) {
     EXPECT_TRUE(fs::exists(fs::path(prefix_) / name)) << name;
   }
   // Nothing installed may lead back to where it was built.
@@ -129,6 +130,22 @@ TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
     }
     EXPECT_EQ(read_text(entry.path()).find(KINOME_TEST_BUILD), std::string::npos) << entry.path();
   }
+}
+
+/// The comparison needs nothing of the source tree, and knows the program's pictures.
+TEST_F(Sdk, InstalledComparisonRuns) {
+  const std::string scene =
+      folder_->write("floor.xml", floor_scene("direct", R"(<emitter type="constant"/>)"));
+  std::vector<std::string> pictures;
+  for (const char* seed : {"1", "2"}) {
+    pictures.push_back(folder_->path(std::string("seed") + seed + ".exr"));
+    expect_success(
+        run_process({program(), "-q", "--variance", "--seed", seed, "-o", pictures.back(), scene}));
+  }
+  const ProcessResult result =
+      run_process({prefix_ + "/bin/kinome-compare", pictures[0], pictures[1]});
+  EXPECT_EQ(result.status, 0) << result.out << result.err;
+  EXPECT_NE(result.out.find("seed2.exr, 16 renders\n"), std::string::npos) << result.out;
 }
 
 /// Closed form: a floor of reflectance rho under L = h + (z - h) cos theta shows

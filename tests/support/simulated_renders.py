@@ -15,11 +15,13 @@ Y, X = np.mgrid[0:HEIGHT, 0:WIDTH]
 RENDERS = 16
 
 
-def write_exr(path, channels, kind=oiio.FLOAT):
-    """channels: {name: (height, width)}."""
+def write_exr(path, channels, kind=oiio.FLOAT, header=()):
+    """channels: {name: (height, width)}; header: texts by name."""
     height, width = next(iter(channels.values())).shape
     spec = oiio.ImageSpec(width, height, len(channels), kind)
     spec.channelnames = list(channels)
+    for name, text in dict(header).items():
+        spec.attribute(name, text)
     out = oiio.ImageOutput.create(str(path))
     assert out.open(str(path), spec), oiio.geterror()
     out.write_image(np.stack(list(channels.values()), axis=2).astype(np.float32))

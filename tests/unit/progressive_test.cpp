@@ -205,9 +205,12 @@ TEST(Lanes, AsManyAsAnEstimateNeeds) {
 TEST(Lanes, DivideTheScenesSamples) {
   MadeUp run(16, {.lanes = 8}, 0.5);
   EXPECT_EQ(run.passes.sizes, std::vector<double>(8, 8));
-  const Image image = develop(*run.film, run.context.budget());
+  const Image image = develop(*run.film, run.context.budget(), run.context.stats());
   ASSERT_EQ(image.channels,
-            (std::vector<std::string>{"R", "G", "B", "variance.R", "variance.G", "variance.B"}));
+            (std::vector<std::string>{"R", "G", "B", "variance.R", "variance.G", "variance.B",
+                                      "tile_variance.R", "tile_variance.G", "tile_variance.B"}));
+  EXPECT_EQ(run.context.stats().renders, 8u);
+  EXPECT_EQ(run.context.stats().variance_of_mean.size(), 3u);
   // Over the truth, 0.5² r² / 64: the mean of 256 chi² of 7 degrees, within 5 standard deviations.
   double sum = 0;
   for (int i = 0; i < 256; ++i) {

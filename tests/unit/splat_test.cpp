@@ -109,7 +109,8 @@ TEST(Splat, LanesShareTheirPaths) {
   EXPECT_EQ(film->develop().at(0, 0, 0), 16.f / 5);
   EXPECT_EQ(film->lane_color(0, 0)->x, 4);
   EXPECT_EQ(film->lane_color(0, 1)->x, 2);
-  EXPECT_EQ(film->develop_variance().data[0], 1);
+  // Of the mean by paths: lanes of 3 and 2 paths are off by 12 - 3 m and 4 - 2 m, over 5.
+  EXPECT_NEAR(film->noise().image.data[0], 2 * (0.48 * 0.48 + 0.48 * 0.48), 1e-6);
 }
 
 TEST(Splat, CountsInLuminanceAndLeavesAlpha) {

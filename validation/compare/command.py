@@ -8,33 +8,52 @@ import pathlib
 import sys
 
 from .errors import Errors, flip
-from .images import BadInput, load
+from .images import FEWEST, BadInput, files_of, has_variance, load
 from .output import check, whole
 from .packages import use_packages
 from .verdict import compare
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-NO_FLIP = ("HDR-FLIP: needs flip-evaluator, which Debian hasn't got: `sh validation/run.sh "
-           "correctness spot` installs it where it is found")
+NO_FLIP = ("HDR-FLIP: not measured, for want of the Python package flip-evaluator, which Debian "
+           "hasn't got (pip install flip-evaluator; in Kinome's source, `sh validation/run.sh "
+           "correctness spot` installs it for this command)")
+
+USAGE = """\
+kinome-compare [OPTION...] A B
+       kinome-compare [OPTION...] A... B
+       kinome-compare [OPTION...] A... --reference B..."""
 
 DESCRIPTION = """\
-Do two renderings of a scene have the same expectation? Each of A and B is several renders of
-different seeds, or a file of a mean with its variance (channels R, G, B, variance.R, variance.G,
-variance.B, and perhaps mask; a JSON file beside it says under "seeds" how many renders made it).
-Several renders: a quoted pattern ('out/seed*.exr'), or names with commas between.
-B is the reference.
-Exit status: 0 the same as far as can be seen, 1 different, 2 bad input."""
+Do two renderings of a scene have the same expectation? B is the reference, A is what is doubted.
+Each of both is one of
+
+  - a picture by `kinome --variance`, or another EXR file with channels R, G, B and variance.R,
+    variance.G, variance.B of its mean (a JSON file beside it may say under "seeds" how many renders
+    made it, a channel `mask` where it has no value);
+  - 4 renders or more of different seeds, 16 if possible: their names (m-*.exr, which the shell
+    spells out), a pattern in quotes ('out/m-*.exr'), or names with commas between.
+
+Without --reference, the last name alone is B, and all before it are A.
+Exit status: 0 the same as far as can be seen, 1 different, 2 bad input.
+
+  kinome-compare new.exr old.exr
+  kinome-compare m-*.exr reference.exr
+  kinome-compare m-*.exr --reference n-*.exr
+"""
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="kinome-compare", description=DESCRIPTION,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("a", metavar="A")
-    parser.add_argument("b", metavar="B")
+    parser = argparse.ArgumentParser(prog="kinome-compare", usage=USAGE, description=DESCRIPTION,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter,
+                                     allow_abbrev=False)
+    parser.add_argument("names", metavar="A", nargs="*", help="what is compared, and the reference")
+    parser.add_argument("-r", "--reference", metavar="B", nargs="+", default=[],
+                        help="the reference, where it is several files: all names after this")
     parser.add_argument("--alpha", type=float, default=0.01,
                         help="how often two correct renderings may fail; default: 0.01")
     parser.add_argument("--renders-a", type=int, metavar="N",
-                        help="how many renders the variance in A comes from")
+                        help="how many independent renders A's variance comes from, where the file "
+                             "doesn't say so, or is wrong")
     parser.add_argument("--renders-b", type=int, metavar="N", help="the same of B")
     parser.add_argument("--json", metavar="FILE", help="also write all figures as JSON")
     parser.add_argument("--picture", metavar="FILE", help="also write a PNG of the difference")
@@ -45,7 +64,28 @@ def parse(arguments):
     if None not in (options.json, options.picture) and (
             os.path.realpath(options.json) == os.path.realpath(options.picture)):
         parser.error(f"--json and --picture are the same file, {options.json}")
+    options.a, options.b = options.names, options.reference
+    if not options.b:
+        options.a, options.b = options.names[:-1], options.names[-1:]
+    if not options.a:
+        parser.error("expected two pictures to compare, A and B; the files of A come first, before "
+                     "--reference" if options.reference or options.names else
+                     "expected two pictures to compare, A and B")
     return options
+
+
+def refuse_doubt(options):
+    """m-*.exr n-*.exr are but names to us: where the first set ends, nobody says."""
+    if options.reference or len(options.a) < 2:
+        return
+    first, last = files_of(options.a), files_of(options.b)
+    is_pattern = len(last) >= FEWEST
+    is_alone = len(last) == 1 and has_variance(last[0]) and not any(map(has_variance, first))
+    if not is_pattern and not is_alone:
+        raise BadInput(f"{len(first) + len(last)} files, and it isn't plain which of them are B, the "
+                       "reference: the last one is, without a word, only where it has a variance "
+                       "and no other has. Put --reference before the files of B: "
+                       f"kinome-compare {options.a[0]} ... --reference ...")
 
 
 @contextlib.contextmanager
@@ -87,6 +127,7 @@ def figures(a, b, verdict):
               "b": {"name": b.name, "renders": b.renders, "masked": int(b.masked.sum())},
               "pixels": int(a.masked.size), "masked": verdict.masked, "notes": verdict.notes,
               "tests": {test.name: dataclasses.asdict(test) for test in verdict.tests},
+              "missed_by_b": dataclasses.asdict(verdict.missed) if verdict.missed else None,
               "relmse": dataclasses.asdict(Errors.of(a.mean, b, a.masked | b.masked)),
               "relmse_of_one_render": None,
               "flip": flip(a.mean, b.mean, a.masked | b.masked)}
@@ -103,16 +144,40 @@ def error_figure(value):
     return f"below the reference's noise ({value:.4g})" if value < 0 else f"{value:.4g}"
 
 
+VALUES = {"image": "the mean of the whole picture, in each channel",
+          "tiles": "the means of 16x16 pixels", "pixels": "every pixel"}
+PLACES = 5  # as many are named
+
+
+def count(number, what):
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def missed_line(b, missed):
+    places = ", ".join(f"{x},{y}" for x, y in missed["places"][:PLACES])
+    more = missed["tiles"] - PLACES
+    return (f"{missed['tiles']} of {count(missed['of'], 'tile')} left out, unless A is darker there "
+            f"than B: {b['name']} hardly found the light in them ({missed['zeros']:.0%} of its "
+            "values are exactly 0, the others come from one or two of its "
+            f"{b['renders']} renders), so that it can't say how bright they are. They hold "
+            f"{missed['light']:.2g} of A's light, and begin at pixel {places}"
+            + (f" and {more} more" if more > 0 else ""))
+
+
 def report(result):
     """Lines for people."""
     a, b = result["a"], result["b"]
-    yield f"A: {a['name']}, {a['renders']} renders; B: {b['name']}, {b['renders']} renders"
+    yield f"A: {a['name']}, {count(a['renders'], 'render')}"
+    yield f"B: {b['name']}, {count(b['renders'], 'render')}"
     for test in result["tests"].values():
         size = test["detectable"]
-        power = "no light to be biased" if size is None else f"would find a bias of {size:.3%}"
-        yield (f"{'pass' if test['passed'] else 'FAIL'}  {test['name']:<7} p = {test['p']:.3g} "
-               f"({test['failed']} of {test['values']} fail; {power})")
-        yield f"      worst: {test['worst']}"
+        power = "no light to be wrong" if size is None else f"would find a bias of {size:.3%}"
+        yield (f"{'pass' if test['passed'] else 'FAIL'}  {test['name']:<7} "
+               f"{VALUES[test['name']]}: p = {test['p']:.3g}, {test['failed']} of "
+               f"{test['values']} wrong; {power}")
+        yield f"      least likely: {test['worst']}"
+    if result["missed_by_b"]:
+        yield missed_line(b, result["missed_by_b"])
     for label, key in (("A's mean", "relmse"), ("one render of A", "relmse_of_one_render")):
         if result[key] is not None:
             mean, trimmed, maximum = (error_figure(result[key][name])
@@ -132,6 +197,7 @@ def main(arguments=None):
     try:
         check_outputs(options)
         use_packages(pathlib.Path(os.environ.get("KINOME_BUILD") or ROOT / "build"))
+        refuse_doubt(options)
         a, b = load(options.a, options.renders_a), load(options.b, options.renders_b)
         verdict = compare(a, b, options.alpha)
         result = figures(a, b, verdict)

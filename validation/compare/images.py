@@ -12,6 +12,8 @@ import pathlib
 import numpy as np
 import OpenImageIO as oiio
 
+from .noise import TILE, tile_sums
+
 FEWEST = 4  # renders; with fewer, a variance says next to nothing of noise with heavy tails
 ENOUGH = 16
 
@@ -27,6 +29,8 @@ class Estimate:
     mean, variance: (height, width, channels); variance is that of the mean, not of one render.
     renders: how many independent renders the variance comes from.
     stack: (renders, height, width, channels) where the renders themselves are known, or None.
+    tile_variance, whole_variance: what a file tells of what pixels have in common, or None:
+    variances of the sums over tiles (rows, columns, channels) and over the picture (channels).
     masked: (height, width), pixels that have no value; their mean and variance are 0.
     rounding: relative error that the file's number format may leave in any value.
     """
@@ -36,6 +40,8 @@ class Estimate:
     variance: np.ndarray
     renders: int
     stack: np.ndarray | None = None
+    tile_variance: np.ndarray | None = None
+    whole_variance: np.ndarray | None = None
     masked: np.ndarray | None = None
     nans: int = 0
     infinities: int = 0
@@ -54,15 +60,14 @@ class Estimate:
         nans, infinities = int(np.isnan(stack).sum()), int(np.isinf(stack).sum())
         stack[:, masked] = 0
         return cls(name, stack.mean(axis=0), stack.var(axis=0, ddof=1) / len(stack), len(stack),
-                   stack, masked, nans, infinities, rounding)
+                   stack, masked=masked, nans=nans, infinities=infinities, rounding=rounding)
 
 
-def files_of(pattern):
-    """A name that exists is that file; else it is a pattern, or several of either with commas."""
-    if os.path.exists(pattern):
-        return [pattern]
+def files_of(patterns):
+    """Each is a file, or a pattern, or several of either with commas between."""
     names = []
-    for part in pattern.split(","):
+    for part in (p for pattern in patterns
+                 for p in ([pattern] if os.path.exists(pattern) else pattern.split(","))):
         found = [part] if os.path.exists(part) else sorted(glob.glob(part))
         if not found:
             raise BadInput(f"{part}: no such file")
@@ -87,8 +92,27 @@ def refuse_repeated(names):
             raise BadInput(f"{both} more than once; each render counts once")
 
 
+def has_variance(path):
+    """Does the file say so, by its channels? Without reading its pixels."""
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        return False  # read() says why
+    names = source.spec().channelnames
+    source.close()
+    return any(name.startswith("variance.") for name in names)
+
+
+@dataclasses.dataclass
+class Picture:
+    """What a file holds."""
+
+    channels: dict  # (height, width) by name
+    header: dict  # texts by name, of attributes that begin with "kinome:"
+    rounding: float  # relative error that the number format may leave in a value
+
+
 def read(path):
-    """(values by channel name, relative rounding error) of an EXR or PFM file."""
+    """The Picture in an EXR or PFM file."""
     source = oiio.ImageInput.open(str(path))
     if source is None:
         reason = oiio.geterror().splitlines() or ["unknown format"]
@@ -103,7 +127,10 @@ def read(path):
     # Half floats have 11 bits; what many of them leave in a mean has no sign, but may in one value.
     rounding = 2.0 ** -12 if spec.format.basetype == oiio.HALF else 1e-5
     pixels = np.asarray(pixels, np.float64).reshape(spec.height, spec.width, spec.nchannels)
-    return {name: pixels[:, :, i] for i, name in enumerate(spec.channelnames)}, rounding
+    header = {a.name: a.value for a in spec.extra_attribs
+              if a.name.startswith("kinome:") and isinstance(a.value, str)}
+    return Picture({name: pixels[:, :, i] for i, name in enumerate(spec.channelnames)}, header,
+                   rounding)
 
 
 def colour(path, channels, prefix=""):
@@ -116,27 +143,69 @@ def colour(path, channels, prefix=""):
     raise BadInput(f"{path}: needs channels R, G, B or Y, has {', '.join(channels)}")
 
 
-def load_mean(path, renders):
-    """An estimate that is stored as such: channels R, G, B, variance.R, …, and perhaps mask."""
-    channels, rounding = read(path)
-    mean, variance = colour(path, channels), colour(path, channels, "variance.")
-    if variance is None:
-        raise BadInput(f"{path}: one render without variance: give at least {FEWEST} of different "
-                       "seeds, or a file with channels variance.R, variance.G, variance.B")
-    if mean.shape != variance.shape:
-        raise BadInput(f"{path}: mean and variance have different channels")
+def renders_of(path, picture, wanted):
+    """How many renders a file's variance comes from: `wanted`, where the user says so; else the
+    header of a picture by `kinome --variance`, or "seeds" in the JSON beside a reference."""
     note = pathlib.Path(path).with_suffix(".json")
-    if renders is None and note.is_file():
+    found, source = wanted, "as --renders-a or --renders-b says"
+    if found is None and "kinome:renders" in picture.header:
+        text = picture.header["kinome:renders"]
+        found, source = int(text) if text.isdecimal() else text, "by kinome:renders in its header"
+    if found is None and note.is_file():
         try:
-            renders = json.loads(note.read_text(encoding="utf-8")).get("seeds")
+            found = json.loads(note.read_text(encoding="utf-8")).get("seeds")
         except (ValueError, AttributeError) as reason:
             raise BadInput(f"{note}: not the JSON object that belongs to a reference: "
                            f"{reason}") from reason
-    if renders is None:
-        raise BadInput(f"{path}: of how many renders is its variance? No \"seeds\" in {note.name} "
-                       "beside it: say so by --renders-a or --renders-b")
-    if not isinstance(renders, int) or renders < FEWEST:
-        raise BadInput(f"{path}: variance from {renders} renders, needs at least {FEWEST}")
+        source = f'by "seeds" in {note.name}'
+    if found is None:
+        raise BadInput(f"{path}: has a variance, but nothing says how many independent renders it "
+                       "comes from (neither kinome:renders in its header nor \"seeds\" in "
+                       f"{note.name} beside it): give --renders-a N for A, --renders-b N for B")
+    if not isinstance(found, int) or isinstance(found, bool) or found < FEWEST:
+        raise BadInput(f"{path}: its variance comes from {found} independent renders, {source}; "
+                       f"needs at least {FEWEST} ({ENOUGH} are better)")
+    return found
+
+
+def shared_noise(path, picture, variance):
+    """(tile_variance, whole_variance) of an Estimate, or (None, None) where the file has none."""
+    tiles = colour(path, picture.channels, "tile_variance.")
+    if tiles is None:
+        return None, None
+    text = picture.header.get("kinome:variance_of_mean", "")
+    try:
+        whole = np.array([float(word) for word in text.split()])
+    except ValueError:
+        whole = np.array([])
+    if tiles.shape != variance.shape or whole.shape != variance.shape[2:]:
+        raise BadInput(f"{path}: has tile_variance, but not of the same channels as its colours, or "
+                       "no kinome:variance_of_mean in its header: write it again by "
+                       "kinome --variance")
+    # Pixels without a variance were left out of both.
+    known = np.isfinite(variance).all(axis=2)[:, :, None].astype(float)
+    count = tile_sums(known)
+    tiles = np.where(count > 0, tiles[::TILE, ::TILE], 0) * count ** 2
+    whole = whole * known.sum() ** 2
+    if not (tiles >= 0).all() or not (whole >= 0).all() or not np.isfinite([*tiles.flat,
+                                                                            *whole]).all():
+        raise BadInput(f"{path}: variances of its tiles or of the whole are negative or no numbers")
+    return tiles, whole
+
+
+def load_mean(path, renders):
+    """An estimate that is stored as such: channels R, G, B, variance.R, …, perhaps tile_variance.R,
+    …, and perhaps mask."""
+    picture = read(path)
+    channels = picture.channels
+    mean, variance = colour(path, channels), colour(path, channels, "variance.")
+    if variance is None:
+        raise BadInput(f"{path}: one render, without a variance, can't be compared: give at least "
+                       f"{FEWEST} renders of different seeds, or one by kinome --variance")
+    if mean.shape != variance.shape:
+        raise BadInput(f"{path}: mean and variance have different channels")
+    renders = renders_of(path, picture, renders)
+    tiles, whole = shared_noise(path, picture, variance)
     masked = channels["mask"] > 0.5 if "mask" in channels else np.zeros(mean.shape[:2], bool)
     broken = ~(np.isfinite(mean) & np.isfinite(variance)) & ~masked[:, :, None]
     nans = int((np.isnan(mean) | np.isnan(variance))[~masked].sum())
@@ -145,7 +214,8 @@ def load_mean(path, renders):
     mean, variance = (np.where(masked[:, :, None], 0, x) for x in (mean, variance))
     if (variance < 0).any():
         raise BadInput(f"{path}: {int((variance < 0).sum())} variances are negative")
-    return Estimate(str(path), mean, variance, renders, None, masked, nans, infinities, rounding)
+    return Estimate(str(path), mean, variance, renders, None, tiles, whole, masked, nans,
+                    infinities, picture.rounding)
 
 
 def load_renders(names):
@@ -153,12 +223,12 @@ def load_renders(names):
     refuse_repeated(names)
     if len(names) < FEWEST:
         raise BadInput(f"{names[0]} and others: {len(names)} renders, needs at least {FEWEST} "
-                       f"({ENOUGH} where the sampler is stratified or of low discrepancy)")
+                       f"({ENOUGH} are better)")
     stack, roundings = [], []
     for name in names:
-        channels, rounding = read(name)
-        stack.append(colour(name, channels))
-        roundings.append(rounding)
+        picture = read(name)
+        stack.append(colour(name, picture.channels))
+        roundings.append(picture.rounding)
         if stack[-1].shape != stack[0].shape:
             raise BadInput(f"{name}: {size(stack[-1])}, but {names[0]} is {size(stack[0])}")
     # The same seed twice would pass for a certainty that isn't there. Without any noise at all,
@@ -177,9 +247,11 @@ def load_renders(names):
     return Estimate.from_renders(label, stack, max(roundings))
 
 
-def load(pattern, renders=None):
-    """The estimate in one file, or of the renders that the pattern names. See files_of."""
-    names = files_of(str(pattern))
+def load(patterns, renders=None):
+    """The estimate in one file, or of the renders that are named: a pattern or a list of several,
+    see files_of."""
+    several = isinstance(patterns, (list, tuple))
+    names = files_of([str(p) for p in (patterns if several else [patterns])])
     return load_mean(names[0], renders) if len(names) == 1 else load_renders(names)
 
 

@@ -15,14 +15,13 @@ orders of magnitude where the limit is one in a million. Therefore
   * a pixel's variance is its own or the mean over itself and its neighbours (3x3), whichever is
     larger: those that missed the bright path take it from those that met it. A pixel that met it
     has a variance of its own in proportion, and is no outlier;
+  * a variance that comes from few renders with light has few degrees of freedom, and one that is
+    pooled has what Satterthwaite gives for the sum: few where one member makes up most of it;
   * a pixel without noise in either picture, but with some around it, is left to its tile: all 16
     renders may miss, or may meet equally often, an edge that cuts off a corner;
-  * a pooled variance has the degrees of freedom that Satterthwaite gives for the sum: few where one
-    member makes up most of it;
-  * tiles sum the variances of their pixels, 256 times the sample. Where the renders show that
-    pixels are correlated (a reconstruction filter, lights shared by all pixels), the variance is
-    that of the tile's mean from render to render;
-  * the image's variance is always the one from render to render, where the renders are known.
+  * tiles sum the variances of their pixels, 256 times the sample, and learn from the renders how
+    much more or less they vary, since pixels share noise: see noise.py;
+  * where the reference hardly found the light, only what is darker can be told wrong: see missed.py.
 
 What this costs is power for a lone pixel among much noisier neighbours.
 """
@@ -31,12 +30,12 @@ import dataclasses
 import numpy as np
 from scipy import special
 
-from .images import BadInput, size
+from .images import ENOUGH, BadInput, size
+from .missed import Missed, describe, hardly_found, of_pixels
+from .noise import TILE, neighbourhood, noise_of, tile_sums
 
-TILE = 16
 DETECTED = 0.9  # how often a bias of the size that is printed must be found
 NO_NOISE = 1e-6  # relative standard deviation that summation in single precision may leave
-CORRELATED = 1e-3  # false-alarm rate of the test for correlated pixels
 
 
 @dataclasses.dataclass
@@ -62,7 +61,8 @@ class Verdict:
     masked: int
     notes: list
     p_of_pixels: np.ndarray  # (height, width, channels), uncorrected; NaN where untested
-    t_of_tiles: np.ndarray  # (rows, columns, channels)
+    t_of_tiles: np.ndarray  # (rows, columns, channels); 0 where untested
+    missed: Missed | None  # tiles where the reference hardly found the light
 
 
 def sidak(alpha, count):
@@ -88,63 +88,11 @@ def welch(difference, a, b, rounding):
     return t, np.where(np.isfinite(dof), dof, 1e9)
 
 
-def neighbourhood(x):
-    """Sums over 3x3 pixels; beyond the edge there is nothing."""
-    padded = np.pad(x, ((1, 1), (1, 1)) + ((0, 0),) * (x.ndim - 2))
-    rows = padded[:-2] + padded[1:-1] + padded[2:]
-    return rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
-
-
-def pixel_variance(estimate, masked):
-    """(variance, degrees of freedom) of each value: see the top of this file."""
-    own = np.where(masked[:, :, None], 0, estimate.variance)
-    count = neighbourhood((~masked).astype(float))[:, :, None]
-    total, squares = neighbourhood(own), neighbourhood(own ** 2)
-    pooled = total / np.maximum(count, 1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        members = np.where(squares > 0, total ** 2 / squares, 1)
-    single = estimate.renders - 1
-    return np.maximum(own, pooled), np.where(own >= pooled, single, members * single)
-
-
 def can_be_tested(a, b, masked):
     """Which values have noise in both pictures, or none in both around them; all else is chance."""
     least = (NO_NOISE * np.maximum(np.abs(a.mean), np.abs(b.mean))) ** 2
     around = neighbourhood(np.where(masked[:, :, None], 0, a.variance + b.variance))
     return (np.minimum(a.variance, b.variance) > least) | (around <= 9 * least)
-
-
-def tile_sums(x):
-    """Sums over tiles of the two axes before the last; the last tile of a row may be narrower."""
-    rows = np.add.reduceat(x, np.arange(0, x.shape[-3], TILE), axis=-3)
-    return np.add.reduceat(rows, np.arange(0, x.shape[-2], TILE), axis=-2)
-
-
-def render_to_render(estimate, sums):
-    """Variance of the mean of `sums` (of each render) and its degrees of freedom."""
-    return sums.var(axis=0, ddof=1) / estimate.renders, estimate.renders - 1.0
-
-
-def tile_variance(estimate, masked):
-    """(variance of the sum over each tile, degrees of freedom, are pixels correlated)."""
-    own = np.where(masked[:, :, None], 0, estimate.variance)
-    total, squares = tile_sums(own), tile_sums(own ** 2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        dof = np.where(squares > 0, total ** 2 / squares, 1) * (estimate.renders - 1)
-    if estimate.stack is None:
-        return total, dof, False
-    across, few = render_to_render(estimate, tile_sums(np.where(masked[:, :, None], 0,
-                                                                estimate.stack)))
-    # What varies by rounding alone says nothing of noise.
-    noisy = total > (estimate.rounding * tile_sums(estimate.mean * ~masked[:, :, None])) ** 2
-    if not noisy.any():
-        return total, dof, False
-    # The channels of a tile go up and down together: they count as one.
-    freedom = noisy.any(axis=2).sum() * few
-    ratio = (across[noisy] / total[noisy]).mean()
-    if special.chdtrc(freedom, ratio * freedom) >= CORRELATED:
-        return total, dof, False
-    return across, np.full_like(dof, few), True
 
 
 def judge(name, alpha, difference, reference, t, dof, where):
@@ -155,7 +103,7 @@ def judge(name, alpha, difference, reference, t, dof, where):
     # Corrected for their number; log1p keeps the small ones.
     corrected = float(-np.expm1(len(t) * np.log1p(-min(p[worst], 1 - 1e-16))))
     share = f" ({difference[worst] / reference[worst]:+.3%})" if reference[worst] != 0 else ""
-    text = f"{where(worst)}: {difference[worst]:+.4g} on {reference[worst]:.4g}{share}, " \
+    text = f"{where(worst)}: A - B = {difference[worst]:+.4g}, B = {reference[worst]:.4g}{share}, " \
            f"t = {t[worst]:+.2f}"
     with np.errstate(divide="ignore", invalid="ignore"):
         sizes = np.abs(difference / t / reference)  # one standard deviation
@@ -178,68 +126,98 @@ def compare(a, b, alpha=0.01):
     masked = a.masked | b.masked
     if masked.all():
         raise BadInput(f"{a.name} and {b.name}: no pixel has a value in both")
-    notes = []
     each = sidak(alpha, 3)
-    relative = max(a.rounding, b.rounding)
-    if relative > 1e-5:
-        notes.append("half floats: biases under 0.03 % can't be seen; use component_format float32")
-    keep = ~masked[:, :, None]
-    mean_a, mean_b = a.mean * keep, b.mean * keep
-    names = "RGB" if mean_a.shape[2] == 3 else "Y"
-
-    sums = mean_a.sum(axis=(0, 1)), mean_b.sum(axis=(0, 1))
-    count = (~masked).sum()
-    spread = [render_to_render(e, (e.stack * keep).sum(axis=(1, 2))) if e.stack is not None
-              else whole_variance(e.variance * keep, e.renders) for e in (a, b)]
-    t, dof = welch(sums[0] - sums[1], *spread, relative * np.abs(sums[1]))
-    tests = [judge("image", each, (sums[0] - sums[1]) / count, sums[1] / count, t, dof,
-                   lambda i: f"channel {names[i]}")]
-
-    counts = tile_sums((~masked).astype(float)[:, :, None])
-    tiles_a, tiles_b = tile_sums(mean_a), tile_sums(mean_b)
-    spread = []
-    for estimate in (a, b):
-        variance, dof, correlated = tile_variance(estimate, masked)
-        spread.append((variance, dof))
-        if correlated:
-            notes.append(f"{estimate.name}: pixels are correlated; tiles use the variance from "
-                         "render to render")
-    t_of_tiles, dof = welch(tiles_a - tiles_b, *spread, relative * np.abs(tiles_b))
-    shape = np.broadcast_to(counts, tiles_a.shape)
-    used = shape > 0
-    places = np.argwhere(used)
-    tests.append(judge("tiles", each, (tiles_a - tiles_b)[used] / shape[used],
-                       tiles_b[used] / shape[used], t_of_tiles[used], dof[used],
-                       lambda i: tile_name(places[i], names)))
-
-    t, dof = welch(mean_a - mean_b, pixel_variance(a, masked), pixel_variance(b, masked),
-                   relative * np.abs(mean_b))
-    testable = can_be_tested(a, b, masked)
-    used = keep & testable
-    if not used.any():
-        raise BadInput(f"{a.name} and {b.name}: no pixel with noise, or without any around it")
-    pixels = np.argwhere(used)
-    tests.append(judge("pixels", each, (mean_a - mean_b)[used], mean_b[used], t[used], dof[used],
-                       lambda i: f"pixel {pixels[i][1]},{pixels[i][0]} {names[pixels[i][2]]}"))
-    p = np.where(used, two_sided(t, dof), np.nan)
-    left_out = int((keep & ~testable).sum())
-    if left_out:
-        notes.append(f"{left_out} values without noise beside ones with noise are left to their "
-                     "tiles")
-
-    for e in (a, b):
-        if e.renders < 16:
-            notes.append(f"{e.name}: variance from {e.renders} renders only; heavy tails and "
-                         "stratified samplers need 16")
+    pair = Pair(a, b, masked)
+    dim = hardly_found(b, masked)
+    tests = [test_of_image(pair, dim.any(axis=2), each)]
+    of_tiles, t_of_tiles = test_of_tiles(pair, dim, each)
+    of_pixel, p_of_pixels, left_out = test_of_pixels(pair, dim, each)
+    tests += [of_tiles, of_pixel]
     passed = all(test.passed for test in tests) and not (a.nans or a.infinities)
-    return Verdict(passed, alpha, tests, int(masked.sum()), notes, p, t_of_tiles)
+    return Verdict(passed, alpha, tests, int(masked.sum()), notes_on(pair, left_out),
+                   p_of_pixels, t_of_tiles, describe(a, b, dim))
 
 
-def whole_variance(variance, renders):
-    """Of the sum of independent pixels: (variance, degrees of freedom) by channel."""
-    total, squares = variance.sum(axis=(0, 1)), (variance ** 2).sum(axis=(0, 1))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return total, np.where(squares > 0, total ** 2 / squares, 1) * (renders - 1)
+class Pair:
+    """Two estimates without their masked pixels, and the noise of both."""
+
+    def __init__(self, a, b, masked):
+        self.a, self.b, self.masked = a, b, masked
+        self.keep = ~masked[:, :, None]
+        self.mean_a, self.mean_b = a.mean * self.keep, b.mean * self.keep
+        self.noise_a, self.noise_b = noise_of(a, masked), noise_of(b, masked)
+        self.rounding = max(a.rounding, b.rounding)
+        self.names = "RGB" if a.mean.shape[2] == 3 else "Y"
+
+
+def test_of_image(pair, dim, alpha):
+    """`dim`: tiles that are left out, bright or dark in A, or else the rest would be too dark."""
+    if dim.any():
+        masked = pair.masked | of_pixels(dim, pair.masked.shape)
+        if masked.all():
+            raise BadInput(f"{pair.b.name}: hardly found any light: over half of its values are 0, "
+                           "the others come from one or two of its renders. It needs more samples, "
+                           "or an integrator that finds this light, to be a reference")
+        pair = Pair(pair.a, pair.b, masked)
+    sums = pair.mean_a.sum(axis=(0, 1)), pair.mean_b.sum(axis=(0, 1))
+    t, dof = welch(sums[0] - sums[1], (pair.noise_a.whole, pair.noise_a.whole_freedom),
+                   (pair.noise_b.whole, pair.noise_b.whole_freedom),
+                   pair.rounding * np.abs(sums[1]))
+    count = (~pair.masked).sum()
+    return judge("image", alpha, (sums[0] - sums[1]) / count, sums[1] / count, t, dof,
+                 lambda i: f"channel {pair.names[i]}")
+
+
+def test_of_tiles(pair, dim, alpha):
+    """(Test, t of each tile)."""
+    a, b = tile_sums(pair.mean_a), tile_sums(pair.mean_b)
+    t, dof = welch(a - b, (pair.noise_a.tiles, pair.noise_a.tiles_freedom),
+                   (pair.noise_b.tiles, pair.noise_b.tiles_freedom), pair.rounding * np.abs(b))
+    counts = np.broadcast_to(tile_sums(pair.keep.astype(float)), a.shape)
+    used = (counts > 0) & ~(dim & (a > b))
+    places = np.argwhere(used)
+    test = judge("tiles", alpha, (a - b)[used] / counts[used], b[used] / counts[used], t[used],
+                 dof[used], lambda i: tile_name(places[i], pair.names))
+    return test, np.where(used, t, 0)
+
+
+def test_of_pixels(pair, dim, alpha):
+    """(Test, p, number of values that were left to their tiles)."""
+    t, dof = welch(pair.mean_a - pair.mean_b, (pair.noise_a.pixels, pair.noise_a.pixels_freedom),
+                   (pair.noise_b.pixels, pair.noise_b.pixels_freedom),
+                   pair.rounding * np.abs(pair.mean_b))
+    wanted = pair.keep & ~(of_pixels(dim, t.shape) & (pair.mean_a > pair.mean_b))
+    testable = can_be_tested(pair.a, pair.b, pair.masked)
+    used = wanted & testable
+    if not used.any():
+        raise BadInput(f"{pair.a.name} and {pair.b.name}: no pixel can be compared: wherever one "
+                       "picture has noise, the other has none")
+    pixels = np.argwhere(used)
+    test = judge("pixels", alpha, (pair.mean_a - pair.mean_b)[used], pair.mean_b[used], t[used],
+                 dof[used], lambda i: f"pixel {pixels[i][1]},{pixels[i][0]} "
+                                      f"{pair.names[pixels[i][2]]}")
+    return test, np.where(used, two_sided(t, dof), np.nan), int((wanted & ~testable).sum())
+
+
+def notes_on(pair, left_out):
+    """What else there is to know, in sentences."""
+    notes = []
+    for e, noise in ((pair.a, pair.noise_a), (pair.b, pair.noise_b)):
+        if e.rounding > 1e-5:
+            notes.append(f"{e.name} is stored in half floats, of 11 bits: differences under 0.03 % "
+                         "can't be seen. The film's component_format float32 keeps them")
+        if e.renders < ENOUGH:
+            notes.append(f"{e.name}: {e.renders} renders are few. With fewer than {ENOUGH}, rare "
+                         "bright samples may pass for a difference")
+        if noise.factor is not None:
+            notes.append(f"{e.name}: pixels share noise, as a filter wider than a pixel makes them. "
+                         f"The mean of a tile is {np.sqrt(noise.factor):.2g} times as uncertain as "
+                         "by its pixels alone, which is allowed for")
+    if left_out:
+        notes.append(f"{left_out} of {pair.keep.sum() * len(pair.names)} values vary in one picture "
+                     "but not in the other, as where few samples meet an edge: the test of pixels "
+                     "leaves them out, that of tiles has them")
+    return notes
 
 
 def tile_name(place, names):

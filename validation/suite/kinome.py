@@ -43,7 +43,7 @@ class Kinome:
             raise Problem(one_line(str(reason).split("failed:\n", 1)[-1])) from reason
         wall = time.perf_counter() - start
         try:
-            image = colour(output, read(output)[0])
+            image = colour(output, read(output).channels)
         except BadInput as reason:
             raise Problem(reason) from reason
         finally:

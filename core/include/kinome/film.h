@@ -63,6 +63,18 @@ class KINOME_EXPORT FilmTile {
   uint64_t non_finite_ = 0;
 };
 
+/// How far the colours of a picture may be off: variances, in the square of their unit. Infinite
+/// where fewer than two lanes have samples.
+struct KINOME_EXPORT FilmNoise {
+  static constexpr int kTile = 16;  ///< pixels a side; tiles begin at the crop window's corner
+  /// Channels "variance.R", "variance.G", "variance.B" (or "variance.Y"): of each pixel.
+  /// "tile_variance.R", ...: of the mean over the tile that the pixel lies in. Pixels may have
+  /// noise in common (by their filter, by light paths): pixels' variances don't add up to a tile's.
+  Image image;
+  std::vector<double> variance_of_mean;  ///< over the whole picture: R, G, B or Y
+  uint32_t renders = 0;  ///< lanes that the variances come from, at the pixel with the fewest
+};
+
 /// Collects samples into pixels, and writes files. The pixel of the full film at (x, y) covers
 /// [x, x+1) x [y, y+1). Tiles are filled side by side by threads, and merged by commit(), which the
 /// render context calls in the order of the tiles: sums do not depend on threads. They are of
@@ -112,10 +124,8 @@ class KINOME_EXPORT Film : public Object {
   /// What develop() would make of one lane: R, G, B, or luminance in all three; nullopt where the
   /// lane has no samples. `pixel` counts those of the crop window, row by row.
   std::optional<Rgb> lane_color(size_t pixel, uint32_t lane) const;
-  /// Variance of the colours that develop() gives, by what lanes differ by: channels "variance.R",
-  /// "variance.G", "variance.B" or "variance.Y", in the square of their unit. Infinite where fewer
-  /// than two lanes have samples.
-  Image develop_variance() const;
+  /// Of the colours that develop() gives, by what lanes differ by.
+  FilmNoise noise() const;
 
   /// Writes the developed image in the film's file format. Extension appended where `path` has
   /// none.
@@ -136,12 +146,16 @@ class KINOME_EXPORT Film : public Object {
  private:
   struct Lane {
     std::vector<std::vector<double>> layers;  ///< of each: values, then the weight, interleaved
-    std::vector<double> splats;              ///< R, G, B of each pixel; empty until there is one
+    std::vector<double> splats;               ///< R, G, B of each pixel; empty until there is one
     double light_paths = 0;
   };
   void commit_splats(const FilmTile& tile);
   /// Of a lane: those that there are, or zeros for them.
   std::vector<double>& splats_of(Lane& lane);
+  /// By how much each lane moves a pixel's colour, such that the sum of the squares is the colour's
+  /// variance: see film_noise.cpp. Returns how many lanes have samples; of fewer than two there
+  /// is nothing to tell.
+  uint32_t lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const;
   /// Of lanes [first, end) together.
   Rgb color(size_t pixel, size_t first, size_t end) const;
   double splat_scale(size_t first, size_t end) const;

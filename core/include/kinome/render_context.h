@@ -39,7 +39,7 @@ struct RenderBudget {
   /// to stop; 0: not asked for. Stops at kMostSamples in any case.
   double rel_mse = 0;
   static constexpr double kMostSamples = 16384;
-  /// Lanes of the film, 2 or more, for Film::develop_variance; 0: it isn't asked for.
+  /// Lanes of the film, 2 or more, for Film::noise; 0: it isn't asked for.
   uint32_t lanes = 0;
   /// How long the caller will take for a picture like this, in seconds: part of `seconds`.
   std::function<double(const Image& picture)> seconds_after = nullptr;
@@ -127,7 +127,7 @@ KINOME_EXPORT void warn_without_emitters(const Scene& scene);
 
 /// Prepares the film, renders with the scene's integrator until the context's budget is spent (or
 /// the sampler's samples, where there is none), and fills the context's stats. With
-/// RenderBudget::lanes the image has the channels of Film::develop_variance, too.
+/// RenderBudget::lanes the image has the channels of Film::noise, too.
 KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
 }  // namespace kinome

@@ -73,6 +73,9 @@ struct KINOME_EXPORT RenderStats {
   bool complete = true;
   double samples = 0;   ///< a pixel, as of Sampler::sample_count, or what costs as much
   double rel_mse = -1;  ///< as the render itself estimates it; negative: it doesn't
+  /// Where the picture has variances (see FilmNoise): what they come from; 0: it has none.
+  uint32_t renders = 0;
+  std::vector<double> variance_of_mean;
 };
 
 /// Peak resident memory of this process.

@@ -1,0 +1,136 @@
+// What the lanes of a film tell of the noise of the picture that they make together.
+//
+// A pixel m of that picture is a ratio of sums over lanes, m = Σ S_l / Σ W_l. To first order, lane
+// l moves it by
+//
+//     e_l = (S_l - m W_l) / Σ W,        Σ e_l = 0,      var m ≈ n / (n - 1) Σ e_l²
+//
+// (the linearised variance of a ratio estimator: Cochran, Sampling Techniques, 6.3), which for
+// lanes of equal weight is the variance of the mean of n numbers. A lane's own colour S_l / W_l is
+// not needed, which is just as well: a filter with negative lobes may leave it a weight near zero.
+//
+// Being linear, e_l adds up over pixels: so the variance of a tile's mean or of the picture's holds
+// whatever pixels have in common, by the filter, by light paths or by anything else.
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinome/color.h"
+#include "kinome/film.h"
+
+namespace kinome {
+namespace {
+
+/// What each lane moves the sum over some pixels by.
+class LaneSums {
+ public:
+  explicit LaneSums(size_t lanes) : sums_(lanes, glm::dvec3(0.)) {}
+  void add_pixel(const std::vector<glm::dvec3>& shares) {
+    for (size_t l = 0; l < sums_.size(); ++l) sums_[l] += shares[l];
+    ++pixels_;
+  }
+  void add(const LaneSums& other) {
+    for (size_t l = 0; l < sums_.size(); ++l) sums_[l] += other.sums_[l];
+    pixels_ += other.pixels_;
+  }
+  /// Of the mean over the pixels; infinite where there are none.
+  glm::dvec3 variance_of_mean() const {
+    if (pixels_ == 0) return glm::dvec3(kInfinity);
+    glm::dvec3 squares(0.);
+    for (const glm::dvec3& sum : sums_) squares += sum * sum;
+    return squares / (static_cast<double>(pixels_) * static_cast<double>(pixels_));
+  }
+
+ private:
+  std::vector<glm::dvec3> sums_;
+  size_t pixels_ = 0;
+};
+
+void set_channels(Image& image, int x, int y, int first, int count, const glm::dvec3& values) {
+  for (int c = 0; c < count; ++c) image.at(x, y, first + c) = static_cast<float>(values[c]);
+}
+
+}  // namespace
+
+uint32_t Film::lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const {
+  const size_t stride = static_cast<size_t>(value_count(0)) + 1;
+  const auto sum_in = [&](const Lane& lane) {
+    const double* const from = &lane.layers[0][pixel * stride];
+    return glm::dvec3(from[0], from[1], from[2]);
+  };
+  const auto weight_in = [&](const Lane& lane) { return lane.layers[0][(pixel + 1) * stride - 1]; };
+  const auto splats_in = [&](const Lane& lane) {
+    if (lane.splats.empty()) return glm::dvec3(0.);
+    const double* const from = &lane.splats[3 * pixel];
+    return glm::dvec3(from[0], from[1], from[2]);
+  };
+  glm::dvec3 sum(0.), splats(0.);
+  double weight = 0, paths = 0;
+  uint32_t count = 0;
+  for (const Lane& lane : lanes_) {
+    sum += sum_in(lane);
+    splats += splats_in(lane);
+    weight += weight_in(lane);
+    paths += lane.light_paths;
+    if (weight_in(lane) != 0 || lane.light_paths != 0) ++count;
+  }
+  if (count < 2) return count;
+  const double factor = std::sqrt(count / (count - 1.));
+  const auto lanes = static_cast<double>(lanes_.size());
+  for (size_t l = 0; l < lanes_.size(); ++l) {
+    const Lane& lane = lanes_[l];
+    const double part = paths > 0 ? lane.light_paths / paths : 1 / lanes;
+    glm::dvec3 share = (splats_in(lane) - part * splats) / (paths > 0 ? paths : 1.);
+    if (weight != 0) share += (sum_in(lane) - weight_in(lane) / weight * sum) / weight;
+    if (is_luminance_) share = glm::dvec3(luminance(Rgb(share)));
+    shares[l] = factor * share;
+  }
+  return count;
+}
+
+FilmNoise Film::noise() const {
+  const std::vector<std::string> names =
+      is_luminance_ ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+  const auto count = static_cast<int>(names.size());
+  FilmNoise noise;
+  Image& image = noise.image;
+  image.width = crop_.width();
+  image.height = crop_.height();
+  for (const char* layer : {"variance.", "tile_variance."}) {
+    for (const std::string& name : names) image.channels.push_back(layer + name);
+  }
+  image.data.assign(static_cast<size_t>(crop_.area()) * image.channels.size(), kInfinity);
+  std::vector<glm::dvec3> shares(lanes_.size());
+  const LaneSums none(lanes_.size());
+  LaneSums picture = none;
+  LaneSums one = none;
+  for (int y0 = 0; y0 < image.height; y0 += FilmNoise::kTile) {
+    for (int x0 = 0; x0 < image.width; x0 += FilmNoise::kTile) {
+      const int x1 = std::min(x0 + FilmNoise::kTile, image.width);
+      const int y1 = std::min(y0 + FilmNoise::kTile, image.height);
+      LaneSums tile = none;
+      for (int y = y0; y < y1; ++y) {
+        for (int x = x0; x < x1; ++x) {
+          const uint32_t n = lane_shares(static_cast<size_t>(y) * image.width + x, shares);
+          if (n < 2) continue;
+          noise.renders = noise.renders == 0 ? n : std::min(noise.renders, n);
+          one = none;
+          one.add_pixel(shares);
+          tile.add(one);
+          set_channels(image, x, y, 0, count, one.variance_of_mean());
+        }
+      }
+      picture.add(tile);
+      for (int y = y0; y < y1; ++y) {
+        for (int x = x0; x < x1; ++x) {
+          set_channels(image, x, y, count, count, tile.variance_of_mean());
+        }
+      }
+    }
+  }
+  const glm::dvec3 variance = picture.variance_of_mean();
+  noise.variance_of_mean.assign(&variance.x, &variance.x + count);
+  return noise;
+}
+
+}  // namespace kinome
