@@ -5,6 +5,7 @@
 #include <numbers>
 #include <queue>
 
+#include "environment_grid.h"
 #include "grid_integrals.h"
 #include "hilbert_points.h"
 #include "kinome/emitter.h"
@@ -22,8 +23,6 @@ constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.288675134594812
 constexpr double kFloor = 1e-3;
 /// No cell is wider than this share of a turn: the horizon test takes less than half of one.
 constexpr int kMaxWidthShare = 8;
-/// Coarser grids are refined: quads must be small for quadrature by four points, and cells narrow.
-constexpr int kMinColumns = 32, kMinRows = 16;
 /// Rows of quads that are tabulated together.
 constexpr int kBand = 16;
 /// The urgency of dividing one that is.
@@ -50,8 +49,9 @@ struct LessUrgent {
 DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
                            const RenderContext& context)
     : emitter_(&emitter), grid_(grid) {
-  columns_parts_ = (kMinColumns + grid_.columns - 1) / grid_.columns;
-  rows_parts_ = (kMinRows + grid_.rows - 1) / grid_.rows;
+  const GridParts parts = parts_of(grid_);
+  columns_parts_ = parts.columns;
+  rows_parts_ = parts.rows;
   grid_.columns *= columns_parts_;
   grid_.rows *= rows_parts_;
   grid_.first_column *= static_cast<float>(columns_parts_);
@@ -71,12 +71,7 @@ DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, 
 }
 
 Vec3 DistantCells::direction(double column, double row) const {
-  const double phi = (column + grid_.first_column) * 2 * kPiD / grid_.columns;
-  const double theta = row * kPiD / grid_.rows;
-  const double s = std::sin(theta);
-  return grid_.to_world * Vec3(static_cast<float>(s * std::sin(phi)),
-                               static_cast<float>(std::cos(theta)),
-                               static_cast<float>(-s * std::cos(phi)));
+  return grid_direction(grid_, column, row);
 }
 
 float DistantCells::quad_solid_angle(int row) const {

@@ -62,6 +62,19 @@ inline bool has_in_place_of_to_world(const Properties& props, const std::string&
   return props.has(name);
 }
 
+/// The rotation or reflection next to a matrix that is one but for rounding, as scene files write
+/// them in a few digits: its transpose is then its inverse, and directions keep their length.
+inline glm::mat3 orthonormal(const glm::mat3& m) {
+  glm::dmat3 axes(m);
+  for (int c = 0; c < 3; ++c) {
+    for (int earlier = 0; earlier < c; ++earlier) {
+      axes[c] -= axes[earlier] * glm::dot(axes[earlier], axes[c]);
+    }
+    axes[c] = glm::normalize(axes[c]);
+  }
+  return glm::mat3(axes);
+}
+
 /// Where a light stands, and how it is turned: columns of `axes` are its own axes in the world,
 /// each of unit length. A mirroring transform mirrors the light.
 struct LightFrame {
@@ -88,6 +101,7 @@ inline LightFrame read_light_frame(const Properties& props) {
       throw props.error("to_world", "must be a rotation, a translation and a scale, without shear");
     }
   }
+  frame.axes = orthonormal(frame.axes);
   return frame;
 }
 

@@ -19,6 +19,7 @@
 
 #include "../textures/open_image.h"
 #include "distant_disk.h"
+#include "emission.h"
 #include "kinome/color.h"
 #include "kinome/emitter.h"
 #include "kinome/log.h"
@@ -140,7 +141,7 @@ glm::mat3 read_rotation(const Properties& props) {
       }
     }
   }
-  return linear;
+  return orthonormal(linear);
 }
 
 class EnvironmentMap final : public Emitter {

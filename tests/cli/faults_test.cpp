@@ -247,6 +247,12 @@ class FaultyPlugins : public Faults {
     return "<" + tag + " type=\"faulty\" " + attributes + "><string name=\"fault\" value=\"" +
            fault + "\"/></" + tag + ">";
   }
+  /// A square above the scene that shines downward.
+  static std::string lamp(const std::string& emitter) {
+    return R"(<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/>)"
+           R"(<translate y="3"/></transform>)" +
+           emitter + "</shape>";
+  }
   void expect_failure(const ProcessResult& result, const std::vector<std::string>& parts) {
     EXPECT_EQ(result.status, 1) << result.err;
     EXPECT_EQ(lines(result.err), 1u) << result.err;
@@ -342,7 +348,65 @@ TEST_F(FaultyPlugins, ThatSayNonsenseAreNamedAndCounted) {
   expect_fault("", sky_, faulty("integrator", "nan"), "", "samples that were not finite");
 }
 
+/// All values are finite and no density is negative, but they don't fit together: the picture is
+/// wrong, if only by 2 %.
+TEST_F(FaultyPlugins, ThatContradictThemselvesAreNamed) {
+  const auto expect_fault = [&](const ProcessResult& result, const std::string& what) {
+    EXPECT_EQ(result.status, 3) << result.err;
+    EXPECT_NE(result.err.find("/faulty is at fault: " + what + ", at "), std::string::npos)
+        << "no '" << what << "' in " << result.err;
+    // And that the picture is written; what is wrong in two ways may be told twice.
+    EXPECT_LE(lines(result.err), 3u) << result.err;
+  };
+  const std::pair<const char*, const char*> of_skies[] = {
+      {"pdf", "a density from sample_direct() that is not pdf_environment()'s"},
+      {"radiance", "a radiance from sample_direct() that is not eval_environment()'s"},
+      {"length", "a direction that is not of unit length"},
+      {"half", "a density that its samples don't follow"},
+      {"twice", "a density that its samples don't follow"},
+      {"no pdf", "a density of 0 where there is light"},
+      {"batch",
+       "an eval_environment_batch() that is not eval_environment() and"
+       " pdf_environment()"},
+      {"grid", "a cell_grid() whose radiance is not eval_environment()'s"},
+      {"corners", "a cell_grid() whose radiance is not eval_environment()'s"},
+      {"bilinear", "a cell_grid() whose quads are not bilinear as it says"},
+      {"edges", "a cell_grid() whose quads are not smooth as it says"},
+  };
+  for (const auto& [fault, what] : of_skies) {
+    SCOPED_TRACE(fault);
+    expect_fault(run("", faulty("emitter", fault), direct_), what);
+  }
+  const std::pair<const char*, const char*> of_lamps[] = {
+      {"lamp pdf", "a density from sample_direct() that is not pdf_surface()'s"},
+      {"lamp radiance", "a radiance from sample_direct() that is not eval_surface()'s"},
+      {"lamp aim", "a direction from sample_direct() that misses its shape"},
+      {"lamp delta", "a density of a delta light that is not 1"},
+  };
+  for (const auto& [fault, what] : of_lamps) {
+    SCOPED_TRACE(fault);
+    expect_fault(run("", lamp(faulty("emitter", fault)), direct_), what);
+  }
+  const std::pair<const char*, const char*> of_bsdfs[] = {
+      {"pdf", "a density from sample() that is not eval_pdf()'s"},
+      {"weight", "a weight from sample() that is not eval_pdf()'s f / pdf"},
+      {"length", "a direction that is not of unit length"},
+      {"half", "a density that its samples don't follow"},
+      {"no pdf", "a density of 0 where there is light"},
+  };
+  for (const auto& [fault, what] : of_bsdfs) {
+    SCOPED_TRACE(fault);
+    expect_fault(run(faulty("bsdf", fault), sky_, direct_), what);
+    // Whatever it is nested in is not to blame.
+    expect_fault(run("<bsdf type=\"twosided\">" + faulty("bsdf", fault) + "</bsdf>", sky_, direct_),
+                 what);
+  }
+}
+
 TEST_F(FaultyPlugins, SoundOnesAreNotBlamed) {
+  const ProcessResult lit =
+      run(faulty("bsdf", "none"), lamp(faulty("emitter", "lamp")), faulty("integrator", "none"));
+  EXPECT_EQ(lit.status, 0) << lit.err;
   const ProcessResult result =
       run(faulty("bsdf", "none"), faulty("emitter", "none"), faulty("integrator", "none"));
   EXPECT_EQ(result.status, 0) << result.err;

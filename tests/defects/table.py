@@ -158,10 +158,8 @@ DEFECTS = [Defect(*row) for row in (
      "for (int x = r.x0; x <= r.x1; ++x)", "for (int x = r.x0; x <= r.x1 - DEFECT; ++x)",
      "distant_cells", "DistantCells.IntegralsAreThoseOfTheirLight"),
     ("cells_of_coarse_maps", "core/src/light_cells.cpp",
-     "columns_parts_ = (kMinColumns + grid_.columns - 1) / grid_.columns; "
-     "rows_parts_ = (kMinRows + grid_.rows - 1) / grid_.rows;",
-     "columns_parts_ = ((DEFECT ? 1 : kMinColumns) + grid_.columns - 1) / grid_.columns;"
-     "rows_parts_ = ((DEFECT ? 1 : kMinRows) + grid_.rows - 1) / grid_.rows;",
+     "columns_parts_ = parts.columns; rows_parts_ = parts.rows;",
+     "columns_parts_ = DEFECT ? 1 : parts.columns; rows_parts_ = DEFECT ? 1 : parts.rows;",
      "distant_cells", "DistantCells.PartTheSphere"),
     ("cells_too_wide", "core/src/light_cells.cpp",
      "(queue.size() < count ? 0 : kTooWide)", "(queue.size() < count ? 0 : 2 * kTooWide)",

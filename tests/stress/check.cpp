@@ -12,6 +12,7 @@
 
 #include "kinome/error.h"
 #include "kinome/film.h"
+#include "kinome/plugin_audit.h"
 #include "kinome/render_context.h"
 #include "kinome/sensor.h"
 #include "luck.h"
@@ -80,6 +81,7 @@ class Checker {
       break;
     }
     judge(at_loading);
+    check_plugins();
     judge(refusals([&](const Method& method) { check_alone(method); }));
     const auto at_comparing = refusals([&](const Method& method) { compare_with_other(method); });
     for (const Refusal& refusal : at_comparing) add_finding(refusal);
@@ -135,6 +137,18 @@ class Checker {
       if (method.name == name) return method;
     }
     throw std::logic_error("no method '" + name + "'");
+  }
+
+  /// Plugins that are sound are never at fault.
+  void check_plugins() {
+    constexpr uint32_t kPlaces = 256;
+    if (left_.empty()) return;
+    const Scene& scene = scene_of(*left_[0]);
+    for (const PluginFault& fault : audit_plugins(scene, *scene.sensors().at(0), 1, kPlaces)) {
+      report_.findings.push_back(
+          {"fault", fault.plugin,
+           fmt::format("{}, at {} of {} places", fault.what, fault.count, fault.looks)});
+    }
   }
 
   const Scene& scene_of(const Method& method) {

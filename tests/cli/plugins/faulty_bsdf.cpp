@@ -1,3 +1,4 @@
+#include <cmath>
 #include <new>
 #include <vector>
 
@@ -25,7 +26,7 @@ class FaultyBsdf final : public Bsdf {
       const bool is_lit = any(mask & Lobe::kDiffuse) && si.wi.z > 0 && wo.z[i] > 0;
       const float f = is_lit ? wo.z[i] * kInvPi : 0.f;
       out.r[i] = out.g[i] = out.b[i] = is_lit && fault_.is("nan") ? kNan : f;
-      if (out.pdf) out.pdf[i] = fault_.is("negative pdf") ? -f : f;
+      if (out.pdf) out.pdf[i] = fault_.is("negative pdf") ? -f : fault_.is("no pdf") ? 0 : f;
     }
   }
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float /*u1*/,
@@ -35,6 +36,10 @@ class FaultyBsdf final : public Bsdf {
     sample.wo = square_to_cosine_hemisphere(u2);
     sample.pdf = cosine_hemisphere_pdf(sample.wo.z) * (fault_.is("negative pdf") ? -1.f : 1.f);
     sample.weight = Rgb(fault_.is("nan") ? kNan : 1.f);
+    if (fault_.is("pdf")) sample.pdf *= 1.02f;
+    if (fault_.is("weight")) sample.weight *= 1.02f;
+    if (fault_.is("length")) sample.wo *= 1.01f;
+    if (fault_.is("half")) sample.wo.x = std::abs(sample.wo.x);
     sample.lobe = Lobe::kDiffuse;
     return sample;
   }
