@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "commands.h"
+#include "crash.h"
 #include "kinome/error.h"
 #include "options.h"
 #include "throw_site.h"
@@ -42,6 +43,7 @@ int fail_unexpectedly(const void* exception, const std::string& what) {
 int main(int argc, char** argv) {
   const Clock::time_point start = program_start();
   kinome::app::watch_throws();
+  kinome::app::tell_of_crashes();
   try {
     const auto options = kinome::app::parse_options(argc, argv);
     if (!options) return 0;

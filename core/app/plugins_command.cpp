@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "commands.h"
+#include "crash.h"
 #include "kinome/error.h"
 #include "kinome/plugin_registry.h"
 
@@ -133,6 +134,7 @@ int print_named(PluginRegistry& registry, const std::string& wanted) {
 }  // namespace
 
 int plugins_command(const Options& options) {
+  set_activity("listing plugins");
   warn_of_missing_folders(options);
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
   if (!options.plugin_name.empty()) return print_named(registry, options.plugin_name);

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "commands.h"
+#include "crash.h"
 #include "inspect.h"
 #include "kinome/checkpoint.h"
 #include "kinome/log.h"
@@ -295,6 +296,7 @@ int render_command(const Options& options, Clock::time_point start) {
                                     }}});
   RenderStats& stats = context.stats();
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
+  set_activity("loading the scene");
   const auto scene = load_scene(options.scene,
                                 {.defines = options.defines,
                                  .search_paths = options.search_paths,
@@ -326,6 +328,7 @@ int render_command(const Options& options, Clock::time_point start) {
     context.set_checkpoint(checkpoint.get());
   }
 
+  set_activity("rendering");
   if (options.inspect) {
     run_inspection(options, *scene, sensor, context, output);
     return 0;
@@ -340,6 +343,7 @@ int render_command(const Options& options, Clock::time_point start) {
   stats.plugins = registry.loaded();
   const std::string integrator = integrator_names(stats.plugins);
   const Clock::time_point write_start = Clock::now();
+  set_activity("writing the picture");
   try {
     film.write(output, image, metadata_of(*scene, context, integrator, stats));
     if (options.png) write_png(png, image, options.exposure);
@@ -352,6 +356,7 @@ int render_command(const Options& options, Clock::time_point start) {
     checkpoint->remove();
   }
   stats.write_seconds = seconds_since(write_start);
+  set_activity("checking plugins");
   stats.faults = audit_plugins(*scene, sensor, options.seed,
                                stats.non_finite_samples > 0 ? kPlacesOfSuspects : kPlaces);
   stats.total_seconds = seconds_since(start);

@@ -7,10 +7,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <filesystem>
 #include <mutex>
 
-#include "kinome/object.h"
+#include "kinome/plugin_sites.h"
 
 namespace kinome::app {
 namespace {
@@ -20,6 +19,7 @@ struct Throw {
   const void* exception = nullptr;
   std::array<void*, 48> frames{};
   int count = 0;
+  const char* being_loaded = nullptr;  ///< a plugin's library, whose code nobody knows yet
 };
 std::atomic<bool> watching{false};
 std::mutex mutex;
@@ -30,19 +30,9 @@ void note(const void* exception) {
   Throw noted;
   noted.exception = exception;
   noted.count = backtrace(noted.frames.data(), static_cast<int>(noted.frames.size()));
+  noted.being_loaded = plugin_being_loaded();
   const std::lock_guard lock(mutex);
   throws[next_throw++ % throws.size()] = noted;
-}
-
-/// "category/name" where a library lies where plugins do, else "".
-std::string plugin_of(const std::string& library) {
-  const std::filesystem::path path(library);
-  if (path.extension() != ".so") return {};
-  const std::string folder = path.parent_path().filename().string();
-  for (int i = 0; i < kCategoryCount; ++i) {
-    if (folder == to_string(static_cast<Category>(i))) return folder + "/" + path.stem().string();
-  }
-  return {};
 }
 
 }  // namespace
@@ -57,12 +47,10 @@ std::string plugin_that_threw(const void* exception) {
     const Throw& found = throws[(next_throw - back) % throws.size()];
     if (exception && found.exception != exception) continue;
     for (int i = 0; i < found.count; ++i) {
-      Dl_info info{};
-      if (dladdr(found.frames[static_cast<size_t>(i)], &info) == 0 || !info.dli_fname) continue;
-      std::string plugin = plugin_of(info.dli_fname);
-      if (!plugin.empty()) return plugin;
+      const char* const plugin = plugin_at(found.frames[static_cast<size_t>(i)]);
+      if (plugin) return plugin;
     }
-    return {};
+    return found.being_loaded ? found.being_loaded : "";
   }
   return {};
 }

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "abi_key.h"
+#include "library_sites.h"
 #include "plugin_check.h"
 
 namespace kinome {
@@ -49,13 +50,16 @@ void check_abi(const std::string& path) {
               KINOME_ABI_KEY + "'");
 }
 
-const PluginDescriptor* open_library(const std::string& path, Category category) {
+const PluginDescriptor* open_library(const std::string& path, Category category,
+                                     const std::string& name) {
   check_abi(path);
+  LibraryLoading loading(name);
   // Local symbols: two plugins may define the same names. Never closed: see the header.
   void* const library = dlopen(fs::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) throw Error(std::string("it can't be loaded: ") + dlerror());
   const auto* plugin = static_cast<const PluginDescriptor*>(dlsym(library, "kinome_plugin"));
   if (!plugin) throw Error("it exports no kinome_plugin");
+  loading.finish(plugin);
   if (plugin->category != category) {
     throw Error(std::string("it is a plugin of another category, ") + to_string(plugin->category));
   }
@@ -104,14 +108,15 @@ const PluginDescriptor& PluginRegistry::find(Category category, const std::strin
   const auto start = std::chrono::steady_clock::now();
   const std::string path = find_library(folders_, category, name);
   if (path.empty()) throw no_such_plugin(*this, folders_, category, name, where);
+  const std::string full_name = std::string(to_string(category)) + "/" + name;
   const PluginDescriptor* plugin = nullptr;
   try {
-    plugin = open_library(path, category);
+    plugin = open_library(path, category, full_name);
   } catch (const Error& error) {
     throw Error(where, "'" + path + "' is not a usable plugin: " + error.message());
   }
   loaded_[{category, name}] = plugin;
-  loaded_names_.push_back(std::string(to_string(category)) + "/" + name);
+  loaded_names_.push_back(full_name);
   seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return *plugin;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "denormals.h"
+#include "kinome/alternate_stack.h"
 #include "kinome/checkpoint.h"
 
 namespace kinome {
@@ -20,6 +21,7 @@ using Clock = std::chrono::steady_clock;
 template <class Work>
 void run_on_threads(unsigned threads, const Work& work) {
   const auto guarded = [&work](unsigned index) {
+    const AlternateStack stack;
     const DenormalGuard guard;
     work(index);
   };

@@ -2,9 +2,12 @@
 // they are read, plugins misbehave, another run writes the same file. Never a crash, never half a
 // file; one line says what is wrong.
 
-#include <unistd.h>
-
+#include <csignal>
+#include <cstdlib>
 #include <random>
+#include <tuple>
+
+#include <unistd.h>
 
 #include "background.h"
 #include "cli.h"
@@ -300,6 +303,73 @@ TEST_F(FaultyPlugins, ThatThrowAreNamed) {
                    {"plugin 'shape/faulty' failed: can't be"});
   }
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they tell of crashes
+TEST_F(FaultyPlugins, ThatCrashAreNamed) {
+  const auto expect_crash = [&](const ProcessResult& result, int signal, const std::string& line) {
+    EXPECT_EQ(result.status, 128 + signal) << result.err;
+    EXPECT_EQ(result.err, "kinome: " + line + "\n");
+    EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
+  };
+  const std::tuple<const char*, int, const char*> crashes[] = {
+      {"SIGSEGV", SIGSEGV, "SIGSEGV"},
+      {"SIGFPE", SIGFPE, "SIGFPE"},
+      {"SIGILL", SIGILL, "SIGILL"},
+      {"SIGBUS", SIGBUS, "SIGBUS"},
+      {"SIGABRT", SIGABRT, "SIGABRT"},
+      {"stack overflow", SIGSEGV, "SIGSEGV, stack overflow"},
+      {"call of nowhere", SIGSEGV, "SIGSEGV"},
+  };
+  for (const auto& [how, signal, name] : crashes) {
+    SCOPED_TRACE(how);
+    const std::string crashed = std::string(" crashed (") + name + ") while ";
+    expect_crash(run(faulty("bsdf", std::string("crash in construction by ") + how), sky_, direct_),
+                 signal, "plugin 'bsdf/faulty'" + crashed + "loading the scene");
+    // On worker threads, all at once.
+    expect_crash(run(faulty("bsdf", std::string("crash in eval by ") + how), sky_, direct_), signal,
+                 "plugin 'bsdf/faulty'" + crashed + "rendering");
+  }
+  const std::string segv = " crashed (SIGSEGV) while ";
+  for (const char* integrator : {"path", "ptracer", "groundtruth", "clustered"}) {
+    SCOPED_TRACE(integrator);
+    expect_crash(run(faulty("bsdf", "crash in eval by SIGSEGV"), sky_,
+                     "<integrator type=\"" + std::string(integrator) + "\"/>"),
+                 SIGSEGV, "plugin 'bsdf/faulty'" + segv + "rendering");
+  }
+  // The innermost of those that are at work, also within Embree.
+  expect_crash(
+      run("<bsdf type=\"twosided\">" + faulty("bsdf", "crash in eval by SIGSEGV") + "</bsdf>", sky_,
+          direct_),
+      SIGSEGV, "plugin 'bsdf/faulty'" + segv + "rendering");
+  expect_crash(run("", faulty("emitter", "crash in eval by SIGSEGV"), direct_), SIGSEGV,
+               "plugin 'emitter/faulty'" + segv + "rendering");
+  expect_crash(run("", sky_ + faulty("shape", "crash in intersect by SIGSEGV"), direct_), SIGSEGV,
+               "plugin 'shape/faulty'" + segv + "rendering");
+  expect_crash(run("", sky_, faulty("integrator", "crash in render by SIGSEGV")), SIGSEGV,
+               "plugin 'integrator/faulty'" + segv + "rendering");
+  // What a plugin calls may be to blame as well.
+  expect_crash(run("", sky_, faulty("integrator", "crash in the core")), SIGSEGV,
+               "crashed (SIGSEGV) while rendering, called by plugin 'integrator/faulty'");
+  // Before anything of it is known but its name.
+  const std::string textured =
+      "<bsdf type=\"diffuse\">" + faulty("texture", "none", "name=\"reflectance\"") + "</bsdf>";
+  setenv("KINOME_TEST_CRASH", "1", 1);
+  expect_crash(run(textured, sky_, direct_), SIGSEGV,
+               "plugin 'texture/faulty'" + segv + "loading the scene");
+  unsetenv("KINOME_TEST_CRASH");
+}
+
+TEST_F(Faults, CrashesRemoveTemporaryFiles) {
+  const std::string log = folder_.path("log");
+  Background program({"-v", scene_, "-o", image_, "-D", "spp=1000000"}, log);
+  ASSERT_TRUE(program.says("rendering 48x48"));
+  program.send(SIGABRT);
+  EXPECT_EQ(program.wait(), 128 + SIGABRT);
+  EXPECT_NE(program.log().find("crashed (SIGABRT) while rendering"), std::string::npos)
+      << program.log();
+  EXPECT_EQ(other_files({scene_, log}), std::vector<std::string>{});
+}
+#endif
 
 /// Nothing that a plugin says is silently left out: the picture is written, the plugin named, its
 /// faults counted, and the exit status is 3 unless told otherwise.

@@ -19,6 +19,7 @@ class FaultyBsdf final : public Bsdf {
   void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
                 const BsdfValueBatch& out) const override {
     fault_.throw_if("eval", "evaluate");
+    fault_.crash_if("in eval");
     if (fault_.is("no exception")) throw 42;
     if (fault_.is("memory")) throw std::bad_alloc();
     if (fault_.is("range")) static_cast<void>(std::vector<int>().at(1));

@@ -20,6 +20,7 @@ class FaultyEmitter final : public Emitter {
   bool is_surface() const override { return is_lamp_; }
   Rgb eval_environment(const Vec3& d) const override {
     fault_.throw_if("eval", "shine");
+    fault_.crash_if("in eval");
     if (fault_.is("edges")) return Rgb(std::sin(200 * d.x) > 0 ? 1.f : 0.1f);
     return Rgb(fault_.is("nan") && d.y > 0.5f ? kNan : 1 + 0.5f * d.x);
   }

@@ -16,6 +16,12 @@ class FaultyIntegrator final : public Integrator {
 
   void render(const Scene& /*scene*/, const Sensor& sensor, RenderContext& context) const override {
     fault_.throw_if("render", "render");
+    fault_.crash_if("in render");
+    if (fault_.is("crash in the core")) {
+      Film* const volatile none = nullptr;
+      const FilmTile tile = sensor.film().make_tile({0, 0, 1, 1});
+      context.commit(*none, 0, {&tile});
+    }
     if (fault_.is("preparing")) {
       context.parallel_for(1000, [&](size_t) { fault_.throw_if("preparing", "prepare"); });
     }

@@ -21,6 +21,7 @@ class FaultyShape final : public Shape {
   }
   bool intersect(const Ray& ray, float& t, Hit& hit) const override {
     fault_.throw_if("intersect", "be hit");
+    fault_.crash_if("in intersect");
     t = fault_.is("nan") ? kNan : -ray.o.z / ray.d.z;
     const Vec3 p = ray.o + ray.d * t;
     if (!(t > ray.tmin && t < ray.tmax && std::abs(p.x) < 1 && std::abs(p.y) < 1)) return false;

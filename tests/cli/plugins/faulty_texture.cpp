@@ -6,6 +6,12 @@ namespace {
 
 constexpr Parameter kTable[] = {KINOME_FAULT_PARAMETER};
 
+/// As its library is loaded.
+const bool crashes_at_once = [] {
+  if (std::getenv("KINOME_TEST_CRASH")) raise(SIGSEGV);
+  return false;
+}();
+
 /// Grey but for its fault.
 class FaultyTexture final : public Texture {
  public:

@@ -1,0 +1,172 @@
+#include "crash.h"
+
+#include <unwind.h>
+
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+
+#include <sys/syscall.h>
+#include <ucontext.h>
+#include <unistd.h>
+
+#include "kinome/alternate_stack.h"
+#include "kinome/image.h"
+#include "kinome/plugin_sites.h"
+
+namespace kinome::app {
+namespace {
+
+struct Crash {
+  int signal;
+  const char* name;
+};
+constexpr Crash kCrashes[] = {{SIGSEGV, "SIGSEGV"},
+                              {SIGBUS, "SIGBUS"},
+                              {SIGFPE, "SIGFPE"},
+                              {SIGILL, "SIGILL"},
+                              {SIGABRT, "SIGABRT"}};
+
+std::atomic<const char*> current_activity{"starting"};
+std::atomic<bool> is_terminal{false};
+std::atomic<pid_t> crashing_thread{0};
+static_assert(std::atomic<const char*>::is_always_lock_free &&
+              std::atomic<pid_t>::is_always_lock_free);
+
+/// Where a thread was when a signal came; nullptr on processors that are not known here.
+struct Registers {
+  const void* instruction = nullptr;
+  const void* stack = nullptr;
+  explicit Registers(const void* context) {
+    const auto& at = static_cast<const ucontext_t*>(context)->uc_mcontext;
+#if defined(__x86_64__)
+    instruction = reinterpret_cast<const void*>(at.gregs[REG_RIP]);
+    stack = reinterpret_cast<const void*>(at.gregs[REG_RSP]);
+#elif defined(__aarch64__)
+    instruction = reinterpret_cast<const void*>(at.pc);
+    stack = reinterpret_cast<const void*>(at.sp);
+#else
+    static_cast<void>(at);
+#endif
+  }
+};
+
+/// The innermost plugin on the call stack.
+struct Culprit {
+  const char* plugin = nullptr;
+  bool is_by_core = false;  ///< it called the core, where the crash was
+  int frames = 0;
+};
+
+_Unwind_Reason_Code look_at_frame(_Unwind_Context* context, void* data) {
+  constexpr int kMostFrames = 4096;
+  auto& culprit = *static_cast<Culprit*>(data);
+  const auto* const address = reinterpret_cast<const void*>(_Unwind_GetIP(context));
+  culprit.plugin = plugin_at(address);
+  culprit.is_by_core = culprit.is_by_core || is_core_at(address);
+  return culprit.plugin || ++culprit.frames == kMostFrames ? _URC_END_OF_STACK : _URC_NO_REASON;
+}
+
+/// _Unwind_Backtrace takes no locks where the C library has _dl_find_object (glibc 2.35), and no
+/// memory. It may stumble over a stack that was overwritten: handle() is ready for that.
+Culprit find_culprit(const Registers& at) {
+  Culprit culprit;
+  culprit.plugin = plugin_at(at.instruction);
+  if (culprit.plugin) return culprit;
+#if defined(__x86_64__)
+  // A call of nowhere: who called is known by the return address alone.
+  if (!at.instruction && at.stack) {
+    culprit.plugin = plugin_at(*static_cast<const void* const*>(at.stack));
+    if (culprit.plugin) return culprit;
+  }
+#endif
+  _Unwind_Backtrace(look_at_frame, &culprit);
+  if (!culprit.plugin) culprit = {plugin_being_loaded(), false, 0};
+  return culprit;
+}
+
+/// A line in memory of its own: no allocation, no stdio.
+class Line {
+ public:
+  Line& operator<<(const char* text) {
+    const size_t length = std::min(std::strlen(text), text_.size() - length_);
+    std::memcpy(text_.data() + length_, text, length);
+    length_ += length;
+    return *this;
+  }
+  void write() const {
+    [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text_.data(), length_);
+  }
+
+ private:
+  std::array<char, 512> text_{};
+  size_t length_ = 0;
+};
+
+bool is_overflow(int signal, const siginfo_t& info, const Registers& at) {
+  if (signal != SIGSEGV || info.si_code <= 0 || !at.stack) return false;
+  constexpr std::ptrdiff_t kNear = 1 << 16;
+  const auto distance = static_cast<std::ptrdiff_t>(reinterpret_cast<uintptr_t>(info.si_addr) -
+                                                    reinterpret_cast<uintptr_t>(at.stack));
+  return distance > -kNear && distance < kNear;
+}
+
+void tell(int signal, const siginfo_t& info, const Registers& at, const Culprit& culprit) {
+  Line line;
+  if (is_terminal) line << "\r\x1b[K";  // in place of the bar
+  line << "kinome: ";
+  const bool is_plugins = culprit.plugin && !culprit.is_by_core;
+  if (is_plugins) line << "plugin '" << culprit.plugin << "' ";
+  line << "crashed (";
+  for (const Crash& crash : kCrashes) {
+    if (crash.signal == signal) line << crash.name;
+  }
+  if (is_overflow(signal, info, at)) line << ", stack overflow";
+  line << ") while " << current_activity.load();
+  if (culprit.plugin && !is_plugins) line << ", called by plugin '" << culprit.plugin << "'";
+  line << "\n";
+  line.write();
+}
+
+/// Other threads that crash meanwhile wait for the end. Where looking for the plugin crashes, the
+/// same thread comes here again, and tells of the crash without.
+extern "C" void handle_crash(int signal, siginfo_t* info, void* context) {
+  const auto self = static_cast<pid_t>(syscall(SYS_gettid));
+  pid_t first = 0;
+  const bool is_first = crashing_thread.compare_exchange_strong(first, self);
+  if (!is_first && first != self) {
+    while (true) pause();
+  }
+  const Registers at(context);
+  remove_temporary_files();
+  tell(signal, *info, at, is_first ? find_culprit(at) : Culprit{});
+  for (const Crash& crash : kCrashes) std::signal(crash.signal, SIG_DFL);
+  raise(signal);
+}
+
+}  // namespace
+
+void tell_of_crashes() {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  is_terminal = isatty(STDERR_FILENO) == 1;
+  static const AlternateStack stack;  // of this thread: the core gives its own one each
+  // Loads what unwinding needs, which takes memory the first time.
+  Culprit none;
+  _Unwind_Backtrace(look_at_frame, &none);
+  for (const Crash& crash : kCrashes) {
+    struct sigaction action {};
+    action.sa_sigaction = handle_crash;
+    sigemptyset(&action.sa_mask);
+    action.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_NODEFER;
+    sigaction(crash.signal, &action, nullptr);
+  }
+#endif
+}
+
+void set_activity(const char* activity) {
+  current_activity = activity;
+}
+
+}  // namespace kinome::app
