@@ -8,16 +8,17 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 import numpy as np
 from scipy import stats
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
-from compare import Errors, Estimate, compare, load  # noqa: E402
+from compare import BadInput, Errors, Estimate, compare, load  # noqa: E402
 from simulated_film import render  # noqa: E402
-from simulated_renders import (HEIGHT, RENDERS, WIDTH, X, Y, estimate, picture,  # noqa: E402
-                               write_rgb)
+from simulated_renders import (HEIGHT, RENDERS, WIDTH, X, Y, estimate, noisy,  # noqa: E402
+                               picture, rare, write_rgb)
 
 KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
 
@@ -173,6 +174,113 @@ class Defects(unittest.TestCase):
         # The size itself comes from a variance of 15 degrees of freedom: it may be 20 % too small,
         # and then the bias is found only 7 times in 10.
         self.assertGreaterEqual(found, stats.binom.ppf(1e-4, 60, 0.7))
+
+
+class LightThatTheReferenceHardlyFound(unittest.TestCase):
+    """The right half of the picture, 6 of its 12 tiles, is lit by light that is rare to B: 82 % of
+    its values are exactly 0. A finds all of it with little noise, or is wrong."""
+
+    DIM = np.s_[:, WIDTH // 2:]
+    SEEDS = 10
+
+    @staticmethod
+    def reference(seed, image, hits=0.2):
+        """With the right half rare, as from a file."""
+        rng = np.random.default_rng(seed)
+        stack = []
+        for _ in range(RENDERS):
+            made = noisy(rng, image, 400, "gamma")
+            dim = LightThatTheReferenceHardlyFound.DIM
+            made[dim] = rare(rng, image[dim], hits)
+            stack.append(made[:, :, None])
+        made = Estimate.from_renders("B", stack)
+        made.stack = None
+        return made
+
+    @staticmethod
+    def dense(seed, image):
+        return estimate(np.random.default_rng(1000 + seed), image, 400, "gamma")
+
+    def test_a_picture_that_finds_it_is_not_wrong(self):
+        failures = 0
+        for seed in range(self.SEEDS):
+            verdict = compare(self.dense(seed, picture()), self.reference(seed, picture()))
+            failures += not verdict.passed
+            self.assertEqual((verdict.missed.tiles, verdict.missed.of), (6, 12))
+            self.assertEqual(verdict.missed.places[:3], [[32, 0], [48, 0], [32, 16]])
+            self.assertTrue(0.7 < verdict.missed.zeros < 0.9, verdict.missed.zeros)
+            self.assertTrue(0.3 < verdict.missed.light < 0.8, verdict.missed.light)
+        self.assertLessEqual(failures, stats.binom.ppf(1 - 1e-4, self.SEEDS, 0.01))
+        with unittest.mock.patch("compare.verdict.hardly_found", lambda a, b, masked: np.zeros(
+                (3, 4, 1), bool)):
+            blamed = sum(not compare(self.dense(seed, picture()),
+                                     self.reference(seed, picture())).passed
+                         for seed in range(self.SEEDS))
+        self.assertGreater(blamed, 2)  # or there would be nothing to mend
+
+    def assert_fails(self, a_image, b_image, test="tiles", **options):
+        for seed in range(3):
+            verdict = compare(self.dense(seed, a_image), self.reference(seed, b_image, **options))
+            self.assertFalse(next(t for t in verdict.tests if t.name == test).passed)
+
+    def test_what_is_wrong_elsewhere_is_wrong(self):
+        bright = picture()
+        bright[16:32, :16] *= 1.05
+        self.assert_fails(bright, picture())
+        self.assert_fails(picture() * 1.02, picture(), "image")
+
+    def test_a_picture_without_the_light_that_was_found_is_wrong(self):
+        dark = picture()
+        dark[self.DIM] = 0
+        self.assert_fails(dark, picture(), hits=0.8)
+
+    def test_light_where_the_reference_is_black_is_wrong(self):
+        black, leak = picture(), picture()
+        black[16:] = 0
+        leak[17:] = 0  # 1 % of a tile's pixels would do: one row of 32 is lit
+        self.assert_fails(leak, black)
+        # Half of the tile is black, the other is lit and well found.
+        black, leak = picture(), picture()
+        black[16:32, :8] = 0
+        self.assert_fails(leak, black)
+
+    def test_a_black_picture_is_right_where_the_reference_is_black(self):
+        black = picture()
+        black[16:] = 0
+        self.assertTrue(compare(self.dense(0, black), self.reference(0, black)).passed)
+
+    def test_noise_alone_is_no_excuse(self):
+        # Of 16 renders, 3 or 4 hold most of a value's light, and half of the values are 0 in each
+        # render; but all are known to some degree, and light that is off by a third is wrong.
+        rng = np.random.default_rng(4)
+        b = Estimate.from_renders("B", [rare(rng, picture(), 8, 1)[:, :, None]
+                                        for _ in range(RENDERS)])
+        verdict = compare(self.dense(0, picture() * 1.33), b)
+        self.assertIsNone(verdict.missed)
+        self.assertFalse(verdict.passed)
+        # Rare light whose hits are alike is known by their number.
+        b = Estimate.from_renders("B", [rare(rng, picture() ** 0, 0.4, 0.2)[:, :, None]
+                                        for _ in range(RENDERS)])
+        self.assertIsNone(compare(self.dense(0, picture() ** 0), b).missed)
+        self.assertFalse(compare(self.dense(0, picture() ** 0 * 2), b).passed)
+
+    def test_a_picture_that_misses_what_the_reference_found_is_wrong(self):
+        b = self.dense(0, picture())
+        for seed in range(3):
+            verdict = compare(self.reference(seed, picture()), b)
+            self.assertIsNone(verdict.missed)
+        missing = picture()
+        missing[self.DIM] *= 0.5
+        for seed in range(3):
+            self.assertFalse(compare(self.dense(seed, missing), b).passed)
+
+    def test_a_reference_without_light_is_none(self):
+        rng = np.random.default_rng(0)
+        b = Estimate.from_renders("B", [rare(rng, picture())[:, :, None] for _ in range(RENDERS)])
+        with self.assertRaises(BadInput) as told:
+            compare(self.dense(0, picture()), b)
+        self.assertIn("hardly found any light", str(told.exception))
+
 
 class ErrorFigures(unittest.TestCase):
     def test_the_noise_of_the_reference_is_subtracted(self):

@@ -63,3 +63,13 @@ def estimate(rng, image, samples, kind, stored=False, renders=RENDERS):
     if stored:
         made.stack = None
     return made
+
+
+def rare(rng, image, hits=0.2, spread=2.0):
+    """A render whose light is rare: of a value, all RENDERS together find it `hits` times, with a
+    brightness that is lognormal with this standard deviation of its logarithm."""
+    count = rng.poisson(hits / RENDERS, image.shape)
+    found = np.zeros(image.shape)
+    for i in range(count.max()):
+        found += (count > i) * np.exp(spread * rng.standard_normal(image.shape) - spread ** 2 / 2)
+    return image * found * RENDERS / hits

@@ -156,11 +156,11 @@ def count(number, what):
 def missed_line(b, missed):
     places = ", ".join(f"{x},{y}" for x, y in missed["places"][:PLACES])
     more = missed["tiles"] - PLACES
-    return (f"{missed['tiles']} of {count(missed['of'], 'tile')} left out, unless A is darker there "
-            f"than B: {b['name']} hardly found the light in them ({missed['zeros']:.0%} of its "
-            "values are exactly 0, the others come from one or two of its "
-            f"{b['renders']} renders), so that it can't say how bright they are. They hold "
-            f"{missed['light']:.2g} of A's light, and begin at pixel {places}"
+    return (f"left out unless A is darker than B: {missed['tiles']} of "
+            f"{count(missed['of'], 'tile')}, with {missed['light']:.2g} of A's light, where "
+            f"{b['name']} hardly found the light and can't say how bright it is "
+            f"({missed['zeros']:.0%} of its values there are exactly 0, the others come from one or "
+            f"two of its {b['renders']} renders). They begin at pixel {places}"
             + (f" and {more} more" if more > 0 else ""))
 
 

@@ -128,7 +128,7 @@ def compare(a, b, alpha=0.01):
         raise BadInput(f"{a.name} and {b.name}: no pixel has a value in both")
     each = sidak(alpha, 3)
     pair = Pair(a, b, masked)
-    dim = hardly_found(b, masked)
+    dim = hardly_found(a, b, masked)
     tests = [test_of_image(pair, dim.any(axis=2), each)]
     of_tiles, t_of_tiles = test_of_tiles(pair, dim, each)
     of_pixel, p_of_pixels, left_out = test_of_pixels(pair, dim, each)
@@ -155,9 +155,9 @@ def test_of_image(pair, dim, alpha):
     if dim.any():
         masked = pair.masked | of_pixels(dim, pair.masked.shape)
         if masked.all():
-            raise BadInput(f"{pair.b.name}: hardly found any light: over half of its values are 0, "
-                           "the others come from one or two of its renders. It needs more samples, "
-                           "or an integrator that finds this light, to be a reference")
+            raise BadInput(f"{pair.b.name}: hardly found any light: many of its values are exactly 0, "
+                           "the others come from one or two of its renders each. It needs more "
+                           "samples, or an integrator that finds this light, to be a reference")
         pair = Pair(pair.a, pair.b, masked)
     sums = pair.mean_a.sum(axis=(0, 1)), pair.mean_b.sum(axis=(0, 1))
     t, dof = welch(sums[0] - sums[1], (pair.noise_a.whole, pair.noise_a.whole_freedom),
@@ -210,9 +210,9 @@ def notes_on(pair, left_out):
             notes.append(f"{e.name}: {e.renders} renders are few. With fewer than {ENOUGH}, rare "
                          "bright samples may pass for a difference")
         if noise.factor is not None:
-            notes.append(f"{e.name}: pixels share noise, as a filter wider than a pixel makes them. "
-                         f"The mean of a tile is {np.sqrt(noise.factor):.2g} times as uncertain as "
-                         "by its pixels alone, which is allowed for")
+            notes.append(f"{e.name}: pixels share noise (by a filter wider than a pixel, or by light "
+                         f"they have in common): tiles are {np.sqrt(noise.factor):.2g} times as "
+                         "uncertain as by their pixels alone, which is allowed for")
     if left_out:
         notes.append(f"{left_out} of {pair.keep.sum() * len(pair.names)} values vary in one picture "
                      "but not in the other, as where few samples meet an edge: the test of pixels "
