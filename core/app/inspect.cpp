@@ -218,7 +218,7 @@ std::string inspect(const Scene& scene, const Sensor& sensor, RenderContext& con
   if (reports.empty()) {
     throw Error(
         "no emitter offers light points: environments do, and lamps by their bounce, with "
-        "max_depth 3");
+        "a max_depth of 3 or more");
   }
   std::string names;
   for (size_t i = 0; i < reports.size(); ++i) {

@@ -25,6 +25,7 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
     const RenderBudget& budget = context.budget();
     film.prepare(integrator.layers(), lanes_for(budget, film));
     Checkpoint* const checkpoint = context.checkpoint();
+    integrator.warn_of_light_left_out(scene, sensor, context);
     if (checkpoint) checkpoint->begin(film);
     if (budget.any()) {
       const double left = budget.seconds > 0 ? budget.seconds - context.seconds() : kInfinity;

@@ -346,7 +346,8 @@ class VirtualPointLights final : public Emitter {
 }  // namespace
 }  // namespace kinome
 
-KINOME_PLUGIN(kinome::VirtualPointLights, kinome::Category::kEmitter, "vpl",
-              "One bounce of other emitters' light, as virtual point lights for 'clustered' and "
-              "'groundtruth' with max_depth 3, which bring one along where the scene has none.",
-              kinome::kTable);
+KINOME_PLUGIN(
+    kinome::VirtualPointLights, kinome::Category::kEmitter, "vpl",
+    "One bounce of other emitters' light, as virtual point lights for 'clustered' and "
+    "'groundtruth' of max_depth 3 and more, which bring one along where the scene has none.",
+    kinome::kTable);

@@ -104,6 +104,10 @@ class AovIntegrator final : public Integrator {
     return nested_ ? nested_->inspect(scene, sensor, context, film_position)
                    : Integrator::inspect(scene, sensor, context, film_position);
   }
+  void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
+                              RenderContext& context) const override {
+    if (nested_) nested_->warn_of_light_left_out(scene, sensor, context);
+  }
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (nested_) nested_->render(scene, sensor, context);
     const uint64_t seed = key_seed(context, sensor.sampler());

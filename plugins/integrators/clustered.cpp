@@ -1,11 +1,11 @@
 // clustered: direct light, and one bounce of it, by clustered importance sampling (Åkerlund 2008).
 //
 // Light is a set of points (3.4), on the sphere of directions for an environment, on the scene's
-// surfaces for light after a bounce (`max_depth` 3), in a complete binary tree (3.3). A cut through
-// the tree (4.2.1) gives clusters; for each shading point an importance function over them combines
-// their light, the BRDF and the form factor (3.1, 4.2.2; see LightCut::build). `emitter_samples`
-// points are drawn, first a cluster (eq. 3.2), then one of its points, all alike (4.3.3); each gets
-// a shadow ray.
+// surfaces for light after a bounce (`max_depth` 3 and more), in a complete binary tree (3.3). A
+// cut through the tree (4.2.1) gives clusters; for each shading point an importance function over
+// them combines their light, the BRDF and the form factor (3.1, 4.2.2; see LightCut::build).
+// `emitter_samples` points are drawn, first a cluster (eq. 3.2), then one of its points, all alike
+// (4.3.3); each gets a shadow ray.
 //
 // Unbiased with respect to the point set: the expectation is what `groundtruth` renders. The set
 // itself approximates the emitters by `light_samples` points. Lights that offer no points (lamps,
@@ -259,6 +259,11 @@ class Clustered final : public Integrator {
     return {{}, {std::begin(kProductChannels), std::end(kProductChannels)}};
   }
 
+  void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
+                              RenderContext& context) const override {
+    kinome::warn_of_light_left_out(settings_, scene, sensor, context);
+  }
+
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                 double seconds) const override {
     auto cells = product_cells(scene, context);
@@ -275,6 +280,7 @@ class Clustered final : public Integrator {
     if (product_.diagnostics) {
       context.skip("diagnostics", "the scene isn't one for importance 'product'");
     }
+    if (render_without_surfaces(settings_, scene, sensor, context)) return;
     ScenePointLights lights = gather(settings_, scene, context);
     std::vector<Chooser> choosers = make_choosers(lights, scene, sensor, context);
     for (size_t i = 0; i < choosers.size(); ++i) lights.sets[i].choose = std::ref(choosers[i]);
@@ -283,6 +289,9 @@ class Clustered final : public Integrator {
 
   std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                   const Vec2& film_position) const override {
+    if (settings_.options.max_depth < 2) {
+      throw Error(settings_.where, "there is no light to choose where max_depth is less than 2");
+    }
     RenderCounters counters;
     PrimaryBatch primary;
     const auto x = static_cast<int>(film_position.x), y = static_cast<int>(film_position.y);
@@ -323,7 +332,8 @@ class Clustered final : public Integrator {
   /// nullopt where the scene isn't one for `product`. No cells: it has no environment, or a black
   /// one.
   std::optional<DistantCells> product_cells(const Scene& scene, RenderContext& context) const {
-    if (!is_product_ || scene.emitters().empty() || !is_product_scene(scene, product_.max_depth)) {
+    if (!is_product_ || settings_.options.max_depth < 2 || scene.emitters().empty() ||
+        !is_product_scene(scene, product_.max_depth)) {
       return std::nullopt;
     }
     if (product_.max_depth > 2) {

@@ -22,7 +22,13 @@ class GroundTruth final : public Integrator {
 
   const char* default_indirect_emitter() const override { return indirect_emitter(settings_); }
 
+  void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
+                              RenderContext& context) const override {
+    kinome::warn_of_light_left_out(settings_, scene, sensor, context);
+  }
+
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
+    if (render_without_surfaces(settings_, scene, sensor, context)) return;
     ScenePointLights lights = gather(settings_, scene, context);
     if (lights.sets.empty()) context.skip("light points", "no emitter offers any");
     for (PointLightSet& set : lights.sets) {

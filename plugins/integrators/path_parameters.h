@@ -3,6 +3,7 @@
 #include <limits>
 #include <string>
 
+#include "kinome/color.h"
 #include "kinome/properties.h"
 
 /// What integrators over whole paths have in common.
@@ -17,24 +18,30 @@ namespace kinome {
         "Russian roulette ends paths from this many surface points on."                         \
   }
 
+inline constexpr uint32_t kNoMaxDepth = std::numeric_limits<uint32_t>::max() / 2;
+
+/// `max_depth` as Mitsuba takes it: edges, where 0 leaves a black picture; -1 is kNoMaxDepth.
+inline uint32_t read_max_depth(const Properties& props) {
+  const int64_t depth = props.integer("max_depth");
+  if (depth < -1) {
+    throw props.error("max_depth",
+                      "must not be negative, but for -1, no limit; got " + std::to_string(depth));
+  }
+  return depth < 0 ? kNoMaxDepth : static_cast<uint32_t>(std::min<int64_t>(depth, kNoMaxDepth));
+}
+
 /// How long paths get.
 struct PathLength {
-  uint32_t max_depth = 0;  ///< edges
-  uint32_t rr_depth = 0;   ///< surface points
+  uint32_t max_depth = kNoMaxDepth;  ///< edges
+  uint32_t rr_depth = 5;             ///< surface points
 
-  explicit PathLength(const Properties& props) {
-    const int64_t depth = props.integer("max_depth");
-    if (depth < -1 || depth == 0) {
-      throw props.error("max_depth",
-                        "must be positive, or -1 for no limit, got " + std::to_string(depth));
-    }
+  PathLength() = default;
+  explicit PathLength(const Properties& props) : max_depth(read_max_depth(props)) {
     const int64_t roulette = props.integer("rr_depth");
     if (roulette < 1) {
       throw props.error("rr_depth", "must be positive, got " + std::to_string(roulette));
     }
-    constexpr int64_t kMost = std::numeric_limits<uint32_t>::max() / 2;
-    max_depth = static_cast<uint32_t>(depth < 0 ? kMost : std::min(depth, kMost));
-    rr_depth = static_cast<uint32_t>(std::min(roulette, kMost));
+    rr_depth = static_cast<uint32_t>(std::min<int64_t>(roulette, kNoMaxDepth));
   }
 };
 

@@ -231,6 +231,10 @@ class LightTracingIntegrator final : public Integrator {
       context.skip("light paths", "the scene has no emitters");
       return;
     }
+    if (settings_.length.max_depth == 0) {
+      context.skip("light paths", "max_depth is 0: the picture is black");
+      return;
+    }
     const LightTracer::Context tracing{settings_, scene, sensor,
                                        key_seed(context, sensor.sampler())};
     const uint32_t count = sensor.sampler().sample_count();

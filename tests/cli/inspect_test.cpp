@@ -139,6 +139,7 @@ TEST_F(Inspect, ShowsWhatProductSamplingKnowsOfLocalLight) {
 TEST_F(Inspect, ShowsWhatProductSamplingLearned) {
   const std::string scene = folder_.write("wall.xml", R"(<scene version="3.0.0">
   <integrator type="clustered"><integer name="cut_size" value="200"/>
+    <integer name="max_depth" value="2"/>
     <float name="rays_per_pixel" value="90"/></integrator>
   <sensor type="perspective"><transform name="to_world">
       <lookat origin="0,2,0" target="0,0,0" up="0,0,1"/></transform>

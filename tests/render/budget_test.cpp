@@ -36,7 +36,8 @@ std::unique_ptr<Scene> scene_of(const std::string& integrator, int width, int he
       diffuse_xml(".5 .5 .5") + "</shape>" + light + "</scene>");
 }
 std::string product_xml(const std::string& parameters = "") {
-  return "<integrator type=\"clustered\">" + parameters + "</integrator>";
+  return R"(<integrator type="clustered"><integer name="max_depth" value="2"/>)" + parameters +
+         "</integrator>";
 }
 
 struct Rendered {

@@ -1,6 +1,8 @@
 /// `path` against `direct`, closed forms and itself.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "path_scenes.h"
@@ -128,7 +130,8 @@ std::string warning_of(const std::string& scene_xml) {
 TEST(WithoutEmitters, EveryIntegratorOfLightWarnsOnce) {
   const std::string scene = still_life() + view(4, 4);
   for (const char* type : {"direct", "path", "ptracer", "clustered", "groundtruth"}) {
-    const std::string integrator = std::string("<integrator type=\"") + type + "\"/>";
+    const bool has_depth = std::string(type) != "direct";
+    const std::string integrator = has_depth ? integrator_xml(type, 2) : direct_xml();
     EXPECT_EQ(warning_of(scene + integrator),
               "kinome: warning: test.xml: the scene has no emitter: the picture will be black\n")
         << type;
@@ -234,12 +237,12 @@ std::string error_of(const std::string& integrator) {
 
 TEST(Path, ChecksItsParameters) {
   for (const char* const type : {"path", "ptracer"}) {
-    for (const int good : {-1, 1, 2, 2147483647}) {
+    for (const int good : {-1, 0, 1, 2, 2147483647}) {
       EXPECT_EQ(error_of(integrator_xml(type, good)), "");
     }
-    for (const int bad : {0, -2}) {
+    for (const int bad : {-2, -1000}) {
       const std::string message = error_of(integrator_xml(type, bad));
-      EXPECT_NE(message.find("'max_depth' must be positive, or -1 for no limit, got " +
+      EXPECT_NE(message.find("'max_depth' must not be negative, but for -1, no limit; got " +
                              std::to_string(bad)),
                 std::string::npos)
           << message;
@@ -251,6 +254,122 @@ TEST(Path, ChecksItsParameters) {
     }
     EXPECT_NE(error_of(integrator_xml(type, 3, "<float name=\"depth\" value=\"2\"/>")), "");
   }
+}
+
+/// A lamp in the middle of a sphere of reflectance rho: each bounce has rho times the light of the
+/// one before it, everywhere.
+std::string furnace_xml(const std::string& rho) {
+  return shape_xml("sphere", "<scale value=\"2\"/>",
+                   "<boolean name=\"flip_normals\" value=\"true\"/>" + diffuse_xml(rho)) +
+         point_xml("0 0 0", "3 2 1") +
+         sensor_xml("perspective", look_at("0.7 0.2 0.1", "0 -1 0.3"), 6, 2, "independent", "rgba");
+}
+const std::string kJoint =
+    "<string name=\"importance\" value=\"joint\"/><integer name=\"light_samples\" value=\"200\"/>";
+
+/// Longer paths than an integrator renders are no mistake, and 0 and 1 are what they are to `path`.
+TEST(MaxDepth, IsWhatMitsubaTakes) {
+  struct Chooser {
+    const char* type;
+    std::string parameters;
+  };
+  const std::string lamp = shape_xml("sphere", "<scale value=\".3\"/>", area_xml("1 2 3"));
+  const std::string scene = furnace_xml("0.5") + lamp;
+  for (const Chooser& c : {Chooser{"clustered", ""}, Chooser{"clustered", kJoint},
+                           Chooser{"groundtruth", kJoint.substr(kJoint.find("/>") + 2)}}) {
+    SCOPED_TRACE(c.type + c.parameters);
+    const auto picture = [&](int depth) {
+      return render_scene(*scene_from(scene + integrator_xml(c.type, depth, c.parameters))).data;
+    };
+    const auto deepest = picture(3);
+    EXPECT_NE(picture(2), deepest);
+    for (const int depth : {-1, 4, 2147483647}) EXPECT_EQ(picture(depth), deepest) << depth;
+    EXPECT_EQ(render_scene(*scene_from(scene + "<integrator type=\"" + c.type + "\">" +
+                                       c.parameters + "</integrator>"))
+                  .data,
+              deepest);
+    EXPECT_EQ(picture(1), render_scene(*scene_from(scene + integrator_xml("path", 1))).data);
+    EXPECT_NE(error_of(integrator_xml(c.type, -2, c.parameters)).find("'max_depth' must not be"),
+              std::string::npos);
+  }
+  for (const char* type : {"path", "ptracer", "clustered", "groundtruth"}) {
+    const Image black = render_scene(*scene_from(scene + integrator_xml(type, 0)));
+    EXPECT_EQ(std::count(black.data.begin(), black.data.end(), 0.f),
+              static_cast<ptrdiff_t>(black.data.size()))
+        << type;
+  }
+}
+
+/// Of a furnace, paths of n edges and more are rho^(n - 2) of all: no noise but the roulette's,
+/// which is a thousandth of that.
+TEST(LightLeftOut, IsToldAsItIs) {
+  const auto told = [](const std::string& rho, const std::string& integrator) {
+    const std::string text = warning_of(furnace_xml(rho) + integrator);
+    if (text.empty()) return text;
+    EXPECT_EQ(text.find("kinome: warning: test.xml:1:"), 0u) << text;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+    const size_t from = text.find("light after"), to = text.find(" of the picture");
+    EXPECT_LT(from, to) << text;
+    return text.substr(from, to - from);
+  };
+  const std::string two = "light after two bounces and more is left out: about ";
+  const std::string distant = "<string name=\"mode\" value=\"distant\"/>";
+  for (const std::string type : {"clustered", "groundtruth"}) {
+    const std::string few = type == "groundtruth" ? kJoint.substr(kJoint.find("/>") + 2) : "";
+    EXPECT_EQ(told("0.5", integrator_xml(type, -1, few)), two + "25 %");
+    EXPECT_EQ(told("0.5", "<integrator type=\"" + type + "\">" + few + "</integrator>"),
+              two + "25 %");
+    EXPECT_EQ(told("0.9", integrator_xml(type, 4, few)), two + "30 %") << "0.81 / 2.71";
+    EXPECT_EQ(told("0.05", integrator_xml(type, -1, few)), two + "0.2 %") << "0.25 %";
+    EXPECT_EQ(told("0.5", integrator_xml(type, -1, few + distant)),
+              "light after a bounce and more is left out: about 50 %");
+    // Too little to be told, and what wasn't asked for.
+    EXPECT_EQ(told("0.03", integrator_xml(type, -1, few)), "");
+    for (const int depth : {0, 1, 2, 3}) {
+      EXPECT_EQ(told("0.5", integrator_xml(type, depth, few)), "") << depth;
+      EXPECT_EQ(told("0.5", integrator_xml(type, depth, few + distant)), "") << depth;
+    }
+  }
+  EXPECT_EQ(told("0.5", "<integrator type=\"aov\"><string name=\"aovs\" value=\"n:sh_normal\"/>" +
+                            integrator_xml("clustered", -1) + "</integrator>"),
+            two + "25 %");
+  EXPECT_EQ(told("0.5", integrator_xml("path", -1)), "");
+}
+
+/// What tells it leaves no trace in the picture and in the counts of rays, and doesn't depend on
+/// threads; passes don't tell it again.
+TEST(LightLeftOut, IsMeasuredBesideTheRender) {
+  struct Seen {
+    std::vector<float> picture;
+    std::string text;
+    std::array<uint64_t, kRayKindCount> rays;
+    bool operator==(const Seen&) const = default;
+  };
+  const auto render_with = [](int depth, unsigned threads, uint32_t lanes = 0, uint64_t seed = 0) {
+    const auto scene = scene_from(room_xml() + point_xml("0 .8 0", "1") + room_view(8, 4) +
+                                  integrator_xml("clustered", depth));
+    RenderContext context({.threads = threads, .seed = seed, .budget = {.lanes = lanes}});
+    testing::internal::CaptureStderr();
+    const Image image = render(*scene, *scene->sensors()[0], context);
+    return Seen{image.data, testing::internal::GetCapturedStderr(), context.stats().counters.rays};
+  };
+  const Seen seen = render_with(-1, 1);
+  EXPECT_NE(seen.text.find("is left out"), std::string::npos) << seen.text;
+  EXPECT_EQ(render_with(-1, 3), seen);
+  Seen plain = render_with(3, 1);
+  EXPECT_EQ(plain.text, "");
+  plain.text = seen.text;
+  EXPECT_EQ(plain, seen);
+  const std::string passes = render_with(-1, 2, 4).text;
+  EXPECT_EQ(std::count(passes.begin(), passes.end(), '\n'), 1) << passes;
+}
+
+/// Light that 4096 paths hardly ever find is no reason for a figure.
+TEST(LightLeftOut, NoiseIsNotTold) {
+  // Convex, on nothing: whatever its faces send on leaves.
+  const std::string scene = shape_xml("cube", "", diffuse_xml(".8 .8 .8")) + constant_xml("1") +
+                            sensor_xml("perspective", look_at("3 2 4", "0 0 0", "0 1 0"), 8, 1);
+  EXPECT_EQ(warning_of(scene + integrator_xml("clustered", -1)), "");
 }
 
 }  // namespace

@@ -16,10 +16,11 @@ constexpr double kAlpha = 1e-4;  // of each of about 60 z-tests
 
 const std::string kGroundTruth =
     "<integrator type=\"groundtruth\"><integer name=\"light_samples\" "
-    "value=\"4096\"/></integrator>";
+    "value=\"4096\"/><integer name=\"max_depth\" value=\"2\"/></integrator>";
 
 std::string clustered_xml(const std::string& importance, const std::string& more = "") {
-  return "<integrator type=\"clustered\"><integer name=\"light_samples\" value=\"4096\"/>"
+  return "<integrator type=\"clustered\"><integer name=\"max_depth\" value=\"2\"/><integer "
+         "name=\"light_samples\" value=\"4096\"/>"
          "<integer name=\"cut_size\" value=\"128\"/><integer name=\"emitter_samples\" "
          "value=\"16\"/><string name=\"importance\" value=\"" +
          importance + "\"/>" + more + "</integrator>";
@@ -132,7 +133,8 @@ TEST(PointLights, HiddenLampsDoNotHideWhatLiesBehind) {
       sensor_xml("orthographic", "<scale value=\"0.5\"/>" + look_at("0 0 4", "0 0 0", "0 1 0"), 3,
                  16, "independent", "rgba");
   for (const char* integrator : {"clustered", "groundtruth"}) {
-    const std::string begin = std::string("<integrator type=\"") + integrator + "\">";
+    const std::string begin = std::string("<integrator type=\"") + integrator +
+                              "\"><integer name=\"max_depth\" value=\"2\"/>";
     const std::string hide = "<boolean name=\"hide_emitters\" value=\"true\"/></integrator>";
     const Image seen = render_scene(*scene_from(scene_xml + begin + "</integrator>"));
     const Image hidden = render_scene(*scene_from(scene_xml + begin + hide));

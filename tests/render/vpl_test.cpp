@@ -25,6 +25,11 @@ std::string bounce_xml(const std::string& integrator, int points, const std::str
          "\"><integer name=\"max_depth\" value=\"3\"/><integer name=\"light_samples\" value=\"" +
          std::to_string(points) + "\"/>" + more + "</integrator>";
 }
+/// Without a bounce.
+std::string depth_2(const std::string& integrator, const std::string& more = "") {
+  return "<integrator type=\"" + integrator + "\"><integer name=\"max_depth\" value=\"2\"/>" +
+         more + "</integrator>";
+}
 /// `clustered` over light points.
 const std::string kJoint = "<string name=\"importance\" value=\"joint\"/>";
 std::string clustered_xml(int points) {
@@ -104,7 +109,9 @@ TEST(Vpl, ClusteredMakesItsOwnPointsWhereTheSceneHasNone) {
   const auto clustered = scene_from(scene_xml + clustered_xml(500));
   ASSERT_EQ(clustered->indirect_emitters().size(), 1u);
   expect_equal(estimate_pixels(*clustered, kRenders), exactly(expected, 16), 1e-4, "clustered");
-  const auto direct = scene_from(scene_xml + "<integrator type=\"clustered\"/>");
+  EXPECT_EQ(scene_from(scene_xml + "<integrator type=\"clustered\"/>")->indirect_emitters().size(),
+            1u);
+  const auto direct = scene_from(scene_xml + depth_2("clustered"));
   EXPECT_TRUE(direct->indirect_emitters().empty());
   expect_everywhere(render_scene(*direct), rho * Rgb(4, 8, 12) / (kRadius * kRadius * kPi),
                     rounding());
@@ -241,8 +248,8 @@ TEST(Vpl, WarnsWhereItChangesNothing) {
   const std::string distant = "<string name=\"mode\" value=\"distant\"/>";
   const auto plain = [](const std::string& type) { return "<integrator type=\"" + type + "\"/>"; };
   for (const std::string& integrator :
-       {plain("direct"), plain("path"), plain("ptracer"), plain("clustered"), plain("groundtruth"),
-        bounce_xml("clustered", 10, distant)}) {
+       {plain("direct"), plain("path"), plain("ptracer"), depth_2("clustered"),
+        depth_2("groundtruth"), bounce_xml("clustered", 10, distant)}) {
     const std::string warning = warning_text(scene_xml + integrator);
     EXPECT_EQ(warning.find("kinome: warning: test.xml:2:1: "), 0u) << integrator << warning;
     EXPECT_NE(warning.find("their bounce is not taken from it"), std::string::npos) << warning;
@@ -301,15 +308,14 @@ TEST(Vpl, SaysWhatIsWrong) {
       std::string::npos);
   EXPECT_NE(error_text(rest + kLamp +
                        "<integrator type=\"clustered\"><integer name=\"max_depth\" "
-                       "value=\"4\"/></integrator>")
+                       "value=\"-2\"/></integrator>")
                 .find("max_depth"),
             std::string::npos);
 }
 
 TEST(Vpl, SkipsWhatIsNotNeeded) {
   const std::string rest = inside_sphere(diffuse_xml("0.5")) + kLamp + kView;
-  const std::string direct =
-      skipped(rest + "<integrator type=\"clustered\">" + kJoint + "</integrator>");
+  const std::string direct = skipped(rest + depth_2("clustered", kJoint));
   EXPECT_NE(direct.find("indirect light: max_depth is 2"), std::string::npos) << direct;
   EXPECT_NE(direct.find("light tree: no emitter offers light points"), std::string::npos);
   const std::string distant = skipped(

@@ -29,11 +29,15 @@ void expect_success(const ProcessResult& result) {
   ASSERT_EQ(result.status, 0) << result.out << result.err;
 }
 
+/// A parameter of `clustered`.
+const char* const kDirectLight = R"(<integer name="max_depth" value="2"/>)";
+
 /// A diffuse floor of reflectance .5, seen from straight above, under whatever `light` is.
-std::string floor_scene(const std::string& integrator, const std::string& light) {
+std::string floor_scene(const std::string& integrator, const std::string& light,
+                        const std::string& parameters = "") {
   return R"(<scene version="3.0.0">
     <integrator type=")" +
-         integrator + R"("/>
+         integrator + "\">" + parameters + R"(</integrator>
     <sensor type="perspective">
       <float name="fov" value="20"/>
       <transform name="to_world"><lookat origin="0 3 0" target="0 0 0" up="0 0 1"/></transform>
@@ -159,7 +163,8 @@ TEST_F(Sdk, SkyGradientLightsAFloorAsDerived) {
   // deviation is below the value itself, so that the mean's is below 1/128 of it; 5 of them:
   // false alarms of 6e-7. clustered adds the points' own error, of the order of one cell.
   for (const char* integrator : {"direct", "clustered"}) {
-    const Rgb mean = mean_of(render_text(floor_scene(integrator, sky)));
+    const std::string depth = std::string(integrator) == "direct" ? "" : kDirectLight;
+    const Rgb mean = mean_of(render_text(floor_scene(integrator, sky, depth)));
     for (int c = 0; c < 3; ++c) {
       const double expected = .5 * (horizon[c] + 2. / 3 * (zenith[c] - horizon[c]));
       EXPECT_NEAR(mean[c], expected, expected * 5 / 128) << integrator << ", channel " << c;
@@ -172,7 +177,8 @@ TEST_F(Sdk, SkyGradientLightsAFloorAsDerived) {
 TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
   const std::string sky = R"(<emitter type="sky_gradient"><rgb name="zenith" value=".1 .4 2"/>
       <rgb name="horizon" value="1 .4 .5"/></emitter>)";
-  const std::string scene = folder_->write("cells.xml", floor_scene("clustered", sky));
+  const std::string scene =
+      folder_->write("cells.xml", floor_scene("clustered", sky, kDirectLight));
   const std::string image = folder_->path("cells.exr");
   const ProcessResult result = run_process(
       {program(), "-q", scene, "-o", image, "--plugin-path", plugins(), "--stats=json"});

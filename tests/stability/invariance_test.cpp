@@ -34,7 +34,8 @@ const std::vector<Renderer>& renderers() {
       {"direct", xml::integrator("direct")},
       {"path", xml::integrator("path", xml::integer("max_depth", 4))},
       {"ptracer", xml::integrator("ptracer", xml::integer("max_depth", 3))},
-      {"groundtruth", xml::integrator("groundtruth", xml::integer("light_samples", 200))},
+      {"groundtruth", xml::integrator("groundtruth", xml::integer("light_samples", 200) +
+                                                         xml::integer("max_depth", 2))},
       {"joint", clustered("joint", 2)},
       {"luminance", clustered("luminance", 2)},
       {"brdf", clustered("brdf", 2)},

@@ -77,7 +77,8 @@ class ClusteredAgainstGroundTruth : public testing::TestWithParam<Case> {};
 
 TEST_P(ClusteredAgainstGroundTruth, HasItsExpectation) {
   const Case& c = GetParam();
-  const std::string points = R"(<integer name="light_samples" value="512"/>)";
+  const std::string points =
+      R"(<integer name="light_samples" value="512"/><integer name="max_depth" value="2"/>)";
   const auto truth = make_scene(R"(<integrator type="groundtruth">)" + points + "</integrator>",
                                 c.bsdf, c.sampler);
   const auto clustered =

@@ -39,6 +39,10 @@ class KINOME_EXPORT Integrator : public Object {
   /// Emitter plugin that the scene is given where it has no indirect emitter (Emitter::is_indirect)
   /// of its own; nullptr: it has no use for any, and the loader warns of those that the scene has.
   virtual const char* default_indirect_emitter() const { return nullptr; }
+  /// Warns of light that is asked for and that render() leaves out, where it shows. Called once,
+  /// before the picture is begun.
+  virtual void warn_of_light_left_out(const Scene& /*scene*/, const Sensor& /*sensor*/,
+                                      RenderContext& /*context*/) const {}
   /// Fills the sensor's film, which the caller has prepared. Returns early, with what it has, where
   /// the context is cancelled.
   virtual void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const = 0;

@@ -29,6 +29,9 @@ class KINOME_EXPORT PrimaryBatch {
   /// at a time are fastest. Counts camera rays and the time inside Embree.
   void trace(const Scene& scene, const Sensor& sensor, const Rect& pixels, uint32_t first_sample,
              uint32_t samples, uint64_t seed, RenderCounters& counters);
+  /// One ray for each of these samples of pixels.
+  void trace(const Scene& scene, const Sensor& sensor, std::span<const SampleKey> keys,
+             RenderCounters& counters);
 
   /// Lets rays go on through surfaces that emit, to what lies behind: for cameras that are not to
   /// see lights. As in Mitsuba, whatever else such a surface does.
@@ -56,6 +59,8 @@ class KINOME_EXPORT PrimaryBatch {
   void add_to_film(std::span<const Rgb> radiance, bool has_alpha, FilmTile& film) const;
 
  private:
+  void trace_keys(const Scene& scene, const Sensor& sensor, RenderCounters& counters);
+
   uint32_t samples_ = 1;
   std::vector<SampleKey> keys_;
   std::vector<Vec2> positions_;
