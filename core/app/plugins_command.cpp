@@ -1,4 +1,10 @@
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
 #include <map>
 #include <string>
 #include <vector>
@@ -37,10 +43,54 @@ std::string one_line(const char* doc) {
   return text;
 }
 
+/// Where lines are to end: of a terminal, or as COLUMNS says; 0: nowhere.
+size_t line_width() {
+  if (const char* const columns = std::getenv("COLUMNS")) {
+    size_t width = 0;
+    const char* const end = columns + std::strlen(columns);
+    const auto [rest, error] = std::from_chars(columns, end, width);
+    if (error == std::errc{} && rest == end && width > 0) return width;
+  }
+  winsize size{};
+  const bool is_terminal = isatty(STDOUT_FILENO) && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0;
+  return is_terminal ? size.ws_col : 0;
+}
+
+/// `head` and then `text`, broken between words, each further line below where `text` began; below
+/// the head, where that leaves little room.
+void print_wrapped(const std::string& head, const std::string& text, size_t width) {
+  constexpr size_t kLeastRoom = 24, kIndent = 6;
+  size_t indent = head.size();
+  std::string line = head;
+  const auto end_line = [&] {
+    fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
+    line.assign(indent, ' ');
+  };
+  if (width > 0 && width < head.size() + kLeastRoom && head.size() + text.size() > width) {
+    indent = kIndent;
+    end_line();
+  }
+  bool is_empty = true;  // of words
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find(' ', begin), text.size());
+    if (width > 0 && !is_empty && line.size() + 1 + end - begin > width) {
+      end_line();
+      is_empty = true;
+    }
+    if (!is_empty) line += ' ';
+    line += text.substr(begin, end - begin);
+    is_empty = false;
+    begin = end + 1;
+  }
+  end_line();
+}
+
 void print_plugin(Category category, const std::string& name, const PluginDescriptor& plugin) {
   fmt::print("{}/{}", to_string(category), name);
   if (name != plugin.name) fmt::print(" (another name for {})", plugin.name);
-  fmt::print("\n  {}\n", one_line(plugin.doc));
+  fmt::print("\n");
+  const size_t line = line_width();
+  print_wrapped("  ", one_line(plugin.doc), line);
   std::vector<std::vector<std::string>> rows = {{"parameter", "type", "default", "meaning"}};
   for (const Parameter& p : plugin.parameters) {
     rows.push_back({p.name, type_name(p), default_text(p), one_line(p.doc)});
@@ -54,8 +104,9 @@ void print_plugin(Category category, const std::string& name, const PluginDescri
     for (size_t i = 0; i < 3; ++i) width[i] = std::max(width[i], row[i].size());
   }
   for (const auto& row : rows) {
-    fmt::print("  {:<{}}  {:<{}}  {:<{}}  {}\n", row[0], width[0], row[1], width[1], row[2],
-               width[2], row[3]);
+    print_wrapped(fmt::format("  {:<{}}  {:<{}}  {:<{}}  ", row[0], width[0], row[1], width[1],
+                              row[2], width[2]),
+                  row[3], line);
   }
 }
 
@@ -105,7 +156,7 @@ int print_list(PluginRegistry& registry) {
         text = std::string("can't be loaded: ") + error.what();
         status = 1;
       }
-      fmt::print("  {:<16} {}\n", name, text);
+      print_wrapped(fmt::format("  {:<16} ", name), text, line_width());
     }
   }
   return status;
