@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -32,6 +33,17 @@ int fail(std::string message) {
   return 1;
 }
 
+/// The first ten of a scene's mistakes, one line each.
+int fail(const kinome::Errors& errors) {
+  constexpr size_t kMost = 10;
+  const size_t count = errors.all().size();
+  for (size_t i = 0; i < std::min(count, kMost); ++i) fail(errors.all()[i].what());
+  if (count > kMost) {
+    fail("and " + std::to_string(count - kMost) + " more: --check lists them all");
+  }
+  return 1;
+}
+
 /// What no one has foreseen: most likely a plugin's doing.
 int fail_unexpectedly(const void* exception, const std::string& what) {
   const std::string plugin = kinome::app::plugin_that_threw(exception);
@@ -49,10 +61,13 @@ int main(int argc, char** argv) {
     if (!options) return 0;
     switch (options->command) {
       case kinome::app::Options::Command::kRender:
-        return kinome::app::render_command(*options, start);
+        return options->check ? kinome::app::check_command(*options)
+                              : kinome::app::render_command(*options, start);
       case kinome::app::Options::Command::kListPlugins:
         return kinome::app::plugins_command(*options);
     }
+  } catch (const kinome::Errors& errors) {
+    return fail(errors);
   } catch (const kinome::Error& error) {
     return fail(error.what());
   } catch (const std::bad_alloc&) {

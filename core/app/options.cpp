@@ -1,5 +1,6 @@
 #include "options.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -39,6 +40,44 @@ std::string complaint_of(const CLI::ParseError& error) {
   const std::string flag_with_value = " was given a disallowed flag override";
   if (!text.ends_with(flag_with_value)) return text;
   return "--" + text.substr(0, text.size() - flag_with_value.size()) + " takes no value";
+}
+
+/// Of a word that no option took: one with a dash is an option that there isn't.
+std::string complaint_of_extra(const CLI::App& app, const std::string& word) {
+  if (word.size() < 2 || word[0] != '-') return "'" + word + "' was not expected";
+  const std::string name = word.substr(0, word.find('='));
+  std::vector<std::string> known;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& long_name : option->get_lnames()) known.push_back("--" + long_name);
+  }
+  const std::string near = nearest_name(name, known);
+  return "there is no option '" + name + "'" +
+         (near.empty() ? "" : " (did you mean '" + near + "'?)");
+}
+
+/// What is wrong with a command line that CLI11 refuses. A word that it doesn't know comes before
+/// one that it misses: the one may be meant for the other.
+std::string complaint_of(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> left = app.remaining();
+  const auto option = std::find_if(left.begin(), left.end(),
+                                   [](const auto& word) { return word.starts_with('-'); });
+  const bool misses = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+  const bool has_extras = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  if (option != left.end() && (misses || has_extras)) return complaint_of_extra(app, *option);
+  return has_extras && !left.empty() ? complaint_of_extra(app, left.front()) : complaint_of(error);
+}
+
+/// The place in argv of the word `plugins`, with which a command line begins that lists them, but
+/// for folders to look in; 0: it renders.
+int plugins_word(int argc, const char* const* argv) {
+  int i = 1;
+  while (i < argc) {
+    const std::string_view word = argv[i];
+    if (word == "plugins") return i;
+    if (word != "--plugin-path" && !word.starts_with("--plugin-path=")) return 0;
+    i += word == "--plugin-path" ? 2 : 1;
+  }
+  return 0;
 }
 
 /// As text from CLI11, before it is checked and taken apart.
@@ -103,6 +142,10 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")
       ->type_name("[=json]");
+  app.add_flag("--check", options.check,
+               "In place of rendering: list all mistakes in the scene and the files that it names, "
+               "with their places")
+      ->disable_flag_override();
   app.add_option("--inspect", raw.inspect,
                  "In place of rendering: where the pixel's light samples go, as picture and table")
       ->type_name("X,Y");
@@ -202,6 +245,7 @@ void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
       throw Error("--inspect: expected a pixel as X,Y, got '" + raw.inspect + "'");
     }
     options.inspect = Vec2(x, y);
+    if (options.check) throw Error("--inspect: there is nothing to look at with --check");
     if (options.stats != StatsFormat::kNone) {
       throw Error("--stats: there are none with --inspect, which doesn't render");
     }
@@ -245,21 +289,24 @@ OptionsParser::~OptionsParser() = default;
 
 std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
   // `kinome plugins` is told apart by its first word, so that a scene may come after any options.
-  const bool lists_plugins = argc > 1 && std::string(argv[1]) == "plugins";
+  const int plugins = plugins_word(argc, argv);
+  const bool lists_plugins = plugins > 0;
   std::unique_ptr<Language>& language = lists_plugins ? plugins_ : render_;
   if (!language) language = std::make_unique<Language>(lists_plugins);
   auto& [options, raw, app] = *language;
   options = {};
   raw = {};
   if (lists_plugins) options.command = Options::Command::kListPlugins;
-  const int skipped = lists_plugins ? 1 : 0;
+  std::vector<const char*> words(argv, argv + argc);
+  if (lists_plugins) words.erase(words.begin() + plugins);
   try {
-    app.parse(argc - skipped, argv + skipped);
+    app.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::Success& asked) {
     app.exit(asked, std::cout, std::cerr);
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
-    throw Error(complaint_of(error) + " (kinome --help lists the options)");
+    throw Error(complaint_of(app, error) + " (kinome " + (lists_plugins ? "plugins " : "") +
+                "--help lists the options)");
   }
   interpret(app, raw, options);
   return options;

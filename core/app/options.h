@@ -39,6 +39,7 @@ struct Options {
   double every = 60;       ///< seconds between two checkpoints
   bool resume = false;
   bool lenient = false;
+  bool check = false;
   std::optional<Vec2> inspect;  ///< pixel whose clusters are shown in place of rendering
 
   std::string plugin_name;  ///< of `kinome plugins NAME`; "": all of them

@@ -268,6 +268,22 @@ void run_inspection(const Options& options, const Scene& scene, const Sensor& se
 
 }  // namespace
 
+/// On stdout, as what was asked for; each line begins with its place, for editors that go there.
+int check_command(const Options& options) {
+  set_up_log(options);
+  warn_of_missing_folders(options);
+  set_activity("loading the scene");
+  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
+  const std::vector<Error> faults = check_scene(options.scene,
+                                                {.defines = options.defines,
+                                                 .search_paths = options.search_paths,
+                                                 .threads = options.threads},
+                                                registry);
+  for (const Error& fault : faults) fmt::print("{}\n", fault.what());
+  if (faults.empty()) fmt::print("no faults\n");
+  return faults.empty() ? 0 : 1;
+}
+
 int render_command(const Options& options, Clock::time_point start) {
   set_up_log(options);
   install_signal_handlers(options.quiet);

@@ -2,8 +2,6 @@
 
 #include <filesystem>
 
-#include "kinome/error.h"
-
 namespace kinome {
 
 std::string unreadable(const std::string& path) {
@@ -22,9 +20,10 @@ std::string unreadable(const std::string& path) {
   return "";
 }
 
-std::string find_file(const std::string& name, const std::vector<std::string>& folders) {
+std::string find_file(const std::string& name, const std::vector<std::string>& folders,
+                      const Location& where, const std::string& prefix) {
   namespace fs = std::filesystem;
-  if (name.empty()) throw Error("a file name is empty");
+  if (name.empty()) throw Error(where, prefix + "a file name is empty");
   std::vector<std::string> candidates{name};
   std::string looked_in;
   if (fs::path(name).is_relative() && !folders.empty()) {
@@ -38,11 +37,11 @@ std::string find_file(const std::string& name, const std::vector<std::string>& f
     std::error_code failed;
     if (!fs::exists(candidate, failed)) continue;
     if (const std::string why = unreadable(candidate); !why.empty()) {
-      throw Error("'" + candidate + "' " + why);
+      throw Error(where, prefix + "'" + candidate + "' " + why);
     }
     return candidate;
   }
-  throw Error("there is no file '" + name + "'" + looked_in);
+  throw MissingFile(where, prefix + "there is no file '" + name + "'" + looked_in);
 }
 
 }  // namespace kinome

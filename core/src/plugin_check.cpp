@@ -23,6 +23,18 @@ bool takes_textures(const Parameter& row) {
          (row.type == ParameterType::kObject && row.category == Category::kTexture);
 }
 
+/// Parameters that unknown names stand for, most likely: they are not missing, too.
+std::set<std::string> misspelt_names(const Properties& props, const PluginDescriptor& plugin) {
+  std::set<std::string> meant;
+  for (const auto& [name, entry] : props.entries()) {
+    if (name[0] == '_' || find_row(plugin, name)) continue;  // without a name, or of a known one
+    std::vector<std::string> known;
+    for (const Parameter& row : plugin.parameters) known.emplace_back(row.name);
+    meant.insert(nearest_name(name, known));
+  }
+  return meant;
+}
+
 Error unknown_parameter(const Properties& props, const PluginDescriptor& plugin,
                         const std::string& name, const Location& where) {
   std::vector<std::string> known;
@@ -54,23 +66,25 @@ class ObjectCounts {
     }
   }
 
-  void add(Category category, const Location& where) {
+  void add(Category category, const Location& where, std::vector<Error>& faults) {
     Count& count = counts_[static_cast<size_t>(category)];
     if (count.most == 0) {
-      throw Error(where, plugin_title(props_) + " takes no " + to_string(category));
-    }
-    if (++count.found > count.most) {
-      throw Error(where, plugin_title(props_) + " takes at most " + std::to_string(count.most) +
-                             " " + to_string(category) + (count.most == 1 ? "" : "s"));
+      faults.emplace_back(where, plugin_title(props_) + " takes no " + to_string(category));
+    } else if (++count.found > count.most) {
+      faults.emplace_back(where, plugin_title(props_) + " takes at most " +
+                                     std::to_string(count.most) + " " + to_string(category) +
+                                     (count.most == 1 ? "" : "s"));
     }
   }
 
-  void check_required() const {
+  void check_required(const Lost& lost, std::vector<Error>& faults) const {
     for (size_t i = 0; i < counts_.size(); ++i) {
-      if (counts_[i].found >= counts_[i].least) continue;
-      throw Error(props_.where(), plugin_title(props_) + " needs " +
-                                      (counts_[i].least == 1 ? "a nested " : "more nested ") +
-                                      to_string(static_cast<Category>(i)));
+      const auto category = static_cast<Category>(i);
+      if (counts_[i].found >= counts_[i].least || lost.categories.count(category)) continue;
+      faults.emplace_back(props_.where(),
+                          plugin_title(props_) + " needs " +
+                              (counts_[i].least == 1 ? "a nested " : "more nested ") +
+                              to_string(category));
     }
   }
 
@@ -85,12 +99,13 @@ class ObjectCounts {
 };
 
 void check_value(const Properties& props, const PluginDescriptor& plugin, const std::string& name,
-                 const Properties::Entry& entry) {
+                 const Properties::Entry& entry, std::vector<Error>& faults) {
   const Parameter* row = find_row(plugin, name);
-  if (!row || is_by_category(*row)) throw unknown_parameter(props, plugin, name, entry.where);
-  if (!accepts(row->type, entry.value)) {
-    throw Error(entry.where,
-                "'" + name + "' must be " + describe(row->type) + ", got " + describe(entry.value));
+  if (!row || is_by_category(*row)) {
+    faults.push_back(unknown_parameter(props, plugin, name, entry.where));
+  } else if (!accepts(row->type, entry.value)) {
+    faults.emplace_back(entry.where, "'" + name + "' must be " + describe(row->type) + ", got " +
+                                         describe(entry.value));
   }
 }
 
@@ -103,27 +118,33 @@ const Parameter* find_row(const PluginDescriptor& plugin, const std::string& nam
   return nullptr;
 }
 
-void check_parameters(const Properties& props, const PluginDescriptor& plugin) {
+std::vector<Error> check_parameters(const Properties& props, const PluginDescriptor& plugin,
+                                    const Lost& lost) {
+  std::vector<Error> faults;
   ObjectCounts counts(props, plugin);
   for (const auto& [name, entry] : props.entries()) {
     const auto* object = std::get_if<ObjectPointer>(&entry.value);
     if (!object) {
-      check_value(props, plugin, name, entry);
+      check_value(props, plugin, name, entry, faults);
       continue;
     }
     const Category category = category_of(**object);
     if (category != Category::kTexture) {
-      counts.add(category, entry.where);
+      counts.add(category, entry.where, faults);
     } else if (const Parameter* row = find_row(plugin, name); !row || !takes_textures(*row)) {
-      check_value(props, plugin, name, entry);
+      check_value(props, plugin, name, entry, faults);
     }
   }
+  if (lost.anything) return faults;
+  const std::set<std::string> meant = misspelt_names(props, plugin);
   for (const Parameter& row : plugin.parameters) {
     if (!row.required || is_by_category(row) || props.has(row.name)) continue;
-    throw Error(props.where(),
-                plugin_title(props) + " needs parameter '" + row.name + "', " + describe(row.type));
+    if (lost.names.count(row.name) || meant.count(row.name)) continue;
+    faults.emplace_back(props.where(), plugin_title(props) + " needs parameter '" + row.name +
+                                           "', " + describe(row.type));
   }
-  counts.check_required();
+  counts.check_required(lost, faults);
+  return faults;
 }
 
 void check_all_read(const Properties& props) {

@@ -1,14 +1,27 @@
 #pragma once
 
+#include <set>
+#include <string>
+#include <vector>
+
 #include "kinome/plugin.h"
 
 namespace kinome {
 
 /// The plugin's parameter of that name; nullptr if it has none.
 const Parameter* find_row(const PluginDescriptor& plugin, const std::string& name);
+/// What the scene gives to an object, but has a mistake of its own: not to be missed.
+struct Lost {
+  std::set<std::string> names;    ///< of parameters
+  std::set<Category> categories;  ///< of nested objects
+  bool anything = false;          ///< of what, isn't known
+
+  bool empty() const { return names.empty() && categories.empty() && !anything; }
+};
 /// Checks the entries of `props` against the plugin's parameter table: names, types, counts of
-/// nested objects, required ones. Throws Error at the first that is wrong.
-void check_parameters(const Properties& props, const PluginDescriptor& plugin);
+/// nested objects, required ones. All that is wrong.
+std::vector<Error> check_parameters(const Properties& props, const PluginDescriptor& plugin,
+                                    const Lost& lost = {});
 /// An Error that lists what the plugin's constructor left unread.
 void check_all_read(const Properties& props);
 

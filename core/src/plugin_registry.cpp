@@ -104,10 +104,17 @@ const PluginDescriptor& PluginRegistry::find(Category category, const std::strin
                                              const Location& where) {
   const auto known = loaded_.find({category, name});
   if (known != loaded_.end()) return *known->second;
+  // A scene may ask a thousand times for what is looked for in folders.
+  const auto missing = missing_.find({category, name});
+  if (missing != missing_.end()) throw Error(where, missing->second);
 
   const auto start = std::chrono::steady_clock::now();
   const std::string path = find_library(folders_, category, name);
-  if (path.empty()) throw no_such_plugin(*this, folders_, category, name, where);
+  if (path.empty()) {
+    const Error error = no_such_plugin(*this, folders_, category, name, where);
+    missing_[{category, name}] = error.message();
+    throw error;
+  }
   const std::string full_name = std::string(to_string(category)) + "/" + name;
   const PluginDescriptor* plugin = nullptr;
   try {
@@ -172,7 +179,9 @@ std::vector<std::shared_ptr<const Object>> nested_objects(const Properties& prop
 
 std::shared_ptr<Object> PluginRegistry::create(Properties& props) {
   const PluginDescriptor& plugin = find(props.category(), props.plugin_name(), props.where());
-  check_parameters(props, plugin);
+  if (auto faults = check_parameters(props, plugin); !faults.empty()) {
+    throw Errors(std::move(faults));
+  }
   props.set_table(plugin.parameters);
   const std::string name = std::string(to_string(props.category())) + "/" + props.plugin_name();
   std::shared_ptr<Object> object = construct(plugin, props, name);

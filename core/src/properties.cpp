@@ -123,12 +123,9 @@ std::string Properties::string(const std::string& name) const {
 
 std::string Properties::file(const std::string& name) const {
   static const std::vector<std::string> kNowhere;
-  const std::string wanted = string(name);
-  try {
-    return find_file(wanted, search_paths_ ? *search_paths_ : kNowhere);
-  } catch (const Error& missing) {
-    throw error(name, "can't be found: " + missing.message());
-  }
+  const Error fault = error(name, "can't be found: ");
+  return find_file(string(name), search_paths_ ? *search_paths_ : kNowhere, fault.where(),
+                   fault.message());
 }
 
 Vec3 Properties::vector(const std::string& name) const {

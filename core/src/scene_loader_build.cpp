@@ -1,14 +1,11 @@
 #include "scene_loader_build.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "kinome/log.h"
 #include "kinome/texture.h"
-#include "plugin_check.h"
 #include "property_types.h"
 #include "scene_loader_convert.h"
-#include "traceable.h"
 
 namespace kinome::loader {
 namespace {
@@ -17,18 +14,22 @@ namespace {
 /// stack holds.
 constexpr size_t kDeepestObjects = 500;
 
-std::optional<Category> category_of_tag(const std::string& tag) {
-  for (int i = 0; i < kCategoryCount; ++i) {
-    const auto category = static_cast<Category>(i);
-    if (tag == to_string(category)) return category;
-  }
-  return std::nullopt;
-}
+/// Of a texture that has a mistake: within all bounds.
+constexpr float kStandIn = 0.5f;
 
-/// Made only where something refers to them: their files may be large.
-bool is_made_on_demand(const Node& node) {
-  const auto category = category_of_tag(node.tag);
-  return category == Category::kBsdf || category == Category::kTexture;
+/// Whether an object of this plugin can be made without what is lost, so that other mistakes in it
+/// are found: what it gets by default, or does without, leads to no others.
+bool can_do_without(const Lost& lost, const PluginDescriptor& plugin) {
+  constexpr Category kOptional[] = {Category::kEmitter, Category::kFilm, Category::kSampler,
+                                    Category::kReconstructionFilter};
+  const auto is_needed = [&](Category category) {
+    return std::find(std::begin(kOptional), std::end(kOptional), category) == std::end(kOptional) ||
+           std::any_of(plugin.parameters.begin(), plugin.parameters.end(), [&](const auto& row) {
+             return row.type == ParameterType::kObject && row.category == category && row.required;
+           });
+  };
+  return lost.names.empty() && !lost.anything &&
+         std::none_of(lost.categories.begin(), lost.categories.end(), is_needed);
 }
 
 bool takes(const PluginDescriptor& plugin, Category category) {
@@ -57,19 +58,41 @@ const char* why_dark(const Shape& shape) {
 
 }  // namespace
 
+std::optional<Category> category_of_tag(const std::string& tag) {
+  for (int i = 0; i < kCategoryCount; ++i) {
+    const auto category = static_cast<Category>(i);
+    if (tag == to_string(category)) return category;
+  }
+  return std::nullopt;
+}
+
+bool is_made_on_demand(const Node& node) {
+  const auto category = category_of_tag(node.tag);
+  return category == Category::kBsdf || category == Category::kTexture;
+}
+
+bool is_object(const Node& node) {
+  const TagKind kind = kind_of(node);
+  return kind == TagKind::kObject || kind == TagKind::kRef || kind == TagKind::kInclude;
+}
+
 Builder::Builder(const Expansion& expansion, std::vector<std::string> base_folders,
-                 PluginRegistry& registry)
-    : expansion_(expansion), base_folders_(std::move(base_folders)), registry_(registry) {
+                 PluginRegistry& registry, Faults& faults)
+    : expansion_(expansion),
+      base_folders_(std::move(base_folders)),
+      registry_(registry),
+      faults_(faults) {
   collect_ids(expansion.root);
 }
 
 void Builder::collect_ids(const Node& node) {
   const Attribute* id = node.find("id");
-  if (id && node.tag != "ref") ids_[id->value] = &node;
+  if (id && node.tag != "ref") ids_.emplace(id->value, &node);
   for (const Node& child : node.children) collect_ids(child);
 }
 
-const Node& Builder::target_of(const Node& ref) const {
+const Node* Builder::target_of(const Node& ref) {
+  if (ref.is_broken) return nullptr;
   const Attribute& id = *ref.find("id");
   std::string target = id.value;
   // An alias names what stands above it, so that a chain of them ends.
@@ -79,79 +102,170 @@ const Node& Builder::target_of(const Node& ref) const {
   }
   const auto found = ids_.find(target);
   if (found != ids_.end()) {
-    if (under_way_.count(found->second)) {
-      throw Error(id.where, "'" + id.value + "' refers to an object that it is part of");
-    }
-    return *found->second;
+    if (!under_way_.count(found->second)) return found->second;
+    faults_.add(id.where, "'" + id.value + "' refers to an object that it is part of");
+    return nullptr;
   }
+  if (expansion_.has_unknown_ids || expansion_.lost_ids.count(target)) return nullptr;
   std::vector<std::string> known;
   for (const auto& entry : ids_) known.push_back(entry.first);
   for (const auto& entry : expansion_.aliases) known.push_back(entry.first);
-  throw Error(id.where, "nothing has the id '" + id.value + "'" +
-                            did_you_mean(nearest_name(id.value, known)));
+  faults_.add(id.where, "nothing has the id '" + id.value + "'" +
+                            did_you_mean(faults_.nearest(id.value, known)));
+  return nullptr;
 }
+
+/// A node is under way while what it is made of is made.
+class Builder::UnderWay {
+ public:
+  UnderWay(Builder& builder, const Node& node) : builder_(builder), node_(node) {
+    builder_.under_way_.insert(&node_);
+  }
+  ~UnderWay() { builder_.under_way_.erase(&node_); }
+  UnderWay(const UnderWay&) = delete;
+  UnderWay& operator=(const UnderWay&) = delete;
+  bool is_too_deep() const {
+    if (builder_.under_way_.size() <= kDeepestObjects) return false;
+    builder_.faults_.add(node_.where, "objects are nested too deeply");
+    return true;
+  }
+
+ private:
+  Builder& builder_;
+  const Node& node_;
+};
 
 std::shared_ptr<Object> Builder::object(const Node& node) {
   if (const auto known = objects_.find(&node); known != objects_.end()) return known->second;
-  const auto category = category_of_tag(node.tag);
-  if (!category) {
-    throw Error(node.where, node.tag == "scene" ? "a <scene> is not an object of its own"
-                                                : quoted_tag(node) + " is not supported");
-  }
-  if (under_way_.size() >= kDeepestObjects)
-    throw Error(node.where, "objects are nested too deeply");
-  under_way_.insert(&node);
-  Properties props = start_properties(node, *category);
-  int unnamed = 0;
-  for (const Node& child : node.children) {
-    add_child(child, props, unnamed, [this](const Node& part) { return object(part); });
-  }
-  auto object = create(props, node.find("type")->where);
-  under_way_.erase(&node);
+  const UnderWay under_way(*this, node);
+  auto object = under_way.is_too_deep() ? nullptr : make(node);
   objects_[&node] = object;
   return object;
 }
 
-Properties Builder::start_properties(const Node& node, Category category) {
-  Properties props(category, node.value("type"), node.where);
-  props.set_id(node.value("id"));
-  props.set_search_paths(folders(node));
-  registry_.find(category, props.plugin_name(), node.find("type")->where);
-  return props;
+std::shared_ptr<Object> Builder::make(const Node& node) {
+  const auto maker = [this](const Node& part) { return object(part); };
+  const PluginDescriptor* const plugin = find_plugin(node);
+  if (!plugin) {
+    look_at_parts(node, maker);
+    return nullptr;
+  }
+  Parts parts = read_parts(node, *plugin, maker);
+  std::shared_ptr<Object> made;
+  if (can_do_without(parts.lost, *plugin)) {
+    faults_.attempt([&] { made = create(parts.props, node.find("type")->where); });
+  } else {
+    for (const Error& fault : check_parameters(parts.props, *plugin, parts.lost)) {
+      faults_.add(fault);
+    }
+  }
+  return made;
 }
 
-void Builder::add_child(const Node& child, Properties& props, int& unnamed, const Maker& make) {
-  const bool is_object = child.tag == "ref" || child.find("type");
-  const std::string name =
-      child.find("name") ? child.value("name") : "_arg_" + std::to_string(unnamed++);
-  if (is_object) {
-    props.set(name, make(child.tag == "ref" ? target_of(child) : child), child.where);
-    return;
+/// nullptr: the node is no object, or of no plugin, or has other mistakes; they are told.
+const PluginDescriptor* Builder::find_plugin(const Node& node) {
+  const auto category = category_of_tag(node.tag);
+  if (!category && !node.is_broken) {
+    faults_.add(node.where, node.tag == "scene" ? "a <scene> is not an object of its own"
+                                                : quoted_tag(node) + " is not supported");
   }
-  const PluginDescriptor& plugin = registry_.find(props.category(), props.plugin_name());
-  props.set(name, convert(child, find_row(plugin, name), *folders(child)), child.where);
+  const Attribute* const type = node.find("type");
+  if (!category || !type || node.is_broken) return nullptr;
+  const PluginDescriptor* plugin = nullptr;
+  faults_.attempt([&] { plugin = &registry_.find(*category, type->value, type->where); });
+  return plugin;
+}
+
+/// What can be said of a node's children without knowing what the node is.
+void Builder::look_at_parts(const Node& node, const Maker& make) {
+  for (const Node& child : node.children) {
+    if (is_object(child)) {
+      if (const Node* target = child.tag == "ref" ? target_of(child) : &child) make(*target);
+    } else if (!child.is_broken) {
+      faults_.attempt([&] { convert(child, nullptr, *folders(child)); });
+    }
+  }
+}
+
+Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plugin,
+                                   const Maker& make) {
+  Parts parts{Properties(*category_of_tag(node.tag), node.value("type"), node.where), {}};
+  parts.props.set_id(node.value("id"));
+  parts.props.set_search_paths(folders(node));
+  int unnamed = 0;
+  for (const Node& child : node.children) {
+    const Attribute* const given = child.find("name");
+    const std::string name = given ? given->value : "_arg_" + std::to_string(unnamed++);
+    if (is_object(child)) {
+      add_object(child, name, make, parts);
+    } else {
+      add_value(child, given ? name : "", plugin, parts);
+    }
+  }
+  return parts;
+}
+
+void Builder::add_value(const Node& child, const std::string& name, const PluginDescriptor& plugin,
+                        Parts& parts) {
+  const bool is_whole =
+      !child.is_broken && std::none_of(child.children.begin(), child.children.end(),
+                                       [](const Node& part) { return part.is_broken; });
+  Properties::Value value;
+  const bool is_fine = !child.is_broken && faults_.attempt([&] {
+    value = convert(child, find_row(plugin, name), *folders(child));
+  });
+  if (is_whole && is_fine) {
+    faults_.attempt([&] { parts.props.set(name, std::move(value), child.where); });
+  } else if (name.empty()) {
+    parts.lost.anything = true;
+  } else {
+    parts.lost.names.insert(name);
+  }
+}
+
+void Builder::add_object(const Node& child, const std::string& name, const Maker& make,
+                         Parts& parts) {
+  const Node* const target = child.tag == "ref" ? target_of(child) : &child;
+  const auto category = target ? category_of_tag(target->tag) : std::nullopt;
+  std::shared_ptr<Object> object = target ? make(*target) : nullptr;
+  if (!object && category == Category::kBsdf) object = make_black_bsdf();
+  if (!object && category == Category::kTexture) object = make_uniform_texture(Rgb(kStandIn));
+  if (object) {
+    faults_.attempt([&] { parts.props.set(name, std::move(object), child.where); });
+  } else if (category) {
+    parts.lost.categories.insert(*category);
+  } else {
+    parts.lost.anything = true;
+  }
 }
 
 /// All that can be said of a BSDF or texture without making it.
 void Builder::check(const Node& node) {
   if (!checked_.insert(&node).second) return;
-  if (under_way_.size() >= kDeepestObjects)
-    throw Error(node.where, "objects are nested too deeply");
-  under_way_.insert(&node);
-  Properties props = start_properties(node, *category_of_tag(node.tag));
-  int unnamed = 0;
+  const UnderWay under_way(*this, node);
+  if (under_way.is_too_deep()) return;
   for (const Node& child : node.children) {
-    if (child.tag == "ref") named_by_unused_.insert(&target_of(child));
-    add_child(child, props, unnamed, [this](const Node& part) { return stand_in(part); });
+    if (child.tag != "ref") continue;
+    if (const Node* const target = target_of(child)) named_by_unused_.insert(target);
   }
-  const PluginDescriptor& plugin = registry_.find(props.category(), props.plugin_name());
-  check_parameters(props, plugin);
-  props.set_table(plugin.parameters);
-  for (const Parameter& row : plugin.parameters) {
+  const auto maker = [this](const Node& part) { return stand_in(part); };
+  const PluginDescriptor* const plugin = find_plugin(node);
+  if (!plugin) {
+    look_at_parts(node, maker);
+    return;
+  }
+  Parts parts = read_parts(node, *plugin, maker);
+  const std::vector<Error> faults = check_parameters(parts.props, *plugin, parts.lost);
+  for (const Error& fault : faults) faults_.add(fault);
+  if (!faults.empty()) return;
+  parts.props.set_table(plugin->parameters);
+  for (const Parameter& row : plugin->parameters) {
     // Checks a colour's range.
-    if (row.type == ParameterType::kReflectanceTexture) props.texture(row.name);
+    if (row.type != ParameterType::kReflectanceTexture) continue;
+    if (!row.required || parts.props.has(row.name)) {
+      faults_.attempt([&] { parts.props.texture(row.name); });
+    }
   }
-  under_way_.erase(&node);
 }
 
 /// An object of the node's category, for what is checked and not made.
@@ -159,24 +273,7 @@ std::shared_ptr<Object> Builder::stand_in(const Node& node) {
   if (!is_made_on_demand(node)) return object(node);
   check(node);
   if (category_of_tag(node.tag) == Category::kBsdf) return make_black_bsdf();
-  return make_uniform_texture(Rgb(0.f));
-}
-
-/// After all that is used was made: what is left serves nothing.
-void Builder::check_unused(const Node& root) {
-  const auto is_unused = [this](const Node& node) {
-    return is_made_on_demand(node) && !objects_.count(&node);
-  };
-  for (const Node& child : root.children) {
-    if (is_unused(child)) check(child);
-  }
-  for (const Node& child : root.children) {
-    if (!is_unused(child)) continue;
-    const std::string id = child.value("id");
-    skipped_.push_back({child.tag + (id.empty() ? " without id" : " '" + id + "'"),
-                        named_by_unused_.count(&child) ? "only what is unused refers to it"
-                                                       : "nothing refers to it"});
-  }
+  return make_uniform_texture(Rgb(kStandIn));
 }
 
 void Builder::warn_of_dark_lamp(const Shape& shape, const Location& where) {
@@ -241,131 +338,6 @@ std::shared_ptr<const std::vector<std::string>> Builder::folders(const Node& nod
     list = std::make_shared<const std::vector<std::string>>(std::move(all));
   }
   return list;
-}
-
-Scene::Contents Builder::scene(const Node& root) {
-  Scene::Contents contents;
-  std::map<std::string, Location> names;
-  for (const Node& child : root.children) {
-    const bool is_object = child.tag == "ref" || child.find("type");
-    if (!is_object) {
-      throw Error(child.where, "<scene> leaves unreferenced: '" + child.value("name") + "'");
-    }
-    if (const Attribute* name = child.find("name")) {
-      const auto [other, is_new] = names.emplace(name->value, child.where);
-      if (!is_new) {
-        throw Error(child.where, "'" + name->value + "' is given twice (first at " +
-                                     to_string(other->second) + ")");
-      }
-    }
-    if (is_made_on_demand(child)) continue;
-    add_to_scene(child, object(child.tag == "ref" ? target_of(child) : child), contents);
-  }
-  check_unused(root);
-  complete_scene(root.where, contents);
-  return contents;
-}
-
-/// BSDFs, textures and the like are there to be referred to; alone they mean nothing.
-void Builder::add_to_scene(const Node& child, const std::shared_ptr<Object>& object,
-                           Scene::Contents& contents) {
-  // References may name one object several times.
-  const auto add = [this](auto& list, const auto& item) {
-    if (in_scene_.insert(item.get()).second) list.push_back(item);
-  };
-  if (auto shape = std::dynamic_pointer_cast<Shape>(object)) {
-    // Here, where its place is known; the scene would have but its number.
-    const std::string fault = why_untraceable(shape->bounds());
-    if (!fault.empty()) {
-      const Node& node = child.tag == "ref" ? target_of(child) : child;
-      throw Error(node.where, "this " + node.value("type") + " " + fault);
-    }
-    add(contents.shapes, shape);
-  } else if (auto sensor = std::dynamic_pointer_cast<Sensor>(object)) {
-    add(contents.sensors, sensor);
-  } else if (auto emitter = std::dynamic_pointer_cast<Emitter>(object)) {
-    const bool second =
-        emitter->is_environment() &&
-        std::any_of(contents.emitters.begin(), contents.emitters.end(),
-                    [&](const auto& other) { return other != emitter && other->is_environment(); });
-    if (second) throw Error(child.where, "a scene has at most one environment emitter");
-    if (emitter->is_surface()) {
-      throw Error(child.where, "an '" + child.value("type") +
-                                   "' emitter shines from a surface: put it into a <shape>");
-    }
-    add(contents.emitters, emitter);
-    top_emitters_.emplace_back(emitter, child.where);
-  } else if (auto integrator = std::dynamic_pointer_cast<Integrator>(object)) {
-    if (contents.integrator && contents.integrator != integrator) {
-      throw Error(child.where, "a scene has at most one integrator");
-    }
-    contents.integrator = integrator;
-  }
-}
-
-void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
-  if (!contents.integrator) {
-    log_info("the scene has no integrator: using 'direct'");
-    Properties props(Category::kIntegrator, "direct", where);
-    contents.integrator = std::dynamic_pointer_cast<Integrator>(create(props, where));
-  }
-  for (const auto& [emitter, place] : top_emitters_) {
-    for (const auto& child : emitter->children()) {
-      if (child->is_surface() && !child->shape()) {
-        throw Error(place,
-                    "an emitter in it shines from a surface, and is part of no shape: put it "
-                    "into a <shape>, and refer to it here");
-      }
-    }
-  }
-  complete_indirect_light(where, contents);
-  if (contents.sensors.empty()) {
-    log_info("the scene has no sensor: using a perspective camera that sees all shapes");
-    contents.sensors.push_back(std::dynamic_pointer_cast<Sensor>(default_sensor(where, contents)));
-  }
-}
-
-/// An indirect emitter where the integrator wants one; a warning where it has no use for one.
-void Builder::complete_indirect_light(const Location& where, Scene::Contents& contents) {
-  const char* const plugin = contents.integrator->default_indirect_emitter();
-  bool has_indirect = false;
-  for (const auto& [emitter, place] : top_emitters_) {
-    if (!emitter->is_indirect()) continue;
-    has_indirect = true;
-    if (plugin) continue;
-    log_warn(Error(place,
-                   "this emitter offers the bounce of others, which the scene's integrator, with "
-                   "the parameters that it has, doesn't ask for: their bounce is not taken from it "
-                   "('clustered' and 'groundtruth' ask with a max_depth of 3 or more, or -1)")
-                 .what());
-  }
-  if (!plugin || has_indirect) return;
-  log_debug("the integrator brings a '" + std::string(plugin) +
-            "' along, for light after a bounce");
-  // No line of the file is to blame for what it does.
-  Properties props(Category::kEmitter, plugin, Location{where.file});
-  contents.emitters.push_back(std::dynamic_pointer_cast<Emitter>(create(props, where)));
-}
-
-/// Mitsuba's: in front of the scene (on its -z side), 45 degrees.
-std::shared_ptr<Object> Builder::default_sensor(const Location& where,
-                                                const Scene::Contents& contents) {
-  Properties props(Category::kSensor, "perspective", where);
-  constexpr double kFov = 45;
-  props.set("fov", kFov, where);
-  Aabb bounds;
-  for (const auto& shape : contents.shapes) bounds.expand(shape->bounds());
-  if (!bounds.empty()) {
-    const double size = std::max(max_component(bounds.extent()), 1e-6f);
-    const double distance = size / (2 * std::tan(glm::radians(kFov) / 2));
-    props.set("near_clip", distance / 100, where);
-    props.set("far_clip", size * 5 + distance, where);
-    Mat4 to_world(1.f);
-    to_world[3] = glm::vec4(bounds.centre().x, bounds.centre().y,
-                            bounds.lo.z - static_cast<float>(distance), 1.f);
-    props.set("to_world", Transform(to_world), where);
-  }
-  return create(props, where);
 }
 
 }  // namespace kinome::loader

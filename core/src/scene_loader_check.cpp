@@ -55,67 +55,94 @@ const TagRule* find_rule(const std::string& tag) {
   return found == kRules.end() ? nullptr : &*found;
 }
 
-const TagRule& rule_of(const Node& node) {
-  if (const TagRule* rule = find_rule(node.tag)) return *rule;
+void add_unknown_tag(const Node& node, Faults& faults) {
   std::vector<std::string_view> tags;
   for (const TagRule& rule : kRules) tags.push_back(rule.tag);
-  throw Error(node.where,
-              "unknown tag " + quoted_tag(node) + did_you_mean(nearest_name(node.tag, tags)));
+  faults.add(node.where,
+             "unknown tag " + quoted_tag(node) + did_you_mean(nearest_name(node.tag, tags)));
 }
 
-void check_attributes(const Node& node, const TagRule& rule) {
-  std::vector<std::string_view> known = split_list(rule.required);
-  for (const std::string_view name : known) {
-    if (node.find(name)) continue;
-    throw Error(node.where, quoted_tag(node) + " needs an attribute '" + std::string(name) + "'");
-  }
+/// Whether the attributes are those that the tag has.
+bool check_attributes(const Node& node, const TagRule& rule, Faults& faults) {
+  const std::vector<std::string_view> required = split_list(rule.required);
+  std::vector<std::string_view> known = required;
   for (const std::string_view name : split_list(rule.optional)) known.push_back(name);
-  if (const Attribute* type = node.tag == "spectrum" ? node.find("type") : nullptr) {
-    throw Error(type->where,
-                "spectra of a type, such as '" + type->value +
-                    "', are not supported: give the colour as <rgb>, or the values by wavelength, "
-                    "as <spectrum value=\"400:1, 700:2\"/> or filename");
-  }
+  bool is_fine = true;
   for (const Attribute& attribute : node.attributes) {
-    if (std::find(known.begin(), known.end(), attribute.name) == known.end()) {
-      throw Error(attribute.where, quoted_tag(node) + " has no attribute '" + attribute.name + "'" +
-                                       did_you_mean(nearest_name(attribute.name, known)));
+    if (node.tag == "spectrum" && attribute.name == "type") {
+      faults.add(attribute.where,
+                 "spectra of a type, such as '" + attribute.value +
+                     "', are not supported: give the colour as <rgb>, or the values by wavelength, "
+                     "as <spectrum value=\"400:1, 700:2\"/> or filename");
+    } else if (std::find(known.begin(), known.end(), attribute.name) == known.end()) {
+      faults.add(attribute.where, quoted_tag(node) + " has no attribute '" + attribute.name + "'" +
+                                      did_you_mean(nearest_name(attribute.name, known)));
+    } else if (node.find(attribute.name) != &attribute) {
+      faults.add(attribute.where, "attribute '" + attribute.name + "' is given twice");
+    } else {
+      continue;
     }
-    if (node.find(attribute.name) != &attribute) {
-      throw Error(attribute.where, "attribute '" + attribute.name + "' is given twice");
-    }
+    is_fine = false;
   }
+  // An unknown attribute may be the one that is missing.
+  if (!is_fine) return false;
+  for (const std::string_view name : required) {
+    if (node.find(name)) continue;
+    faults.add(node.where, quoted_tag(node) + " needs an attribute '" + std::string(name) + "'");
+    is_fine = false;
+  }
+  return is_fine;
+}
+
+/// Whether the names that it gives are any.
+bool check_names(const Node& node, Faults& faults) {
+  bool is_fine = true;
+  for (const char* name : {"name", "id", "as"}) {
+    const Attribute* attribute = node.find(name);
+    if (!attribute) continue;
+    if (attribute->value.empty()) {
+      faults.add(attribute->where, std::string(name) + " is empty");
+    } else if (attribute->value[0] == '_') {
+      faults.add(attribute->where,
+                 "'" + attribute->value + "': names that begin with an underscore are reserved");
+    } else {
+      continue;
+    }
+    is_fine = false;
+  }
+  return is_fine;
 }
 
 bool may_contain(const Node& parent, TagKind kind) {
   const TagRule* rule = find_rule(parent.tag);
-  const TagKind outer = rule ? rule->kind : TagKind::kObject;
-  if (outer == TagKind::kTransform) return kind == TagKind::kOperation;
-  return outer == TagKind::kObject && kind != TagKind::kOperation;
+  if (!rule) return true;  // whatever it was to be
+  if (rule->kind == TagKind::kTransform) return kind == TagKind::kOperation;
+  return rule->kind == TagKind::kObject && kind != TagKind::kOperation;
 }
 
 }  // namespace
 
-TagKind check_node(const Node& node, const Node* parent) {
-  const TagRule& rule = rule_of(node);
-  if (!parent && rule.kind != TagKind::kObject) {
-    throw Error(node.where, "the root must be an object such as <scene>, not " + quoted_tag(node));
+TagKind kind_of(const Node& node) {
+  const TagRule* rule = find_rule(node.tag);
+  return rule ? rule->kind : TagKind::kObject;
+}
+
+bool check_node(const Node& node, const Node* parent, Faults& faults) {
+  const TagRule* rule = find_rule(node.tag);
+  if (!rule) {
+    add_unknown_tag(node, faults);
+    return false;
   }
-  if (parent && (node.tag == "scene" || !may_contain(*parent, rule.kind))) {
-    throw Error(node.where, quoted_tag(node) + " can't stand inside " + quoted_tag(*parent));
+  if (!parent && rule->kind != TagKind::kObject) {
+    faults.stop(
+        Error(node.where, "the root must be an object such as <scene>, not " + quoted_tag(node)));
   }
-  check_attributes(node, rule);
-  for (const char* name : {"name", "id", "as"}) {
-    const Attribute* attribute = node.find(name);
-    if (!attribute) continue;
-    if (attribute->value.empty()) throw Error(attribute->where, std::string(name) + " is empty");
-    if (attribute->value[0] == '_') {
-      throw Error(attribute->where, "'" + attribute->value +
-                                        "': names that begin with an "
-                                        "underscore are reserved");
-    }
+  if (parent && (node.tag == "scene" || !may_contain(*parent, rule->kind))) {
+    faults.add(node.where, quoted_tag(node) + " can't stand inside " + quoted_tag(*parent));
+    return false;
   }
-  return rule.kind;
+  const bool has_attributes = check_attributes(node, *rule, faults);
+  return check_names(node, faults) && has_attributes;
 }
 
 }  // namespace kinome::loader

@@ -54,18 +54,21 @@ UniformColor convert_spectrum(const Node& node, const Parameter* parameter,
     throw Error(node.where, "<spectrum> needs one of the attributes 'value' and 'filename'");
   }
   const Attribute& attribute = value ? *value : *filename;
-  try {
-    if (filename) {
-      const std::string path = find_file(filename->value, folders);
-      return convert_wavelengths(parse_spectrum_file(read_text(path, filename->where), path),
-                                 parameter, attribute);
+  if (filename) {
+    const std::string path = find_file(filename->value, folders, filename->where);
+    const std::string text = read_text(path, filename->where);
+    try {
+      return convert_wavelengths(parse_spectrum_file(text, path), parameter, attribute);
+    } catch (const Error& error) {
+      throw error.asked_for_by(filename->where);
     }
-    if (value->value.find(':') != std::string::npos) {
+  }
+  if (value->value.find(':') != std::string::npos) {
+    try {
       return convert_wavelengths(parse_spectrum(value->value), parameter, attribute);
+    } catch (const Error& error) {
+      throw Error(value->where, error.message());
     }
-  } catch (const Error& error) {
-    if (error.where().file.empty()) throw Error(attribute.where, error.message());
-    throw error.where().file == attribute.where.file ? error : error.asked_for_by(attribute.where);
   }
   const double constant =
       or_error(parse_real(value->value), *value, "a number or a list of 'wavelength:value'");

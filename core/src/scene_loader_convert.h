@@ -12,6 +12,7 @@ Properties::Value convert(const Node& node, const Parameter* parameter,
                           const std::vector<std::string>& folders);
 
 /// The operations of a <transform>, the later ones applied after the earlier.
+/// Throws Errors: of each operation that is wrong.
 Transform convert_transform(const Node& node);
 
 /// Numbers of an attribute, `count` of them or one (then repeated).

@@ -9,6 +9,7 @@
 #include "file_search.h"
 #include "fnv1a.h"
 #include "scene_loader_node.h"
+#include "scene_loader_substitute.h"
 
 namespace kinome::loader {
 namespace {
@@ -20,95 +21,27 @@ constexpr size_t kDeepestInclude = 15;
 constexpr int kMostIncludes = 2000;
 /// And to large files that are included many times: bytes of all includes but the first of each.
 constexpr size_t kMostRepeated = 4 << 20;
-/// And to defaults that double one another: bytes of one attribute, and of all that are
-/// substituted.
-constexpr size_t kLongestAttribute = 1 << 20;
-constexpr size_t kMostSubstituted = 64 << 20;
 
-/// What $x stands for: -D and <default>.
-class Substitution {
- public:
-  explicit Substitution(const std::map<std::string, std::string>& defines) : values_(defines) {
-    for (const auto& [name, value] : defines) unused_.insert(name);
-  }
-
-  /// The first value of a name stays: -D beats every default.
-  void add_default(const std::string& name, const std::string& value) {
-    values_.emplace(name, value);
-  }
-
-  std::string apply(const Attribute& attribute) {
-    std::string result;
-    std::string_view rest = attribute.value;
-    for (size_t dollar; (dollar = rest.find('$')) != std::string_view::npos;) {
-      result += rest.substr(0, dollar);
-      rest.remove_prefix(dollar + 1);
-      const auto& [name, value] = longest_match(rest, attribute.where);
-      result += value;
-      rest.remove_prefix(name.size());
-      unused_.erase(name);
-      if (result.size() > kLongestAttribute) {
-        throw Error(attribute.where, "the value grows too long by substitution");
-      }
-      total_ += value.size();
-      if (total_ > kMostSubstituted) {
-        throw Error(attribute.where, "the scene grows too large by substitution");
-      }
-    }
-    return result += rest;
-  }
-
-  void check_all_used(const std::string& file) const {
-    if (unused_.empty()) return;
-    std::vector<std::string> others;
-    for (const auto& [name, value] : values_) {
-      if (!unused_.count(name)) others.push_back(name);
-    }
-    const std::string& name = *unused_.begin();
-    throw Error(Location{file, 0, 0},
-                "nothing in the scene uses -D " + name + did_you_mean(nearest_name(name, others)));
-  }
-
- private:
-  const std::pair<const std::string, std::string>& longest_match(std::string_view text,
-                                                                 const Location& where) const {
-    const std::pair<const std::string, std::string>* best = nullptr;
-    for (const auto& entry : values_) {
-      if (text.starts_with(entry.first) && (!best || entry.first.size() > best->first.size())) {
-        best = &entry;
-      }
-    }
-    if (best) return *best;
-    const auto is_name = [](char c) {
-      return c == '_' || std::isalnum(static_cast<unsigned char>(c));
-    };
-    const std::string name(text.begin(), std::find_if_not(text.begin(), text.end(), is_name));
-    std::vector<std::string> known;
-    for (const auto& entry : values_) known.push_back(entry.first);
-    throw Error(where, "undefined parameter '$" + name + "'" +
-                           did_you_mean(nearest_name(name, known), "$"));
-  }
-
-  std::map<std::string, std::string> values_;
-  std::set<std::string> unused_;
-  size_t total_ = 0;
-};
+bool is_directive(TagKind kind) {
+  return kind == TagKind::kDefault || kind == TagKind::kInclude || kind == TagKind::kPath ||
+         kind == TagKind::kAlias;
+}
 
 class Expander {
  public:
-  Expander(const std::string& name, const LoadOptions& options)
-      : name_(name), options_(options), substitution_(options.defines) {}
+  Expander(const std::string& name, const LoadOptions& options, Faults& faults)
+      : name_(name), options_(options), faults_(faults), substitution_(options.defines, faults) {}
 
   Expansion run(const std::string& text, bool whole_scene) {
     add_to_hash(text);
-    Node root = parse(text, name_);
+    Node root = parse(text, name_, faults_);
     if (whole_scene && root.tag != "scene") {
       throw Error(root.where, "the root must be <scene>, not " + quoted_tag(root));
     }
-    upgrade(root, whole_scene);
+    upgrade(root, whole_scene, faults_);
     files_.push_back(name_);
-    check_node(root, nullptr);
-    result_.root = expand_node(root, true);
+    const bool is_fine = check_node(root, nullptr, faults_);
+    result_.root = expand_node(root, true, is_fine);
     substitution_.check_all_used(name_);
     for (const auto& [key, value] : options_.defines) add_to_hash(key + "=" + value);
     result_.hash = fmt::format("{:016x}", hash_.value());
@@ -117,45 +50,76 @@ class Expander {
 
  private:
   /// The node with its substituted attributes and its expanded children.
-  Node expand_node(const Node& node, bool is_file_root) {
-    Node copy{node.tag, substituted(node), {}, node.where, folders_};
+  Node expand_node(const Node& node, bool is_file_root, bool is_fine) {
+    Node copy{node.tag, node.attributes, {}, node.where, folders_, !is_fine};
+    substitute(copy);
     note_id(copy);
-    expand_children(node, is_file_root, copy.children);
+    // What stands in a value that is none, nobody can tell.
+    if (is_fine || kind_of(node) == TagKind::kObject) {
+      expand_children(node, is_file_root, copy.children);
+    }
     return copy;
   }
 
-  std::vector<Attribute> substituted(const Node& node) {
-    std::vector<Attribute> attributes = node.attributes;
-    for (Attribute& attribute : attributes) attribute.value = substitution_.apply(attribute);
-    return attributes;
+  void substitute(Node& node) {
+    for (Attribute& attribute : node.attributes) {
+      if (auto value = substitution_.apply(attribute)) {
+        attribute.value = std::move(*value);
+        continue;
+      }
+      node.is_broken = true;
+      if (attribute.name == "id" && node.tag != "ref") result_.has_unknown_ids = true;
+    }
   }
 
   void expand_children(const Node& node, bool is_file_root, std::vector<Node>& out) {
     for (const Node& child : node.children) {
-      const TagKind kind = check_node(child, &node);
-      if (kind != TagKind::kDefault && kind != TagKind::kInclude && kind != TagKind::kPath &&
-          kind != TagKind::kAlias) {
-        out.push_back(expand_node(child, false));
+      const bool is_fine = check_node(child, &node, faults_);
+      const TagKind kind = kind_of(child);
+      if (!is_directive(kind)) {
+        out.push_back(expand_node(child, false, is_fine));
         continue;
       }
-      if (!child.children.empty()) check_node(child.children.front(), &child);
-      const Node directive{child.tag, substituted(child), {}, child.where, nullptr};
-      if (kind == TagKind::kDefault) {
-        substitution_.add_default(directive.value("name"), directive.value("value"));
-      } else if (kind == TagKind::kInclude) {
-        include(directive, node, out);
-      } else if (kind == TagKind::kPath) {
-        if (!is_file_root) throw Error(child.where, "<path> must be a child of the root");
-        add_path(directive);
-      } else {
-        add_alias(directive);
-      }
+      for (const Node& inner : child.children) check_node(inner, &child, faults_);
+      Node directive{child.tag, child.attributes, {}, child.where, nullptr, !is_fine};
+      substitute(directive);
+      const auto follow = [&] {
+        if (kind == TagKind::kDefault) {
+          substitution_.add_default(directive.value("name"), directive.value("value"));
+        } else if (kind == TagKind::kInclude) {
+          include(directive, node, out);
+        } else if (kind == TagKind::kPath) {
+          add_path(directive, is_file_root);
+        } else {
+          add_alias(directive);
+        }
+      };
+      if (directive.is_broken || !faults_.attempt(follow)) lose(directive, out);
+    }
+  }
+
+  /// What a directive would have brought is missing now, by a mistake that is told.
+  void lose(const Node& directive, std::vector<Node>& out) {
+    switch (kind_of(directive)) {
+      case TagKind::kDefault:
+        substitution_.lose(directive.value("name"));
+        break;
+      case TagKind::kInclude:
+        substitution_.lose("");
+        result_.has_unknown_ids = true;
+        out.push_back({directive.tag, {}, {}, directive.where, nullptr, true});
+        break;
+      case TagKind::kPath:
+        faults_.expect_missing_files();
+        break;
+      default:
+        result_.lost_ids.insert(directive.value("as"));
     }
   }
 
   void include(const Node& node, const Node& parent, std::vector<Node>& out) {
     const Attribute& attribute = *node.find("filename");
-    const std::string path = find(attribute);
+    const std::string path = find_file(attribute.value, search_folders(), attribute.where);
     if (files_.size() > kDeepestInclude) {
       throw Error(attribute.where,
                   fmt::format("includes are nested more than {} deep", kDeepestInclude));
@@ -166,15 +130,16 @@ class Expander {
         throw Error(attribute.where, "'" + path + "' includes itself");
       }
     }
-    if (++includes_ > kMostIncludes) throw Error(attribute.where, "too many includes");
+    if (++includes_ > kMostIncludes) faults_.stop(Error(attribute.where, "too many includes"));
     const std::string text = read_text(path, attribute.where);
     if (!included_.insert(path).second && (repeated_ += text.size()) > kMostRepeated) {
-      throw Error(attribute.where, "'" + path + "' and others are included too many times");
+      faults_.stop(Error(attribute.where, "'" + path + "' and others are included too many times"));
     }
+    faults_.note_include(path, attribute.where);
     add_to_hash(text);
-    Node root = parse(text, path);
-    upgrade(root, true);
-    check_node(root, nullptr);
+    Node root = parse(text, path, faults_);
+    upgrade(root, true, faults_);
+    const bool is_fine = check_node(root, nullptr, faults_);
 
     const auto outer_folders = folders_;
     auto folders = outer_folders ? *outer_folders : std::vector<std::string>();
@@ -185,15 +150,15 @@ class Expander {
       root.tag = parent.tag;  // dissolved: its children stand inside of the parent
       expand_children(root, true, out);
     } else {
-      check_node(root, &parent);
-      out.push_back(expand_node(root, true));
+      out.push_back(expand_node(root, true, is_fine && check_node(root, &parent, faults_)));
     }
     files_.pop_back();
     folders_ = outer_folders;
   }
 
   /// Relative to the file's own folder, or else to the search path.
-  void add_path(const Node& node) {
+  void add_path(const Node& node, bool is_file_root) {
+    if (!is_file_root) throw Error(node.where, "<path> must be a child of the root");
     const Attribute& attribute = *node.find("value");
     std::error_code failed;
     std::vector<std::string> folders = search_folders();
@@ -211,10 +176,14 @@ class Expander {
     const Attribute& id = *node.find("id");
     const Attribute& as = *node.find("as");
     if (!ids_.count(id.value)) {
+      if (result_.has_unknown_ids || result_.lost_ids.count(id.value)) {
+        result_.lost_ids.insert(as.value);
+        return;
+      }
       std::vector<std::string> known;
       for (const auto& entry : ids_) known.push_back(entry.first);
       throw Error(id.where, "nothing above has the id '" + id.value + "'" +
-                                did_you_mean(nearest_name(id.value, known)));
+                                did_you_mean(faults_.nearest(id.value, known)));
     }
     add_id(as);
     result_.aliases[as.value] = id.value;
@@ -222,7 +191,8 @@ class Expander {
 
   void note_id(const Node& node) {
     const Attribute* id = node.find("id");
-    if (id && node.tag != "ref") add_id(*id);
+    if (!id || node.tag == "ref") return;
+    faults_.attempt([&] { add_id(*id); });
   }
 
   void add_id(const Attribute& id) {
@@ -239,14 +209,6 @@ class Expander {
     return all;
   }
 
-  std::string find(const Attribute& attribute) const {
-    try {
-      return find_file(attribute.value, search_folders());
-    } catch (const Error& error) {
-      throw Error(attribute.where, error.message());
-    }
-  }
-
   /// With the zero at its end: texts must not run into one another.
   void add_to_hash(const std::string& text) { hash_.add(text.c_str(), text.size() + 1); }
 
@@ -257,6 +219,7 @@ class Expander {
 
   const std::string& name_;
   const LoadOptions& options_;
+  Faults& faults_;
   Substitution substitution_;
   Fnv1a hash_;
   Expansion result_;
@@ -294,8 +257,8 @@ std::string read_text(const std::string& path, const Location& where) {
 }
 
 Expansion expand(const std::string& text, const std::string& name, const LoadOptions& options,
-                 bool whole_scene) {
-  return Expander(name, options).run(text, whole_scene);
+                 bool whole_scene, Faults& faults) {
+  return Expander(name, options, faults).run(text, whole_scene);
 }
 
 }  // namespace kinome::loader

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -9,9 +10,11 @@
 
 #include "kinome/error.h"
 #include "kinome/scene_loader.h"
+#include "scene_loader_faults.h"
 
 /// The loader's path: text -> nodes (parse) -> nodes without $, default, include, path and alias
-/// (expand) -> values and objects, children first (convert, build).
+/// (expand) -> values and objects, children first (convert, build). Each of them tells Faults of
+/// mistakes, and goes on with what it can.
 namespace kinome::loader {
 
 struct Attribute {
@@ -28,6 +31,9 @@ struct Node {
   Location where;
   /// Folders of the include files that it comes from, innermost first; set by expand().
   std::shared_ptr<const std::vector<std::string>> folders;
+  /// It has a mistake, which is told: what it was to be, and whether some of it can still be looked
+  /// at, is uncertain.
+  bool is_broken = false;
 
   const Attribute* find(std::string_view name) const;
   Attribute* find(std::string_view name) {
@@ -42,8 +48,8 @@ std::string quoted_tag(const Node& node);
 /// " (did you mean 'x'?)", or "" where there is no such name.
 std::string did_you_mean(const std::string& nearest, const std::string& prefix = "");
 
-/// Parses one document into its root. Throws Error for malformed text.
-Node parse(const std::string& text, const std::string& file);
+/// Parses one document into its root. Throws Error for malformed text: after that, nothing is sure.
+Node parse(const std::string& text, const std::string& file, Faults& faults);
 
 enum class TagKind {
   kObject,
@@ -56,12 +62,15 @@ enum class TagKind {
   kInclude,
   kPath,
 };
-/// Checks the tag, its attributes' names and its place inside of `parent` (nullptr: the root).
-TagKind check_node(const Node& node, const Node* parent);
+/// Of an unknown tag: kObject.
+TagKind kind_of(const Node& node);
+/// Checks the tag, its attributes' names and its place inside of `parent` (nullptr: the root);
+/// whether all is well.
+bool check_node(const Node& node, const Node* parent, Faults& faults);
 
-/// Takes the version off the root and translates files older than 2.0.0. `required`: an Error
+/// Takes the version off the root and translates files older than 2.0.0. `required`: a mistake
 /// where the root has none.
-void upgrade(Node& root, bool required);
+void upgrade(Node& root, bool required, Faults& faults);
 
 /// A file's nodes with everything textual done.
 struct Expansion {
@@ -69,10 +78,15 @@ struct Expansion {
   std::map<std::string, std::string> aliases;  ///< name -> id or alias
   std::vector<std::string> paths;              ///< of <path>, the latest first
   std::string hash;                            ///< of all text and -D, 16 hex digits
+  /// By mistakes that are told, these ids are of nothing, and there may be others that nobody
+  /// knows.
+  std::set<std::string> lost_ids;
+  bool has_unknown_ids = false;
 };
-/// `folder`: where `name` lies. `whole_scene`: the root must be a <scene> with a version.
+/// `whole_scene`: the root must be a <scene> with a version. Throws Error for malformed text, and
+/// where the root is none.
 Expansion expand(const std::string& text, const std::string& name, const LoadOptions& options,
-                 bool whole_scene);
+                 bool whole_scene, Faults& faults);
 
 /// Working directory, -a, the scene's folder. (Mitsuba looks in its own installation between the
 /// first two, for data files that this program does not have.)

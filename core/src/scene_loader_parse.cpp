@@ -38,20 +38,24 @@ class Places {
 
 class Converter {
  public:
-  Converter(const std::string& text, const std::string& file) : text_(text), places_(text, file) {}
+  Converter(const std::string& text, const std::string& file, Faults& faults)
+      : text_(text), places_(text, file), faults_(faults) {}
 
   Node convert(const pugi::xml_node& element, int depth) {
     Node node;
     node.tag = element.name();
     const auto name_offset = static_cast<size_t>(element.offset_debug());
     node.where = places_.at(name_offset - 1);
-    if (depth > kDeepestNesting) throw Error(node.where, "elements are nested too deeply");
     read_attributes(element, name_offset + node.tag.size(), node);
+    if (depth > kDeepestNesting) {
+      faults_.add(node.where, "elements are nested too deeply");
+      return node;
+    }
     for (const pugi::xml_node& child : element.children()) {
       if (child.type() == pugi::node_element) {
         node.children.push_back(convert(child, depth + 1));
       } else {
-        throw Error(node.where, "unexpected text inside " + quoted_tag(node) + ": '" +
+        faults_.add(node.where, "unexpected text inside " + quoted_tag(node) + ": '" +
                                     std::string(child.value()).substr(0, 40) + "'");
       }
     }
@@ -71,6 +75,7 @@ class Converter {
 
   const std::string& text_;
   Places places_;
+  Faults& faults_;
 };
 
 }  // namespace
@@ -95,7 +100,7 @@ std::string did_you_mean(const std::string& nearest, const std::string& prefix) 
   return nearest.empty() ? "" : " (did you mean '" + prefix + nearest + "'?)";
 }
 
-Node parse(const std::string& text, const std::string& file) {
+Node parse(const std::string& text, const std::string& file, Faults& faults) {
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
     throw Error(Location{file, 1, 1}, "the file is UTF-16, expected UTF-8");
   }
@@ -123,7 +128,7 @@ Node parse(const std::string& text, const std::string& file) {
                    : "malformed XML: text outside of the root element");
   }
   if (!root) throw Error(Places(text, file).at(0), "malformed XML: no element");
-  return Converter(text, file).convert(root, 1);
+  return Converter(text, file, faults).convert(root, 1);
 }
 
 }  // namespace kinome::loader

@@ -87,12 +87,20 @@ DMat4 operation(const Node& node) {
 
 Transform convert_transform(const Node& node) {
   DMat4 total(1);
+  std::vector<Error> faults;
   for (const Node& child : node.children) {
-    total = operation(child) * total;
-    if (!Transform(Mat4(total)).is_invertible()) {
-      throw Error(child.where, quoted_tag(child) + " makes the transform singular");
+    if (child.is_broken) continue;
+    try {
+      const DMat4 next = operation(child) * total;
+      if (!Transform(Mat4(next)).is_invertible()) {
+        throw Error(child.where, quoted_tag(child) + " makes the transform singular");
+      }
+      total = next;
+    } catch (const Error& error) {
+      faults.push_back(error);
     }
   }
+  if (!faults.empty()) throw Errors(std::move(faults));
   return Transform(Mat4(total));
 }
 

@@ -82,15 +82,18 @@ int64_t major_version(const Attribute& version) {
 
 }  // namespace
 
-void upgrade(Node& root, bool required) {
-  const Attribute* version = root.find("version");
-  if (!version) {
+void upgrade(Node& root, bool required, Faults& faults) {
+  const Attribute* found = root.find("version");
+  if (!found) {
     if (!required) return;
-    throw Error(root.where, quoted_tag(root) + " needs an attribute 'version', such as '3.0.0'");
+    faults.add(root.where, quoted_tag(root) + " needs an attribute 'version', such as '3.0.0'");
+    return;
   }
-  const bool old = major_version(*version) < 2;
-  root.attributes.erase(root.attributes.begin() + (version - root.attributes.data()));
-  if (old) upgrade_node(root);
+  const Attribute version = *found;
+  root.attributes.erase(root.attributes.begin() + (found - root.attributes.data()));
+  faults.attempt([&] {
+    if (major_version(version) < 2) upgrade_node(root);
+  });
 }
 
 }  // namespace kinome::loader

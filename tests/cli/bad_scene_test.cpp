@@ -168,6 +168,48 @@ TEST_F(Cli, MistakeInAnIncludedFileNamesThatFile) {
   expect_one_error(kinome({scene}), part + ":3:3", {"<nonsense>"});
 }
 
+/// A render shows the first ten, --check all, with the same words and in the same order.
+TEST_F(Cli, AllMistakesAreListed) {
+  std::string shapes;
+  for (int i = 0; i < 13; ++i) {
+    shapes += "<shape type=\"sphere\"><float name=\"radius\" value=\"-1\"/></shape>\n";
+  }
+  const auto write = [&](const std::string& children) {
+    return folder_.write("scene.xml", "<scene version=\"3.0.0\">\n" + children + "</scene>\n");
+  };
+  const std::string scene = write(shapes + "<emitter type=\"constnt\"/>\n");
+  const auto line = [&](int i) {
+    return scene + ":" + std::to_string(i + 2) +
+           ":22: 'radius' must be positive and finite, got -1.000000\n";
+  };
+  std::string first_ten, all;
+  for (int i = 0; i < 13; ++i) {
+    all += line(i);
+    if (i < 10) first_ten += "kinome: " + line(i);
+  }
+  all += scene + ":15:10: there is no emitter plugin 'constnt' (did you mean 'constant'?)\n";
+  const ProcessResult rendered = kinome({scene});
+  EXPECT_EQ(rendered.status, 1);
+  EXPECT_EQ(rendered.err, first_ten + "kinome: and 4 more: --check lists them all\n");
+  EXPECT_EQ(rendered.out, "");
+  const ProcessResult checked = kinome({"--check", scene});
+  EXPECT_EQ(checked.status, 1);
+  EXPECT_EQ(checked.out, all);
+  EXPECT_EQ(checked.err, "");
+  EXPECT_EQ(other_files({scene}), std::vector<std::string>{});
+
+  const ProcessResult good = kinome({write("<shape type=\"sphere\"/>\n"), "--check"});
+  EXPECT_EQ(good.status, 0) << good.err;
+  EXPECT_EQ(good.out, "no faults\n");
+  EXPECT_EQ(other_files({scene}), std::vector<std::string>{});
+  const ProcessResult missing = kinome({"--check", folder_.path("no.xml")});
+  EXPECT_EQ(missing.status, 1);
+  EXPECT_EQ(missing.out, folder_.path("no.xml") + ": there is no such file\n");
+  const ProcessResult unused = kinome({"--check", scene, "-D", "spp=3"});
+  EXPECT_EQ(unused.status, 1);
+  EXPECT_EQ(unused.out, scene + ": nothing in the scene uses -D spp (it uses none)\n");
+}
+
 TEST_F(Cli, SceneThatIsNotThere) {
   expect_one_error(kinome({folder_.path("nothing.xml")}), "", {folder_.path("nothing.xml")});
   expect_one_error(kinome({folder_.folder()}), "", {"folder"});
@@ -210,7 +252,13 @@ TEST_P(BadUsageTest, IsOneError) {
 
 const BadUsage kUsages[] = {
     {"nothing", {}, {"scene.xml"}},
-    {"unknown_option", {"SCENE", "--sats"}, {"--sats"}},
+    {"unknown_option", {"SCENE", "--sats"}, {"no option '--sats'", "'--stats'"}},
+    {"unknown_option_with_a_value", {"SCENE", "--sed=3"}, {"no option '--sed'", "'--seed'"}},
+    {"unknown_option_alone", {"--foo"}, {"no option '--foo'"}},
+    {"unknown_short_option", {"-x", "SCENE"}, {"no option '-x'"}},
+    {"unknown_option_of_plugins",
+     {"plugins", "diffuse", "--markdwn"},
+     {"no option '--markdwn'", "'--markdown'", "kinome plugins --help"}},
     {"two_scenes", {"SCENE", "SCENE"}, {"not expected"}},
     {"threads_not_a_number", {"SCENE", "-t", "many"}, {"--threads", "many"}},
     {"no_threads", {"SCENE", "-t", "0"}, {"--threads", "0"}},

@@ -107,9 +107,51 @@ TEST(Include, UpgradesEachFileByItsOwnVersion) {
 TEST(Include, NamesTheIncludedFileInErrors) {
   const TemporaryFolder folder;
   folder.write("part.xml", scene("\n  <shape type='spher'/>"));
-  EXPECT_EQ(
-      load_error(folder.write("main.xml", scene("<include filename='part.xml'/>"))),
-      folder.path("part.xml") + ":2:10: there is no shape plugin 'spher' (did you mean 'sphere'?)");
+  EXPECT_EQ(load_error(folder.write("main.xml", scene("<include filename='part.xml'/>"))),
+            folder.path("part.xml") +
+                ":2:10: there is no shape plugin 'spher' (did you mean 'sphere'?) "
+                "(asked for by " +
+                folder.path("main.xml") + ":1:33)");
+}
+
+TEST(Include, FaultsOfAllFilesAreNamedInTheOrderOfTheScene) {
+  const TemporaryFolder folder;
+  folder.write("inner.xml",
+               scene("\n<shape type='ply'><string name='filename' value='a.ply'/></shape>"));
+  folder.write("outer.xml", scene("<include filename='inner.xml'/>\n<nonsense/>"));
+  folder.write("broken.xml", "<scene version='3.0.0'>\n<shape>");
+  folder.write("a.ply", "plie\n");
+  const std::string main = folder.write(
+      "main.xml", scene("\n<include filename='outer.xml'/>\n<include filename='broken.xml'/>\n"
+                        "<shape type='sphere'><float name='radius' value='-1'/></shape>"));
+  std::string list;
+  for (const Error& error : check_scene(main, {}, probe_registry())) {
+    list += std::string(error.what()) + "\n";
+  }
+  const std::string at = folder.folder() + "/";
+  EXPECT_EQ(list,
+            at + "a.ply:1:1: not a PLY file: expected 'ply' as its first line (asked for by " + at +
+                "inner.xml:2:19, asked for by " + at + "outer.xml:1:33, asked for by " + at +
+                "main.xml:2:10)\n" + at + "outer.xml:2:1: unknown tag <nonsense> (asked for by " +
+                at + "main.xml:2:10)\n" + at +
+                "broken.xml:2:7: malformed XML: Start-end tags mismatch (asked for by " + at +
+                "main.xml:3:10)\n" + at +
+                "main.xml:4:22: 'radius' must be positive and finite, got -1.000000\n");
+  EXPECT_TRUE(
+      check_scene(folder.write("good.xml", scene("<shape type='sphere'/>")), {}, probe_registry())
+          .empty());
+  EXPECT_EQ(check_scene(folder.path("no.xml"), {}, probe_registry()).at(0).what(),
+            folder.path("no.xml") + ": there is no such file");
+}
+
+TEST(Include, ErrorsOfItsParametersAreNotThoseOfAnAsset) {
+  const TemporaryFolder folder;
+  folder.write("part.xml", scene("<float name='radius' value='-1'/>"));
+  EXPECT_EQ(load_error(folder.write(
+                "main.xml", scene("<shape type='sphere'><include filename='part.xml'/></shape>"))),
+            folder.path("part.xml") +
+                ":1:24: 'radius' must be positive and finite, got -1.000000 (asked for by " +
+                folder.path("main.xml") + ":1:54)");
 }
 
 TEST(Include, MustNotIncludeItself) {
@@ -118,8 +160,9 @@ TEST(Include, MustNotIncludeItself) {
   EXPECT_EQ(load_error(self), self + ":1:33: '" + self + "' includes itself");
   folder.write("a.xml", scene("<include filename='b.xml'/>"));
   folder.write("b.xml", scene("\n<include filename='./a.xml'/>"));
-  EXPECT_EQ(load_error(folder.path("a.xml")),
-            folder.path("b.xml") + ":2:10: '" + folder.folder() + "/./a.xml' includes itself");
+  EXPECT_EQ(load_error(folder.path("a.xml")), folder.path("b.xml") + ":2:10: '" + folder.folder() +
+                                                  "/./a.xml' includes itself (asked for by " +
+                                                  folder.path("a.xml") + ":1:33)");
 }
 
 TEST(Include, IsAtMost15Deep) {
@@ -130,8 +173,11 @@ TEST(Include, IsAtMost15Deep) {
   }
   folder.write("f16.xml", scene(marker("end")));
   EXPECT_EQ(shape_id(*load(folder.path("f1.xml"))), "end");
-  EXPECT_EQ(load_error(folder.path("f0.xml")),
-            folder.path("f15.xml") + ":1:33: includes are nested more than 15 deep");
+  const std::string error = load_error(folder.path("f0.xml"));
+  const std::string start = folder.path("f15.xml") +
+                            ":1:33: includes are nested more than 15 deep (asked for by " +
+                            folder.path("f14.xml") + ":1:33, asked for by ";
+  EXPECT_EQ(error.substr(0, start.size()), start);
 }
 
 TEST(Include, EndsWhereFilesMultiply) {

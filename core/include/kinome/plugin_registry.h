@@ -27,7 +27,8 @@ class KINOME_EXPORT PluginRegistry {
   const PluginDescriptor& find(Category category, const std::string& name,
                                const Location& where = {});
   /// Checks `props` against the plugin's table (unknown names with the nearest known one, types,
-  /// required ones, counts), creates the object, then checks that every property was read.
+  /// required ones, counts: all that is wrong, as Errors), creates the object, then checks that
+  /// every property was read.
   std::shared_ptr<Object> create(Properties& props);
 
   /// Names (aliases included) that exist in a category, sorted, without loading anything.
@@ -41,6 +42,7 @@ class KINOME_EXPORT PluginRegistry {
   std::vector<std::string> folders_;
   std::map<std::pair<Category, std::string>, const PluginDescriptor*> loaded_;
   std::vector<std::string> loaded_names_;
+  std::map<std::pair<Category, std::string>, std::string> missing_;  ///< what there isn't, and why
   double seconds_ = 0;
 };
 

@@ -16,7 +16,9 @@ struct LoadOptions {
   unsigned threads = 0;                        ///< for the acceleration structure; 0: one per core
 };
 
-/// Loads a scene in Mitsuba's XML language. Every mistake is an Error with file, line and column.
+/// Loads a scene in Mitsuba's XML language. Throws Errors: all mistakes in it and in the files that
+/// it names, each with file, line and column, by their places in the scene; an Error where the
+/// scene file can't be read.
 KINOME_EXPORT std::unique_ptr<Scene> load_scene(const std::string& path, const LoadOptions& options,
                                                 PluginRegistry& registry,
                                                 RenderStats* stats = nullptr);
@@ -26,6 +28,9 @@ KINOME_EXPORT std::unique_ptr<Scene> load_scene_from_string(const std::string& x
                                                             const LoadOptions& options,
                                                             PluginRegistry& registry,
                                                             RenderStats* stats = nullptr);
+/// All mistakes, as load_scene() finds them; nothing is made ready to render. No errors are thrown.
+KINOME_EXPORT std::vector<Error> check_scene(const std::string& path, const LoadOptions& options,
+                                             PluginRegistry& registry);
 /// One object with its children, such as `<bsdf type="phong"/>`. Its version may be left out.
 KINOME_EXPORT std::shared_ptr<Object> load_object_from_string(const std::string& xml,
                                                               const std::string& name,

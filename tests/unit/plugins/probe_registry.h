@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "kinome/plugin_registry.h"
 #include "kinome/scene_loader.h"
@@ -32,6 +33,18 @@ std::string error_of(const Function& function) {
     return error.what();
   }
   return "no error";
+}
+
+/// what() of each of the Errors that a function throws.
+template <class Function>
+std::vector<std::string> errors_of(const Function& function) {
+  std::vector<std::string> found;
+  try {
+    function();
+  } catch (const Errors& errors) {
+    for (const Error& error : errors.all()) found.emplace_back(error.what());
+  }
+  return found;
 }
 
 }  // namespace kinome::test
