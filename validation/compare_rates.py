@@ -40,7 +40,7 @@ def simulated(name, pairs):
 def simulated_bias(name, pairs):
     rng = np.random.default_rng([0, *name.encode()])
     for _ in range(pairs):
-        yield [render(rng, name, 1, bias, evenness=EVEN) for bias in (1, BIAS)]
+        yield [render(rng, name, 3, bias, evenness=EVEN) for bias in (1, BIAS)]
 
 
 def rendered(name, pairs, first_seed, samples, radiances):

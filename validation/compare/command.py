@@ -146,22 +146,8 @@ def error_figure(value):
 
 VALUES = {"image": "the mean of the whole picture, in each channel",
           "tiles": "the means of 16x16 pixels", "pixels": "every pixel"}
-PLACES = 5  # as many are named
-
-
 def count(number, what):
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
-
-
-def missed_line(b, missed):
-    places = ", ".join(f"{x},{y}" for x, y in missed["places"][:PLACES])
-    more = missed["tiles"] - PLACES
-    return (f"left out unless A is darker than B: {missed['tiles']} of "
-            f"{count(missed['of'], 'tile')}, with {missed['light']:.2g} of A's light, where "
-            f"{b['name']} hardly found the light and can't say how bright it is "
-            f"({missed['zeros']:.0%} of its values there are exactly 0, the others come from one or "
-            f"two of its {b['renders']} renders). They begin at pixel {places}"
-            + (f" and {more} more" if more > 0 else ""))
 
 
 def report(result):
@@ -176,8 +162,6 @@ def report(result):
                f"{VALUES[test['name']]}: p = {test['p']:.3g}, {test['failed']} of "
                f"{test['values']} wrong; {power}")
         yield f"      least likely: {test['worst']}"
-    if result["missed_by_b"]:
-        yield missed_line(b, result["missed_by_b"])
     for label, key in (("A's mean", "relmse"), ("one render of A", "relmse_of_one_render")):
         if result[key] is not None:
             mean, trimmed, maximum = (error_figure(result[key][name])

@@ -28,6 +28,7 @@ from .noise import TILE, hits, neighbourhood, quotient, tile_sums
 ZEROS = 0.2
 MOST_HITS = 2.0  # of 16 renders or more; of n renders, n / 8
 CARRIERS = 10
+NAMED = 5  # places, in a sentence
 CHANCE = 10  # hits that are due: none is met once in exp(10) = 22000 tiles
 
 
@@ -64,6 +65,15 @@ class Missed:
     places: list  # [x, y] of each one's first pixel
     zeros: float  # share of the reference's values there that are 0
     light: float  # share of A's light that they hold
+
+    def sentence(self, b):
+        places = ", ".join(f"{x},{y}" for x, y in self.places[:NAMED])
+        more = f" and {len(self.places) - NAMED} more" if len(self.places) > NAMED else ""
+        return (f"left out unless A is darker than B: {self.tiles} of {self.of} tiles, with "
+                f"{self.light:.2g} of A's light, where {b.name} hardly found the light and can't say "
+                f"how bright it is ({self.zeros:.0%} of its values there are exactly 0, the others "
+                f"come from one or two of its {b.renders} renders). They begin at pixel "
+                f"{places}{more}")
 
 
 def describe(a, b, dim):

@@ -133,9 +133,10 @@ def compare(a, b, alpha=0.01):
     of_tiles, t_of_tiles = test_of_tiles(pair, dim, each)
     of_pixel, p_of_pixels, left_out = test_of_pixels(pair, dim, each)
     tests += [of_tiles, of_pixel]
+    missed = describe(a, b, dim)
+    notes = ([missed.sentence(b)] if missed else []) + notes_on(pair, left_out)
     passed = all(test.passed for test in tests) and not (a.nans or a.infinities)
-    return Verdict(passed, alpha, tests, int(masked.sum()), notes_on(pair, left_out),
-                   p_of_pixels, t_of_tiles, describe(a, b, dim))
+    return Verdict(passed, alpha, tests, int(masked.sum()), notes, p_of_pixels, t_of_tiles, missed)
 
 
 class Pair:
