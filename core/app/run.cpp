@@ -127,6 +127,10 @@ ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
       {"kinome:plugins", fmt::format("{}", fmt::join(stats.plugins, " "))},
       {"kinome:complete", stats.complete ? "true" : "false"},
   };
+  if (!stats.complete) {
+    metadata["kinome:filled"] = fmt::format("{:.4g}", stats.filled);
+    metadata["kinome:missing"] = fmt::format("{:.4g}", stats.missing);
+  }
   if (stats.rel_mse >= 0) metadata["kinome:relmse"] = fmt::format("{:.4g}", stats.rel_mse);
   if (stats.renders > 0) {
     metadata["kinome:renders"] = std::to_string(stats.renders);
@@ -230,6 +234,19 @@ int exit_status(const Options& options, const RenderStats& stats) {
   return signal_status == 0 && is_faulty && !options.lenient ? kFaultyStatus : signal_status;
 }
 
+/// Of what was interrupted.
+std::string incompleteness(const RenderStats& stats) {
+  const auto percent = [](double share) { return std::ceil(100 * share); };
+  std::string text = stats.complete ? "" : ", incomplete";
+  if (stats.filled > 0) {
+    text += fmt::format(", {} % of it by one sample a pixel", percent(stats.filled));
+  }
+  if (stats.missing > 0) {
+    text += fmt::format(", {} % of it missing (there its alpha is 0)", percent(stats.missing));
+  }
+  return text;
+}
+
 void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
   // With --quiet, too, where it makes the exit status: it must be said why.
   if (options.quiet && exit_status(options, stats) == kFaultyStatus) {
@@ -237,8 +254,7 @@ void report(const Options& options, const RenderStats& stats, const RenderSummar
   }
   warn_of_faults(stats);
   if (!options.quiet) {
-    say("wrote {}{} ({:.2f} s)\n", summary.output, stats.complete ? "" : ", incomplete",
-        stats.total_seconds);
+    say("wrote {}{} ({:.2f} s)\n", summary.output, incompleteness(stats), stats.total_seconds);
     if (!options.checkpoint.empty() && !stats.complete) {
       say("--resume goes on from {}\n", options.checkpoint);
     }

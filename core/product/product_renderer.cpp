@@ -102,6 +102,15 @@ size_t ProductRenderer::pixel_index(int x, int y) const {
   return static_cast<size_t>(y - crop_.y0) * crop_.width() + (x - crop_.x0);
 }
 
+Rect ProductRenderer::block_at(int x, int y) const {
+  const int left = crop_.x0 + x * kBlock, top = crop_.y0 + y * kBlock;
+  return {left, top, std::min(left + kBlock, crop_.x1), std::min(top + kBlock, crop_.y1)};
+}
+
+Rect ProductRenderer::block_around(const Rect& tile) const {
+  return block_at((tile.x0 - crop_.x0) / kBlock, (tile.y0 - crop_.y0) / kBlock);
+}
+
 TilePrimaries::View ProductRenderer::view() const {
   return TilePrimaries::view_of(scene_, sensor_, filter_, settings_.hide_emitters);
 }
@@ -210,6 +219,7 @@ void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>&
   for_each_tile(
       all_rows(), light, "main",
       [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
+        if (!context_.is_wanted(block_around(pixels))) return;
         if (place == 0) {
           work.sums.clear();
           work.sums.reserve(static_cast<size_t>(kBlock) * kBlock);
@@ -219,6 +229,7 @@ void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>&
         render_tile(tile, pixels, plan, seed, work, counters);
       },
       [&](int block, Workspace& work) {
+        if (!context_.is_wanted(block_at(block % blocks_x(), block / blocks_x()))) return;
         work.estimator.flush();
         const StageTimer timer(work.counters->stage_seconds["film"]);
         add_to_film(block, plan, seed, weight, work);
@@ -229,9 +240,7 @@ void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>&
 void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
                                   float weight, Workspace& work) {
   Film& film = sensor_.film();
-  const int left = crop_.x0 + block % blocks_x() * kBlock;
-  const int top = crop_.y0 + block / blocks_x() * kBlock;
-  const Rect pixels{left, top, std::min(left + kBlock, crop_.x1), std::min(top + kBlock, crop_.y1)};
+  const Rect pixels = block_at(block % blocks_x(), block / blocks_x());
   FilmTile colours = film.make_tile(pixels);
   std::optional<FilmTile> diagnostics;
   if (settings_.diagnostics) diagnostics = film.make_tile(pixels, 1);

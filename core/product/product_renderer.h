@@ -55,6 +55,9 @@ class ProductRenderer final : public Passes {
   int tiles_y() const { return (crop_.height() + kTile - 1) / kTile; }
   int blocks_x() const { return (crop_.width() + kBlock - 1) / kBlock; }
   int blocks_y() const { return (crop_.height() + kBlock - 1) / kBlock; }
+  Rect block_at(int x, int y) const;
+  /// That a tile is in.
+  Rect block_around(const Rect& tile) const;
   /// Of arrays of all cells.
   size_t padded_cells() const;
   size_t pixel_index(int x, int y) const;

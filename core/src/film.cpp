@@ -223,6 +223,23 @@ bool Film::transfer(const std::function<void(void* bytes, size_t count)>& io) {
   return true;
 }
 
+std::vector<bool> Film::gaps(int layer) const {
+  const size_t stride = static_cast<size_t>(value_count(layer)) + 1;
+  std::vector<bool> gaps(static_cast<size_t>(crop_.area()), true);
+  bool is_empty = true, has_paths = false;
+  for (const Lane& lane : lanes_) {
+    has_paths = has_paths || (layer == 0 && lane.light_paths > 0);
+    const std::vector<double>& data = lane.layers.at(layer);
+    for (size_t p = 0; p < gaps.size(); ++p) {
+      if (data[(p + 1) * stride - 1] == 0) continue;
+      gaps[p] = false;
+      is_empty = false;
+    }
+  }
+  if (is_empty && has_paths) gaps.assign(gaps.size(), false);
+  return gaps;
+}
+
 double Film::splat_scale(size_t first, size_t end) const {
   double paths = 0;
   for (size_t l = first; l < end; ++l) paths += lanes_[l].light_paths;

@@ -1,5 +1,6 @@
 #include "kinome/render_context.h"
 
+#include "fill_gaps.h"
 #include "kinome/checkpoint.h"
 #include "kinome/error.h"
 #include "kinome/log.h"
@@ -18,11 +19,13 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
   const WarningsOnce once;
   RenderStats& stats = context.stats();
   Image image;
+  bool interrupted = false;
   {
     const StageTimer timer(stats.render_seconds);
     const Integrator& integrator = scene.integrator();
     Film& film = sensor.film();
     const RenderBudget& budget = context.budget();
+    const double begun = context.seconds();
     film.prepare(integrator.layers(), lanes_for(budget, film));
     Checkpoint* const checkpoint = context.checkpoint();
     integrator.warn_of_light_left_out(scene, sensor, context);
@@ -34,13 +37,16 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
       integrator.render(scene, sensor, context);
       stats.samples = sensor.sampler().sample_count();
     }
-    if (checkpoint && context.interrupted()) checkpoint->close(film);
+    interrupted = context.interrupted();
+    if (checkpoint && interrupted) checkpoint->close(film);
+    if (interrupted) fill_gaps(scene, sensor, context, begun);
     image = develop(film, budget, stats);
+    if (interrupted) mark_gaps(film, image);
     stats.non_finite_samples += film.non_finite();
   }
   stats.threads = context.threads();
   stats.peak_memory_bytes = peak_memory_bytes();
-  stats.complete = !context.interrupted();
+  stats.complete = !interrupted;
   return image;
 }
 

@@ -153,6 +153,10 @@ RenderContext::RenderContext(Options options) : options_(std::move(options)) {
 void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
   const std::vector<Rect> tiles = tiles_of(film.sample_border() ? film.reach() : film.crop());
   Sequencer sequencer(*this, film);
+  left_out_.clear();
+  if (!gaps_.empty()) {
+    for (const Rect& tile : tiles) left_out_.push_back(!is_wanted(tile, layer));
+  }
   try {
     for_each(tiles.size(), [&](size_t index, RenderCounters& counters) {
       FilmTile film_tile = film.make_tile(tiles[index], layer);
@@ -161,6 +165,7 @@ void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& 
       sequencer.finish(index, std::move(film_tile));
     });
   } catch (...) {
+    left_out_.clear();
     if (checkpoint_) checkpoint_->abandon();
     sequencer.commit_rest();
     throw;
@@ -169,6 +174,24 @@ void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& 
   // rest.
   if (checkpoint_ && cancelled()) checkpoint_->close(film);
   sequencer.commit_rest();
+  left_out_.clear();
+}
+
+void RenderContext::set_gaps(const Rect& crop, std::vector<std::vector<bool>> gaps) {
+  gaps_crop_ = crop;
+  gaps_ = std::move(gaps);
+}
+
+bool RenderContext::is_wanted(const Rect& pixels, int layer) const {
+  if (gaps_.empty()) return true;
+  const Rect& crop = gaps_crop_;
+  for (int y = std::max(pixels.y0, crop.y0); y < std::min(pixels.y1, crop.y1); ++y) {
+    for (int x = std::max(pixels.x0, crop.x0); x < std::min(pixels.x1, crop.x1); ++x) {
+      const size_t row = static_cast<size_t>(y - crop.y0) * crop.width();
+      if (gaps_[layer][row + (x - crop.x0)]) return true;
+    }
+  }
+  return false;
 }
 
 void RenderContext::commit(Film& film, size_t item, std::initializer_list<const FilmTile*> tiles) {
@@ -183,7 +206,8 @@ void RenderContext::commit(Film& film, size_t item, std::initializer_list<const 
 }
 
 bool RenderContext::is_committed(size_t item) const {
-  return checkpoint_ && checkpoint_->is_done(item);
+  return (item < left_out_.size() && left_out_[item]) ||
+         (checkpoint_ && checkpoint_->is_done(item));
 }
 
 double RenderContext::decide(const std::function<double()>& decide) {
@@ -194,8 +218,8 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
   std::vector<size_t> order = tile_order(count, options_.tile_order_seed);
   if (checkpoint_) {
     checkpoint_->begin_pass(count);
-    std::erase_if(order, [&](size_t item) { return checkpoint_->is_done(item); });
   }
+  std::erase_if(order, [&](size_t item) { return is_committed(item); });
   const auto threads = static_cast<unsigned>(std::clamp<size_t>(order.size(), 1, options_.threads));
   const auto told = [&](double share) { return pass_begin_ + (pass_end_ - pass_begin_) * share; };
   Progress progress(options_.progress, count, count - order.size(), told(progress_begin_),

@@ -55,28 +55,35 @@ class CheckpointTest : public Cli {
   std::string scene_, image_, checkpoint_;
 };
 
+/// What is missing then is filled in for the picture, and not for the checkpoint.
 TEST_F(CheckpointTest, SigtermAndResume) {
-  const std::vector<std::string> render = {"-D", "width=256", "-D", "spp=64"};
-  const std::string log = folder_.path("log");
-  std::vector<std::string> first = arguments(render);
-  first.insert(first.end(), {"-t", "2", "--every", "0"});
-  Background program(first, log);
-  ASSERT_TRUE(begins());
-  program.send(SIGTERM);
-  EXPECT_EQ(program.wait(), 128 + SIGTERM) << program.log();
-  EXPECT_NE(program.log().find("--resume goes on from " + checkpoint_), std::string::npos);
-  ASSERT_TRUE(std::filesystem::exists(checkpoint_));
+  for (const std::string integrator : {"direct", "clustered"}) {
+    SCOPED_TRACE(integrator);
+    const std::vector<std::string> render = {"-D",     "width=256", "-D",
+                                             "spp=64", "-D",        "integrator=" + integrator};
+    const std::string log = folder_.path("log");
+    std::vector<std::string> first = arguments(render);
+    first.insert(first.end(), {"-t", "2", "--every", "0"});
+    Background program(first, log);
+    ASSERT_TRUE(begins());
+    program.send(SIGTERM);
+    EXPECT_EQ(program.wait(), 128 + SIGTERM) << program.log();
+    EXPECT_NE(program.log().find("--resume goes on from " + checkpoint_), std::string::npos);
+    EXPECT_NE(program.log().find(" % of it by one sample a pixel"), std::string::npos)
+        << program.log();
+    ASSERT_TRUE(std::filesystem::exists(checkpoint_));
 
-  const ProcessResult refused = kinome(first);
-  expect_one_error(refused, "", {checkpoint_, "it exists", "--resume"});
+    const ProcessResult refused = kinome(first);
+    expect_one_error(refused, "", {checkpoint_, "it exists", "--resume"});
 
-  std::vector<std::string> second = arguments(render);
-  second.insert(second.end(), {"-t", "1", "--resume"});
-  const ProcessResult result = kinome(second);
-  EXPECT_EQ(result.status, 0) << result.err;
-  EXPECT_NE(result.err.find("resuming from " + checkpoint_), std::string::npos) << result.err;
-  EXPECT_EQ(read_text(image_), expected(render));
-  EXPECT_EQ(other_files({scene_, log, image_}), std::vector<std::string>{});
+    std::vector<std::string> second = arguments(render);
+    second.insert(second.end(), {"-t", "1", "--resume"});
+    const ProcessResult result = kinome(second);
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_NE(result.err.find("resuming from " + checkpoint_), std::string::npos) << result.err;
+    EXPECT_EQ(read_text(image_), expected(render));
+    EXPECT_EQ(other_files({scene_, log, image_}), std::vector<std::string>{});
+  }
 }
 
 /// Killed at random moments until it is done: KINOME_KILLS=100 for as many, here a few. What is

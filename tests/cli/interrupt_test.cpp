@@ -16,26 +16,44 @@ class Interrupt : public Cli {
  protected:
   Interrupt() : scene_(folder_.write("scene.xml", small_scene())), image_(folder_.path("a.exr")) {}
 
-  /// The first signal: the tiles at hand are finished, and what there is is written.
-  void expect_first_signal_writes(int signal) {
+  /// The first signal: the tiles at hand are finished, the others get a sample a pixel, as that is
+  /// quick, and what there is is written.
+  void expect_first_signal_writes(int signal, const std::string& integrator = "direct") {
     const std::string log = folder_.path("log");
     // 64 tiles, far more than a second's work: the first line of progress comes before the end.
-    Background program({scene_, "-o", image_, "-t", "2", "-D", "width=256", "-D", "spp=400"}, log);
+    Background program({scene_, "-o", image_, "-t", "2", "-D", "width=256", "-D", "spp=1000", "-D",
+                        "integrator=" + integrator},
+                       log);
     ASSERT_TRUE(program.says("rendering: "));
     program.send(signal);
     EXPECT_EQ(program.wait(), 128 + signal) << program.log();
-    EXPECT_NE(program.log().find("incomplete"), std::string::npos) << program.log();
+    EXPECT_NE(program.log().find("incomplete, "), std::string::npos) << program.log();
     ASSERT_EQ(other_files({scene_, log}), std::vector<std::string>{image_});
     ImageMetadata metadata;
     const Image image = read_exr(image_, {}, &metadata);
     EXPECT_EQ(metadata["kinome:complete"], "false");
+    EXPECT_EQ(metadata["kinome:missing"], "0");
+    EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
     // The scene is lit everywhere: what is black has not been rendered.
-    int rendered = 0;
-    for (int y = 0; y < image.height; ++y) {
-      for (int x = 0; x < image.width; ++x) rendered += image.at(x, y, 1) > 0;
+    EXPECT_EQ(dark_tiles(image), 0);
+    EXPECT_GT(std::stod(metadata["kinome:filled"]), 0);
+    // At least one tile is done; 'clustered' may still be at its pilot.
+    const double most = integrator == "clustered" ? 1 : 1 - 1 / 64.;
+    EXPECT_LE(std::stod(metadata["kinome:filled"]), most);
+  }
+  /// Tiles in which nothing is lit. Of single samples, some find no light.
+  static int dark_tiles(const Image& image) {
+    int tiles = 0;
+    for (int y = 0; y < image.height; y += kTileSize) {
+      for (int x = 0; x < image.width; x += kTileSize) {
+        float light = 0;
+        for (int i = 0; i < kTileSize * kTileSize; ++i) {
+          light += image.at(x + i % kTileSize, y + i / kTileSize, 1);
+        }
+        tiles += light > 0 ? 0 : 1;
+      }
     }
-    EXPECT_GE(rendered, kTileSize * kTileSize);
-    EXPECT_LT(rendered, image.width * image.height);
+    return tiles;
   }
 
   /// The second signal: the end, and no file.
@@ -69,6 +87,67 @@ TEST_F(Interrupt, FirstSighupWritesWhatThereIs) {
   signal(SIGHUP, SIG_DFL);  // tests may run under nohup, which programs inherit
   expect_first_signal_writes(SIGHUP);
 }
+/// Those that go tile by tile, block by block, and have set-up.
+TEST_F(Interrupt, IntegratorsFillWhatIsMissing) {
+  for (const char* integrator : {"path", "clustered"}) {
+    SCOPED_TRACE(integrator);
+    expect_first_signal_writes(SIGINT, integrator);
+    std::filesystem::remove(image_);
+    std::filesystem::remove(folder_.path("log"));
+  }
+}
+
+/// What would take longer than anyone waits is left, and marked in an alpha channel.
+TEST_F(Interrupt, WhatTakesLongIsMarked) {
+  std::string xml = read_text(scene_);
+  const std::string integrator = "<integrator type=\"$integrator\"/>";
+  xml.replace(xml.find(integrator), integrator.size(),
+              "<integrator type=\"$integrator\"><integer name=\"emitter_samples\" value=\"4096\"/>"
+              "<integer name=\"bsdf_samples\" value=\"0\"/></integrator>");
+  folder_.write("scene.xml", xml);
+  const std::string log = folder_.path("log");
+  // A pixel takes 4096 shadow rays: 268 million, of which none do more than some million a second.
+  Background program({scene_, "-o", image_, "--png", "-t", "2", "-D", "width=256", "-D", "spp=1"},
+                     log);
+  ASSERT_TRUE(program.says("rendering: "));
+  program.send(SIGINT);
+  const auto sent = Clock::now();
+  EXPECT_EQ(program.wait(), 128 + SIGINT) << program.log();
+  EXPECT_LT(Clock::now() - sent, std::chrono::seconds(30));
+  EXPECT_NE(program.log().find("missing (there its alpha is 0)"), std::string::npos)
+      << program.log();
+  ImageMetadata metadata;
+  const Image image = read_exr(image_, {}, &metadata);
+  EXPECT_EQ(metadata["kinome:complete"], "false");
+  EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "A"}));
+  int missing = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      missing += image.at(x, y, 3) == 0;
+      ASSERT_EQ(image.at(x, y, 3), image.at(x, y, 1) > 0 ? 1 : 0) << x << " " << y;
+    }
+  }
+  EXPECT_GT(missing, 0);
+  EXPECT_LT(missing, 256 * 256);
+  EXPECT_NEAR(std::stod(metadata["kinome:missing"]), missing / (256. * 256), 1e-4);
+}
+
+/// Light paths show all of the picture at any time: nothing is filled in.
+TEST_F(Interrupt, LightTracingHasNoGaps) {
+  const std::string log = folder_.path("log");
+  Background program({scene_, "-o", image_, "-t", "2", "-D", "width=64", "-D", "spp=40000", "-D",
+                      "integrator=ptracer"},
+                     log);
+  ASSERT_TRUE(program.says("rendering: "));
+  program.send(SIGINT);
+  EXPECT_EQ(program.wait(), 128 + SIGINT) << program.log();
+  ImageMetadata metadata;
+  const Image image = read_exr(image_, {}, &metadata);
+  EXPECT_EQ(metadata["kinome:filled"], "0");
+  EXPECT_EQ(metadata["kinome:missing"], "0");
+  EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
+}
+
 TEST_F(Interrupt, SecondSigintEndsAtOnce) {
   expect_second_signal_ends(SIGINT);
 }

@@ -119,6 +119,9 @@ class KINOME_EXPORT Film : public Object {
   /// Hands all that was committed to `io`, piece by piece: to be written, or to be replaced by what
   /// a film that was prepared alike has written so. False, half way, where that film was another.
   bool transfer(const std::function<void(void* bytes, size_t count)>& io);
+  /// Which pixels of the crop window, row by row, have no samples of a layer. None, where it is
+  /// made of light paths alone: those show all of it at once.
+  std::vector<bool> gaps(int layer) const;
   /// Weighted means so far, of all lanes together, plus splats; pixels without either are 0.
   Image develop() const;
   /// What develop() would make of one lane: R, G, B, or luminance in all three; nullopt where the

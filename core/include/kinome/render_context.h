@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "kinome/film.h"
 #include "kinome/scene.h"
@@ -76,6 +77,11 @@ class KINOME_EXPORT RenderContext {
   void commit(Film& film, size_t item, std::initializer_list<const FilmTile*> tiles);
   /// An item of the for_each at work is in the film already.
   bool is_committed(size_t item) const;
+  /// Renders no more than what covers one of these pixels, for each layer of the film
+  /// (Film::gaps): for_each_tile leaves the other tiles out.
+  void set_gaps(const Rect& crop, std::vector<std::vector<bool>> gaps);
+  /// Whether pixels are to be rendered: all are, unless there are gaps to be filled.
+  bool is_wanted(const Rect& pixels, int layer = 0) const;
   /// What `decide` says. To be asked for what depends on the film's contents: in a resumed render
   /// these are of a later time, and the answer is that of the render before.
   double decide(const std::function<double()>& decide);
@@ -119,6 +125,9 @@ class KINOME_EXPORT RenderContext {
   double progress_end_ = 1;
   RenderStats stats_;
   Checkpoint* checkpoint_ = nullptr;
+  Rect gaps_crop_;
+  std::vector<std::vector<bool>> gaps_;  ///< of each layer; none: all is to be rendered
+  std::vector<bool> left_out_;           ///< items of the for_each at work
   std::mutex commit_mutex_;
 };
 

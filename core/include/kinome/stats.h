@@ -71,6 +71,9 @@ struct KINOME_EXPORT RenderStats {
   uint64_t non_finite_samples = 0;
   std::vector<PluginFault> faults;
   bool complete = true;
+  /// Of the pixels of a picture that isn't complete: the share that got a single sample once the
+  /// render was interrupted, and that which has none.
+  double filled = 0, missing = 0;
   double samples = 0;   ///< a pixel, as of Sampler::sample_count, or what costs as much
   double rel_mse = -1;  ///< as the render itself estimates it; negative: it doesn't
   /// Where the picture has variances (see FilmNoise): what they come from; 0: it has none.
