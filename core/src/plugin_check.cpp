@@ -1,5 +1,6 @@
 #include "plugin_check.h"
 
+#include <algorithm>
 #include <array>
 
 #include "property_types.h"
@@ -23,16 +24,18 @@ bool takes_textures(const Parameter& row) {
          (row.type == ParameterType::kObject && row.category == Category::kTexture);
 }
 
-/// Parameters that unknown names stand for, most likely: they are not missing, too.
-std::set<std::string> misspelt_names(const Properties& props, const PluginDescriptor& plugin) {
-  std::set<std::string> meant;
-  for (const auto& [name, entry] : props.entries()) {
-    if (name[0] == '_' || find_row(plugin, name)) continue;  // without a name, or of a known one
-    std::vector<std::string> known;
-    for (const Parameter& row : plugin.parameters) known.emplace_back(row.name);
-    meant.insert(nearest_name(name, known));
-  }
-  return meant;
+/// Whether a value without a name, or of a name that the plugin doesn't know, is meant for a
+/// parameter, most likely: it is not missing, too.
+bool is_there_by_another_name(const Parameter& row, const Properties& props,
+                              const PluginDescriptor& plugin) {
+  std::vector<std::string> known;
+  for (const Parameter& other : plugin.parameters) known.emplace_back(other.name);
+  return std::any_of(props.entries().begin(), props.entries().end(), [&](const auto& entry) {
+    const auto& [name, value] = entry;
+    if (find_row(plugin, name) || !accepts(row.type, value.value)) return false;
+    const std::string nearest = name.starts_with("_arg_") ? "" : nearest_name(name, known);
+    return nearest.empty() || nearest == row.name;
+  });
 }
 
 Error unknown_parameter(const Properties& props, const PluginDescriptor& plugin,
@@ -136,10 +139,9 @@ std::vector<Error> check_parameters(const Properties& props, const PluginDescrip
     }
   }
   if (lost.anything) return faults;
-  const std::set<std::string> meant = misspelt_names(props, plugin);
   for (const Parameter& row : plugin.parameters) {
     if (!row.required || is_by_category(row) || props.has(row.name)) continue;
-    if (lost.names.count(row.name) || meant.count(row.name)) continue;
+    if (lost.names.count(row.name) || is_there_by_another_name(row, props, plugin)) continue;
     faults.emplace_back(props.where(), plugin_title(props) + " needs parameter '" + row.name +
                                            "', " + describe(row.type));
   }

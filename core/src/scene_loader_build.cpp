@@ -181,7 +181,7 @@ void Builder::look_at_parts(const Node& node, const Maker& make) {
   for (const Node& child : node.children) {
     if (is_object(child)) {
       if (const Node* target = child.tag == "ref" ? target_of(child) : &child) make(*target);
-    } else if (!child.is_broken) {
+    } else if (!child.is_broken && kind_of(child) != TagKind::kOperation) {
       faults_.attempt([&] { convert(child, nullptr, *folders(child)); });
     }
   }
@@ -194,12 +194,13 @@ Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plu
   parts.props.set_search_paths(folders(node));
   int unnamed = 0;
   for (const Node& child : node.children) {
-    const Attribute* const given = child.find("name");
-    const std::string name = given ? given->value : "_arg_" + std::to_string(unnamed++);
+    const bool has_name =
+        child.is_broken ? has_certain(child, "name") : child.find("name") != nullptr;
+    const std::string name = has_name ? child.value("name") : "";
     if (is_object(child)) {
-      add_object(child, name, make, parts);
+      add_object(child, has_name ? name : "_arg_" + std::to_string(unnamed++), make, parts);
     } else {
-      add_value(child, given ? name : "", plugin, parts);
+      add_value(child, name, plugin, parts);
     }
   }
   return parts;
@@ -230,7 +231,9 @@ void Builder::add_object(const Node& child, const std::string& name, const Maker
   std::shared_ptr<Object> object = target ? make(*target) : nullptr;
   if (!object && category == Category::kBsdf) object = make_black_bsdf();
   if (!object && category == Category::kTexture) object = make_uniform_texture(Rgb(kStandIn));
-  if (object) {
+  if (category == Category::kTexture && child.is_broken && !has_certain(child, "name")) {
+    parts.lost.anything = true;  // of which parameter it is, isn't known
+  } else if (object) {
     faults_.attempt([&] { parts.props.set(name, std::move(object), child.where); });
   } else if (category) {
     parts.lost.categories.insert(*category);

@@ -67,6 +67,8 @@ bool check_attributes(const Node& node, const TagRule& rule, Faults& faults) {
   const std::vector<std::string_view> required = split_list(rule.required);
   std::vector<std::string_view> known = required;
   for (const std::string_view name : split_list(rule.optional)) known.push_back(name);
+  std::vector<std::string_view> meant = known;
+  meant.push_back("version");  // which a file's root has lost by now
   bool is_fine = true;
   for (const Attribute& attribute : node.attributes) {
     if (node.tag == "spectrum" && attribute.name == "type") {
@@ -76,7 +78,7 @@ bool check_attributes(const Node& node, const TagRule& rule, Faults& faults) {
                      "as <spectrum value=\"400:1, 700:2\"/> or filename");
     } else if (std::find(known.begin(), known.end(), attribute.name) == known.end()) {
       faults.add(attribute.where, quoted_tag(node) + " has no attribute '" + attribute.name + "'" +
-                                      did_you_mean(nearest_name(attribute.name, known)));
+                                      did_you_mean(nearest_name(attribute.name, meant)));
     } else if (node.find(attribute.name) != &attribute) {
       faults.add(attribute.where, "attribute '" + attribute.name + "' is given twice");
     } else {
@@ -121,6 +123,10 @@ bool may_contain(const Node& parent, TagKind kind) {
 }
 
 }  // namespace
+
+bool has_known_tag(const Node& node) {
+  return find_rule(node.tag) != nullptr;
+}
 
 TagKind kind_of(const Node& node) {
   const TagRule* rule = find_rule(node.tag);

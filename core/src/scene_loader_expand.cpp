@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -76,6 +77,7 @@ class Expander {
     for (const Node& child : node.children) {
       const bool is_fine = check_node(child, &node, faults_);
       const TagKind kind = kind_of(child);
+      if (!is_fine) lose_names(child);
       if (!is_directive(kind)) {
         out.push_back(expand_node(child, false, is_fine));
         continue;
@@ -98,6 +100,26 @@ class Expander {
     }
   }
 
+  /// What others may refer to, and a wrong tag or attribute hides.
+  void lose_names(const Node& node) {
+    for (const Attribute& attribute : node.attributes) {
+      const bool is_id = !nearest_name(attribute.name, std::array{"id"}).empty();
+      if (is_id && (attribute.name != "id" || attribute.value.empty())) {
+        result_.has_unknown_ids = true;
+      }
+    }
+    if (has_known_tag(node)) return;
+    // It may have been meant as a <default>, an <alias> or an <include>.
+    if (const Attribute* name = node.find("name")) substitution_.lose(name->value);
+    if (const Attribute* as = node.find("as")) result_.lost_ids.insert(as->value);
+    if (node.find("filename")) lose_all_names();
+  }
+
+  void lose_all_names() {
+    substitution_.lose("");
+    result_.has_unknown_ids = true;
+  }
+
   /// What a directive would have brought is missing now, by a mistake that is told.
   void lose(const Node& directive, std::vector<Node>& out) {
     switch (kind_of(directive)) {
@@ -105,15 +127,18 @@ class Expander {
         substitution_.lose(directive.value("name"));
         break;
       case TagKind::kInclude:
-        substitution_.lose("");
-        result_.has_unknown_ids = true;
+        lose_all_names();
         out.push_back({directive.tag, {}, {}, directive.where, nullptr, true});
         break;
       case TagKind::kPath:
         faults_.expect_missing_files();
         break;
       default:
-        result_.lost_ids.insert(directive.value("as"));
+        if (has_certain(directive, "as")) {
+          result_.lost_ids.insert(directive.value("as"));
+        } else {
+          result_.has_unknown_ids = true;
+        }
     }
   }
 
@@ -192,7 +217,11 @@ class Expander {
   void note_id(const Node& node) {
     const Attribute* id = node.find("id");
     if (!id || node.tag == "ref") return;
-    faults_.attempt([&] { add_id(*id); });
+    if (has_known_tag(node)) {
+      faults_.attempt([&] { add_id(*id); });
+    } else {
+      ids_.emplace(id->value, id->where);  // perhaps of an <alias>, whose id is another's
+    }
   }
 
   void add_id(const Attribute& id) {

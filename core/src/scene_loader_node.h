@@ -43,6 +43,8 @@ struct Node {
   std::string value(std::string_view name) const;
 };
 
+/// Whether a node, be it broken, has this attribute, and with the value that was meant.
+bool has_certain(const Node& node, std::string_view attribute);
 /// "<rgb>" for messages.
 std::string quoted_tag(const Node& node);
 /// " (did you mean 'x'?)", or "" where there is no such name.
@@ -62,6 +64,7 @@ enum class TagKind {
   kInclude,
   kPath,
 };
+bool has_known_tag(const Node& node);
 /// Of an unknown tag: kObject.
 TagKind kind_of(const Node& node);
 /// Checks the tag, its attributes' names and its place inside of `parent` (nullptr: the root);

@@ -92,6 +92,11 @@ std::string Node::value(std::string_view name) const {
   return attribute ? attribute->value : "";
 }
 
+bool has_certain(const Node& node, std::string_view attribute) {
+  const Attribute* const found = node.find(attribute);
+  return found && !found->value.empty() && found->value.find('$') == std::string::npos;
+}
+
 std::string quoted_tag(const Node& node) {
   return "<" + node.tag + ">";
 }

@@ -86,6 +86,10 @@ void upgrade(Node& root, bool required, Faults& faults) {
   const Attribute* found = root.find("version");
   if (!found) {
     if (!required) return;
+    for (const Attribute& attribute : root.attributes) {
+      // That it is none of the root's is told when the root is checked.
+      if (!nearest_name(attribute.name, std::array{"version"}).empty()) return;
+    }
     faults.add(root.where, quoted_tag(root) + " needs an attribute 'version', such as '3.0.0'");
     return;
   }

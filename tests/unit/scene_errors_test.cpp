@@ -33,6 +33,8 @@ const Wrong kWrong[] = {
 
     // Version
     {"NoVersion", "!\n  ^<scene/>", "<scene> needs an attribute 'version'"},
+    {"MisspeltVersion", "!<scene ^versoin='3.0.0'/>",
+     "<scene> has no attribute 'versoin' (did you mean 'version'?)"},
     {"BadVersion", "!<scene ^version='three'/>", "'three' is not a version such as '3.0.0'"},
     {"ShortVersion", "!<scene ^version='3.0'/>", "'3.0' is not a version"},
     {"LongVersion", "!<scene ^version='3.0.0.1'/>", "'3.0.0.1' is not a version"},
@@ -392,6 +394,40 @@ const Several kSeveral[] = {
     {"LostPath",
      "<path ^value='maps'/><shape type='ply'><string name='filename' value='a.ply'/></shape>",
      {"there is no folder 'maps'"}},
+    {"UnknownTagInPlaceOfADefault",
+     "^<defualt name='r' value='2'/><shape type='sphere'><float name='radius' value='$r'/></shape>",
+     {"unknown tag <defualt> (did you mean 'default'?)"}},
+    {"UnknownTagInPlaceOfAnAlias",
+     "<bsdf type='diffuse' id='a'/>^<alais id='a' as='b'/><shape type='sphere'><ref "
+     "id='b'/></shape>",
+     {"unknown tag <alais> (did you mean 'alias'?)"}},
+    {"UnknownTagInPlaceOfAnInclude",
+     "^<inclyde filename='a.xml'/><shape type='sphere'><float name='radius' value='$r'/>"
+     "<ref id='b'/></shape>",
+     {"unknown tag <inclyde> (did you mean 'include'?)"}},
+    {"MisspeltId",
+     "<bsdf type='diffuse' ^idd='a'/><shape type='sphere'><ref id='a'/></shape>",
+     {"<bsdf> has no attribute 'idd' (did you mean 'id'?)"}},
+    {"EmptyIdThatIsReferredTo",
+     "<bsdf type='diffuse' ^id=''/><shape type='sphere'><ref id='a'/></shape>",
+     {"id is empty"}},
+    {"MisspeltAlias",
+     "<bsdf type='diffuse' id='a'/><alias id='a' ^ass='b'/><shape type='sphere'><ref "
+     "id='b'/></shape>",
+     {"<alias> has no attribute 'ass' (did you mean 'as'?)"}},
+    {"UnknownNameOfWhatIsNeeded",
+     "<shape type='ply'>^<string name='mesh' value='a.ply'/></shape>",
+     {"shape 'ply' has no parameter 'mesh'"}},
+    {"NoNameOfATextureThatIsNeeded",
+     "<bsdf type='normalmap'>^<texture type='checkerboard'/><bsdf type='diffuse'/></bsdf>",
+     {"a texture of bsdf 'normalmap' needs a name"}},
+    {"WrongNameOfATextureThatIsNeeded",
+     "<bsdf type='normalmap'><texture type='checkerboard' ^nmae='normalmap'/><bsdf "
+     "type='diffuse'/></bsdf>",
+     {"<texture> has no attribute 'nmae'"}},
+    {"UnknownNameByDollar",
+     "<shape type='ply'><string ^name='$zz' value='a.ply'/></shape>",
+     {"undefined parameter '$zz'"}},
     // Several of one object.
     {"ParametersOfOneObject",
      "^<sensor type='thinlens'><float name='fov' ^value='x'/>^<float name='fvo' value='1'/>"
@@ -406,6 +442,11 @@ const Several kSeveral[] = {
      "<emitter type='area'>^<rgb name='radiance' value='-1'/></emitter></shape>",
      {"'radius' must be positive", "bsdf 'diffuse' has no parameter 'x'",
       "'radiance' must be finite"}},
+    {"PartsOfAnUnknownTag",
+     "<shape type='sphere'>^<transfrom name='to_world'><scale value='x'/><float name='a' "
+     "^value='b'/>"
+     "</transfrom></shape>",
+     {"unknown tag <transfrom> (did you mean 'transform'?)", "'b' is not a number"}},
     {"PartsOfAnUnknownPlugin",
      "<shape ^type='spher'><float name='radius' ^value='1m'/>"
      "<bsdf type='diffuse'>^<float name='x' value='1'/></bsdf></shape>",
