@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <span>
+
 #include "kinome/integrator.h"
 #include "kinome/render_context.h"
 
@@ -12,10 +15,11 @@ KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
 /// budget is spent. Fills RenderStats::samples and rel_mse.
 ///
 /// - Neither time nor error asked for: the scene's samples, divided among the lanes.
-/// - Error: rounds of one pass for each lane, each at most as large as all before it together,
-/// until
-///   the lanes differ by little enough. Which round that is depends on what they found: by so much
-///   the picture is biased, far less than its noise.
+/// - Error: a first round of one sample for each lane, the fewest that tell an error; then others,
+///   each at most as large as all before it together, until the lanes differ by little enough. A
+///   quarter more is the least that they add, which at first is a sample for some of the lanes.
+///   When it ends depends on what the lanes found: by so much the picture is biased, far less than
+///   its noise.
 /// - Time: rounds as large as the speed of the last one promises to be in time, smaller toward the
 ///   end. What is not in time all the same is cut short, tile by tile.
 KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& context);
@@ -24,7 +28,9 @@ KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& cont
 /// they can't tell. Differences of two lanes, relative to the brightness of the pixel: half by the
 /// mean of all lanes, which sparks among the two raise, so that it alone would make errors too
 /// small; half by that of the others, which being noisier alone would make them too large.
-KINOME_EXPORT std::optional<double> estimate_rel_mse(const Film& film);
+/// `samples`: of each lane.
+KINOME_EXPORT std::optional<double> estimate_rel_mse(const Film& film,
+                                                     std::span<const double> samples);
 
 /// The film's picture. Where the budget asks for variances, with their channels; what else is known
 /// of them goes to RenderStats::renders and variance_of_mean.

@@ -74,7 +74,7 @@ TEST_F(Budget, ErrorIsReachedWithTheSameBits) {
     const std::string define = std::string("integrator=") + integrator;
     const json stats = render({"--error", "2e-3", "-D", define, "-D", "width=24", "-t", "1"});
     EXPECT_LE(stats.at("relmse").get<double>(), 2e-3) << integrator;
-    EXPECT_GE(stats.at("samples").get<int>(), 16) << integrator;
+    EXPECT_GE(stats.at("samples").get<int>(), 9) << integrator << ": one of each lane";
     ImageMetadata metadata;
     read_exr(image_, {}, &metadata);
     EXPECT_NEAR(std::stod(metadata["kinome:relmse"]), stats.at("relmse").get<double>(), 1e-5);

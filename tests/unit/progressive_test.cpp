@@ -8,6 +8,7 @@
 #include <numeric>
 #include <random>
 
+#include "kinome/log.h"
 #include "support/render.h"
 
 namespace kinome::test {
@@ -166,6 +167,56 @@ TEST(Error, IsEstimatedWithinAFactor) {
       EXPECT_LE(run.samples(), std::max(16., 2 * 0.25 / target)) << target << " " << seed;
     }
   }
+}
+
+/// Not far beyond it: within a factor of 1.5, of which a quarter more samples than were needed, at
+/// worst, and the estimate's own deviation (2 % of 24576 squares) are less than half. The fewest
+/// samples that tell an error may have a smaller one, which is said.
+TEST(Error, EndsWhenItIsReached) {
+  set_log_level(LogLevel::kInfo);
+  for (const double target : {0.2, 0.05, 0.04, 0.03, 0.02, 0.01, 3e-3, 1e-4}) {
+    for (uint64_t seed = 1; seed <= 3; ++seed) {
+      testing::internal::CaptureStderr();
+      MadeUp run(64, {.rel_mse = target}, 0.5, {}, seed);
+      const std::string said = testing::internal::GetCapturedStderr();
+      const double estimate = run.context.stats().rel_mse;
+      EXPECT_LE(estimate, target) << seed;
+      const bool is_least = run.samples() == 4;
+      if (!is_least) {
+        EXPECT_GT(estimate, target / 1.5) << target << " " << seed;
+      }
+      EXPECT_EQ(is_least, target > 0.1) << run.samples();
+      EXPECT_EQ(said.find("the fewest that tell") != std::string::npos, estimate < target / 1.5)
+          << target << said;
+    }
+  }
+  set_log_level(LogLevel::kWarn);
+}
+
+/// A lane with two samples where others have one: the estimate is that of the mean all the same. Of
+/// 24576 squares, and 4096 for the truth: a factor of 1.1 is 4 deviations and more.
+TEST(Error, IsEstimatedOfLanesOfDifferentLength) {
+  const auto film = film_of(64, 64);
+  film->prepare({{}}, 4);
+  RenderContext context({.threads = 1});
+  FakePasses passes(*film, 0.1);
+  passes.context = &context;
+  const std::vector<double> samples = {3, 1, 1, 2};
+  double sum = 0;
+  for (uint32_t lane = 0; lane < 4; ++lane) {
+    film->set_lane(lane);
+    sum += passes.render(samples[lane]);
+  }
+  const Image image = film->develop();
+  double mean = 0, is = 0;
+  for (int i = 0; i < 64 * 64; ++i) mean += FakePasses::truth(i % 64, i / 64) / (64 * 64);
+  for (int i = 0; i < 64 * 64; ++i) {
+    const double r = FakePasses::truth(i % 64, i / 64), d = image.at(i % 64, i / 64, 0) - r;
+    is += d * d / (r * r + 0.01 * mean * mean) / (64 * 64);
+  }
+  const double said = estimate_rel_mse(*film, samples).value();
+  EXPECT_LT(said, 1.1 * is) << sum;
+  EXPECT_GT(said, is / 1.1);
 }
 
 TEST(Error, RoundsGrowAndEndAtTheLimit) {
