@@ -54,8 +54,10 @@ def main():
                  "-D", f"height={height}"],
                 check=True)
             with Image.open(f"{stem}.png") as picture:
-                size = WIDTH, WIDTH * picture.height // picture.width
-                small = picture.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+                # Without the legend below it.
+                sky = picture.crop((0, 0, picture.width, picture.width // 2))
+                size = WIDTH, WIDTH // 2
+                small = sky.convert("RGB").resize(size, Image.Resampling.LANCZOS)
             small.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(
                 options.output / f"{one.name}.png", optimize=True)
 

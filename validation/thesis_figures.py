@@ -101,8 +101,9 @@ def inspection(render, folder, output):
         found[mode] = cluster_summary(f"{stem}.csv")
         (output / f"figure-5.6-{mode}.csv").write_bytes((folder / f"{stem.name}.csv").read_bytes())
         with Image.open(f"{stem}.png") as picture:
-            small = picture.convert("RGB").resize(
-                (2 * SHOWN, SHOWN), Image.Resampling.LANCZOS)
+            # Without the legend below it.
+            sky = picture.crop((0, 0, picture.width, picture.width // 2))
+            small = sky.convert("RGB").resize((2 * SHOWN, SHOWN), Image.Resampling.LANCZOS)
         maps.append([(f"{mode}: {found[mode]['drawn']} clusters drawn from", small)])
     grid(output / "figure-5.6.jpg", maps)
     return found

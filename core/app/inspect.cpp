@@ -1,11 +1,13 @@
 #include "inspect.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
 #include <fmt/format.h>
 
+#include "canvas.h"
 #include "kinome/image.h"
 
 namespace kinome::app {
@@ -16,27 +18,20 @@ constexpr int kMapHeight = 512;
 constexpr int kLeastSceneSide = 768;  ///< of the longer one
 constexpr uint32_t kNone = ~0u;
 
-struct Canvas {
-  Image image;
-  Canvas(int width, int height) : image{width, height, {"R", "G", "B"}, {}} {
-    image.data.resize(static_cast<size_t>(width) * height * 3);
-  }
-  bool holds(int x, int y) const { return x >= 0 && y >= 0 && x < image.width && y < image.height; }
-  void set(int x, int y, const Rgb& color) {
-    for (int c = 0; c < 3; ++c) image.at(x, y, c) = color[c];
-  }
-  void disk(const Vec2& centre, float radius, const Rgb& color) {
-    for (int y = static_cast<int>(centre.y - radius); y <= static_cast<int>(centre.y + radius);
-         ++y) {
-      for (int x = static_cast<int>(centre.x - radius); x <= static_cast<int>(centre.x + radius);
-           ++x) {
-        const Vec2 d(static_cast<float>(x) + 0.5f - centre.x,
-                     static_cast<float>(y) + 0.5f - centre.y);
-        if (holds(x, y) && glm::dot(d, d) <= radius * radius) set(x, y, color);
-      }
-    }
-  }
-};
+const Rgb kOutline(0.9f, 0.8f, 0.1f);
+const Rgb kLit(1, 0.05f, 0.02f);
+const Rgb kShadowed(0.1f, 0.3f, 1);
+const Rgb kPoint(0.1f, 1, 0.2f);
+
+/// How large a sample is drawn: a disk's area tells how much it counts, within reason.
+float sample_radius(const Inspection& report, double weight) {
+  const double unit = report.is_learned ? 4 : 1.5;
+  return static_cast<float>(std::clamp(unit * std::sqrt(weight), 1.5, 6.));
+}
+
+Rgb hidden_color(const Rgb& color) {
+  return 0.15f * color + Rgb(0, 0.01f, 0.08f);
+}
 
 /// What a picture shows: where each pixel's light comes from, and how bright it is drawn.
 struct View {
@@ -144,18 +139,108 @@ void outline_clusters(const Inspection& report, View& view) {
       const auto visibility = static_cast<float>(report.clusters[cluster[i]].visibility);
       Rgb color;
       for (int c = 0; c < 3; ++c) color[c] = view.canvas.image.at(x, y, c);
-      const Rgb hidden = 0.15f * color + Rgb(0, 0.01f, 0.08f);
-      view.canvas.set(x, y, glm::mix(hidden, color, visibility));
+      view.canvas.set(x, y, glm::mix(hidden_color(color), color, visibility));
     }
   }
   for (int y = 0; y + 1 < height; ++y) {
     for (int x = 0; x + 1 < width; ++x) {
       const size_t i = static_cast<size_t>(y) * width + x;
       if (cluster[i] != cluster[i + 1] || cluster[i] != cluster[i + width]) {
-        view.canvas.set(x, y, Rgb(0.9f, 0.8f, 0.1f));
+        view.canvas.set(x, y, kOutline);
       }
     }
   }
+}
+
+/// Lines below the picture, each a sign with what it means.
+class Legend {
+ public:
+  Legend(Canvas& canvas, int lines)
+      : canvas_(canvas), scale_(canvas.image.width >= 700 ? 2 : 1), top_(canvas.image.height) {
+    canvas.extend(lines * height() + height());
+    canvas.fill({0, top_, canvas.image.width, canvas.image.height}, Rgb(0.012f));
+    top_ += height() / 2;
+  }
+  int height() const { return 11 * scale_ + 2; }
+  void title(const std::string& text) {
+    canvas_.text(kLeft, top_, scale_, text, Rgb(0.9f));
+    top_ += height();
+  }
+  /// `sign` draws into a box.
+  template <class Sign>
+  void line(const Sign& sign, const std::string& text) {
+    sign(Rect{kLeft, top_, kLeft + sign_width(), top_ + 7 * scale_});
+    canvas_.text(kLeft + sign_width() + 8 * scale_, top_, scale_, text, Rgb(0.55f));
+    top_ += height();
+  }
+
+ private:
+  static constexpr int kLeft = 12;
+  int sign_width() const { return 40 * scale_; }
+  Canvas& canvas_;
+  int scale_;
+  int top_;
+};
+
+Vec2 centre_of(const Rect& box) {
+  return 0.5f * Vec2(box.x0 + box.x1, box.y0 + box.y1);
+}
+
+/// Radiance L is drawn as L / (1 + L): a bar of all that there is, with marks at 1/4, 1 and 4.
+void draw_radiance_bar(const Rect& box, Canvas& canvas) {
+  const auto place = [&](float share) {
+    return box.x0 + static_cast<int>(share * static_cast<float>(box.width()));
+  };
+  for (int x = box.x0; x < box.x1; ++x) {
+    const float share = (static_cast<float>(x - box.x0) + 0.5f) / static_cast<float>(box.width());
+    canvas.fill({x, box.y0, x + 1, box.y1}, Rgb(share));
+  }
+  for (const float radiance : {0.25f, 1.f, 4.f}) {
+    const int x = place(radiance / (1 + radiance));
+    canvas.fill({x, box.y0 - 3, x + 2, box.y1 + 3}, Rgb(0.9f, 0.4f, 0.1f));
+  }
+  canvas.frame({box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}, Rgb(0.3f));
+}
+
+void draw_legend(const Inspection& report, const Vec2& pixel, Canvas& canvas) {
+  const bool distant = report.kind == LightPoints::Kind::kDistant;
+  Legend legend(canvas, 5 + (report.is_learned ? 1 : 0) + (distant ? 0 : 1));
+  legend.title(fmt::format("pixel {},{}: {} samples among {} clusters of {}", pixel.x, pixel.y,
+                           report.samples.size(), report.clusters.size(),
+                           distant ? "the sky" : "surfaces"));
+  if (distant) {
+    legend.line([&](const Rect& box) { draw_radiance_bar(box, canvas); },
+                "the sky, +y up: marks at radiance 1/4, 1 and 4");
+  } else {
+    legend.line([&](const Rect& box) { canvas.fill(box, Rgb(0.25f)); },
+                "the scene, lit from the camera");
+    legend.line([&](const Rect& box) { canvas.disk(centre_of(box), 4, kPoint); },
+                "the point that is lit");
+  }
+  legend.line(
+      [&](const Rect& box) {
+        canvas.frame(box, kOutline);
+        canvas.fill({(box.x0 + box.x1) / 2, box.y0, (box.x0 + box.x1) / 2 + 1, box.y1}, kOutline);
+      },
+      "borders of clusters, one of which is chosen");
+  if (report.is_learned) {
+    legend.line([&](const Rect& box) { canvas.fill(box, hidden_color(Rgb(0.4f))); },
+                "the bluer, the less of it is visible, as learned");
+  }
+  // Of the sizes that there are: see sample_radius().
+  const auto weights = report.is_learned ? std::array{0.25, 1., 2.} : std::array{1., 4., 16.};
+  const auto samples = [&](const Rgb& color) {
+    return [&, color](const Rect& box) {
+      for (int i = 0; i < 3; ++i) {
+        const float x = static_cast<float>(box.x0) +
+                        static_cast<float>(box.width()) * (static_cast<float>(i) + 0.5f) / 3;
+        canvas.disk({x, centre_of(box).y}, sample_radius(report, weights[i]), color);
+      }
+    };
+  };
+  legend.line(samples(kLit), fmt::format("light arrives: counts {} times the mean",
+                                         report.is_learned ? "1/4, 1 and 2" : "1, 4 and 16"));
+  legend.line(samples(kShadowed), "light is hidden");
 }
 
 /// Where a position is drawn in a view of the scene; nullopt where it isn't seen.
@@ -165,7 +250,7 @@ std::optional<Vec2> scene_position(const View& view, const Sensor& sensor, const
   return connection->film_position * view.scale;
 }
 
-void draw(const Inspection& report, const Scene& scene, const Sensor& sensor,
+void draw(const Inspection& report, const Scene& scene, const Sensor& sensor, const Vec2& pixel,
           const std::string& path) {
   const bool distant = report.kind == LightPoints::Kind::kDistant;
   View view = distant ? environment_view(scene) : scene_view(scene, sensor);
@@ -173,16 +258,14 @@ void draw(const Inspection& report, const Scene& scene, const Sensor& sensor,
   for (const InspectedSample& sample : report.samples) {
     const auto at =
         distant ? map_position(sample.position) : scene_position(view, sensor, sample.position);
-    // A disk's area tells the weight, within reason.
-    const double unit = report.is_learned ? 4 : 1.5;
-    const auto radius = static_cast<float>(std::clamp(unit * std::sqrt(sample.weight), 1.5, 6.));
-    const Rgb color = sample.visible ? Rgb(1, 0.05f, 0.02f) : Rgb(0.1f, 0.3f, 1);
-    if (at) view.canvas.disk(*at, radius, color);
+    if (!at) continue;
+    view.canvas.disk(*at, sample_radius(report, sample.weight), sample.visible ? kLit : kShadowed);
   }
   if (!distant) {
     const auto at = scene_position(view, sensor, report.position);
-    if (at) view.canvas.disk(*at, 4, Rgb(0.1f, 1, 0.2f));
+    if (at) view.canvas.disk(*at, 4, kPoint);
   }
+  draw_legend(report, pixel, view.canvas);
   write_png(path, view.canvas.image, 0);
 }
 
@@ -224,7 +307,7 @@ std::string inspect(const Scene& scene, const Sensor& sensor, RenderContext& con
   for (size_t i = 0; i < reports.size(); ++i) {
     const std::string name = i == 0 ? stem : fmt::format("{}-{}", stem, i + 1);
     write_text(name + ".csv", table(reports[i]));
-    draw(reports[i], scene, sensor, name + ".png");
+    draw(reports[i], scene, sensor, pixel, name + ".png");
     names += fmt::format("{}{}.png and .csv", i == 0 ? "" : ", ", name);
   }
   return names;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "time_table.h"
+
 namespace kinome::app {
 namespace {
 
@@ -21,6 +23,27 @@ std::vector<Skipped> all_skipped(const RenderStats& stats) {
   return skipped;
 }
 
+/// Rays by kind: how many, how many a second of the render, and of all rays.
+std::string ray_table(const RenderStats& stats) {
+  uint64_t all = 0;
+  for (const uint64_t rays : stats.counters.rays) all += rays;
+  std::string text;
+  const auto line = [&](const std::string& name, uint64_t rays) {
+    const auto count = static_cast<double>(rays);
+    text += fmt::format("  {:<20} {:13} {:9.3f} M/s {:5.1f} %\n", name, rays,
+                        1e-6 * count / std::max(stats.render_seconds, 1e-9),
+                        100 * count / static_cast<double>(all));
+  };
+  int kinds = 0;
+  for (int i = 0; i < kRayKindCount; ++i) {
+    if (stats.counters.rays[i] == 0) continue;
+    line(std::string(to_string(static_cast<RayKind>(i))) + " rays", stats.counters.rays[i]);
+    ++kinds;
+  }
+  if (kinds > 1) line("all rays", all);
+  return text;
+}
+
 }  // namespace
 
 std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
@@ -28,27 +51,13 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
       fmt::format("{}: {}x{} pixels, {} samples each, {}, {} threads{}\n", summary.scene,
                   summary.width, summary.height, summary.samples, summary.integrator, stats.threads,
                   stats.complete ? "" : ", incomplete");
-  const auto seconds = [&](const char* name, double value, const std::string& note = "") {
-    text += fmt::format("  {:<20} {:9.3f} s  {}\n", name, value, note);
-  };
-  seconds("load", stats.load_seconds,
-          fmt::format("of which plugins {:.4f} s", stats.plugin_seconds));
-  seconds("build", stats.build_seconds);
-  seconds("first tile", stats.first_tile_seconds, "after the program's start");
-  seconds("render", stats.render_seconds);
-  seconds("  Embree", stats.counters.embree_seconds,
-          fmt::format("over all threads: {:.0f} % of the render", 100 * embree_share(stats)));
-  for (const auto& [stage, value] : stats.counters.stage_seconds) {
-    seconds(("  " + stage).c_str(), value, "over all threads");
-  }
-  seconds("write", stats.write_seconds);
-  seconds("total", stats.total_seconds);
-  for (int i = 0; i < kRayKindCount; ++i) {
-    if (stats.counters.rays[i] == 0) continue;
-    text +=
-        fmt::format("  {:<20} {:13}\n", std::string(to_string(static_cast<RayKind>(i))) + " rays",
-                    stats.counters.rays[i]);
-  }
+  text += time_table(stats);
+  text += fmt::format("  {:<20} {:9.3f} s           after the program's start\n", "first tile",
+                      stats.first_tile_seconds);
+  text += fmt::format("  {:<20} {:9.3f} s           of each thread: {:.0f} % of the render\n",
+                      "in Embree", stats.counters.embree_seconds / std::max(1u, stats.threads),
+                      100 * embree_share(stats));
+  text += ray_table(stats);
   if (stats.rel_mse >= 0) {
     text +=
         fmt::format("  {:<20} {:9.3g}    by the render's own estimate\n", "relMSE", stats.rel_mse);
@@ -96,6 +105,8 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"seed", summary.seed},
       {"threads", stats.threads},
       {"complete", stats.complete},
+      {"filled", stats.filled},
+      {"missing", stats.missing},
       {"relmse", stats.rel_mse >= 0 ? json(stats.rel_mse) : json()},
       {"seconds",
        {{"load", stats.load_seconds},

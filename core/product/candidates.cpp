@@ -241,7 +241,7 @@ void Estimator::add_glossy(uint32_t index, const Unit& unit, Rgb& control) {
   const Group& group = groups_[index];
   const Patch& patch = (*patches_)[group.patch];
   if (light_.columns.count == 0 || !any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
-  const StageTimer timer(*stages_.candidates);
+  const StageScope timer(innermost_stage_, *stages_.candidates);
   const float wanted =
       unit.candidates * static_cast<float>(group.count) / static_cast<float>(order_.size());
   uint32_t lobe_log2 = kMinLobeLog2;
@@ -261,7 +261,7 @@ void Estimator::probe_glossy(uint32_t index, const Unit& unit, std::span<PointPl
   const Group& group = groups_[index];
   Patch& patch = (*patches_)[group.patch];
   if (light_.columns.count == 0 || !any(patch.bsdf->lobes() & Lobe::kGlossy)) return;
-  const StageTimer timer(*stages_.candidates);
+  const StageScope timer(innermost_stage_, *stages_.candidates);
   const uint32_t lobe_log2 = is_sharp(patch) ? kProbeSharpLobeLog2 : kProbeLobeLog2;
   const uint32_t from_cells = is_sharp(patch) ? kProbeSharpFromCells : kProbeFromCells;
   const size_t first =

@@ -196,7 +196,7 @@ void Estimator::add_diffuse(uint32_t index, Rgb& control) {
   const Patch& patch = (*patches_)[group.patch];
   if (light_.columns.count == 0) return;
   if (!any(patch.bsdf->lobes() & Lobe::kDiffuse) || !(group.albedo > 0)) return;
-  const StageTimer timer(*stages_.strata);
+  const StageScope timer(innermost_stage_, *stages_.strata);
   const simd::PatchCells& cells = prepare(group.patch).cells;
   const Segment segment{Strata::kDiffuse, index, weights_.size(), cells.above + cells.mixed,
                         mixed_visibility_.size()};

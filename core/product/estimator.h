@@ -11,6 +11,7 @@
 #include "kinome/light_cells.h"
 #include "local_choice.h"
 #include "spread.h"
+#include "stage_scope.h"
 #include "tile.h"
 
 namespace kinome {
@@ -271,6 +272,7 @@ class Estimator {
   std::span<const Visibility> visibility_;
   RenderCounters* counters_ = nullptr;
   Stages stages_{};
+  StageScope* innermost_stage_ = nullptr;
   /// What all rays that wait are for: records or an estimate.
   bool is_probing_ = false;
   std::vector<VisibilityRecord>* records_ = nullptr;  ///< of each patch

@@ -33,7 +33,7 @@ void Estimator::send_eye_rays(const Group& group, uint64_t seed, Rgb* sum) {
   if (!local.has_surfaces() && !local.has_bounce()) return;
   const Patch& patch = (*patches_)[group.patch];
   if (!any(patch.bsdf->lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
-  const StageTimer timer(*stages_.candidates);
+  const StageScope timer(innermost_stage_, *stages_.candidates);
   const float expected = eye_rays_of(patch);
   chosen_.clear();
   for (uint32_t j = 0; j < group.count; ++j) {
@@ -116,7 +116,7 @@ void Estimator::push_eye_ray(const Ray& ray, const EyeRay& eye) {
 
 void Estimator::trace_eye_rays() {
   if (eye_rays_.empty()) return;
-  const StageTimer timer(*stages_.eye);
+  const StageScope timer(innermost_stage_, *stages_.eye);
   for (size_t begin = 0; begin < eye_rays_.size(); begin += kBatch) {
     const size_t count = std::min(kBatch, eye_rays_.size() - begin);
     scene_->intersect({&eye_hits_[begin], count}, Coherence::kIncoherent, *counters_);

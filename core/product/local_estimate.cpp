@@ -166,7 +166,7 @@ void Estimator::add_local(uint32_t index, const Unit& unit, Rgb& control,
   const Group& group = groups_[index];
   const Patch& patch = (*patches_)[group.patch];
   if (!any(patch.bsdf->lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
-  const StageTimer timer(*stages_.candidates);
+  const StageScope timer(innermost_stage_, *stages_.candidates);
   Candidates& c = candidates_;
   const size_t first = c.size();
   const size_t end_points = connect_points(group, unit);

@@ -71,7 +71,7 @@ void Estimator::flush() {
 
 void Estimator::trace_shadow_rays() {
   if (waiting_ == 0) return;
-  const StageTimer timer(*stages_.shadow);
+  const StageScope timer(innermost_stage_, *stages_.shadow);
   scene_->occluded({rays_.data(), waiting_}, Coherence::kIncoherent, *counters_);
   (*counters_)[RayKind::kShadow] += waiting_;
   for (size_t i = 0; i < waiting_; ++i) {
@@ -228,7 +228,7 @@ std::pair<size_t, double> Estimator::heavier_candidates(double weight) const {
 
 void Estimator::comb_unit(const Unit& unit, Rgb* sum) {
   if (unit.rays == 0) return;
-  const StageTimer timer(*stages_.comb);
+  const StageScope timer(innermost_stage_, *stages_.comb);
   const double step = cap_candidates(unit.rays);
   if (!(step > 0)) return;
   Comb comb = Comb::by_step(step, random_float(unit.seed, 1));

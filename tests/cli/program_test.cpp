@@ -2,6 +2,7 @@
 
 #include <iterator>
 #include <set>
+#include <sstream>
 
 #include <nlohmann/json.hpp>
 
@@ -259,6 +260,55 @@ TEST_F(Program, StatsForPeopleGoToStderr) {
        {"first tile", "Embree", "camera rays", "9216", "peak memory", "skipped"}) {
     EXPECT_NE(result.err.find(part), std::string::npos) << part << " in " << result.err;
   }
+}
+
+/// Stages come as they run, with what they are, and parts add up to what they are part of.
+TEST_F(Program, StatsForPeopleAddUp) {
+  const ProcessResult result =
+      kinome({scene_, "--stats", "-t", "2", "-D", "integrator=clustered", "-D", "spp=16"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  struct Row {
+    size_t indent;
+    std::string name;
+    double share;
+  };
+  std::vector<Row> rows;
+  std::istringstream text(result.err);
+  for (std::string line; std::getline(text, line);) {
+    // "  NAME    SECONDS s   SHARE %  PHRASE"
+    const size_t indent = line.find_first_not_of(' '), unit = line.find(" s ");
+    const size_t percent = line.find(" %", unit == std::string::npos ? 0 : unit);
+    if (indent < 2 || unit == std::string::npos || percent == std::string::npos) continue;
+    if (line.find("in Embree") != std::string::npos) continue;
+    rows.push_back({indent, line.substr(indent, line.find("  ", indent) - indent),
+                    std::stod(line.substr(unit + 3))});
+  }
+  ASSERT_FALSE(rows.empty()) << result.err;
+  std::vector<std::string> stages;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].indent == 2) stages.push_back(rows[i].name);
+    double parts = 0;
+    size_t count = 0;
+    for (size_t k = i + 1; k < rows.size() && rows[k].indent > rows[i].indent; ++k) {
+      if (rows[k].indent != rows[i].indent + 2) continue;
+      parts += rows[k].share;
+      ++count;
+    }
+    if (count == 0) continue;
+    // Each is rounded to a tenth of a per cent, and a rest of no account is left out.
+    EXPECT_NEAR(parts, rows[i].share, 0.05 * static_cast<double>(count + 1) + 0.1) << result.err;
+  }
+  const std::vector<std::string> order = {"load", "build", "render", "write"};
+  ASSERT_GE(stages.size(), 5u) << result.err;
+  EXPECT_TRUE(std::equal(order.begin(), order.end(), stages.begin())) << result.err;
+  EXPECT_EQ(stages.back(), "total");
+  const auto place = [&](const std::string& stage) {
+    return result.err.find("\n    " + stage + " ");
+  };
+  EXPECT_LT(place("cells"), place("pilot")) << result.err;
+  EXPECT_LT(place("pilot"), place("main")) << result.err;
+  EXPECT_LT(place("main"), result.err.find("\n      primary ")) << result.err;
+  EXPECT_NE(result.err.find(" M/s "), std::string::npos) << result.err;
 }
 
 TEST_F(Program, OnlyNamedPluginsAreLoaded) {

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+
+#include "kinome/color.h"
+#include "kinome/image.h"
+
+namespace kinome::app {
+
+/// A picture to draw into; what lies outside is left out.
+struct Canvas {
+  Image image;
+  Canvas(int width, int height) : image{width, height, {"R", "G", "B"}, {}} {
+    image.data.resize(static_cast<size_t>(width) * height * 3);
+  }
+  bool holds(int x, int y) const { return x >= 0 && y >= 0 && x < image.width && y < image.height; }
+  void set(int x, int y, const Rgb& color) {
+    for (int c = 0; c < 3; ++c) image.at(x, y, c) = color[c];
+  }
+  void disk(const Vec2& centre, float radius, const Rgb& color);
+  /// Pixels [x0, x1) x [y0, y1).
+  void fill(const Rect& pixels, const Rgb& color);
+  void frame(const Rect& pixels, const Rgb& color);
+  /// Letters `scale` times their size, from their upper left corner on; returns where they end.
+  int text(int x, int y, int scale, const std::string& text, const Rgb& color);
+  /// More rows at the lower edge.
+  void extend(int rows);
+};
+
+}  // namespace kinome::app

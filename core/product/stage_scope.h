@@ -1,0 +1,37 @@
+#pragma once
+
+#include <chrono>
+
+namespace kinome {
+
+/// Adds the time until its end to a stage, and none of it to the stage within which that runs: so
+/// that stages add up. Costs as much as StageTimer.
+class StageScope {
+ public:
+  /// `innermost`: of those at work on one thread; nullptr at first.
+  StageScope(StageScope*& innermost, double& seconds)
+      : innermost_(innermost), outer_(innermost), seconds_(seconds), start_(Clock::now()) {
+    if (outer_) outer_->add_until(start_);
+    innermost_ = this;
+  }
+  StageScope(const StageScope&) = delete;
+  StageScope& operator=(const StageScope&) = delete;
+  ~StageScope() {
+    const Clock::time_point end = Clock::now();
+    add_until(end);
+    if (outer_) outer_->start_ = end;
+    innermost_ = outer_;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void add_until(Clock::time_point end) {
+    seconds_ += std::chrono::duration<double>(end - start_).count();
+  }
+  StageScope*& innermost_;
+  StageScope* const outer_;
+  double& seconds_;
+  Clock::time_point start_;
+};
+
+}  // namespace kinome
