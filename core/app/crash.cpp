@@ -19,6 +19,12 @@
 namespace kinome::app {
 namespace {
 
+#ifdef KINOME_HAS_SANITIZER
+constexpr bool kHasSanitizer = true;
+#else
+constexpr bool kHasSanitizer = false;
+#endif
+
 struct Crash {
   int signal;
   const char* name;
@@ -149,7 +155,7 @@ extern "C" void handle_crash(int signal, siginfo_t* info, void* context) {
 }  // namespace
 
 void tell_of_crashes() {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if (kHasSanitizer) return;
   is_terminal = isatty(STDERR_FILENO) == 1;
   static const AlternateStack stack;  // of this thread: the core gives its own one each
   // Loads what unwinding needs, which takes memory the first time.
@@ -162,7 +168,6 @@ void tell_of_crashes() {
     action.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_NODEFER;
     sigaction(crash.signal, &action, nullptr);
   }
-#endif
 }
 
 void set_activity(const char* activity) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -551,6 +553,29 @@ TEST(Film, WritesInItsFormat) {
   pfm->prepare({{}});
   pfm->write(folder.path("picture"), pfm->develop(), {});
   EXPECT_EQ(read_pfm(folder.path("picture.pfm")).width, 5);
+}
+
+/// Of what an interrupted render leaves: pixels without samples, unless light paths are all that
+/// there is.
+TEST(Film, TellsItsGaps) {
+  const auto film = make_film(size(8, 4) + "<rfilter type=\"box\"/>");
+  film->prepare({{}, {"depth"}});
+  const auto count = [&](int layer) {
+    const std::vector<bool> gaps = film->gaps(layer);
+    return std::count(gaps.begin(), gaps.end(), true);
+  };
+  EXPECT_EQ(count(0), 32);
+  FilmTile paths = film->make_tile({0, 0, 8, 4});
+  paths.add_light_paths(10);
+  film->commit(paths);
+  EXPECT_EQ(count(0), 0);
+  EXPECT_EQ(count(1), 32);
+  FilmTile colors = film->make_tile({0, 0, 4, 4});
+  fill(colors, 1, [](int, int) { return std::array{0.f, 0.f, 0.f}; });
+  film->commit(colors);
+  EXPECT_EQ(count(0), 16);
+  const std::vector<bool> gaps = film->gaps(0);
+  for (size_t p = 0; p < gaps.size(); ++p) EXPECT_EQ(gaps[p], p % 8 >= 4) << p;
 }
 
 }  // namespace
