@@ -4,9 +4,9 @@
     /usr/bin/python3 validation/compare_rates.py             the film simulated: 5 minutes
     /usr/bin/python3 validation/compare_rates.py --program   compare_rates.xml by the program: 10
 
-Columns: how many of so many pairs of correct pictures fail at a rate of 1 %, with the 95 % interval of
-their rate (Clopper and Pearson); how many would if pixels were taken for independent; and how many
-of a quarter as many pairs are told apart whose light differs by 0.3 %.
+Columns: how many of so many pairs of correct pictures fail at a rate of 1 %, with the 95 % interval
+of their rate (Clopper and Pearson); how many would if pixels were taken for independent; and how
+many of a quarter as many pairs are told apart whose light differs by 0.3 %.
 """
 import argparse
 import concurrent.futures
@@ -47,10 +47,10 @@ def rendered(name, pairs, first_seed, samples, radiances):
     with tempfile.TemporaryDirectory() as folder:
         def one(seed, radiance):
             output = pathlib.Path(folder) / f"{seed}.exr"
-            subprocess.run([KINOME, "-q", "-t", "1", "--variance", "--seed", str(seed), "-o", output,
+            subprocess.run([KINOME, "-q", "-t", "1", "--variance", "--seed", str(seed),
                             "-D", f"filter={name}", "-D", f"spp={samples}", "-D",
-                            f"radiance={radiance}", ROOT / "validation/compare_rates.xml"],
-                           check=True)
+                            f"radiance={radiance}", "-o", output,
+                            ROOT / "validation/compare_rates.xml"], check=True)
             found = load(output)
             output.unlink()
             return found
@@ -88,15 +88,16 @@ def main():
     alike, unlike = ((by_the_program, bias_by_the_program) if options.program
                      else (simulated, simulated_bias))
     few = max(1, options.pairs // 4)
-    print("| filter | false alarms | interval | by pixels alone | 0.3 % found |\n|---|---|---|---|---|")
+    print("| filter | false alarms | interval | by pixels alone | 0.3 % found |")
+    print("|---|---|---|---|---|")
     for name in options.filter or (PROGRAM_FILTERS if options.program else FILTERS):
         alarms = alone = 0
         for a, b in alike(name, options.pairs):
             alarms += not compare(a, b, ALPHA).passed
             alone += not compare(by_pixels_alone(a), by_pixels_alone(b), ALPHA).passed
         found = sum(not compare(bright, b, ALPHA).passed for b, bright in unlike(name, few))
-        print(f"| {name} | {alarms} of {options.pairs} | {interval(alarms, options.pairs)} | {alone} "
-              f"of {options.pairs} | {found} of {few} |", flush=True)
+        print(f"| {name} | {alarms} of {options.pairs} | {interval(alarms, options.pairs)} "
+              f"| {alone} of {options.pairs} | {found} of {few} |", flush=True)
 
 
 if __name__ == "__main__":

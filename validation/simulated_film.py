@@ -1,5 +1,5 @@
-"""The program's film with reconstruction filters and lanes, simulated: what `kinome --variance` writes
-of samples with known expectation, for filters that the program has and wider ones."""
+"""The program's film with reconstruction filters and lanes, simulated: what `kinome --variance`
+writes of samples with known expectation, for filters that the program has and wider ones."""
 
 import numpy as np
 from compare import Estimate

@@ -353,7 +353,8 @@ KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kin
 
 def floor_of_spots(count=50, height=0.05):
     """A floor seen from above, lit by count² spots right above it, and a lamp that covers half of
-    it. `path` tries one of the spots at a time: of 256 samples few meet the one that shines there."""
+    it. `path` tries one of the spots at a time: of 256 samples few take the one that shines
+    there."""
     spots = "".join(
         f"""<emitter type="spot"> <float name="cutoff_angle" value="86"/>
               <transform name="to_world">

@@ -69,8 +69,8 @@ class FalseAlarms(unittest.TestCase):
         self.assertLessEqual(failures, stats.binom.ppf(1 - 1e-4, 40, 0.05))
 
     def test_a_filter_of_any_width_keeps_the_rate(self):
-        # Gaussian: without the tiles' own variance, 4 of 10 pairs fail. 40 pairs tell that apart, and
-        # the full table (200 of every filter) is made by validation/compare_rates.py.
+        # Gaussian: without the tiles' own variance, a third of the pairs fail. 40 pairs tell that
+        # apart; the full table (200 of every filter) is made by validation/compare_rates.py.
         for name, pairs in (("gaussian", 40), ("lanczos", 6)):
             rng = np.random.default_rng(5)
             verdicts = [compare(render(rng, name, 2), render(rng, name, 2), 0.01)

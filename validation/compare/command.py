@@ -82,8 +82,8 @@ def refuse_doubt(options):
     is_pattern = len(last) >= FEWEST
     is_alone = len(last) == 1 and has_variance(last[0]) and not any(map(has_variance, first))
     if not is_pattern and not is_alone:
-        raise BadInput(f"{len(first) + len(last)} files, and it isn't plain which of them are B, the "
-                       "reference: the last one is, without a word, only where it has a variance "
+        raise BadInput(f"{len(first) + len(last)} files, and it isn't plain which of them are B, "
+                       "the reference: the last one is, without a word, only where it has a variance "
                        "and no other has. Put --reference before the files of B: "
                        f"kinome-compare {options.a[0]} ... --reference ...")
 

@@ -179,8 +179,8 @@ def shared_noise(path, picture, variance):
     except ValueError:
         whole = np.array([])
     if tiles.shape != variance.shape or whole.shape != variance.shape[2:]:
-        raise BadInput(f"{path}: has tile_variance, but not of the same channels as its colours, or "
-                       "no kinome:variance_of_mean in its header: write it again by "
+        raise BadInput(f"{path}: has tile_variance, but not of the same channels as its colours, "
+                       "or no kinome:variance_of_mean in its header: write it again by "
                        "kinome --variance")
     # Pixels without a variance were left out of both.
     known = np.isfinite(variance).all(axis=2)[:, :, None].astype(float)

@@ -9,15 +9,15 @@ that is darker than it can be told wrong, one that is brighter can't.
 A tile (of one channel) counts as such if
 
   * more than a fifth of its values are 0, others are not, and the latter were found by MOST_HITS of
-    the renders or fewer, on average: no tile that is part black and part lit, which all renders find,
-    nor one that is noisy without zeros;
+    the renders or fewer, on average: no tile that is part black and part lit, which all renders
+    find, nor one that is noisy without zeros;
   * no more than CARRIERS of its values carry its variance, (Σv)² / Σv², in the mean over it and the
-    like around it: where hits are many and alike, they tell the variance well, however rare they are.
-    (By itself, a tile without the brightest light would be one of many carriers, and stay.)
+    like around it: where hits are many and alike, they tell the variance well, however rare they
+    are. (By itself, a tile without the brightest light would have many carriers, and stay.)
 
 A tile that is black in the reference stays black, and light there is wrong; but for one beside such
-tiles which holds, in the other picture, so little that the reference might have missed all of it: no
-more than CHANCE of its hits in those tiles are worth.
+tiles which holds, in the other picture, so little that the reference might have missed all of it:
+no more than CHANCE of its hits in those tiles are worth.
 """
 import dataclasses
 
@@ -70,9 +70,9 @@ class Missed:
         places = ", ".join(f"{x},{y}" for x, y in self.places[:NAMED])
         more = f" and {len(self.places) - NAMED} more" if len(self.places) > NAMED else ""
         return (f"left out unless A is darker than B: {self.tiles} of {self.of} tiles, with "
-                f"{self.light:.2g} of A's light, where {b.name} hardly found the light and can't say "
-                f"how bright it is ({self.zeros:.0%} of its values there are exactly 0, the others "
-                f"come from one or two of its {b.renders} renders). They begin at pixel "
+                f"{self.light:.2g} of A's light, where {b.name} hardly found the light and can't "
+                f"say how bright it is ({self.zeros:.0%} of its values there are exactly 0, the "
+                f"others come from one or two of its {b.renders} renders). They begin at pixel "
                 f"{places}{more}")
 
 

@@ -1,7 +1,7 @@
 """How uncertain pixels, tiles and the whole picture are: variances and their degrees of freedom.
 
 Pixels may have noise in common. A reconstruction filter wider than its pixel spreads each sample
-over several (with the Gaussian, the mean of a tile is 1.6 times as uncertain as its pixels alone
+over several (with the Gaussian, the mean of a tile is 1.8 times as uncertain as its pixels alone
 would have it); lights and light paths may be shared by all of them. Two things are known of a tile:
 
   own    the variance of its mean from render to render: right whatever the pixels share, but known
@@ -17,8 +17,8 @@ of what all tiles have it to be, weighed by what either is worth:
     V = (d0 s P + d own) / (d0 + d),    d = N - 1
 
 with the scale s and the degrees of freedom d0 of the factor's distribution by moments of log(own/P)
-(the moderated t statistic: Smyth, Linear models and empirical Bayes methods, 2004). A tile whose own
-variance is beyond what that distribution allows one in a hundred has its own alone.
+(the moderated t statistic: Smyth, Linear models and empirical Bayes methods, 2004). A tile whose
+own variance is beyond what that distribution allows one in a hundred has its own alone.
 
 The whole picture's variance is the one from render to render. A file that tells of its pixels alone
 is taken for one of a box filter and independent pixels, as Mitsuba's references are.

@@ -21,7 +21,7 @@ orders of magnitude where the limit is one in a million. Therefore
     renders may miss, or may meet equally often, an edge that cuts off a corner;
   * tiles sum the variances of their pixels, 256 times the sample, and learn from the renders how
     much more or less they vary, since pixels share noise: see noise.py;
-  * where the reference hardly found the light, only what is darker can be told wrong: see missed.py.
+  * where the reference hardly found the light, only what is darker can be wrong: see missed.py.
 
 What this costs is power for a lone pixel among much noisier neighbours.
 """
@@ -103,8 +103,8 @@ def judge(name, alpha, difference, reference, t, dof, where):
     # Corrected for their number; log1p keeps the small ones.
     corrected = float(-np.expm1(len(t) * np.log1p(-min(p[worst], 1 - 1e-16))))
     share = f" ({difference[worst] / reference[worst]:+.3%})" if reference[worst] != 0 else ""
-    text = f"{where(worst)}: A - B = {difference[worst]:+.4g}, B = {reference[worst]:.4g}{share}, " \
-           f"t = {t[worst]:+.2f}"
+    text = (f"{where(worst)}: A - B = {difference[worst]:+.4g}, B = {reference[worst]:.4g}{share}, "
+            f"t = {t[worst]:+.2f}")
     with np.errstate(divide="ignore", invalid="ignore"):
         sizes = np.abs(difference / t / reference)  # one standard deviation
     known = np.flatnonzero(np.isfinite(sizes))
@@ -156,8 +156,8 @@ def test_of_image(pair, dim, alpha):
     if dim.any():
         masked = pair.masked | of_pixels(dim, pair.masked.shape)
         if masked.all():
-            raise BadInput(f"{pair.b.name}: hardly found any light: many of its values are exactly 0, "
-                           "the others come from one or two of its renders each. It needs more "
+            raise BadInput(f"{pair.b.name}: hardly found any light: many of its values are exactly "
+                           "0, the others come from one or two of its renders each. It needs more "
                            "samples, or an integrator that finds this light, to be a reference")
         pair = Pair(pair.a, pair.b, masked)
     sums = pair.mean_a.sum(axis=(0, 1)), pair.mean_b.sum(axis=(0, 1))
@@ -211,13 +211,15 @@ def notes_on(pair, left_out):
             notes.append(f"{e.name}: {e.renders} renders are few. With fewer than {ENOUGH}, rare "
                          "bright samples may pass for a difference")
         if noise.factor is not None:
-            notes.append(f"{e.name}: pixels share noise (by a filter wider than a pixel, or by light "
-                         f"they have in common): tiles are {np.sqrt(noise.factor):.2g} times as "
-                         "uncertain as by their pixels alone, which is allowed for")
+            notes.append(f"{e.name}: pixels share noise (by a filter wider than a pixel, or by "
+                         "light they have in common): tiles are "
+                         f"{np.sqrt(noise.factor):.2g} times as uncertain as by their pixels "
+                         "alone, which is allowed for")
     if left_out:
-        notes.append(f"{left_out} of {pair.keep.sum() * len(pair.names)} values vary in one picture "
-                     "but not in the other, as where few samples meet an edge: the test of pixels "
-                     "leaves them out, that of tiles has them")
+        values = pair.keep.sum() * len(pair.names)
+        notes.append(f"{left_out} of {values} values vary in one picture but not in the other, as "
+                     "where few samples meet an edge: the test of pixels leaves them out, that of "
+                     "tiles has them")
     return notes
 
 
