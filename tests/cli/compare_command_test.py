@@ -105,6 +105,9 @@ class Command(unittest.TestCase):
         for text in ("3", "many", "-16"):
             self.reference("told", seeds=None, header={"kinome:renders": text})
             self.assert_bad(f"comes from {text} independent renders, by kinome:renders", a, told)
+        self.reference("told", seeds=None, header={"kinome:renders": "2",
+                                                   "kinome:complete": "false"})
+        self.assert_bad("in its header, as it was interrupted; needs at least 4", a, told)
 
     def test_damaged_variances_of_tiles_are_refused(self):
         a, header = self.renders("a", picture(), 1), {"kinome:renders": "16"}

@@ -151,6 +151,8 @@ def renders_of(path, picture, wanted):
     if found is None and "kinome:renders" in picture.header:
         text = picture.header["kinome:renders"]
         found, source = int(text) if text.isdecimal() else text, "by kinome:renders in its header"
+        if picture.header.get("kinome:complete") == "false":
+            source += ", as it was interrupted"
     if found is None and note.is_file():
         try:
             found = json.loads(note.read_text(encoding="utf-8")).get("seeds")
