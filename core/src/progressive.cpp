@@ -20,9 +20,9 @@ constexpr double kPromised = 1.5;
 /// A round for what is predicted to be left would often miss it by little.
 constexpr double kErrorMargin = 1.1;
 constexpr double kLeastGrowth = 0.25;
-/// The first round, which is small so that it need not be much too good, costs more a sample than
-/// what follows, and is left behind faster.
-constexpr double kSecondGrowth = 3, kLaterGrowth = 1;
+/// Of what there is. Single samples, as of the first round, take longer and are spread less evenly
+/// than those of larger passes: the second round may be large at once, later ones double at most.
+constexpr double kSecondGrowth = 4, kLaterGrowth = 1;
 
 /// Of the time left: what the first round takes by its forecast, and others by the speed of the
 /// last one, if that was not much smaller.
@@ -60,17 +60,20 @@ class Progressive {
     const auto error = estimate_rel_mse(film_, samples_);
     if (!error) return;
     context_.stats().rel_mse = *error;
-    if (rounds_ == 1 && *error < budget_.rel_mse / kPromised) say_least_is_enough(*error);
+    if (*error < budget_.rel_mse / kPromised) say_why_better(*error);
   }
 
  private:
   double now() const { return context_.seconds(); }
 
-  void say_least_is_enough(double error) const {
+  void say_why_better(double error) const {
     std::ostringstream text;
     text.precision(3);
     text << "a relMSE of " << budget_.rel_mse << " is asked for, and the picture has " << error
-         << " with " << done_ << " samples a pixel, the fewest that tell";
+         << " with " << done_ << " samples a pixel"
+         << (rounds_ == 1
+                 ? ", the fewest that tell"
+                 : ": the last passes, being larger, did better than those before promised");
     log_info(text.str());
   }
 

@@ -16,10 +16,10 @@ KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
 ///
 /// - Neither time nor error asked for: the scene's samples, divided among the lanes.
 /// - Error: a first round of one sample for each lane, the fewest that tell an error; then others,
-///   each at most as large as all before it together, until the lanes differ by little enough. A
-///   quarter more is the least that they add, which at first is a sample for some of the lanes.
-///   When it ends depends on what the lanes found: by so much the picture is biased, far less than
-///   its noise.
+///   each at most as large as all before it together (the second: four times that), until the lanes
+///   differ by little enough. A quarter more is the least that they add, which at first is a sample
+///   for some of the lanes. When it ends depends on what the lanes found: by so much the picture is
+///   biased, far less than its noise. What is better than asked by 1.5 is told as info.
 /// - Time: rounds as large as the speed of the last one promises to be in time, smaller toward the
 ///   end. What is not in time all the same is cut short, tile by tile.
 KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& context);
