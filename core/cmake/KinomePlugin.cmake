@@ -12,6 +12,7 @@ function(kinome_add_plugin category name)
   target_link_libraries(${target} PRIVATE kinome::core ${arg_LINK})
   if(TARGET kinome_options)
     target_link_libraries(${target} PRIVATE kinome_options)
+    target_precompile_headers(${target} REUSE_FROM kinome_headers)
   endif()
   set_target_properties(${target} PROPERTIES
     PREFIX "" OUTPUT_NAME ${name} SUFFIX .so
