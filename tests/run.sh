@@ -1,10 +1,11 @@
 #!/bin/sh
 # Builds and runs the tests; ends with one line `N passed, M failed` and that exit status.
 #
-#   sh tests/run.sh [--asan | --tsan] [-R REGEX] [--only "NAME..."] [CTEST OPTION...]
+#   sh tests/run.sh [--all] [--asan | --tsan] [-R REGEX] [--only "NAME..."] [CTEST OPTION...]
 #   sh tests/run.sh --stability
 #   sh tests/run.sh --fuzz [SECONDS] [--only "NAME..."]
 #
+# --all:          also what takes long, as do --asan, --tsan, -R and --only
 # --asan, --tsan: with the address and undefined-behaviour sanitizers, or the thread sanitizer, in
 #                 a build folder of their own
 # -R REGEX:       the tests whose names match
@@ -20,6 +21,7 @@ set -u
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 sanitizer=
 only=
+left_out='-LE \.long\.'
 stability=
 fuzz_seconds=60
 # Ours are taken out, wherever they stand; the others go round to the end.
@@ -30,7 +32,11 @@ while [ "$arguments" -gt 0 ]; do
       sed -n '2,/^$/{/^#/!q;s/^# \{0,1\}//;p;}' "$0"
       exit
       ;;
-    --asan | --tsan) sanitizer=${1#--} ;;
+    --all) left_out= ;;
+    --asan | --tsan)
+      sanitizer=${1#--}
+      left_out=
+      ;;
     --stability) stability=yes ;;
     --fuzz)
       sanitizer=fuzz
@@ -46,10 +52,14 @@ while [ "$arguments" -gt 0 ]; do
     --only)
       [ "$arguments" -ge 2 ] || { echo "tests/run.sh: --only needs names" >&2; exit 1; }
       only=$2
+      left_out=
       shift
       arguments=$((arguments - 1))
       ;;
-    *) set -- "$@" "$1" ;;
+    *)
+      [ "$1" != -R ] || left_out=
+      set -- "$@" "$1"
+      ;;
   esac
   shift
   arguments=$((arguments - 1))
@@ -174,7 +184,8 @@ trap 'rm -f "$log"' EXIT
 export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_stack_use_after_return=1}"
 export UBSAN_OPTIONS="${UBSAN_OPTIONS:-print_stacktrace=1}"
 export TSAN_OPTIONS="${TSAN_OPTIONS:-halt_on_error=1}"
-ctest --test-dir "$build" -j "$(nproc)" --output-on-failure --no-tests=error "$@" 2>&1 |
+# shellcheck disable=SC2086
+ctest --test-dir "$build" -j "$(nproc)" --output-on-failure --no-tests=error $left_out "$@" 2>&1 |
   tee "$log"
 # "98% tests passed, 3 tests failed out of 150"; a crash, a time-out and a program that isn't there
 # are among the failed. A skipped test is not among them, yet proves nothing: it counts as failed.

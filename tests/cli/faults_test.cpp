@@ -92,8 +92,7 @@ TEST_F(Faults, MemoryEndsAnywhere) {
     if (result.status == 0) {
       succeeded = true;
       EXPECT_EQ(read_exr(image_).width, 2000);
-      fs::remove(image_);
-      continue;
+      break;  // more memory tells nothing more
     }
     failed = true;
     EXPECT_EQ(result.status, 1) << result.err;
