@@ -5,7 +5,7 @@
 #   sh tests/run.sh --stability
 #   sh tests/run.sh --fuzz [SECONDS] [--only "NAME..."]
 #
-# --all:          also what takes long, as do --asan, --tsan, -R and --only
+# --all:          also what takes long, and the test of the tests (as do --asan, --tsan and --only)
 # --asan, --tsan: with the address and undefined-behaviour sanitizers, or the thread sanitizer, in
 #                 a build folder of their own
 # -R REGEX:       the tests whose names match
@@ -56,10 +56,7 @@ while [ "$arguments" -gt 0 ]; do
       shift
       arguments=$((arguments - 1))
       ;;
-    *)
-      [ "$1" != -R ] || left_out=
-      set -- "$@" "$1"
-      ;;
+    *) set -- "$@" "$1" ;;
   esac
   shift
   arguments=$((arguments - 1))
@@ -155,6 +152,7 @@ if [ -n "$stability" ]; then
 fi
 [ "$sanitizer" != fuzz ] || fuzz
 targets=all
+[ -n "$left_out" ] || targets="all tests_defects"
 if [ -n "$only" ]; then
   targets=kinome_renderer
   labels=
@@ -191,7 +189,7 @@ ctest --test-dir "$build" -j "$(nproc)" --output-on-failure --no-tests=error $le
 # are among the failed. A skipped test is not among them, yet proves nothing: it counts as failed.
 summary=$(sed -n 's/.*% tests passed, \([0-9]*\) tests* failed out of \([0-9]*\)$/\1 \2/p' "$log")
 if [ -z "$summary" ]; then
-  echo "tests/run.sh: no test was run"
+  echo "tests/run.sh: no test was run${left_out:+ (what takes long needs --all)}"
   finish 0 1
 fi
 failed=${summary% *}

@@ -79,4 +79,9 @@ struct Estimate {
 };
 Verdict z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b, double alpha);
 
+/// The power of that test: by what share of the sum of `b` all of `a` may be off and is found 9 times
+/// of 10, by the sum's z alone. Infinite where the sum is 0.
+double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
+                       double alpha);
+
 }  // namespace kinome::test
