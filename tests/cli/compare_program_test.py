@@ -1,5 +1,7 @@
-"""kinome-compare with pictures by `kinome --variance`, as they are."""
+"""kinome-compare with the program's pictures: as `kinome --variance` writes them, and as sets of
+renders of different seeds."""
 
+import concurrent.futures
 import contextlib
 import io
 import os
@@ -13,10 +15,11 @@ import unittest.mock
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "validation"))
-from compare import load  # noqa: E402
+sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
+from compare import Estimate, compare, load  # noqa: E402
 from compare.command import main  # noqa: E402
 from compare.noise import tile_sums  # noqa: E402
+from simulated_renders import RENDERS, write_rgb  # noqa: E402
 
 KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
 
@@ -123,6 +126,99 @@ class PicturesByTheProgram(unittest.TestCase):
         whole = np.array([f.mean.sum(axis=(0, 1)) for f in files]).var(axis=0, ddof=1)
         ratio = (whole / np.mean([f.whole_variance for f in files], axis=0)).mean()
         self.assertTrue(0.2 < ratio < 2.5, ratio)  # chi² of 11 degrees: 0.2 to 2.6 but 1 in 1000
+
+
+SCENE = """<scene version="3.0.0">
+  <default name="radiance" value="1"/> <default name="turn" value="0"/>
+  <default name="gloss" value="0.006"/>
+  <integrator type="direct"/>
+  <sensor type="perspective">
+    <float name="fov" value="40"/>
+    <transform name="to_world">
+      <lookat origin="0, 2, 5" target="0, 0.7, 0" up="0, 1, 0"/>
+    </transform>
+    <sampler type="ldsampler"> <integer name="sample_count" value="32"/> </sampler>
+    <film type="hdrfilm">
+      <integer name="width" value="48"/> <integer name="height" value="32"/>
+      <string name="component_format" value="float32"/> <rfilter type="box"/>
+    </film>
+  </sensor>
+  <emitter type="envmap">
+    <string name="filename" value="sky.exr"/> <float name="scale" value="$radiance"/>
+    <transform name="to_world"> <rotate y="1" angle="$turn"/> </transform>
+  </emitter>
+  <shape type="sphere">
+    <point name="center" x="0" y="1" z="0"/>
+    <bsdf type="phong">
+      <float name="exponent" value="20"/> <rgb name="diffuse_reflectance" value="0.6, 0.5, 0.4"/>
+      <float name="specular_reflectance" value="$gloss"/>
+    </bsdf>
+  </shape>
+  <shape type="rectangle">
+    <transform name="to_world"> <rotate x="1" angle="-90"/> <scale value="4"/> </transform>
+    <bsdf type="diffuse"/>
+  </shape>
+</scene>
+"""
+
+
+class Renders(unittest.TestCase):
+    """By the program, 48x32 pixels, 16 seeds of 32 samples each: the weak lobe is seen for sure."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        rng = np.random.default_rng(0)
+        sky = rng.uniform(0.3, 1, (32, 64, 3))
+        sky[8:10, 20:23] = 30
+        write_rgb(cls.folder / "sky.exr", sky)
+        (cls.folder / "scene.xml").write_text(SCENE)
+        cls.correct = cls.render("correct", 100)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    @classmethod
+    def render(cls, name, first_seed, **defines):
+        def one(seed):
+            command = [KINOME, "-q", "-t", "1", "--seed", str(seed), cls.folder / "scene.xml", "-o",
+                       cls.folder / f"{name}-{seed}.exr"]
+            for key, value in defines.items():
+                command += ["-D", f"{key}={value}"]
+            result = subprocess.run(command, check=False, capture_output=True, text=True)
+            assert result.returncode == 0, result.stderr
+
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(one, range(first_seed, first_seed + RENDERS)))
+        return load(cls.folder / f"{name}-*.exr")
+
+    def assert_fails(self, defective):
+        verdict = compare(defective, self.correct)
+        self.assertFalse(verdict.passed, [t.worst for t in verdict.tests])
+
+    def test_a_correct_one_passes(self):
+        for i in range(3):
+            verdict = compare(self.render(f"again{i}", 200 + RENDERS * i), self.correct)
+            self.assertTrue(verdict.passed, [t.worst for t in verdict.tests])
+
+    def test_radiance_off_by_three_thousandths(self):
+        self.assert_fails(self.render("bright", 300, radiance=1.003))
+
+    def test_the_environment_turned_by_half_a_texel(self):
+        self.assert_fails(self.render("turned", 300, turn=360 / 64 / 2))
+
+    def test_a_weak_lobe_is_missing(self):
+        dull = self.render("dull", 300, gloss=0)
+        share = 1 - dull.mean.sum() / self.correct.mean.sum()
+        self.assertLess(share, 0.01)  # of the light: the case is what it says
+        self.assert_fails(dull)
+
+    def test_one_wrong_tile(self):
+        wrong = self.render("wrong", 300)
+        wrong.stack[:, :16, 16:32] *= 1.01
+        self.assert_fails(Estimate.from_renders("wrong", wrong.stack))
 
 
 if __name__ == "__main__":
