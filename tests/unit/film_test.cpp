@@ -6,23 +6,15 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <random>
 #include <span>
 
+#include "film_xml.h"
 #include "kinome/color.h"
 #include "kinome/sampler.h"
-#include "support/render.h"
 
 namespace kinome::test {
 namespace {
 
-std::shared_ptr<Film> make_film(const std::string& body) {
-  return make<Film>("<film type=\"hdrfilm\">" + body + "</film>");
-}
-std::string size(int width, int height) {
-  return "<integer name=\"width\" value=\"" + std::to_string(width) +
-         "\"/><integer name=\"height\" value=\"" + std::to_string(height) + "\"/>";
-}
 std::string text(const char* name, const char* value) {
   return std::string("<string name=\"") + name + "\" value=\"" + value + "\"/>";
 }
@@ -46,7 +38,7 @@ void fill(FilmTile& tile, int per_pixel, const Values& values) {
 class EveryFilter : public testing::TestWithParam<const char*> {};
 
 TEST_P(EveryFilter, ConstantStaysConstant) {
-  const auto film = make_film(size(70, 41) + "<rfilter type=\"" + GetParam() + "\"/>");
+  const auto film = make_film(film_size(70, 41) + "<rfilter type=\"" + GetParam() + "\"/>");
   film->prepare({{}});
   // Tiles whose borders overlap, some narrower than the filter.
   for (const Rect& r : {Rect{0, 0, 32, 41}, Rect{32, 0, 33, 41}, Rect{33, 0, 70, 41}}) {
@@ -84,7 +76,7 @@ TEST(Film, ManySamplesKeepTheirMean) {
   const std::vector<float> values{0.1f, 1.f / 3, 7e4f};
   const Rect all{0, 0, 2, 2};
   for (const char* filter : {"box", "gaussian"}) {
-    const auto film = make_film(size(2, 2) + "<rfilter type=\"" + filter + "\"/>");
+    const auto film = make_film(film_size(2, 2) + "<rfilter type=\"" + filter + "\"/>");
     film->prepare({{}});
     FilmTile tile = film->make_tile(all);
     fill(tile, 1 << 16, [&](int, int) { return std::span(values); });
@@ -103,7 +95,7 @@ TEST(Film, ManySamplesKeepTheirMean) {
 
 /// Adding 1, the weights of a float would end at 2^24.
 TEST(Film, WeightsGoOnGrowing) {
-  const auto film = make_film(size(1, 1) + "<rfilter type=\"box\"/>");
+  const auto film = make_film(film_size(1, 1) + "<rfilter type=\"box\"/>");
   film->prepare({{}});
   const std::vector<float> dark(3, 0.f), bright(3, 1.f);
   FilmTile tile = film->make_tile({0, 0, 1, 1});
@@ -115,7 +107,7 @@ TEST(Film, WeightsGoOnGrowing) {
 }
 
 TEST(Film, BoxCountsASampleForThePixelThatHoldsIt) {
-  const auto film = make_film(size(4096, 3) + "<rfilter type=\"box\"/>");
+  const auto film = make_film(film_size(4096, 3) + "<rfilter type=\"box\"/>");
   const struct {
     float x;
     int pixel;
@@ -154,7 +146,7 @@ TEST(Film, PositionsStayInsideTheirPixel) {
 }
 
 TEST(Film, SingleSampleReachesAsFarAsItsFilterWithItsWeights) {
-  const auto film = make_film(size(12, 12) + "<rfilter type=\"gaussian\"/>");
+  const auto film = make_film(film_size(12, 12) + "<rfilter type=\"gaussian\"/>");
   const ReconstructionFilter& filter = film->filter();
   EXPECT_EQ(filter.radius(), 2.f);
   film->prepare({{}});
@@ -217,7 +209,7 @@ TEST(Film, FilterValuesAreMitsubas) {
 }
 
 TEST(Film, CropIsAWindowOfTheFullFilm) {
-  const auto film = make_film(size(40, 30) + "<integer name=\"crop_offset_x\" value=\"7\"/>" +
+  const auto film = make_film(film_size(40, 30) + "<integer name=\"crop_offset_x\" value=\"7\"/>" +
                               "<integer name=\"crop_offset_y\" value=\"9\"/>" +
                               "<integer name=\"crop_width\" value=\"11\"/>" +
                               "<integer name=\"crop_height\" value=\"5\"/><rfilter type=\"box\"/>");
@@ -243,7 +235,7 @@ TEST(Film, CropIsAWindowOfTheFullFilm) {
 
 TEST(Film, LayersHaveWeightsOfTheirOwn) {
   const auto film =
-      make_film(size(8, 8) + text("pixel_format", "rgba") + "<rfilter type=\"box\"/>");
+      make_film(film_size(8, 8) + text("pixel_format", "rgba") + "<rfilter type=\"box\"/>");
   film->prepare({{"depth", "albedo.R"}, {"n.X"}});
   EXPECT_EQ(film->channels(),
             (std::vector<std::string>{"R", "G", "B", "A", "depth", "albedo.R", "n.X"}));
@@ -262,8 +254,8 @@ TEST(Film, LayersHaveWeightsOfTheirOwn) {
 }
 
 TEST(Film, LuminanceIsThatOfTheColour) {
-  const auto film =
-      make_film(size(4, 4) + text("pixel_format", "luminance_alpha") + "<rfilter type=\"box\"/>");
+  const auto film = make_film(film_size(4, 4) + text("pixel_format", "luminance_alpha") +
+                              "<rfilter type=\"box\"/>");
   film->prepare({{"extra"}});
   EXPECT_EQ(film->channels(), (std::vector<std::string>{"Y", "A", "extra"}));
   EXPECT_EQ(film->value_count(0), 5);
@@ -277,7 +269,7 @@ TEST(Film, LuminanceIsThatOfTheColour) {
 }
 
 TEST(Film, NonFiniteSamplesAreCountedAndDropped) {
-  const auto film = make_film(size(4, 4) + "<rfilter type=\"box\"/>");
+  const auto film = make_film(film_size(4, 4) + "<rfilter type=\"box\"/>");
   film->prepare({{}});
   FilmTile tile = film->make_tile({0, 0, 4, 4});
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -296,121 +288,11 @@ TEST(Film, NonFiniteSamplesAreCountedAndDropped) {
   EXPECT_EQ(film->non_finite(), 0u);
 }
 
-/// Lanes are filled one by one; the picture is all of them, by weight, and the variance that of
-/// their mean.
-TEST(Film, LanesMakeOnePictureAndItsVariance) {
-  const auto film =
-      make_film(size(2, 1) + R"(<string name="pixel_format" value="rgba"/><rfilter type="box"/>)");
-  film->prepare({{"extra"}, {"other"}}, 3);
-  ASSERT_EQ(film->lanes(), 3u);
-  const float values[3] = {1, 2, 6};
-  for (uint32_t lane = 0; lane < 3; ++lane) {
-    film->set_lane(lane);
-    FilmTile tile = film->make_tile({0, 0, 2, 1}), other = film->make_tile({0, 0, 2, 1}, 1);
-    const float v = values[lane];
-    tile.add_pixel(0, 0, std::vector<float>{v, 2 * v, 0, 1, v}, 2);
-    if (lane == 1) tile.add_pixel(1, 0, std::vector<float>{5, 5, 5, 0, 5}, 0.5f);
-    other.add_pixel(0, 0, std::vector<float>{v}, lane == 0 ? 3.f : 1.f);
-    film->commit(tile);
-    film->commit(other);
-  }
-  const Image image = film->develop();
-  ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "A", "extra", "other"}));
-  const std::vector<float> expected = {3, 6, 0, 1, 3, 11.f / 5, 5, 5, 5, 0, 5, 0};
-  EXPECT_EQ(image.data, expected);
-  const FilmNoise noise = film->noise();
-  ASSERT_EQ(noise.image.channels,
-            (std::vector<std::string>{"variance.R", "variance.G", "variance.B", "tile_variance.R",
-                                      "tile_variance.G", "tile_variance.B"}));
-  // (2² + 1² + 3²) / (3 x 2); and of one lane there is none. Tile and picture are that pixel.
-  const double variances[3] = {7. / 3, 28. / 3, 0};
-  for (int c = 0; c < 3; ++c) {
-    EXPECT_FLOAT_EQ(noise.image.at(0, 0, c), static_cast<float>(variances[c]));
-    EXPECT_EQ(noise.image.at(1, 0, c), kInfinity);
-    for (const int x : {0, 1}) {
-      EXPECT_FLOAT_EQ(noise.image.at(x, 0, 3 + c), static_cast<float>(variances[c]));
-    }
-    EXPECT_NEAR(noise.variance_of_mean.at(c), variances[c], 1e-12);
-  }
-  EXPECT_EQ(noise.renders, 3u);
-  EXPECT_FALSE(film->lane_color(1, 0));
-  EXPECT_EQ(*film->lane_color(0, 2), Rgb(6, 12, 0));
-  film->prepare({{}});
-  EXPECT_EQ(film->lanes(), 1u);
-}
-
-/// Noise that pixels have in common: of each lane, all of them go up and down together. Their tiles
-/// and the picture are as noisy as each pixel; by the pixels' variances alone, 1/256 of that. The
-/// last tiles are narrower.
-TEST(Film, NoiseThatPixelsShareIsThatOfTheirTiles) {
-  const auto film = make_film(
-      size(20, 18) + R"(<string name="pixel_format" value="luminance"/><rfilter type="box"/>)");
-  film->prepare({{}}, 4);
-  for (uint32_t lane = 0; lane < 4; ++lane) {
-    film->set_lane(lane);
-    FilmTile tile = film->make_tile({0, 0, 20, 18});
-    for (int i = 0; i < 360; ++i) {
-      // Two halves whose noise is opposite: it cancels out in tiles that have as much of both.
-      const float v = static_cast<float>(lane) * (i / 20 < 8 ? 1.f : -1.f);
-      tile.add_pixel(i % 20, i / 20, std::vector<float>{v, v, v});
-    }
-    film->commit(tile);
-  }
-  const FilmNoise noise = film->noise();
-  ASSERT_EQ(noise.image.channels, (std::vector<std::string>{"variance.Y", "tile_variance.Y"}));
-  // Lanes of 0, 1, 2, 3: 5 / (4 x 3).
-  for (int i = 0; i < 360; ++i) {
-    EXPECT_NEAR(noise.image.at(i % 20, i / 20, 0), 5. / 12, 1e-6);
-    EXPECT_NEAR(noise.image.at(i % 20, i / 20, 1), i / 20 < 16 ? 0 : 5. / 12, 1e-6);
-  }
-  EXPECT_NEAR(noise.variance_of_mean.at(0), 5. / 12 / 81, 1e-6);  // 8 rows against 10
-}
-
-/// A filter spreads each sample over several pixels. Here each lane has one sample, 1 or -1, at
-/// each pixel's centre: how much of each the tile holds is known.
-TEST(Film, NoiseThatTheFilterSpreadsIsThatOfTheTile) {
-  const auto film = make_film(size(16, 16) + R"(<rfilter type="gaussian"/>)");
-  constexpr uint32_t kLanes = 400;
-  film->prepare({{}}, kLanes);
-  std::mt19937 random(1);
-  for (uint32_t lane = 0; lane < kLanes; ++lane) {
-    film->set_lane(lane);
-    FilmTile tile = film->make_tile({0, 0, 16, 16});
-    for (int i = 0; i < 256; ++i) {
-      const float v = random() % 2 == 0 ? 1.f : -1.f;
-      tile.add({static_cast<float>(i % 16) + 0.5f, static_cast<float>(i / 16) + 0.5f},
-               std::vector<float>{v, v, v});
-    }
-    film->commit(tile);
-  }
-  // Along an axis: w_px of sample x in pixel p. Of both axes, sums are products.
-  double of_tile = 0, of_pixels = 0;
-  std::vector<double> shares(16, 0.);
-  for (int p = 0; p < 16; ++p) {
-    double sum = 0, squares = 0;
-    for (int x = 0; x < 16; ++x) sum += film->filter().eval(static_cast<float>(p - x));
-    for (int x = 0; x < 16; ++x) {
-      const double w = film->filter().eval(static_cast<float>(p - x)) / sum;
-      shares[x] += w;
-      squares += w * w;
-    }
-    of_pixels += squares;
-  }
-  for (const double share : shares) of_tile += share * share;
-  const FilmNoise noise = film->noise();
-  double pixels = 0;
-  for (int i = 0; i < 256; ++i) pixels += noise.image.at(i % 16, i / 16, 0);
-  // A variance of 400 lanes is right to 1 in 14, of 256 pixels besides to 1 in 100: 5 times that.
-  EXPECT_NEAR(pixels / (of_pixels * of_pixels / kLanes), 1, 0.05);
-  EXPECT_NEAR(256. * 256 * noise.image.at(0, 0, 3) / (of_tile * of_tile / kLanes), 1, 0.35);
-  EXPECT_GT(of_tile * of_tile, 2 * of_pixels * of_pixels);  // or the case would tell nothing
-}
-
 /// Finished pixels count for themselves alone, whatever the filter; two of one pixel are averaged.
 TEST(Film, FinishedPixelsKeepTheirValue) {
   for (const char* filter : {"box", "gaussian"}) {
     const auto film = make_film(
-        size(6, 4) +
+        film_size(6, 4) +
         "<integer name=\"crop_offset_x\" value=\"1\"/><integer name=\"crop_width\" value=\"5\"/>" +
         "<rfilter type=\"" + filter + "\"/>");
     film->prepare({{}});
@@ -446,7 +328,7 @@ TEST(Film, FinishedPixelsKeepTheirValue) {
 }
 
 TEST(Film, SamplesOutsideAndEmptyTilesDoNothing) {
-  const auto film = make_film(size(8, 8));
+  const auto film = make_film(film_size(8, 8));
   film->prepare({{}});
   FilmTile outside = film->make_tile({-40, -40, -10, -10});
   outside.add({-20, -20}, std::vector<float>{1, 1, 1});
@@ -496,13 +378,14 @@ TEST(Film, RefusesWhatItCannotBe) {
 TEST(Film, RefusesMorePixelsThanItCanCount) {
   const std::string window =
       "<integer name=\"crop_width\" value=\"65536\"/><integer name=\"crop_height\" value=\"";
-  expect_error(size(65536, 65536), "'width' makes the picture 65536 x 65536 pixels: no more than");
-  expect_error(size(46341, 46341), "'width'");  // just beyond
-  expect_error(size(32768, 65536), "'height'");
-  expect_error(size(65536, 65536) + window + "32768\"/>", "'crop_width'");
+  expect_error(film_size(65536, 65536),
+               "'width' makes the picture 65536 x 65536 pixels: no more than");
+  expect_error(film_size(46341, 46341), "'width'");  // just beyond
+  expect_error(film_size(32768, 65536), "'height'");
+  expect_error(film_size(65536, 65536) + window + "32768\"/>", "'crop_width'");
   // No memory is taken before it is rendered.
-  EXPECT_EQ(make_film(size(46340, 46340))->crop().area(), 2147395600);
-  const auto part = make_film(size(65536, 65536) + window + "32767\"/>");
+  EXPECT_EQ(make_film(film_size(46340, 46340))->crop().area(), 2147395600);
+  const auto part = make_film(film_size(65536, 65536) + window + "32767\"/>");
   EXPECT_EQ(part->crop().area(), 65536 * 32767);
 }
 
@@ -535,7 +418,7 @@ TEST(Film, DefaultsAreMitsubas) {
 
 TEST(Film, WritesInItsFormat) {
   const TemporaryFolder folder;
-  const auto film = make_film(size(40, 30) + text("component_format", "float32") +
+  const auto film = make_film(film_size(40, 30) + text("component_format", "float32") +
                               "<integer name=\"crop_offset_x\" value=\"7\"/>" +
                               "<integer name=\"crop_width\" value=\"11\"/>");
   film->prepare({{"albedo.R"}});
@@ -549,7 +432,7 @@ TEST(Film, WritesInItsFormat) {
   EXPECT_EQ(back.data, image.data);
   EXPECT_EQ(metadata["note"], "hello");
 
-  const auto pfm = make_film(size(5, 4) + text("file_format", "pfm"));
+  const auto pfm = make_film(film_size(5, 4) + text("file_format", "pfm"));
   pfm->prepare({{}});
   pfm->write(folder.path("picture"), pfm->develop(), {});
   EXPECT_EQ(read_pfm(folder.path("picture.pfm")).width, 5);
@@ -558,7 +441,7 @@ TEST(Film, WritesInItsFormat) {
 /// Of what an interrupted render leaves: pixels without samples, unless light paths are all that
 /// there is.
 TEST(Film, TellsItsGaps) {
-  const auto film = make_film(size(8, 4) + "<rfilter type=\"box\"/>");
+  const auto film = make_film(film_size(8, 4) + "<rfilter type=\"box\"/>");
   film->prepare({{}, {"depth"}});
   const auto count = [&](int layer) {
     const std::vector<bool> gaps = film->gaps(layer);
