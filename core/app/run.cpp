@@ -15,6 +15,7 @@
 #include "kinome/plugin_audit.h"
 #include "kinome/render_context.h"
 #include "kinome/scene_loader.h"
+#include "metadata.h"
 #include "progress.h"
 #include "report.h"
 #include "say.h"
@@ -38,6 +39,11 @@ void set_up_log(const Options& options) {
                   : options.verbosity == 1 ? LogLevel::kInfo
                                            : LogLevel::kDebug);
   }
+}
+
+LoadOptions load_options(const Options& options) {
+  return {
+      .defines = options.defines, .search_paths = options.search_paths, .threads = options.threads};
 }
 
 const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {
@@ -101,45 +107,6 @@ std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
   return checkpoint;
 }
 
-/// All that the bits of the picture depend on, but for the files that the scene names.
-Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor) {
-  size_t index = 0;
-  while (scene.sensors()[index].get() != &sensor) ++index;
-  const Rect& crop = sensor.film().crop();
-  return {{"version", KINOME_VERSION},
-          {Checkpoint::kScene, scene.hash()},
-          {"sensor", std::to_string(index)},
-          {"picture", fmt::format("{}x{}", crop.width(), crop.height())},
-          {"seed", std::to_string(options.seed)},
-          {"--variance", std::to_string(options.renders)},
-          {"--error", fmt::format("{}", options.rel_mse)}};
-}
-
-ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
-                          const std::string& integrator, const RenderStats& stats) {
-  ImageMetadata metadata = {
-      {"kinome:version", KINOME_VERSION},
-      {"kinome:scene", scene.file()},
-      {"kinome:scene_hash", scene.hash()},
-      {"kinome:integrator", integrator},
-      {"kinome:samples", std::to_string(std::lround(stats.samples))},
-      {"kinome:seed", std::to_string(context.seed())},
-      {"kinome:plugins", fmt::format("{}", fmt::join(stats.plugins, " "))},
-      {"kinome:complete", stats.complete ? "true" : "false"},
-  };
-  if (!stats.complete) {
-    metadata["kinome:filled"] = fmt::format("{:.4g}", stats.filled);
-    metadata["kinome:missing"] = fmt::format("{:.4g}", stats.missing);
-  }
-  if (stats.rel_mse >= 0) metadata["kinome:relmse"] = fmt::format("{:.4g}", stats.rel_mse);
-  if (stats.renders > 0) {
-    metadata["kinome:renders"] = std::to_string(stats.renders);
-    metadata["kinome:variance_of_mean"] =
-        fmt::format("{:.9g}", fmt::join(stats.variance_of_mean, " "));
-  }
-  return metadata;
-}
-
 /// Of channels that are rendered for nothing.
 void warn_of_layers(const Scene& scene, const Film& film) {
   if (film.file_extension() != ".pfm") return;
@@ -197,17 +164,6 @@ void warn_of_budget(const Options& options, const RenderStats& stats) {
             ? fmt::format(" when time was up, after {:.0f} samples a pixel", stats.samples)
             : fmt::format(", and {:.0f} samples a pixel are the limit", stats.samples)));
   }
-}
-
-/// Names of the loaded integrators (an aov integrator nests others).
-std::string integrator_names(const std::vector<std::string>& plugins) {
-  const std::string prefix = std::string(to_string(Category::kIntegrator)) + "/";
-  std::string names;
-  for (const std::string& plugin : plugins) {
-    if (plugin.rfind(prefix, 0) != 0) continue;
-    names += (names.empty() ? "" : " ") + plugin.substr(prefix.size());
-  }
-  return names;
 }
 
 /// Where plugins are audited: always, and where samples were not finite.
@@ -290,11 +246,7 @@ int check_command(const Options& options) {
   warn_of_missing_folders(options);
   set_activity("loading the scene");
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
-  const std::vector<Error> faults = check_scene(options.scene,
-                                                {.defines = options.defines,
-                                                 .search_paths = options.search_paths,
-                                                 .threads = options.threads},
-                                                registry);
+  const std::vector<Error> faults = check_scene(options.scene, load_options(options), registry);
   for (const Error& fault : faults) fmt::print("{}\n", fault.what());
   if (faults.empty()) fmt::print("no faults\n");
   return faults.empty() ? 0 : 1;
@@ -329,11 +281,7 @@ int render_command(const Options& options, Clock::time_point start) {
   RenderStats& stats = context.stats();
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
   set_activity("loading the scene");
-  const auto scene = load_scene(options.scene,
-                                {.defines = options.defines,
-                                 .search_paths = options.search_paths,
-                                 .threads = options.threads},
-                                registry, &stats);
+  const auto scene = load_scene(options.scene, load_options(options), registry, &stats);
   const Sensor& sensor = choose_sensor(*scene, options.sensor);
   const Film& film = sensor.film();
   film_to_write = &film;

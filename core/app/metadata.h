@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinome/checkpoint.h"
+#include "kinome/image.h"
+#include "kinome/render_context.h"
+#include "kinome/scene.h"
+#include "kinome/sensor.h"
+#include "options.h"
+
+namespace kinome::app {
+
+/// What a picture's header says of how it was made.
+ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
+                          const std::string& integrator, const RenderStats& stats);
+
+/// All that the bits of the picture depend on, but for the files that the scene names.
+Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor);
+
+/// Names of the loaded integrators, of which an aov integrator nests others, with spaces between.
+std::string integrator_names(const std::vector<std::string>& plugins);
+
+}  // namespace kinome::app
