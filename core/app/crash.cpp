@@ -2,6 +2,7 @@
 
 #include <unwind.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <csignal>
@@ -82,7 +83,8 @@ Culprit find_culprit(const Registers& at) {
   culprit.plugin = plugin_at(at.instruction);
   if (culprit.plugin) return culprit;
 #if defined(__x86_64__)
-  // A call of nowhere: who called is known by the return address alone.
+  // A call through a null pointer: there is no code to unwind from, but the stack begins with the
+  // address that the call would have returned to.
   if (!at.instruction && at.stack) {
     culprit.plugin = plugin_at(*static_cast<const void* const*>(at.stack));
     if (culprit.plugin) return culprit;

@@ -29,9 +29,9 @@ const char* nonsense_of(const Emitter& emitter, const AuditPlace& place);
 const char* contradiction_of(const Bsdf& bsdf, const AuditPlace& place);
 const char* contradiction_of(const Emitter& emitter, const AuditPlace& place);
 
-/// What the try `number` contradicts, confirmed: a single one may be at odds with its plugin by
-/// rounding, where a surface or a texel ends. Of what is so once in 10^4 times, two in nine are
-/// not.
+/// What the first try finds wrong, if one of eight others does so, too. A single try may fail by
+/// rounding, where a surface or a texel ends: where that is one in 10^4, two fail at 8 in 10^8 of
+/// the places.
 template <class Try>
 const char* confirmed(const Try& fault_of_try) {
   constexpr uint64_t kTries = 9;

@@ -146,6 +146,8 @@ def error_figure(value):
 
 VALUES = {"image": "the mean of the whole picture, in each channel",
           "tiles": "the means of 16x16 pixels", "pixels": "every pixel"}
+
+
 def count(number, what):
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
