@@ -15,8 +15,6 @@ struct Lost {
   std::set<std::string> names;    ///< of parameters
   std::set<Category> categories;  ///< of nested objects
   bool anything = false;          ///< of what, isn't known
-
-  bool empty() const { return names.empty() && categories.empty() && !anything; }
 };
 /// Checks the entries of `props` against the plugin's parameter table: names, types, counts of
 /// nested objects, required ones. All that is wrong.
