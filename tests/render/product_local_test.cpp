@@ -97,6 +97,11 @@ std::string many_lamps(int side) {
   });
 }
 
+Case often(Case c, int times) {
+  c.setup = often(c.setup, times);
+  return c;
+}
+
 /// With few rays, pictures of it are mostly too dark, and bright now and then.
 Case on_sharp_metal() {
   Case c = lit_by("LampOnSharpMetal", kLamp + kBall, 2, metal(.03));
@@ -134,8 +139,8 @@ std::vector<Case> direct() {
       lit_by("ManyPoints", many_points(9)),
       lit_by("ManyLamps", many_lamps(9)),
       on_sharp_metal(),
-      lit_by("LampOnMirror", kLamp + kBall, 2, bsdf("conductor")),
-      lit_by("MirrorUnderTheSky", kLamp + sun_xml(), 2, bsdf("conductor")),
+      often(lit_by("LampOnMirror", kLamp + kBall, 2, bsdf("conductor")), 8),
+      often(lit_by("MirrorUnderTheSky", kLamp + sun_xml(), 2, bsdf("conductor")), 16),
       lit_by("LampOnPlastic", kLamp + kPoint, 2, bsdf("plastic")),
   };
 }
@@ -167,6 +172,7 @@ Case slit() {
                                     std::string(x) + "\" y=\"3.5\"/>",
                                 kGrey);
   }
+  c.setup.finds = 0.2;
   return c;
 }
 
@@ -239,14 +245,14 @@ std::vector<Case> materials() {
   };
   return {
       made_of("RoughPlastic", bsdf("roughplastic", number("alpha", .1))),
-      made_of("SharpMetal", metal(.05)),
+      often(made_of("SharpMetal", metal(.05)), 16),
       made_of("WideMetal", metal(.4)),
       made_of("Phong", bsdf("phong", number("exponent", 40))),
       made_of("WardAnisotropic", bsdf("ward", number("alpha_u", .05) + number("alpha_v", .3))),
       made_of("Twosided", bsdf("twosided", kGrey)),
       made_of("Textured", bsdf("diffuse", checkerboard("reflectance"))),
       // Of lamps without extent, `path` has no light by way of mirrors.
-      lit_by("Mirror", kBall, 3, bsdf("conductor")),
+      often(lit_by("Mirror", kBall, 3, bsdf("conductor")), 8),
       lit_by("Plastic", kBall, 3, bsdf("plastic")),
   };
 }

@@ -123,6 +123,7 @@ TEST(ProductPlaces, MoreGroupsThanThereMayBe) {
   s.rays = 400;
   s.direct_samples = 512;
   s.shapes = sphere(kMiddle, 1, metal(.02));
+  s.finds = 0.3;
   expect_unbiased(s, kRenders, 1);
 }
 
