@@ -198,7 +198,7 @@ std::string incompleteness(const RenderStats& stats) {
     text += fmt::format(", {} % of it by one sample a pixel", percent(stats.filled));
   }
   if (stats.missing > 0) {
-    text += fmt::format(", {} % of it missing (there its alpha is 0)", percent(stats.missing));
+    text += fmt::format(", {} % of it missing (where an EXR's alpha is 0)", percent(stats.missing));
   }
   return text;
 }

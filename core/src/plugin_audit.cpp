@@ -1,6 +1,7 @@
 #include "kinome/plugin_audit.h"
 
 #include <map>
+#include <set>
 
 #include "audit_words.h"
 #include "density_audit.h"
@@ -86,12 +87,18 @@ class Audit {
   /// Found at places, of the object itself or of what is nested in it, or a density of the latter:
   /// what else is wrong with it may come of that.
   bool has_fault(const Object& object) const {
+    std::set<const Object*> seen;
+    return has_fault(object, seen);
+  }
+  /// Each object once: there may be 2^n ways to one.
+  bool has_fault(const Object& object, std::set<const Object*>& seen) const {
+    if (!seen.insert(&object).second) return false;
     const auto first = faults_.lower_bound({&object, nullptr});
     if (first != faults_.end() && first->first.first == &object) return true;
     for (const auto& nested : object.nested()) {
       const auto densities = densities_.find(nested.get());
       if (densities != densities_.end() && densities->second.fails()) return true;
-      if (has_fault(*nested)) return true;
+      if (has_fault(*nested, seen)) return true;
     }
     return false;
   }

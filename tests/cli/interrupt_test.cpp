@@ -114,7 +114,7 @@ TEST_F(Interrupt, WhatTakesLongIsMarked) {
   const auto sent = Clock::now();
   EXPECT_EQ(program.wait(), 128 + SIGINT) << program.log();
   EXPECT_LT(Clock::now() - sent, std::chrono::seconds(30));
-  EXPECT_NE(program.log().find("missing (there its alpha is 0)"), std::string::npos)
+  EXPECT_NE(program.log().find("missing (where an EXR's alpha is 0)"), std::string::npos)
       << program.log();
   ImageMetadata metadata;
   const Image image = read_exr(image_, {}, &metadata);
