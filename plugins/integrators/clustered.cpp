@@ -20,6 +20,7 @@
 #include <memory>
 
 #include "kinome/light_cut.h"
+#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/primary_rays.h"
 #include "kinome/product_sampling.h"
@@ -332,8 +333,15 @@ class Clustered final : public Integrator {
   /// nullopt where the scene isn't one for `product`. No cells: it has no environment, or a black
   /// one.
   std::optional<DistantCells> product_cells(const Scene& scene, RenderContext& context) const {
-    if (!is_product_ || settings_.options.max_depth < 2 || scene.emitters().empty() ||
-        !is_product_scene(scene, product_.max_depth)) {
+    if (!is_product_ || settings_.options.max_depth < 2 || scene.emitters().empty()) {
+      return std::nullopt;
+    }
+    if (!is_product_scene(scene, product_.max_depth)) {
+      const bool is_bounce = product_.max_depth > 2 && is_product_scene(scene, 2);
+      log_warn(std::string("an emitter doesn't offer what importance 'product' needs") +
+               (is_bounce ? " for light after a bounce (emission_density; max_depth 2 needs none)"
+                          : "") +
+               ": light is chosen by 'joint', which takes longer");
       return std::nullopt;
     }
     if (product_.max_depth > 2) {

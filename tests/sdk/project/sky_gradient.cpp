@@ -51,8 +51,9 @@ class SkyGradient final : public Emitter {
   }
   float pdf_environment(const Vec3& /*d*/) const override { return 1 / (4 * kPi); }
 
-  // How finely its light varies is all that the `clustered` integrator asks of an environment:
-  // cells are made of it. The kink at the horizon lies between two rows.
+  // How finely its light varies is what `clustered` asks of an environment for direct light: cells
+  // are made of it. For light after a bounce it asks for sample_emission and emission_density, too.
+  // The kink at the horizon lies between two rows.
   std::optional<EnvironmentGrid> cell_grid() const override {
     EnvironmentGrid grid;
     grid.columns = 64;
