@@ -192,6 +192,15 @@ TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
     const double expected = .5 * (horizon[c] + 2. / 3 * (zenith[c] - horizon[c]));
     EXPECT_NEAR(mean[c], expected, expected * 2e-3) << c;
   }
+
+  // Light after a bounce takes what this emitter doesn't offer, which is no secret.
+  const std::string bounce = folder_->write("bounce.xml", floor_scene("clustered", sky));
+  const ProcessResult told =
+      run_process({program(), bounce, "-o", image, "--plugin-path", plugins()});
+  expect_success(told);
+  EXPECT_NE(told.err.find("what importance 'product' needs for light after a bounce"),
+            std::string::npos)
+      << told.err;
 }
 
 TEST_F(Sdk, IntegratorShowsNormals) {
