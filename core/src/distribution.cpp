@@ -47,7 +47,6 @@ void fill_guide(const float* cdf, uint32_t count, uint32_t* guide, uint32_t guid
 
 GridDistribution::GridDistribution(uint32_t columns, uint32_t rows, std::vector<float> weights)
     : columns_(columns),
-      rows_(rows),
       column_guide_size_(guide_size_for(columns)),
       row_guide_size_(guide_size_for(rows)),
       column_cdf_(std::move(weights)) {

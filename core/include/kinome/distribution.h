@@ -77,11 +77,10 @@ class KINOME_EXPORT GridDistribution {
   }
 
   uint32_t columns_ = 0;
-  uint32_t rows_ = 0;
   uint32_t column_guide_size_ = 0;
   uint32_t row_guide_size_ = 0;
   double total_ = 0;
-  std::vector<float> column_cdf_;  ///< rows_ x columns_
+  std::vector<float> column_cdf_;  ///< rows x columns_
   std::vector<uint32_t> column_guide_;
   std::vector<float> row_cdf_;
   std::vector<uint32_t> row_guide_;
