@@ -264,7 +264,8 @@ class Obj final : public MeshShape {
     const ObjFile obj = reader.read();
     VertexMerger merger(obj, props.boolean("flip_tex_coords"), mesh_);
     std::vector<std::string> unused = reader.unused();
-    if (merger.drops_normals()) unused.push_back("normals, which some faces lack");
+    // Not push_back, of which GCC 12 warns in vain.
+    if (merger.drops_normals()) unused.emplace_back("normals, which some faces lack");
     log_unused(file, unused);
     for (const Face& face : obj.faces) {
       const Corner* corner = &obj.corners[face.first_corner];
