@@ -74,8 +74,8 @@ struct Arrangement {
   int max_depth = 2;             ///< 3: the reference is `bounces`
   std::string bounces = "path";  ///< integrator
   int direct_samples = 16;
-  /// Power: so large an error of the whole picture, relative, must be found 9 times of 10, for which
-  /// rays and samples have to suffice. Of single tiles smaller shares are.
+  /// Power: so large an error of the whole picture, relative, must be found 9 times of 10, for
+  /// which rays and samples have to suffice. Of single tiles smaller shares are.
   double finds = 0.12;
 };
 
@@ -95,9 +95,9 @@ inline std::unique_ptr<Scene> make_scene(const Arrangement& s, const std::string
   const std::string clipped =
       s.scale == 1 ? "" : number("near_clip", .01 * s.scale) + number("far_clip", 1e4 * s.scale);
   return scene_from("<scene version=\"3.0.0\">" + integrator + "<sensor type=\"" + s.sensor +
-                    "\">" + s.optics + clipped + "<transform name=\"to_world\"><lookat origin=\"" + at(0) +
-                    "," + at(2) + "," + at(5) + "\" target=\"" + at(0) + "," + at(.4) + "," +
-                    at(0) + "\" up=\"0,1,0\"/></transform><sampler type=\"independent\">" +
+                    "\">" + s.optics + clipped + "<transform name=\"to_world\"><lookat origin=\"" +
+                    at(0) + "," + at(2) + "," + at(5) + "\" target=\"" + at(0) + "," + at(.4) +
+                    "," + at(0) + "\" up=\"0,1,0\"/></transform><sampler type=\"independent\">" +
                     integer("sample_count", samples) + "</sampler><film type=\"hdrfilm\">" +
                     s.film + "</film></sensor>" + s.shapes + s.light + "</scene>");
 }

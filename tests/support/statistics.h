@@ -80,7 +80,8 @@ struct Estimate {
 Verdict z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b, double alpha);
 
 /// The power of that test: by what share of the sum of `b` all of `a` may be off and is found 9 times
-/// of 10, by the sum's z alone. Infinite where the sum is 0.
+/// of 10, by the sum's z alone. Infinite where the sum is 0, and not a number where there is no noise
+/// either (pictures that are all black): no upper limit accepts that.
 double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
                        double alpha);
 
