@@ -245,6 +245,8 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
                       std::span<std::vector<VisibilityRecord>> records) {
   if (!is_probing_) flush();
   is_probing_ = true;
+  double* const untold = &untold_seconds_;
+  stages_ = {untold, untold, untold, untold, untold};
   records_ = records.data();
   probed_ = points;
   begin_unit(unit);

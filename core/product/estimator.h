@@ -68,7 +68,8 @@ class Estimator {
   void estimate(const Unit& unit, Rgb& sum);
 
   /// The same without an estimate: rays find out visibilities, and what they find is kept for each
-  /// patch, with what the plan needs to know of patches and points.
+  /// patch, with what the plan needs to know of patches and points. Its time is counted to no stage
+  /// until the next begin_tile(): all stages here are parts of the main pass.
   struct PointPlan {
     /// Unshadowed radiance of glossy lobes, and of all lobes from local light that has an extent,
     /// of the group that it is in.
@@ -272,6 +273,7 @@ class Estimator {
   std::span<const Visibility> visibility_;
   RenderCounters* counters_ = nullptr;
   Stages stages_{};
+  double untold_seconds_ = 0;  ///< the parts of a pilot, which is one stage
   StageScope* innermost_stage_ = nullptr;
   /// What all rays that wait are for: records or an estimate.
   bool is_probing_ = false;
