@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+
+#include <glm/glm.hpp>
+
+namespace kinome {
+
+/// A block's values lie in columns, structures of arrays, whose lengths are multiples of this: the
+/// most lanes that a vector has. What is beyond the values are copies of the last one.
+inline constexpr size_t kBlockLanes = 16;
+inline constexpr size_t kColumnAlignment = kBlockLanes * sizeof(float);  ///< bytes
+
+/// The length of a column for `count` values.
+constexpr size_t padded(size_t count) {
+  return (count + kBlockLanes - 1) / kBlockLanes * kBlockLanes;
+}
+
+/// Points in the plane by coordinates. Owns nothing.
+struct Columns2 {
+  float* x = nullptr;
+  float* y = nullptr;
+
+  glm::vec2 at(size_t i) const { return {x[i], y[i]}; }
+  void set(size_t i, const glm::vec2& value) const { x[i] = value.x, y[i] = value.y; }
+  /// The columns from value i on.
+  Columns2 from(size_t i) const { return {x + i, y + i}; }
+};
+
+/// Points, directions or colours by coordinates. Owns nothing.
+struct Columns3 {
+  float* x = nullptr;
+  float* y = nullptr;
+  float* z = nullptr;
+
+  glm::vec3 at(size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(size_t i, const glm::vec3& value) const {
+    x[i] = value.x, y[i] = value.y, z[i] = value.z;
+  }
+  /// The columns from value i on.
+  Columns3 from(size_t i) const { return {x + i, y + i, z + i}; }
+};
+
+}  // namespace kinome

@@ -1,0 +1,225 @@
+#pragma once
+
+// Elementary functions. Bounds are of the error against the exact result, in units of the last
+// place of the result (ulp), denormal results included where denormals aren't flushed; tests hold
+// them for each instruction set. Of NaN they make NaN. The overloads of float are the standard
+// library's.
+
+#include <numbers>
+
+#include "kinome/wide/vectors.h"
+
+namespace kinome::wide {
+inline namespace HWY_NAMESPACE {
+
+namespace formulas {
+
+/// first x^n + ... + last by Horner's rule.
+template <class F, class... C>
+KINOME_WIDE F polynomial(F x, float first, C... rest) {
+  F p = first;
+  ((p = mul_add(p, x, F(static_cast<float>(rest)))), ...);
+  return p;
+}
+
+KINOME_WIDE float exp(Real auto x) {
+  return std::exp(x);
+}
+KINOME_WIDE float log(Real auto x) {
+  return std::log(x);
+}
+KINOME_WIDE float pow(Real auto x, Real auto y) {
+  return std::pow(x, y);
+}
+KINOME_WIDE float erf(Real auto x) {
+  return std::erf(x);
+}
+KINOME_WIDE float sin(Real auto x) {
+  return std::sin(x);
+}
+KINOME_WIDE float cos(Real auto x) {
+  return std::cos(x);
+}
+KINOME_WIDE void sincos(Real auto x, float& s, float& c) {
+  s = std::sin(x), c = std::cos(x);
+}
+KINOME_WIDE float atan2(Real auto y, Real auto x) {
+  return std::atan2(y, x);
+}
+KINOME_WIDE float asin(Real auto x) {
+  return std::asin(x);
+}
+KINOME_WIDE float acos(Real auto x) {
+  return std::acos(x);
+}
+
+}  // namespace formulas
+
+namespace detail {
+
+/// x = n ln 2 + r with |r| <= ln 2 / 2, for |x| < 2^20; e^r.
+struct Exponential {
+  Float power;  ///< e^r
+  Int n;
+};
+inline Exponential exponential(Float x) {
+  // Added, it leaves x / ln 2 rounded in the last bits.
+  const Float rounder = 0x1.8p23f;
+  const Float shifted = mul_add(x, std::numbers::log2e_v<float>, rounder);
+  const Float n = shifted - rounder;
+  // ln 2 in two parts, of which the first has 9 bits: its product with n is exact.
+  const Float r = neg_mul_add(n, -2.12194440e-4f, neg_mul_add(n, 0.693359375f, x));
+  const Float p = polynomial(r, 0.00139265461f, 0.00836317334f, 0.0416665487f, 0.166665778f, 0.5f);
+  return {mul_add(p, r * r, r) + 1.f, as_int(shifted) - as_int(rounder)};
+}
+/// 2^n for -126 <= n <= 127.
+KINOME_WIDE Float power_of_two(Int n) {
+  return as_float(shift_left<23>(n + 127));
+}
+
+/// x = 2^e (1 + m) with m in [sqrt(1/2) - 1, sqrt(2) - 1], for finite x > 0.
+struct Logarithm {
+  Float m, e;
+};
+inline Logarithm split(Float x) {
+  const Mask tiny = x < 0x1p-126f;
+  const Int bits = as_int(select(tiny, x * 0x1p23f, x));
+  const Int e = shift_right<23>(bits - 0x3f3504f3);
+  const Float m = as_float(bits - shift_left<23>(e)) - 1.f;
+  return {m, to_float(e) - select(tiny, 23.f)};
+}
+
+}  // namespace detail
+
+/// 1.1 ulp.
+inline Float exp(Float x) {
+  // Beyond, the result is 0 or infinite.
+  const auto [power, n] = detail::exponential(clamp(x, -104.f, 89.f));
+  // In two steps, for results below 2^-126 and above 2^127.
+  const Int half = shift_right<1>(n);
+  return power * detail::power_of_two(half) * detail::power_of_two(n - half);
+}
+
+/// 1 ulp; -infinity of 0, NaN below.
+inline Float log(Float x) {
+  const auto [m, e] = detail::split(x);
+  const Float p = polynomial(m, 0.0697161183f, -0.114797339f, 0.116854198f, -0.124256872f,
+                             0.142490581f, -0.166678026f, 0.200007156f, -0.24999997f, 0.333333313f);
+  const Float m2 = m * m;
+  Float low = mul_add(m * m2, p, -0.5f * m2);
+  low = mul_add(e, -2.12194440e-4f, low);
+  const Float result = mul_add(e, 0.693359375f, m + low);
+  const Float special = select(x == 0.f, -HUGE_VALF, select(x > 0.f, x, NAN));
+  return select((x > 0.f) & (x < HUGE_VALF), result, special);
+}
+
+/// 2 ulp.
+inline Float erf(Float x) {
+  const Float a = abs(x);
+  const Float x2 = x * x;
+  const Float small = mul_add(x,
+                              polynomial(x2, 7.87587487e-05f, -0.00080168643f, 0.00518908724f,
+                                         -0.0268542115f, 0.112835944f, -0.37612626f, 0.128379166f),
+                              x);
+  const Float y = min(a, 4.f);
+  const auto [power, n] = detail::exponential(
+      polynomial(y, 1.6371514e-06f, -4.60580413e-05f, 0.00059680565f, -0.0047595962f, 0.0264211353f,
+                 -0.110080086f, -0.631826043f, -1.13023341f, 0.00032013806f));
+  const Float large = copysign(1.f - power * detail::power_of_two(n), x);
+  return select(a > 1.f, large, small);
+}
+
+namespace detail {
+
+/// r in [-pi/4, pi/4] and k with x = k pi/2 + r.
+struct Quadrant {
+  Float r;
+  Int k;
+};
+inline Quadrant quadrant(Float x) {
+  const Float n = round(x * (2 * std::numbers::inv_pi_v<float>));
+  // pi/2 in three parts, of which the first two have few bits.
+  const Float r = neg_mul_add(n, 7.54978995489e-8f,
+                              neg_mul_add(n, 4.83751296997e-4f, neg_mul_add(n, 1.5703125f, x)));
+  return {r, to_int(n)};
+}
+inline Float sine(Float r) {
+  const Float z = r * r;
+  return mul_add(polynomial(z, -0.000195878907f, 0.00833274797f, -0.166666642f), z * r, r);
+}
+inline Float cosine(Float r) {
+  const Float z = r * r;
+  return mul_add(polynomial(z, 2.45479423e-05f, -0.00138883025f, 0.0416666642f), z * z,
+                 mul_add(z, -0.5f, 1.f));
+}
+
+}  // namespace detail
+
+/// To 2^-23 for |x| <= 1000.
+inline void sincos(Float x, Float& s, Float& c) {
+  const auto [r, k] = detail::quadrant(x);
+  const Float a = detail::sine(r), b = detail::cosine(r);
+  const Mask swapped = (k & 1) == 1;
+  s = as_float(as_int(select(swapped, b, a)) ^ shift_left<30>(k & 2));
+  c = as_float(as_int(select(swapped, a, b)) ^ shift_left<30>((k + 1) & 2));
+}
+/// As sincos.
+inline Float sin(Float x) {
+  Float s, c;
+  sincos(x, s, c);
+  return s;
+}
+inline Float cos(Float x) {
+  Float s, c;
+  sincos(x, s, c);
+  return c;
+}
+
+/// 3 ulp; of zeros what the standard says; NaN where both are infinite.
+inline Float atan2(Float y, Float x) {
+  const Float ax = abs(x), ay = abs(y);
+  const Float large = max(ax, ay), small = min(ax, ay);
+  const Float t = select(large == 0.f, 0.f, small / large);
+  const Float z = t * t;
+  const Float p =
+      polynomial(z, -0.00238699722f, 0.0135077713f, -0.0358715393f, 0.0625016913f, -0.0865688026f,
+                 0.110337645f, -0.142785683f, 0.199997395f, -0.333333313f);
+  Float angle = mul_add(p, z * t, t);
+  angle = select(ay > ax, std::numbers::pi_v<float> / 2 - angle, angle);
+  angle = select(as_int(x) < 0, std::numbers::pi_v<float> - angle, angle);
+  return copysign(angle, y);
+}
+/// 4 ulp for |x| <= 1; NaN beyond.
+inline Float asin(Float x) {
+  return atan2(x, sqrt((1.f - x) * (1.f + x)));
+}
+inline Float acos(Float x) {
+  return atan2(sqrt((1.f - x) * (1.f + x)), x);
+}
+
+/// x^y for x >= 0: exp(y log x), whose error is that of y log x, in ulp 1 + |y log x|.
+inline Float pow(Float x, Float y) {
+  return select(y == 0.f, 1.f, exp(y * log(x)));
+}
+
+namespace formulas {
+
+/// The x whose error function is y, to 4 ulp; infinite for -1 and 1, NaN beyond.
+template <class F>
+inline F inverse_erf(F y) {
+  const F w = -log((1.f - y) * (1.f + y));
+  const F v = w - 2.5f;
+  const F small = polynomial(v, -8.93192631e-09f, 2.33359678e-08f, 4.68131361e-07f,
+                             -3.46398519e-06f, -4.9724199e-06f, 0.000218349393f, -0.00125272642f,
+                             -0.00417739293f, 0.24664028f, 1.50140941f);
+  const F s = sqrt(w) - 3.f;
+  const F large = polynomial(s, 0.000111538582f, -0.000305525056f, -5.04588534e-05f, 0.00147970393f,
+                             -0.00360090029f, 0.00568921631f, -0.00763648981f, 0.00944499206f,
+                             1.00167489f, 2.83297682f);
+  return y * select(w < 5.f, small, select(w < HUGE_VALF, large, w));
+}
+
+}  // namespace formulas
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::wide

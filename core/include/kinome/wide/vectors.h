@@ -1,0 +1,281 @@
+#pragma once
+
+// Vectors of wide numbers, and what belongs to a number: VecOf<F>, MaskOf<F> ... for formulas.
+
+#include "kinome/color.h"
+#include "kinome/math.h"
+#include "kinome/wide/numbers.h"
+
+namespace kinome::wide {
+inline namespace HWY_NAMESPACE {
+
+/// A point in the plane a lane.
+struct Vec2 {
+  Float x, y;
+
+  Vec2() = default;
+  KINOME_WIDE Vec2(Float x_, Float y_) : x(x_), y(y_) {}
+  KINOME_WIDE explicit Vec2(Float a) : x(a), y(a) {}
+  KINOME_WIDE Vec2(const glm::vec2& a) : x(a.x), y(a.y) {}
+  /// Values i, i + 1 ... of columns.
+  KINOME_WIDE static Vec2 load(const Columns2& c, size_t i) {
+    return {Float::load(c.x + i), Float::load(c.y + i)};
+  }
+  KINOME_WIDE void store(const Columns2& c, size_t i) const { x.store(c.x + i), y.store(c.y + i); }
+  KINOME_WIDE Float& operator[](int i) { return i == 0 ? x : y; }
+  KINOME_WIDE const Float& operator[](int i) const { return i == 0 ? x : y; }
+};
+
+/// A point, direction or colour a lane.
+struct Vec3 {
+  Float x, y, z;
+
+  Vec3() = default;
+  KINOME_WIDE Vec3(Float x_, Float y_, Float z_) : x(x_), y(y_), z(z_) {}
+  KINOME_WIDE explicit Vec3(Float a) : x(a), y(a), z(a) {}
+  KINOME_WIDE Vec3(const glm::vec3& a) : x(a.x), y(a.y), z(a.z) {}
+  /// Values i, i + 1 ... of columns.
+  KINOME_WIDE static Vec3 load(const Columns3& c, size_t i) {
+    return {Float::load(c.x + i), Float::load(c.y + i), Float::load(c.z + i)};
+  }
+  KINOME_WIDE void store(const Columns3& c, size_t i) const {
+    x.store(c.x + i), y.store(c.y + i), z.store(c.z + i);
+  }
+  KINOME_WIDE Float& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
+  KINOME_WIDE const Float& operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
+};
+using Rgb = Vec3;
+
+#define KINOME_WIDE_OPERATOR(op)                       \
+  KINOME_WIDE Vec2 operator op(Vec2 a, Vec2 b) {       \
+    return {a.x op b.x, a.y op b.y};                   \
+  }                                                    \
+  KINOME_WIDE Vec2 operator op(Vec2 a, Float b) {      \
+    return {a.x op b, a.y op b};                       \
+  }                                                    \
+  KINOME_WIDE Vec2 operator op(Float a, Vec2 b) {      \
+    return {a op b.x, a op b.y};                       \
+  }                                                    \
+  KINOME_WIDE Vec3 operator op(Vec3 a, Vec3 b) {       \
+    return {a.x op b.x, a.y op b.y, a.z op b.z};       \
+  }                                                    \
+  KINOME_WIDE Vec3 operator op(Vec3 a, Float b) {      \
+    return {a.x op b, a.y op b, a.z op b};             \
+  }                                                    \
+  KINOME_WIDE Vec3 operator op(Float a, Vec3 b) {      \
+    return {a op b.x, a op b.y, a op b.z};             \
+  }                                                    \
+  KINOME_WIDE Vec2& operator op##=(Vec2& a, Vec2 b) {  \
+    return a = a op b;                                 \
+  }                                                    \
+  KINOME_WIDE Vec2& operator op##=(Vec2& a, Float b) { \
+    return a = a op b;                                 \
+  }                                                    \
+  KINOME_WIDE Vec3& operator op##=(Vec3& a, Vec3 b) {  \
+    return a = a op b;                                 \
+  }                                                    \
+  KINOME_WIDE Vec3& operator op##=(Vec3& a, Float b) { \
+    return a = a op b;                                 \
+  }
+KINOME_WIDE_OPERATOR(+)
+KINOME_WIDE_OPERATOR(-)
+KINOME_WIDE_OPERATOR(*)
+KINOME_WIDE_OPERATOR(/)
+#undef KINOME_WIDE_OPERATOR
+KINOME_WIDE Vec2 operator-(Vec2 a) {
+  return {-a.x, -a.y};
+}
+KINOME_WIDE Vec3 operator-(Vec3 a) {
+  return {-a.x, -a.y, -a.z};
+}
+
+KINOME_WIDE Vec2 select(Mask m, Vec2 a, Vec2 b) {
+  return {select(m, a.x, b.x), select(m, a.y, b.y)};
+}
+KINOME_WIDE Vec3 select(Mask m, Vec3 a, Vec3 b) {
+  return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
+}
+KINOME_WIDE Vec2 select(Mask m, Vec2 a) {
+  return {select(m, a.x), select(m, a.y)};
+}
+KINOME_WIDE Vec3 select(Mask m, Vec3 a) {
+  return {select(m, a.x), select(m, a.y), select(m, a.z)};
+}
+
+KINOME_WIDE Float dot(Vec2 a, Vec2 b) {
+  return mul_add(a.x, b.x, a.y * b.y);
+}
+KINOME_WIDE Float dot(Vec3 a, Vec3 b) {
+  return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
+}
+/// Each difference of two products that are both rounded: of equal products, it is 0.
+KINOME_WIDE Vec3 cross(Vec3 a, Vec3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+KINOME_WIDE Float length(Vec2 a) {
+  return sqrt(dot(a, a));
+}
+KINOME_WIDE Float length(Vec3 a) {
+  return sqrt(dot(a, a));
+}
+/// Of a vector whose square is neither 0 nor infinite.
+KINOME_WIDE Vec2 normalize(Vec2 a) {
+  return a * (1.f / length(a));
+}
+KINOME_WIDE Vec3 normalize(Vec3 a) {
+  return a * (1.f / length(a));
+}
+
+/// By coordinates.
+KINOME_WIDE Vec3 min(Vec3 a, Vec3 b) {
+  return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
+}
+KINOME_WIDE Vec3 max(Vec3 a, Vec3 b) {
+  return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
+}
+KINOME_WIDE Vec3 min(Vec3 a, Float b) {
+  return min(a, Vec3(b));
+}
+KINOME_WIDE Vec3 max(Vec3 a, Float b) {
+  return max(a, Vec3(b));
+}
+KINOME_WIDE Vec3 clamp(Vec3 a, Float lo, Float hi) {
+  return min(max(a, lo), hi);
+}
+KINOME_WIDE Vec3 abs(Vec3 a) {
+  return {abs(a.x), abs(a.y), abs(a.z)};
+}
+KINOME_WIDE Vec3 sqrt(Vec3 a) {
+  return {sqrt(a.x), sqrt(a.y), sqrt(a.z)};
+}
+KINOME_WIDE Vec2 floor(Vec2 a) {
+  return {floor(a.x), floor(a.y)};
+}
+
+KINOME_WIDE Float max_component(Vec3 a) {
+  return max(max(a.x, a.y), a.z);
+}
+KINOME_WIDE Mask is_finite(Vec3 a) {
+  return is_finite(a.x) & is_finite(a.y) & is_finite(a.z);
+}
+KINOME_WIDE Mask is_black(Rgb c) {
+  return (c.x == 0.f) & (c.y == 0.f) & (c.z == 0.f);
+}
+/// As for one colour, see kinome/color.h.
+KINOME_WIDE Float luminance(Rgb c) {
+  return 0.212671f * c.x + 0.715160f * c.y + 0.072169f * c.z;
+}
+
+/// Values of columns at each lane's index.
+KINOME_WIDE Vec2 gather(const Columns2& c, Int i) {
+  return {gather(c.x, i), gather(c.y, i)};
+}
+KINOME_WIDE Vec3 gather(const Columns3& c, Int i) {
+  return {gather(c.x, i), gather(c.y, i), gather(c.z, i)};
+}
+
+template <class F>
+struct NumberTraits;
+template <>
+struct NumberTraits<float> {
+  using Mask = bool;
+  using Int = int32_t;
+  using Uint = uint32_t;
+  using Vec2 = glm::vec2;
+  using Vec3 = glm::vec3;
+};
+template <>
+struct NumberTraits<Float> {
+  using Mask = wide::Mask;
+  using Int = wide::Int;
+  using Uint = wide::Uint;
+  using Vec2 = wide::Vec2;
+  using Vec3 = wide::Vec3;
+};
+
+namespace formulas {
+
+/// What goes with the number F, float or wide::Float. A parameter of type VecOf<F> can't tell the
+/// compiler what F is: another one must, or the caller. NumberOf goes the other way.
+template <class F>
+using MaskOf = typename NumberTraits<F>::Mask;
+template <class F>
+using IntOf = typename NumberTraits<F>::Int;
+template <class F>
+using UintOf = typename NumberTraits<F>::Uint;
+template <class F>
+using Vec2Of = typename NumberTraits<F>::Vec2;
+template <class F>
+using VecOf = typename NumberTraits<F>::Vec3;
+template <class F>
+using RgbOf = VecOf<F>;
+/// The number of a vector: NumberOf<decltype(wo)>.
+template <class V>
+using NumberOf = std::remove_cvref_t<decltype(std::declval<V>().x)>;
+
+using glm::cross;
+using glm::dot;
+using glm::length;
+using glm::normalize;
+using kinome::is_black;
+using kinome::is_finite;
+using kinome::luminance;
+using kinome::max_component;
+using kinome::safe_sqrt;
+using kinome::sqr;
+
+KINOME_WIDE glm::vec2 gather(const Columns2& c, std::same_as<int32_t> auto i) {
+  return c.at(static_cast<size_t>(i));
+}
+KINOME_WIDE glm::vec3 gather(const Columns3& c, std::same_as<int32_t> auto i) {
+  return c.at(static_cast<size_t>(i));
+}
+
+/// Of F, the values at p ...; of a vector, values i ... of columns.
+template <class F>
+KINOME_WIDE F load(const float* p) {
+  if constexpr (std::same_as<F, float>) {
+    return *p;
+  } else {
+    return F::load(p);
+  }
+}
+template <class F>
+KINOME_WIDE Vec2Of<F> load(const Columns2& c, size_t i) {
+  return {load<F>(c.x + i), load<F>(c.y + i)};
+}
+template <class F>
+KINOME_WIDE VecOf<F> load(const Columns3& c, size_t i) {
+  return {load<F>(c.x + i), load<F>(c.y + i), load<F>(c.z + i)};
+}
+KINOME_WIDE void store(Real auto a, float* p) {
+  *p = a;
+}
+KINOME_WIDE void store(const glm::vec2& a, const Columns2& c, size_t i) {
+  c.set(i, a);
+}
+KINOME_WIDE void store(const glm::vec3& a, const Columns3& c, size_t i) {
+  c.set(i, a);
+}
+
+}  // namespace formulas
+
+KINOME_WIDE void store(Float a, float* p) {
+  a.store(p);
+}
+KINOME_WIDE void store(Vec2 a, const Columns2& c, size_t i) {
+  a.store(c, i);
+}
+KINOME_WIDE void store(Vec3 a, const Columns3& c, size_t i) {
+  a.store(c, i);
+}
+
+/// fn(i) for each vector of `count` values, i being its first: 0, kLanes ... The last one may reach
+/// into the columns' padding.
+template <class Function>
+KINOME_WIDE void for_lanes(size_t count, const Function& fn) {
+  for (size_t i = 0; i < count; i += kLanes) fn(i);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::wide
