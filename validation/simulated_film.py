@@ -70,7 +70,7 @@ def render(rng, name, samples, bias=1.0, common=0.0, evenness=1.0, lanes=LANES, 
 
 
 def developed(sums, weights):
-    """As core/src/film_noise.cpp has it; (lanes, height, width) each."""
+    """As core/image/film_noise.cpp has it; (lanes, height, width) each."""
     lanes, all_weights = len(sums), weights.sum(axis=0)
     mean = sums.sum(axis=0) / all_weights
     shares = (sums - weights * mean) / all_weights * np.sqrt(lanes / (lanes - 1))

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "fnv1a.h"
+#include "base/fnv1a.h"
 #include "fuzz.h"
 #include "kinome/film.h"
 #include "kinome/render_context.h"

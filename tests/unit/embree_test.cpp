@@ -1,4 +1,4 @@
-#include "embree.h"
+#include "scene/embree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Budgets of time and error, with passes that are made up: their speed and their noise are known,
 // and the clock is theirs.
-#include "progressive.h"
+#include "render/progressive.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,92 @@
+#include "image/fill_gaps.h"
+
+#include <algorithm>
+
+#include "kinome/scene.h"
+#include "kinome/sensor.h"
+
+namespace kinome {
+namespace {
+
+/// As long as someone who has ended a program will wait for it.
+constexpr double kMostSeconds = 2;
+/// Its random numbers are none that the render would have used.
+constexpr uint64_t kFillSeed = 0x66696c6c;
+
+using Gaps = std::vector<std::vector<bool>>;
+
+Gaps gaps_of(const Film& film, size_t layers) {
+  Gaps gaps;
+  for (size_t i = 0; i < layers; ++i) gaps.push_back(film.gaps(static_cast<int>(i)));
+  return gaps;
+}
+
+/// Pixels that lack any layer.
+double count(const Gaps& gaps) {
+  double pixels = 0;
+  for (size_t p = 0; p < gaps[0].size(); ++p) {
+    pixels += std::any_of(gaps.begin(), gaps.end(), [p](const auto& layer) { return layer[p]; });
+  }
+  return pixels;
+}
+
+/// Infinite where nothing tells. What is done before the first tile will be done again.
+double predicted_seconds(RenderContext& context, double begun, double rays) {
+  const RenderStats& stats = context.stats();
+  const auto so_far = static_cast<double>(stats.counters.rays[static_cast<int>(RayKind::kCamera)]);
+  if (!(so_far > 0)) return kInfinity;
+  const double first = stats.first_tile_seconds;
+  return (first - begun) + (context.seconds() - first) * rays / so_far;
+}
+
+}  // namespace
+
+void fill_gaps(const Scene& scene, const Sensor& sensor, RenderContext& context, double begun) {
+  const Integrator& integrator = scene.integrator();
+  Film& film = sensor.film();
+  RenderStats& stats = context.stats();
+  const size_t layers = integrator.layers().size();
+  const double pixels = std::max(1, film.crop().area());
+  Gaps gaps = gaps_of(film, layers);
+  const double missing = count(gaps);
+  stats.missing = missing / pixels;
+  if (missing == 0) return;
+  const auto once = sensor.with_sample_count(1);
+  const double rays = missing * once->sampler().sample_count();
+  if (!(predicted_seconds(context, begun, rays) < kMostSeconds)) return;
+  RenderContext::Options options;
+  options.threads = context.threads();
+  options.seed = hash_words(context.seed(), kFillSeed);
+  options.clock = [&context] { return context.seconds(); };
+  RenderContext filler(options);
+  filler.set_deadline(context.seconds() + kMostSeconds);
+  filler.set_gaps(film.crop(), std::move(gaps));
+  film.set_lane(0);
+  integrator.render(scene, *once, filler);
+  stats.counters.add(filler.stats().counters);
+  const double left = count(gaps_of(film, layers));
+  stats.filled = (missing - left) / pixels;
+  stats.missing = left / pixels;
+}
+
+void mark_gaps(const Film& film, Image& picture) {
+  const std::vector<bool> gaps = film.gaps(0);
+  const auto& names = picture.channels;
+  if (std::find(gaps.begin(), gaps.end(), true) == gaps.end()) return;
+  if (std::find(names.begin(), names.end(), "A") != names.end()) return;  // 0 where nothing is
+  const size_t before = names.size();
+  const size_t colors = names.at(0) == "Y" ? 1 : 3;
+  std::vector<float> data;
+  data.reserve(gaps.size() * (before + 1));
+  for (size_t p = 0; p < gaps.size(); ++p) {
+    const auto pixel = picture.data.begin() + static_cast<std::ptrdiff_t>(p * before);
+    data.insert(data.end(), pixel, pixel + static_cast<std::ptrdiff_t>(colors));
+    data.push_back(gaps[p] ? 0.f : 1.f);
+    data.insert(data.end(), pixel + static_cast<std::ptrdiff_t>(colors),
+                pixel + static_cast<std::ptrdiff_t>(before));
+  }
+  picture.data = std::move(data);
+  picture.channels.insert(picture.channels.begin() + static_cast<std::ptrdiff_t>(colors), "A");
+}
+
+}  // namespace kinome

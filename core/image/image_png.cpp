@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+#include <png.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/file_writer.h"
+#include "image/color_channels.h"
+#include "kinome/color.h"
+#include "kinome/image.h"
+
+namespace kinome {
+namespace {
+
+/// Linear to 8 bits; what is not a number is black.
+png_byte quantise(float linear) {
+  if (!(linear > 0)) return 0;
+  return static_cast<png_byte>(std::lround(255 * linear_to_srgb(std::min(linear, 1.f))));
+}
+png_byte quantise_alpha(float alpha) {
+  if (!(alpha > 0)) return 0;
+  return static_cast<png_byte>(std::lround(255 * std::min(alpha, 1.f)));
+}
+
+/// Index of a channel, or -1.
+int find_channel(const Image& image, const std::string& name) {
+  const auto it = std::find(image.channels.begin(), image.channels.end(), name);
+  return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
+}
+
+}  // namespace
+
+void write_png(const std::string& path, const Image& image, float exposure) {
+  if (image.width < 1 || image.height < 1 || image.channels.empty()) {
+    throw Error(fmt::format("cannot write '{}': the picture is empty", path));
+  }
+  const int alpha = find_channel(image, "A");
+  const int colors = color_channel_count(image);
+  const int stride = colors + (alpha >= 0 ? 1 : 0);
+  const float factor = std::exp2(exposure);
+  std::vector<png_byte> bytes;
+  bytes.reserve(static_cast<size_t>(image.width) * image.height * stride);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const float a = alpha >= 0 ? image.at(x, y, alpha) : 1.f;
+      // A film's colour is premultiplied, a PNG's is not.
+      const float scale = a > 0 && a < 1 ? factor / a : factor;
+      for (int c = 0; c < colors; ++c) bytes.push_back(quantise(image.at(x, y, c) * scale));
+      if (alpha >= 0) bytes.push_back(quantise_alpha(a));
+    }
+  }
+
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = (colors == 3 ? PNG_FORMAT_FLAG_COLOR : 0u) |
+               (alpha >= 0 ? static_cast<unsigned>(PNG_FORMAT_FLAG_ALPHA) : 0u);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+  std::vector<png_byte> encoded(size);
+  if (!png_image_write_to_memory(&png, encoded.data(), &size, 0, bytes.data(), 0, nullptr)) {
+    throw Error(fmt::format("cannot write '{}': {}", path, png.message));
+  }
+  FileWriter writer(path);
+  writer.write(encoded.data(), size);
+  writer.commit();
+}
+
+}  // namespace kinome

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "kinome/scene.h"
+#include "kinome/stats.h"
+#include "loader/node.h"
+#include "plugin/plugin_check.h"
+
+namespace kinome::loader {
+
+/// The category of objects that a tag is of; nullopt: none that there is.
+std::optional<Category> category_of_tag(const std::string& tag);
+/// Rather than a value: objects, references to them, and what may have been meant as one.
+bool is_object(const Node& node);
+/// Made only where something refers to them: their files may be large.
+bool is_made_on_demand(const Node& node);
+
+/// Makes objects from expanded nodes, children first. `expansion` and `faults` must outlive it.
+///
+/// Where a BSDF or texture has a mistake, another stands in for it, so that mistakes in what it is
+/// part of are found, too; where a parameter has one, its object is checked and not made.
+class Builder {
+ public:
+  Builder(const Expansion& expansion, std::vector<std::string> base_folders,
+          PluginRegistry& registry, Faults& faults);
+
+  /// The object of a node (not a <scene>); made once, however often it is referred to. nullptr: it
+  /// has a mistake, which is told.
+  std::shared_ptr<Object> object(const Node& node);
+  /// Everything in a <scene>; whole only if no faults are told.
+  Scene::Contents scene(const Node& root);
+  /// "category/name" of the plugins that objects were made of, in order, each once.
+  const std::vector<std::string>& plugins() const { return plugins_; }
+  /// BSDFs and textures of the scene that were checked, but not made.
+  const std::vector<Skipped>& skipped() const { return skipped_; }
+
+ private:
+  using Maker = std::function<std::shared_ptr<Object>(const Node&)>;
+
+  /// What the scene says of an object.
+  struct Parts {
+    Properties props;
+    Lost lost;
+  };
+  class UnderWay;
+
+  void collect_ids(const Node& node);
+  const Node* target_of(const Node& ref);
+  std::shared_ptr<Object> make(const Node& node);
+  const PluginDescriptor* find_plugin(const Node& node);
+  void look_at_parts(const Node& node, const Maker& make);
+  Parts read_parts(const Node& node, const PluginDescriptor& plugin, const Maker& make);
+  void add_value(const Node& child, const std::string& name, const PluginDescriptor& plugin,
+                 Parts& parts);
+  void add_object(const Node& child, const std::string& name, const Maker& make, Parts& parts);
+  void check_unused(const Node& root);
+  void check(const Node& node);
+  std::shared_ptr<Object> stand_in(const Node& node);
+  std::shared_ptr<Object> create(Properties& props, const Location& type_where);
+  void warn_of_dark_lamp(const Shape& shape, const Location& where);
+  void add_default_children(Properties& props, const PluginDescriptor& plugin);
+  void add_to_scene(const Node& child, const Node& target, const std::shared_ptr<Object>& object,
+                    Scene::Contents& contents);
+  void complete_scene(const Location& where, Scene::Contents& contents);
+  void complete_indirect_light(const Location& where, Scene::Contents& contents);
+  std::shared_ptr<Object> default_sensor(const Location& where, const Scene::Contents& contents);
+  std::shared_ptr<const std::vector<std::string>> folders(const Node& node);
+
+  const Expansion& expansion_;
+  std::vector<std::string> base_folders_;
+  PluginRegistry& registry_;
+  Faults& faults_;
+  std::map<std::string, const Node*> ids_;
+  std::unordered_map<const Node*, std::shared_ptr<Object>> objects_;
+  std::set<const Node*> under_way_;
+  std::map<const void*, std::shared_ptr<const std::vector<std::string>>> folder_lists_;
+  std::vector<std::string> plugins_;
+  int dark_lamps_ = 0;
+  std::set<const Node*> checked_;  ///< of what isn't made
+  std::set<const Node*> named_by_unused_;
+  std::set<const Object*> in_scene_;
+  /// With their places, for what is known of them only when all shapes are made.
+  std::vector<std::pair<std::shared_ptr<Emitter>, Location>> top_emitters_;
+  std::vector<Skipped> skipped_;
+};
+
+/// The BSDF of a shape that emits but has none of its own: it reflects nothing.
+std::shared_ptr<Bsdf> make_black_bsdf();
+
+}  // namespace kinome::loader

@@ -1,0 +1,77 @@
+#include "loader/faults.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "base/file_search.h"
+
+namespace kinome::loader {
+namespace {
+
+/// Nobody reads more, and each takes memory and time.
+constexpr size_t kMost = 10'000;
+
+bool comes_before(const Location& a, const Location& b) {
+  return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
+}
+
+/// From the scene file inward.
+std::vector<Location> way_to(const Error& error) {
+  std::vector<Location> way(error.askers().rbegin(), error.askers().rend());
+  way.push_back(error.where());
+  return way;
+}
+
+}  // namespace
+
+void Faults::add(const Error& error) {
+  if (const auto* several = dynamic_cast<const Errors*>(&error)) {
+    for (const Error& one : several->all()) add(one);
+    return;
+  }
+  if (expects_missing_files_ && dynamic_cast<const MissingFile*>(&error)) return;
+  if (!told_.insert(error.what()).second) return;
+  all_.push_back(error);
+  if (all_.size() >= kMost) throw Stop();
+}
+
+void Faults::stop(const Error& error) {
+  add(error);
+  throw Stop();
+}
+
+Error Faults::with_includes(Error error) const {
+  // Files can't include one another in circles.
+  const Location* last = error.askers().empty() ? &error.where() : &error.askers().back();
+  for (auto include = includes_.find(last->file); include != includes_.end();
+       include = includes_.find(include->second.file)) {
+    error = error.asked_for_by(include->second);
+  }
+  return error;
+}
+
+std::vector<Error> Faults::sorted() const {
+  std::vector<std::pair<std::vector<Location>, Error>> keyed;
+  for (const Error& fault : all_) {
+    Error whole = with_includes(fault);
+    std::vector<Location> way = way_to(whole);
+    keyed.emplace_back(std::move(way), std::move(whole));
+  }
+  std::stable_sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) {
+    return std::lexicographical_compare(a.first.begin(), a.first.end(), b.first.begin(),
+                                        b.first.end(), comes_before);
+  });
+  std::vector<Error> faults;
+  for (auto& [way, fault] : keyed) faults.push_back(std::move(fault));
+  if (all_.size() >= kMost) {
+    faults.emplace_back(Location{keyed.back().first.front().file},
+                        "these are too many mistakes: no others were looked for");
+  }
+  return faults;
+}
+
+void Faults::check() const {
+  if (!empty()) throw Errors(sorted());
+}
+
+}  // namespace kinome::loader

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "kinome/error.h"
+#include "kinome/scene_loader.h"
+#include "loader/faults.h"
+
+/// The loader's path: text -> nodes (parse) -> nodes without $, default, include, path and alias
+/// (expand) -> values and objects, children first (convert, build). Each of them tells Faults of
+/// mistakes, and goes on with what it can.
+namespace kinome::loader {
+
+struct Attribute {
+  std::string name;
+  std::string value;
+  Location where;
+};
+
+/// An XML element.
+struct Node {
+  std::string tag;
+  std::vector<Attribute> attributes;
+  std::vector<Node> children;
+  Location where;
+  /// Folders of the include files that it comes from, innermost first; set by expand().
+  std::shared_ptr<const std::vector<std::string>> folders;
+  /// It has a mistake, which is told: what it was to be, and whether some of it can still be looked
+  /// at, is uncertain.
+  bool is_broken = false;
+
+  const Attribute* find(std::string_view name) const;
+  Attribute* find(std::string_view name) {
+    return const_cast<Attribute*>(std::as_const(*this).find(name));
+  }
+  /// Value of an attribute that check_node() has seen, or "".
+  std::string value(std::string_view name) const;
+};
+
+/// Whether a node, be it broken, has this attribute, and with the value that was meant.
+bool has_certain(const Node& node, std::string_view attribute);
+/// "<rgb>" for messages.
+std::string quoted_tag(const Node& node);
+/// " (did you mean 'x'?)", or "" where there is no such name.
+std::string did_you_mean(const std::string& nearest, const std::string& prefix = "");
+
+/// Parses one document into its root. Throws Error for malformed text: after that, nothing is sure.
+Node parse(const std::string& text, const std::string& file, Faults& faults);
+
+enum class TagKind {
+  kObject,
+  kValue,
+  kTransform,
+  kOperation,
+  kRef,
+  kAlias,
+  kDefault,
+  kInclude,
+  kPath,
+};
+bool has_known_tag(const Node& node);
+/// Of an unknown tag: kObject.
+TagKind kind_of(const Node& node);
+/// Checks the tag, its attributes' names and its place inside of `parent` (nullptr: the root);
+/// whether all is well.
+bool check_node(const Node& node, const Node* parent, Faults& faults);
+
+/// Takes the version off the root and translates files older than 2.0.0. `required`: a mistake
+/// where the root has none.
+void upgrade(Node& root, bool required, Faults& faults);
+
+/// A file's nodes with everything textual done.
+struct Expansion {
+  Node root;
+  std::map<std::string, std::string> aliases;  ///< name -> id or alias
+  std::vector<std::string> paths;              ///< of <path>, the latest first
+  std::string hash;                            ///< of all text and -D, 16 hex digits
+  /// By mistakes that are told, these ids are of nothing, and there may be others that nobody
+  /// knows.
+  std::set<std::string> lost_ids;
+  bool has_unknown_ids = false;
+};
+/// `whole_scene`: the root must be a <scene> with a version. Throws Error for malformed text, and
+/// where the root is none.
+Expansion expand(const std::string& text, const std::string& name, const LoadOptions& options,
+                 bool whole_scene, Faults& faults);
+
+/// Working directory, -a, the scene's folder. (Mitsuba looks in its own installation between the
+/// first two, for data files that this program does not have.)
+std::vector<std::string> base_folders(const std::string& scene_file, const LoadOptions& options);
+
+/// A whole file's text; Error at `where`.
+std::string read_text(const std::string& path, const Location& where);
+
+}  // namespace kinome::loader

@@ -1,0 +1,139 @@
+#include <pugixml.hpp>
+
+#include "loader/node.h"
+
+namespace kinome::loader {
+namespace {
+
+/// Nodes may be nested this deep in one file: recursion below stays shallow whatever is read.
+constexpr int kDeepestNesting = 100;
+
+/// Turns offsets into lines and columns. Offsets must grow, so that one pass is enough.
+class Places {
+ public:
+  Places(const std::string& text, const std::string& file) : text_(text), file_(file) {
+    if (text.starts_with("\xEF\xBB\xBF")) offset_ = 3;  // a byte order mark is no column
+  }
+
+  Location at(size_t offset) {
+    for (; offset_ < offset && offset_ < text_.size(); ++offset_) {
+      const auto c = static_cast<unsigned char>(text_[offset_]);
+      if (c == '\n') {
+        ++line_;
+        column_ = 1;
+      } else if ((c & 0xc0) != 0x80) {  // the later bytes of a UTF-8 character don't count
+        ++column_;
+      }
+    }
+    return {file_, line_, column_};
+  }
+
+ private:
+  const std::string& text_;
+  const std::string& file_;
+  size_t offset_ = 0;
+  int line_ = 1;
+  int column_ = 1;
+};
+
+class Converter {
+ public:
+  Converter(const std::string& text, const std::string& file, Faults& faults)
+      : text_(text), places_(text, file), faults_(faults) {}
+
+  Node convert(const pugi::xml_node& element, int depth) {
+    Node node;
+    node.tag = element.name();
+    const auto name_offset = static_cast<size_t>(element.offset_debug());
+    node.where = places_.at(name_offset - 1);
+    read_attributes(element, name_offset + node.tag.size(), node);
+    if (depth > kDeepestNesting) {
+      faults_.add(node.where, "elements are nested too deeply");
+      return node;
+    }
+    for (const pugi::xml_node& child : element.children()) {
+      if (child.type() == pugi::node_element) {
+        node.children.push_back(convert(child, depth + 1));
+      } else {
+        faults_.add(node.where, "unexpected text inside " + quoted_tag(node) + ": '" +
+                                    std::string(child.value()).substr(0, 40) + "'");
+      }
+    }
+    return node;
+  }
+
+ private:
+  /// pugixml knows no places of attributes, but has checked the syntax: name = "value" …
+  void read_attributes(const pugi::xml_node& element, size_t offset, Node& node) {
+    for (const pugi::xml_attribute& attribute : element.attributes()) {
+      offset = text_.find_first_not_of(" \t\r\n", offset);
+      node.attributes.push_back({attribute.name(), attribute.value(), places_.at(offset)});
+      const size_t quote = text_.find_first_of("\"'", offset);
+      offset = text_.find(text_[quote], quote + 1) + 1;
+    }
+  }
+
+  const std::string& text_;
+  Places places_;
+  Faults& faults_;
+};
+
+}  // namespace
+
+const Attribute* Node::find(std::string_view name) const {
+  for (const Attribute& attribute : attributes) {
+    if (attribute.name == name) return &attribute;
+  }
+  return nullptr;
+}
+
+std::string Node::value(std::string_view name) const {
+  const Attribute* attribute = find(name);
+  return attribute ? attribute->value : "";
+}
+
+bool has_certain(const Node& node, std::string_view attribute) {
+  const Attribute* const found = node.find(attribute);
+  return found && !found->value.empty() && found->value.find('$') == std::string::npos;
+}
+
+std::string quoted_tag(const Node& node) {
+  return "<" + node.tag + ">";
+}
+
+std::string did_you_mean(const std::string& nearest, const std::string& prefix) {
+  return nearest.empty() ? "" : " (did you mean '" + prefix + nearest + "'?)";
+}
+
+Node parse(const std::string& text, const std::string& file, Faults& faults) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    throw Error(Location{file, 1, 1}, "the file is UTF-16, expected UTF-8");
+  }
+  if (const size_t nul = text.find('\0'); nul != std::string::npos) {
+    throw Error(Places(text, file).at(nul), "not XML: a byte that is zero");
+  }
+  // As a fragment, which keeps text outside of the root, too.
+  constexpr unsigned kFlags = pugi::parse_default | pugi::parse_fragment;
+  pugi::xml_document document;
+  const pugi::xml_parse_result result =
+      document.load_buffer(text.data(), text.size(), kFlags, pugi::encoding_utf8);
+  if (!result) {
+    const size_t offset = result.offset > 0 ? static_cast<size_t>(result.offset) : 0;
+    throw Error(Places(text, file).at(offset),
+                std::string("malformed XML: ") + result.description());
+  }
+  const pugi::xml_node root = document.document_element();
+  for (const pugi::xml_node& node : document.children()) {
+    const bool is_element = node.type() == pugi::node_element;
+    if (node == root) continue;
+    const auto offset = static_cast<size_t>(node.offset_debug());
+    throw Error(
+        Places(text, file).at(is_element ? offset - 1 : text.find_first_not_of(" \t\r\n", offset)),
+        is_element ? "malformed XML: a second root element"
+                   : "malformed XML: text outside of the root element");
+  }
+  if (!root) throw Error(Places(text, file).at(0), "malformed XML: no element");
+  return Converter(text, file, faults).convert(root, 1);
+}
+
+}  // namespace kinome::loader

@@ -1,0 +1,158 @@
+#include <algorithm>
+#include <cmath>
+
+#include "kinome/log.h"
+#include "loader/build.h"
+#include "scene/traceable.h"
+
+namespace kinome::loader {
+
+/// After all that is used was made: what is left serves nothing.
+void Builder::check_unused(const Node& root) {
+  const auto is_unused = [this](const Node& node) {
+    return is_made_on_demand(node) && !objects_.count(&node);
+  };
+  for (const Node& child : root.children) {
+    if (is_unused(child)) check(child);
+  }
+  for (const Node& child : root.children) {
+    if (!is_unused(child)) continue;
+    const std::string id = child.value("id");
+    skipped_.push_back({child.tag + (id.empty() ? " without id" : " '" + id + "'"),
+                        named_by_unused_.count(&child) ? "only what is unused refers to it"
+                                                       : "nothing refers to it"});
+  }
+}
+
+Scene::Contents Builder::scene(const Node& root) {
+  Scene::Contents contents;
+  std::map<std::string, Location> names;
+  for (const Node& child : root.children) {
+    if (!is_object(child)) {
+      if (child.is_broken) continue;
+      faults_.add(child.where, "<scene> leaves unreferenced: '" + child.value("name") + "'");
+      continue;
+    }
+    if (const Attribute* name = child.find("name")) {
+      const auto [other, is_new] = names.emplace(name->value, child.where);
+      if (!is_new) {
+        faults_.add(child.where, "'" + name->value + "' is given twice (first at " +
+                                     to_string(other->second) + ")");
+      }
+    }
+    if (is_made_on_demand(child)) continue;
+    const Node* const target = child.tag == "ref" ? target_of(child) : &child;
+    if (!target) continue;
+    if (const auto made = object(*target)) {
+      faults_.attempt([&] { add_to_scene(child, *target, made, contents); });
+    }
+  }
+  check_unused(root);
+  if (faults_.empty()) faults_.attempt([&] { complete_scene(root.where, contents); });
+  return contents;
+}
+
+/// BSDFs, textures and the like are there to be referred to; alone they mean nothing. `target`:
+/// what the child is, or refers to.
+void Builder::add_to_scene(const Node& child, const Node& target,
+                           const std::shared_ptr<Object>& object, Scene::Contents& contents) {
+  // References may name one object several times.
+  const auto add = [this](auto& list, const auto& item) {
+    if (in_scene_.insert(item.get()).second) list.push_back(item);
+  };
+  if (auto shape = std::dynamic_pointer_cast<Shape>(object)) {
+    // Here, where its place is known; the scene would have but its number.
+    const std::string fault = why_untraceable(shape->bounds());
+    if (!fault.empty()) {
+      throw Error(target.where, "this " + target.value("type") + " " + fault);
+    }
+    add(contents.shapes, shape);
+  } else if (auto sensor = std::dynamic_pointer_cast<Sensor>(object)) {
+    add(contents.sensors, sensor);
+  } else if (auto emitter = std::dynamic_pointer_cast<Emitter>(object)) {
+    const bool second =
+        emitter->is_environment() &&
+        std::any_of(contents.emitters.begin(), contents.emitters.end(),
+                    [&](const auto& other) { return other != emitter && other->is_environment(); });
+    if (second) throw Error(child.where, "a scene has at most one environment emitter");
+    if (emitter->is_surface()) {
+      throw Error(child.where, "an '" + child.value("type") +
+                                   "' emitter shines from a surface: put it into a <shape>");
+    }
+    add(contents.emitters, emitter);
+    top_emitters_.emplace_back(emitter, child.where);
+  } else if (auto integrator = std::dynamic_pointer_cast<Integrator>(object)) {
+    if (contents.integrator && contents.integrator != integrator) {
+      throw Error(child.where, "a scene has at most one integrator");
+    }
+    contents.integrator = integrator;
+  }
+}
+
+void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
+  if (!contents.integrator) {
+    log_info("the scene has no integrator: using 'direct'");
+    Properties props(Category::kIntegrator, "direct", where);
+    contents.integrator = std::dynamic_pointer_cast<Integrator>(create(props, where));
+  }
+  for (const auto& [emitter, place] : top_emitters_) {
+    for (const auto& child : emitter->children()) {
+      if (child->is_surface() && !child->shape()) {
+        faults_.add(place,
+                    "an emitter in it shines from a surface, and is part of no shape: put it "
+                    "into a <shape>, and refer to it here");
+      }
+    }
+  }
+  if (!faults_.empty()) return;
+  complete_indirect_light(where, contents);
+  if (contents.sensors.empty()) {
+    log_info("the scene has no sensor: using a perspective camera that sees all shapes");
+    contents.sensors.push_back(std::dynamic_pointer_cast<Sensor>(default_sensor(where, contents)));
+  }
+}
+
+/// An indirect emitter where the integrator wants one; a warning where it has no use for one.
+void Builder::complete_indirect_light(const Location& where, Scene::Contents& contents) {
+  const char* const plugin = contents.integrator->default_indirect_emitter();
+  bool has_indirect = false;
+  for (const auto& [emitter, place] : top_emitters_) {
+    if (!emitter->is_indirect()) continue;
+    has_indirect = true;
+    if (plugin) continue;
+    log_warn(Error(place,
+                   "this emitter offers the bounce of others, which the scene's integrator, with "
+                   "the parameters that it has, doesn't ask for: their bounce is not taken from it "
+                   "('clustered' and 'groundtruth' ask with a max_depth of 3 or more, or -1)")
+                 .what());
+  }
+  if (!plugin || has_indirect) return;
+  log_debug("the integrator brings a '" + std::string(plugin) +
+            "' along, for light after a bounce");
+  // No line of the file is to blame for what it does.
+  Properties props(Category::kEmitter, plugin, Location{where.file});
+  contents.emitters.push_back(std::dynamic_pointer_cast<Emitter>(create(props, where)));
+}
+
+/// Mitsuba's: in front of the scene (on its -z side), 45 degrees.
+std::shared_ptr<Object> Builder::default_sensor(const Location& where,
+                                                const Scene::Contents& contents) {
+  Properties props(Category::kSensor, "perspective", where);
+  constexpr double kFov = 45;
+  props.set("fov", kFov, where);
+  Aabb bounds;
+  for (const auto& shape : contents.shapes) bounds.expand(shape->bounds());
+  if (!bounds.empty()) {
+    const double size = std::max(max_component(bounds.extent()), 1e-6f);
+    const double distance = size / (2 * std::tan(glm::radians(kFov) / 2));
+    props.set("near_clip", distance / 100, where);
+    props.set("far_clip", size * 5 + distance, where);
+    Mat4 to_world(1.f);
+    to_world[3] = glm::vec4(bounds.centre().x, bounds.centre().y,
+                            bounds.lo.z - static_cast<float>(distance), 1.f);
+    props.set("to_world", Transform(to_world), where);
+  }
+  return create(props, where);
+}
+
+}  // namespace kinome::loader

@@ -1,0 +1,107 @@
+#include <cmath>
+#include <functional>
+
+#include <fmt/format.h>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "base/numbers.h"
+#include "kinome/log.h"
+#include "loader/convert.h"
+
+namespace kinome::loader {
+namespace {
+
+using DMat4 = glm::dmat4;
+using DVec3 = glm::dvec3;
+
+DMat4 rotation(const Node& node) {
+  const Attribute& attribute = *node.find("angle");
+  const auto degrees = parse_real(attribute.value);
+  if (!degrees)
+    throw Error(attribute.where, "'" + attribute.value + "' is not an angle in degrees");
+  const float zero = 0;
+  const DVec3 axis(convert_vector(node, &zero));
+  const double length = glm::length(axis);
+  if (length == 0) throw Error(node.where, "the axis of a rotation can't be zero");
+  if (std::abs(length - 1) > 1e-3) {
+    log_warn(
+        Error(node.where,
+              fmt::format("the axis of this rotation has length {:.4g}, and is taken as one of "
+                          "length 1; Mitsuba 3 takes it as it is, so that it bends what it "
+                          "turns: its picture will differ",
+                          length))
+            .what());
+  }
+  return glm::rotate(DMat4(1), glm::radians(*degrees), glm::normalize(axis));
+}
+
+/// A camera at `origin` looks along +z of the result; +x is left, +y up.
+DMat4 look_at(const Node& node) {
+  const DVec3 origin(convert_triple(node, *node.find("origin")));
+  const DVec3 target(convert_triple(node, *node.find("target")));
+  const Attribute* const up_attribute = node.find("up");
+  const DVec3 direction = glm::normalize(target - origin);
+  if (!(glm::length(direction) > 0))
+    throw Error(node.where, "origin and target are the same point");
+  DVec3 up(0);
+  if (up_attribute) up = DVec3(convert_triple(node, *up_attribute));
+  // Any axis will do where none is given.
+  if (glm::length(up) == 0) up = DVec3(Frame::from_normal(Vec3(direction)).s);
+  const DVec3 left = glm::cross(glm::normalize(up), direction);
+  if (!(glm::length(left) > 1e-6)) {
+    throw Error(up_attribute->where, "'up' is parallel to the viewing direction");
+  }
+  const DVec3 unit_left = glm::normalize(left);
+  DMat4 m(1);
+  m[0] = glm::dvec4(unit_left, 0);
+  m[1] = glm::dvec4(glm::cross(direction, unit_left), 0);
+  m[2] = glm::dvec4(direction, 0);
+  m[3] = glm::dvec4(origin, 1);
+  return m;
+}
+
+DMat4 matrix(const Node& node) {
+  const Attribute& attribute = *node.find("value");
+  const auto numbers = parse_reals(attribute.value);
+  const size_t count = numbers ? numbers->size() : 0;
+  if (count != 9 && count != 16) {
+    throw Error(attribute.where, "a <matrix> is 9 or 16 numbers" +
+                                     (count ? ", got " + std::to_string(count) : std::string()));
+  }
+  const int side = count == 9 ? 3 : 4;
+  DMat4 m(1);
+  for (int i = 0; i < side * side; ++i) m[i % side][i / side] = (*numbers)[static_cast<size_t>(i)];
+  return m;
+}
+
+DMat4 operation(const Node& node) {
+  const float zero = 0, one = 1;
+  if (node.tag == "translate") return glm::translate(DMat4(1), DVec3(convert_vector(node, &zero)));
+  if (node.tag == "scale") return glm::scale(DMat4(1), DVec3(convert_vector(node, &one)));
+  if (node.tag == "rotate") return rotation(node);
+  if (node.tag == "lookat") return look_at(node);
+  return matrix(node);
+}
+
+}  // namespace
+
+Transform convert_transform(const Node& node) {
+  DMat4 total(1);
+  std::vector<Error> faults;
+  for (const Node& child : node.children) {
+    if (child.is_broken) continue;
+    try {
+      const DMat4 next = operation(child) * total;
+      if (!Transform(Mat4(next)).is_invertible()) {
+        throw Error(child.where, quoted_tag(child) + " makes the transform singular");
+      }
+      total = next;
+    } catch (const Error& error) {
+      faults.push_back(error);
+    }
+  }
+  if (!faults.empty()) throw Errors(std::move(faults));
+  return Transform(Mat4(total));
+}
+
+}  // namespace kinome::loader

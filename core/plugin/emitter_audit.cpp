@@ -1,0 +1,164 @@
+#include "kinome/shape.h"
+#include "kinome/warp.h"
+#include "plugin/audit_words.h"
+#include "plugin/environment_audit.h"
+#include "plugin/object_audit.h"
+#include "plugin/rounding.h"
+
+namespace kinome {
+namespace {
+
+/// Of a random number that nothing else takes.
+constexpr uint64_t kFreeNumber = 50;
+
+/// How far from the sampled place, relative to its distance, the shape is looked for.
+constexpr float kWindow = 1e-3f;
+
+/// Where rounding can't turn the surface's cosine by more than a tenth of what ValueRange allows.
+bool is_resolved(const SurfaceInteraction& light, const SurfaceInteraction& from) {
+  const float height = std::abs(glm::dot(light.n, from.p - light.p));
+  return height > 1e4f * (light.p_error + from.p_error);
+}
+
+/// What a sample's direction meets of the emitter's shape, by rays that start where it was asked
+/// for and see the surroundings of the sampled place alone.
+struct Traced {
+  bool is_missed = false;  ///< by all rays, which meet nothing else either
+  bool is_known = false;   ///< densities and radiance are those of the place
+  ValueRange pdf;
+  ColorRange radiance;
+};
+
+/// Whether a hit lies on the very face, or curve of a surface, that was sampled: another one that
+/// is near, or passes through it, has densities of its own.
+bool is_of_sample(const SurfaceInteraction& hit, const AuditPlace& place,
+                  const DirectSample& sample) {
+  const Vec3 sampled = place.si->p + sample.d * sample.distance;
+  const float rounding = 4 * hit.p_error + 1e-6f * sample.distance + 0.05f * place.si->p_error;
+  return std::abs(glm::dot(hit.n, sampled - hit.p)) <= rounding;
+}
+
+Traced trace(const Emitter& emitter, const AuditPlace& place, const DirectSample& sample) {
+  std::array<RayHit, 9> rays;
+  const auto directions = neighbours(sample.d);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    rays[i].ray.o = place.si->p;
+    rays[i].ray.d = directions[i];
+    rays[i].ray.tmin = sample.distance * (1 - kWindow);
+    rays[i].ray.tmax = sample.distance * (1 + kWindow);
+  }
+  RenderCounters counters;
+  place.scene.intersect(rays, Coherence::kCoherent, counters);
+  Traced traced;
+  traced.is_missed = true;
+  for (const RayHit& hit : rays) {
+    if (!hit.hit.valid()) continue;
+    traced.is_missed = false;
+    const SurfaceInteraction si = place.scene.interaction(hit);
+    if (si.shape != emitter.shape()) continue;
+    if (!is_resolved(si, *place.si) || !is_of_sample(si, place, sample)) return {};
+    traced.is_known = true;
+    traced.pdf.add(static_cast<double>(emitter.pdf_surface(place.si->p, si)));
+    traced.radiance.add(emitter.eval_surface(si));
+  }
+  return traced;
+}
+
+/// Whether what was sampled is about as small as coordinates are uncertain: by the density, which
+/// tells what the light covers.
+bool is_speck(const AuditPlace& place, const DirectSample& sample) {
+  const float most = max_component(glm::abs(place.si->p)) + sample.distance;
+  const float angle = 4 * (kDirectionError * most + place.si->p_error) / sample.distance;
+  return sample.pdf * sqr(angle) > 1e-4f;
+}
+
+/// Whether it is seen at a grazing angle, at which rays may miss it by rounding.
+bool is_grazing(const Emitter& emitter, const DirectSample& sample) {
+  return !(sqr(sample.distance) > 0.05f * sample.pdf * emitter.shape()->area());
+}
+
+const char* surface_contradiction(const Emitter& emitter, const AuditPlace& place,
+                                  const DirectSample& sample) {
+  if (!place.si || place.si->shape == emitter.shape()) return nullptr;
+  if (!(sample.distance > 0 && sample.distance < kInfinity)) return nullptr;
+  if (is_speck(place, sample)) return nullptr;
+  const Traced traced = trace(emitter, place, sample);
+  if (traced.is_missed && !is_grazing(emitter, sample)) return audit_words::kOffSurface;
+  if (!traced.is_known) return nullptr;
+  if (!traced.pdf.agrees_with(static_cast<double>(sample.pdf))) return audit_words::kSurfacePdf;
+  return traced.radiance.agrees_with(sample.radiance) ? nullptr : audit_words::kSurfaceRadiance;
+}
+
+const char* contradiction_of_sample(const Emitter& emitter, const AuditPlace& place,
+                                    const DirectSample& sample) {
+  if (!(sample.pdf > 0 && sample.pdf < kInfinity)) return nullptr;
+  if (!is_unit(sample.d)) return audit_words::kLength;
+  if (sample.is_delta) return sample.pdf == 1 ? nullptr : audit_words::kDeltaPdf;
+  if (emitter.is_environment()) return environment_contradiction(emitter, sample);
+  return emitter.shape() ? surface_contradiction(emitter, place, sample) : nullptr;
+}
+
+bool is_same(const DirectSample& a, const DirectSample& b) {
+  ColorRange radiance;
+  ValueRange pdf;
+  radiance.add(a.radiance);
+  pdf.add(static_cast<double>(a.pdf));
+  return glm::length(a.d - b.d) < kDirectionError && radiance.agrees_with(b.radiance) &&
+         pdf.agrees_with(static_cast<double>(b.pdf)) && a.is_delta == b.is_delta;
+}
+
+const char* contradiction_of_samples(const Emitter& emitter, const AuditPlace& place,
+                                     uint64_t attempt) {
+  const Vec3 p = place.p();
+  const Vec2 u = place.u2(first_number(attempt));
+  const auto sample = emitter.sample_direct(p, u);
+  DirectSample batch;
+  emitter.sample_direct_batch({&p, 1}, {&u, 1}, {&batch, 1});
+  const bool has_sample = sample && sample->pdf > 0;
+  if (has_sample) {
+    if (const char* const fault = contradiction_of_sample(emitter, place, *sample)) return fault;
+  }
+  if (has_sample != (batch.pdf > 0) || (has_sample && !is_same(*sample, batch))) {
+    return audit_words::kSampleBatch;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+const char* nonsense_of(const Emitter& emitter, const AuditPlace& place) {
+  if (place.si && !emitter.is_indirect()) {
+    const auto sample = emitter.sample_direct(place.si->p, place.u2(0));
+    if (sample && !is_density(sample->pdf)) return audit_words::kDensity;
+    if (sample && sample->pdf > 0 && !is_finite(sample->d)) return audit_words::kDirection;
+    if (sample && sample->pdf > 0 && !is_finite(sample->radiance)) return audit_words::kValue;
+  }
+  if (emitter.is_environment()) {
+    if (!is_finite(emitter.eval_environment(place.d))) return audit_words::kValue;
+    if (!is_density(emitter.pdf_environment(place.d))) return audit_words::kDensity;
+  }
+  if (place.si && emitter.shape() && emitter.shape() == place.si->shape) {
+    if (!is_finite(emitter.eval_surface(*place.si))) return audit_words::kValue;
+    const Vec3 from = place.si->p - place.d;
+    if (!is_density(emitter.pdf_surface(from, *place.si))) return audit_words::kDensity;
+  }
+  return nullptr;
+}
+
+const char* contradiction_of(const Emitter& emitter, const AuditPlace& place) {
+  if (emitter.is_indirect() || (!place.si && !emitter.is_environment())) return nullptr;
+  const char* fault = confirmed(
+      [&](uint64_t attempt) { return contradiction_of_samples(emitter, place, attempt); });
+  if (fault || !emitter.is_environment()) return fault;
+  for (const Vec3& d : {place.d, square_to_uniform_sphere(place.u2(kFreeNumber))}) {
+    if (emitter.pdf_environment(d) == 0 && !is_black(emitter.eval_environment(d))) {
+      return audit_words::kLightWithoutDensity;
+    }
+  }
+  const auto grid = emitter.cell_grid();
+  if (!grid) return nullptr;
+  return confirmed(
+      [&](uint64_t attempt) { return grid_contradiction(emitter, *grid, place, attempt); });
+}
+
+}  // namespace kinome

@@ -1,0 +1,102 @@
+#include "plugin/library_sites.h"
+
+#include <link.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <set>
+
+#include "kinome/plugin_sites.h"
+
+namespace kinome {
+namespace {
+
+struct Site {
+  uintptr_t begin = 0, end = 0;
+  const char* name = nullptr;
+  bool has(uintptr_t address) const { return address >= begin && address < end; }
+};
+
+/// More plugins than anyone has; of those beyond it nothing is known.
+constexpr size_t kMostSites = 1024;
+std::array<Site, kMostSites> sites;
+std::atomic<size_t> site_count{0};
+std::atomic<const char*> being_loaded{nullptr};
+Site core;  ///< known once anything is loaded
+
+/// The code of the library that an address lies in.
+Site site_of(const void* address) {
+  struct Search {
+    uintptr_t address;
+    Site found;
+  } search{reinterpret_cast<uintptr_t>(address), {}};
+  dl_iterate_phdr(
+      [](dl_phdr_info* info, size_t /*size*/, void* data) {
+        auto& wanted = *static_cast<Search*>(data);
+        Site code{UINTPTR_MAX, 0, nullptr};
+        bool is_it = false;
+        for (int i = 0; i < info->dlpi_phnum; ++i) {
+          const auto& segment = info->dlpi_phdr[i];
+          if (segment.p_type != PT_LOAD) continue;
+          const uintptr_t begin = info->dlpi_addr + segment.p_vaddr;
+          const uintptr_t end = begin + segment.p_memsz;
+          is_it = is_it || (wanted.address >= begin && wanted.address < end);
+          if ((segment.p_flags & PF_X) == 0) continue;
+          code.begin = std::min(code.begin, begin);
+          code.end = std::max(code.end, end);
+        }
+        if (is_it) wanted.found = code;
+        return is_it ? 1 : 0;
+      },
+      &search);
+  return search.found;
+}
+
+/// Never freed: threads that crash at the program's end may read them.
+std::set<std::string>& names() {
+  static auto* const names = new std::set<std::string>;
+  return *names;
+}
+
+}  // namespace
+
+LibraryLoading::LibraryLoading(const std::string& plugin)
+    : name_(names().insert(plugin).first->c_str()) {
+  if (core.end == 0) core = site_of(reinterpret_cast<const void*>(&site_of));
+  being_loaded.store(name_);
+}
+
+LibraryLoading::~LibraryLoading() {
+  being_loaded.store(nullptr);
+}
+
+void LibraryLoading::finish(const void* symbol) {
+  Site site = site_of(symbol);
+  site.name = name_;
+  const size_t count = site_count.load();
+  const bool is_known = plugin_at(reinterpret_cast<const void*>(site.begin)) != nullptr;
+  if (site.end == 0 || is_known || count == kMostSites) return;
+  sites[count] = site;
+  site_count.store(count + 1, std::memory_order_release);
+}
+
+const char* plugin_at(const void* address) noexcept {
+  const auto at = reinterpret_cast<uintptr_t>(address);
+  const size_t count = site_count.load(std::memory_order_acquire);
+  for (size_t i = 0; i < count; ++i) {
+    if (sites[i].has(at)) return sites[i].name;
+  }
+  return nullptr;
+}
+
+const char* plugin_being_loaded() noexcept {
+  return being_loaded.load();
+}
+
+bool is_core_at(const void* address) noexcept {
+  return core.has(reinterpret_cast<uintptr_t>(address));
+}
+
+}  // namespace kinome

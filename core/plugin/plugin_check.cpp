@@ -1,0 +1,163 @@
+#include "plugin/plugin_check.h"
+
+#include <algorithm>
+#include <array>
+
+#include "plugin/property_types.h"
+
+namespace kinome {
+namespace {
+
+using ObjectPointer = std::shared_ptr<Object>;
+
+std::string plugin_title(const Properties& props) {
+  return std::string(to_string(props.category())) + " '" + props.plugin_name() + "'";
+}
+
+/// Objects of these parameters are matched by category, not by name.
+bool is_by_category(const Parameter& row) {
+  return row.type == ParameterType::kObject && row.category != Category::kTexture;
+}
+
+bool takes_textures(const Parameter& row) {
+  return takes_texture(row.type) ||
+         (row.type == ParameterType::kObject && row.category == Category::kTexture);
+}
+
+/// Whether a value without a name, or of a name that the plugin doesn't know, is meant for a
+/// parameter, most likely: it is not missing, too.
+bool is_there_by_another_name(const Parameter& row, const Properties& props,
+                              const PluginDescriptor& plugin) {
+  std::vector<std::string> known;
+  for (const Parameter& other : plugin.parameters) known.emplace_back(other.name);
+  return std::any_of(props.entries().begin(), props.entries().end(), [&](const auto& entry) {
+    const auto& [name, value] = entry;
+    if (find_row(plugin, name) || !accepts(row.type, value.value)) return false;
+    const std::string nearest = name.starts_with("_arg_") ? "" : nearest_name(name, known);
+    return nearest.empty() || nearest == row.name;
+  });
+}
+
+Error unknown_parameter(const Properties& props, const PluginDescriptor& plugin,
+                        const std::string& name, const Location& where) {
+  std::vector<std::string> known;
+  std::string list;
+  for (const Parameter& row : plugin.parameters) {
+    if (is_by_category(row)) continue;
+    known.push_back(row.name);
+    list += (list.empty() ? "" : ", ") + known.back();
+  }
+  if (name.starts_with("_arg_")) {
+    return Error(where, "a texture of " + plugin_title(props) + " needs a name (" +
+                            (list.empty() ? "but it takes none" : "one of " + list) + ")");
+  }
+  const std::string nearest = nearest_name(name, known);
+  std::string hint = list.empty() ? "it has none" : "it has " + list;
+  if (!nearest.empty()) hint = "did you mean '" + nearest + "'?";
+  return Error(where, plugin_title(props) + " has no parameter '" + name + "' (" + hint + ")");
+}
+
+/// Objects other than textures count by category, whatever their names are.
+class ObjectCounts {
+ public:
+  ObjectCounts(const Properties& props, const PluginDescriptor& plugin) : props_(props) {
+    for (const Parameter& row : plugin.parameters) {
+      if (!is_by_category(row)) continue;
+      Count& count = counts_[static_cast<size_t>(row.category)];
+      count.most += row.max_count;
+      count.least += row.required ? 1 : 0;
+    }
+  }
+
+  void add(Category category, const Location& where, std::vector<Error>& faults) {
+    Count& count = counts_[static_cast<size_t>(category)];
+    if (count.most == 0) {
+      faults.emplace_back(where, plugin_title(props_) + " takes no " + to_string(category));
+    } else if (++count.found > count.most) {
+      faults.emplace_back(where, plugin_title(props_) + " takes at most " +
+                                     std::to_string(count.most) + " " + to_string(category) +
+                                     (count.most == 1 ? "" : "s"));
+    }
+  }
+
+  void check_required(const Lost& lost, std::vector<Error>& faults) const {
+    for (size_t i = 0; i < counts_.size(); ++i) {
+      const auto category = static_cast<Category>(i);
+      if (counts_[i].found >= counts_[i].least || lost.categories.count(category)) continue;
+      faults.emplace_back(props_.where(),
+                          plugin_title(props_) + " needs " +
+                              (counts_[i].least == 1 ? "a nested " : "more nested ") +
+                              to_string(category));
+    }
+  }
+
+ private:
+  struct Count {
+    int64_t least = 0;
+    int64_t most = 0;
+    int64_t found = 0;
+  };
+  const Properties& props_;
+  std::array<Count, kCategoryCount> counts_;
+};
+
+void check_value(const Properties& props, const PluginDescriptor& plugin, const std::string& name,
+                 const Properties::Entry& entry, std::vector<Error>& faults) {
+  const Parameter* row = find_row(plugin, name);
+  if (!row || is_by_category(*row)) {
+    faults.push_back(unknown_parameter(props, plugin, name, entry.where));
+  } else if (!accepts(row->type, entry.value)) {
+    faults.emplace_back(entry.where, "'" + name + "' must be " + describe(row->type) + ", got " +
+                                         describe(entry.value));
+  }
+}
+
+}  // namespace
+
+const Parameter* find_row(const PluginDescriptor& plugin, const std::string& name) {
+  for (const Parameter& row : plugin.parameters) {
+    if (name == row.name) return &row;
+  }
+  return nullptr;
+}
+
+std::vector<Error> check_parameters(const Properties& props, const PluginDescriptor& plugin,
+                                    const Lost& lost) {
+  std::vector<Error> faults;
+  ObjectCounts counts(props, plugin);
+  for (const auto& [name, entry] : props.entries()) {
+    const auto* object = std::get_if<ObjectPointer>(&entry.value);
+    if (!object) {
+      check_value(props, plugin, name, entry, faults);
+      continue;
+    }
+    const Category category = category_of(**object);
+    if (category != Category::kTexture) {
+      counts.add(category, entry.where, faults);
+    } else if (const Parameter* row = find_row(plugin, name); !row || !takes_textures(*row)) {
+      check_value(props, plugin, name, entry, faults);
+    }
+  }
+  if (lost.anything) return faults;
+  for (const Parameter& row : plugin.parameters) {
+    if (!row.required || is_by_category(row) || props.has(row.name)) continue;
+    if (lost.names.count(row.name) || is_there_by_another_name(row, props, plugin)) continue;
+    faults.emplace_back(props.where(), plugin_title(props) + " needs parameter '" + row.name +
+                                           "', " + describe(row.type));
+  }
+  counts.check_required(lost, faults);
+  return faults;
+}
+
+void check_all_read(const Properties& props) {
+  std::string list;
+  const Location* first = nullptr;
+  for (const auto& [name, entry] : props.entries()) {
+    if (entry.read) continue;
+    if (!first) first = &entry.where;
+    list += (list.empty() ? "'" : ", '") + name + "'";
+  }
+  if (first) throw Error(*first, plugin_title(props) + " leaves unreferenced: " + list);
+}
+
+}  // namespace kinome

@@ -1,0 +1,206 @@
+#include "kinome/plugin_registry.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+
+#include "plugin/abi_key.h"
+#include "plugin/library_sites.h"
+#include "plugin/plugin_check.h"
+
+namespace kinome {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// DIR/CATEGORY/NAME.so in the first folder that has it, or "".
+std::string find_library(const std::vector<std::string>& folders, Category category,
+                         const std::string& name) {
+  if (name.empty() || name.find('/') != std::string::npos || name[0] == '.') return {};
+  for (const std::string& folder : folders) {
+    const fs::path path = fs::path(folder) / to_string(category) / (name + ".so");
+    std::error_code failed;
+    if (fs::exists(path, failed)) return path.string();
+  }
+  return {};
+}
+
+Error no_such_plugin(const PluginRegistry& registry, const std::vector<std::string>& folders,
+                     Category category, const std::string& name, const Location& where) {
+  const std::string title = std::string("there is no ") + to_string(category) + " plugin '" + name;
+  const std::vector<std::string> known = registry.names(category);
+  const std::string nearest = nearest_name(name, known);
+  if (!nearest.empty()) return Error(where, title + "' (did you mean '" + nearest + "'?)");
+  std::string list;
+  for (const std::string& other : known) list += (list.empty() ? "" : ", ") + other;
+  if (!list.empty()) return Error(where, title + "' (there are " + list + ")");
+  for (const std::string& folder : folders) list += (list.empty() ? "" : ", ") + folder;
+  return Error(where, title + "' (no plugins of this category in " +
+                          (list.empty() ? "an empty search path" : list) + ")");
+}
+
+void check_abi(const std::string& path) {
+  const std::string key = read_abi_key(path);
+  if (key == KINOME_ABI_KEY) return;
+  throw Error("it was built for another ABI: its key is '" + key + "', this program's is '" +
+              KINOME_ABI_KEY + "'");
+}
+
+const PluginDescriptor* open_library(const std::string& path, Category category,
+                                     const std::string& name) {
+  check_abi(path);
+  LibraryLoading loading(name);
+  // Local symbols: two plugins may define the same names. Never closed: see the header.
+  void* const library = dlopen(fs::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!library) throw Error(std::string("it can't be loaded: ") + dlerror());
+  const auto* plugin = static_cast<const PluginDescriptor*>(dlsym(library, "kinome_plugin"));
+  if (!plugin) throw Error("it exports no kinome_plugin");
+  loading.finish(plugin);
+  if (plugin->category != category) {
+    throw Error(std::string("it is a plugin of another category, ") + to_string(plugin->category));
+  }
+  return plugin;
+}
+
+/// Folder of the library (or program) that holds this code.
+fs::path folder_of_this_library() {
+  Dl_info info{};
+  if (!dladdr(reinterpret_cast<const void*>(&folder_of_this_library), &info)) return {};
+  std::error_code failed;
+  return fs::canonical(info.dli_fname, failed).parent_path();
+}
+
+}  // namespace
+
+PluginRegistry::PluginRegistry(std::vector<std::string> folders) : folders_(std::move(folders)) {}
+
+std::vector<std::string> PluginRegistry::default_folders(const std::vector<std::string>& extra) {
+  std::vector<std::string> folders = extra;
+  if (const char* variable = std::getenv("KINOME_PLUGIN_PATH")) {
+    const std::string_view list(variable);
+    for (size_t begin = 0; begin <= list.size();) {
+      const size_t end = std::min(list.find(':', begin), list.size());
+      if (end > begin) folders.emplace_back(list.substr(begin, end - begin));
+      begin = end + 1;
+    }
+  }
+  std::error_code failed;
+  const fs::path program = fs::canonical("/proc/self/exe", failed).parent_path();
+  if (!program.empty()) {
+    folders.push_back((program.parent_path() / "plugins").string());
+    folders.push_back((program.parent_path() / "lib/kinome/plugins").string());
+  }
+  // Some systems install libraries elsewhere than in lib/.
+  const fs::path library = folder_of_this_library();
+  if (!library.empty()) folders.push_back((library / "kinome/plugins").string());
+  return folders;
+}
+
+const PluginDescriptor& PluginRegistry::find(Category category, const std::string& name,
+                                             const Location& where) {
+  const auto known = loaded_.find({category, name});
+  if (known != loaded_.end()) return *known->second;
+  // A scene may ask a thousand times for what is looked for in folders.
+  const auto missing = missing_.find({category, name});
+  if (missing != missing_.end()) throw Error(where, missing->second);
+
+  const auto start = std::chrono::steady_clock::now();
+  const std::string path = find_library(folders_, category, name);
+  if (path.empty()) {
+    const Error error = no_such_plugin(*this, folders_, category, name, where);
+    missing_[{category, name}] = error.message();
+    throw error;
+  }
+  const std::string full_name = std::string(to_string(category)) + "/" + name;
+  const PluginDescriptor* plugin = nullptr;
+  try {
+    plugin = open_library(path, category, full_name);
+  } catch (const Error& error) {
+    throw Error(where, "'" + path + "' is not a usable plugin: " + error.message());
+  }
+  loaded_[{category, name}] = plugin;
+  loaded_names_.push_back(full_name);
+  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return *plugin;
+}
+
+namespace {
+
+/// Whether the object is described in this file, rather than made of it.
+bool is_scene_file(const std::string& file, const Properties& props) {
+  return file == props.where().file ||
+         std::any_of(props.entries().begin(), props.entries().end(),
+                     [&](const auto& entry) { return file == entry.second.where.file; });
+}
+
+/// Where the scene names the file that the object is made of.
+const Location& file_asker(const PluginDescriptor& plugin, const Properties& props) {
+  for (const auto& [name, entry] : props.entries()) {
+    const Parameter* const row = find_row(plugin, name);
+    if (row && row->type == ParameterType::kFile) return entry.where;
+  }
+  return props.where();
+}
+
+/// Runs a plugin's constructor: whatever it throws becomes an Error that names it and its place.
+std::shared_ptr<Object> construct(const PluginDescriptor& plugin, const Properties& props,
+                                  const std::string& name) {
+  try {
+    return plugin.create(props);
+  } catch (const Error& error) {
+    // Code below a plugin (a mesh reader, say) doesn't always know the place.
+    if (error.where().file.empty()) throw Error(props.where(), error.message());
+    if (is_scene_file(error.where().file, props) || !error.askers().empty()) throw;
+    throw error.asked_for_by(file_asker(plugin, props));
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Error(props.where(), "plugin '" + name + "' failed: " + error.what());
+  } catch (...) {
+    throw Error(props.where(), "plugin '" + name + "' failed, and didn't say why");
+  }
+}
+
+std::vector<std::shared_ptr<const Object>> nested_objects(const Properties& props) {
+  std::vector<std::shared_ptr<const Object>> nested;
+  for (const auto& [name, entry] : props.entries()) {
+    if (const auto* object = std::get_if<std::shared_ptr<Object>>(&entry.value)) {
+      nested.push_back(*object);
+    }
+  }
+  return nested;
+}
+
+}  // namespace
+
+std::shared_ptr<Object> PluginRegistry::create(Properties& props) {
+  const PluginDescriptor& plugin = find(props.category(), props.plugin_name(), props.where());
+  if (auto faults = check_parameters(props, plugin); !faults.empty()) {
+    throw Errors(std::move(faults));
+  }
+  props.set_table(plugin.parameters);
+  const std::string name = std::string(to_string(props.category())) + "/" + props.plugin_name();
+  std::shared_ptr<Object> object = construct(plugin, props, name);
+  check_all_read(props);
+  object->set_id(props.id());
+  object->set_origin(name, nested_objects(props));
+  return object;
+}
+
+std::vector<std::string> PluginRegistry::names(Category category) const {
+  std::set<std::string> found;
+  for (const std::string& folder : folders_) {
+    std::error_code failed;
+    fs::directory_iterator files(fs::path(folder) / to_string(category), failed);
+    for (; !failed && files != fs::directory_iterator(); files.increment(failed)) {
+      if (files->path().extension() == ".so") found.insert(files->path().stem().string());
+    }
+  }
+  return {found.begin(), found.end()};
+}
+
+}  // namespace kinome

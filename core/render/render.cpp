@@ -1,0 +1,53 @@
+#include "kinome/render_context.h"
+
+#include "base/log_once.h"
+#include "image/fill_gaps.h"
+#include "kinome/checkpoint.h"
+#include "kinome/error.h"
+#include "kinome/log.h"
+#include "render/progressive.h"
+
+namespace kinome {
+
+void warn_without_emitters(const Scene& scene) {
+  if (!scene.emitters().empty()) return;
+  log_warn(
+      Error(Location{scene.file()}, "the scene has no emitter: the picture will be black").what());
+}
+
+Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
+  const WarningsOnce once;
+  RenderStats& stats = context.stats();
+  Image image;
+  bool interrupted = false;
+  {
+    const StageTimer timer(stats.render_seconds);
+    const Integrator& integrator = scene.integrator();
+    Film& film = sensor.film();
+    const RenderBudget& budget = context.budget();
+    const double begun = context.seconds();
+    film.prepare(integrator.layers(), lanes_for(budget, film));
+    Checkpoint* const checkpoint = context.checkpoint();
+    integrator.warn_of_light_left_out(scene, sensor, context);
+    if (checkpoint) checkpoint->begin(film);
+    if (budget.any()) {
+      const double left = budget.seconds > 0 ? budget.seconds - context.seconds() : kInfinity;
+      render_passes(*integrator.begin(scene, sensor, context, left), film, context);
+    } else {
+      integrator.render(scene, sensor, context);
+      stats.samples = sensor.sampler().sample_count();
+    }
+    interrupted = context.interrupted();
+    if (checkpoint && interrupted) checkpoint->close(film);
+    if (interrupted) fill_gaps(scene, sensor, context, begun);
+    image = develop(film, budget, stats);
+    if (interrupted) mark_gaps(film, image);
+    stats.non_finite_samples += film.non_finite();
+  }
+  stats.threads = context.threads();
+  stats.peak_memory_bytes = peak_memory_bytes();
+  stats.complete = !interrupted;
+  return image;
+}
+
+}  // namespace kinome

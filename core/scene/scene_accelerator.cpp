@@ -1,0 +1,193 @@
+#include "scene/scene_accelerator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <utility>
+
+#include "kinome/error.h"
+
+namespace kinome {
+
+namespace {
+
+#if defined(__SANITIZE_THREAD__)
+constexpr bool kThreadSanitizer = true;
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+constexpr bool kThreadSanitizer = true;
+#else
+constexpr bool kThreadSanitizer = false;
+#endif
+#else
+constexpr bool kThreadSanitizer = false;
+#endif
+
+std::string device_options(unsigned threads) {
+  // ThreadSanitizer can't see the synchronisation inside TBB, which Embree builds with.
+  return "threads=" + std::to_string(kThreadSanitizer ? 1u : threads);
+}
+
+/// Embree prunes by bounds computed in float; half a dozen ulps keep a surface that lies exactly
+/// on its box from being lost.
+void write_bounds(const Aabb& box, RTCBounds& out) {
+  const Vec3 magnitude = glm::max(glm::abs(box.lo), glm::abs(box.hi));
+  const Vec3 pad = magnitude * 4e-7f;
+  out.lower_x = box.lo.x - pad.x;
+  out.lower_y = box.lo.y - pad.y;
+  out.lower_z = box.lo.z - pad.z;
+  out.upper_x = box.hi.x + pad.x;
+  out.upper_y = box.hi.y + pad.y;
+  out.upper_z = box.hi.z + pad.z;
+}
+
+void bounds_of_shape(const RTCBoundsFunctionArguments* args) {
+  write_bounds(static_cast<const Shape*>(args->geometryUserPtr)->bounds(), *args->bounds_o);
+}
+
+/// Ray `i` of a packet or stream of any width n.
+Ray read_ray(RTCRayN* rays, unsigned n, unsigned i) {
+  Ray ray;
+  ray.o = {RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)};
+  ray.tmin = RTCRayN_tnear(rays, n, i);
+  ray.d = {RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i), RTCRayN_dir_z(rays, n, i)};
+  ray.tmax = RTCRayN_tfar(rays, n, i);
+  return ray;
+}
+
+/// What a shape threw on this thread: Embree would swallow it, and the picture lack the shape.
+thread_local std::exception_ptr thrown;
+
+bool hit_shape(const Shape& shape, const Ray& ray, float& t, Hit& hit) {
+  if (thrown) return false;
+  try {
+    return shape.intersect(ray, t, hit) && t >= ray.tmin && t <= ray.tmax;
+  } catch (...) {
+    thrown = std::current_exception();
+    return false;
+  }
+}
+
+void intersect_shape(const RTCIntersectFunctionNArguments* args) {
+  const Shape& shape = *static_cast<const Shape*>(args->geometryUserPtr);
+  const unsigned n = args->N;
+  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, n);
+  RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, n);
+  for (unsigned i = 0; i < n; ++i) {
+    if (args->valid[i] == 0) continue;
+    const Ray ray = read_ray(rays, n, i);
+    float t = 0;
+    Hit hit;
+    if (!hit_shape(shape, ray, t, hit)) continue;
+    RTCRayN_tfar(rays, n, i) = t;
+    RTCHitN_Ng_x(hits, n, i) = hit.ng.x;
+    RTCHitN_Ng_y(hits, n, i) = hit.ng.y;
+    RTCHitN_Ng_z(hits, n, i) = hit.ng.z;
+    RTCHitN_u(hits, n, i) = hit.u;
+    RTCHitN_v(hits, n, i) = hit.v;
+    RTCHitN_primID(hits, n, i) = hit.primitive == kNoHit ? args->primID : hit.primitive;
+    RTCHitN_geomID(hits, n, i) = args->geomID;
+    RTCHitN_instID(hits, n, i, 0) = args->context->instID[0];
+  }
+}
+
+void occlude_by_shape(const RTCOccludedFunctionNArguments* args) {
+  const Shape& shape = *static_cast<const Shape*>(args->geometryUserPtr);
+  const unsigned n = args->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (args->valid[i] == 0) continue;
+    float t = 0;
+    Hit hit;
+    if (hit_shape(shape, read_ray(args->ray, n, i), t, hit)) {
+      RTCRayN_tfar(args->ray, n, i) = -kInfinity;
+    }
+  }
+}
+
+/// Why there is no device. What Embree can't tell may be a lack of memory as well, as where none is
+/// left for a thread.
+Error device_error() {
+  switch (rtcGetDeviceError(nullptr)) {
+    case RTC_ERROR_OUT_OF_MEMORY:
+      return Error("the ray tracer (Embree) can't begin: out of memory");
+    case RTC_ERROR_UNSUPPORTED_CPU:
+      return Error(
+          "the ray tracer (Embree) does not run on this machine: it lacks instructions "
+          "that Embree needs");
+    default:
+      return Error(
+          "the ray tracer (Embree) can't begin: there is too little memory, or it does "
+          "not run on this machine");
+  }
+}
+
+}  // namespace
+
+void rethrow_from_shapes() {
+  if (thrown) std::rethrow_exception(std::exchange(thrown, nullptr));
+}
+
+void DeviceErrors::report(void* self, RTCError code, const char* text) {
+  auto& errors = *static_cast<DeviceErrors*>(self);
+  const std::lock_guard lock(errors.mutex_);
+  if (errors.message_.empty() && code == RTC_ERROR_OUT_OF_MEMORY) errors.message_ = "out of memory";
+  if (errors.message_.empty()) errors.message_ = text && *text ? text : "unknown error";
+}
+
+void DeviceErrors::throw_if_any() const {
+  const std::lock_guard lock(mutex_);
+  if (!message_.empty()) throw Error("the ray tracer (Embree) failed: " + message_);
+}
+
+Scene::Accelerator::Accelerator(const std::vector<std::shared_ptr<Shape>>& shapes,
+                                unsigned threads) {
+  device_.reset(rtcNewDevice(device_options(threads).c_str()));
+  if (!device_) throw device_error();
+  rtcSetDeviceErrorFunction(device_.get(), &DeviceErrors::report, &errors_);
+  scene_.reset(rtcNewScene(device_.get()));
+  errors_.throw_if_any();
+  // Rays must not slip through the shared edges of triangles.
+  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    const TriangleMesh* mesh = shapes[i]->mesh();
+    const Geometry geometry = mesh ? make_mesh(*mesh) : make_analytic(*shapes[i]);
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometryByID(scene_.get(), geometry.get(), static_cast<unsigned>(i));
+    errors_.throw_if_any();
+  }
+  rtcCommitScene(scene_.get());
+  errors_.throw_if_any();
+}
+
+Scene::Accelerator::Geometry Scene::Accelerator::make_mesh(const TriangleMesh& mesh) const {
+  Geometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+  errors_.throw_if_any();
+  const auto& positions = mesh.positions;
+  // Embree loads vertices 16 bytes at a time, so 4 bytes past the last one must be readable:
+  // MeshShape::finish reserves them. A mesh from elsewhere may have none, and is copied.
+  if (positions.capacity() > positions.size()) {
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               positions.data(), 0, sizeof(Vec3), positions.size());
+  } else if (void* copy =
+                 rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0,
+                                         RTC_FORMAT_FLOAT3, sizeof(Vec3), positions.size())) {
+    std::memcpy(copy, positions.data(), positions.size() * sizeof(Vec3));
+  }
+  rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                             mesh.triangles.data(), 0, sizeof(glm::uvec3), mesh.triangles.size());
+  return geometry;
+}
+
+Scene::Accelerator::Geometry Scene::Accelerator::make_analytic(const Shape& shape) const {
+  Geometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
+  errors_.throw_if_any();
+  rtcSetGeometryUserPrimitiveCount(geometry.get(), 1);
+  rtcSetGeometryUserData(geometry.get(), const_cast<Shape*>(&shape));
+  rtcSetGeometryBoundsFunction(geometry.get(), &bounds_of_shape, nullptr);
+  rtcSetGeometryIntersectFunction(geometry.get(), &intersect_shape);
+  rtcSetGeometryOccludedFunction(geometry.get(), &occlude_by_shape);
+  return geometry;
+}
+
+}  // namespace kinome
