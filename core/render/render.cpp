@@ -25,10 +25,10 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
     const Integrator& integrator = scene.integrator();
     Film& film = sensor.film();
     const RenderBudget& budget = context.budget();
-    const double begun = context.seconds();
     film.prepare(integrator.layers(), lanes_for(budget, film));
     Checkpoint* const checkpoint = context.checkpoint();
     integrator.warn_of_light_left_out(scene, sensor, context);
+    const double begun = context.seconds();
     if (checkpoint) checkpoint->begin(film);
     if (budget.any()) {
       const double left = budget.seconds > 0 ? budget.seconds - context.seconds() : kInfinity;

@@ -227,10 +227,7 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
   FirstException exception;
   std::vector<RenderCounters> counters(threads);
   std::atomic<size_t> next{0};
-  if (stats_.first_tile_seconds == 0) {
-    stats_.first_tile_seconds =
-        std::chrono::duration<double>(Clock::now() - options_.start).count();
-  }
+  if (stats_.first_tile_seconds == 0) stats_.first_tile_seconds = seconds();
   run_on_threads(threads, [&](unsigned thread) {
     while (!exception.any() && !cancelled()) {
       const size_t turn = next.fetch_add(1, std::memory_order_relaxed);

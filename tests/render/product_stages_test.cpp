@@ -9,7 +9,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr const char* kPartsOfMain[] = {"primary", "strata", "candidates", "comb",
+constexpr const char* kPartsOfMain[] = {"primary",  "strata", "candidates", "comb",
                                         "eye rays", "shadow", "film"};
 
 double seconds_of_parts(const RenderStats& stats) {
