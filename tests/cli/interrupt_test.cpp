@@ -16,30 +16,50 @@ class Interrupt : public Cli {
  protected:
   Interrupt() : scene_(folder_.write("scene.xml", small_scene())), image_(folder_.path("a.exr")) {}
 
-  /// The first signal: the tiles at hand are finished, the others get a sample a pixel, as that is
-  /// quick, and what there is is written.
-  void expect_first_signal_writes(int signal, const std::string& integrator = "direct") {
+  /// The first signal: the tiles at hand are finished, and what there is is written.
+  Image interrupted(int signal, const std::string& integrator, ImageMetadata& metadata) {
     const std::string log = folder_.path("log");
     // 64 tiles, far more than a second's work: the first line of progress comes before the end.
     Background program({scene_, "-o", image_, "-t", "2", "-D", "width=256", "-D", "spp=1000", "-D",
                         "integrator=" + integrator},
                        log);
-    ASSERT_TRUE(program.says("rendering: "));
+    EXPECT_TRUE(program.says("rendering: "));
     program.send(signal);
     EXPECT_EQ(program.wait(), 128 + signal) << program.log();
     EXPECT_NE(program.log().find("incomplete, "), std::string::npos) << program.log();
-    ASSERT_EQ(other_files({scene_, log}), std::vector<std::string>{image_});
-    ImageMetadata metadata;
-    const Image image = read_exr(image_, {}, &metadata);
+    EXPECT_EQ(other_files({scene_, log}), std::vector<std::string>{image_});
+    Image image = read_exr(image_, {}, &metadata);
     EXPECT_EQ(metadata["kinome:complete"], "false");
+    return image;
+  }
+  /// The tiles that were not begun have a sample a pixel, as that is quick; `done`: tiles that are
+  /// finished at least.
+  static void expect_filled(const Image& image, ImageMetadata& metadata, int done) {
     EXPECT_EQ(metadata["kinome:missing"], "0");
     EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
     // The scene is lit everywhere: what is black has not been rendered.
     EXPECT_EQ(dark_tiles(image), 0);
     EXPECT_GT(std::stod(metadata["kinome:filled"]), 0);
-    // At least one tile is done; 'clustered' may still be at its pilot.
-    const double most = integrator == "clustered" ? 1 : 1 - 1 / 64.;
-    EXPECT_LE(std::stod(metadata["kinome:filled"]), most);
+    EXPECT_LE(std::stod(metadata["kinome:filled"]), 1 - done / 64.);
+  }
+  /// Alpha is 0 where nothing was rendered, which is some of the picture.
+  static void expect_marked(const Image& image, ImageMetadata& metadata) {
+    ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "A"}));
+    int missing = 0;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        const float alpha = image.at(x, y, 3);
+        ASSERT_TRUE(alpha == 1 || (alpha == 0 && image.at(x, y, 1) == 0)) << x << " " << y;
+        missing += alpha == 0;
+      }
+    }
+    EXPECT_GT(missing, 0);
+    EXPECT_NEAR(std::stod(metadata["kinome:missing"]), missing / (256. * 256), 1e-4);
+  }
+  void expect_first_signal_writes(int signal, const std::string& integrator = "direct") {
+    ImageMetadata metadata;
+    const Image image = interrupted(signal, integrator, metadata);
+    expect_filled(image, metadata, 1);
   }
   /// Tiles in which nothing is lit. Of single samples, some find no light.
   static int dark_tiles(const Image& image) {
@@ -87,13 +107,19 @@ TEST_F(Interrupt, FirstSighupWritesWhatThereIs) {
   signal(SIGHUP, SIG_DFL);  // tests may run under nohup, which programs inherit
   expect_first_signal_writes(SIGHUP);
 }
-/// Those that go tile by tile, block by block, and have set-up.
-TEST_F(Interrupt, IntegratorsFillWhatIsMissing) {
-  for (const char* integrator : {"path", "clustered"}) {
-    SCOPED_TRACE(integrator);
-    expect_first_signal_writes(SIGINT, integrator);
-    std::filesystem::remove(image_);
-    std::filesystem::remove(folder_.path("log"));
+TEST_F(Interrupt, PathsAreFilledIn) {
+  expect_first_signal_writes(SIGINT, "path");
+}
+/// A sample of all takes a quarter of the time that there is for it where nothing else goes on, and
+/// more than that on a busy machine or under a sanitizer: then it is left, and marked. That it is
+/// filled in, whatever it was at, is shown where time stands still (test_interrupted).
+TEST_F(Interrupt, ClusteredIsFilledInOrMarked) {
+  ImageMetadata metadata;
+  const Image image = interrupted(SIGINT, "clustered", metadata);
+  if (metadata["kinome:missing"] == "0") {
+    expect_filled(image, metadata, 0);  // it may still be at its pilot
+  } else {
+    expect_marked(image, metadata);
   }
 }
 
@@ -119,17 +145,11 @@ TEST_F(Interrupt, WhatTakesLongIsMarked) {
   ImageMetadata metadata;
   const Image image = read_exr(image_, {}, &metadata);
   EXPECT_EQ(metadata["kinome:complete"], "false");
-  EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "A"}));
-  int missing = 0;
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      missing += image.at(x, y, 3) == 0;
-      ASSERT_EQ(image.at(x, y, 3), image.at(x, y, 1) > 0 ? 1 : 0) << x << " " << y;
-    }
+  expect_marked(image, metadata);
+  EXPECT_LT(std::stod(metadata["kinome:missing"]), 1);
+  for (int i = 0; i < 256 * 256; ++i) {
+    ASSERT_EQ(image.at(i % 256, i / 256, 3), image.at(i % 256, i / 256, 1) > 0 ? 1 : 0) << i;
   }
-  EXPECT_GT(missing, 0);
-  EXPECT_LT(missing, 256 * 256);
-  EXPECT_NEAR(std::stod(metadata["kinome:missing"]), missing / (256. * 256), 1e-4);
 }
 
 /// Light paths show all of the picture at any time: nothing is filled in.
