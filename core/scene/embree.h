@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <span>
 
+#include "kinome/blocks.h"
 #include "kinome/ray.h"
 
 namespace kinome::embree {
@@ -27,6 +28,24 @@ static_assert(offsetof(Ray, mask) == offsetof(RTCRay, mask));
 static_assert(offsetof(Ray, id) == offsetof(RTCRay, id));
 static_assert(offsetof(Ray, flags) == offsetof(RTCRay, flags));
 static_assert(kNoHit == RTC_INVALID_GEOMETRY_ID);
+
+// So do packets of 16; RTCRayHit16 may be shorter than ours.
+static_assert(sizeof(Ray16) == sizeof(RTCRay16) && alignof(Ray16) >= alignof(RTCRay16));
+static_assert(offsetof(Ray16, ox) == offsetof(RTCRay16, org_x));
+static_assert(offsetof(Ray16, tmin) == offsetof(RTCRay16, tnear));
+static_assert(offsetof(Ray16, dx) == offsetof(RTCRay16, dir_x));
+static_assert(offsetof(Ray16, time) == offsetof(RTCRay16, time));
+static_assert(offsetof(Ray16, tmax) == offsetof(RTCRay16, tfar));
+static_assert(offsetof(Ray16, mask) == offsetof(RTCRay16, mask));
+static_assert(offsetof(Ray16, id) == offsetof(RTCRay16, id));
+static_assert(offsetof(Ray16, flags) == offsetof(RTCRay16, flags));
+static_assert(sizeof(RayHit16) >= sizeof(RTCRayHit16) && alignof(RayHit16) >= alignof(RTCRayHit16));
+static_assert(offsetof(RayHit16, ngx) == offsetof(RTCRayHit16, hit.Ng_x));
+static_assert(offsetof(RayHit16, u) == offsetof(RTCRayHit16, hit.u));
+static_assert(offsetof(RayHit16, v) == offsetof(RTCRayHit16, hit.v));
+static_assert(offsetof(RayHit16, primitive) == offsetof(RTCRayHit16, hit.primID));
+static_assert(offsetof(RayHit16, shape) == offsetof(RTCRayHit16, hit.geomID));
+static_assert(offsetof(RayHit16, instance) == offsetof(RTCRayHit16, hit.instID));
 
 #if KINOME_EMBREE_MAJOR >= 4
 

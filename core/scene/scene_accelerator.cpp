@@ -69,17 +69,45 @@ bool hit_shape(const Shape& shape, const Ray& ray, float& t, Hit& hit) {
   }
 }
 
+bool hit_shape(const Shape& shape, const Ray16& rays, const int* valid, ShapeHit16& hits) {
+  if (thrown) return false;
+  try {
+    shape.intersect_block(rays, valid, hits);
+    return true;
+  } catch (...) {
+    thrown = std::current_exception();
+    return false;
+  }
+}
+
+/// fn(i, t, hit) for each of n rays that the shape is on the way of: in whole packets, which is how
+/// Embree lays 16 rays out, or one by one.
+template <class Function>
+void for_each_hit(const Shape& shape, RTCRayN* rays, const int* valid, unsigned n,
+                  const Function& fn) {
+  if (n == 16) {
+    ShapeHit16 hits;
+    if (!hit_shape(shape, *reinterpret_cast<const Ray16*>(rays), valid, hits)) return;
+    for (unsigned i = 0; i < n; ++i) {
+      if (valid[i] == 0 || !(hits.t[i] < kInfinity)) continue;
+      fn(i, hits.t[i], Hit{Vec3(0.f), hits.u[i], hits.v[i], hits.primitive[i]});
+    }
+    return;
+  }
+  for (unsigned i = 0; i < n; ++i) {
+    if (valid[i] == 0) continue;
+    float t = 0;
+    Hit hit;
+    if (hit_shape(shape, read_ray(rays, n, i), t, hit)) fn(i, t, hit);
+  }
+}
+
 void intersect_shape(const RTCIntersectFunctionNArguments* args) {
   const Shape& shape = *static_cast<const Shape*>(args->geometryUserPtr);
   const unsigned n = args->N;
   RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, n);
   RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, n);
-  for (unsigned i = 0; i < n; ++i) {
-    if (args->valid[i] == 0) continue;
-    const Ray ray = read_ray(rays, n, i);
-    float t = 0;
-    Hit hit;
-    if (!hit_shape(shape, ray, t, hit)) continue;
+  for_each_hit(shape, rays, args->valid, n, [&](unsigned i, float t, const Hit& hit) {
     RTCRayN_tfar(rays, n, i) = t;
     RTCHitN_Ng_x(hits, n, i) = hit.ng.x;
     RTCHitN_Ng_y(hits, n, i) = hit.ng.y;
@@ -89,20 +117,15 @@ void intersect_shape(const RTCIntersectFunctionNArguments* args) {
     RTCHitN_primID(hits, n, i) = hit.primitive == kNoHit ? args->primID : hit.primitive;
     RTCHitN_geomID(hits, n, i) = args->geomID;
     RTCHitN_instID(hits, n, i, 0) = args->context->instID[0];
-  }
+  });
 }
 
 void occlude_by_shape(const RTCOccludedFunctionNArguments* args) {
   const Shape& shape = *static_cast<const Shape*>(args->geometryUserPtr);
   const unsigned n = args->N;
-  for (unsigned i = 0; i < n; ++i) {
-    if (args->valid[i] == 0) continue;
-    float t = 0;
-    Hit hit;
-    if (hit_shape(shape, read_ray(args->ray, n, i), t, hit)) {
-      RTCRayN_tfar(args->ray, n, i) = -kInfinity;
-    }
-  }
+  for_each_hit(shape, args->ray, args->valid, n, [&](unsigned i, float, const Hit&) {
+    RTCRayN_tfar(args->ray, n, i) = -kInfinity;
+  });
 }
 
 /// Why there is no device. What Embree can't tell may be a lack of memory as well, as where none is

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "kinome/blocks.h"
 #include "kinome/color.h"
 #include "kinome/interaction.h"
 #include "kinome/object.h"
@@ -142,6 +143,11 @@ class KINOME_EXPORT Bsdf : public Object {
   virtual std::optional<BsdfForm> form(const SurfaceInteraction& /*si*/) const {
     return std::nullopt;
   }
+
+  /// eval_pdf of one direction and sample, of all lobes, at each point of a block: both want the
+  /// same set-up. Default: point by point.
+  virtual void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
+                           const BsdfAnswer& answer) const;
 
   /// One direction: a batch of one.
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const {

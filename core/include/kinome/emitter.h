@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "kinome/blocks.h"
 #include "kinome/color.h"
 #include "kinome/interaction.h"
 #include "kinome/light_cells.h"
@@ -146,6 +147,18 @@ class KINOME_EXPORT Emitter : public Object {
     for (size_t i = 0; i < d.size(); ++i) radiance[i] = eval_environment(d[i]);
     for (size_t i = 0; i < pdf.size(); ++i) pdf[i] = pdf_environment(d[i]);
   }
+
+  /// The same over blocks (blocks.h). sample_direct toward the light from each p. Default: all of
+  /// these ask point by point.
+  virtual void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
+                                   const DirectBlock& out) const;
+  /// eval_environment of each d, and pdf_environment unless `pdf` is nullptr.
+  virtual void eval_environment_block(const Columns3& d, size_t count, const Columns3& radiance,
+                                      float* pdf) const;
+  /// eval_surface of each point, and pdf_surface as seen from the points `from` unless `pdf` is
+  /// nullptr.
+  virtual void eval_surface_block(const SurfaceBlock& points, const Columns3& from,
+                                  const Columns3& radiance, float* pdf) const;
 
  private:
   const Shape* shape_ = nullptr;

@@ -10,6 +10,8 @@ class KINOME_EXPORT ReconstructionFilter : public Object {
   /// Half width in pixels; eval is zero beyond it.
   float radius() const { return radius_; }
   virtual float eval(float x) const = 0;
+  /// eval of each x (columns.h). Default: one by one.
+  virtual void eval_block(const float* x, size_t count, float* out) const;
   /// Of eval over the real line, numerically.
   double integral() const;
 

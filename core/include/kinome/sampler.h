@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "kinome/blocks.h"
 #include "kinome/math.h"
 #include "kinome/object.h"
 
@@ -34,6 +35,10 @@ class KINOME_EXPORT Sampler : public Object {
     SampleKey k = key;
     for (uint32_t i = 0; i < count; ++i, ++k.sample) out[i] = value_2d(k, dimension);
   }
+  /// value_1d and value_2d of a block of samples. Default: one by one.
+  virtual void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const;
+  virtual void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
+                             const Columns2& out) const;
   /// The same method for another number of samples a pixel: a `clustered` integrator asks for 128
   /// shadow rays a primary, and wants those to be stratified as one set.
   virtual std::shared_ptr<Sampler> with_sample_count(uint32_t count) const = 0;

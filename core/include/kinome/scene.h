@@ -55,6 +55,11 @@ class KINOME_EXPORT Scene {
   /// Sets tmax of each ray that meets anything to -infinity. Batches of some 1000 are fastest.
   void occluded(std::span<Ray> rays, Coherence coherence, RenderCounters& counters) const;
 
+  /// The same for blocks of 16 rays, laid out as Embree wants them: `count` blocks, each of whose
+  /// lanes may be off. Hits are to be cleared (shape kNoHit) before.
+  void intersect(RayHit16* rays, size_t count, Coherence coherence, RenderCounters& counters) const;
+  void occluded(Ray16* rays, size_t count, Coherence coherence, RenderCounters& counters) const;
+
   /// The surface that a valid hit lies on.
   SurfaceInteraction interaction(const RayHit& hit) const {
     const Shape& shape = *contents_.shapes[hit.hit.shape];

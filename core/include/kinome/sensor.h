@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "kinome/blocks.h"
 #include "kinome/film.h"
 #include "kinome/object.h"
 #include "kinome/ray.h"
@@ -28,6 +29,9 @@ class KINOME_EXPORT Sensor : public Object {
   /// lie inside). `aperture` in [0,1)² picks the point of the lens. d has unit length; tmin and
   /// tmax are the near and far clip distances along it.
   virtual Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const = 0;
+  /// sample_ray of each position: o, d, tmin and tmax of out[i / 16]. Default: one by one.
+  virtual void sample_ray_block(const Columns2& film_position, const Columns2& aperture,
+                                size_t count, RayHit16* out) const;
   /// True where `aperture` matters.
   virtual bool needs_aperture_sample() const { return false; }
   /// Where p is seen, through a sampled point of the lens; nullopt where it isn't (behind the

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "kinome/blocks.h"
 #include "kinome/bsdf.h"
 #include "kinome/distribution.h"
 #include "kinome/emitter.h"
@@ -40,6 +41,12 @@ class KINOME_EXPORT Shape : public Object {
   virtual bool intersect(const Ray& /*ray*/, float& /*t*/, Hit& /*hit*/) const { return false; }
   /// What the hit means: everything of SurfaceInteraction except `shape`, which Scene sets.
   virtual SurfaceInteraction interaction(const Ray& ray, const Hit& hit) const = 0;
+  /// Analytic shapes only: intersect() of the lanes of 16 rays that are on (valid[i] != 0). Default:
+  /// one by one.
+  virtual void intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out) const;
+  /// interaction() of the rays out.ray[0 … out.count - 1]: all columns of `out` but `ray` and
+  /// `shape`. Default: one by one.
+  virtual void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const;
   /// World-space surface area.
   virtual float area() const = 0;
 
@@ -50,6 +57,12 @@ class KINOME_EXPORT Shape : public Object {
   virtual std::optional<SurfaceSample> sample_solid_angle(const Vec3& p, const Vec2& u) const;
   /// Density of sample_solid_angle(p) for a point of the surface, per solid angle at p.
   virtual float pdf_solid_angle(const Vec3& p, const SurfaceInteraction& si) const;
+
+  /// Both over blocks. Default: one by one.
+  virtual void sample_solid_angle_block(const Columns3& p, const Columns2& u, size_t count,
+                                        const SurfaceSampleBlock& out) const;
+  virtual void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
+                                     float* pdf) const;
 
   /// Never nullptr: a shape without a BSDF is diffuse .5, as in Mitsuba; one that emits without a
   /// BSDF reflects nothing.

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "kinome/blocks.h"
 #include "kinome/color.h"
 #include "kinome/object.h"
 
@@ -13,6 +14,9 @@ class KINOME_EXPORT Texture : public Object {
   virtual Rgb eval(const Vec2& uv) const = 0;
   /// As one number: the luminance of a colour texture, unless the texture defines it otherwise.
   virtual float eval_1(const Vec2& uv) const { return luminance(eval(uv)); }
+  /// Both over a block of places. Default: one by one.
+  virtual void eval_block(const Columns2& uv, size_t count, const Columns3& out) const;
+  virtual void eval_1_block(const Columns2& uv, size_t count, float* out) const;
   /// Means over the texture (unit square).
   virtual Rgb mean() const = 0;
   /// Largest value of any channel; for checks and bounds.

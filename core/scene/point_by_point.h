@@ -1,0 +1,33 @@
+#pragma once
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+#include "kinome/blocks.h"
+#include "kinome/interaction.h"
+
+namespace kinome {
+
+/// To be called before loops over code of the baseline instruction set, from functions that code of
+/// a wider one calls: while the upper halves of vector registers are in use, processors run the
+/// narrow code several times slower.
+class UpperHalves {
+ public:
+  static void clear() {
+#if defined(__x86_64__)
+    if (has_avx_) clear_avx();
+#endif
+  }
+
+ private:
+#if defined(__x86_64__)
+  __attribute__((target("avx"))) static void clear_avx() { _mm256_zeroupper(); }
+  inline static const bool has_avx_ = __builtin_cpu_supports("avx");
+#endif
+};
+
+/// Point i of a block by itself; t isn't part of blocks.
+SurfaceInteraction interaction_of(const SurfaceBlock& block, size_t i);
+
+}  // namespace kinome
