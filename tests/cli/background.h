@@ -48,14 +48,19 @@ class Background {
     text << file.rdbuf();
     return text.str();
   }
-  /// Waits until the log says `text`.
-  ::testing::AssertionResult says(const std::string& text) const {
+  /// Waits until the log says `text` so many times.
+  ::testing::AssertionResult says(const std::string& text, int times = 1) const {
+    const auto count = [&text](const std::string& log) {
+      int found = 0;
+      for (size_t at = 0; (at = log.find(text, at)) != std::string::npos; ++at) ++found;
+      return found;
+    };
     const auto deadline = Clock::now() + std::chrono::seconds(60);
     while (Clock::now() < deadline) {
-      if (log().find(text) != std::string::npos) return ::testing::AssertionSuccess();
+      if (count(log()) >= times) return ::testing::AssertionSuccess();
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
-    return ::testing::AssertionFailure() << "never said '" << text << "' but: " << log();
+    return ::testing::AssertionFailure() << "didn't say '" << text << "' but: " << log();
   }
   /// Exit status, 128 + signal where a signal ended it, or -1 where it goes on for too long.
   int wait() {
