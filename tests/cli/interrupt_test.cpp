@@ -222,8 +222,8 @@ TEST_F(Interrupt, BudgetsEndWithWhatThereIs) {
     const Image image = read_exr(image_, {}, &metadata);
     EXPECT_EQ(metadata["kinome:missing"], "0");
     EXPECT_EQ(dark_tiles(image), 0) << budget[0];
-    // Single samples are of a first pass that has not been finished.
-    if (metadata["kinome:filled"] != "0") continue;
+    // Of few samples, as there are where a program has been slow so far, some pixels find no light.
+    if (std::stod(metadata["kinome:samples"]) < 64) continue;
     for (int i = 0; i < 64 * 64; ++i) EXPECT_GT(image.at(i % 64, i / 64, 1), 0) << budget[0];
   }
 }
