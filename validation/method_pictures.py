@@ -1,4 +1,4 @@
-"""Pictures of plugins/integrators/PRODUCT.md: what product sampling knows at some pixels.
+"""Pictures of plugins/integrators/clustered/PRODUCT.md: what product sampling knows at some pixels.
 
     /usr/bin/python3 scenes/make_assets.py hebe
     /usr/bin/python3 validation/method_pictures.py --build build
@@ -12,7 +12,7 @@ import tempfile
 from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-OUTPUT = ROOT / "plugins/integrators/product"
+OUTPUT = ROOT / "plugins/integrators/clustered/pictures"
 WIDTH = 640  # of the pictures
 
 

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "light/environment_grid.h"
+#include "kinome/environment_grid.h"
 #include "plugin/audit_words.h"
 #include "plugin/rounding.h"
 

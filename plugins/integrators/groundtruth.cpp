@@ -8,7 +8,7 @@
 //   <integrator type="groundtruth"> <integer name="light_samples" value="32768"/> </integrator>
 #include <numeric>
 
-#include "point_light_parameters.h"
+#include "clustered/point_light_parameters.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "kinome/product_sampling.h"
+#include "clustered/product/product_sampling.h"
 #include "path_scenes.h"
 #include "product_scenes.h"
 

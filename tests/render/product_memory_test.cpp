@@ -1,7 +1,7 @@
 // What large pictures don't keep in memory changes nothing.
 #include <gtest/gtest.h>
 
-#include "kinome/product_sampling.h"
+#include "clustered/product/product_sampling.h"
 #include "product_scenes.h"
 
 namespace kinome::test {

@@ -6,10 +6,10 @@
 #include <numeric>
 #include <random>
 
+#include "clustered/points/light_cut.h"
+#include "clustered/points/light_tree.h"
 #include "kinome/bsdf.h"
 #include "kinome/distribution.h"
-#include "kinome/light_cut.h"
-#include "kinome/light_tree.h"
 #include "kinome/sampler.h"
 #include "kinome/sphere_partition.h"
 #include "kinome/warp.h"

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "clustered/cells/light_cells.h"
 #include "envmap_cases.h"
-#include "kinome/light_cells.h"
 #include "kinome/warp.h"
 
 namespace kinome::test {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <random>
 
-#include "candidate_kernels.h"
+#include "clustered/kernels/candidate_kernels.h"
+#include "clustered/product/tile.h"
 #include "instruction_sets.h"
 #include "kinome/warp.h"
 #include "support/bsdf_cases.h"
-#include "tile.h"
 
 namespace kinome::test {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "kinome/light_cut.h"
+#include "clustered/points/light_cut.h"
 
 namespace kinome::test {
 

@@ -1,6 +1,6 @@
 // The importance function over a cut: a pmf that is exactly what is sampled, never 0 where light
 // can be reflected, the same on every instruction set; lobe hits against brute force.
-#include "kinome/light_cut.h"
+#include "clustered/points/light_cut.h"
 
 #include <gtest/gtest.h>
 

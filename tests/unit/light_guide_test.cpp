@@ -1,5 +1,5 @@
 // The guide of light points: where it moves numbers to, and the densities that it says.
-#include "light_guide.h"
+#include "clustered/product/light_guide.h"
 
 #include <gtest/gtest.h>
 

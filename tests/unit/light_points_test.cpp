@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "light_point_draw.h"
+#include "clustered/product/light_point_draw.h"
 #include "support/render.h"
 
 namespace kinome::test {

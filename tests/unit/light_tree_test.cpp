@@ -5,8 +5,8 @@
 #include <random>
 #include <set>
 
+#include "clustered/points/light_tree.h"
 #include "kinome/error.h"
-#include "kinome/light_tree.h"
 
 namespace kinome {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "candidate_kernels.h"
+#include "clustered/kernels/candidate_kernels.h"
 #include "kernel_helpers.h"
 #include "kinome/warp.h"
 #include "support/statistics.h"
@@ -177,7 +177,8 @@ struct Crowd {
     return static_cast<uint32_t>(random.unit() * static_cast<float>(count));
   }
   void resize(size_t directions) {
-    for (auto* const v : {&d[0], &d[1], &d[2], &f[0], &f[1], &f[2], &density}) v->resize(directions);
+    for (auto* const v : {&d[0], &d[1], &d[2], &f[0], &f[1], &f[2], &density})
+      v->resize(directions);
   }
   void sample_and_evaluate() {
     const simd::PointGroup points{frames, group.data(), group.size()};

@@ -4,8 +4,8 @@
 
 #include <random>
 
+#include "clustered/points/light_cut.h"
 #include "cut_helpers.h"
-#include "kinome/light_cut.h"
 #include "support/statistics.h"
 
 namespace kinome {

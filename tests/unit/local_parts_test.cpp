@@ -5,12 +5,12 @@
 #include <cmath>
 #include <map>
 
-#include "candidate_kernels.h"
+#include "clustered/kernels/candidate_kernels.h"
+#include "clustered/kernels/lobe_kernels.h"
+#include "clustered/kernels/local_kernels.h"
+#include "clustered/product/light_point_draw.h"
+#include "clustered/product/point_partition.h"
 #include "kernel_helpers.h"
-#include "light_point_draw.h"
-#include "lobe_kernels.h"
-#include "local_kernels.h"
-#include "point_partition.h"
 #include "support/statistics.h"
 
 namespace kinome::test {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "cell_kernels.h"
+#include "clustered/kernels/cell_kernels.h"
 #include "kernel_helpers.h"
 
 namespace kinome::test {

@@ -8,12 +8,12 @@
 #include <random>
 #include <set>
 
-#include "comb.h"
-#include "hilbert_points.h"
+#include "clustered/cells/hilbert_points.h"
+#include "clustered/product/comb.h"
+#include "clustered/product/plan.h"
+#include "clustered/product/tile.h"
 #include "kinome/sampler.h"
-#include "plan.h"
 #include "support/render.h"
-#include "tile.h"
 
 namespace kinome::test {
 namespace {

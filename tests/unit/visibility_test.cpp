@@ -1,5 +1,5 @@
 // What product sampling learns of visibility.
-#include "visibility.h"
+#include "clustered/product/visibility.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // What clustered importance sampling costs for a shading point and for a render, without rays.
 #include <benchmark/benchmark.h>
 
-#include "kinome/light_cut.h"
+#include "clustered/points/light_cut.h"
 #include "kinome/sampler.h"
 #include "kinome/sphere_partition.h"
 

@@ -5,14 +5,14 @@
 
 #include <random>
 
-#include "candidate_kernels.h"
-#include "cell_kernels.h"
-#include "comb.h"
+#include "clustered/cells/light_cells.h"
+#include "clustered/kernels/candidate_kernels.h"
+#include "clustered/kernels/cell_kernels.h"
+#include "clustered/product/comb.h"
+#include "clustered/product/visibility.h"
 #include "kinome/emitter.h"
-#include "kinome/light_cells.h"
 #include "kinome/render_context.h"
 #include "kinome/sampler.h"
-#include "visibility.h"
 
 namespace kinome {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "kinome/blocks.h"
 #include "kinome/color.h"
+#include "kinome/environment_grid.h"
 #include "kinome/interaction.h"
-#include "kinome/light_cells.h"
 #include "kinome/light_points.h"
 #include "kinome/object.h"
 
@@ -99,8 +99,8 @@ class KINOME_EXPORT Emitter : public Object {
   }
 
   /// Densities of sample_emission for light that leaves along the unit direction d, of emitters
-  /// without a surface. nullopt: not known; the light's bounce is then not sampled by learned
-  /// clusters (product_sampling.h).
+  /// without a surface. nullopt: not known; the light's bounce is then left to other methods than
+  /// learned clusters.
   virtual std::optional<EmissionDensity> emission_density(const Vec3& /*d*/) const {
     return std::nullopt;
   }
@@ -115,7 +115,7 @@ class KINOME_EXPORT Emitter : public Object {
     return std::nullopt;
   }
 
-  /// An environment that wants to be sampled by learned clusters (product_sampling.h) says how its
+  /// An environment that wants to be sampled by learned clusters says how its
   /// radiance is laid out: cells are made of that, and nothing else is asked for but
   /// eval_environment_batch. nullopt: it isn't.
   virtual std::optional<EnvironmentGrid> cell_grid() const { return std::nullopt; }

@@ -21,7 +21,7 @@ class PointEmission {
   virtual Vec3 origin(uint32_t id, const Vec3& d) const = 0;
 };
 
-/// Light as weighted points (Åkerlund 2008, 3.3 and 3.4), the input of a LightTree.
+/// Light as weighted points (Åkerlund 2008, 3.3 and 3.4).
 struct LightPoints {
   enum class Kind {
     kDistant,  ///< `position` is the unit direction toward the light (3.4.1)
@@ -61,16 +61,6 @@ struct LightPoints {
     add(power, other.power);
     add(extent, other.extent);
     add(emission_id, other.emission_id);
-  }
-};
-
-/// Light points chosen for one shading point: point i of the set counts weights[k] times.
-struct PointSelection {
-  std::vector<uint32_t> points;
-  std::vector<float> weights;
-  void clear() {
-    points.clear();
-    weights.clear();
   }
 };
 

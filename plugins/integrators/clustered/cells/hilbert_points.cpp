@@ -1,0 +1,93 @@
+#include "clustered/cells/hilbert_points.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "kinome/owen.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint64_t kScramble = 0x7c3f9a51d2e86b04u;
+
+IntegerPoint sobol_point(uint32_t index) {
+  return {owen_scramble(reverse_bits(index), kScramble),
+          owen_scramble(reverse_bits(sobol_second_reversed(index)), ~kScramble)};
+}
+
+struct KeyedPoint {
+  uint32_t key;
+  IntegerPoint point;
+};
+
+std::vector<IntegerPoint> ordered_points(uint32_t count) {
+  std::vector<KeyedPoint> keyed(count);
+  for (uint32_t i = 0; i < count; ++i) {
+    const IntegerPoint point = sobol_point(i);
+    keyed[i] = {hilbert_index(point.x >> 16, point.y >> 16), point};
+  }
+  std::sort(keyed.begin(), keyed.end(),
+            [](const KeyedPoint& a, const KeyedPoint& b) { return a.key < b.key; });
+  std::vector<IntegerPoint> points;
+  points.reserve(count);
+  for (const KeyedPoint& k : keyed) points.push_back(k.point);
+  return points;
+}
+
+/// The lists of the first 1, 2, ... `count` points: each has one point more than that before it.
+std::vector<std::vector<IntegerPoint>> all_first_points(uint32_t count) {
+  std::vector<std::vector<IntegerPoint>> lists(1);
+  std::vector<KeyedPoint> keyed;
+  for (uint32_t i = 0; i < count; ++i) {
+    const IntegerPoint point = sobol_point(i);
+    const KeyedPoint next{hilbert_index(point.x >> 16, point.y >> 16), point};
+    const auto at =
+        std::upper_bound(keyed.begin(), keyed.end(), next,
+                         [](const KeyedPoint& a, const KeyedPoint& b) { return a.key < b.key; });
+    keyed.insert(at, next);
+    auto& list = lists.emplace_back();
+    for (const KeyedPoint& k : keyed) list.push_back(k.point);
+  }
+  return lists;
+}
+
+}  // namespace
+
+uint32_t hilbert_index(uint32_t x, uint32_t y) {
+  uint32_t index = 0;
+  for (uint32_t half = 1u << 15; half > 0; half >>= 1) {
+    const bool right = x & half, upper = y & half;
+    index = index << 2 | (right ? upper ? 2u : 3u : upper ? 1u : 0u);
+    // The quarter's own curve is turned, so that it begins where its neighbour's ends.
+    if (!upper) {
+      if (right) {
+        x = ~x;
+        y = ~y;
+      }
+      std::swap(x, y);
+    }
+  }
+  return index;
+}
+
+Vec2 IntegerPoint::shifted(uint32_t shift_x, uint32_t shift_y) const {
+  return {to_unit_float(x ^ shift_x), to_unit_float(y ^ shift_y)};
+}
+
+const HilbertPoints& HilbertPoints::get() {
+  static const HilbertPoints points;
+  return points;
+}
+
+HilbertPoints::HilbertPoints() {
+  for (uint32_t log2 = 0; log2 <= kMaxLog2; ++log2) {
+    auto& [x, y] = powers_.emplace_back();
+    for (const IntegerPoint& point : ordered_points(1u << log2)) {
+      x.push_back(point.x);
+      y.push_back(point.y);
+    }
+  }
+  firsts_ = all_first_points(kMaxCount);
+}
+
+}  // namespace kinome

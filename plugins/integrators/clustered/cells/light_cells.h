@@ -1,0 +1,147 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kinome/color.h"
+#include "kinome/environment_grid.h"
+#include "kinome/math.h"
+
+namespace kinome {
+
+class Emitter;
+class QuadImportance;
+class RenderContext;
+struct GridIntegrals;
+
+/// A direction of a cell's light, drawn with `density` per solid angle within the cell.
+struct CellPoint {
+  Vec3 d{0, 1, 0};  ///< unit, world space
+  float density = 0;
+  Rgb weight{0.f};  ///< radiance / density
+  uint32_t cell = 0;
+};
+
+/// Points of all cells, drawn together.
+struct CellPoints {
+  std::vector<CellPoint> points;  ///< cell by cell, each cell's along a Hilbert curve
+  std::vector<uint32_t> first;    ///< of each cell; one more entry than cells
+  /// The point of a cell that u in [0, 1) picks.
+  const CellPoint& pick(uint32_t cell, float u) const {
+    const uint32_t begin = first[cell], count = first[cell + 1] - begin;
+    return points[begin + static_cast<uint32_t>(u * static_cast<float>(count))];
+  }
+  /// Integral of radiance x direction over each cell [channel x 3 + axis]; see vector_flux().
+  std::array<std::vector<float>, 9> vector_flux;
+};
+
+/// Light from infinitely far in pieces: rectangles of an EnvironmentGrid, small where light varies,
+/// in the order of a Hilbert curve over the sphere. What cells know of their light lets estimates
+/// be made of it without rays; that is all that clustered sampling asks of an emitter.
+///
+/// Arrays hold padded_size() values, the padding being cells without light. Immutable; thread-safe.
+class DistantCells {
+ public:
+  /// Whatever the number of lanes of a vector: arrays are padded to it.
+  static constexpr uint32_t kPadding = 16;
+
+  /// None: there is no environment.
+  DistantCells() = default;
+  /// At most `count` cells of the environment `emitter`, but enough that none reaches around an
+  /// eighth of the sphere's turn. A cell may have negative light, if the
+  /// environment does; densities are never 0 where there is light.
+  DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
+               const RenderContext& context);
+
+  uint32_t size() const { return size_; }  ///< 0: the environment is black
+  uint32_t padded_size() const { return static_cast<uint32_t>(flux_.size()); }
+
+  /// Importance of each cell: integral of |radiance|, the mean of its channels, with a floor.
+  const std::vector<float>& flux() const { return flux_; }
+  /// Integral of radiance x direction over each cell, world space [channel x 3 + axis]. Only where
+  /// has_exact_flux(); otherwise CellPoints has it.
+  const std::array<std::vector<float>, 9>& vector_flux() const { return vector_flux_; }
+  bool has_exact_flux() const { return grid_.smooth_quads || grid_.bilinear_quads; }
+  /// The same of the importance's radiance (no channels).
+  const std::array<std::vector<float>, 3>& importance_flux() const { return importance_flux_; }
+  /// Unit mean direction of each cell, world space, and the angle of a cone around it that holds
+  /// the cell [rad].
+  const std::array<std::vector<float>, 3>& axis() const { return axis_; }
+  const std::vector<float>& radius() const { return radius_; }
+  /// sin phi0, cos phi0, sin phi1, cos phi1, cos theta0, sin theta0, cos theta1, sin theta1 of each
+  /// cell's rectangle in local space: for the exact test against a horizon.
+  const std::array<std::vector<float>, 8>& edges() const { return edges_; }
+  Vec3 to_local(const Vec3& d) const { return d * grid_.to_world; }
+
+  /// About `count` points, in each cell a power of two of them, and at least four: Owen-scrambled
+  /// Sobol points, a new randomisation for each seed. Uniform picks of a cell's points are
+  /// distributed by its density.
+  CellPoints draw_points(uint32_t count, uint64_t seed, const RenderContext& context) const;
+
+  /// For unit directions of world space: the cell that each lies in, the density of the cell's
+  /// points there, per solid angle, and the radiance. Arrays have room for `count` rounded up to a
+  /// multiple of kPadding.
+  struct Lookup {
+    const float *dx, *dy, *dz;
+    uint32_t* cell;
+    float* density;
+    Rgb* radiance;
+  };
+  void look_up(const Lookup& directions, size_t count) const;
+
+ private:
+  struct Rectangle {
+    int x0, y0, x1, y1;
+  };
+  double tabulate(const RenderContext& context);
+  void tabulate_row(int row, float* importance) const;
+  void tabulate_band(int y0, int y1);
+  void divide(uint32_t count);
+  void describe(uint32_t cell, const GridIntegrals& integrals);
+  void add_smooth_flux(const Rectangle& r, double flux[9]) const;
+  void add_bilinear_flux(const Rectangle& r, const GridIntegrals& integrals, double flux[9]) const;
+  void draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> points) const;
+  Vec3 direction(double column, double row) const;
+  /// The four Gauss points of each quad of a row from x0 to x1, with the radiance there.
+  struct GaussPoints {
+    std::vector<Vec2> places;
+    std::vector<Vec3> directions;
+    std::vector<Rgb> radiance;
+    double weights[2];  ///< of the upper and lower two; a quad's solid angle is twice their sum
+  };
+  void find_gauss_points(int row, int x0, int x1, GaussPoints& points) const;
+  /// Emitter::eval_grid_batch at places of grid_, which become the emitter's own.
+  bool eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const;
+  /// The corners of a row's upper edge, columns x0 to x1.
+  struct Nodes {
+    std::vector<Vec2> places;
+    std::vector<Rgb> radiance;
+  };
+  void find_nodes(int row, int x0, int x1, Nodes& nodes) const;
+  float quad_solid_angle(int row) const;
+  const Emitter* emitter_ = nullptr;
+  EnvironmentGrid grid_;
+  int columns_parts_ = 1;  ///< columns of grid_ for each of the emitter's
+  int rows_parts_ = 1;
+  uint32_t size_ = 0;
+  std::shared_ptr<QuadImportance> importance_;         ///< per solid angle
+  std::vector<double> column_sines_, column_cosines_;  ///< of each quad's two Gauss points
+  std::vector<double> row_cosines_;                    ///< cos theta of each row's upper edge
+  std::vector<Rectangle> rectangles_;                  ///< of each cell
+  std::unique_ptr<uint16_t[]> cell_of_quad_;
+  std::vector<float> inverse_flux_;
+  std::vector<float> flux_;
+  std::array<std::vector<float>, 9> vector_flux_;
+  std::array<std::vector<float>, 3> importance_flux_;
+  std::array<std::vector<float>, 3> axis_;
+  std::vector<float> radius_;
+  std::array<std::vector<float>, 8> edges_;
+};
+
+/// Cells that the sampler can number: an index shares 16 bits with one of visibility.
+inline constexpr uint32_t kMaxCells = 1u << 15;
+
+}  // namespace kinome

@@ -1,0 +1,364 @@
+#include "clustered/points/light_cut.h"
+
+#include <algorithm>
+
+#include "clustered/kernels/cluster_kernels.h"
+
+namespace kinome {
+namespace {
+
+/// Boxes that no ray meets, to fill the last group of each level.
+constexpr float kInvertedLo = 1e20f;
+constexpr float kInvertedHi = -1e20f;
+
+simd::BoxTree make_box_tree(const std::vector<LightCell>& cells) {
+  constexpr size_t kFanOut = simd::kFanOut;
+  std::vector<Aabb> boxes;
+  for (const LightCell& cell : cells) boxes.push_back(cell.box);
+  simd::BoxTree tree;
+  do {
+    tree.level_start.push_back(static_cast<uint32_t>(tree.groups.size() / (6 * kFanOut)));
+    std::vector<Aabb> parents((boxes.size() + kFanOut - 1) / kFanOut);
+    for (size_t group = 0; group < parents.size(); ++group) {
+      const size_t first = group * kFanOut;
+      const size_t count = std::min(kFanOut, boxes.size() - first);
+      for (int axis = 0; axis < 3; ++axis) {
+        for (size_t i = 0; i < kFanOut; ++i) {
+          tree.groups.push_back(i < count ? boxes[first + i].lo[axis] : kInvertedLo);
+        }
+        for (size_t i = 0; i < kFanOut; ++i) {
+          tree.groups.push_back(i < count ? boxes[first + i].hi[axis] : kInvertedHi);
+        }
+      }
+      for (size_t i = 0; i < count; ++i) parents[group].expand(boxes[first + i]);
+    }
+    boxes = std::move(parents);
+  } while (boxes.size() > 1);
+  return tree;
+}
+
+/// Any of a cell's points alike (4.3.3), counted from its first.
+uint32_t offset_in(const LightCell& cell, float u) {
+  const auto offset = static_cast<uint32_t>(u * static_cast<float>(cell.count));
+  return std::min(offset, cell.count - 1);
+}
+
+/// Adds a point to the selection's last group, which begins at `group`. Merged where it is there
+/// already; only the latest are looked at, so that a large cluster costs no more than it saves.
+void add_merged(uint32_t point, float weight, size_t group, PointSelection& selection) {
+  constexpr size_t kLookBack = 16;
+  const size_t size = selection.points.size();
+  for (size_t i = std::max(group, size - std::min(size, kLookBack)); i < size; ++i) {
+    if (selection.points[i] == point) {
+      selection.weights[i] += weight;
+      return;
+    }
+  }
+  selection.points.push_back(point);
+  selection.weights.push_back(weight);
+}
+
+/// Sorts numbers in [0, 1): a bucket for each, which stratified numbers fill evenly, then
+/// insertion.
+void sort_by_x(std::span<const Vec2> u, std::vector<Vec2>& sorted) {
+  const size_t n = u.size();
+  const auto bucket = [n](const Vec2& v) {
+    return std::min(static_cast<size_t>(v.x * static_cast<float>(n)), n - 1);
+  };
+  thread_local std::vector<uint32_t> end;
+  end.assign(n + 1, 0);
+  for (const Vec2& v : u) ++end[bucket(v) + 1];
+  for (size_t i = 1; i <= n; ++i) end[i] += end[i - 1];
+  sorted.resize(n);
+  for (const Vec2& v : u) sorted[end[bucket(v)]++] = v;
+  for (size_t i = 1; i < n; ++i) {
+    const Vec2 v = sorted[i];
+    size_t k = i;
+    for (; k > 0 && sorted[k - 1].x > v.x; --k) sorted[k] = sorted[k - 1];
+    sorted[k] = v;
+  }
+}
+
+/// Sine of the half angle of the cone around cell.normal that holds the normals of all its points;
+/// 1 where that is a right angle or more.
+float cone_sine(const LightCell& cell, const std::vector<Vec3>& normals) {
+  float cosine = 1;
+  for (uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
+    cosine = std::min(cosine, glm::dot(cell.normal, normals[i]));
+  }
+  if (!(cosine > 0)) return 1;
+  // Rounded up: a cosine's error of 1e-6 near 1 is one of 1e-3 in the sine.
+  return std::min(1.f, std::sqrt(std::max(0.f, 1 - cosine * cosine) + 2e-6f));
+}
+
+}  // namespace
+
+struct LightCut::Arrays {
+  uint32_t rows = 0;
+  std::array<std::vector<float>, 3> mean, lo, hi;
+  std::vector<float> light, extent, inverse_extent;
+  std::array<std::vector<float>, 3> half, normal;  ///< these and what follows: local light only
+  std::vector<float> sine, inverse_one_plus_sine, reach, least_distance2;
+  float unit_area = 1;
+  simd::BoxTree boxes;
+  std::vector<uint32_t> position;  ///< of cluster c in the columns' layout
+
+  Arrays(const std::vector<LightCell>& cells, const LightPoints& points)
+      : rows(static_cast<uint32_t>((cells.size() + simd::kLanes - 1) / simd::kLanes)),
+        boxes(make_box_tree(cells)),
+        position(cells.size()) {
+    const size_t padded = rows * simd::kLanes;
+    for (auto* group : {&mean, &lo, &hi}) {
+      for (std::vector<float>& v : *group) v.assign(padded, 0.f);
+    }
+    for (auto* v : {&light, &extent, &inverse_extent}) v->assign(padded, 0.f);
+    double light_sum = 0, extent_sum = 0;
+    for (const LightCell& cell : cells) {
+      light_sum += cell.weight;
+      extent_sum += cell.extent;
+    }
+    for (uint32_t c = 0; c < cells.size(); ++c) {
+      const LightCell& cell = cells[c];
+      const size_t i = position[c] = static_cast<uint32_t>((c % rows) * simd::kLanes + c / rows);
+      for (int axis = 0; axis < 3; ++axis) {
+        mean[axis][i] = cell.mean[axis];
+        lo[axis][i] = cell.box.lo[axis];
+        hi[axis][i] = cell.box.hi[axis];
+      }
+      // Normalised, so that radiances of 1e-30 or 1e30 neither vanish nor overflow; and never
+      // rounded to zero where there is light.
+      light[i] = relative_weight(cell.weight, light_sum);
+      extent[i] = relative_weight(cell.extent, extent_sum);
+      inverse_extent[i] = 1.f / cell.extent;
+    }
+    if (points.kind == LightPoints::Kind::kLocal) add_local(cells, points.normal);
+  }
+
+  void add_local(const std::vector<LightCell>& cells, const std::vector<Vec3>& normals) {
+    const size_t padded = rows * simd::kLanes;
+    for (auto* group : {&half, &normal}) {
+      for (std::vector<float>& v : *group) v.assign(padded, 0.f);
+    }
+    for (auto* v : {&sine, &inverse_one_plus_sine, &reach, &least_distance2}) {
+      v->assign(padded, 1.f);
+    }
+    Aabb bounds;
+    for (const LightCell& cell : cells) bounds.expand(cell.box);
+    // Squared distances and areas are taken in units of the whole: scenes of any size alike.
+    unit_area = glm::dot(bounds.extent(), bounds.extent());
+    for (uint32_t c = 0; c < cells.size(); ++c) {
+      const size_t i = position[c];
+      const LightCell& cell = cells[c];
+      const Vec3 around = glm::max(cell.box.hi - cell.mean, cell.mean - cell.box.lo);
+      for (int axis = 0; axis < 3; ++axis) {
+        half[axis][i] = around[axis];
+        normal[axis][i] = cell.normal[axis];
+      }
+      const float radius = 0.5f * glm::length(cell.box.extent());
+      sine[i] = cone_sine(cell, normals);
+      inverse_one_plus_sine[i] = 1 / (1 + sine[i]);
+      reach[i] = glm::dot(glm::abs(cell.normal), around) + sine[i] * glm::length(around);
+      least_distance2[i] = 0.25f * radius * radius;
+      inverse_extent[i] *= unit_area;
+    }
+  }
+
+  static float relative_weight(float weight, double sum) {
+    return weight > 0 ? std::max(static_cast<float>(weight / sum), 1e-30f) : 0.f;
+  }
+};
+
+LightCut::LightCut(const LightTree& tree, uint32_t size, CutCriterion criterion)
+    : kind_(tree.points().kind) {
+  for (const uint32_t cell : select_cut(tree, std::max(size, 1u), criterion)) {
+    cells_.push_back(tree.cells()[cell]);
+  }
+  arrays_ = std::make_unique<Arrays>(cells_, tree.points());
+}
+
+LightCut::~LightCut() = default;
+
+void LightCut::layout(ClusterPmf& pmf) const {
+  const size_t padded = arrays_->rows * simd::kLanes;
+  pmf.size_ = size();
+  pmf.rows_ = arrays_->rows;
+  pmf.columns_.resize(padded);
+}
+
+void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf) const {
+  static_assert(ClusterPmf::kLanes == simd::kLanes);
+  layout(pmf);
+  const Arrays& a = *arrays_;
+  simd::ClusterColumns clusters{};
+  clusters.rows = a.rows;
+  for (int axis = 0; axis < 3; ++axis) {
+    clusters.mean[axis] = a.mean[axis].data();
+    clusters.lo[axis] = a.lo[axis].data();
+    clusters.hi[axis] = a.hi[axis].data();
+  }
+  clusters.weight = importance == Importance::kBrdf ? a.extent.data() : a.light.data();
+  clusters.inverse_extent = a.inverse_extent.data();
+
+  simd::ImportanceQuery query;
+  for (int axis = 0; axis < 3; ++axis) query.normal[axis] = point.normal[axis];
+  query.diffuse = point.diffuse * kInvPi;
+  const float per_sample = point.glossy / static_cast<float>(point.lobe.count + 1);
+  query.glossy_floor = per_sample * (0.5f * kInvPi);
+  pmf.hits_.clear();
+  if (point.lobe.count > 0) {
+    pmf.hits_.assign(pmf.columns_.size(), 0.f);
+    // Distant light: a lobe ray meets a cluster where it meets the sphere of unit directions, and
+    // not boxes that only lie in line. Local light: at any distance (4.2.2).
+    const bool local = kind_ == LightPoints::Kind::kLocal;
+    simd::LobeRays rays{{0, 0, 0},       local ? 0 : 1 - 1e-4f, local ? 1e30f : 1 + 1e-4f,
+                        point.lobe.x,    point.lobe.y,          point.lobe.z,
+                        point.lobe.count};
+    for (int axis = 0; axis < 3 && local; ++axis) rays.origin[axis] = point.position[axis];
+    simd::count_box_hits(a.boxes, rays, a.position.data(), pmf.hits_.data());
+    query.glossy_hit = per_sample;
+    query.hits = pmf.hits_.data();
+  }
+  std::array<float, simd::kLanes> lane_sums{};
+  if (kind_ == LightPoints::Kind::kLocal) {
+    simd::LocalColumns local{};
+    for (int axis = 0; axis < 3; ++axis) {
+      local.half[axis] = a.half[axis].data();
+      local.normal[axis] = a.normal[axis].data();
+      query.position[axis] = point.position[axis];
+    }
+    local.cone_sine = a.sine.data();
+    local.inverse_one_plus_sine = a.inverse_one_plus_sine.data();
+    local.reach = a.reach.data();
+    local.least_distance2 = a.least_distance2.data();
+    query.unit_area = a.unit_area;
+    simd::local_cluster_importance(clusters, local, query, pmf.columns_.data(), lane_sums.data());
+  } else {
+    simd::cluster_importance(clusters, query, pmf.columns_.data(), lane_sums.data());
+  }
+  for (uint32_t lane = 0; lane < simd::kLanes; ++lane) {
+    pmf.lane_start_[lane + 1] = pmf.lane_start_[lane] + lane_sums[lane];
+  }
+  pmf.total_ = pmf.lane_start_[simd::kLanes];
+}
+
+ClusterPmf LightCut::luminance_pmf() const {
+  ClusterPmf pmf;
+  layout(pmf);
+  const std::vector<float>& light = arrays_->light;
+  const auto lit = std::count_if(light.begin(), light.end(), [](float w) { return w > 0; });
+  const float even = simd::kEvenShare / static_cast<float>(std::max<std::ptrdiff_t>(lit, 1));
+  for (uint32_t lane = 0; lane < simd::kLanes; ++lane) {
+    float sum = 0;
+    for (uint32_t row = 0; row < pmf.rows_; ++row) {
+      const size_t i = row * simd::kLanes + lane;
+      if (light[i] > 0) sum += light[i] + even;
+      pmf.columns_[i] = sum;
+    }
+    pmf.lane_start_[lane + 1] = pmf.lane_start_[lane] + sum;
+  }
+  pmf.total_ = pmf.lane_start_[simd::kLanes];
+  return pmf;
+}
+
+LightCut::PointChoice LightCut::sample_point(const ClusterPmf& pmf, const Vec2& u) const {
+  const ClusterPmf::Choice choice = pmf.sample(u.x);
+  const LightCell& cell = cells_[choice.cluster];
+  return {cell.first + offset_in(cell, u.y), choice.probability / static_cast<float>(cell.count)};
+}
+
+void LightCut::sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
+                             PointSelection& selection) const {
+  if (pmf.empty() || u.empty()) return;
+  thread_local std::vector<Vec2> sorted;
+  sort_by_x(u, sorted);
+  // With numbers in order, one walk along the running sums finds all clusters.
+  const float inverse_count = 1.f / static_cast<float>(u.size());
+  uint32_t lane = 0, row = 0, cluster = ~0u;
+  float weight = 0;
+  size_t group = 0;  // where this cluster's points begin in the selection
+  for (const Vec2& number : sorted) {
+    const float target = number.x * pmf.total_;
+    const uint32_t next_lane = pmf.lane_of(target, lane);
+    if (next_lane != lane) row = 0;
+    lane = next_lane;
+    const float in_lane = target - pmf.lane_start_[lane];
+    const float* const column = pmf.columns_.data() + lane;
+    while (row < pmf.rows_ && column[row * ClusterPmf::kLanes] <= in_lane) ++row;
+    if (row == pmf.rows_) row = pmf.last_row(lane);
+    if (lane * pmf.rows_ + row != cluster) {
+      cluster = lane * pmf.rows_ + row;
+      weight = static_cast<float>(cells_[cluster].count) / pmf.probability(cluster) * inverse_count;
+      group = selection.points.size();
+    }
+    add_merged(cells_[cluster].first + offset_in(cells_[cluster], number.y), weight, group,
+               selection);
+  }
+}
+
+uint32_t LightCut::cluster_of(uint32_t point) const {
+  // Clusters are in the order of their points.
+  const auto after =
+      std::upper_bound(cells_.begin(), cells_.end(), point,
+                       [](uint32_t p, const LightCell& cell) { return p < cell.first; });
+  return static_cast<uint32_t>(after - cells_.begin()) - 1;
+}
+
+float LightCut::point_probability(const ClusterPmf& pmf, uint32_t point) const {
+  const uint32_t cluster = cluster_of(point);
+  return pmf.probability(cluster) / static_cast<float>(cells_[cluster].count);
+}
+
+uint32_t ClusterPmf::lane_of(float target, uint32_t first) const {
+  uint32_t lane = first;
+  for (uint32_t l = first; l < kLanes && lane_start_[l] <= target; ++l) {
+    if (lane_start_[l + 1] > lane_start_[l]) lane = l;
+  }
+  return lane;
+}
+
+uint32_t ClusterPmf::last_row(uint32_t lane) const {
+  uint32_t row = rows_ - 1;
+  while (row > 0 && columns_[row * kLanes + lane] == columns_[(row - 1) * kLanes + lane]) --row;
+  return row;
+}
+
+// Both searches fall back on the last entry of positive probability, should rounding carry the
+// target past the end.
+ClusterPmf::Choice ClusterPmf::sample(float u) const {
+  const float target = u * total_;
+  const uint32_t lane = lane_of(target, 0);
+  const float in_lane = target - lane_start_[lane];
+  const float* const column = columns_.data() + lane;
+  uint32_t first = 0, count = rows_;  // first row whose running sum exceeds in_lane
+  while (count > 0) {
+    const uint32_t half = count / 2;
+    if (column[(first + half) * kLanes] > in_lane) {
+      count = half;
+    } else {
+      first += half + 1;
+      count -= half + 1;
+    }
+  }
+  if (first == rows_) first = last_row(lane);
+  const uint32_t cluster = lane * rows_ + first;
+  return {cluster, probability(cluster)};
+}
+
+float ClusterPmf::probability(uint32_t c) const {
+  const size_t i = position(c);
+  const float below = i >= kLanes ? columns_[i - kLanes] : 0.f;
+  return (columns_[i] - below) / total_;
+}
+
+float ClusterPmf::hits(uint32_t c) const {
+  return hits_.empty() ? 0.f : hits_[position(c)];
+}
+
+std::string simd_instruction_set() {
+  return simd::instruction_set();
+}
+void use_scalar_kernels(bool scalar) {
+  simd::use_scalar_target(scalar);
+}
+
+}  // namespace kinome

@@ -1,0 +1,69 @@
+#include "clustered/points/point_lights.h"
+
+#include "clustered/points/point_light_shader.h"
+
+namespace kinome {
+namespace {
+
+using Kind = LightPoints::Kind;
+
+/// Points of one kind make one set, so that they share the cut; those with an emission of their own
+/// stay by themselves.
+void add_points(LightPoints points, bool is_indirect, std::vector<PointLightSet>& sets) {
+  if (points.size() == 0) return;
+  for (PointLightSet& set : sets) {
+    if (set.points.kind != points.kind || set.is_indirect != is_indirect || points.emission ||
+        set.points.emission) {
+      continue;
+    }
+    set.points.append(points);
+    return;
+  }
+  sets.push_back({std::move(points), is_indirect, {}});
+}
+
+}  // namespace
+
+ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context, uint32_t count,
+                                     const PointLightOptions& options) {
+  ScenePointLights lights;
+  const auto is_wanted = [&](Kind kind) {
+    return kind == Kind::kDistant ? options.distant : options.local;
+  };
+  for (const Emitter* emitter : scene.emitters()) {
+    const Kind expected = emitter->is_environment() ? Kind::kDistant : Kind::kLocal;
+    std::optional<LightPoints> points;
+    if (is_wanted(expected)) points = emitter->light_points(scene, context, count);
+    if (points && is_wanted(points->kind)) {
+      // None at all: a light that is black.
+      add_points(std::move(*points), false, lights.sets);
+    } else {
+      lights.others.push_back(emitter);
+    }
+  }
+  if (options.max_depth < 3) {
+    context.skip("indirect light", "max_depth is 2");
+  } else if (!options.local) {
+    context.skip("indirect light", "mode is 'distant'");
+  } else {
+    for (const Emitter* emitter : scene.indirect_emitters()) {
+      auto points = emitter->light_points(scene, context, count);
+      if (points) add_points(std::move(*points), true, lights.sets);
+    }
+  }
+  return lights;
+}
+
+void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                         const ScenePointLights& lights, const PointLightOptions& options) {
+  shade_primary_rays(
+      scene, sensor, context, options.hide_emitters,
+      [&](const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters) {
+        thread_local PointLightScratch scratch;
+        PointLightShader(scene, lights, options, sensor.sampler(), primary, radiance, counters,
+                         scratch)
+            .shade_all();
+      });
+}
+
+}  // namespace kinome

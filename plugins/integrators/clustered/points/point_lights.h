@@ -1,0 +1,60 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "clustered/points/point_selection.h"
+#include "kinome/light_points.h"
+#include "kinome/render_context.h"
+
+namespace kinome {
+
+/// Fills an empty selection for the point `si`, seen by the primary sample `key`. Called from many
+/// threads at once. May use kChooseDimensions numbers of the sampler from `dimension` on. Where it
+/// chooses at random, the expectation of each point's summed weights must be 1 if the point can be
+/// reflected at `si`.
+using ChoosePoints =
+    std::function<void(const SurfaceInteraction& si, const SampleKey& key, uint32_t dimension,
+                       RenderCounters& counters, PointSelection& selection)>;
+inline constexpr uint32_t kChooseDimensions = 16;
+
+/// Light points of one kind, and how those of a shading point are chosen.
+struct PointLightSet {
+  LightPoints points;
+  bool is_indirect = false;  ///< light after a bounce: its paths are one segment longer
+  ChoosePoints choose;
+};
+
+/// A scene's light, divided by how integrators over light points treat it.
+struct ScenePointLights {
+  std::vector<PointLightSet> sets;     ///< `choose` is left to the integrator
+  std::vector<const Emitter*> others;  ///< the rest: sampled one by one (Emitter::sample_direct)
+};
+
+/// What is rendered.
+struct PointLightOptions {
+  bool distant = true;  ///< light points of environments; others among their emitters if not
+  bool local = true;    ///< light points within the scene, indirect light among them
+  /// Segments of a path from the camera to a light: 2 is direct light, 3 one bounce more.
+  uint32_t max_depth = 2;
+  bool hide_emitters = false;
+  /// Upper bound on cos cos' / d² between a shading point and a local light point [1 / area]; 0:
+  /// none. Takes the peaks near light points away, and their light with them: a bias.
+  float max_geometry_term = 0;
+};
+
+/// Asks each emitter for `count` points (and, for max_depth 3, each of the scene's indirect
+/// emitters).
+ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context, uint32_t count,
+                                     const PointLightOptions& options);
+
+/// Renders as Åkerlund 2008, 4.3: a G-buffer first; then, for each point of it, the sum over the
+/// chosen lights of weight x power x f cos(theta) x visibility. Contributions of zero cost no
+/// shadow ray. Mirror (delta) lobes, which no point light can meet, are followed by rays, and what
+/// they meet is lit directly; emitters without points get one light sample each. Light that reaches
+/// a surface by way of a mirror is left out. Stages: primary, choose (by `choose` itself),
+/// evaluate, shadow, film.
+void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                         const ScenePointLights& lights, const PointLightOptions& options);
+
+}  // namespace kinome

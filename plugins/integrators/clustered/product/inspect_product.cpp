@@ -1,0 +1,185 @@
+// What product sampling knows at one pixel, for people to look at.
+#include <algorithm>
+#include <cmath>
+
+#include "clustered/product/product_renderer.h"
+#include "clustered/product/product_sampling.h"
+#include "kinome/error.h"
+#include "kinome/sampler.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint16_t kPilotPrimaries = 4;
+/// As many as the pilot sends from the tiles that a patch learns from.
+constexpr uint32_t kPilotRays = 25 * kTileSide * kTileSide * 3 * kPilotPrimaries;
+constexpr uint16_t kPrimaries = 16;
+/// Teeth of a comb that tells each cell's share of the rays.
+constexpr uint32_t kShares = 1u << 16;
+
+/// Records of a unit's rays, patch by patch.
+using Records = std::vector<std::vector<VisibilityRecord>>;
+
+struct Probe {
+  const Scene& scene;
+  Estimator& estimator;
+  const TilePrimaries& primaries;
+  std::vector<Patch>& patches;
+  const std::vector<Visibility>& visibility;
+  RenderCounters& counters;
+
+  Records operator()(uint32_t rays, uint64_t seed) {
+    Records records(patches.size());
+    std::vector<Estimator::PointPlan> points(primaries.size());
+    Estimator::Unit unit;
+    unit.end = static_cast<uint32_t>(primaries.size());
+    unit.rays = rays;
+    unit.seed = seed;
+    estimator.begin_tile(scene, primaries, patches, visibility, seed, counters);
+    estimator.probe(unit, points, records);
+    estimator.flush();
+    return records;
+  }
+};
+
+Visibility unknown(size_t padded) {
+  Visibility visibility;
+  visibility.resize(padded);
+  visibility.reset();
+  return visibility;
+}
+
+void describe(const DistantCells& cells, const Visibility& visibility, Inspection& report) {
+  double light = 0;
+  report.clusters.resize(cells.size());
+  for (uint32_t c = 0; c < cells.size(); ++c) light += cells.flux()[c];
+  for (uint32_t c = 0; c < cells.size(); ++c) {
+    InspectedCluster& out = report.clusters[c];
+    out.mean = {cells.axis()[0][c], cells.axis()[1][c], cells.axis()[2][c]};
+    const Vec3 reach(2 * std::sin(0.5f * cells.radius()[c]));
+    out.box = {out.mean - reach, out.mean + reach};
+    out.light = cells.flux()[c] / light;
+    const bool is_below = glm::dot(out.mean, report.normal) < -std::sin(cells.radius()[c]);
+    out.visibility = is_below ? 0 : visibility.v[c];
+    out.sigma = is_below ? 0 : visibility.sigma[c];
+  }
+  report.is_learned = true;
+  report.cluster_at = [&cells](const Vec3& d) {
+    float x[DistantCells::kPadding] = {d.x}, y[DistantCells::kPadding] = {d.y},
+          z[DistantCells::kPadding] = {d.z}, density[DistantCells::kPadding];
+    uint32_t cell[DistantCells::kPadding];
+    Rgb radiance[DistantCells::kPadding];
+    cells.look_up({x, y, z, cell, density, radiance}, 1);
+    return cell[0];
+  };
+}
+
+void describe(const LocalLight& local, uint32_t first_cell, const Visibility& visibility,
+              Inspection& report) {
+  report.is_learned = true;
+  const LocalCellColumns& cells = local.columns();
+  double light = 0;
+  report.clusters.resize(local.size());
+  for (uint32_t c = 0; c < local.size(); ++c) light += cells.flux[c];
+  for (uint32_t c = 0; c < local.size(); ++c) {
+    InspectedCluster& out = report.clusters[c];
+    out.box = local.boxes()[c];
+    for (int axis = 0; axis < 3; ++axis) {
+      out.mean[axis] = cells.position[axis][c];
+      out.normal[axis] = cells.normal[axis][c];
+    }
+    out.points = static_cast<uint32_t>(cells.expected[c]);
+    out.light = light > 0 ? cells.flux[c] / light : 0;
+    out.visibility = visibility.v[first_cell + c];
+    out.sigma = visibility.sigma[first_cell + c];
+  }
+}
+
+}  // namespace
+
+std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor,
+                                        RenderContext& context, const DistantCells& cells,
+                                        const ProductSettings& settings, int x, int y) {
+  const uint64_t seed = key_seed(context, sensor.sampler());
+  const auto local = make_local_light(scene, sensor, settings, seed, context);
+  CellPoints distant_points;
+  if (cells.size() > 0) distant_points = cells.draw_points(CellLight::kPoints, seed, context);
+  LocalPoints local_points;
+  if (local) local_points = local->draw(hash_words(seed, 6), context);
+  const CellLight light(cells, scene.environment(), std::move(distant_points), local.get(),
+                        std::move(local_points));
+  const size_t padded = cells.padded_size() + (local ? local->padded_size() : 0);
+  Estimator estimator(light);
+  const FilterSampler filter(sensor.film().filter());
+  const Rect crop = sensor.film().crop();
+  if (x < crop.x0 || y < crop.y0 || x >= crop.x1 || y >= crop.y1) {
+    throw Error("the place to inspect is outside of the film's crop window");
+  }
+  TilePrimaries primaries;
+  RenderCounters counters;
+  const auto trace = [&](const Rect& pixels, uint16_t count, uint64_t key) {
+    const std::vector<uint16_t> counts(pixels.area(), count);
+    primaries.trace(TilePrimaries::view_of(scene, sensor, filter, settings.hide_emitters), pixels,
+                    counts, hash_words(seed, key), counters);
+  };
+  const int x0 = x - (x - crop.x0) % kTileSide, y0 = y - (y - crop.y0) % kTileSide;
+  trace({x0, y0, std::min(x0 + kTileSide, crop.x1), std::min(y0 + kTileSide, crop.y1)},
+        kPilotPrimaries, 1);
+  std::vector<Patch> patches;
+  make_patches(primaries, patches);
+  std::vector<Visibility> visibility(patches.size(), unknown(padded));
+  Probe probe{scene, estimator, primaries, patches, visibility, counters};
+  const Records pilot = probe(kPilotRays, hash_words(seed, 2));
+  CellNeighbours neighbours;
+  if (cells.size() > 0) neighbours = find_neighbours(cells, context);
+  VisibilityLearner learner(padded, &neighbours);
+  for (size_t p = 0; p < pilot.size(); ++p) {
+    learner.begin();
+    learner.add(pilot[p], 16);
+    learner.finish(visibility[p]);
+  }
+
+  trace({x, y, x + 1, y + 1}, kPrimaries, 3);
+  assign_patches(primaries, patches);
+  visibility.resize(patches.size(), unknown(padded));
+  std::vector<uint32_t> points(patches.size() + 1);
+  for (const int32_t patch : primaries.patch) ++points[patch + 1];
+  const size_t shown = std::max_element(points.begin() + 1, points.end()) - points.begin() - 1;
+  if (shown >= patches.size() || points[shown + 1] == 0) {
+    throw Error("there is no surface at the place to inspect");
+  }
+  const uint32_t first_local = light.first_local();
+  Inspection empty;
+  empty.position = patches[shown].position;
+  empty.normal = patches[shown].normal;
+  std::vector<Inspection> reports;
+  if (cells.size() > 0) {
+    reports.push_back(empty);
+    describe(cells, visibility[shown], reports.back());
+  }
+  if (local) {
+    reports.push_back(empty);
+    reports.back().kind = LightPoints::Kind::kLocal;
+    describe(*local, first_local, visibility[shown], reports.back());
+  }
+  // The report and the cluster that a record is about.
+  const auto cluster_of = [&](const VisibilityRecord& record) {
+    const bool is_local = record.cell() >= first_local;
+    Inspection& report = is_local ? reports.back() : reports.front();
+    return std::pair(&report, &report.clusters[record.cell() - (is_local ? first_local : 0)]);
+  };
+  const Records shares = probe(kShares, hash_words(seed, 4));
+  for (const VisibilityRecord record : shares[shown]) {
+    cluster_of(record).second->probability += 1. / static_cast<double>(shares[shown].size());
+  }
+  const Records rays =
+      probe(static_cast<uint32_t>(std::max(1., settings.rays_per_pixel)), hash_words(seed, 5));
+  for (const VisibilityRecord record : rays[shown]) {
+    const auto [report, cluster] = cluster_of(record);
+    ++cluster->samples;
+    report->samples.push_back({cluster->mean, 1, record.visible()});
+  }
+  return reports;
+}
+
+}  // namespace kinome

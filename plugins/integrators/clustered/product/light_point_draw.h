@@ -1,0 +1,131 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "clustered/product/local_light.h"
+#include "kinome/emitter.h"
+#include "kinome/owen.h"
+#include "kinome/render_context.h"
+#include "kinome/shape.h"
+#include "kinome/warp.h"
+
+namespace kinome {
+
+/// What a draw was made of.
+struct LightOrigin {
+  uint32_t source = 0;
+  LightGuide::Numbers numbers{};  ///< that the source is given
+  float guided = 1;               ///< density by the guide over that without
+  Vec2 position() const { return {numbers[0], numbers[1]}; }
+  Vec2 direction() const { return {numbers[2], numbers[3]}; }
+};
+
+/// Numbers of the light points of one source: Owen-scrambled Sobol points.
+class LightNumbers {
+ public:
+  explicit LightNumbers(uint64_t seed) : seed_(seed) {}
+  Vec2 position(uint32_t i) const { return number(1, i); }
+  Vec2 direction(uint32_t i) const { return number(2, i); }
+  LightOrigin origin(uint32_t source, uint32_t i) const {
+    const Vec2 place = position(i), to = direction(i);
+    return {source, {place.x, place.y, to.x, to.y}, 1};
+  }
+
+ private:
+  Vec2 number(uint64_t purpose, uint32_t i) const {
+    const uint64_t key = hash_words(seed_, purpose);
+    // Without an order of its own, each purpose would draw the same point of the sequence.
+    return owen_sobol_point(owen_scramble(i, hash_words(key, 2)), key, hash_words(key, 1));
+  }
+  uint64_t seed_;
+};
+
+/// Whose turn it is: sources in proportion to their shares, as evenly as whole numbers allow, each
+/// with an expectation of share x count.
+class Turns {
+ public:
+  struct Turn {
+    uint32_t source;
+    uint32_t number;  ///< among the points of the source
+  };
+  /// `ends`: running sums of the shares.
+  Turns(const std::vector<double>& ends, uint32_t count, uint64_t seed)
+      : ends_(ends),
+        scale_(ends.empty() ? 0 : ends.back() / count),
+        offset_(to_unit_float(static_cast<uint32_t>(hash_words(seed, 0x7475726e) >> 32))) {}
+  Turn operator[](uint32_t i) const {
+    const auto after = std::upper_bound(ends_.begin(), ends_.end(), (i + offset_) * scale_);
+    const size_t s = std::min<size_t>(after - ends_.begin(), ends_.size() - 1);
+    const double begin = s > 0 ? ends_[s - 1] : 0.;
+    const double first = std::max(0., std::ceil(begin / scale_ - offset_));
+    return {static_cast<uint32_t>(s), i - std::min(i, static_cast<uint32_t>(first))};
+  }
+
+ private:
+  const std::vector<double>& ends_;
+  double scale_, offset_;
+};
+
+/// A ray of a source's light.
+struct LeavingLight {
+  EmissionSample sample;
+  std::optional<SurfaceInteraction> x;  ///< where it starts, if on a surface
+};
+
+/// Density of the directions that leave_light draws at a point of an emitting surface, per solid
+/// angle: by the cosine with the shading normal, where that is the geometric one. Elsewhere flux
+/// goes with one cosine and ends at the horizon of the other; a density by either would be nearly
+/// zero where there is light.
+inline bool has_bent_normal(const SurfaceInteraction& x) {
+  return glm::dot(x.n, x.frame.n) < 1 - 1e-5f;
+}
+inline float surface_emission_pdf(const SurfaceInteraction& x, const Vec3& d) {
+  const float cosine = glm::dot(x.frame.n, d);
+  if (!(cosine > 0)) return 0;
+  return has_bent_normal(x) ? kUniformHemispherePdf : cosine_hemisphere_pdf(cosine);
+}
+
+/// Light that leaves an emitter: nullopt where none does.
+inline std::optional<LeavingLight> leave_light(const Emitter& emitter, const Vec2& position,
+                                               const Vec2& direction) {
+  LeavingLight leaving;
+  if (!emitter.is_surface()) {
+    const auto sample = emitter.sample_emission(position, direction);
+    if (!sample) return std::nullopt;
+    leaving.sample = *sample;
+    return leaving;
+  }
+  const float area = emitter.shape()->area();
+  if (!(area > 0)) return std::nullopt;
+  leaving.x = emitter.shape()->sample_surface(position);
+  SurfaceInteraction& x = *leaving.x;
+  x.wi = has_bent_normal(x) ? square_to_uniform_hemisphere(direction)
+                            : square_to_cosine_hemisphere(direction);
+  if (!(x.wi.z > 0)) return std::nullopt;
+  EmissionSample& sample = leaving.sample;
+  sample.o = x.p;
+  sample.o_error = x.p_error;
+  sample.n = x.n;
+  sample.d = x.frame.to_world(x.wi);
+  sample.pdf_direction = surface_emission_pdf(x, sample.d);
+  if (!(sample.pdf_direction > 0)) return std::nullopt;
+  sample.power =
+      emitter.eval_surface(x) * (std::abs(glm::dot(x.n, sample.d)) * area / sample.pdf_direction);
+  return leaving;
+}
+
+/// What one thread draws.
+struct LocalLight::Drawn {
+  std::vector<LightPoint> points;
+  std::vector<LightOrigin> origins;  ///< of the points
+  std::vector<Reflection> reflections;
+  std::vector<RayHit> rays;
+  std::vector<LeavingLight> leaving;
+  /// A kMirroring lobe was met by light of a source that has an extent, or of a lamp.
+  bool meets_mirroring = false, lamp_meets_mirroring = false;
+  std::vector<LightOrigin> leaving_origins;
+  RenderCounters counters;
+};
+
+}  // namespace kinome

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "clustered/kernels/cell_kernels.h"
+#include "clustered/kernels/local_kernels.h"
+#include "clustered/product/local_light.h"
+#include "clustered/product/tile.h"
+
+namespace kinome {
+
+/// Which of a pass's light points a tile looks at, and how often each is expected among what one
+/// primary looks at. Cells are chosen by what the tile's patches may see of them, and a quarter by
+/// their guided flux alone: nothing is left out. Depends on cells and on what was learned earlier,
+/// not on the points: so a ray from the eye that finds a place can tell how dense points are there.
+///
+/// Keeps its memory: one per thread.
+class LocalChoice {
+ public:
+  /// A tile's points are dealt, in the order of the cells, into blocks of about kBlockSize: each a
+  /// sample of all cells. A primary looks at one of them. A point that matters much may be in
+  /// several, or in all.
+  static constexpr uint32_t kBlockSize = 32;
+  /// There is a block for every other primary or fewer, within these bounds: a power of two.
+  static constexpr uint32_t kLeastBlocks = 16, kMostBlocks = 128;
+  /// The same of lamps, which are all in one block if there are no more.
+  static constexpr uint32_t kLampBlockSize = 64;
+
+  /// `visibility` of each patch; local cells begin at `first_cell` there. `primaries`: number of
+  /// them in the tile.
+  void choose(const LocalLight& light, const LocalPoints& points, std::span<const Patch> patches,
+              std::span<const Visibility> visibility, uint32_t first_cell, size_t primaries,
+              uint64_t seed);
+
+  /// A block of points, padded: power and eye ratio are those for a primary that looks at one block
+  /// taken at random.
+  struct Block {
+    simd::LightPointColumns columns;
+    const uint32_t* cell;
+    const uint32_t* point;  ///< in LocalPoints
+    uint32_t size = 0;      ///< padded
+  };
+  Block block(uint32_t index) const;
+
+  struct Lamp {
+    const Emitter* emitter;
+    uint32_t cell;
+    float weight;  ///< 1 / probability of being looked at
+  };
+  std::span<const Lamp> lamps(uint32_t index) const;
+
+  /// Expected number of times that a primary looks at a point of the cell.
+  const std::vector<float>& rates() const { return rates_; }
+
+ private:
+  void find_importance(const LocalLight& light, const Patch& patch, const Visibility& visibility,
+                       uint32_t first_cell);
+  void look_at_lamps(const LocalLight& light, const Patch& patch);
+  void find_rates(const LocalLight& light);
+  void find_rates(const LocalLight& light, uint32_t begin, uint32_t end, uint32_t size);
+  void pick_points(const LocalLight& light, const LocalPoints& points, double offset);
+  void pick_lamps(const LocalLight& light, double offset);
+
+  std::vector<float> importance_;  ///< of each cell, summed over patches
+  std::vector<float> of_patch_;
+  std::vector<float> rates_;
+  std::vector<uint32_t> picks_;
+  std::vector<float> columns_[13];
+  std::vector<uint32_t> cells_, points_;
+  std::vector<uint32_t> block_first_;
+  std::vector<Lamp> picked_lamps_, lamps_;
+  uint32_t blocks_ = kLeastBlocks;
+  uint32_t lamp_blocks_ = 1;
+  std::vector<uint32_t> lamp_first_;
+};
+
+}  // namespace kinome

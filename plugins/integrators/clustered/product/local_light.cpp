@@ -1,0 +1,247 @@
+#include "clustered/product/local_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clustered/product/light_point_draw.h"
+#include "clustered/product/spread.h"
+#include "kinome/render_context.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint32_t kMostSurfacePoints = 1u << 17;
+constexpr uint32_t kPointsOfSurface = 4, kCellsOfSurface = 2;
+constexpr uint32_t kSurfaceCells = 256, kMostSurfaceCells = 4096;
+constexpr uint32_t kMostLampCells = 2048;
+/// Draws that tell a source's flux.
+constexpr uint32_t kFluxDraws = 64, kFluxDrawsOfMany = 8, kMany = 256;
+/// Of the mean flux, what each source is taken to have at least.
+constexpr double kLeastFlux = 1e-3;
+/// Of all lights. Beyond it powers of points, which are of single precision, might overflow: they
+/// are flux / density.
+constexpr double kMostFlux = 1e34;
+enum Seed : uint64_t { kSeedOfCells = 0x63656c6c, kSeedOfFlux = 0x666c7578 };
+
+float importance_of(const Rgb& c) {
+  return mean_of(glm::abs(c));
+}
+
+/// Of what leaves the emitter, from a few draws; infinite where it can't be told.
+double flux_of(const Emitter& emitter, uint32_t draws, const LightNumbers& numbers) {
+  double flux = 0;
+  for (uint32_t i = 0; i < draws; ++i) {
+    const auto leaving = leave_light(emitter, numbers.position(i), numbers.direction(i));
+    if (leaving) flux += importance_of(leaving->sample.power) / draws;
+  }
+  return flux;
+}
+
+}  // namespace
+
+/// What columns are made of.
+struct CellSums {
+  double weight = 0, flux = 0;
+  glm::dvec3 position{0.}, squares{0.}, normal{0.};
+  uint32_t count = 0;
+  Aabb box;
+  void add(const Vec3& p, const Vec3& n, double power) {
+    // Points of no light still say where the cell is; beside any light they don't.
+    const double w = power + 1e-200;
+    const glm::dvec3 at(p);
+    weight += w;
+    flux += power;
+    position += w * at;
+    squares += w * at * at;
+    normal += w * glm::dvec3(n);
+    box.expand(p);
+    ++count;
+  }
+};
+
+bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
+  const uint32_t draws = scene.emitters().size() > kMany ? 1 : kFluxDrawsOfMany;
+  double flux = 0;
+  for (const Emitter* const emitter : scene.emitters()) {
+    // Light that doesn't bounce is drawn where it leaves the emitter of surfaces alone.
+    if (max_depth < kBounceDepth && !emitter->is_surface()) continue;
+    if (!emitter->is_surface() && !emitter->emission_density(Vec3(0, 0, 1))) return false;
+    flux += flux_of(*emitter, draws, LightNumbers(kSeedOfFlux));
+  }
+  return flux < kMostFlux;
+}
+
+LocalLight::LocalLight(const Scene& scene, const Settings& settings,
+                       std::span<const SurfaceInteraction> seen, uint64_t seed,
+                       RenderContext& context)
+    : scene_(scene), max_depth_(settings.max_depth), finds_caustics_(settings.caustics) {
+  find_sources(seed);
+  make_lamp_cells();
+  const uint64_t own = hash_words(seed, kSeedOfCells);
+  if (!surface_ends_.empty()) {
+    const auto surfaces =
+        static_cast<uint32_t>(std::count_if(sources_.begin(), sources_.end(), [](const Source& s) {
+          return s.kind == Kind::kSurface;
+        }));
+    surface_count_ = std::clamp(surfaces * kPointsOfSurface, settings.points, kMostSurfacePoints);
+    make_cells(false, std::clamp(surfaces * kCellsOfSurface, kSurfaceCells, kMostSurfaceCells),
+               learn_guide(false, surface_count_, seen, own, context), 1);
+    surface_cells_ = size_ - lamp_cells_;
+  }
+  if (!bounce_ends_.empty()) {
+    double extended = 0;
+    for (const Source& source : sources_) {
+      extended += source.kind == Kind::kLamp ? 0. : static_cast<double>(source.bounce_share);
+    }
+    bounce_count_ = static_cast<uint32_t>(
+        std::lerp(settings.points, std::max(settings.points, settings.extended_points),
+                  std::min(extended, 1.)));
+    make_cells(true, settings.bounce_cells,
+               learn_guide(true, settings.points, seen, hash_words(own, 1), context),
+               static_cast<double>(bounce_count_) / settings.points);
+    const bool mirrors =
+        std::any_of(scene.shapes().begin(), scene.shapes().end(),
+                    [](const auto& shape) { return any(shape->bsdf().lobes() & Lobe::kDelta); });
+    needs_eye_rays_ = needs_eye_rays_ || (mirrors && has_extended_);
+    has_caustics_ = has_glossy_caustics_ || (mirrors && finds_caustics_ && !lamps_.empty());
+  }
+  const uint32_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
+  for (auto* const column :
+       {&columns_.spread2, &columns_.flux, &columns_.guided_flux, &columns_.expected}) {
+    column->resize(padded);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    columns_.position[axis].resize(padded);
+    columns_.normal[axis].resize(padded);
+  }
+}
+
+void LocalLight::find_sources(uint64_t seed) {
+  double total = 0;
+  const uint32_t draws = scene_.emitters().size() > kMany ? kFluxDrawsOfMany : kFluxDraws;
+  for (const Emitter* const emitter : scene_.emitters()) {
+    Source source{emitter, Kind::kLamp, 0, 0, 0};
+    if (emitter->is_surface()) source.kind = Kind::kSurface;
+    if (emitter->is_environment()) source.kind = Kind::kEnvironment;
+    // A sky's may overflow, and isn't followed unless it bounces.
+    if (max_depth_ >= kBounceDepth || !emitter->is_environment()) {
+      source.flux =
+          flux_of(*emitter, draws, LightNumbers(hash_words(seed, kSeedOfFlux, sources_.size())));
+    }
+    has_extended_ = has_extended_ || source.kind != Kind::kLamp;
+    source_of_[emitter] = static_cast<uint32_t>(sources_.size());
+    sources_.push_back(source);
+    total += source.flux;
+  }
+  const double least =
+      sources_.empty() ? 0 : kLeastFlux * total / static_cast<double>(sources_.size());
+  double surfaces = 0, all = 0;
+  for (Source& source : sources_) {
+    source.flux = total > 0 ? source.flux + least : 1;
+    all += source.flux;
+    if (source.kind == Kind::kSurface) surfaces += source.flux;
+  }
+  double surface_end = 0, bounce_end = 0;
+  for (Source& source : sources_) {
+    if (surfaces > 0) {
+      if (source.kind == Kind::kSurface)
+        source.surface_share = static_cast<float>(source.flux / surfaces);
+      surface_ends_.push_back(surface_end += static_cast<double>(source.surface_share));
+    }
+    if (max_depth_ >= kBounceDepth) {
+      source.bounce_share = static_cast<float>(source.flux / all);
+      bounce_ends_.push_back(bounce_end += static_cast<double>(source.bounce_share));
+    }
+  }
+}
+
+/// Each lamp its own cell, unless there are very many.
+void LocalLight::make_lamp_cells() {
+  std::vector<uint32_t> lamps;
+  std::vector<OrientedPoint> places;
+  std::vector<float> flux;
+  for (uint32_t s = 0; s < sources_.size(); ++s) {
+    if (sources_[s].kind != Kind::kLamp) continue;
+    lamps.push_back(s);
+    const auto sample = sources_[s].emitter->sample_emission(Vec2(0.5f), Vec2(0.5f));
+    // Where parallel light starts is of no consequence.
+    const bool stands = sample && sample->pdf_position == 0;
+    places.push_back({stands ? sample->o : scene_.bounds().centre(), Vec3(0.f)});
+    flux.push_back(static_cast<float>(sources_[s].flux));
+  }
+  if (lamps.empty()) return;
+  const bool each = lamps.size() <= kMostLampCells;
+  const PointPartition partition(places, flux, each ? 1 : kMostLampCells);
+  lamp_cells_ = each ? static_cast<uint32_t>(lamps.size()) : partition.size();
+  std::vector<std::vector<uint32_t>> of(lamp_cells_);
+  for (uint32_t k = 0; k < lamps.size(); ++k)
+    of[each ? k : partition.cell_of(places[k])].push_back(k);
+  for (const auto& cell : of) {
+    lamp_first_.push_back(static_cast<uint32_t>(lamps_.size()));
+    CellSums sums;
+    for (const uint32_t k : cell) {
+      lamps_.push_back(sources_[lamps[k]].emitter);
+      sums.add(places[k].position, Vec3(0.f), flux[k]);
+    }
+    add_column(sums, sums.flux, sums.count, sums.count);
+  }
+  lamp_first_.push_back(static_cast<uint32_t>(lamps_.size()));
+}
+
+void LocalLight::add_column(const CellSums& sums, double flux, double expected, double unguided) {
+  const double scale = sums.weight > 0 ? 1 / sums.weight : 0;
+  const glm::dvec3 mean = sums.position * scale;
+  const glm::dvec3 variance = glm::max(sums.squares * scale - mean * mean, 0.);
+  for (int axis = 0; axis < 3; ++axis) {
+    columns_.position[axis].push_back(static_cast<float>(mean[axis]));
+    columns_.normal[axis].push_back(static_cast<float>(sums.normal[axis] * scale));
+  }
+  columns_.spread2.push_back(static_cast<float>(variance.x + variance.y + variance.z));
+  const double factor = expected > 0 ? unguided / expected : 1.;
+  columns_.flux.push_back(static_cast<float>(flux));
+  columns_.guided_flux.push_back(static_cast<float>(flux / factor));
+  columns_.expected.push_back(static_cast<float>(expected));
+  eye_factors_.push_back(static_cast<float>(factor));
+  // Points leave a margin, as wide as they are apart.
+  const Vec3 margin =
+      sums.count > 1 ? sums.box.extent() / static_cast<float>(sums.count - 1) : Vec3(0.f);
+  boxes_.push_back({sums.box.lo - margin, sums.box.hi + margin});
+  ++size_;
+}
+
+/// Of points that are drawn as those of passes are, but are none of theirs.
+void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn,
+                            double repeated) {
+  std::vector<OrientedPoint> places;
+  std::vector<float> flux, guided_flux, unguided;
+  for (const Drawn& chunk : drawn) {
+    for (size_t i = 0; i < chunk.points.size(); ++i) {
+      const LightPoint& p = chunk.points[i];
+      places.push_back({p.position, p.normal});
+      flux.push_back(importance_of(p.power));
+      guided_flux.push_back(flux.back() * chunk.origins[i].guided);
+      unguided.push_back(1 / chunk.origins[i].guided);
+    }
+  }
+  if (places.empty()) {  // light that so few points don't find is still looked for
+    places.push_back({scene_.bounds().centre(), Vec3(0.f)});
+    flux.push_back(0);
+    guided_flux.push_back(0);
+    unguided.push_back(1);
+  }
+  PointPartition& partition = bounce ? bounce_partition_ : surface_partition_;
+  partition = PointPartition(places, guided_flux, count);
+  std::vector<CellSums> sums(partition.size());
+  std::vector<double> unguided_sums(partition.size());
+  for (size_t i = 0; i < places.size(); ++i) {
+    const uint32_t cell = partition.cell_of(places[i]);
+    sums[cell].add(places[i].position, places[i].normal, flux[i]);
+    unguided_sums[cell] += unguided[i];
+  }
+  for (uint32_t c = 0; c < partition.size(); ++c) {
+    add_column(sums[c], sums[c].flux * repeated, sums[c].count * repeated,
+               unguided_sums[c] * repeated);
+  }
+}
+
+}  // namespace kinome

@@ -1,0 +1,256 @@
+#pragma once
+
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "clustered/product/light_guide.h"
+#include "clustered/product/point_partition.h"
+#include "kinome/emitter.h"
+#include "kinome/scene.h"
+
+namespace kinome {
+
+/// A place that light comes from, of a surface that emits or reflects it, drawn by its flux.
+struct LightPoint {
+  Vec3 position{0.f};
+  Vec3 normal{0.f};     ///< unit shading normal, on the side that light leaves to
+  Vec3 geometric{0.f};  ///< unit geometric normal; of reflected light, on the side it came from
+  /// Radiance that leaves toward all sides alike / density per area. Where `reflection` is given,
+  /// of a Lambertian surface in its place.
+  Rgb power{0.f};
+  /// Density of the point by a BSDF ray from elsewhere, and what it does there, over that of points
+  /// of the pass, as far as its cell tells: to be multiplied by the ray's density per area. See
+  /// LocalLight::eye_ratio.
+  float eye_ratio = 0;
+  uint32_t cell = 0;
+  static constexpr uint32_t kLambertian = ~0u;
+  uint32_t reflection = kLambertian;
+  /// Of reflected light, where the normals differ: how far `position` is off the surface, to the
+  /// side of `geometric`. Else 0.
+  float off_surface = 0;
+
+  /// Where a ray along d, on its way to the point, is to end: before the surface. Light may leave
+  /// it on the other side than it came to, for shading normals alone tell what is reflected.
+  Vec3 end_of_ray(const Vec3& d) const {
+    const bool is_behind = glm::dot(geometric, d) > 0;
+    return is_behind ? position - 2 * off_surface * geometric : position;
+  }
+};
+
+/// How the light of sources that rays can hit is found where it comes by a point's glossy lobe:
+/// kWide: by light points, and by eye rays that meet the point; kNarrow: also by eye rays that go
+/// on from there by the lobe; kMirroring: by these, with no light points.
+enum class LobeWidth { kWide, kNarrow, kMirroring };
+/// Of the lobe on the side of si.wi; the same for all directions there.
+LobeWidth lobe_width(const SurfaceInteraction& si);
+
+/// Light on a surface that isn't Lambertian.
+struct Reflection {
+  SurfaceInteraction si;
+  Vec3 to_light{0, 0, 1};  ///< in the shading frame
+  Rgb incident{0.f};       ///< radiance x solid angle / density per area
+  Vec3 normal{0, 0, 1};    ///< of reflection_frame, world space
+  Vec3 light{0, 0, 1};     ///< to_light in world space
+  LobeReflectance reflectance;
+  float alpha2 = 1;                             ///< squared roughness of the glossy lobe
+  Lobe lobes = Lobe::kDiffuse | Lobe::kGlossy;  ///< that send the light of the point on
+  /// LocalLight::Arrival::density if the lobe is kNarrow and the source is no lamp, else 0.
+  float light_density = 0;
+  struct Sent {
+    Rgb radiance{0.f};  ///< / density per area
+    /// Of an eye ray from where it is sent to: density of the light's direction by the lobe, over
+    /// that of LocalLight::sample_arrival.
+    float follow_ratio = 0;
+  };
+  /// Toward the unit direction d.
+  Sent toward(const Vec3& d) const;
+  /// About the same, quickly, by a GGX lobe; not 0 where that isn't, and never negative unless the
+  /// light is.
+  Sent about(const Vec3& d) const;
+};
+
+struct CellSums;
+struct LeavingLight;
+struct LightOrigin;
+
+/// Points of one pass, cell by cell and near one another within each.
+struct LocalPoints {
+  std::vector<LightPoint> points;
+  std::vector<uint32_t> first;  ///< of each cell of LocalLight; one more entry than cells
+  std::vector<Reflection> reflections;
+  bool has_bent_normals = false;  ///< some point's off_surface isn't 0
+};
+
+/// What is known of the cells before any pass; arrays of padded_size().
+struct LocalCellColumns {
+  std::vector<float> position[3];  ///< mean
+  std::vector<float> spread2;      ///< variance of the position
+  std::vector<float> normal[3];    ///< mean, not of unit length: shorter where normals differ
+  std::vector<float> flux;         ///< sum of |power|, of all points of a pass
+  std::vector<float> guided_flux;  ///< flux x density of the guide: how much of it is of use
+  std::vector<float> expected;     ///< points of a pass
+};
+
+/// Light of sources within a scene, directly and after one bounce, divided into cells: of lamps
+/// (which have no extent), of surfaces that emit, and of surfaces that any emitter lights, the
+/// environment included. Cells and the density of points are fixed at construction; each pass draws
+/// points anew. Immutable; thread-safe.
+class LocalLight {
+ public:
+  /// Below this depth there is no bounce.
+  static constexpr uint32_t kBounceDepth = 3;
+  /// Multiples of this many cells.
+  static constexpr uint32_t kPadding = 16;
+
+  /// True where all emitters offer what is needed for paths of so many segments, and their flux is
+  /// no more than single precision holds.
+  static bool serves(const Scene& scene, uint32_t max_depth);
+
+  struct Settings {
+    uint32_t max_depth = 2;
+    uint32_t bounce_cells = 256;
+    /// Of a pass: so many of surfaces, or more where these are many, and as many of the bounce.
+    uint32_t points = kMostPoints;
+    /// But so many of the bounce, if these are more, if all of its light were that of sources that
+    /// have an extent, or the sky's: each point has one direction of it, and says less of what is
+    /// around it than one that a lamp lights.
+    uint32_t extended_points = 0;
+    /// Light of lamps by way of mirrors is found by paths from the lamps, see Caustics.
+    bool caustics = false;
+  };
+  static constexpr uint32_t kLeastPoints = 1u << 10, kMostPoints = 1u << 14;
+  static constexpr uint32_t kMostExtendedPoints = 1u << 17;
+
+  /// seen: places that the camera sees, by which draws are guided; may be empty.
+  LocalLight(const Scene& scene, const Settings& settings, std::span<const SurfaceInteraction> seen,
+             uint64_t seed, RenderContext& context);
+
+  bool empty() const { return size_ == 0; }
+  uint32_t size() const { return size_; }
+  uint32_t padded_size() const { return static_cast<uint32_t>(columns_.flux.size()); }
+  uint32_t max_depth() const { return max_depth_; }
+  const LocalCellColumns& columns() const { return columns_; }
+  /// Around the points that the cell was made of.
+  const std::vector<Aabb>& boxes() const { return boxes_; }
+  /// Cells of lamps are [0, lamp_cells()); then those of surfaces, then those of the bounce.
+  uint32_t lamp_cells() const { return lamp_cells_; }
+  uint32_t surface_cells() const { return surface_cells_; }
+  bool has_bounce() const { return !bounce_ends_.empty(); }
+  /// What mirrors, or nearly does, shows light of sources that have an extent, or the sky's, to
+  /// other surfaces: no light point does.
+  bool needs_eye_rays() const { return needs_eye_rays_; }
+  bool has_surfaces() const { return !surface_ends_.empty(); }
+  /// There are sources that rays can meet.
+  bool has_extended() const { return has_extended_; }
+  /// There may be light of lamps by way of mirrors.
+  bool has_caustics() const { return has_caustics_; }
+  /// The same of what nearly mirrors, to which light points of lamps leave it.
+  bool has_glossy_caustics() const { return has_glossy_caustics_; }
+  /// Of all emitters, by which lamps are drawn: by their flux; 0 for others.
+  std::vector<float> lamp_shares() const;
+  const Emitter& emitter(uint32_t source) const { return *sources_[source].emitter; }
+
+  /// Lamps of each cell: lamp_first()[c] to lamp_first()[c + 1] of lamps().
+  const std::vector<const Emitter*>& lamps() const { return lamps_; }
+  const std::vector<uint32_t>& lamp_first() const { return lamp_first_; }
+
+  /// About so many points of surfaces and of the bounce together.
+  LocalPoints draw(uint64_t seed, RenderContext& context) const;
+  uint32_t points_of_pass() const { return surface_count_ + bounce_count_; }
+
+  /// Of a point of an emitting surface that a ray found; its cell, and as LightPoint::eye_ratio.
+  struct Place {
+    uint32_t cell = 0;
+    float eye_ratio = 0;
+  };
+  Place surface_place(const SurfaceInteraction& si) const;
+
+  /// Light at a surface point that a ray found, from a source drawn by its flux.
+  struct Arrival {
+    Vec3 d{0, 0, 1};  ///< unit, toward the light
+    float distance = kInfinity;
+    Rgb radiance{0.f};  ///< / density; to be multiplied by f cos of the surface
+    Place place;
+    float density = 0;  ///< of d, per solid angle; 0: no ray finds the source
+  };
+  /// u1 picks the source, u the place on it. nullopt: no light.
+  std::optional<Arrival> sample_arrival(const SurfaceInteraction& si, float u1,
+                                        const Vec2& u) const;
+  /// Place and density of the arrival that light is which a ray along d from `si` found: at x or,
+  /// if that is nullptr, in the sky.
+  struct Found {
+    Place place;
+    float density = 0;
+  };
+  Found found_arrival(const SurfaceInteraction& si, const Vec3& d, float distance,
+                      const SurfaceInteraction* x) const;
+
+ private:
+  enum class Kind { kLamp, kSurface, kEnvironment };
+  struct Source {
+    const Emitter* emitter;
+    Kind kind;
+    double flux = 0;
+    float surface_share = 0;  ///< probability of points of its surface
+    float bounce_share = 0;   ///< and of points that it lights
+  };
+  /// What one thread draws.
+  struct Drawn;
+  void find_sources(uint64_t seed);
+  void make_lamp_cells();
+  std::vector<LightGuide::Use> find_uses(const std::vector<Drawn>& chunks,
+                                         std::span<const SurfaceInteraction> seen, uint64_t seed,
+                                         RenderContext& context) const;
+  /// Returns `count` draws that are guided as those of passes will be.
+  std::vector<Drawn> learn_guide(bool bounce, uint32_t count,
+                                 std::span<const SurfaceInteraction> seen, uint64_t seed,
+                                 RenderContext& context);
+  /// At most `count`; a pass will have `repeated` times as many points as were drawn.
+  void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn, double repeated);
+  void add_column(const CellSums& sums, double flux, double expected, double unguided);
+  void draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
+                 std::vector<Drawn>& chunks) const;
+  void add_surface_point(const LightOrigin& origin, Drawn& out) const;
+  void land(const LeavingLight& leaving, const LightOrigin& origin, const RayHit& ray,
+            Drawn& out) const;
+  LocalPoints sort_by_cell(std::vector<Drawn>& chunks) const;
+  uint32_t surface_cell(const SurfaceInteraction& si) const;
+  uint32_t bounce_cell(const SurfaceInteraction& si, float side) const;
+  /// Density of a place y that is lit along d (from the light) by a bounce's eye path, over that of
+  /// the pass's points at y, unless these are guided: both given the place x on the light, if it
+  /// has a surface.
+  float eye_ratio(const Source& source, const SurfaceInteraction* x, const SurfaceInteraction& y,
+                  const Vec3& d, float distance) const;
+  Place bounce_place(const Source& source, const SurfaceInteraction* x, const SurfaceInteraction& y,
+                     const Vec3& d, float distance) const;
+  /// Arrival::density.
+  float arrival_density(const Source& source, const SurfaceInteraction* x,
+                        const SurfaceInteraction& y, const Vec3& d) const;
+
+  const Scene& scene_;
+  const uint32_t max_depth_;
+  std::vector<Source> sources_;
+  std::vector<double> surface_ends_, bounce_ends_;  ///< running sums of shares, or empty
+  std::unordered_map<const Emitter*, uint32_t> source_of_;
+  std::vector<const Emitter*> lamps_;
+  std::vector<uint32_t> lamp_first_;
+  LightGuide surface_guide_, bounce_guide_;
+  PointPartition surface_partition_, bounce_partition_;
+  uint32_t lamp_cells_ = 0, surface_cells_ = 0, size_ = 0;
+  uint32_t surface_count_ = 0, bounce_count_ = 0;
+  const bool finds_caustics_;
+  bool has_extended_ = false, needs_eye_rays_ = false;
+  bool has_caustics_ = false, has_glossy_caustics_ = false;
+  LocalCellColumns columns_;
+  std::vector<Aabb> boxes_;
+  /// Of each cell: mean of 1 / density of the guide, by which eye_ratio is to be multiplied.
+  std::vector<float> eye_factors_;
+};
+
+/// About `count` places of surfaces that a sensor sees, spread evenly over its picture; fewer where
+/// it sees none. Surfaces that reflect nothing, or only mirror, are not among them.
+std::vector<SurfaceInteraction> places_seen(const Scene& scene, const Sensor& sensor,
+                                            uint32_t count, uint64_t seed, RenderContext& context);
+
+}  // namespace kinome

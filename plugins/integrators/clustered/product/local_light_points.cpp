@@ -1,0 +1,359 @@
+// The part of LocalLight that draws points and meets light that rays find.
+#include <algorithm>
+#include <cmath>
+
+#include "clustered/product/light_point_draw.h"
+#include "clustered/product/local_light.h"
+#include "clustered/product/spread.h"
+#include "clustered/product/tile.h"
+#include "kinome/render_context.h"
+
+namespace kinome {
+namespace {
+
+/// Of a place in the unit cube: 10 bits of each coordinate, in turn.
+uint32_t morton_code(const Vec3& at) {
+  uint32_t code = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    auto v = static_cast<uint32_t>(std::clamp(at[axis], 0.f, 1.f) * 1023.f);
+    v = (v | v << 16) & 0x030000ffu;
+    v = (v | v << 8) & 0x0300f00fu;
+    v = (v | v << 4) & 0x030c30c3u;
+    v = (v | v << 2) & 0x09249249u;
+    code |= v << axis;
+  }
+  return code;
+}
+
+/// Light is the eye rays' alone, and still a number when multiplied by a density of 0.
+constexpr float kMostEyeRatio = 1e25f;
+
+/// Densities of the reflected direction, seen along the normal, from which a lobe is narrow and
+/// from which it nearly mirrors [1/sr]: of GGX with an alpha of .06 and of .0126.
+constexpr float kNarrowDensity = 22, kMirroringDensity = 500;
+
+}  // namespace
+
+/// Within a cell along a Morton curve through its places: every so many of them are spread over it.
+LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks) const {
+  LocalPoints all;
+  std::vector<Aabb> boxes(size_);
+  size_t count = 0;
+  for (const Drawn& chunk : chunks) {
+    count += chunk.points.size();
+    for (const LightPoint& p : chunk.points) boxes[p.cell].expand(p.position);
+  }
+  struct Key {
+    uint64_t key;
+    const LightPoint* point;
+    bool operator<(const Key& other) const { return key < other.key; }
+  };
+  std::vector<Key> keys;
+  keys.reserve(count);
+  for (Drawn& chunk : chunks) {
+    const auto first = static_cast<uint32_t>(all.reflections.size());
+    all.reflections.insert(all.reflections.end(), chunk.reflections.begin(),
+                           chunk.reflections.end());
+    for (LightPoint& p : chunk.points) {
+      if (p.reflection != LightPoint::kLambertian) p.reflection += first;
+      const Aabb& box = boxes[p.cell];
+      const Vec3 at = (p.position - box.lo) / glm::max(box.extent(), Vec3(1e-30f));
+      keys.push_back({static_cast<uint64_t>(p.cell) << 32 | morton_code(at), &p});
+    }
+  }
+  // Points of one place keep the order in which they were drawn, whichever sort this is.
+  std::stable_sort(keys.begin(), keys.end());
+  all.points.reserve(count);
+  all.first.assign(size_ + 1, 0);
+  for (const Key& key : keys) {
+    all.points.push_back(*key.point);
+    all.has_bent_normals |= key.point->off_surface > 0;
+    ++all.first[key.point->cell + 1];
+  }
+  for (uint32_t c = 0; c < size_; ++c) all.first[c + 1] += all.first[c];
+  return all;
+}
+
+LobeWidth lobe_width(const SurfaceInteraction& si) {
+  const Bsdf& bsdf = si.shape->bsdf();
+  if (!any(bsdf.lobes() & Lobe::kGlossy)) return LobeWidth::kWide;
+  SurfaceInteraction straight = si;
+  straight.wi = Vec3(0, 0, si.wi.z >= 0 ? 1 : -1);
+  straight.wi = si.frame.to_local(bsdf.reflection_frame(straight).n);
+  const float density = bsdf.eval_pdf(straight, Lobe::kGlossy, straight.wi).pdf;
+  if (density > kMirroringDensity) return LobeWidth::kMirroring;
+  return density > kNarrowDensity ? LobeWidth::kNarrow : LobeWidth::kWide;
+}
+
+LocalPoints LocalLight::draw(uint64_t seed, RenderContext& context) const {
+  std::vector<Drawn> chunks;
+  draw_part(false, surface_count_, hash_words(seed, 1), context, chunks);
+  draw_part(true, bounce_count_, hash_words(seed, 2), context, chunks);
+  return sort_by_cell(chunks);
+}
+
+void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
+                           std::vector<Drawn>& chunks) const {
+  constexpr uint32_t kChunk = 1024;
+  const uint32_t parts = (count + kChunk - 1) / kChunk;
+  const size_t before = chunks.size();
+  chunks.resize(before + parts);
+  const LightGuide& guide = bounce ? bounce_guide_ : surface_guide_;
+  const std::vector<double>& unguided = bounce ? bounce_ends_ : surface_ends_;
+  const Turns turns(guide.empty() ? unguided : guide.ends(), count, seed);
+  context.parallel_for(parts, [&](size_t c) {
+    const auto begin = static_cast<uint32_t>(c) * kChunk;
+    Drawn& out = chunks[before + c];
+    for (uint32_t i = begin; i < std::min(begin + kChunk, count); ++i) {
+      const Turns::Turn turn = turns[i];
+      const Source& source = sources_[turn.source];
+      const LightNumbers numbers(hash_words(seed, turn.source));
+      LightOrigin origin = numbers.origin(turn.source, turn.number);
+      origin.guided = guide.warp(turn.source, origin.numbers);
+      if (bounce) {
+        auto leaving = leave_light(*source.emitter, origin.position(), origin.direction());
+        if (!leaving || is_black(leaving->sample.power)) continue;
+        out.rays.push_back({leaving->sample.ray(), Hit{}});
+        out.leaving.push_back(*leaving);
+        out.leaving_origins.push_back(origin);
+      } else {
+        add_surface_point(origin, out);
+      }
+    }
+    scene_.intersect(out.rays, Coherence::kIncoherent, out.counters);
+    out.counters[RayKind::kLight] += out.rays.size();
+    for (size_t k = 0; k < out.rays.size(); ++k) {
+      if (out.rays[k].hit.valid()) land(out.leaving[k], out.leaving_origins[k], out.rays[k], out);
+    }
+    out.rays.clear();
+    out.leaving.clear();
+    out.leaving_origins.clear();
+  });
+  for (size_t c = before; c < chunks.size(); ++c) context.stats().counters.add(chunks[c].counters);
+}
+
+void LocalLight::add_surface_point(const LightOrigin& origin, Drawn& out) const {
+  const Source& source = sources_[origin.source];
+  const Shape& shape = *source.emitter->shape();
+  const float area = shape.area();
+  if (!(area > 0)) return;
+  SurfaceInteraction si = shape.sample_surface(origin.position());
+  si.wi = Vec3(0, 0, 1);
+  const float density = static_cast<float>(surface_count_) * source.surface_share / area;
+  LightPoint point;
+  point.power = source.emitter->eval_surface(si) / (density * origin.guided);
+  if (is_black(point.power)) return;
+  point.position = si.p;
+  point.normal = si.frame.n;
+  point.geometric = si.n;
+  if (surface_partition_.size() > 0) {
+    point.cell = surface_cell(si);
+    point.eye_ratio = eye_factors_[point.cell] / density;
+  }
+  out.points.push_back(point);
+  out.origins.push_back(origin);
+}
+
+uint32_t LocalLight::surface_cell(const SurfaceInteraction& si) const {
+  return lamp_cells_ + surface_partition_.cell_of({si.p, si.frame.n});
+}
+
+LocalLight::Place LocalLight::surface_place(const SurfaceInteraction& si) const {
+  const Source& source = sources_[source_of_.at(si.shape->emitter())];
+  const float density =
+      static_cast<float>(surface_count_) * source.surface_share / si.shape->area();
+  const uint32_t cell = surface_cell(si);
+  return {cell, eye_factors_[cell] / density};
+}
+
+uint32_t LocalLight::bounce_cell(const SurfaceInteraction& si, float side) const {
+  return lamp_cells_ + surface_cells_ + bounce_partition_.cell_of({si.p, si.frame.n * side});
+}
+
+void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, const RayHit& ray,
+                      Drawn& out) const {
+  const SurfaceInteraction si = scene_.interaction(ray);
+  const EmissionSample& sample = leaving.sample;
+  const Bsdf& bsdf = si.shape->bsdf();
+  if (!any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
+  const float cosine = std::abs(glm::dot(si.n, sample.d));
+  if (!(cosine > 0)) return;
+  const Source& source = sources_[origin.source];
+  const float count = static_cast<float>(bounce_count_) * source.bounce_share * origin.guided;
+  Reflection reflection;
+  reflection.si = si;
+  reflection.to_light = si.wi;
+  reflection.incident = sample.power / (count * cosine);
+  const float side = si.wi.z >= 0 ? 1.f : -1.f;
+  // The reflectance that is seen from the light's side.
+  reflection.si.wi = Vec3(0, 0, side);
+  LightPoint point;
+  if (bsdf.is_lambertian()) {
+    point.power =
+        bsdf.eval_pdf(reflection.si, Lobe::kDiffuse, reflection.to_light).f * reflection.incident;
+  } else {
+    reflection.light = -sample.d;
+    reflection.normal = bsdf.reflection_frame(si).n;
+    // The back of a surface that has but one side.
+    if (!(glm::dot(reflection.normal, reflection.light) > 0)) return;
+    const bool is_lamp = source.kind == Kind::kLamp;
+    const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : lobe_width(si);
+    LobeReflectance& part = reflection.reflectance;
+    part = bsdf.reflectance(reflection.si);
+    bool is_left_to_rays = false;
+    if (width == LobeWidth::kMirroring) {
+      (is_lamp ? out.lamp_meets_mirroring : out.meets_mirroring) = true;
+      is_left_to_rays = !is_lamp || has_glossy_caustics_;
+    }
+    if (is_left_to_rays) {
+      reflection.lobes = Lobe::kDiffuse;
+      part.glossy = Rgb(0.f);
+    } else {
+      const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
+      reflection.alpha2 = lobe.alpha_u * lobe.alpha_v;
+      if (width == LobeWidth::kNarrow && !is_lamp) {
+        reflection.light_density =
+            arrival_density(source, leaving.x ? &*leaving.x : nullptr, si, -sample.d);
+      }
+    }
+    point.power = (part.diffuse + part.glossy) * kInvPi * std::abs(si.wi.z) * reflection.incident;
+  }
+  if (is_black(point.power)) return;
+  // Off the surface: a ray that comes along it would else meet it just before its end.
+  point.position = si.ray_origin(-sample.d);
+  point.normal = si.frame.n * side;
+  point.geometric = glm::dot(si.n, sample.d) > 0 ? -si.n : si.n;
+  if (std::abs(glm::dot(si.n, si.frame.n)) < 1 - 1e-6f) point.off_surface = si.p_error;
+  if (bounce_partition_.size() > 0) {
+    point.cell = bounce_cell(si, side);
+    point.eye_ratio =
+        eye_factors_[point.cell] *
+        eye_ratio(source, leaving.x ? &*leaving.x : nullptr, si, sample.d, ray.ray.tmax);
+  }
+  if (!bsdf.is_lambertian()) {
+    point.reflection = static_cast<uint32_t>(out.reflections.size());
+    out.reflections.push_back(reflection);
+  }
+  out.points.push_back(point);
+  out.origins.push_back(origin);
+}
+
+float LocalLight::eye_ratio(const Source& source, const SurfaceInteraction* x,
+                            const SurfaceInteraction& y, const Vec3& d, float distance) const {
+  // Both choose the source alike.
+  const float cosine = std::abs(glm::dot(y.n, d));
+  const auto count = static_cast<float>(bounce_count_);
+  float ratio = kInfinity;
+  if (x) {
+    const float seen = source.emitter->shape()->pdf_solid_angle(y.p, *x);
+    const float per_area = seen * std::abs(glm::dot(x->n, d)) * source.emitter->shape()->area();
+    ratio = per_area / (count * surface_emission_pdf(*x, d) * cosine);
+  } else if (const auto density = source.emitter->emission_density(d)) {
+    if (source.kind == Kind::kEnvironment) {
+      const float directions = source.emitter->pdf_environment(-d);
+      ratio = directions / (count * density->direction * density->position * cosine);
+    } else {
+      const float at =
+          density->position > 0 ? density->position : density->direction / sqr(distance);
+      ratio = 1 / (count * at * cosine);
+    }
+  }
+  // At the rim of a cone, rounding may put a ray that was drawn where none is.
+  return ratio < kMostEyeRatio ? ratio : kMostEyeRatio;
+}
+
+std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInteraction& si,
+                                                              float u1, const Vec2& u) const {
+  if (bounce_ends_.empty()) return std::nullopt;
+  const auto after = std::upper_bound(bounce_ends_.begin(), bounce_ends_.end(),
+                                      static_cast<double>(u1) * bounce_ends_.back());
+  const size_t index = std::min<size_t>(after - bounce_ends_.begin(), sources_.size() - 1);
+  const Source& source = sources_[index];
+  Arrival arrival;
+  std::optional<SurfaceInteraction> x;
+  if (source.kind == Kind::kSurface) {
+    auto surface = source.emitter->shape()->sample_solid_angle(si.p, u);
+    if (!surface || !(surface->pdf > 0)) return std::nullopt;
+    x = surface->si;
+    const Vec3 to = x->p - si.p;
+    arrival.distance = glm::length(to);
+    if (!(arrival.distance > 0)) return std::nullopt;
+    arrival.d = to / arrival.distance;
+    const bool is_own = source.emitter->shape() == si.shape;
+    if (is_own && !si.resolves(arrival.d, arrival.distance)) return std::nullopt;
+    x->wi = x->frame.to_local(-arrival.d);
+    arrival.density = source.bounce_share * surface->pdf;
+    arrival.radiance = source.emitter->eval_surface(*x) / arrival.density;
+  } else {
+    const auto light = source.emitter->sample_direct(si.p, u);
+    if (!light || !(light->pdf > 0)) return std::nullopt;
+    arrival.d = light->d;
+    arrival.distance = light->distance;
+    const float density = source.bounce_share * light->pdf;
+    arrival.radiance = light->radiance / density;
+    if (source.kind == Kind::kEnvironment) arrival.density = density;
+  }
+  if (is_black(arrival.radiance)) return std::nullopt;
+  arrival.place = bounce_place(source, x ? &*x : nullptr, si, arrival.d, arrival.distance);
+  return arrival;
+}
+
+LocalLight::Place LocalLight::bounce_place(const Source& source, const SurfaceInteraction* x,
+                                           const SurfaceInteraction& y, const Vec3& d,
+                                           float distance) const {
+  const uint32_t cell = bounce_cell(y, glm::dot(y.frame.n, d) >= 0 ? 1.f : -1.f);
+  return {cell, eye_factors_[cell] * eye_ratio(source, x, y, -d, distance)};
+}
+
+float LocalLight::arrival_density(const Source& source, const SurfaceInteraction* x,
+                                  const SurfaceInteraction& y, const Vec3& d) const {
+  return source.bounce_share *
+         (x ? x->shape->pdf_solid_angle(y.p, *x) : source.emitter->pdf_environment(d));
+}
+
+LocalLight::Found LocalLight::found_arrival(const SurfaceInteraction& si, const Vec3& d,
+                                            float distance, const SurfaceInteraction* x) const {
+  const Source& source = sources_[source_of_.at(x ? x->shape->emitter() : scene_.environment())];
+  return {bounce_place(source, x, si, d, distance), arrival_density(source, x, si, d)};
+}
+
+std::vector<float> LocalLight::lamp_shares() const {
+  std::vector<float> shares;
+  double all = 0;
+  for (const Source& source : sources_) all += source.kind == Kind::kLamp ? source.flux : 0;
+  for (const Source& source : sources_) {
+    shares.push_back(source.kind == Kind::kLamp ? static_cast<float>(source.flux / all) : 0.f);
+  }
+  return shares;
+}
+
+Reflection::Sent Reflection::about(const Vec3& d) const {
+  // However it is seen or lit, it isn't quite black.
+  constexpr float kFloor = 0.02f;
+  const float in = std::max(glm::dot(normal, light), kFloor);
+  const float out = std::max(glm::dot(normal, d), kFloor);
+  const float cosine = glm::dot(normal, normalized(light + d, normal));
+  const float t = 1 + (alpha2 - 1) * cosine * cosine;
+  const float density = alpha2 * kInvPi / std::max(t * t, 1e-12f);
+  const auto root = [&](float c) { return std::sqrt(alpha2 + (1 - alpha2) * c * c); };
+  const float masked = 0.5f / (out * root(in) + in * root(out));  // Heitz 2014, eq. 99
+  const Rgb f =
+      reflectance.diffuse * kInvPi + reflectance.glossy * (density * masked + kFloor * kInvPi);
+  Sent sent{f * in * incident, 0};
+  // Visible normals' (Heitz 2018): G1 D / (4 cos).
+  if (light_density > 0) sent.follow_ratio = 0.5f * density / (out + root(out)) / light_density;
+  return sent;
+}
+
+Reflection::Sent Reflection::toward(const Vec3& d) const {
+  SurfaceInteraction seen = si;
+  seen.wi = si.frame.to_local(d);
+  const Bsdf& bsdf = si.shape->bsdf();
+  Sent sent{bsdf.eval_pdf(seen, lobes, to_light).f * incident, 0};
+  if (light_density > 0) {
+    sent.follow_ratio = bsdf.eval_pdf(seen, Lobe::kGlossy, to_light).pdf / light_density;
+  }
+  return sent;
+}
+
+}  // namespace kinome

@@ -1,0 +1,300 @@
+// The first part of ProductRenderer: what a pilot finds out, and what is learned of it.
+#include <algorithm>
+#include <cmath>
+
+#include "clustered/product/product_workspace.h"
+#include "clustered/product/spread.h"
+
+namespace kinome {
+namespace {
+
+/// Tiles this far around a tile tell of its visibility, with weights of a Gaussian in pixels.
+constexpr int kReach = 2;
+constexpr float kReachDeviation = 4;
+/// Patches learn from those of nearly the same normal and plane.
+constexpr float kLearnCosine = 0.9f;
+constexpr float kLearnPlanes = 1.6f;
+/// A sharp lobe's patch keeps its visibility only if, on the pilot's own rays, it predicts this
+/// well: sum (V - v)² < kTrust x sum V².
+constexpr float kTrust = 0.1f;
+/// Keeps the pilot's random numbers apart from those of the passes.
+constexpr uint64_t kPilotSeed = 0x70696c6f74;
+/// Variances of candidates are small beside what shadows add.
+constexpr float kGlossyFactor = 2;
+/// Rays that an eye ray takes in all, the light of what it finds included.
+constexpr float kEyeRayCost = 2.5f;
+
+}  // namespace
+
+int ProductRenderer::rows_of_band() const {
+  return std::clamp(settings_.remembered_pixels / (crop_.width() * kBlock), 1,
+                    std::max(1, blocks_y()));
+}
+
+ProductRenderer::Rows ProductRenderer::band(int index) const {
+  const int rows = rows_of_band();
+  return {index * rows, std::min((index + 1) * rows, blocks_y())};
+}
+
+ProductRenderer::PilotPoint* ProductRenderer::points_of(int x, int y) {
+  const int height = rows_of_band() * kBlock, row = y - crop_.y0;
+  const size_t pixel = static_cast<size_t>(row % height) * crop_.width() + (x - crop_.x0);
+  return &points_[row / height % 2][pixel * pilot_primaries_];
+}
+
+/// A band is planned when the pilot has seen the next one, which tiles at its border learn from.
+void ProductRenderer::learn_in_bands(const CellLight& light, uint32_t rays, double progress_end) {
+  static_assert(kReach <= kTilesAcross);
+  const int rows = rows_of_band(), bands = (blocks_y() + rows - 1) / rows;
+  const size_t points = static_cast<size_t>(rows) * kBlock * crop_.width() * pilot_primaries_;
+  for (int i = 0; i <= bands && !context_.cancelled(); ++i) {
+    context_.set_progress_range(progress_end * i / (bands + 1),
+                                progress_end * (i + 1) / (bands + 1));
+    if (i < bands) {
+      points_[i % 2].assign(points, {});
+      pilot(band(i), light, rays);
+    }
+    if (i > 0 && !context_.cancelled()) plan(band(i - 1), light);
+  }
+  for (auto& p : points_) p = {};
+}
+
+void ProductRenderer::pilot(Rows rows, const CellLight& light, uint32_t rays) {
+  const uint32_t primaries = pilot_primaries_;
+  const uint64_t seed = hash_words(seed_, kPilotSeed);
+  for_each_tile(
+      rows, light, "pilot",
+      [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
+        work.counts.assign(pixels.area(), static_cast<uint16_t>(primaries));
+        work.primaries.trace(view(), pixels, work.counts, seed, counters);
+        TileMemory& memory = tiles_[tile];
+        make_patches(work.primaries, memory.patches);
+        const size_t patches = memory.patches.size();
+        while (work.unknown.size() < patches) {
+          work.unknown.emplace_back().resize(padded_cells());
+          work.unknown.back().reset();
+        }
+        auto& records = work.records[place];
+        if (records.size() < patches) records.resize(patches);
+        for (auto& r : records) r.clear();
+        work.point_plans.assign(work.primaries.size(), {});
+        const auto point_of = [&](size_t i) -> PilotPoint& {
+          const uint32_t pixel = work.primaries.pixel(i);
+          const int x = pixels.x0 + static_cast<int>(pixel) % pixels.width();
+          const int y = pixels.y0 + static_cast<int>(pixel) / pixels.width();
+          return points_of(x, y)[i - work.primaries.first(pixel)];
+        };
+        for (size_t i = 0; i < work.primaries.size(); ++i) {
+          work.point_plans[i].lit = &point_of(i).lit;
+        }
+        for (Patch& patch : memory.patches) {
+          patch.glossy = patch.eye_rays = 0;
+        }
+        work.estimator.begin_tile(scene_, work.primaries, memory.patches, work.unknown,
+                                  hash_words(seed, static_cast<uint64_t>(tile), 2), counters);
+        size_t lit = 0;
+        for (const int32_t p : work.primaries.patch) lit += p >= 0;
+        Estimator::Unit unit;
+        unit.end = static_cast<uint32_t>(work.primaries.size());
+        unit.rays = static_cast<uint32_t>(lit * rays / primaries);
+        unit.seed = hash_words(seed, static_cast<uint64_t>(tile), 1);
+        work.estimator.probe(unit, work.point_plans, records);
+        for (size_t i = 0; i < work.primaries.size(); ++i) {
+          PilotPoint& point = point_of(i);
+          point.patch = static_cast<int16_t>(work.primaries.patch[i]);
+          const Estimator::PointPlan& plan = work.point_plans[i];
+          point.known = mean_of(work.primaries.emitted(i)) + plan.glossy + plan.mirrored;
+          point.lamps = plan.lamps;
+          point.glossy_deviation = static_cast<float>(std::sqrt(plan.glossy_variance));
+          if (point.patch >= 0) {
+            point.reflected = work.primaries.normal[i] * mean_of(work.primaries.diffuse[i]);
+          }
+        }
+      },
+      [&](int block, Workspace& work) {
+        work.estimator.flush();
+        const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
+        for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
+          const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
+          if (x >= tiles_x() || y >= tiles_y()) continue;
+          TileMemory& memory = tiles_[static_cast<size_t>(y) * tiles_x() + x];
+          size_t count = 0;
+          for (size_t p = 0; p < memory.patches.size(); ++p) count += work.records[i][p].size();
+          memory.records.clear();
+          memory.records.reserve(count);
+          for (size_t p = 0; p < memory.patches.size(); ++p) {
+            const auto& records = work.records[i][p];
+            memory.patches[p].first_record = static_cast<uint32_t>(memory.records.size());
+            memory.records.insert(memory.records.end(), records.begin(), records.end());
+            memory.patches[p].end_record = static_cast<uint32_t>(memory.records.size());
+          }
+        }
+      });
+}
+
+/// From the pilot's records of the tiles around, on surfaces that go on as the patch does.
+void ProductRenderer::learn(int tile, const Patch& patch, Workspace& work) const {
+  work.learner.begin();
+  const int tx = tile % tiles_x(), ty = tile / tiles_x();
+  for (int dy = -kReach; dy <= kReach; ++dy) {
+    for (int dx = -kReach; dx <= kReach; ++dx) {
+      const int x = tx + dx, y = ty + dy;
+      if (x < 0 || y < 0 || x >= tiles_x() || y >= tiles_y()) continue;
+      const auto squared = static_cast<float>((dx * dx + dy * dy) * kTile * kTile);
+      const float weight = std::exp(-0.5f * squared / sqr(kReachDeviation));
+      const auto units = static_cast<uint32_t>(std::lround(16 * weight));
+      if (units == 0) continue;
+      const TileMemory& memory = tiles_[static_cast<size_t>(y) * tiles_x() + x];
+      for (const Patch& other : memory.patches) {
+        if (other.bsdf != patch.bsdf || glm::dot(other.normal, patch.normal) < kLearnCosine ||
+            std::abs(glm::dot(other.position - patch.position, patch.normal)) >
+                kLearnPlanes * patch.tolerance) {
+          continue;
+        }
+        work.learner.add(std::span(memory.records)
+                             .subspan(other.first_record, other.end_record - other.first_record),
+                         units);
+      }
+    }
+  }
+}
+
+void ProductRenderer::learn_visibility(int tile, const Patch& patch, Workspace& work,
+                                       Visibility& visibility, std::vector<uint8_t>& out) const {
+  learn(tile, patch, work);
+  work.learner.finish(visibility);
+  out.reserve(out.size() + 2 * visibility.v.size());
+  for (const float v : visibility.v) out.push_back(static_cast<uint8_t>(v * 255 + 0.5f));
+  for (const float s : visibility.sigma) {
+    out.push_back(static_cast<uint8_t>(std::min(1.f, std::sqrt(s)) * 255 + 0.5f));
+  }
+}
+
+/// Of large pictures visibilities would be most of the memory.
+bool ProductRenderer::remembers() const {
+  return crop_.area() <= settings_.remembered_pixels;
+}
+
+void ProductRenderer::load_visibility(const uint8_t* learned, Visibility& out) const {
+  const size_t padded = padded_cells();
+  for (size_t c = 0; c < padded; ++c) {
+    out.v[c] = static_cast<float>(learned[c]) * (1 / 255.f);
+    out.sigma[c] = std::max(sqr(static_cast<float>(learned[padded + c]) * (1 / 255.f)), 1e-4f);
+    out.sigma_mixed[c] = std::sqrt(0.9f * out.v[c] + 0.06f);
+  }
+}
+
+void ProductRenderer::apply_ablations(Visibility& visibility) const {
+  if (settings_.control_variate && settings_.learned_sigma) return;
+  for (size_t c = 0; c < visibility.v.size(); ++c) {
+    if (!settings_.control_variate) {
+      visibility.sigma[c] = std::sqrt(0.05f + 0.9f * visibility.v[c] + 0.01f);
+      visibility.v[c] = 0;
+    }
+    if (!settings_.learned_sigma) visibility.sigma[c] = visibility.sigma_mixed[c] = 1;
+  }
+}
+
+/// A lamp's reflection that a ridge hides, while v says that it is seen, would be the worst of
+/// errors.
+void ProductRenderer::find_trust(const TileMemory& memory, Patch& patch,
+                                 const Visibility& visibility) const {
+  struct {
+    float count = 0, visible = 0, v = 0;
+  } lamps, others;
+  const uint32_t first_lamp = cells_.padded_size();
+  const uint32_t end_lamps = first_lamp + (local_ ? local_->lamp_cells() : 0);
+  float error = 0, sigma = 0;
+  for (uint32_t i = patch.first_record; i < patch.end_record; ++i) {
+    const VisibilityRecord record = memory.records[i];
+    const uint32_t cell = record.cell();
+    const float v = visibility.v[cell], seen = record.visible() ? 1.f : 0.f;
+    auto& of = cell >= first_lamp && cell < end_lamps ? lamps : others;
+    of.count += 1;
+    of.visible += seen;
+    of.v += v;
+    error += sqr(seen - v);
+    sigma += visibility.sigma[cell];
+  }
+  const float count = lamps.count + others.count;
+  if (count == 0) return;
+  const float mean = (lamps.v + others.v) / count;
+  patch.lamp_visibility = lamps.count > 0 ? lamps.v / lamps.count : mean;
+  patch.mean_visibility = others.count > 0 ? others.v / others.count : mean;
+  patch.mean_sigma = sigma / count;
+  if (!is_sharp(patch)) return;
+  patch.trust = error < kTrust * (lamps.visible + others.visible);
+  patch.mean_visibility = (others.visible + 2 * patch.mean_visibility) / (others.count + 2);
+}
+
+void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
+  TileMemory& memory = tiles_[tile];
+  work.controls.assign(memory.patches.size() * 9, 0.f);
+  work.reserve_visibility(1, padded_cells());
+  Visibility& visibility = work.visibility.front();
+  memory.learned.clear();
+  for (size_t p = 0; p < memory.patches.size(); ++p) {
+    Patch& patch = memory.patches[p];
+    work.learned.clear();
+    learn_visibility(tile, patch, work, visibility, remembers() ? memory.learned : work.learned);
+    if (local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(memory, patch, visibility);
+    const Estimator::PatchPlan plan = work.estimator.plan_patch(patch, visibility);
+    std::copy(plan.control, plan.control + 9, &work.controls[p * 9]);
+    patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
+  }
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
+      forecast_pixel(memory, work.controls.data(), x, y);
+    }
+  }
+}
+
+void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* controls, int x,
+                                     int y) {
+  PixelForecast& forecast = forecast_[pixel_index(x, y)];
+  forecast = {};
+  double sum = 0, squares = 0, glossy_variance = 0;
+  const PilotPoint* const points = points_of(x, y);
+  for (uint32_t k = 0; k < pilot_primaries_; ++k) {
+    const PilotPoint& point = points[k];
+    float value = point.known;
+    if (point.patch >= 0) {
+      const Patch& patch = memory.patches[point.patch];
+      const float* const control = controls + point.patch * 9;
+      Vec3 light(0.f);
+      for (int i = 0; i < 9; ++i) light[i % 3] += control[i] * (1 / 3.f);
+      value = std::max(
+          0.f, kInvPi * glm::dot(light, point.reflected) + point.known * patch.mean_visibility);
+      value += point.lit + std::max(0.f, point.lamps) * patch.lamp_visibility;
+      forecast.uncertainty += patch.uncertainty;
+      const double deviation = point.glossy_deviation * patch.mean_visibility;
+      glossy_variance += deviation * deviation * kGlossyFactor;
+      const bool mirrors = any(patch.bsdf->lobes() & Lobe::kDelta);
+      forecast.mirrors += mirrors ? 1.f : 0.f;
+      if (local_) forecast.mirrors += kEyeRayCost * Estimator::expected_eye_rays(patch, *local_);
+      forecast.sharp = forecast.sharp || mirrors || is_sharp(patch);
+    }
+    sum += value;
+    squares += static_cast<double>(value) * value;
+  }
+  const double n = pilot_primaries_;
+  forecast.mean = static_cast<float>(sum / n);
+  forecast.uncertainty /= static_cast<float>(n);
+  forecast.glossy_deviation = static_cast<float>(std::sqrt(glossy_variance / n));
+  forecast.mirrors /= static_cast<float>(n);
+  if (n > 1) {
+    forecast.deviation =
+        static_cast<float>(std::sqrt(std::max(0., (squares - sum * sum / n) / (n - 1))));
+  }
+}
+
+void ProductRenderer::plan(Rows rows, const CellLight& light) {
+  for_each_tile(
+      rows, light, "plan",
+      [&](int tile, int, const Rect& pixels, Workspace& work, RenderCounters&) {
+        plan_tile(tile, pixels, work);
+      },
+      [](int, Workspace&) {});
+}
+
+}  // namespace kinome

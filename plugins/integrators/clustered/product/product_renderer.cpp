@@ -1,0 +1,384 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "clustered/product/product_workspace.h"
+#include "clustered/product/spread.h"
+#include "kinome/primary_rays.h"
+
+namespace kinome {
+namespace {
+
+/// More rays than this are left to more passes: each has fresh points of the cells.
+constexpr double kMaxRaysOfPass = 512;
+/// Below so many rays a pixel nothing is learned.
+constexpr double kLeastToLearn = 10;
+/// Light points are one for so many rays.
+constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 8;
+/// Passes of a render that is to take a time, or to reach an error.
+constexpr double kPartsOfBudget = 3;
+/// And paths from lamps to mirrors, where there are both.
+constexpr double kRaysPerCausticPath = 8;
+/// Light points, and no fewer places than these, to find out what is of use.
+constexpr uint32_t kPointsPerPlace = 8, kLeastPlaces = 256;
+constexpr uint32_t kPilotRays = 3;  ///< for each of its primaries
+/// What a pilot reckons with where nobody knows how many rays there will be.
+constexpr double kRaysOfUnknown = 100;
+/// Rays a second and thread that most scenes allow, and the share of the time within which a pilot
+/// has to be back all the same.
+constexpr double kCarefulSpeed = 1e6;
+constexpr double kPilotShare = 0.4;
+constexpr double kCandidatesUnlearned = 16;  ///< for each ray
+/// What an unshadowed candidate takes, in rays.
+constexpr float kCandidateCost = 0.1f;
+/// Keeps the random numbers of passes apart from those of the pilot.
+constexpr uint64_t kPassSeed = 0x70617373;
+constexpr uint64_t kCausticSeed = 0x63617573;
+/// Whatever is planned: surfaces that the pilot missed, such as thin ones, must not be left to
+/// control terms.
+constexpr uint32_t kLeastRays = 2;
+
+}  // namespace
+
+ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                 DistantCells cells, const ProductSettings& settings)
+    : scene_(scene),
+      sensor_(sensor),
+      context_(context),
+      cells_(std::move(cells)),
+      settings_(settings),
+      crop_(sensor.film().crop()),
+      filter_(sensor.film().filter()),
+      seed_(key_seed(context, sensor.sampler())),
+      rays_left_(settings.rays_per_pixel) {
+  tiles_.resize(static_cast<size_t>(tiles_x()) * tiles_y());
+  forecast_.resize(crop_.area());
+  local_ = make_local_light(scene, sensor, settings, seed_, context);
+  if (local_ && local_->has_caustics()) {
+    const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+    caustics_.emplace(scene, sensor, *local_, seed_, context.stats().counters);
+  }
+}
+
+std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
+                                                   const ProductSettings& settings, uint64_t seed,
+                                                   RenderContext& context) {
+  const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
+  if (others == 0 && settings.max_depth < LocalLight::kBounceDepth) return nullptr;
+  const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+  LocalLight::Settings local;
+  local.max_depth = settings.max_depth;
+  local.bounce_cells = settings.bounce_cells;
+  local.caustics = Caustics::serves(sensor);
+  // Where rays are few, points are, too: each takes about as long as two. Until an error is
+  // reached, there will be many. What is rendered by parts draws as many for each.
+  double rays = settings.rays_per_pixel * sensor.film().crop().area(), parts = 1;
+  if (context.budget().any()) {
+    const double seconds = context.budget().seconds;
+    rays = seconds > 0 ? seconds * kCarefulSpeed * context.threads() : kInfinity;
+    parts = kPartsOfBudget;
+  }
+  rays = std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
+  local.points = static_cast<uint32_t>(
+      std::clamp<double>(rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
+  local.extended_points = static_cast<uint32_t>(
+      std::min<double>(rays / (kRaysPerExtendedPoint * parts), LocalLight::kMostExtendedPoints));
+  std::vector<SurfaceInteraction> seen;
+  if (settings.light_guide &&
+      (scene.has_surface_emitters() || settings.max_depth >= LocalLight::kBounceDepth)) {
+    seen = places_seen(scene, sensor, std::max(kLeastPlaces, local.points / kPointsPerPlace), seed,
+                       context);
+  }
+  auto light = std::make_unique<const LocalLight>(scene, local, seen, seed, context);
+  return light->empty() ? nullptr : std::move(light);
+}
+
+size_t ProductRenderer::padded_cells() const {
+  return cells_.padded_size() + (local_ ? local_->padded_size() : 0);
+}
+
+size_t ProductRenderer::pixel_index(int x, int y) const {
+  return static_cast<size_t>(y - crop_.y0) * crop_.width() + (x - crop_.x0);
+}
+
+Rect ProductRenderer::block_at(int x, int y) const {
+  const int left = crop_.x0 + x * kBlock, top = crop_.y0 + y * kBlock;
+  return {left, top, std::min(left + kBlock, crop_.x1), std::min(top + kBlock, crop_.y1)};
+}
+
+Rect ProductRenderer::block_around(const Rect& tile) const {
+  return block_at((tile.x0 - crop_.x0) / kBlock, (tile.y0 - crop_.y0) / kBlock);
+}
+
+TilePrimaries::View ProductRenderer::view() const {
+  return TilePrimaries::view_of(scene_, sensor_, filter_, settings_.hide_emitters);
+}
+
+void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vector<PixelPlan>& plan,
+                                  uint64_t seed, Workspace& work, RenderCounters& counters) {
+  TileMemory& memory = tiles_[tile];
+  const auto pixel_of = [&](size_t i) {
+    const int k = static_cast<int>(i);
+    return pixel_index(pixels.x0 + k % pixels.width(), pixels.y0 + k / pixels.width());
+  };
+  const size_t count = static_cast<size_t>(pixels.area());
+  work.counts.resize(count);
+  for (size_t i = 0; i < count; ++i) work.counts[i] = plan[pixel_of(i)].primaries;
+  {
+    const StageTimer timer(counters.stage_seconds["primary"]);
+    work.primaries.trace(view(), pixels, work.counts, seed, counters);
+  }
+  work.patches = memory.patches;
+  assign_patches(work.primaries, work.patches);
+  work.reserve_visibility(work.patches.size(), padded_cells());
+  work.visibilities.clear();
+  for (size_t p = 0; p < work.patches.size(); ++p) {
+    Visibility& visibility = work.visibility[p];
+    if (p < memory.patches.size()) {
+      const uint8_t* learned = nullptr;
+      if (remembers()) {
+        learned = &memory.learned[p * 2 * padded_cells()];
+      } else {
+        work.learned.clear();
+        learn_visibility(tile, memory.patches[p], work, visibility, work.learned);
+        learned = work.learned.data();
+      }
+      load_visibility(learned, visibility);
+    } else {
+      learn(tile, work.patches[p], work);
+      work.learner.finish(visibility);
+      work.patches[p].trust = !is_sharp(work.patches[p]);
+    }
+    if (settings_.diagnostics) {
+      work.visibilities.push_back(mean_visibility(work.patches[p], visibility));
+    }
+    if (!work.patches[p].trust) {
+      std::fill(visibility.v.begin(), visibility.v.end(), 0.f);
+      visibility.sigma = visibility.sigma_mixed;
+    }
+    apply_ablations(visibility);
+  }
+  work.estimator.begin_tile(scene_, work.primaries, work.patches, work.visibility,
+                            hash_words(seed, static_cast<uint64_t>(tile), 3), counters);
+  for (size_t i = 0; i < count; ++i) {
+    const size_t pixel = pixel_of(i);
+    Estimator::Unit unit;
+    unit.first = work.primaries.first(i);
+    unit.end = work.primaries.first(i + 1);
+    unit.rays = std::max<uint32_t>(plan[pixel].rays, kLeastRays);
+    unit.candidates = plan[pixel].candidates;
+    unit.seed = hash_words(seed, pixel, 2);
+    Rgb& sum = work.sums.emplace_back(0.f);
+    float hits = 0;
+    for (uint32_t k = unit.first; k < unit.end; ++k) {
+      sum += work.primaries.emitted(k);
+      hits += work.primaries.hit(k) ? 1.f : 0.f;
+    }
+    work.alphas.push_back(hits / static_cast<float>(unit.end - unit.first));
+    work.estimator.estimate(unit, sum);
+  }
+  if (settings_.diagnostics) find_diagnostics(pixels, plan, work);
+}
+
+/// Of the light that cells send to an unshadowed point, by what is learned.
+float ProductRenderer::mean_visibility(const Patch& patch, const Visibility& visibility) const {
+  double all = 0, visible = 0;
+  for (uint32_t c = 0; c < cells_.size(); ++c) {
+    const Vec3 axis(cells_.axis()[0][c], cells_.axis()[1][c], cells_.axis()[2][c]);
+    const double light = cells_.flux()[c] * std::max(0.f, glm::dot(axis, patch.normal));
+    all += light;
+    visible += light * visibility.v[c];
+  }
+  if (cells_.size() == 0) return patch.mean_visibility;
+  return all > 0 ? static_cast<float>(visible / all) : 0.f;
+}
+
+void ProductRenderer::find_diagnostics(const Rect& pixels, const std::vector<PixelPlan>& plan,
+                                       Workspace& work) {
+  for (int i = 0; i < pixels.area(); ++i) {
+    const uint32_t first = work.primaries.first(i), end = work.primaries.first(i + 1);
+    float visible = 0, lit = 0;
+    for (uint32_t k = first; k < end; ++k) {
+      if (work.primaries.patch[k] < 0) continue;
+      visible += work.visibilities[work.primaries.patch[k]];
+      lit += 1;
+    }
+    const PixelPlan& p =
+        plan[pixel_index(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width())];
+    const auto samples = static_cast<float>(end - first);
+    const float rays = lit > 0 ? static_cast<float>(std::max<uint32_t>(p.rays, kLeastRays)) : 0.f;
+    work.diagnostics.emplace_back(samples,
+                                  samples + rays + (lit > 0 ? kCandidateCost * p.candidates : 0.f),
+                                  lit > 0 ? visible / lit : 0.f);
+  }
+}
+
+void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>& plan,
+                           uint64_t seed, float weight) {
+  for_each_tile(
+      all_rows(), light, "main",
+      [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
+        if (!context_.is_wanted(block_around(pixels))) return;
+        if (place == 0) {
+          work.sums.clear();
+          work.sums.reserve(static_cast<size_t>(kBlock) * kBlock);
+          work.alphas.clear();
+          work.diagnostics.clear();
+        }
+        render_tile(tile, pixels, plan, seed, work, counters);
+      },
+      [&](int block, Workspace& work) {
+        if (!context_.is_wanted(block_at(block % blocks_x(), block / blocks_x()))) return;
+        work.estimator.flush();
+        const StageTimer timer(work.counters->stage_seconds["film"]);
+        add_to_film(block, plan, seed, weight, work);
+      });
+}
+
+/// At once, block by block: an interrupted render has what was finished.
+void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
+                                  float weight, Workspace& work) {
+  Film& film = sensor_.film();
+  const Rect pixels = block_at(block % blocks_x(), block / blocks_x());
+  FilmTile colours = film.make_tile(pixels);
+  std::optional<FilmTile> diagnostics;
+  if (settings_.diagnostics) diagnostics = film.make_tile(pixels, 1);
+  size_t next = 0;
+  for (int ty = pixels.y0; ty < pixels.y1; ty += kTile) {
+    for (int tx = pixels.x0; tx < pixels.x1; tx += kTile) {
+      for (int y = ty; y < std::min(ty + kTile, pixels.y1); ++y) {
+        for (int x = tx; x < std::min(tx + kTile, pixels.x1); ++x, ++next) {
+          const auto primaries = static_cast<float>(plan[pixel_index(x, y)].primaries);
+          const Rgb c = work.sums[next] / primaries;
+          const float values[4] = {c.x, c.y, c.z, work.alphas[next]};
+          colours.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u}, weight);
+          if (!diagnostics) continue;
+          const Vec3& d = work.diagnostics[next];
+          diagnostics->add_pixel(x, y, std::array{d.x, d.y, d.z}, weight);
+        }
+      }
+    }
+  }
+  if (caustics_) {
+    const double paths = std::ceil(weight * unit_ / kRaysPerCausticPath * pixels.area());
+    caustics_->trace(hash_words(seed, static_cast<uint64_t>(block), kCausticSeed),
+                     static_cast<uint32_t>(paths), colours, *work.counters);
+  }
+  context_.commit(film, static_cast<size_t>(block),
+                  {&colours, diagnostics ? &*diagnostics : nullptr});
+}
+
+CellLight ProductRenderer::make_light(uint64_t seed) const {
+  const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
+  const uint64_t own = hash_words(seed_, seed);
+  CellPoints points;
+  if (cells_.size() > 0) points = cells_.draw_points(CellLight::kPoints, own, context_);
+  LocalPoints local_points;
+  if (local_) local_points = local_->draw(hash_words(own, 1), context_);
+  return CellLight(cells_, scene_.environment(), std::move(points), local_.get(),
+                   std::move(local_points));
+}
+
+void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
+  if (rays_per_pixel < kLeastToLearn) {
+    context_.skip("pilot", "a few rays a pixel are too few to learn from");
+    return;
+  }
+  const double start = context_.seconds();
+  const uint32_t primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
+  const uint32_t rays = kPilotRays * primaries;
+  if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
+  const CellLight light = make_light(0);
+  pilot_primaries_ = primaries;
+  learn_in_bands(light, rays, (primaries + rays) / std::max<double>(rays_per_pixel, 1));
+  rays_left_ = std::max(0., rays_left_ - primaries - rays);
+  pilot_seconds_ = context_.seconds() - start;
+}
+
+void ProductRenderer::learn_in_time(double seconds) {
+  context_.set_deadline(context_.seconds() + kPilotShare * seconds);
+  if (!context_.cancelled()) {
+    learn_from_pilot(seconds * kCarefulSpeed * context_.threads() / std::max(1, crop_.area()));
+  }
+  if (context_.cancelled()) {
+    // What only some tiles have learned is of no use.
+    pilot_primaries_ = 0;
+    tiles_.assign(tiles_.size(), {});
+    context_.skip("pilot", "there was too little time for it");
+  }
+  context_.set_deadline(kInfinity);
+}
+
+double ProductRenderer::seconds_per_sample() const {
+  return kRaysPerSample * pilot_seconds_ / ((1. + kPilotRays) * std::max(1u, pilot_primaries_));
+}
+
+std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
+  const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+  if (pilot_primaries_ > 0) {
+    return allocate(forecast_, crop_.width(), crop_.height(), rays_per_pixel, settings_.adaptive);
+  }
+  PixelPlan plan;
+  plan.primaries = static_cast<uint16_t>(std::max(1., rays_per_pixel / 3));
+  plan.rays = static_cast<uint16_t>(std::max(1., rays_per_pixel - plan.primaries));
+  plan.candidates = static_cast<float>(kCandidatesUnlearned * plan.rays);
+  return std::vector<PixelPlan>(forecast_.size(), plan);
+}
+
+/// In passes as large as may be: the more rays share a comb, the better each of them does.
+void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin) {
+  const auto passes =
+      static_cast<uint64_t>(std::max(1., std::ceil(rays_per_pixel / kMaxRaysOfPass)));
+  // Of the comb and all that goes with it; paths of caustics are a fixed share of these.
+  const double of_caustics = caustics_ ? caustics_->rays_per_path() / kRaysPerCausticPath : 0;
+  const double rays = rays_per_pixel / static_cast<double>(passes) / (1 + of_caustics);
+  const std::vector<PixelPlan> plan = plan_pass(rays);
+  if (unit_ == 0) unit_ = std::max(rays, 1.);
+  const auto weight = static_cast<float>(std::max(rays, 1.) / unit_);
+  for (uint64_t i = 0; i < passes && !context_.cancelled(); ++i, ++pass_) {
+    const double part = (1 - progress_begin) / static_cast<double>(passes);
+    const double begin = progress_begin + part * static_cast<double>(i);
+    context_.set_progress_range(begin, begin + part);
+    pass(make_light(1 + pass_), plan, hash_words(seed_, kPassSeed, pass_), weight);
+  }
+  context_.set_progress_range(0, 1);
+}
+
+double ProductRenderer::render(double samples) {
+  render_rays(kRaysPerSample * samples, 0);
+  return samples;
+}
+
+void ProductRenderer::render_all() {
+  learn_from_pilot(settings_.rays_per_pixel);
+  const double asked = std::max(settings_.rays_per_pixel, 1.);
+  if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked));
+}
+
+bool is_product_scene(const Scene& scene, uint32_t max_depth) {
+  const Emitter* const environment = scene.environment();
+  return (!environment || environment->cell_grid()) && LocalLight::serves(scene, max_depth);
+}
+
+void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                    DistantCells cells, const ProductSettings& settings) {
+  ProductRenderer(scene, sensor, context, std::move(cells), settings).render_all();
+}
+
+std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
+                                      RenderContext& context, DistantCells cells,
+                                      const ProductSettings& settings, double seconds) {
+  auto renderer =
+      std::make_unique<ProductRenderer>(scene, sensor, context, std::move(cells), settings);
+  const RenderBudget& budget = context.budget();
+  context.begin_pass(0, 0, 0);  // the pilot's share of the progress isn't known
+  if (budget.seconds > 0) {
+    renderer->learn_in_time(seconds);
+  } else {
+    renderer->learn_from_pilot(budget.rel_mse > 0 ? kRaysOfUnknown : settings.rays_per_pixel);
+  }
+  return renderer;
+}
+
+}  // namespace kinome
