@@ -1,0 +1,171 @@
+"""The core knows no plugin, and a plugin nothing but the SDK and its own category's folder: by the
+include lines, by the names of what plugins are made of, and by the symbols of the built libraries.
+"""
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
+DEFINITION = re.compile(r"^(?:class|struct) (\w+)(?: final)?(?: : [^{;]*)? \{", re.MULTILINE)
+NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
+
+# Of what two categories share, until the SDK has it.
+EXCEPTIONS = {
+    ("plugins/emitters/envmap.cpp", "../textures/open_image.h"):
+        "an environment map is read from the same image files as a bitmap",
+    ("plugins/emitters/projector.cpp", "../sensors/camera.h"):
+        "a projector is a camera the other way round, with a camera's parameters",
+}
+
+
+def sources(folder):
+    return sorted(path for path in folder.rglob("*") if path.suffix in (".cpp", ".h", ".inc"))
+
+
+def includes(path):
+    """(is quoted, name) of each."""
+    return [(quote == '"', name) for quote, name in INCLUDE.findall(path.read_text("utf-8"))]
+
+
+def is_within(path, folder):
+    return path.is_file() and path.resolve().is_relative_to(folder.resolve())
+
+
+def forbidden_includes(root):
+    """(file, what it includes) of all that the rule forbids, relative to the root."""
+    core, plugins = root / "core", root / "plugins"
+    found = set()
+    for path in sources(core):
+        for is_quoted, name in includes(path):
+            places = [core / name, core / "include" / name] + [path.parent / name] * is_quoted
+            if is_quoted and not any(is_within(place, core) for place in places):
+                found.add((path, name))
+            if not is_quoted and (name.startswith(("kinome/", "plugins/")) or
+                                  any(is_within(f / name, plugins) for f in plugins.iterdir())):
+                found.add((path, name))
+    for path in sources(plugins):
+        category = plugins / path.relative_to(plugins).parts[0]
+        for is_quoted, name in includes(path):
+            if not is_quoted:
+                is_allowed = not any((root / folder / name).is_file()
+                                     for folder in ("core", "core/include", "plugins"))
+            elif name.startswith("kinome/"):
+                is_allowed = (core / "include" / name).is_file()
+            else:
+                is_allowed = any(is_within(folder / name, category)
+                                 for folder in (path.parent, category))
+            if not is_allowed:
+                found.add((path, name))
+    return {(str(path.relative_to(root)), name) for path, name in found}
+
+
+def names_of_plugins(root):
+    """Classes of the plugins' headers."""
+    return {name for path in sources(root / "plugins") if path.suffix == ".h"
+            for name in DEFINITION.findall(path.read_text("utf-8"))}
+
+
+def named_in_core(root):
+    """(file, name) of the plugins' classes that the core's code names, comments and texts aside."""
+    names = names_of_plugins(root)
+    return {(str(path.relative_to(root)), word) for path in sources(root / "core")
+            for word in re.findall(r"\w+", NOT_CODE.sub(" ", path.read_text("utf-8")))
+            if word in names}
+
+
+def symbols(library, *options, kinds=None):
+    """Names, demangled, of what a library defines. Kinds of `nm`: TDBR are what no other may define,
+    too, as it may inline functions."""
+    result = subprocess.run(["nm", "-C", "--defined-only", *options, library], check=True,
+                            capture_output=True, text=True)
+    lines = [line.split(" ", 2) for line in result.stdout.splitlines()]
+    return {line[2] for line in lines if len(line) == 3 and (kinds is None or line[1] in kinds)}
+
+
+class Boundaries(unittest.TestCase):
+    def test_includes(self):
+        self.assertEqual(forbidden_includes(ROOT), set(EXCEPTIONS))
+
+    def test_core_names_no_class_of_a_plugin(self):
+        self.assertGreater(len(names_of_plugins(ROOT)), 50)
+        self.assertEqual(named_in_core(ROOT), set())
+
+    def test_library_has_nothing_of_a_plugin(self):
+        library = symbols(BUILD / "lib/libkinome.so", "-D")
+        self.assertIn("vtable for kinome::Object", library)
+        names = re.compile(r"\b(" + "|".join(sorted(names_of_plugins(ROOT))) + r")\b")
+        self.assertEqual([symbol for symbol in library if names.search(symbol)], [])
+        parts = symbols(BUILD / "plugins/integrators/clustered/libkinome_clustered.a", kinds="TDBR")
+        self.assertGreater(len(parts), 100)
+        self.assertEqual(library & parts, set())
+
+    def test_plugins_offer_their_descriptors_alone(self):
+        plugins = sorted((BUILD / "plugins").glob("*/*.so"))
+        plugins = [plugin for plugin in plugins if plugin.parent.name != "support"]
+        self.assertGreater(len(plugins), 30)
+        for plugin in plugins:
+            with self.subTest(plugin.name):
+                self.assertEqual({symbol for symbol in symbols(plugin, "-D", kinds="TDBR")
+                                  if "kinome" in symbol and not symbol.startswith("__")},
+                                 {"kinome_plugin", "kinome_plugin_abi_key"})
+
+
+class BrokenRules(unittest.TestCase):
+    """That the searches find what they look for."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name)
+        self.write("core/include/kinome/math.h", "#include <cmath>\n")
+        self.write("core/base/numbers.h", '#include "kinome/math.h"\n')
+        self.write("core/base/numbers.cpp", '#include "base/numbers.h"\n#include <vector>\n')
+        self.write("plugins/shapes/mesh.h", "struct Mesh final : Shape {\n};\n")
+        self.write("plugins/shapes/obj.cpp", '#include "mesh.h"\n#include "kinome/math.h"\n')
+        self.write("plugins/integrators/cut/tree.h", "class Tree {\n};\nclass Mesh;\n")
+        self.write("plugins/integrators/cut/cut.cpp", '#include "cut/tree.h"\n#include <map>\n')
+
+    def write(self, path, text):
+        (self.root / path).parent.mkdir(parents=True, exist_ok=True)
+        (self.root / path).write_text(text, encoding="utf-8")
+
+    def test_none_is_broken(self):
+        self.assertEqual(forbidden_includes(self.root), set())
+        self.assertEqual(named_in_core(self.root), set())
+        self.assertEqual(names_of_plugins(self.root), {"Mesh", "Tree"})
+
+    def test_includes(self):
+        for path, line in (
+                ("core/base/numbers.cpp", '#include "../../plugins/shapes/mesh.h"'),
+                ("core/base/numbers.cpp", '#include "cut/tree.h"'),
+                ("core/base/numbers.h", "#include <cut/tree.h>"),
+                ("core/include/kinome/math.h", '  #  include "mesh.h"'),
+                ("plugins/shapes/obj.cpp", '#include "base/numbers.h"'),
+                ("plugins/shapes/obj.cpp", '#include "../../core/base/numbers.h"'),
+                ("plugins/shapes/obj.cpp", '#include "../integrators/cut/tree.h"'),
+                ("plugins/shapes/obj.cpp", '#include "cut/tree.h"'),
+                ("plugins/shapes/obj.cpp", "#include <kinome/math.h>"),
+                ("plugins/integrators/cut/cut.cpp", '#include "kinome/light_tree.h"'),
+                ("plugins/integrators/cut/cut.cpp", '#include "missing.h"')):
+            with self.subTest(path=path, line=line):
+                text = (self.root / path).read_text("utf-8")
+                self.write(path, f"{text}{line}\n")
+                name = re.search(r'["<](.*)[">]', line)[1]
+                self.assertEqual(forbidden_includes(self.root), {(path, name)})
+                self.write(path, text)
+
+    def test_names(self):
+        self.write("core/base/numbers.cpp", '// Tree\nconst char* a = "Tree"; int b; /* Mesh\n*/')
+        self.assertEqual(named_in_core(self.root), set())
+        self.write("core/base/numbers.cpp", "class Tree;  // of lights")
+        self.assertEqual(named_in_core(self.root), {("core/base/numbers.cpp", "Tree")})
+
+
+if __name__ == "__main__":
+    unittest.main()
