@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "kinome/error.h"
+#include "kinome/primary_rays.h"
 #include "kinome/sensor.h"
 
 namespace kinome {
@@ -41,6 +42,10 @@ class Renders final : public Passes {
 };
 
 }  // namespace
+
+std::vector<Stage> Integrator::stages() const {
+  return {kPrimaryStage, kFilmStage};
+}
 
 std::unique_ptr<Passes> Integrator::begin(const Scene& scene, const Sensor& sensor,
                                           RenderContext& context, double /*seconds*/) const {

@@ -23,6 +23,7 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
   {
     const StageTimer timer(stats.render_seconds);
     const Integrator& integrator = scene.integrator();
+    stats.stages = integrator.stages();
     Film& film = sensor.film();
     const RenderBudget& budget = context.budget();
     film.prepare(integrator.layers(), lanes_for(budget, film));

@@ -96,6 +96,13 @@ class AovIntegrator final : public Integrator {
 
   std::vector<std::vector<std::string>> layers() const override { return layers_; }
 
+  std::vector<Stage> stages() const override {
+    std::vector<Stage> stages;
+    if (nested_) stages = nested_->stages();
+    stages.push_back({"aov", "reads off the first hits"});
+    return stages;
+  }
+
   const char* default_indirect_emitter() const override {
     return nested_ ? nested_->default_indirect_emitter() : nullptr;
   }

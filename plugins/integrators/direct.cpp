@@ -12,6 +12,7 @@
 #include "direct_light.h"
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
+#include "stages.h"
 
 namespace kinome {
 namespace {
@@ -95,6 +96,10 @@ class DirectIntegrator final : public Integrator {
       throw props.error("shading_samples",
                         "must give at least one emitter sample or BSDF sample, got 0 of both");
     }
+  }
+
+  std::vector<Stage> stages() const override {
+    return {kPrimaryStage, kShadeStage, kShadowStage, kFilmStage};
   }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {

@@ -8,6 +8,7 @@
 //   <integrator type="groundtruth"> <integer name="light_samples" value="32768"/> </integrator>
 #include <numeric>
 
+#include "clustered/clustered_stages.h"
 #include "clustered/point_light_parameters.h"
 
 namespace {
@@ -21,6 +22,11 @@ class GroundTruth final : public Integrator {
   explicit GroundTruth(const Properties& props) : settings_(read_point_light_parameters(props)) {}
 
   const char* default_indirect_emitter() const override { return indirect_emitter(settings_); }
+
+  std::vector<Stage> stages() const override {
+    return {kLightLeftOutStage, kLightPointsStage, kPrimaryStage, kChooseStage,
+            kEvaluateStage,     kShadowStage,      kFilmStage};
+  }
 
   void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
                               RenderContext& context) const override {

@@ -5,6 +5,7 @@
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
 #include "path_tracer.h"
+#include "stages.h"
 
 namespace kinome {
 namespace {
@@ -19,6 +20,10 @@ class PathIntegrator final : public Integrator {
  public:
   explicit PathIntegrator(const Properties& props)
       : settings_{PathLength(props), props.boolean("hide_emitters")} {}
+
+  std::vector<Stage> stages() const override {
+    return {kPrimaryStage, kBounceStage, kShadeStage, kShadowStage, kFilmStage};
+  }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     render_paths(settings_, scene, sensor, context);

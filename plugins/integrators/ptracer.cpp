@@ -15,6 +15,7 @@
 #include "kinome/plugin.h"
 #include "kinome/primary_rays.h"
 #include "path_parameters.h"
+#include "stages.h"
 
 namespace kinome {
 namespace {
@@ -224,6 +225,10 @@ class LightTracingIntegrator final : public Integrator {
  public:
   explicit LightTracingIntegrator(const Properties& props)
       : settings_{PathLength(props), props.boolean("hide_emitters")} {}
+
+  std::vector<Stage> stages() const override {
+    return {{"emit", "sends light from the lamps"}, kBounceStage, kShadeStage, kShadowStage};
+  }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (scene.emitters().empty()) {

@@ -11,6 +11,7 @@
 namespace kinome {
 
 class RenderContext;
+struct Stage;
 class Scene;
 class Sensor;
 
@@ -36,6 +37,9 @@ class KINOME_EXPORT Integrator : public Object {
   /// Film layers that render() fills (Film::prepare): the first lists channels beside the film's
   /// colour, the others stand alone.
   virtual std::vector<std::vector<std::string>> layers() const { return {{}}; }
+  /// The stages of render(), in the order in which they run, for tables of times: those that aren't
+  /// among them are shown by their names alone. By default those of shade_primary_rays.
+  virtual std::vector<Stage> stages() const;
   /// Emitter plugin that the scene is given where it has no indirect emitter (Emitter::is_indirect)
   /// of its own; nullptr: it has no use for any, and the loader warns of those that the scene has.
   virtual const char* default_indirect_emitter() const { return nullptr; }

@@ -8,8 +8,13 @@
 #include "kinome/sampler.h"
 #include "kinome/scene.h"
 #include "kinome/sensor.h"
+#include "kinome/stats.h"
 
 namespace kinome {
+
+/// The first and the last stage of most integrators.
+inline constexpr Stage kPrimaryStage{"primary", "traces rays from the camera"};
+inline constexpr Stage kFilmStage{"film", "adds up the picture"};
 
 /// Dimensions of the sampler that primary rays take: 0, 1 for the place in the pixel, 2, 3 for the
 /// aperture (whether or not the sensor uses it). An integrator's own begin here.

@@ -25,6 +25,17 @@ struct KINOME_EXPORT RenderCounters {
   uint64_t& operator[](RayKind kind) { return rays[static_cast<int>(kind)]; }
 };
 
+/// What people are told of a stage whose time RenderCounters::stage_seconds has. Texts are
+/// literals.
+struct Stage {
+  const char* name;
+  const char* phrase;  ///< what it does: "traces rays from the camera"
+  /// While it runs nothing else does: its seconds are on the clock. Those of others are summed over
+  /// threads.
+  bool is_alone = false;
+  const char* within = "";  ///< the stage that it is part of, where there is that one
+};
+
 /// Adds the time until its end to a stage. Costs about 50 ns: for batches, not for rays.
 class StageTimer {
  public:
@@ -65,6 +76,7 @@ struct KINOME_EXPORT RenderStats {
   double total_seconds = 0;
   RenderCounters counters;
   std::vector<Skipped> skipped;
+  std::vector<Stage> stages;  ///< those that the integrator tells of, as they run
   std::vector<std::string> plugins;
   unsigned threads = 0;
   uint64_t peak_memory_bytes = 0;

@@ -19,6 +19,7 @@
 #include <cmath>
 #include <memory>
 
+#include "clustered/clustered_stages.h"
 #include "clustered/point_light_parameters.h"
 #include "clustered/points/light_cut.h"
 #include "clustered/product/product_sampling.h"
@@ -254,6 +255,10 @@ class Clustered final : public Integrator {
   }
 
   const char* default_indirect_emitter() const override { return indirect_emitter(settings_); }
+
+  std::vector<Stage> stages() const override {
+    return {std::begin(kClusteredStages), std::end(kClusteredStages)};
+  }
 
   std::vector<std::vector<std::string>> layers() const override {
     if (!product_.diagnostics) return {{}};

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "stages.h"
+
+namespace kinome {
+
+inline constexpr Stage kLightLeftOutStage{"light left out", "finds out how much light is left out",
+                                          true};
+inline constexpr Stage kLightPointsStage{"light points", "places points on all that shines", true};
+inline constexpr Stage kChooseStage{"choose", "picks points of light by that"};
+inline constexpr Stage kEvaluateStage{"evaluate", "computes the light of each point"};
+
+/// Of all that `clustered` may do, of which a render does a part.
+inline constexpr Stage kClusteredStages[] = {
+    kLightLeftOutStage,
+    kLightPointsStage,
+    {"tree", "builds the tree of lights", true},
+    {"cells", "divides the light into cells", true},
+    {"points", "draws points in each cell", true},
+    {"pilot", "looks at all of the picture by a few rays"},
+    {"plan", "learns what is visible from where, and where rays are needed"},
+    {"allocate", "deals out rays to pixels", true},
+    {"main", "renders by what was learned"},
+    part_of("main", kPrimaryStage),
+    {"importance", "weighs clusters for each point"},
+    kChooseStage,
+    kEvaluateStage,
+    kBounceStage,
+    kShadeStage,
+    {"strata", "sorts what light arrives from where", false, "main"},
+    {"candidates", "tries light without shadows", false, "main"},
+    {"comb", "picks among the candidates", false, "main"},
+    {"eye rays", "follows mirrors", false, "main"},
+    part_of("main", kShadowStage),
+    part_of("main", kFilmStage),
+    {"caustics", "follows light from lamps to mirrors", false, "film"},
+};
+
+}  // namespace kinome
