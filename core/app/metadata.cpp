@@ -29,6 +29,7 @@ ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
       {"kinome:integrator", integrator},
       {"kinome:samples", std::to_string(std::lround(stats.samples))},
       {"kinome:seed", std::to_string(context.seed())},
+      {"kinome:isa", stats.instruction_set},
       {"kinome:plugins", fmt::format("{}", fmt::join(stats.plugins, " "))},
       {"kinome:complete", stats.complete ? "true" : "false"},
   };

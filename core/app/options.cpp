@@ -68,14 +68,15 @@ std::string complaint_of(const CLI::App& app, const CLI::ParseError& error) {
 }
 
 /// The place in argv of the word `plugins`, with which a command line begins that lists them, but
-/// for folders to look in; 0: it renders.
+/// for where to look and which to take; 0: it renders.
 int plugins_word(int argc, const char* const* argv) {
   int i = 1;
   while (i < argc) {
     const std::string_view word = argv[i];
     if (word == "plugins") return i;
-    if (word != "--plugin-path" && !word.starts_with("--plugin-path=")) return 0;
-    i += word == "--plugin-path" ? 2 : 1;
+    const std::string_view name = word.substr(0, word.find('='));
+    if (name != "--plugin-path" && name != "--isa") return 0;
+    i += word == name ? 2 : 1;
   }
   return 0;
 }
@@ -155,10 +156,14 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("STOPS");
 }
 
-void declare_plugin_path(CLI::App& app, Options& options) {
+void declare_plugin_options(CLI::App& app, Options& options) {
   app.add_option("--plugin-path", options.plugin_paths, "Folder of more plugins (repeat)")
       ->type_name("FOLDER")
       ->allow_extra_args(false);
+  app.add_option("--isa", options.isa,
+                 "The best instruction set that plugins may use (x86-64, x86-64-v3, x86-64-v4); "
+                 "default: the processor's")
+      ->type_name("NAME");
 }
 
 void interpret_budget(const CLI::App& app, const RawOptions& raw, Options& options) {
@@ -256,6 +261,7 @@ void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
     check_checkpoint(app, options);
     interpret_seed(app, raw, options);
   }
+  if (app.count("--isa") > 0 && options.isa.empty()) throw Error("--isa: its value is empty");
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }
 
@@ -269,7 +275,7 @@ struct OptionsParser::Language {
                             "parameters of one.",
             lists_plugins ? "kinome plugins" : "kinome") {
     app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
-    declare_plugin_path(app, options);
+    declare_plugin_options(app, options);
     if (lists_plugins) {
       app.add_option("NAME", options.plugin_name, "Name, or CATEGORY/NAME");
       app.add_flag("--markdown", options.markdown, "As a table for the README")

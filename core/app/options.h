@@ -25,6 +25,7 @@ struct Options {
   std::string sensor = "0";  ///< index or id
   std::vector<std::string> search_paths;
   std::vector<std::string> plugin_paths;
+  std::string isa;  ///< the best instruction set that plugins may use; "": see KINOME_ISA
   uint64_t seed = 0;
   std::string variant;
   int verbosity = 0;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "commands.h"
 #include "crash.h"
@@ -85,12 +86,18 @@ void print_wrapped(const std::string& head, const std::string& text, size_t widt
   end_line();
 }
 
-void print_plugin(Category category, const std::string& name, const PluginDescriptor& plugin) {
+void print_plugin(Category category, const std::string& name, const PluginDescriptor& plugin,
+                  const std::vector<InstructionSet>& sets) {
   fmt::print("{}/{}", to_string(category), name);
   if (name != plugin.name) fmt::print(" (another name for {})", plugin.name);
   fmt::print("\n");
   const size_t line = line_width();
   print_wrapped("  ", one_line(plugin.doc), line);
+  if (sets.size() > 1) {
+    std::vector<std::string> names;
+    for (const InstructionSet set : sets) names.emplace_back(to_string(set));
+    print_wrapped("  ", fmt::format("built for {}", fmt::join(names, ", ")), line);
+  }
   std::vector<std::vector<std::string>> rows = {{"parameter", "type", "default", "meaning"}};
   for (const Parameter& p : plugin.parameters) {
     rows.push_back({p.name, type_name(p), default_text(p), one_line(p.doc)});
@@ -171,7 +178,8 @@ int print_named(PluginRegistry& registry, const std::string& wanted) {
       known.push_back(name);
       if (wanted != name && wanted != full) continue;
       if (found) fmt::print("\n");
-      print_plugin(category, name, registry.find(category, name));
+      print_plugin(category, name, registry.find(category, name),
+                   registry.instruction_sets(category, name));
       found = true;
     }
   }
@@ -187,7 +195,8 @@ int print_named(PluginRegistry& registry, const std::string& wanted) {
 int plugins_command(const Options& options) {
   set_activity("listing plugins");
   warn_of_missing_folders(options);
-  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
+  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
+                          choose_instruction_set(options.isa));
   if (!options.plugin_name.empty()) return print_named(registry, options.plugin_name);
   if (!options.markdown) return print_list(registry);
   print_markdown(registry);

@@ -64,6 +64,7 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
   }
   text += fmt::format("  {:<20} {:9.1f} MB\n", "peak memory",
                       static_cast<double>(stats.peak_memory_bytes) / 1e6);
+  text += fmt::format("  {:<20} {}\n", "instruction set", stats.instruction_set);
   text += fmt::format("  {:<20} {}\n", "plugins", fmt::join(stats.plugins, " "));
   for (const Skipped& s : all_skipped(stats)) {
     text += fmt::format("  {:<20} {}: {}\n", "skipped", s.what, s.why);
@@ -123,6 +124,7 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"skipped_shadow_rays", stats.counters.skipped_shadow_rays},
       {"skipped", skipped},
       {"plugins", stats.plugins},
+      {"isa", stats.instruction_set},
       {"non_finite_samples", stats.non_finite_samples},
       {"faults", faults},
       {"peak_memory_bytes", stats.peak_memory_bytes},

@@ -245,7 +245,8 @@ int check_command(const Options& options) {
   set_up_log(options);
   warn_of_missing_folders(options);
   set_activity("loading the scene");
-  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
+  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
+                          choose_instruction_set(options.isa));
   const std::vector<Error> faults = check_scene(options.scene, load_options(options), registry);
   for (const Error& fault : faults) fmt::print("{}\n", fault.what());
   if (faults.empty()) fmt::print("no faults\n");
@@ -279,7 +280,8 @@ int render_command(const Options& options, Clock::time_point start) {
                                                              output);
                                     }}});
   RenderStats& stats = context.stats();
-  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths));
+  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
+                          choose_instruction_set(options.isa));
   set_activity("loading the scene");
   const auto scene = load_scene(options.scene, load_options(options), registry, &stats);
   const Sensor& sensor = choose_sensor(*scene, options.sensor);
@@ -321,6 +323,7 @@ int render_command(const Options& options, Clock::time_point start) {
   progress.finish();
 
   stats.plugins = registry.loaded();
+  stats.instruction_set = to_string(registry.instruction_set());
   const std::string integrator = integrator_names(stats.plugins);
   const Clock::time_point write_start = Clock::now();
   set_activity("writing the picture");

@@ -4,7 +4,12 @@ add_library(kinome_options INTERFACE)
 target_compile_options(kinome_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
   # Floats are never trapped on and errno of math functions is never read; neither changes a value.
-  -fno-math-errno -fno-trapping-math)
+  -fno-math-errno -fno-trapping-math
+  # Products and sums are contracted (FMA) where the code says so, and nowhere else: polynomials and
+  # dot products do, in wide numbers. Left to the compiler, whether a determinant, cross product or
+  # other difference of two products is exactly 0 depends on the instruction set and on the compiler's
+  # mood. In files of one instruction set without FMA, it changes nothing.
+  -ffp-contract=off)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   # False alarms on `"literal" + std::string` (GCC bug 105651, mended in 13).
   target_compile_options(kinome_options INTERFACE -Wno-restrict)

@@ -1,33 +1,113 @@
-# kinome_add_plugin(CATEGORY NAME SOURCE... [ALIASES NAME...] [LINK TARGET...])
+# kinome_add_plugin(CATEGORY NAME SOURCE... [WIDE] [ALIASES NAME...] [LINK TARGET...])
 #
 # Builds one plugin as plugins/CATEGORY/NAME.so of the build folder. In-tree and out-of-tree plugins
 # are made by this same function: out of tree, that `plugins` is a folder for KINOME_PLUGIN_PATH and
 # --plugin-path, and an installed plugin comes to lie beside Kinome's own. CATEGORY is a tag of the
 # scene language: bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture. An
 # alias is a symbolic link: another name for the same plugin.
-function(kinome_add_plugin category name)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "ALIASES;LINK")
-  set(target kinome_${category}_${name})
-  add_library(${target} MODULE ${arg_UNPARSED_ARGUMENTS})
-  target_link_libraries(${target} PRIVATE kinome::core ${arg_LINK})
+#
+# WIDE is for plugins that compute with the numbers of kinome/wide: the same sources are built once
+# more for each instruction set of KINOME_ISAS that the compiler knows, as plugins/CATEGORY/ISA/NAME.so,
+# and the program takes the best that the processor has.
+set(KINOME_ISAS "x86-64-v3;x86-64-v4" CACHE STRING
+  "Instruction sets that wide plugins are built for, beside the baseline: x86-64-v2, -v3, -v4")
+include(CheckCXXCompilerFlag)
+foreach(isa IN LISTS KINOME_ISAS)
+  if(NOT isa MATCHES "^x86-64-v[234]$")
+    message(FATAL_ERROR "KINOME_ISAS: there is no instruction set '${isa}' (there are x86-64-v2, "
+                        "x86-64-v3, x86-64-v4)")
+  endif()
+  # Compilers for other processors know none of them.
+  string(MAKE_C_IDENTIFIER "KINOME_COMPILER_KNOWS_${isa}" knows)
+  check_cxx_compiler_flag("-march=${isa}" ${knows})
+endforeach()
+
+# The instruction sets, beside the baseline, that wide plugins are built for.
+function(kinome_list_isas result)
+  set(isas)
+  # Neither races nor what files may do depends on instruction sets; asan takes all of them.
+  if(NOT KINOME_SANITIZER MATCHES "tsan|fuzz")
+    foreach(isa IN LISTS KINOME_ISAS)
+      string(MAKE_C_IDENTIFIER "KINOME_COMPILER_KNOWS_${isa}" knows)
+      if(${knows})
+        list(APPEND isas ${isa})
+      endif()
+    endforeach()
+  endif()
+  set(${result} "${isas}" PARENT_SCOPE)
+endfunction()
+
+# Highway, which kinome/wide is made of, as hwy::hwy.
+macro(kinome_find_highway)
+  if(NOT TARGET hwy::hwy)
+    find_package(hwy QUIET)
+    if(TARGET hwy::hwy)
+      set_target_properties(hwy::hwy PROPERTIES IMPORTED_GLOBAL ON)
+    else()
+      find_package(PkgConfig REQUIRED)
+      pkg_check_modules(hwy REQUIRED IMPORTED_TARGET GLOBAL libhwy)
+      add_library(hwy::hwy ALIAS PkgConfig::hwy)
+    endif()
+  endif()
+endmacro()
+
+# One library: `isa` is empty for the baseline.
+function(kinome_add_plugin_library target category name isa sources link aliases)
+  add_library(${target} MODULE ${sources})
+  target_link_libraries(${target} PRIVATE kinome::core ${link})
+  set(folder "${category}")
+  set(up "../../..")
+  set(headers kinome_headers)
+  if(isa)
+    target_compile_options(${target} PRIVATE -march=${isa})
+    string(APPEND folder "/${isa}")
+    string(APPEND up "/..")
+    string(APPEND headers "_${isa}")
+  endif()
   if(TARGET kinome_options)
     target_link_libraries(${target} PRIVATE kinome_options)
-    target_precompile_headers(${target} REUSE_FROM kinome_headers)
+    target_precompile_headers(${target} REUSE_FROM ${headers})
+  else()
+    target_compile_options(${target} PRIVATE -ffp-contract=off)  # see kinome_options
   endif()
+  set(place "${CMAKE_BINARY_DIR}/plugins/${folder}")
   set_target_properties(${target} PROPERTIES
     PREFIX "" OUTPUT_NAME ${name} SUFFIX .so
     CXX_STANDARD 20 CXX_STANDARD_REQUIRED ON
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
-    LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/plugins/${category}"
-    INSTALL_RPATH "$ORIGIN/../../..")
-  set(destination "lib/kinome/plugins/${category}")
-  install(TARGETS ${target} LIBRARY DESTINATION "${destination}")
-  foreach(alias IN LISTS arg_ALIASES)
+    LIBRARY_OUTPUT_DIRECTORY "${place}"
+    INSTALL_RPATH "$ORIGIN/${up}")
+  install(TARGETS ${target} LIBRARY DESTINATION "lib/kinome/plugins/${folder}")
+  foreach(alias IN LISTS aliases)
     add_custom_command(TARGET ${target} POST_BUILD VERBATIM
-      COMMAND ${CMAKE_COMMAND} -E create_symlink ${name}.so
-              "${CMAKE_BINARY_DIR}/plugins/${category}/${alias}.so")
-    install(FILES "${CMAKE_BINARY_DIR}/plugins/${category}/${alias}.so"
-            DESTINATION "${destination}")
+      COMMAND ${CMAKE_COMMAND} -E create_symlink ${name}.so "${place}/${alias}.so")
+    install(FILES "${place}/${alias}.so" DESTINATION "lib/kinome/plugins/${folder}")
   endforeach()
   set_property(GLOBAL APPEND PROPERTY KINOME_PLUGIN_TARGETS ${target})
+endfunction()
+
+function(kinome_add_plugin category name)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "WIDE" "" "ALIASES;LINK")
+  set(target kinome_${category}_${name})
+  set(isas)
+  if(arg_WIDE)
+    kinome_find_highway()
+    list(APPEND arg_LINK hwy::hwy)
+    kinome_list_isas(isas)
+  endif()
+  kinome_add_plugin_library(${target} ${category} ${name} "" "${arg_UNPARSED_ARGUMENTS}"
+                            "${arg_LINK}" "${arg_ALIASES}")
+  # Libraries of other instruction sets are found before the baseline's. So they are never older, and
+  # what another configuration left is gone.
+  foreach(isa IN ITEMS x86-64-v2 x86-64-v3 x86-64-v4)
+    if(isa IN_LIST isas)
+      kinome_add_plugin_library(${target}_${isa} ${category} ${name} ${isa}
+                                "${arg_UNPARSED_ARGUMENTS}" "${arg_LINK}" "${arg_ALIASES}")
+      add_dependencies(${target} ${target}_${isa})
+    else()
+      foreach(file IN LISTS name arg_ALIASES)
+        file(REMOVE "${CMAKE_BINARY_DIR}/plugins/${category}/${isa}/${file}.so")
+      endforeach()
+    endif()
+  endforeach()
 endfunction()

@@ -17,14 +17,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// DIR/CATEGORY/NAME.so in the first folder that has it, or "".
-std::string find_library(const std::vector<std::string>& folders, Category category,
-                         const std::string& name) {
+struct Library {
+  InstructionSet instruction_set;
+  std::string path;
+};
+
+/// DIR/CATEGORY/NAME.so in the first folder that has it, and DIR/CATEGORY/SET/NAME.so of the same
+/// folder, the best last.
+std::vector<Library> find_libraries(const std::vector<std::string>& folders, Category category,
+                                    const std::string& name) {
   if (name.empty() || name.find('/') != std::string::npos || name[0] == '.') return {};
+  const std::string file = name + ".so";
+  std::error_code failed;
   for (const std::string& folder : folders) {
-    const fs::path path = fs::path(folder) / to_string(category) / (name + ".so");
-    std::error_code failed;
-    if (fs::exists(path, failed)) return path.string();
+    const fs::path plugins = fs::path(folder) / to_string(category);
+    if (!fs::exists(plugins / file, failed)) continue;
+    std::vector<Library> libraries = {{InstructionSet::kBaseline, (plugins / file).string()}};
+    for (int i = 1; i < kInstructionSetCount; ++i) {
+      const auto set = static_cast<InstructionSet>(i);
+      const fs::path path = plugins / to_string(set) / file;
+      if (fs::exists(path, failed)) libraries.push_back({set, path.string()});
+    }
+    return libraries;
   }
   return {};
 }
@@ -43,16 +57,38 @@ Error no_such_plugin(const PluginRegistry& registry, const std::vector<std::stri
                           (list.empty() ? "an empty search path" : list) + ")");
 }
 
-void check_abi(const std::string& path) {
-  const std::string key = read_abi_key(path);
-  if (key == KINOME_ABI_KEY) return;
-  throw Error("it was built for another ABI: its key is '" + key + "', this program's is '" +
-              KINOME_ABI_KEY + "'");
+/// The ABI key's two parts: what must be the same, and the instruction set.
+struct AbiKey {
+  explicit AbiKey(const std::string& key) {
+    constexpr std::string_view kSet = ";isa=";
+    const size_t at = std::min(key.rfind(kSet), key.size());
+    common = key.substr(0, at);
+    const size_t begin = std::min(at + kSet.size(), key.size());
+    instruction_set = key.substr(begin, key.find(';', begin) - begin);
+  }
+  std::string common, instruction_set;
+};
+
+void check_abi(const std::string& path, InstructionSet best) {
+  const std::string text = read_abi_key(path);
+  const AbiKey key(text);
+  if (key.common != AbiKey(KINOME_ABI_KEY).common || key.instruction_set.empty()) {
+    throw Error("it was built for another ABI: its key is '" + text + "', this program's is '" +
+                KINOME_ABI_KEY + "'");
+  }
+  const auto set = instruction_set_named(key.instruction_set);
+  const std::string is_built = "it is built for the instruction set " + key.instruction_set;
+  if (!set || *set > processor_instruction_set()) {
+    throw Error(is_built + ", which this processor lacks");
+  }
+  if (*set > best) {
+    throw Error(is_built + ", and no more than " + to_string(best) + " is to be used");
+  }
 }
 
 const PluginDescriptor* open_library(const std::string& path, Category category,
-                                     const std::string& name) {
-  check_abi(path);
+                                     const std::string& name, InstructionSet best) {
+  check_abi(path, best);
   LibraryLoading loading(name);
   // Local symbols: two plugins may define the same names. Never closed: see the header.
   void* const library = dlopen(fs::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -76,7 +112,8 @@ fs::path folder_of_this_library() {
 
 }  // namespace
 
-PluginRegistry::PluginRegistry(std::vector<std::string> folders) : folders_(std::move(folders)) {}
+PluginRegistry::PluginRegistry(std::vector<std::string> folders, InstructionSet instruction_set)
+    : folders_(std::move(folders)), instruction_set_(instruction_set) {}
 
 std::vector<std::string> PluginRegistry::default_folders(const std::vector<std::string>& extra) {
   std::vector<std::string> folders = extra;
@@ -109,16 +146,21 @@ const PluginDescriptor& PluginRegistry::find(Category category, const std::strin
   if (missing != missing_.end()) throw Error(where, missing->second);
 
   const auto start = std::chrono::steady_clock::now();
-  const std::string path = find_library(folders_, category, name);
-  if (path.empty()) {
+  const std::vector<Library> libraries = find_libraries(folders_, category, name);
+  if (libraries.empty()) {
     const Error error = no_such_plugin(*this, folders_, category, name, where);
     missing_[{category, name}] = error.message();
     throw error;
   }
+  // The first is the baseline's, which every processor has.
+  const auto best = std::find_if(libraries.rbegin(), libraries.rend() - 1, [&](const auto& library) {
+    return library.instruction_set <= instruction_set_;
+  });
+  const std::string& path = best->path;
   const std::string full_name = std::string(to_string(category)) + "/" + name;
   const PluginDescriptor* plugin = nullptr;
   try {
-    plugin = open_library(path, category, full_name);
+    plugin = open_library(path, category, full_name, instruction_set_);
   } catch (const Error& error) {
     throw Error(where, "'" + path + "' is not a usable plugin: " + error.message());
   }
@@ -189,6 +231,15 @@ std::shared_ptr<Object> PluginRegistry::create(Properties& props) {
   object->set_id(props.id());
   object->set_origin(name, nested_objects(props));
   return object;
+}
+
+std::vector<InstructionSet> PluginRegistry::instruction_sets(Category category,
+                                                             const std::string& name) const {
+  std::vector<InstructionSet> sets;
+  for (const Library& library : find_libraries(folders_, category, name)) {
+    sets.push_back(library.instruction_set);
+  }
+  return sets;
 }
 
 std::vector<std::string> PluginRegistry::names(Category category) const {

@@ -31,7 +31,7 @@ class Kinome:
         program = build / "bin/kinome"
         if not program.is_file():
             raise Problem(f"{program} isn't there: run validation/run.sh, which builds it")
-        self.program = hash_of_files([program, *(build / "plugins").glob("*/*.so"),
+        self.program = hash_of_files([program, *(build / "plugins").rglob("*.so"),
                                       *(build / "lib").glob("*.so*")])
 
     def render(self, scene, defines, seed, options=("-t", str(THREADS)), name="picture"):

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "kinome/export.h"
+#include "kinome/instruction_set.h"
 #include "kinome/object.h"
 #include "kinome/parameter.h"
 #include "kinome/properties.h"
@@ -49,13 +50,14 @@
 #endif
 
 /// Everything that a plugin and the core must have in common, as one string. GLM's options matter
-/// because Vec3 is part of every interface, the library's debug mode because std::vector is.
+/// because Vec3 is part of every interface, the library's debug mode because std::vector is. The
+/// instruction set is the exception: the processor must have it.
 #define KINOME_ABI_KEY \
   "kinome-abi;interface=" KINOME_STRINGIFY(KINOME_INTERFACE_VERSION) ";cxxabi="          \
       KINOME_STRINGIFY(__GXX_ABI_VERSION) ";stdlib=" KINOME_ABI_STDLIB ";sanitizer="     \
       KINOME_ABI_SANITIZER ";glm=" KINOME_STRINGIFY(GLM_VERSION_MAJOR) "."               \
       KINOME_STRINGIFY(GLM_VERSION_MINOR) "." KINOME_STRINGIFY(GLM_VERSION_PATCH) "-"    \
-      KINOME_ABI_GLM ";containers=" KINOME_ABI_CONTAINERS ";"
+      KINOME_ABI_GLM ";containers=" KINOME_ABI_CONTAINERS ";isa=" KINOME_ABI_ISA ";"
 
 namespace kinome {
 

@@ -78,6 +78,7 @@ struct KINOME_EXPORT RenderStats {
   std::vector<Skipped> skipped;
   std::vector<Stage> stages;  ///< those that the integrator tells of, as they run
   std::vector<std::string> plugins;
+  std::string instruction_set;  ///< the best that plugins may use, see to_string(InstructionSet)
   unsigned threads = 0;
   uint64_t peak_memory_bytes = 0;
   uint64_t non_finite_samples = 0;

@@ -57,11 +57,16 @@ KINOME_WIDE float acos(Real auto x) {
 
 namespace detail {
 
-/// x = n ln 2 + r with |r| <= ln 2 / 2, for |x| < 2^20; e^r.
+/// x = n ln 2 + r with |r| <= ln 2 / 2, for |x| < 2^20.
 struct Exponential {
   Float power;  ///< e^r
   Int n;
 };
+/// e^r for |r| <= ln 2 / 2.
+inline Float exponential_of_small(Float r) {
+  const Float p = polynomial(r, 0.00139265461f, 0.00836317334f, 0.0416665487f, 0.166665778f, 0.5f);
+  return mul_add(p, r * r, r) + 1.f;
+}
 inline Exponential exponential(Float x) {
   // Added, it leaves x / ln 2 rounded in the last bits.
   const Float rounder = 0x1.8p23f;
@@ -69,8 +74,7 @@ inline Exponential exponential(Float x) {
   const Float n = shifted - rounder;
   // ln 2 in two parts, of which the first has 9 bits: its product with n is exact.
   const Float r = neg_mul_add(n, -2.12194440e-4f, neg_mul_add(n, 0.693359375f, x));
-  const Float p = polynomial(r, 0.00139265461f, 0.00836317334f, 0.0416665487f, 0.166665778f, 0.5f);
-  return {mul_add(p, r * r, r) + 1.f, as_int(shifted) - as_int(rounder)};
+  return {exponential_of_small(r), as_int(shifted) - as_int(rounder)};
 }
 /// 2^n for -126 <= n <= 127.
 KINOME_WIDE Float power_of_two(Int n) {
@@ -155,7 +159,7 @@ inline Float cosine(Float r) {
 
 }  // namespace detail
 
-/// To 2^-23 for |x| <= 1000.
+/// To 2^-23 for |x| <= 8000.
 inline void sincos(Float x, Float& s, Float& c) {
   const auto [r, k] = detail::quadrant(x);
   const Float a = detail::sine(r), b = detail::cosine(r);
@@ -197,9 +201,72 @@ inline Float acos(Float x) {
   return atan2(sqrt((1.f - x) * (1.f + x)), x);
 }
 
-/// x^y for x >= 0: exp(y log x), whose error is that of y log x, in ulp 1 + |y log x|.
+namespace detail {
+
+/// high + low is the number; |low| is at most about half an ulp of high.
+struct Double {
+  Float high, low;
+};
+/// a + b exactly, for |a| >= |b| or a = 0.
+KINOME_WIDE Double fast_sum(Float a, Float b) {
+  const Float s = a + b;
+  return {s, b - (s - a)};
+}
+/// a b exactly, if nothing over- or underflows on the way.
+KINOME_WIDE Double product(Float a, Float b) {
+  const Float p = a * b;
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128 || HWY_TARGET == HWY_SSE4 || \
+    HWY_TARGET == HWY_SSSE3
+  // Without FMA, from halves of 12 bits (Dekker 1971).
+  const auto halves = [](Float x) {
+    const Float shifted = 4097.f * x;
+    const Float high = shifted - (shifted - x);
+    return Double{high, x - high};
+  };
+  const Double x = halves(a), y = halves(b);
+  return {p, x.low * y.low - (((p - x.high * y.high) - x.low * y.high) - x.high * y.low)};
+#else
+  return {p, mul_sub(a, b, p)};
+#endif
+}
+
+/// log2 x to about 30 bits, for finite x > 0: 2 atanh(m / (2 + m)) / ln 2.
+inline Double log2(Float x) {
+  const auto [m, e] = split(x);
+  const Double d = fast_sum(2.f, m);
+  const Float s = m / d.high;
+  const Double back = product(s, d.high);
+  const Float rest = ((m - back.high) - back.low - s * d.low) / d.high;
+  const Float z = s * s;
+  const Float tail = s * z * polynomial(z, 0.2333083f, 0.285508066f, 0.400001228f, 0.666666687f);
+  const Double log = fast_sum(2.f * s, mul_add(2.f, rest, tail));
+  const Double binary = product(log.high, 0x1.715476p+0f);
+  const Float low = mul_add(log.low, 0x1.715476p+0f, mul_add(log.high, 0x1.4ae0cp-26f, binary.low));
+  const Double sum = fast_sum(e, binary.high);
+  return fast_sum(sum.high, sum.low + low);
+}
+
+}  // namespace detail
+
+/// x^y for x >= 0, NaN below; 3 ulp. As std::pow, 1 of x = 1 or y = 0, whatever the other is.
 inline Float pow(Float x, Float y) {
-  return select(y == 0.f, 1.f, exp(y * log(x)));
+  const Mask ordinary = (x > 0.f) & (x < HUGE_VALF);
+  const detail::Double log = detail::log2(select(ordinary, x, 1.f));
+  const Float special = select(x == 0.f, -HUGE_VALF, select(x > 0.f, x, NAN));
+  const Float product = y * select(ordinary, log.high, special);
+  // Beyond, the result is 0 or infinite.
+  const Mask moderate = abs(product) < 160.f;
+  const detail::Double exact = detail::product(select(moderate, y), select(moderate, log.high));
+  const Float exponent = clamp(product, -160.f, 160.f);
+  const Float rounder = 0x1.8p23f;
+  const Float shifted = exponent + rounder;
+  const Float low = mul_add(select(moderate, y), log.low, exact.low);
+  const Float r = ((exponent - (shifted - rounder)) + low) * std::numbers::ln2_v<float>;
+  const Float power = detail::exponential_of_small(r);
+  const Int n = as_int(shifted) - as_int(rounder);
+  const Int half = shift_right<1>(n);
+  const Float result = power * detail::power_of_two(half) * detail::power_of_two(n - half);
+  return select((x == 1.f) | (y == 0.f), 1.f, result);
 }
 
 namespace formulas {
