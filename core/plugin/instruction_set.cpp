@@ -67,20 +67,19 @@ InstructionSet processor_instruction_set() {
   return best;
 }
 
-InstructionSet choose_instruction_set(const std::string& wanted) {
+InstructionSet choose_instruction_set(const std::string& wanted, InstructionSet processors) {
   const char* const variable = std::getenv("KINOME_ISA");
   const std::string name = wanted.empty() && variable ? variable : wanted;
-  const InstructionSet best = processor_instruction_set();
-  if (name.empty()) return best;
+  if (name.empty()) return processors;
   const std::string from = wanted.empty() ? "KINOME_ISA: " : "--isa: ";
   const auto set = instruction_set_named(name);
   if (!set) {
     throw Error(from + "there is no instruction set '" + name + "' (there are " + list_of_names() +
                 ")");
   }
-  if (*set > best) {
+  if (*set > processors) {
     throw Error(from + "this processor lacks " + name + "; the best that it has is " +
-                to_string(best));
+                to_string(processors));
   }
   return *set;
 }

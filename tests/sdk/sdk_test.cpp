@@ -237,6 +237,48 @@ TEST_F(Sdk, PluginsAreListed) {
   EXPECT_NE(one.out.find("0.2 0.4 1"), std::string::npos) << one.out;
 }
 
+/// A wide plugin is a library for each instruction set, under both of its names.
+TEST_F(Sdk, WidePluginsAreBuiltForEachInstructionSet) {
+  std::vector<std::string> sets = {to_string(InstructionSet::kBaseline)};
+  for (int i = 1; i < kInstructionSetCount; ++i) {
+    const auto set = static_cast<InstructionSet>(i);
+    if (!fs::exists(fs::path(plugins()) / "texture" / to_string(set))) continue;
+    for (const char* name : {"waves.so", "ripples.so"}) {
+      EXPECT_TRUE(fs::exists(fs::path(plugins()) / "texture" / to_string(set) / name)) << name;
+    }
+    sets.emplace_back(to_string(set));
+  }
+  if (processor_instruction_set() > InstructionSet::kBaseline) {
+    EXPECT_GT(sets.size(), 1u);
+  }
+  std::string list;
+  for (const std::string& set : sets) list += (list.empty() ? "  built for " : ", ") + set;
+  std::vector<Image> images;
+  for (const std::string& set : sets) {
+    if (*instruction_set_named(set) > processor_instruction_set()) continue;
+    for (const char* name : {"waves", "ripples"}) {
+      const ProcessResult told = run_process({"env", "COLUMNS=200", program(), "plugins", name,
+                                              "--plugin-path", plugins(), "--isa", set});
+      expect_success(told);
+      EXPECT_NE(told.out.find("Waves, built for " + set + "."), std::string::npos) << told.out;
+      if (sets.size() > 1) {
+        EXPECT_NE(told.out.find(list + "\n"), std::string::npos) << told.out;
+      }
+    }
+    const std::string reflectance = R"(<rgb name="reflectance" value=".5"/>)";
+    std::string xml = floor_scene("direct", "<emitter type='constant'/>");
+    xml.replace(xml.find(reflectance), reflectance.size(),
+                "<texture name='reflectance' type='waves'/>");
+    const std::string scene = folder_->write("waves.xml", xml);
+    const std::string image = folder_->path("waves.exr");
+    expect_success(run_process(
+        {program(), "-q", scene, "-o", image, "--plugin-path", plugins(), "--isa", set}));
+    images.push_back(read_exr(image));
+    const Rgb mean = mean_of(images.back()), first = mean_of(images.front());
+    EXPECT_NEAR(mean.x, first.x, 1e-4f * first.x) << set;
+  }
+}
+
 TEST_F(Sdk, MistakesAreReportedAtTheirPlace) {
   const std::string scene =
       folder_->write("wrong.xml",

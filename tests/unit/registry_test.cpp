@@ -51,7 +51,7 @@ TEST(Registry, ListsNamesWithoutLoading) {
   PluginRegistry registry({"/no/such/folder", KINOME_UNIT_PLUGINS});
   EXPECT_EQ(registry.names(Category::kTexture),
             (std::vector<std::string>{"foreign_abi", "no_descriptor", "probe", "strict",
-                                      "unresolved", "uv_probe"}));
+                                      "unresolved", "uv_probe", "wide_probe"}));
   EXPECT_TRUE(registry.names(Category::kShape).empty());
   EXPECT_TRUE(registry.loaded().empty());
 }
@@ -71,7 +71,7 @@ TEST(Registry, SuggestsTheNearestName) {
             "f.xml:4:9: there is no texture plugin 'prob' (did you mean 'probe'?)");
   EXPECT_EQ(find_error(registry, "zzzzzz"),
             "f.xml:4:9: there is no texture plugin 'zzzzzz' (there are foreign_abi, "
-            "no_descriptor, probe, strict, unresolved, uv_probe)");
+            "no_descriptor, probe, strict, unresolved, uv_probe, wide_probe)");
   EXPECT_EQ(find_error(registry, "sphere", Category::kShape),
             "f.xml:4:9: there is no shape plugin 'sphere' (no plugins of this category "
             "in " KINOME_UNIT_PLUGINS ")");

@@ -1,7 +1,7 @@
 #pragma once
 
-// Checks of wide numbers that are compiled once for each instruction set, each into a library of its
-// own, which the test program loads where the processor has that set: no GoogleTest in them.
+// Checks of wide numbers that are compiled once for each instruction set, each into a library of
+// its own, which the test program loads where the processor has that set: no GoogleTest in them.
 
 #include <array>
 #include <bit>
@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "kinome/instruction_set.h"
 #include "kinome/wide/functions.h"
 
 namespace kinome::test {
@@ -51,14 +52,14 @@ KINOME_WIDE_CHECKS(vector);
 KINOME_WIDE_CHECKS(function);
 
 /// `what` (a stream of values, such as a << ' ' << b) is told where the condition doesn't hold.
-#define KINOME_CHECK(condition, what)                          \
-  do {                                                         \
-    if (!(condition)) {                                        \
-      std::ostringstream text;                                 \
-      text.precision(9);                                       \
-      text << #condition << ": " << what;                      \
-      failures.add(__FILE__, __LINE__, text.str());            \
-    }                                                          \
+#define KINOME_CHECK(condition, what)               \
+  do {                                              \
+    if (!(condition)) {                             \
+      std::ostringstream text;                      \
+      text.precision(9);                            \
+      text << #condition << ": " << what;           \
+      failures.add(__FILE__, __LINE__, text.str()); \
+    }                                               \
   } while (false)
 
 inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -70,12 +71,34 @@ inline bool same(float a, float b) {
 
 /// The least, the largest and what lies between.
 inline const std::vector<float>& special_floats() {
-  static const std::vector<float> values = {0.f,        -0.f,      1.f,       -1.f,    0.5f,
-                                            -0.5f,      1.5f,      2.5f,      -3.5f,   0.1f,
-                                            3.1415927f, 1e-3f,     -7e4f,     1e10f,   -1e20f,
-                                            0x1p-149f,  -0x1p-149, 0x1p-130f, 0x1p-126f, 0x1p23f,
-                                            8388609.f,  0x1p-25f,  0x1.fffffep-1f, 0x1.fffffep127f,
-                                            -0x1.fffffep127f, kInfinity, -kInfinity, kNan};
+  static const std::vector<float> values = {0.f,
+                                            -0.f,
+                                            1.f,
+                                            -1.f,
+                                            0.5f,
+                                            -0.5f,
+                                            1.5f,
+                                            2.5f,
+                                            -3.5f,
+                                            0.1f,
+                                            3.1415927f,
+                                            1e-3f,
+                                            -7e4f,
+                                            1e10f,
+                                            -1e20f,
+                                            0x1p-149f,
+                                            -0x1p-149,
+                                            0x1p-130f,
+                                            0x1p-126f,
+                                            0x1p23f,
+                                            8388609.f,
+                                            0x1p-25f,
+                                            0x1.fffffep-1f,
+                                            0x1.fffffep127f,
+                                            -0x1.fffffep127f,
+                                            kInfinity,
+                                            -kInfinity,
+                                            kNan};
   return values;
 }
 
@@ -92,8 +115,8 @@ inline std::vector<float> floats_of_all_kinds(uint32_t stride) {
 inline std::vector<float> floats_between(float lo, float hi, int count) {
   std::vector<float> values;
   for (int i = 0; i <= count; ++i) {
-    values.push_back(std::clamp(lo + (hi - lo) * static_cast<float>(i) / static_cast<float>(count),
-                                lo, hi));
+    values.push_back(
+        std::clamp(lo + (hi - lo) * static_cast<float>(i) / static_cast<float>(count), lo, hi));
   }
   return values;
 }

@@ -10,8 +10,8 @@ using wide::Uint;
 
 const std::vector<uint32_t>& special_bits() {
   static const std::vector<uint32_t> values = [] {
-    std::vector<uint32_t> list = {0,          1,          2,          3,     7,      31,
-                                  0x7fffffff, 0x80000000, 0x80000001, ~0u,   ~1u,    65535,
+    std::vector<uint32_t> list = {0,          1,          2,          3,     7,         31,
+                                  0x7fffffff, 0x80000000, 0x80000001, ~0u,   ~1u,       65535,
                                   65536,      0xffff0000, 0x12345678, 46341, 0x3f800000};
     for (uint32_t i = 1, x = 1; i < 40; ++i) list.push_back(x = x * 1664525u + 1013904223u);
     return list;
@@ -44,33 +44,36 @@ void check_pairs(Failures& failures, const char* name, const Wide& wide_fn, cons
   }
 }
 
-#define KINOME_CHECK_BOTH(T, plain, expression)              \
-  check_pairs<T>(                                            \
-      failures, #T " " #expression, [](T a, T b) -> T { return expression; }, \
-      [](uint32_t a_bits, uint32_t b_bits) -> plain {        \
-        using namespace wide::formulas;                      \
-        const auto a = static_cast<plain>(a_bits);           \
-        const auto b = static_cast<plain>(b_bits);           \
-        return expression;                                   \
+#define KINOME_CHECK_BOTH(T, plain, expression)                                                \
+  check_pairs<T>(                                                                              \
+      failures, #T " " #expression, [](T a, [[maybe_unused]] T b) -> T { return expression; }, \
+      [](uint32_t a_bits, uint32_t b_bits) -> plain {                                          \
+        using namespace wide::formulas;                                                        \
+        auto a = static_cast<plain>(a_bits);                                                   \
+        [[maybe_unused]] const auto b = static_cast<plain>(b_bits);                            \
+        return expression;                                                                     \
       })
 
 /// Overflow of plain integers with a sign would be undefined: these wrap around.
 void wrapping(Failures& failures) {
-  check_pairs<Int>(failures, "a + b", [](Int a, Int b) { return a + b; },
-                   [](uint32_t a, uint32_t b) { return a + b; });
-  check_pairs<Int>(failures, "a - b", [](Int a, Int b) { return a - b; },
-                   [](uint32_t a, uint32_t b) { return a - b; });
-  check_pairs<Int>(failures, "a b", [](Int a, Int b) { return a * b; },
-                   [](uint32_t a, uint32_t b) { return a * b; });
-  check_pairs<Int>(failures, "-a", [](Int a, Int) { return -a; },
-                   [](uint32_t a, uint32_t) { return 0u - a; });
-  check_pairs<Int>(failures, "|a|", [](Int a, Int) { return abs(a); },
-                   [](uint32_t a, uint32_t) { return a >> 31 ? 0u - a : a; });
-  check_pairs<Int>(failures, "a += ...",
-                   [](Int a, Int b) { return a += b, a *= b, a -= 3, a ^= b, a |= 5, a &= b, a; },
-                   [](uint32_t a, uint32_t b) {
-                     return a += b, a *= b, a -= 3, a ^= b, a |= 5, a &= b, a;
-                   });
+  check_pairs<Int>(
+      failures, "a + b", [](Int a, Int b) { return a + b; },
+      [](uint32_t a, uint32_t b) { return a + b; });
+  check_pairs<Int>(
+      failures, "a - b", [](Int a, Int b) { return a - b; },
+      [](uint32_t a, uint32_t b) { return a - b; });
+  check_pairs<Int>(
+      failures, "a b", [](Int a, Int b) { return a * b; },
+      [](uint32_t a, uint32_t b) { return a * b; });
+  check_pairs<Int>(
+      failures, "-a", [](Int a, Int) { return -a; }, [](uint32_t a, uint32_t) { return 0u - a; });
+  check_pairs<Int>(
+      failures, "|a|", [](Int a, Int) { return abs(a); },
+      [](uint32_t a, uint32_t) { return a >> 31 ? 0u - a : a; });
+  check_pairs<Int>(
+      failures, "a += ...",
+      [](Int a, Int b) { return a += b, a *= b, a -= 3, a ^= b, a |= 5, a &= b, a; },
+      [](uint32_t a, uint32_t b) { return a += b, a *= b, a -= 3, a ^= b, a |= 5, a &= b, a; });
   KINOME_CHECK_BOTH(Uint, uint32_t, a + b);
   KINOME_CHECK_BOTH(Uint, uint32_t, a - b);
   KINOME_CHECK_BOTH(Uint, uint32_t, a * b);
@@ -174,9 +177,8 @@ void gathers(Failures& failures) {
 
 const std::vector<WideCheck>& integer_checks() {
   static const std::vector<WideCheck> checks = {
-      {"IntegersWrapAround", wrapping}, {"IntegersBits", bits},
-      {"IntegersCompare", comparisons}, {"IntegersConvert", conversions},
-      {"Gathers", gathers},
+      {"IntegersWrapAround", wrapping}, {"IntegersBits", bits}, {"IntegersCompare", comparisons},
+      {"IntegersConvert", conversions}, {"Gathers", gathers},
   };
   return checks;
 }

@@ -22,7 +22,8 @@
 namespace kinome {
 
 /// What a processor can do, in the levels of the x86-64 ABI, each of which has all of those before
-/// it: SSE2, SSE4.2, AVX2 with FMA, AVX-512 (F, BW, CD, DQ, VL). Other processors have the baseline.
+/// it: SSE2, SSE4.2, AVX2 with FMA, AVX-512 (F, BW, CD, DQ, VL). Other processors have the
+/// baseline.
 enum class InstructionSet { kBaseline, kX86V2, kX86V3, kX86V4 };
 inline constexpr int kInstructionSetCount = 4;
 
@@ -33,8 +34,9 @@ KINOME_EXPORT std::optional<InstructionSet> instruction_set_named(std::string_vi
 /// The best that this processor has, and the system saves the registers of.
 KINOME_EXPORT InstructionSet processor_instruction_set();
 
-/// The best that plugins are to use: `wanted` (--isa) or, if that is empty, what KINOME_ISA says or,
-/// without one, the processor's. Error: no such set, or the processor lacks it.
-KINOME_EXPORT InstructionSet choose_instruction_set(const std::string& wanted = {});
+/// The best that plugins are to use: `wanted` (--isa) or, if that is empty, what KINOME_ISA says
+/// or, without one, the processor's. Error: no such set, or the processor lacks it.
+KINOME_EXPORT InstructionSet choose_instruction_set(
+    const std::string& wanted = {}, InstructionSet processors = processor_instruction_set());
 
 }  // namespace kinome

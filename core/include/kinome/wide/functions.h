@@ -12,13 +12,13 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-namespace formulas {
+inline namespace formulas {
 
 /// first x^n + ... + last by Horner's rule.
-template <class F, class... C>
-KINOME_WIDE F polynomial(F x, float first, C... rest) {
-  F p = first;
-  ((p = mul_add(p, x, F(static_cast<float>(rest)))), ...);
+template <class... C>
+KINOME_WIDE float polynomial(Real auto x, float first, C... rest) {
+  float p = first;
+  ((p = p * x + static_cast<float>(rest)), ...);
   return p;
 }
 
@@ -54,6 +54,13 @@ KINOME_WIDE float acos(Real auto x) {
 }
 
 }  // namespace formulas
+
+template <class... C>
+KINOME_WIDE Float polynomial(Float x, float first, C... rest) {
+  Float p = first;
+  ((p = mul_add(p, x, static_cast<float>(rest))), ...);
+  return p;
+}
 
 namespace detail {
 
@@ -182,8 +189,8 @@ inline Float cos(Float x) {
 /// 3 ulp; of zeros what the standard says; NaN where both are infinite.
 inline Float atan2(Float y, Float x) {
   const Float ax = abs(x), ay = abs(y);
-  const Float large = max(ax, ay), small = min(ax, ay);
-  const Float t = select(large == 0.f, 0.f, small / large);
+  const Float large = max(ay, ax), small = min(ax, ay);  // in this order, one of them is NaN
+  const Float t = select(ax + ay == 0.f, 0.f, small / large);
   const Float z = t * t;
   const Float p =
       polynomial(z, -0.00238699722f, 0.0135077713f, -0.0358715393f, 0.0625016913f, -0.0865688026f,
@@ -269,9 +276,8 @@ inline Float pow(Float x, Float y) {
   return select((x == 1.f) | (y == 0.f), 1.f, result);
 }
 
-namespace formulas {
+namespace detail {
 
-/// The x whose error function is y, to 4 ulp; infinite for -1 and 1, NaN beyond.
 template <class F>
 inline F inverse_erf(F y) {
   const F w = -log((1.f - y) * (1.f + y));
@@ -286,6 +292,16 @@ inline F inverse_erf(F y) {
   return y * select(w < 5.f, small, select(w < HUGE_VALF, large, w));
 }
 
+}  // namespace detail
+
+/// The x whose error function is y, to 4 ulp; infinite for -1 and 1, NaN beyond.
+KINOME_WIDE Float inverse_erf(Float y) {
+  return detail::inverse_erf(y);
+}
+inline namespace formulas {
+KINOME_WIDE float inverse_erf(Real auto y) {
+  return detail::inverse_erf(y);
+}
 }  // namespace formulas
 
 }  // namespace HWY_NAMESPACE

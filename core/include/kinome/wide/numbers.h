@@ -195,7 +195,6 @@ KINOME_WIDE_COMPARISON(Float, <=, Le)
 KINOME_WIDE_COMPARISON(Float, >, Gt)
 KINOME_WIDE_COMPARISON(Float, >=, Ge)
 KINOME_WIDE_COMPARISON(Float, ==, Eq)
-KINOME_WIDE_COMPARISON(Float, !=, Ne)
 KINOME_WIDE_COMPARISON(Int, <, Lt)
 KINOME_WIDE_COMPARISON(Int, >, Gt)
 KINOME_WIDE_COMPARISON(Int, ==, Eq)
@@ -207,6 +206,10 @@ KINOME_WIDE_COMPARISON(Uint, !=, Ne)
 #undef KINOME_WIDE_OPERATOR
 #undef KINOME_WIDE_COMPARISON
 
+/// True of NaN, which Highway's isn't.
+KINOME_WIDE Mask operator!=(Float a, Float b) {
+  return !(a == b);
+}
 KINOME_WIDE Mask operator<=(Int a, Int b) {
   return !(a > b);
 }
@@ -348,16 +351,28 @@ KINOME_WIDE Float safe_sqrt(Float a) {
 KINOME_WIDE Float lerp(Float a, Float b, Float t) {
   return a * (1.f - t) + b * t;
 }
+/// To an integer below, above, or the nearest (halves to the even one); the sign of 0 is kept.
+#if HWY_TARGET == HWY_SCALAR  // whose functions don't keep it
+KINOME_WIDE Float floor(Float a) {
+  return std::floor(hn::GetLane(a.v));
+}
+KINOME_WIDE Float ceil(Float a) {
+  return std::ceil(hn::GetLane(a.v));
+}
+KINOME_WIDE Float round(Float a) {
+  return std::nearbyint(hn::GetLane(a.v));
+}
+#else
 KINOME_WIDE Float floor(Float a) {
   return Float(hn::Floor(a.v));
 }
 KINOME_WIDE Float ceil(Float a) {
   return Float(hn::Ceil(a.v));
 }
-/// To the nearest integer; halves to the even one.
 KINOME_WIDE Float round(Float a) {
   return Float(hn::Round(a.v));
 }
+#endif
 KINOME_WIDE Mask is_nan(Float a) {
   return a != a;
 }
@@ -436,148 +451,7 @@ KINOME_WIDE size_t store_selected(Mask m, Uint a, uint32_t* p) {
   return count(m);
 }
 
-/// The same for plain numbers, which have one lane.
-namespace formulas {
-
-KINOME_WIDE bool any(Boolean auto a) {
-  return a;
-}
-KINOME_WIDE bool all(Boolean auto a) {
-  return a;
-}
-KINOME_WIDE bool none(Boolean auto a) {
-  return !a;
-}
-KINOME_WIDE size_t count(Boolean auto a) {
-  return a ? 1 : 0;
-}
-
-/// Of numbers, masks and GLM's vectors.
-template <class T>
-KINOME_WIDE T select(bool m, const T& a, const std::type_identity_t<T>& b) {
-  return m ? a : b;
-}
-template <class T>
-KINOME_WIDE T select(bool m, const T& a) {
-  return m ? a : T(0);
-}
-
-KINOME_WIDE float mul_add(Real auto a, Real auto b, Real auto c) {
-  return a * b + c;
-}
-KINOME_WIDE float mul_sub(Real auto a, Real auto b, Real auto c) {
-  return a * b - c;
-}
-KINOME_WIDE float neg_mul_add(Real auto a, Real auto b, Real auto c) {
-  return c - a * b;
-}
-template <class T>
-concept Number = Real<T> || Integer<T>;
-template <Number T>
-KINOME_WIDE T min(T a, T b) {
-  return std::min(a, b);
-}
-template <Number T>
-KINOME_WIDE T max(T a, T b) {
-  return std::max(a, b);
-}
-template <Number T>
-KINOME_WIDE T clamp(T a, T lo, T hi) {
-  return min(max(a, lo), hi);
-}
-KINOME_WIDE float abs(Real auto a) {
-  return std::abs(a);
-}
-KINOME_WIDE int32_t abs(std::same_as<int32_t> auto a) {
-  return std::abs(a);
-}
-KINOME_WIDE float copysign(Real auto a, Real auto sign) {
-  return std::copysign(a, sign);
-}
-KINOME_WIDE float sqrt(Real auto a) {
-  return std::sqrt(a);
-}
-KINOME_WIDE float lerp(Real auto a, Real auto b, Real auto t) {
-  return a * (1.f - t) + b * t;
-}
-KINOME_WIDE float floor(Real auto a) {
-  return std::floor(a);
-}
-KINOME_WIDE float ceil(Real auto a) {
-  return std::ceil(a);
-}
-KINOME_WIDE float round(Real auto a) {
-  return std::nearbyint(a);
-}
-KINOME_WIDE bool is_nan(Real auto a) {
-  return a != a;
-}
-KINOME_WIDE bool is_finite(Real auto a) {
-  return std::abs(a) < HUGE_VALF;
-}
-
-template <int bits>
-KINOME_WIDE int32_t shift_left(std::same_as<int32_t> auto a) {
-  return a << bits;
-}
-template <int bits>
-KINOME_WIDE int32_t shift_right(std::same_as<int32_t> auto a) {
-  return a >> bits;
-}
-template <int bits>
-KINOME_WIDE uint32_t shift_left(std::same_as<uint32_t> auto a) {
-  return a << bits;
-}
-template <int bits>
-KINOME_WIDE uint32_t shift_right(std::same_as<uint32_t> auto a) {
-  return a >> bits;
-}
-KINOME_WIDE int32_t to_int(Real auto a) {
-  return static_cast<int32_t>(a);
-}
-KINOME_WIDE int32_t round_to_int(Real auto a) {
-  return static_cast<int32_t>(std::nearbyint(a));
-}
-KINOME_WIDE float to_float(Integer auto a) {
-  return static_cast<float>(a);
-}
-KINOME_WIDE int32_t as_int(Real auto a) {
-  return std::bit_cast<int32_t>(a);
-}
-KINOME_WIDE int32_t as_int(std::same_as<uint32_t> auto a) {
-  return static_cast<int32_t>(a);
-}
-KINOME_WIDE uint32_t as_uint(Real auto a) {
-  return std::bit_cast<uint32_t>(a);
-}
-KINOME_WIDE uint32_t as_uint(std::same_as<int32_t> auto a) {
-  return static_cast<uint32_t>(a);
-}
-KINOME_WIDE float as_float(Integer auto a) {
-  return std::bit_cast<float>(a);
-}
-
-KINOME_WIDE float gather(const float* p, std::same_as<int32_t> auto i) {
-  return p[i];
-}
-KINOME_WIDE int32_t gather(const int32_t* p, std::same_as<int32_t> auto i) {
-  return p[i];
-}
-KINOME_WIDE uint32_t gather(const uint32_t* p, std::same_as<int32_t> auto i) {
-  return p[i];
-}
-KINOME_WIDE float sum(Real auto a) {
-  return a;
-}
-KINOME_WIDE float smallest(Real auto a) {
-  return a;
-}
-KINOME_WIDE float largest(Real auto a) {
-  return a;
-}
-
-}  // namespace formulas
-using namespace formulas;
-
 }  // namespace HWY_NAMESPACE
 }  // namespace kinome::wide
+
+#include "kinome/wide/plain_numbers.h"

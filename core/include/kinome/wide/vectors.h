@@ -193,7 +193,7 @@ struct NumberTraits<Float> {
   using Vec3 = wide::Vec3;
 };
 
-namespace formulas {
+inline namespace formulas {
 
 /// What goes with the number F, float or wide::Float. A parameter of type VecOf<F> can't tell the
 /// compiler what F is: another one must, or the caller. NumberOf goes the other way.

@@ -1,0 +1,201 @@
+#include "kinome/instruction_set.h"
+
+#include <dlfcn.h>
+
+#include "kinome/error.h"
+#include "kinome/plugin_registry.h"
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kName = "wide_probe";
+constexpr InstructionSet kAll[] = {InstructionSet::kBaseline, InstructionSet::kX86V2,
+                                   InstructionSet::kX86V3, InstructionSet::kX86V4};
+
+std::string error_of(const std::function<void()>& fn) {
+  try {
+    fn();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+/// What the library says that the registry takes for the plugin.
+std::string taken_by(PluginRegistry& registry) {
+  return registry.find(Category::kTexture, kName).doc;
+}
+
+fs::path library_of(InstructionSet set) {
+  const fs::path folder = KINOME_UNIT_PLUGINS "/texture";
+  const std::string file = std::string(kName) + ".so";
+  return set == InstructionSet::kBaseline ? folder / file : folder / to_string(set) / file;
+}
+
+/// What wide_probe was built for, and this processor can run.
+std::vector<InstructionSet> runnable() {
+  std::vector<InstructionSet> sets;
+  for (const InstructionSet set : kAll) {
+    if (set <= processor_instruction_set() && fs::exists(library_of(set))) sets.push_back(set);
+  }
+  return sets;
+}
+
+class KinomeIsa {
+ public:
+  explicit KinomeIsa(const char* value) { setenv("KINOME_ISA", value, 1); }
+  ~KinomeIsa() {
+    if (old_) {
+      setenv("KINOME_ISA", old_->c_str(), 1);
+    } else {
+      unsetenv("KINOME_ISA");
+    }
+  }
+
+ private:
+  std::optional<std::string> old_ = std::getenv("KINOME_ISA")
+                                        ? std::optional<std::string>(std::getenv("KINOME_ISA"))
+                                        : std::nullopt;
+};
+
+TEST(InstructionSets, HaveNames) {
+  for (const InstructionSet set : kAll) {
+    if (set > processor_instruction_set()) continue;
+    EXPECT_EQ(instruction_set_named(to_string(set)), set);
+  }
+  for (const char* name : {"", "avx2", "x86-64-v5", "x86-64-", "X86-64", "x86-64-v4 "}) {
+    EXPECT_EQ(instruction_set_named(name), std::nullopt) << name;
+  }
+}
+
+TEST(InstructionSets, AreChosen) {
+  const InstructionSet best = processor_instruction_set();
+  const std::string lowest = to_string(InstructionSet::kBaseline);
+  {
+    const KinomeIsa empty("");
+    EXPECT_EQ(choose_instruction_set(), best);
+    EXPECT_EQ(choose_instruction_set(to_string(best)), best);
+    EXPECT_EQ(choose_instruction_set(lowest), InstructionSet::kBaseline);
+  }
+  {
+    const KinomeIsa low(lowest.c_str());
+    EXPECT_EQ(choose_instruction_set(), InstructionSet::kBaseline);
+    EXPECT_EQ(choose_instruction_set(to_string(best)), best);
+  }
+  const KinomeIsa wrong("avx2");
+  const std::string rest = "there is no instruction set 'avx2' (there are ";
+  EXPECT_EQ(error_of([] { choose_instruction_set(); }).rfind("KINOME_ISA: " + rest + lowest, 0), 0u)
+      << error_of([] { choose_instruction_set(); });
+  EXPECT_EQ(error_of([] { choose_instruction_set("sse"); }).rfind("--isa: there is no ", 0), 0u);
+  EXPECT_EQ(choose_instruction_set(lowest), InstructionSet::kBaseline);
+}
+
+TEST(InstructionSets, OfALesserProcessorAreRefused) {
+  if (!instruction_set_named("x86-64")) GTEST_SKIP() << "the processor is of another kind";
+  const InstructionSet lesser = InstructionSet::kX86V3;
+  EXPECT_EQ(choose_instruction_set("x86-64-v3", lesser), lesser);
+  EXPECT_EQ(error_of([&] { choose_instruction_set("x86-64-v4", lesser); }),
+            "--isa: this processor lacks x86-64-v4; the best that it has is x86-64-v3");
+  const KinomeIsa beyond("x86-64-v2");
+  EXPECT_EQ(choose_instruction_set({}, lesser), InstructionSet::kX86V2);
+  EXPECT_EQ(error_of([&] { choose_instruction_set({}, InstructionSet::kBaseline); }),
+            "KINOME_ISA: this processor lacks x86-64-v2; the best that it has is x86-64");
+}
+
+TEST(RegistryOfInstructionSets, TakesTheBestThatItMay) {
+  const std::vector<InstructionSet> sets = runnable();
+  ASSERT_FALSE(sets.empty());
+  PluginRegistry best({KINOME_UNIT_PLUGINS}, processor_instruction_set());
+  EXPECT_EQ(taken_by(best), to_string(sets.back()));
+  EXPECT_EQ(best.instruction_set(), processor_instruction_set());
+  for (const InstructionSet set : sets) {
+    PluginRegistry registry({KINOME_UNIT_PLUGINS}, set);
+    EXPECT_EQ(taken_by(registry), to_string(set));
+    EXPECT_EQ(registry.loaded(), std::vector<std::string>{std::string("texture/") + kName});
+    // A plugin that is built for one alone.
+    EXPECT_STREQ(registry.find(Category::kTexture, "uv_probe").name, "uv_probe");
+  }
+}
+
+TEST(RegistryOfInstructionSets, KnowsWhatThereIs) {
+  PluginRegistry registry({KINOME_UNIT_PLUGINS}, InstructionSet::kBaseline);
+  std::vector<InstructionSet> expected;
+  for (const InstructionSet set : kAll) {
+    if (fs::exists(library_of(set))) expected.push_back(set);
+  }
+  EXPECT_EQ(registry.instruction_sets(Category::kTexture, kName), expected);
+  EXPECT_EQ(registry.instruction_sets(Category::kTexture, "uv_probe"),
+            std::vector{InstructionSet::kBaseline});
+  EXPECT_TRUE(registry.instruction_sets(Category::kTexture, "none").empty());
+  for (const std::string& name : registry.names(Category::kTexture)) {
+    EXPECT_EQ(name.find("x86"), std::string::npos) << name;
+  }
+}
+
+TEST(RegistryOfInstructionSets, TakesTheNextWhereOneIsMissing) {
+  const std::vector<InstructionSet> sets = runnable();
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path("texture"));
+  for (const InstructionSet set : sets) {
+    const fs::path to = set == InstructionSet::kBaseline
+                            ? fs::path(folder.path("texture"))
+                            : fs::path(folder.path("texture")) / to_string(set);
+    fs::create_directories(to);
+    fs::copy_file(library_of(set), to / (std::string(kName) + ".so"));
+    PluginRegistry registry({folder.folder(), KINOME_UNIT_PLUGINS}, processor_instruction_set());
+    EXPECT_EQ(taken_by(registry), to_string(set));  // of the first folder, whatever the next has
+  }
+}
+
+TEST(RegistryOfInstructionSets, RefusesMoreThanItMayUse) {
+  const std::vector<InstructionSet> sets = runnable();
+  if (sets.size() < 2) GTEST_SKIP() << "the processor runs but the baseline";
+  const InstructionSet best = sets.back();
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path("texture"));
+  const std::string file = folder.path(std::string("texture/") + kName + ".so");
+  fs::copy_file(library_of(best), file);  // where the baseline's belongs
+  PluginRegistry registry({folder.folder()}, sets[sets.size() - 2]);
+  const std::string message = error_of([&] { taken_by(registry); });
+  EXPECT_NE(message.find("'" + file +
+                         "' is not a usable plugin: it is built for the instruction "
+                         "set " +
+                         to_string(best) + ", and no more than " +
+                         to_string(sets[sets.size() - 2]) + " is to be used"),
+            std::string::npos)
+      << message;
+  PluginRegistry willing({folder.folder()}, best);
+  EXPECT_EQ(taken_by(willing), to_string(best));
+}
+
+TEST(RegistryOfInstructionSets, RefusesWhatTheProcessorLacks) {
+  // No processor has it, so that none of its code may run.
+  std::ifstream stream(library_of(InstructionSet::kBaseline), std::ios::binary);
+  std::string library{std::istreambuf_iterator<char>(stream), {}};
+  const std::string key = std::string(";isa=") + KINOME_ABI_ISA + ";";
+  size_t changed = 0;
+  for (size_t at = library.find(key); at != std::string::npos; at = library.find(key, at)) {
+    library[at + key.size() - 2] = '?';
+    ++changed;
+  }
+  ASSERT_GT(changed, 0u);
+  const TemporaryFolder folder;
+  const std::string file = folder.write(std::string("texture/") + kName + ".so", library);
+  PluginRegistry registry({folder.folder()}, processor_instruction_set());
+  std::string unknown = KINOME_ABI_ISA;
+  unknown.back() = '?';
+  const std::string message = error_of([&] { taken_by(registry); });
+  EXPECT_NE(message.find("'" + file +
+                         "' is not a usable plugin: it is built for the instruction "
+                         "set " +
+                         unknown + ", which this processor lacks"),
+            std::string::npos)
+      << message;
+  EXPECT_EQ(dlopen(file.c_str(), RTLD_NOW | RTLD_NOLOAD), nullptr);
+}
+
+}  // namespace
+}  // namespace kinome::test
