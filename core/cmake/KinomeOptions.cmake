@@ -7,8 +7,8 @@ target_compile_options(kinome_options INTERFACE
   -fno-math-errno -fno-trapping-math
   # Products and sums are contracted (FMA) where the code says so, and nowhere else: polynomials and
   # dot products do, in wide numbers. Left to the compiler, whether a determinant, cross product or
-  # other difference of two products is exactly 0 depends on the instruction set and on the compiler's
-  # mood. In files of one instruction set without FMA, it changes nothing.
+  # other difference of two products is exactly 0 depends on the instruction set and on what the
+  # compiler makes of it. In files of one instruction set without FMA, it changes nothing.
   -ffp-contract=off)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   # False alarms on `"literal" + std::string` (GCC bug 105651, mended in 13).

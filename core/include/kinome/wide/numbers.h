@@ -8,18 +8,21 @@
 //
 //   template <class F>
 //   F schlick(F cos_theta, F r0) {
-//     const F x = max(1.f - cos_theta, 0.f);
-//     return select(cos_theta > 0.f, mul_add(1.f - r0, x * x * x * x * x, r0), 0.f);
+//     const F x = max(1.f - cos_theta, F(0.f));
+//     return select(cos_theta > 0.f, mul_add(1.f - r0, x * x * x * x * x, r0), F(0.f));
 //   }
 //
 // F is float in the function for one point and wide::Float in the one for a block. Functions of
 // wide numbers are found by their arguments; those of float, int32_t, uint32_t, bool and GLM's
 // vectors, of the same names and meanings, are in `formulas` (and in `wide`). There, numbers don't
 // convert: sqrt(2.0) and max(x, 0) of a float x don't compile. Beside `&`, `|` and `!`, masks have
-// `&&` and
-// `||`, which formulas use: of two bools, `&` makes an int. Both sides are computed in any case.
+// `&&` and `||`, which formulas use: of two bools, `&` makes an int. Both sides are computed in any
+// case.
 //
 // Only what says mul_add is contracted, where the instruction set can; never for float.
+//
+// Highway knows no SSE2: built for the x86-64 baseline, numbers have one lane by GCC, and four
+// emulated ones by clang.
 //
 // What is compiled for different instruction sets has different names (the inline namespace), so
 // that the linker can't take one for the other. Nothing here is seen in the interfaces of the core,
