@@ -112,6 +112,16 @@ void FilmTile::add_pixel(int x, int y, std::span<const float> values, float weig
   pixel[values_] += weight;
 }
 
+void FilmTile::add_sums(int x, int y, std::span<const float> sums, float weight) {
+  if (sums.size() != static_cast<size_t>(values_)) {
+    throw std::logic_error("FilmTile::add_sums: wrong number of values");
+  }
+  if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
+  double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
+  for (int i = 0; i < values_; ++i) pixel[i] += static_cast<double>(sums[static_cast<size_t>(i)]);
+  pixel[values_] += static_cast<double>(weight);
+}
+
 void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
   if (!is_finite(value) || !is_finite(Vec3(position, 0.f))) {
     ++non_finite_;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "kinome/block_points.h"
 #include "kinome/bsdf.h"
 #include "kinome/emitter.h"
 #include "kinome/reconstruction_filter.h"

@@ -5,7 +5,6 @@
 #endif
 
 #include "kinome/blocks.h"
-#include "kinome/interaction.h"
 
 namespace kinome {
 
@@ -26,8 +25,5 @@ class UpperHalves {
   inline static const bool has_avx_ = __builtin_cpu_supports("avx");
 #endif
 };
-
-/// Point i of a block by itself; t isn't part of blocks.
-SurfaceInteraction interaction_of(const SurfaceBlock& block, size_t i);
 
 }  // namespace kinome

@@ -11,14 +11,17 @@
 #include <algorithm>
 #include <array>
 #include <set>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "kinome/block_points.h"
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
 #include "kinome/primary_rays.h"
+#include "transport/blocks_of_tile.h"
+#include "transport/camera.h"
+#include "transport/film_samples.h"
 
 namespace kinome {
 namespace {
@@ -32,10 +35,8 @@ constexpr Parameter kTable[] = {
      Category::kIntegrator},
 };
 
-constexpr uint32_t kRays = 4096;  ///< traced together
-
 struct SurfaceHit {
-  const SurfaceInteraction& si;
+  SurfaceInteraction si;
   uint32_t shape;
   float depth;  ///< from the camera's near plane, as in Mitsuba
 };
@@ -82,6 +83,50 @@ const Type& find_type(const Properties& props, const std::string& name) {
                                 (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
 }
 
+/// What one thread works with.
+class AovWorker {
+ public:
+  AovWorker(const transport::SceneTable& scene, const Sensor& sensor,
+            const std::vector<const Type*>& types, size_t channels)
+      : types_(types),
+        camera_(scene, sensor, transport::kBlockSamples, false),
+        film_(sensor.film().filter(), static_cast<int>(channels), transport::kBlockSamples),
+        arena_(transport::kBlockSamples + kBlockLanes) {
+    for (size_t i = 0; i < channels; ++i) values_.push_back(arena_.floats());
+  }
+
+  void render(const PixelSamples& samples, Tile& tile) {
+    const StageTimer timer(tile.counters.stage_seconds["aov"]);
+    camera_.trace(samples, tile.counters);
+    for (float* column : values_) std::fill_n(column, samples.count(), 0.f);
+    for (const transport::Surfaces::Range& range : camera_.surfaces().ranges()) {
+      for (size_t i = range.first; i < range.first + range.count; ++i) fill(i);
+    }
+    film_.add(samples, camera_.film_position(), values_, tile.film);
+  }
+
+ private:
+  /// The values of a point's ray.
+  void fill(size_t point) {
+    const SurfaceBlock& points = camera_.surfaces().points();
+    const uint32_t ray = points.ray[point];
+    const SurfaceHit hit{interaction_of(points, point),
+                         camera_.rays()[ray / kBlockLanes].shape[ray % kBlockLanes],
+                         camera_.depth(ray)};
+    size_t at = 0;
+    for (const Type* type : types_) {
+      const Vec3 value = type->value(hit);
+      for (int c = 0; type->suffixes[c] != 0; ++c) values_[at++][ray] = value[c];
+    }
+  }
+
+  const std::vector<const Type*>& types_;
+  transport::Camera camera_;
+  transport::FilmSamples film_;
+  transport::Arena arena_;
+  std::vector<float*> values_;
+};
+
 class AovIntegrator final : public Integrator {
  public:
   explicit AovIntegrator(const Properties& props) : nested_(props.object<Integrator>()) {
@@ -117,27 +162,13 @@ class AovIntegrator final : public Integrator {
   }
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (nested_) nested_->render(scene, sensor, context);
-    const uint64_t seed = key_seed(context, sensor.sampler());
-    const uint32_t samples_per_pixel = sensor.sampler().sample_count();
-    const auto render_part = [&](Tile& tile, uint32_t first, uint32_t samples) {
-      thread_local PrimaryBatch primary;
-      thread_local std::vector<float> values;
-      const StageTimer timer(tile.counters.stage_seconds["aov"]);
-      values.resize(layers_.back().size());
-      primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
-      for (size_t i = 0; i < primary.size(); ++i) {
-        fill(primary, i, values);
-        tile.film.add(primary.film_position(i), values);
-      }
-    };
-    for_each_sample_range(context, samples_per_pixel, [&](uint32_t begin, uint32_t count) {
-      const auto work = [&](Tile& tile) {
-        for_each_part(tile.pixels, count, kRays, [&](uint32_t first, uint32_t samples) {
-          render_part(tile, begin + first, samples);
+    const transport::SceneTable table(scene);
+    transport::render_tiles<AovWorker>(
+        sensor, context, layer_,
+        [&] { return std::make_unique<AovWorker>(table, sensor, types_, layers_.back().size()); },
+        [](AovWorker& worker, const PixelSamples& samples, Tile& tile) {
+          worker.render(samples, tile);
         });
-      };
-      context.for_each_tile(sensor.film(), work, layer_);
-    });
   }
 
  private:
@@ -163,19 +194,6 @@ class AovIntegrator final : public Integrator {
       }
       if (comma == std::string_view::npos) return;
       rest.remove_prefix(comma + 1);
-    }
-  }
-
-  void fill(const PrimaryBatch& primary, size_t i, std::vector<float>& values) const {
-    if (!primary.hit(i)) {
-      std::fill(values.begin(), values.end(), 0.f);
-      return;
-    }
-    const SurfaceHit hit{primary.interaction(i), primary.ray_hit(i).hit.shape, primary.depth(i)};
-    size_t at = 0;
-    for (const Type* type : types_) {
-      const Vec3 value = type->value(hit);
-      for (int c = 0; type->suffixes[c] != 0; ++c) values[at++] = value[c];
     }
   }
 

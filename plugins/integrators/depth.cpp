@@ -4,18 +4,50 @@
 ///     <integrator type="depth"/>
 
 #include <array>
-#include <span>
 
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
 #include "kinome/primary_rays.h"
+#include "transport/blocks_of_tile.h"
+#include "transport/camera.h"
+#include "transport/film_samples.h"
 
 namespace kinome {
 namespace {
 
 constexpr std::array<Parameter, 0> kTable{};
 
-constexpr uint32_t kRays = 4096;  ///< traced together
+/// What one thread works with.
+class DepthWorker {
+ public:
+  DepthWorker(const transport::SceneTable& scene, const Sensor& sensor)
+      : camera_(scene, sensor, transport::kBlockSamples, false),
+        film_(sensor.film().filter(), sensor.film().value_count(0), transport::kBlockSamples),
+        arena_(transport::kBlockSamples + kBlockLanes),
+        depth_{arena_.floats(), arena_.floats(), arena_.floats()},
+        alpha_(arena_.floats()),
+        values_{depth_.x, depth_.y, depth_.z} {
+    if (sensor.film().has_alpha()) values_.push_back(alpha_);
+  }
+
+  void render(const PixelSamples& samples, Tile& tile) {
+    const StageTimer timer(tile.counters.stage_seconds["primary"]);
+    camera_.trace_rays(samples, tile.counters);
+    for (size_t i = 0; i < samples.count(); ++i) {
+      depth_.set(i, Vec3(camera_.hit(i) ? camera_.depth(i) : 0.f));
+    }
+    camera_.find_alpha(samples, alpha_);
+    film_.add(samples, camera_.film_position(), values_, tile.film);
+  }
+
+ private:
+  transport::Camera camera_;
+  transport::FilmSamples film_;
+  transport::Arena arena_;
+  Columns3 depth_;
+  float* alpha_;
+  std::vector<float*> values_;
+};
 
 class DepthIntegrator final : public Integrator {
  public:
@@ -23,26 +55,12 @@ class DepthIntegrator final : public Integrator {
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     context.skip("shading", "only distances are asked for");
-    const auto value_count = static_cast<size_t>(sensor.film().value_count(0));
-    const uint64_t seed = key_seed(context, sensor.sampler());
-    const uint32_t samples_per_pixel = sensor.sampler().sample_count();
-    const auto render_part = [&](Tile& tile, uint32_t first, uint32_t samples) {
-      thread_local PrimaryBatch primary;
-      const StageTimer timer(tile.counters.stage_seconds["primary"]);
-      primary.trace(scene, sensor, tile.pixels, first, samples, seed, tile.counters);
-      for (size_t i = 0; i < primary.size(); ++i) {
-        const float t = primary.hit(i) ? primary.depth(i) : 0;
-        const std::array<float, 4> values{t, t, t, primary.hit(i) ? 1.f : 0.f};
-        tile.film.add(primary.film_position(i), std::span(values.data(), value_count));
-      }
-    };
-    for_each_sample_range(context, samples_per_pixel, [&](uint32_t begin, uint32_t count) {
-      context.for_each_tile(sensor.film(), [&](Tile& tile) {
-        for_each_part(tile.pixels, count, kRays, [&](uint32_t first, uint32_t samples) {
-          render_part(tile, begin + first, samples);
+    const transport::SceneTable table(scene);
+    transport::render_tiles<DepthWorker>(
+        sensor, context, 0, [&] { return std::make_unique<DepthWorker>(table, sensor); },
+        [](DepthWorker& worker, const PixelSamples& samples, Tile& tile) {
+          worker.render(samples, tile);
         });
-      });
-    });
   }
 };
 

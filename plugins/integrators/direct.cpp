@@ -5,14 +5,15 @@
 ///
 ///     <integrator type="direct"><integer name="shading_samples" value="4"/></integrator>
 
-#include <span>
+#include <algorithm>
+#include <optional>
 #include <string>
-#include <vector>
 
-#include "direct_light.h"
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
 #include "stages.h"
+#include "transport/camera_block.h"
+#include "transport/direct_light.h"
 
 namespace kinome {
 namespace {
@@ -28,55 +29,33 @@ constexpr Parameter kTable[] = {
      "The camera sees no light itself: it looks through surfaces that emit, at a black sky."},
 };
 
-struct Settings {
-  int emitter_samples;
-  int bsdf_samples;
-  bool hide_emitters;
-};
-
-/// What one thread works with; kept from batch to batch.
-class DirectShader {
- public:
-  void shade(const Settings& settings, const Scene& scene, const Sampler& sampler,
-             const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters);
-
- private:
-  DirectLight light_;
-  std::vector<ShadingPoint> points_;
-};
-
-void DirectShader::shade(const Settings& settings, const Scene& scene, const Sampler& sampler,
-                         const PrimaryBatch& primary, std::span<Rgb> radiance,
-                         RenderCounters& counters) {
-  auto& stages = counters.stage_seconds;
-  collect_shading_points(primary, points_);
-  const DirectLight::Context context{scene, sampler, counters, settings.emitter_samples,
-                                     settings.bsdf_samples};
-  const bool use_emitters = !scene.emitters().empty() && settings.emitter_samples > 0;
-  const bool use_bsdfs =
-      (scene.environment() || scene.has_surface_emitters()) && settings.bsdf_samples > 0;
-  const auto rays_per_point =
-      static_cast<size_t>(settings.emitter_samples) + static_cast<size_t>(settings.bsdf_samples);
-  const uint32_t bsdf_dimension =
-      kPrimaryDimensions + kLightDimensions * static_cast<uint32_t>(settings.emitter_samples);
-  const size_t step = std::max<size_t>(1, kShadowRays / rays_per_point);
-  for (size_t first = 0; first < points_.size(); first += step) {
+void add_light(transport::DirectLight& light, const Scene& scene,
+               const transport::LightSamples& wanted, const transport::CameraBlock& block,
+               const PixelSamples& samples, RenderCounters& counters) {
+  constexpr auto kDimensions = transport::DirectLight::kDimensions;
+  const transport::Surfaces& seen = block.seen();
+  if (seen.reflecting() == 0) return;
+  const int emitter_samples = scene.emitters().empty() ? 0 : wanted.emitter;
+  const bool meets_light = scene.environment() || scene.has_surface_emitters();
+  const int bsdf_samples = meets_light ? wanted.bsdf : 0;
+  const transport::Vertices vertices{&seen, seen.points().ray, {}};
+  for (int k = 0; k < std::max(emitter_samples, bsdf_samples); ++k) {
+    const auto dimension = [&](int count, int before) -> std::optional<uint32_t> {
+      if (k >= count) return std::nullopt;
+      return transport::kCameraDimensions + kDimensions * static_cast<uint32_t>(before + k);
+    };
     {
-      const StageTimer timer(stages["shade"]);
-      light_.begin(std::span(points_).subspan(first, std::min(step, points_.size() - first)));
-      if (use_emitters) light_.sample_emitters(context, kPrimaryDimensions);
-      if (use_bsdfs) {
-        light_.sample_bsdfs(context, bsdf_dimension);
-        if (scene.has_surface_emitters()) {
-          light_.make_bsdf_rays(context);
-        } else {
-          light_.find_environment(context);
-        }
-      }
+      const StageTimer timer(counters.stage_seconds["shade"]);
+      light.sample(samples, vertices, dimension(emitter_samples, 0),
+                   dimension(bsdf_samples, wanted.emitter));
     }
-    const StageTimer timer(stages["shadow"]);
-    light_.trace_shadow_rays(context, radiance);
-    light_.trace_bsdf_rays(context, radiance);
+    if (k < emitter_samples) light.add_emitter_samples(vertices, block.radiance(), counters);
+    if (k >= bsdf_samples) continue;
+    if (scene.has_surface_emitters()) {
+      light.trace(vertices, transport::Surfaces::Which::kEmitting, block.radiance(), counters);
+    } else {
+      light.add_environment(vertices, block.radiance(), counters);
+    }
   }
 }
 
@@ -91,15 +70,16 @@ class DirectIntegrator final : public Integrator {
     const auto count = [&](const std::string& name) {
       return static_cast<int>(props.integer(props.has(name) ? name : "shading_samples", 0, 65536));
     };
-    settings_ = {count("emitter_samples"), count("bsdf_samples"), props.boolean("hide_emitters")};
-    if (settings_.emitter_samples + settings_.bsdf_samples == 0) {
+    samples_ = {count("emitter_samples"), count("bsdf_samples")};
+    hide_emitters_ = props.boolean("hide_emitters");
+    if (samples_.emitter + samples_.bsdf == 0) {
       throw props.error("shading_samples",
                         "must give at least one emitter sample or BSDF sample, got 0 of both");
     }
   }
 
   std::vector<Stage> stages() const override {
-    return {kPrimaryStage, kShadeStage, kShadowStage, kFilmStage};
+    return {kPrimaryStage, kShadeStage, kShadowStage, kBounceStage, kFilmStage};
   }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
@@ -107,16 +87,22 @@ class DirectIntegrator final : public Integrator {
     if (!scene.has_surface_emitters()) {
       context.skip("nearest hits of BSDF rays", "no surface emits: occlusion is enough");
     }
-    shade_primary_rays(
-        scene, sensor, context, settings_.hide_emitters,
-        [&](const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters) {
-          thread_local DirectShader shader;
-          shader.shade(settings_, scene, sensor.sampler(), primary, radiance, counters);
+    const transport::SceneTable table(scene);
+    transport::render_blocks<transport::DirectLight>(
+        table, sensor, context, hide_emitters_,
+        [&] {
+          return std::make_unique<transport::DirectLight>(table, sensor.sampler(), samples_,
+                                                          transport::kBlockSamples);
+        },
+        [&](transport::DirectLight& light, const transport::CameraBlock& block,
+            const PixelSamples& samples, RenderCounters& counters) {
+          add_light(light, scene, samples_, block, samples, counters);
         });
   }
 
  private:
-  Settings settings_;
+  transport::LightSamples samples_;
+  bool hide_emitters_ = false;
 };
 
 }  // namespace

@@ -1,11 +1,11 @@
-/// Path tracing from the camera, as Mitsuba's `path`; see PathTracer.
+/// Path tracing from the camera, as Mitsuba's `path`; see transport::Paths.
 ///
 ///     <integrator type="path"><integer name="max_depth" value="8"/></integrator>
 
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
-#include "path_tracer.h"
 #include "stages.h"
+#include "transport/render_paths.h"
 
 namespace kinome {
 namespace {
@@ -26,7 +26,7 @@ class PathIntegrator final : public Integrator {
   }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    render_paths(settings_, scene, sensor, context);
+    transport::render_paths(settings_, scene, sensor, context);
   }
 
  private:

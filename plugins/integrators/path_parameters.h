@@ -5,6 +5,7 @@
 
 #include "kinome/color.h"
 #include "kinome/properties.h"
+#include "kinome/wide/vectors.h"
 
 /// What integrators over whole paths have in common.
 namespace kinome {
@@ -45,9 +46,18 @@ struct PathLength {
   }
 };
 
-/// With what probability Russian roulette lets a path go on; 0 only where it carries nothing.
-inline float survival_probability(const Rgb& throughput) {
-  return std::min(max_component(throughput), 0.95f);
+/// What `path` is asked for.
+struct PathSettings {
+  PathLength length;
+  bool hide_emitters = false;
+};
+
+/// With what probability Russian roulette lets a path go on; 0 only where it carries nothing. V is
+/// Rgb, or a vector of such (wide::Rgb).
+template <class V>
+wide::NumberOf<V> survival_probability(const V& throughput) {
+  using namespace wide::formulas;
+  return min(max_component(throughput), wide::NumberOf<V>(0.95f));
 }
 
 }  // namespace kinome

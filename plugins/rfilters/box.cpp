@@ -3,10 +3,9 @@
 //
 //   <rfilter type="box"/>
 
-#include <cmath>
-
 #include "kinome/plugin.h"
 #include "kinome/reconstruction_filter.h"
+#include "kinome/wide/vectors.h"
 
 namespace kinome {
 namespace {
@@ -14,7 +13,17 @@ namespace {
 class BoxFilter : public ReconstructionFilter {
  public:
   explicit BoxFilter(const Properties&) { radius_ = 0.5f; }
-  float eval(float x) const override { return std::abs(x) <= radius_ ? 1.f : 0.f; }
+  float eval(float x) const override { return weight(x); }
+  void eval_block(const float* x, size_t count, float* out) const override {
+    wide::for_lanes(count, [&](size_t i) { weight(wide::Float::load(x + i)).store(out + i); });
+  }
+
+ private:
+  template <class F>
+  F weight(F x) const {
+    using namespace wide::formulas;
+    return select(abs(x) <= radius_, F(1.f), F(0.f));
+  }
 };
 
 }  // namespace

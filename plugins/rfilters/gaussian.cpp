@@ -2,11 +2,11 @@
 //
 //   <rfilter type="gaussian"><float name="stddev" value="0.5"/></rfilter>
 
-#include <algorithm>
 #include <cmath>
 
 #include "kinome/plugin.h"
 #include "kinome/reconstruction_filter.h"
+#include "kinome/wide/functions.h"
 
 namespace kinome {
 namespace {
@@ -30,11 +30,18 @@ class GaussianFilter : public ReconstructionFilter {
     }
     radius_ = kCutoff * stddev_;
   }
-  float eval(float x) const override {
-    return std::max(0.f, std::exp(-0.5f * sqr(x / stddev_)) - at_cutoff_);
+  float eval(float x) const override { return weight(x); }
+  void eval_block(const float* x, size_t count, float* out) const override {
+    wide::for_lanes(count, [&](size_t i) { weight(wide::Float::load(x + i)).store(out + i); });
   }
 
  private:
+  template <class F>
+  F weight(F x) const {
+    using namespace wide::formulas;
+    return max(F(0.f), exp(-0.5f * sqr(x / stddev_)) - at_cutoff_);
+  }
+
   float stddev_;
   float at_cutoff_ = std::exp(-0.5f * sqr(kCutoff));
 };

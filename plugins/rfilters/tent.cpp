@@ -2,11 +2,9 @@
 //
 //   <rfilter type="tent"><float name="radius" value="1"/></rfilter>
 
-#include <algorithm>
-#include <cmath>
-
 #include "kinome/plugin.h"
 #include "kinome/reconstruction_filter.h"
+#include "kinome/wide/vectors.h"
 
 namespace kinome {
 namespace {
@@ -27,7 +25,17 @@ class TentFilter : public ReconstructionFilter {
       throw props.error("radius", "must lie in [0.51, 64] pixels, got " + std::to_string(radius_));
     }
   }
-  float eval(float x) const override { return std::max(0.f, 1 - std::abs(x) / radius_); }
+  float eval(float x) const override { return weight(x); }
+  void eval_block(const float* x, size_t count, float* out) const override {
+    wide::for_lanes(count, [&](size_t i) { weight(wide::Float::load(x + i)).store(out + i); });
+  }
+
+ private:
+  template <class F>
+  F weight(F x) const {
+    using namespace wide::formulas;
+    return max(F(0.f), 1.f - abs(x) / radius_);
+  }
 };
 
 }  // namespace

@@ -30,8 +30,31 @@ class Independent : public Sampler {
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
     return to_unit_square(hash_key(key, key.sample, dimension));
   }
+  void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
+    for_each_sample(samples, dimension, [&](size_t i, uint64_t hash) {
+      out[i] = to_unit_float(static_cast<uint32_t>(hash >> 32));
+    });
+  }
+  void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
+                     const Columns2& out) const override {
+    for_each_sample(samples, dimension,
+                    [&](size_t i, uint64_t hash) { out.set(i, to_unit_square(hash)); });
+  }
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
     return std::make_shared<Independent>(count, seed_);
+  }
+
+ private:
+  /// Vectors have no wide product of 64 bits: hashes are made one by one.
+  template <class Function>
+  static void for_each_sample(const PixelSamples& samples, uint32_t dimension, const Function& fn) {
+    size_t i = 0;
+    for (size_t p = 0; p < samples.pixels; ++p) {
+      const SampleKey key{samples.x[p], samples.y[p], 0, samples.seed};
+      for (uint32_t s = 0; s < samples.samples; ++s) {
+        fn(i++, hash_key(key, samples.first_sample + s, dimension));
+      }
+    }
   }
 };
 

@@ -13,6 +13,7 @@
 
 #include "kinome/plugin.h"
 #include "kinome/owen.h"
+#include "pixel_keys.h"
 #include "sampler_common.h"
 
 namespace kinome {
@@ -51,6 +52,35 @@ class Sobol : public Sampler {
     const Pair pair(key, dimension);
     for (uint32_t i = 0; i < count; ++i) out[i] = pair.at(key.sample + i);
   }
+  void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
+    thread_local PixelKeys order, x;
+    order.resize(samples.pixels), x.resize(samples.pixels);
+    for (size_t p = 0; p < samples.pixels; ++p) {
+      const uint64_t hash =
+          hash_key({samples.x[p], samples.y[p], 0, samples.seed}, dimension, kOneDimension);
+      order.set(p, hash);
+      x.set(p, scatter(hash + kSaltX));
+    }
+    for_each_vector(samples, [&](size_t i, wide::Uint sample, const auto& of_pixel) {
+      first(reorder(sample, order, of_pixel), x, of_pixel).store(out + i);
+    });
+  }
+  void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
+                     const Columns2& out) const override {
+    thread_local PixelKeys order, x, y;
+    order.resize(samples.pixels), x.resize(samples.pixels), y.resize(samples.pixels);
+    for (size_t p = 0; p < samples.pixels; ++p) {
+      const Pair pair({samples.x[p], samples.y[p], 0, samples.seed}, dimension);
+      order.set(p, pair.order);
+      x.set(p, pair.x);
+      y.set(p, pair.y);
+    }
+    for_each_vector(samples, [&](size_t i, wide::Uint sample, const auto& of_pixel) {
+      const wide::Uint index = reorder(sample, order, of_pixel);
+      first(index, x, of_pixel).store(out.x + i);
+      first(sobol_second_reversed(index), y, of_pixel).store(out.y + i);
+    });
+  }
   /// Only powers of two are needed for nets; those of four are Mitsuba's rule for scenes.
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
     uint32_t rounded = 1;
@@ -78,6 +108,18 @@ class Sobol : public Sampler {
     uint64_t x;
     uint64_t y;
   };
+
+  /// owen_scramble and owen_sobol_first of a vector of samples.
+  template <class OfPixel>
+  static wide::Uint reorder(wide::Uint sample, const PixelKeys& key, const OfPixel& of_pixel) {
+    return reverse_bits(
+        scramble_reversed(reverse_bits(sample), of_pixel(key.low()), of_pixel(key.high())));
+  }
+  template <class OfPixel>
+  static wide::Float first(wide::Uint index, const PixelKeys& key, const OfPixel& of_pixel) {
+    return to_unit(
+        reverse_bits(scramble_reversed(index, of_pixel(key.low()), of_pixel(key.high()))));
+  }
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "kinome/properties.h"
 #include "kinome/sensor.h"
+#include "kinome/wide/vectors.h"
 
 /// What the cameras have in common. They look along +Z of their own frame, with +X to the picture's
 /// left and +Y up.
@@ -135,12 +136,61 @@ struct FilmPlane {
     origin = Vec2(half_width * (1 - 2.0 * offset.x), half_height * (1 - 2.0 * offset.y));
     step = Vec2(-2 * half_width / w, -2 * half_height / h);
   }
-  Vec2 at(const Vec2& film_position) const { return origin + step * film_position; }
+  /// V is Vec2, or a vector of such (wide::Vec2).
+  template <class V>
+  V at(const V& film_position) const {
+    return V(origin) + V(step) * film_position;
+  }
   /// The inverse of at().
   Vec2 film_position(const Vec2& p) const { return (p - origin) / step; }
   /// Of one pixel, on the plane.
   float pixel_area() const { return std::abs(step.x * step.y); }
 };
+
+/// Of F: one ray, or a vector of rays.
+template <class F>
+struct CameraRay {
+  wide::VecOf<F> o, d;
+  F tmin, tmax;
+
+  Ray one() const {
+    Ray ray;
+    ray.o = o, ray.d = d;
+    ray.tmin = tmin, ray.tmax = tmax;
+    return ray;
+  }
+};
+
+/// The linear part of a camera's transform, and the whole.
+inline Vec3 turn(const Transform& to_world, const Vec3& v) {
+  return to_world.vector(v);
+}
+inline Vec3 place(const Transform& to_world, const Vec3& p) {
+  return to_world.point(p);
+}
+inline wide::Vec3 turn(const Transform& to_world, const wide::Vec3& v) {
+  const Mat4& m = to_world.matrix();
+  return wide::Vec3(Vec3(m[0])) * v.x + wide::Vec3(Vec3(m[1])) * v.y + wide::Vec3(Vec3(m[2])) * v.z;
+}
+inline wide::Vec3 place(const Transform& to_world, const wide::Vec3& p) {
+  return turn(to_world, p) + wide::Vec3(Vec3(to_world.matrix()[3]));
+}
+
+/// Sensor::sample_ray_block by camera.ray(film_position, aperture) of wide numbers.
+template <class Camera>
+void make_rays(const Camera& camera, const Columns2& film_position, const Columns2& aperture,
+               size_t count, RayHit16* out) {
+  wide::for_lanes(count, [&](size_t i) {
+    const CameraRay<wide::Float> ray = camera.template ray<wide::Float>(
+        wide::Vec2::load(film_position, i), wide::Vec2::load(aperture, i));
+    Ray16& to = out[i / kBlockLanes].ray;
+    const size_t lane = i % kBlockLanes;
+    ray.o.store({to.ox, to.oy, to.oz}, lane);
+    ray.d.store({to.dx, to.dy, to.dz}, lane);
+    ray.tmin.store(to.tmin + lane);
+    ray.tmax.store(to.tmax + lane);
+  });
+}
 
 inline bool contains(const Rect& pixels, const Vec2& p) {
   return p.x >= static_cast<float>(pixels.x0) && p.x < static_cast<float>(pixels.x1) &&

@@ -37,13 +37,18 @@ class Orthographic : public Sensor {
     far_ = near_ + (clip.far - clip.near);
   }
 
-  Ray sample_ray(const Vec2& film_position, const Vec2&) const override {
-    Ray ray;
-    ray.o = to_world_.point(Vec3(plane_.at(film_position), 0.f));
-    ray.d = direction_;
-    ray.tmin = near_;
-    ray.tmax = far_;
-    return ray;
+  Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
+    return ray<float>(film_position, aperture).one();
+  }
+  void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
+                        RayHit16* out) const override {
+    make_rays(*this, film_position, aperture, count, out);
+  }
+  template <class F>
+  CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>&) const {
+    using wide::VecOf;
+    const auto p = plane_.at(film_position);
+    return {place(to_world_, VecOf<F>(p.x, p.y, F(0.f))), VecOf<F>(direction_), F(near_), F(far_)};
   }
 
   std::optional<SensorConnection> connect(const Vec3& p, const Vec2&) const override {

@@ -36,15 +36,20 @@ class Perspective : public Sensor {
     origin_ = to_world_.point(Vec3(0.f));
   }
 
-  Ray sample_ray(const Vec2& film_position, const Vec2&) const override {
-    const Vec2 p = plane_.at(film_position);
-    const float length = std::sqrt(p.x * p.x + p.y * p.y + 1);
-    Ray ray;
-    ray.o = origin_;
-    ray.d = glm::normalize(to_world_.vector(Vec3(p.x, p.y, 1.f)));
-    ray.tmin = clip_.near * length;
-    ray.tmax = clip_.far * length;
-    return ray;
+  Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
+    return ray<float>(film_position, aperture).one();
+  }
+  void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
+                        RayHit16* out) const override {
+    make_rays(*this, film_position, aperture, count, out);
+  }
+  template <class F>
+  CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>&) const {
+    using namespace wide::formulas;
+    const auto p = plane_.at(film_position);
+    const F length = sqrt(p.x * p.x + p.y * p.y + 1.f);
+    return {VecOf<F>(origin_), normalize(turn(to_world_, VecOf<F>(p.x, p.y, F(1.f)))),
+            clip_.near * length, clip_.far * length};
   }
 
   std::optional<SensorConnection> connect(const Vec3& p, const Vec2&) const override {

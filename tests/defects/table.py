@@ -20,6 +20,7 @@ class Defect:
 
 
 CLUSTERED = "plugins/integrators/clustered/"
+TRANSPORT = "plugins/integrators/transport/"
 
 DEFECTS = [Defect(*row) for row in (
     ("leaf_never_chosen", CLUSTERED + "points/light_cut.cpp",
@@ -59,19 +60,27 @@ DEFECTS = [Defect(*row) for row in (
      "envmap", "EnvironmentMap.LightPointsKeepTheFlux"),
 
     # What integrators share.
-    ("emitter_weight_without_bsdf", "plugins/integrators/direct_light.cpp",
-     "power_heuristic(pdf * n_emitter, pdf_[k] * n_bsdf)", "1",
+    ("emitter_weight_without_bsdf", TRANSPORT + "direct_light.cpp",
+     "power_heuristic(pdf, Float::load(answer_.pdf + i) * n_bsdf)", "Float(1.f)",
      "closed_form", "ClosedForm.FurnaceShowsTheAlbedo"),
-    ("emitter_choice_without_its_probability", "plugins/integrators/direct_light.cpp",
-     "light.pdf * context.pick_pdf()", "light.pdf",
+    ("emitter_choice_without_its_probability", TRANSPORT + "direct_light.cpp",
+     "(emitters_.pick_pdf() * n_emitter)", "n_emitter",
      "direct", "Direct.PicksAmongManyEmitters"),
-    ("emitter_density_forgotten_in_bsdf_weight", "plugins/integrators/direct_light.cpp",
-     "emitter_pdf * context.pick_pdf()", "0.5f * emitter_pdf * context.pick_pdf()",
+    ("emitter_density_forgotten_in_bsdf_weight", TRANSPORT + "direct_light.cpp",
+     "emitter_pdf * emitters_.pick_pdf()", "0.5f * emitter_pdf * emitters_.pick_pdf()",
      "direct", "Direct.LightsAFloorFromASquare"),
-    ("weight_forgotten_at_second_point", "plugins/integrators/direct_light.cpp",
-     "light * bsdf_weight(context, direction.pdf, emitter_pdf)",
-     "light * (point.throughput == Rgb(1.f) ? bsdf_weight(context, direction.pdf, emitter_pdf) : 1)",
+    ("weight_forgotten_at_second_point", TRANSPORT + "direct_light.cpp",
+     "light * bsdf_weight(k, met_pdf_[i])",
+     "light * (vertices.throughput.x ? 1.f : bsdf_weight(k, met_pdf_[i]))",
      "path", "Path.ClosedFurnaceIsAGeometricSeries"),
+    ("padding_taken_for_points", TRANSPORT + "surfaces.cpp",
+     "std::fill(live_ + end, live_ + last, 0.f);",
+     "std::fill(live_ + end, live_ + last, DEFECT ? 1.f : 0.f);",
+     "direct", "Direct.CountsItsRays"),
+    ("sorted_rays_put_back_elsewhere", TRANSPORT + "occlusion.cpp",
+     "rays[order[i] / 16].tmax[order[i] % 16]",
+     "rays[(DEFECT ? i : order[i]) / 16].tmax[(DEFECT ? i : order[i]) % 16]",
+     "direct", "Direct.LightsAFloorFromASquare"),
     ("shading_normals_taken_for_reciprocal", "core/light/adjoint.cpp",
      "adjoint_factor(si, si.frame.to_world(si.wi), connection->d)",
      "std::abs(glm::dot(si.frame.n, connection->d) / si.wi.z)",

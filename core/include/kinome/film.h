@@ -37,6 +37,11 @@ class KINOME_EXPORT FilmTile {
   /// that draw samples by the filter themselves. Several are weighed by `weight` (> 0). Non-finite
   /// values as in add().
   void add_pixel(int x, int y, std::span<const float> values, float weight = 1);
+  /// Adds samples that have been weighed by the filter and summed: sums of weight x value, and of
+  /// weights, for the pixel (x, y), of this tile or of its border; others are left out. All must be
+  /// finite: samples that aren't are the caller's to find and to count, by count_non_finite().
+  void add_sums(int x, int y, std::span<const float> sums, float weight);
+  void count_non_finite(uint64_t samples) { non_finite_ += samples; }
   /// Adds light that arrives at any `position` of the full film, inside this tile or not, whatever
   /// has been sampled there: pixels add it to their weighted means. Colour of layer 0 only.
   void add_splat(const Vec2& position, const Rgb& value);

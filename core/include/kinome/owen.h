@@ -6,6 +6,29 @@
 
 namespace kinome {
 
+// Functions over U are for uint32_t, and for vectors of them: kinome/wide's.
+
+namespace bits {
+template <int n>
+constexpr uint32_t shift_left(uint32_t v) {
+  return v << n;
+}
+template <int n>
+constexpr uint32_t shift_right(uint32_t v) {
+  return v >> n;
+}
+}  // namespace bits
+
+/// Least significant bit first.
+template <class U>
+U reverse_bits(U v) {
+  using bits::shift_left, bits::shift_right;
+  v = shift_right<16>(v) | shift_left<16>(v);
+  v = (shift_right<8>(v) & 0x00ff00ffu) | shift_left<8>(v & 0x00ff00ffu);
+  v = (shift_right<4>(v) & 0x0f0f0f0fu) | shift_left<4>(v & 0x0f0f0f0fu);
+  v = (shift_right<2>(v) & 0x33333333u) | shift_left<2>(v & 0x33333333u);
+  return (shift_right<1>(v) & 0x55555555u) | shift_left<1>(v & 0x55555555u);
+}
 inline uint32_t reverse_bits(uint32_t v) {
 #if defined(__clang__)
   return __builtin_bitreverse32(v);
@@ -22,16 +45,19 @@ inline uint32_t reverse_bits(uint32_t v) {
 /// sampling for stochastic transparency") in Burley's use of it (2020, "Practical hash-based Owen
 /// scrambling"): additions and multiplications carry only upward. The even constants are our own,
 /// searched for flips that are even odds for every pair of bits, to 3 %.
-inline uint32_t scramble_reversed(uint32_t v, uint64_t key) {
-  const auto low = static_cast<uint32_t>(key);
-  const auto high = static_cast<uint32_t>(key >> 32);
-  v += low;
+template <class U>
+U scramble_reversed(U v, U key_low, U key_high) {
+  using bits::shift_right;
+  v += key_low;
   v ^= v * 0xb56cdf08u;
-  v *= high | 1;
+  v *= key_high | 1u;
   v ^= v * 0xe26b9edeu;
-  v += high >> 3;
+  v += shift_right<3>(key_high);
   v ^= v * 0xc696ff2eu;
-  return v ^ v * 0xf0ccfb66u;
+  return v ^ (v * 0xf0ccfb66u);
+}
+inline uint32_t scramble_reversed(uint32_t v, uint64_t key) {
+  return scramble_reversed(v, static_cast<uint32_t>(key), static_cast<uint32_t>(key >> 32));
 }
 
 /// Owen's nested uniform scramble: a bit flips depending on the bits above it.
@@ -41,12 +67,14 @@ inline uint32_t owen_scramble(uint32_t v, uint64_t key) {
 
 /// Sobol's second dimension, bits reversed (least significant is the half). Its matrix is Pascal's
 /// triangle modulo 2, the tensor power of (1 1; 0 1): five steps in place of 32 direction numbers.
-inline uint32_t sobol_second_reversed(uint32_t index) {
-  index ^= index >> 1 & 0x55555555u;
-  index ^= index >> 2 & 0x33333333u;
-  index ^= index >> 4 & 0x0f0f0f0fu;
-  index ^= index >> 8 & 0x00ff00ffu;
-  return index ^ index >> 16;
+template <class U>
+U sobol_second_reversed(U index) {
+  using bits::shift_right;
+  index ^= shift_right<1>(index) & 0x55555555u;
+  index ^= shift_right<2>(index) & 0x33333333u;
+  index ^= shift_right<4>(index) & 0x0f0f0f0fu;
+  index ^= shift_right<8>(index) & 0x00ff00ffu;
+  return index ^ shift_right<16>(index);
 }
 
 /// Points of Sobol's first two dimensions, a (0, 2)-sequence in base 2, each dimension scrambled by

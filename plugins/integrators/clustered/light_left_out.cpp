@@ -5,6 +5,9 @@
 
 #include "kinome/log.h"
 #include "kinome/owen.h"
+#include "kinome/primary_rays.h"
+#include "transport/camera.h"
+#include "transport/paths.h"
 
 namespace kinome {
 namespace {
@@ -22,37 +25,49 @@ struct BatchSums {
   double beyond = 0;
 };
 
-/// Distinct random numbers for each path, wherever in the picture it begins.
-std::vector<SampleKey> keys_of(const Rect& crop, uint32_t batch, uint64_t seed) {
-  std::vector<SampleKey> keys;
-  const uint64_t key_x = hash_words(seed, 1), key_y = hash_words(seed, 2);
-  for (uint32_t i = batch * kBatchPaths; i < (batch + 1) * kBatchPaths; ++i) {
-    const Vec2 at = owen_sobol_point(i, key_x, key_y);
-    const auto x = static_cast<int>(at.x * static_cast<float>(crop.width()));
-    const auto y = static_cast<int>(at.y * static_cast<float>(crop.height()));
-    keys.push_back({static_cast<uint32_t>(crop.x0 + x), static_cast<uint32_t>(crop.y0 + y), 0,
-                    hash_words(seed, 3, i)});
-  }
-  return keys;
-}
+/// Samples of pixels all over the picture; of all of its pixels where it is small. Two in one pixel
+/// have distinct random numbers there; in a large picture, where they are rare, the same.
+struct Places {
+  uint32_t x[kBatchPaths], y[kBatchPaths];
+  PixelSamples samples;
 
-BatchSums trace_batch(const PathSettings& settings, uint32_t longest, const Scene& scene,
-                      const Sensor& sensor, std::span<const SampleKey> keys) {
-  PrimaryBatch primary;
-  PathTracer tracer;
-  RenderCounters counters;  // of no one's interest
-  std::vector<Rgb> radiance(keys.size(), Rgb(0.f)), beyond(keys.size(), Rgb(0.f));
-  primary.trace(scene, sensor, keys, counters);
-  if (settings.hide_emitters) {
-    primary.pass_emitters(scene, counters);
-  } else {
-    primary.add_emitters(scene, radiance);
+  Places(const Rect& crop, uint32_t batch, uint64_t seed)
+      : samples{x, y, kBatchPaths, 0, 1, hash_words(seed, 3, batch)} {
+    const auto area = static_cast<uint32_t>(crop.area());
+    if (area <= kBatchPaths) {
+      samples.pixels = area;
+      samples.samples = kBatchPaths / area;
+    }
+    const auto width = static_cast<uint32_t>(crop.width());
+    const uint64_t key_x = hash_words(seed, 1), key_y = hash_words(seed, 2);
+    for (uint32_t i = 0; i < samples.pixels; ++i) {
+      const Vec2 at = owen_sobol_point(batch * kBatchPaths + i, key_x, key_y);
+      const bool every = area <= kBatchPaths;
+      const auto column = every ? i % width : static_cast<uint32_t>(at.x * float(width));
+      const auto row = every ? i / width : static_cast<uint32_t>(at.y * float(crop.height()));
+      x[i] = static_cast<uint32_t>(crop.x0) + column;
+      y[i] = static_cast<uint32_t>(crop.y0) + row;
+    }
   }
-  tracer.trace(settings, scene, sensor.sampler(), primary, {radiance, beyond, longest}, counters);
+  Places(const Places&) = delete;
+};
+
+BatchSums trace_batch(const PathSettings& settings, uint32_t longest,
+                      const transport::SceneTable& scene, const Sensor& sensor,
+                      const PixelSamples& samples) {
+  transport::Camera camera(scene, sensor, kBatchPaths, settings.hide_emitters);
+  transport::Paths paths(scene, sensor.sampler(), settings.length, kBatchPaths);
+  transport::Arena arena(kBatchPaths);
+  const Columns3 radiance = arena.three(), beyond = arena.three();
+  RenderCounters counters;  // of no one's interest
+  camera.trace(samples, counters);
+  camera.set_seen_light(samples, radiance);
+  paths.add(samples, camera.surfaces(), {radiance, beyond, longest}, counters);
   BatchSums sums;
-  for (size_t i = 0; i < keys.size(); ++i) {
-    sums.all += luminance(radiance[i]) + luminance(beyond[i]);
-    sums.beyond += luminance(beyond[i]);
+  for (size_t i = 0; i < samples.count(); ++i) {
+    const double left_out = static_cast<double>(luminance(beyond.at(i)));
+    sums.all += static_cast<double>(luminance(radiance.at(i))) + left_out;
+    sums.beyond += left_out;
   }
   return sums;
 }
@@ -70,9 +85,10 @@ LightLeftOut measure_light_left_out(const PathSettings& settings, uint32_t longe
                                     RenderContext& context) {
   const uint64_t seed = hash_words(key_seed(context, sensor.sampler()), 0x1ef7);
   std::array<BatchSums, kBatches> batches;
+  const transport::SceneTable table(scene);
   context.parallel_for(kBatches, [&](size_t i) {
-    const auto keys = keys_of(sensor.film().crop(), static_cast<uint32_t>(i), seed);
-    batches[i] = trace_batch(settings, longest, scene, sensor, keys);
+    const Places places(sensor.film().crop(), static_cast<uint32_t>(i), seed);
+    batches[i] = trace_batch(settings, longest, table, sensor, places.samples);
   });
   BatchSums sums;
   for (const BatchSums& batch : batches) {

@@ -1,7 +1,8 @@
 #pragma once
 
 #include "kinome/error.h"
-#include "path_tracer.h"
+#include "kinome/render_context.h"
+#include "path_parameters.h"
 
 namespace kinome {
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "clustered/light_left_out.h"
+#include "transport/render_paths.h"
 #include "clustered/points/point_lights.h"
 #include "kinome/plugin.h"
 
@@ -69,7 +70,7 @@ inline const char* indirect_emitter(const PointLightSettings& settings) {
 inline bool render_without_surfaces(const PointLightSettings& settings, const Scene& scene,
                                     const Sensor& sensor, RenderContext& context) {
   if (settings.options.max_depth >= 2) return false;
-  render_paths(settings.asked, scene, sensor, context);
+  transport::render_paths(settings.asked, scene, sensor, context);
   return true;
 }
 

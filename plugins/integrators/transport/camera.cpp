@@ -1,0 +1,163 @@
+#include "camera.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rays.h"
+
+namespace kinome::transport {
+
+using namespace wide;
+
+namespace {
+
+/// Film positions of samples of the pixels that begin at `first`: as film_position() has them.
+void place_in_pixels(const PixelSamples& samples, const uint32_t* first, const float* offset,
+                     float* position) {
+  for (size_t p = 0, i = 0; p < samples.pixels; ++p, i += samples.samples) {
+    // A film that samples its border has pixels left of 0.
+    const auto low = static_cast<float>(static_cast<int32_t>(first[p]));
+    const float last = std::nextafter(low + 1, low);
+    // What reaches into the next pixel is overwritten by it.
+    for (size_t s = 0; s < samples.samples; s += kLanes) {
+      min(Float(low) + Float::load(offset + i + s), last).store(position + i + s);
+    }
+  }
+}
+
+}  // namespace
+
+Camera::Camera(const SceneTable& scene, const Sensor& sensor, size_t rays, bool hide_emitters)
+    : scene_(scene),
+      sensor_(sensor),
+      hide_emitters_(hide_emitters),
+      arena_(rays + kBlockLanes),
+      u_(arena_.two()),
+      aperture_(arena_.two()),
+      position_(arena_.two()),
+      rays_(arena_.ray_hits()),
+      beyond_(arena_.ray_hits()),
+      passing_(arena_.indices()),
+      far_(arena_.floats()),
+      toward_(arena_.three()),
+      surfaces_(scene, rays, true),
+      per_point_(Surfaces::most_points(scene, rays) + rays + kBlockLanes),
+      light_(per_point_.three()) {}
+
+void Camera::make_rays(const PixelSamples& samples) {
+  const size_t count = samples.count();
+  const Sampler& sampler = sensor_.sampler();
+  sampler.fill_2d_block(samples, 0, u_);
+  place_in_pixels(samples, samples.x, u_.x, position_.x);
+  place_in_pixels(samples, samples.y, u_.y, position_.y);
+  if (sensor_.needs_aperture_sample()) {
+    sampler.fill_2d_block(samples, 2, aperture_);
+  } else {
+    std::fill_n(aperture_.x, padded(count), 0.5f);
+    std::fill_n(aperture_.y, padded(count), 0.5f);
+  }
+  sensor_.sample_ray_block(position_, aperture_, count, rays_);
+  for (size_t i = count; i < padded(count); ++i) rays_[i / 16].ray.tmax[i % 16] = -1;
+  clear_hits(rays_, count);
+}
+
+void Camera::trace_rays(const PixelSamples& samples, RenderCounters& counters) {
+  make_rays(samples);
+  trace_made(samples.count(), counters);
+}
+
+void Camera::trace_made(size_t count, RenderCounters& counters) {
+  scene_.scene().intersect(rays_, padded(count) / kBlockLanes, Coherence::kCoherent, counters);
+  counters[RayKind::kCamera] += count;
+}
+
+void Camera::trace(const PixelSamples& samples, RenderCounters& counters) {
+  const size_t count = samples.count();
+  make_rays(samples);
+  const bool passes = hide_emitters_ && scene_.scene().has_surface_emitters();
+  if (passes) {
+    for (size_t i = 0; i < count; ++i) far_[i] = rays_[i / 16].ray.tmax[i % 16];
+  }
+  trace_made(count, counters);
+  if (passes) pass_emitters(count, counters);
+  surfaces_.find(rays_, count, Surfaces::Which::kAll);
+}
+
+/// Rays that ended on a surface that emits begin anew behind it, until none does.
+void Camera::pass_emitters(size_t count, RenderCounters& counters) {
+  for (;;) {
+    surfaces_.find(rays_, count, Surfaces::Which::kEmitting);
+    size_t n = 0;
+    for (const Surfaces::Range& range : surfaces_.ranges()) {
+      for (size_t i = range.first; i < range.first + range.count; ++i) {
+        const SurfaceBlock& points = surfaces_.points();
+        const uint32_t k = points.ray[i];
+        Ray16& from = rays_[k / 16].ray;
+        Ray16& to = beyond_[n / 16].ray;
+        const size_t at = k % 16, lane = n % 16;
+        const kinome::Vec3 d(from.dx[at], from.dy[at], from.dz[at]), normal = points.n.at(i);
+        const float side = glm::dot(normal, d) >= 0 ? points.p_error[i] : -points.p_error[i];
+        Columns3{to.ox, to.oy, to.oz}.set(lane, points.p.at(i) + normal * side);
+        Columns3{to.dx, to.dy, to.dz}.set(lane, d);
+        to.tmin[lane] = 0;
+        to.tmax[lane] = far_[k] -= from.tmax[at];
+        passing_[n++] = k;
+      }
+    }
+    if (n == 0) return;
+    for (size_t i = n; i < padded(n); ++i) beyond_[i / 16].ray.tmax[i % 16] = -1;
+    clear_hits(beyond_, n);
+    scene_.scene().intersect(beyond_, padded(n) / kBlockLanes, Coherence::kCoherent, counters);
+    counters[RayKind::kCamera] += n;
+    for (size_t i = 0; i < n; ++i) {
+      const RayHit16& from = beyond_[i / 16];
+      RayHit16& to = rays_[passing_[i] / 16];
+      const size_t lane = i % 16, at = passing_[i] % 16;
+      to.ray.ox[at] = from.ray.ox[lane];
+      to.ray.oy[at] = from.ray.oy[lane];
+      to.ray.oz[at] = from.ray.oz[lane];
+      to.ray.tmin[at] = from.ray.tmin[lane];
+      to.ray.tmax[at] = from.ray.tmax[lane];
+      to.ngx[at] = from.ngx[lane], to.ngy[at] = from.ngy[lane], to.ngz[at] = from.ngz[lane];
+      to.u[at] = from.u[lane], to.v[at] = from.v[lane];
+      to.primitive[at] = from.primitive[lane];
+      to.shape[at] = from.shape[lane], to.instance[at] = from.instance[lane];
+    }
+  }
+}
+
+void Camera::find_alpha(const PixelSamples& samples, float* alpha) const {
+  for (size_t i = 0; i < samples.count(); ++i) {
+    alpha[i] = hit(i) ? 1.f : 0.f;
+  }
+}
+
+void Camera::set_seen_light(const PixelSamples& samples, const Columns3& radiance) {
+  const size_t count = samples.count();
+  for (float* column : {radiance.x, radiance.y, radiance.z}) {
+    std::fill_n(column, padded(count), 0.f);
+  }
+  if (hide_emitters_) return;
+  const Emitter* const environment = scene_.scene().environment();
+  if (scene_.scene().has_surface_emitters()) {
+    const SurfaceBlock& points = surfaces_.points();
+    for (const Surfaces::Range& range : surfaces_.ranges()) {
+      if (!range.row->emitter) continue;
+      const size_t first = range.first;
+      range.row->emitter->eval_surface_block(points.part(first, range.count), {},
+                                             light_.from(first), nullptr);
+      for (size_t i = first; i < first + range.count; ++i) radiance.set(points.ray[i], light_.at(i));
+    }
+  }
+  const auto missed = surfaces_.missed();
+  if (!environment || missed.empty()) return;
+  const RayHit16& r = rays_[0];
+  for_lanes(missed.size(), [&](size_t i) {
+    const Int at = offset_of(rays_, Int::load(missed.data() + i));
+    wide::Vec3(gather(r.ray.dx, at), gather(r.ray.dy, at), gather(r.ray.dz, at)).store(toward_, i);
+  });
+  environment->eval_environment_block(toward_, missed.size(), light_, nullptr);
+  for (size_t i = 0; i < missed.size(); ++i) radiance.set(missed[i], light_.at(i));
+}
+
+}  // namespace kinome::transport

@@ -1,0 +1,25 @@
+#include "camera_block.h"
+
+namespace kinome::transport {
+
+CameraBlock::CameraBlock(const SceneTable& scene, const Sensor& sensor, bool hide_emitters)
+    : camera_(scene, sensor, kBlockSamples, hide_emitters),
+      film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples),
+      arena_(kBlockSamples + kBlockLanes),  // see FilmSamples::add
+      radiance_(arena_.three()),
+      alpha_(arena_.floats()),
+      values_{radiance_.x, radiance_.y, radiance_.z} {
+  if (sensor.film().has_alpha()) values_.push_back(alpha_);
+}
+
+void CameraBlock::begin(const PixelSamples& samples, RenderCounters& counters) {
+  camera_.trace(samples, counters);
+  camera_.set_seen_light(samples, radiance_);
+}
+
+void CameraBlock::end(const PixelSamples& samples, Tile& tile) {
+  camera_.find_alpha(samples, alpha_);
+  film_.add(samples, camera_.film_position(), values_, tile.film);
+}
+
+}  // namespace kinome::transport

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <vector>
+
+#include "blocks_of_tile.h"
+#include "camera.h"
+#include "film_samples.h"
+#include "kinome/primary_rays.h"
+
+namespace kinome::transport {
+
+/// The radiance of a block of camera rays, from the rays to the film: begin(), then what lights add
+/// to radiance(), then end(). One per thread.
+class CameraBlock {
+ public:
+  CameraBlock(const SceneTable& scene, const Sensor& sensor, bool hide_emitters);
+
+  /// Traces the rays; radiance() is the light that they see themselves.
+  void begin(const PixelSamples& samples, RenderCounters& counters);
+  /// Adds the radiance to the film, and where that has alpha, 1 for rays that hit.
+  void end(const PixelSamples& samples, Tile& tile);
+
+  const Surfaces& seen() const { return camera_.surfaces(); }
+  const Columns3& radiance() const { return radiance_; }
+
+ private:
+  Camera camera_;
+  FilmSamples film_;
+  Arena arena_;
+  Columns3 radiance_;
+  float* alpha_;
+  std::vector<float*> values_;
+};
+
+/// Renders layer 0 of the sensor's film: `shade(worker, block, samples, counters)` adds what the
+/// surfaces reflect to a block's radiance, on many threads at once, each with a worker that `make`
+/// has made for it. Stages: primary, film.
+template <class Worker, class Make, class Shade>
+void render_blocks(const SceneTable& scene, const Sensor& sensor, RenderContext& context,
+                   bool hide_emitters, const Make& make, const Shade& shade) {
+  struct Both {
+    CameraBlock block;
+    std::unique_ptr<Worker> worker;
+  };
+  warn_without_emitters(scene.scene());
+  render_tiles<Both>(
+      sensor, context, 0,
+      [&] { return std::unique_ptr<Both>(new Both{{scene, sensor, hide_emitters}, make()}); },
+      [&](Both& both, const PixelSamples& samples, Tile& tile) {
+        {
+          const StageTimer timer(tile.counters.stage_seconds["primary"]);
+          both.block.begin(samples, tile.counters);
+        }
+        shade(*both.worker, both.block, samples, tile.counters);
+        const StageTimer timer(tile.counters.stage_seconds["film"]);
+        both.block.end(samples, tile);
+      });
+}
+
+}  // namespace kinome::transport

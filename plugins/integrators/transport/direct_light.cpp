@@ -1,0 +1,267 @@
+#include "direct_light.h"
+
+#include <algorithm>
+
+#include "../path_parameters.h"
+#include "rays.h"
+
+namespace kinome::transport {
+
+using namespace wide;
+
+namespace {
+
+/// Weight of a sample from a technique of density a, where another has density b. As a ratio it
+/// neither overflows nor divides zero by zero (a is positive).
+template <class F>
+KINOME_WIDE F power_heuristic(F a, F b) {
+  const F ratio = b / a;
+  return 1.f / (1.f + ratio * ratio);
+}
+
+KINOME_WIDE Mask is_live(const Surfaces& surfaces, size_t i) {
+  return Float::load(surfaces.live() + i) > 0.f;
+}
+
+KINOME_WIDE wide::Rgb throughput(const Vertices& vertices, size_t i) {
+  return vertices.throughput.x ? wide::Rgb::load(vertices.throughput, i) : wide::Rgb(1.f);
+}
+
+}  // namespace
+
+DirectLight::DirectLight(const SceneTable& scene, const Sampler& sampler,
+                         const LightSamples& count, size_t rays)
+    : scene_(scene),
+      sampler_(sampler),
+      count_(count),
+      most_points_(Surfaces::most_points(scene, rays)),
+      numbers_(rays),
+      arena_(most_points_),
+      emitters_(scene, most_points_),
+      occlusion_(most_points_),
+      wo_(arena_.three()),
+      u1_(arena_.floats()),
+      u2_(arena_.two()),
+      answer_(make_answer(arena_)),
+      carried_(arena_.three()),
+      light_(arena_.three()),
+      rays_(arena_.rays()),
+      d_(arena_.three()),
+      sort_(most_points_),
+      per_ray_(rays),
+      bsdf_rays_(per_ray_.ray_hits()),
+      met_{{scene, rays, true}, {scene, rays, true}},
+      per_met_(most_points_),
+      from_p_(per_met_.three()),
+      met_light_(per_met_.three()),
+      met_pdf_(per_met_.floats()) {}
+
+void DirectLight::sample(const PixelSamples& samples, const Vertices& vertices,
+                         std::optional<uint32_t> emitter_dimension,
+                         std::optional<uint32_t> bsdf_dimension) {
+  const SurfaceBlock& points = vertices.surfaces->points();
+  const size_t count = vertices.surfaces->reflecting();
+  BsdfQuery query;
+  if (emitter_dimension) {
+    emitters_.sample(sampler_, samples, *emitter_dimension, points, vertices.owner, count,
+                     numbers_);
+    for_lanes(count, [&](size_t i) {
+      const wide::Vec3 d = wide::Vec3::load(emitters_.light().d, i);
+      wide::Vec3(dot(d, wide::Vec3::load(points.s, i)), dot(d, wide::Vec3::load(points.t, i)),
+                 dot(d, wide::Vec3::load(points.sn, i)))
+          .store(wo_, i);
+    });
+    query.wo = wo_;
+  }
+  if (bsdf_dimension) {
+    numbers_.fill_1d(sampler_, samples, *bsdf_dimension, vertices.owner, count, u1_);
+    numbers_.fill_2d(sampler_, samples, *bsdf_dimension + 1, vertices.owner, count, u2_);
+    query.u1 = u1_;
+    query.u2 = u2_;
+  }
+  shade(*vertices.surfaces, query, answer_);
+  if (!bsdf_dimension) return;
+  const float share = 1 / static_cast<float>(count_.bsdf);
+  for_lanes(count, [&](size_t i) {
+    const Mask valid = is_live(*vertices.surfaces, i) & (Float::load(answer_.sample_pdf + i) > 0.f);
+    const wide::Rgb carried =
+        throughput(vertices, i) * wide::Rgb::load(answer_.weight, i) * Float(share);
+    select(valid, carried).store(carried_, i);
+  });
+}
+
+void DirectLight::play_roulette(const PixelSamples& samples, const Vertices& vertices,
+                                uint32_t dimension) {
+  const size_t count = vertices.surfaces->reflecting();
+  numbers_.fill_1d(sampler_, samples, dimension, vertices.owner, count, u1_);
+  for_lanes(count, [&](size_t i) {
+    const wide::Rgb carried = wide::Rgb::load(carried_, i);
+    const Float survival = survival_probability(carried);
+    const Mask goes_on = Float::load(u1_ + i) < survival;
+    select(goes_on, carried / survival).store(carried_, i);
+  });
+}
+
+void DirectLight::add_emitter_samples(const Vertices& vertices, const Columns3& radiance,
+                                      RenderCounters& counters) {
+  const Surfaces& surfaces = *vertices.surfaces;
+  const DirectBlock& sampled = emitters_.light();
+  const float n_emitter = static_cast<float>(count_.emitter);
+  const float n_bsdf = static_cast<float>(count_.bsdf);
+  size_t rays = 0;
+  {
+    const StageTimer timer(counters.stage_seconds["shade"]);
+    for_lanes(surfaces.reflecting(), [&](size_t i) {
+      const Float pdf = Float::load(sampled.pdf + i) * (emitters_.pick_pdf() * n_emitter);
+      Float weight = 1.f;
+      if (count_.bsdf > 0) {
+        const Mask is_delta = Float::load(sampled.is_delta + i) > 0.f;
+        weight = select(is_delta, weight,
+                        power_heuristic(pdf, Float::load(answer_.pdf + i) * n_bsdf));
+      }
+      const wide::Rgb light = throughput(vertices, i) * wide::Rgb::load(answer_.f, i) *
+                              wide::Rgb::load(sampled.radiance, i) * (weight / pdf);
+      const Mask on = is_live(surfaces, i) & (pdf > 0.f) & !is_black(light);
+      rays += wide::count(on);
+      select(on, light).store(light_, i);
+      put_shadow_rays(surfaces.points(), i, wide::Vec3::load(sampled.d, i),
+                      Float::load(sampled.distance + i), on, true, rays_);
+    });
+  }
+  counters[RayKind::kShadow] += rays;
+  counters.skipped_shadow_rays += surfaces.live_reflecting() - rays;
+  add_arriving(vertices, radiance, counters);
+}
+
+/// Of the rays in rays_ and the light in light_.
+void DirectLight::add_arriving(const Vertices& vertices, const Columns3& radiance,
+                               RenderCounters& counters) {
+  const StageTimer timer(counters.stage_seconds["shadow"]);
+  const size_t count = vertices.surfaces->reflecting();
+  occlusion_.trace(scene_.scene(), rays_, count, counters);
+  for (size_t i = 0; i < count; ++i) {
+    if (!(rays_[i / kBlockLanes].tmax[i % kBlockLanes] >= 0)) continue;
+    radiance.set(vertices.owner[i], radiance.at(vertices.owner[i]) + light_.at(i));
+  }
+}
+
+void DirectLight::find_directions(const Vertices& vertices) {
+  const SurfaceBlock& points = vertices.surfaces->points();
+  for_lanes(vertices.surfaces->reflecting(), [&](size_t i) {
+    const wide::Vec3 wo = wide::Vec3::load(answer_.wo, i);
+    (wide::Vec3::load(points.s, i) * wo.x + wide::Vec3::load(points.t, i) * wo.y +
+     wide::Vec3::load(points.sn, i) * wo.z)
+        .store(d_, i);
+  });
+}
+
+/// Where no surface emits, the rays need but know whether they leave the scene.
+void DirectLight::add_environment(const Vertices& vertices, const Columns3& radiance,
+                                  RenderCounters& counters) {
+  const Surfaces& surfaces = *vertices.surfaces;
+  const size_t count = surfaces.reflecting();
+  size_t rays = 0;
+  {
+    const StageTimer timer(counters.stage_seconds["shade"]);
+    find_directions(vertices);
+    scene_.scene().environment()->eval_environment_block(d_, count, met_light_,
+                                                         count_.emitter > 0 ? met_pdf_ : nullptr);
+    const float n_emitter = static_cast<float>(count_.emitter) * emitters_.pick_pdf();
+    const float n_bsdf = static_cast<float>(count_.bsdf);
+    for_lanes(count, [&](size_t i) {
+      Float weight = 1.f;
+      if (count_.emitter > 0) {
+        weight = select(Float::load(answer_.is_delta + i) > 0.f, weight,
+                        power_heuristic(Float::load(answer_.sample_pdf + i) * n_bsdf,
+                                        Float::load(met_pdf_ + i) * n_emitter));
+      }
+      const wide::Rgb carried = wide::Rgb::load(carried_, i);
+      const wide::Rgb light = carried * wide::Rgb::load(met_light_, i) * weight;
+      const Mask on = is_live(surfaces, i) & !is_black(carried) & !is_black(light);
+      rays += wide::count(on);
+      select(on, light).store(light_, i);
+      put_shadow_rays(surfaces.points(), i, wide::Vec3::load(d_, i), Float(kInfinity), on, false,
+                      rays_);
+    });
+  }
+  counters[RayKind::kBsdf] += rays;
+  counters.skipped_shadow_rays += surfaces.live_reflecting() - rays;
+  add_arriving(vertices, radiance, counters);
+}
+
+void DirectLight::make_bsdf_rays(const Vertices& vertices, RenderCounters& counters) {
+  const Surfaces& surfaces = *vertices.surfaces;
+  const size_t count = surfaces.reflecting();
+  find_directions(vertices);
+  size_t valid = 0;
+  for_lanes(count, [&](size_t i) {
+    const Mask live = is_live(surfaces, i);
+    valid += wide::count(live & (Float::load(answer_.sample_pdf + i) > 0.f) &
+                         !is_black(wide::Rgb::load(answer_.weight, i)));
+    put_shadow_rays(surfaces.points(), i, wide::Vec3::load(d_, i), Float(kInfinity),
+                    live & !is_black(wide::Rgb::load(carried_, i)), false, rays_);
+  });
+  counters.skipped_shadow_rays += surfaces.live_reflecting() - valid;
+}
+
+void DirectLight::trace(const Vertices& vertices, Surfaces::Which which, const Columns3& radiance,
+                        RenderCounters& counters) {
+  size_t on = 0;
+  {
+    const StageTimer timer(counters.stage_seconds["shade"]);
+    make_bsdf_rays(vertices, counters);
+    on = sort_.sort(rays_, vertices.surfaces->reflecting());
+    sort_.copy(rays_, &bsdf_rays_[0].ray, sizeof(RayHit16));
+    clear_hits(bsdf_rays_, on);
+  }
+  counters[RayKind::kBsdf] += on;
+  const StageTimer timer(counters.stage_seconds["bounce"]);
+  scene_.scene().intersect(bsdf_rays_, padded(on) / kBlockLanes, Coherence::kIncoherent, counters);
+  current_ = 1 - current_;
+  met_[current_].find(bsdf_rays_, on, which);
+  add_met_surfaces(vertices, radiance);
+  if (scene_.scene().environment()) add_met_environment(vertices, radiance);
+}
+
+float DirectLight::bsdf_weight(uint32_t point, float emitter_pdf) const {
+  if (answer_.is_delta[point] > 0 || count_.emitter == 0) return 1;
+  return power_heuristic(answer_.sample_pdf[point] * static_cast<float>(count_.bsdf),
+                         emitter_pdf * emitters_.pick_pdf() * static_cast<float>(count_.emitter));
+}
+
+void DirectLight::add_met_surfaces(const Vertices& vertices, const Columns3& radiance) {
+  const SurfaceBlock& met = met_[current_].points();
+  const uint32_t* const from = sort_.order();
+  for (const Surfaces::Range& range : met_[current_].ranges()) {
+    if (!range.row->emitter) continue;
+    const size_t first = range.first;
+    for (size_t i = first; i < first + padded(range.count); ++i) {
+      from_p_.set(i, vertices.surfaces->points().p.at(from[met.ray[i]]));
+    }
+    range.row->emitter->eval_surface_block(met.part(first, range.count), from_p_.from(first),
+                                           met_light_.from(first), met_pdf_ + first);
+    for (size_t i = first; i < first + range.count; ++i) {
+      const uint32_t k = from[met.ray[i]];
+      const kinome::Rgb light = met_light_.at(i);
+      if (is_black(light)) continue;
+      const uint32_t owner = vertices.owner[k];
+      radiance.set(owner, radiance.at(owner) + carried_.at(k) * light * bsdf_weight(k, met_pdf_[i]));
+    }
+  }
+}
+
+void DirectLight::add_met_environment(const Vertices& vertices, const Columns3& radiance) {
+  const auto missed = met_[current_].missed();
+  const uint32_t* const from = sort_.order();
+  for (size_t i = 0; i < missed.size(); ++i) from_p_.set(i, d_.at(from[missed[i]]));
+  scene_.scene().environment()->eval_environment_block(from_p_, missed.size(), met_light_,
+                                                       count_.emitter > 0 ? met_pdf_ : nullptr);
+  for (size_t i = 0; i < missed.size(); ++i) {
+    const uint32_t k = from[missed[i]];
+    const uint32_t owner = vertices.owner[k];
+    const float weight = bsdf_weight(k, count_.emitter > 0 ? met_pdf_[i] : 0);
+    radiance.set(owner, radiance.at(owner) + carried_.at(k) * met_light_.at(i) * weight);
+  }
+}
+
+}  // namespace kinome::transport

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <optional>
+
+#include "emitter_samples.h"
+#include "kinome/stats.h"
+#include "occlusion.h"
+#include "shading.h"
+#include "vertices.h"
+
+namespace kinome::transport {
+
+/// How often light is looked for at each point.
+struct LightSamples {
+  int emitter = 1;  ///< 0: BSDF samples find all light that they can
+  int bsdf = 1;     ///< 0: emitter samples find all light that they can
+};
+
+/// Light that comes straight from emitters to points of paths: emitter samples and BSDF samples,
+/// combined by the power heuristic (Veach 1997, 9.2.4). No ray is traced for a contribution of zero.
+/// Keeps its memory from block to block: make one per thread.
+///
+/// sample(), then add_emitter_samples(), and for the BSDF samples add_environment() where no other
+/// light can be met, or trace(), which finds the nearest surfaces. Light is added to the radiance of
+/// the samples that the points belong to.
+class DirectLight {
+ public:
+  /// Dimensions of the sampler for an emitter sample or a BSDF sample.
+  static constexpr uint32_t kDimensions = EmitterSamples::kDimensions;
+
+  /// For points of at most `rays` rays. `count` sets the samples' weights: sample() is to be called
+  /// that often.
+  DirectLight(const SceneTable& scene, const Sampler& sampler, const LightSamples& count,
+              size_t rays);
+
+  /// One sample of emitters and one of BSDFs, or but one of the two: the first dimension of each.
+  void sample(const PixelSamples& samples, const Vertices& vertices,
+              std::optional<uint32_t> emitter_dimension, std::optional<uint32_t> bsdf_dimension);
+  /// Ends paths along BSDF samples by Russian roulette, and raises the weight of the others.
+  void play_roulette(const PixelSamples& samples, const Vertices& vertices, uint32_t dimension);
+
+  void add_emitter_samples(const Vertices& vertices, const Columns3& radiance,
+                           RenderCounters& counters);
+  void add_environment(const Vertices& vertices, const Columns3& radiance,
+                       RenderCounters& counters);
+  void trace(const Vertices& vertices, Surfaces::Which which, const Columns3& radiance,
+             RenderCounters& counters);
+
+  /// What trace() has met, until it is called once more after the next time: surfaces. And until
+  /// it is called again: of each ray the point that it comes from.
+  const Surfaces& met() const { return met_[current_]; }
+  const uint32_t* from() const { return sort_.order(); }
+  /// Of points: the throughput along the BSDF sample.
+  const Columns3& carried() const { return carried_; }
+
+ private:
+  void make_bsdf_rays(const Vertices& vertices, RenderCounters& counters);
+  void add_met_surfaces(const Vertices& vertices, const Columns3& radiance);
+  void add_met_environment(const Vertices& vertices, const Columns3& radiance);
+  void find_directions(const Vertices& vertices);
+  void add_arriving(const Vertices& vertices, const Columns3& radiance, RenderCounters& counters);
+  float bsdf_weight(uint32_t point, float emitter_pdf) const;
+
+  const SceneTable& scene_;
+  const Sampler& sampler_;
+  LightSamples count_;
+  size_t most_points_;
+  Numbers numbers_;
+  Arena arena_;
+  EmitterSamples emitters_;
+  Occlusion occlusion_;
+  Columns3 wo_;
+  float* u1_;
+  Columns2 u2_;
+  BsdfAnswer answer_;
+  Columns3 carried_;
+  Columns3 light_;  ///< that arrives if nothing is in its ray's way
+  Ray16* rays_;
+  Columns3 d_;  ///< of BSDF samples, in world space
+  /// BSDF rays in the order of their directions, and the light that they meet.
+  DirectionSort sort_;
+  Arena per_ray_;
+  RayHit16* bsdf_rays_;
+  /// Those of the last call and of the one before, whose points may be the vertices of this one.
+  Surfaces met_[2];
+  int current_ = 0;
+  Arena per_met_;
+  Columns3 from_p_;
+  Columns3 met_light_;
+  float* met_pdf_;
+};
+
+}  // namespace kinome::transport

@@ -1,0 +1,71 @@
+#include "direction_sort.h"
+
+#include <algorithm>
+
+#include "rays.h"
+
+namespace kinome::transport {
+
+using namespace wide;
+
+DirectionSort::DirectionSort(size_t rays)
+    : arena_(rays), bin_(arena_.indices()), order_(arena_.indices()) {}
+
+size_t DirectionSort::sort(const Ray16* rays, size_t count) {
+  constexpr float kHalf = kSide / 2.f;
+  for_lanes(count, [&](size_t i) {
+    const Ray16& r = rays[i / kBlockLanes];
+    const size_t lane = i % kBlockLanes;
+    const Float x = Float::load(r.dx + lane), y = Float::load(r.dy + lane),
+                z = Float::load(r.dz + lane);
+    const Float scale = 1.f / (abs(x) + abs(y) + abs(z));
+    const Float px = x * scale, py = y * scale;
+    const Mask below = z < 0.f;
+    const Float u = select(below, copysign(1.f - abs(py), px), px);
+    const Float v = select(below, copysign(1.f - abs(px), py), py);
+    const auto side = [&](Float c) {
+      return clamp(to_int(mul_add(c, Float(kHalf), Float(kHalf))), Int(0),
+                   Int(static_cast<int32_t>(kSide) - 1));
+    };
+    const Mask on = Float::load(r.tmax + lane) >= Float::load(r.tmin + lane);
+    select(on, side(v) * Int(static_cast<int32_t>(kSide)) + side(u),
+           Int(static_cast<int32_t>(kBins)))
+        .store(bin_ + i);
+  });
+  next_.fill(0);
+  for (size_t i = 0; i < count; ++i) ++next_[bin_[i]];
+  uint32_t on = 0;
+  for (uint32_t bin = 0; bin < kBins; ++bin) {
+    const uint32_t rays_of_bin = next_[bin];
+    next_[bin] = on;
+    on += rays_of_bin;
+  }
+  next_[kBins] = on;
+  for (size_t i = 0; i < count; ++i) order_[next_[bin_[i]]++] = static_cast<uint32_t>(i);
+  on_ = on;
+  if (on > 0) std::fill(order_ + on, order_ + padded(on), order_[on - 1]);
+  return on;
+}
+
+void DirectionSort::copy(const Ray16* from, Ray16* to, size_t stride) const {
+  const Ray16& first = from[0];
+  const auto block = [&](size_t k) -> Ray16& {
+    return *reinterpret_cast<Ray16*>(reinterpret_cast<char*>(to) + k * stride);
+  };
+  for_lanes(on_, [&](size_t i) {
+    const Int at = offset_of(from, Int::load(order_ + i));
+    Ray16& rays = block(i / kBlockLanes);
+    const size_t lane = i % kBlockLanes;
+    gather(first.ox, at).store(rays.ox + lane);
+    gather(first.oy, at).store(rays.oy + lane);
+    gather(first.oz, at).store(rays.oz + lane);
+    gather(first.tmin, at).store(rays.tmin + lane);
+    gather(first.dx, at).store(rays.dx + lane);
+    gather(first.dy, at).store(rays.dy + lane);
+    gather(first.dz, at).store(rays.dz + lane);
+    gather(first.tmax, at).store(rays.tmax + lane);
+  });
+  for (size_t i = on_; i < padded(on_); ++i) block(i / 16).tmax[i % 16] = -1;
+}
+
+}  // namespace kinome::transport

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+
+#include "arena.h"
+
+namespace kinome::transport {
+
+/// Puts the rays of a block that are on in the order of their directions, by 256 equal shares of
+/// the octahedron: rays of a packet then go through the same parts of the tree, which takes a fifth
+/// less time, and lanes that are off cost nothing. One per thread.
+class DirectionSort {
+ public:
+  explicit DirectionSort(size_t rays);
+
+  /// Returns how many rays are on: tmin <= tmax.
+  size_t sort(const Ray16* rays, size_t count);
+  /// Their numbers; padded with the last.
+  const uint32_t* order() const { return order_; }
+  /// The sorted rays among `from`; the last block's other lanes are off.
+  void copy(const Ray16* from, Ray16* to, size_t stride) const;
+
+ private:
+  static constexpr uint32_t kSide = 16, kBins = kSide * kSide;
+  Arena arena_;
+  uint32_t* bin_;  ///< of each ray
+  uint32_t* order_;
+  size_t on_ = 0;
+  std::array<uint32_t, kBins + 1> next_{};
+};
+
+}  // namespace kinome::transport

@@ -1,0 +1,115 @@
+#include "emitter_samples.h"
+
+#include <cmath>
+#include <numeric>
+
+#include "kinome/wide/vectors.h"
+
+namespace kinome::transport {
+
+using namespace wide;
+
+namespace {
+
+/// Of so few emitters one number picks one and then, stretched, a place on it: the places on each
+/// are spread as evenly as all of them. Of more, too few of its digits would be left.
+constexpr uint32_t kMostStretched = 64;
+
+DirectBlock make_direct(Arena& a) {
+  return {a.three(), a.floats(), a.floats(), a.three(), a.floats()};
+}
+
+}  // namespace
+
+EmitterSamples::EmitterSamples(const SceneTable& scene, size_t points)
+    : emitters_(scene.scene().emitters()),
+      pick_pdf_(1 / static_cast<float>(std::max<size_t>(1, emitters_.size()))),
+      arena_(points),
+      light_(make_direct(arena_)),
+      u_(arena_.two()),
+      which_(arena_.floats()),
+      pick_(arena_.indices()),
+      order_(arena_.indices()),
+      next_(emitters_.size() + 1),
+      part_p_(arena_.three()),
+      part_u_(arena_.two()),
+      part_(make_direct(arena_)) {}
+
+void EmitterSamples::sample(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
+                            const SurfaceBlock& points, const uint32_t* owner, size_t count,
+                            Numbers& numbers) {
+  numbers.fill_2d(sampler, samples, dimension + 1, owner, count, u_);
+  if (emitters_.size() == 1) {
+    emitters_[0]->sample_direct_block(points.p, u_, count, light_);
+    if (emitters_[0]->shape()) {
+      std::iota(order_, order_ + count, 0u);
+      leave_out_own_rounding(*emitters_[0], points, order_, count);
+    }
+    return;
+  }
+  const bool stretched = emitters_.size() <= kMostStretched;
+  if (!stretched) numbers.fill_1d(sampler, samples, dimension, owner, count, which_);
+  pick(stretched ? u_.x : which_, count);
+  if (stretched) {
+    const float scale = static_cast<float>(emitters_.size());
+    for_lanes(count, [&](size_t i) {
+      const Float offset = Float::load(u_.x + i) * scale - to_float(Int::load(pick_ + i));
+      min(offset, kOneMinusEpsilon).store(u_.x + i);
+    });
+  }
+  sample_picked(points);
+}
+
+/// Also sorts the points by what was picked: next_[e] is the end of emitter e's.
+void EmitterSamples::pick(const float* which, size_t count) {
+  const float scale = static_cast<float>(emitters_.size());
+  const auto last = static_cast<int32_t>(emitters_.size()) - 1;
+  for_lanes(count, [&](size_t i) {
+    clamp(to_int(Float::load(which + i) * scale), Int(0), Int(last)).store(pick_ + i);
+  });
+  std::fill(next_.begin(), next_.end(), 0);
+  for (size_t i = 0; i < count; ++i) ++next_[pick_[i]];
+  std::exclusive_scan(next_.begin(), next_.end(), next_.begin(), 0u);
+  for (size_t i = 0; i < count; ++i) order_[next_[pick_[i]]++] = static_cast<uint32_t>(i);
+}
+
+void EmitterSamples::sample_picked(const SurfaceBlock& points) {
+  size_t first = 0;
+  for (size_t e = 0; e < emitters_.size(); ++e) {
+    const size_t end = next_[e], n = end - first;
+    if (n == 0) continue;
+    const uint32_t* const which = order_ + first;
+    // The last vector reaches into the next emitter's points, or into the padding, which once held
+    // some point or other.
+    for_lanes(n, [&](size_t i) {
+      const Int k = Int::load(which + i);
+      gather(points.p, k).store(part_p_, i);
+      gather(u_, k).store(part_u_, i);
+    });
+    emitters_[e]->sample_direct_block(part_p_, part_u_, n, part_);
+    for (size_t i = 0; i < n; ++i) {
+      const uint32_t k = which[i];
+      light_.d.set(k, part_.d.at(i));
+      light_.radiance.set(k, part_.radiance.at(i));
+      light_.distance[k] = part_.distance[i];
+      light_.pdf[k] = part_.pdf[i];
+      light_.is_delta[k] = part_.is_delta[i];
+    }
+    leave_out_own_rounding(*emitters_[e], points, which, n);
+    first = end;
+  }
+}
+
+/// Light of a surface for points of the same one: see SurfaceInteraction::resolves.
+void EmitterSamples::leave_out_own_rounding(const Emitter& emitter, const SurfaceBlock& points,
+                                            const uint32_t* which, size_t count) {
+  if (!emitter.shape()) return;
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t k = which[i];
+    if (points.shape[k] != emitter.shape()) continue;
+    const float off = std::abs(glm::dot(points.n.at(k), light_.d.at(k))) * light_.distance[k];
+    if (!(off > points.p_error[k])) light_.pdf[k] = 0;
+  }
+}
+
+}  // namespace kinome::transport

@@ -1,0 +1,137 @@
+#include "film_samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinome/wide/vectors.h"
+
+namespace kinome::transport {
+
+using namespace wide;
+
+namespace {
+
+/// Sums of a pixel's samples are single precision until they are added to the film's: values above
+/// this might overflow there, and go one by one.
+constexpr float kLargest = 1e30f;
+
+}  // namespace
+
+FilmSamples::FilmSamples(const ReconstructionFilter& filter, int values, size_t samples)
+    : filter_(filter),
+      // Of a sample anywhere in its pixel: see FilmTile::add.
+      reach_(-static_cast<int>(std::floor(0.5f - filter.radius()))),
+      arena_(samples + kBlockLanes),
+      offset_(arena_.floats()),
+      kept_(arena_.floats()),
+      sums_(static_cast<size_t>(values)) {
+  for (int k = -reach_; k <= reach_; ++k) {
+    wx_.push_back(arena_.floats());
+    wy_.push_back(arena_.floats());
+  }
+}
+
+/// Of all samples, for pixels at -reach_ … reach_ from their own.
+void FilmSamples::find_weights(const PixelSamples& samples, const uint32_t* first,
+                               const float* position, const std::vector<float*>& weights) {
+  const size_t count = samples.count();
+  for (int k = -reach_; k <= reach_; ++k) {
+    for (size_t p = 0, i = 0; p < samples.pixels; ++p, i += samples.samples) {
+      const Float low = static_cast<float>(static_cast<int32_t>(first[p]));
+      const Float centre = static_cast<float>(k) + 0.5f;
+      for (size_t s = 0; s < samples.samples; s += kLanes) {
+        (centre - (Float::load(position + i + s) - low)).store(offset_ + i + s);
+      }
+    }
+    filter_.eval_block(offset_, count, weights[static_cast<size_t>(k + reach_)]);
+  }
+}
+
+/// Such samples become zeros of no weight. False: values are so large that sums may overflow.
+bool FilmSamples::leave_out_non_finite(size_t count, const std::vector<float*>& columns,
+                                       FilmTile& film) {
+  size_t dropped = 0;
+  bool small = true;
+  // What lies beyond the samples becomes zeros, too: a pixel's last vector may reach there.
+  for_lanes(count + kBlockLanes, [&](size_t i) {
+    const Mask inside = first_lanes(std::min(count - std::min(i, count), kLanes));
+    Float largest = 0.f;
+    Mask finite = true;
+    for (const float* column : columns) {
+      const Float value = abs(Float::load(column + i));
+      finite &= is_finite(value);
+      largest = max(largest, value);
+    }
+    const Mask kept = finite & inside;
+    select(kept, Float(1.f)).store(kept_ + i);
+    small = small && none(kept & (largest > kLargest));
+    if (all(kept)) return;
+    dropped += wide::count(inside & !finite);
+    for (float* column : columns) select(kept, Float::load(column + i)).store(column + i);
+  });
+  if (small) film.count_non_finite(dropped);
+  return small;
+}
+
+void FilmSamples::add_one_by_one(size_t count, const Columns2& position,
+                                 const std::vector<float*>& columns, FilmTile& film) {
+  std::vector<float> values(columns.size());
+  for (size_t i = 0; i < count; ++i) {
+    for (size_t c = 0; c < columns.size(); ++c) {
+      values[c] = kept_[i] > 0 ? columns[c][i] : std::numeric_limits<float>::quiet_NaN();
+    }
+    film.add(position.at(i), values);
+  }
+}
+
+/// Of samples first … end - 1, to the pixels that the filter reaches from (x, y).
+void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
+                            const std::vector<float*>& columns, FilmTile& film) {
+  const int width = 2 * reach_ + 1;
+  for (int j = 0; j < width; ++j) {
+    for (int k = 0; k < width; ++k) {
+      const float* const wx = wx_[static_cast<size_t>(k)];
+      const float* const wy = wy_[static_cast<size_t>(j)];
+      Float total = 0.f;
+      // Red, green and blue are summed together; further values one by one.
+      Float rgb[3] = {0.f, 0.f, 0.f};
+      for (size_t i = first; i < end; i += kLanes) {
+        const Float kept = select(first_lanes(std::min(end - i, kLanes)), Float::load(kept_ + i));
+        const Float weight = Float::load(wx + i) * Float::load(wy + i) * kept;
+        total += weight;
+        for (size_t c = 0; c < 3 && c < columns.size(); ++c) {
+          rgb[c] = mul_add(weight, Float::load(columns[c] + i), rgb[c]);
+        }
+      }
+      for (size_t c = 0; c < 3 && c < columns.size(); ++c) sums_[c] = sum(rgb[c]);
+      for (size_t c = 3; c < columns.size(); ++c) {
+        Float value = 0.f;
+        for (size_t i = first; i < end; i += kLanes) {
+          const Float kept =
+              select(first_lanes(std::min(end - i, kLanes)), Float::load(kept_ + i));
+          value = mul_add(Float::load(wx + i) * Float::load(wy + i) * kept,
+                          Float::load(columns[c] + i), value);
+        }
+        sums_[c] = sum(value);
+      }
+      film.add_sums(x + k - reach_, y + j - reach_, sums_, sum(total));
+    }
+  }
+}
+
+void FilmSamples::add(const PixelSamples& samples, const Columns2& position,
+                      const std::vector<float*>& columns, FilmTile& film) {
+  const size_t count = samples.count();
+  if (!leave_out_non_finite(count, columns, film)) {
+    add_one_by_one(count, position, columns, film);
+    return;
+  }
+  find_weights(samples, samples.x, position.x, wx_);
+  find_weights(samples, samples.y, position.y, wy_);
+  for (size_t p = 0; p < samples.pixels; ++p) {
+    add_pixel(static_cast<int32_t>(samples.x[p]), static_cast<int32_t>(samples.y[p]),
+              p * samples.samples, (p + 1) * samples.samples, columns, film);
+  }
+}
+
+}  // namespace kinome::transport

@@ -1,0 +1,51 @@
+#include "numbers.h"
+
+#include "kinome/wide/vectors.h"
+
+namespace kinome::transport {
+
+using namespace wide;
+
+namespace {
+
+/// Points that are so few of a block's samples ask for their numbers one by one.
+bool are_few(size_t count, const PixelSamples& samples) {
+  constexpr size_t kShare = 16;
+  return count * kShare < samples.count();
+}
+
+SampleKey key_of(const PixelSamples& samples, uint32_t sample) {
+  const uint32_t pixel = sample / samples.samples;
+  return {samples.x[pixel], samples.y[pixel], samples.first_sample + sample % samples.samples,
+          samples.seed};
+}
+
+}  // namespace
+
+Numbers::Numbers(size_t samples) : arena_(samples), all_(arena_.two()) {}
+
+void Numbers::fill_1d(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
+                      const uint32_t* owner, size_t count, float* out) {
+  if (are_few(count, samples)) {
+    for (size_t i = 0; i < count; ++i) {
+      out[i] = sampler.value_1d(key_of(samples, owner[i]), dimension);
+    }
+    return;
+  }
+  sampler.fill_1d_block(samples, dimension, all_.x);
+  for_lanes(count, [&](size_t i) { gather(all_.x, Int::load(owner + i)).store(out + i); });
+}
+
+void Numbers::fill_2d(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
+                      const uint32_t* owner, size_t count, const Columns2& out) {
+  if (are_few(count, samples)) {
+    for (size_t i = 0; i < count; ++i) {
+      out.set(i, sampler.value_2d(key_of(samples, owner[i]), dimension));
+    }
+    return;
+  }
+  sampler.fill_2d_block(samples, dimension, all_);
+  for_lanes(count, [&](size_t i) { gather(all_, Int::load(owner + i)).store(out, i); });
+}
+
+}  // namespace kinome::transport

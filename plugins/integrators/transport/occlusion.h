@@ -1,0 +1,23 @@
+#pragma once
+
+#include "direction_sort.h"
+#include "kinome/scene.h"
+
+namespace kinome::transport {
+
+/// Traces the shadow rays of a block for occlusion, in the order of their directions. One per
+/// thread.
+class Occlusion {
+ public:
+  explicit Occlusion(size_t rays);
+
+  /// Sets tmax of each ray that is on and meets anything to -infinity.
+  void trace(const Scene& scene, Ray16* rays, size_t count, RenderCounters& counters);
+
+ private:
+  DirectionSort sort_;
+  Arena arena_;
+  Ray16* sorted_;
+};
+
+}  // namespace kinome::transport

@@ -1,0 +1,69 @@
+#include "paths.h"
+
+#include "camera.h"
+#include "kinome/wide/vectors.h"
+
+namespace kinome::transport {
+
+using namespace wide;
+
+Paths::Paths(const SceneTable& scene, const Sampler& sampler, const PathLength& length, size_t rays)
+    : scene_(scene),
+      length_(length),
+      light_(scene, sampler, LightSamples{}, rays),
+      arena_(Surfaces::most_points(scene, rays)),
+      owner_{arena_.indices(), arena_.indices()},
+      throughput_{arena_.three(), arena_.three()} {}
+
+/// From points that lie `depth` edges from the camera to the next ones.
+void Paths::extend(const PixelSamples& samples, const Vertices& vertices, uint32_t depth,
+                   const Columns3& radiance, RenderCounters& counters) {
+  const Scene& scene = scene_.scene();
+  const bool is_last = depth + 1 >= length_.max_depth;
+  const uint32_t first = kCameraDimensions + kPointDimensions * (depth - 1);
+  const bool traces = !is_last || scene.has_surface_emitters();
+  {
+    const StageTimer timer(counters.stage_seconds["shade"]);
+    std::optional<uint32_t> bsdf;
+    if (traces || scene.environment()) bsdf = first + DirectLight::kDimensions;
+    light_.sample(samples, vertices, first, bsdf);
+    if (traces && depth >= length_.rr_depth) {
+      light_.play_roulette(samples, vertices, first + 2 * DirectLight::kDimensions);
+    }
+  }
+  light_.add_emitter_samples(vertices, radiance, counters);
+  if (traces) {
+    light_.trace(vertices, is_last ? Surfaces::Which::kEmitting : Surfaces::Which::kAll, radiance,
+                 counters);
+  } else if (scene.environment()) {
+    light_.add_environment(vertices, radiance, counters);
+  }
+}
+
+/// The points that the BSDF samples of `vertices` have come to.
+Vertices Paths::next(const Vertices& vertices, int buffer) {
+  const Surfaces& met = light_.met();
+  const uint32_t* const ray = met.points().ray;
+  for_lanes(met.reflecting(), [&](size_t i) {
+    const Int from = as_int(gather(light_.from(), Int::load(ray + i)));
+    gather(vertices.owner, from).store(owner_[buffer] + i);
+    gather(light_.carried(), from).store(throughput_[buffer], i);
+  });
+  return {&met, owner_[buffer], throughput_[buffer]};
+}
+
+void Paths::add(const PixelSamples& samples, const Surfaces& seen, const RadianceByLength& light,
+                RenderCounters& counters) {
+  if (length_.max_depth < 2 || scene_.scene().emitters().empty()) return;
+  Vertices vertices{&seen, seen.points().ray, {}};
+  for (uint32_t depth = 1; vertices.surfaces->reflecting() > 0; ++depth) {
+    // The last edge is the one to the light.
+    extend(samples, vertices, depth, depth < light.longest ? light.radiance : light.beyond,
+           counters);
+    if (depth + 1 >= length_.max_depth) return;
+    const StageTimer timer(counters.stage_seconds["bounce"]);
+    vertices = next(vertices, depth % 2);
+  }
+}
+
+}  // namespace kinome::transport

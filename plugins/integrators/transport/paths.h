@@ -1,0 +1,46 @@
+#pragma once
+
+#include "../path_parameters.h"
+#include "direct_light.h"
+
+namespace kinome::transport {
+
+/// Where the light of a block's samples goes, by how long the paths are that it comes by.
+struct RadianceByLength {
+  Columns3 radiance;  ///< of paths of up to `longest` edges
+  Columns3 beyond;    ///< of all others; may be the same
+  uint32_t longest = kNoMaxDepth;
+};
+
+/// Paths from the camera: at every surface point, light straight from the emitters, by emitter
+/// sampling and BSDF sampling combined by the power heuristic (Veach 1997, 9.2.4 and 10.3.3); the
+/// BSDF sample is also the next edge. All emitters are found, save that light of a point or a
+/// direction is not seen in mirrors. The paths of a block go on together, one edge at a time, and
+/// those that go on move together after each. One per thread.
+class Paths {
+ public:
+  Paths(const SceneTable& scene, const Sampler& sampler, const PathLength& length, size_t rays);
+
+  /// Adds what the surfaces that the camera rays hit reflect, which is light by paths of two edges
+  /// and more.
+  void add(const PixelSamples& samples, const Surfaces& seen, const RadianceByLength& light,
+           RenderCounters& counters);
+
+ private:
+  /// Dimensions of the sampler for a surface point: an emitter sample, a BSDF sample, the roulette.
+  static constexpr uint32_t kPointDimensions = 2 * DirectLight::kDimensions + 1;
+
+  void extend(const PixelSamples& samples, const Vertices& vertices, uint32_t depth,
+              const Columns3& radiance, RenderCounters& counters);
+  Vertices next(const Vertices& vertices, int buffer);
+
+  const SceneTable& scene_;
+  PathLength length_;
+  DirectLight light_;
+  Arena arena_;
+  /// Of the points that paths have come to, and of the next ones.
+  uint32_t* owner_[2];
+  Columns3 throughput_[2];
+};
+
+}  // namespace kinome::transport

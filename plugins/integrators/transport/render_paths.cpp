@@ -1,0 +1,27 @@
+#include "render_paths.h"
+
+#include "camera_block.h"
+#include "paths.h"
+
+namespace kinome::transport {
+
+void render_paths(const PathSettings& settings, const Scene& scene, const Sensor& sensor,
+                  RenderContext& context) {
+  if (scene.emitters().empty()) context.skip("paths", "the scene has no emitters");
+  if (settings.length.max_depth == 0) {
+    context.skip("paths", "max_depth is 0: the picture is black");
+    return;
+  }
+  const SceneTable table(scene);
+  render_blocks<Paths>(
+      table, sensor, context, settings.hide_emitters,
+      [&] {
+        return std::make_unique<Paths>(table, sensor.sampler(), settings.length, kBlockSamples);
+      },
+      [](Paths& paths, const CameraBlock& block, const PixelSamples& samples,
+         RenderCounters& counters) {
+        paths.add(samples, block.seen(), {block.radiance(), block.radiance()}, counters);
+      });
+}
+
+}  // namespace kinome::transport

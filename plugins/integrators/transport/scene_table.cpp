@@ -1,0 +1,33 @@
+#include "scene_table.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+namespace kinome::transport {
+
+SceneTable::SceneTable(const Scene& scene) : scene_(scene) {
+  const auto& shapes = scene.shapes();
+  // Materials in the order in which the scene first names them: that of addresses would differ from
+  // run to run.
+  std::map<const Bsdf*, uint32_t> order;
+  for (const auto& shape : shapes) {
+    order.try_emplace(&shape->bsdf(), static_cast<uint32_t>(order.size()));
+  }
+  std::vector<uint32_t> ids(shapes.size());
+  std::iota(ids.begin(), ids.end(), 0u);
+  const auto key = [&](uint32_t id) {
+    const Bsdf& bsdf = shapes[id]->bsdf();
+    return std::pair(bsdf.lobes() == Lobe::kNone, order.at(&bsdf));
+  };
+  std::stable_sort(ids.begin(), ids.end(), [&](uint32_t a, uint32_t b) { return key(a) < key(b); });
+  row_of_.resize(shapes.size());
+  for (const uint32_t id : ids) {
+    const Shape& shape = *shapes[id];
+    row_of_[id] = static_cast<uint32_t>(rows_.size());
+    rows_.push_back({&shape, &shape.bsdf(), shape.emitter()});
+    if (shape.bsdf().lobes() != Lobe::kNone) ++reflecting_;
+  }
+}
+
+}  // namespace kinome::transport

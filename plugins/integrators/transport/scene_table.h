@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kinome/scene.h"
+
+namespace kinome::transport {
+
+/// The shapes of a scene in the order in which stages go through what was hit: those that reflect
+/// first, by material, so that a BSDF is asked once for all points on its surfaces; then those that
+/// only emit. Immutable: made once a render, shared by all threads.
+class SceneTable {
+ public:
+  struct Row {
+    const Shape* shape;
+    const Bsdf* bsdf;
+    const Emitter* emitter;  ///< nullptr: it doesn't emit
+  };
+
+  explicit SceneTable(const Scene& scene);
+
+  const Scene& scene() const { return scene_; }
+  const std::vector<Row>& rows() const { return rows_; }
+  uint32_t row_of(uint32_t shape) const { return row_of_[shape]; }
+  /// Rows before this one reflect.
+  uint32_t reflecting() const { return reflecting_; }
+
+ private:
+  const Scene& scene_;
+  std::vector<Row> rows_;
+  std::vector<uint32_t> row_of_;  ///< of indices into Scene::shapes()
+  uint32_t reflecting_ = 0;
+};
+
+}  // namespace kinome::transport

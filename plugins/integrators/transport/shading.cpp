@@ -1,0 +1,23 @@
+#include "shading.h"
+
+namespace kinome::transport {
+
+BsdfAnswer make_answer(Arena& a) {
+  return {a.three(), a.floats(), a.three(), a.three(), a.floats(), a.floats()};
+}
+
+void shade(const Surfaces& surfaces, const BsdfQuery& query, const BsdfAnswer& answer) {
+  const auto ranges = surfaces.ranges();
+  for (size_t k = 0; k < ranges.size() && ranges[k].first < surfaces.reflecting();) {
+    const Bsdf& bsdf = *ranges[k].row->bsdf;
+    const size_t first = ranges[k].first;
+    size_t end = first;
+    for (; k < ranges.size() && ranges[k].row->bsdf == &bsdf; ++k) {
+      end = ranges[k].first + ranges[k].count;
+    }
+    bsdf.shade_block(surfaces.points().part(first, end - first), query.from(first),
+                     answer.from(first));
+  }
+}
+
+}  // namespace kinome::transport

@@ -1,0 +1,82 @@
+#include "surfaces.h"
+
+#include <algorithm>
+
+namespace kinome::transport {
+
+/// Each shape that is hit pads its range.
+size_t Surfaces::most_points(const SceneTable& scene, size_t rays) {
+  return padded(rays) + kBlockLanes * std::min(scene.rows().size(), rays);
+}
+
+Surfaces::Surfaces(const SceneTable& scene, size_t rays, bool derivatives)
+    : scene_(scene),
+      per_point_(most_points(scene, rays)),
+      per_ray_(rays),
+      live_(per_point_.floats()),
+      row_(per_ray_.indices()),
+      missed_(per_ray_.indices()),
+      next_(scene.rows().size() + 2) {
+  Arena& a = per_point_;
+  points_.p = a.three(), points_.n = a.three(), points_.s = a.three(), points_.t = a.three();
+  points_.sn = a.three(), points_.wi = a.three(), points_.uv = a.two();
+  if (derivatives) points_.dp_du = a.three(), points_.dp_dv = a.three();
+  points_.p_error = a.floats();
+  points_.primitive = a.indices(), points_.ray = a.indices();
+  points_.shape = a.of<const Shape*>();
+}
+
+/// By counting: how many hits each row has, where its range begins, then each ray to its place.
+void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
+  const auto rows = static_cast<uint32_t>(scene_.rows().size());
+  const uint32_t missed = rows, left_out = rows + 1;
+  std::fill(next_.begin(), next_.end(), 0);
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t shape = rays[i / 16].shape[i % 16];
+    uint32_t row = shape == kNoHit ? missed : scene_.row_of(shape);
+    if (which == Which::kEmitting && row < rows && !scene_.rows()[row].emitter) row = left_out;
+    row_[i] = row;
+    ++next_[row];
+  }
+  ranges_.clear();
+  reflecting_ = 0;
+  live_reflecting_ = 0;
+  uint32_t at = 0;
+  for (uint32_t row = 0; row < rows; ++row) {
+    const uint32_t hits = next_[row];
+    next_[row] = at;
+    if (hits == 0) continue;
+    ranges_.push_back({&scene_.rows()[row], at, hits});
+    at += static_cast<uint32_t>(padded(hits));
+    if (row >= scene_.reflecting()) continue;
+    reflecting_ = at;
+    live_reflecting_ += hits;
+  }
+  points_.count = at;
+  missed_count_ = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t row = row_[i];
+    if (row < rows) {
+      points_.ray[next_[row]++] = i;
+    } else if (row == missed) {
+      missed_[missed_count_++] = i;
+    }
+  }
+  for (size_t i = missed_count_; missed_count_ > 0 && i < padded(missed_count_); ++i) {
+    missed_[i] = missed_[missed_count_ - 1];
+  }
+}
+
+void Surfaces::find(const RayHit16* rays, size_t count, Which which) {
+  sort(rays, count, which);
+  for (const Range& range : ranges_) {
+    const size_t end = range.first + range.count, last = range.first + padded(range.count);
+    std::fill(live_ + range.first, live_ + end, 1.f);
+    std::fill(live_ + end, live_ + last, 0.f);
+    std::fill(points_.ray + end, points_.ray + last, points_.ray[end - 1]);
+    std::fill(points_.shape + range.first, points_.shape + last, range.row->shape);
+    range.row->shape->interaction_block(rays, points_.part(range.first, range.count));
+  }
+}
+
+}  // namespace kinome::transport

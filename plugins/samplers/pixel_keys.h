@@ -1,0 +1,64 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "kinome/blocks.h"
+#include "kinome/wide/numbers.h"
+
+namespace kinome {
+
+/// 64 random bits for each pixel of a block, as two columns.
+class PixelKeys {
+ public:
+  void resize(size_t pixels) {
+    if (low_.size() < pixels) low_.resize(pixels), high_.resize(pixels);
+  }
+  void set(size_t pixel, uint64_t key) {
+    low_[pixel] = static_cast<uint32_t>(key);
+    high_[pixel] = static_cast<uint32_t>(key >> 32);
+  }
+  const uint32_t* low() const { return low_.data(); }
+  const uint32_t* high() const { return high_.data(); }
+
+ private:
+  std::vector<uint32_t> low_, high_;
+};
+
+/// Calls fn(i, sample, of_pixel) for each vector of a block's samples: i the first one's number in
+/// the block, `sample` their indices within their pixels (wide::Uint), and of_pixel(column) what a
+/// column over pixels holds for theirs.
+template <class Function>
+void for_each_vector(const PixelSamples& samples, const Function& fn) {
+  using wide::Int, wide::Uint, wide::kLanes;
+  if (samples.samples % kLanes == 0) {  // a vector is of one pixel
+    size_t i = 0;
+    for (size_t p = 0; p < samples.pixels; ++p) {
+      const auto of_pixel = [&](const uint32_t* column) { return Uint(column[p]); };
+      for (uint32_t s = 0; s < samples.samples; s += kLanes, i += kLanes) {
+        fn(i, as_uint(wide::iota()) + Uint(samples.first_sample + s), of_pixel);
+      }
+    }
+    return;
+  }
+  const size_t count = samples.count();
+  uint32_t pixel = 0, sample = 0;
+  for (size_t i = 0; i < count; i += kLanes) {
+    uint32_t pixels[kLanes], indices[kLanes];
+    for (size_t l = 0; l < kLanes; ++l) {
+      pixels[l] = pixel;
+      indices[l] = samples.first_sample + sample;
+      if (i + l + 1 < count && ++sample == samples.samples) ++pixel, sample = 0;
+    }
+    const Int at = Int::load(pixels);
+    fn(i, Uint::load(indices), [&](const uint32_t* column) { return gather(column, at); });
+  }
+}
+
+/// As to_unit_float.
+KINOME_WIDE wide::Float to_unit(wide::Uint bits) {
+  return to_float(as_int(wide::shift_right<8>(bits))) * 0x1p-24f;
+}
+
+}  // namespace kinome
