@@ -3,7 +3,12 @@
 # pictures the same, and which renderer reaches an error sooner? Ends with validation/report/.
 #
 #   sh validation/run.sh [correctness|benchmark|report] [SCENE|GROUP...]
-#                        [--quick] [--fresh] [--output FOLDER]
+#                        [--quick] [--fresh] [--output FOLDER] [--build FOLDER]
+#   sh validation/run.sh engine [PART...] [SCENE|GROUP...] [--minutes N] [--sampler NAME] [...]
+#
+# engine: nanoseconds a sample of ours and of Mitsuba's llvm_ad_rgb, and what else its goals name.
+# Ends with validation/engine/. Begins no measurement that would end after 10 minutes; the same
+# command then goes on. --build: the program of that build folder, which is not built.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are taken only if
 # asked for.
@@ -35,14 +40,16 @@ environment() {
 }
 
 run() {
-  "$kinome_python" "$root/validation/run.py" --build "$build" "$@"
+  "$kinome_python" "$root/validation/run.py" --build "$build" --work "$build" "$@"
 }
 
 # It reads the words, before minutes go by for a wrong one.
 command -v "$kinome_python" >/dev/null 2>&1 ||
   (kinome_packages=python3 && kinome_install_packages)
+given=
 for word in "$@"; do
   case $word in
+    --build | --build=*) given=yes ;;
     -h | --help)
       run --help
       exit
@@ -64,14 +71,18 @@ if [ "$modes" != report ]; then
   # Mitsuba's llvm variants need it; without, they are left out.
   (kinome_packages=libllvm19 && kinome_install_packages) ||
     echo "validation: no libllvm19: Mitsuba's llvm variants are left out" >&2
-  kinome_configure
-  ninja -C "$build" kinome_renderer
+  if [ -z "$given" ]; then
+    kinome_configure
+    ninja -C "$build" kinome_renderer
+  fi
   "$kinome_python" "$root/scenes/make_assets.py"
   environment "$build/validation/mitsuba" "$root/validation/requirements.txt" Mitsuba
-  [ "$modes" = correctness ] || environment "$build/validation/cycles" \
-    "$root/validation/requirements-cycles.txt" "Cycles (bpy)"
+  case " $modes " in
+    *" benchmark "*) environment "$build/validation/cycles" \
+      "$root/validation/requirements-cycles.txt" "Cycles (bpy)" ;;
+  esac
 else
   kinome_packages="python3-numpy $kinome_report_packages $kinome_compare_packages"
   kinome_install_packages
 fi
-exec "$kinome_python" "$root/validation/run.py" --build "$build" "$@"
+exec "$kinome_python" "$root/validation/run.py" --build "$build" --work "$build" "$@"

@@ -4,12 +4,15 @@ import argparse
 import os
 import pathlib
 
-from .tables import GROUP_WORDS, ROOT, SCENES, SMALL_SCENES, named
+from .tables import ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SCENES, named
 
 MODES = ("correctness", "benchmark", "report")
+ENGINE = "engine"  # only if it is named
+WORDS = (*MODES, ENGINE)
 DESCRIPTION = """\
 Compares Kinome with Mitsuba 3 (and Blender's Cycles where it can): correctness, then time against
-error, then a page of both. Without a mode, all three. What was measured before is not measured
+error, then a page of both. Without a mode, all three. `engine`, only if named: nanoseconds a sample
+beside Mitsuba's llvm_ad_rgb, and what else its goals name. What was measured before is not measured
 again. Exit status: 0 all well; 1 a comparison is red; 2 something was left out, as the lines say,
 or a bad argument; 3 another run is at work in the same build folder; 130 or 143 interrupted."""
 
@@ -18,30 +21,45 @@ def parse(arguments=None):
     parser = argparse.ArgumentParser(prog="validation/run.sh", description=DESCRIPTION,
                                      formatter_class=argparse.RawDescriptionHelpFormatter,
                                      allow_abbrev=False)
-    parser.add_argument("words", nargs="*", metavar="MODE or SCENE",
-                        help=f"first a mode ({', '.join(MODES)}), then scenes or groups of them "
-                             f"({', '.join(GROUP_WORDS)}); default: all modes, and all scenes but "
-                             "those that are made for asking")
+    parser.add_argument("words", nargs="*", metavar="MODE, PART or SCENE",
+                        help=f"first a mode ({', '.join(WORDS)}), then scenes or groups of them "
+                             f"({', '.join(GROUP_WORDS)}), of engine also parts "
+                             f"({', '.join(ENGINE_PARTS)}); default: all modes but engine, all "
+                             "parts, and all scenes but those that are made for asking")
+    parser.add_argument("--scenes", metavar="A,B", default="", help="the same as scenes as words")
     parser.add_argument("--quick", action="store_true",
                         help="smaller pictures, fewer seeds and scenes: at most 10 minutes")
     parser.add_argument("--fresh", action="store_true",
                         help="measure anew what was measured before (on another day, a busier "
                              "machine); other scenes and the other form keep what they have")
     parser.add_argument("--output", type=pathlib.Path, metavar="FOLDER",
-                        help="where the page goes; default: validation/report, quick: out/report")
-    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build",
-                        help=argparse.SUPPRESS)
+                        help="where the page goes; default: validation/report or "
+                             "validation/engine, quick: out/report or out/engine")
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build", metavar="FOLDER",
+                        help="measure the program of that build folder, as it is; default: build, "
+                             "which is brought up to date")
+    parser.add_argument("--minutes", type=float, default=10, metavar="N",
+                        help="engine: begin no measurement that would end later; the same command "
+                             "goes on; default: %(default)g")
+    parser.add_argument("--sampler", default="ldsampler", metavar="NAME",
+                        help="engine: of both programs; default: %(default)s")
+    parser.add_argument("--work", type=pathlib.Path, help=argparse.SUPPRESS)
     parser.add_argument("--check", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_intermixed_args(arguments)
-    options.modes = MODES
-    if options.words and options.words[0] in MODES:
+    options.modes, options.parts = MODES, []
+    options.work = options.work or options.build
+    if options.words and options.words[0] in WORDS:
         options.modes = (options.words.pop(0),)
+    options.words += [name for name in options.scenes.split(",") if name]
+    if options.modes == (ENGINE,):
+        options.parts = [word for word in options.words if word in ENGINE_PARTS]
+        options.words = [word for word in options.words if word not in ENGINE_PARTS]
     known = {scene.name for scene in SCENES} | {path.stem for path in SMALL_SCENES}
     for name in options.words:
-        if name in MODES:
+        if name in WORDS:
             parser.error(f'one mode at most, as the first word: "{name}" is another')
         if name not in known | set(GROUP_WORDS):
-            parser.error(f'no mode or scene "{name}"; modes are {", ".join(MODES)}, groups '
+            parser.error(f'no mode or scene "{name}"; modes are {", ".join(WORDS)}, groups '
                          f'{", ".join(GROUP_WORDS)}, scenes {", ".join(sorted(known))}')
     options.words = named(options.words)
     timed = {scene.name for scene in SCENES}
@@ -50,9 +68,9 @@ def parse(arguments=None):
                      f'{", ".join(sorted(timed))}')
     if options.fresh and options.modes == ("report",):
         parser.error("--fresh is for what measures, and a report doesn't")
-    options.output = options.output or ROOT / ("out/report" if options.quick
-                                               else "validation/report")
-    if "report" in options.modes:
+    name = ENGINE if options.modes == (ENGINE,) else "report"
+    options.output = options.output or ROOT / ("out" if options.quick else "validation") / name
+    if name in options.modes:
         reason = unwritable(options.output)
         if reason:
             parser.error(f"--output {options.output}: {reason}")

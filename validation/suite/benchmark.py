@@ -206,7 +206,7 @@ class Benchmark:
             fresh.load(configuration, scene, size)
             fresh.render(configuration, scene, size, 16, 1)
             whole = time.perf_counter() - start
-            return whole - fresh.render(configuration, scene, size, 16, 2)[1]
+            return whole - fresh.render(configuration, scene, size, 16, 2).seconds
         finally:
             fresh.close()
 

@@ -2,9 +2,11 @@
 import importlib.util
 import signal
 import sys
+import time
 
 import numpy as np
 
+from compare.output import whole
 from compare.packages import use_packages
 from program import commit, machine
 
@@ -24,7 +26,7 @@ class Session:
     def __init__(self, options, log):
         self.options, self.log = options, log
         self.effort = QUICK if options.quick else FULL
-        self.folder = options.build / "validation"
+        self.folder = options.work / "validation"
         self.results = self.folder / ("quick" if options.quick else "full")
         self.python = self.folder / "mitsuba/bin/python"
         self.red = False
@@ -51,7 +53,13 @@ class Session:
                  for scene in chosen(words, self.effort)
                  if "benchmark" in modes}
 
+        form = "quick" if self.options.quick else "full"
+
         def is_concerned(key):
+            if "engine" in key:
+                return ("engine" in modes and key["form"] == form
+                        and key["engine"] in (self.options.parts or (key["engine"],))
+                        and key["name"] in (words or (key["name"],)))
             if "check" in key:
                 return key["check"] in compared and key["alpha"] == alpha
             return sizes.get(key["name"]) == list(key["size"])
@@ -104,6 +112,32 @@ class Session:
         finally:
             mitsuba.close()
 
+    def engine(self):
+        from . import engine, engine_page
+        options = self.options
+        mitsuba = Mitsuba(self.python, self.folder / "mitsuba-renders", self.log)
+        work = engine.Engine(self.kinome, mitsuba, options.sampler,
+                             "quick" if options.quick else "full", self.store,
+                             self.folder / "engine-scenes", self.log)
+        wanted = engine.units(options.words, options.parts, options.quick)
+        if not wanted:
+            raise Problem("no part of engine has these scenes")
+        try:
+            rows = work.run(wanted, 60 * options.minutes - (time.monotonic() - self.log.started))
+        finally:
+            mitsuba.close()
+        if not rows:
+            raise Problem("nothing was measured")
+        write_whole(options.output / "README.md",
+                    engine_page.page(rows, self.log.problems, options.quick))
+        write_whole(options.output / "measurements.csv", engine_page.measurements(rows))
+        plot = engine_page.plot(rows)
+        if plot:
+            with whole(options.output / "plot.png") as file:
+                file.write(plot)
+        print("\n".join(summary.markdown(*engine_page.goals(rows))))
+        self.log.say(f"wrote {options.output / 'README.md'}")
+
     def report(self):
         correctness = read_json(self.results / "correctness.json")
         benchmark = read_json(self.results / "benchmark.json")
@@ -116,7 +150,9 @@ class Session:
                 raise Problem(f"nothing to report of {', '.join(words)}: run correctness or "
                               "benchmark of it first")
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
-        problems = [line for lines in (read_json(self.results / "problems.json") or {}).values()
+        told = read_json(self.results / "problems.json") or {}
+        problems = [line for mode, lines in told.items()
+                    if mode != "engine"  # has a page of its own
                     for line in lines if not words or scene_of(line) in (None, *words)]
         problems += unmeasured(correctness, benchmark, self.effort, words)
         write_report(self.options.output, correctness, benchmark, problems,
@@ -179,7 +215,7 @@ def main(options):
     signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever started us ignores it
     log = Log()
     session = Session(options, log)
-    use_packages(options.build)
+    use_packages(options.work)
     try:
         if options.modes != ("report",):
             session.prepare()

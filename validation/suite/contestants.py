@@ -15,22 +15,28 @@ class Run:
     seconds: float
     samples: int
     extra: dict
+    # Of Kinome the program's own statistics; of the others what they can tell of these. Both have
+    # "processor_seconds": ours of the whole process, Mitsuba's of rendering.
+    stats: dict = dataclasses.field(default_factory=dict)
 
 
 class Ours:
     kind = "ours"
 
-    def __init__(self, kinome, method, scene, size):
+    def __init__(self, kinome, method, scene, size, options=()):
+        """`options`: of the program."""
         self.kinome, self.method, self.scene = kinome, method, scene
+        self.options = {"options": options} if options else {}
         self.name, self.samples = f"Kinome {method.name}", method.samples
         self.defines = {"sampler": "ldsampler", **method.defines, **sized(scene, size)}
         self.key = {"program": kinome.program, "defines": self.defines}
         self.converges_to_points = method.truth == "groundtruth"
 
     def run(self, samples, seed):
-        made = self.kinome.render(self.scene.path, {**self.defines, "spp": samples}, seed)
+        made = self.kinome.render(self.scene.path, {**self.defines, "spp": samples}, seed,
+                                  **self.options)
         return Run(made.image, made.seconds, made.samples,
-                   {"wall": made.wall, "embree_share": made.embree_share})
+                   {"wall": made.wall, "embree_share": made.embree_share}, made.stats)
 
 
 class Theirs:
@@ -51,5 +57,6 @@ class Theirs:
         what = (self.configuration, self.scene, self.size)
         if samples not in self.mitsuba.load(*what).warmed:
             self.mitsuba.render(*what, samples, WARM_UP)
-        image, seconds, used = self.mitsuba.render(*what, samples, seed)
-        return Run(image, seconds, used, {})
+        made = self.mitsuba.render(*what, samples, seed)
+        return Run(made.image, made.seconds, made.samples, {},
+                   {"processor_seconds": made.processor})

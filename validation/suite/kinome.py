@@ -22,6 +22,7 @@ class Render:
     wall: float  # of the whole process
     embree_share: float
     samples: int  # a pixel; some samplers round up
+    stats: dict = dataclasses.field(default_factory=dict)  # all that the program tells
 
 
 class Kinome:
@@ -49,7 +50,7 @@ class Kinome:
         finally:
             output.unlink(missing_ok=True)
         return Render(image, stats["seconds"]["render"], wall, stats["embree_share"],
-                      stats["samples"])
+                      stats["samples"], stats)
 
     def estimate(self, name, scene, defines, first_seed, options=()):
         """Mean and variance from RENDERS seeds, one thread each."""

@@ -1,6 +1,7 @@
 """Mitsuba's side: its configurations, and one living process a variant."""
 import dataclasses
 import pathlib
+import typing
 
 import numpy as np
 
@@ -18,10 +19,12 @@ class Configuration:
     integrator: str
     sampler: str
     compensation: bool
+    max_depth: int | None = None  # that of the scene file
 
     @property
     def name(self):
         extra = ", compensated" if self.compensation else ""
+        extra += f", depth {self.max_depth}" if self.max_depth else ""
         return f"Mitsuba {self.integrator}, {self.sampler}, {self.variant}{extra}"
 
     def defines(self, scene, size):
@@ -29,6 +32,8 @@ class Configuration:
                  "height": size[1]}
         if scene.envmap:
             found["mis_compensation"] = "true" if self.compensation else "false"
+        if self.max_depth:
+            found["max_depth"] = self.max_depth
         return {key: str(value) for key, value in found.items()}
 
 
@@ -48,6 +53,13 @@ class Loaded:
 
     what: tuple
     warmed: set = dataclasses.field(default_factory=set)  # sample counts that it has rendered
+
+
+class Rendered(typing.NamedTuple):
+    image: np.ndarray
+    seconds: float
+    samples: int  # a pixel that were used
+    processor: float  # seconds
 
 
 class Mitsuba:
@@ -101,7 +113,6 @@ class Mitsuba:
         return self.loaded[variant]
 
     def render(self, configuration, scene, size, samples, seed):
-        """(image, seconds, samples used)"""
         loaded = self.load(configuration, scene, size)
         output = self.folder / f"{configuration.variant}.npy"
         answer = self._ask(configuration.variant, self.workers[configuration.variant],
@@ -109,7 +120,7 @@ class Mitsuba:
         loaded.warmed.add(samples)
         image = np.load(output).astype(np.float64)
         output.unlink()
-        return image, answer["seconds"], answer["samples"]
+        return Rendered(image, answer["seconds"], answer["samples"], answer["processor"])
 
     def _ask(self, variant, worker, **request):
         try:

@@ -65,11 +65,16 @@ def draw(axis, found):
                       elinewidth=0.8, capsize=2, label=name, **style)
 
 
-def png(figure):
+def png_file(figure):
+    """The bytes of a file."""
     file = io.BytesIO()
     figure.savefig(file, dpi=95, format="png", metadata={"Software": None})
     pyplot.close(figure)
-    return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()
+    return file.getvalue()
+
+
+def png(figure):
+    return "data:image/png;base64," + base64.b64encode(png_file(figure)).decode()
 
 
 def equal_time(entry, found, load_picture):

@@ -96,6 +96,14 @@ def named(words):
 
 SMALL_SCENES = tuple(sorted((ROOT / "validation/scenes").glob("*.xml")))
 
+# The benchmark of the engine: its parts, which are words of the command line, and their scenes.
+ENGINE_PARTS = ("product", "threads", "memory", "short", "isa", "direct", "path")
+HEBE = "hebe"
+SHORT_SCENES = ("blocks", "noon", "ball", "mirror")
+ISA_SCENES = ("hebe", "sponge", "ball", "penumbra")
+ISAS = ("x86-64-v4", "x86-64-v3", "x86-64")  # AVX-512, AVX2, what every processor has
+WITHOUT_PEER = ("phong", "ward_balanced", "ward_duer")  # Mitsuba 3 has no such BSDFs
+
 
 @dataclasses.dataclass(frozen=True)
 class Method:

@@ -1,0 +1,237 @@
+"""The speed of the engine beside Mitsuba's llvm_ad_rgb, and what else its goals name: what is
+measured, in which order. engine_analysis.py has the arithmetic and the goals."""
+import dataclasses
+import pathlib
+import re
+import time
+import typing
+
+import numpy as np
+
+from program import commit, machine
+
+from .contestants import WARM_UP, Ours, Theirs
+from .kinome import scene_hash, with_parameters
+from .others import BUSY, Others, cores_of_others
+from .peers import Configuration, Unavailable, version_hash
+from .problems import Problem
+from .store import hash_of_files
+from .tables import (AREA, BOUNCE, ENGINE_PARTS, HEBE, ISAS, ISA_SCENES, PLAIN, SCENES,
+                     SHORT_SCENES, SMALL_SCENES, THREADS, TOGETHER, WITHOUT_PEER, Method, Scene)
+
+VARIANT = "llvm_ad_rgb"
+FIRST_SEED = 1
+LOW, HIGH = (16, 64), (64, 256)  # samples a pixel: a slope lies between two
+SOON = 0.075  # seconds: where Mitsuba needs less for 16 samples, both are timed at HIGH
+SHORT, SHORT_SIZE = (4,), (192, 144)
+PRODUCT_SAMPLES = (4, 16, 64)
+SIZE, LARGE = (256, 256), (1024, 1024)
+MEMORY_SAMPLES = 16
+
+
+@dataclasses.dataclass(frozen=True)
+class Unit:
+    """What is measured, kept and left out as a whole: one scene in one part."""
+
+    part: str
+    scene: Scene
+    size: tuple
+    repeats: int
+    max_depth: int | None = None
+
+    @property
+    def name(self):
+        return f"{self.scene.name}, {self.part}" + (
+            f" to depth {self.max_depth}" if self.max_depth else "")
+
+
+class Entrant(typing.NamedTuple):
+    """Who takes turns, by what name, with how many samples a pixel."""
+
+    label: str
+    renderer: Ours | Theirs
+    samples: tuple
+
+
+def units(words, parts, quick):
+    """In their order: what is short comes first. `words`: names of scenes, or none for all (of
+    `path` those where light bounces or that everybody runs: all of them take more than 10 minutes);
+    `parts`: some of ENGINE_PARTS, or none for all."""
+    few = 1 if quick else 3
+    large, small = SCENES, [Scene(path.stem, str(path), PLAIN, (), "", ())
+                            for path in SMALL_SCENES if path.stem not in WITHOUT_PEER]
+    by_name = {scene.name: scene for scene in large}
+    hebe = by_name[HEBE]
+    bounced = [scene for scene in large if scene.name in words or not words and
+               (not scene.asked or scene.group in (BOUNCE, AREA, TOGETHER))]
+    found = [Unit("product", hebe, SIZE, few), Unit("threads", hebe, SIZE, few),
+             Unit("memory", hebe, LARGE, 1),
+             *(Unit("short", by_name[name], SHORT_SIZE, 3 * few) for name in SHORT_SCENES),
+             *(Unit("isa", by_name[name], SIZE, few) for name in ISA_SCENES),
+             *(Unit("direct", scene, SIZE, few) for scene in (*large, *small)),
+             *(Unit("path", scene, SIZE, few, depth) for depth in (2, 5) for scene in bounced)]
+    return [unit for unit in found if unit.part in (parts or ENGINE_PARTS)
+            and unit.scene.name in (words or (unit.scene.name,))]
+
+
+class Engine:
+    """Measures units, those that aren't in the store."""
+
+    def __init__(self, kinome, mitsuba, sampler, form, store, folder, log):
+        """`form`: "full" or "quick"; `folder`: for copies of scenes."""
+        self.kinome, self.mitsuba, self.sampler, self.form = kinome, mitsuba, sampler, form
+        self.store, self.folder, self.log = store, folder, log
+        self.machine = machine()
+
+    def run(self, wanted, seconds):
+        """A row for each unit. Begins none after that many seconds: what is missing then is said,
+        and a rerun measures it."""
+        rows, longest, start = [], 0.0, time.monotonic()
+        for i, unit in enumerate(wanted):
+            known = self.store.get(self.key(unit))
+            before = time.monotonic()
+            if known is None and before - start + longest > seconds:
+                missing = sum(self.store.get(self.key(u)) is None for u in wanted[i:])
+                self.log.problem(f"time is up: {missing} of {len(wanted)} measurements are "
+                                 "missing; the same command without --fresh goes on from here")
+                wanted = [u for u in wanted[i:] if self.store.get(self.key(u)) is not None]
+                return rows + [self.row(u) for u in wanted]
+            try:
+                rows.append(self.row(unit))
+            except Problem as reason:
+                self.log.problem(f"{unit.name}: {reason}")
+            if known is None:
+                longest = max(longest, time.monotonic() - before)
+        return rows
+
+    def key(self, unit):
+        return {"engine": unit.part, "name": unit.scene.name, "scene": scene_hash(unit.scene.path),
+                "size": unit.size, "max_depth": unit.max_depth, "repeats": unit.repeats,
+                "form": self.form, "sampler": self.sampler, "program": self.kinome.program,
+                "version": version_hash(), "code": hash_of_files([pathlib.Path(__file__)]),
+                "machine": self.machine["processor"], "cores": self.machine["cores"],
+                "threads": THREADS}
+
+    def row(self, unit):
+        """All about one unit, as engine_analysis.py reads it."""
+        values = self.store.recall(self.key(unit), lambda: self.measure(unit))
+        return {"part": unit.part, "scene": unit.scene.name, "size": list(unit.size),
+                "max_depth": unit.max_depth, "sampler": self.sampler,
+                "program": self.kinome.program, "machine": self.machine, **values}
+
+    def measure(self, unit):
+        self.log.say(unit.name)
+        entrants = self.entrants(unit)
+        others, runs = Others(), []
+        for seed in range(FIRST_SEED, FIRST_SEED + unit.repeats):
+            # Count by count all take turns, so that what else the machine does meets all of them.
+            for step in range(max((len(e.samples) for e in entrants), default=0)):
+                for entrant in list(entrants):
+                    if step < len(entrant.samples):
+                        runs += self.turn(unit, entrant, entrant.samples[step], seed, entrants)
+        taken = cores_of_others([others.taken()])
+        if not runs:
+            raise Problem("nothing could be rendered")
+        if taken > BUSY * self.machine["cores"]:
+            self.log.say(f"{unit.name}: other processes had {taken:.1f} of "
+                         f"{self.machine['cores']} cores meanwhile, which spoils the times")
+        return {"commit": commit(), "cores_of_others": taken, "runs": runs}
+
+    def turn(self, unit, entrant, samples, seed, entrants):
+        """One render, as a list; who can't is left out from then on."""
+        try:
+            made = entrant.renderer.run(samples, seed)
+        except Problem as reason:
+            entrants.remove(entrant)
+            if not isinstance(reason, Unavailable):  # has been said
+                where = "" if unit.part == "isa" else f"{unit.name}: "
+                self.log.problem(f"{where}{entrant.label} is left out: {reason}")
+            return []
+        stats = made.stats
+        bsdfs = sorted(p.split("/")[1] for p in stats.get("plugins", ()) if p.startswith("bsdf/"))
+        return [{"label": entrant.label, "seed": seed, "samples": made.samples,
+                 "seconds": made.seconds, "processor": stats["processor_seconds"],
+                 "mean": float(np.nan_to_num(made.image, posinf=0, neginf=0).mean()),
+                 "embree_share": stats.get("embree_share"), "bsdfs": bsdfs,
+                 "rays": sum(stats.get("rays", {}).values()),
+                 "memory": stats.get("peak_memory_bytes")}]
+
+    def entrants(self, unit):
+        return getattr(self, f"entrants_of_{unit.part}")(unit)
+
+    def ours(self, unit, integrator, options=(), size=None, **defines):
+        method = Method(integrator, {"integrator": integrator, "sampler": self.sampler, **defines},
+                        "mitsuba", (), ())
+        return Ours(self.kinome, method, unit.scene, size or unit.size, options)
+
+    def both(self, unit, integrator, samples=None):
+        """Ours and Mitsuba's, the latter warmed up: its time also tells which samples are apt."""
+        unit = dataclasses.replace(unit, scene=self.with_size(unit.scene))
+        depth = {"max_depth": str(unit.max_depth)} if unit.max_depth else {}
+        found = [Entrant("ours", self.ours(unit, integrator, **depth), samples or LOW)]
+        theirs = Theirs(self.mitsuba, Configuration(VARIANT, integrator, self.sampler, False,
+                                                    unit.max_depth), unit.scene, unit.size)
+        try:
+            seconds = theirs.run((samples or LOW)[0], WARM_UP).seconds
+        except Unavailable:
+            return found
+        except Problem as reason:
+            self.log.problem(f"{unit.name}: Mitsuba is left out: {reason}")
+            return found
+        apt = samples or (HIGH if seconds < SOON else LOW)
+        return [found[0]._replace(samples=apt), Entrant("Mitsuba", theirs, apt)]
+
+    def entrants_of_direct(self, unit):
+        return self.both(unit, "direct")
+
+    def entrants_of_path(self, unit):
+        return self.both(unit, "path")
+
+    def entrants_of_short(self, unit):
+        return self.both(unit, "direct", SHORT)
+
+    def entrants_of_isa(self, unit):
+        return [Entrant(isa, self.ours(unit, "direct", ("-t", str(THREADS), "--isa", isa)), LOW)
+                for isa in ISAS]
+
+    def entrants_of_product(self, unit):
+        # A picture of a few pixels: what loading takes, which isn't rendering.
+        return [Entrant("start", self.product(unit, size=(16, 16)), (1,)),
+                Entrant("product", self.product(unit), PRODUCT_SAMPLES)]
+
+    def entrants_of_threads(self, unit):
+        return [Entrant(f"{name}, {count}", make(("-t", str(count))), PRODUCT_SAMPLES[-1:])
+                for name, make in self.methods(unit).items() for count in (1, 2)]
+
+    def entrants_of_memory(self, unit):
+        return [Entrant(name, make(), (MEMORY_SAMPLES,))
+                for name, make in self.methods(unit).items()]
+
+    def methods(self, unit):
+        return {"direct": lambda options=(): self.ours(unit, "direct", options),
+                "product": lambda options=(): self.product(unit, options)}
+
+    def product(self, unit, options=(), size=None):
+        return self.ours(unit, "clustered", options, size, importance="product")
+
+    def with_size(self, scene):
+        """Small scenes have a size and an integrator of their own: a copy that takes them by -D,
+        for both programs, from wherever it lies."""
+        if scene.path not in SMALL_SCENES:
+            return scene
+        return dataclasses.replace(scene, file=str(with_size(scene.path, self.folder)))
+
+
+def with_size(path, folder):
+    copy = with_parameters(path, folder)
+    text = copy.read_text(encoding="utf-8")
+    for name in ("width", "height"):
+        text = re.sub(rf'<integer name="{name}" value="\d+"/>',
+                      f'<integer name="{name}" value="${name}"/>', text)
+    text = re.sub(r'(<string name="filename" value=")', rf"\g<1>{path.parent}/", text)
+    text = re.sub(r'(<film type="hdrfilm">)',
+                  r'\1 <string name="file_format" value="$file_format"/>', text)
+    text = re.sub(r"(<scene [^>]*>)", r'\1 <default name="file_format" value="openexr"/>', text,
+                  count=1)
+    copy.write_text(text, encoding="utf-8")
+    return copy
