@@ -1,5 +1,7 @@
 #include "kinome/texture.h"
 
+#include <algorithm>
+
 namespace kinome {
 namespace {
 
@@ -9,6 +11,14 @@ class UniformTexture final : public Texture {
   Rgb eval(const Vec2&) const override { return value_; }
   /// A grey is its number exactly; the luminance would round it.
   float eval_1(const Vec2&) const override { return min() == max() ? value_.x : luminance(value_); }
+  void eval_block(const Columns2&, size_t count, const Columns3& out) const override {
+    std::fill_n(out.x, count, value_.x);
+    std::fill_n(out.y, count, value_.y);
+    std::fill_n(out.z, count, value_.z);
+  }
+  void eval_1_block(const Columns2& uv, size_t count, float* out) const override {
+    std::fill_n(out, count, eval_1(uv.at(0)));
+  }
   Rgb mean() const override { return value_; }
   float max() const override { return max_component(value_); }
   float min() const override { return -max_component(-value_); }

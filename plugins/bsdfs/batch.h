@@ -5,57 +5,34 @@
 #include "kinome/bsdf.h"
 #include "kinome/properties.h"
 #include "kinome/texture.h"
+#include "kinome/warp.h"
+#include "kinome/wide/bsdf.h"
 
-/// What most BSDF plugins share.
+/// What most BSDF plugins share. Formulas are over numbers F, float or wide::Float: one point, or
+/// several.
 namespace kinome {
 
-/// Writes value(wo) -> BsdfValue for a whole batch. `value` is inlined into two loops, so that the
-/// density costs nothing where it isn't wanted, and nothing in it depends on the neighbours: a
-/// batch gives the same bits as single calls.
-template <class Value>
-inline void evaluate_batch(const DirectionBatch& wo, const BsdfValueBatch& out,
-                           const Value& value) {
-  if (out.pdf) {
-    for (size_t i = 0; i < wo.count; ++i) {
-      const BsdfValue v = value(Vec3(wo.x[i], wo.y[i], wo.z[i]));
-      out.r[i] = v.f.x;
-      out.g[i] = v.f.y;
-      out.b[i] = v.f.z;
-      out.pdf[i] = v.pdf;
-    }
-  } else {
-    for (size_t i = 0; i < wo.count; ++i) {
-      const BsdfValue v = value(Vec3(wo.x[i], wo.y[i], wo.z[i]));
-      out.r[i] = v.f.x;
-      out.g[i] = v.f.y;
-      out.b[i] = v.f.z;
-    }
-  }
-}
-
-inline void zero_batch(const DirectionBatch& wo, const BsdfValueBatch& out) {
-  evaluate_batch(wo, out, [](const Vec3&) { return BsdfValue{}; });
-}
-
-/// The sample wo of `lobe`, weighted by all lobes in `mask`; nullopt where nothing is reflected.
-inline std::optional<BsdfSample> weighted_sample(const Bsdf& bsdf, const SurfaceInteraction& si,
-                                                 Lobe mask, const Vec3& wo, Lobe lobe) {
-  const BsdfValue v = bsdf.eval_pdf(si, mask, wo);
-  if (!(v.pdf > 0)) {
-    return std::nullopt;
-  }
-  return BsdfSample{wo, v.pdf, v.f / v.pdf, lobe};
-}
+using namespace wide::formulas;
+using wide::BsdfSampleOf;
+using wide::BsdfValueOf;
+using wide::choose;
+using wide::ColorInput;
+using wide::evaluate_batch;
+using wide::lobe_number;
+using wide::NumberInput;
+using wide::weighted_sample;
+using wide::zero_batch;
 
 /// Probability of the first of two lobes with sampling weights a and b, of which a mask may leave
 /// only one. Neither gets less than 1e-4, whatever the weights: a lobe that reflects something must
 /// not be left without density by rounding.
-inline float lobe_probability(bool has_a, bool has_b, float a, float b) {
+template <class F>
+F lobe_probability(bool has_a, bool has_b, F a, F b) {
   if (!has_a || !has_b) {
     return has_a ? 1.f : 0.f;
   }
-  const float sum = a + b;
-  return sum > 0 ? std::clamp(a / sum, 1e-4f, 1 - 1e-4f) : 0.5f;
+  const F sum = a + b;
+  return select(sum > 0.f, clamp(a / sum, F(1e-4f), F(1 - 1e-4f)), F(0.5f));
 }
 
 /// Densities stay below this, so that their squares (power heuristic) don't overflow.
@@ -85,6 +62,24 @@ inline std::shared_ptr<Texture> nonnegative_texture(const Properties& props,
     throw props.error(name, "must be finite, got " + std::to_string(texture->max()));
   }
   return texture;
+}
+
+/// A direction about the normal, of the diffuse lobe of lobes.
+template <class F, class Lobes>
+KINOME_WIDE BsdfSampleOf<F> diffuse_sample(const Lobes& lobes, const Vec2Of<F>& u2) {
+  return weighted_sample<F>(lobes, warp::square_to_cosine_hemisphere<VecOf<F>>(u2),
+                            IntOf<F>(lobe_number(Lobe::kDiffuse)));
+}
+
+/// wi mirrored at the normal.
+template <class V>
+V mirrored(const V& wi) {
+  return {-wi.x, -wi.y, wi.z};
+}
+/// The mirror's direction, of a delta lobe.
+template <class F>
+KINOME_WIDE BsdfSampleOf<F> mirror_sample(const VecOf<F>& wi, const RgbOf<F>& weight) {
+  return {mirrored(wi), 1.f, weight, lobe_number(Lobe::kDelta)};
 }
 
 /// Mean of a texture's channels: what Mitsuba weighs lobes by.

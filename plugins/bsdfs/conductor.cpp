@@ -14,33 +14,38 @@ constexpr Parameter kParameters[] = {
     {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the reflection"},
 };
 
-class Conductor final : public Bsdf {
+class Conductor final : public wide::FormulaBsdf<Conductor> {
  public:
   explicit Conductor(const Properties& props)
       : index_(props), specular_(reflectance_texture(props, "specular_reflectance")) {
     lobes_ = Lobe::kDelta;
   }
 
-  void eval_pdf(const SurfaceInteraction&, Lobe, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    zero_batch(wo, out);
-  }
+  template <class F>
+  struct Lobes {
+    VecOf<F> wi;
+    RgbOf<F> reflectance;
 
-  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float /*u1*/,
-                                   const Vec2& /*u2*/) const override {
-    if (!any(mask & Lobe::kDelta) || !(si.wi.z > 0)) {
-      return std::nullopt;
+    BsdfValueOf<F> value(const VecOf<F>& /*wo*/) const { return {RgbOf<F>(0.f), 0.f}; }
+    BsdfSampleOf<F> sample(const F& /*u1*/, const Vec2Of<F>& /*u2*/) const {
+      return mirror_sample<F>(wi, reflectance);
     }
-    const Rgb f = fresnel_conductor(std::min(si.wi.z, 1.f), index_.eta(si.uv), index_.k(si.uv));
-    return BsdfSample{Vec3(-si.wi.x, -si.wi.y, si.wi.z), 1.f, specular_->eval(si.uv) * f,
-                      Lobe::kDelta};
+  };
+  auto inputs() const { return std::tie(specular_, index_.eta(), index_.k()); }
+  template <class F, class Fn>
+  void with_lobes(Lobe /*mask*/, const Fn& fn) const {
+    fn([](const VecOf<F>& wi, const RgbOf<F>& specular, const RgbOf<F>& eta, const RgbOf<F>& k) {
+      return Lobes<F>{wi, specular * fresnel_conductor(min(wi.z, F(1.f)),
+                                                       ConductorIndex::bounded(eta),
+                                                       ConductorIndex::bounded(k))};
+    });
   }
 
   LobeReflectance reflectance(const SurfaceInteraction&) const override { return {}; }
 
  private:
   ConductorIndex index_;
-  std::shared_ptr<Texture> specular_;
+  ColorInput specular_;
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,8 +62,8 @@ class ConductorIndex {
   explicit ConductorIndex(const Properties& props) {
     const std::string material = props.string("material");
     if (material == "none") {
-      eta_ = nonnegative_texture(props, "eta");
-      k_ = nonnegative_texture(props, "k");
+      eta_ = ColorInput(nonnegative_texture(props, "eta"));
+      k_ = ColorInput(nonnegative_texture(props, "k"));
       return;
     }
     for (const char* name : {"eta", "k"}) {
@@ -73,8 +74,8 @@ class ConductorIndex {
     std::vector<std::string> names{"none"};
     for (const ConductorPreset& preset : kConductorPresets) {
       if (material == preset.name) {
-        eta_ = make_uniform_texture(preset.eta);
-        k_ = make_uniform_texture(preset.k);
+        eta_ = ColorInput(make_uniform_texture(preset.eta));
+        k_ = ColorInput(make_uniform_texture(preset.k));
         return;
       }
       names.emplace_back(preset.name);
@@ -85,17 +86,22 @@ class ConductorIndex {
                           (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
   }
 
-  Rgb eta(const Vec2& uv) const { return bounded(eta_->eval(uv)); }
-  Rgb k(const Vec2& uv) const { return bounded(k_->eval(uv)); }
+  /// The textures, whose values are to go through bounded().
+  const ColorInput& eta() const { return *eta_; }
+  const ColorInput& k() const { return *k_; }
+
+  /// The index that is reckoned with. Beyond the bound the reflectance is 1 to a few 1e-4; fourth
+  /// powers must stay numbers.
+  template <class V>
+  static V bounded(const V& index) {
+    constexpr float kMost = 1e4f;
+    return {min(index.x, NumberOf<V>(kMost)), min(index.y, NumberOf<V>(kMost)),
+            min(index.z, NumberOf<V>(kMost))};
+  }
 
  private:
-  /// Beyond this the reflectance is 1 to a few 1e-4; fourth powers must stay numbers.
-  static Rgb bounded(const Rgb& index) {
-    constexpr float kMost = 1e4f;
-    return glm::min(index, Rgb(kMost));
-  }
-  std::shared_ptr<Texture> eta_;
-  std::shared_ptr<Texture> k_;
+  std::optional<ColorInput> eta_;
+  std::optional<ColorInput> k_;
 };
 
 /// The rows of a plugin's table that ConductorIndex reads.

@@ -1,6 +1,5 @@
 #include "batch.h"
 #include "kinome/plugin.h"
-#include "kinome/warp.h"
 
 /// Lambertian reflection: f = reflectance / pi, from the front side only.
 ///
@@ -12,7 +11,7 @@ constexpr Parameter kParameters[] = {
     {"reflectance", ParameterType::kReflectanceTexture, "0.5", "albedo"},
 };
 
-class Diffuse final : public Bsdf {
+class Diffuse final : public wide::FormulaBsdf<Diffuse> {
  public:
   explicit Diffuse(const Properties& props)
       : reflectance_(reflectance_texture(props, "reflectance")) {
@@ -20,40 +19,37 @@ class Diffuse final : public Bsdf {
     is_lambertian_ = true;
   }
 
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    if (!any(mask & Lobe::kDiffuse) || !(si.wi.z > 0)) {
-      zero_batch(wo, out);
-      return;
-    }
-    const Rgb albedo = reflectance_->eval(si.uv);
-    evaluate_batch(wo, out, [albedo](const Vec3& d) {
-      const float pdf = cosine_hemisphere_pdf(d.z);
-      return BsdfValue{albedo * pdf, pdf};
-    });
-  }
+  template <class F>
+  struct Lobes {
+    RgbOf<F> albedo;
 
-  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float /*u1*/,
-                                   const Vec2& u2) const override {
-    if (!any(mask & Lobe::kDiffuse) || !(si.wi.z > 0)) {
-      return std::nullopt;
+    BsdfValueOf<F> value(const VecOf<F>& wo) const {
+      const F pdf = warp::cosine_hemisphere_pdf(wo.z);
+      return {albedo * pdf, pdf};
     }
-    const Vec3 wo = square_to_cosine_hemisphere(u2);
-    return BsdfSample{wo, cosine_hemisphere_pdf(wo.z), reflectance_->eval(si.uv), Lobe::kDiffuse};
+    BsdfSampleOf<F> sample(const F& /*u1*/, const Vec2Of<F>& u2) const {
+      const VecOf<F> wo = warp::square_to_cosine_hemisphere<VecOf<F>>(u2);
+      return {wo, warp::cosine_hemisphere_pdf(wo.z), albedo, lobe_number(Lobe::kDiffuse)};
+    }
+  };
+  auto inputs() const { return std::tie(reflectance_); }
+  template <class F, class Fn>
+  void with_lobes(Lobe /*mask*/, const Fn& fn) const {
+    fn([](const VecOf<F>& /*wi*/, const RgbOf<F>& albedo) { return Lobes<F>{albedo}; });
   }
 
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
     BsdfForm form;
-    form.diffuse = reflectance_->eval(si.uv);
+    form.diffuse = reflectance_.at(si.uv);
     return form;
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    return {reflectance_->eval(si.uv), Rgb(0.f)};
+    return {reflectance_.at(si.uv), Rgb(0.f)};
   }
 
  private:
-  std::shared_ptr<Texture> reflectance_;
+  ColorInput reflectance_;
 };
 
 }  // namespace

@@ -22,18 +22,26 @@ class ReflectancePair {
     specular_probability_ = d + s > 0 ? s / (d + s) : 0.5f;
   }
 
-  Rgb diffuse(const Vec2& uv) const { return scale_ * diffuse_->eval(uv); }
-  Rgb specular(const Vec2& uv) const { return scale_ * specular_->eval(uv); }
-  /// Share of the specular lobe's average luminance: its probability where both may be sampled.
-  float specular_probability() const { return specular_probability_; }
+  Rgb diffuse(const Vec2& uv) const { return scale_ * diffuse_.at(uv); }
+  Rgb specular(const Vec2& uv) const { return scale_ * specular_.at(uv); }
+  /// The textures, whose values are to be multiplied by scale().
+  const ColorInput& diffuse_input() const { return diffuse_; }
+  const ColorInput& specular_input() const { return specular_; }
+  float scale() const { return scale_; }
+  /// The probability of the specular lobe: where both may be sampled, its share of the average
+  /// luminance.
+  float glossy_probability(Lobe mask) const {
+    return lobe_probability(any(mask & Lobe::kGlossy), any(mask & Lobe::kDiffuse),
+                            specular_probability_, 1 - specular_probability_);
+  }
   Lobe lobes() const {
     return (diffuse_->max() > 0 ? Lobe::kDiffuse : Lobe::kNone) |
            (specular_->max() > 0 ? Lobe::kGlossy : Lobe::kNone);
   }
 
  private:
-  std::shared_ptr<Texture> diffuse_;
-  std::shared_ptr<Texture> specular_;
+  ColorInput diffuse_;
+  ColorInput specular_;
   float scale_ = 1;
   float specular_probability_ = 0.5f;
 };

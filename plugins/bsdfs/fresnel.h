@@ -5,40 +5,46 @@
 
 #include "kinome/color.h"
 #include "kinome/properties.h"
+#include "kinome/wide/functions.h"
 
 namespace kinome {
 
+using namespace wide::formulas;
+
 /// Unpolarised reflectance of a smooth dielectric boundary, seen at cos_i >= 0 from the outside;
 /// eta = interior over exterior index (below 1: total reflection happens).
-inline float fresnel_dielectric(float cos_i, float eta) {
-  const float sin2_t = (1 - cos_i * cos_i) / (eta * eta);
-  const float cos_t = safe_sqrt(1 - sin2_t);
-  const float s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-  const float p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-  const float reflectance = 0.5f * (s * s + p * p);
+template <class F>
+KINOME_WIDE F fresnel_dielectric(F cos_i, float eta) {
+  const F sin2_t = (1.f - cos_i * cos_i) / (eta * eta);
+  const F cos_t = safe_sqrt(1.f - sin2_t);
+  const F s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+  const F p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  const F reflectance = 0.5f * (s * s + p * p);
   // Equal indices reflect nothing; at cos_i = 0 the formula would be 0/0 there.
-  return eta == 1 ? 0.f : sin2_t >= 1 ? 1.f : reflectance;
+  return eta == 1 ? F(0.f) : select(sin2_t >= 1.f, F(1.f), reflectance);
 }
 
 /// Unpolarised reflectance of a conductor of index eta + i k (one channel), exact.
-inline float fresnel_conductor(float cos_i, float eta, float k) {
-  const float cos2 = cos_i * cos_i;
-  const float sin2 = 1 - cos2;
-  const float t = eta * eta - k * k - sin2;
-  const float a2_plus_b2 = safe_sqrt(t * t + 4 * eta * eta * k * k);
-  const float a = safe_sqrt(0.5f * (a2_plus_b2 + t));
-  const float c = 2 * cos_i * a;
+template <class F>
+KINOME_WIDE F fresnel_conductor(F cos_i, F eta, F k) {
+  const F cos2 = cos_i * cos_i;
+  const F sin2 = 1.f - cos2;
+  const F t = eta * eta - k * k - sin2;
+  const F a2_plus_b2 = safe_sqrt(t * t + 4.f * eta * eta * k * k);
+  const F a = safe_sqrt(0.5f * (a2_plus_b2 + t));
+  const F c = 2.f * cos_i * a;
   // The pairs of sums differ by positive terms, so denominators vanish only together with
   // numerators: at grazing incidence on a medium like the outside, where all is reflected.
-  const float s_numerator = a2_plus_b2 + cos2 - c;
-  const float s_denominator = a2_plus_b2 + cos2 + c;
-  const float s = s_denominator > 0 ? s_numerator / s_denominator : 1.f;
-  const float p_sum = a2_plus_b2 * cos2 + sin2 * sin2;
-  const float p_denominator = p_sum + c * sin2;
-  const float p = p_denominator > 0 ? (p_sum - c * sin2) / p_denominator : 1.f;
-  return std::max(0.5f * (s + s * p), 0.f);
+  const F s_numerator = a2_plus_b2 + cos2 - c;
+  const F s_denominator = a2_plus_b2 + cos2 + c;
+  const F s = select(s_denominator > 0.f, s_numerator / s_denominator, F(1.f));
+  const F p_sum = a2_plus_b2 * cos2 + sin2 * sin2;
+  const F p_denominator = p_sum + c * sin2;
+  const F p = select(p_denominator > 0.f, (p_sum - c * sin2) / p_denominator, F(1.f));
+  return max(0.5f * (s + s * p), F(0.f));
 }
-inline Rgb fresnel_conductor(float cos_i, const Rgb& eta, const Rgb& k) {
+template <class F>
+RgbOf<F> fresnel_conductor(F cos_i, const RgbOf<F>& eta, const RgbOf<F>& k) {
   return {fresnel_conductor(cos_i, eta.x, k.x), fresnel_conductor(cos_i, eta.y, k.y),
           fresnel_conductor(cos_i, eta.z, k.z)};
 }

@@ -2,8 +2,12 @@
 
 #include "kinome/bsdf.h"
 #include "kinome/math.h"
+#include "kinome/wide/near_zero.h"
 
+/// Formulas over numbers F, float or wide::Float: one point, or several.
 namespace kinome {
+
+using namespace wide::formulas;
 
 enum class MicrofacetType { kBeckmann, kGgx };
 inline constexpr const char* kMicrofacetTypes[] = {"beckmann", "ggx"};
@@ -15,70 +19,56 @@ inline BsdfForm::Glossy glossy_form(MicrofacetType type) {
 /// Mitsuba's lower bound of a roughness.
 inline constexpr float kMinAlpha = 1e-4f;
 
-/// Inverse error function, |relative error| < 1e-6 (Giles 2010, single precision); finite for every
-/// float in [-1, 1].
-inline float inverse_erf(float x) {
-  x = std::clamp(x, -kOneMinusEpsilon, kOneMinusEpsilon);
-  float w = -std::log((1 - x) * (1 + x));
-  float p;
-  if (w < 5) {
-    w -= 2.5f;
-    p = 2.81022636e-08f;
-    p = 3.43273939e-07f + p * w;
-    p = -3.5233877e-06f + p * w;
-    p = -4.39150654e-06f + p * w;
-    p = 0.00021858087f + p * w;
-    p = -0.00125372503f + p * w;
-    p = -0.00417768164f + p * w;
-    p = 0.246640727f + p * w;
-    p = 1.50140941f + p * w;
-  } else {
-    w = std::sqrt(w) - 3;
-    p = -0.000200214257f;
-    p = 0.000100950558f + p * w;
-    p = 0.00134934322f + p * w;
-    p = -0.00367342844f + p * w;
-    p = 0.00573950773f + p * w;
-    p = -0.0076224613f + p * w;
-    p = 0.00943887047f + p * w;
-    p = 1.00167406f + p * w;
-    p = 2.83297682f + p * w;
-  }
-  return p * x;
+/// e^(a²) erfc(a) for a in [0, 5], to 4e-7 of itself.
+template <class F>
+F scaled_erfc(F a) {
+  const F t = 1.f / (1.f + 0.4f * a);
+  return t * polynomial(t, 0.0773075745f, -0.40898186f, 0.713600874f, -0.40634644f, 0.429975688f,
+                        0.131497726f, 0.238144174f, 0.224802271f);
+}
+
+/// inverse_erf, but finite for every float in [-1, 1].
+template <class F>
+F finite_inverse_erf(F y) {
+  return inverse_erf(clamp(y, F(-kOneMinusEpsilon), F(kOneMinusEpsilon)));
 }
 
 /// Visible slopes of Beckmann's distribution at alpha = 1 have the density
 /// P22(x, y) (cos_theta - x sin_theta) with x toward the viewer's azimuth. y is Gaussian:
-inline float beckmann_slope_y(float u) {
-  return inverse_erf(2 * u - 1);
+template <class F>
+F beckmann_slope_y(F u) {
+  return finite_inverse_erf(2.f * u - 1.f);
 }
 /// x has the distribution function
 /// F(x) = cos_theta (1 + erf x) / 2 + sin_theta exp(-x²) / (2 sqrt pi), x <= cot theta, which is
-/// inverted by Newton's method from Jakob 2014's start (exact at grazing angles), in a bracket.
-inline float beckmann_visible_slope_x(float cos_theta, float sin_theta, float u) {
+/// inverted by Halley's method to 3e-7 of its range.
+template <class F>
+F beckmann_visible_slope_x(F cos_theta, F sin_theta, F u) {
   constexpr float kHalfInvSqrtPi = 0.5f * std::numbers::inv_sqrtpi_v<float>;
-  const auto f = [&](float x) {
-    return cos_theta * 0.5f * std::erfc(-x) + sin_theta * kHalfInvSqrtPi * std::exp(-x * x);
-  };
   constexpr float kFar = 5;  // beyond it lies less than 2e-12
-  float hi = cos_theta < kFar * sin_theta ? cos_theta / sin_theta : kFar;
-  float lo = -kFar;
-  const float target = u * f(hi);
-  const float top = std::erf(hi);
-  const float first = -std::log(std::max(u, 1e-7f));
-  float x = inverse_erf(top - (top + 1) * std::erf(std::sqrt(first)));
-  for (int i = 0; i < 16; ++i) {
-    x = x > lo && x < hi ? x : 0.5f * (lo + hi);
-    const float error = f(x) - target;
-    (error > 0 ? hi : lo) = x;
-    const float density = (cos_theta - x * sin_theta) * 2 * kHalfInvSqrtPi * std::exp(-x * x);
-    const float step = density > 0 ? error / density : 0.f;
-    x -= step;
-    if (std::abs(step) < 1e-6f) {
-      break;
-    }
+  const F most = select(cos_theta < kFar * sin_theta, cos_theta / sin_theta, F(kFar));
+  const F above_most = exp(-most * most);
+  const F top = 2.f - above_most * scaled_erfc(most);  // 1 + erf
+  const F target = u * (cos_theta * 0.5f * top + sin_theta * (kHalfInvSqrtPi * above_most));
+  // 1 + erf x is about top u along the normal and, as Jakob 2014 found, top erfc(sqrt(-log u)) at
+  // grazing angles. In between, mixed by the sine, F is off by less than 0.03.
+  const F v = max(u, F(1e-7f));
+  const F grazing = scaled_erfc(safe_sqrt(-log(v)));  // erfc(...) / u
+  F x = finite_inverse_erf(top * v * (1.f - sin_theta + sin_theta * grazing) - 1.f);
+  // Each step makes the third power of the error; the number of them is fixed, so that lanes needn't
+  // wait for one another.
+  for (int i = 0; i < 3; ++i) {
+    x = clamp(x, F(-kFar), most);
+    const F e = exp(-x * x);
+    const F tail = e * scaled_erfc(abs(x));
+    const F below = select(x < 0.f, tail, 2.f - tail);  // 1 + erf x
+    const F error = cos_theta * 0.5f * below + sin_theta * (kHalfInvSqrtPi * e) - target;
+    const F facing = cos_theta - x * sin_theta;  // F' = facing e / sqrt pi
+    const F scale = 2.f * facing * facing * (2 * kHalfInvSqrtPi * e) +
+                    error * (sin_theta + 2.f * x * facing);
+    x = x - select(scale > 0.f, error * 2.f * facing / scale, F(0.f));
   }
-  return std::clamp(x, lo, hi);
+  return clamp(x, F(-kFar), most);
 }
 
 /// Distribution of microfacet normals, anisotropic, with Smith's uncorrelated masking.
@@ -86,154 +76,163 @@ inline float beckmann_visible_slope_x(float cos_theta, float sin_theta, float u)
 /// D and G1 are Mitsuba 3's. Its Beckmann G1 is Walter et al. 2007's rational fit, up to 0.35 % off
 /// the true one; values of f keep it, for parity. The density of visible normals must not: with the
 /// fit it would integrate to something other than 1. So densities take `smith_g1_exact`.
-template <MicrofacetType kType>
+template <MicrofacetType kType, class F = float>
 class Microfacet {
  public:
-  Microfacet(float alpha_u, float alpha_v)
-      : au_(std::max(alpha_u, kMinAlpha)), av_(std::max(alpha_v, kMinAlpha)) {}
+  using Vector = VecOf<F>;
+
+  Microfacet(const F& alpha_u, const F& alpha_v)
+      : au_(max(alpha_u, F(kMinAlpha))), av_(max(alpha_v, F(kMinAlpha))) {}
 
   /// Density of normals: D(m) (m . n) integrates to 1 over the hemisphere.
-  float d(const Vec3& m) const {
-    const float x2 = sqr(m.x / au_);
-    const float y2 = sqr(m.y / av_);
-    const float z2 = m.z * m.z;
-    float value;
+  F d(const Vector& m) const {
+    const F x2 = sqr(m.x / au_);
+    const F y2 = sqr(m.y / av_);
+    const F z2 = m.z * m.z;
+    F value;
     if constexpr (kType == MicrofacetType::kBeckmann) {
-      value = std::exp(-(x2 + y2) / z2) / (kPi * au_ * av_ * z2 * z2);
+      value = exp(-(x2 + y2) / z2) / (kPi * au_ * av_ * z2 * z2);
     } else {
-      value = 1 / (kPi * au_ * av_ * sqr(x2 + y2 + z2));
+      value = 1.f / (kPi * au_ * av_ * sqr(x2 + y2 + z2));
     }
     // Also where m is no direction (wi + wo = 0), which leaves NaN here.
-    return value * m.z > 1e-20f ? value : 0.f;
+    return select(value * m.z > 1e-20f, value, F(0.f));
   }
 
   /// The share of the microfacets facing v that is seen from v, v.z > 0.
-  float smith_g1(const Vec3& v) const {
-    const float slope2 = projected_slope2(v);
+  F smith_g1(const Vector& v) const {
+    const F slope2 = projected_slope2(v);
     if constexpr (kType == MicrofacetType::kBeckmann) {
-      const float a = 1 / std::sqrt(slope2);  // infinite at v = n
-      const float fit = (3.535f * a + 2.181f * a * a) / (1 + 2.276f * a + 2.577f * a * a);
-      return a >= 1.6f ? 1.f : fit;
+      const F a = 1.f / sqrt(slope2);  // infinite at v = n
+      const F fit = (3.535f * a + 2.181f * a * a) / (1.f + 2.276f * a + 2.577f * a * a);
+      return select(a >= 1.6f, F(1.f), fit);
     } else {
-      return 2 / (1 + std::sqrt(1 + slope2));
+      return 2.f / (1.f + sqrt(1.f + slope2));
     }
   }
-  float smith_g1_exact(const Vec3& v) const {
+  F smith_g1_exact(const Vector& v) const {
     if constexpr (kType == MicrofacetType::kBeckmann) {
-      const float slope = std::sqrt(projected_slope2(v));
-      const float a = 1 / slope;
+      const F slope = sqrt(projected_slope2(v));
+      const F a = min(1.f / slope, F(5.f));  // from where on it is 1
       constexpr float kInvSqrtPi = std::numbers::inv_sqrtpi_v<float>;
-      return 2 / (1 + std::erf(a) + std::exp(-a * a) * slope * kInvSqrtPi);
+      return 2.f / (2.f + exp(-a * a) * (slope * kInvSqrtPi - scaled_erfc(a)));
     } else {
       return smith_g1(v);
     }
   }
 
   /// A normal with density D(m) m.z.
-  Vec3 sample_all(const Vec2& u) const {
-    float r2;
+  Vector sample_all(const Vec2Of<F>& u) const {
+    F r2;
     if constexpr (kType == MicrofacetType::kBeckmann) {
-      r2 = -std::log1p(-u.y);
+      r2 = -log1p(-u.y);
     } else {
-      r2 = u.y / (1 - u.y);
+      r2 = u.y / (1.f - u.y);
     }
-    const float r = std::sqrt(r2);
-    const float phi = 2 * kPi * u.x;
-    return glm::normalize(Vec3(au_ * r * std::cos(phi), av_ * r * std::sin(phi), 1.f));
+    const F r = sqrt(r2);
+    F s, c;
+    sincos(2 * kPi * u.x, s, c);
+    return normalize(Vector(au_ * r * c, av_ * r * s, F(1.f)));
   }
 
   /// A normal among those visible from wi: density G1(wi) D(m) max(0, wi . m) / wi.z.
-  Vec3 sample_visible(const Vec3& wi, const Vec2& u) const {
+  Vector sample_visible(const Vector& wi, const Vec2Of<F>& u) const {
     // Stretched by the roughness the problem is that of alpha = 1.
-    const Vec3 stretched = glm::normalize(Vec3(au_ * wi.x, av_ * wi.y, wi.z));
+    const Vector stretched = normalize(Vector(au_ * wi.x, av_ * wi.y, wi.z));
     if constexpr (kType == MicrofacetType::kBeckmann) {
-      const float sin_theta = std::sqrt(sqr(stretched.x) + sqr(stretched.y));
-      const float c = sin_theta > 0 ? stretched.x / sin_theta : 1.f;
-      const float s = sin_theta > 0 ? stretched.y / sin_theta : 0.f;
-      const float x = beckmann_visible_slope_x(stretched.z, sin_theta, u.x);
-      const float y = beckmann_slope_y(u.y);
-      return glm::normalize(Vec3(-au_ * (c * x - s * y), -av_ * (s * x + c * y), 1.f));
+      const F sin_theta = sqrt(sqr(stretched.x) + sqr(stretched.y));
+      const F c = select(sin_theta > 0.f, stretched.x / sin_theta, F(1.f));
+      const F s = select(sin_theta > 0.f, stretched.y / sin_theta, F(0.f));
+      const F x = beckmann_visible_slope_x(stretched.z, sin_theta, u.x);
+      const F y = beckmann_slope_y(u.y);
+      return normalize(Vector(-au_ * (c * x - s * y), -av_ * (s * x + c * y), F(1.f)));
     } else {
       // Dupuy and Benyoub 2023: halfway to a uniform point of a spherical cap.
-      const float z = (1 - u.y) * (1 + stretched.z) - stretched.z;
-      const float r = safe_sqrt(1 - z * z);
-      const float phi = 2 * kPi * u.x;
-      const Vec3 h = Vec3(r * std::cos(phi), r * std::sin(phi), z) + stretched;
-      const Vec3 m(au_ * h.x, av_ * h.y, std::max(h.z, 0.f));
-      const float length2 = glm::dot(m, m);
-      return length2 > 1e-30f ? m / std::sqrt(length2) : Vec3(0, 0, 1);
+      const F z = (1.f - u.y) * (1.f + stretched.z) - stretched.z;
+      const F r = safe_sqrt(1.f - z * z);
+      F sine, cosine;
+      sincos(2 * kPi * u.x, sine, cosine);
+      const Vector h = Vector(r * cosine, r * sine, z) + stretched;
+      const Vector m(au_ * h.x, av_ * h.y, max(h.z, F(0.f)));
+      const F length2 = dot(m, m);
+      return select(length2 > 1e-30f, m / sqrt(length2), Vector(0.f, 0.f, 1.f));
     }
   }
 
  private:
   /// (alpha tan theta)² with alpha along v.
-  float projected_slope2(const Vec3& v) const {
+  F projected_slope2(const Vector& v) const {
     return (sqr(au_ * v.x) + sqr(av_ * v.y)) / (v.z * v.z);
   }
 
-  float au_;
-  float av_;
+  F au_;
+  F av_;
 };
 
 /// (wi + wo) / |wi + wo|, or zero where that is undefined.
-inline Vec3 half_vector(const Vec3& wi, const Vec3& wo) {
-  const Vec3 h = wi + wo;
-  const float length2 = glm::dot(h, h);
-  return h * (length2 > 1e-30f ? 1 / std::sqrt(length2) : 0.f);
+template <class V>
+V half_vector(const V& wi, const V& wo) {
+  using F = NumberOf<V>;
+  const V h = wi + wo;
+  const F length2 = dot(h, h);
+  return h * select(length2 > 1e-30f, 1.f / sqrt(length2), F(0.f));
 }
 
 /// D and G of reflection between wi and any wo, with the density of what sample() draws: the part
 /// that rough conductors and rough plastics share.
-template <MicrofacetType kType>
+template <MicrofacetType kType, class F = float>
 class RoughReflection {
  public:
+  using Vector = VecOf<F>;
+
   /// wi.z > 0.
-  RoughReflection(float alpha_u, float alpha_v, bool sample_visible, const Vec3& wi)
+  RoughReflection(const F& alpha_u, const F& alpha_v, bool sample_visible, const Vector& wi)
       : microfacet_(alpha_u, alpha_v),
         wi_(wi),
         visible_(sample_visible),
-        g1_scale_(microfacet_.smith_g1(wi) / (4 * wi.z)),
-        pdf_scale_(microfacet_.smith_g1_exact(wi) / (4 * wi.z)) {}
+        g1_scale_(microfacet_.smith_g1(wi) / (4.f * wi.z)),
+        pdf_scale_(microfacet_.smith_g1_exact(wi) / (4.f * wi.z)) {}
 
   struct Value {
-    float dg = 0;        ///< D G / (4 wi.z): f cos(theta_o) without Fresnel
-    float pdf = 0;       ///< per solid angle of wo
-    float cos_half = 0;  ///< wi . h, for Fresnel
+    F dg;        ///< D G / (4 wi.z): f cos(theta_o) without Fresnel
+    F pdf;       ///< per solid angle of wo
+    F cos_half;  ///< wi . h, for Fresnel
   };
   /// Zero where wo.z <= 0.
-  Value operator()(const Vec3& wo) const {
-    const Vec3 h = half_vector(wi_, wo);
-    const float d = wo.z > 0 ? microfacet_.d(h) : 0.f;
-    const float cos_half = std::clamp(glm::dot(wi_, h), 0.f, 1.f);
-    const float g1 = microfacet_.smith_g1(wo);
+  Value operator()(const Vector& wo) const {
+    const Vector h = half_vector(wi_, wo);
+    const F d = select(wo.z > 0.f, microfacet_.d(h), F(0.f));
+    const F cos_half = clamp(dot(wi_, h), F(0.f), F(1.f));
+    const F g1 = microfacet_.smith_g1(wo);
     // cos_half is positive where d is: both directions lie above the surface.
-    const float pdf = visible_ ? d * pdf_scale_ : d * h.z / (4 * cos_half);
-    const bool valid = d > 0 && cos_half > 0;
-    return {valid ? d * g1 * g1_scale_ : 0.f, valid ? std::min(pdf, 1e18f) : 0.f, cos_half};
+    const F pdf = visible_ ? d * pdf_scale_ : d * h.z / (4.f * cos_half);
+    const auto valid = d > 0.f && cos_half > 0.f;
+    return {select(valid, d * g1 * g1_scale_, F(0.f)), select(valid, min(pdf, F(1e18f)), F(0.f)),
+            cos_half};
   }
 
   /// wi mirrored at a microfacet; may lie below the horizon.
-  Vec3 sample(const Vec2& u) const {
-    const Vec3 m = visible_ ? microfacet_.sample_visible(wi_, u) : microfacet_.sample_all(u);
-    return glm::normalize(2 * glm::dot(wi_, m) * m - wi_);
+  Vector sample(const Vec2Of<F>& u) const {
+    const Vector m = visible_ ? microfacet_.sample_visible(wi_, u) : microfacet_.sample_all(u);
+    return normalize(2.f * dot(wi_, m) * m - wi_);
   }
-  const Microfacet<kType>& microfacet() const { return microfacet_; }
+  const Microfacet<kType, F>& microfacet() const { return microfacet_; }
 
  private:
-  Microfacet<kType> microfacet_;
-  Vec3 wi_;
+  Microfacet<kType, F> microfacet_;
+  Vector wi_;
   bool visible_;
-  float g1_scale_;
-  float pdf_scale_;
+  F g1_scale_;
+  F pdf_scale_;
 };
 
 /// Calls f with the distribution's type as a constant.
-template <class F>
-auto with_microfacet_type(MicrofacetType type, const F& f) {
+template <class Fn>
+auto with_microfacet_type(MicrofacetType type, const Fn& fn) {
   if (type == MicrofacetType::kBeckmann) {
-    return f(std::integral_constant<MicrofacetType, MicrofacetType::kBeckmann>{});
+    return fn(std::integral_constant<MicrofacetType, MicrofacetType::kBeckmann>{});
   }
-  return f(std::integral_constant<MicrofacetType, MicrofacetType::kGgx>{});
+  return fn(std::integral_constant<MicrofacetType, MicrofacetType::kGgx>{});
 }
 
 }  // namespace kinome

@@ -33,10 +33,57 @@ constexpr Parameter kParameters[] = {
 };
 
 /// For bump_shadowing, of a normal that was turned so far.
-float bump_alpha2(float cos_turned) {
-  const float cos2 = std::min(sqr(cos_turned), 1.f);
-  return cos2 > 0 ? std::min(0.125f * (1 - cos2) / cos2, 1.f) : 1.f;
+template <class F>
+F bump_alpha2(F cos_turned) {
+  const F cos2 = min(sqr(cos_turned), F(1.f));
+  return select(cos2 > 0.f, min(0.125f * (1.f - cos2) / cos2, F(1.f)), F(1.f));
 }
+
+template <class F>
+MaskOf<F> same_side(const F& a, const F& b) {
+  return (a > 0.f && b > 0.f) || (a < 0.f && b < 0.f);
+}
+
+/// How the frame is turned, at points.
+template <class F>
+struct Turn {
+  FrameOf<VecOf<F>> local;  ///< perturbed axes in the coordinates of the original frame
+  VecOf<F> wi;              ///< in the perturbed frame
+  F bump_alpha2;
+  MaskOf<F> is_seen;  ///< false where the viewer doesn't see the perturbed surface's side
+};
+
+/// Columns of a block: the points as the nested BSDF sees them, and what leads back.
+class TurnedBlock {
+ public:
+  explicit TurnedBlock(const SurfaceBlock& from)
+      : points(from), columns_(26, from.count), wo(columns_.three(0)) {
+    points.s = columns_.three(3), points.t = columns_.three(6), points.sn = columns_.three(9);
+    points.wi = columns_.three(12);
+  }
+  void store(size_t i, const Turn<wide::Float>& turn) const {
+    turn.local.s.store(columns_.three(15), i);
+    turn.local.t.store(columns_.three(18), i);
+    turn.local.n.store(columns_.three(21), i);
+    turn.bump_alpha2.store(columns_[24] + i);
+    select(turn.is_seen, wide::Float(1.f)).store(columns_[25] + i);
+  }
+  Turn<wide::Float> load(size_t i) const {
+    return {{wide::Vec3::load(columns_.three(15), i), wide::Vec3::load(columns_.three(18), i),
+             wide::Vec3::load(columns_.three(21), i)},
+            wide::Vec3::load(points.wi, i),
+            wide::Float::load(columns_[24] + i),
+            wide::Float::load(columns_[25] + i) > 0.f};
+  }
+
+  SurfaceBlock points;
+
+ private:
+  wide::ScratchColumns columns_;
+
+ public:
+  Columns3 wo;  ///< what is asked, turned
+};
 
 class NormalMap final : public Bsdf {
  public:
@@ -104,6 +151,34 @@ class NormalMap final : public Bsdf {
     return result;
   }
 
+  void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
+                   const BsdfAnswer& answer) const override {
+    const ColorInput::Columns texels(normals_, points.uv, points.count);
+    const TurnedBlock turned(points);
+    BsdfQuery nested_query = query;
+    if (query.wo.x) nested_query.wo = turned.wo;
+    wide::for_lanes(points.count, [&](size_t i) {
+      const FrameOf<wide::Vec3> frame{wide::Vec3::load(points.s, i), wide::Vec3::load(points.t, i),
+                                      wide::Vec3::load(points.sn, i)};
+      const wide::Vec3 tangent =
+          points.dp_du.x ? wide::Vec3::load(points.dp_du, i) : frame.s;
+      const auto turn = turn_of<wide::Float>(texels[i], wide::Vec3::load(points.wi, i),
+                                             frame.to_local(tangent));
+      turned.store(i, turn);
+      turn.wi.store(turned.points.wi, i);
+      frame.to_world(turn.local.s).store(turned.points.s, i);
+      frame.to_world(turn.local.t).store(turned.points.t, i);
+      frame.to_world(turn.local.n).store(turned.points.sn, i);
+      if (query.wo.x) turn.local.to_local(wide::Vec3::load(query.wo, i)).store(turned.wo, i);
+    });
+    nested_->shade_block(turned.points, nested_query, answer);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const auto turn = turned.load(i);
+      if (query.wo.x) turn_value(turn, turned.wo, query, answer, i);
+      if (query.u1) turn_sample(turn, answer, i);
+    });
+  }
+
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
     const auto turned = perturb(si);
     if (!turned) return BsdfForm{};
@@ -133,30 +208,58 @@ class NormalMap final : public Bsdf {
     float bump_alpha2;
   };
 
-  static bool same_side(float a, float b) { return (a > 0 && b > 0) || (a < 0 && b < 0); }
+  template <class F>
+  Turn<F> turn_of(const RgbOf<F>& texel, const VecOf<F>& wi, const VecOf<F>& tangent) const {
+    VecOf<F> n = 2.f * texel - VecOf<F>(1.f);
+    const F length2 = dot(n, n);
+    // A texel of middle grey is no normal; nothing is perturbed there.
+    n = select(length2 > 1e-12f, n / sqrt(length2), VecOf<F>(0.f, 0.f, 1.f));
+    if (flip_) n = select(same_side(dot(n, wi), wi.z), n, VecOf<F>(-n.x, -n.y, n.z));
+    Turn<F> turn;
+    turn.local = FrameOf<VecOf<F>>::from_normal_and_tangent(n, tangent);
+    turn.wi = turn.local.to_local(wi);
+    turn.bump_alpha2 = shadowing_ ? bump_alpha2(n.z) : F(0.f);
+    turn.is_seen = same_side(wi.z, turn.wi.z);
+    return turn;
+  }
 
   /// nullopt where the viewer doesn't see the perturbed surface's side.
   std::optional<Turned> perturb(const SurfaceInteraction& si) const {
-    Vec3 n = 2.f * normals_->eval(si.uv) - 1.f;
-    const float length2 = glm::dot(n, n);
-    // A texel of middle grey is no normal; nothing is perturbed there.
-    n = length2 > 1e-12f ? n / std::sqrt(length2) : Vec3(0, 0, 1);
-    if (flip_ && !same_side(glm::dot(n, si.wi), si.wi.z)) {
-      n = Vec3(-n.x, -n.y, n.z);
-    }
-    const Frame local = Frame::from_normal_and_tangent(n, si.frame.to_local(si.dp_du));
-    Turned turned{local, si, shadowing_ ? bump_alpha2(n.z) : 0.f};
-    turned.si.wi = local.to_local(si.wi);
-    turned.si.frame =
-        Frame{si.frame.to_world(local.s), si.frame.to_world(local.t), si.frame.to_world(local.n)};
-    if (!same_side(si.wi.z, turned.si.wi.z)) {
-      return std::nullopt;
-    }
+    const auto turn =
+        turn_of<float>(normals_.at(si.uv), si.wi, si.frame.to_local(si.dp_du));
+    if (!turn.is_seen) return std::nullopt;
+    Turned turned{turn.local, si, turn.bump_alpha2};
+    turned.si.wi = turn.wi;
+    turned.si.frame = Frame{si.frame.to_world(turn.local.s), si.frame.to_world(turn.local.t),
+                            si.frame.to_world(turn.local.n)};
     return turned;
   }
 
+  static void turn_value(const Turn<wide::Float>& turn, const Columns3& turned_wo,
+                         const BsdfQuery& query, const BsdfAnswer& answer, size_t i) {
+    using wide::Float;
+    const Float z = Float::load(query.wo.z + i);
+    const auto is_valid = turn.is_seen && same_side(z, Float::load(turned_wo.z + i));
+    const auto f = wide::Rgb::load(answer.f, i) * bump_shadowing(z, turn.bump_alpha2);
+    select(is_valid, f).store(answer.f, i);
+    select(is_valid, Float::load(answer.pdf + i)).store(answer.pdf + i);
+  }
+
+  static void turn_sample(const Turn<wide::Float>& turn, const BsdfAnswer& answer, size_t i) {
+    using wide::Float;
+    const wide::Vec3 nested = wide::Vec3::load(answer.wo, i);
+    const wide::Vec3 wo = normalize(turn.local.to_world(nested));
+    const Float pdf = Float::load(answer.sample_pdf + i);
+    const auto is_valid = turn.is_seen && pdf > 0.f && same_side(wo.z, nested.z);
+    const auto weight = wide::Rgb::load(answer.weight, i) * bump_shadowing(wo.z, turn.bump_alpha2);
+    select(is_valid, wo, wide::Vec3(0.f, 0.f, 1.f)).store(answer.wo, i);
+    select(is_valid, weight).store(answer.weight, i);
+    select(is_valid, pdf).store(answer.sample_pdf + i);
+    select(is_valid, Float::load(answer.is_delta + i)).store(answer.is_delta + i);
+  }
+
   std::shared_ptr<Bsdf> nested_;
-  std::shared_ptr<Texture> normals_;
+  ColorInput normals_;
   bool flip_;
   bool shadowing_;
 };

@@ -1,6 +1,6 @@
 #include "energy.h"
 #include "kinome/plugin.h"
-#include "kinome/warp.h"
+#include "kinome/wide/near_zero.h"
 
 /// Modified Phong reflection, normalised, after Lafortune and Willems 1994 and Mitsuba 0.6:
 ///
@@ -22,63 +22,22 @@ constexpr Parameter kParameters[] = {
     KINOME_REFLECTANCE_PAIR_PARAMETERS,
 };
 
-class Phong final : public Bsdf {
+class Phong final : public wide::FormulaBsdf<Phong> {
  public:
   explicit Phong(const Properties& props)
       : reflectances_(props), exponent_(nonnegative_texture(props, "exponent")) {
     lobes_ = reflectances_.lobes();
   }
 
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    mask = mask & lobes_;
-    const bool has_diffuse = any(mask & Lobe::kDiffuse);
-    const bool has_glossy = any(mask & Lobe::kGlossy);
-    if (!(si.wi.z > 0) || (!has_diffuse && !has_glossy)) {
-      zero_batch(wo, out);
-      return;
-    }
-    const float n = exponent_->eval_1(si.uv);
-    const float p = glossy_probability(mask);
-    const Rgb diffuse = has_diffuse ? reflectances_.diffuse(si.uv) * kInvPi : Rgb(0.f);
-    const float diffuse_pdf = (1 - p) * kInvPi;
-    if (!has_glossy) {
-      evaluate_batch(wo, out, [=](const Vec3& d) {
-        const float c = std::max(d.z, 0.f);
-        return BsdfValue{diffuse * c, diffuse_pdf * c};
-      });
-      return;
-    }
-    const Rgb glossy = reflectances_.specular(si.uv) * ((n + 2) * 0.5f * kInvPi);
-    const float glossy_pdf = p * (n + 1) * 0.5f * kInvPi;
-    const Vec3 r = mirrored(si.wi);
-    evaluate_batch(wo, out, [=](const Vec3& d) {
-      // cos alpha = 1 - s; the dot product itself would lose the digits that a large n magnifies.
-      const Vec3 difference = r - d;
-      const float s = 0.5f * glm::dot(difference, difference);
-      float lobe = 0;
-      if (d.z > 0 && s < 1) {
-        lobe = std::exp(n * std::log1p(-s));
-        // Below this the density could round to zero before f does.
-        lobe = lobe > 1e-20f ? lobe : 0.f;
-      }
-      const float c = std::max(d.z, 0.f);
-      return BsdfValue{(diffuse + glossy * lobe) * c, diffuse_pdf * c + glossy_pdf * lobe};
-    });
+  auto inputs() const {
+    return std::tie(reflectances_.diffuse_input(), reflectances_.specular_input(), exponent_);
   }
-
-  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
-                                   const Vec2& u2) const override {
-    mask = mask & lobes_;
-    if (!(si.wi.z > 0) || !any(mask & (Lobe::kDiffuse | Lobe::kGlossy))) {
-      return std::nullopt;
-    }
-    if (u1 >= glossy_probability(mask)) {
-      return weighted_sample(*this, si, mask, square_to_cosine_hemisphere(u2), Lobe::kDiffuse);
-    }
-    const Vec3 local = square_to_cosine_power(u2, exponent_->eval_1(si.uv));
-    const Vec3 wo = glm::normalize(Frame::from_normal(mirrored(si.wi)).to_world(local));
-    return weighted_sample(*this, si, mask, wo, Lobe::kGlossy);
+  template <class F, class Fn>
+  void with_lobes(Lobe mask, const Fn& fn) const {
+    fn([this, mask](const VecOf<F>& wi, const RgbOf<F>& diffuse, const RgbOf<F>& specular,
+                    const F& exponent) {
+      return Lobes<F>(reflectances_, mask, wi, diffuse, specular, exponent);
+    });
   }
 
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
@@ -93,15 +52,55 @@ class Phong final : public Bsdf {
   }
 
  private:
-  static Vec3 mirrored(const Vec3& w) { return {-w.x, -w.y, w.z}; }
+  template <class F>
+  class Lobes {
+   public:
+    Lobes(const ReflectancePair& pair, Lobe mask, const VecOf<F>& wi, const RgbOf<F>& diffuse,
+          const RgbOf<F>& specular, const F& exponent)
+        : has_glossy_(any(mask & Lobe::kGlossy)),
+          glossy_probability_(pair.glossy_probability(mask)),
+          mirrored_(mirrored(wi)),
+          n_(exponent) {
+      diffuse_ = any(mask & Lobe::kDiffuse) ? pair.scale() * diffuse * kInvPi : RgbOf<F>(0.f);
+      glossy_ = pair.scale() * specular * ((exponent + 2.f) * 0.5f * kInvPi);
+    }
 
-  float glossy_probability(Lobe mask) const {
-    const float p = reflectances_.specular_probability();
-    return lobe_probability(any(mask & Lobe::kGlossy), any(mask & Lobe::kDiffuse), p, 1 - p);
-  }
+    BsdfValueOf<F> value(const VecOf<F>& wo) const {
+      const F cosine = max(wo.z, F(0.f));
+      const float diffuse_pdf = (1 - glossy_probability_) * kInvPi;
+      if (!has_glossy_) return {diffuse_ * cosine, diffuse_pdf * cosine};
+      // cos alpha = 1 - s; the dot product itself would lose the digits that a large n magnifies.
+      const VecOf<F> difference = mirrored_ - wo;
+      const F s = 0.5f * dot(difference, difference);
+      F lobe = choose(wo.z > 0.f && s < 1.f, [&] { return exp(n_ * log1p(-s)); },
+                      [] { return F(0.f); });
+      // Below this the density could round to zero before f does.
+      lobe = select(lobe > 1e-20f, lobe, F(0.f));
+      return {(diffuse_ + glossy_ * lobe) * cosine,
+              diffuse_pdf * cosine + glossy_probability_ * (n_ + 1.f) * 0.5f * kInvPi * lobe};
+    }
+
+    BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const {
+      return choose(u1 < glossy_probability_, [&] { return glossy_sample(u2); },
+                    [&] { return diffuse_sample<F>(*this, u2); });
+    }
+
+   private:
+    BsdfSampleOf<F> glossy_sample(const Vec2Of<F>& u2) const {
+      const VecOf<F> local = warp::square_to_cosine_power<VecOf<F>>(u2, n_);
+      const VecOf<F> wo = normalize(FrameOf<VecOf<F>>::from_normal(mirrored_).to_world(local));
+      return weighted_sample<F>(*this, wo, lobe_number(Lobe::kGlossy));
+    }
+
+    bool has_glossy_;
+    float glossy_probability_;
+    VecOf<F> mirrored_;
+    F n_;
+    RgbOf<F> diffuse_, glossy_;
+  };
 
   ReflectancePair reflectances_;
-  std::shared_ptr<Texture> exponent_;
+  NumberInput exponent_;
 };
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "batch.h"
 #include "fresnel.h"
 #include "kinome/plugin.h"
-#include "kinome/warp.h"
 
 /// A diffuse base under a smooth dielectric coat, as in Mitsuba 3: a mirror reflection F(theta_i),
 /// and
@@ -23,7 +22,7 @@ constexpr Parameter kParameters[] = {
     {"nonlinear", ParameterType::kBoolean, "false", "colour shifts by bounces inside the coat"},
 };
 
-class Plastic final : public Bsdf {
+class Plastic final : public wide::FormulaBsdf<Plastic> {
  public:
   explicit Plastic(const Properties& props)
       : diffuse_(reflectance_texture(props, "diffuse_reflectance")),
@@ -38,62 +37,67 @@ class Plastic final : public Bsdf {
              (specular_->max() > 0 ? Lobe::kDelta : Lobe::kNone);
   }
 
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    mask = mask & lobes_;
-    if (!any(mask & Lobe::kDiffuse) || !(si.wi.z > 0)) {
-      zero_batch(wo, out);
-      return;
-    }
-    const Rgb factor = diffuse_factor(si);
-    const float probability = 1 - mirror_probability(si, mask);
-    const float eta = eta_;
-    evaluate_batch(wo, out, [=](const Vec3& d) {
-      const float pdf = cosine_hemisphere_pdf(d.z);
-      const float cos_o = std::clamp(d.z, 0.f, 1.f);
-      return BsdfValue{factor * (pdf * (1 - fresnel_dielectric(cos_o, eta))), probability * pdf};
+  auto inputs() const { return std::tie(diffuse_, specular_); }
+  template <class F, class Fn>
+  void with_lobes(Lobe mask, const Fn& fn) const {
+    fn([this, mask](const VecOf<F>& wi, const RgbOf<F>& albedo, const RgbOf<F>& specular) {
+      return Lobes<F>(*this, mask, wi, albedo, specular);
     });
-  }
-
-  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
-                                   const Vec2& u2) const override {
-    mask = mask & lobes_;
-    if (!(si.wi.z > 0) || !any(mask & (Lobe::kDiffuse | Lobe::kDelta))) {
-      return std::nullopt;
-    }
-    const float p = mirror_probability(si, mask);
-    if (u1 >= p) {
-      return weighted_sample(*this, si, mask, square_to_cosine_hemisphere(u2), Lobe::kDiffuse);
-    }
-    return BsdfSample{Vec3(-si.wi.x, -si.wi.y, si.wi.z), 1.f,
-                      specular_->eval(si.uv) * (fresnel(si) / p), Lobe::kDelta};
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     // The integral of (1 - F) cos / pi over the hemisphere is eta² (1 - R).
-    return {diffuse_factor(si) * (sqr(eta_) * (1 - internal_reflectance_)), Rgb(0.f)};
+    const float f = fresnel_dielectric(std::clamp(si.wi.z, 0.f, 1.f), eta_);
+    return {diffuse_factor(f, diffuse_.at(si.uv)) * (sqr(eta_) * (1 - internal_reflectance_)),
+            Rgb(0.f)};
   }
 
  private:
-  float fresnel(const SurfaceInteraction& si) const {
-    return fresnel_dielectric(std::clamp(si.wi.z, 0.f, 1.f), eta_);
+  template <class F>
+  class Lobes {
+   public:
+    Lobes(const Plastic& bsdf, Lobe mask, const VecOf<F>& wi, const RgbOf<F>& albedo,
+          const RgbOf<F>& specular)
+        : bsdf_(bsdf), wi_(wi), specular_(specular) {
+      const bool has_diffuse = any(mask & Lobe::kDiffuse);
+      fresnel_ = fresnel_dielectric(clamp(wi.z, F(0.f), F(1.f)), bsdf.eta_);
+      diffuse_ = has_diffuse ? bsdf.diffuse_factor(fresnel_, albedo) : RgbOf<F>(0.f);
+      mirror_probability_ = lobe_probability<F>(any(mask & Lobe::kDelta), has_diffuse,
+                                                fresnel_ * bsdf.specular_weight_,
+                                                (1.f - fresnel_) * (1.f - bsdf.specular_weight_));
+    }
+
+    BsdfValueOf<F> value(const VecOf<F>& wo) const {
+      const F pdf = warp::cosine_hemisphere_pdf(wo.z);
+      const F cos_o = clamp(wo.z, F(0.f), F(1.f));
+      return {diffuse_ * (pdf * (1.f - fresnel_dielectric(cos_o, bsdf_.eta_))),
+              (1.f - mirror_probability_) * pdf};
+    }
+
+    BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const {
+      return choose(
+          u1 < mirror_probability_,
+          [&] { return mirror_sample<F>(wi_, specular_ * (fresnel_ / mirror_probability_)); },
+          [&] { return diffuse_sample<F>(*this, u2); });
+    }
+
+   private:
+    const Plastic& bsdf_;
+    VecOf<F> wi_;
+    RgbOf<F> specular_, diffuse_;
+    F fresnel_;  ///< of wi
+    F mirror_probability_;
+  };
+
+  template <class F, class V>
+  V diffuse_factor(const F& fresnel, const V& albedo) const {
+    const V bounces =
+        nonlinear_ ? V(1.f) - internal_reflectance_ * albedo : V(1.f - internal_reflectance_);
+    return albedo / bounces * ((1.f - fresnel) / sqr(eta_));
   }
 
-  Rgb diffuse_factor(const SurfaceInteraction& si) const {
-    const Rgb albedo = diffuse_->eval(si.uv);
-    const Rgb bounces =
-        nonlinear_ ? 1.f - internal_reflectance_ * albedo : Rgb(1 - internal_reflectance_);
-    return albedo / bounces * ((1 - fresnel(si)) / sqr(eta_));
-  }
-
-  float mirror_probability(const SurfaceInteraction& si, Lobe mask) const {
-    const float f = fresnel(si);
-    return lobe_probability(any(mask & Lobe::kDelta), any(mask & Lobe::kDiffuse),
-                            f * specular_weight_, (1 - f) * (1 - specular_weight_));
-  }
-
-  std::shared_ptr<Texture> diffuse_;
-  std::shared_ptr<Texture> specular_;
+  ColorInput diffuse_;
+  ColorInput specular_;
   float eta_;
   bool nonlinear_;
   float internal_reflectance_;

@@ -17,11 +17,13 @@ class RoughTransmittance {
   RoughTransmittance(MicrofacetType type, float alpha, float eta);
 
   /// Share of light at cos_theta in [0, 1] that enters from outside, interpolated linearly.
-  float external(float cos_theta) const {
-    const float x = std::min(cos_theta, 1.f) * (kSize - 1);
-    const int i = std::min(static_cast<int>(x), kSize - 2);
-    const float w = x - static_cast<float>(i);
-    return (1 - w) * external_[i] + w * external_[i + 1];
+  template <class F>
+  F external(F cos_theta) const {
+    const F x = min(cos_theta, F(1.f)) * static_cast<float>(kSize - 1);
+    // Of NaN, too, a place in the table.
+    const auto i = clamp(to_int(x), IntOf<F>(0), IntOf<F>(kSize - 2));
+    const F w = x - to_float(i);
+    return (1.f - w) * gather(external_.data(), i) + w * gather(external_.data() + 1, i);
   }
   /// external() of cosines k / (size - 1).
   const auto& table() const { return external_; }
@@ -74,8 +76,8 @@ class VisibleNormalIntegral {
     }
   }
 
-  template <class F>
-  float operator()(float cos_i, const F& f) const {
+  template <class Fn>
+  float operator()(float cos_i, const Fn& f) const {
     const Vec3 wi(safe_sqrt(1 - cos_i * cos_i), 0, cos_i);
     const Vec2 w = glm::normalize(Vec2(alpha_ * wi.x, wi.z));
     // Mirror images at the plane of incidence, pairs of nodes, have the same value: one half of

@@ -28,67 +28,42 @@ constexpr Parameter kParameters[] = {
     {"sample_visible", ParameterType::kBoolean, "true", "sample visible normals only"},
 };
 
-class RoughConductor final : public Bsdf {
+class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
  public:
   explicit RoughConductor(const Properties& props)
       : index_(props),
         specular_(reflectance_texture(props, "specular_reflectance")),
+        alpha_u_(alpha(props, "alpha_u", "alpha_v")),
+        alpha_v_(alpha(props, "alpha_v", "alpha_u")),
         type_(static_cast<MicrofacetType>(props.choice("distribution", kMicrofacetTypes))),
         sample_visible_(props.boolean("sample_visible")) {
     lobes_ = Lobe::kGlossy;
-    if (!props.has("alpha_u") && !props.has("alpha_v")) {
-      alpha_u_ = alpha_v_ = nonnegative_texture(props, "alpha");
-      return;
-    }
-    if (props.has("alpha")) {
-      throw props.error("alpha", "excludes alpha_u and alpha_v: give either, not both");
-    }
-    for (const char* name : {"alpha_u", "alpha_v"}) {
-      if (!props.has(name)) {
-        throw props.error(name, "is missing: alpha_u and alpha_v come together");
-      }
-    }
-    alpha_u_ = nonnegative_texture(props, "alpha_u");
-    alpha_v_ = nonnegative_texture(props, "alpha_v");
   }
 
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    if (!any(mask & Lobe::kGlossy) || !(si.wi.z > 0)) {
-      zero_batch(wo, out);
-      return;
-    }
-    const Rgb eta = index_.eta(si.uv);
-    const Rgb k = index_.k(si.uv);
-    const Rgb specular = specular_->eval(si.uv);
-    with_reflection(si, [&](const auto& reflection) {
-      evaluate_batch(wo, out, [=](const Vec3& d) {
-        const auto v = reflection(d);
-        return BsdfValue{specular * fresnel_conductor(v.cos_half, eta, k) * v.dg, v.pdf};
+  auto inputs() const { return std::tie(specular_, alpha_u_, alpha_v_, index_.eta(), index_.k()); }
+  template <class F, class Fn>
+  void with_lobes(Lobe /*mask*/, const Fn& fn) const {
+    with_microfacet_type(type_, [&](auto type) {
+      fn([this](const VecOf<F>& wi, const RgbOf<F>& specular, const F& alpha_u, const F& alpha_v,
+                const RgbOf<F>& eta, const RgbOf<F>& k) {
+        return Lobes<F, decltype(type)::value>{
+            {alpha_u, alpha_v, sample_visible_, wi},
+            specular,
+            ConductorIndex::bounded(eta),
+            ConductorIndex::bounded(k)};
       });
     });
-  }
-
-  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float /*u1*/,
-                                   const Vec2& u2) const override {
-    if (!any(mask & Lobe::kGlossy) || !(si.wi.z > 0)) {
-      return std::nullopt;
-    }
-    Vec3 wo;
-    with_reflection(si, [&](const auto& reflection) { wo = reflection.sample(u2); });
-    return weighted_sample(*this, si, mask, wo, Lobe::kGlossy);
   }
 
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
     BsdfForm form;
     form.glossy = glossy_form(type_);
-    form.specular = specular_->eval(si.uv);
-    form.alpha_u = std::max(alpha_u_->eval_1(si.uv), kMinAlpha);
-    form.alpha_v =
-        alpha_u_ == alpha_v_ ? form.alpha_u : std::max(alpha_v_->eval_1(si.uv), kMinAlpha);
+    form.specular = specular_.at(si.uv);
+    form.alpha_u = std::max(alpha_u_.at(si.uv), kMinAlpha);
+    form.alpha_v = std::max(alpha_v_.at(si.uv), kMinAlpha);
     form.is_conductor = true;
-    form.eta = index_.eta(si.uv);
-    form.k = index_.k(si.uv);
+    form.eta = ConductorIndex::bounded(index_.eta().at(si.uv));
+    form.k = ConductorIndex::bounded(index_.k().at(si.uv));
     return form;
   }
 
@@ -96,23 +71,45 @@ class RoughConductor final : public Bsdf {
     // Shadowing is left out: an estimate.
     const float cos_i = std::clamp(si.wi.z, 0.f, 1.f);
     return {Rgb(0.f),
-            specular_->eval(si.uv) * fresnel_conductor(cos_i, index_.eta(si.uv), index_.k(si.uv))};
+            specular_.at(si.uv) * fresnel_conductor(
+                                      cos_i, ConductorIndex::bounded(index_.eta().at(si.uv)),
+                                      ConductorIndex::bounded(index_.k().at(si.uv)))};
   }
 
  private:
-  template <class F>
-  void with_reflection(const SurfaceInteraction& si, const F& f) const {
-    const float au = alpha_u_->eval_1(si.uv);
-    const float av = alpha_u_ == alpha_v_ ? au : alpha_v_->eval_1(si.uv);
-    with_microfacet_type(type_, [&](auto type) {
-      f(RoughReflection<decltype(type)::value>(au, av, sample_visible_, si.wi));
-    });
+  template <class F, MicrofacetType kType>
+  struct Lobes {
+    RoughReflection<kType, F> reflection;
+    RgbOf<F> specular, eta, k;
+
+    BsdfValueOf<F> value(const VecOf<F>& wo) const {
+      const auto v = reflection(wo);
+      return {specular * fresnel_conductor(v.cos_half, eta, k) * v.dg, v.pdf};
+    }
+    BsdfSampleOf<F> sample(const F& /*u1*/, const Vec2Of<F>& u2) const {
+      return weighted_sample<F>(*this, reflection.sample(u2), lobe_number(Lobe::kGlossy));
+    }
+  };
+
+  /// `name`, which comes together with `other`, or alpha.
+  static std::shared_ptr<Texture> alpha(const Properties& props, const char* name,
+                                        const char* other) {
+    if (!props.has(name) && !props.has(other)) return nonnegative_texture(props, "alpha");
+    if (props.has("alpha")) {
+      throw props.error("alpha", "excludes alpha_u and alpha_v: give either, not both");
+    }
+    for (const char* wanted : {"alpha_u", "alpha_v"}) {
+      if (!props.has(wanted)) {
+        throw props.error(wanted, "is missing: alpha_u and alpha_v come together");
+      }
+    }
+    return nonnegative_texture(props, name);
   }
 
   ConductorIndex index_;
-  std::shared_ptr<Texture> specular_;
-  std::shared_ptr<Texture> alpha_u_;
-  std::shared_ptr<Texture> alpha_v_;
+  ColorInput specular_;
+  NumberInput alpha_u_;
+  NumberInput alpha_v_;
   MicrofacetType type_;
   bool sample_visible_;
 };

@@ -1,6 +1,5 @@
 #include "batch.h"
 #include "kinome/plugin.h"
-#include "kinome/warp.h"
 #include "rough_transmittance.h"
 
 /// A diffuse base under a rough dielectric coat, as in Mitsuba 3:
@@ -30,7 +29,7 @@ constexpr Parameter kParameters[] = {
     {"nonlinear", ParameterType::kBoolean, "false", "colour shifts by bounces inside the coat"},
 };
 
-class RoughPlastic final : public Bsdf {
+class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
  public:
   explicit RoughPlastic(const Properties& props)
       : diffuse_(reflectance_texture(props, "diffuse_reflectance")),
@@ -48,59 +47,23 @@ class RoughPlastic final : public Bsdf {
              (specular_->max() > 0 ? Lobe::kGlossy : Lobe::kNone);
   }
 
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    mask = mask & lobes_;
-    const bool has_diffuse = any(mask & Lobe::kDiffuse);
-    const bool has_glossy = any(mask & Lobe::kGlossy);
-    if (!(si.wi.z > 0) || (!has_diffuse && !has_glossy)) {
-      zero_batch(wo, out);
-      return;
-    }
-    const float p = glossy_probability(si, mask);
-    const Rgb diffuse = has_diffuse ? diffuse_factor(si) : Rgb(0.f);
-    if (!has_glossy) {
-      evaluate_batch(wo, out, [&](const Vec3& d) { return diffuse_part(diffuse, 1.f, d); });
-      return;
-    }
-    const Rgb specular = specular_->eval(si.uv);
+  auto inputs() const { return std::tie(diffuse_, specular_); }
+  template <class F, class Fn>
+  void with_lobes(Lobe mask, const Fn& fn) const {
     with_microfacet_type(type_, [&](auto type) {
-      const RoughReflection<decltype(type)::value> reflection(alpha_, alpha_, sample_visible_,
-                                                              si.wi);
-      evaluate_batch(wo, out, [&, reflection](const Vec3& d) {
-        const auto v = reflection(d);
-        BsdfValue value = diffuse_part(diffuse, 1 - p, d);
-        value.f += specular * (fresnel_dielectric(v.cos_half, eta_) * v.dg);
-        value.pdf += p * v.pdf;
-        return value;
+      fn([this, mask](const VecOf<F>& wi, const RgbOf<F>& albedo, const RgbOf<F>& specular) {
+        return Lobes<F, decltype(type)::value>(*this, mask, wi, albedo, specular);
       });
     });
   }
 
-  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
-                                   const Vec2& u2) const override {
-    mask = mask & lobes_;
-    if (!(si.wi.z > 0) || !any(mask & (Lobe::kDiffuse | Lobe::kGlossy))) {
-      return std::nullopt;
-    }
-    if (u1 >= glossy_probability(si, mask)) {
-      return weighted_sample(*this, si, mask, square_to_cosine_hemisphere(u2), Lobe::kDiffuse);
-    }
-    Vec3 wo;
-    with_microfacet_type(type_, [&](auto type) {
-      wo =
-          RoughReflection<decltype(type)::value>(alpha_, alpha_, sample_visible_, si.wi).sample(u2);
-    });
-    return weighted_sample(*this, si, mask, wo, Lobe::kGlossy);
-  }
-
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
     BsdfForm form;
-    if (any(lobes_ & Lobe::kDiffuse)) form.diffuse = diffuse_factor(si);
+    if (any(lobes_ & Lobe::kDiffuse)) form.diffuse = diffuse_factor(si.wi.z, diffuse_.at(si.uv));
     form.transmittance = transmittance_.table().data();
     if (any(lobes_ & Lobe::kGlossy)) {
       form.glossy = glossy_form(type_);
-      form.specular = specular_->eval(si.uv);
+      form.specular = specular_.at(si.uv);
       form.alpha_u = form.alpha_v = std::max(alpha_, kMinAlpha);
       form.eta = Rgb(eta_);
     }
@@ -110,9 +73,9 @@ class RoughPlastic final : public Bsdf {
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const float t = transmittance_.external(std::max(si.wi.z, 0.f));
     // The integral of T(wo) cos / pi is eta² (1 - R) for a smooth boundary.
-    const Rgb inside = diffuse_->eval(si.uv);
+    const Rgb inside = diffuse_.at(si.uv);
     return {inside * t * (1 - transmittance_.internal_reflectance()) / bounces(inside),
-            specular_->eval(si.uv) * (1 - t)};
+            specular_.at(si.uv) * (1 - t)};
   }
 
  private:
@@ -124,30 +87,72 @@ class RoughPlastic final : public Bsdf {
     return alpha;
   }
 
+  template <class F, MicrofacetType kType>
+  class Lobes {
+   public:
+    Lobes(const RoughPlastic& bsdf, Lobe mask, const VecOf<F>& wi, const RgbOf<F>& albedo,
+          const RgbOf<F>& specular)
+        : bsdf_(bsdf),
+          has_glossy_(any(mask & Lobe::kGlossy)),
+          specular_(specular),
+          reflection_(bsdf.alpha_, bsdf.alpha_, bsdf.sample_visible_, wi) {
+      const bool has_diffuse = any(mask & Lobe::kDiffuse);
+      glossy_probability_ = bsdf.glossy_probability(wi.z, has_glossy_, has_diffuse);
+      diffuse_ = has_diffuse ? bsdf.diffuse_factor(wi.z, albedo) : RgbOf<F>(0.f);
+    }
+
+    BsdfValueOf<F> value(const VecOf<F>& wo) const {
+      const F cosine_pdf = warp::cosine_hemisphere_pdf(wo.z);
+      BsdfValueOf<F> value{
+          diffuse_ * (cosine_pdf * bsdf_.transmittance_.external(max(wo.z, F(0.f)))),
+          (1.f - glossy_probability_) * cosine_pdf};
+      if (has_glossy_) {
+        const auto v = reflection_(wo);
+        value.f += specular_ * (fresnel_dielectric(v.cos_half, bsdf_.eta_) * v.dg);
+        value.pdf += glossy_probability_ * v.pdf;
+      }
+      return value;
+    }
+
+    BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const {
+      const auto is_glossy = u1 < glossy_probability_;
+      const VecOf<F> wo =
+          choose(is_glossy, [&] { return reflection_.sample(u2); },
+                 [&] { return warp::square_to_cosine_hemisphere<VecOf<F>>(u2); });
+      return weighted_sample<F>(*this, wo,
+                                select(is_glossy, IntOf<F>(lobe_number(Lobe::kGlossy)),
+                                       IntOf<F>(lobe_number(Lobe::kDiffuse))));
+    }
+
+   private:
+    const RoughPlastic& bsdf_;
+    bool has_glossy_;
+    RgbOf<F> specular_, diffuse_;
+    F glossy_probability_;
+    RoughReflection<kType, F> reflection_;
+  };
+
   /// 1 - R: what the geometric series of bounces inside divides by.
-  Rgb bounces(const Rgb& albedo) const {
+  template <class V>
+  V bounces(const V& albedo) const {
     const float r = transmittance_.internal_reflectance();
-    return nonlinear_ ? 1.f - r * albedo : Rgb(1 - r);
+    return nonlinear_ ? V(1.f) - r * albedo : V(1.f - r);
   }
 
-  Rgb diffuse_factor(const SurfaceInteraction& si) const {
-    const Rgb albedo = diffuse_->eval(si.uv);
-    return albedo / bounces(albedo) * (transmittance_.external(si.wi.z) / (eta_ * eta_));
+  template <class F, class V>
+  V diffuse_factor(const F& cos_i, const V& albedo) const {
+    return albedo / bounces(albedo) * (transmittance_.external(cos_i) / (eta_ * eta_));
   }
 
-  BsdfValue diffuse_part(const Rgb& factor, float probability, const Vec3& wo) const {
-    const float pdf = cosine_hemisphere_pdf(wo.z);
-    return {factor * (pdf * transmittance_.external(std::max(wo.z, 0.f))), probability * pdf};
+  template <class F>
+  F glossy_probability(const F& cos_i, bool has_glossy, bool has_diffuse) const {
+    const F t = transmittance_.external(cos_i);
+    return lobe_probability<F>(has_glossy, has_diffuse, (1.f - t) * specular_weight_,
+                               t * (1.f - specular_weight_));
   }
 
-  float glossy_probability(const SurfaceInteraction& si, Lobe mask) const {
-    const float t = transmittance_.external(si.wi.z);
-    return lobe_probability(any(mask & Lobe::kGlossy), any(mask & Lobe::kDiffuse),
-                            (1 - t) * specular_weight_, t * (1 - specular_weight_));
-  }
-
-  std::shared_ptr<Texture> diffuse_;
-  std::shared_ptr<Texture> specular_;
+  ColorInput diffuse_;
+  ColorInput specular_;
   float eta_;
   MicrofacetType type_;
   float alpha_;

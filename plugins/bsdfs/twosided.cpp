@@ -60,6 +60,37 @@ class TwoSided final : public Bsdf {
     return result;
   }
 
+  void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
+                   const BsdfAnswer& answer) const override {
+    size_t backs = 0;
+    for (size_t i = 0; i < points.count; ++i) backs += points.wi.z[i] < 0;
+    const bool is_one = sides_.size() == 1;
+    if (backs == 0) return sides_.front()->shade_block(points, query, answer);
+    if (is_one || backs == points.count) {
+      return shade_facing(*sides_.back(), points, query, answer);
+    }
+    // Each point takes the answer of its side.
+    const wide::ScratchColumns columns(12, points.count);
+    const BsdfAnswer back{columns.three(0), columns[3],  columns.three(4),
+                          columns.three(7), columns[10], columns[11]};
+    sides_.front()->shade_block(points, query, answer);
+    shade_facing(*sides_.back(), points, query, back);
+    using wide::Float;
+    wide::for_lanes(points.count, [&](size_t i) {
+      const wide::Mask is_back = is_back_at(points, i);
+      const auto take = [&](float* to, const float* from) {
+        select(is_back, Float::load(from + i), Float::load(to + i)).store(to + i);
+      };
+      const auto take_three = [&](const Columns3& to, const Columns3& from) {
+        take(to.x, from.x), take(to.y, from.y), take(to.z, from.z);
+      };
+      if (query.wo.x) take_three(answer.f, back.f), take(answer.pdf, back.pdf);
+      if (!query.u1) return;
+      take_three(answer.wo, back.wo), take_three(answer.weight, back.weight);
+      take(answer.sample_pdf, back.sample_pdf), take(answer.is_delta, back.is_delta);
+    });
+  }
+
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
     return si.wi.z < 0 ? sides_.back()->form(mirrored(si)) : sides_.front()->form(si);
   }
@@ -74,6 +105,39 @@ class TwoSided final : public Bsdf {
   }
 
  private:
+  static wide::Mask is_back_at(const SurfaceBlock& points, size_t i) {
+    return wide::Float::load(points.wi.z + i) < 0.f;
+  }
+
+  /// Asks `bsdf` with all points turned to the viewer: those that are seen from behind are mirrored,
+  /// see mirrored().
+  static void shade_facing(const Bsdf& bsdf, const SurfaceBlock& points, const BsdfQuery& query,
+                           const BsdfAnswer& answer) {
+    using wide::Float;
+    const wide::ScratchColumns columns(5, points.count);
+    SurfaceBlock facing = points;
+    facing.sn = columns.three(0);
+    facing.wi.z = columns[3];
+    BsdfQuery facing_query = query;
+    if (query.wo.x) facing_query.wo.z = columns[4];
+    wide::for_lanes(points.count, [&](size_t i) {
+      const wide::Mask is_back = is_back_at(points, i);
+      const auto turn = [&](const float* from, float* to) {
+        const Float x = Float::load(from + i);
+        select(is_back, -x, x).store(to + i);
+      };
+      turn(points.sn.x, facing.sn.x), turn(points.sn.y, facing.sn.y);
+      turn(points.sn.z, facing.sn.z), turn(points.wi.z, facing.wi.z);
+      if (query.wo.x) turn(query.wo.z, facing_query.wo.z);
+    });
+    bsdf.shade_block(facing, facing_query, answer);
+    if (!query.u1) return;
+    wide::for_lanes(points.count, [&](size_t i) {
+      const Float z = Float::load(answer.wo.z + i);
+      select(is_back_at(points, i), -z, z).store(answer.wo.z + i);
+    });
+  }
+
   /// The point as its back sees it, in a left-handed frame.
   static SurfaceInteraction mirrored(const SurfaceInteraction& si) {
     SurfaceInteraction back = si;

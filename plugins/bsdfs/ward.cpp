@@ -1,6 +1,5 @@
 #include "energy.h"
 #include "kinome/plugin.h"
-#include "kinome/warp.h"
 #include "microfacet.h"
 
 /// Ward's anisotropic reflection with the variants of Mitsuba 0.6. With H = wi + wo, not
@@ -32,114 +31,96 @@ constexpr Parameter kParameters[] = {
     KINOME_REFLECTANCE_PAIR_PARAMETERS,
 };
 
-/// The glossy lobe, without ks, at one point.
+/// The glossy lobe, without ks, at points.
+template <class F>
 class WardLobe {
  public:
-  WardLobe(int variant, float au, float av, const Vec3& wi)
-      : variant_(variant), inv_au_(1 / au), inv_av_(1 / av), wi_(wi) {
+  WardLobe(int variant, const F& au, const F& av, const VecOf<F>& wi)
+      : variant_(variant), au_(au), av_(av), inv_au_(1.f / au), inv_av_(1.f / av), wi_(wi) {
     scale_ = kInvPi * inv_au_ * inv_av_;
     if (variant == kWard) {
-      scale_ /= 4 * std::sqrt(wi.z);
+      scale_ = scale_ / (4.f * sqrt(wi.z));
     } else if (variant == kWardDuer) {
-      scale_ /= 4 * wi.z;
+      scale_ = scale_ / (4.f * wi.z);
     }
   }
 
   struct Value {
-    float f_cos = 0;
-    float pdf = 0;
+    F f_cos;
+    F pdf;
   };
-  Value operator()(const Vec3& wo) const {
-    const Vec3 h = wi_ + wo;
-    if (!(wo.z > 0) || !(h.z > 1e-12f)) {
-      return {};
-    }
-    const float inv_hz = 1 / h.z;
-    const float e = std::exp(-sqr(h.x * inv_hz * inv_au_) - sqr(h.y * inv_hz * inv_av_));
-    if (!(e > 1e-30f)) {
-      return {};
-    }
-    const float h2 = glm::dot(h, h);
-    float c = scale_;
-    if (variant_ == kBalanced) {
-      c *= h2 * sqr(sqr(inv_hz));
-    } else {
-      c /= variant_ == kWard ? std::sqrt(wo.z) : wo.z;
-    }
-    // Mitsuba drops the term below 1e-10.
-    const float f = c * e > 1e-10f ? c * e * wo.z : 0.f;
-    // exp / (4 pi au av (m . wi) m.z³) for the unit normal m = H / |H|, with H . wi = |H|² / 2.
-    const float pdf = 0.5f * kInvPi * inv_au_ * inv_av_ * e * h2 * inv_hz * inv_hz * inv_hz;
-    return {std::min(f, kMaxPdf), std::min(pdf, kMaxPdf)};
+  Value operator()(const VecOf<F>& wo) const {
+    const VecOf<F> h = wi_ + wo;
+    return choose(wo.z > 0.f && h.z > 1e-12f, [&] { return above(wo, h); },
+                  [] { return Value{0.f, 0.f}; });
+  }
+  friend Value select(const MaskOf<F>& m, const Value& a, const Value& b) {
+    return {select(m, a.f_cos, b.f_cos), select(m, a.pdf, b.pdf)};
+  }
+
+  /// Ward's normals are those of Beckmann's distribution. pdf 0 where wi is behind them.
+  template <class Lobes>
+  BsdfSampleOf<F> sample(const Lobes& lobes, const Vec2Of<F>& u2) const {
+    const VecOf<F> m = Microfacet<MicrofacetType::kBeckmann, F>(au_, av_).sample_all(u2);
+    const F cos_half = dot(wi_, m);
+    auto sample = weighted_sample<F>(lobes, normalize(2.f * cos_half * m - wi_),
+                                     lobe_number(Lobe::kGlossy));
+    sample.pdf = select(cos_half > 0.f, sample.pdf, F(0.f));
+    return sample;
   }
 
  private:
+  Value above(const VecOf<F>& wo, const VecOf<F>& h) const {
+    const F inv_hz = 1.f / h.z;
+    const F e = exp(-sqr(h.x * inv_hz * inv_au_) - sqr(h.y * inv_hz * inv_av_));
+    const F h2 = dot(h, h);
+    F c = scale_;
+    if (variant_ == kBalanced) {
+      c = c * (h2 * sqr(sqr(inv_hz)));
+    } else {
+      c = c / (variant_ == kWard ? sqrt(wo.z) : wo.z);
+    }
+    // Mitsuba drops the term below 1e-10.
+    const F f = select(c * e > 1e-10f, c * e * wo.z, F(0.f));
+    // exp / (4 pi au av (m . wi) m.z³) for the unit normal m = H / |H|, with H . wi = |H|² / 2.
+    const F pdf = 0.5f * kInvPi * inv_au_ * inv_av_ * e * h2 * inv_hz * inv_hz * inv_hz;
+    const auto counts = e > 1e-30f;
+    return {select(counts, min(f, F(kMaxPdf)), F(0.f)), select(counts, min(pdf, F(kMaxPdf)), F(0.f))};
+  }
+
   int variant_;
-  float inv_au_;
-  float inv_av_;
-  Vec3 wi_;
-  float scale_;
+  F au_, av_;
+  F inv_au_, inv_av_;
+  VecOf<F> wi_;
+  F scale_;
 };
 
-class Ward final : public Bsdf {
+class Ward final : public wide::FormulaBsdf<Ward> {
  public:
   explicit Ward(const Properties& props)
-      : reflectances_(props), variant_(props.choice("variant", kVariants)) {
-    const auto alpha = nonnegative_texture(props, "alpha");
-    alpha_u_ = props.has("alpha_u") ? nonnegative_texture(props, "alpha_u") : alpha;
-    alpha_v_ = props.has("alpha_v") ? nonnegative_texture(props, "alpha_v") : alpha;
+      : reflectances_(props),
+        variant_(props.choice("variant", kVariants)),
+        alpha_u_(alpha(props, "alpha_u")),
+        alpha_v_(alpha(props, "alpha_v")) {
     lobes_ = reflectances_.lobes();
   }
 
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    mask = mask & lobes_;
-    const bool has_diffuse = any(mask & Lobe::kDiffuse);
-    const bool has_glossy = any(mask & Lobe::kGlossy);
-    if (!(si.wi.z > 0) || (!has_diffuse && !has_glossy)) {
-      zero_batch(wo, out);
-      return;
-    }
-    const float p = glossy_probability(mask);
-    const Rgb diffuse = has_diffuse ? reflectances_.diffuse(si.uv) : Rgb(0.f);
-    const auto diffuse_part = [&](const Vec3& d) {
-      const float pdf = cosine_hemisphere_pdf(d.z);
-      return BsdfValue{diffuse * pdf, (1 - p) * pdf};
-    };
-    if (!has_glossy) {
-      evaluate_batch(wo, out, diffuse_part);
-      return;
-    }
-    const Rgb glossy = reflectances_.specular(si.uv);
-    const Vec2 a = alpha(si);
-    const WardLobe lobe(variant_, a.x, a.y, si.wi);
-    evaluate_batch(wo, out, [&, lobe](const Vec3& d) {
-      const auto v = lobe(d);
-      BsdfValue value = diffuse_part(d);
-      value.f += glossy * v.f_cos;
-      value.pdf += p * v.pdf;
-      return value;
-    });
+  auto inputs() const {
+    return std::tie(reflectances_.diffuse_input(), reflectances_.specular_input(), alpha_u_,
+                    alpha_v_);
   }
-
-  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
-                                   const Vec2& u2) const override {
-    mask = mask & lobes_;
-    if (!(si.wi.z > 0) || !any(mask & (Lobe::kDiffuse | Lobe::kGlossy))) {
-      return std::nullopt;
-    }
-    if (u1 >= glossy_probability(mask)) {
-      return weighted_sample(*this, si, mask, square_to_cosine_hemisphere(u2), Lobe::kDiffuse);
-    }
-    // Ward's normals are those of Beckmann's distribution.
-    const Vec2 a = alpha(si);
-    const Vec3 m = Microfacet<MicrofacetType::kBeckmann>(a.x, a.y).sample_all(u2);
-    const float cos_half = glm::dot(si.wi, m);
-    const Vec3 wo = glm::normalize(2 * cos_half * m - si.wi);
-    if (!(cos_half > 0)) {
-      return std::nullopt;
-    }
-    return weighted_sample(*this, si, mask, wo, Lobe::kGlossy);
+  template <class F, class Fn>
+  void with_lobes(Lobe mask, const Fn& fn) const {
+    fn([this, mask](const VecOf<F>& wi, const RgbOf<F>& diffuse, const RgbOf<F>& specular,
+                    const F& alpha_u, const F& alpha_v) {
+      const float scale = reflectances_.scale();
+      return Lobes<F>{
+          {variant_, max(alpha_u, F(kMinAlpha)), max(alpha_v, F(kMinAlpha)), wi},
+          any(mask & Lobe::kGlossy),
+          reflectances_.glossy_probability(mask),
+          any(mask & Lobe::kDiffuse) ? scale * diffuse : RgbOf<F>(0.f),
+          scale * specular};
+    });
   }
 
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
@@ -154,20 +135,38 @@ class Ward final : public Bsdf {
   }
 
  private:
-  Vec2 alpha(const SurfaceInteraction& si) const {
-    return {std::max(alpha_u_->eval_1(si.uv), kMinAlpha),
-            std::max(alpha_v_->eval_1(si.uv), kMinAlpha)};
-  }
+  template <class F>
+  struct Lobes {
+    WardLobe<F> lobe;
+    bool has_glossy;
+    float glossy_probability;
+    RgbOf<F> diffuse, glossy;
 
-  float glossy_probability(Lobe mask) const {
-    const float p = reflectances_.specular_probability();
-    return lobe_probability(any(mask & Lobe::kGlossy), any(mask & Lobe::kDiffuse), p, 1 - p);
+    BsdfValueOf<F> value(const VecOf<F>& wo) const {
+      const F cosine_pdf = warp::cosine_hemisphere_pdf(wo.z);
+      BsdfValueOf<F> value{diffuse * cosine_pdf, (1 - glossy_probability) * cosine_pdf};
+      if (has_glossy) {
+        const auto v = lobe(wo);
+        value.f += glossy * v.f_cos;
+        value.pdf += glossy_probability * v.pdf;
+      }
+      return value;
+    }
+    BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const {
+      return choose(u1 < glossy_probability, [&] { return lobe.sample(*this, u2); },
+                    [&] { return diffuse_sample<F>(*this, u2); });
+    }
+  };
+
+  static std::shared_ptr<Texture> alpha(const Properties& props, const char* name) {
+    auto common = nonnegative_texture(props, "alpha");
+    return props.has(name) ? nonnegative_texture(props, name) : common;
   }
 
   ReflectancePair reflectances_;
   int variant_;
-  std::shared_ptr<Texture> alpha_u_;
-  std::shared_ptr<Texture> alpha_v_;
+  NumberInput alpha_u_;
+  NumberInput alpha_v_;
 };
 
 }  // namespace

@@ -7,7 +7,10 @@
 #include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/texture.h"
+#include "kinome/wide/bytes.h"
+#include "kinome/wide/vectors.h"
 #include "open_image.h"
+#include "to_uv.h"
 
 /// An image over (u, v), as Mitsuba 3's: row 0 lies at v = 0, texel (i, j) is centred at
 /// ((i + .5) / width, (j + .5) / height). 8- and 16-bit images are decoded from sRGB before any
@@ -104,28 +107,22 @@ class Bitmap final : public Texture {
       }
     }
     summarise(path, props);
+    // Three channels are read as four bytes.
+    if (!image_.bytes.empty()) image_.bytes.insert(image_.bytes.end(), 3, 0);
   }
 
-  Rgb eval(const Vec2& uv) const override {
-    const Vec3 p = to_uv_.point(Vec3(uv.x, uv.y, 0.f));
-    const float x = reduced(p.x) * static_cast<float>(image_.width);
-    const float y = reduced(p.y) * static_cast<float>(image_.height);
-    if (filter_ == Filter::kNearest) {
-      return texel(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
-    }
-    const float x0 = std::floor(x - 0.5f);
-    const float y0 = std::floor(y - 0.5f);
-    const float wx = x - 0.5f - x0;
-    const float wy = y - 0.5f - y0;
-    const int i = static_cast<int>(x0);
-    const int j = static_cast<int>(y0);
-    return (1 - wy) * ((1 - wx) * texel(i, j) + wx * texel(i + 1, j)) +
-           wy * ((1 - wx) * texel(i, j + 1) + wx * texel(i + 1, j + 1));
+  Rgb eval(const Vec2& uv) const override { return color_at<float>(uv); }
+  float eval_1(const Vec2& uv) const override { return number_of(color_at<float>(uv)); }
+  void eval_block(const Columns2& uv, size_t count, const Columns3& out) const override {
+    if (!has_short_indices()) return Texture::eval_block(uv, count, out);
+    wide::for_lanes(
+        count, [&](size_t i) { color_at<wide::Float>(wide::Vec2::load(uv, i)).store(out, i); });
   }
-
-  float eval_1(const Vec2& uv) const override {
-    const Rgb value = eval(uv);
-    return image_.channels == 1 ? value.x : luminance(value);
+  void eval_1_block(const Columns2& uv, size_t count, float* out) const override {
+    if (!has_short_indices()) return Texture::eval_1_block(uv, count, out);
+    wide::for_lanes(count, [&](size_t i) {
+      number_of(color_at<wide::Float>(wide::Vec2::load(uv, i))).store(out + i);
+    });
   }
   Rgb mean() const override { return mean_; }
   glm::uvec2 resolution() const override { return {image_.width, image_.height}; }
@@ -134,37 +131,44 @@ class Bitmap final : public Texture {
   Rgb channel_max() const override { return channel_max_; }
 
  private:
-  /// The coordinate in few periods around [0, 1], so that it fits an int; NaN becomes 0.
-  float reduced(float u) const {
-    if (!std::isfinite(u)) {
-      return 0;
-    }
-    switch (wrap_) {
-      case Wrap::kRepeat:
-        return u - std::floor(u);
-      case Wrap::kMirror:
-        return u - 2 * std::floor(0.5f * u);
-      case Wrap::kClamp:
-        break;
-    }
-    return std::clamp(u, -1.f, 2.f);
+  template <class F>
+  RgbOf<F> color_at(const Vec2Of<F>& uv) const {
+    const Vec2Of<F> p = texture_coordinates<F>(to_uv_, uv);
+    const F x = reduced(p.x) * static_cast<float>(image_.width);
+    const F y = reduced(p.y) * static_cast<float>(image_.height);
+    if (filter_ == Filter::kNearest) return texel(to_int(floor(x)), to_int(floor(y)));
+    const F x0 = floor(x - 0.5f);
+    const F y0 = floor(y - 0.5f);
+    const F wx = x - 0.5f - x0;
+    const F wy = y - 0.5f - y0;
+    const IntOf<F> i = to_int(x0);
+    const IntOf<F> j = to_int(y0);
+    return (1.f - wy) * ((1.f - wx) * texel(i, j) + wx * texel(i + 1, j)) +
+           wy * ((1.f - wx) * texel(i, j + 1) + wx * texel(i + 1, j + 1));
   }
 
-  int wrapped(int i, int size) const {
-    switch (wrap_) {
-      case Wrap::kRepeat: {
-        const int r = i % size;
-        return r < 0 ? r + size : r;
-      }
-      case Wrap::kMirror: {
-        const int r = i % (2 * size);
-        const int positive = r < 0 ? r + 2 * size : r;
-        return positive < size ? positive : 2 * size - 1 - positive;
-      }
-      case Wrap::kClamp:
-        break;
-    }
-    return std::clamp(i, 0, size - 1);
+  template <class V>
+  NumberOf<V> number_of(const V& color) const {
+    return image_.channels == 1 ? color.x : luminance(color);
+  }
+
+  /// The coordinate in few periods around [0, 1], so that it fits an int; NaN becomes 0.
+  template <class F>
+  F reduced(const F& u) const {
+    F r = clamp(u, F(-1.f), F(2.f));
+    if (wrap_ == Wrap::kRepeat) r = u - floor(u);
+    if (wrap_ == Wrap::kMirror) r = u - 2.f * floor(0.5f * u);
+    return select(is_finite(u), r, F(0.f));
+  }
+
+  /// Of a coordinate at most one texel outside of a reduced() one.
+  template <class I>
+  I wrapped(const I& i, int size) const {
+    if (wrap_ == Wrap::kClamp) return clamp(i, I(0), I(size - 1));
+    const int period = wrap_ == Wrap::kRepeat ? size : 2 * size;
+    const I r = select(i < 0, i + period, select(i >= period, i - period, i));
+    if (wrap_ == Wrap::kRepeat) return r;
+    return select(r < size, r, 2 * size - 1 - r);
   }
 
   float value(size_t index) const {
@@ -178,6 +182,28 @@ class Bitmap final : public Texture {
         (row * static_cast<size_t>(image_.width) + column) * static_cast<size_t>(image_.channels);
     return image_.channels == 1 ? Rgb(value(first))
                                 : Rgb(value(first), value(first + 1), value(first + 2));
+  }
+
+  wide::Rgb texel(wide::Int x, wide::Int y) const {
+    const wide::Int first =
+        (wrapped(y, image_.height) * image_.width + wrapped(x, image_.width)) * image_.channels;
+    if (image_.bytes.empty()) {
+      const float* const p = image_.floats.data();
+      const wide::Float r = gather(p, first);
+      return image_.channels == 1 ? wide::Rgb(r)
+                                  : wide::Rgb(r, gather(p + 1, first), gather(p + 2, first));
+    }
+    const wide::Int bytes = as_int(gather_bytes(image_.bytes.data(), first));
+    const auto decode = [&](wide::Int byte) { return gather(decoded_.data(), byte & 255); };
+    const wide::Float r = decode(bytes);
+    return image_.channels == 1
+               ? wide::Rgb(r)
+               : wide::Rgb(r, decode(shift_right<8>(bytes)), decode(shift_right<16>(bytes)));
+  }
+
+  /// Wide numbers have indices of 31 bits.
+  bool has_short_indices() const {
+    return std::max(image_.bytes.size(), image_.floats.size()) < size_t(1) << 31;
   }
 
   /// Mean and extremes; refuses texels that are no numbers, warns of negative ones.

@@ -1,5 +1,6 @@
 #include "kinome/plugin.h"
-#include "kinome/texture.h"
+#include "kinome/wide/textures.h"
+#include "to_uv.h"
 
 /// Two colours in squares of half a unit of (u, v), as in Mitsuba 3. As a colour it is color0 where
 /// both coordinates lie in like halves. Read as one number (a roughness, say) Mitsuba swaps the two
@@ -23,13 +24,29 @@ class Checkerboard final : public Texture {
   explicit Checkerboard(const Properties& props)
       : color0_(read_color(props, "color0")),
         color1_(read_color(props, "color1")),
+        number0_(color0_.texture()),
+        number1_(color1_.texture()),
         to_uv_(props.transform("to_uv")) {}
 
   Rgb eval(const Vec2& uv) const override {
-    return halves_match(uv) ? color0_->eval(uv) : color1_->eval(uv);
+    return halves_match<float>(uv) ? color0_.at(uv) : color1_.at(uv);
   }
   float eval_1(const Vec2& uv) const override {
-    return halves_match(uv) ? color1_->eval_1(uv) : color0_->eval_1(uv);
+    return halves_match<float>(uv) ? number1_.at(uv) : number0_.at(uv);
+  }
+  void eval_block(const Columns2& uv, size_t count, const Columns3& out) const override {
+    const wide::ColorInput::Columns color0(color0_, uv, count), color1(color1_, uv, count);
+    wide::for_lanes(count, [&](size_t i) {
+      const auto match = halves_match<wide::Float>(wide::Vec2::load(uv, i));
+      select(match, color0[i], color1[i]).store(out, i);
+    });
+  }
+  void eval_1_block(const Columns2& uv, size_t count, float* out) const override {
+    const wide::NumberInput::Columns number0(number0_, uv, count), number1(number1_, uv, count);
+    wide::for_lanes(count, [&](size_t i) {
+      const auto match = halves_match<wide::Float>(wide::Vec2::load(uv, i));
+      select(match, number1[i], number0[i]).store(out + i);
+    });
   }
   Rgb mean() const override { return 0.5f * (color0_->mean() + color1_->mean()); }
   float max() const override { return std::max(color0_->max(), color1_->max()); }
@@ -48,15 +65,16 @@ class Checkerboard final : public Texture {
     return color;
   }
 
-  bool halves_match(const Vec2& uv) const {
-    const Vec3 p = to_uv_.point(Vec3(uv.x, uv.y, 0.f));
-    const bool upper_u = p.x - std::floor(p.x) > 0.5f;
-    const bool upper_v = p.y - std::floor(p.y) > 0.5f;
-    return upper_u == upper_v;
+  template <class F>
+  MaskOf<F> halves_match(const Vec2Of<F>& uv) const {
+    const Vec2Of<F> p = texture_coordinates<F>(to_uv_, uv);
+    const MaskOf<F> upper_u = p.x - floor(p.x) > 0.5f;
+    const MaskOf<F> upper_v = p.y - floor(p.y) > 0.5f;
+    return !(upper_u ^ upper_v);
   }
 
-  std::shared_ptr<Texture> color0_;
-  std::shared_ptr<Texture> color1_;
+  wide::ColorInput color0_, color1_;
+  wide::NumberInput number0_, number1_;
   Transform to_uv_;
 };
 

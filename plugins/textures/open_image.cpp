@@ -4,17 +4,19 @@
 
 #include <filesystem>
 
+#include "kinome/instruction_set.h"
 #include "kinome/log.h"
 
 namespace kinome {
 namespace {
 
-/// Of the plugin that this is linked to.
+/// Of the plugin that this is linked to, whichever instruction set that is built for.
 std::filesystem::path plugin_folder() {
   Dl_info info{};
   static const char anchor = 0;
   dladdr(&anchor, &info);
-  return std::filesystem::path(info.dli_fname ? info.dli_fname : "").parent_path();
+  const auto folder = std::filesystem::path(info.dli_fname ? info.dli_fname : "").parent_path();
+  return instruction_set_named(folder.filename().string()) ? folder.parent_path() : folder;
 }
 
 ReadImageFunction image_reader(const Properties& props) {

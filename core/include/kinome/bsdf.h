@@ -61,10 +61,12 @@ struct LobeReflectance {
 
 /// Light that bumps of the squared roughness alpha2 leave at a cosine with the surface's own normal
 /// (Estevez et al. 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
-/// Problem"); alpha2 = 0: all of it.
-inline float bump_shadowing(float cosine, float alpha2) {
-  const float cos2 = std::clamp(cosine * cosine, 1e-12f, 1.f);
-  return 2 / (1 + std::sqrt(1 + alpha2 * (1 - cos2) / cos2));
+/// Problem"); alpha2 = 0: all of it. F is float or wide::Float.
+template <class F>
+F bump_shadowing(F cosine, F alpha2) {
+  using std::max, std::min, std::sqrt;
+  const F cos2 = min(max(cosine * cosine, F(1e-12f)), F(1.f));
+  return 2.f / (1.f + sqrt(1.f + alpha2 * (1.f - cos2) / cos2));
 }
 
 /// A BSDF at one point in a form that kernels evaluate for many points at once; cosines are to the

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <type_traits>
 
 #include <glm/glm.hpp>
 
@@ -36,33 +37,50 @@ inline bool is_finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// Orthonormal basis; n is the third axis, as in every shading frame.
-struct Frame {
-  Vec3 s{1, 0, 0};
-  Vec3 t{0, 1, 0};
-  Vec3 n{0, 0, 1};
+/// What formulas over plain or wide numbers want of plain ones; kinome/wide has the rest.
+namespace plain {
+template <class T>
+T select(bool m, const T& a, const std::type_identity_t<T>& b) {
+  return m ? a : b;
+}
+inline bool all(bool m) {
+  return m;
+}
+}  // namespace plain
+
+/// Orthonormal basis; n is the third axis, as in every shading frame. V is Vec3 or wide::Vec3.
+template <class V>
+struct FrameOf {
+  using F = std::remove_cvref_t<decltype(V().x)>;
+  V s{1.f, 0.f, 0.f};
+  V t{0.f, 1.f, 0.f};
+  V n{0.f, 0.f, 1.f};
 
   /// Any right-handed frame around the unit vector n (Duff et al. 2017).
-  static Frame from_normal(const Vec3& n) {
-    const float sign = std::copysign(1.f, n.z);
-    const float a = -1.f / (sign + n.z);
-    const float b = n.x * n.y * a;
+  static FrameOf from_normal(const V& n) {
+    using std::copysign;
+    const F sign = copysign(F(1.f), n.z);
+    const F a = -1.f / (sign + n.z);
+    const F b = n.x * n.y * a;
     return {
         {1.f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
   }
   /// Frame whose s follows dp_du as far as n allows (Mitsuba's convention); any frame if it can't.
-  static Frame from_normal_and_tangent(const Vec3& n, const Vec3& dp_du) {
-    const Vec3 s = dp_du - n * glm::dot(n, dp_du);
-    const float length2 = glm::dot(s, s);
-    if (!(length2 > 1e-12f * glm::dot(dp_du, dp_du)) || !std::isfinite(length2)) {
-      return from_normal(n);
-    }
-    const Vec3 unit = s / std::sqrt(length2);
-    return {unit, glm::cross(n, unit), n};
+  static FrameOf from_normal_and_tangent(const V& n, const V& dp_du) {
+    using plain::all, plain::select, std::sqrt;
+    const V along = dp_du - n * dot(n, dp_du);
+    const F length2 = dot(along, along);
+    const auto usable = length2 > 1e-12f * dot(dp_du, dp_du) && length2 < kInfinity;
+    const V unit = along / sqrt(length2);
+    const FrameOf frame{unit, cross(n, unit), n};
+    if (all(usable)) return frame;
+    const FrameOf any = from_normal(n);
+    return {select(usable, frame.s, any.s), select(usable, frame.t, any.t), n};
   }
-  Vec3 to_local(const Vec3& v) const { return {glm::dot(v, s), glm::dot(v, t), glm::dot(v, n)}; }
-  Vec3 to_world(const Vec3& v) const { return s * v.x + t * v.y + n * v.z; }
+  V to_local(const V& v) const { return {dot(v, s), dot(v, t), dot(v, n)}; }
+  V to_world(const V& v) const { return s * v.x + t * v.y + n * v.z; }
 };
+using Frame = FrameOf<Vec3>;
 
 /// Affine or projective map with its inverse.
 class KINOME_EXPORT Transform {

@@ -1,23 +1,62 @@
 #pragma once
 
+#include <type_traits>
+
 #include "kinome/math.h"
 
 /// Maps from uniform random numbers in [0, 1)² to distributions over disks and spheres, each with
 /// its density. All are continuous and defined for every float in [0, 1].
 namespace kinome {
 
+/// Formulas over plain or wide numbers: V3, V2 and F are Vec3, Vec2 and float, or those of
+/// kinome/wide.
+namespace warp {
+
+template <class V2>
+V2 square_to_disk_concentric(const V2& u) {
+  using plain::select, std::abs, std::cos, std::sin;
+  using F = std::remove_cvref_t<decltype(u.x)>;
+  const F x = 2.f * u.x - 1.f;
+  const F y = 2.f * u.y - 1.f;
+  const auto x_larger = abs(x) > abs(y);
+  const F r = select(x_larger, x, y);
+  const F ratio = select(r == 0.f, F(0.f), select(x_larger, y, x) / r);
+  const F angle = (kPi / 4) * ratio;
+  const F c = cos(angle);
+  const F s = sin(angle);
+  return {r * select(x_larger, c, s), r * select(x_larger, s, c)};
+}
+
+template <class F>
+F cosine_hemisphere_pdf(F cos_theta) {
+  using std::max;
+  return max(cos_theta, F(0.f)) * kInvPi;
+}
+
+template <class V3, class V2>
+V3 square_to_cosine_hemisphere(const V2& u) {
+  using std::max;
+  using F = std::remove_cvref_t<decltype(u.x)>;
+  const V2 p = square_to_disk_concentric(u);
+  return {p.x, p.y, max(safe_sqrt(1.f - dot(p, p)), F(1e-7f))};
+}
+
+template <class V3, class V2, class F>
+V3 square_to_cosine_power(const V2& u, F n) {
+  using std::cos, std::exp, std::expm1, std::log, std::sin;
+  // 1 - cos² as expm1, or large exponents lose all digits of the sine.
+  const F log_cos = log(1.f - u.y) / (n + 1.f);
+  const F r = safe_sqrt(-expm1(2.f * log_cos));
+  const F phi = (2 * kPi) * u.x;
+  return {r * cos(phi), r * sin(phi), exp(log_cos)};
+}
+
+}  // namespace warp
+
 /// Uniform over the unit disk; keeps neighbours together and strata compact (Shirley and Chiu
 /// 1997, without branches over the four triangles). Density 1/pi per area.
 inline Vec2 square_to_disk_concentric(const Vec2& u) {
-  const float x = 2 * u.x - 1;
-  const float y = 2 * u.y - 1;
-  const bool x_larger = std::abs(x) > std::abs(y);
-  const float r = x_larger ? x : y;
-  const float ratio = r == 0 ? 0.f : (x_larger ? y : x) / r;
-  const float angle = (kPi / 4) * ratio;
-  const float c = std::cos(angle);
-  const float s = std::sin(angle);
-  return x_larger ? Vec2(r * c, r * s) : Vec2(r * s, r * c);
+  return warp::square_to_disk_concentric(u);
 }
 
 /// Its inverse, for points of the disk.
@@ -31,11 +70,10 @@ inline Vec2 disk_to_square_concentric(const Vec2& p) {
 
 /// Density cos(theta)/pi per solid angle around +Z; never returns a direction with z = 0.
 inline Vec3 square_to_cosine_hemisphere(const Vec2& u) {
-  const Vec2 p = square_to_disk_concentric(u);
-  return {p.x, p.y, std::max(safe_sqrt(1 - glm::dot(p, p)), 1e-7f)};
+  return warp::square_to_cosine_hemisphere<Vec3>(u);
 }
 inline float cosine_hemisphere_pdf(float cos_theta) {
-  return std::max(cos_theta, 0.f) * kInvPi;
+  return warp::cosine_hemisphere_pdf(cos_theta);
 }
 
 /// The direction with cos(theta) = z and azimuth phi.
@@ -74,11 +112,7 @@ inline float uniform_cone_pdf(float cos_max) {
 
 /// Density (n + 1)/(2 pi) cos(theta)^n per solid angle around +Z: Phong's lobe.
 inline Vec3 square_to_cosine_power(const Vec2& u, float n) {
-  // 1 - cos² as expm1, or large exponents lose all digits of the sine.
-  const float log_cos = std::log(1 - u.y) / (n + 1);
-  const float r = safe_sqrt(-std::expm1(2 * log_cos));
-  const float phi = 2 * kPi * u.x;
-  return {r * std::cos(phi), r * std::sin(phi), std::exp(log_cos)};
+  return warp::square_to_cosine_power<Vec3>(u, n);
 }
 
 }  // namespace kinome

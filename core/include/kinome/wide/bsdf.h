@@ -1,0 +1,195 @@
+#pragma once
+
+// BSDFs whose formulas are written once, for one point and for blocks.
+
+#include <optional>
+#include <tuple>
+
+#include "kinome/bsdf.h"
+#include "kinome/wide/functions.h"
+#include "kinome/wide/textures.h"
+
+namespace kinome::wide {
+inline namespace HWY_NAMESPACE {
+
+/// As BsdfValue.
+template <class F>
+struct BsdfValueOf {
+  RgbOf<F> f;
+  F pdf;
+};
+
+/// As BsdfSample; pdf 0 (or NaN): there is none.
+template <class F>
+struct BsdfSampleOf {
+  VecOf<F> wo;
+  F pdf;
+  RgbOf<F> weight;
+  IntOf<F> lobe;  ///< the number of a Lobe, see lobe_number
+};
+constexpr int32_t lobe_number(Lobe lobe) {
+  return static_cast<int32_t>(lobe);
+}
+
+KINOME_WIDE BsdfSampleOf<Float> select(Mask m, const BsdfSampleOf<Float>& a,
+                                       const BsdfSampleOf<Float>& b) {
+  return {select(m, a.wo, b.wo), select(m, a.pdf, b.pdf), select(m, a.weight, b.weight),
+          select(m, a.lobe, b.lobe)};
+}
+
+/// The sample wo of `lobe`, weighted by all that lobes.value knows.
+template <class F, class Lobes>
+KINOME_WIDE BsdfSampleOf<F> weighted_sample(const Lobes& lobes, const VecOf<F>& wo,
+                                            const IntOf<F>& lobe) {
+  const BsdfValueOf<F> v = lobes.value(wo);
+  return {wo, v.pdf, v.f / v.pdf, lobe};
+}
+
+/// if_true() in the lanes where m is true, if_false() elsewhere; neither is called for nothing.
+template <class A, class B>
+KINOME_WIDE auto choose(bool m, const A& if_true, const B& if_false) {
+  return m ? if_true() : if_false();
+}
+template <class A, class B>
+KINOME_WIDE auto choose(Mask m, const A& if_true, const B& if_false) {
+  if (none(m)) return if_false();
+  if (all(m)) return if_true();
+  return select(m, if_true(), if_false());
+}
+
+/// Writes value(wo) -> BsdfValueOf<float> for a whole batch. `value` is inlined into two loops, so
+/// that the density costs nothing where it isn't wanted, and nothing in it depends on the
+/// neighbours: a batch gives the same bits as single calls.
+template <class Value>
+inline void evaluate_batch(const DirectionBatch& wo, const BsdfValueBatch& out,
+                           const Value& value) {
+  if (out.pdf) {
+    for (size_t i = 0; i < wo.count; ++i) {
+      const BsdfValueOf<float> v = value(glm::vec3(wo.x[i], wo.y[i], wo.z[i]));
+      out.r[i] = v.f.x;
+      out.g[i] = v.f.y;
+      out.b[i] = v.f.z;
+      out.pdf[i] = v.pdf;
+    }
+  } else {
+    for (size_t i = 0; i < wo.count; ++i) {
+      const BsdfValueOf<float> v = value(glm::vec3(wo.x[i], wo.y[i], wo.z[i]));
+      out.r[i] = v.f.x;
+      out.g[i] = v.f.y;
+      out.b[i] = v.f.z;
+    }
+  }
+}
+inline void zero_batch(const DirectionBatch& wo, const BsdfValueBatch& out) {
+  evaluate_batch(wo, out, [](const glm::vec3&) { return BsdfValueOf<float>{glm::vec3(0.f), 0.f}; });
+}
+
+/// Base of BSDFs that reflect from the front only and are formulas over numbers F, float or Float:
+/// it makes of them the functions for points and for blocks. Self has
+///
+///     /// The textures that the formulas read: a tuple of ColorInput and NumberInput.
+///     auto inputs() const { return std::tie(reflectance_, alpha_); }
+///
+///     /// Calls fn(lobes_at) once. lobes_at(wi, value of each input ...), wi.z > 0 where it
+///     matters,
+///     /// makes an object of the lobes in `mask`, which is not empty and of lobes(), with
+///     ///     BsdfValueOf<F> value(const VecOf<F>& wo) const;   // without delta lobes
+///     ///     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const;
+///     template <class F, class Fn>
+///     void with_lobes(Lobe mask, const Fn& fn) const;
+template <class Self>
+class FormulaBsdf : public Bsdf {
+ public:
+  using Bsdf::eval_pdf;
+
+  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
+                const BsdfValueBatch& out) const override {
+    if (!is_seen(si, mask)) return zero_batch(wo, out);
+    with_lobes_at(si, mask, [&](const auto& lobes) {
+      evaluate_batch(wo, out, [lobes](const glm::vec3& d) { return lobes.value(d); });
+    });
+  }
+
+  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
+                                   const glm::vec2& u2) const override {
+    std::optional<BsdfSample> result;
+    if (!is_seen(si, mask)) return result;
+    with_lobes_at(si, mask, [&](const auto& lobes) {
+      const BsdfSampleOf<float> s = lobes.sample(u1, u2);
+      if (s.pdf > 0) result = BsdfSample{s.wo, s.pdf, s.weight, static_cast<Lobe>(s.lobe)};
+    });
+    return result;
+  }
+
+  void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
+                   const BsdfAnswer& answer) const override {
+    if (!any(lobes_)) return write_nothing(points.count, query, answer);
+    const auto with_columns = [&](const auto&... columns) {
+      self().template with_lobes<Float>(lobes_, [&](const auto& lobes_at) {
+        for_lanes(points.count, [&](size_t i) {
+          const Vec3 wi = Vec3::load(points.wi, i);
+          shade(lobes_at(wi, columns[i]...), wi.z > 0.f, query, answer, i);
+        });
+      });
+    };
+    std::apply(
+        [&](const auto&... inputs) {
+          with_columns(typename std::remove_cvref_t<decltype(inputs)>::Columns(inputs, points.uv,
+                                                                               points.count)...);
+        },
+        self().inputs());
+  }
+
+ private:
+  const Self& self() const { return static_cast<const Self&>(*this); }
+
+  bool is_seen(const SurfaceInteraction& si, Lobe mask) const {
+    return si.wi.z > 0 && any(mask & lobes_);
+  }
+
+  template <class Fn>
+  void with_lobes_at(const SurfaceInteraction& si, Lobe mask, const Fn& fn) const {
+    self().template with_lobes<float>(mask & lobes_, [&](const auto& lobes_at) {
+      std::apply([&](const auto&... inputs) { fn(lobes_at(si.wi, inputs.at(si.uv)...)); },
+                 self().inputs());
+    });
+  }
+
+  template <class Lobes>
+  KINOME_WIDE static void shade(const Lobes& lobes, Mask is_seen, const BsdfQuery& query,
+                                const BsdfAnswer& answer, size_t i) {
+    if (query.wo.x) {
+      const BsdfValueOf<Float> v = lobes.value(Vec3::load(query.wo, i));
+      const Mask found = is_seen && v.pdf > 0.f;
+      select(found, v.f).store(answer.f, i);
+      select(found, v.pdf).store(answer.pdf + i);
+    }
+    if (query.u1) {
+      const BsdfSampleOf<Float> s =
+          lobes.sample(Float::load(query.u1 + i), Vec2::load(query.u2, i));
+      const Mask found = is_seen && s.pdf > 0.f;
+      select(found, s.wo, Vec3(0.f, 0.f, 1.f)).store(answer.wo, i);
+      select(found, s.weight).store(answer.weight, i);
+      select(found, s.pdf).store(answer.sample_pdf + i);
+      select(found && s.lobe == lobe_number(Lobe::kDelta), 1.f).store(answer.is_delta + i);
+    }
+  }
+
+  static void write_nothing(size_t count, const BsdfQuery& query, const BsdfAnswer& answer) {
+    for_lanes(count, [&](size_t i) {
+      if (query.wo.x) {
+        Vec3(0.f).store(answer.f, i);
+        Float(0.f).store(answer.pdf + i);
+      }
+      if (query.u1) {
+        Vec3(0.f, 0.f, 1.f).store(answer.wo, i);
+        Vec3(0.f).store(answer.weight, i);
+        Float(0.f).store(answer.sample_pdf + i);
+        Float(0.f).store(answer.is_delta + i);
+      }
+    });
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::wide

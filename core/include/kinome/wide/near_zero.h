@@ -1,0 +1,35 @@
+#pragma once
+
+// Functions that keep their digits near zero.
+
+#include "kinome/wide/functions.h"
+
+namespace kinome::wide {
+inline namespace HWY_NAMESPACE {
+
+namespace formulas {
+
+KINOME_WIDE float log1p(Real auto x) {
+  return std::log1p(x);
+}
+KINOME_WIDE float expm1(Real auto x) {
+  return std::expm1(x);
+}
+
+}  // namespace formulas
+
+/// log(1 + x), 4 ulp; NaN below -1.
+inline Float log1p(Float x) {
+  // What rounding 1 + x took from x is as large as it took from u - 1.
+  const Float u = 1.f + x;
+  return select(u == 1.f, x, log(u) * (x / (u - 1.f)));
+}
+/// e^x - 1, 4 ulp for x below 80.
+inline Float expm1(Float x) {
+  const Float u = exp(x);
+  const Float less = u - 1.f;
+  return select(u == 1.f, x, select(less == -1.f, less, less * (x / log(u))));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::wide

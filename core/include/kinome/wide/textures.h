@@ -1,0 +1,130 @@
+#pragma once
+
+// Textures as formulas read them: at one point, or wide, from columns.
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "kinome/columns.h"
+#include "kinome/texture.h"
+#include "kinome/wide/vectors.h"
+
+namespace kinome::wide {
+inline namespace HWY_NAMESPACE {
+
+/// Columns for as long as the object lives; their memory stays with the thread, for the next one.
+/// What they hold at first is anything.
+class ScratchColumns {
+ public:
+  ScratchColumns(size_t columns, size_t count) : length_(padded(count)) {
+    if (!pool().empty()) {
+      memory_ = std::move(pool().back());
+      pool().pop_back();
+    }
+    const size_t wanted = columns * length_ / kBlockLanes;
+    if (memory_.size() < wanted) memory_.resize(wanted);
+  }
+  ~ScratchColumns() { pool().push_back(std::move(memory_)); }
+  ScratchColumns(const ScratchColumns&) = delete;
+  ScratchColumns& operator=(const ScratchColumns&) = delete;
+
+  float* operator[](size_t column) const {
+    return const_cast<float*>(memory_.data()->v) + column * length_;
+  }
+  /// Columns `first` to first + 2, or first + 1.
+  Columns3 three(size_t first = 0) const {
+    return {(*this)[first], (*this)[first + 1], (*this)[first + 2]};
+  }
+  Columns2 two(size_t first = 0) const { return {(*this)[first], (*this)[first + 1]}; }
+
+ private:
+  struct alignas(kColumnAlignment) Lanes {
+    float v[kBlockLanes];
+  };
+  static std::vector<std::vector<Lanes>>& pool() {
+    static thread_local std::vector<std::vector<Lanes>> memory;
+    return memory;
+  }
+  size_t length_;
+  std::vector<Lanes> memory_;
+};
+
+/// A texture's colours. One colour costs no call.
+class ColorInput {
+ public:
+  explicit ColorInput(std::shared_ptr<const Texture> texture)
+      : texture_(std::move(texture)),
+        is_uniform_(texture_->is_uniform()),
+        value_(texture_->eval(glm::vec2(0.f))) {}
+
+  glm::vec3 at(const glm::vec2& uv) const { return is_uniform_ ? value_ : texture_->eval(uv); }
+  const Texture& operator*() const { return *texture_; }
+  const Texture* operator->() const { return texture_.get(); }
+  const std::shared_ptr<const Texture>& texture() const { return texture_; }
+
+  /// Its colours at `count` places, wide.
+  class Columns {
+   public:
+    Columns(const ColorInput& input, const Columns2& uv, size_t count)
+        : value_(input.value_), columns_(3, input.is_uniform_ ? 0 : count) {
+      if (input.is_uniform_) return;
+      values_ = columns_.three();
+      input.texture_->eval_block(uv, count, values_);
+    }
+    KINOME_WIDE Rgb operator[](size_t i) const {
+      return values_.x ? Rgb::load(values_, i) : Rgb(value_);
+    }
+
+   private:
+    glm::vec3 value_;
+    ScratchColumns columns_;
+    Columns3 values_;
+  };
+
+ private:
+  std::shared_ptr<const Texture> texture_;
+  bool is_uniform_;
+  glm::vec3 value_;
+};
+
+/// A texture read as one number.
+class NumberInput {
+ public:
+  explicit NumberInput(std::shared_ptr<const Texture> texture)
+      : texture_(std::move(texture)),
+        is_uniform_(texture_->is_uniform()),
+        value_(texture_->eval_1(glm::vec2(0.f))) {}
+
+  float at(const glm::vec2& uv) const { return is_uniform_ ? value_ : texture_->eval_1(uv); }
+  const Texture& operator*() const { return *texture_; }
+  const Texture* operator->() const { return texture_.get(); }
+  const std::shared_ptr<const Texture>& texture() const { return texture_; }
+
+  /// Its numbers at `count` places, wide.
+  class Columns {
+   public:
+    Columns(const NumberInput& input, const Columns2& uv, size_t count)
+        : value_(input.value_), columns_(1, input.is_uniform_ ? 0 : count) {
+      if (input.is_uniform_) return;
+      values_ = columns_[0];
+      input.texture_->eval_1_block(uv, count, values_);
+    }
+    KINOME_WIDE Float operator[](size_t i) const {
+      return values_ ? Float::load(values_ + i) : Float(value_);
+    }
+
+   private:
+    float value_;
+    ScratchColumns columns_;
+    float* values_ = nullptr;
+  };
+
+ private:
+  std::shared_ptr<const Texture> texture_;
+  bool is_uniform_;
+  float value_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::wide
