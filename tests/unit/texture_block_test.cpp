@@ -116,9 +116,9 @@ TEST_P(TextureBlocks, OfCheckersHaveThoseOfTheirSquares) {
           GetParam(),
           "<texture type='checkerboard'><rgb name='color0' value='.1 .2 .3'/>"
           "<texture name='color1' type='checkerboard'><float name='color0' value='.3'/></texture>"
-          "<transform name='to_uv'><matrix value='4 1 0 0  1 3 0 .25  0 0 1 0  .25 .5 0 2'/>"
+          "<transform name='to_uv'><matrix value='4 1 0 0  1 3 0 .25  0 0 1 0  0 0 0 1'/>"
           "</transform></texture>"),
-      "nested, in perspective");
+      "nested, sheared");
 }
 
 TEST_P(TextureBlocks, OfOneColourAreThat) {
