@@ -2,38 +2,15 @@
 #include <cmath>
 
 #include "kinome/error.h"
-#include "kinome/shape.h"
+#include "kinome/wide/mesh.h"
 
 namespace kinome {
 
 namespace {
 
-/// v / |v| without under- or overflow of |v|²; `fallback` where v is zero or not finite. Edges of
-/// a small mesh scaled by 1e-6 have cross products whose squares are below the smallest float.
-Vec3 safe_normalize(const Vec3& v, const Vec3& fallback) {
-  // Nearly always, and without the wait for a first division.
-  const float length2 = glm::dot(v, v);
-  if (length2 > 1e-20f && length2 < 1e20f) return v / std::sqrt(length2);
-  const float scale = max_component(glm::abs(v));
-  if (!(scale > 0) || !std::isfinite(scale)) return fallback;
-  return glm::normalize(v / scale);
-}
-
-/// Not normalised, and scaled to edges of length about 1; zero for a degenerate triangle.
-Vec3 face_direction(const Vec3& p0, const Vec3& p1, const Vec3& p2) {
-  const Vec3 a = p1 - p0;
-  const Vec3 b = p2 - p0;
-  const float scale = std::max(max_component(glm::abs(a)), max_component(glm::abs(b)));
-  if (!(scale > 0)) return Vec3(0.f);
-  return glm::cross(a / scale, b / scale);
-}
-
 /// Unit normal of a triangle; `fallback` where it is degenerate.
 Vec3 face_normal(const Vec3& p0, const Vec3& p1, const Vec3& p2, const Vec3& fallback) {
-  const Vec3 cross = glm::cross(p1 - p0, p2 - p0);
-  const float length2 = glm::dot(cross, cross);
-  if (length2 > 1e-20f && length2 < 1e20f) return cross / std::sqrt(length2);
-  return safe_normalize(face_direction(p0, p1, p2), fallback);
+  return wide::formulas::face_normal(p1 - p0, p2 - p0, fallback);
 }
 
 double triangle_area(const TriangleMesh& mesh, const glm::uvec3& triangle) {
@@ -107,6 +84,14 @@ std::vector<Vec3> angle_weighted_normals(const TriangleMesh& mesh) {
   return normals;
 }
 
+/// At least four bytes past the end; written once, so that tools that track initialised memory stay
+/// quiet.
+void make_readable_beyond(std::vector<Vec3>& values) {
+  values.reserve(values.size() + 1);
+  values.emplace_back(0.f);
+  values.pop_back();
+}
+
 std::string number(size_t i) {
   return std::to_string(i);
 }
@@ -115,7 +100,9 @@ std::string number(size_t i) {
 std::string find_fault(const TriangleMesh& mesh) {
   const size_t vertices = mesh.positions.size();
   if (mesh.triangles.empty()) return "the mesh has no faces";
-  if (vertices > kNoHit || mesh.triangles.size() > kNoHit) return "the mesh is too large";
+  // Coordinates and corners are counted in int32_t.
+  constexpr size_t most = std::numeric_limits<int32_t>::max() / 3;
+  if (vertices > most || mesh.triangles.size() > most) return "the mesh is too large";
   for (size_t i = 0; i < vertices; ++i) {
     if (!is_finite(mesh.positions[i])) {
       return "vertex " + number(i) + " has a position that is not finite";
@@ -150,44 +137,6 @@ std::string find_fault(const TriangleMesh& mesh) {
   return "";
 }
 
-struct PartialDerivatives {
-  Vec3 du, dv;
-};
-
-/// Of the position by uv: solves du duv_i.x + dv duv_i.y = edge_i. A frame where uv is degenerate.
-PartialDerivatives position_derivatives(const Vec3& e1, const Vec3& e2, const Vec2& duv1,
-                                        const Vec2& duv2, const Vec3& n) {
-  // In double, since texture coordinates of neighbours may differ in their last bits only.
-  const double det = static_cast<double>(duv1.x) * duv2.y - static_cast<double>(duv1.y) * duv2.x;
-  if (det != 0) {
-    const glm::dvec3 a(e1);
-    const glm::dvec3 b(e2);
-    const double inverse = 1 / det;
-    const Vec3 du((a * static_cast<double>(duv2.y) - b * static_cast<double>(duv1.y)) * inverse);
-    const Vec3 dv((b * static_cast<double>(duv1.x) - a * static_cast<double>(duv2.x)) * inverse);
-    if (is_finite(du) && is_finite(dv)) return {du, dv};
-  }
-  const Frame frame = Frame::from_normal(n);
-  return {frame.s, frame.t};
-}
-
-/// Bound on the distance of a computed point, and of rays started near it, from the triangle's
-/// plane. With u = 2^-24 and M the largest coordinate of the vertices: b0 = 1 - b1 - b2 is off by
-/// at most 2u, the three products and two sums by gamma_3 M, the moved origin is rounded once (u),
-/// so each coordinate is off by less than 7 u M, and the distance by sqrt(3) times that: < 13 u M.
-/// Embree's own test subtracts the origin from the vertices and evaluates two dot products of three
-/// terms on them: relative error below 8u of the distance to the vertices (the normal taken as it
-/// is), which is at most sqrt(3) E, E being the largest side of the mesh's bounds, and 2 sqrt(3) M.
-/// Twice the sum is safe against the third-order terms left out. At M = 1 it is 5e-6 at most,
-/// twenty times smaller than a fixed 1e-4; of a small mesh far away, three times less than of one
-/// that reaches from there to the origin. It is no bound for a triangle next to this one whose
-/// coordinates are much larger.
-float plane_error(const Vec3& p0, const Vec3& p1, const Vec3& p2, const Aabb& bounds) {
-  const float largest = max_component(glm::max(glm::max(glm::abs(p0), glm::abs(p1)), glm::abs(p2)));
-  const float side = max_component(bounds.extent());
-  return 0x1p-24f * (26 * largest + std::min(56 * largest, 28 * side));
-}
-
 }  // namespace
 
 void MeshShape::finish(const Properties& props, const Transform& to_world, bool face_normals,
@@ -210,7 +159,7 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
     flip_geometric_normal_ = !flip_geometric_normal_;
   }
   // A zero normal stays zero: interaction() then takes the face's.
-  for (Vec3& n : mesh_.normals) n = safe_normalize(n, Vec3(0.f));
+  for (Vec3& n : mesh_.normals) n = wide::formulas::safe_normalize(n, Vec3(0.f));
   if (mesh_.normals.empty() && !face_normals) mesh_.normals = angle_weighted_normals(mesh_);
   if (flip_normals) {
     for (Vec3& n : mesh_.normals) n = -n;
@@ -225,11 +174,8 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
     for (int i = 0; i < 3; ++i) bounds_.expand(mesh_.positions[triangle[i]]);
   }
   area_ = static_cast<float>(area);
-  // Four readable bytes past the end, for Embree's 16-byte loads; written once, so that tools that
-  // track initialised memory stay quiet.
-  mesh_.positions.reserve(mesh_.positions.size() + 1);
-  mesh_.positions.emplace_back(0.f);
-  mesh_.positions.pop_back();
+  // Embree's loads and those of blocks are of 16 bytes.
+  for (std::vector<Vec3>* values : {&mesh_.positions, &mesh_.normals}) make_readable_beyond(*values);
 }
 
 SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {
@@ -260,47 +206,20 @@ SurfaceInteraction MeshShape::sampled_at(const Hit& hit) const {
   return si;
 }
 
+MeshArrays MeshShape::arrays() const {
+  return {&mesh_.positions[0].x,
+          mesh_.normals.empty() ? nullptr : &mesh_.normals[0].x,
+          mesh_.uvs.empty() ? nullptr : &mesh_.uvs[0].x,
+          &mesh_.triangles[0].x,
+          max_component(bounds_.extent()),
+          flip_geometric_normal_};
+}
+
 SurfaceInteraction MeshShape::interaction(const Ray& ray, const Hit& hit) const {
-  const glm::uvec3 triangle = mesh_.triangles[hit.primitive];
-  const Vec3 p0 = mesh_.positions[triangle.x];
-  const Vec3 p1 = mesh_.positions[triangle.y];
-  const Vec3 p2 = mesh_.positions[triangle.z];
-  const float b1 = hit.u;
-  const float b2 = hit.v;
-  const float b0 = 1 - b1 - b2;
-
-  SurfaceInteraction si;
+  SurfaceInteraction si = wide::interaction_of(wide::formulas::mesh_point<float>(
+      arrays(), static_cast<int32_t>(3 * hit.primitive), hit.u, hit.v, ray.d));
   si.t = ray.tmax;
-  si.p = b0 * p0 + b1 * p1 + b2 * p2;
-  si.p_error = plane_error(p0, p1, p2, bounds_);
   si.primitive = hit.primitive;
-  const Vec3 backward = safe_normalize(-ray.d, Vec3(0, 0, 1));
-  si.n = face_normal(p0, p1, p2, backward);
-  if (flip_geometric_normal_) si.n = -si.n;
-
-  if (mesh_.uvs.empty()) {
-    si.uv = {b1, b2};
-    si.dp_du = p1 - p0;
-    si.dp_dv = p2 - p0;
-  } else {
-    const Vec2 uv0 = mesh_.uvs[triangle.x];
-    const Vec2 uv1 = mesh_.uvs[triangle.y];
-    const Vec2 uv2 = mesh_.uvs[triangle.z];
-    si.uv = b0 * uv0 + b1 * uv1 + b2 * uv2;
-    const auto [du, dv] = position_derivatives(p1 - p0, p2 - p0, uv1 - uv0, uv2 - uv0, si.n);
-    si.dp_du = du;
-    si.dp_dv = dv;
-  }
-
-  Vec3 shading_normal = si.n;
-  if (!mesh_.normals.empty()) {
-    shading_normal =
-        safe_normalize(b0 * mesh_.normals[triangle.x] + b1 * mesh_.normals[triangle.y] +
-                           b2 * mesh_.normals[triangle.z],
-                       si.n);
-  }
-  si.frame = Frame::from_normal_and_tangent(shading_normal, si.dp_du);
-  si.wi = si.frame.to_local(backward);
   return si;
 }
 

@@ -126,11 +126,13 @@ void trace_possible(std::span<R> rays, const Trace& trace) {
 bool find_valid(const Ray16& r, int (&valid)[16]) {
   int found = 0;
   for (size_t i = 0; i < 16; ++i) {
-    // Written so that all comparisons fail for what is no number.
-    const bool is_near = std::abs(r.ox[i]) <= kFarthest && std::abs(r.oy[i]) <= kFarthest &&
-                         std::abs(r.oz[i]) <= kFarthest && std::abs(r.dx[i]) <= kFarthest &&
-                         std::abs(r.dy[i]) <= kFarthest && std::abs(r.dz[i]) <= kFarthest;
-    valid[i] = is_near && r.tmin[i] <= r.tmax[i] ? -1 : 0;
+    // Written so that all comparisons fail for what is no number, and without branches, so that it
+    // is compiled into vectors.
+    const auto is_near = [](float x) { return static_cast<int>(std::abs(x) <= kFarthest); };
+    const int is_on = is_near(r.ox[i]) & is_near(r.oy[i]) & is_near(r.oz[i]) & is_near(r.dx[i]) &
+                      is_near(r.dy[i]) & is_near(r.dz[i]) &
+                      static_cast<int>(r.tmin[i] <= r.tmax[i]);
+    valid[i] = -is_on;
     found |= valid[i];
   }
   return found != 0;

@@ -1,5 +1,7 @@
 #include "kinome/shape.h"
 
+#include "kinome/wide/surface_point.h"
+
 namespace kinome {
 
 Shape::Shape(const Properties& props)
@@ -25,12 +27,7 @@ std::optional<SurfaceSample> Shape::sample_solid_angle(const Vec3& p, const Vec2
 }
 
 float Shape::pdf_solid_angle(const Vec3& p, const SurfaceInteraction& si) const {
-  const Vec3 to = si.p - p;
-  const float distance2 = glm::dot(to, to);
-  const float distance = std::sqrt(distance2);
-  const float projected = std::abs(glm::dot(si.n, to)) * area();  // |cos| x distance x area
-  const float pdf = distance2 / projected * distance;
-  return projected > 0 && std::isfinite(pdf) ? pdf : 0.f;
+  return wide::formulas::solid_angle_density(si.p - p, si.n, area());
 }
 
 }  // namespace kinome

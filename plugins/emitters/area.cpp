@@ -27,7 +27,7 @@ class AreaLight final : public Emitter {
   bool is_surface() const override { return true; }
 
   Rgb eval_surface(const SurfaceInteraction& si) const override {
-    return si.wi.z > 0 ? radiance_->eval(si.uv) : Rgb(0.f);
+    return si.wi.z > 0 ? radiance_.at(si.uv) : Rgb(0.f);
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& u) const override {
@@ -35,8 +35,8 @@ class AreaLight final : public Emitter {
     const auto surface = shape()->sample_solid_angle(p, u);
     if (!surface) return std::nullopt;
     const TowardLight light(p, surface->si.p);
-    if (!light.valid() || !(glm::dot(surface->si.frame.n, light.d) < 0)) return std::nullopt;
-    const Rgb radiance = radiance_->eval(surface->si.uv);
+    if (!shines_toward(light, surface->si.frame.n)) return std::nullopt;
+    const Rgb radiance = radiance_.at(surface->si.uv);
     return DirectSample{light.d, light.distance, surface->pdf, radiance, false};
   }
 
@@ -44,12 +44,37 @@ class AreaLight final : public Emitter {
     return si.wi.z > 0 && !is_black_ ? shape()->pdf_solid_angle(p, si) : 0;
   }
 
+  void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
+                           const DirectBlock& out) const override {
+    const wide::ScratchColumns scratch(9, count);
+    const SurfaceSampleBlock points{scratch.three(0), scratch.three(3), scratch.two(6), scratch[8]};
+    shape()->sample_solid_angle_block(p, u, count, points);
+    const wide::ColorInput::Columns radiance(radiance_, points.uv, count);
+    wide::for_lanes(count, [&](size_t i) {
+      const TowardLight light(wide::Vec3::load(p, i), wide::Vec3::load(points.p, i));
+      const wide::Float pdf = wide::Float::load(points.pdf + i);
+      const wide::Mask shines = shines_toward(light, wide::Vec3::load(points.sn, i));
+      store_direct(out, i, light, shines & (pdf > 0.f) & !is_black_, pdf, radiance[i], false);
+    });
+  }
+
+  void eval_surface_block(const SurfaceBlock& points, const Columns3& from,
+                          const Columns3& radiance, float* pdf) const override {
+    if (pdf) shape()->pdf_solid_angle_block(from, points, pdf);
+    const wide::ColorInput::Columns values(radiance_, points.uv, points.count);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const wide::Mask is_front = wide::Float::load(points.wi.z + i) > 0.f;
+      select(is_front, values[i]).store(radiance, i);
+      if (pdf) select(is_front & !is_black_, wide::Float::load(pdf + i)).store(pdf + i);
+    });
+  }
+
   std::optional<EmissionSample> sample_emission(const Vec2& position,
                                                 const Vec2& direction) const override {
     const float area = shape()->area();
     if (is_black_ || !(area > 0)) return std::nullopt;
     const SurfaceInteraction si = shape()->sample_surface(position);
-    const Rgb radiance = radiance_->eval(si.uv);
+    const Rgb radiance = radiance_.at(si.uv);
     if (is_black(radiance)) return std::nullopt;
     EmissionSample sample;
     sample.o = si.p;
@@ -70,7 +95,14 @@ class AreaLight final : public Emitter {
   }
 
  private:
-  std::shared_ptr<Texture> radiance_;
+  /// n is the light's shading normal.
+  template <class V>
+  static wide::formulas::MaskOf<typename TowardLight<V>::F> shines_toward(
+      const TowardLight<V>& light, const V& n) {
+    return light.valid() && dot(n, light.d) < 0.f;
+  }
+
+  wide::ColorInput radiance_;
   bool is_black_;
 };
 

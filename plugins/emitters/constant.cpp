@@ -10,6 +10,7 @@
 #include "kinome/plugin.h"
 #include "kinome/sphere_partition.h"
 #include "kinome/warp.h"
+#include "kinome/wide/functions.h"
 
 namespace kinome {
 namespace {
@@ -36,6 +37,24 @@ class ConstantEnvironment final : public Emitter {
     sample.pdf = pdf_;
     sample.radiance = radiance_;
     return sample;
+  }
+
+  void sample_direct_block(const Columns3& /*p*/, const Columns2& u, size_t count,
+                           const DirectBlock& out) const override {
+    wide::for_lanes(count, [&](size_t i) {
+      warp::square_to_uniform_sphere<wide::Vec3>(wide::Vec2::load(u, i)).store(out.d, i);
+      wide::Rgb(radiance_).store(out.radiance, i);
+      wide::Float(kInfinity).store(out.distance + i);
+      wide::Float(pdf_).store(out.pdf + i);
+      wide::Float(0.f).store(out.is_delta + i);
+    });
+  }
+  void eval_environment_block(const Columns3& /*d*/, size_t count, const Columns3& radiance,
+                              float* pdf) const override {
+    wide::for_lanes(count, [&](size_t i) {
+      wide::Rgb(radiance_).store(radiance, i);
+      if (pdf) wide::Float(pdf_).store(pdf + i);
+    });
   }
 
   std::optional<EnvironmentGrid> cell_grid() const override {

@@ -64,6 +64,18 @@ class DirectionalLight final : public Emitter {
     return DirectSample{-direction_, kInfinity, 1, irradiance_, true};
   }
 
+  void sample_direct_block(const Columns3& /*p*/, const Columns2& /*u*/, size_t count,
+                           const DirectBlock& out) const override {
+    const bool shines = !is_black(irradiance_);
+    wide::for_lanes(count, [&](size_t i) {
+      wide::Vec3(-direction_).store(out.d, i);
+      wide::Float(kInfinity).store(out.distance + i);
+      wide::Float(shines ? 1.f : 0.f).store(out.pdf + i);
+      wide::Rgb(irradiance_).store(out.radiance, i);
+      wide::Float(shines ? 1.f : 0.f).store(out.is_delta + i);
+    });
+  }
+
   std::optional<EmissionSample> sample_emission(const Vec2& position,
                                                 const Vec2& /*direction*/) const override {
     if (is_black(irradiance_)) return std::nullopt;

@@ -9,6 +9,7 @@
 #include "kinome/emitter.h"
 #include "kinome/properties.h"
 #include "kinome/texture.h"
+#include "kinome/wide/textures.h"
 
 /// What emitters read from a scene alike.
 namespace kinome {
@@ -82,7 +83,11 @@ struct LightFrame {
   glm::mat3 axes{1.f};
   Vec3 scale{1.f};  ///< of lengths along each axis
 
-  Vec3 to_local(const Vec3& v) const { return v * axes; }
+  /// Of one vector, or of several.
+  template <class V>
+  V to_local(const V& v) const {
+    return v * axes;
+  }
   Vec3 to_world(const Vec3& v) const { return axes * v; }
 };
 
@@ -105,27 +110,50 @@ inline LightFrame read_light_frame(const Properties& props) {
   return frame;
 }
 
-/// The way from a point to a light.
+/// The way from a point to a light, of one point or several.
+template <class V>
 struct TowardLight {
-  Vec3 d{0, 0, 1};  ///< unit
-  float distance = 0;
-  float inverse_distance2 = 0;
+  using F = wide::formulas::NumberOf<V>;
 
-  TowardLight(const Vec3& p, const Vec3& light) {
-    const Vec3 to = light - p;
-    distance = glm::length(to);
+  V d;  ///< unit
+  F distance;
+  F inverse_distance2;
+
+  TowardLight(const V& p, const V& light) {
+    const V to = light - p;
+    distance = length(to);
     d = to / distance;
-    inverse_distance2 = 1 / sqr(distance);
+    inverse_distance2 = 1.f / sqr(distance);
   }
   /// False where the point is at the light, so that there is no direction.
-  bool valid() const { return inverse_distance2 > 0 && std::isfinite(inverse_distance2); }
-
-  /// The light of a point that shines this way with `intensity`; nullopt where there is none.
-  std::optional<DirectSample> from_point(const Rgb& intensity) const {
-    const Rgb radiance = intensity * inverse_distance2;
-    if (is_black(radiance) || !is_finite(radiance)) return std::nullopt;
-    return DirectSample{d, distance, 1, radiance, true};
+  wide::formulas::MaskOf<F> valid() const {
+    return inverse_distance2 > 0.f && inverse_distance2 < HUGE_VALF;
   }
 };
+
+/// The light of a point that shines one way with `intensity`; nullopt where there is none.
+inline std::optional<DirectSample> light_from_point(const TowardLight<Vec3>& toward,
+                                                    const Rgb& intensity) {
+  const Rgb radiance = intensity * toward.inverse_distance2;
+  if (!toward.valid() || is_black(radiance) || !is_finite(radiance)) return std::nullopt;
+  return DirectSample{toward.d, toward.distance, 1, radiance, true};
+}
+
+/// Samples i, i + 1 ... of a block; where not `valid`, there are none.
+inline void store_direct(const DirectBlock& out, size_t i, const TowardLight<wide::Vec3>& toward,
+                         wide::Mask valid, wide::Float pdf, wide::Rgb radiance, bool is_delta) {
+  select(valid, toward.d, wide::Vec3(0.f, 0.f, 1.f)).store(out.d, i);
+  select(valid, toward.distance, kInfinity).store(out.distance + i);
+  select(valid, pdf).store(out.pdf + i);
+  select(valid, radiance).store(out.radiance, i);
+  select(valid, is_delta ? 1.f : 0.f).store(out.is_delta + i);
+}
+/// light_from_point for samples i, i + 1 ... of a block.
+inline void store_light_from_point(const DirectBlock& out, size_t i,
+                                   const TowardLight<wide::Vec3>& toward, wide::Rgb intensity) {
+  const wide::Rgb radiance = intensity * toward.inverse_distance2;
+  const wide::Mask valid = toward.valid() & !is_black(radiance) & is_finite(radiance);
+  store_direct(out, i, toward, valid, 1.f, radiance, true);
+}
 
 }  // namespace kinome

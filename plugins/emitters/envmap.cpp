@@ -73,6 +73,9 @@ Image read_image(const std::string& path, const Properties& props) {
   if (image.width < 1 || image.height < 1 || !(is_rgb || image.channel_count() == 1)) {
     throw Error(Location{path}, "must have the channels R, G, B, or a single one");
   }
+  if (size_t(image.width) * size_t(image.height) > SphericalMap::kMostTexels) {
+    throw Error(Location{path}, "must have at most 2^28 texels");
+  }
   std::vector<std::string> unused;
   for (size_t c = is_rgb ? 3 : 1; c < image.channels.size(); ++c) {
     unused.push_back("channel " + image.channels[c]);
@@ -226,6 +229,16 @@ class EnvironmentMap final : public Emitter {
       map_.eval_block(std::span(local.data(), count), radiance.data() + first,
                       pdf.empty() ? nullptr : pdf.data() + first);
     }
+  }
+
+  void sample_direct_block(const Columns3& /*p*/, const Columns2& u, size_t count,
+                           const DirectBlock& out) const override {
+    map_.sample_columns(to_world_, u, count, out);
+  }
+
+  void eval_environment_block(const Columns3& d, size_t count, const Columns3& radiance,
+                              float* pdf) const override {
+    map_.eval_columns(to_local_, d, count, radiance, pdf);
   }
 
   /// Point i stands for cell i of a SpherePartition that turns with the map. All light of a cell is

@@ -33,8 +33,14 @@ class PointLight final : public Emitter {
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
-    const TowardLight light(p, position_);
-    return light.valid() ? light.from_point(intensity_) : std::nullopt;
+    return light_from_point(TowardLight(p, position_), intensity_);
+  }
+  void sample_direct_block(const Columns3& p, const Columns2& /*u*/, size_t count,
+                           const DirectBlock& out) const override {
+    wide::for_lanes(count, [&](size_t i) {
+      const TowardLight light(wide::Vec3::load(p, i), wide::Vec3(position_));
+      store_light_from_point(out, i, light, intensity_);
+    });
   }
 
   std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,

@@ -59,17 +59,38 @@ class Projector final : public Emitter {
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
     const TowardLight light(p, frame_.origin);
-    if (!light.valid()) return std::nullopt;
     const Vec3 d = frame_.to_local(-light.d);
-    const auto uv = place_of(d);
-    return uv ? light.from_point(intensity(*uv, d.z)) : std::nullopt;
+    const auto place = place_of(d);
+    if (!place.is_lit) return std::nullopt;
+    return light_from_point(light, intensity(irradiance_.at(place.uv), d.z));
+  }
+  void sample_direct_block(const Columns3& p, const Columns2& /*u*/, size_t count,
+                           const DirectBlock& out) const override {
+    const wide::ScratchColumns scratch(3, count);
+    const Columns2 uv = scratch.two(0);
+    float* const cosine = scratch[2];
+    const auto toward_lanes = [&](size_t i) {
+      return TowardLight(wide::Vec3::load(p, i), wide::Vec3(frame_.origin));
+    };
+    wide::for_lanes(count, [&](size_t i) {
+      const wide::Vec3 d = frame_.to_local(-toward_lanes(i).d);
+      const auto place = place_of(d);
+      select(place.is_lit, place.uv).store(uv, i);
+      select(place.is_lit, d.z).store(cosine + i);
+    });
+    const wide::ColorInput::Columns irradiance(irradiance_, uv, count);
+    wide::for_lanes(count, [&](size_t i) {
+      const wide::Float z = wide::Float::load(cosine + i);
+      const wide::Rgb shone = select(z > 0.f, intensity(irradiance[i], z));
+      store_light_from_point(out, i, toward_lanes(i), shone);
+    });
   }
 
   std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
     const Vec3 local = frame_.to_local(d);
-    const auto uv = place_of(local);
-    if (!uv) return EmissionDensity{};
-    return EmissionDensity{direction_pdf(flux().pdf(*uv), 1 / local.z), 0};
+    const auto place = place_of(local);
+    if (!place.is_lit) return EmissionDensity{};
+    return EmissionDensity{direction_pdf(flux().pdf(place.uv), 1 / local.z), 0};
   }
 
   /// Directions are drawn by their flux, which is even where the image is: equal areas of the plane
@@ -80,7 +101,7 @@ class Projector final : public Emitter {
     if (!place) return std::nullopt;
     const Vec2 plane = (Vec2(1) - 2.f * place->uv) * half_size_;
     const float inverse_cosine = glm::length(Vec3(plane, 1));
-    const Rgb shone = intensity(place->uv, 1 / inverse_cosine);
+    const Rgb shone = intensity(irradiance_.at(place->uv), 1 / inverse_cosine);
     if (is_black(shone)) return std::nullopt;
     EmissionSample sample;
     sample.o = frame_.origin;
@@ -95,12 +116,18 @@ class Projector final : public Emitter {
     std::call_once(flux_made_, [this] { flux_.emplace(make_flux_grid()); });
     return *flux_;
   }
+  template <class F>
+  struct Place {
+    wide::formulas::Vec2Of<F> uv;
+    wide::formulas::MaskOf<F> is_lit;
+  };
   /// Of the image, that light along the unit vector d (in the projector's frame) shows.
-  std::optional<Vec2> place_of(const Vec3& d) const {
-    if (!(d.z > 0)) return std::nullopt;
-    const Vec2 uv = Vec2(0.5f) - Vec2(d.x, d.y) / (2 * d.z * half_size_);
-    if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1)) return std::nullopt;
-    return uv;
+  template <class V>
+  Place<wide::formulas::NumberOf<V>> place_of(const V& d) const {
+    using F = wide::formulas::NumberOf<V>;
+    const F u = 0.5f - d.x / (2.f * d.z * half_size_.x);
+    const F v = 0.5f - d.y / (2.f * d.z * half_size_.y);
+    return {{u, v}, d.z > 0.f && u >= 0.f && u <= 1.f && v >= 0.f && v <= 1.f};
   }
   /// Per solid angle, from that per area of the image.
   float direction_pdf(float image_pdf, float inverse_cosine) const {
@@ -108,15 +135,16 @@ class Projector final : public Emitter {
            inverse_cosine;
   }
 
-  /// Toward a place of the image at an angle to the axis. Its cube is what makes the plane z = 1
-  /// show the image as it is: 1 / distance² and the receiving cosine.
-  Rgb intensity(const Vec2& uv, float cosine) const {
-    return irradiance_->eval(uv) * (kPi * scale_ / (cosine * cosine * cosine));
+  /// Toward a place of the image, that shows `irradiance`, at an angle to the axis. Its cube is what
+  /// makes the plane z = 1 show the image as it is: 1 / distance² and the receiving cosine.
+  template <class V, class F>
+  V intensity(const V& irradiance, F cosine) const {
+    return irradiance * (kPi * scale_ / (cosine * cosine * cosine));
   }
 
   FluxGrid make_flux_grid() const {
     const auto flux = [this](const Vec2& uv) {
-      return scale_ * luminance(glm::abs(irradiance_->eval(uv)));
+      return scale_ * luminance(glm::abs(irradiance_.at(uv)));
     };
     if (irradiance_->is_uniform()) return FluxGrid({1, 1}, 1, flux);
     // At twice the image's resolution, or a multiple, its interpolation is bilinear in every cell.
@@ -134,7 +162,7 @@ class Projector final : public Emitter {
   }
 
   LightFrame frame_;
-  std::shared_ptr<Texture> irradiance_;
+  wide::ColorInput irradiance_;
   float scale_;
   Vec2 half_size_{1.f};  ///< of the image at z = 1
   /// Made when the first ray of light is asked for: direct light doesn't need it.

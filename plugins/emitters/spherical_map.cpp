@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 
 namespace kinome {
@@ -30,55 +29,6 @@ SineMoments sine_moments(double a, double b, double origin) {
   const double zeroth = std::cos(a) - std::cos(b);
   const double theta = std::sin(b) - b * std::cos(b) - std::sin(a) + a * std::cos(a);
   return {zeroth, theta - origin * zeroth};
-}
-
-/// In the form that is positive where a and b are, however different they are.
-inline float lerp(float a, float b, float t) {
-  return a * (1 - t) + b * t;
-}
-
-/// atan2 by the polynomial of Moshier's Cephes library (atanf): within 2e-7 relative of the truth,
-/// also near 0, and a third of the time of the standard one.
-inline float fast_atan2(float y, float x) {
-  const float ax = std::abs(x), ay = std::abs(y);
-  const float large = std::max({ax, ay, std::numeric_limits<float>::min()});
-  const float small = std::min(ax, ay);
-  const bool is_reduced = small > 0.414213562f * large;  // tan(pi / 8)
-  const float t = is_reduced ? (small - large) / (small + large) : small / large;
-  const float z = t * t;
-  const float p =
-      ((8.05374449538e-2f * z - 1.38776856032e-1f) * z + 1.99777106478e-1f) * z - 3.33329491539e-1f;
-  float angle = (is_reduced ? kPi / 4 : 0) + (p * z * t + t);
-  angle = ay > ax ? kPi / 2 - angle : angle;
-  angle = x < 0 ? kPi - angle : angle;
-  return std::copysign(angle, y);
-}
-
-/// s in [0, 1] of density proportional to a (1 - s) + b s.
-float sample_line(float a, float b, float u) {
-  // The root of (b - a) s² / 2 + a s = u (a + b) / 2 in its form without cancellation.
-  const float root = std::sqrt(lerp(a * a, b * b, u));
-  return a + root > 0 ? std::min(u * (a + b) / (a + root), 1.f) : u;
-}
-
-/// t in [0, 1] of density proportional to (a (1 - t) + b t) (p (1 - t) + q t), none negative.
-float sample_product(float a, float b, float p, float q, float u) {
-  const float d0 = a * p, d1 = 0.5f * (a * q + b * p), d2 = b * q;  // Bernstein coefficients
-  const float target = u * (d0 + d1 + d2) / 3;
-  const float c2 = d1 - d0, c3 = (d0 - 2 * d1 + d2) / 3;
-  float lo = 0, hi = 1;
-  float t = sample_line(d0, d2, u);  // exact where p = q
-  for (int i = 0; i < 32; ++i) {     // Newton, kept in a bracket: mostly one or two steps
-    const float error = ((c3 * t + c2) * t + d0) * t - target;
-    if (error == 0) return t;
-    (error > 0 ? hi : lo) = t;
-    const float slope = (3 * c3 * t + 2 * c2) * t + d0;
-    float next = t - error / slope;
-    if (std::abs(next - t) <= 1e-6f * t) return std::clamp(next, lo, hi);
-    if (!(next > lo && next < hi)) next = 0.5f * (lo + hi);
-    t = next;
-  }
-  return t;
 }
 
 }  // namespace
@@ -166,138 +116,9 @@ void SphericalMap::set_weights(bool compensate) {
   patches_ = GridDistribution(width_, height_ - 1, std::move(patches));
 }
 
-SphericalMap::Place SphericalMap::locate(const Vec3& d) const {
-  const float sin_theta = std::sqrt(d.x * d.x + d.z * d.z);
-  const float theta = fast_atan2(sin_theta, d.y);
-  const auto columns = static_cast<float>(width_);
-  float x = fast_atan2(d.x, -d.z) * (0.5f * kInvPi) * columns - 0.5f;
-  if (x < 0) x += columns;
-  const auto rows = static_cast<float>(height_ - 1);
-  const float y = theta * kInvPi * rows;
-  // A direction that is not a number stays one in s and t, and reads no memory but the map's: no
-  // comparison holds for NaN, whose conversion to int is undefined.
-  const int column = x >= 0 && x < columns ? static_cast<int>(x) : x > 0 ? width_ - 1 : 0;
-  const int row_index = y >= 0 && y < rows ? static_cast<int>(y) : y > 0 ? height_ - 2 : 0;
-  return {row(row_index) + column, row_index, std::min(x - static_cast<float>(column), 1.f),
-          std::min(y - static_cast<float>(row_index), 1.f), sin_theta};
-}
-
-float SphericalMap::sine_ratio(int i, float t, float sin_theta) const {
-  // Near a pole both are proportional to the angle to it (the error is of its square).
-  if (sin_theta < 1e-3f && (i == 0 || i + 2 == height_)) return sines_[1] / row_angle_;
-  return lerp(sines_[i], sines_[i + 1], t) / sin_theta;
-}
-
-Rgb SphericalMap::radiance_at(const Place& at) const {
-  // Four floats at a time, the weight along with the colour.
-  using Float4 = float __attribute__((vector_size(16)));
-  static_assert(sizeof(Texel) == sizeof(Float4));
-  const auto load = [](const Texel* texel) {
-    Float4 v;
-    std::memcpy(&v, texel, sizeof v);
-    return v;
-  };
-  const Texel* const top = at.texel;
-  const Texel* const bottom = at.texel + width_ + 1;
-  const Float4 upper = load(top) * (1 - at.s) + load(top + 1) * at.s;
-  const Float4 lower = load(bottom) * (1 - at.s) + load(bottom + 1) * at.s;
-  const Float4 value = upper * (1 - at.t) + lower * at.t;
-  return {value[0], value[1], value[2]};
-}
-
-float SphericalMap::pdf_at(const Place& at) const {
-  const Texel* const top = at.texel;
-  const Texel* const bottom = at.texel + width_ + 1;
-  const float weight = lerp(lerp(top[0].weight, top[1].weight, at.s),
-                            lerp(bottom[0].weight, bottom[1].weight, at.s), at.t);
-  return weight * sine_ratio(at.row, at.t, at.sin_theta);
-}
-
-Rgb SphericalMap::eval(const Vec3& d) const {
-  return radiance_at(locate(d));
-}
-
-float SphericalMap::pdf(const Vec3& d) const {
-  return pdf_at(locate(d));
-}
-
-void SphericalMap::eval_block(std::span<const Vec3> d, Rgb* radiance, float* pdf) const {
-  std::array<Place, kBlock> places;
-  for (size_t i = 0; i < d.size(); ++i) {
-    places[i] = locate(d[i]);
-    __builtin_prefetch(places[i].texel);
-    __builtin_prefetch(places[i].texel + width_ + 1);
-  }
-  for (size_t i = 0; i < d.size(); ++i) {
-    radiance[i] = radiance_at(places[i]);
-    if (pdf) pdf[i] = pdf_at(places[i]);
-  }
-}
-
-void SphericalMap::eval_places(std::span<const Vec2> places, Rgb* radiance) const {
-  std::array<Place, kBlock> found;
-  for (size_t i = 0; i < places.size(); ++i) {
-    const int column = std::clamp(static_cast<int>(places[i].x), 0, width_ - 1);
-    const int row_index = std::clamp(static_cast<int>(places[i].y), 0, height_ - 2);
-    found[i] = {row(row_index) + column, row_index, places[i].x - static_cast<float>(column),
-                places[i].y - static_cast<float>(row_index), 0};
-    __builtin_prefetch(found[i].texel);
-    __builtin_prefetch(found[i].texel + width_ + 1);
-  }
-  for (size_t i = 0; i < places.size(); ++i) radiance[i] = radiance_at(found[i]);
-}
-
 void SphericalMap::copy_texels(int row_index, int first, std::span<Rgb> radiance) const {
   const Texel* const texels = row(row_index) + first;
   for (size_t i = 0; i < radiance.size(); ++i) radiance[i] = texels[i].radiance;
-}
-
-SphericalMap::Sample SphericalMap::sample_patch(const GridDistribution::Cell& patch) const {
-  const auto i = static_cast<int>(patch.row);
-  const Texel* const top = row(i) + patch.column;
-  const Texel* const bottom = top + width_ + 1;
-  const float t = sample_product(top[0].weight + top[1].weight, bottom[0].weight + bottom[1].weight,
-                                 sines_[i], sines_[i + 1], patch.u.y);
-  const float left = lerp(top[0].weight, bottom[0].weight, t);
-  const float right = lerp(top[1].weight, bottom[1].weight, t);
-  const float s = sample_line(left, right, patch.u.x);
-
-  // From the nearer pole: there sin theta keeps its relative precision.
-  const float from_north = (static_cast<float>(i) + t) * row_angle_;
-  const float from_south = (static_cast<float>(height_ - 2 - i) + (1 - t)) * row_angle_;
-  const bool is_north = from_north < from_south;
-  const float from_pole = is_north ? from_north : from_south;
-  const float sin_theta = std::sin(from_pole), height = std::cos(from_pole);
-  const float phi = (static_cast<float>(patch.column) + s + 0.5f) * (2 * kPi / width_);
-  Sample sample;
-  sample.d =
-      Vec3(std::sin(phi) * sin_theta, is_north ? height : -height, -std::cos(phi) * sin_theta);
-  sample.radiance = radiance_at({top, i, s, t, sin_theta});
-  sample.pdf = lerp(left, right, s) * sine_ratio(i, t, sin_theta);
-  return sample;
-}
-
-std::optional<SphericalMap::Sample> SphericalMap::sample(const Vec2& u) const {
-  if (!(patches_.total() > 0)) return std::nullopt;
-  const Sample sample = sample_patch(patches_.sample(u));
-  return sample.pdf > 0 ? std::optional(sample) : std::nullopt;
-}
-
-void SphericalMap::sample_block(std::span<const Vec2> u, Sample* samples) const {
-  if (!(patches_.total() > 0)) {
-    std::fill(samples, samples + u.size(), Sample{});
-    return;
-  }
-  std::array<GridDistribution::Cell, kBlock> cells;
-  for (size_t i = 0; i < u.size(); ++i) cells[i] = patches_.start(u[i]);
-  for (size_t i = 0; i < u.size(); ++i) patches_.prefetch(cells[i]);
-  for (size_t i = 0; i < u.size(); ++i) {
-    patches_.finish(cells[i]);
-    const Texel* const top = row(static_cast<int>(cells[i].row)) + cells[i].column;
-    __builtin_prefetch(top);
-    __builtin_prefetch(top + width_ + 1);
-  }
-  for (size_t i = 0; i < u.size(); ++i) samples[i] = sample_patch(cells[i]);
 }
 
 void SphericalMap::integrate_ring(double theta0, double theta1,

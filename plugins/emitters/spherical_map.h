@@ -4,11 +4,13 @@
 #include <span>
 #include <vector>
 
+#include "kinome/blocks.h"
 #include "kinome/color.h"
 #include "kinome/distribution.h"
 #include "kinome/image.h"
 #include "kinome/light_points.h"
 #include "kinome/sphere_partition.h"
+#include "kinome/wide/vectors.h"
 
 namespace kinome {
 
@@ -22,7 +24,8 @@ namespace kinome {
 /// angle, but for a factor (linear interpolation of sin theta between rows) / sin theta, which
 /// stays within (pi / H)² / 8 of 1 and lets the patch be sampled by inverting polynomials. Density
 /// and radiance thus vanish at the same places, and no texel leaks at the poles.
-/// Immutable; thread-safe. Directions are unit vectors.
+/// Immutable; thread-safe. Directions are unit vectors. Made in spherical_map.cpp; its points, one
+/// and many at a time, are in spherical_map_points.cpp.
 class SphericalMap {
  public:
   /// The first three channels of `image` (or its one), all finite. `compensate`: Karlík et al.
@@ -44,6 +47,16 @@ class SphericalMap {
   /// nullopt for a black map.
   std::optional<Sample> sample(const Vec2& u) const;
 
+  /// Of an image: floats of texels are counted in int32_t.
+  static constexpr size_t kMostTexels = size_t{1} << 28;
+
+  /// By columns, for directions in the space that to_local or to_world, a rotation or reflection,
+  /// leads from or to. pdf may be nullptr; one of 0 stands for nullopt.
+  void eval_columns(const glm::mat3& to_local, const Columns3& d, size_t count,
+                    const Columns3& radiance, float* pdf) const;
+  void sample_columns(const glm::mat3& to_world, const Columns2& u, size_t count,
+                      const DirectBlock& out) const;
+
   /// The same for up to kBlock at a time, equal to the last bit. What one needs from memory is
   /// fetched while others are worked on: the tables of a usual map exceed the caches.
   static constexpr size_t kBlock = 64;
@@ -63,22 +76,41 @@ class SphericalMap {
     Rgb radiance;
     float weight;
   };
-  /// Where a direction lies: the patch's upper left texel, and its coordinates in the patch.
+  /// Where a direction lies: the patch's upper left texel, its row, and coordinates in the patch.
+  template <class F>
   struct Place {
-    const Texel* texel;
-    int row;
-    float s;
-    float t;
-    float sin_theta;
+    wide::formulas::IntOf<F> texel;
+    wide::formulas::IntOf<F> row;
+    F s;
+    F t;
+    F sin_theta;
+  };
+  template <class F>
+  struct Drawn {
+    Place<F> place;
+    wide::formulas::VecOf<F> d;
+    F pdf;
   };
   void fill(const Image& image, float scale);
   void set_weights(bool compensate);
-  Place locate(const Vec3& d) const;
-  Rgb radiance_at(const Place& at) const;
-  float pdf_at(const Place& at) const;
-  Sample sample_patch(const GridDistribution::Cell& patch) const;
+  template <class F>
+  Place<F> locate(const wide::formulas::VecOf<F>& d) const;
+  template <class F>
+  Drawn<F> draw(wide::formulas::IntOf<F> row, wide::formulas::IntOf<F> column,
+                const wide::formulas::Vec2Of<F>& u) const;
   /// Interpolated sin theta, relative to the true one.
-  float sine_ratio(int row, float t, float sin_theta) const;
+  template <class F>
+  F sine_ratio(const Place<F>& at) const;
+  /// Radiance and, as the fourth, weight.
+  using Float4 = float __attribute__((vector_size(16)));
+  Float4 interpolate(size_t texel, float s, float t) const;
+  struct Interpolated {
+    wide::Rgb radiance;
+    wide::Float weight;
+  };
+  Interpolated interpolate_lanes(const uint32_t* texel, const float* s, const float* t) const;
+  void prefetch(uint32_t texel) const;
+  Sample sample_patch(const GridDistribution::Cell& patch) const;
   const Texel* row(int i) const { return texels_.data() + static_cast<size_t>(i) * (width_ + 1); }
   void integrate_ring(double theta0, double theta1, std::vector<glm::vec4>& columns) const;
 

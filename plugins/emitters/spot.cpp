@@ -21,6 +21,7 @@
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "kinome/warp.h"
+#include "kinome/wide/functions.h"
 
 namespace kinome {
 namespace {
@@ -90,8 +91,26 @@ class Spot final : public Emitter {
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
     const TowardLight light(p, frame_.origin);
-    if (!light.valid()) return std::nullopt;
-    return light.from_point(intensity_toward(frame_.to_local(-light.d)));
+    return light_from_point(light, intensity_toward(frame_.to_local(-light.d)));
+  }
+  void sample_direct_block(const Columns3& p, const Columns2& /*u*/, size_t count,
+                           const DirectBlock& out) const override {
+    const wide::ScratchColumns scratch(3, count);
+    const Columns2 uv = scratch.two(0);
+    float* const falloff = scratch[2];
+    const auto toward_lanes = [&](size_t i) {
+      return TowardLight(wide::Vec3::load(p, i), wide::Vec3(frame_.origin));
+    };
+    wide::for_lanes(count, [&](size_t i) {
+      const auto beam = beam_toward(frame_.to_local(-toward_lanes(i).d));
+      beam.falloff.store(falloff + i);
+      beam.uv.store(uv, i);
+    });
+    const wide::ColorInput::Columns texture(texture_, uv, count);
+    wide::for_lanes(count, [&](size_t i) {
+      const wide::Float share = wide::Float::load(falloff + i);
+      store_light_from_point(out, i, toward_lanes(i), wide::Rgb(intensity_) * share * texture[i]);
+    });
   }
 
   /// Directions are drawn by their flux from a grid over the cone, through a map that keeps areas.
@@ -128,15 +147,29 @@ class Spot final : public Emitter {
     return *flux_;
   }
 
+  template <class F>
+  struct Beam {
+    F falloff;  ///< of the intensity; 0 outside
+    wide::formulas::Vec2Of<F> uv;
+  };
   /// d is a unit vector in the light's own frame.
+  template <class V>
+  Beam<wide::formulas::NumberOf<V>> beam_toward(const V& d) const {
+    using namespace wide::formulas;
+    using F = NumberOf<V>;
+    // Not by the cosine, which can't tell small angles apart.
+    const F theta = atan2(sqrt(d.x * d.x + d.y * d.y), d.z);
+    const MaskOf<F> is_lit = d.z >= surely_dark_cosine_ && theta <= cutoff_;
+    const F falloff =
+        select(theta <= beam_width_, F(1.f), (cutoff_ - theta) / (cutoff_ - beam_width_));
+    const F scale = 0.5f / (d.z * tan_cutoff_);
+    return {select(is_lit, falloff),
+            {select(is_lit, 0.5f + scale * d.x), select(is_lit, 0.5f + scale * d.y)}};
+  }
   Rgb intensity_toward(const Vec3& d) const {
     if (d.z < surely_dark_cosine_) return Rgb(0.f);
-    // Not by the cosine, which can't tell small angles apart.
-    const float theta = std::atan2(std::sqrt(d.x * d.x + d.y * d.y), d.z);
-    if (theta > cutoff_) return Rgb(0.f);
-    const float falloff = theta <= beam_width_ ? 1 : (cutoff_ - theta) / (cutoff_ - beam_width_);
-    const Vec2 uv = Vec2(0.5f) + 0.5f / (d.z * tan_cutoff_) * Vec2(d.x, d.y);
-    return intensity_ * falloff * texture_->eval(uv);
+    const auto beam = beam_toward(d);
+    return beam.falloff > 0 ? intensity_ * beam.falloff * texture_.at(beam.uv) : Rgb(0.f);
   }
 
   /// From the unit square to the cone, uniformly by solid angle.
@@ -168,7 +201,7 @@ class Spot final : public Emitter {
   float cap_height_;  ///< 1 - cos(cutoff)
   float surely_dark_cosine_;
   float tan_cutoff_;
-  std::shared_ptr<Texture> texture_;
+  wide::ColorInput texture_;
   /// Made when the first ray of light is asked for: direct light doesn't need it.
   mutable std::once_flag flux_made_;
   mutable std::optional<FluxGrid> flux_;

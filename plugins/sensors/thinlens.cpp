@@ -9,6 +9,7 @@
 #include "camera.h"
 #include "kinome/plugin.h"
 #include "kinome/warp.h"
+#include "kinome/wide/functions.h"
 
 namespace kinome {
 namespace {
@@ -37,15 +38,20 @@ class ThinLens : public Sensor {
   }
 
   Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
-    const Vec2 lens = aperture_radius_ * square_to_disk_concentric(aperture);
-    const Vec2 sharp = focus_distance_ * plane_.at(film_position);
-    const Vec3 d = glm::normalize(Vec3(sharp - lens, focus_distance_));
-    Ray ray;
-    ray.o = to_world_.point(Vec3(lens, 0.f));
-    ray.d = glm::normalize(to_world_.vector(d));
-    ray.tmin = clip_.near / d.z;
-    ray.tmax = clip_.far / d.z;
-    return ray;
+    return ray<float>(film_position, aperture).one();
+  }
+  void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
+                        RayHit16* out) const override {
+    make_rays(*this, film_position, aperture, count, out);
+  }
+  template <class F>
+  CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>& aperture) const {
+    using namespace wide::formulas;
+    const auto lens = aperture_radius_ * warp::square_to_disk_concentric(aperture);
+    const auto sharp = focus_distance_ * plane_.at(film_position);
+    const VecOf<F> d = normalize(VecOf<F>(sharp.x - lens.x, sharp.y - lens.y, F(focus_distance_)));
+    return {place(to_world_, VecOf<F>(lens.x, lens.y, F(0.f))), normalize(turn(to_world_, d)),
+            clip_.near / d.z, clip_.far / d.z};
   }
   bool needs_aperture_sample() const override { return true; }
 

@@ -8,7 +8,7 @@
 #include <array>
 
 #include "kinome/plugin.h"
-#include "kinome/shape.h"
+#include "kinome/wide/mesh.h"
 #include "shape_parameters.h"
 
 namespace kinome {
@@ -29,9 +29,9 @@ const std::array<Face, 6> kFaces = {{
     {{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},
 }};
 
-class Cube final : public MeshShape {
+class Cube final : public wide::Mesh {
  public:
-  explicit Cube(const Properties& props) : MeshShape(props) {
+  explicit Cube(const Properties& props) : Mesh(props) {
     for (const Face& face : kFaces) {
       const auto first = static_cast<uint32_t>(mesh_.positions.size());
       for (const Vec2 uv : {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)}) {

@@ -50,30 +50,31 @@ class Cylinder final : public Shape {
   Aabb bounds() const override { return bounds_; }
 
   bool intersect(const Ray& ray, float& t, Hit& hit) const override {
-    const DoubleRay local = space_.to_local(ray);
-    double t0 = 0;
-    double t1 = 0;
-    if (!unit_ball_roots<2>(local, t0, t1)) return false;
-    const auto between_ends = [&](double at) {
-      const double z = local.o.z + at * local.d.z;
-      return z >= 0 && z <= 1;
-    };
-    if (!first_root(t0, t1, ray, t, between_ends)) return false;
+    t = first_hit(ray.o, ray.d, ray.tmin, ray.tmax);
+    if (!(t < kInfinity)) return false;
+    const auto local = space_.to_local(ray.o, ray.d);
     const DVec3 p = local.o + local.d * static_cast<double>(t);
-    hit.ng = Vec3(space_.normal_to_world({p.x, p.y, 0}) * sign_);
+    hit.ng = Vec3(space_.normal_to_world(DVec3(p.x, p.y, 0)) * sign_);
     hit.u = 0;
     hit.v = 0;
     return true;
   }
+  void intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out) const override {
+    intersect_lanes(rays, valid, out, [this](const auto& o, const auto& d, auto tmin, auto tmax) {
+      return first_hit(o, d, tmin, tmax);
+    });
+  }
 
   SurfaceInteraction interaction(const Ray& ray, const Hit& /*hit*/) const override {
-    const DoubleRay line = space_.to_local(ray);
-    const DVec3 hit = line.o + line.d * static_cast<double>(ray.tmax);
-    const double r = std::hypot(hit.x, hit.y);
-    SurfaceInteraction si = surface_at({hit.x / r, hit.y / r, 0}, hit.z);
-    si.t = ray.tmax;
-    si.wi = si.frame.to_local(glm::normalize(-ray.d));
-    return si;
+    return interact(ray, [this](const auto&... line) { return hit_at(line...); });
+  }
+  void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
+    interact_lanes(rays, out, [this](const auto&... line) { return hit_at(line...); });
+  }
+
+  void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
+                             float* pdf) const override {
+    wide::store_solid_angle_densities(p, points, area(), pdf);
   }
 
   float area() const override {
@@ -86,7 +87,7 @@ class Cylinder final : public Shape {
     const DVec3 radial(std::cos(phi), std::sin(phi), 0);
     // From the point itself: a ray of floats would miss a cylinder that is thin beside its distance
     // from the origin.
-    SurfaceInteraction si = surface_at(radial, u.y);
+    SurfaceInteraction si = wide::interaction_of(surface_at(radial, double{u.y}));
     si.shape = this;
     si.t = 1;
     si.wi = si.frame.to_local(Vec3(space_.normal_to_world(radial)));
@@ -94,20 +95,38 @@ class Cylinder final : public Shape {
   }
 
  private:
+  template <class V, class F>
+  F first_hit(const V& o, const V& d, F tmin, F tmax) const {
+    const auto line = space_.to_local(o, d);
+    return first_root(unit_ball_roots<2>(line), tmin, tmax, [&](const auto& at) {
+      const auto z = line.o.z + at * line.d.z;
+      return z >= 0.0 && z <= 1.0;
+    });
+  }
+
+  template <class V, class F>
+  ShapePoint<F> hit_at(const V& o, const V& d, F t) const {
+    using D = DoubleOf<F>;
+    const auto line = space_.to_local(o, d);
+    const auto hit = line.o + line.d * to_double(t);
+    const D r = sqrt(hit.x * hit.x + hit.y * hit.y);
+    return surface_at(DVecOf<D>(hit.x / r, hit.y / r, D(0.0)), hit.z);
+  }
+
   /// Of the point of the unit cylinder at `z` in the unit direction `radial` from its axis: all but
-  /// t, shape and wi.
-  SurfaceInteraction surface_at(const DVec3& radial, double z) const {
+  /// wi.
+  template <class V, class D>
+  ShapePoint<FloatOf<D>> surface_at(const V& radial, D z) const {
     constexpr double two_pi = 2 * std::numbers::pi;
-    SurfaceInteraction si;
-    si.primitive = 0;
-    si.p = Vec3(space_.point_to_world({radial.x, radial.y, z}));
-    si.p_error = surface_error(si.p, extent_);
-    si.n = Vec3(space_.normal_to_world(radial) * sign_);
-    si.uv = Vec2(turn(radial.x, radial.y), std::clamp(z, 0., 1.));
-    si.dp_du = Vec3(space_.vector_to_world(two_pi * DVec3(-radial.y, radial.x, 0)));
-    si.dp_dv = Vec3(space_.vector_to_world({0, 0, 1}));
-    si.frame = Frame::from_normal_and_tangent(si.n, si.dp_du);
-    return si;
+    ShapePoint<FloatOf<D>> point;
+    point.p = to_float(space_.point_to_world(V(radial.x, radial.y, z)));
+    point.p_error = surface_error(point.p, extent_);
+    point.n = to_float(space_.normal_to_world(radial) * sign_);
+    point.uv = {turn(radial.x, radial.y), to_float(min(max(z, D(0.0)), D(1.0)))};
+    point.dp_du = to_float(space_.vector_to_world(V(-radial.y, radial.x, D(0.0)) * two_pi));
+    point.dp_dv = to_float(space_.vector_to_world(V(D(0.0), D(0.0), D(1.0))));
+    point.frame = FrameOf<VecOf<FloatOf<D>>>::from_normal_and_tangent(point.n, point.dp_du);
+    return point;
   }
   static glm::dmat4 unit_cylinder_to_world(const Properties& props) {
     const Vec3 p0 = props.vector("p0");

@@ -23,7 +23,7 @@ class Disk final : public Shape {
  public:
   explicit Disk(const Properties& props)
       : Shape(props), space_(glm::dmat4(to_world_of(props).matrix())) {
-    n_ = Vec3(space_.normal_to_world({0, 0, 1}) * (props.boolean("flip_normals") ? -1. : 1.));
+    n_ = Vec3(space_.normal_to_world(DVec3(0, 0, 1)) * (props.boolean("flip_normals") ? -1. : 1.));
     // A point cos(a) x + sin(a) y reaches furthest along an axis at hypot of its components.
     const glm::dmat3& m = space_.linear();
     const DVec3 reach = glm::sqrt(m[0] * m[0] + m[1] * m[1]);
@@ -34,41 +34,29 @@ class Disk final : public Shape {
   Aabb bounds() const override { return bounds_; }
 
   bool intersect(const Ray& ray, float& t, Hit& hit) const override {
-    const DoubleRay local = space_.to_local(ray);
-    const double root = -local.o.z / local.d.z;
-    const auto inside = [&](double at) {
-      const double x = local.o.x + at * local.d.x;
-      const double y = local.o.y + at * local.d.y;
-      return x * x + y * y <= 1;
-    };
-    // A parallel ray has a root that is infinite or not a number: no hit either way.
-    if (!std::isfinite(root) || !first_root(root, root, ray, t, inside)) return false;
+    t = first_hit(ray.o, ray.d, ray.tmin, ray.tmax);
+    if (!(t < kInfinity)) return false;
     hit.ng = n_;
     hit.u = 0;
     hit.v = 0;
     return true;
   }
+  void intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out) const override {
+    intersect_lanes(rays, valid, out, [this](const auto& o, const auto& d, auto tmin, auto tmax) {
+      return first_hit(o, d, tmin, tmax);
+    });
+  }
 
   SurfaceInteraction interaction(const Ray& ray, const Hit& /*hit*/) const override {
-    constexpr double pi = std::numbers::pi;
-    const DoubleRay line = space_.to_local(ray);
-    DVec3 local = line.o + line.d * static_cast<double>(ray.tmax);
-    local.z = 0;
-    const double r = std::hypot(local.x, local.y);
-    const DVec3 radial = r > 0 ? local / r : DVec3(1, 0, 0);
+    return interact(ray, [this](const auto&... line) { return hit_at(line...); });
+  }
+  void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
+    interact_lanes(rays, out, [this](const auto&... line) { return hit_at(line...); });
+  }
 
-    SurfaceInteraction si;
-    si.t = ray.tmax;
-    si.primitive = 0;
-    si.p = Vec3(space_.point_to_world(local));
-    si.p_error = surface_error(si.p, extent_);
-    si.n = n_;
-    si.uv = Vec2(std::min(r, 1.), turn(local.x, local.y));
-    si.dp_du = Vec3(space_.vector_to_world(radial));
-    si.dp_dv = Vec3(space_.vector_to_world(2 * pi * DVec3(-local.y, local.x, 0)));
-    si.frame = Frame::from_normal_and_tangent(si.n, si.dp_du);
-    si.wi = si.frame.to_local(glm::normalize(-ray.d));
-    return si;
+  void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
+                             float* pdf) const override {
+    wide::store_solid_angle_densities(p, points, area(), pdf);
   }
 
   float area() const override {
@@ -78,11 +66,46 @@ class Disk final : public Shape {
 
   SurfaceInteraction sample_surface(const Vec2& u) const override {
     const Vec2 local = square_to_disk_concentric(u);
-    return interaction_at(*this, space_.point_to_world({local.x, local.y, 0}),
+    return interaction_at(*this, space_.point_to_world(DVec3(local.x, local.y, 0)),
                           DVec3(n_) * glm::length(space_.linear()[0]));
   }
 
  private:
+  template <class V, class F>
+  F first_hit(const V& o, const V& d, F tmin, F tmax) const {
+    using D = DoubleOf<F>;
+    const auto line = space_.to_local(o, d);
+    const D root = -line.o.z / line.d.z;
+    // A parallel ray has a root that is infinite or not a number: no hit either way.
+    return first_root(Roots<D>{root, root, is_finite(root)}, tmin, tmax, [&](const auto& at) {
+      const D x = line.o.x + at * line.d.x;
+      const D y = line.o.y + at * line.d.y;
+      return x * x + y * y <= 1.0;
+    });
+  }
+
+  template <class V, class F>
+  ShapePoint<F> hit_at(const V& o, const V& d, F t) const {
+    using D = DoubleOf<F>;
+    using DV = DVecOf<D>;
+    constexpr double pi = std::numbers::pi;
+    const auto line = space_.to_local(o, d);
+    DV local = line.o + line.d * to_double(t);
+    local.z = D(0.0);
+    const D r = sqrt(local.x * local.x + local.y * local.y);
+    const DV radial = select(r > 0.0, local / r, DV(D(1.0), D(0.0), D(0.0)));
+
+    ShapePoint<F> point;
+    point.p = to_float(space_.point_to_world(local));
+    point.p_error = surface_error(point.p, extent_);
+    point.n = V(n_);
+    point.uv = {to_float(min(r, D(1.0))), turn(local.x, local.y)};
+    point.dp_du = to_float(space_.vector_to_world(radial));
+    point.dp_dv = to_float(space_.vector_to_world(DV(-local.y, local.x, D(0.0)) * (2 * pi)));
+    point.frame = FrameOf<VecOf<F>>::from_normal_and_tangent(point.n, point.dp_du);
+    return point;
+  }
+
   LocalSpace space_;
   Vec3 n_{0, 0, 1};
   Aabb bounds_;

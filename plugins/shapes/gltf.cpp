@@ -16,7 +16,7 @@
 #include "gltf_accessor.h"
 #include "kinome/log.h"
 #include "kinome/plugin.h"
-#include "kinome/shape.h"
+#include "kinome/wide/mesh.h"
 #include "mesh_file.h"
 #include "shape_parameters.h"
 
@@ -322,9 +322,9 @@ class GltfReader {
   std::set<std::string> unused_;
 };
 
-class Gltf final : public MeshShape {
+class Gltf final : public wide::Mesh {
  public:
-  explicit Gltf(const Properties& props) : MeshShape(props) {
+  explicit Gltf(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
     const tinygltf::Model model = parse_gltf(file);
     GltfReader reader(file, model, props.boolean("flip_tex_coords"));

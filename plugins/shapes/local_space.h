@@ -1,16 +1,22 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
 #include "kinome/math.h"
 #include "kinome/ray.h"
+#include "kinome/wide/doubles.h"
+#include "kinome/wide/surface_point.h"
 
 namespace kinome {
 
 using DVec3 = glm::dvec3;
+using namespace wide::formulas;
 
-struct DoubleRay {
-  DVec3 o, d;
+/// A ray in double precision, double or wide::Double.
+template <class D>
+struct LocalLine {
+  DVecOf<D> o, d;
 };
 
 /// The space of an analytic shape, mapped to world space. In double precision: rays, centres and
@@ -21,14 +27,34 @@ class LocalSpace {
   explicit LocalSpace(const glm::dmat4& to_world)
       : linear_(to_world), offset_(to_world[3]), inverse_(glm::inverse(glm::dmat3(to_world))) {}
 
-  DoubleRay to_local(const Ray& ray) const {
-    return {inverse_ * (DVec3(ray.o) - offset_), inverse_ * DVec3(ray.d)};
+  /// Of single precision.
+  template <class V>
+  auto to_local(const V& o, const V& d) const {
+    return LocalLine<DoubleOf<NumberOf<V>>>{inverse_ * from_offset(o), inverse_ * to_double(d)};
   }
-  DVec3 point_to_world(const DVec3& p) const { return linear_ * p + offset_; }
-  DVec3 vector_to_world(const DVec3& v) const { return linear_ * v; }
-  DVec3 vector_to_local(const DVec3& v) const { return inverse_ * v; }
+  /// The vector from the space's origin to a place of single precision, in world space.
+  template <class V>
+  auto from_offset(const V& p) const {
+    const auto exact = to_double(p);
+    return exact - decltype(to_double(p))(offset_);
+  }
+  template <class V>
+  V point_to_world(const V& p) const {
+    return linear_ * p + V(offset_);
+  }
+  template <class V>
+  V vector_to_world(const V& v) const {
+    return linear_ * v;
+  }
+  template <class V>
+  V vector_to_local(const V& v) const {
+    return inverse_ * v;
+  }
   /// Unit.
-  DVec3 normal_to_world(const DVec3& n) const { return glm::normalize(n * inverse_); }
+  template <class V>
+  V normal_to_world(const V& n) const {
+    return normalize(n * inverse_);
+  }
   const glm::dmat3& linear() const { return linear_; }
   const DVec3& offset() const { return offset_; }
 
@@ -42,47 +68,93 @@ class LocalSpace {
 /// of a ray's origin moved from it: each coordinate is rounded twice, by at most u = 2^-24 of
 /// itself, which makes 2 sqrt(3) u M < 4 u M; doubled. `extent` (the largest coordinate of shape or
 /// centre) covers the double arithmetic, where p lies near the origin but its shape does not.
-inline float surface_error(const Vec3& p, double extent) {
-  return 8 * 0x1p-24f * max_component(glm::abs(p)) + static_cast<float>(1e-13 * extent);
+template <class V>
+NumberOf<V> surface_error(const V& p, double extent) {
+  return 8 * 0x1p-24f * max_component(abs(p)) + static_cast<float>(1e-13 * extent);
 }
 
-/// The first of t0 <= t1 in [tmin, tmax] that `accept` agrees to, as float; false where none.
-template <class Accept>
-bool first_root(double t0, double t1, const Ray& ray, float& t, const Accept& accept) {
-  for (const double root : {t0, t1}) {
-    const auto rounded = static_cast<float>(root);
-    if (root >= ray.tmin && rounded <= ray.tmax && accept(root)) {
-      t = rounded;
-      return true;
-    }
-  }
-  return false;
+/// Where a line meets a quadric: t0 <= t1 where there is such a place.
+template <class D>
+struct Roots {
+  D t0, t1;
+  MaskOf<D> exist;
+};
+
+/// The first of the roots in [tmin, tmax] that `accept` agrees to, as float; infinite where none.
+template <class D, class Accept>
+FloatOf<D> first_root(const Roots<D>& roots, FloatOf<D> tmin, FloatOf<D> tmax,
+                      const Accept& accept) {
+  const auto is_hit = [&](D root) {
+    return roots.exist && root >= to_double(tmin) && to_float(root) <= tmax && accept(root);
+  };
+  const FloatOf<D> far = select(is_hit(roots.t1), to_float(roots.t1), FloatOf<D>(kInfinity));
+  return select(is_hit(roots.t0), to_float(roots.t0), far);
 }
 
-/// Roots of |o + t d|² = 1 over the first `dimensions` coordinates, in order; false where the line
-/// misses. The discriminant is taken from the point of the line nearest to the centre, which
-/// doesn't cancel where the origin is far away (Haines et al. 2019).
-template <int dimensions>
-bool unit_ball_roots(const DoubleRay& ray, double& t0, double& t1) {
-  glm::vec<dimensions, double> o, d;
-  for (int i = 0; i < dimensions; ++i) {
-    o[i] = ray.o[i];
-    d[i] = ray.d[i];
-  }
-  const double a = glm::dot(d, d);
-  if (!(a > 0)) return false;
-  const double b = glm::dot(o, d);
+/// Where |o + t d|² = 1 over the first `dimensions` coordinates. The discriminant is taken from the
+/// point of the line nearest to the centre, which doesn't cancel where the origin is far away
+/// (Haines et al. 2019).
+template <int dimensions, class D>
+Roots<D> unit_ball_roots(const LocalLine<D>& line) {
+  auto o = line.o, d = line.d;
+  if constexpr (dimensions == 2) o.z = d.z = D(0.0);
+  const D a = dot(d, d);
+  const D b = dot(o, d);
   const auto nearest = o - d * (b / a);
-  const double discriminant = a * (1 - glm::dot(nearest, nearest));
-  if (!(discriminant >= 0)) return false;
+  const D discriminant = a * (1.0 - dot(nearest, nearest));
+  const MaskOf<D> exist = a > 0.0 && discriminant >= 0.0;
+  if (none(exist)) return {0.0, 0.0, exist};
   // |o|² - 1 as a product, so that an origin on the surface keeps its digits.
-  const double length = glm::length(o);
-  const double c = (length - 1) * (length + 1);
-  const double q = -(b + std::copysign(std::sqrt(discriminant), b));
-  t0 = q / a;
-  t1 = q != 0 ? c / q : t0;
-  if (t0 > t1) std::swap(t0, t1);
-  return true;
+  const D distance = length(o);
+  const D c = (distance - 1.0) * (distance + 1.0);
+  const D q = -(b + copysign(sqrt(discriminant), b));
+  const D t0 = q / a;
+  const D t1 = select(q != 0.0, c / q, t0);
+  return {min(t0, t1), max(t0, t1), exist};
+}
+
+/// The lanes of 16 rays that are on, by find(o, d, tmin, tmax): the nearest hit, infinite: none.
+template <class Find>
+void intersect_lanes(const Ray16& rays, const int* valid, ShapeHit16& out, const Find& find) {
+  using wide::Float;
+  for (size_t i = 0; i < 16; i += wide::kLanes) {
+    const wide::Mask is_on = wide::Int::load(valid + i) != 0;
+    Float t = kInfinity;
+    if (any(is_on)) {
+      const wide::Vec3 o(Float::load(rays.ox + i), Float::load(rays.oy + i),
+                         Float::load(rays.oz + i));
+      const wide::Vec3 d(Float::load(rays.dx + i), Float::load(rays.dy + i),
+                         Float::load(rays.dz + i));
+      t = select(is_on, find(o, d, Float::load(rays.tmin + i), Float::load(rays.tmax + i)), t);
+    }
+    t.store(out.t + i);
+    Float(0.f).store(out.u + i);
+    Float(0.f).store(out.v + i);
+    wide::Uint(0u).store(out.primitive + i);
+  }
+}
+
+/// Interactions of a block by point(o, d, t): a ShapePoint without wi, where a ray hits.
+template <class Point>
+void interact_lanes(const RayHit16* rays, const SurfaceBlock& out, const Point& point) {
+  wide::for_lanes(out.count, [&](size_t i) {
+    const wide::GatheredRays ray(rays, out.ray + i);
+    const wide::Vec3 d = ray.d();
+    auto at = point(ray.o(), d, ray.tmax());
+    at.wi = at.frame.to_local(normalize(-d));
+    store(at, out, i);
+    wide::Uint(0u).store(out.primitive + i);
+  });
+}
+
+/// The same of one ray.
+template <class Point>
+SurfaceInteraction interact(const Ray& ray, const Point& point) {
+  auto at = point(ray.o, ray.d, ray.tmax);
+  at.wi = at.frame.to_local(glm::normalize(-ray.d));
+  SurfaceInteraction si = wide::interaction_of(at);
+  si.t = ray.tmax;
+  return si;
 }
 
 /// The interaction at a point that lies on the shape: as a ray along -n would find it. n is about as
@@ -99,9 +171,10 @@ SurfaceInteraction interaction_at(const AnalyticShape& shape, const DVec3& p, co
 }
 
 /// uv.x of an angle: 0 to 1, counterclockwise from +x.
-inline double turn(double x, double y) {
-  const double phi = std::atan2(y, x) / (2 * std::numbers::pi);
-  return phi < 0 ? phi + 1 : phi;
+template <class D>
+FloatOf<D> turn(D x, D y) {
+  const D phi = atan2(y, x) / (2 * std::numbers::pi);
+  return to_float(select(phi < 0.0, phi + 1.0, phi));
 }
 
 /// True where the columns of the linear part are orthogonal and of one length, to float's accuracy.

@@ -13,7 +13,7 @@
 
 #include "kinome/log.h"
 #include "kinome/plugin.h"
-#include "kinome/shape.h"
+#include "kinome/wide/mesh.h"
 #include "mesh_file.h"
 #include "shape_parameters.h"
 
@@ -253,9 +253,9 @@ class VertexMerger {
   bool any_uvs_ = false;
 };
 
-class Obj final : public MeshShape {
+class Obj final : public wide::Mesh {
  public:
-  explicit Obj(const Properties& props) : MeshShape(props) {
+  explicit Obj(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
     const std::string text = read_mesh_file(file);
     std::string_view lines = text;

@@ -14,7 +14,7 @@
 
 #include "kinome/log.h"
 #include "kinome/plugin.h"
-#include "kinome/shape.h"
+#include "kinome/wide/mesh.h"
 #include "mesh_file.h"
 #include "shape_parameters.h"
 
@@ -305,9 +305,9 @@ TriangleMesh read_body(Source source, const PlyHeader& header, bool flip_v) {
   return mesh;
 }
 
-class Ply final : public MeshShape {
+class Ply final : public wide::Mesh {
  public:
-  explicit Ply(const Properties& props) : MeshShape(props) {
+  explicit Ply(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
     const std::string bytes = read_mesh_file(file);
     const PlyHeader header = read_ply_header(file, bytes);

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "kinome/plugin.h"
-#include "kinome/shape.h"
+#include "kinome/wide/mesh.h"
 #include "shape_parameters.h"
 
 namespace kinome {
@@ -15,9 +15,9 @@ namespace {
 
 constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kNestedBsdf, kNestedEmitter};
 
-class Rectangle final : public MeshShape {
+class Rectangle final : public wide::Mesh {
  public:
-  explicit Rectangle(const Properties& props) : MeshShape(props) {
+  explicit Rectangle(const Properties& props) : Mesh(props) {
     mesh_.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
     mesh_.normals.assign(4, Vec3(0, 0, 1));
     mesh_.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -32,6 +32,24 @@ class Rectangle final : public MeshShape {
     hit.u = std::abs(u.x - u.y);
     hit.v = u.x >= u.y ? u.y : 1 - u.y;
     return sampled_at(hit);
+  }
+  /// The place is linear in u and v.
+  void sample_solid_angle_block(const Columns3& p, const Columns2& u, size_t count,
+                                const SurfaceSampleBlock& out) const override {
+    const SurfaceInteraction corner = sample_surface(Vec2(0.f));
+    const wide::Vec3 origin(mesh_.positions[0]), n(corner.n), sn(corner.frame.n);
+    const wide::Vec3 along_u(mesh_.positions[1] - mesh_.positions[0]);
+    const wide::Vec3 along_v(mesh_.positions[3] - mesh_.positions[0]);
+    const float whole = area();
+    wide::for_lanes(count, [&](size_t i) {
+      const wide::Vec2 uv = wide::Vec2::load(u, i);
+      const wide::Vec3 place = origin + along_u * uv.x + along_v * uv.y;
+      const wide::Vec3 to = place - wide::Vec3::load(p, i);
+      place.store(out.p, i);
+      sn.store(out.sn, i);
+      uv.store(out.uv, i);
+      wide::formulas::solid_angle_density(to, n, whole).store(out.pdf + i);
+    });
   }
 };
 

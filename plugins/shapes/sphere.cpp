@@ -45,24 +45,25 @@ class Sphere final : public Shape {
   }
 
   bool intersect(const Ray& ray, float& t, Hit& hit) const override {
-    const DoubleRay local = space_.to_local(ray);
-    double t0 = 0;
-    double t1 = 0;
-    if (!unit_ball_roots<3>(local, t0, t1)) return false;
-    if (!first_root(t0, t1, ray, t, [](double) { return true; })) return false;
+    t = first_hit(ray.o, ray.d, ray.tmin, ray.tmax);
+    if (!(t < kInfinity)) return false;
+    const auto local = space_.to_local(ray.o, ray.d);
     hit.ng = Vec3(space_.normal_to_world(local.o + local.d * static_cast<double>(t)));
     hit.u = 0;
     hit.v = 0;
     return true;
   }
+  void intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out) const override {
+    intersect_lanes(rays, valid, out, [this](const auto& o, const auto& d, auto tmin, auto tmax) {
+      return first_hit(o, d, tmin, tmax);
+    });
+  }
 
   SurfaceInteraction interaction(const Ray& ray, const Hit& /*hit*/) const override {
-    const DoubleRay line = space_.to_local(ray);
-    SurfaceInteraction si =
-        surface_at(glm::normalize(line.o + line.d * static_cast<double>(ray.tmax)));
-    si.t = ray.tmax;
-    si.wi = si.frame.to_local(glm::normalize(-ray.d));
-    return si;
+    return interact(ray, [this](const auto&... line) { return hit_at(line...); });
+  }
+  void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
+    interact_lanes(rays, out, [this](const auto&... line) { return hit_at(line...); });
   }
 
   float area() const override {
@@ -73,81 +74,141 @@ class Sphere final : public Shape {
     return sampled_at(glm::normalize(DVec3(square_to_uniform_sphere(u))));
   }
 
-  /// Uniform over the solid angle that the sphere covers: its cone from outside, all directions
-  /// from inside.
   std::optional<SurfaceSample> sample_solid_angle(const Vec3& p, const Vec2& u) const override {
-    const DVec3 offset = DVec3(p) - space_.offset();
-    const double distance = glm::length(offset);
-    const bool is_inside = distance <= radius_;
-    const double height = is_inside ? 2 : cone_height(distance);
-    // Around the direction toward the centre; any will do at the centre itself.
-    const DVec3 axis = distance > 0 ? -offset / distance : DVec3(0, 0, 1);
-    const double depth = static_cast<double>(u.y) * height;  // 1 - cos(theta)
-    const double cosine = 1 - depth;
-    const double sine = std::sqrt(depth * (2 - depth));
-    // Of the triangle of p, the centre and the sphere's point: the angle at the point, which is
-    // obtuse for the near side seen from outside; then the angle at the centre, from p.
-    const double sin_point = std::min(sine * distance / radius_, 1.);
-    const double cos_point = std::sqrt(1 - sin_point * sin_point) * (is_inside ? 1 : -1);
-    const double cos_centre = sine * sin_point - cosine * cos_point;
-    const double sin_centre = sine * cos_point + cosine * sin_point;
-    const Frame frame = Frame::from_normal(Vec3(axis));
-    const double phi = 2 * std::numbers::pi * static_cast<double>(u.x);
-    const DVec3 n = (DVec3(frame.s) * std::cos(phi) + DVec3(frame.t) * std::sin(phi)) * sin_centre -
-                    axis * cos_centre;
-    SurfaceSample sample;
-    sample.si = sampled_at(glm::normalize(space_.vector_to_local(n)));
-    sample.pdf = static_cast<float>(1 / (2 * std::numbers::pi * height));
+    const auto drawn = draw(p, u);
+    const SurfaceSample sample{sampled_at(drawn.local), drawn.pdf};
     if (sample.si.p == p) return std::nullopt;
     return sample;
   }
+  void sample_solid_angle_block(const Columns3& p, const Columns2& u, size_t count,
+                                const SurfaceSampleBlock& out) const override {
+    wide::for_lanes(count, [&](size_t i) {
+      const auto from = wide::Vec3::load(p, i);
+      const auto drawn = draw(from, wide::Vec2::load(u, i));
+      const auto point = surface_at(drawn.local);
+      store(point.p, out.p, i);
+      store(point.frame.n, out.sn, i);
+      store(point.uv, out.uv, i);
+      const auto is_at_point =
+          point.p.x == from.x && point.p.y == from.y && point.p.z == from.z;
+      select(is_at_point, 0.f, drawn.pdf).store(out.pdf + i);
+    });
+  }
 
   float pdf_solid_angle(const Vec3& p, const SurfaceInteraction& si) const override {
-    const DVec3 offset = DVec3(p) - space_.offset();
-    const double distance = glm::length(offset);
-    if (distance <= radius_) return kUniformSpherePdf;
-    // The far side is never sampled. Rounding may put a point of the rim behind it.
-    const double beyond = glm::dot(DVec3(si.p) - space_.offset(), offset) - radius_ * radius_;
-    if (beyond < -4 * static_cast<double>(si.p_error) * distance) return 0;
-    return static_cast<float>(1 / (2 * std::numbers::pi * cone_height(distance)));
+    return density(p, si.p, si.p_error);
+  }
+  void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
+                             float* pdf) const override {
+    wide::for_lanes(points.count, [&](size_t i) {
+      density(wide::Vec3::load(p, i), wide::Vec3::load(points.p, i),
+              wide::Float::load(points.p_error + i))
+          .store(pdf + i);
+    });
   }
 
  private:
-  /// Of the point of the unit sphere in `local` (unit): all but t, shape and wi.
-  SurfaceInteraction surface_at(const DVec3& local) const {
-    constexpr double pi = std::numbers::pi;
-    const double sin_theta = std::hypot(local.x, local.y);
-    const double cos_phi = sin_theta > 0 ? local.x / sin_theta : 1;
-    const double sin_phi = sin_theta > 0 ? local.y / sin_theta : 0;
+  /// A point of the unit sphere as seen from p, with its density per solid angle at p.
+  template <class D>
+  struct Drawn {
+    DVecOf<D> local;
+    FloatOf<D> pdf;
+  };
 
-    SurfaceInteraction si;
-    si.primitive = 0;
-    si.p = Vec3(space_.point_to_world(local));
-    si.p_error = surface_error(si.p, extent_);
-    si.n = Vec3(space_.normal_to_world(local) * (flip_ ? -1. : 1.));
-    si.uv = Vec2(turn(local.x, local.y), std::atan2(sin_theta, local.z) / pi);
-    si.dp_du = Vec3(space_.vector_to_world(2 * pi * DVec3(-local.y, local.x, 0)));
-    si.dp_dv =
-        Vec3(space_.vector_to_world(pi * DVec3(local.z * cos_phi, local.z * sin_phi, -sin_theta)));
-    si.frame = Frame::from_normal_and_tangent(si.n, si.dp_du);
-    return si;
+  template <class V, class F>
+  F first_hit(const V& o, const V& d, F tmin, F tmax) const {
+    return first_root(unit_ball_roots<3>(space_.to_local(o, d)), tmin, tmax,
+                      [](const auto&) { return true; });
   }
+
+  template <class V, class F>
+  ShapePoint<F> hit_at(const V& o, const V& d, F t) const {
+    const auto line = space_.to_local(o, d);
+    return surface_at(normalize(line.o + line.d * to_double(t)));
+  }
+
+  /// Of the point of the unit sphere in `local` (unit): all but wi.
+  template <class V>
+  ShapePoint<FloatOf<NumberOf<V>>> surface_at(const V& local) const {
+    using D = NumberOf<V>;
+    constexpr double pi = std::numbers::pi;
+    const D sin_theta = sqrt(local.x * local.x + local.y * local.y);
+    const MaskOf<D> has_angle = sin_theta > 0.0;
+    const D cos_phi = select(has_angle, local.x / sin_theta, D(1.0));
+    const D sin_phi = select(has_angle, local.y / sin_theta, D(0.0));
+
+    ShapePoint<FloatOf<D>> point;
+    point.p = to_float(space_.point_to_world(local));
+    point.p_error = surface_error(point.p, extent_);
+    point.n = to_float(space_.normal_to_world(local) * (flip_ ? -1. : 1.));
+    point.uv = {turn(local.x, local.y), to_float(atan2(sin_theta, local.z) / pi)};
+    point.dp_du = to_float(space_.vector_to_world(V(-local.y, local.x, D(0.0)) * (2 * pi)));
+    point.dp_dv = to_float(
+        space_.vector_to_world(V(local.z * cos_phi, local.z * sin_phi, -sin_theta) * pi));
+    point.frame = FrameOf<VecOf<FloatOf<D>>>::from_normal_and_tangent(point.n, point.dp_du);
+    return point;
+  }
+
   /// The same as a ray from outside along the normal would find it. From the point itself: a ray of
   /// floats would miss a sphere that is small beside its distance from the origin.
   SurfaceInteraction sampled_at(const DVec3& local) const {
-    SurfaceInteraction si = surface_at(local);
+    SurfaceInteraction si = wide::interaction_of(surface_at(local));
     si.shape = this;
     si.t = 1;
     si.wi = si.frame.to_local(Vec3(space_.normal_to_world(local)));
     return si;
   }
 
+  /// Uniform over the solid angle that the sphere covers: its cone from outside, all directions
+  /// from inside.
+  template <class V, class V2>
+  Drawn<DoubleOf<NumberOf<V>>> draw(const V& p, const V2& u) const {
+    using F = NumberOf<V>;
+    using D = DoubleOf<F>;
+    using DV = DVecOf<D>;
+    const DV offset = space_.from_offset(p);
+    const D distance = length(offset);
+    const MaskOf<D> is_inside = distance <= radius_;
+    const D height = select(is_inside, D(2.0), cone_height(distance));
+    // Around the direction toward the centre; any will do at the centre itself.
+    const DV axis = select(distance > 0.0, -offset / distance, DV(D(0.0), D(0.0), D(1.0)));
+    const D depth = to_double(u.y) * height;  // 1 - cos(theta)
+    const D cosine = 1.0 - depth;
+    const D sine = sqrt(depth * (2.0 - depth));
+    // Of the triangle of p, the centre and the sphere's point: the angle at the point, which is
+    // obtuse for the near side seen from outside; then the angle at the centre, from p.
+    const D sin_point = min(sine * distance / radius_, D(1.0));
+    const D cos_point = sqrt(1.0 - sin_point * sin_point) * select(is_inside, D(1.0), D(-1.0));
+    const D cos_centre = sine * sin_point - cosine * cos_point;
+    const D sin_centre = sine * cos_point + cosine * sin_point;
+    const auto frame = FrameOf<VecOf<F>>::from_normal(to_float(axis));
+    D sin_phi, cos_phi;
+    sincos(2 * std::numbers::pi * to_double(u.x), sin_phi, cos_phi);
+    const DV n = (to_double(frame.s) * cos_phi + to_double(frame.t) * sin_phi) * sin_centre -
+                 axis * cos_centre;
+    return {normalize(space_.vector_to_local(n)), to_float(1.0 / (2 * std::numbers::pi * height))};
+  }
+
+  /// Of draw(p) at a point of the sphere.
+  template <class V, class F>
+  F density(const V& p, const V& point, F p_error) const {
+    using D = DoubleOf<F>;
+    const auto offset = space_.from_offset(p);
+    const D distance = length(offset);
+    // The far side is never sampled. Rounding may put a point of the rim behind it.
+    const D beyond = dot(space_.from_offset(point), offset) - radius_ * radius_;
+    const MaskOf<D> is_behind = beyond < -4.0 * to_double(p_error) * distance;
+    const F outside = to_float(1.0 / (2 * std::numbers::pi * cone_height(distance)));
+    return select(distance <= radius_, F(kUniformSpherePdf), select(is_behind, F(0.f), outside));
+  }
+
   /// 1 - cos of the half-angle that the sphere covers from a distance to its centre beyond its
   /// radius; without cancellation, however far or near that is.
-  double cone_height(double distance) const {
-    const double ratio = radius_ / distance;
-    const double cosine = std::sqrt((distance - radius_) * (distance + radius_)) / distance;
-    return ratio * ratio / (1 + cosine);
+  template <class D>
+  D cone_height(D distance) const {
+    const D ratio = radius_ / distance;
+    const D cosine = sqrt((distance - radius_) * (distance + radius_)) / distance;
+    return ratio * ratio / (1.0 + cosine);
   }
 
   static glm::dmat4 unit_sphere_to_world(const Properties& props) {

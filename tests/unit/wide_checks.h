@@ -50,6 +50,7 @@ KINOME_WIDE_CHECKS(number);
 KINOME_WIDE_CHECKS(integer);
 KINOME_WIDE_CHECKS(vector);
 KINOME_WIDE_CHECKS(function);
+KINOME_WIDE_CHECKS(double);
 
 /// `what` (a stream of values, such as a << ' ' << b) is told where the condition doesn't hold.
 #define KINOME_CHECK(condition, what)               \

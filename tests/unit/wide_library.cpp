@@ -7,7 +7,8 @@ const std::vector<WideCheck>& all_checks() {
   static const std::vector<WideCheck> all = [] {
     std::vector<WideCheck> list;
     for (const auto& group :
-         {number_checks(), integer_checks(), vector_checks(), function_checks()}) {
+         {number_checks(), integer_checks(), vector_checks(), function_checks(),
+          double_checks()}) {
       list.insert(list.end(), group.begin(), group.end());
     }
     return list;

@@ -48,6 +48,21 @@ class KINOME_EXPORT GridDistribution {
     cell.column = find(column_cdf(cell.row), column_guide(cell.row), column_guide_size_, cell.u.x);
   }
 
+  /// What sample() reads, for those who invert many numbers at once (kinome/wide/distribution.h).
+  struct Tables {
+    const float* row_cdf;
+    const uint32_t* row_guide;
+    uint32_t row_guide_size;
+    const float* column_cdf;       ///< rows x columns
+    const uint32_t* column_guide;  ///< rows x (column_guide_size + 1)
+    uint32_t column_guide_size;
+    uint32_t columns;
+  };
+  Tables tables() const {
+    return {row_cdf_.data(),      row_guide_.data(),  row_guide_size_, column_cdf_.data(),
+            column_guide_.data(), column_guide_size_, columns_};
+  }
+
  private:
   /// First entry of `cdf` above u (entries are the ends of their cells); u becomes its place in the
   /// cell. Guide: for each k of a power of two, the first entry above k / size.

@@ -81,8 +81,19 @@ class KINOME_EXPORT Shape : public Object {
   std::shared_ptr<Emitter> emitter_;
 };
 
+/// A mesh as functions over its points read it: of positions and normals, up to a value beyond the
+/// end. Owns nothing.
+struct MeshArrays {
+  const float* positions;     ///< three of each vertex
+  const float* normals;       ///< likewise; nullptr: none
+  const float* uvs;           ///< two of each vertex; nullptr: none
+  const uint32_t* triangles;  ///< three vertices of each
+  float side;                 ///< the largest of the bounds
+  bool flip;                  ///< whether the geometric normal is the other one than the winding says
+};
+
 /// Base of all shapes made of triangles. A subclass fills `mesh_` in its constructor, in object
-/// space, then calls finish().
+/// space, then calls finish(). wide::Mesh (kinome/wide/mesh.h) adds interactions by blocks.
 class KINOME_EXPORT MeshShape : public Shape {
  public:
   const TriangleMesh* mesh() const override { return &mesh_; }
@@ -101,6 +112,8 @@ class KINOME_EXPORT MeshShape : public Shape {
               bool flip_normals);
   /// What sample_surface gives for a place on a triangle.
   SurfaceInteraction sampled_at(const Hit& hit) const;
+  /// Once finished.
+  MeshArrays arrays() const;
   TriangleMesh mesh_;
 
  private:

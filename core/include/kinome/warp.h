@@ -41,6 +41,16 @@ V3 square_to_cosine_hemisphere(const V2& u) {
   return {p.x, p.y, max(safe_sqrt(1.f - dot(p, p)), F(1e-7f))};
 }
 
+template <class V3, class V2>
+V3 square_to_uniform_sphere(const V2& u) {
+  using std::cos, std::sin;
+  using F = std::remove_cvref_t<decltype(u.x)>;
+  // r from 1 - z² = 4 v (1 - v): no cancellation near the poles.
+  const F r = 2.f * safe_sqrt(u.y * (1.f - u.y));
+  const F phi = (2 * kPi) * u.x;
+  return {r * cos(phi), r * sin(phi), 1.f - 2.f * u.y};
+}
+
 template <class V3, class V2, class F>
 V3 square_to_cosine_power(const V2& u, F n) {
   using std::cos, std::exp, std::expm1, std::log, std::sin;
@@ -90,10 +100,7 @@ inline constexpr float kUniformHemispherePdf = 0.5f * kInvPi;
 
 /// Uniform over the sphere: density 1/(4 pi) per solid angle.
 inline Vec3 square_to_uniform_sphere(const Vec2& u) {
-  // r from 1 - z² = 4 v (1 - v): no cancellation near the poles.
-  const float r = 2 * safe_sqrt(u.y * (1 - u.y));
-  const float phi = 2 * kPi * u.x;
-  return {r * std::cos(phi), r * std::sin(phi), 1 - 2 * u.y};
+  return warp::square_to_uniform_sphere<Vec3>(u);
 }
 inline constexpr float kUniformSpherePdf = 0.25f * kInvPi;
 

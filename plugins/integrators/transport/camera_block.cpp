@@ -18,7 +18,7 @@ void CameraBlock::begin(const PixelSamples& samples, RenderCounters& counters) {
 }
 
 void CameraBlock::end(const PixelSamples& samples, Tile& tile) {
-  camera_.find_alpha(samples, alpha_);
+  if (values_.size() > 3) camera_.find_alpha(samples, alpha_);
   film_.add(samples, camera_.film_position(), values_, tile.film);
 }
 

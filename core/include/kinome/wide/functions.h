@@ -164,15 +164,19 @@ inline Float cosine(Float r) {
                  mul_add(z, -0.5f, 1.f));
 }
 
+/// Of k pi/2 + r.
+inline void sincos(const Quadrant& x, Float& s, Float& c) {
+  const Float a = sine(x.r), b = cosine(x.r);
+  const Mask swapped = (x.k & 1) == 1;
+  s = as_float(as_int(select(swapped, b, a)) ^ shift_left<30>(x.k & 2));
+  c = as_float(as_int(select(swapped, a, b)) ^ shift_left<30>((x.k + 1) & 2));
+}
+
 }  // namespace detail
 
 /// To 2^-23 for |x| <= 8000; sines of |x| < 0.5 to 1 ulp. The sign of 0 is lost.
 inline void sincos(Float x, Float& s, Float& c) {
-  const auto [r, k] = detail::quadrant(x);
-  const Float a = detail::sine(r), b = detail::cosine(r);
-  const Mask swapped = (k & 1) == 1;
-  s = as_float(as_int(select(swapped, b, a)) ^ shift_left<30>(k & 2));
-  c = as_float(as_int(select(swapped, a, b)) ^ shift_left<30>((k + 1) & 2));
+  detail::sincos(detail::quadrant(x), s, c);
 }
 /// As sincos.
 inline Float sin(Float x) {

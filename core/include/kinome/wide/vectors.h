@@ -89,6 +89,18 @@ KINOME_WIDE Vec3 operator-(Vec3 a) {
   return {-a.x, -a.y, -a.z};
 }
 
+KINOME_WIDE Vec3 operator*(const glm::mat3& m, Vec3 a) {
+  return {m[0][0] * a.x + m[1][0] * a.y + m[2][0] * a.z,
+          m[0][1] * a.x + m[1][1] * a.y + m[2][1] * a.z,
+          m[0][2] * a.x + m[1][2] * a.y + m[2][2] * a.z};
+}
+/// By the transpose of m.
+KINOME_WIDE Vec3 operator*(Vec3 a, const glm::mat3& m) {
+  return {m[0][0] * a.x + m[0][1] * a.y + m[0][2] * a.z,
+          m[1][0] * a.x + m[1][1] * a.y + m[1][2] * a.z,
+          m[2][0] * a.x + m[2][1] * a.y + m[2][2] * a.z};
+}
+
 KINOME_WIDE Vec2 select(Mask m, Vec2 a, Vec2 b) {
   return {select(m, a.x, b.x), select(m, a.y, b.y)};
 }

@@ -1,0 +1,195 @@
+#pragma once
+
+// What points of meshes are, over F, and the base of meshes that makes them by blocks: compiled in
+// each plugin, for its instruction set.
+
+#include <cstring>
+
+#include "kinome/shape.h"
+#include "kinome/wide/doubles.h"
+#include "kinome/wide/surface_point.h"
+
+namespace kinome::wide {
+inline namespace HWY_NAMESPACE {
+
+/// Three, or two, consecutive values of each lane; of three, the fourth is read, too. By loads and a
+/// transposition: a third of the time of gathers.
+KINOME_WIDE Vec3 gather3(const float* from, Int i) {
+#if HWY_TARGET == HWY_SCALAR
+  return {gather(from, i), gather(from + 1, i), gather(from + 2, i)};
+#else
+  alignas(kColumnAlignment) int32_t at[kLanes];
+  alignas(kColumnAlignment) float values[4 * kLanes];
+  i.store(at);
+  for (size_t lane = 0; lane < kLanes; ++lane) {
+    std::memcpy(values + 4 * lane, from + at[lane], 4 * sizeof(float));
+  }
+  Vec3 v;
+  hn::Vec<FloatTag> unused;
+  hn::LoadInterleaved4(FloatTag(), values, v.x.v, v.y.v, v.z.v, unused);
+  return v;
+#endif
+}
+KINOME_WIDE Vec2 gather2(const float* from, Int i) {
+#if HWY_TARGET == HWY_SCALAR
+  return {gather(from, i), gather(from + 1, i)};
+#else
+  alignas(kColumnAlignment) int32_t at[kLanes];
+  alignas(kColumnAlignment) float values[2 * kLanes];
+  i.store(at);
+  for (size_t lane = 0; lane < kLanes; ++lane) {
+    std::memcpy(values + 2 * lane, from + at[lane], 2 * sizeof(float));
+  }
+  Vec2 v;
+  hn::LoadInterleaved2(FloatTag(), values, v.x.v, v.y.v);
+  return v;
+#endif
+}
+
+namespace formulas {
+
+KINOME_WIDE glm::vec3 gather3(const float* from, std::same_as<int32_t> auto i) {
+  return {from[i], from[i + 1], from[i + 2]};
+}
+KINOME_WIDE glm::vec2 gather2(const float* from, std::same_as<int32_t> auto i) {
+  return {from[i], from[i + 1]};
+}
+
+/// Not normalised, and scaled to edges of length about 1; zero for a degenerate triangle.
+template <class V>
+KINOME_WIDE V face_direction(const V& e1, const V& e2) {
+  const auto scale = max(max_component(abs(e1)), max_component(abs(e2)));
+  return select(scale > 0.f, cross(e1 / scale, e2 / scale));
+}
+
+/// Unit normal of a triangle of two edges; `fallback` where it is degenerate.
+template <class V>
+KINOME_WIDE V face_normal(const V& e1, const V& e2, const V& fallback) {
+  const V normal = cross(e1, e2);
+  const auto length2 = dot(normal, normal);
+  const auto is_ordinary = length2 > 1e-20f && length2 < 1e20f;
+  const V unit = normal / sqrt(length2);
+  if (all(is_ordinary)) return unit;
+  return select(is_ordinary, unit, safe_normalize(face_direction(e1, e2), fallback));
+}
+
+/// Bound on the distance of a computed point, and of rays started near it, from the triangle's
+/// plane. With u = 2^-24 and M the largest coordinate of the vertices: b0 = 1 - b1 - b2 is off by
+/// at most 2u, the three products and two sums by gamma_3 M, the moved origin is rounded once (u),
+/// so each coordinate is off by less than 7 u M, and the distance by sqrt(3) times that: < 13 u M.
+/// Embree's own test subtracts the origin from the vertices and evaluates two dot products of three
+/// terms on them: relative error below 8u of the distance to the vertices (the normal taken as it
+/// is), which is at most sqrt(3) E, E being the largest side of the mesh's bounds, and 2 sqrt(3) M.
+/// Twice the sum is safe against the third-order terms left out. At M = 1 it is 5e-6 at most,
+/// twenty times smaller than a fixed 1e-4; of a small mesh far away, three times less than of one
+/// that reaches from there to the origin. It is no bound for a triangle next to this one whose
+/// coordinates are much larger.
+template <class V>
+KINOME_WIDE auto plane_error(const V& p0, const V& p1, const V& p2, float side) {
+  const auto largest = max(max(max_component(abs(p0)), max_component(abs(p1))),
+                           max_component(abs(p2)));
+  return 0x1p-24f * (26.f * largest + min(56.f * largest, decltype(largest)(28.f * side)));
+}
+
+template <class V>
+struct PartialDerivatives {
+  V du, dv;
+};
+
+/// Of the position by uv: solves du duv_i.x + dv duv_i.y = e_i. A frame where uv is degenerate.
+template <class V, class V2>
+KINOME_WIDE PartialDerivatives<V> position_derivatives(const V& e1, const V& e2, const V2& duv1,
+                                                       const V2& duv2, const V& n) {
+  using F = NumberOf<V>;
+  using D = DoubleOf<F>;
+  // In double, since texture coordinates of neighbours may differ in their last bits only.
+  const D u1 = to_double(duv1.x), v1 = to_double(duv1.y);
+  const D u2 = to_double(duv2.x), v2 = to_double(duv2.y);
+  const D det = u1 * v2 - v1 * u2;
+  const D inverse = 1.0 / det;
+  const auto solve = [&](F a, F b) {
+    const D x = to_double(a), y = to_double(b);
+    return PartialDerivatives<F>{to_float((x * v2 - y * v1) * inverse),
+                                 to_float((y * u1 - x * u2) * inverse)};
+  };
+  const auto x = solve(e1.x, e2.x), y = solve(e1.y, e2.y), z = solve(e1.z, e2.z);
+  const V du(x.du, y.du, z.du), dv(x.dv, y.dv, z.dv);
+  const MaskOf<F> is_regular = det != 0.0 && is_finite(du) && is_finite(dv);
+  if (all(is_regular)) return {du, dv};
+  const auto frame = FrameOf<VecOf<F>>::from_normal(n);
+  return {select(is_regular, du, frame.s), select(is_regular, dv, frame.t)};
+}
+
+/// The point of coordinates b1, b2 on a triangle (three times its number is `first`), seen along d.
+template <class F>
+KINOME_WIDE ShapePoint<F> mesh_point(const MeshArrays& mesh, IntOf<F> first, F b1, F b2,
+                                       const VecOf<F>& d) {
+  using V = VecOf<F>;
+  const F b0 = 1.f - b1 - b2;
+  const IntOf<F> i0 = as_int(gather(mesh.triangles, first));
+  const IntOf<F> i1 = as_int(gather(mesh.triangles + 1, first));
+  const IntOf<F> i2 = as_int(gather(mesh.triangles + 2, first));
+  const IntOf<F> k0 = i0 * 3, k1 = i1 * 3, k2 = i2 * 3;
+  const V p0 = gather3(mesh.positions, k0);
+  const V p1 = gather3(mesh.positions, k1);
+  const V p2 = gather3(mesh.positions, k2);
+  const V e1 = p1 - p0, e2 = p2 - p0;
+
+  ShapePoint<F> point;
+  point.p = b0 * p0 + b1 * p1 + b2 * p2;
+  point.p_error = plane_error(p0, p1, p2, mesh.side);
+  const V backward = safe_normalize(-d, V(F(0.f), F(0.f), F(1.f)));
+  point.n = face_normal(e1, e2, backward);
+  if (mesh.flip) point.n = -point.n;
+
+  if (mesh.uvs) {
+    const Vec2Of<F> uv0 = gather2(mesh.uvs, i0 * 2);
+    const Vec2Of<F> uv1 = gather2(mesh.uvs, i1 * 2);
+    const Vec2Of<F> uv2 = gather2(mesh.uvs, i2 * 2);
+    point.uv = b0 * uv0 + b1 * uv1 + b2 * uv2;
+    const auto partial = position_derivatives(e1, e2, uv1 - uv0, uv2 - uv0, point.n);
+    point.dp_du = partial.du;
+    point.dp_dv = partial.dv;
+  } else {
+    point.uv = {b1, b2};
+    point.dp_du = e1;
+    point.dp_dv = e2;
+  }
+
+  V shading_normal = point.n;
+  if (mesh.normals) {
+    const V interpolated = b0 * gather3(mesh.normals, k0) + b1 * gather3(mesh.normals, k1) +
+                           b2 * gather3(mesh.normals, k2);
+    shading_normal = safe_normalize(interpolated, point.n);
+  }
+  point.frame = FrameOf<VecOf<F>>::from_normal_and_tangent(shading_normal, point.dp_du);
+  point.wi = point.frame.to_local(backward);
+  return point;
+}
+
+}  // namespace formulas
+
+/// Base of meshes in plugins that are built for several instruction sets.
+class Mesh : public MeshShape {
+ public:
+  void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
+    const MeshArrays mesh = arrays();
+    for_lanes(out.count, [&](size_t i) {
+      const GatheredRays ray(rays, out.ray + i);
+      const Uint primitive = ray.primitive();
+      store(formulas::mesh_point<Float>(mesh, as_int(primitive) * 3, ray.u(), ray.v(), ray.d()),
+            out, i);
+      primitive.store(out.primitive + i);
+    });
+  }
+  void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
+                             float* pdf) const override {
+    store_solid_angle_densities(p, points, area(), pdf);
+  }
+
+ protected:
+  using MeshShape::MeshShape;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::wide

@@ -1,0 +1,118 @@
+#pragma once
+
+// Points of surfaces as formulas over F make them, and how they become a SurfaceInteraction or
+// values of a SurfaceBlock.
+
+#include "kinome/blocks.h"
+#include "kinome/interaction.h"
+#include "kinome/wide/vectors.h"
+
+namespace kinome::wide {
+inline namespace HWY_NAMESPACE {
+
+namespace formulas {
+
+/// v / |v| without under- or overflow of |v|²; `fallback` where v is zero or not finite. Edges of
+/// a small mesh scaled by 1e-6 have cross products whose squares are below the smallest float.
+template <class V>
+KINOME_WIDE V safe_normalize(const V& v, const V& fallback) {
+  using F = NumberOf<V>;
+  // Nearly always, and without the wait for a first division.
+  const F length2 = dot(v, v);
+  const MaskOf<F> is_ordinary = length2 > 1e-20f && length2 < 1e20f;
+  const V unit = v / sqrt(length2);
+  if (all(is_ordinary)) return unit;
+  const F scale = max_component(abs(v));
+  const MaskOf<F> is_direction = scale > 0.f && scale < HUGE_VALF;
+  return select(is_ordinary, unit, select(is_direction, normalize(v / scale), fallback));
+}
+
+/// Density, per solid angle at a point, of one of a surface at `to` from there that was chosen
+/// uniformly by area; n is the surface's unit normal. 0 where it is edge-on, or no number at all.
+template <class V>
+KINOME_WIDE auto solid_angle_density(const V& to, const V& n, float area) {
+  const auto distance2 = dot(to, to);
+  const auto distance = sqrt(distance2);
+  const auto projected = abs(dot(n, to)) * area;  // |cos| x distance x area
+  const auto pdf = distance2 / projected * distance;
+  return select(projected > 0.f && is_finite(pdf), pdf);
+}
+
+/// Of SurfaceInteraction, what a shape sets: each as there.
+template <class F>
+struct ShapePoint {
+  VecOf<F> p;
+  F p_error;
+  VecOf<F> n;
+  FrameOf<VecOf<F>> frame;
+  VecOf<F> dp_du, dp_dv;
+  Vec2Of<F> uv;
+  VecOf<F> wi;
+};
+
+}  // namespace formulas
+
+KINOME_WIDE SurfaceInteraction interaction_of(const formulas::ShapePoint<float>& point) {
+  SurfaceInteraction si;
+  si.p = point.p;
+  si.p_error = point.p_error;
+  si.n = point.n;
+  si.frame = point.frame;
+  si.dp_du = point.dp_du;
+  si.dp_dv = point.dp_dv;
+  si.uv = point.uv;
+  si.wi = point.wi;
+  return si;
+}
+
+/// Values i, i + 1 … of the block, all but primitive, ray and shape.
+KINOME_WIDE void store(const formulas::ShapePoint<Float>& point, const SurfaceBlock& out,
+                       size_t i) {
+  point.p.store(out.p, i);
+  point.p_error.store(out.p_error + i);
+  point.n.store(out.n, i);
+  point.frame.s.store(out.s, i);
+  point.frame.t.store(out.t, i);
+  point.frame.n.store(out.sn, i);
+  if (out.dp_du.x) point.dp_du.store(out.dp_du, i);
+  if (out.dp_dv.x) point.dp_dv.store(out.dp_dv, i);
+  point.uv.store(out.uv, i);
+  point.wi.store(out.wi, i);
+}
+
+/// Shape::pdf_solid_angle_block of shapes that are sampled by area.
+inline void store_solid_angle_densities(const Columns3& p, const SurfaceBlock& points, float area,
+                                        float* pdf) {
+  for_lanes(points.count, [&](size_t i) {
+    const Vec3 to = Vec3::load(points.p, i) - Vec3::load(p, i);
+    formulas::solid_angle_density(to, Vec3::load(points.n, i), area).store(pdf + i);
+  });
+}
+
+/// Fields of rays by their numbers, from blocks of 16.
+class GatheredRays {
+ public:
+  KINOME_WIDE GatheredRays(const RayHit16* rays, const uint32_t* numbers)
+      : rays_(*rays), at_(offsets(Int::load(numbers))) {}
+  KINOME_WIDE Vec3 o() const { return gather3(rays_.ray.ox, rays_.ray.oy, rays_.ray.oz); }
+  KINOME_WIDE Vec3 d() const { return gather3(rays_.ray.dx, rays_.ray.dy, rays_.ray.dz); }
+  KINOME_WIDE Float tmax() const { return gather(rays_.ray.tmax, at_); }
+  KINOME_WIDE Float u() const { return gather(rays_.u, at_); }
+  KINOME_WIDE Float v() const { return gather(rays_.v, at_); }
+  KINOME_WIDE Uint primitive() const { return gather(rays_.primitive, at_); }
+
+ private:
+  /// In floats, from a field of ray 0 to the same one of ray k.
+  KINOME_WIDE static Int offsets(Int k) {
+    constexpr auto block = static_cast<int32_t>(sizeof(RayHit16) / sizeof(float));
+    return shift_right<4>(k) * block + (k & 15);
+  }
+  KINOME_WIDE Vec3 gather3(const float* x, const float* y, const float* z) const {
+    return {gather(x, at_), gather(y, at_), gather(z, at_)};
+  }
+  const RayHit16& rays_;
+  Int at_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::wide

@@ -1,0 +1,402 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "block_helpers.h"
+#include "kinome/shape.h"
+#include "shape_helpers.h"
+
+/// Shapes over blocks against the same shapes at single points, for each instruction set. Bounds are
+/// by cause: kRounding is a few roundings of numbers of size 1; where the formula divides by a small
+/// number, by as much more.
+namespace kinome::test {
+namespace {
+
+constexpr float kRounding = 8 * 0x1p-24f;
+
+struct Case {
+  std::string name, xml;
+  float size;                ///< of what rays are aimed at
+  Vec3 centre{0.f};
+  uint32_t primitives = 0;   ///< of a mesh
+};
+
+/// Triangles of all kinds: an ordinary one, one without area, ones whose uv have none or nearly
+/// none, a tiny and a huge one, and one with a zero normal.
+constexpr const char* kTriangles = R"(
+v 0 0 0
+v 2 0 .5
+v 0 1.5 .25
+v 2 1 -1
+v 1e-15 0 0
+v 0 1e-15 2e-15
+v 1e15 0 0
+v 0 2e15 1e15
+v 4 0 1
+vt .1 .2
+vt .8 .3
+vt .2 .9
+vt .5 .5
+vt .50000006 .5
+vt .5 .50000006
+vn 0 0 1
+vn .6 0 .8
+vn 0 -.6 .8
+vn 0 0 0
+vn 0 0 -1
+f 1/1/1 2/2/2 3/3/3
+f 1/1/1 2/2/2 9/3/2
+f 1/4/1 2/4/2 3/4/3
+f 1/4/1 2/5/2 3/6/3
+f 1/1/1 5/2/1 6/3/1
+f 1/1/1 7/2/1 8/3/1
+f 2/1/4 3/2/4 4/3/4
+f 2/1/1 3/2/5 4/3/1
+)";
+constexpr const char* kPly = R"(ply
+format ascii 1.0
+element vertex 4
+property float x
+property float y
+property float z
+property float u
+property float v
+element face 2
+property list uchar int vertex_indices
+end_header
+0 0 0 0 0
+2 0 .5 1 0
+0 1.5 .25 .1 .9
+2 1 -1 .8 1.2
+3 0 1 2
+3 1 3 2
+)";
+/// The same four vertices and two triangles.
+constexpr const char* kGltf = R"({"asset": {"version": "2.0"}, "scene": 0,
+"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+"accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+               "min": [0, 0, -1], "max": [2, 1.5, 0.5]},
+              {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+"bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48},
+                {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+"buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,)"
+                              "AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAA/AAAAAAAAwD8AAIA+AAAAQAAAgD8AAIC/AAABAAIAAQADAAIA"
+                              R"("}]})";
+
+const std::vector<Case>& cases() {
+  static const TemporaryFolder folder;
+  static const std::vector<Case> all = [] {
+    const std::string obj = "<string name='filename' value='" +
+                            folder.write("triangles.obj", kTriangles) + "'/>";
+    const auto turned = [](const std::string& scale, const std::string& offset) {
+      return "<transform name='to_world'><rotate x='.36' y='.48' z='.8' angle='50'/><scale " +
+             scale + "/><translate " + offset + "/></transform>";
+    };
+    const auto shape = [](const std::string& type, const std::string& inside) {
+      return "<shape type='" + type + "'>" + inside + "</shape>";
+    };
+    const std::string flip = "<boolean name='flip_normals' value='true'/>";
+    const std::string flat = "<boolean name='face_normals' value='true'/>";
+    const std::string moderate = turned("value='3'", "x='1' y='-2' z='.5'");
+    const Vec3 middle(1, -2, .5f);
+    return std::vector<Case>{
+        {"sphere", shape("sphere", ""), 1},
+        {"sphere turned", shape("sphere", moderate + flip), 3, middle},
+        {"sphere mirrored", shape("sphere", turned("x='-1' y='1' z='1'", "x='1' y='-2' z='.5'")), 1,
+         middle},
+        {"sphere huge", shape("sphere", "<float name='radius' value='1e6'/>"), 1e6f},
+        {"sphere tiny", shape("sphere", "<float name='radius' value='1e-5'/>"), 1e-5f},
+        {"sphere far", shape("sphere", "<point name='center' value='1e5, 2e5, -3e4'/>"), 1,
+         {1e5f, 2e5f, -3e4f}},
+        {"cylinder", shape("cylinder", ""), 1, {0, 0, .5f}},
+        {"cylinder turned", shape("cylinder", moderate + flip), 3, middle},
+        {"cylinder far", shape("cylinder", turned("value='.01'", "x='1e3' y='2e3' z='-3e3'")),
+         .01f, {1e3f, 2e3f, -3e3f}},
+        {"disk", shape("disk", ""), 1},
+        {"disk ellipse", shape("disk", turned("x='3' y='1' z='2'", "x='1' y='-2' z='.5'")), 2,
+         middle},
+        {"disk far", shape("disk", turned("value='2'", "x='1e5' y='2e5' z='-3e4'") + flip), 2,
+         {1e5f, 2e5f, -3e4f}},
+        {"rectangle", shape("rectangle", ""), 1, Vec3(0.f), 2},
+        {"rectangle turned", shape("rectangle", turned("x='3' y='1' z='2'", "x='1'") + flip), 2,
+         {1, 0, 0}, 2},
+        {"rectangle mirrored", shape("rectangle", turned("x='-3' y='1' z='2'", "x='1e3'")), 2,
+         {1e3f, 0, 0}, 2},
+        {"cube", shape("cube", moderate), 3, middle, 12},
+        {"obj", shape("obj", obj), 1, Vec3(0.f), 8},
+        {"obj flipped", shape("obj", obj + flip + moderate), 3, Vec3(0.f), 8},
+        {"obj flat", shape("obj", obj + flat), 1, Vec3(0.f), 8},
+        {"obj small", shape("obj", obj + turned("value='1e-6'", "x='.5'")), 1e-6f, Vec3(0.f), 8},
+        {"ply", shape("ply", "<string name='filename' value='" + folder.write("a.ply", kPly) + "'/>"),
+         1, Vec3(0.f), 2},
+        {"gltf",
+         shape("gltf", "<string name='filename' value='" + folder.write("a.gltf", kGltf) + "'/>"),
+         1, Vec3(0.f), 2},
+    };
+  }();
+  return all;
+}
+
+class ShapeBlocks : public testing::TestWithParam<InstructionSet> {
+ protected:
+  template <class Action>
+  void for_shapes(const Action& action) const {
+    for (const Case& c : cases()) {
+      SCOPED_TRACE(c.name);
+      const auto shape = make_for<Shape>(GetParam(), c.xml);
+      ASSERT_TRUE(shape);
+      action(c, *shape);
+    }
+  }
+};
+
+/// A ray toward somewhere in or about the shape, from inside, near or far away.
+Ray random_ray(const Case& c, Random& random) {
+  Ray ray;
+  const float distance = c.size * std::exp(random.between(-3, 7));
+  const Vec3 target = c.centre + random.direction() * (c.size * random.between(0, 1.1f));
+  ray.o = target + random.direction() * distance;
+  ray.d = (target - ray.o) * random.between(.1f, 3);
+  if (random.unit() < .2f) ray.tmin = random.between(0, 5);
+  if (random.unit() < .2f) ray.tmax = random.between(0, 5);
+  return ray;
+}
+
+void set(Ray16& rays, size_t i, const Ray& ray) {
+  Columns3{rays.ox, rays.oy, rays.oz}.set(i, ray.o);
+  Columns3{rays.dx, rays.dy, rays.dz}.set(i, ray.d);
+  rays.tmin[i] = ray.tmin;
+  rays.tmax[i] = ray.tmax;
+}
+
+/// A hit of the shape: where a random ray meets it or, of a mesh, of any place of any triangle.
+bool random_hit(const Case& c, const Shape& shape, Random& random, RayHit& out) {
+  out.ray = random_ray(c, random);
+  out.hit = Hit{};
+  if (c.primitives == 0) {
+    out.ray.tmin = 0;
+    out.ray.tmax = kInfinity;
+    float t = 0;
+    if (!shape.intersect(out.ray, t, out.hit)) return false;
+    out.ray.tmax = t;
+    return true;
+  }
+  out.hit.primitive = static_cast<uint32_t>(random.between(0, static_cast<float>(c.primitives)));
+  const float u = random.unit(), v = random.unit();
+  out.hit.u = std::min(u, 1 - u);
+  out.hit.v = v * (1 - out.hit.u);
+  out.ray.tmax = 1;
+  return true;
+}
+
+/// Filled with as many hits as it is to hold; the rest of its rays are off and not numbers.
+struct HitBlock {
+  HitBlock(const Case& c, const Shape& shape, size_t count, Random& random)
+      : hits(count), rays(padded(count) / 16), memory(count) {
+    for (RayHit16& block : rays) {
+      std::fill_n(reinterpret_cast<float*>(&block), sizeof block / sizeof(float), kNan);
+    }
+    points.count = count;
+    for (Columns3* column : {&points.p, &points.n, &points.s, &points.t, &points.sn, &points.wi}) {
+      *column = memory.three();
+    }
+    points.uv = memory.two();
+    points.p_error = memory.one();
+    points.primitive = memory.indices();
+    points.ray = memory.indices();
+    for (size_t i = 0; i < count; ++i) {
+      while (!random_hit(c, shape, random, hits[i])) {
+      }
+      // In another order than the rays'.
+      const size_t k = count - 1 - i;
+      points.ray[i] = static_cast<uint32_t>(k);
+      RayHit16& block = rays[k / 16];
+      set(block.ray, k % 16, hits[i].ray);
+      block.u[k % 16] = hits[i].hit.u;
+      block.v[k % 16] = hits[i].hit.v;
+      block.primitive[k % 16] = hits[i].hit.primitive;
+    }
+  }
+  std::vector<RayHit> hits;
+  std::vector<RayHit16> rays;
+  BlockMemory memory;
+  SurfaceBlock points;
+};
+
+/// The distance of two coordinates of which 0 and 1 may be the same place.
+float distance_of_turns(float a, float b) {
+  const float d = std::abs(a - b);
+  return std::min(d, std::abs(1 - d));
+}
+
+void expect_same(const SurfaceInteraction& si, const SurfaceBlock& block, size_t i) {
+  EXPECT_LE(largest_difference(block.p.at(i), si.p), si.p_error / 4);
+  EXPECT_NEAR(block.p_error[i], si.p_error, 1e-6f * si.p_error);
+  EXPECT_LE(largest_difference(block.n.at(i), si.n), kRounding);
+  EXPECT_LE(largest_difference(block.sn.at(i), si.frame.n), kRounding);
+  EXPECT_LE(distance_of_turns(block.uv.x[i], si.uv.x), kRounding);
+  EXPECT_LE(distance_of_turns(block.uv.y[i], si.uv.y), kRounding);
+  EXPECT_EQ(block.primitive[i], si.primitive);
+  if (block.dp_du.x) {
+    // Where there is no derivative it is any frame around n, of which z near -1 loses digits.
+    const float slack = si.n.z < 0 ? 1 / std::max(std::abs(1 + std::abs(si.n.z)), 1e-6f) : 1;
+    EXPECT_LE(largest_difference(block.dp_du.at(i), si.dp_du),
+              kRounding * slack * largest_coordinate(si.dp_du));
+    EXPECT_LE(largest_difference(block.dp_dv.at(i), si.dp_dv),
+              kRounding * slack * largest_coordinate(si.dp_dv));
+  }
+  // s is what is left of dp_du beside its part along n: cancellation.
+  const Vec3 along = si.dp_du - si.frame.n * glm::dot(si.frame.n, si.dp_du);
+  const float left = glm::length(along) / glm::length(si.dp_du);
+  if (left > .5e-6f && left < 2e-6f) return;  // whether it is taken at all is rounding's choice
+  const float bound = left > 1e-6f ? 2 * kRounding / left : kRounding;
+  EXPECT_LE(largest_difference(block.s.at(i), si.frame.s), bound);
+  EXPECT_LE(largest_difference(block.t.at(i), si.frame.t), bound);
+  EXPECT_LE(largest_difference(block.wi.at(i), si.wi), bound);
+}
+
+TEST_P(ShapeBlocks, InteractionsAreThoseOfPoints) {
+  for_shapes([](const Case& c, const Shape& shape) {
+    Random random(1);
+    for (const size_t count : kRanges) {
+      for (int repeat = 0; repeat < 20; ++repeat) {
+        HitBlock block(c, shape, count, random);
+        if (repeat % 2 == 0) {
+          block.points.dp_du = block.memory.three();
+          block.points.dp_dv = block.memory.three();
+        }
+        shape.interaction_block(block.rays.data(), block.points);
+        for (size_t i = 0; i < count; ++i) {
+          expect_same(shape.interaction(block.hits[i].ray, block.hits[i].hit), block.points, i);
+          if (testing::Test::HasFailure()) {
+            const RayHit& hit = block.hits[i];
+            FAIL() << "at " << i << " of " << count << ": primitive " << hit.hit.primitive << ", u "
+                   << hit.hit.u << ", v " << hit.hit.v;
+          }
+        }
+      }
+    }
+  });
+}
+
+TEST_P(ShapeBlocks, RaysMeetThemAsSingleOnesDo) {
+  for_shapes([](const Case& c, const Shape& shape) {
+    if (c.primitives > 0) return;
+    Random random(2);
+    size_t hits = 0, misses = 0;
+    for (int repeat = 0; repeat < 200; ++repeat) {
+      alignas(64) Ray16 rays;
+      reset(rays);
+      alignas(64) int valid[16];
+      std::vector<Ray> single(16);
+      for (size_t i = 0; i < 16; ++i) {
+        valid[i] = random.unit() < .8f ? -1 : 0;
+        single[i] = random_ray(c, random);
+        if (valid[i] == 0) single[i].o.x = single[i].d.y = single[i].tmax = kNan;
+        // From the surface itself, and through the middle, and past the rim.
+        if (i == 3) single[i].o = shape.sample_surface({random.unit(), random.unit()}).p;
+        if (i == 5) single[i].d = c.centre - single[i].o;
+        if (i == 7) single[i].d = Vec3(0, 0, 1);
+        set(rays, i, single[i]);
+      }
+      ShapeHit16 found;
+      std::fill_n(found.t, 16, kNan);
+      shape.intersect_block(rays, valid, found);
+      for (size_t i = 0; i < 16; ++i) {
+        float t = kInfinity;
+        Hit hit;
+        if (valid[i] == 0 || !shape.intersect(single[i], t, hit)) t = kInfinity;
+        // In double precision both, by the same steps.
+        ASSERT_EQ(found.t[i], t) << "ray " << i;
+        ++(t < kInfinity ? hits : misses);
+        if (t < kInfinity) {
+          EXPECT_EQ(found.primitive[i], 0u);
+        }
+      }
+    }
+    EXPECT_GT(hits, 300u);
+    EXPECT_GT(misses, 300u);
+  });
+}
+
+/// Points that shapes are seen from: near and far, within them, at their centre, on them.
+Vec3 random_viewer(const Case& c, const Shape& shape, Random& random) {
+  const float kind = random.unit();
+  if (kind < .1f) return c.centre;
+  if (kind < .2f) return shape.sample_surface({random.unit(), random.unit()}).p;
+  return c.centre + random.direction() * (c.size * std::exp(random.between(-4, 10)));
+}
+
+TEST_P(ShapeBlocks, AreSampledAsFromPoints) {
+  for_shapes([](const Case& c, const Shape& shape) {
+    Random random(3);
+    for (const size_t count : kRanges) {
+      for (int repeat = 0; repeat < 20; ++repeat) {
+        BlockMemory memory(count);
+        const Columns3 p = memory.three();
+        const Columns2 u = memory.two();
+        const SurfaceSampleBlock out{memory.three(), memory.three(), memory.two(), memory.one()};
+        for (size_t i = 0; i < count; ++i) {
+          p.set(i, random_viewer(c, shape, random));
+          u.set(i, {random.unit(), random.unit()});
+        }
+        shape.sample_solid_angle_block(p, u, count, out);
+        for (size_t i = 0; i < count; ++i) {
+          const auto sample = shape.sample_solid_angle(p.at(i), u.at(i));
+          const SurfaceInteraction si = sample ? sample->si : shape.sample_surface(u.at(i));
+          const Vec3 to = si.p - p.at(i);
+          const float distance = glm::length(to);
+          // Of places whose error tells whether they are seen at all, and from which side.
+          if (!si.resolves(to / distance, distance / 4)) continue;
+          ASSERT_EQ(out.pdf[i] > 0, sample.has_value()) << i << " of " << count;
+          if (!sample) continue;
+          // A sphere's azimuth is of single precision.
+          EXPECT_LE(largest_difference(out.p.at(i), si.p), si.p_error + kRounding * c.size);
+          EXPECT_LE(largest_difference(out.sn.at(i), si.frame.n), 2 * kRounding);
+          // At the poles of a sphere, all turns are alike.
+          const float sine = std::sin(kPi * std::clamp(si.uv.y, .001f, .999f));
+          EXPECT_LE(distance_of_turns(out.uv.x[i], si.uv.x), 2 * kRounding / sine);
+          EXPECT_LE(distance_of_turns(out.uv.y[i], si.uv.y), 2 * kRounding);
+          // An error of the place, and of the cosine, changes what is seen edge-on by much.
+          const float height = std::abs(glm::dot(si.n, to));
+          const float error = kRounding * (2 + distance / height) + 8 * si.p_error / height;
+          EXPECT_NEAR(out.pdf[i], sample->pdf, sample->pdf * error);
+          if (testing::Test::HasFailure()) FAIL() << "at " << i << " of " << count;
+        }
+      }
+    }
+  });
+}
+
+TEST_P(ShapeBlocks, HaveTheDensitiesOfPoints) {
+  for_shapes([](const Case& c, const Shape& shape) {
+    Random random(4);
+    for (const size_t count : kRanges) {
+      HitBlock block(c, shape, count, random);
+      shape.interaction_block(block.rays.data(), block.points);
+      const Columns3 p = block.memory.three();
+      float* const pdf = block.memory.one();
+      for (size_t i = 0; i < count; ++i) p.set(i, random_viewer(c, shape, random));
+      shape.pdf_solid_angle_block(p, block.points, pdf);
+      for (size_t i = 0; i < count; ++i) {
+        SurfaceInteraction si;
+        si.p = block.points.p.at(i);
+        si.p_error = block.points.p_error[i];
+        si.n = block.points.n.at(i);
+        const float expected = shape.pdf_solid_angle(p.at(i), si);
+        const Vec3 to = si.p - p.at(i);
+        // The cosine is a sum that may cancel.
+        const float cosine = std::abs(glm::dot(si.n, to)) / glm::length(to);
+        if (!(cosine > 1e-5f)) continue;
+        EXPECT_NEAR(pdf[i], expected, expected * kRounding * (1 + 1 / cosine)) << i;
+      }
+    }
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, ShapeBlocks, testing::ValuesIn(instruction_sets()),
+                         [](const auto& set) { return name_of(set.param); });
+
+}  // namespace
+}  // namespace kinome::test
