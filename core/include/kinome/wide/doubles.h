@@ -244,7 +244,7 @@ struct Precisions<Double> {
   using DVec3 = wide::DVec3;
 };
 
-namespace formulas {
+inline namespace formulas {
 
 template <class F>
 using DoubleOf = typename Precisions<F>::OtherNumber;

@@ -46,7 +46,7 @@ KINOME_WIDE Vec2 gather2(const float* from, Int i) {
 #endif
 }
 
-namespace formulas {
+inline namespace formulas {
 
 KINOME_WIDE glm::vec3 gather3(const float* from, std::same_as<int32_t> auto i) {
   return {from[i], from[i + 1], from[i + 2]};

@@ -7,7 +7,7 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-namespace formulas {
+inline namespace formulas {
 
 KINOME_WIDE float log1p(Real auto x) {
   return std::log1p(x);

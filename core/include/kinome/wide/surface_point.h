@@ -10,7 +10,7 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-namespace formulas {
+inline namespace formulas {
 
 /// v / |v| without under- or overflow of |v|²; `fallback` where v is zero or not finite. Edges of
 /// a small mesh scaled by 1e-6 have cross products whose squares are below the smallest float.
