@@ -140,6 +140,7 @@ void Shape::intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out
     Hit hit;
     if (!intersect(ray, t, hit) || !(t >= ray.tmin && t <= ray.tmax)) continue;
     out.t[i] = t;
+    Columns3{out.ngx, out.ngy, out.ngz}.set(i, hit.ng);
     out.u[i] = hit.u;
     out.v[i] = hit.v;
     out.primitive[i] = hit.primitive == kNoHit ? 0 : hit.primitive;

@@ -86,11 +86,12 @@ template <class Function>
 void for_each_hit(const Shape& shape, RTCRayN* rays, const int* valid, unsigned n,
                   const Function& fn) {
   if (n == 16) {
-    ShapeHit16 hits;
+    ShapeHit16 hits{};
     if (!hit_shape(shape, *reinterpret_cast<const Ray16*>(rays), valid, hits)) return;
     for (unsigned i = 0; i < n; ++i) {
       if (valid[i] == 0 || !(hits.t[i] < kInfinity)) continue;
-      fn(i, hits.t[i], Hit{Vec3(0.f), hits.u[i], hits.v[i], hits.primitive[i]});
+      fn(i, hits.t[i], Hit{{hits.ngx[i], hits.ngy[i], hits.ngz[i]}, hits.u[i], hits.v[i],
+                           hits.primitive[i]});
     }
     return;
   }

@@ -90,7 +90,8 @@ class AovWorker {
             const std::vector<const Type*>& types, size_t channels)
       : types_(types),
         camera_(scene, sensor, transport::kBlockSamples, false),
-        film_(sensor.film().filter(), static_cast<int>(channels), transport::kBlockSamples),
+        film_(sensor.film().filter(), static_cast<int>(channels), transport::kBlockSamples,
+              true),
         arena_(transport::kBlockSamples + kBlockLanes) {
     for (size_t i = 0; i < channels; ++i) values_.push_back(arena_.floats());
   }

@@ -22,7 +22,8 @@ class DepthWorker {
  public:
   DepthWorker(const transport::SceneTable& scene, const Sensor& sensor)
       : camera_(scene, sensor, transport::kBlockSamples, false),
-        film_(sensor.film().filter(), sensor.film().value_count(0), transport::kBlockSamples),
+        film_(sensor.film().filter(), sensor.film().value_count(0), transport::kBlockSamples,
+              true),
         arena_(transport::kBlockSamples + kBlockLanes),
         depth_{arena_.floats(), arena_.floats(), arena_.floats()},
         alpha_(arena_.floats()),

@@ -1,7 +1,7 @@
 /// Direct illumination, as Mitsuba's `direct`: at each first hit, directions from the emitters and
 /// from the BSDF, combined by the power heuristic (Veach 1997, 9.2.4). Emitters are picked
-/// uniformly. Shadow rays of many points are traced as one batch; none is traced for a
-/// contribution of zero.
+/// uniformly. Points are shaded in blocks, and their shadow rays traced in the order of their
+/// directions; none is traced for a contribution of zero.
 ///
 ///     <integrator type="direct"><integer name="shading_samples" value="4"/></integrator>
 

@@ -159,6 +159,7 @@ struct SurfaceSampleBlock {
 /// The nearest hits of 16 rays with one analytic shape.
 struct alignas(64) ShapeHit16 {
   float t[16];  ///< infinite: none in [tmin, tmax]
+  float ngx[16], ngy[16], ngz[16];  ///< as Hit::ng; zeros unless a shape sets them
   float u[16], v[16];
   uint32_t primitive[16];
 };

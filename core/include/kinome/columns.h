@@ -7,7 +7,7 @@
 namespace kinome {
 
 /// A block's values lie in columns, structures of arrays, whose lengths are multiples of this: the
-/// most lanes that a vector has. What is beyond the values are copies of the last one.
+/// most lanes that a vector has. What lies beyond the values may be anything.
 inline constexpr size_t kBlockLanes = 16;
 inline constexpr size_t kColumnAlignment = kBlockLanes * sizeof(float);  ///< bytes
 

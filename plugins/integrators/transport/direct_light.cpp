@@ -83,7 +83,9 @@ void DirectLight::sample(const PixelSamples& samples, const Vertices& vertices,
   if (!bsdf_dimension) return;
   const float share = 1 / static_cast<float>(count_.bsdf);
   for_lanes(count, [&](size_t i) {
-    const Mask valid = is_live(*vertices.surfaces, i) & (Float::load(answer_.sample_pdf + i) > 0.f);
+    // What is no number goes on, so that the film can count it.
+    const Mask valid =
+        is_live(*vertices.surfaces, i) & !(Float::load(answer_.sample_pdf + i) <= 0.f);
     const wide::Rgb carried =
         throughput(vertices, i) * wide::Rgb::load(answer_.weight, i) * Float(share);
     select(valid, carried).store(carried_, i);
@@ -121,7 +123,7 @@ void DirectLight::add_emitter_samples(const Vertices& vertices, const Columns3& 
       }
       const wide::Rgb light = throughput(vertices, i) * wide::Rgb::load(answer_.f, i) *
                               wide::Rgb::load(sampled.radiance, i) * (weight / pdf);
-      const Mask on = is_live(surfaces, i) & (pdf > 0.f) & !is_black(light);
+      const Mask on = is_live(surfaces, i) & !(pdf <= 0.f) & !is_black(light);
       rays += wide::count(on);
       select(on, light).store(light_, i);
       put_shadow_rays(surfaces.points(), i, wide::Vec3::load(sampled.d, i),
@@ -140,7 +142,7 @@ void DirectLight::add_arriving(const Vertices& vertices, const Columns3& radianc
   const size_t count = vertices.surfaces->reflecting();
   occlusion_.trace(scene_.scene(), rays_, count, counters);
   for (size_t i = 0; i < count; ++i) {
-    if (!(rays_[i / kBlockLanes].tmax[i % kBlockLanes] >= 0)) continue;
+    if (rays_[i / kBlockLanes].tmax[i % kBlockLanes] < 0) continue;
     radiance.set(vertices.owner[i], radiance.at(vertices.owner[i]) + light_.at(i));
   }
 }
@@ -196,7 +198,7 @@ void DirectLight::make_bsdf_rays(const Vertices& vertices, RenderCounters& count
   size_t valid = 0;
   for_lanes(count, [&](size_t i) {
     const Mask live = is_live(surfaces, i);
-    valid += wide::count(live & (Float::load(answer_.sample_pdf + i) > 0.f) &
+    valid += wide::count(live & !(Float::load(answer_.sample_pdf + i) <= 0.f) &
                          !is_black(wide::Rgb::load(answer_.weight, i)));
     put_shadow_rays(surfaces.points(), i, wide::Vec3::load(d_, i), Float(kInfinity),
                     live & !is_black(wide::Rgb::load(carried_, i)), false, rays_);

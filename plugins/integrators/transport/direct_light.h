@@ -46,8 +46,8 @@ class DirectLight {
   void trace(const Vertices& vertices, Surfaces::Which which, const Columns3& radiance,
              RenderCounters& counters);
 
-  /// What trace() has met, until it is called once more after the next time: surfaces. And until
-  /// it is called again: of each ray the point that it comes from.
+  /// What trace() has met, and of each of its rays the point that it comes from. met() stays valid
+  /// through the next trace(), from() only until it.
   const Surfaces& met() const { return met_[current_]; }
   const uint32_t* from() const { return sort_.order(); }
   /// Of points: the throughput along the BSDF sample.

@@ -1,5 +1,6 @@
 #include "emitter_samples.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 

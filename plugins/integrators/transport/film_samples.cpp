@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "kinome/wide/vectors.h"
 
@@ -17,8 +18,10 @@ constexpr float kLargest = 1e30f;
 
 }  // namespace
 
-FilmSamples::FilmSamples(const ReconstructionFilter& filter, int values, size_t samples)
+FilmSamples::FilmSamples(const ReconstructionFilter& filter, int values, size_t samples,
+                         bool exact)
     : filter_(filter),
+      exact_(exact),
       // Of a sample anywhere in its pixel: see FilmTile::add.
       reach_(-static_cast<int>(std::floor(0.5f - filter.radius()))),
       arena_(samples + kBlockLanes),
@@ -69,7 +72,7 @@ bool FilmSamples::leave_out_non_finite(size_t count, const std::vector<float*>& 
     dropped += wide::count(inside & !finite);
     for (float* column : columns) select(kept, Float::load(column + i)).store(column + i);
   });
-  if (small) film.count_non_finite(dropped);
+  if (small && !exact_) film.count_non_finite(dropped);
   return small;
 }
 
@@ -88,6 +91,9 @@ void FilmSamples::add_one_by_one(size_t count, const Columns2& position,
 void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
                             const std::vector<float*>& columns, FilmTile& film) {
   const int width = 2 * reach_ + 1;
+  const auto is_kept = [&](size_t i, size_t to) {
+    return first_lanes(std::min(to - i, kLanes)) & (Float::load(kept_ + i) > 0.f);
+  };
   for (int j = 0; j < width; ++j) {
     for (int k = 0; k < width; ++k) {
       const float* const wx = wx_[static_cast<size_t>(k)];
@@ -96,8 +102,7 @@ void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
       // Red, green and blue are summed together; further values one by one.
       Float rgb[3] = {0.f, 0.f, 0.f};
       for (size_t i = first; i < end; i += kLanes) {
-        const Float kept = select(first_lanes(std::min(end - i, kLanes)), Float::load(kept_ + i));
-        const Float weight = Float::load(wx + i) * Float::load(wy + i) * kept;
+        const Float weight = select(is_kept(i, end), Float::load(wx + i) * Float::load(wy + i));
         total += weight;
         for (size_t c = 0; c < 3 && c < columns.size(); ++c) {
           rgb[c] = mul_add(weight, Float::load(columns[c] + i), rgb[c]);
@@ -107,10 +112,8 @@ void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
       for (size_t c = 3; c < columns.size(); ++c) {
         Float value = 0.f;
         for (size_t i = first; i < end; i += kLanes) {
-          const Float kept =
-              select(first_lanes(std::min(end - i, kLanes)), Float::load(kept_ + i));
-          value = mul_add(Float::load(wx + i) * Float::load(wy + i) * kept,
-                          Float::load(columns[c] + i), value);
+          const Float weight = select(is_kept(i, end), Float::load(wx + i) * Float::load(wy + i));
+          value = mul_add(weight, Float::load(columns[c] + i), value);
         }
         sums_[c] = sum(value);
       }
@@ -122,7 +125,7 @@ void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
 void FilmSamples::add(const PixelSamples& samples, const Columns2& position,
                       const std::vector<float*>& columns, FilmTile& film) {
   const size_t count = samples.count();
-  if (!leave_out_non_finite(count, columns, film)) {
+  if (!leave_out_non_finite(count, columns, film) || exact_) {
     add_one_by_one(count, position, columns, film);
     return;
   }

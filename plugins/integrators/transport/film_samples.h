@@ -12,12 +12,14 @@ namespace kinome::transport {
 class FilmSamples {
  public:
   /// `values` a sample, as Film::value_count says.
-  FilmSamples(const ReconstructionFilter& filter, int values, size_t samples);
+  /// `exact`: sums are of double precision throughout, which takes many times as long. For numbers
+  /// of things: the mean of equal ones is to be that number.
+  FilmSamples(const ReconstructionFilter& filter, int values, size_t samples, bool exact = false);
 
   /// `columns`: each value of the samples; a vector more than padded() can be written. Samples that are no number are counted and dropped, as
   /// FilmTile::add does.
-  void add(const PixelSamples& samples, const Columns2& position, const std::vector<float*>& columns,
-           FilmTile& film);
+  void add(const PixelSamples& samples, const Columns2& position,
+           const std::vector<float*>& columns, FilmTile& film);
 
  private:
   void find_weights(const PixelSamples& samples, const uint32_t* first, const float* position,
@@ -29,6 +31,7 @@ class FilmSamples {
                       FilmTile& film);
 
   const ReconstructionFilter& filter_;
+  bool exact_;
   int reach_;  ///< pixels to each side
   Arena arena_;
   float* offset_;

@@ -76,7 +76,24 @@ void Surfaces::find(const RayHit16* rays, size_t count, Which which) {
     std::fill(points_.ray + end, points_.ray + last, points_.ray[end - 1]);
     std::fill(points_.shape + range.first, points_.shape + last, range.row->shape);
     range.row->shape->interaction_block(rays, points_.part(range.first, range.count));
+    repeat_last(range);
   }
+}
+
+/// Points of one material are asked for together, with what lies between their ranges: that must be
+/// points, too.
+void Surfaces::repeat_last(const Range& range) {
+  const size_t end = range.first + range.count, last = range.first + padded(range.count);
+  const auto repeat = [&](auto* column) { std::fill(column + end, column + last, column[end - 1]); };
+  for (const Columns3& c : {points_.p, points_.n, points_.s, points_.t, points_.sn, points_.wi}) {
+    repeat(c.x), repeat(c.y), repeat(c.z);
+  }
+  for (const Columns3& c : {points_.dp_du, points_.dp_dv}) {
+    if (c.x) repeat(c.x), repeat(c.y), repeat(c.z);
+  }
+  repeat(points_.uv.x), repeat(points_.uv.y);
+  repeat(points_.p_error);
+  repeat(points_.primitive);
 }
 
 }  // namespace kinome::transport

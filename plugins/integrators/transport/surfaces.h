@@ -44,6 +44,7 @@ class Surfaces {
 
  private:
   void sort(const RayHit16* rays, size_t count, Which which);
+  void repeat_last(const Range& range);
   const SceneTable& scene_;
   Arena per_point_;
   Arena per_ray_;

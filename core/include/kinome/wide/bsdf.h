@@ -90,9 +90,8 @@ inline void zero_batch(const DirectionBatch& wo, const BsdfValueBatch& out) {
 ///     /// The textures that the formulas read: a tuple of ColorInput and NumberInput.
 ///     auto inputs() const { return std::tie(reflectance_, alpha_); }
 ///
-///     /// Calls fn(lobes_at) once. lobes_at(wi, value of each input ...), wi.z > 0 where it
-///     matters,
-///     /// makes an object of the lobes in `mask`, which is not empty and of lobes(), with
+///     /// Calls fn(lobes_at) once. lobes_at(wi, value of each input ...), wi.z > 0 where that
+///     /// matters, makes an object of the lobes in `mask`, which is not empty and of lobes(), with
 ///     ///     BsdfValueOf<F> value(const VecOf<F>& wo) const;   // without delta lobes
 ///     ///     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const;
 ///     template <class F, class Fn>

@@ -385,6 +385,9 @@ KINOME_WIDE Mask is_finite(Float a) {
 
 /// Of what int32_t can't hold, some integer or other.
 KINOME_WIDE Int to_int(Float a) {
+#if HWY_TARGET == HWY_SCALAR
+  a = select(a == a, a, 0.f);  // Highway's plain conversion is not defined for NaN
+#endif
   return Int(hn::ConvertTo(IntTag(), a.v));
 }  ///< toward 0
 KINOME_WIDE Int round_to_int(Float a) {
