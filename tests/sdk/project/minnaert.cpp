@@ -1,0 +1,79 @@
+// Minnaert's reflector (1941), darker towards grazing angles, as the moon is:
+//
+//     f = albedo (k + 1) / (2 pi) (cos_i cos_o)^(k - 1)
+//
+//     <bsdf type="minnaert"> <float name="k" value="1.5"/> </bsdf>
+
+#include <algorithm>
+#include <cmath>
+
+#include <kinome/bsdf.h>
+#include <kinome/plugin.h>
+#include <kinome/texture.h>
+#include <kinome/warp.h>
+
+namespace {
+
+using namespace kinome;
+
+constexpr Parameter kParameters[] = {
+    {"albedo", ParameterType::kReflectanceTexture, "0.5", "What is reflected of light from above."},
+    {"k", ParameterType::kFloat, "2", "How much it darkens, at least 1 (not at all)."},
+};
+
+class Minnaert final : public Bsdf {
+ public:
+  explicit Minnaert(const Properties& props)
+      : albedo_(props.texture("albedo")), k_(props.real("k")) {
+    if (!(k_ >= 1)) throw props.error("k", "must be at least 1, got " + std::to_string(k_));
+    lobes_ = Lobe::kDiffuse;
+  }
+
+  using Bsdf::eval_pdf;
+  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
+                const BsdfValueBatch& out) const override {
+    const bool seen = is_seen(si, mask);
+    const Rgb part = seen ? reflected(si) : Rgb(0.f);
+    for (size_t i = 0; i < wo.count; ++i) {
+      const float density = seen ? pdf(wo.z[i]) : 0.f;
+      out.r[i] = part.x * density;
+      out.g[i] = part.y * density;
+      out.b[i] = part.z * density;
+      if (out.pdf) out.pdf[i] = density;
+    }
+  }
+
+  // By the power of its cosine, so that every sample's weight is the same.
+  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float /*u1*/,
+                                   const Vec2& u2) const override {
+    if (!is_seen(si, mask)) return std::nullopt;
+    const Vec3 wo = square_to_cosine_power(u2, k_);
+    const float density = pdf(wo.z);
+    if (!(density > 0)) return std::nullopt;
+    return BsdfSample{wo, density, reflected(si), Lobe::kDiffuse};
+  }
+
+  LobeReflectance reflectance(const SurfaceInteraction& si) const override {
+    return {albedo_->eval(si.uv), Rgb(0.f)};
+  }
+
+ private:
+  bool is_seen(const SurfaceInteraction& si, Lobe mask) const {
+    return si.wi.z > 0 && any(mask & lobes_);
+  }
+  /// Of light from everywhere, what reaches the viewer.
+  Rgb reflected(const SurfaceInteraction& si) const {
+    return albedo_->eval(si.uv) * std::pow(si.wi.z, k_ - 1);
+  }
+  float pdf(float cosine) const {
+    return (k_ + 1) * (0.5f * kInvPi) * std::pow(std::max(cosine, 0.f), k_);
+  }
+
+  std::shared_ptr<const Texture> albedo_;
+  float k_;
+};
+
+}  // namespace
+
+KINOME_PLUGIN(Minnaert, Category::kBsdf, "minnaert", "Minnaert's reflector, point by point.",
+              kParameters);
