@@ -97,7 +97,7 @@ TEST(Surfaces, SortsHitsByMaterialInWholeVectors) {
   RenderCounters counters;
   scene->intersect(rays, padded(kCount) / 16, Coherence::kIncoherent, counters);
   for (const auto which : {Surfaces::Which::kAll, Surfaces::Which::kEmitting}) {
-    Surfaces surfaces(table, kCount, true);
+    Surfaces surfaces(table, kCount);
     surfaces.find(rays, kCount, which);
     const bool all = which == Surfaces::Which::kAll;
     ASSERT_EQ(surfaces.ranges().size(), all ? 3u : 1u);

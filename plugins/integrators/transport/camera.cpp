@@ -40,7 +40,7 @@ Camera::Camera(const SceneTable& scene, const Sensor& sensor, size_t rays, bool 
       passing_(arena_.indices()),
       far_(arena_.floats()),
       toward_(arena_.three()),
-      surfaces_(scene, rays, true),
+      surfaces_(scene, rays),
       per_point_(Surfaces::most_points(scene, rays) + rays + kBlockLanes),
       light_(per_point_.three()) {}
 

@@ -50,7 +50,7 @@ DirectLight::DirectLight(const SceneTable& scene, const Sampler& sampler,
       sort_(most_points_),
       per_ray_(rays),
       bsdf_rays_(per_ray_.ray_hits()),
-      met_{{scene, rays, true}, {scene, rays, true}},
+      met_{{scene, rays}, {scene, rays}},
       per_met_(most_points_),
       from_p_(per_met_.three()),
       met_light_(per_met_.three()),
@@ -61,11 +61,12 @@ void DirectLight::sample(const PixelSamples& samples, const Vertices& vertices,
                          std::optional<uint32_t> bsdf_dimension) {
   const SurfaceBlock& points = vertices.surfaces->points();
   const size_t count = vertices.surfaces->reflecting();
+  const size_t scattering = vertices.surfaces->scattering();
   BsdfQuery query;
-  if (emitter_dimension) {
-    emitters_.sample(sampler_, samples, *emitter_dimension, points, vertices.owner, count,
+  if (emitter_dimension && scattering > 0) {
+    emitters_.sample(sampler_, samples, *emitter_dimension, points, vertices.owner, scattering,
                      numbers_);
-    for_lanes(count, [&](size_t i) {
+    for_lanes(scattering, [&](size_t i) {
       const wide::Vec3 d = wide::Vec3::load(emitters_.light().d, i);
       wide::Vec3(dot(d, wide::Vec3::load(points.s, i)), dot(d, wide::Vec3::load(points.t, i)),
                  dot(d, wide::Vec3::load(points.sn, i)))
@@ -113,7 +114,7 @@ void DirectLight::add_emitter_samples(const Vertices& vertices, const Columns3& 
   size_t rays = 0;
   {
     const StageTimer timer(counters.stage_seconds["shade"]);
-    for_lanes(surfaces.reflecting(), [&](size_t i) {
+    for_lanes(surfaces.scattering(), [&](size_t i) {
       const Float pdf = Float::load(sampled.pdf + i) * (emitters_.pick_pdf() * n_emitter);
       Float weight = 1.f;
       if (count_.bsdf > 0) {
@@ -132,14 +133,13 @@ void DirectLight::add_emitter_samples(const Vertices& vertices, const Columns3& 
   }
   counters[RayKind::kShadow] += rays;
   counters.skipped_shadow_rays += surfaces.live_reflecting() - rays;
-  add_arriving(vertices, radiance, counters);
+  add_arriving(vertices, surfaces.scattering(), radiance, counters);
 }
 
-/// Of the rays in rays_ and the light in light_.
-void DirectLight::add_arriving(const Vertices& vertices, const Columns3& radiance,
+/// Of the first `count` rays in rays_ and the light in light_.
+void DirectLight::add_arriving(const Vertices& vertices, size_t count, const Columns3& radiance,
                                RenderCounters& counters) {
   const StageTimer timer(counters.stage_seconds["shadow"]);
-  const size_t count = vertices.surfaces->reflecting();
   occlusion_.trace(scene_.scene(), rays_, count, counters);
   for (size_t i = 0; i < count; ++i) {
     if (rays_[i / kBlockLanes].tmax[i % kBlockLanes] < 0) continue;
@@ -188,7 +188,7 @@ void DirectLight::add_environment(const Vertices& vertices, const Columns3& radi
   }
   counters[RayKind::kBsdf] += rays;
   counters.skipped_shadow_rays += surfaces.live_reflecting() - rays;
-  add_arriving(vertices, radiance, counters);
+  add_arriving(vertices, count, radiance, counters);
 }
 
 void DirectLight::make_bsdf_rays(const Vertices& vertices, RenderCounters& counters) {

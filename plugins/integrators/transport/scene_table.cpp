@@ -3,8 +3,17 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <tuple>
 
 namespace kinome::transport {
+
+namespace {
+
+bool scatters(const Bsdf& bsdf) {
+  return any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy));
+}
+
+}  // namespace
 
 SceneTable::SceneTable(const Scene& scene) : scene_(scene) {
   const auto& shapes = scene.shapes();
@@ -18,7 +27,7 @@ SceneTable::SceneTable(const Scene& scene) : scene_(scene) {
   std::iota(ids.begin(), ids.end(), 0u);
   const auto key = [&](uint32_t id) {
     const Bsdf& bsdf = shapes[id]->bsdf();
-    return std::pair(bsdf.lobes() == Lobe::kNone, order.at(&bsdf));
+    return std::tuple(bsdf.lobes() == Lobe::kNone, !scatters(bsdf), order.at(&bsdf));
   };
   std::stable_sort(ids.begin(), ids.end(), [&](uint32_t a, uint32_t b) { return key(a) < key(b); });
   row_of_.resize(shapes.size());
@@ -26,6 +35,7 @@ SceneTable::SceneTable(const Scene& scene) : scene_(scene) {
     const Shape& shape = *shapes[id];
     row_of_[id] = static_cast<uint32_t>(rows_.size());
     rows_.push_back({&shape, &shape.bsdf(), shape.emitter()});
+    if (scatters(shape.bsdf())) ++scattering_;
     if (shape.bsdf().lobes() != Lobe::kNone) ++reflecting_;
   }
 }

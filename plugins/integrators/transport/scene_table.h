@@ -7,9 +7,9 @@
 
 namespace kinome::transport {
 
-/// The shapes of a scene in the order in which stages go through what was hit: those that reflect
-/// first, by material, so that a BSDF is asked once for all points on its surfaces; then those that
-/// only emit. Immutable: made once a render, shared by all threads.
+/// The shapes of a scene in the order in which stages go through what was hit: by material, so that a
+/// BSDF is asked once for all points on its surfaces. First those that scatter, to which emitters
+/// may be sampled, then perfect mirrors, then those that only emit. Immutable: made once a render, shared by all threads.
 class SceneTable {
  public:
   struct Row {
@@ -23,6 +23,8 @@ class SceneTable {
   const Scene& scene() const { return scene_; }
   const std::vector<Row>& rows() const { return rows_; }
   uint32_t row_of(uint32_t shape) const { return row_of_[shape]; }
+  /// Rows before this one scatter light: they have other lobes than kDelta.
+  uint32_t scattering() const { return scattering_; }
   /// Rows before this one reflect.
   uint32_t reflecting() const { return reflecting_; }
 
@@ -30,6 +32,7 @@ class SceneTable {
   const Scene& scene_;
   std::vector<Row> rows_;
   std::vector<uint32_t> row_of_;  ///< of indices into Scene::shapes()
+  uint32_t scattering_ = 0;
   uint32_t reflecting_ = 0;
 };
 

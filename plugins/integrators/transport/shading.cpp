@@ -15,8 +15,10 @@ void shade(const Surfaces& surfaces, const BsdfQuery& query, const BsdfAnswer& a
     for (; k < ranges.size() && ranges[k].row->bsdf == &bsdf; ++k) {
       end = ranges[k].first + ranges[k].count;
     }
-    bsdf.shade_block(surfaces.points().part(first, end - first), query.from(first),
-                     answer.from(first));
+    BsdfQuery asked = query.from(first);
+    if (first >= surfaces.scattering()) asked.wo = {};
+    if (!asked.wo.x && !asked.u1) continue;
+    bsdf.shade_block(surfaces.points().part(first, end - first), asked, answer.from(first));
   }
 }
 

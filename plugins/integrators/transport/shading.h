@@ -6,7 +6,8 @@ namespace kinome::transport {
 
 BsdfAnswer make_answer(Arena& arena);
 
-/// Asks each material once for all points on its surfaces.
+/// Asks each material once for all points on its surfaces; those that don't scatter, whose values
+/// are zero, for samples alone.
 void shade(const Surfaces& surfaces, const BsdfQuery& query, const BsdfAnswer& answer);
 
 }  // namespace kinome::transport

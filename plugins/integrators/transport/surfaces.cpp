@@ -9,7 +9,7 @@ size_t Surfaces::most_points(const SceneTable& scene, size_t rays) {
   return padded(rays) + kBlockLanes * std::min(scene.rows().size(), rays);
 }
 
-Surfaces::Surfaces(const SceneTable& scene, size_t rays, bool derivatives)
+Surfaces::Surfaces(const SceneTable& scene, size_t rays)
     : scene_(scene),
       per_point_(most_points(scene, rays)),
       per_ray_(rays),
@@ -20,7 +20,7 @@ Surfaces::Surfaces(const SceneTable& scene, size_t rays, bool derivatives)
   Arena& a = per_point_;
   points_.p = a.three(), points_.n = a.three(), points_.s = a.three(), points_.t = a.three();
   points_.sn = a.three(), points_.wi = a.three(), points_.uv = a.two();
-  if (derivatives) points_.dp_du = a.three(), points_.dp_dv = a.three();
+  points_.dp_du = a.three(), points_.dp_dv = a.three();
   points_.p_error = a.floats();
   points_.primitive = a.indices(), points_.ray = a.indices();
   points_.shape = a.of<const Shape*>();
@@ -39,7 +39,7 @@ void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
     ++next_[row];
   }
   ranges_.clear();
-  reflecting_ = 0;
+  scattering_ = reflecting_ = 0;
   live_reflecting_ = 0;
   uint32_t at = 0;
   for (uint32_t row = 0; row < rows; ++row) {
@@ -50,6 +50,7 @@ void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
     at += static_cast<uint32_t>(padded(hits));
     if (row >= scene_.reflecting()) continue;
     reflecting_ = at;
+    if (row < scene_.scattering()) scattering_ = at;
     live_reflecting_ += hits;
   }
   points_.count = at;
@@ -85,11 +86,9 @@ void Surfaces::find(const RayHit16* rays, size_t count, Which which) {
 void Surfaces::repeat_last(const Range& range) {
   const size_t end = range.first + range.count, last = range.first + padded(range.count);
   const auto repeat = [&](auto* column) { std::fill(column + end, column + last, column[end - 1]); };
-  for (const Columns3& c : {points_.p, points_.n, points_.s, points_.t, points_.sn, points_.wi}) {
+  for (const Columns3& c : {points_.p, points_.n, points_.s, points_.t, points_.sn, points_.dp_du,
+                            points_.dp_dv, points_.wi}) {
     repeat(c.x), repeat(c.y), repeat(c.z);
-  }
-  for (const Columns3& c : {points_.dp_du, points_.dp_dv}) {
-    if (c.x) repeat(c.x), repeat(c.y), repeat(c.z);
   }
   repeat(points_.uv.x), repeat(points_.uv.y);
   repeat(points_.p_error);

@@ -24,8 +24,8 @@ class Surfaces {
   /// Points that `rays` rays may make, padding included.
   static size_t most_points(const SceneTable& scene, size_t rays);
 
-  /// For blocks of at most `rays` rays; `derivatives`: dp_du and dp_dv are asked for.
-  Surfaces(const SceneTable& scene, size_t rays, bool derivatives);
+  /// For blocks of at most `rays` rays.
+  Surfaces(const SceneTable& scene, size_t rays);
 
   /// Of `count` rays that have been traced: those that hit any surface, or one that emits.
   void find(const RayHit16* rays, size_t count, Which which);
@@ -33,6 +33,8 @@ class Surfaces {
   /// All points, count including the padding between ranges.
   const SurfaceBlock& points() const { return points_; }
   std::span<const Range> ranges() const { return ranges_; }
+  /// Of points that scatter light: a prefix of those that reflect; a multiple of 16.
+  size_t scattering() const { return scattering_; }
   /// Of points that reflect: a prefix of all; a multiple of 16.
   size_t reflecting() const { return reflecting_; }
   /// 1 where a point is one, 0 where it is padding.
@@ -53,6 +55,7 @@ class Surfaces {
   uint32_t* row_;  ///< of each ray
   uint32_t* missed_;
   size_t missed_count_ = 0;
+  size_t scattering_ = 0;
   size_t reflecting_ = 0;
   size_t live_reflecting_ = 0;
   std::vector<uint32_t> next_;  ///< of each row: hits, then the place of the next
