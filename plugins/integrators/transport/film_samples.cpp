@@ -15,13 +15,15 @@ namespace {
 /// Sums of a pixel's samples are single precision until they are added to the film's: values above
 /// this might overflow there, and go one by one.
 constexpr float kLargest = 1e30f;
+/// Values a sample that are summed at once: colour and alpha.
+constexpr size_t kMostColumns = 4;
 
 }  // namespace
 
 FilmSamples::FilmSamples(const ReconstructionFilter& filter, int values, size_t samples,
                          bool exact)
     : filter_(filter),
-      exact_(exact),
+      exact_(exact || static_cast<size_t>(values) > kMostColumns),
       // Of a sample anywhere in its pixel: see FilmTile::add.
       reach_(-static_cast<int>(std::floor(0.5f - filter.radius()))),
       arena_(samples + kBlockLanes),
@@ -90,34 +92,22 @@ void FilmSamples::add_one_by_one(size_t count, const Columns2& position,
 /// Of samples first … end - 1, to the pixels that the filter reaches from (x, y).
 void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
                             const std::vector<float*>& columns, FilmTile& film) {
-  const int width = 2 * reach_ + 1;
-  const auto is_kept = [&](size_t i, size_t to) {
-    return first_lanes(std::min(to - i, kLanes)) & (Float::load(kept_ + i) > 0.f);
-  };
-  for (int j = 0; j < width; ++j) {
-    for (int k = 0; k < width; ++k) {
-      const float* const wx = wx_[static_cast<size_t>(k)];
-      const float* const wy = wy_[static_cast<size_t>(j)];
-      Float total = 0.f;
-      // Red, green and blue are summed together; further values one by one.
-      Float rgb[3] = {0.f, 0.f, 0.f};
+  for (int j = -reach_; j <= reach_; ++j) {
+    for (int k = -reach_; k <= reach_; ++k) {
+      const float* const wx = wx_[static_cast<size_t>(k + reach_)];
+      const float* const wy = wy_[static_cast<size_t>(j + reach_)];
+      Float weights = 0.f;
+      Float values[kMostColumns] = {0.f, 0.f, 0.f, 0.f};
       for (size_t i = first; i < end; i += kLanes) {
-        const Float weight = select(is_kept(i, end), Float::load(wx + i) * Float::load(wy + i));
-        total += weight;
-        for (size_t c = 0; c < 3 && c < columns.size(); ++c) {
-          rgb[c] = mul_add(weight, Float::load(columns[c] + i), rgb[c]);
+        const Mask kept = first_lanes(std::min(end - i, kLanes)) & (Float::load(kept_ + i) > 0.f);
+        const Float weight = select(kept, Float::load(wx + i) * Float::load(wy + i));
+        weights += weight;
+        for (size_t c = 0; c < columns.size(); ++c) {
+          values[c] = mul_add(weight, Float::load(columns[c] + i), values[c]);
         }
       }
-      for (size_t c = 0; c < 3 && c < columns.size(); ++c) sums_[c] = sum(rgb[c]);
-      for (size_t c = 3; c < columns.size(); ++c) {
-        Float value = 0.f;
-        for (size_t i = first; i < end; i += kLanes) {
-          const Float weight = select(is_kept(i, end), Float::load(wx + i) * Float::load(wy + i));
-          value = mul_add(weight, Float::load(columns[c] + i), value);
-        }
-        sums_[c] = sum(value);
-      }
-      film.add_sums(x + k - reach_, y + j - reach_, sums_, sum(total));
+      for (size_t c = 0; c < columns.size(); ++c) sums_[c] = sum(values[c]);
+      film.add_sums(x + k, y + j, sums_, sum(weights));
     }
   }
 }
