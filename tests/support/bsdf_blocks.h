@@ -1,43 +1,15 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <vector>
 
 #include "kinome/blocks.h"
 #include "kinome/bsdf.h"
+#include "support/block_memory.h"
 
 /// Blocks of points of surfaces, for tests of BSDFs and textures.
 namespace kinome::test {
-
-/// Columns of floats that are NaN at first, padding included.
-class TestColumns {
- public:
-  TestColumns(size_t columns, size_t count)
-      : length_(padded(count)),
-        memory_(columns * length_ + kBlockLanes, std::numeric_limits<float>::quiet_NaN()) {
-    const auto address = reinterpret_cast<uintptr_t>(memory_.data());
-    next_ = memory_.data() + (-address % kColumnAlignment) / sizeof(float);
-  }
-  TestColumns(const TestColumns&) = delete;
-
-  float* one() { return std::exchange(next_, next_ + length_); }
-  Columns2 two() {
-    float* const x = one();
-    return {x, one()};
-  }
-  Columns3 three() {
-    float* const x = one();
-    float* const y = one();
-    return {x, y, one()};
-  }
-
- private:
-  size_t length_;
-  std::vector<float> memory_;
-  float* next_;
-};
 
 /// One point with what is asked of a BSDF there.
 struct BsdfQuestion {
@@ -57,7 +29,7 @@ struct BsdfReply {
 class BsdfBlock {
  public:
   explicit BsdfBlock(const std::vector<BsdfQuestion>& questions)
-      : columns_(kColumns, questions.size()),
+      : columns_(questions.size()),
         primitive_(padded(questions.size()), 0u),
         ray_(padded(questions.size()), 0u),
         shape_(padded(questions.size()), nullptr) {
@@ -86,8 +58,6 @@ class BsdfBlock {
   BsdfAnswer answer;
 
  private:
-  static constexpr size_t kColumns = 46;
-
   void set(size_t i, const BsdfQuestion& q) {
     points.p.set(i, q.si.p), points.n.set(i, q.si.n);
     points.s.set(i, q.si.frame.s), points.t.set(i, q.si.frame.t);
@@ -98,7 +68,7 @@ class BsdfBlock {
     query.wo.set(i, q.wo), query.u1[i] = q.u1, query.u2.set(i, q.u2);
   }
 
-  TestColumns columns_;
+  BlockMemory columns_;
   std::vector<uint32_t> primitive_, ray_;
   std::vector<const Shape*> shape_;
 };

@@ -1,4 +1,5 @@
 // BSDFs over blocks of points say what they say at each point by itself.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

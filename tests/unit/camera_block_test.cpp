@@ -4,39 +4,23 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
-#include "kinome/instruction_set.h"
 #include "kinome/sensor.h"
-#include "support/render.h"
+#include "support/block_memory.h"
+#include "support/plugin_sets.h"
 
 namespace kinome::test {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-
 /// Calls fn(make) for each instruction set: make(xml) makes an object by its libraries.
 template <class Function>
 void for_each_set(const Function& fn) {
-  for (int i = 0; i <= static_cast<int>(processor_instruction_set()); ++i) {
-    const auto set = static_cast<InstructionSet>(i);
+  for (const InstructionSet set : instruction_sets()) {
     SCOPED_TRACE(to_string(set));
-    auto folders = PluginRegistry::default_folders();
-    folders.push_back(KINOME_TEST_PLUGINS);
-    PluginRegistry libraries(folders, set);
-    fn([&](const std::string& xml) {
-      return load_object_from_string(xml, "test.xml", {}, libraries);
-    });
+    fn([set](const std::string& xml) { return make_for<Object>(set, xml); });
   }
 }
-
-/// Columns for `count` values, all of them NaN.
-struct Memory {
-  explicit Memory(size_t count) : x(padded(count), kNaN), y(padded(count), kNaN) {}
-  Columns2 columns() { return {x.data(), y.data()}; }
-  std::vector<float> x, y;
-};
 
 class EverySampler : public testing::TestWithParam<const char*> {};
 
@@ -51,14 +35,16 @@ TEST_P(EverySampler, FillsBlocksWithTheSameNumbers) {
     for (const uint32_t samples : {1u, 3u, 4u, 15u, 16u, 17u, 48u}) {
       for (const size_t pixels : {size_t{1}, x.size()}) {
         const PixelSamples block{x.data(), y.data(), pixels, 5, samples, 77};
-        Memory one(block.count()), two(block.count());
-        sampler->fill_1d_block(block, 9, one.x.data());
-        sampler->fill_2d_block(block, 4, two.columns());
+        BlockMemory memory(block.count());
+        float* const one = memory.one();
+        const Columns2 two = memory.two();
+        sampler->fill_1d_block(block, 9, one);
+        sampler->fill_2d_block(block, 4, two);
         for (size_t i = 0; i < block.count(); ++i) {
           const auto p = i / samples;
           const SampleKey key{x[p], y[p], 5 + static_cast<uint32_t>(i % samples), 77};
-          ASSERT_EQ(one.x[i], sampler->value_1d(key, 9)) << samples << " " << i;
-          ASSERT_EQ(two.columns().at(i), sampler->value_2d(key, 4)) << samples << " " << i;
+          ASSERT_EQ(one[i], sampler->value_1d(key, 9)) << samples << " " << i;
+          ASSERT_EQ(two.at(i), sampler->value_2d(key, 4)) << samples << " " << i;
         }
       }
     }
@@ -75,12 +61,13 @@ TEST_P(EveryFilterBlock, WeighsAsPointByPoint) {
     const auto filter = std::dynamic_pointer_cast<ReconstructionFilter>(
         make(std::string("<rfilter type=\"") + GetParam() + "\"/>"));
     for (const size_t count : {1u, 15u, 16u, 17u, 400u}) {
-      std::vector<float> x(padded(count), kNaN), w(padded(count), kNaN);
+      BlockMemory memory(count);
+      float *const x = memory.one(), *const w = memory.one();
       for (size_t i = 0; i < count; ++i) {
         x[i] = (2 * static_cast<float>(i) / static_cast<float>(count) - 1) * 1.1f *
                filter->radius();
       }
-      filter->eval_block(x.data(), count, w.data());
+      filter->eval_block(x, count, w);
       // The exponential's two ulps, of a value of at most 1 that a constant is taken from.
       for (size_t i = 0; i < count; ++i) ASSERT_NEAR(w[i], filter->eval(x[i]), 2.5e-7f) << x[i];
     }
@@ -103,21 +90,22 @@ TEST_P(EverySensor, MakesTheSameRays) {
              : "") +
         "</sensor>"));
     for (const size_t count : {1u, 15u, 16u, 17u, 33u}) {
-      Memory at(count), lens(count);
+      BlockMemory memory(count);
+      const Columns2 at = memory.two(), lens = memory.two();
       for (size_t i = 0; i < count; ++i) {
         const auto f = static_cast<float>(i);
-        at.columns().set(i, {20 * f - 3, 500 - 17 * f});
-        lens.columns().set(i, {std::fmod(0.37f * f, 1.f), std::fmod(0.71f * f, 1.f)});
+        at.set(i, {20 * f - 3, 500 - 17 * f});
+        lens.set(i, {std::fmod(0.37f * f, 1.f), std::fmod(0.71f * f, 1.f)});
       }
       // Vectors are aligned.
       struct alignas(64) Rays {
         RayHit16 blocks[3];
       };
       const auto rays = std::make_unique<Rays>();
-      sensor->sample_ray_block(at.columns(), lens.columns(), count, rays->blocks);
+      sensor->sample_ray_block(at, lens, count, rays->blocks);
       for (size_t i = 0; i < count; ++i) {
         const Ray expected =
-            sensor->sample_ray(at.columns().at(i), lens.columns().at(i));
+            sensor->sample_ray(at.at(i), lens.at(i));
         const Ray ray = ray_hit_of(rays->blocks, i).ray;
         // Some ten roundings, of coordinates up to 8.
         for (int c = 0; c < 3; ++c) {

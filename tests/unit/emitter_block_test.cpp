@@ -2,12 +2,13 @@
 
 #include <cmath>
 
-#include "block_helpers.h"
 #include "kinome/emitter.h"
 #include "kinome/image.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"
 #include "shape_helpers.h"
+#include "support/block_memory.h"
+#include "support/plugin_sets.h"
 
 /// Emitters over blocks against the same emitters at single points, for each instruction set.
 /// Bounds are by cause: kRounding is a few roundings of numbers of size 1.

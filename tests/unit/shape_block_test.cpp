@@ -2,9 +2,10 @@
 
 #include <cmath>
 
-#include "block_helpers.h"
 #include "kinome/shape.h"
 #include "shape_helpers.h"
+#include "support/block_memory.h"
+#include "support/plugin_sets.h"
 
 /// Shapes over blocks against the same shapes at single points, for each instruction set. Bounds are
 /// by cause: kRounding is a few roundings of numbers of size 1; where the formula divides by a small

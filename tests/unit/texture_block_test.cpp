@@ -1,4 +1,5 @@
 // Textures over blocks of places have the very colours that they have at each place.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <png.h>
 
@@ -9,7 +10,7 @@
 
 #include "kinome/image.h"
 #include "kinome/texture.h"
-#include "support/bsdf_blocks.h"
+#include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
 namespace kinome::test {
@@ -63,7 +64,7 @@ void expect_same(const Texture& texture, const std::string& what) {
   for (const size_t count :
        {size_t(1), size_t(15), size_t(16), size_t(17), size_t(33), size_t(1000)}) {
     const auto uv = places(count);
-    TestColumns columns(6, count);
+    BlockMemory columns(count);
     const Columns2 at = columns.two();
     const Columns3 color = columns.three();
     float* const number = columns.one();

@@ -1,19 +1,17 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cstring>
 #include <limits>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "kinome/columns.h"
-#include "kinome/plugin_registry.h"
-#include "kinome/scene_loader.h"
-#include "support/render.h"
+#include "kinome/math.h"
 
-/// What tests of functions over blocks need: columns whose padding is poisoned, and plugins of each
-/// instruction set.
+/// Memory for tests of functions over blocks, whose padding is poisoned.
 namespace kinome::test {
 
 inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -61,32 +59,6 @@ class BlockMemory {
   size_t length_;
   std::vector<std::unique_ptr<Lanes[]>> columns_;
 };
-
-/// Those that this processor has and plugins are built for.
-inline std::vector<InstructionSet> instruction_sets() {
-  std::vector<InstructionSet> sets = {InstructionSet::kBaseline};
-  for (const auto set : {InstructionSet::kX86V3, InstructionSet::kX86V4}) {
-    if (set <= processor_instruction_set()) sets.push_back(set);
-  }
-  return sets;
-}
-
-/// For tests' names.
-inline std::string name_of(InstructionSet set) {
-  std::string name(to_string(set));
-  std::replace(name.begin(), name.end(), '-', '_');
-  return name;
-}
-
-/// An object whose plugins, nested ones included, are the ones for an instruction set.
-template <class T>
-std::shared_ptr<T> make_for(InstructionSet set, const std::string& xml) {
-  auto folders = PluginRegistry::default_folders();  // KINOME_PLUGIN_PATH first
-  folders.push_back(KINOME_TEST_PLUGINS);
-  // Objects outlive the call, and libraries their registry.
-  PluginRegistry registry(folders, set);
-  return std::dynamic_pointer_cast<T>(load_object_from_string(xml, "test.xml", {}, registry));
-}
 
 inline float largest_difference(const Vec3& a, const Vec3& b) {
   return max_component(glm::abs(a - b));
