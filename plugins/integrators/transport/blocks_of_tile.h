@@ -11,7 +11,7 @@
 
 namespace kinome::transport {
 
-/// Samples in a block: what fits the caches. 512 to 8192 differ by 3 %.
+/// Samples in a block: what fits the caches. 512 and 8192 differ by up to 5 %.
 inline constexpr size_t kBlockSamples = 2048;
 
 /// Calls fn(const PixelSamples&) for blocks that make up samples first … first + samples - 1 of all
