@@ -56,7 +56,7 @@ class ColorInput {
   explicit ColorInput(std::shared_ptr<const Texture> texture)
       : texture_(std::move(texture)),
         is_uniform_(texture_->is_uniform()),
-        value_(texture_->eval(glm::vec2(0.f))) {}
+        value_(is_uniform_ ? texture_->eval(glm::vec2(0.f)) : glm::vec3(0.f)) {}
 
   glm::vec3 at(const glm::vec2& uv) const { return is_uniform_ ? value_ : texture_->eval(uv); }
   const Texture& operator*() const { return *texture_; }
@@ -94,7 +94,7 @@ class NumberInput {
   explicit NumberInput(std::shared_ptr<const Texture> texture)
       : texture_(std::move(texture)),
         is_uniform_(texture_->is_uniform()),
-        value_(texture_->eval_1(glm::vec2(0.f))) {}
+        value_(is_uniform_ ? texture_->eval_1(glm::vec2(0.f)) : 0.f) {}
 
   float at(const glm::vec2& uv) const { return is_uniform_ ? value_ : texture_->eval_1(uv); }
   const Texture& operator*() const { return *texture_; }
