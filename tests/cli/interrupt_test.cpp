@@ -19,7 +19,7 @@ namespace {
 #if defined(__SANITIZE_THREAD__)
 constexpr int kTilesAcross = 4, kSamples = 250, kManySamples = 512;
 #else
-constexpr int kTilesAcross = 8, kSamples = 1000, kManySamples = 4096;
+constexpr int kTilesAcross = 8, kSamples = 1000, kManySamples = 65536;
 #endif
 constexpr int kWidth = kTilesAcross * kTileSize;
 
@@ -144,8 +144,8 @@ TEST_F(Interrupt, WhatTakesLongIsMarked) {
                   "\"/><integer name=\"bsdf_samples\" value=\"0\"/></integrator>");
   folder_.write("scene.xml", xml);
   const std::string log = folder_.path("log");
-  // A pixel takes 4096 shadow rays: 268 million, of which none do more than some million a second
-  // (34 million, and a tenth of that).
+  // A pixel takes 65536 shadow rays: 4 billion, of which few machines do more than a hundred million
+  // a second (34 million, and a hundredth of that).
   Background program({scene_, "-o", image_, "--png", "-t", "2", "-D", "width=256", "-D", "spp=1"},
                      log);
   ASSERT_TRUE(program.says("rendering: "));
@@ -333,7 +333,8 @@ std::string on_terminal(const std::vector<std::string>& arguments) {
 }
 
 TEST_F(Interrupt, BarOnATerminal) {
-  const std::vector<std::string> arguments = {scene_, "-D", "width=256", "-D", "spp=16"};
+  // Long enough for the bar to be drawn, some tenths of a second.
+  const std::vector<std::string> arguments = {scene_, "-D", "width=256", "-D", "spp=256"};
   const std::string text = on_terminal(arguments);
   EXPECT_NE(text.find("\r["), std::string::npos) << text;
   EXPECT_NE(text.find(" %, "), std::string::npos) << text;
