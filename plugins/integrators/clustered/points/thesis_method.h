@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "clustered/points/light_cut.h"
+#include "clustered/points/point_lights.h"
+#include "kinome/inspection.h"
+
+namespace kinome {
+
+struct ThesisSettings {
+  Importance importance = Importance::kJoint;
+  CutCriterion criterion = CutCriterion::kVariance;
+  uint32_t cut_size = 0;         ///< clusters in the cut
+  uint32_t emitter_samples = 0;  ///< light points drawn for each camera ray
+  uint32_t brdf_samples = 0;     ///< lobe rays
+  PointLightOptions options;
+};
+
+class ClusterChooser;
+
+/// `clustered` as in Åkerlund 2008: for all importances but 'product'.
+class ThesisMethod {
+ public:
+  explicit ThesisMethod(const ThesisSettings& settings) : settings_(settings) {}
+
+  void render(ScenePointLights lights, const Scene& scene, const Sensor& sensor,
+              RenderContext& context) const;
+  /// What is chosen for the first surface behind pixel (x, y): a report for each set of light
+  /// points. Error where there is no surface.
+  std::vector<Inspection> inspect(ScenePointLights lights, const Scene& scene, const Sensor& sensor,
+                                  RenderContext& context, int x, int y) const;
+
+ private:
+  std::vector<ClusterChooser> make_choosers(ScenePointLights& lights, const Scene& scene,
+                                            const Sensor& sensor, RenderContext& context) const;
+  std::shared_ptr<const LightCut> make_cut(LightPoints& points, RenderContext& context) const;
+  std::shared_ptr<Sampler> lobe_sampler(const Scene& scene, const Sensor& sensor,
+                                        RenderContext& context) const;
+
+  ThesisSettings settings_;
+};
+
+}  // namespace kinome
