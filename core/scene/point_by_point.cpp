@@ -49,6 +49,39 @@ void Bsdf::shade_block(const SurfaceBlock& points, const BsdfQuery& query,
   }
 }
 
+uint32_t BsdfFormKinds::number_of(const BsdfForm& form) {
+  for (size_t k = 0; k < kinds_.size(); ++k) {
+    if (kinds_[k].same_kind(form)) return static_cast<uint32_t>(k + 1);
+  }
+  kinds_.push_back(form);
+  return static_cast<uint32_t>(kinds_.size());
+}
+
+void Bsdf::describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const {
+  UpperHalves::clear();
+  for (size_t i = 0; i < points.count; ++i) {
+    const SurfaceInteraction si = interaction_of(points, i);
+    const Frame frame = reflection_frame(si);
+    out.normal.set(i, frame.n);
+    out.tangent.set(i, frame.s);
+    const std::optional<BsdfForm> found = form(si);
+    if (!found) {
+      const LobeReflectance colours = reflectance(si);
+      out.diffuse.set(i, colours.diffuse);
+      out.specular.set(i, colours.glossy);
+      out.kind[i] = BsdfFormKinds::kNone;
+      continue;
+    }
+    out.diffuse.set(i, found->diffuse);
+    out.specular.set(i, found->specular);
+    out.alpha_u[i] = found->alpha_u;
+    out.alpha_v[i] = found->alpha_v;
+    out.surface_normal.set(i, found->surface_normal);
+    out.bump_alpha2[i] = found->bump_alpha2;
+    out.kind[i] = out.kinds->number_of(*found);
+  }
+}
+
 void Emitter::sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
                                   const DirectBlock& out) const {
   UpperHalves::clear();

@@ -38,10 +38,10 @@ class Diffuse final : public wide::FormulaBsdf<Diffuse> {
     fn([](const VecOf<F>& /*wi*/, const RgbOf<F>& albedo) { return Lobes<F>{albedo}; });
   }
 
-  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
-    BsdfForm form;
-    form.diffuse = reflectance_.at(si.uv);
-    return form;
+  std::optional<BsdfForm> form_kind() const { return BsdfForm(); }
+  template <class F>
+  wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& albedo) const {
+    return {albedo, RgbOf<F>(0.f), 1.f, 1.f};
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {

@@ -55,15 +55,21 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
     });
   }
 
+  /// Where the index differs from point to point, each has a kind of its own.
+  std::optional<BsdfForm> form_kind() const {
+    if (!index_.eta()->is_uniform() || !index_.k()->is_uniform()) return std::nullopt;
+    return form_with(index_.eta().at(Vec2(0.f)), index_.k().at(Vec2(0.f)));
+  }
+  template <class F>
+  wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& specular, const F& alpha_u,
+                          const F& alpha_v, const RgbOf<F>& /*eta*/, const RgbOf<F>& /*k*/) const {
+    return {RgbOf<F>(0.f), specular, max(alpha_u, F(kMinAlpha)), max(alpha_v, F(kMinAlpha))};
+  }
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
-    BsdfForm form;
-    form.glossy = glossy_form(type_);
+    BsdfForm form = form_with(index_.eta().at(si.uv), index_.k().at(si.uv));
     form.specular = specular_.at(si.uv);
     form.alpha_u = std::max(alpha_u_.at(si.uv), kMinAlpha);
     form.alpha_v = std::max(alpha_v_.at(si.uv), kMinAlpha);
-    form.is_conductor = true;
-    form.eta = ConductorIndex::bounded(index_.eta().at(si.uv));
-    form.k = ConductorIndex::bounded(index_.k().at(si.uv));
     return form;
   }
 
@@ -90,6 +96,15 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
       return weighted_sample<F>(*this, reflection.sample(u2), lobe_number(Lobe::kGlossy));
     }
   };
+
+  BsdfForm form_with(const Rgb& eta, const Rgb& k) const {
+    BsdfForm form;
+    form.glossy = glossy_form(type_);
+    form.is_conductor = true;
+    form.eta = ConductorIndex::bounded(eta);
+    form.k = ConductorIndex::bounded(k);
+    return form;
+  }
 
   /// `name`, which comes together with `other`, or alpha.
   static std::shared_ptr<Texture> alpha(const Properties& props, const char* name,

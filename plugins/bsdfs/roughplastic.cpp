@@ -57,17 +57,23 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
     });
   }
 
-  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
+  std::optional<BsdfForm> form_kind() const {
     BsdfForm form;
-    if (any(lobes_ & Lobe::kDiffuse)) form.diffuse = diffuse_factor(si.wi.z, diffuse_.at(si.uv));
     form.transmittance = transmittance_.table().data();
     if (any(lobes_ & Lobe::kGlossy)) {
       form.glossy = glossy_form(type_);
-      form.specular = specular_.at(si.uv);
-      form.alpha_u = form.alpha_v = std::max(alpha_, kMinAlpha);
       form.eta = Rgb(eta_);
     }
     return form;
+  }
+  template <class F>
+  wide::FormOf<F> form_of(const VecOf<F>& wi, const RgbOf<F>& albedo,
+                          const RgbOf<F>& specular) const {
+    const RgbOf<F> diffuse =
+        any(lobes_ & Lobe::kDiffuse) ? diffuse_factor(wi.z, albedo) : RgbOf<F>(0.f);
+    if (!any(lobes_ & Lobe::kGlossy)) return {diffuse, RgbOf<F>(0.f), 1.f, 1.f};
+    const float alpha = std::max(alpha_, kMinAlpha);
+    return {diffuse, specular, alpha, alpha};
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {

@@ -91,6 +91,16 @@ class TwoSided final : public Bsdf {
     });
   }
 
+  void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {
+    size_t backs = 0;
+    for (size_t i = 0; i < points.count; ++i) backs += points.wi.z[i] < 0;
+    if (backs == 0) return sides_.front()->describe_block(points, out);
+    // Of both sides in one block: point by point.
+    if (sides_.size() > 1 && backs < points.count) return Bsdf::describe_block(points, out);
+    const wide::ScratchColumns columns(4, points.count);
+    sides_.back()->describe_block(turned_to_viewer(points, columns), out);
+  }
+
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
     return si.wi.z < 0 ? sides_.back()->form(mirrored(si)) : sides_.front()->form(si);
   }
@@ -109,33 +119,37 @@ class TwoSided final : public Bsdf {
     return wide::Float::load(points.wi.z + i) < 0.f;
   }
 
-  /// Asks `bsdf` with all points turned to the viewer: those that are seen from behind are mirrored,
-  /// see mirrored().
-  static void shade_facing(const Bsdf& bsdf, const SurfaceBlock& points, const BsdfQuery& query,
-                           const BsdfAnswer& answer) {
+  /// -from where points are seen from behind, to `to`, which may be the same.
+  static void turn(const SurfaceBlock& points, const float* from, float* to) {
     using wide::Float;
-    const wide::ScratchColumns columns(5, points.count);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const Float x = Float::load(from + i);
+      select(is_back_at(points, i), -x, x).store(to + i);
+    });
+  }
+  /// All points turned to the viewer: those that are seen from behind are mirrored, see mirrored().
+  /// Columns 0 to 3 of `columns` hold what differs.
+  static SurfaceBlock turned_to_viewer(const SurfaceBlock& points,
+                                       const wide::ScratchColumns& columns) {
     SurfaceBlock facing = points;
     facing.sn = columns.three(0);
     facing.wi.z = columns[3];
+    turn(points, points.sn.x, facing.sn.x), turn(points, points.sn.y, facing.sn.y);
+    turn(points, points.sn.z, facing.sn.z), turn(points, points.wi.z, facing.wi.z);
+    return facing;
+  }
+
+  static void shade_facing(const Bsdf& bsdf, const SurfaceBlock& points, const BsdfQuery& query,
+                           const BsdfAnswer& answer) {
+    const wide::ScratchColumns columns(5, points.count);
+    const SurfaceBlock facing = turned_to_viewer(points, columns);
     BsdfQuery facing_query = query;
-    if (query.wo.x) facing_query.wo.z = columns[4];
-    wide::for_lanes(points.count, [&](size_t i) {
-      const wide::Mask is_back = is_back_at(points, i);
-      const auto turn = [&](const float* from, float* to) {
-        const Float x = Float::load(from + i);
-        select(is_back, -x, x).store(to + i);
-      };
-      turn(points.sn.x, facing.sn.x), turn(points.sn.y, facing.sn.y);
-      turn(points.sn.z, facing.sn.z), turn(points.wi.z, facing.wi.z);
-      if (query.wo.x) turn(query.wo.z, facing_query.wo.z);
-    });
+    if (query.wo.x) {
+      facing_query.wo.z = columns[4];
+      turn(points, query.wo.z, facing_query.wo.z);
+    }
     bsdf.shade_block(facing, facing_query, answer);
-    if (!query.u1) return;
-    wide::for_lanes(points.count, [&](size_t i) {
-      const Float z = Float::load(answer.wo.z + i);
-      select(is_back_at(points, i), -z, z).store(answer.wo.z + i);
-    });
+    if (query.u1) turn(points, answer.wo.z, answer.wo.z);
   }
 
   /// The point as its back sees it, in a left-handed frame.

@@ -37,7 +37,7 @@ class DepthWorker {
     for (size_t i = 0; i < samples.count(); ++i) {
       depth_.set(i, Vec3(camera_.hit(i) ? camera_.depth(i) : 0.f));
     }
-    camera_.find_alpha(samples, alpha_);
+    camera_.find_alpha(alpha_);
     film_.add(samples, camera_.film_position(), values_, tile.film);
   }
 

@@ -293,6 +293,61 @@ TEST_P(BsdfBlocks, AnswerOnlyWhatIsAsked) {
   }
 }
 
+/// Columns for what a BSDF says of a block's points.
+struct FormColumns {
+  explicit FormColumns(size_t count) : memory(count), kind(padded(count)) {
+    out.normal = memory.three(), out.tangent = memory.three();
+    out.diffuse = memory.three(), out.specular = memory.three();
+    out.alpha_u = memory.one(), out.alpha_v = memory.one();
+    out.surface_normal = memory.three(), out.bump_alpha2 = memory.one();
+    out.kind = kind.data(), out.kinds = &kinds;
+  }
+  BlockMemory memory;
+  std::vector<uint32_t> kind;
+  BsdfFormKinds kinds;
+  BsdfFormBlock out;
+};
+
+TEST_P(BsdfBlocks, AreDescribedLikeTheirPoints) {
+  const auto bsdf = make();
+  const Bounds bounds = bounds_of(std::get<0>(GetParam()).name);
+  for (const size_t count : {size_t{1}, size_t{15}, size_t{16}, size_t{17}, size_t{400}}) {
+    const auto questions = random_questions(count, 9);
+    BsdfBlock block(questions);
+    FormColumns columns(count);
+    const BsdfFormBlock& out = columns.out;
+    bsdf->describe_block(block.points, out);
+    for (size_t i = 0; i < count; ++i) {
+      const SurfaceInteraction& si = questions[i].si;
+      const Frame frame = bsdf->reflection_frame(si);
+      // Of nearly grazing views, which side they are on is a matter of rounding.
+      if (!(glm::dot(frame.n, si.frame.to_world(si.wi)) > 1e-3f)) continue;
+      EXPECT_TRUE(bounds.hold(out.normal.at(i), frame.n)) << text(questions[i]);
+      EXPECT_TRUE(bounds.hold(out.tangent.at(i), frame.s)) << text(questions[i]);
+      const auto form = bsdf->form(si);
+      if (!form) {
+        EXPECT_EQ(out.kind[i], BsdfFormKinds::kNone);
+        const LobeReflectance colours = bsdf->reflectance(si);
+        EXPECT_TRUE(bounds.hold(out.diffuse.at(i), colours.diffuse)) << text(questions[i]);
+        EXPECT_TRUE(bounds.hold(out.specular.at(i), colours.glossy)) << text(questions[i]);
+        continue;
+      }
+      ASSERT_NE(out.kind[i], BsdfFormKinds::kNone);
+      EXPECT_TRUE(columns.kinds[out.kind[i]].same_kind(*form)) << text(questions[i]);
+      EXPECT_TRUE(bounds.hold(out.diffuse.at(i), form->diffuse)) << text(questions[i]);
+      if (form->glossy == BsdfForm::Glossy::kBeckmann ||
+          form->glossy == BsdfForm::Glossy::kGgx) {
+        EXPECT_TRUE(bounds.hold(out.specular.at(i), form->specular)) << text(questions[i]);
+        EXPECT_TRUE(bounds.hold(out.alpha_u[i], form->alpha_u, 1)) << text(questions[i]);
+        EXPECT_TRUE(bounds.hold(out.alpha_v[i], form->alpha_v, 1)) << text(questions[i]);
+      }
+      if (!form->is_turned) continue;
+      EXPECT_TRUE(bounds.hold(out.surface_normal.at(i), form->surface_normal));
+      EXPECT_TRUE(bounds.hold(out.bump_alpha2[i], form->bump_alpha2, 1)) << text(questions[i]);
+    }
+  }
+}
+
 TEST_P(BsdfBlocks, OfPluginsWithoutThemAreLoopsOverPoints) {
   const auto bsdf = make();
   auto questions = random_questions(100, 5);

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "kinome/blocks.h"
+#include "kinome/bsdf_form.h"
 #include "kinome/color.h"
 #include "kinome/interaction.h"
 #include "kinome/object.h"
@@ -59,54 +60,6 @@ struct LobeReflectance {
   Rgb glossy{0.f};
 };
 
-/// Light that bumps of the squared roughness alpha2 leave at a cosine with the surface's own normal
-/// (Estevez et al. 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
-/// Problem"); alpha2 = 0: all of it. F is float or wide::Float.
-template <class F>
-F bump_shadowing(F cosine, F alpha2) {
-  using std::max, std::min, std::sqrt;
-  const F cos2 = min(max(cosine * cosine, F(1e-12f)), F(1.f));
-  return 2.f / (1.f + sqrt(1.f + alpha2 * (1.f - cos2) / cos2));
-}
-
-/// A BSDF at one point in a form that kernels evaluate for many points at once; cosines are to the
-/// normal of reflection_frame.
-struct BsdfForm {
-  /// The kDiffuse lobe: f cos = diffuse x T(cos) cos / pi, T being 1, or interpolated linearly in a
-  /// table of kTableSize values at cosines k / (kTableSize - 1), which lives as long as the BSDF.
-  static constexpr int kTableSize = 64;
-  Rgb diffuse{0.f};
-  const float* transmittance = nullptr;
-
-  /// The kGlossy lobe: none, one that has no such form, or microfacets with Smith's masking,
-  /// f cos = specular F(wi . h) D(h) G1(wi) G1(wo) / (4 cos_i). Beckmann's G1 is Walter et al.
-  /// 2007's rational fit.
-  enum class Glossy { kNone, kOther, kBeckmann, kGgx };
-  Glossy glossy = Glossy::kNone;
-  Rgb specular{0.f};
-  float alpha_u = 1, alpha_v = 1;
-  /// Fresnel's reflectance: of a dielectric of relative index eta.x, or of a conductor.
-  bool is_conductor = false;
-  Rgb eta{1.f}, k{0.f};
-
-  /// Of a normal that was turned away from the surface's own: both lobes are multiplied by
-  /// turned_factor() of the cosine between the light and `surface_normal` (world space, on the
-  /// viewer's side).
-  bool is_turned = false;
-  Vec3 surface_normal{0, 0, 1};
-  float bump_alpha2 = 0;  ///< see bump_shadowing
-  float turned_factor(float cosine) const {
-    return cosine > 0 ? bump_shadowing(cosine, bump_alpha2) : 0.f;
-  }
-
-  /// Nothing but colours, roughness and the turned normal differs.
-  bool same_kind(const BsdfForm& other) const {
-    return transmittance == other.transmittance && glossy == other.glossy &&
-           is_conductor == other.is_conductor && eta == other.eta && k == other.k &&
-           is_turned == other.is_turned;
-  }
-};
-
 /// Reflection at a surface. Directions are unit vectors in the shading frame `si.frame`, away from
 /// the surface; si.wi points to the viewer. Evaluations are of batches: parameters (textures) are
 /// read once for a point, however many directions are asked for.
@@ -145,6 +98,9 @@ class KINOME_EXPORT Bsdf : public Object {
   virtual std::optional<BsdfForm> form(const SurfaceInteraction& /*si*/) const {
     return std::nullopt;
   }
+  /// reflection_frame and form at each point of a block; in place of a form that there isn't, the
+  /// colours of reflectance(). Default: point by point.
+  virtual void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const;
 
   /// eval_pdf of one direction and sample, of all lobes, at each point of a block: both want the
   /// same set-up. Default: point by point.

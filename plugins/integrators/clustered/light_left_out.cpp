@@ -61,7 +61,7 @@ BatchSums trace_batch(const PathSettings& settings, uint32_t longest,
   const Columns3 radiance = arena.three(), beyond = arena.three();
   RenderCounters counters;  // of no one's interest
   camera.trace(samples, counters);
-  camera.set_seen_light(samples, radiance);
+  camera.set_seen_light(radiance);
   paths.add(samples, camera.surfaces(), {radiance, beyond, longest}, counters);
   BatchSums sums;
   for (size_t i = 0; i < samples.count(); ++i) {

@@ -31,6 +31,7 @@ Camera::Camera(const SceneTable& scene, const Sensor& sensor, size_t rays, bool 
     : scene_(scene),
       sensor_(sensor),
       hide_emitters_(hide_emitters),
+      passes_(hide_emitters && scene.scene().has_surface_emitters()),
       arena_(rays + kBlockLanes),
       u_(arena_.two()),
       aperture_(arena_.two()),
@@ -44,7 +45,7 @@ Camera::Camera(const SceneTable& scene, const Sensor& sensor, size_t rays, bool 
       per_point_(Surfaces::most_points(scene, rays) + rays + kBlockLanes),
       light_(per_point_.three()) {}
 
-void Camera::make_rays(const PixelSamples& samples) {
+void Camera::place(const PixelSamples& samples) {
   const size_t count = samples.count();
   const Sampler& sampler = sensor_.sampler();
   sampler.fill_2d_block(samples, 0, u_);
@@ -56,37 +57,42 @@ void Camera::make_rays(const PixelSamples& samples) {
     std::fill_n(aperture_.x, padded(count), 0.5f);
     std::fill_n(aperture_.y, padded(count), 0.5f);
   }
-  sensor_.sample_ray_block(position_, aperture_, count, rays_);
-  for (size_t i = count; i < padded(count); ++i) rays_[i / 16].ray.tmax[i % 16] = -1;
-  clear_hits(rays_, count);
 }
 
 void Camera::trace_rays(const PixelSamples& samples, RenderCounters& counters) {
-  make_rays(samples);
-  trace_made(samples.count(), counters);
+  place(samples);
+  trace_rays(position_, aperture_, samples.count(), counters);
 }
 
-void Camera::trace_made(size_t count, RenderCounters& counters) {
+void Camera::trace_rays(const Columns2& film_position, const Columns2& aperture, size_t count,
+                        RenderCounters& counters) {
+  count_ = count;
+  sensor_.sample_ray_block(film_position, aperture, count, rays_);
+  for (size_t i = count; i < padded(count); ++i) rays_[i / 16].ray.tmax[i % 16] = -1;
+  clear_hits(rays_, count);
+  if (passes_) {
+    for (size_t i = 0; i < count; ++i) far_[i] = rays_[i / 16].ray.tmax[i % 16];
+  }
   scene_.scene().intersect(rays_, padded(count) / kBlockLanes, Coherence::kCoherent, counters);
   counters[RayKind::kCamera] += count;
 }
 
 void Camera::trace(const PixelSamples& samples, RenderCounters& counters) {
-  const size_t count = samples.count();
-  make_rays(samples);
-  const bool passes = hide_emitters_ && scene_.scene().has_surface_emitters();
-  if (passes) {
-    for (size_t i = 0; i < count; ++i) far_[i] = rays_[i / 16].ray.tmax[i % 16];
-  }
-  trace_made(count, counters);
-  if (passes) pass_emitters(count, counters);
+  place(samples);
+  trace(position_, aperture_, samples.count(), counters);
+}
+
+void Camera::trace(const Columns2& film_position, const Columns2& aperture, size_t count,
+                   RenderCounters& counters) {
+  trace_rays(film_position, aperture, count, counters);
+  if (passes_) pass_emitters(counters);
   surfaces_.find(rays_, count, Surfaces::Which::kAll);
 }
 
 /// Rays that ended on a surface that emits begin anew behind it, until none does.
-void Camera::pass_emitters(size_t count, RenderCounters& counters) {
+void Camera::pass_emitters(RenderCounters& counters) {
   for (;;) {
-    surfaces_.find(rays_, count, Surfaces::Which::kEmitting);
+    surfaces_.find(rays_, count_, Surfaces::Which::kEmitting);
     size_t n = 0;
     for (const Surfaces::Range& range : surfaces_.ranges()) {
       for (size_t i = range.first; i < range.first + range.count; ++i) {
@@ -126,16 +132,13 @@ void Camera::pass_emitters(size_t count, RenderCounters& counters) {
   }
 }
 
-void Camera::find_alpha(const PixelSamples& samples, float* alpha) const {
-  for (size_t i = 0; i < samples.count(); ++i) {
-    alpha[i] = hit(i) ? 1.f : 0.f;
-  }
+void Camera::find_alpha(float* alpha) const {
+  for (size_t i = 0; i < count_; ++i) alpha[i] = hit(i) ? 1.f : 0.f;
 }
 
-void Camera::set_seen_light(const PixelSamples& samples, const Columns3& radiance) {
-  const size_t count = samples.count();
+void Camera::set_seen_light(const Columns3& radiance) {
   for (float* column : {radiance.x, radiance.y, radiance.z}) {
-    std::fill_n(column, padded(count), 0.f);
+    std::fill_n(column, padded(count_), 0.f);
   }
   if (hide_emitters_) return;
   const Emitter* const environment = scene_.scene().environment();

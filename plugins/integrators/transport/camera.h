@@ -19,6 +19,10 @@ class Camera {
   void trace(const PixelSamples& samples, RenderCounters& counters);
   /// The same without what is needed of surfaces: rays() alone, and lights are not hidden.
   void trace_rays(const PixelSamples& samples, RenderCounters& counters);
+  /// The rays through places on the film that somebody else has chosen; `aperture` means nothing to
+  /// sensors that don't need it.
+  void trace(const Columns2& film_position, const Columns2& aperture, size_t count,
+             RenderCounters& counters);
 
   /// In the order of the samples.
   const RayHit16* rays() const { return rays_; }
@@ -26,7 +30,7 @@ class Camera {
   const Surfaces& surfaces() const { return surfaces_; }
   /// Sets the radiance of each ray to the light that it sees itself: of surfaces that emit and of
   /// the environment, or none where emitters are hidden.
-  void set_seen_light(const PixelSamples& samples, const Columns3& radiance);
+  void set_seen_light(const Columns3& radiance);
   /// From the sensor's near plane, along the ray: what Mitsuba, whose camera rays begin there, takes
   /// for the distance of a hit. Only where ray i hit anything, and no light was passed.
   float depth(size_t i) const {
@@ -35,19 +39,22 @@ class Camera {
   }
   bool hit(size_t i) const { return rays_[i / kBlockLanes].shape[i % kBlockLanes] != kNoHit; }
   /// 1 for each ray that hit anything, else 0.
-  void find_alpha(const PixelSamples& samples, float* alpha) const;
+  void find_alpha(float* alpha) const;
 
  private:
-  void make_rays(const PixelSamples& samples);
-  void trace_made(size_t count, RenderCounters& counters);
-  void pass_emitters(size_t count, RenderCounters& counters);
+  void place(const PixelSamples& samples);
+  void trace_rays(const Columns2& film_position, const Columns2& aperture, size_t count,
+                  RenderCounters& counters);
+  void pass_emitters(RenderCounters& counters);
 
   const SceneTable& scene_;
   const Sensor& sensor_;
   bool hide_emitters_;
+  bool passes_;  ///< there are emitters to pass
   Arena arena_;
   Columns2 u_, aperture_, position_;
   RayHit16* rays_;
+  size_t count_ = 0;
   RayHit16* beyond_;  ///< of rays that go on
   uint32_t* passing_;
   float* far_;        ///< how far each ray sees

@@ -14,11 +14,11 @@ CameraBlock::CameraBlock(const SceneTable& scene, const Sensor& sensor, bool hid
 
 void CameraBlock::begin(const PixelSamples& samples, RenderCounters& counters) {
   camera_.trace(samples, counters);
-  camera_.set_seen_light(samples, radiance_);
+  camera_.set_seen_light(radiance_);
 }
 
 void CameraBlock::end(const PixelSamples& samples, Tile& tile) {
-  if (values_.size() > 3) camera_.find_alpha(samples, alpha_);
+  if (values_.size() > 3) camera_.find_alpha(alpha_);
   film_.add(samples, camera_.film_position(), values_, tile.film);
 }
 

@@ -45,6 +45,14 @@ KINOME_WIDE BsdfSampleOf<F> weighted_sample(const Lobes& lobes, const VecOf<F>& 
   return {wo, v.pdf, v.f / v.pdf, lobe};
 }
 
+/// What differs from point to point of a BsdfForm.
+template <class F>
+struct FormOf {
+  RgbOf<F> diffuse;
+  RgbOf<F> specular;
+  F alpha_u, alpha_v;
+};
+
 /// if_true() in the lanes where m is true, if_false() elsewhere; neither is called for nothing.
 template <class A, class B>
 KINOME_WIDE auto choose(bool m, const A& if_true, const B& if_false) {
@@ -96,6 +104,13 @@ inline void zero_batch(const DirectionBatch& wo, const BsdfValueBatch& out) {
 ///     ///     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const;
 ///     template <class F, class Fn>
 ///     void with_lobes(Lobe mask, const Fn& fn) const;
+///
+/// and, if it has a BsdfForm of one kind, about si.frame,
+///
+///     /// All of it but what FormOf has; nullopt: there is no such form.
+///     std::optional<BsdfForm> form_kind() const;
+///     template <class F>
+///     FormOf<F> form_of(const VecOf<F>& wi, value of each input ...) const;
 template <class Self>
 class FormulaBsdf : public Bsdf {
  public:
@@ -120,27 +135,72 @@ class FormulaBsdf : public Bsdf {
     return result;
   }
 
+  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
+    if constexpr (kHasForm) {
+      std::optional<BsdfForm> form = self().form_kind();
+      if (!form) return form;
+      const FormOf<float> own = std::apply(
+          [&](const auto&... inputs) {
+            return self().template form_of<float>(si.wi, inputs.at(si.uv)...);
+          },
+          self().inputs());
+      form->diffuse = own.diffuse, form->specular = own.specular;
+      form->alpha_u = own.alpha_u, form->alpha_v = own.alpha_v;
+      return form;
+    } else {
+      return Bsdf::form(si);
+    }
+  }
+
+  void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {
+    if constexpr (kHasForm) {
+      if (const std::optional<BsdfForm> form = self().form_kind()) {
+        std::fill_n(out.kind, points.count, out.kinds->number_of(*form));
+        return with_columns(points, [&](const auto&... columns) {
+          for_lanes(points.count, [&](size_t i) {
+            Vec3::load(points.sn, i).store(out.normal, i);
+            Vec3::load(points.s, i).store(out.tangent, i);
+            const Vec3 wi = Vec3::load(points.wi, i);
+            const FormOf<Float> own = self().template form_of<Float>(wi, columns[i]...);
+            own.diffuse.store(out.diffuse, i);
+            own.specular.store(out.specular, i);
+            own.alpha_u.store(out.alpha_u + i);
+            own.alpha_v.store(out.alpha_v + i);
+          });
+        });
+      }
+    }
+    Bsdf::describe_block(points, out);
+  }
+
   void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                    const BsdfAnswer& answer) const override {
     if (!any(lobes_)) return write_nothing(points.count, query, answer);
-    const auto with_columns = [&](const auto&... columns) {
+    with_columns(points, [&](const auto&... columns) {
       self().template with_lobes<Float>(lobes_, [&](const auto& lobes_at) {
         for_lanes(points.count, [&](size_t i) {
           const Vec3 wi = Vec3::load(points.wi, i);
           shade(lobes_at(wi, columns[i]...), wi.z > 0.f, query, answer, i);
         });
       });
-    };
-    std::apply(
-        [&](const auto&... inputs) {
-          with_columns(typename std::remove_cvref_t<decltype(inputs)>::Columns(inputs, points.uv,
-                                                                               points.count)...);
-        },
-        self().inputs());
+    });
   }
 
  private:
+  static constexpr bool kHasForm = requires(const Self& self) { self.form_kind(); };
+
   const Self& self() const { return static_cast<const Self&>(*this); }
+
+  /// Calls fn with the values of each input at the points.
+  template <class Fn>
+  void with_columns(const SurfaceBlock& points, const Fn& fn) const {
+    std::apply(
+        [&](const auto&... inputs) {
+          fn(typename std::remove_cvref_t<decltype(inputs)>::Columns(inputs, points.uv,
+                                                                     points.count)...);
+        },
+        self().inputs());
+  }
 
   bool is_seen(const SurfaceInteraction& si, Lobe mask) const {
     return si.wi.z > 0 && any(mask & lobes_);
