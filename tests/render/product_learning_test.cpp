@@ -141,7 +141,7 @@ class LyingRenderer {
     nothing.reset();
     known.visibility.assign(known.patches.size(), nothing);
     std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
-    std::vector<Estimator::PointPlan> points(primaries_.size());
+    std::vector<PointPlan> points(primaries_.size());
     Estimator::Unit unit;
     unit.end = static_cast<uint32_t>(primaries_.size());
     unit.rays = kPilotRays;
@@ -162,7 +162,7 @@ class LyingRenderer {
   /// alone, which stays.
   void peek(const Estimator::Unit& unit, TileKnowledge& known, Estimator& estimator) {
     std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
-    std::vector<Estimator::PointPlan> points(primaries_.size());
+    std::vector<PointPlan> points(primaries_.size());
     estimator.probe(unit, points, records);
     estimator.flush();
     for (size_t p = 0; p < records.size(); ++p) {

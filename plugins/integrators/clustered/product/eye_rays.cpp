@@ -1,9 +1,8 @@
-// The part of Estimator that sends rays by the BSDFs of primaries: to local light that light points
-// are too near to, and to what mirrors, and lobes too narrow for light points, show.
+#include "clustered/product/eye_rays.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include "clustered/product/estimator.h"
 #include "kinome/warp.h"
 
 namespace kinome {
@@ -13,6 +12,8 @@ namespace {
 constexpr size_t kBatch = 1024;
 /// Random numbers of one primary's eye ray.
 constexpr uint32_t kNumbers = 4;
+/// Below this roughness, all primaries whose lobe is glossy send one.
+constexpr float kSharpAlpha = 0.1f;
 
 /// Share of one way to find light, by the balance heuristic. Light points find it, eye rays that a
 /// drawn light is seen from, and eye rays that go on by a lobe: 1 / odds : 1 : follow_ratio; `own`
@@ -26,116 +27,122 @@ float share_of(float own, float follow_ratio, float odds) {
 
 }  // namespace
 
-/// Some members of the group send a ray; what it finds counts by the share of eye rays among all
-/// that could have found it.
-void Estimator::send_eye_rays(const Group& group, uint64_t seed, Rgb* sum) {
-  const LocalLight& local = *light_.local;
-  if (!local.has_surfaces() && !local.has_bounce()) return;
-  const Patch& patch = (*patches_)[group.patch];
-  if (!any(patch.bsdf->lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
-  const StageScope timer(innermost_stage_, *stages_.candidates);
-  const float expected = eye_rays_of(patch);
-  chosen_.clear();
-  for (uint32_t j = 0; j < group.count; ++j) {
-    const uint64_t own = hash_words(seed, member_of(group, j));
-    if (random_float(own, 0) < expected) chosen_.push_back(j);
-  }
-  if (chosen_.empty()) return;
+/// What a pilot says of sharp lobes can't be trusted: light points hardly ever lie where these
+/// look.
+float expected_eye_rays(const Patch& patch, const LocalLight& light) {
+  if (light.needs_eye_rays()) return 1;
+  const float sharpness = std::min(1.f, kSharpAlpha / std::sqrt(patch.alpha2()));
+  return std::max(patch.eye_rays, sharpness * (1 - diffuse_share(patch)));
+}
+
+std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, const Vec2& u) {
+  const Bsdf& bsdf = si.shape->bsdf();
+  if (!any(bsdf.lobes() & Lobe::kDelta)) return std::nullopt;
+  const auto sample = bsdf.sample(si, Lobe::kDelta, 0.5f, u);
+  if (!sample) return std::nullopt;
+  return MirroredDirection{si.frame.to_world(sample->wo), sample->weight};
+}
+
+void EyeRays::begin_tile(const Scene& scene, std::span<const float> rates,
+                         RenderCounters& counters) {
+  scene_ = &scene;
+  counters_ = &counters;
+  if (rays_.empty()) rates_.clear();
+  tile_rates_ = rates_.size();
+  rates_.insert(rates_.end(), rates.begin(), rates.end());
+}
+
+bool EyeRays::applies(const GroupView& group) const {
+  return (light_.local->has_surfaces() || light_.local->has_bounce()) &&
+         group.has(Lobe::kDiffuse | Lobe::kGlossy);
+}
+
+/// Directions of the chosen members, padded by the last one's.
+void EyeRays::draw(const GroupView& group, uint64_t seed) {
+  Candidates& c = directions_;
   const size_t count = chosen_.size(), padded = simd::pad_lanes(count);
   numbers_[0].assign(padded, 0);
   numbers_[1].assign(padded, 0);
-  Candidates& c = candidates_;
-  const size_t first = c.size();
-  c.resize(first + padded);
+  c.resize(padded);
   for (size_t k = 0; k < padded; ++k) {
-    c.member[first + k] = chosen_[std::min(k, count - 1)];
-    const uint64_t own = hash_words(seed, member_of(group, c.member[first + k]));
+    c.member[k] = chosen_[std::min(k, count - 1)];
+    const uint64_t own = hash_words(seed, group.primary(c.member[k]));
     for (uint32_t i = 0; i < 2; ++i) numbers_[i][k] = random_bits(own, 1 + i);
   }
-  const float share = diffuse_share(patch);
-  simd::sample_lobe(patch.lobe, points_of(group), &c.member[first],
-                    {numbers_[0].data(), numbers_[1].data(), {0, 0}}, padded, &c.dx[first],
-                    &c.dy[first], &c.dz[first]);
+  const float share = diffuse_share(group.patch);
+  simd::sample_lobe(group.patch.lobe, group.points(), c.member.data(),
+                    {numbers_[0].data(), numbers_[1].data(), {0, 0}}, padded, c.dx.data(),
+                    c.dy.data(), c.dz.data());
   for (size_t k = 0; k < count; ++k) {
-    const uint32_t primary = member_of(group, c.member[first + k]);
+    const uint32_t primary = group.primary(c.member[k]);
     if (random_float(hash_words(seed, primary), 3) >= share) continue;
-    const Vec3 d = Frame::from_normal(primaries_->normal[primary])
+    const Vec3 d = Frame::from_normal(group.primaries.normal[primary])
                        .to_world(square_to_cosine_hemisphere(
                            {to_unit_float(numbers_[0][k]), to_unit_float(numbers_[1][k])}));
-    c.dx[first + k] = d.x;
-    c.dy[first + k] = d.y;
-    c.dz[first + k] = d.z;
+    c.dx[k] = d.x;
+    c.dy[k] = d.y;
+    c.dz[k] = d.z;
   }
-  evaluate_all_lobes(group, first);
-  for (size_t k = 0; k < count; ++k) {
-    const size_t i = first + k;
-    const float density = expected * c.lobe_density[i];
-    const Rgb weight = Rgb(c.f[0][i], c.f[1][i], c.f[2][i]) / density;
+}
+
+void EyeRays::send(const GroupView& group, float expected, uint64_t seed, Rgb& sum) {
+  chosen_.clear();
+  for (uint32_t j = 0; j < group.group.count; ++j) {
+    const uint64_t own = hash_words(seed, group.primary(j));
+    if (random_float(own, 0) < expected) chosen_.push_back(j);
+  }
+  if (chosen_.empty()) return;
+  draw(group, seed);
+  Candidates& c = directions_;
+  values_.all(group, c.directions(0), c.lobe_columns(0));
+  for (size_t k = 0; k < chosen_.size(); ++k) {
+    const float density = expected * c.lobe_density[k];
+    const Rgb weight = c.f_of(k) / density;
     if (!(density > 0) || is_black(weight)) continue;
-    const uint32_t primary = member_of(group, c.member[i]);
-    const Vec3 d = c.direction(i);
+    const uint32_t primary = group.primary(c.member[k]);
     Ray ray;
-    ray.o = primaries_->interaction(primary).ray_origin(d);
-    ray.d = d;
-    push_eye_ray(ray, {weight, density, tile_rates_, hash_words(seed, primary, kNumbers), sum});
+    ray.d = c.direction(k);
+    ray.o = group.primaries.interaction(primary).ray_origin(ray.d);
+    push(ray, {weight, density, tile_rates_, hash_words(seed, primary, kNumbers), &sum});
   }
-  c.resize(first);
 }
 
-/// Light that the delta lobes of a point mirror, and where from; nothing if they have no direction.
-std::optional<Estimator::Mirrored> Estimator::mirror(uint32_t primary, uint64_t seed) const {
-  const SurfaceInteraction& si = primaries_->interaction(primary);
-  const Bsdf& bsdf = si.shape->bsdf();
-  if (!any(bsdf.lobes() & Lobe::kDelta)) return std::nullopt;
+void EyeRays::send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint64_t seed,
+                            Rgb& sum) {
   const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
-  const auto sample = bsdf.sample(si, Lobe::kDelta, 0.5f, u);
-  if (!sample) return std::nullopt;
-  const Vec3 d = si.frame.to_world(sample->wo);
-  const Rgb radiance = light_.environment ? light_.environment->eval_environment(d) : Rgb(0.f);
-  return Mirrored{d, sample->weight * radiance};
-}
-
-/// What the delta lobes of a primary mirror, all of it.
-void Estimator::send_mirrored(uint32_t primary, uint64_t seed, Rgb* sum) {
-  const SurfaceInteraction& si = primaries_->interaction(primary);
-  const Bsdf& bsdf = si.shape->bsdf();
-  if (!any(bsdf.lobes() & Lobe::kDelta)) return;
-  const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
-  const auto sample = bsdf.sample(si, Lobe::kDelta, 0.5f, u);
-  if (!sample || is_black(sample->weight)) return;
+  const auto mirrored = mirrored_direction(si, u);
+  if (!mirrored || is_black(mirrored->weight)) return;
   Ray ray;
-  ray.d = si.frame.to_world(sample->wo);
+  ray.d = mirrored->d;
   ray.o = si.ray_origin(ray.d);
-  push_eye_ray(ray, {sample->weight, 0, tile_rates_, hash_words(seed, primary, kNumbers), sum});
+  push(ray, {mirrored->weight, 0, tile_rates_, hash_words(seed, primary, kNumbers), &sum});
 }
 
-void Estimator::push_eye_ray(const Ray& ray, const EyeRay& eye) {
-  eye_hits_.push_back({ray, Hit{}});
-  eye_rays_.push_back(eye);
+void EyeRays::push(const Ray& ray, const EyeRay& eye) {
+  hits_.push_back({ray, Hit{}});
+  rays_.push_back(eye);
 }
 
-void Estimator::trace_eye_rays() {
-  if (eye_rays_.empty()) return;
-  const StageScope timer(innermost_stage_, *stages_.eye);
-  for (size_t begin = 0; begin < eye_rays_.size(); begin += kBatch) {
-    const size_t count = std::min(kBatch, eye_rays_.size() - begin);
-    scene_->intersect({&eye_hits_[begin], count}, Coherence::kIncoherent, *counters_);
+void EyeRays::trace(ShadowRays& shadow_rays) {
+  for (size_t begin = 0; begin < rays_.size(); begin += kBatch) {
+    const size_t count = std::min(kBatch, rays_.size() - begin);
+    scene_->intersect({&hits_[begin], count}, Coherence::kIncoherent, *counters_);
     (*counters_)[RayKind::kBsdf] += count;
-    for (size_t i = begin; i < begin + count; ++i) find_light(eye_hits_[i], eye_rays_[i]);
+    for (size_t i = begin; i < begin + count; ++i) find_light(hits_[i], rays_[i], shadow_rays);
   }
-  eye_hits_.clear();
-  eye_rays_.clear();
+  hits_.clear();
+  rays_.clear();
 }
 
 /// Of a place that an eye ray found: how many such rays there are to one light point.
-float Estimator::eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
-                          const LocalLight::Place& place) const {
+float EyeRays::eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
+                        const LocalLight::Place& place) const {
   if (eye.density == 0) return kInfinity;  // of a delta lobe: nothing else finds it
   const float geometry = std::abs(glm::dot(y.n, ray.ray.d)) / sqr(ray.ray.tmax);
-  return eye.density * geometry * place.eye_ratio / eye_rates_[eye.rates + place.cell];
+  return eye.density * geometry * place.eye_ratio / rates_[eye.rates + place.cell];
 }
 
-void Estimator::find_light(const RayHit& ray, const EyeRay& eye) {
+void EyeRays::find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shadow_rays) {
   if (!ray.hit.valid()) {
     // Others leave the sky to its own cells.
     if (eye.density == 0 && light_.environment) {
@@ -157,15 +164,15 @@ void Estimator::find_light(const RayHit& ray, const EyeRay& eye) {
   if (any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) {
     const bool matters = local.has_extended() || local.has_glossy_caustics();
     const LobeWidth width = matters ? lobe_width(y) : LobeWidth::kWide;
-    find_arrival(ray, y, width, eye);
+    find_arrival(ray, y, width, eye, shadow_rays);
     if (width != LobeWidth::kWide && local.has_extended()) follow(ray, y, width, eye);
   }
   if (any(bsdf.lobes() & Lobe::kDelta)) look_behind(y, eye);
 }
 
 /// Light at a place that an eye ray found, from a source that is chosen.
-void Estimator::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
-                             const EyeRay& eye) {
+void EyeRays::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                           const EyeRay& eye, ShadowRays& shadow_rays) const {
   const auto arrival = light_.local->sample_arrival(
       y, random_float(eye.seed, 0), {random_float(eye.seed, 1), random_float(eye.seed, 2)});
   if (!arrival) return;
@@ -188,12 +195,12 @@ void Estimator::find_arrival(const RayHit& ray, const SurfaceInteraction& y, Lob
             share_of(1, is_mirroring ? 0 : follow_ratio, odds) +
         glossy.f * share_of(1, follow_ratio, is_mirroring ? kInfinity : odds);
   }
-  push_shadow_ray(y.shadow_ray(arrival->d, arrival->distance), eye.weight * f * arrival->radiance,
-                  0, -1, eye.sum);
+  shadow_rays.push(y.shadow_ray(arrival->d, arrival->distance),
+                   {eye.weight * f * arrival->radiance, 0, -1}, {eye.sum});
 }
 
 /// What a ray from a surface meets.
-std::optional<Estimator::Met> Estimator::meet(const SurfaceInteraction& y, const Vec3& wo) {
+std::optional<EyeRays::Met> EyeRays::meet(const SurfaceInteraction& y, const Vec3& wo) {
   Met met;
   met.ray.ray.d = y.frame.to_world(wo);
   met.ray.ray.o = y.ray_origin(met.ray.ray.d);
@@ -212,8 +219,8 @@ std::optional<Estimator::Met> Estimator::meet(const SurfaceInteraction& y, const
 }
 
 /// Light that a narrow lobe shows to where an eye ray comes from.
-void Estimator::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
-                       const EyeRay& eye) {
+void EyeRays::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                     const EyeRay& eye) {
   const Vec2 u(random_float(eye.seed, 3), random_float(eye.seed, 4));
   const Bsdf& bsdf = y.shape->bsdf();
   const auto sample = bsdf.sample(y, Lobe::kGlossy, 0.5f, u);
@@ -233,7 +240,7 @@ void Estimator::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth
 }
 
 /// Light that a mirror shows to where an eye ray comes from: no light point is on a mirror.
-void Estimator::look_behind(const SurfaceInteraction& y, const EyeRay& eye) {
+void EyeRays::look_behind(const SurfaceInteraction& y, const EyeRay& eye) {
   const Vec2 u(random_float(eye.seed, 3), random_float(eye.seed, 4));
   const auto sample = y.shape->bsdf().sample(y, Lobe::kDelta, 0.5f, u);
   if (!sample || is_black(sample->weight)) return;

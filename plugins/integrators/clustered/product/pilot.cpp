@@ -102,7 +102,7 @@ void ProductRenderer::pilot(Rows rows, const CellLight& light, uint32_t rays) {
         for (size_t i = 0; i < work.primaries.size(); ++i) {
           PilotPoint& point = point_of(i);
           point.patch = static_cast<int16_t>(work.primaries.patch[i]);
-          const Estimator::PointPlan& plan = work.point_plans[i];
+          const PointPlan& plan = work.point_plans[i];
           point.known = mean_of(work.primaries.emitted(i)) + plan.glossy + plan.mirrored;
           point.lamps = plan.lamps;
           point.glossy_deviation = static_cast<float>(std::sqrt(plan.glossy_variance));
@@ -238,7 +238,7 @@ void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
     work.learned.clear();
     learn_visibility(tile, patch, work, visibility, remembers() ? memory.learned : work.learned);
     if (local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(memory, patch, visibility);
-    const Estimator::PatchPlan plan = work.estimator.plan_patch(patch, visibility);
+    const DiffuseStrata::PatchPlan plan = work.planner.plan(patch, visibility);
     std::copy(plan.control, plan.control + 9, &work.controls[p * 9]);
     patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
   }
@@ -271,7 +271,7 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
       glossy_variance += deviation * deviation * kGlossyFactor;
       const bool mirrors = any(patch.bsdf->lobes() & Lobe::kDelta);
       forecast.mirrors += mirrors ? 1.f : 0.f;
-      if (local_) forecast.mirrors += kEyeRayCost * Estimator::expected_eye_rays(patch, *local_);
+      if (local_) forecast.mirrors += kEyeRayCost * expected_eye_rays(patch, *local_);
       forecast.sharp = forecast.sharp || mirrors || is_sharp(patch);
     }
     sum += value;

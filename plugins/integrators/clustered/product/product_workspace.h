@@ -13,7 +13,7 @@ struct ProductRenderer::Workspace {
   std::vector<Patch> patches;
   std::vector<Visibility> visibility;
   std::vector<Visibility> unknown;
-  std::vector<Estimator::PointPlan> point_plans;
+  std::vector<PointPlan> point_plans;
   std::vector<std::vector<VisibilityRecord>> records[kTilesAcross * kTilesAcross];
   std::vector<uint16_t> counts;
   std::vector<Rgb> sums;      ///< of a block's pixels, tile by tile
@@ -24,9 +24,10 @@ struct ProductRenderer::Workspace {
   RenderCounters* counters = nullptr;  ///< of the thread that works on the block
   std::vector<float> controls;
   VisibilityLearner learner;
+  DiffuseStrata planner;
   Estimator estimator;
   Workspace(const CellLight& light, size_t padded, const CellNeighbours& neighbours)
-      : learner(padded, &neighbours), estimator(light) {}
+      : learner(padded, &neighbours), planner(light), estimator(light) {}
   void reserve_visibility(size_t count, size_t padded) {
     while (visibility.size() < count) {
       visibility.emplace_back().resize(padded);

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "clustered/kernels/candidate_kernels.h"
+#include "clustered/product/lobe_values.h"
+
+namespace kinome {
+
+/// Unshadowed directions at members of groups, group by group, as structure of arrays; each group's
+/// are padded to simd::kLobeLanes by directions without light. Stages that need to know more of a
+/// candidate derive columns of their own.
+struct Candidates {
+  std::vector<uint32_t> member;  ///< of the group
+  std::vector<uint32_t> cell;    ///< of CellLight
+  std::vector<float> dx, dy, dz;
+  std::vector<Rgb> radiance;
+  std::vector<float> f[3];          ///< BSDF x cosine
+  std::vector<float> lobe_density;  ///< LobeColumns::density
+  std::vector<float> weight[3];     ///< they sum to an estimate of the unshadowed light
+
+  size_t size() const { return size_; }
+  /// Memory only grows, and what is new is not initialised.
+  void resize(size_t size) {
+    size_ = size;
+    if (size <= member.size()) return;
+    size = std::max(size, 2 * member.size());
+    member.resize(size);
+    cell.resize(size);
+    radiance.resize(size);
+    for (auto* const v :
+         {&dx, &dy, &dz, &f[0], &f[1], &f[2], &lobe_density, &weight[0], &weight[1], &weight[2]}) {
+      v->resize(size);
+    }
+  }
+
+  Vec3 direction(size_t i) const { return {dx[i], dy[i], dz[i]}; }
+  Rgb f_of(size_t i) const { return {f[0][i], f[1][i], f[2][i]}; }
+  Rgb weight_of(size_t i) const { return {weight[0][i], weight[1][i], weight[2][i]}; }
+  /// From i on.
+  Directions directions(size_t i) const { return {&member[i], &dx[i], &dy[i], &dz[i], size_ - i}; }
+  LobeColumns lobe_columns(size_t i) { return {{&f[0][i], &f[1][i], &f[2][i]}, &lobe_density[i]}; }
+  simd::WeightColumns weight_columns(size_t i, float* uncertainty) {
+    return {{&f[0][i], &f[1][i], &f[2][i]},
+            &radiance[i].x,
+            &cell[i],
+            {&weight[0][i], &weight[1][i], &weight[2][i]},
+            uncertainty};
+  }
+
+ private:
+  size_t size_ = 0;
+};
+
+}  // namespace kinome

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "clustered/cells/light_cells.h"
+#include "clustered/kernels/cell_kernels.h"
+#include "clustered/product/local_light.h"
+
+namespace kinome {
+
+/// Light of one pass: its cells and the points drawn of them. Cells of distant light are numbered
+/// first, those of local light from first_local() on. Immutable; thread-safe. What it is made of
+/// must outlive it.
+struct CellLight {
+  /// About so many points fit a core's own cache, and fewer or more do no better.
+  static constexpr uint32_t kPoints = 1u << 15;
+  const DistantCells& cells;
+  const Emitter* environment;  ///< nullptr: there is none
+  CellPoints points;
+  const LocalLight* local;  ///< nullptr: there is none
+  LocalPoints local_points;
+  simd::CellColumns columns;
+  CellLight(const DistantCells& cells, const Emitter* environment, CellPoints points,
+            const LocalLight* local = nullptr, LocalPoints local_points = {});
+  uint32_t first_local() const { return cells.padded_size(); }
+  bool has_distant() const { return columns.count > 0; }
+};
+
+}  // namespace kinome

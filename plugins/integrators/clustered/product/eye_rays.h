@@ -1,0 +1,86 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "clustered/product/candidates.h"
+#include "clustered/product/cell_light.h"
+#include "clustered/product/shadow_rays.h"
+
+namespace kinome {
+
+/// Rays that each primary of the patch sends by its BSDF toward local light, on average; at most 1.
+float expected_eye_rays(const Patch& patch, const LocalLight& light);
+
+/// A direction that the delta lobes of a point mirror to the viewer.
+struct MirroredDirection {
+  Vec3 d;
+  Rgb weight;  ///< of the radiance from there
+};
+/// Nothing if the BSDF has no delta lobes, or those no direction.
+std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, const Vec2& u);
+
+/// Rays that primaries send by their BSDFs: to local light that light points are too near to, and
+/// to what mirrors, and lobes too narrow for light points, show. What they find counts by the share
+/// of eye rays among all that could have found it. They wait until trace(). One per thread; not
+/// thread-safe. `light`, which has local light, must outlive it.
+class EyeRays {
+ public:
+  explicit EyeRays(const CellLight& light) : light_(light) {}
+
+  /// The tile that rays to come are sent from. rates: LocalChoice::rates of its points.
+  void begin_tile(const Scene& scene, std::span<const float> rates, RenderCounters& counters);
+
+  /// False where no such rays are sent.
+  bool applies(const GroupView& group) const;
+  /// Some members of the group send a ray, `expected` on average. Random numbers are those of
+  /// `seed` and the primaries.
+  void send(const GroupView& group, float expected, uint64_t seed, Rgb& sum);
+  /// The delta lobes of a primary send one, which finds all of their light.
+  void send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint64_t seed, Rgb& sum);
+
+  bool empty() const { return rays_.empty(); }
+  /// Traces the rays that wait, and those that go on from what they meet, and adds what they find.
+  /// Light that arrives where they end is asked for by shadow rays, which are left to wait.
+  void trace(ShadowRays& shadow_rays);
+
+ private:
+  struct EyeRay {
+    Rgb weight;     ///< of the radiance that it finds
+    float density;  ///< expected number of such rays, per solid angle; 0: of a delta lobe
+    size_t rates;   ///< in rates_, of its tile
+    uint64_t seed;
+    Rgb* sum;
+  };
+  /// What a ray from a surface meets.
+  struct Met {
+    RayHit ray;
+    std::optional<SurfaceInteraction> x;
+    Rgb radiance{0.f};
+  };
+  void draw(const GroupView& group, uint64_t seed);
+  void push(const Ray& ray, const EyeRay& eye);
+  void find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shadow_rays);
+  void find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                    const EyeRay& eye, ShadowRays& shadow_rays) const;
+  std::optional<Met> meet(const SurfaceInteraction& y, const Vec3& wo);
+  void follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
+  void look_behind(const SurfaceInteraction& y, const EyeRay& eye);
+  float eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
+                 const LocalLight::Place& place) const;
+
+  const CellLight& light_;
+  const Scene* scene_ = nullptr;
+  RenderCounters* counters_ = nullptr;
+  LobeValues values_;
+  std::vector<RayHit> hits_;
+  std::vector<EyeRay> rays_;
+  std::vector<float> rates_;  ///< of the tiles that rays wait for
+  size_t tile_rates_ = 0;     ///< where those of this tile are
+  // Of the group that sends:
+  Candidates directions_;
+  std::vector<uint32_t> chosen_, numbers_[2];
+};
+
+}  // namespace kinome

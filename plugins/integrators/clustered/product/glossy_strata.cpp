@@ -1,0 +1,202 @@
+#include "clustered/product/glossy_strata.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "clustered/cells/hilbert_points.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint32_t kMinLobeLog2 = 4;
+constexpr uint32_t kMinFromCells = 4;
+constexpr uint32_t kMaxFromCells = 1024;
+/// Of a pilot's group; sharp lobes have many groups.
+constexpr GlossyStrata::Counts kPilotCounts = {7, 64}, kPilotSharpCounts = {5, 16};
+/// Shares of candidates from the cells that the pilot chooses among.
+constexpr float kCellShares[] = {0.05f, 0.2f, 0.4f, 0.6f, 0.8f, 0.93f};
+/// Surface points don't all fit the nearest cache: what a ray takes is fetched while those before
+/// it are made.
+constexpr size_t kAhead = 8;
+
+}  // namespace
+
+void GlossyStrata::Columns::resize(size_t size) {
+  Candidates::resize(size);
+  if (cell_density.size() < member.size()) cell_density.resize(member.size());
+}
+
+GlossyStrata::GlossyStrata(const CellLight& light)
+    : light_(light),
+      importance_(light.columns.count),
+      importance_blocks_(light.columns.count / simd::kCellLanes) {}
+
+GlossyStrata::Counts GlossyStrata::counts(const Patch& patch, float candidates) {
+  Counts counts{kMinLobeLog2, 0};
+  const float from_lobe = candidates * (1 - patch.cell_share);
+  while (counts.lobe_log2 < HilbertPoints::kMaxLog2 &&
+         static_cast<float>(1u << counts.lobe_log2) * 1.4142f < from_lobe) {
+    ++counts.lobe_log2;
+  }
+  counts.from_cells = std::clamp(static_cast<uint32_t>(candidates * patch.cell_share),
+                                 kMinFromCells, kMaxFromCells);
+  return counts;
+}
+
+GlossyStrata::Counts GlossyStrata::pilot_counts(const Patch& patch) {
+  return is_sharp(patch) ? kPilotSharpCounts : kPilotCounts;
+}
+
+/// Half vectors as of GGX, whatever the BSDF: its tails are heavy, so that none of the BSDF's light
+/// is rare.
+void GlossyStrata::draw_from_lobe(const GroupView& group, uint32_t lobe_log2, uint64_t seed) {
+  const size_t first = drawn_.first;
+  const uint32_t count = 1u << lobe_log2;
+  const auto points = HilbertPoints::get().power_of_two(lobe_log2);
+  const uint64_t shift = hash_words(seed, 1);
+  const uint32_t start = random_bits(seed, 0);
+  for (uint32_t j = 0; j < count; ++j) {
+    candidates_.member[first + j] = group.pick(start + j * kGolden);
+  }
+  float* const dx = &candidates_.dx[first];
+  float* const dy = &candidates_.dy[first];
+  float* const dz = &candidates_.dz[first];
+  simd::sample_lobe(group.patch.lobe, group.points(), &candidates_.member[first],
+                    {points.x.data(),
+                     points.y.data(),
+                     {static_cast<uint32_t>(shift), static_cast<uint32_t>(shift >> 32)}},
+                    count, dx, dy, dz);
+  light_.cells.look_up({dx, dy, dz, &candidates_.cell[first], &candidates_.cell_density[first],
+                        &candidates_.radiance[first]},
+                       count);
+}
+
+/// By their importance, by a comb.
+void GlossyStrata::draw_from_cells(const GroupView& group, size_t first, uint32_t count,
+                                   uint64_t seed) {
+  double total = 0;
+  for (const float sum : importance_blocks_) total += sum;
+  Comb comb(total, count, random_float(seed, 2));
+  hits_.clear();
+  comb.pass(importance_.data(), importance_blocks_.data(), importance_.size(), hits_);
+  const uint32_t start = random_bits(seed, 3);
+  for (const Comb::Hit& hit : hits_) {
+    __builtin_prefetch(&light_.points.pick(hit.stratum, hit.remainder));
+  }
+  for (size_t j = 0; j < simd::pad_lanes(count); ++j) {
+    const size_t i = first + j;
+    candidates_.member[i] = group.pick(start + static_cast<uint32_t>(j) * kPlastic);
+    if (j >= hits_.size()) {  // padding
+      const Vec3& n = group.normal(candidates_.member[i]);
+      candidates_.dx[i] = n.x;
+      candidates_.dy[i] = n.y;
+      candidates_.dz[i] = n.z;
+      candidates_.cell[i] = 0;
+      candidates_.cell_density[i] = 0;
+      candidates_.radiance[i] = Rgb(0.f);
+      continue;
+    }
+    const uint32_t cell = hits_[j].stratum;
+    const CellPoint& point = light_.points.pick(cell, hits_[j].remainder);
+    candidates_.dx[i] = point.d.x;
+    candidates_.dy[i] = point.d.y;
+    candidates_.dz[i] = point.d.z;
+    candidates_.cell[i] = cell;
+    candidates_.cell_density[i] = point.density;
+    candidates_.radiance[i] = point.weight * point.density;
+  }
+}
+
+void GlossyStrata::draw(const GroupView& view, const Counts& counts, uint64_t seed) {
+  const Group& group = view.group;
+  simd::GlossyQuery query;
+  for (int axis = 0; axis < 3; ++axis) {
+    query.normal[axis] = group.normal[axis];
+    query.viewer[axis] = group.viewer[axis];
+  }
+  // Wider than the lobe: its tails matter where the light is bright.
+  query.alpha2 = view.patch.alpha2() * 4;
+  query.spread = std::clamp(1 - group.cosine, 0.f, 2.f);
+  importance_total_ =
+      simd::glossy_importance(light_.columns, query, importance_.data(), importance_blocks_.data());
+  drawn_ = {candidates_.size(), 1u << counts.lobe_log2,
+            importance_total_ > 0 ? counts.from_cells : 0};
+  const size_t first_of_cells = drawn_.first + drawn_.from_lobe;
+  candidates_.resize(first_of_cells + simd::pad_lanes(drawn_.from_cells));
+  draw_from_lobe(view, counts.lobe_log2, seed);
+  if (drawn_.from_cells > 0) draw_from_cells(view, first_of_cells, drawn_.from_cells, seed);
+}
+
+Rgb GlossyStrata::add(const GroupView& group, const Counts& counts, uint64_t seed, Strata& strata) {
+  draw(group, counts, seed);
+  Columns& c = candidates_;
+  const size_t first = drawn_.first, size = c.size() - first;
+  values_.glossy(group, c.directions(first), c.lobe_columns(first));
+  const Strata::Columns columns = strata.append(Strata::Kind::kGlossy, group.index, size, first);
+  const bool has_cells = importance_total_ > 0;
+  const simd::CandidateQuery query{importance_.data(),
+                                   has_cells ? 1 / importance_total_ : 0.f,
+                                   static_cast<float>(drawn_.from_cells),
+                                   static_cast<float>(drawn_.from_lobe),
+                                   static_cast<float>(group.group.count),
+                                   {group.visibility.v.data(), group.visibility.sigma.data()}};
+  float control[3];
+  simd::weigh_candidates(
+      {c.weight_columns(first, columns.weights), &c.cell_density[first], &c.lobe_density[first]},
+      query, size, control, columns.block_sums);
+  return {control[0], control[1], control[2]};
+}
+
+void GlossyStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan> points) const {
+  const double n_lobe = drawn_.from_lobe, n_cells = drawn_.from_cells;
+  const double n = n_lobe + n_cells;
+  double sum = 0, squares = 0;
+  double moments[std::size(kCellShares)] = {};
+  for (size_t i = drawn_.first; i < candidates_.size(); ++i) {
+    const double w = mean_of(candidates_.weight_of(i));
+    const double from_cell = candidates_.cell_density[i], from_lobe = candidates_.lobe_density[i];
+    sum += w;
+    squares += w * w;
+    const double density = n_cells * from_cell + n_lobe * from_lobe;
+    if (!(w != 0 && density > 0)) continue;
+    for (size_t k = 0; k < std::size(kCellShares); ++k) {
+      const double mixed = n * (kCellShares[k] * from_cell + (1 - kCellShares[k]) * from_lobe);
+      if (mixed > 0) moments[k] += w * w * density / mixed;
+    }
+  }
+  const size_t best = std::min_element(std::begin(moments), std::end(moments)) - moments;
+  if (squares > 0) squares = std::min(squares, moments[best]);
+  const uint32_t members = group.group.count;
+  const double count = members;
+  const auto mean = static_cast<float>(sum / count);
+  const double variance = std::max(0., squares * n - sum * sum) / (count * count);
+  const float share = static_cast<float>(members) / static_cast<float>(patch.count);
+  patch.glossy += mean * share;
+  patch.cell_share += (kCellShares[best] - 0.5f) * share;
+  for (uint32_t j = 0; j < members; ++j) {
+    PointPlan& point = points[group.primary(j)];
+    point.glossy = mean;
+    point.glossy_variance = variance;
+  }
+}
+
+void GlossyStrata::shoot(const GroupView& group, const SegmentHits& segment, const Answers& answers,
+                         ShadowRays& rays) const {
+  const std::span<const Comb::Hit> hits = segment.hits;
+  const size_t first = segment.segment.first;
+  for (size_t j = 0; j < hits.size(); ++j) {
+    if (j + kAhead < hits.size()) {
+      const size_t later = first + hits[j + kAhead].stratum;
+      __builtin_prefetch(&group.interaction(candidates_.member[later]));
+    }
+    const uint32_t stratum = hits[j].stratum;
+    const size_t i = first + stratum;
+    const uint32_t cell = candidates_.cell[i];
+    const Rgb weight = candidates_.weight_of(i) * (segment.step / segment.weights[stratum]);
+    if (answers.sum) *answers.sum -= group.visibility.v[cell] * weight;
+    rays.push(group.interaction(candidates_.member[i]), candidates_.direction(i),
+              {weight, cell, group.group.patch}, answers);
+  }
+}
+
+}  // namespace kinome

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <vector>
+
+#include "clustered/product/groups.h"
+
+namespace kinome {
+
+/// Directions at members of a group, world space; arrays padded to simd::kLobeLanes.
+struct Directions {
+  const uint32_t* member;
+  const float *dx, *dy, *dz;
+  size_t count;
+};
+/// What BSDFs say of each direction.
+struct LobeColumns {
+  float* f[3];     ///< BSDF x cosine
+  float* density;  ///< by which rays are drawn from the BSDF, per solid angle
+};
+
+/// Of the rays that a patch's points send by their BSDFs, the share that goes by the cosine rather
+/// than by the glossy lobe.
+float diffuse_share(const Patch& patch);
+
+/// BsdfForm::turned_factor at a primary whose form is_turned.
+inline float turned_factor(const simd::TurnedPoints& turned, uint32_t primary, const Vec3& d) {
+  const float cosine = turned.normal[0][primary] * d.x + turned.normal[1][primary] * d.y +
+                       turned.normal[2][primary] * d.z;
+  return cosine > 0 ? bump_shadowing(cosine, turned.bump_alpha2[primary]) : 0.f;
+}
+
+/// Evaluates BSDFs for directions at members of a group: by kernels where the patch is_described,
+/// elsewhere by asking them, which is slower. Keeps its memory: one per thread.
+class LobeValues {
+ public:
+  /// Of the glossy lobe; density: that of the patch's lobe, simd::sample_lobe.
+  void glossy(const GroupView& group, const Directions& directions, const LobeColumns& out);
+  /// Of all lobes but delta; density: that of rays which go by the cosine or by the glossy lobe,
+  /// see diffuse_share.
+  void all(const GroupView& group, const Directions& directions, const LobeColumns& out);
+  /// f cos alone, from the BSDFs. The arrays need no padding.
+  void ask(const GroupView& group, Lobe lobes, const Directions& directions, float* const f[3]);
+
+ private:
+  void ask_with_density(const GroupView& group, Lobe lobes, const Directions& directions,
+                        const LobeColumns& out);
+  static void add_diffuse(const GroupView& group, const Directions& directions, float* const f[3]);
+
+  std::vector<uint32_t> order_, first_;
+  std::vector<float> x_, y_, z_, r_, g_, b_;
+};
+
+}  // namespace kinome

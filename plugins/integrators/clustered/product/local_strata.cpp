@@ -1,0 +1,223 @@
+#include "clustered/product/local_strata.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinome {
+namespace {
+
+/// Eye rays of a primary: in proportion to the share of the light that they would account for if
+/// every primary sent one, within these bounds. The least of them bounds what a light point that is
+/// very near can weigh.
+constexpr float kEyeRayFactor = 12, kLeastEyeRays = 1 / 8.f;
+
+}  // namespace
+
+void LocalStrata::Columns::resize(size_t size) {
+  Candidates::resize(size);
+  if (point.size() >= member.size()) return;
+  point.resize(member.size());
+  distance.resize(member.size());
+  eye_ratio.resize(member.size());
+}
+
+/// The light point that a candidate is about; nullptr: it is a lamp.
+const LightPoint* LocalStrata::point_of(size_t i) const {
+  const uint32_t point = candidates_.point[i];
+  return point == LightPoint::kLambertian ? nullptr : &light_.local_points.points[point];
+}
+
+/// Candidates toward a block of the tile's points for each member.
+void LocalStrata::connect_points(const GroupView& group, uint32_t first_block) {
+  Columns& c = candidates_;
+  for (uint32_t j = 0; j < group.group.count; ++j) {
+    const LocalChoice::Block block = choice_.block(first_block + group.primary(j));
+    const size_t first = c.size();
+    c.resize(first + block.size);
+    if (block.size == 0) continue;
+    const SurfaceInteraction& si = group.interaction(j);
+    simd::connect_points(
+        block.columns, {{si.p.x, si.p.y, si.p.z}, {si.n.x, si.n.y, si.n.z}, si.p_error}, block.size,
+        {&c.dx[first], &c.dy[first], &c.dz[first], &c.distance[first], &c.radiance[first].x,
+         &c.eye_ratio[first]});
+    for (uint32_t i = 0; i < block.size; ++i) {
+      c.member[first + i] = j;
+      c.cell[first + i] = light_.first_local() + block.cell[i];
+      c.point[first + i] = block.point[i];
+    }
+    if (!light_.local_points.reflections.empty()) add_reflections(first);
+  }
+}
+
+/// Radiance / (power / rate of its cell), by which a candidate sees a light point.
+float LocalStrata::geometry_of(const LightPoint& point, size_t i) const {
+  return std::abs(glm::dot(point.geometric, candidates_.direction(i))) /
+         (sqr(candidates_.distance[i]) * choice_.rates()[point.cell]);
+}
+
+/// Of candidates from `first` on, those toward points that aren't Lambertian.
+void LocalStrata::add_reflections(size_t first) {
+  Columns& c = candidates_;
+  for (size_t i = first; i < c.size(); ++i) {
+    const LightPoint& point = light_.local_points.points[c.point[i]];
+    if (point.reflection == LightPoint::kLambertian || is_black(c.radiance[i])) continue;
+    const Reflection& reflection = light_.local_points.reflections[point.reflection];
+    const Reflection::Sent sent = reflection.about(-c.direction(i));
+    c.radiance[i] = sent.radiance * geometry_of(point, i);
+    c.eye_ratio[i] *= 1 + sent.follow_ratio;
+  }
+}
+
+/// Candidates toward the lamps that the tile looks at.
+void LocalStrata::connect_lamps(const GroupView& group, const Numbers& numbers) {
+  Columns& c = candidates_;
+  for (uint32_t j = 0; j < group.group.count; ++j) {
+    const uint32_t primary = group.primary(j);
+    const uint64_t own = hash_words(numbers.lamps, primary);
+    const SurfaceInteraction& si = group.interaction(j);
+    uint32_t number = 0;
+    for (const LocalChoice::Lamp& lamp : choice_.lamps(numbers.block + primary)) {
+      number += 2;
+      const Vec2 u(random_float(own, number), random_float(own, number + 1));
+      const auto light = lamp.emitter->sample_direct(si.p, u);
+      if (!light || !(light->pdf > 0) || is_black(light->radiance)) continue;
+      const size_t i = c.size();
+      c.resize(i + 1);
+      c.member[i] = j;
+      c.cell[i] = light_.first_local() + lamp.cell;
+      c.point[i] = LightPoint::kLambertian;
+      c.dx[i] = light->d.x;
+      c.dy[i] = light->d.y;
+      c.dz[i] = light->d.z;
+      c.distance[i] = light->distance;
+      c.radiance[i] = light->radiance * (lamp.weight / light->pdf);
+      c.eye_ratio[i] = 0;
+    }
+  }
+}
+
+/// By lamps without light.
+void LocalStrata::pad(const GroupView& group) {
+  Columns& c = candidates_;
+  const Vec3& n = group.normal(0);
+  while (c.size() % simd::kLobeLanes != 0) {
+    const size_t i = c.size();
+    c.resize(i + 1);
+    c.member[i] = 0;
+    c.cell[i] = light_.first_local();
+    c.point[i] = LightPoint::kLambertian;
+    c.dx[i] = n.x;
+    c.dy[i] = n.y;
+    c.dz[i] = n.z;
+    c.distance[i] = 1;
+    c.radiance[i] = Rgb(0.f);
+    c.eye_ratio[i] = 0;
+  }
+}
+
+Rgb LocalStrata::add(const GroupView& group, float eye_rays, const Numbers& numbers,
+                     Strata& strata) {
+  Columns& c = candidates_;
+  first_ = c.size();
+  connect_points(group, numbers.block);
+  end_points_ = c.size();
+  connect_lamps(group, numbers);
+  pad(group);
+  const size_t size = c.size() - first_;
+  if (size == 0) return Rgb(0.f);
+  values_.all(group, c.directions(first_), c.lobe_columns(first_));
+  const Strata::Columns columns = strata.append(Strata::Kind::kLocal, group.index, size, first_);
+  float control[3];
+  simd::weigh_connections(
+      {c.weight_columns(first_, columns.weights), &c.lobe_density[first_], &c.eye_ratio[first_]},
+      {eye_rays, {group.visibility.v.data(), group.visibility.sigma.data()}}, size, control,
+      columns.block_sums);
+  return {control[0], control[1], control[2]};
+}
+
+void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan> points) const {
+  const Columns& c = candidates_;
+  if (c.size() == first_) return;
+  double sum = 0, of_lamps = 0, all = 0, variance = 0;
+  double row_sum = 0, row_squares = 0, row = 0;
+  for (size_t i = first_; i < c.size(); ++i) {
+    const double w = mean_of(c.weight_of(i));
+    sum += w;
+    all += w * (1. + c.lobe_density[i] * c.eye_ratio[i]);
+    if (i >= end_points_) {
+      of_lamps += w;
+      points[group.primary(c.member[i])].lamps += static_cast<float>(w);
+      continue;
+    }
+    row_sum += w;
+    row_squares += w * w;
+    row += 1;
+    if (i + 1 == end_points_ || c.member[i + 1] != c.member[i]) {
+      variance += std::max(0., row * row_squares - row_sum * row_sum);
+      row_sum = row_squares = row = 0;
+    }
+  }
+  const uint32_t members = group.group.count;
+  const double count = members;
+  const float share = static_cast<float>(members) / static_cast<float>(patch.count);
+  const auto mean = static_cast<float>(sum / count);
+  const auto extended = static_cast<float>((sum - of_lamps) / count);
+  const double spread = variance / count;
+  const float by_eye = all > 0 ? static_cast<float>(1 - sum / all) : 1.f;
+  patch.eye_rays += share * std::clamp(kEyeRayFactor * by_eye, kLeastEyeRays, 1.f);
+  patch.glossy += mean * share;
+  for (uint32_t j = 0; j < members; ++j) {
+    PointPlan& point = points[group.primary(j)];
+    point.glossy += extended;
+    point.glossy_variance += spread;
+  }
+}
+
+/// Candidates know about what a light point that isn't Lambertian sends; the ray has it exactly.
+Rgb LocalStrata::weight_of_reflected(const LightPoint& point, size_t i, float eye_rays,
+                                     float factor) const {
+  const Columns& c = candidates_;
+  const Reflection& reflection = light_.local_points.reflections[point.reflection];
+  const Reflection::Sent sent = reflection.toward(-c.direction(i));
+  float eye_ratio = c.eye_ratio[i];
+  if (reflection.light_density > 0) {
+    const float known = reflection.about(-c.direction(i)).follow_ratio;
+    eye_ratio *= (1 + sent.follow_ratio) / (1 + known);
+  }
+  const float by_points = 1 / (1 + eye_rays * c.lobe_density[i] * eye_ratio);
+  return c.f_of(i) * sent.radiance * (geometry_of(point, i) * by_points * factor);
+}
+
+void LocalStrata::shoot(const GroupView& group, float eye_rays, const SegmentHits& segment,
+                        const Answers& answers, ShadowRays& rays) const {
+  const Columns& c = candidates_;
+  const bool all_lambertian = light_.local_points.reflections.empty();
+  const bool has_bent_normals = light_.local_points.has_bent_normals;
+  for (const Comb::Hit& hit : segment.hits) {
+    const size_t i = segment.segment.first + hit.stratum;
+    const float factor = segment.step / segment.weights[hit.stratum];
+    Rgb weight = c.weight_of(i) * factor;
+    if (answers.sum) *answers.sum -= group.visibility.v[c.cell[i]] * weight;
+    const bool is_lamp = c.point[i] == LightPoint::kLambertian;
+    const LightPoint* const point = all_lambertian ? nullptr : point_of(i);
+    if (point && point->reflection != LightPoint::kLambertian) {
+      weight = weight_of_reflected(*point, i, eye_rays, factor);
+    }
+    const uint32_t primary = group.primary(c.member[i]);
+    const SurfaceInteraction& si = group.primaries.interaction(primary);
+    const Vec3 d = c.direction(i);
+    ShadowRays::Lit lit;
+    if (answers.points && is_lamp && !is_black(weight)) {
+      PointPlan& plan = answers.points[primary];
+      const float radiance = mean_of(c.weight_of(i));
+      plan.lamps -= radiance;
+      lit = {plan.lit, radiance};
+    }
+    const bool may_be_behind = has_bent_normals && !is_lamp;
+    const Ray ray = may_be_behind ? si.shadow_ray_to(point_of(i)->end_of_ray(d))
+                                  : si.shadow_ray(d, c.distance[i]);
+    rays.push(ray, {weight, c.cell[i], group.group.patch}, answers, lit);
+  }
+}
+
+}  // namespace kinome

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "clustered/product/point_plan.h"
+#include "clustered/product/stage_times.h"
+#include "clustered/product/visibility.h"
+#include "kinome/scene.h"
+
+namespace kinome {
+
+/// Where the answers to the shadow rays of a unit go: in an estimate to a sum, in a pilot to the
+/// records of the patches. Must stay where they are until the rays are traced.
+struct Answers {
+  Rgb* sum = nullptr;  ///< of what is visible; control terms of the rays are taken from it
+  std::vector<VisibilityRecord>* records = nullptr;  ///< of each patch
+  PointPlan* points = nullptr;                       ///< of each primary, beside `records`
+};
+
+/// Shadow rays that wait for their answers, traced in batches, the last ones by trace(). One per
+/// thread; not thread-safe.
+class ShadowRays {
+ public:
+  explicit ShadowRays(StageTimes& times);
+
+  /// The scene of all rays to come. They are counted, when they are traced, to the counters that
+  /// came last.
+  void begin(const Scene& scene, RenderCounters& counters) {
+    scene_ = &scene;
+    counters_ = &counters;
+  }
+
+  /// The light that a ray may find.
+  struct Light {
+    Rgb weight;     ///< what it adds to a sum
+    uint32_t cell;  ///< of a record
+    int32_t patch;  ///< of records
+  };
+  /// What else a record's ray adds where it sees light; nothing, of most.
+  struct Lit {
+    float* sum = nullptr;
+    float radiance = 0;
+  };
+
+  /// A ray from a surface to infinity. Rays whose weight is black are skipped.
+  void push(const SurfaceInteraction& from, const Vec3& d, const Light& light,
+            const Answers& answers) {
+    if (skips(light)) return;
+    // Made in its place: to copy a ray takes longer than to make it.
+    Ray& ray = rays_[waiting_];
+    ray.o = from.ray_origin(d);
+    ray.d = d;
+    ray.tmin = 0;
+    ray.tmax = kInfinity;
+    wait(light, answers, {});
+  }
+  void push(const Ray& ray, const Light& light, const Answers& answers) {
+    push(ray, light, answers, {});
+  }
+  void push(const Ray& ray, const Light& light, const Answers& answers, const Lit& lit) {
+    if (skips(light)) return;
+    rays_[waiting_] = ray;
+    wait(light, answers, lit);
+  }
+
+  /// Traces the rays that wait, and gives the answers away in their order.
+  void trace();
+
+ private:
+  struct Pending {
+    Rgb weight;
+    uint32_t cell;
+    Rgb* sum;
+    std::vector<VisibilityRecord>* records;
+  };
+  bool skips(const Light& light) {
+    if (!is_black(light.weight)) return false;
+    ++counters_->skipped_shadow_rays;
+    return true;
+  }
+  void wait(const Light& light, const Answers& answers, const Lit& lit) {
+    Pending& pending = pending_[waiting_];
+    pending.weight = light.weight;
+    pending.cell = light.cell;
+    pending.sum = answers.sum;
+    pending.records = nullptr;
+    if (answers.records) {
+      pending.records = &answers.records[light.patch];
+      lit_[waiting_] = lit;
+    }
+    if (++waiting_ == rays_.size()) trace();
+  }
+
+  const Scene* scene_ = nullptr;
+  RenderCounters* counters_ = nullptr;
+  StageTimes& times_;
+  std::vector<Ray> rays_;  ///< those that wait are the first waiting_
+  std::vector<Pending> pending_;
+  std::vector<Lit> lit_;  ///< of those that wait for records
+  size_t waiting_ = 0;
+};
+
+}  // namespace kinome
