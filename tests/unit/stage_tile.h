@@ -1,0 +1,222 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clustered/product/cell_light.h"
+#include "clustered/product/groups.h"
+#include "kernel_helpers.h"
+#include "kinome/sensor.h"
+#include "support/render.h"
+
+/// What stages of the estimator are tried with: a tile of a small scene.
+namespace kinome::test {
+
+/// False-alarm rate of each statistical test.
+inline constexpr double kAlpha = 1e-4;
+
+inline std::string floor_xml(const std::string& material) {
+  return R"(<shape type="rectangle"><transform name="to_world"><scale value="9"/>
+      <rotate x="1" angle="-90"/></transform>)" +
+         material + "</shape>";
+}
+inline std::string ball_xml(const std::string& material) {
+  return R"(<shape type="sphere"><point name="center" x="0" y="0" z="0"/>
+      <float name="radius" value=".5"/>)" +
+         material + "</shape>";
+}
+inline std::string rough_xml(const std::string& type, double alpha) {
+  return "<bsdf type=\"" + type + "\"><float name=\"alpha\" value=\"" + std::to_string(alpha) +
+         "\"/></bsdf>";
+}
+inline const std::string kGrey =
+    R"(<bsdf type="diffuse"><rgb name="reflectance" value=".6 .5 .4"/></bsdf>)";
+
+/// A normal map of one texel.
+inline std::string normal_map_xml(const Rgb& texel, const std::string& material) {
+  static const TemporaryFolder folder;
+  static int count = 0;
+  const std::string path = folder.path("normal" + std::to_string(count++) + ".pfm");
+  write_pfm(path, Image{1, 1, {"R", "G", "B"}, {texel.x, texel.y, texel.z}});
+  return R"(<bsdf type="normalmap"><texture name="normalmap" type="bitmap">
+      <string name="filename" value=")" +
+         path + R"("/><boolean name="raw" value="true"/></texture>)" + material + "</bsdf>";
+}
+/// Two normal maps that don't turn anything: no kernel knows them.
+inline std::string asked_xml(const std::string& material) {
+  const Rgb flat(0.5f, 0.5f, 1);
+  return normal_map_xml(flat, normal_map_xml(flat, material));
+}
+
+/// A sky that is brighter on one side, without anything small in it.
+inline std::string sky_xml() {
+  static const TemporaryFolder folder;
+  const std::string path = folder.path("sky.pfm");
+  Image image{16, 9, {"R", "G", "B"}, {}};
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 16; ++x) {
+      const auto a = static_cast<float>(x), b = static_cast<float>(y);
+      const float shade = 1.5f + std::sin(0.4f * a) + 0.3f * std::cos(0.7f * b);
+      image.data.insert(image.data.end(), {shade, 0.8f * shade, 0.3f + 0.1f * b});
+    }
+  }
+  write_pfm(path, image);
+  return "<emitter type=\"envmap\"><string name=\"filename\" value=\"" + path + "\"/></emitter>";
+}
+
+/// The camera rays of 4 x 4 pixels that look at the origin from above, with their patches, of whose
+/// cells nothing is known: v = 0.
+class StageTile {
+ public:
+  explicit StageTile(const std::string& shapes_and_lights, uint16_t rays_of_pixel = 2)
+      : scene_(scene_from(
+            R"(<sensor type="perspective"><float name="fov" value="9"/>
+               <transform name="to_world"><lookat origin="0,3,2" target="0,0,0" up="0,1,0"/>
+               </transform><film type="hdrfilm"><integer name="width" value="4"/>
+               <integer name="height" value="4"/><rfilter type="box"/></film></sensor>)" +
+            shapes_and_lights)),
+        filter_(sensor().film().filter()) {
+    const std::vector<uint16_t> counts(16, rays_of_pixel);
+    primaries_.trace(TilePrimaries::view_of(*scene_, sensor(), filter_, true),
+                     sensor().film().crop(), counts, 5, counters_);
+    make_patches(primaries_, patches_);
+    if (scene_->environment()) {
+      cells_ =
+          DistantCells(*scene_->environment(), *scene_->environment()->cell_grid(), 64, context_);
+    }
+    LocalLight::Settings settings;
+    settings.points = LocalLight::kLeastPoints;
+    local_ = std::make_unique<const LocalLight>(*scene_, settings,
+                                                std::span<const SurfaceInteraction>(), 1, context_);
+    if (local_->empty()) local_.reset();
+    Visibility unknown;
+    unknown.resize(cells_.padded_size() + (local_ ? local_->padded_size() : 0));
+    unknown.reset();
+    visibility_.assign(patches_.size(), unknown);
+    groups_.divide(primaries_, patches_, 0, static_cast<uint32_t>(primaries_.size()));
+  }
+
+  const Scene& scene() const { return *scene_; }
+  const TilePrimaries& primaries() const { return primaries_; }
+  std::vector<Patch>& patches() { return patches_; }
+  std::vector<Visibility>& visibility() { return visibility_; }
+  Groups& groups() { return groups_; }
+  RenderCounters& counters() { return counters_; }
+  GroupView view(uint32_t index) const {
+    const Group& group = groups_[index];
+    return {group,
+            index,
+            patches_[group.patch],
+            visibility_[group.patch],
+            primaries_,
+            groups_.members(group)};
+  }
+  /// Points drawn anew.
+  CellLight light(uint64_t seed) {
+    CellPoints points;
+    if (cells_.size() > 0) points = cells_.draw_points(1 << 10, seed, context_);
+    LocalPoints local_points;
+    if (local_) local_points = local_->draw(hash_words(seed, 1), context_);
+    return {cells_, scene_->environment(), std::move(points), local_.get(),
+            std::move(local_points)};
+  }
+  /// Something that may be learned, however wrong.
+  void guess_visibility() {
+    Random random(3);
+    for (Visibility& visibility : visibility_) {
+      for (size_t c = 0; c < visibility.v.size(); ++c) {
+        visibility.v[c] = random.unit();
+        visibility.sigma[c] = 0.1f + random.unit();
+        visibility.sigma_mixed[c] = 0.1f + random.unit();
+      }
+    }
+  }
+  /// Light of the sky that the lobes of a group's members reflect, summed, if nothing is in its
+  /// way: by the midpoint rule.
+  Rgb reflected_sky(const GroupView& group, Lobe lobes) const {
+    constexpr int kRows = 256;
+    Rgb sum(0.f);
+    for (uint32_t k = 0; k < group.group.count; ++k) {
+      const SurfaceInteraction& si = group.interaction(k);
+      for (int row = 0; row < kRows; ++row) {
+        const double height = 1 - 2 * (row + 0.5) / kRows, r = std::sqrt(1 - height * height);
+        std::vector<float> x, y, z, f[3];
+        std::vector<Vec3> directions;
+        for (int column = 0; column < 2 * kRows; ++column) {
+          const double phi = kPi * (column + 0.5) / kRows;
+          directions.emplace_back(r * std::cos(phi), height, r * std::sin(phi));
+          const Vec3 d = si.frame.to_local(directions.back());
+          x.push_back(d.x);
+          y.push_back(d.y);
+          z.push_back(d.z);
+        }
+        for (auto& v : f) v.resize(x.size());
+        si.shape->bsdf().eval_pdf(si, lobes, {x.data(), y.data(), z.data(), x.size()},
+                                  {f[0].data(), f[1].data(), f[2].data(), nullptr});
+        Rgb of_row(0.f);
+        for (size_t i = 0; i < x.size(); ++i) {
+          of_row += Rgb(f[0][i], f[1][i], f[2][i]) *
+                    scene_->environment()->eval_environment(directions[i]);
+        }
+        sum += of_row * (4 * kPi / (2.f * kRows * kRows));
+      }
+    }
+    return sum;
+  }
+
+ private:
+  const Sensor& sensor() const { return *scene_->sensors().front(); }
+
+  RenderContext context_{RenderContext::Options{.threads = 1}};
+  RenderCounters counters_;
+  std::unique_ptr<Scene> scene_;
+  FilterSampler filter_;
+  TilePrimaries primaries_;
+  std::vector<Patch> patches_;
+  DistantCells cells_;
+  std::unique_ptr<const LocalLight> local_;
+  std::vector<Visibility> visibility_;
+  Groups groups_;
+};
+
+/// Means of draws, channel by channel.
+class MeanRgb {
+ public:
+  void add(const Rgb& c) {
+    for (int k = 0; k < 3; ++k) of_[k].add(c[k]);
+  }
+  /// z-tests at kAlpha together.
+  void expect(const Rgb& expected, const char* what) const {
+    expect({{expected.x, 0}, {expected.y, 0}, {expected.z, 0}}, what);
+  }
+  void expect(const MeanRgb& expected, const char* what) const {
+    expect(expected.estimates(), what);
+  }
+
+ private:
+  std::vector<Estimate> estimates() const {
+    std::vector<Estimate> estimates;
+    for (const Moments& m : of_) estimates.push_back({m.mean(), m.variance_of_mean()});
+    return estimates;
+  }
+  void expect(const std::vector<Estimate>& expected, const char* what) const {
+    const std::vector<Estimate> found = estimates();
+    for (int k = 0; k < 3; ++k) {
+      const Estimate &a = found[k], &b = expected[k];
+      const double deviation = std::sqrt(a.variance_of_mean + b.variance_of_mean);
+      EXPECT_GT(normal_two_sided((a.mean - b.mean) / deviation), kAlpha / 3)
+          << what << ", channel " << k << ": " << a.mean << " for " << b.mean << " +- "
+          << deviation;
+      EXPECT_LT(deviation, 0.02 * b.mean) << what << ": too noisy to find anything";
+    }
+  }
+
+  Moments of_[3];
+};
+
+}  // namespace kinome::test

@@ -1,0 +1,308 @@
+// Each kind of strata by itself, with wrong visibilities: what control terms and shadow rays add up
+// to is what the points reflect, here of light that nothing hides.
+#include <gtest/gtest.h>
+
+#include "clustered/product/diffuse_strata.h"
+#include "clustered/product/eye_rays.h"
+#include "clustered/product/glossy_strata.h"
+#include "clustered/product/local_strata.h"
+#include "stage_tile.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr int kDraws = 400;
+constexpr size_t kRays = 24;
+constexpr float kCandidates = 192;
+
+/// Mean of what add(seed, light, strata) says and what shoot(seed, hits, answers, rays) finds.
+template <class Add, class Shoot>
+MeanRgb estimate(StageTile& tile, const Add& add, const Shoot& shoot) {
+  MeanRgb mean;
+  StageTimes times;
+  times.count_to(tile.counters());
+  ShadowRays rays(times);
+  rays.begin(tile.scene(), tile.counters());
+  RayComb comb;
+  for (uint64_t seed = 0; seed < kDraws; ++seed) {
+    Strata strata;
+    Rgb sum = add(seed, strata);
+    comb.walk(strata, kRays, random_float(seed, 77),
+              [&](const SegmentHits& hits) { shoot(seed, hits, Answers{&sum}, rays); });
+    rays.trace();
+    mean.add(sum);
+  }
+  return mean;
+}
+
+TEST(DiffuseStrata, AddUpToTheReflectedSky) {
+  for (const std::string& material :
+       {kGrey, std::string(R"(<bsdf type="plastic"/>)"), asked_xml(kGrey)}) {
+    SCOPED_TRACE(material);
+    StageTile tile(floor_xml(material) + sky_xml());
+    tile.guess_visibility();
+    const GroupView group = tile.view(0);
+    std::unique_ptr<CellLight> light;
+    std::unique_ptr<DiffuseStrata> stage;
+    const MeanRgb mean = estimate(
+        tile,
+        [&](uint64_t seed, Strata& strata) {
+          light = std::make_unique<CellLight>(tile.light(seed));
+          stage = std::make_unique<DiffuseStrata>(*light);
+          stage->begin_tile(tile.patches().size());
+          stage->begin_unit();
+          EXPECT_TRUE(stage->applies(group));
+          return stage->add(group, strata);
+        },
+        [&](uint64_t seed, const SegmentHits& hits, const Answers& answers, ShadowRays& rays) {
+          stage->shoot(group, hits, random_bits(seed, 78), answers, rays);
+        });
+    mean.expect(tile.reflected_sky(group, Lobe::kDiffuse), "diffuse");
+  }
+}
+
+/// Cells that are wholly above the horizon need no rays, if they are known to be visible.
+TEST(DiffuseStrata, KnowVisibleLightWithoutRays) {
+  StageTile tile(floor_xml(kGrey) + sky_xml());
+  const GroupView group = tile.view(0);
+  for (float& v : tile.visibility()[group.group.patch].v) v = 1;
+  const CellLight light = tile.light(1);
+  DiffuseStrata stage(light);
+  stage.begin_tile(tile.patches().size());
+  stage.begin_unit();
+  Strata strata;
+  const Rgb control = stage.add(group, strata);
+  const Rgb all = tile.reflected_sky(group, Lobe::kDiffuse);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_LT(control[k], 1.001f * all[k]);
+    EXPECT_GT(control[k], 0.8f * all[k]);  // but for those at the horizon
+  }
+  // The plan says the same of one point that reflects all.
+  const DiffuseStrata::PatchPlan plan =
+      stage.plan(group.patch, tile.visibility()[group.group.patch]);
+  for (int k = 0; k < 3; ++k) {
+    double reflected = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      reflected += double{plan.control[3 * k + axis]} * group.group.albedo_normal[k][axis];
+    }
+    EXPECT_NEAR(reflected * kInvPi, control[k], 0.01 * control[k]);
+  }
+  EXPECT_NEAR(plan.uncertainty * static_cast<float>(group.group.count), strata.total(),
+              0.02 * strata.total());
+}
+
+TEST(GlossyStrata, AddUpToTheReflectedSky) {
+  for (const std::string& material :
+       {rough_xml("roughconductor", 0.25), rough_xml("roughplastic", 0.3),
+        asked_xml(rough_xml("roughconductor", 0.3))}) {
+    SCOPED_TRACE(material);
+    StageTile tile(floor_xml(material) + sky_xml());
+    tile.guess_visibility();
+    const GroupView group = tile.view(0);
+    std::unique_ptr<CellLight> light;
+    std::unique_ptr<GlossyStrata> stage;
+    const MeanRgb mean = estimate(
+        tile,
+        [&](uint64_t seed, Strata& strata) {
+          light = std::make_unique<CellLight>(tile.light(seed));
+          stage = std::make_unique<GlossyStrata>(*light);
+          EXPECT_TRUE(stage->applies(group));
+          return stage->add(group, GlossyStrata::counts(group.patch, kCandidates),
+                            hash_words(seed, 79), strata);
+        },
+        [&](uint64_t, const SegmentHits& hits, const Answers& answers, ShadowRays& rays) {
+          stage->shoot(group, hits, answers, rays);
+        });
+    mean.expect(tile.reflected_sky(group, Lobe::kGlossy), "glossy");
+  }
+}
+
+TEST(GlossyStrata, DrawAboutAsManyAsAreWanted) {
+  Patch patch;
+  for (const float share : {0.05f, 0.5f, 0.95f}) {
+    patch.cell_share = share;
+    for (const float wanted : {100.f, 500.f, 1000.f}) {
+      const GlossyStrata::Counts counts = GlossyStrata::counts(patch, wanted);
+      EXPECT_NEAR(static_cast<float>(counts.from_cells), share * wanted, 1);
+      // A power of two, no farther than the root of two, but for the least.
+      const auto from_lobe = static_cast<float>(1u << counts.lobe_log2);
+      EXPECT_LE(from_lobe, std::max(16.f, 1.4143f * (1 - share) * wanted));
+      EXPECT_GE(from_lobe, 0.7071f * (1 - share) * wanted);
+    }
+  }
+}
+
+TEST(GlossyStrata, TellThePlanTheMeanAndItsShare) {
+  StageTile tile(floor_xml(rough_xml("roughconductor", 0.25)) + sky_xml());
+  const GroupView group = tile.view(0);
+  const double count = group.group.count;
+  MeanRgb unshadowed;
+  for (uint64_t seed = 0; seed < kDraws; ++seed) {
+    const CellLight light = tile.light(seed);
+    GlossyStrata stage(light);
+    Strata strata;
+    stage.add(group, GlossyStrata::pilot_counts(group.patch), seed, strata);
+    std::vector<PointPlan> points(tile.primaries().size());
+    Patch patch = group.patch;
+    patch.glossy = 0;
+    stage.plan(group, patch, points);
+    const PointPlan& point = points[group.primary(0)];
+    EXPECT_GT(point.glossy_variance, 0);
+    EXPECT_GT(patch.cell_share, 0);
+    EXPECT_LT(patch.cell_share, 1);
+    EXPECT_NEAR(patch.glossy * static_cast<float>(patch.count), point.glossy * count,
+                1e-4 * patch.glossy * static_cast<float>(patch.count));
+    unshadowed.add(Rgb(point.glossy * static_cast<float>(count)));
+  }
+  unshadowed.expect(Rgb(mean_of(tile.reflected_sky(group, Lobe::kGlossy))), "mean");
+}
+
+/// A bright square above, and a lamp.
+const std::string kLamps = R"(
+    <shape type="rectangle"><transform name="to_world"><scale value=".6"/>
+      <rotate x="1" angle="90"/><translate x=".5" y="1"/></transform>
+      <emitter type="area"><rgb name="radiance" value="3 2 1"/></emitter></shape>
+    <emitter type="point"><point name="position" x="-1" y="1.5" z=".5"/>
+      <rgb name="intensity" value="1 2 3"/></emitter>)";
+
+/// What the group reflects of all emitters, by many rays to each.
+MeanRgb reflected_lamps(const StageTile& tile, const GroupView& group, Lobe lobes) {
+  MeanRgb mean;
+  Random random(5);
+  for (int i = 0; i < 20000; ++i) {
+    Rgb sum(0.f);
+    for (uint32_t k = 0; k < group.group.count; ++k) {
+      const SurfaceInteraction& si = group.interaction(k);
+      for (const auto& emitter : tile.scene().emitters()) {
+        const auto light = emitter->sample_direct(si.p, {random.unit(), random.unit()});
+        if (!light || !(light->pdf > 0)) continue;
+        const BsdfValue value = si.shape->bsdf().eval_pdf(si, lobes, si.frame.to_local(light->d));
+        sum += value.f * light->radiance / light->pdf;
+      }
+    }
+    mean.add(sum);
+  }
+  return mean;
+}
+
+/// Light points and eye rays find the same square, in shares that sum to one.
+TEST(LocalStrata, AndEyeRaysShareTheLight) {
+  for (const std::string& material :
+       {kGrey, rough_xml("roughconductor", 0.3), rough_xml("roughplastic", 0.3),
+        asked_xml(rough_xml("roughplastic", 0.3))}) {
+    SCOPED_TRACE(material);
+    StageTile tile(floor_xml(material) + kLamps);
+    tile.guess_visibility();
+    const GroupView group = tile.view(0);
+    constexpr float kEyeRays = 0.5f;
+    std::unique_ptr<CellLight> light;
+    LocalChoice choice;
+    std::unique_ptr<LocalStrata> stage;
+    MeanRgb mean;
+    StageTimes times;
+    ShadowRays rays(times);
+    rays.begin(tile.scene(), tile.counters());
+    RayComb comb;
+    EXPECT_TRUE(LocalStrata::applies(group));
+    for (uint64_t seed = 0; seed < 4 * kDraws; ++seed) {
+      light = std::make_unique<CellLight>(tile.light(seed));
+      choice.choose(*light->local, light->local_points, tile.patches(), tile.visibility(),
+                    light->first_local(), tile.primaries().size(), hash_words(seed, 80));
+      stage = std::make_unique<LocalStrata>(*light, choice);
+      Strata strata;
+      const LocalStrata::Numbers numbers{random_bits(seed, 81), hash_words(seed, 82)};
+      Rgb sum = stage->add(group, kEyeRays, numbers, strata);
+      comb.walk(strata, kRays, random_float(seed, 77), [&](const SegmentHits& hits) {
+        stage->shoot(group, kEyeRays, hits, Answers{&sum}, rays);
+      });
+      EyeRays eye_rays(*light);
+      eye_rays.begin_tile(tile.scene(), choice.rates(), tile.counters());
+      EXPECT_TRUE(eye_rays.applies(group));
+      eye_rays.send(group, kEyeRays, hash_words(seed, 83), sum);
+      EXPECT_FALSE(eye_rays.empty());
+      eye_rays.trace(rays);
+      EXPECT_TRUE(eye_rays.empty());
+      rays.trace();
+      mean.add(sum);
+    }
+    mean.expect(reflected_lamps(tile, group, Lobe::kDiffuse | Lobe::kGlossy), "local");
+  }
+}
+
+TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
+  StageTile tile(floor_xml(kGrey) + kLamps);
+  const GroupView group = tile.view(0);
+  const CellLight light = tile.light(3);
+  LocalChoice choice;
+  choice.choose(*light.local, light.local_points, tile.patches(), tile.visibility(),
+                light.first_local(), tile.primaries().size(), 1);
+  LocalStrata stage(light, choice);
+  Strata strata;
+  stage.add(group, 1, {1, 2}, strata);
+  std::vector<PointPlan> points(tile.primaries().size());
+  std::vector<float> lit(points.size());
+  for (size_t i = 0; i < points.size(); ++i) points[i].lit = &lit[i];
+  Patch patch = group.patch;
+  patch.eye_rays = patch.glossy = 0;
+  stage.plan(group, patch, points);
+  EXPECT_GE(patch.eye_rays, 0);
+  EXPECT_LE(patch.eye_rays, 1);
+  EXPECT_GT(patch.glossy, 0);
+  std::vector<float> of_lamp;
+  for (uint32_t k = 0; k < group.group.count; ++k) {
+    // What the lamp sends: exact.
+    const PointPlan& point = points[group.primary(k)];
+    const SurfaceInteraction& si = group.interaction(k);
+    const Vec3 to = Vec3(-1, 1.5f, 0.5f) - si.p;
+    const float cosine = glm::dot(glm::normalize(to), si.n);
+    const float expected = kInvPi * cosine / glm::dot(to, to) * (.6f + 2 * .5f + 3 * .4f) / 3;
+    EXPECT_NEAR(point.lamps, expected, 1e-4f * expected);
+    EXPECT_GT(point.glossy, 0);
+    of_lamp.push_back(point.lamps);
+  }
+  // Once a ray has asked for the lamp, what is left of it is 0, and the answer is in `lit`.
+  StageTimes times;
+  ShadowRays rays(times);
+  rays.begin(tile.scene(), tile.counters());
+  std::vector<std::vector<VisibilityRecord>> records(tile.patches().size());
+  const Answers answers{nullptr, records.data(), points.data()};
+  RayComb().walk(strata, 1u << 12, 0.3,
+                 [&](const SegmentHits& hits) { stage.shoot(group, 1, hits, answers, rays); });
+  rays.trace();
+  for (uint32_t k = 0; k < group.group.count; ++k) {
+    EXPECT_NEAR(points[group.primary(k)].lamps, 0, 1e-6f);
+    EXPECT_NEAR(lit[group.primary(k)], of_lamp[k], 1e-6f);
+  }
+  EXPECT_FALSE(records[group.group.patch].empty());
+}
+
+/// A mirror shows the square itself, all of it.
+TEST(EyeRays, OfMirrorsFindWhatTheyShow) {
+  StageTile tile(floor_xml(R"(<bsdf type="conductor"/>)") +
+                 R"(<shape type="rectangle"><transform name="to_world"><scale value="50"/>
+                    <rotate x="1" angle="90"/><translate y="9"/></transform>
+                    <emitter type="area"><rgb name="radiance" value="3 2 1"/></emitter></shape>)");
+  const GroupView group = tile.view(0);
+  const CellLight light = tile.light(1);
+  EyeRays eye_rays(light);
+  eye_rays.begin_tile(tile.scene(), std::vector<float>(light.local->size(), 1.f), tile.counters());
+  EXPECT_FALSE(eye_rays.applies(group)) << "there is no lobe to send rays by";
+  StageTimes times;
+  ShadowRays rays(times);
+  rays.begin(tile.scene(), tile.counters());
+  for (uint32_t k = 0; k < group.group.count; ++k) {
+    const SurfaceInteraction& si = group.interaction(k);
+    Rgb sum(0.f);
+    eye_rays.send_mirrored(si, group.primary(k), 7, sum);
+    EXPECT_EQ(sum, Rgb(0.f)) << "rays wait";
+    eye_rays.trace(rays);
+    rays.trace();
+    const auto mirrored = mirrored_direction(si, Vec2(0.5f));
+    ASSERT_TRUE(mirrored);
+    EXPECT_LT(glm::length(mirrored->d - glm::reflect(-si.frame.to_world(si.wi), si.n)), 1e-5f);
+    EXPECT_EQ(sum, mirrored->weight * Rgb(3, 2, 1));
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test
