@@ -53,6 +53,7 @@ uint32_t BsdfFormKinds::number_of(const BsdfForm& form) {
   for (size_t k = 0; k < kinds_.size(); ++k) {
     if (kinds_[k].same_kind(form)) return static_cast<uint32_t>(k + 1);
   }
+  if (kinds_.size() == kMost) return kNone;
   kinds_.push_back(form);
   return static_cast<uint32_t>(kinds_.size());
 }
@@ -65,11 +66,11 @@ void Bsdf::describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) 
     out.normal.set(i, frame.n);
     out.tangent.set(i, frame.s);
     const std::optional<BsdfForm> found = form(si);
-    if (!found) {
+    out.kind[i] = found ? out.kinds->number_of(*found) : BsdfFormKinds::kNone;
+    if (out.kind[i] == BsdfFormKinds::kNone) {
       const LobeReflectance colours = reflectance(si);
       out.diffuse.set(i, colours.diffuse);
       out.specular.set(i, colours.glossy);
-      out.kind[i] = BsdfFormKinds::kNone;
       continue;
     }
     out.diffuse.set(i, found->diffuse);
@@ -78,7 +79,6 @@ void Bsdf::describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) 
     out.alpha_v[i] = found->alpha_v;
     out.surface_normal.set(i, found->surface_normal);
     out.bump_alpha2[i] = found->bump_alpha2;
-    out.kind[i] = out.kinds->number_of(*found);
   }
 }
 

@@ -68,6 +68,7 @@ class LyingRenderer {
         sensor_(*scene.sensors().front()),
         crop_(sensor_.film().crop()),
         filter_(sensor_.film().filter()),
+        primaries_({table_, sensor_, filter_, crop_, true}),
         cells_(scene.environment() ? DistantCells(*scene.environment(),
                                                   *scene.environment()->cell_grid(), 128, context_)
                                    : DistantCells()),
@@ -126,27 +127,29 @@ class LyingRenderer {
   uint32_t padded_size() const {
     return cells_.padded_size() + (local_ ? local_->padded_size() : 0);
   }
-  void trace(size_t tile, uint16_t count, uint64_t seed) {
+  TilePrimaries trace(size_t tile, uint16_t count, uint64_t seed) {
     const std::vector<uint16_t> counts(pixels(tile).area(), count);
-    primaries_.trace({scene_, sensor_, filter_, crop_, true}, pixels(tile), counts, seed,
-                     counters_);
+    primaries_.clear();
+    primaries_.add(pixels(tile), counts);
+    primaries_.trace(seed, counters_);
+    return primaries_.tile(0);
   }
 
   void learn(size_t tile, Estimator& estimator) {
     TileKnowledge& known = tiles_[tile];
-    trace(tile, kPilotPrimaries, 1000);
-    make_patches(primaries_, known.patches);
+    TilePrimaries primaries = trace(tile, kPilotPrimaries, 1000);
+    make_patches(primaries, known.patches);
     Visibility nothing;
     nothing.resize(padded_size());
     nothing.reset();
     known.visibility.assign(known.patches.size(), nothing);
     std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
-    std::vector<PointPlan> points(primaries_.size());
+    std::vector<PointPlan> points(primaries.size());
     Estimator::Unit unit;
-    unit.end = static_cast<uint32_t>(primaries_.size());
+    unit.end = static_cast<uint32_t>(primaries.size());
     unit.rays = kPilotRays;
     unit.seed = hash_words(tile, 5);
-    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, unit.seed, counters_);
+    estimator.begin_tile(scene_, primaries, known.patches, known.visibility, unit.seed, counters_);
     estimator.probe(unit, points, records);
     estimator.flush();
     VisibilityLearner learner(padded_size());
@@ -160,9 +163,10 @@ class LyingRenderer {
 
   /// Learns from the very rays that the unit is going to weigh: where they go depends on sigma
   /// alone, which stays.
-  void peek(const Estimator::Unit& unit, TileKnowledge& known, Estimator& estimator) {
+  void peek(const Estimator::Unit& unit, const TilePrimaries& primaries, TileKnowledge& known,
+            Estimator& estimator) {
     std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
-    std::vector<PointPlan> points(primaries_.size());
+    std::vector<PointPlan> points(primaries.size());
     estimator.probe(unit, points, records);
     estimator.flush();
     for (size_t p = 0; p < records.size(); ++p) {
@@ -170,28 +174,28 @@ class LyingRenderer {
         known.visibility[p].v[record.cell()] = record.visible() ? 1.f : 0.f;
       }
     }
-    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility, unit.seed, counters_);
+    estimator.begin_tile(scene_, primaries, known.patches, known.visibility, unit.seed, counters_);
   }
 
   Rgb render_tile(size_t tile, uint64_t seed, uint32_t rays, Estimator& estimator) {
-    trace(tile, kPrimaries, hash_words(seed, 2));
+    TilePrimaries primaries = trace(tile, kPrimaries, hash_words(seed, 2));
     TileKnowledge known = tiles_[tile];
-    assign_patches(primaries_, known.patches);
+    assign_patches(primaries, known.patches);
     while (known.visibility.size() < known.patches.size()) {  // that the pilot missed
       known.visibility.emplace_back().resize(padded_size());
       known.visibility.back().reset();
     }
-    estimator.begin_tile(scene_, primaries_, known.patches, known.visibility,
+    estimator.begin_tile(scene_, primaries, known.patches, known.visibility,
                          hash_words(seed, tile), counters_);
     Rgb sum(0.f);
     for (int i = 0; i < pixels(tile).area(); ++i) {
       Estimator::Unit unit;
-      unit.first = primaries_.first(i);
-      unit.end = primaries_.first(i + 1);
+      unit.first = primaries.first(i);
+      unit.end = primaries.first(i + 1);
       unit.rays = rays;
       unit.candidates = kCandidates;
       unit.seed = hash_words(seed, tile, i);
-      if (lie_ == Lie::kPeeked) peek(unit, known, estimator);
+      if (lie_ == Lie::kPeeked) peek(unit, primaries, known, estimator);
       estimator.estimate(unit, sum);
     }
     estimator.flush();
@@ -203,10 +207,11 @@ class LyingRenderer {
   RenderContext context_{RenderContext::Options{.threads = 1}};
   const Rect crop_;
   const FilterSampler filter_;
+  const transport::SceneTable table_{scene_};
+  Primaries primaries_;
   const DistantCells cells_;
   std::unique_ptr<const LocalLight> local_;
   const Lie lie_;
-  TilePrimaries primaries_;
   RenderCounters counters_;
   std::vector<TileKnowledge> tiles_;
 };

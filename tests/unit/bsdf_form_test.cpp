@@ -6,7 +6,7 @@
 #include <random>
 
 #include "clustered/kernels/candidate_kernels.h"
-#include "clustered/product/tile.h"
+#include "clustered/product/patches.h"
 #include "instruction_sets.h"
 #include "kinome/warp.h"
 #include "support/bsdf_cases.h"

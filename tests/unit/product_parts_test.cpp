@@ -11,7 +11,7 @@
 #include "clustered/cells/hilbert_points.h"
 #include "clustered/product/comb.h"
 #include "clustered/product/plan.h"
-#include "clustered/product/tile.h"
+#include "clustered/product/filter_sampler.h"
 #include "kinome/sampler.h"
 #include "support/render.h"
 

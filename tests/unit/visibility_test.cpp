@@ -152,7 +152,7 @@ TEST(CellNeighbours, AreTheNearestCells) {
   for (const auto& [count, least_found] : {std::pair(64u, 1.), {512u, 1.}, {1500u, 0.9}}) {
     const DistantCells cells(sky, sky.grid(), count, context);
     const CellNeighbours neighbours = find_neighbours(cells, context);
-    ASSERT_EQ(neighbours.of.size(), cells.padded_size());
+    for (const auto& column : neighbours.of) ASSERT_EQ(column.size(), cells.padded_size());
     const auto cosine = [&](size_t a, size_t b) {
       double sum = 0;
       for (const auto& axis : cells.axis()) sum += double{axis[a]} * axis[b];
@@ -166,11 +166,11 @@ TEST(CellNeighbours, AreTheNearestCells) {
       }
       std::sort(all.begin(), all.end(), std::greater());
       for (size_t i = 0; i < CellNeighbours::kCount; ++i) {
-        const uint16_t k = neighbours.of[c][i];
+        const auto k = static_cast<uint32_t>(neighbours.of[i][c]);
         ASSERT_LT(k, cells.size());
         ASSERT_NE(k, c);
         if (i > 0) {
-          EXPECT_NE(k, neighbours.of[c][i - 1]);
+          EXPECT_NE(neighbours.of[i][c], neighbours.of[i - 1][c]);
         }
         found += std::abs(cosine(c, k) - all[i]) < 1e-6;
       }
@@ -187,17 +187,17 @@ TEST(CellNeighbours, AreNoneWhereCellsAreFew) {
   const DistantCells cells(sky, grid, 1, context);
   const CellNeighbours neighbours = find_neighbours(cells, context);
   for (const auto& of : neighbours.of) {
-    for (const uint16_t k : of) EXPECT_LE(k, cells.size());
+    for (const int32_t k : of) EXPECT_LE(static_cast<uint32_t>(k), cells.size());
   }
 }
 
 /// The tree's parent of cells 96 to 103 has seen light alone, the cells around number 100 none.
 TEST(VisibilityLearner, LeansOnCellsAroundBeforeTheCurve) {
   CellNeighbours neighbours;
-  neighbours.of.resize(kCells);
-  for (size_t c = 0; c < kCells; ++c) {
-    for (size_t i = 0; i < CellNeighbours::kCount; ++i) {
-      neighbours.of[c][i] = static_cast<uint16_t>((c + 200 + i) % kCells);
+  for (size_t i = 0; i < CellNeighbours::kCount; ++i) {
+    neighbours.of[i].resize(kCells);
+    for (size_t c = 0; c < kCells; ++c) {
+      neighbours.of[i][c] = static_cast<int32_t>((c + 200 + i) % kCells);
     }
   }
   std::vector<VisibilityRecord> records;

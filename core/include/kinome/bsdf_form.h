@@ -61,14 +61,16 @@ struct BsdfForm {
   }
 };
 
-/// The kinds of forms that the points of blocks have: a few, whatever the number of points. Not
+/// The kinds of forms that the points of blocks have: a few, whatever the number of points. Points
+/// of more kinds than kMost, as where a texture says what metal it is, count as having no form. Not
 /// thread-safe.
 class KINOME_EXPORT BsdfFormKinds {
  public:
   /// The number of points that have no form; those of kinds follow.
   static constexpr uint32_t kNone = 0;
+  static constexpr size_t kMost = 64;
 
-  /// The number of a form's kind, which is added if it is new.
+  /// The number of a form's kind, which is added if it is new and there is room.
   uint32_t number_of(const BsdfForm& form);
   /// A form of that kind; number is not kNone.
   const BsdfForm& operator[](uint32_t number) const { return kinds_[number - 1]; }

@@ -26,7 +26,7 @@ constexpr float kPi = std::numbers::pi_v<float>;
 struct V3 {
   V x, y, z;
 };
-HWY_INLINE V3 gather(const std::vector<float> (&from)[3], Index i) {
+HWY_INLINE V3 gather(const kinome::Column<float> (&from)[3], Index i) {
   const Tag d;
   return {hn::GatherIndex(d, from[0].data(), i), hn::GatherIndex(d, from[1].data(), i),
           hn::GatherIndex(d, from[2].data(), i)};
@@ -86,7 +86,7 @@ class GatheredPoints {
   HWY_INLINE Point at(Index k) const { return gather_point(group_.frames, k); }
   /// Values of all points, from which look_up takes those of members.
   using Column = const float*;
-  HWY_INLINE void prepare(const std::vector<float>& values, Column& column) const {
+  HWY_INLINE void prepare(const kinome::Column<float>& values, Column& column) const {
     column = values.data();
   }
   HWY_INLINE V look_up(const Column& column, Index k) const {
@@ -138,7 +138,7 @@ class PermutedPoints {
   struct Column {
     HWY_ALIGN float values[kMostMembers];
   };
-  HWY_INLINE void prepare(const std::vector<float>& values, Column& column) const {
+  HWY_INLINE void prepare(const kinome::Column<float>& values, Column& column) const {
     const Tag d;
     for (size_t r = 0; r < vectors_; ++r) {
       hn::Store(hn::GatherIndex(d, values.data(), members(r)), d, column.values + r * hn::Lanes(d));

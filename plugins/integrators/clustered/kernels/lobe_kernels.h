@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "clustered/kernels/aligned.h"
+
 /// Kernels over directions at the points of a group, compiled for every instruction set that the
 /// compiler knows (Highway). Arrays of directions are padded to kLobeLanes values, which are read
 /// and written; the padding's are directions at member 0.
@@ -14,9 +16,9 @@ inline constexpr size_t kLobeLanes = 16;
 /// Frames of points, world space: normal, tangent (orthogonal to it), and the direction toward the
 /// viewer; all unit vectors.
 struct PointFrames {
-  std::vector<float> normal[3];
-  std::vector<float> tangent[3];
-  std::vector<float> viewer[3];
+  Column<float> normal[3];
+  Column<float> tangent[3];
+  Column<float> viewer[3];
   void resize(size_t points) {
     for (auto* const vectors : {normal, tangent, viewer}) {
       for (int axis = 0; axis < 3; ++axis) vectors[axis].resize(points);
@@ -64,8 +66,8 @@ struct MicrofacetKind {
 };
 /// What differs from point to point.
 struct MicrofacetPoints {
-  std::vector<float> alpha_u, alpha_v;
-  std::vector<float> specular[3];
+  Column<float> alpha_u, alpha_v;
+  Column<float> specular[3];
   void resize(size_t points) {
     alpha_u.resize(points);
     alpha_v.resize(points);
@@ -91,8 +93,8 @@ void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& fir
 /// Surface normals of points whose normal was turned away from them, and the roughness of bumps:
 /// see BsdfForm::turned_factor.
 struct TurnedPoints {
-  std::vector<float> normal[3];
-  std::vector<float> bump_alpha2;
+  Column<float> normal[3];
+  Column<float> bump_alpha2;
   void resize(size_t points) {
     for (auto& v : normal) v.resize(points);
     bump_alpha2.resize(points);

@@ -73,7 +73,7 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
   for (size_t j = 0; j < hits.size(); ++j) {
     if (j + kAhead < hits.size()) {
       __builtin_prefetch(&point_of(j + kAhead));
-      __builtin_prefetch(&view.interaction(member_at(j + kAhead)));
+      primaries.prefetch(view.primary(member_at(j + kAhead)));
     }
     const uint32_t stratum = hits[j].stratum;
     const uint32_t cell = ids[stratum];
@@ -86,14 +86,14 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
     if (stratum >= prepared.cells.above) {
       v = mixed_visibility_[segment.segment.first + stratum - prepared.cells.above];
     }
-    const float cosine = glm::dot(primaries.normal[primary], point.d);
-    const Rgb lambert = primaries.diffuse[primary] * (kInvPi * cosine * factor) * point.weight;
+    const float cosine = glm::dot(primaries.normal(primary), point.d);
+    const Rgb lambert = primaries.diffuse(primary) * (kInvPi * cosine * factor) * point.weight;
     if (answers.sum) *answers.sum -= v * lambert;
     if (patch.is_described) {
       float t = table ? interpolate_transmittance(table, cosine) : 1.f;
-      if (patch.form.is_turned) t *= turned_factor(primaries.turned, primary, point.d);
+      if (patch.form.is_turned) t *= turned_factor(primaries, primary, point.d);
       if (cosine > 0) {
-        rays.push(primaries.interaction(primary), point.d, {lambert * t, cell, group.patch},
+        rays.push(primaries.place(primary), point.d, {lambert * t, cell, group.patch},
                   answers);
       }
     } else {
@@ -112,7 +112,7 @@ void DiffuseStrata::ask_and_shoot(const GroupView& view, const Answers& answers,
               f);
   for (size_t j = 0; j < count; ++j) {
     const Rgb weight = s.weight[j] * Rgb(f[0][j], f[1][j], f[2][j]);
-    rays.push(view.interaction(s.member[j]), {s.dx[j], s.dy[j], s.dz[j]},
+    rays.push(view.place(s.member[j]), {s.dx[j], s.dy[j], s.dz[j]},
               {weight, s.cell[j], view.group.patch}, answers);
   }
 }

@@ -59,7 +59,8 @@ GroupView Estimator::view(uint32_t index) const {
           patches_[group.patch],
           visibility_[group.patch],
           *primaries_,
-          groups_.members(group)};
+          groups_.members(group),
+          groups_.points(group)};
 }
 
 void Estimator::begin_unit(const Unit& unit) {
@@ -154,7 +155,7 @@ void Estimator::shoot_mirrored(uint64_t seed, Rgb& sum) {
     const SurfaceInteraction& si = primaries_->interaction(i);
     const auto mirrored = mirrored_sky(light_, si, i, seed);
     if (!mirrored) continue;
-    shadow_rays_.push(si, mirrored->d, {mirrored->weight, 0, primaries_->patch[i]}, {&sum});
+    shadow_rays_.push(si, mirrored->d, {mirrored->weight, 0, primaries_->patch(i)}, {&sum});
   }
 }
 

@@ -14,7 +14,7 @@
 #include "clustered/product/ray_comb.h"
 #include "clustered/product/shadow_rays.h"
 #include "clustered/product/stage_times.h"
-#include "clustered/product/tile.h"
+#include "clustered/product/patches.h"
 
 namespace kinome {
 

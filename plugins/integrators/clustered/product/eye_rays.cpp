@@ -76,7 +76,7 @@ void EyeRays::draw(const GroupView& group, uint64_t seed) {
   for (size_t k = 0; k < count; ++k) {
     const uint32_t primary = group.primary(c.member[k]);
     if (random_float(hash_words(seed, primary), 3) >= share) continue;
-    const Vec3 d = Frame::from_normal(group.primaries.normal[primary])
+    const Vec3 d = Frame::from_normal(group.primaries.normal(primary))
                        .to_world(square_to_cosine_hemisphere(
                            {to_unit_float(numbers_[0][k]), to_unit_float(numbers_[1][k])}));
     c.dx[k] = d.x;
@@ -102,7 +102,7 @@ void EyeRays::send(const GroupView& group, float expected, uint64_t seed, Rgb& s
     const uint32_t primary = group.primary(c.member[k]);
     Ray ray;
     ray.d = c.direction(k);
-    ray.o = group.primaries.interaction(primary).ray_origin(ray.d);
+    ray.o = group.primaries.place(primary).ray_origin(ray.d);
     push(ray, {weight, density, tile_rates_, hash_words(seed, primary, kNumbers), &sum});
   }
 }

@@ -187,14 +187,14 @@ void GlossyStrata::shoot(const GroupView& group, const SegmentHits& segment, con
   for (size_t j = 0; j < hits.size(); ++j) {
     if (j + kAhead < hits.size()) {
       const size_t later = first + hits[j + kAhead].stratum;
-      __builtin_prefetch(&group.interaction(candidates_.member[later]));
+      group.primaries.prefetch(group.primary(candidates_.member[later]));
     }
     const uint32_t stratum = hits[j].stratum;
     const size_t i = first + stratum;
     const uint32_t cell = candidates_.cell[i];
     const Rgb weight = candidates_.weight_of(i) * (segment.step / segment.weights[stratum]);
     if (answers.sum) *answers.sum -= group.visibility.v[cell] * weight;
-    rays.push(group.interaction(candidates_.member[i]), candidates_.direction(i),
+    rays.push(group.place(candidates_.member[i]), candidates_.direction(i),
               {weight, cell, group.group.patch}, answers);
   }
 }

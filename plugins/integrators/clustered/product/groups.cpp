@@ -14,10 +14,10 @@ constexpr size_t kMaxGroups = 64;
 /// The group that the primary belongs to; -1: none yet.
 int32_t Groups::group_for(uint32_t primary, const TilePrimaries& primaries,
                           std::span<const Patch> patches) {
-  const int32_t patch = primaries.patch[primary];
+  const int32_t patch = primaries.patch(primary);
   int32_t group = first_group_[patch];
   if (group < 0 || !is_sharp(patches[patch])) return group;
-  const Vec3& n = primaries.normal[primary];
+  const Vec3 n = primaries.normal(primary);
   float best = -2;
   for (size_t k = 0; k < groups_.size(); ++k) {
     if (groups_[k].patch != patch) continue;
@@ -32,7 +32,7 @@ int32_t Groups::group_for(uint32_t primary, const TilePrimaries& primaries,
 
 /// Means are sums, as yet.
 void Groups::add(uint32_t primary, const TilePrimaries& primaries, std::span<const Patch> patches) {
-  const int32_t patch = primaries.patch[primary];
+  const int32_t patch = primaries.patch(primary);
   int32_t group = group_for(primary, primaries, patches);
   if (group < 0) {
     group = static_cast<int32_t>(groups_.size());
@@ -42,11 +42,11 @@ void Groups::add(uint32_t primary, const TilePrimaries& primaries, std::span<con
   }
   group_of_.push_back(group);
   Group& g = groups_[group];
-  const Vec3& n = primaries.normal[primary];
-  const Rgb& albedo = primaries.diffuse[primary];
+  const Vec3 n = primaries.normal(primary);
+  const Rgb albedo = primaries.diffuse(primary);
   ++g.count;
   g.normal += n;
-  g.viewer += primaries.interaction(primary).frame.to_world(primaries.interaction(primary).wi);
+  g.viewer += primaries.viewer(primary);
   for (int c = 0; c < 3; ++c) g.albedo_normal[c] += albedo[c] * n;
   g.albedo += mean_of(albedo);
 }
@@ -57,7 +57,7 @@ void Groups::divide(const TilePrimaries& primaries, std::span<const Patch> patch
   group_of_.clear();
   first_group_.assign(patches.size(), -1);
   for (uint32_t i = first; i < end; ++i) {
-    if (primaries.patch[i] < 0) {
+    if (primaries.patch(i) < 0) {
       group_of_.push_back(-1);
     } else {
       add(i, primaries, patches);
@@ -73,12 +73,14 @@ void Groups::divide(const TilePrimaries& primaries, std::span<const Patch> patch
     group.viewer = normalized(group.viewer, patch.viewer);
   }
   order_.resize(next);
+  points_.resize(next);
   for (uint32_t i = first; i < end; ++i) {
     const int32_t k = group_of_[i - first];
     if (k < 0) continue;
     Group& group = groups_[k];
+    points_[group.first + group.count] = static_cast<uint32_t>(primaries.point(i));
     order_[group.first + group.count++] = i;
-    group.cosine = std::min(group.cosine, glm::dot(group.normal, primaries.normal[i]));
+    group.cosine = std::min(group.cosine, glm::dot(group.normal, primaries.normal(i)));
   }
 }
 

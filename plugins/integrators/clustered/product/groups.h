@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "clustered/product/patches.h"
 #include "clustered/product/spread.h"
-#include "clustered/product/tile.h"
 
 namespace kinome {
 
@@ -35,6 +35,8 @@ class Groups {
   /// The primaries, group by group; within a group they go up.
   std::span<const uint32_t> order() const { return order_; }
   const uint32_t* members(const Group& group) const { return &order_[group.first]; }
+  /// Of the same, their points among those of Primaries.
+  const uint32_t* points(const Group& group) const { return &points_[group.first]; }
 
  private:
   int32_t group_for(uint32_t primary, const TilePrimaries& primaries,
@@ -43,7 +45,7 @@ class Groups {
 
   std::vector<Group> groups_;
   std::vector<int32_t> group_of_;  ///< of each primary, from the first on
-  std::vector<uint32_t> order_;
+  std::vector<uint32_t> order_, points_;
   std::vector<int32_t> first_group_;  ///< of each patch
 };
 
@@ -55,17 +57,21 @@ struct GroupView {
   const Patch& patch;
   const Visibility& visibility;
   const TilePrimaries& primaries;
-  const uint32_t* members;  ///< their primaries
+  const uint32_t* members;    ///< their primaries
+  const uint32_t* point_ids;  ///< the points of these, among those of Primaries
 
   bool has(Lobe lobes) const { return any(patch.bsdf->lobes() & lobes); }
   uint32_t primary(uint32_t member) const { return members[member]; }
-  const SurfaceInteraction& interaction(uint32_t member) const {
+  SurfaceInteraction interaction(uint32_t member) const {
     return primaries.interaction(members[member]);
   }
-  const Vec3& normal(uint32_t member) const { return primaries.normal[members[member]]; }
+  /// See TilePrimaries::place.
+  SurfaceInteraction place(uint32_t member) const { return primaries.place(members[member]); }
+  Frame frame(uint32_t member) const { return primaries.frame(members[member]); }
+  Vec3 normal(uint32_t member) const { return primaries.normal(members[member]); }
   /// The member at a share of all, in units of 2^-32.
   uint32_t pick(uint32_t share) const { return scaled(share, group.count); }
-  simd::PointGroup points() const { return {primaries.frames, members, group.count}; }
+  simd::PointGroup points() const { return {primaries.frames(), point_ids, group.count}; }
 };
 
 }  // namespace kinome

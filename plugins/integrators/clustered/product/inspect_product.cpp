@@ -5,6 +5,7 @@
 #include "clustered/product/product_renderer.h"
 #include "clustered/product/product_sampling.h"
 #include "kinome/error.h"
+#include "kinome/primary_rays.h"
 #include "kinome/sampler.h"
 
 namespace kinome {
@@ -115,16 +116,20 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
   if (x < crop.x0 || y < crop.y0 || x >= crop.x1 || y >= crop.y1) {
     throw Error("the place to inspect is outside of the film's crop window");
   }
-  TilePrimaries primaries;
+  const transport::SceneTable table(scene);
+  Primaries all(Primaries::view_of(table, sensor, filter, settings.hide_emitters));
   RenderCounters counters;
   const auto trace = [&](const Rect& pixels, uint16_t count, uint64_t key) {
     const std::vector<uint16_t> counts(pixels.area(), count);
-    primaries.trace(TilePrimaries::view_of(scene, sensor, filter, settings.hide_emitters), pixels,
-                    counts, hash_words(seed, key), counters);
+    all.clear();
+    all.add(pixels, counts);
+    all.trace(hash_words(seed, key), counters);
+    return all.tile(0);
   };
   const int x0 = x - (x - crop.x0) % kTileSide, y0 = y - (y - crop.y0) % kTileSide;
-  trace({x0, y0, std::min(x0 + kTileSide, crop.x1), std::min(y0 + kTileSide, crop.y1)},
-        kPilotPrimaries, 1);
+  TilePrimaries primaries =
+      trace({x0, y0, std::min(x0 + kTileSide, crop.x1), std::min(y0 + kTileSide, crop.y1)},
+            kPilotPrimaries, 1);
   std::vector<Patch> patches;
   make_patches(primaries, patches);
   std::vector<Visibility> visibility(patches.size(), unknown(padded));
@@ -139,11 +144,11 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
     learner.finish(visibility[p]);
   }
 
-  trace({x, y, x + 1, y + 1}, kPrimaries, 3);
+  primaries = trace({x, y, x + 1, y + 1}, kPrimaries, 3);
   assign_patches(primaries, patches);
   visibility.resize(patches.size(), unknown(padded));
   std::vector<uint32_t> points(patches.size() + 1);
-  for (const int32_t patch : primaries.patch) ++points[patch + 1];
+  for (size_t i = 0; i < primaries.size(); ++i) ++points[primaries.patch(i) + 1];
   const size_t shown = std::max_element(points.begin() + 1, points.end()) - points.begin() - 1;
   if (shown >= patches.size() || points[shown + 1] == 0) {
     throw Error("there is no surface at the place to inspect");

@@ -32,7 +32,7 @@ void LobeValues::ask(const GroupView& group, Lobe lobes, const Directions& to, f
   for (size_t j = 0; j < to.count; ++j) {
     const uint32_t at = first_[to.member[j]]++;
     order_[at] = static_cast<uint32_t>(j);
-    const Vec3 d = group.interaction(to.member[j]).frame.to_local({to.dx[j], to.dy[j], to.dz[j]});
+    const Vec3 d = group.frame(to.member[j]).to_local({to.dx[j], to.dy[j], to.dz[j]});
     x_[at] = d.x;
     y_[at] = d.y;
     z_[at] = d.z;
@@ -41,7 +41,7 @@ void LobeValues::ask(const GroupView& group, Lobe lobes, const Directions& to, f
   for (uint32_t k = 0; k < members; ++k) {
     const size_t end = first_[k];
     if (end == begin) continue;
-    const SurfaceInteraction& si = group.interaction(k);
+    const SurfaceInteraction si = group.interaction(k);
     si.shape->bsdf().eval_pdf(si, lobes, {&x_[begin], &y_[begin], &z_[begin], end - begin},
                               {&r_[begin], &g_[begin], &b_[begin], nullptr});
     begin = end;
@@ -70,11 +70,11 @@ void LobeValues::glossy(const GroupView& group, const Directions& to, const Lobe
   const BsdfForm& form = patch.form;
   const TilePrimaries& primaries = group.primaries;
   simd::evaluate_microfacets(kind_of(form), microfacet_of(form),
-                             patch.is_uniform ? nullptr : &primaries.microfacets, patch.lobe,
+                             patch.is_uniform ? nullptr : &primaries.microfacets(), patch.lobe,
                              group.points(), to.member, to.dx, to.dy, to.dz, to.count,
                              {{out.f[0], out.f[1], out.f[2]}, out.density});
   if (form.is_turned) {
-    simd::multiply_turned_factors(primaries.turned, group.points(), to.member, to.dx, to.dy, to.dz,
+    simd::multiply_turned_factors(primaries.turned(), group.points(), to.member, to.dx, to.dy, to.dz,
                                   to.count, out.f);
   }
 }
@@ -108,12 +108,12 @@ void LobeValues::add_diffuse(const GroupView& group, const Directions& to, float
   for (size_t i = 0; i < to.count; ++i) {
     const uint32_t primary = group.primary(to.member[i]);
     const Vec3 d(to.dx[i], to.dy[i], to.dz[i]);
-    const float cosine = glm::dot(primaries.normal[primary], d);
+    const float cosine = glm::dot(primaries.normal(primary), d);
     if (!(cosine > 0)) continue;
     float factor = kInvPi * cosine;
     if (table) factor *= interpolate_transmittance(table, cosine);
-    if (form.is_turned) factor *= turned_factor(primaries.turned, primary, d);
-    for (int k = 0; k < 3; ++k) f[k][i] += factor * primaries.diffuse[primary][k];
+    if (form.is_turned) factor *= turned_factor(primaries, primary, d);
+    for (int k = 0; k < 3; ++k) f[k][i] += factor * primaries.diffuse(primary)[k];
   }
 }
 

@@ -23,10 +23,12 @@ struct LobeColumns {
 float diffuse_share(const Patch& patch);
 
 /// BsdfForm::turned_factor at a primary whose form is_turned.
-inline float turned_factor(const simd::TurnedPoints& turned, uint32_t primary, const Vec3& d) {
-  const float cosine = turned.normal[0][primary] * d.x + turned.normal[1][primary] * d.y +
-                       turned.normal[2][primary] * d.z;
-  return cosine > 0 ? bump_shadowing(cosine, turned.bump_alpha2[primary]) : 0.f;
+inline float turned_factor(const TilePrimaries& primaries, uint32_t primary, const Vec3& d) {
+  const simd::TurnedPoints& turned = primaries.turned();
+  const auto i = static_cast<size_t>(primaries.point(primary));
+  const float cosine =
+      turned.normal[0][i] * d.x + turned.normal[1][i] * d.y + turned.normal[2][i] * d.z;
+  return cosine > 0 ? bump_shadowing(cosine, turned.bump_alpha2[i]) : 0.f;
 }
 
 /// Evaluates BSDFs for directions at members of a group: by kernels where the patch is_described,

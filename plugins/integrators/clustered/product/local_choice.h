@@ -7,7 +7,7 @@
 #include "clustered/kernels/cell_kernels.h"
 #include "clustered/kernels/local_kernels.h"
 #include "clustered/product/local_light.h"
-#include "clustered/product/tile.h"
+#include "clustered/product/patches.h"
 
 namespace kinome {
 

@@ -5,7 +5,7 @@
 #include "clustered/product/light_point_draw.h"
 #include "clustered/product/local_light.h"
 #include "clustered/product/spread.h"
-#include "clustered/product/tile.h"
+#include "clustered/product/patches.h"
 #include "kinome/render_context.h"
 
 namespace kinome {

@@ -35,7 +35,7 @@ void LocalStrata::connect_points(const GroupView& group, uint32_t first_block) {
     const size_t first = c.size();
     c.resize(first + block.size);
     if (block.size == 0) continue;
-    const SurfaceInteraction& si = group.interaction(j);
+    const SurfaceInteraction si = group.place(j);
     simd::connect_points(
         block.columns, {{si.p.x, si.p.y, si.p.z}, {si.n.x, si.n.y, si.n.z}, si.p_error}, block.size,
         {&c.dx[first], &c.dy[first], &c.dz[first], &c.distance[first], &c.radiance[first].x,
@@ -74,7 +74,7 @@ void LocalStrata::connect_lamps(const GroupView& group, const Numbers& numbers) 
   for (uint32_t j = 0; j < group.group.count; ++j) {
     const uint32_t primary = group.primary(j);
     const uint64_t own = hash_words(numbers.lamps, primary);
-    const SurfaceInteraction& si = group.interaction(j);
+    const SurfaceInteraction si = group.place(j);
     uint32_t number = 0;
     for (const LocalChoice::Lamp& lamp : choice_.lamps(numbers.block + primary)) {
       number += 2;
@@ -204,7 +204,7 @@ void LocalStrata::shoot(const GroupView& group, float eye_rays, const SegmentHit
       weight = weight_of_reflected(*point, i, eye_rays, factor);
     }
     const uint32_t primary = group.primary(c.member[i]);
-    const SurfaceInteraction& si = group.primaries.interaction(primary);
+    const SurfaceInteraction si = group.primaries.place(primary);
     const Vec3 d = c.direction(i);
     ShadowRays::Lit lit;
     if (answers.points && is_lamp && !is_black(weight)) {

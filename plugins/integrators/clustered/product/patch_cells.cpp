@@ -12,15 +12,17 @@ inline float cone_sine(float cosine) {
 
 /// Of each cell's mean direction.
 void find_transmittance(const CellLight& light, const Patch& patch,
-                        std::vector<float>& transmittance) {
+                        Column<float>& transmittance) {
   const float* const table = patch.transmittance();
-  const auto& axis = light.cells.axis();
+  const auto& axis = light.columns.axis;
   transmittance.resize(light.columns.count);
-  for (size_t c = 0; c < transmittance.size(); ++c) {
-    transmittance[c] =
-        interpolate_transmittance(table, patch.normal.x * axis[0][c] + patch.normal.y * axis[1][c] +
-                                             patch.normal.z * axis[2][c]);
-  }
+  using namespace wide;
+  const wide::Vec3 normal(patch.normal);
+  for_lanes(transmittance.size(), [&](size_t c) {
+    const wide::Vec3 toward(Float::load(axis[0] + c), Float::load(axis[1] + c),
+                            Float::load(axis[2] + c));
+    interpolate_transmittance(table, dot(normal, toward)).store(&transmittance[c]);
+  });
 }
 
 }  // namespace

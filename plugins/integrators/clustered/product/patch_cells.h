@@ -3,14 +3,14 @@
 #include <vector>
 
 #include "clustered/product/cell_light.h"
-#include "clustered/product/tile.h"
+#include "clustered/product/patches.h"
 
 namespace kinome {
 
 /// The cells of distant light as one patch sees them, with what was learned of them.
 struct PreparedPatch {
   simd::PatchCells cells;
-  std::vector<float> transmittance;  ///< Patch::transmittance toward each cell; empty: 1
+  Column<float> transmittance;  ///< Patch::transmittance toward each cell; empty: 1
 };
 
 /// Sorts the cells into those above the patch's horizon, and those that may straddle it. Keeps the

@@ -60,76 +60,80 @@ void ProductRenderer::learn_in_bands(const CellLight& light, uint32_t rays, doub
 }
 
 void ProductRenderer::pilot(Rows rows, const CellLight& light, uint32_t rays) {
-  const uint32_t primaries = pilot_primaries_;
   const uint64_t seed = hash_words(seed_, kPilotSeed);
-  for_each_tile(
-      rows, light, "pilot",
-      [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
-        work.counts.assign(pixels.area(), static_cast<uint16_t>(primaries));
-        work.primaries.trace(view(), pixels, work.counts, seed, counters);
-        TileMemory& memory = tiles_[tile];
-        make_patches(work.primaries, memory.patches);
-        const size_t patches = memory.patches.size();
-        while (work.unknown.size() < patches) {
-          work.unknown.emplace_back().resize(padded_cells());
-          work.unknown.back().reset();
-        }
-        auto& records = work.records[place];
-        if (records.size() < patches) records.resize(patches);
-        for (auto& r : records) r.clear();
-        work.point_plans.assign(work.primaries.size(), {});
-        const auto point_of = [&](size_t i) -> PilotPoint& {
-          const uint32_t pixel = work.primaries.pixel(i);
-          const int x = pixels.x0 + static_cast<int>(pixel) % pixels.width();
-          const int y = pixels.y0 + static_cast<int>(pixel) / pixels.width();
-          return points_of(x, y)[i - work.primaries.first(pixel)];
-        };
-        for (size_t i = 0; i < work.primaries.size(); ++i) {
-          work.point_plans[i].lit = &point_of(i).lit;
-        }
-        for (Patch& patch : memory.patches) {
-          patch.glossy = patch.eye_rays = 0;
-        }
-        work.estimator.begin_tile(scene_, work.primaries, memory.patches, work.unknown,
-                                  hash_words(seed, static_cast<uint64_t>(tile), 2), counters);
-        size_t lit = 0;
-        for (const int32_t p : work.primaries.patch) lit += p >= 0;
-        Estimator::Unit unit;
-        unit.end = static_cast<uint32_t>(work.primaries.size());
-        unit.rays = static_cast<uint32_t>(lit * rays / primaries);
-        unit.seed = hash_words(seed, static_cast<uint64_t>(tile), 1);
-        work.estimator.probe(unit, work.point_plans, records);
-        for (size_t i = 0; i < work.primaries.size(); ++i) {
-          PilotPoint& point = point_of(i);
-          point.patch = static_cast<int16_t>(work.primaries.patch[i]);
-          const PointPlan& plan = work.point_plans[i];
-          point.known = mean_of(work.primaries.emitted(i)) + plan.glossy + plan.mirrored;
-          point.lamps = plan.lamps;
-          point.glossy_deviation = static_cast<float>(std::sqrt(plan.glossy_variance));
-          if (point.patch >= 0) {
-            point.reflected = work.primaries.normal[i] * mean_of(work.primaries.diffuse[i]);
-          }
-        }
-      },
-      [&](int block, Workspace& work) {
-        work.estimator.flush();
-        const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
-        for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
-          const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
-          if (x >= tiles_x() || y >= tiles_y()) continue;
-          TileMemory& memory = tiles_[static_cast<size_t>(y) * tiles_x() + x];
-          size_t count = 0;
-          for (size_t p = 0; p < memory.patches.size(); ++p) count += work.records[i][p].size();
-          memory.records.clear();
-          memory.records.reserve(count);
-          for (size_t p = 0; p < memory.patches.size(); ++p) {
-            const auto& records = work.records[i][p];
-            memory.patches[p].first_record = static_cast<uint32_t>(memory.records.size());
-            memory.records.insert(memory.records.end(), records.begin(), records.end());
-            memory.patches[p].end_record = static_cast<uint32_t>(memory.records.size());
-          }
-        }
-      });
+  const auto count = static_cast<uint16_t>(pilot_primaries_);
+  for_each_block(rows, light, "pilot", [&](int block, Workspace& work) {
+    double untold = 0;  // the pilot is one stage
+    trace_tiles(
+        block, seed, untold, work, [&](int, int) { return count; },
+        [&](const Tile& tile, TilePrimaries& primaries) {
+          probe_tile(tile, primaries, rays, seed, work);
+        });
+    work.estimator.flush();
+    keep_records(block, work);
+  });
+}
+
+void ProductRenderer::probe_tile(const Tile& tile, TilePrimaries& primaries, uint32_t rays,
+                                 uint64_t seed, Workspace& work) {
+  TileMemory& memory = tiles_[tile.index];
+  make_patches(primaries, memory.patches);
+  const size_t patches = memory.patches.size();
+  while (work.unknown.size() < patches) {
+    work.unknown.emplace_back().resize(padded_cells());
+    work.unknown.back().reset();
+  }
+  auto& records = work.records[tile.place];
+  if (records.size() < patches) records.resize(patches);
+  for (auto& r : records) r.clear();
+  work.point_plans.assign(primaries.size(), {});
+  // All pixels have as many.
+  const auto point_of = [&](size_t i) -> PilotPoint& {
+    const auto pixel = static_cast<int>(i / pilot_primaries_);
+    const int x = tile.pixels.x0 + pixel % tile.pixels.width();
+    const int y = tile.pixels.y0 + pixel / tile.pixels.width();
+    return points_of(x, y)[i % pilot_primaries_];
+  };
+  for (size_t i = 0; i < primaries.size(); ++i) work.point_plans[i].lit = &point_of(i).lit;
+  for (Patch& patch : memory.patches) patch.glossy = patch.eye_rays = 0;
+  const auto index = static_cast<uint64_t>(tile.index);
+  work.estimator.begin_tile(scene_, primaries, memory.patches, work.unknown,
+                            hash_words(seed, index, 2), *work.counters);
+  size_t lit = 0;
+  for (size_t i = 0; i < primaries.size(); ++i) lit += primaries.patch(i) >= 0;
+  Estimator::Unit unit;
+  unit.end = static_cast<uint32_t>(primaries.size());
+  unit.rays = static_cast<uint32_t>(lit * rays / pilot_primaries_);
+  unit.seed = hash_words(seed, index, 1);
+  work.estimator.probe(unit, work.point_plans, records);
+  for (size_t i = 0; i < primaries.size(); ++i) {
+    PilotPoint& point = point_of(i);
+    point.patch = static_cast<int16_t>(primaries.patch(i));
+    const PointPlan& plan = work.point_plans[i];
+    point.known = mean_of(primaries.emitted(i)) + plan.glossy + plan.mirrored;
+    point.lamps = plan.lamps;
+    point.glossy_deviation = static_cast<float>(std::sqrt(plan.glossy_variance));
+    if (point.patch >= 0) {
+      point.reflected = primaries.normal(i) * mean_of(primaries.diffuse(i));
+    }
+  }
+}
+
+/// What the rays of a block's tiles found, tile by tile and patch by patch.
+void ProductRenderer::keep_records(int block, const Workspace& work) {
+  for_each_tile(block, [&](const Tile& tile) {
+    TileMemory& memory = tiles_[tile.index];
+    const auto& found = work.records[tile.place];
+    size_t count = 0;
+    for (size_t p = 0; p < memory.patches.size(); ++p) count += found[p].size();
+    memory.records.clear();
+    memory.records.reserve(count);
+    for (size_t p = 0; p < memory.patches.size(); ++p) {
+      memory.patches[p].first_record = static_cast<uint32_t>(memory.records.size());
+      memory.records.insert(memory.records.end(), found[p].begin(), found[p].end());
+      memory.patches[p].end_record = static_cast<uint32_t>(memory.records.size());
+    }
+  });
 }
 
 /// From the pilot's records of the tiles around, on surfaces that go on as the patch does.
@@ -227,8 +231,8 @@ void ProductRenderer::find_trust(const TileMemory& memory, Patch& patch,
   patch.mean_visibility = (others.visible + 2 * patch.mean_visibility) / (others.count + 2);
 }
 
-void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
-  TileMemory& memory = tiles_[tile];
+void ProductRenderer::plan_tile(const Tile& tile, Workspace& work) {
+  TileMemory& memory = tiles_[tile.index];
   work.controls.assign(memory.patches.size() * 9, 0.f);
   work.reserve_visibility(1, padded_cells());
   Visibility& visibility = work.visibility.front();
@@ -236,14 +240,14 @@ void ProductRenderer::plan_tile(int tile, const Rect& pixels, Workspace& work) {
   for (size_t p = 0; p < memory.patches.size(); ++p) {
     Patch& patch = memory.patches[p];
     work.learned.clear();
-    learn_visibility(tile, patch, work, visibility, remembers() ? memory.learned : work.learned);
+    learn_visibility(tile.index, patch, work, visibility, remembers() ? memory.learned : work.learned);
     if (local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(memory, patch, visibility);
     const DiffuseStrata::PatchPlan plan = work.planner.plan(patch, visibility);
     std::copy(plan.control, plan.control + 9, &work.controls[p * 9]);
     patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
   }
-  for (int y = pixels.y0; y < pixels.y1; ++y) {
-    for (int x = pixels.x0; x < pixels.x1; ++x) {
+  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
+    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
       forecast_pixel(memory, work.controls.data(), x, y);
     }
   }
@@ -289,12 +293,9 @@ void ProductRenderer::forecast_pixel(const TileMemory& memory, const float* cont
 }
 
 void ProductRenderer::plan(Rows rows, const CellLight& light) {
-  for_each_tile(
-      rows, light, "plan",
-      [&](int tile, int, const Rect& pixels, Workspace& work, RenderCounters&) {
-        plan_tile(tile, pixels, work);
-      },
-      [](int, Workspace&) {});
+  for_each_block(rows, light, "plan", [&](int block, Workspace& work) {
+    for_each_tile(block, [&](const Tile& tile) { plan_tile(tile, work); });
+  });
 }
 
 }  // namespace kinome

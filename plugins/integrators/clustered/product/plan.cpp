@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clustered/kernels/aligned.h"
+#include "kinome/wide/functions.h"
+#include "kinome/wide/vectors.h"
+
 namespace kinome {
 namespace {
 
@@ -19,83 +23,197 @@ constexpr float kMinCandidates = 16, kMaxCandidates = 3500;
 constexpr float kMaxPrimaries = 256, kMaxRays = 1024;
 constexpr float kMinRays = 2;
 
-struct Wanted {
-  float primaries, rays, candidates;
-};
+/// Steps of halving that find the budget's scale, of all between kLeastScale and kMostScale, to
+/// more digits than a float has.
+constexpr int kSteps = 32;
+constexpr double kLeastScale = 1e-9, kMostScale = 1e12;
 
-/// Reads a map with its border repeated, in units of what is typical for it: squares of the
-/// faintest and the brightest light stay within a float.
-class Neighbours {
+using namespace wide;
+
+/// Columns over the pixels of a picture, each row padded, in units of what is typical for it:
+/// squares of the faintest and the brightest light stay within a float. Around the picture its
+/// border is repeated.
+class Maps {
  public:
-  Neighbours(const std::vector<PixelForecast>& forecast, int width, int height, double unit)
-      : forecast_(forecast), width_(width), height_(height), scale_(1 / unit) {}
-  PixelForecast operator()(int x, int y) const {
-    x = std::clamp(x, 0, width_ - 1);
-    y = std::clamp(y, 0, height_ - 1);
-    PixelForecast p = forecast_[static_cast<size_t>(y) * width_ + x];
-    p.mean = static_cast<float>(p.mean * scale_);
-    p.deviation = static_cast<float>(p.deviation * scale_);
-    p.uncertainty = static_cast<float>(p.uncertainty * scale_);
-    p.glossy_deviation = static_cast<float>(p.glossy_deviation * scale_);
-    return p;
+  static constexpr int kBorder = 2;
+
+  Maps(const std::vector<PixelForecast>& forecast, int width, int height, double unit)
+      : stride_(padded(static_cast<size_t>(width)) + 2 * kBorder) {
+    for (auto* const map : {&mean_, &variance_, &uncertainty_, &glossy_, &sharp_}) {
+      map->resize(stride_ * (height + 2 * kBorder) + kBlockLanes);
+    }
+    const double scale = 1 / unit;
+    for (int y = -kBorder; y < height + kBorder; ++y) {
+      const PixelForecast* const row =
+          &forecast[static_cast<size_t>(std::clamp(y, 0, height - 1)) * width];
+      for (int x = -kBorder; x < width + kBorder; ++x) {
+        const PixelForecast& p = row[std::clamp(x, 0, width - 1)];
+        const size_t i = at(x, y);
+        mean_[i] = static_cast<float>(p.mean * scale);
+        variance_[i] = sqr(static_cast<float>(p.deviation * scale));
+        uncertainty_[i] = static_cast<float>(p.uncertainty * scale);
+        glossy_[i] = sqr(static_cast<float>(p.glossy_deviation * scale));
+        sharp_[i] = p.sharp ? 1.f : 0.f;
+      }
+    }
+  }
+
+  /// What follows is of pixel (x, y) and those that come next in its row.
+  Float mean(int x, int y) const { return Float::load(&mean_[at(x, y)]); }
+  Float variance(int x, int y) const { return Float::load(&variance_[at(x, y)]); }
+  Mask is_sharp(int x, int y) const { return Float::load(&sharp_[at(x, y)]) > 0.f; }
+
+  /// Means over the pixels no farther than `reach`.
+  struct Around {
+    Float mean, squared_mean, variance, uncertainty, glossy;
+  };
+  Around around(int x, int y, int reach) const {
+    Around sums{0, 0, 0, 0, 0};
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        const size_t i = at(x + dx, y + dy);
+        const Float m = Float::load(&mean_[i]);
+        sums.mean += m;
+        sums.squared_mean += m * m;
+        sums.variance += Float::load(&variance_[i]);
+        sums.uncertainty += Float::load(&uncertainty_[i]);
+        sums.glossy += Float::load(&glossy_[i]);
+      }
+    }
+    const Float share = 1.f / static_cast<float>((2 * reach + 1) * (2 * reach + 1));
+    for (Float* const sum : {&sums.mean, &sums.squared_mean, &sums.variance, &sums.uncertainty,
+                             &sums.glossy}) {
+      *sum *= share;
+    }
+    return sums;
+  }
+
+  Float squared_gradient(int x, int y) const {
+    const auto along = [&](int dx, int dy) {
+      return sqr(mean(x + dx, y + dy) - mean(x - dx, y - dy));
+    };
+    return max(max(along(1, 0), along(0, 1)), max(along(1, 1), along(1, -1)));
   }
 
  private:
-  const std::vector<PixelForecast>& forecast_;
-  int width_, height_;
-  double scale_;
+  size_t at(int x, int y) const {
+    return static_cast<size_t>(y + kBorder) * stride_ + static_cast<size_t>(x + kBorder);
+  }
+  size_t stride_;
+  Column<float> mean_, variance_, uncertainty_, glossy_, sharp_;
 };
 
-float squared_gradient(const Neighbours& at, int x, int y) {
-  const auto along = [&](int dx, int dy) {
-    const float d = at(x + dx, y + dy).mean - at(x - dx, y - dy).mean;
-    return d * d;
-  };
-  return std::max({along(1, 0), along(0, 1), along(1, 1), along(1, -1)});
+struct Wanted {
+  Float primaries, rays, candidates;
+};
+
+Float power(Float v) {
+  return select(v > 0.f, pow(v, kExponent));
 }
 
-/// Expectations around a pixel: over 3x3 pixels, or 5x5 where lobes are sharp.
-Wanted wanted_at(const Neighbours& at, int x, int y) {
-  const PixelForecast here = at(x, y);
-  const int reach = here.sharp ? 2 : 1;
-  float mean = 0, mean2 = 0, variance = 0, uncertainty = 0, glossy = 0;
-  for (int dy = -reach; dy <= reach; ++dy) {
-    for (int dx = -reach; dx <= reach; ++dx) {
-      const PixelForecast p = at(x + dx, y + dy);
-      mean += p.mean;
-      mean2 += p.mean * p.mean;
-      variance += p.deviation * p.deviation;
-      uncertainty += p.uncertainty;
-      glossy += p.glossy_deviation * p.glossy_deviation;
+/// By expectations around a pixel: over 3x3 pixels, or 5x5 where lobes are sharp.
+Wanted wanted_at(const Maps& maps, int x, int y) {
+  Maps::Around around = maps.around(x, y, 1);
+  Float own = maps.variance(x, y), level = maps.mean(x, y), factor = kPrimaryFactor;
+  const Mask is_sharp = maps.is_sharp(x, y);
+  if (any(is_sharp)) {
+    const Maps::Around wider = maps.around(x, y, 2);
+    around.variance = select(is_sharp, wider.variance, around.variance);
+    around.uncertainty = select(is_sharp, wider.uncertainty, around.uncertainty);
+    around.glossy = select(is_sharp, wider.glossy, around.glossy);
+    const Float of_means = max(wider.squared_mean - sqr(wider.mean), Float(0.f));
+    own = select(is_sharp, wider.variance + 0.5f * of_means, own);
+    level = select(is_sharp, wider.mean, level);
+    factor = select(is_sharp, Float(kSharpPrimaryFactor), factor);
+  }
+  const Float relative = 1.f / (level * level + 0.01f);
+  const Float edges = maps.squared_gradient(x, y) * (1 / 16.f);
+  const Float candidates = power(around.glossy * relative);
+  const Float variance = 0.5f * (around.variance + own) + edges;
+  return {max(power(factor * variance * relative),
+              kPrimariesPerCandidate * kCandidatesPerRay * candidates),
+          power(kRayFactor * sqr(around.uncertainty) * relative), candidates};
+}
+
+/// Rows of Wanted, and what a scale makes of it.
+class Wishes {
+ public:
+  Wishes(const std::vector<PixelForecast>& forecast, int width, int height, double unit,
+         bool adaptive)
+      : width_(static_cast<size_t>(width)), stride_(padded(width_)), height_(height) {
+    for (auto* const column : {&primaries_, &rays_, &candidates_, &costs_}) {
+      column->resize(stride_ * height_);
+    }
+    const Maps maps(forecast, width, height, unit);
+    for (int y = 0; y < height; ++y) {
+      const size_t first = y * stride_;
+      for (size_t x = 0; x < width_; ++x) costs_[first + x] = 1 + forecast[y * width_ + x].mirrors;
+      for_lanes(width_, [&](size_t x) {
+        Wanted wanted = wanted_at(maps, static_cast<int>(x), y);
+        if (!adaptive) {
+          wanted.primaries = 0.2f;
+          wanted.rays = select(wanted.rays > 0.f, Float(1.f));
+        }
+        wanted.primaries.store(&primaries_[first + x]);
+        wanted.rays.store(&rays_[first + x]);
+        wanted.candidates.store(&candidates_[first + x]);
+      });
     }
   }
-  const auto n = static_cast<float>((2 * reach + 1) * (2 * reach + 1));
-  mean /= n;
-  variance /= n;
-  uncertainty /= n;
-  glossy /= n;
-  float own = here.deviation * here.deviation, level = here.mean, factor = kPrimaryFactor;
-  if (here.sharp) {
-    own = variance + 0.5f * std::max(0.f, mean2 / n - mean * mean);
-    level = mean;
-    factor = kSharpPrimaryFactor;
+
+  Float primaries(size_t i, float scale, float least) const {
+    return clamp(Float::load(&primaries_[i]) * scale, Float(least), Float(kMaxPrimaries));
   }
-  const float relative = 1 / (level * level + 0.01f);
-  const float edges = squared_gradient(at, x, y) / 16;
-  const auto power = [](float v) { return v > 0 ? std::pow(v, kExponent) : 0.f; };
-  Wanted wanted;
-  wanted.candidates = power(glossy * relative);
-  wanted.rays = power(kRayFactor * uncertainty * uncertainty * relative);
-  wanted.primaries = std::max(power(factor * (0.5f * (variance + own) + edges) * relative),
-                              kPrimariesPerCandidate * kCandidatesPerRay * wanted.candidates);
-  return wanted;
-}
+  Float rays(size_t i, float scale) const {
+    const Float wanted = Float::load(&rays_[i]);
+    return select(wanted > 0.f, clamp(wanted * scale, Float(kMinRays), Float(kMaxRays)));
+  }
+  Float candidates(size_t i, float scale) const {
+    return clamp(kCandidatesPerRay * scale * Float::load(&candidates_[i]), Float(kMinCandidates),
+                 Float(kMaxCandidates));
+  }
+  /// Rays of all kinds that all pixels get.
+  double total(float scale, float least_primaries) const {
+    double total = 0;
+    for (size_t y = 0; y < height_; ++y) {
+      Float of_row = 0;
+      for_lanes(width_, [&](size_t x) {
+        const size_t i = y * stride_ + x;
+        const Float cost =
+            primaries(i, scale, least_primaries) * Float::load(&costs_[i]) + rays(i, scale);
+        of_row += select(first_lanes(width_ - x), cost);
+      });
+      total += sum(of_row);
+    }
+    return total;
+  }
+  size_t stride() const { return stride_; }
+
+ private:
+  size_t width_, stride_, height_;
+  Column<float> primaries_, rays_, candidates_;
+  Column<float> costs_;  ///< of a primary, with the mirrors' rays
+};
+
+/// Rounds wishes to whole numbers. What that takes from one pixel is given to the next: pixels that
+/// are all alike would otherwise all miss the budget in one direction.
+class Rounding {
+ public:
+  uint16_t operator()(float wish) {
+    const auto whole = static_cast<uint16_t>(std::lround(wish + more_));
+    more_ += wish - static_cast<float>(whole);
+    return whole;
+  }
+
+ private:
+  float more_ = 0;
+};
 
 }  // namespace
 
 std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int width, int height,
                                 double rays_per_pixel, bool adaptive) {
-  const size_t count = forecast.size();
+  const auto count = static_cast<double>(forecast.size());
   double mean = 0, uncertainty = 0;
   for (const PixelForecast& p : forecast) {
     mean += p.mean;
@@ -103,51 +221,33 @@ std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int 
   }
   // Where no light is expected at all, doubt is all that there is to go by.
   const double unit = mean > 0 ? mean : uncertainty > 0 ? uncertainty : 1.;
-  const Neighbours at(forecast, width, height, unit / static_cast<double>(count));
-  std::vector<Wanted> wanted(count);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t i = static_cast<size_t>(y) * width + x;
-      wanted[i] = wanted_at(at, x, y);
-      if (!adaptive) {
-        wanted[i].primaries = 0.2f;
-        wanted[i].rays = wanted[i].rays > 0 ? 1.f : 0.f;
-      }
-    }
-  }
+  const Wishes wishes(forecast, width, height, unit / count, adaptive);
   // What the pilot missed of a thin object must not weigh too much when a later ray meets it.
-  const auto min_primaries =
+  const auto least_primaries =
       static_cast<float>(std::clamp(rays_per_pixel / 8, rays_per_pixel < 8 ? 1. : 2., 32.));
-  const auto primaries = [&](const Wanted& w, double scale) {
-    return std::clamp(static_cast<float>(w.primaries * scale), min_primaries, kMaxPrimaries);
-  };
-  const auto rays = [&](const Wanted& w, double scale) {
-    return w.rays > 0 ? std::clamp(static_cast<float>(w.rays * scale), kMinRays, kMaxRays) : 0.f;
-  };
-  double low = 1e-9, high = 1e12;
-  for (int i = 0; i < 60; ++i) {
+  double low = kLeastScale, high = kMostScale;
+  for (int i = 0; i < kSteps; ++i) {
     const double scale = std::sqrt(low * high);
-    double total = 0;
-    for (size_t k = 0; k < count; ++k) {
-      total += primaries(wanted[k], scale) * (1 + forecast[k].mirrors) + rays(wanted[k], scale);
-    }
-    (total > rays_per_pixel * static_cast<double>(count) ? high : low) = scale;
+    const double total = wishes.total(static_cast<float>(scale), least_primaries);
+    (total > rays_per_pixel * count ? high : low) = scale;
   }
-  std::vector<PixelPlan> plan(count);
-  // What rounding takes from one pixel is given to the next: pixels that are all alike would
-  // otherwise all miss the budget in one direction.
-  float more_primaries = 0, more_rays = 0;
-  const auto round = [](float wish, float& more) {
-    const auto whole = static_cast<uint16_t>(std::lround(wish + more));
-    more += wish - static_cast<float>(whole);
-    return whole;
-  };
-  for (size_t i = 0; i < count; ++i) {
-    const Wanted& w = wanted[i];
-    plan[i].primaries = round(primaries(w, low), more_primaries);
-    if (w.rays > 0) plan[i].rays = round(rays(w, low), more_rays);
-    plan[i].candidates = std::clamp(static_cast<float>(kCandidatesPerRay * w.candidates * low),
-                                    kMinCandidates, kMaxCandidates);
+  const auto scale = static_cast<float>(low);
+  std::vector<PixelPlan> plan(forecast.size());
+  Rounding round_primaries, round_rays;
+  Column<float> primaries(wishes.stride()), rays(wishes.stride()), candidates(wishes.stride());
+  for (int y = 0; y < height; ++y) {
+    for_lanes(static_cast<size_t>(width), [&](size_t x) {
+      const size_t i = y * wishes.stride() + x;
+      wishes.primaries(i, scale, least_primaries).store(&primaries[x]);
+      wishes.rays(i, scale).store(&rays[x]);
+      wishes.candidates(i, scale).store(&candidates[x]);
+    });
+    for (int x = 0; x < width; ++x) {
+      PixelPlan& p = plan[static_cast<size_t>(y) * width + x];
+      p.primaries = round_primaries(primaries[x]);
+      if (rays[x] > 0) p.rays = round_rays(rays[x]);
+      p.candidates = candidates[x];
+    }
   }
   return plan;
 }

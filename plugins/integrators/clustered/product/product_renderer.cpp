@@ -44,6 +44,7 @@ constexpr uint32_t kLeastRays = 2;
 ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  DistantCells cells, const ProductSettings& settings)
     : scene_(scene),
+      table_(scene),
       sensor_(sensor),
       context_(context),
       cells_(std::move(cells)),
@@ -107,30 +108,13 @@ Rect ProductRenderer::block_at(int x, int y) const {
   return {left, top, std::min(left + kBlock, crop_.x1), std::min(top + kBlock, crop_.y1)};
 }
 
-Rect ProductRenderer::block_around(const Rect& tile) const {
-  return block_at((tile.x0 - crop_.x0) / kBlock, (tile.y0 - crop_.y0) / kBlock);
+Primaries::View ProductRenderer::view() const {
+  return Primaries::view_of(table_, sensor_, filter_, settings_.hide_emitters);
 }
 
-TilePrimaries::View ProductRenderer::view() const {
-  return TilePrimaries::view_of(scene_, sensor_, filter_, settings_.hide_emitters);
-}
-
-void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vector<PixelPlan>& plan,
-                                  uint64_t seed, Workspace& work, RenderCounters& counters) {
-  TileMemory& memory = tiles_[tile];
-  const auto pixel_of = [&](size_t i) {
-    const int k = static_cast<int>(i);
-    return pixel_index(pixels.x0 + k % pixels.width(), pixels.y0 + k / pixels.width());
-  };
-  const size_t count = static_cast<size_t>(pixels.area());
-  work.counts.resize(count);
-  for (size_t i = 0; i < count; ++i) work.counts[i] = plan[pixel_of(i)].primaries;
-  {
-    const StageTimer timer(counters.stage_seconds["primary"]);
-    work.primaries.trace(view(), pixels, work.counts, seed, counters);
-  }
-  work.patches = memory.patches;
-  assign_patches(work.primaries, work.patches);
+/// What is known of each of the tile's patches, into work.visibility.
+void ProductRenderer::find_visibilities(int tile, Workspace& work) {
+  const TileMemory& memory = tiles_[tile];
   work.reserve_visibility(work.patches.size(), padded_cells());
   work.visibilities.clear();
   for (size_t p = 0; p < work.patches.size(); ++p) {
@@ -159,26 +143,36 @@ void ProductRenderer::render_tile(int tile, const Rect& pixels, const std::vecto
     }
     apply_ablations(visibility);
   }
-  work.estimator.begin_tile(scene_, work.primaries, work.patches, work.visibility,
-                            hash_words(seed, static_cast<uint64_t>(tile), 3), counters);
-  for (size_t i = 0; i < count; ++i) {
-    const size_t pixel = pixel_of(i);
+}
+
+void ProductRenderer::render_tile(const Tile& tile, TilePrimaries& primaries,
+                                  const std::vector<PixelPlan>& plan, uint64_t seed,
+                                  Workspace& work) {
+  work.patches = tiles_[tile.index].patches;
+  assign_patches(primaries, work.patches);
+  find_visibilities(tile.index, work);
+  work.estimator.begin_tile(scene_, primaries, work.patches, work.visibility,
+                            hash_words(seed, static_cast<uint64_t>(tile.index), 3),
+                            *work.counters);
+  const Rect& pixels = tile.pixels;
+  for (int i = 0; i < pixels.area(); ++i) {
+    const size_t pixel = pixel_index(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width());
     Estimator::Unit unit;
-    unit.first = work.primaries.first(i);
-    unit.end = work.primaries.first(i + 1);
+    unit.first = primaries.first(i);
+    unit.end = primaries.first(i + 1);
     unit.rays = std::max<uint32_t>(plan[pixel].rays, kLeastRays);
     unit.candidates = plan[pixel].candidates;
     unit.seed = hash_words(seed, pixel, 2);
     Rgb& sum = work.sums.emplace_back(0.f);
     float hits = 0;
     for (uint32_t k = unit.first; k < unit.end; ++k) {
-      sum += work.primaries.emitted(k);
-      hits += work.primaries.hit(k) ? 1.f : 0.f;
+      sum += primaries.emitted(k);
+      hits += primaries.hit(k) ? 1.f : 0.f;
     }
     work.alphas.push_back(hits / static_cast<float>(unit.end - unit.first));
     work.estimator.estimate(unit, sum);
   }
-  if (settings_.diagnostics) find_diagnostics(pixels, plan, work);
+  if (settings_.diagnostics) find_diagnostics(primaries, plan, work);
 }
 
 /// Of the light that cells send to an unshadowed point, by what is learned.
@@ -194,14 +188,15 @@ float ProductRenderer::mean_visibility(const Patch& patch, const Visibility& vis
   return all > 0 ? static_cast<float>(visible / all) : 0.f;
 }
 
-void ProductRenderer::find_diagnostics(const Rect& pixels, const std::vector<PixelPlan>& plan,
-                                       Workspace& work) {
+void ProductRenderer::find_diagnostics(const TilePrimaries& primaries,
+                                       const std::vector<PixelPlan>& plan, Workspace& work) const {
+  const Rect& pixels = primaries.pixels();
   for (int i = 0; i < pixels.area(); ++i) {
-    const uint32_t first = work.primaries.first(i), end = work.primaries.first(i + 1);
+    const uint32_t first = primaries.first(i), end = primaries.first(i + 1);
     float visible = 0, lit = 0;
     for (uint32_t k = first; k < end; ++k) {
-      if (work.primaries.patch[k] < 0) continue;
-      visible += work.visibilities[work.primaries.patch[k]];
+      if (primaries.patch(k) < 0) continue;
+      visible += work.visibilities[primaries.patch(k)];
       lit += 1;
     }
     const PixelPlan& p =
@@ -216,31 +211,29 @@ void ProductRenderer::find_diagnostics(const Rect& pixels, const std::vector<Pix
 
 void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>& plan,
                            uint64_t seed, float weight) {
-  for_each_tile(
-      all_rows(), light, "main",
-      [&](int tile, int place, const Rect& pixels, Workspace& work, RenderCounters& counters) {
-        if (!context_.is_wanted(block_around(pixels))) return;
-        if (place == 0) {
-          work.sums.clear();
-          work.sums.reserve(static_cast<size_t>(kBlock) * kBlock);
-          work.alphas.clear();
-          work.diagnostics.clear();
-        }
-        render_tile(tile, pixels, plan, seed, work, counters);
-      },
-      [&](int block, Workspace& work) {
-        if (!context_.is_wanted(block_at(block % blocks_x(), block / blocks_x()))) return;
-        work.estimator.flush();
-        const StageTimer timer(work.counters->stage_seconds["film"]);
-        add_to_film(block, plan, seed, weight, work);
-      });
+  for_each_block(all_rows(), light, "main", [&](int block, Workspace& work) {
+    if (!context_.is_wanted(block_at(block))) return;
+    work.sums.clear();
+    work.sums.reserve(static_cast<size_t>(kBlock) * kBlock);
+    work.alphas.clear();
+    work.diagnostics.clear();
+    trace_tiles(
+        block, seed, work.counters->stage_seconds["primary"], work,
+        [&](int x, int y) { return plan[pixel_index(x, y)].primaries; },
+        [&](const Tile& tile, TilePrimaries& primaries) {
+          render_tile(tile, primaries, plan, seed, work);
+        });
+    work.estimator.flush();
+    const StageTimer timer(work.counters->stage_seconds["film"]);
+    add_to_film(block, plan, seed, weight, work);
+  });
 }
 
 /// At once, block by block: an interrupted render has what was finished.
 void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
                                   float weight, Workspace& work) {
   Film& film = sensor_.film();
-  const Rect pixels = block_at(block % blocks_x(), block / blocks_x());
+  const Rect pixels = block_at(block);
   FilmTile colours = film.make_tile(pixels);
   std::optional<FilmTile> diagnostics;
   if (settings_.diagnostics) diagnostics = film.make_tile(pixels, 1);

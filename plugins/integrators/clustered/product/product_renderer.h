@@ -56,12 +56,11 @@ class ProductRenderer final : public Passes {
   int blocks_x() const { return (crop_.width() + kBlock - 1) / kBlock; }
   int blocks_y() const { return (crop_.height() + kBlock - 1) / kBlock; }
   Rect block_at(int x, int y) const;
-  /// That a tile is in.
-  Rect block_around(const Rect& tile) const;
+  Rect block_at(int index) const { return block_at(index % blocks_x(), index / blocks_x()); }
   /// Of arrays of all cells.
   size_t padded_cells() const;
   size_t pixel_index(int x, int y) const;
-  TilePrimaries::View view() const;
+  Primaries::View view() const;
 
   /// Rows of blocks, [first, end).
   struct Rows {
@@ -69,11 +68,23 @@ class ProductRenderer final : public Passes {
     int end = 0;
   };
   Rows all_rows() const { return {0, blocks_y()}; }
-  /// fn(tile index, its pixels, workspace, counters) for each tile, a block at a time; then
-  /// fn_end(workspace).
-  template <class Function, class End>
-  void for_each_tile(Rows rows, const CellLight& light, const char* stage, const Function& fn,
-                     const End& end);
+  /// One of a block's tiles.
+  struct Tile {
+    int index;  ///< in tiles_
+    int place;  ///< in the block
+    Rect pixels;
+  };
+  /// fn(block, workspace) for each block, on many threads.
+  template <class Function>
+  void for_each_block(Rows rows, const CellLight& light, const char* stage, const Function& fn);
+  /// fn(tile) for each tile of a block.
+  template <class Function>
+  void for_each_tile(int block, const Function& fn) const;
+  /// Traces count_of(x, y) primaries of each pixel of a block, several tiles at a time, and calls
+  /// fn(tile, its primaries) for each tile. `seconds` gets what tracing takes.
+  template <class Counts, class Function>
+  void trace_tiles(int block, uint64_t seed, double& seconds, Workspace& work,
+                   const Counts& count_of, const Function& fn) const;
 
   CellLight make_light(uint64_t seed) const;
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
@@ -85,15 +96,19 @@ class ProductRenderer final : public Passes {
   /// Points of the pilot's primaries in a pixel, of the band at work or the one before.
   PilotPoint* points_of(int x, int y);
   void pilot(Rows rows, const CellLight& light, uint32_t rays);
+  void probe_tile(const Tile& tile, TilePrimaries& primaries, uint32_t rays, uint64_t seed,
+                  Workspace& work);
+  void keep_records(int block, const Workspace& work);
   void learn(int tile, const Patch& patch, Workspace& work) const;
   void plan(Rows rows, const CellLight& light);
-  void plan_tile(int tile, const Rect& pixels, Workspace& work);
+  void plan_tile(const Tile& tile, Workspace& work);
   void forecast_pixel(const TileMemory& memory, const float* controls, int x, int y);
   void find_trust(const TileMemory& memory, Patch& patch, const Visibility& visibility) const;
   void pass(const CellLight& light, const std::vector<PixelPlan>& plan, uint64_t seed,
             float weight);
-  void render_tile(int tile, const Rect& pixels, const std::vector<PixelPlan>& plan, uint64_t seed,
-                   Workspace& work, RenderCounters& counters);
+  void render_tile(const Tile& tile, TilePrimaries& primaries, const std::vector<PixelPlan>& plan,
+                   uint64_t seed, Workspace& work);
+  void find_visibilities(int tile, Workspace& work);
   /// What the tiles around tell of a patch, in 8 bits, added to `out`.
   void learn_visibility(int tile, const Patch& patch, Workspace& work, Visibility& visibility,
                         std::vector<uint8_t>& out) const;
@@ -101,11 +116,13 @@ class ProductRenderer final : public Passes {
   void load_visibility(const uint8_t* learned, Visibility& out) const;
   void apply_ablations(Visibility& visibility) const;
   float mean_visibility(const Patch& patch, const Visibility& visibility) const;
-  void find_diagnostics(const Rect& pixels, const std::vector<PixelPlan>& plan, Workspace& work);
+  void find_diagnostics(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan,
+                        Workspace& work) const;
   void add_to_film(int block, const std::vector<PixelPlan>& plan, uint64_t seed, float weight,
                    Workspace& work);
 
   const Scene& scene_;
+  const transport::SceneTable table_;
   const Sensor& sensor_;
   RenderContext& context_;
   const DistantCells cells_;

@@ -4,11 +4,14 @@
 #include <cmath>
 
 #include "kinome/render_context.h"
+#include "kinome/wide/vectors.h"
 
 namespace kinome {
 namespace {
 
 constexpr size_t kFanOut = 8;
+/// Counts are in sixteenths of a record.
+constexpr float kUnit = 1 / 16.f;
 /// How many records a parent's share counts as.
 constexpr float kShrinkage = 2;
 /// The same of the share around a cell.
@@ -41,14 +44,15 @@ CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& c
   const size_t count = cells.size();
   CellNeighbours found;
   // Where there are too few cells, the rest are padding, which nobody has records of.
-  std::array<uint16_t, CellNeighbours::kCount> none;
-  none.fill(static_cast<uint16_t>(count));
-  found.of.assign(cells.padded_size(), none);
+  for (auto& column : found.of) {
+    column.assign(cells.padded_size(), static_cast<int32_t>(count));
+  }
   context.parallel_for(count, [&](size_t c) {
     const size_t first = c > kWindow ? c - kWindow : 0, end = std::min(count, c + kWindow + 1);
     std::array<float, CellNeighbours::kCount> cosines;
     cosines.fill(-2);
-    auto& nearest = found.of[c];
+    std::array<int32_t, CellNeighbours::kCount> nearest;
+    nearest.fill(static_cast<int32_t>(count));
     for (size_t k = first; k < end; ++k) {
       const float cosine =
           axis[0][c] * axis[0][k] + axis[1][c] * axis[1][k] + axis[2][c] * axis[2][k];
@@ -59,88 +63,102 @@ CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& c
         nearest[at] = nearest[at - 1];
       }
       cosines[at] = cosine;
-      nearest[at] = static_cast<uint16_t>(k);
+      nearest[at] = static_cast<int32_t>(k);
     }
+    for (size_t i = 0; i < nearest.size(); ++i) found.of[i][c] = nearest[i];
   });
   return found;
 }
 
 VisibilityLearner::VisibilityLearner(size_t padded_cells, const CellNeighbours* neighbours)
-    : neighbours_(neighbours), counts_(padded_cells) {
+    : neighbours_(neighbours), all_(padded_cells + kBlockLanes), visible_(all_.size()) {
   for (size_t size = padded_cells; size > 1;) {
     size = (size + kFanOut - 1) / kFanOut;
-    levels_.emplace_back(size);
+    levels_.push_back({std::vector<uint32_t>(size), std::vector<uint32_t>(size),
+                       std::vector<float>(size)});
   }
 }
 
 void VisibilityLearner::begin() {
-  std::fill(counts_.begin(), counts_.end(), Count{});
+  std::fill(all_.begin(), all_.end(), 0u);
+  std::fill(visible_.begin(), visible_.end(), 0u);
 }
 
 void VisibilityLearner::add(std::span<const VisibilityRecord> records, uint32_t weight) {
   for (const VisibilityRecord record : records) {
-    Count& count = counts_[record.cell()];
-    count.all += weight;
-    count.visible += record.visible() ? weight : 0;
+    all_[record.cell()] += weight;
+    visible_[record.cell()] += record.visible() ? weight : 0;
+  }
+}
+
+void VisibilityLearner::sum_up() {
+  const auto sum = [](const uint32_t* children, size_t count, std::vector<uint32_t>& nodes) {
+    for (size_t i = 0; i < nodes.size(); ++i) {
+      uint32_t of_node = 0;
+      const size_t end = std::min(count, (i + 1) * kFanOut);
+      for (size_t k = i * kFanOut; k < end; ++k) of_node += children[k];
+      nodes[i] = of_node;
+    }
+  };
+  size_t count = all_.size() - kBlockLanes;
+  const uint32_t *all = all_.data(), *visible = visible_.data();
+  for (Level& level : levels_) {
+    sum(all, count, level.all);
+    sum(visible, count, level.visible);
+    count = level.all.size();
+    all = level.all.data();
+    visible = level.visible.data();
+  }
+}
+
+void VisibilityLearner::share_down() {
+  const auto share = [](const Level& level, size_t i, float above, float shrinkage) {
+    return (kUnit * static_cast<float>(level.visible[i]) + shrinkage * above) /
+           (kUnit * static_cast<float>(level.all[i]) + shrinkage);
+  };
+  levels_.back().share[0] = share(levels_.back(), 0, 0.5f, 1);
+  for (size_t k = levels_.size() - 1; k-- > 0;) {
+    Level& level = levels_[k];
+    for (size_t i = 0; i < level.share.size(); ++i) {
+      level.share[i] = share(level, i, levels_[k + 1].share[i / kFanOut], kShrinkage);
+    }
   }
 }
 
 void VisibilityLearner::finish(Visibility& out) {
-  for (size_t level = 0; level < levels_.size(); ++level) {
-    std::vector<Node>& nodes = levels_[level];
-    for (size_t i = 0; i < nodes.size(); ++i) {
-      Node sum;
-      const size_t children = level == 0 ? counts_.size() : levels_[level - 1].size();
-      const size_t end = std::min(children, (i + 1) * kFanOut);
-      for (size_t k = i * kFanOut; k < end; ++k) {
-        if (level == 0) {
-          sum.all += static_cast<float>(counts_[k].all) / 16;
-          sum.visible += static_cast<float>(counts_[k].visible) / 16;
-        } else {
-          sum.all += levels_[level - 1][k].all;
-          sum.visible += levels_[level - 1][k].visible;
-        }
-      }
-      nodes[i] = sum;
-    }
-  }
-  // Downward: a node's sums become its share.
-  Node& root = levels_.back().front();
-  if (root.all == 0) {
+  sum_up();
+  if (levels_.back().all[0] == 0) {
     out.reset();
     return;
   }
-  root.visible = (root.visible + 0.5f) / (root.all + 1);
-  for (size_t level = levels_.size() - 1; level-- > 0;) {
-    for (size_t i = 0; i < levels_[level].size(); ++i) {
-      Node& node = levels_[level][i];
-      const float parent = levels_[level + 1][i / kFanOut].visible;
-      node.visible = (node.visible + kShrinkage * parent) / (node.all + kShrinkage);
-    }
-  }
-  for (size_t c = 0; c < counts_.size(); ++c) {
-    const float all = static_cast<float>(counts_[c].all) / 16;
-    const float visible = static_cast<float>(counts_[c].visible) / 16;
-    const float p = (visible + kShrinkage * prior(c)) / (all + kShrinkage);
-    const float v = std::clamp((p - kSnap) / (1 - 2 * kSnap), 0.f, 1.f);
-    out.v[c] = v;
-    out.sigma[c] =
-        std::sqrt(std::max(p - 2 * p * v + v * v, 0.f) + kDoubt / (1 + all) + kLeastVariance);
-    out.sigma_mixed[c] = std::sqrt(p + kMixedDoubt);
-  }
+  share_down();
+  using namespace wide;
+  for_lanes(out.v.size(), [&](size_t c) {
+    const Float all = kUnit * to_float(Uint::load(&all_[c]));
+    const Float visible = kUnit * to_float(Uint::load(&visible_[c]));
+    const Float p = (visible + kShrinkage * prior(c)) / (all + kShrinkage);
+    const Float v = clamp((p - kSnap) / (1 - 2 * kSnap), Float(0.f), Float(1.f));
+    const Float left = max(p - 2.f * p * v + v * v, Float(0.f));
+    v.store(&out.v[c]);
+    sqrt(left + kDoubt / (1.f + all) + kLeastVariance).store(&out.sigma[c]);
+    sqrt(p + kMixedDoubt).store(&out.sigma_mixed[c]);
+  });
 }
 
-/// What a cell without records is taken for.
-float VisibilityLearner::prior(size_t cell) const {
-  const float parent = levels_.front()[cell / kFanOut].visible;
-  if (!neighbours_ || cell >= neighbours_->of.size()) return parent;
-  uint32_t all = 0, visible = 0;
-  for (const uint16_t k : neighbours_->of[cell]) {
-    all += counts_[k].all;
-    visible += counts_[k].visible;
+/// What cells without records are taken for.
+wide::Float VisibilityLearner::prior(size_t first) const {
+  using namespace wide;
+  const Int cell = iota() + Int(static_cast<int32_t>(first));
+  const Float parent = gather(levels_.front().share.data(), shift_right<3>(cell));
+  if (!neighbours_ || first >= neighbours_->of[0].size()) return parent;
+  Uint all(0u), visible(0u);
+  for (const Column<int32_t>& neighbour : neighbours_->of) {
+    const Int k = Int::load(&neighbour[first]);
+    all += gather(all_.data(), k);
+    visible += gather(visible_.data(), k);
   }
-  return (static_cast<float>(visible) / 16 + kNeighbourShrinkage * parent) /
-         (static_cast<float>(all) / 16 + kNeighbourShrinkage);
+  return (kUnit * to_float(visible) + kNeighbourShrinkage * parent) /
+         (kUnit * to_float(all) + kNeighbourShrinkage);
 }
 
 }  // namespace kinome

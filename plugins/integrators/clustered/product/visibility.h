@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "clustered/cells/light_cells.h"
+#include "clustered/kernels/aligned.h"
 #include "clustered/kernels/cell_kernels.h"
+#include "kinome/wide/numbers.h"
 
 namespace kinome {
 
@@ -25,9 +27,9 @@ class VisibilityRecord {
 
 /// Visibility of each cell at a patch of surface, with what is left uncertain; arrays padded.
 struct Visibility {
-  std::vector<float> v;            ///< in [0, 1]: what control terms count on
-  std::vector<float> sigma;        ///< root mean square of V - v
-  std::vector<float> sigma_mixed;  ///< root mean square of V: where v is taken as 0
+  Column<float> v;            ///< in [0, 1]: what control terms count on
+  Column<float> sigma;        ///< root mean square of V - v
+  Column<float> sigma_mixed;  ///< root mean square of V: where v is taken as 0
   void resize(size_t padded);
   /// Nothing known: v = 0.
   void reset();
@@ -37,7 +39,8 @@ struct Visibility {
 /// Cells around each cell, the nearest ones by their mean directions, nearest first.
 struct CellNeighbours {
   static constexpr size_t kCount = 8;
-  std::vector<std::array<uint16_t, kCount>> of;  ///< cells.size(), a padding one: there is none
+  /// of[i][c]: the i-th neighbour of cell c, padded; cells.size(), a padding one: there is none.
+  std::array<Column<int32_t>, kCount> of;
 };
 CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& context);
 
@@ -55,18 +58,19 @@ class VisibilityLearner {
   void finish(Visibility& out);
 
  private:
-  struct Count {
-    uint32_t all = 0;
-    uint32_t visible = 0;
+  /// Of a level's nodes, each the sum of 8 of the level below.
+  struct Level {
+    std::vector<uint32_t> all, visible;
+    std::vector<float> share;  ///< what is visible, by what is known of the nodes above
   };
-  struct Node {
-    float all = 0;
-    float visible = 0;
-  };
-  float prior(size_t cell) const;
+  void sum_up();
+  void share_down();
+  wide::Float prior(size_t first) const;
   const CellNeighbours* neighbours_;
-  std::vector<Count> counts_;
-  std::vector<std::vector<Node>> levels_;  ///< sums of 8; the last one is the root alone
+  /// Cell by cell, in 1/16 of a record; zeros behind them, to which neighbours that there aren't
+  /// point.
+  Column<uint32_t> all_, visible_;
+  std::vector<Level> levels_;  ///< the last one is the root alone
 };
 
 }  // namespace kinome

@@ -3,97 +3,13 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <span>
 #include <vector>
 
-#include "clustered/kernels/lobe_kernels.h"
+#include "clustered/product/primaries.h"
 #include "clustered/product/visibility.h"
-#include "kinome/primary_rays.h"
+#include "kinome/wide/vectors.h"
 
 namespace kinome {
-
-/// Draws places of samples around a pixel's centre with the density of the film's filter, so that
-/// each sample counts for its own pixel alone, whatever their number in the next pixel ("filter
-/// importance sampling", Ernst et al. 2006). Filters must not be negative.
-class FilterSampler {
- public:
-  explicit FilterSampler(const ReconstructionFilter& filter);
-  /// Film position of a sample of pixel (x, y), which lies in `region`: there the filter is cut off
-  /// and normalised again, as the film's weighted mean is.
-  Vec2 place(int x, int y, const Vec2& u, const Rect& region) const;
-
- private:
-  static constexpr int kBins = 4096;
-  float place_1d(int pixel, float u, int low, int high) const;
-  float cumulated(float offset) const;
-  float radius_;
-  bool is_box_;
-  std::vector<float> cumulated_;  ///< of the filter from -radius to each bin's end
-};
-
-/// Side of the tiles that learn together, in pixels.
-inline constexpr int kTileSide = 4;
-
-/// Camera rays of a small tile of pixels, each with a number of its own, and the surfaces that they
-/// meet. Keeps its memory: one per thread.
-class TilePrimaries {
- public:
-  struct View {
-    const Scene& scene;
-    const Sensor& sensor;
-    const FilterSampler& filter;
-    Rect region;  ///< where film positions may lie
-    bool hide_emitters = false;
-  };
-
-  /// The whole film of the sensor.
-  static View view_of(const Scene& scene, const Sensor& sensor, const FilterSampler& filter,
-                      bool hide_emitters);
-
-  /// counts[i] rays for pixel i of `pixels`, row by row. Each pixel's are the first so many of one
-  /// sequence for each seed, in the order of a Hilbert curve.
-  void trace(const View& view, const Rect& pixels, std::span<const uint16_t> counts, uint64_t seed,
-             RenderCounters& counters);
-
-  size_t size() const { return rays_.size(); }
-  /// Rays [first(i), first(i + 1)) are those of pixel i.
-  uint32_t first(size_t pixel) const { return first_[pixel]; }
-  uint32_t pixel(size_t i) const { return pixels_[i]; }
-  const SurfaceInteraction& interaction(size_t i) const { return interactions_[i]; }
-  bool hit(size_t i) const { return rays_[i].hit.valid(); }
-  /// Light that the ray sees itself.
-  const Rgb& emitted(size_t i) const { return emitted_[i]; }
-
-  /// What reflects light from the cells; patch[i] < 0: nothing does.
-  std::vector<int32_t> patch;
-  std::vector<Vec3> normal;  ///< Bsdf::reflection_frame
-  simd::PointFrames frames;  ///< the same, with its tangent and the viewer; where patch >= 0
-  /// BsdfForm::diffuse, or LobeReflectance::diffuse where there is no form; 0: no such lobe.
-  std::vector<Rgb> diffuse;
-  simd::MicrofacetPoints microfacets;  ///< of points whose patch is_described
-  simd::TurnedPoints turned;           ///< the same, where its form is_turned
-
-  /// Length of a tile's side at a distance of t, world units.
-  float width_at(float t) const { return origin_width_ + t * direction_width_; }
-
- private:
-  void make_rays(const View& view, const Rect& pixels, std::span<const uint16_t> counts,
-                 uint64_t seed);
-  void look_behind_emitters(const View& view, RenderCounters& counters);
-  void add_emitters(const View& view);
-
-  std::vector<uint32_t> first_;
-  std::vector<uint16_t> pixels_;
-  std::vector<RayHit> rays_;
-  std::vector<SurfaceInteraction> interactions_;
-  std::vector<Rgb> emitted_;
-  std::vector<uint32_t> missed_;
-  std::vector<Vec3> directions_;
-  std::vector<Rgb> environment_;
-  float origin_width_ = 0;
-  float direction_width_ = 0;
-};
 
 /// A piece of surface of one material and nearly one normal, as a tile of pixels sees it: what
 /// shares learned visibility and a list of cells.
@@ -138,12 +54,13 @@ struct Patch {
 };
 
 /// BsdfForm::transmittance at a cosine.
-inline float interpolate_transmittance(const float* table, float cosine) {
-  constexpr int kLast = BsdfForm::kTableSize - 1;
-  const float x = std::clamp(cosine, 0.f, 1.f) * kLast;
-  const int i = std::min(static_cast<int>(x), kLast - 1);
-  const float w = x - static_cast<float>(i);
-  return (1 - w) * table[i] + w * table[i + 1];
+template <class F>
+F interpolate_transmittance(const float* table, const F& cosine) {
+  using namespace wide::formulas;
+  constexpr int32_t kLast = BsdfForm::kTableSize - 1;
+  const F x = clamp(cosine, F(0.f), F(1.f)) * static_cast<float>(kLast);
+  const wide::IntOf<F> i = min(to_int(x), wide::IntOf<F>(kLast - 1));
+  return lerp(gather(table, i), gather(table + 1, i), x - to_float(i));
 }
 
 inline bool is_microfacet(const BsdfForm& form) {
@@ -185,7 +102,7 @@ bool belongs(const Patch& patch, const Bsdf* bsdf, const Vec3& normal, const Vec
 /// Width of the glossy lobe at a point, whose form is `form` if it has one.
 simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si, const std::optional<BsdfForm>& form);
 
-/// Divides the points of a pilot into patches.
+/// Divides the points of a pilot's tile into patches.
 void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches);
 /// Assigns the points of a later pass to the patches, making more where none fits.
 void assign_patches(TilePrimaries& primaries, std::vector<Patch>& patches);
