@@ -167,10 +167,14 @@ void ProductRenderer::learn_visibility(int tile, const Patch& patch, Workspace& 
                                        Visibility& visibility, std::vector<uint8_t>& out) const {
   learn(tile, patch, work);
   work.learner.finish(visibility);
-  out.reserve(out.size() + 2 * visibility.v.size());
-  for (const float v : visibility.v) out.push_back(static_cast<uint8_t>(v * 255 + 0.5f));
-  for (const float s : visibility.sigma) {
-    out.push_back(static_cast<uint8_t>(std::min(1.f, std::sqrt(s)) * 255 + 0.5f));
+  const size_t first = out.size(), count = visibility.v.size();
+  out.resize(first + 2 * count);
+  uint8_t* const v = &out[first];
+  uint8_t* const sigma = v + count;
+  for (size_t c = 0; c < count; ++c) {
+    v[c] = static_cast<uint8_t>(static_cast<int32_t>(visibility.v[c] * 255 + 0.5f));
+    const float root = std::min(1.f, std::sqrt(visibility.sigma[c]));
+    sigma[c] = static_cast<uint8_t>(static_cast<int32_t>(root * 255 + 0.5f));
   }
 }
 
