@@ -22,7 +22,7 @@ TEST(Groups, HoldEachPointThatReflectsOnce) {
     groups.divide(primaries, tile.patches(), first, end);
     std::set<uint32_t> expected, found;
     for (uint32_t i = first; i < end; ++i) {
-      if (primaries.patch[i] >= 0) expected.insert(i);
+      if (primaries.patch(i) >= 0) expected.insert(i);
     }
     uint32_t next = 0;
     for (uint32_t g = 0; g < groups.size(); ++g) {
@@ -34,7 +34,7 @@ TEST(Groups, HoldEachPointThatReflectsOnce) {
       EXPECT_TRUE(std::is_sorted(members, members + group.count));
       for (uint32_t k = 0; k < group.count; ++k) {
         EXPECT_TRUE(found.insert(members[k]).second);
-        EXPECT_EQ(primaries.patch[members[k]], group.patch);
+        EXPECT_EQ(primaries.patch(members[k]), group.patch);
       }
     }
     EXPECT_EQ(found, expected);
@@ -55,7 +55,7 @@ TEST(Groups, KnowWhatTheirPointsHaveInCommon) {
     Vec3 red(0.f);
     for (uint32_t k = 0; k < group.count; ++k) {
       least = std::min(least, glm::dot(group.normal, view.normal(k)));
-      const Rgb& diffuse = tile.primaries().diffuse[view.primary(k)];
+      const Rgb diffuse = tile.primaries().diffuse(view.primary(k));
       albedo += (diffuse.x + diffuse.y + diffuse.z) / 3;
       red += diffuse.x * view.normal(k);
     }

@@ -52,8 +52,8 @@ TEST(LobeValues, OfKernelsAreThoseOfTheBsdf) {
       ASSERT_TRUE(group.patch.is_described);
       Patch asked_patch = group.patch;
       asked_patch.is_described = false;
-      const GroupView asked{group.group,      group.index,     asked_patch,
-                            group.visibility, group.primaries, group.members};
+      const GroupView asked{group.group,     group.index,   asked_patch,    group.visibility,
+                            group.primaries, group.members, group.point_ids};
       Candidates a = random_candidates(group, g), b = random_candidates(group, g);
       values.all(group, a.directions(0), a.lobe_columns(0));
       values.all(asked, b.directions(0), b.lobe_columns(0));

@@ -13,7 +13,7 @@ class ShadowRaysTest : public testing::Test {
     times_.count_to(counters_);
     rays_.begin(tile_.scene(), counters_);
   }
-  const SurfaceInteraction& point(size_t i) const {
+  SurfaceInteraction point(size_t i) const {
     return tile_.primaries().interaction(i % tile_.primaries().size());
   }
   /// Up into the sky, or down through the ball.

@@ -80,10 +80,10 @@ class StageTile {
                </transform><film type="hdrfilm"><integer name="width" value="4"/>
                <integer name="height" value="4"/><rfilter type="box"/></film></sensor>)" +
             shapes_and_lights)),
-        filter_(sensor().film().filter()) {
-    const std::vector<uint16_t> counts(16, rays_of_pixel);
-    primaries_.trace(TilePrimaries::view_of(*scene_, sensor(), filter_, true),
-                     sensor().film().crop(), counts, 5, counters_);
+        table_(*scene_),
+        filter_(sensor().film().filter()),
+        all_(Primaries::view_of(table_, sensor(), filter_, true)),
+        primaries_(trace(rays_of_pixel)) {
     make_patches(primaries_, patches_);
     if (scene_->environment()) {
       cells_ =
@@ -114,7 +114,8 @@ class StageTile {
             patches_[group.patch],
             visibility_[group.patch],
             primaries_,
-            groups_.members(group)};
+            groups_.members(group),
+            groups_.points(group)};
   }
   /// Points drawn anew.
   CellLight light(uint64_t seed) {
@@ -171,11 +172,19 @@ class StageTile {
 
  private:
   const Sensor& sensor() const { return *scene_->sensors().front(); }
+  TilePrimaries trace(uint16_t rays_of_pixel) {
+    const std::vector<uint16_t> counts(16, rays_of_pixel);
+    all_.add(sensor().film().crop(), counts);
+    all_.trace(5, counters_);
+    return all_.tile(0);
+  }
 
   RenderContext context_{RenderContext::Options{.threads = 1}};
   RenderCounters counters_;
   std::unique_ptr<Scene> scene_;
+  transport::SceneTable table_;
   FilterSampler filter_;
+  Primaries all_;
   TilePrimaries primaries_;
   std::vector<Patch> patches_;
   DistantCells cells_;
