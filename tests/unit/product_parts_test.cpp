@@ -308,7 +308,7 @@ std::vector<PixelForecast> picture(int width, int height) {
 TEST(Allocate, KeepsTheBudget) {
   for (const bool adaptive : {false, true}) {
     for (const double rays : {6., 12., 24., 48., 120., 500.}) {
-      const Budget budget = spend(allocate(picture(64, 48), 64, 48, rays, adaptive));
+      const Budget budget = spend(RayAllocation(picture(64, 48), 64, 48, adaptive).plan(rays));
       EXPECT_NEAR(budget.rays, rays, 0.03 * rays) << adaptive;
       EXPECT_GE(budget.least_primaries, 1);
       EXPECT_LE(budget.most_rays, 1024);
@@ -325,14 +325,14 @@ TEST(Allocate, KeepsTheBudgetOfAnEvenPicture) {
   for (const bool adaptive : {false, true}) {
     for (const double rays : {5., 7., 8., 11., 13., 24., 27., 48.}) {
       const std::vector<PixelForecast> forecast(256, even);
-      EXPECT_NEAR(spend(allocate(forecast, 16, 16, rays, adaptive)).rays, rays, 0.03 * rays)
+      EXPECT_NEAR(spend(RayAllocation(forecast, 16, 16, adaptive).plan(rays)).rays, rays, 0.03 * rays)
           << adaptive << ", " << rays;
     }
   }
 }
 
 TEST(Allocate, RaysGoWhereTheyAreNeeded) {
-  const auto plan = allocate(picture(64, 48), 64, 48, 48, true);
+  const auto plan = RayAllocation(picture(64, 48), 64, 48, true).plan(48);
   const auto at = [&](int x, int y) { return plan[static_cast<size_t>(y) * 64 + x]; };
   EXPECT_GT(at(16, 20).rays, at(8, 20).rays);           // uncertain visibility
   EXPECT_LT(at(20, 2).primaries + at(20, 2).rays, 12);  // background
@@ -342,7 +342,7 @@ TEST(Allocate, RaysGoWhereTheyAreNeeded) {
 TEST(Allocate, NotAdaptiveGivesAllTheSame) {
   std::vector<PixelForecast> forecast = picture(32, 32);
   for (PixelForecast& p : forecast) p.uncertainty += 0.1f;
-  const auto plan = allocate(forecast, 32, 32, 36, false);
+  const auto plan = RayAllocation(forecast, 32, 32, false).plan(36);
   for (const PixelPlan& p : plan) {
     EXPECT_NEAR(p.primaries, plan[0].primaries, 1);
     EXPECT_NEAR(p.rays, plan[0].rays, 1);
@@ -360,7 +360,7 @@ TEST(Allocate, StandsAnyForecast) {
   PixelForecast huge{1e25f, 1e26f, 1e24f, 1e26f, true};
   for (const PixelForecast& each : {dark, sky, hidden, tiny, huge}) {
     for (const double rays : {2., 12., 100.}) {
-      const auto plan = allocate(std::vector<PixelForecast>(64, each), 8, 8, rays, true);
+      const auto plan = RayAllocation(std::vector<PixelForecast>(64, each), 8, 8, true).plan(rays);
       const Budget budget = spend(plan);
       EXPECT_GE(budget.least_primaries, 1);
       EXPECT_LE(budget.rays, std::max(3., 1.1 * rays)) << each.mean << ", " << each.uncertainty;

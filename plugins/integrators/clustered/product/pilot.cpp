@@ -17,6 +17,9 @@ constexpr float kLearnPlanes = 1.6f;
 /// A sharp lobe's patch keeps its visibility only if, on the pilot's own rays, it predicts this
 /// well: sum (V - v)² < kTrust x sum V².
 constexpr float kTrust = 0.1f;
+/// Pixels of which the pilot's points are kept until they are planned, and those of the next ones:
+/// enough work for many threads.
+constexpr int kPixelsOfBand = 1 << 16;
 /// Keeps the pilot's random numbers apart from those of the passes.
 constexpr uint64_t kPilotSeed = 0x70696c6f74;
 /// Variances of candidates are small beside what shadows add.
@@ -27,8 +30,8 @@ constexpr float kEyeRayCost = 2.5f;
 }  // namespace
 
 int ProductRenderer::rows_of_band() const {
-  return std::clamp(settings_.remembered_pixels / (crop_.width() * kBlock), 1,
-                    std::max(1, blocks_y()));
+  const int pixels = std::min(settings_.remembered_pixels, kPixelsOfBand);
+  return std::clamp(pixels / (crop_.width() * kBlock), 1, std::max(1, blocks_y()));
 }
 
 ProductRenderer::Rows ProductRenderer::band(int index) const {
@@ -47,6 +50,7 @@ void ProductRenderer::learn_in_bands(const CellLight& light, uint32_t rays, doub
   static_assert(kReach <= kTilesAcross);
   const int rows = rows_of_band(), bands = (blocks_y() + rows - 1) / rows;
   const size_t points = static_cast<size_t>(rows) * kBlock * crop_.width() * pilot_primaries_;
+  forecast_.resize(static_cast<size_t>(crop_.area()));
   for (int i = 0; i <= bands && !context_.cancelled(); ++i) {
     context_.set_progress_range(progress_end * i / (bands + 1),
                                 progress_end * (i + 1) / (bands + 1));
@@ -57,6 +61,11 @@ void ProductRenderer::learn_in_bands(const CellLight& light, uint32_t rays, doub
     if (i > 0 && !context_.cancelled()) plan(band(i - 1), light);
   }
   for (auto& p : points_) p = {};
+  if (!context_.cancelled()) {
+    const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+    allocation_.emplace(forecast_, crop_.width(), crop_.height(), settings_.adaptive);
+  }
+  forecast_ = {};
 }
 
 void ProductRenderer::pilot(Rows rows, const CellLight& light, uint32_t rays) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clustered/kernels/aligned.h"
 #include "kinome/wide/functions.h"
 #include "kinome/wide/vectors.h"
 
@@ -30,35 +29,28 @@ constexpr double kLeastScale = 1e-9, kMostScale = 1e12;
 
 using namespace wide;
 
-/// Columns over the pixels of a picture, each row padded, in units of what is typical for it:
-/// squares of the faintest and the brightest light stay within a float. Around the picture its
-/// border is repeated.
+/// Five rows of a picture's forecast, as columns, in units of what is typical for it: squares of the
+/// faintest and the brightest light stay within a float. Around the picture its border is repeated.
 class Maps {
  public:
   static constexpr int kBorder = 2;
 
   Maps(const std::vector<PixelForecast>& forecast, int width, int height, double unit)
-      : stride_(padded(static_cast<size_t>(width)) + 2 * kBorder) {
+      : forecast_(forecast),
+        width_(width),
+        height_(height),
+        scale_(1 / unit),
+        stride_(padded(static_cast<size_t>(width) + 2 * kBorder)) {
     for (auto* const map : {&mean_, &variance_, &uncertainty_, &glossy_, &sharp_}) {
-      map->resize(stride_ * (height + 2 * kBorder) + kBlockLanes);
+      map->resize(stride_ * kRows + kBlockLanes);
     }
-    const double scale = 1 / unit;
-    for (int y = -kBorder; y < height + kBorder; ++y) {
-      const PixelForecast* const row =
-          &forecast[static_cast<size_t>(std::clamp(y, 0, height - 1)) * width];
-      for (int x = -kBorder; x < width + kBorder; ++x) {
-        const PixelForecast& p = row[std::clamp(x, 0, width - 1)];
-        const size_t i = at(x, y);
-        mean_[i] = static_cast<float>(p.mean * scale);
-        variance_[i] = sqr(static_cast<float>(p.deviation * scale));
-        uncertainty_[i] = static_cast<float>(p.uncertainty * scale);
-        glossy_[i] = sqr(static_cast<float>(p.glossy_deviation * scale));
-        sharp_[i] = p.sharp ? 1.f : 0.f;
-      }
-    }
+    for (int y = -kBorder; y < kBorder; ++y) read(y);
   }
 
-  /// What follows is of pixel (x, y) and those that come next in its row.
+  /// Reads what is needed for row y. To be called for 0, 1, 2 ..., before what follows, of that row.
+  void go_to(int y) { read(y + kBorder); }
+
+  /// Of pixel (x, y) and those that come next in its row.
   Float mean(int x, int y) const { return Float::load(&mean_[at(x, y)]); }
   Float variance(int x, int y) const { return Float::load(&variance_[at(x, y)]); }
   Mask is_sharp(int x, int y) const { return Float::load(&sharp_[at(x, y)]) > 0.f; }
@@ -96,9 +88,29 @@ class Maps {
   }
 
  private:
-  size_t at(int x, int y) const {
-    return static_cast<size_t>(y + kBorder) * stride_ + static_cast<size_t>(x + kBorder);
+  static constexpr int kRows = 2 * kBorder + 1;
+
+  void read(int y) {
+    const PixelForecast* const row =
+        &forecast_[static_cast<size_t>(std::clamp(y, 0, height_ - 1)) * width_];
+    for (int x = -kBorder; x < width_ + kBorder; ++x) {
+      const PixelForecast& p = row[std::clamp(x, 0, width_ - 1)];
+      const size_t i = at(x, y);
+      mean_[i] = static_cast<float>(p.mean * scale_);
+      variance_[i] = sqr(static_cast<float>(p.deviation * scale_));
+      uncertainty_[i] = static_cast<float>(p.uncertainty * scale_);
+      glossy_[i] = sqr(static_cast<float>(p.glossy_deviation * scale_));
+      sharp_[i] = p.sharp ? 1.f : 0.f;
+    }
   }
+  size_t at(int x, int y) const {
+    const auto row = static_cast<size_t>((y + kBorder) % kRows);
+    return row * stride_ + static_cast<size_t>(x + kBorder);
+  }
+
+  const std::vector<PixelForecast>& forecast_;
+  int width_, height_;
+  double scale_;
   size_t stride_;
   Column<float> mean_, variance_, uncertainty_, glossy_, sharp_;
 };
@@ -135,66 +147,6 @@ Wanted wanted_at(const Maps& maps, int x, int y) {
           power(kRayFactor * sqr(around.uncertainty) * relative), candidates};
 }
 
-/// Rows of Wanted, and what a scale makes of it.
-class Wishes {
- public:
-  Wishes(const std::vector<PixelForecast>& forecast, int width, int height, double unit,
-         bool adaptive)
-      : width_(static_cast<size_t>(width)), stride_(padded(width_)), height_(height) {
-    for (auto* const column : {&primaries_, &rays_, &candidates_, &costs_}) {
-      column->resize(stride_ * height_);
-    }
-    const Maps maps(forecast, width, height, unit);
-    for (int y = 0; y < height; ++y) {
-      const size_t first = y * stride_;
-      for (size_t x = 0; x < width_; ++x) costs_[first + x] = 1 + forecast[y * width_ + x].mirrors;
-      for_lanes(width_, [&](size_t x) {
-        Wanted wanted = wanted_at(maps, static_cast<int>(x), y);
-        if (!adaptive) {
-          wanted.primaries = 0.2f;
-          wanted.rays = select(wanted.rays > 0.f, Float(1.f));
-        }
-        wanted.primaries.store(&primaries_[first + x]);
-        wanted.rays.store(&rays_[first + x]);
-        wanted.candidates.store(&candidates_[first + x]);
-      });
-    }
-  }
-
-  Float primaries(size_t i, float scale, float least) const {
-    return clamp(Float::load(&primaries_[i]) * scale, Float(least), Float(kMaxPrimaries));
-  }
-  Float rays(size_t i, float scale) const {
-    const Float wanted = Float::load(&rays_[i]);
-    return select(wanted > 0.f, clamp(wanted * scale, Float(kMinRays), Float(kMaxRays)));
-  }
-  Float candidates(size_t i, float scale) const {
-    return clamp(kCandidatesPerRay * scale * Float::load(&candidates_[i]), Float(kMinCandidates),
-                 Float(kMaxCandidates));
-  }
-  /// Rays of all kinds that all pixels get.
-  double total(float scale, float least_primaries) const {
-    double total = 0;
-    for (size_t y = 0; y < height_; ++y) {
-      Float of_row = 0;
-      for_lanes(width_, [&](size_t x) {
-        const size_t i = y * stride_ + x;
-        const Float cost =
-            primaries(i, scale, least_primaries) * Float::load(&costs_[i]) + rays(i, scale);
-        of_row += select(first_lanes(width_ - x), cost);
-      });
-      total += sum(of_row);
-    }
-    return total;
-  }
-  size_t stride() const { return stride_; }
-
- private:
-  size_t width_, stride_, height_;
-  Column<float> primaries_, rays_, candidates_;
-  Column<float> costs_;  ///< of a primary, with the mirrors' rays
-};
-
 /// Rounds wishes to whole numbers. What that takes from one pixel is given to the next: pixels that
 /// are all alike would otherwise all miss the budget in one direction.
 class Rounding {
@@ -211,9 +163,11 @@ class Rounding {
 
 }  // namespace
 
-std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int width, int height,
-                                double rays_per_pixel, bool adaptive) {
-  const auto count = static_cast<double>(forecast.size());
+RayAllocation::RayAllocation(const std::vector<PixelForecast>& forecast, int width, int height,
+                             bool adaptive)
+    : width_(static_cast<size_t>(width)),
+      height_(static_cast<size_t>(height)),
+      stride_(padded(width_)) {
   double mean = 0, uncertainty = 0;
   for (const PixelForecast& p : forecast) {
     mean += p.mean;
@@ -221,32 +175,81 @@ std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int 
   }
   // Where no light is expected at all, doubt is all that there is to go by.
   const double unit = mean > 0 ? mean : uncertainty > 0 ? uncertainty : 1.;
-  const Wishes wishes(forecast, width, height, unit / count, adaptive);
+  for (auto* const column : {&primaries_, &rays_, &candidates_, &costs_}) {
+    column->resize(stride_ * height_);
+  }
+  Maps maps(forecast, width, height, unit / static_cast<double>(forecast.size()));
+  for (size_t y = 0; y < height_; ++y) {
+    maps.go_to(static_cast<int>(y));
+    const size_t first = y * stride_;
+    for (size_t x = 0; x < width_; ++x) costs_[first + x] = 1 + forecast[y * width_ + x].mirrors;
+    for_lanes(width_, [&](size_t x) {
+      Wanted wanted = wanted_at(maps, static_cast<int>(x), static_cast<int>(y));
+      if (!adaptive) {
+        wanted.primaries = 0.2f;
+        wanted.rays = select(wanted.rays > 0.f, Float(1.f));
+      }
+      wanted.primaries.store(&primaries_[first + x]);
+      wanted.rays.store(&rays_[first + x]);
+      wanted.candidates.store(&candidates_[first + x]);
+    });
+  }
+}
+
+Float RayAllocation::primaries(size_t i, float scale, float least) const {
+  return clamp(Float::load(&primaries_[i]) * scale, Float(least), Float(kMaxPrimaries));
+}
+Float RayAllocation::rays(size_t i, float scale) const {
+  const Float wanted = Float::load(&rays_[i]);
+  return select(wanted > 0.f, clamp(wanted * scale, Float(kMinRays), Float(kMaxRays)));
+}
+Float RayAllocation::candidates(size_t i, float scale) const {
+  return clamp(kCandidatesPerRay * scale * Float::load(&candidates_[i]), Float(kMinCandidates),
+               Float(kMaxCandidates));
+}
+
+/// Rays of all kinds that all pixels get.
+double RayAllocation::total(float scale, float least_primaries) const {
+  double total = 0;
+  for (size_t y = 0; y < height_; ++y) {
+    Float of_row = 0;
+    for_lanes(width_, [&](size_t x) {
+      const size_t i = y * stride_ + x;
+      const Float cost =
+          primaries(i, scale, least_primaries) * Float::load(&costs_[i]) + rays(i, scale);
+      of_row += select(first_lanes(width_ - x), cost);
+    });
+    total += sum(of_row);
+  }
+  return total;
+}
+
+std::vector<PixelPlan> RayAllocation::plan(double rays_per_pixel) const {
   // What the pilot missed of a thin object must not weigh too much when a later ray meets it.
   const auto least_primaries =
       static_cast<float>(std::clamp(rays_per_pixel / 8, rays_per_pixel < 8 ? 1. : 2., 32.));
+  const double budget = rays_per_pixel * static_cast<double>(width_ * height_);
   double low = kLeastScale, high = kMostScale;
   for (int i = 0; i < kSteps; ++i) {
     const double scale = std::sqrt(low * high);
-    const double total = wishes.total(static_cast<float>(scale), least_primaries);
-    (total > rays_per_pixel * count ? high : low) = scale;
+    (total(static_cast<float>(scale), least_primaries) > budget ? high : low) = scale;
   }
   const auto scale = static_cast<float>(low);
-  std::vector<PixelPlan> plan(forecast.size());
+  std::vector<PixelPlan> plan(width_ * height_);
   Rounding round_primaries, round_rays;
-  Column<float> primaries(wishes.stride()), rays(wishes.stride()), candidates(wishes.stride());
-  for (int y = 0; y < height; ++y) {
-    for_lanes(static_cast<size_t>(width), [&](size_t x) {
-      const size_t i = y * wishes.stride() + x;
-      wishes.primaries(i, scale, least_primaries).store(&primaries[x]);
-      wishes.rays(i, scale).store(&rays[x]);
-      wishes.candidates(i, scale).store(&candidates[x]);
+  Column<float> of_primaries(stride_), of_rays(stride_), of_candidates(stride_);
+  for (size_t y = 0; y < height_; ++y) {
+    for_lanes(width_, [&](size_t x) {
+      const size_t i = y * stride_ + x;
+      primaries(i, scale, least_primaries).store(&of_primaries[x]);
+      rays(i, scale).store(&of_rays[x]);
+      candidates(i, scale).store(&of_candidates[x]);
     });
-    for (int x = 0; x < width; ++x) {
-      PixelPlan& p = plan[static_cast<size_t>(y) * width + x];
-      p.primaries = round_primaries(primaries[x]);
-      if (rays[x] > 0) p.rays = round_rays(rays[x]);
-      p.candidates = candidates[x];
+    for (size_t x = 0; x < width_; ++x) {
+      PixelPlan& p = plan[y * width_ + x];
+      p.primaries = round_primaries(of_primaries[x]);
+      if (of_rays[x] > 0) p.rays = round_rays(of_rays[x]);
+      p.candidates = of_candidates[x];
     }
   }
   return plan;

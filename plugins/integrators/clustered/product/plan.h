@@ -3,6 +3,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "clustered/kernels/aligned.h"
+#include "kinome/wide/numbers.h"
+
 namespace kinome {
 
 /// What the pilot expects of one pixel, in the unit of radiance: squares of it would leave single
@@ -23,9 +26,26 @@ struct PixelPlan {
   float candidates = 0;
 };
 
-/// Divides `rays_per_pixel` (primaries and shadow rays) among pixels, so that relative errors are
-/// about alike.
-std::vector<PixelPlan> allocate(const std::vector<PixelForecast>& forecast, int width, int height,
-                                double rays_per_pixel, bool adaptive);
+/// Divides rays among the pixels of a picture, so that relative errors are about alike. Immutable.
+class RayAllocation {
+ public:
+  /// By what is expected of width x height pixels; not `adaptive`: all get about the same.
+  RayAllocation(const std::vector<PixelForecast>& forecast, int width, int height, bool adaptive);
+
+  /// Of primaries and shadow rays together, on average.
+  std::vector<PixelPlan> plan(double rays_per_pixel) const;
+
+ private:
+  wide::Float primaries(size_t i, float scale, float least) const;
+  wide::Float rays(size_t i, float scale) const;
+  wide::Float candidates(size_t i, float scale) const;
+  double total(float scale, float least_primaries) const;
+
+  size_t width_, height_;
+  size_t stride_;  ///< of the columns' rows
+  /// What each pixel asks for, but for a common factor.
+  Column<float> primaries_, rays_, candidates_;
+  Column<float> costs_;  ///< of a primary, with the mirrors' rays
+};
 
 }  // namespace kinome

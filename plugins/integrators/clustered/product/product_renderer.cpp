@@ -54,7 +54,6 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       seed_(key_seed(context, sensor.sampler())),
       rays_left_(settings.rays_per_pixel) {
   tiles_.resize(static_cast<size_t>(tiles_x()) * tiles_y());
-  forecast_.resize(crop_.area());
   local_ = make_local_light(scene, sensor, settings, seed_, context);
   if (local_ && local_->has_caustics()) {
     const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
@@ -297,6 +296,7 @@ void ProductRenderer::learn_in_time(double seconds) {
   if (context_.cancelled()) {
     // What only some tiles have learned is of no use.
     pilot_primaries_ = 0;
+    allocation_.reset();
     tiles_.assign(tiles_.size(), {});
     context_.skip("pilot", "there was too little time for it");
   }
@@ -309,14 +309,14 @@ double ProductRenderer::seconds_per_sample() const {
 
 std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
   const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
-  if (pilot_primaries_ > 0) {
-    return allocate(forecast_, crop_.width(), crop_.height(), rays_per_pixel, settings_.adaptive);
+  if (allocation_) {
+    return allocation_->plan(rays_per_pixel);
   }
   PixelPlan plan;
   plan.primaries = static_cast<uint16_t>(std::max(1., rays_per_pixel / 3));
   plan.rays = static_cast<uint16_t>(std::max(1., rays_per_pixel - plan.primaries));
   plan.candidates = static_cast<float>(kCandidatesUnlearned * plan.rays);
-  return std::vector<PixelPlan>(forecast_.size(), plan);
+  return std::vector<PixelPlan>(static_cast<size_t>(crop_.area()), plan);
 }
 
 /// In passes as large as may be: the more rays share a comb, the better each of them does.

@@ -140,7 +140,8 @@ class ProductRenderer final : public Passes {
   double unit_ = 0;  ///< rays a pixel of the first pass: they have weight 1
   std::vector<TileMemory> tiles_;
   std::vector<PilotPoint> points_[2];  ///< of bands of even and odd number
-  std::vector<PixelForecast> forecast_;
+  std::vector<PixelForecast> forecast_;  ///< while the pilot is at work
+  std::optional<RayAllocation> allocation_;  ///< where there was one
 };
 
 }  // namespace kinome

@@ -25,7 +25,7 @@ struct ProductSettings {
   /// Layer 1 of the film has kProductChannels, to be filled.
   bool diagnostics = false;
   /// Pictures of no more pixels keep the learned visibilities of all; larger ones learn them again
-  /// in each pass, and keep the pilot's points of so many pixels. Results do not depend on it.
+  /// in each pass, and keep the points of the pilot in no more pixels. Results do not depend on it.
   int remembered_pixels = 1 << 18;
 
   // Parts that can be left out, to see what they are worth. Estimates stay unbiased.
