@@ -1,6 +1,6 @@
 #include "conductor_index.h"
-#include "fresnel.h"
 #include "kinome/plugin.h"
+#include "kinome/wide/fresnel.h"
 
 /// A smooth conductor: the mirror direction only, weighted by Fresnel's reflectance for the complex
 /// index eta + i k. One-sided.

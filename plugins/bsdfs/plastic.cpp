@@ -1,6 +1,7 @@
 #include "batch.h"
-#include "fresnel.h"
+#include "dielectric_index.h"
 #include "kinome/plugin.h"
+#include "kinome/wide/fresnel.h"
 
 /// A diffuse base under a smooth dielectric coat, as in Mitsuba 3: a mirror reflection F(theta_i),
 /// and

@@ -2,11 +2,13 @@
 
 #include <array>
 
-#include "fresnel.h"
 #include "kinome/bsdf.h"
-#include "microfacet.h"
+#include "kinome/wide/fresnel.h"
+#include "kinome/wide/microfacet.h"
 
 namespace kinome {
+
+using namespace wide::formulas;
 
 /// Transmittance of a rough dielectric boundary, as a diffuse layer below it needs it: how much of
 /// the light from one direction gets in, and how much of diffuse light inside is thrown back.

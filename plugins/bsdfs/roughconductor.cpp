@@ -1,7 +1,7 @@
 #include "conductor_index.h"
-#include "fresnel.h"
 #include "kinome/plugin.h"
-#include "microfacet.h"
+#include "kinome/wide/fresnel.h"
+#include "kinome/wide/microfacet.h"
 
 /// Rough metal after Walter et al. 2007, as in Mitsuba 3:
 ///

@@ -1,4 +1,5 @@
 #include "batch.h"
+#include "dielectric_index.h"
 #include "kinome/plugin.h"
 #include "rough_transmittance.h"
 

@@ -1,6 +1,6 @@
 #include "energy.h"
 #include "kinome/plugin.h"
-#include "microfacet.h"
+#include "kinome/wide/microfacet.h"
 
 /// Ward's anisotropic reflection with the variants of Mitsuba 0.6. With H = wi + wo, not
 /// normalised,

@@ -1,13 +1,15 @@
 #pragma once
 
+// Rough surfaces made of microfacets, for BSDFs and for what samples them: formulas over numbers F,
+// float or wide::Float. The core has no use for them.
+
 #include "kinome/bsdf.h"
 #include "kinome/math.h"
 #include "kinome/wide/near_zero.h"
 
-/// Formulas over numbers F, float or wide::Float: one point, or several.
-namespace kinome {
-
-using namespace wide::formulas;
+namespace kinome::wide {
+inline namespace HWY_NAMESPACE {
+inline namespace formulas {
 
 enum class MicrofacetType { kBeckmann, kGgx };
 inline constexpr const char* kMicrofacetTypes[] = {"beckmann", "ggx"};
@@ -235,4 +237,6 @@ auto with_microfacet_type(MicrofacetType type, const Fn& fn) {
   return fn(std::integral_constant<MicrofacetType, MicrofacetType::kGgx>{});
 }
 
-}  // namespace kinome
+}  // namespace formulas
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::wide

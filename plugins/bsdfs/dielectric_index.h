@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cmath>
+#include <string>
+
+#include "kinome/properties.h"
+
+namespace kinome {
+
+/// Indices of refraction by name (those that Mitsuba knows).
+inline constexpr NamedNumber kIndicesOfRefraction[] = {
+    {"vacuum", 1.f},       {"helium", 1.000036f},        {"hydrogen", 1.000132f},
+    {"air", 1.000277f},    {"carbon dioxide", 1.00045f}, {"water", 1.333f},
+    {"acetone", 1.36f},    {"ethanol", 1.361f},          {"carbon tetrachloride", 1.461f},
+    {"glycerol", 1.4729f}, {"benzene", 1.501f},          {"silicone oil", 1.52045f},
+    {"bromine", 1.661f},   {"water ice", 1.31f},         {"fused quartz", 1.458f},
+    {"pyrex", 1.47f},      {"acrylic glass", 1.49f},     {"polypropylene", 1.49f},
+    {"bk7", 1.5046f},      {"sodium chloride", 1.544f},  {"amber", 1.55f},
+    {"pet", 1.575f},       {"diamond", 2.419f},
+};
+
+/// int_ior / ext_ior of a dielectric's properties, both within what has squares and inverses.
+inline float relative_ior(const Properties& props) {
+  constexpr float kLeast = 1e-3f, kMost = 1e3f;
+  const auto index = [&](const char* name) {
+    const float value = props.number_or_name(name, kIndicesOfRefraction);
+    if (!(value > 0) || !std::isfinite(value)) {
+      throw props.error(name, "must be positive, got " + std::to_string(value));
+    }
+    if (value < kLeast || value > kMost) {
+      throw props.error(name, "must be from 0.001 to 1000, got " + std::to_string(value));
+    }
+    return value;
+  };
+  return index("int_ior") / index("ext_ior");
+}
+
+}  // namespace kinome
