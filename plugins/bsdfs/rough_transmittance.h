@@ -123,7 +123,7 @@ inline RoughTransmittance::RoughTransmittance(MicrofacetType type, float alpha, 
       const float cos_i = glm::dot(wi, m);
       const float cos_t = safe_sqrt(1 - (1 - cos_i * cos_i) / (eta * eta));
       const Vec3 wo = (cos_i / eta - cos_t) * m - wi / eta;
-      return wo.z < 0 ? microfacet.smith_g1(wo) * (1 - fresnel_dielectric(cos_i, eta)) : 0.f;
+      return wo.z < 0 ? microfacet.smith_g1(-wo) * (1 - fresnel_dielectric(cos_i, eta)) : 0.f;
     };
     const auto reflected_inside = [&](const Vec3& wi, const Vec3& m) {
       const float cos_i = glm::dot(wi, m);

@@ -1,19 +1,10 @@
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <functional>
 #include <random>
 
-#include "instruction_sets.h"
 #include "kinome/warp.h"
 
 namespace kinome::test {
-
-/// Runs `test` with the kernels of each instruction set that this machine has.
-inline void with_all_kernels(const std::function<void()>& test) {
-  for_each_instruction_set(test);
-}
 
 class Random {
  public:

@@ -1,5 +1,5 @@
-// Kernels over directions at surface points against plain code in double precision, on the
-// instruction set of this machine and on the scalar one.
+// Kernels over directions at surface points against plain code in double precision: once for each
+// instruction set that they are built for and this machine has.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -75,7 +75,6 @@ class Lobe {
 
 const Vec3 kNormal = glm::normalize(Vec3(0.3f, -0.5f, 0.8f));
 
-/// On vectors; scalar code has the same densities, and directions of these, by the next test.
 TEST(LobeKernels, DirectionsHaveTheirDensity) {
   for (const auto& [u, v] : {std::pair(0.2f, 0.2f), {0.15f, 0.6f}, {1.f, 1.f}}) {
     for (const float cosine : {0.95f, 0.3f}) {
@@ -100,47 +99,43 @@ TEST(LobeKernels, DirectionsHaveTheirDensity) {
 /// Estimates divide by the density: where it is wrong by rounding, they are biased by the mean of
 /// true / computed.
 TEST(LobeKernels, DensitiesOfSharpLobesAreExact) {
-  with_all_kernels([] {
-    for (const float alpha : {0.0002f, 0.001f, 0.003f, 0.01f, 0.05f, 0.3f}) {
-      for (const float cosine : {0.95f, 0.2f}) {
-        const Lobe lobe(alpha, alpha, kNormal, cosine);
-        Random random(5);
-        Moments ratio;
-        for (int i = 0; i < 4000; ++i) {
-          const Vec2 u(random.unit(), random.unit());
-          const double exact = lobe.exact_density(u);
-          const double computed = lobe.density(lobe.sample(u));
-          if (!(exact > 0) || u.x > 0.9999f) continue;
-          if (!(computed > 0)) {
-            EXPECT_LT(exact, 1e-6);
-            continue;
-          }
-          ratio.add(exact / computed);
+  for (const float alpha : {0.0002f, 0.001f, 0.003f, 0.01f, 0.05f, 0.3f}) {
+    for (const float cosine : {0.95f, 0.2f}) {
+      const Lobe lobe(alpha, alpha, kNormal, cosine);
+      Random random(5);
+      Moments ratio;
+      for (int i = 0; i < 4000; ++i) {
+        const Vec2 u(random.unit(), random.unit());
+        const double exact = lobe.exact_density(u);
+        const double computed = lobe.density(lobe.sample(u));
+        if (!(exact > 0) || u.x > 0.9999f) continue;
+        if (!(computed > 0)) {
+          EXPECT_LT(exact, 1e-6);
+          continue;
         }
-        EXPECT_NEAR(ratio.mean(), 1, 1e-3) << alpha << ", " << cosine;
+        ratio.add(exact / computed);
       }
+      EXPECT_NEAR(ratio.mean(), 1, 1e-3) << alpha << ", " << cosine;
     }
-  });
+  }
 }
 
 TEST(LobeKernels, ExtremesAreFinite) {
-  with_all_kernels([] {
-    for (const float alpha : {2e-4f, 1.f}) {
-      const Lobe lobe(alpha, alpha, kNormal, 0.01f);
-      for (const float u1 : {0.f, 0.5f, 1 - 0x1p-24f}) {
-        for (const float u2 : {0.f, 0.125f, 0.25f, 0.375f, 0.5f, 0.75f, 0.875f, 1 - 0x1p-24f}) {
-          const Vec3 d = lobe.sample({u1, u2});
-          EXPECT_NEAR(glm::dot(d, d), 1, 1e-5);
-          EXPECT_GE(lobe.density(d), 0);
-          EXPECT_TRUE(std::isfinite(lobe.density(d)));
-        }
-      }
-      for (const Vec3& d : {lobe.viewer(), -lobe.viewer(), lobe.normal(), -lobe.normal()}) {
+  for (const float alpha : {2e-4f, 1.f}) {
+    const Lobe lobe(alpha, alpha, kNormal, 0.01f);
+    for (const float u1 : {0.f, 0.5f, 1 - 0x1p-24f}) {
+      for (const float u2 : {0.f, 0.125f, 0.25f, 0.375f, 0.5f, 0.75f, 0.875f, 1 - 0x1p-24f}) {
+        const Vec3 d = lobe.sample({u1, u2});
+        EXPECT_NEAR(glm::dot(d, d), 1, 1e-5);
         EXPECT_GE(lobe.density(d), 0);
         EXPECT_TRUE(std::isfinite(lobe.density(d)));
       }
     }
-  });
+    for (const Vec3& d : {lobe.viewer(), -lobe.viewer(), lobe.normal(), -lobe.normal()}) {
+      EXPECT_GE(lobe.density(d), 0);
+      EXPECT_TRUE(std::isfinite(lobe.density(d)));
+    }
+  }
 }
 
 /// Points of many kinds, and directions at members of a group of some of them.
@@ -203,78 +198,73 @@ struct Crowd {
 
 /// Groups that fit a vector, several, and none; fewer directions than members, and more.
 TEST(LobeKernels, DirectionsAreOfTheirMembers) {
-  with_all_kernels([] {
-    Random random(3);
-    for (const size_t members : {1, 3, 4, 5, 15, 16, 17, 33, 64, 127, 128, 129, 500}) {
-      for (const size_t directions : {size_t{16}, 40 * simd::kLobeLanes}) {
-        Crowd crowd(members, directions, random);
-        crowd.sample_and_evaluate();
-        for (int repeat = 0; repeat < 30; ++repeat) {
-          const size_t i = Crowd::below(random, static_cast<uint32_t>(directions));
-          Crowd one = crowd.alone(i);
-          one.sample_and_evaluate();
-          for (int k = 0; k < 3; ++k) {
-            EXPECT_EQ(crowd.d[k][i], one.d[k][0]) << members << " members, direction " << i;
-            EXPECT_EQ(crowd.f[k][i], one.f[k][0]) << members << " members, direction " << i;
-          }
-          EXPECT_EQ(crowd.density[i], one.density[0]);
+  Random random(3);
+  for (const size_t members : {1, 3, 4, 5, 15, 16, 17, 33, 64, 127, 128, 129, 500}) {
+    for (const size_t directions : {size_t{16}, 40 * simd::kLobeLanes}) {
+      Crowd crowd(members, directions, random);
+      crowd.sample_and_evaluate();
+      for (int repeat = 0; repeat < 30; ++repeat) {
+        const size_t i = Crowd::below(random, static_cast<uint32_t>(directions));
+        Crowd one = crowd.alone(i);
+        one.sample_and_evaluate();
+        for (int k = 0; k < 3; ++k) {
+          EXPECT_EQ(crowd.d[k][i], one.d[k][0]) << members << " members, direction " << i;
+          EXPECT_EQ(crowd.f[k][i], one.f[k][0]) << members << " members, direction " << i;
         }
+        EXPECT_EQ(crowd.density[i], one.density[0]);
       }
     }
-  });
+  }
 }
 
 /// Places on a grid of directions everywhere, on the axes, and beside them.
 TEST(LobeKernels, PlacesAreThoseOfTheLibrary) {
-  with_all_kernels([] {
-    Random random(9);
-    const Frame frame = Frame::from_normal(kNormal);
-    const glm::mat3 worlds[2] = {glm::mat3(1.f), glm::mat3(frame.s, frame.t, kNormal)};
-    std::vector<Vec3> directions;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const float sign : {1.f, -1.f}) {
-        for (const float tiny : {0.f, 1e-3f, 1e-7f, -1e-7f, -1e-30f}) {
-          Vec3 d(tiny);
-          d[axis] = sign;
-          directions.push_back(glm::normalize(d));
-        }
+  Random random(9);
+  const Frame frame = Frame::from_normal(kNormal);
+  const glm::mat3 worlds[2] = {glm::mat3(1.f), glm::mat3(frame.s, frame.t, kNormal)};
+  std::vector<Vec3> directions;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float sign : {1.f, -1.f}) {
+      for (const float tiny : {0.f, 1e-3f, 1e-7f, -1e-7f, -1e-30f}) {
+        Vec3 d(tiny);
+        d[axis] = sign;
+        directions.push_back(glm::normalize(d));
       }
     }
-    while (directions.size() < 16000) directions.push_back(random.direction());
-    std::vector<float> x, y, z;
-    for (const Vec3& d : directions) {
-      x.push_back(d.x);
-      y.push_back(d.y);
-      z.push_back(d.z);
-    }
-    ASSERT_EQ(x.size() % simd::kLobeLanes, 0u);
-    for (const glm::mat3& world : worlds) {
-      for (const auto& [columns, rows, first] :
-           {std::tuple(1024, 511, 0.5f), {64, 32, 0.f}, {32, 16, 16.f}}) {
-        simd::SphereGrid grid{{}, columns, rows, first};
-        for (int i = 0; i < 9; ++i) grid.to_local[i] = world[i / 3][i % 3];
-        std::vector<float> places(2 * x.size());
-        std::vector<uint32_t> quads(x.size());
-        simd::find_places(grid, x.data(), y.data(), z.data(), x.size(), places.data(),
-                          quads.data());
-        for (size_t i = 0; i < x.size(); ++i) {
-          const glm::dvec3 d = glm::dvec3(directions[i]) * glm::dmat3(world);
-          const double sine = std::hypot(d.x, d.z);
-          const float column = places[2 * i], row = places[2 * i + 1];
-          // 1e-7 of the grid and, of a rotation, of the direction: 2e-7 rad.
-          EXPECT_NEAR(row, std::atan2(sine, d.y) / kPiD * rows, 2e-7 * rows);
-          EXPECT_GE(column, 0);
-          EXPECT_LE(column, static_cast<float>(columns));
-          double difference = column - (std::atan2(d.x, -d.z) / (2 * kPiD) * columns - first);
-          difference -= columns * std::round(difference / columns);
-          EXPECT_LE(std::abs(difference) * sine, 2e-7 * columns) << d.x << " " << d.y << " " << d.z;
-          const int at = std::min(static_cast<int>(column), columns - 1);
-          const int line = std::min(static_cast<int>(row), rows - 1);
-          EXPECT_EQ(quads[i], static_cast<uint32_t>(line * columns + at));
-        }
+  }
+  while (directions.size() < 16000) directions.push_back(random.direction());
+  std::vector<float> x, y, z;
+  for (const Vec3& d : directions) {
+    x.push_back(d.x);
+    y.push_back(d.y);
+    z.push_back(d.z);
+  }
+  ASSERT_EQ(x.size() % simd::kLobeLanes, 0u);
+  for (const glm::mat3& world : worlds) {
+    for (const auto& [columns, rows, first] :
+         {std::tuple(1024, 511, 0.5f), {64, 32, 0.f}, {32, 16, 16.f}}) {
+      simd::SphereGrid grid{{}, columns, rows, first};
+      for (int i = 0; i < 9; ++i) grid.to_local[i] = world[i / 3][i % 3];
+      std::vector<float> places(2 * x.size());
+      std::vector<uint32_t> quads(x.size());
+      simd::find_places(grid, x.data(), y.data(), z.data(), x.size(), places.data(), quads.data());
+      for (size_t i = 0; i < x.size(); ++i) {
+        const glm::dvec3 d = glm::dvec3(directions[i]) * glm::dmat3(world);
+        const double sine = std::hypot(d.x, d.z);
+        const float column = places[2 * i], row = places[2 * i + 1];
+        // 1e-7 of the grid and, of a rotation, of the direction: 2e-7 rad.
+        EXPECT_NEAR(row, std::atan2(sine, d.y) / kPiD * rows, 2e-7 * rows);
+        EXPECT_GE(column, 0);
+        EXPECT_LE(column, static_cast<float>(columns));
+        double difference = column - (std::atan2(d.x, -d.z) / (2 * kPiD) * columns - first);
+        difference -= columns * std::round(difference / columns);
+        EXPECT_LE(std::abs(difference) * sine, 2e-7 * columns) << d.x << " " << d.y << " " << d.z;
+        const int at = std::min(static_cast<int>(column), columns - 1);
+        const int line = std::min(static_cast<int>(row), rows - 1);
+        EXPECT_EQ(quads[i], static_cast<uint32_t>(line * columns + at));
       }
     }
-  });
+  }
 }
 
 }  // namespace

@@ -147,40 +147,38 @@ TEST(LocalKernels, ConnectPointsAsPlainCodeDoes) {
     points.values[k][5] = in_plane[k];
     points.values[k][9] = from[k];
   }
-  with_all_kernels([&] {
-    std::vector<float> x(kCount), y(kCount), z(kCount), distance(kCount), light(3 * kCount),
-        ratio(kCount);
-    const simd::ConnectionColumns out{x.data(),        y.data(),     z.data(),
-                                      distance.data(), light.data(), ratio.data()};
-    simd::connect_points(
-        points.view(), {{from.x, from.y, from.z}, {plane.x, plane.y, plane.z}, 1e-6f}, kCount, out);
-    for (size_t i = 0; i < kCount; ++i) {
-      for (const float v : {x[i], y[i], z[i], distance[i], light[3 * i], ratio[i]}) {
-        ASSERT_TRUE(std::isfinite(v)) << i;
-      }
-      if (i == 5 || i == 9) {
-        EXPECT_EQ(light[3 * i], 0);
-        continue;
-      }
-      const glm::dvec3 to = glm::dvec3(points.vector(0, i)) - glm::dvec3(from);
-      const double d2 = glm::dot(to, to);
-      const glm::dvec3 d = to / std::sqrt(d2);
-      const double facing = -glm::dot(glm::dvec3(points.vector(3, i)), d);
-      const double geometry = std::abs(glm::dot(glm::dvec3(points.vector(6, i)), d)) / d2;
-      // Cosines are differences of products near 1: some ulp of 1.
-      const double bound = 8 * 0x1p-24;
-      EXPECT_NEAR(x[i], d.x, bound);
-      EXPECT_NEAR(distance[i], std::sqrt(d2), bound * std::sqrt(d2));
-      EXPECT_NEAR(ratio[i], geometry * static_cast<double>(points.values[12][i]),
-                  bound / d2 + 4 * bound * geometry);
-      if (std::abs(facing) < 1e-5) continue;
-      for (int k = 0; k < 3; ++k) {
-        const double power = points.values[9 + k][i];
-        EXPECT_NEAR(light[3 * i + k], facing > 0 ? power * geometry : 0.,
-                    power * (bound / d2 + 4 * bound * geometry));
-      }
+  std::vector<float> x(kCount), y(kCount), z(kCount), distance(kCount), light(3 * kCount),
+      ratio(kCount);
+  const simd::ConnectionColumns out{x.data(),        y.data(),     z.data(),
+                                    distance.data(), light.data(), ratio.data()};
+  simd::connect_points(points.view(),
+                       {{from.x, from.y, from.z}, {plane.x, plane.y, plane.z}, 1e-6f}, kCount, out);
+  for (size_t i = 0; i < kCount; ++i) {
+    for (const float v : {x[i], y[i], z[i], distance[i], light[3 * i], ratio[i]}) {
+      ASSERT_TRUE(std::isfinite(v)) << i;
     }
-  });
+    if (i == 5 || i == 9) {
+      EXPECT_EQ(light[3 * i], 0);
+      continue;
+    }
+    const glm::dvec3 to = glm::dvec3(points.vector(0, i)) - glm::dvec3(from);
+    const double d2 = glm::dot(to, to);
+    const glm::dvec3 d = to / std::sqrt(d2);
+    const double facing = -glm::dot(glm::dvec3(points.vector(3, i)), d);
+    const double geometry = std::abs(glm::dot(glm::dvec3(points.vector(6, i)), d)) / d2;
+    // Cosines are differences of products near 1: some ulp of 1.
+    const double bound = 8 * 0x1p-24;
+    EXPECT_NEAR(x[i], d.x, bound);
+    EXPECT_NEAR(distance[i], std::sqrt(d2), bound * std::sqrt(d2));
+    EXPECT_NEAR(ratio[i], geometry * static_cast<double>(points.values[12][i]),
+                bound / d2 + 4 * bound * geometry);
+    if (std::abs(facing) < 1e-5) continue;
+    for (int k = 0; k < 3; ++k) {
+      const double power = points.values[9 + k][i];
+      EXPECT_NEAR(light[3 * i + k], facing > 0 ? power * geometry : 0.,
+                  power * (bound / d2 + 4 * bound * geometry));
+    }
+  }
 }
 
 /// However near a light point is: no more than what an eye ray that met it would have found, over
@@ -200,38 +198,35 @@ TEST(LocalKernels, EyeRaysBoundWhatNearPointsWeigh) {
     }
     points.values[12][i] = kRatio;
   }
-  with_all_kernels([&] {
-    std::vector<float> x(kCount), y(kCount), z(kCount), distance(kCount), light(3 * kCount),
-        ratio(kCount), f(kCount), uncertainty(kCount), blocks(kCount / simd::kLobeLanes);
-    std::vector<float> weight[3];
-    for (auto& column : weight) column.resize(kCount);
-    simd::connect_points(
-        points.view(), {{0, 0, 0}, {0, 0, 1}, 0}, kCount,
-        {x.data(), y.data(), z.data(), distance.data(), light.data(), ratio.data()});
-    for (size_t i = 0; i < kCount; ++i) f[i] = kInvPi * z[i];
-    const std::vector<uint32_t> cell(kCount);
-    const float one = 1;
-    float control[3];
-    simd::weigh_connections({{{f.data(), f.data(), f.data()},
-                              light.data(),
-                              cell.data(),
-                              {weight[0].data(), weight[1].data(), weight[2].data()},
-                              uncertainty.data()},
-                             f.data(),
-                             ratio.data()},
-                            {kEyeRays, {&one, &one}}, kCount, control, blocks.data());
-    for (int k = 0; k < 3; ++k) {
-      const float bound = power[k] / (kEyeRays * kRatio);
-      float largest = 0;
-      for (size_t i = 0; i < kCount; ++i) {
-        ASSERT_TRUE(std::isfinite(weight[k][i])) << distance[i];
-        EXPECT_LE(weight[k][i], bound * (1 + 1e-6f)) << distance[i];
-        largest = std::max(largest, weight[k][i]);
-      }
-      EXPECT_GT(largest, 0.99f * bound);
-      EXPECT_LT(weight[k][0], 0.01f * bound);
+  std::vector<float> x(kCount), y(kCount), z(kCount), distance(kCount), light(3 * kCount),
+      ratio(kCount), f(kCount), uncertainty(kCount), blocks(kCount / simd::kLobeLanes);
+  std::vector<float> weight[3];
+  for (auto& column : weight) column.resize(kCount);
+  simd::connect_points(points.view(), {{0, 0, 0}, {0, 0, 1}, 0}, kCount,
+                       {x.data(), y.data(), z.data(), distance.data(), light.data(), ratio.data()});
+  for (size_t i = 0; i < kCount; ++i) f[i] = kInvPi * z[i];
+  const std::vector<uint32_t> cell(kCount);
+  const float one = 1;
+  float control[3];
+  simd::weigh_connections({{{f.data(), f.data(), f.data()},
+                            light.data(),
+                            cell.data(),
+                            {weight[0].data(), weight[1].data(), weight[2].data()},
+                            uncertainty.data()},
+                           f.data(),
+                           ratio.data()},
+                          {kEyeRays, {&one, &one}}, kCount, control, blocks.data());
+  for (int k = 0; k < 3; ++k) {
+    const float bound = power[k] / (kEyeRays * kRatio);
+    float largest = 0;
+    for (size_t i = 0; i < kCount; ++i) {
+      ASSERT_TRUE(std::isfinite(weight[k][i])) << distance[i];
+      EXPECT_LE(weight[k][i], bound * (1 + 1e-6f)) << distance[i];
+      largest = std::max(largest, weight[k][i]);
     }
-  });
+    EXPECT_GT(largest, 0.99f * bound);
+    EXPECT_LT(weight[k][0], 0.01f * bound);
+  }
 }
 
 TEST(LocalKernels, WeighConnectionsAsPlainCodeDoes) {
@@ -253,34 +248,32 @@ TEST(LocalKernels, WeighConnectionsAsPlainCodeDoes) {
     v[c] = random.unit();
     s[c] = random.unit();
   }
-  with_all_kernels([&] {
-    std::vector<float> weight[3], uncertainty(kCount), blocks(kCount / simd::kLobeLanes);
-    for (auto& column : weight) column.resize(kCount);
-    float control[3];
-    simd::weigh_connections({{{f[0].data(), f[1].data(), f[2].data()},
-                              light.data(),
-                              cell.data(),
-                              {weight[0].data(), weight[1].data(), weight[2].data()},
-                              uncertainty.data()},
-                             density.data(),
-                             ratio.data()},
-                            {0.4f, {v.data(), s.data()}}, kCount, control, blocks.data());
-    double sums[3] = {}, total = 0;
-    for (size_t i = 0; i < kCount; ++i) {
-      const double share = 1 / (1 + 0.4f * static_cast<double>(density[i]) * ratio[i]);
-      double mean = 0;
-      for (int k = 0; k < 3; ++k) {
-        const double w = static_cast<double>(f[k][i]) * light[3 * i + k] * share;
-        EXPECT_NEAR(weight[k][i], w, 1e-6 * std::abs(w));
-        sums[k] += w * v[cell[i]];
-        mean += w / 3;
-      }
-      EXPECT_NEAR(uncertainty[i], std::abs(mean) * s[cell[i]], 2e-6);
-      total += std::abs(mean) * s[cell[i]];
+  std::vector<float> weight[3], uncertainty(kCount), blocks(kCount / simd::kLobeLanes);
+  for (auto& column : weight) column.resize(kCount);
+  float control[3];
+  simd::weigh_connections({{{f[0].data(), f[1].data(), f[2].data()},
+                            light.data(),
+                            cell.data(),
+                            {weight[0].data(), weight[1].data(), weight[2].data()},
+                            uncertainty.data()},
+                           density.data(),
+                           ratio.data()},
+                          {0.4f, {v.data(), s.data()}}, kCount, control, blocks.data());
+  double sums[3] = {}, total = 0;
+  for (size_t i = 0; i < kCount; ++i) {
+    const double share = 1 / (1 + 0.4f * static_cast<double>(density[i]) * ratio[i]);
+    double mean = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double w = static_cast<double>(f[k][i]) * light[3 * i + k] * share;
+      EXPECT_NEAR(weight[k][i], w, 1e-6 * std::abs(w));
+      sums[k] += w * v[cell[i]];
+      mean += w / 3;
     }
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(control[k], sums[k], 1e-5 * kCount);
-    EXPECT_NEAR(blocks[0] + blocks[1] + blocks[2], total, 1e-5 * kCount);
-  });
+    EXPECT_NEAR(uncertainty[i], std::abs(mean) * s[cell[i]], 2e-6);
+    total += std::abs(mean) * s[cell[i]];
+  }
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(control[k], sums[k], 1e-5 * kCount);
+  EXPECT_NEAR(blocks[0] + blocks[1] + blocks[2], total, 1e-5 * kCount);
 }
 
 }  // namespace

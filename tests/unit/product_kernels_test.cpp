@@ -1,5 +1,5 @@
-// Kernels over the cells of distant light against plain code in double precision, on the
-// instruction set of this machine and on the scalar one.
+// Kernels over the cells of distant light against plain code in double precision: once for each
+// instruction set that they are built for and this machine has.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -116,174 +116,163 @@ std::vector<Side> sides_of(const simd::PatchCells& patch, const Cells& cells) {
 /// those `below` none, within the rounding of floats; and cells are mixed only where that is so.
 TEST(CellKernels, SortCellsByTheirWholeRectangles) {
   const Cells cells(250, 1);
-  with_all_kernels([&] {
-    Random random(2);
-    int counts[3] = {};
-    for (int trial = 0; trial < 40; ++trial) {
-      Vec3 n = random.direction();
-      if (trial < 6) {
-        n = Vec3(0.f);
-        n[trial % 3] = trial < 3 ? 1.f : -1.f;
+  Random random(2);
+  int counts[3] = {};
+  for (int trial = 0; trial < 40; ++trial) {
+    Vec3 n = random.direction();
+    if (trial < 6) {
+      n = Vec3(0.f);
+      n[trial % 3] = trial < 3 ? 1.f : -1.f;
+    }
+    const double sine = trial % 4 == 0 ? 0 : std::pow(10, random.between(-3, 0));
+    simd::PatchCells patch;
+    simd::classify_cells(cells.columns(), &n.x, static_cast<float>(sine), cells.knowledge(),
+                         nullptr, patch);
+    const auto sides = sides_of(patch, cells);
+    for (size_t i = 0; i < cells.rectangles.size(); ++i) {
+      if (cells.flux[i] == 0) {
+        EXPECT_EQ(sides[i], kBelow);
+        continue;
       }
-      const double sine = trial % 4 == 0 ? 0 : std::pow(10, random.between(-3, 0));
-      simd::PatchCells patch;
-      simd::classify_cells(cells.columns(), &n.x, static_cast<float>(sine), cells.knowledge(),
-                           nullptr, patch);
-      const auto sides = sides_of(patch, cells);
-      for (size_t i = 0; i < cells.rectangles.size(); ++i) {
-        if (cells.flux[i] == 0) {
-          EXPECT_EQ(sides[i], kBelow);
-          continue;
-        }
-        const Cells::Range range = cells.cosines(i, glm::dvec3(n));
-        ++counts[sides[i]];
-        EXPECT_TRUE(sides[i] != kAbove || range.low >= sine - 1e-5) << i << ": " << range.low;
-        EXPECT_TRUE(sides[i] != kBelow || range.high <= -sine + 1e-5) << i << ": " << range.high;
-        if (sides[i] == kMixed) {
-          EXPECT_LE(range.low, sine + 1e-3);
-          EXPECT_GE(range.high, -sine - 1e-3);
-        }
+      const Cells::Range range = cells.cosines(i, glm::dvec3(n));
+      ++counts[sides[i]];
+      EXPECT_TRUE(sides[i] != kAbove || range.low >= sine - 1e-5) << i << ": " << range.low;
+      EXPECT_TRUE(sides[i] != kBelow || range.high <= -sine + 1e-5) << i << ": " << range.high;
+      if (sides[i] == kMixed) {
+        EXPECT_LE(range.low, sine + 1e-3);
+        EXPECT_GE(range.high, -sine - 1e-3);
       }
     }
-    for (const int count : counts) EXPECT_GT(count, 500);
-  });
+  }
+  for (const int count : counts) EXPECT_GT(count, 500);
 }
 
 /// A cone of more than a right angle: nothing is known to be above or below.
 TEST(CellKernels, WidestConesKeepAllCells) {
   const Cells cells(100, 4);
-  with_all_kernels([&] {
-    const Vec3 n(0, 1, 0);
-    simd::PatchCells patch;
-    simd::classify_cells(cells.columns(), &n.x, 2, cells.knowledge(), nullptr, patch);
-    const auto sides = sides_of(patch, cells);
-    for (size_t i = 0; i < cells.rectangles.size(); ++i) {
-      EXPECT_EQ(sides[i], cells.flux[i] > 0 ? kMixed : kBelow);
-    }
-  });
+  const Vec3 n(0, 1, 0);
+  simd::PatchCells patch;
+  simd::classify_cells(cells.columns(), &n.x, 2, cells.knowledge(), nullptr, patch);
+  const auto sides = sides_of(patch, cells);
+  for (size_t i = 0; i < cells.rectangles.size(); ++i) {
+    EXPECT_EQ(sides[i], cells.flux[i] > 0 ? kMixed : kBelow);
+  }
 }
 
 /// Weights, visibilities and control of strata, cell by cell in doubles.
 TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
   const Cells cells(300, 7);
-  with_all_kernels([&] {
-    Random random(8);
-    simd::PatchCells patch;
-    for (int trial = 0; trial < 20; ++trial) {
-      const Vec3 mean = random.direction();
-      const Vec3 n = glm::normalize(mean + 0.1f * random.direction());
-      const float* const t = trial % 2 ? cells.transmittance.data() : nullptr;
-      const auto factor = [&](size_t id) { return t ? static_cast<double>(t[id]) : 1.; };
-      // The cone of the patch holds that of the group.
-      simd::classify_cells(cells.columns(), &mean.x, 0.15f, cells.knowledge(), t, patch);
-      const simd::GroupNormal normal{{n.x, n.y, n.z}, {n.x, n.y, n.z}, 0.02f};
-      const float scale = 0.3f;
-      const size_t size = patch.above + patch.mixed;
-      std::vector<float> p(size), sums(size / simd::kCellLanes), visibility(patch.mixed);
-      float control[9];
-      const float total = simd::diffuse_strata(patch, normal, scale, p.data(), sums.data(),
-                                               visibility.data(), control);
-      double expected_control[9] = {}, magnitude[9] = {}, expected_total = 0;
-      for (size_t i = 0; i < size; ++i) {
-        const size_t id = patch.ids()[i];
-        const bool listed_above = i < patch.above;
-        const float lit = listed_above
-                              ? patch.above_column(simd::PatchCells::kLeast)[i]
-                              : patch.mixed_column(simd::PatchCells::kFlux)[i - patch.above];
-        if (!(lit > 0)) {
-          EXPECT_EQ(p[i], 0);
-          continue;
-        }
-        const double flux = cells.flux[id];
-        double towards = 0;
-        for (int k = 0; k < 3; ++k) towards += static_cast<double>(n[k]) * cells.importance[k][id];
-        const Cells::Range range = cells.cosines(id, glm::dvec3(n));
-        double expected = 0, v = cells.v[id] * factor(id);
-        double slack = 1e-5 * flux * scale * factor(id);
-        if (listed_above || visibility[i - patch.above] > 0) {
-          expected = std::max(towards, 1e-3 * flux) * cells.sigma[id];
-          EXPECT_GE(range.low, 0.02 - 1e-5) << id;
-          EXPECT_TRUE(listed_above || std::abs(visibility[i - patch.above] - v) < 1e-6) << id;
-        } else {
-          v = 0;
-          const double highest = std::max(range.high, 0.02);
-          if (range.high > -0.02 + 1e-3) {
-            expected = std::max(towards, 0.4 * flux * highest) * cells.sigma_mixed[id];
-            slack += 1e-3 * flux * scale * factor(id);  // of the sampled extremes
-            EXPECT_LE(range.low, 0.02 + 1e-3);
-          } else if (range.high > -0.02 - 1e-3) {
-            expected = p[i] / (scale * factor(id));  // too near to tell
-          }
-        }
-        expected *= scale * factor(id);
-        EXPECT_NEAR(p[i], expected, 1e-5 * expected + slack) << id;
-        EXPECT_TRUE(range.high <= 0 || p[i] > 0) << id << ": light without a ray";
-        expected_total += p[i];
-        for (int k = 0; k < 9; ++k) {
-          expected_control[k] += v * cells.vector_flux[k][id];
-          magnitude[k] += v * std::abs(cells.vector_flux[k][id]);
+  Random random(8);
+  simd::PatchCells patch;
+  for (int trial = 0; trial < 20; ++trial) {
+    const Vec3 mean = random.direction();
+    const Vec3 n = glm::normalize(mean + 0.1f * random.direction());
+    const float* const t = trial % 2 ? cells.transmittance.data() : nullptr;
+    const auto factor = [&](size_t id) { return t ? static_cast<double>(t[id]) : 1.; };
+    // The cone of the patch holds that of the group.
+    simd::classify_cells(cells.columns(), &mean.x, 0.15f, cells.knowledge(), t, patch);
+    const simd::GroupNormal normal{{n.x, n.y, n.z}, {n.x, n.y, n.z}, 0.02f};
+    const float scale = 0.3f;
+    const size_t size = patch.above + patch.mixed;
+    std::vector<float> p(size), sums(size / simd::kCellLanes), visibility(patch.mixed);
+    float control[9];
+    const float total = simd::diffuse_strata(patch, normal, scale, p.data(), sums.data(),
+                                             visibility.data(), control);
+    double expected_control[9] = {}, magnitude[9] = {}, expected_total = 0;
+    for (size_t i = 0; i < size; ++i) {
+      const size_t id = patch.ids()[i];
+      const bool listed_above = i < patch.above;
+      const float lit = listed_above ? patch.above_column(simd::PatchCells::kLeast)[i]
+                                     : patch.mixed_column(simd::PatchCells::kFlux)[i - patch.above];
+      if (!(lit > 0)) {
+        EXPECT_EQ(p[i], 0);
+        continue;
+      }
+      const double flux = cells.flux[id];
+      double towards = 0;
+      for (int k = 0; k < 3; ++k) towards += static_cast<double>(n[k]) * cells.importance[k][id];
+      const Cells::Range range = cells.cosines(id, glm::dvec3(n));
+      double expected = 0, v = cells.v[id] * factor(id);
+      double slack = 1e-5 * flux * scale * factor(id);
+      if (listed_above || visibility[i - patch.above] > 0) {
+        expected = std::max(towards, 1e-3 * flux) * cells.sigma[id];
+        EXPECT_GE(range.low, 0.02 - 1e-5) << id;
+        EXPECT_TRUE(listed_above || std::abs(visibility[i - patch.above] - v) < 1e-6) << id;
+      } else {
+        v = 0;
+        const double highest = std::max(range.high, 0.02);
+        if (range.high > -0.02 + 1e-3) {
+          expected = std::max(towards, 0.4 * flux * highest) * cells.sigma_mixed[id];
+          slack += 1e-3 * flux * scale * factor(id);  // of the sampled extremes
+          EXPECT_LE(range.low, 0.02 + 1e-3);
+        } else if (range.high > -0.02 - 1e-3) {
+          expected = p[i] / (scale * factor(id));  // too near to tell
         }
       }
-      double blocks = 0;
-      for (const float s : sums) blocks += s;
-      EXPECT_NEAR(total, expected_total, 1e-5 * expected_total);
-      EXPECT_NEAR(blocks, expected_total, 1e-5 * expected_total);
-      for (int k = 0; k < 9; ++k) EXPECT_NEAR(control[k], expected_control[k], 1e-5 * magnitude[k]);
+      expected *= scale * factor(id);
+      EXPECT_NEAR(p[i], expected, 1e-5 * expected + slack) << id;
+      EXPECT_TRUE(range.high <= 0 || p[i] > 0) << id << ": light without a ray";
+      expected_total += p[i];
+      for (int k = 0; k < 9; ++k) {
+        expected_control[k] += v * cells.vector_flux[k][id];
+        magnitude[k] += v * std::abs(cells.vector_flux[k][id]);
+      }
     }
-  });
+    double blocks = 0;
+    for (const float s : sums) blocks += s;
+    EXPECT_NEAR(total, expected_total, 1e-5 * expected_total);
+    EXPECT_NEAR(blocks, expected_total, 1e-5 * expected_total);
+    for (int k = 0; k < 9; ++k) EXPECT_NEAR(control[k], expected_control[k], 1e-5 * magnitude[k]);
+  }
 }
 
 TEST(CellKernels, GlossyImportanceIsTheWidenedLobe) {
   const Cells cells(300, 11);
-  with_all_kernels([&] {
-    Random random(12);
-    for (int trial = 0; trial < 20; ++trial) {
-      const Vec3 n = random.direction();
-      Vec3 viewer = random.direction();
-      if (glm::dot(viewer, n) < 0) viewer = -viewer;
-      const simd::GlossyQuery query{{n.x, n.y, n.z},
-                                    {viewer.x, viewer.y, viewer.z},
-                                    std::pow(10.f, -4 * random.unit()),
-                                    trial % 3 ? 0.1f * random.unit() : 0.f};
-      std::vector<float> importance(cells.flux.size());
-      std::vector<float> sums(cells.flux.size() / simd::kCellLanes);
-      const float total =
-          simd::glossy_importance(cells.columns(), query, importance.data(), sums.data());
-      double expected_total = 0;
-      for (size_t i = 0; i < cells.flux.size(); ++i) {
-        const glm::dvec3 c(cells.axis[0][i], cells.axis[1][i], cells.axis[2][i]);
-        const glm::dvec3 h = glm::dvec3(viewer) + c;
-        const double radius = cells.radius[i], nh = glm::dot(glm::dvec3(n), h);
-        const double cosine2 = std::max(1e-4, nh * nh / std::max(glm::dot(h, h), 1e-12));
-        const double a2 = std::min(1., double{query.alpha2} + query.spread + radius * radius / 8);
-        const double denominator = 1 - cosine2 * (1 - a2);
-        const double above = glm::dot(glm::dvec3(n), c) + radius + 2 * std::sqrt(query.spread);
-        const double lobe = a2 / (denominator * denominator);
-        expected_total += importance[i];
-        if (cells.flux[i] == 0 || above < 1e-6) {
-          EXPECT_TRUE(importance[i] == 0 || above > -1e-6);
-          continue;
-        }
-        // 1 - cosine2 cancels: 4 units of 2^-24 on a denominator of a2 at least.
-        EXPECT_NEAR(importance[i], cells.flux[i] * lobe,
-                    cells.flux[i] * lobe * (1e-5 + 5e-7 / denominator));
+  Random random(12);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Vec3 n = random.direction();
+    Vec3 viewer = random.direction();
+    if (glm::dot(viewer, n) < 0) viewer = -viewer;
+    const simd::GlossyQuery query{{n.x, n.y, n.z},
+                                  {viewer.x, viewer.y, viewer.z},
+                                  std::pow(10.f, -4 * random.unit()),
+                                  trial % 3 ? 0.1f * random.unit() : 0.f};
+    std::vector<float> importance(cells.flux.size());
+    std::vector<float> sums(cells.flux.size() / simd::kCellLanes);
+    const float total =
+        simd::glossy_importance(cells.columns(), query, importance.data(), sums.data());
+    double expected_total = 0;
+    for (size_t i = 0; i < cells.flux.size(); ++i) {
+      const glm::dvec3 c(cells.axis[0][i], cells.axis[1][i], cells.axis[2][i]);
+      const glm::dvec3 h = glm::dvec3(viewer) + c;
+      const double radius = cells.radius[i], nh = glm::dot(glm::dvec3(n), h);
+      const double cosine2 = std::max(1e-4, nh * nh / std::max(glm::dot(h, h), 1e-12));
+      const double a2 = std::min(1., double{query.alpha2} + query.spread + radius * radius / 8);
+      const double denominator = 1 - cosine2 * (1 - a2);
+      const double above = glm::dot(glm::dvec3(n), c) + radius + 2 * std::sqrt(query.spread);
+      const double lobe = a2 / (denominator * denominator);
+      expected_total += importance[i];
+      if (cells.flux[i] == 0 || above < 1e-6) {
+        EXPECT_TRUE(importance[i] == 0 || above > -1e-6);
+        continue;
       }
-      EXPECT_NEAR(total, expected_total, 1e-5 * expected_total);
+      // 1 - cosine2 cancels: 4 units of 2^-24 on a denominator of a2 at least.
+      EXPECT_NEAR(importance[i], cells.flux[i] * lobe,
+                  cells.flux[i] * lobe * (1e-5 + 5e-7 / denominator));
     }
-  });
+    EXPECT_NEAR(total, expected_total, 1e-5 * expected_total);
+  }
 }
 
 TEST(CellKernels, BlocksAreSummed) {
-  with_all_kernels([] {
-    Random random(3);
-    std::vector<float> values(80), sums(5);
-    double expected[5] = {};
-    for (size_t i = 0; i < values.size(); ++i) expected[i / 16] += values[i] = random.unit();
-    double total = 0;
-    for (const double e : expected) total += e;
-    EXPECT_NEAR(simd::sum_blocks(values.data(), values.size(), sums.data()), total, 1e-5 * total);
-    for (int i = 0; i < 5; ++i) EXPECT_NEAR(sums[i], expected[i], 1e-6 * expected[i]);
-  });
+  Random random(3);
+  std::vector<float> values(80), sums(5);
+  double expected[5] = {};
+  for (size_t i = 0; i < values.size(); ++i) expected[i / 16] += values[i] = random.unit();
+  double total = 0;
+  for (const double e : expected) total += e;
+  EXPECT_NEAR(simd::sum_blocks(values.data(), values.size(), sums.data()), total, 1e-5 * total);
+  for (int i = 0; i < 5; ++i) EXPECT_NEAR(sums[i], expected[i], 1e-6 * expected[i]);
 }
 
 }  // namespace

@@ -14,11 +14,12 @@ inline namespace formulas {
 /// eta = interior over exterior index (below 1: total reflection happens).
 template <class F>
 KINOME_WIDE F fresnel_dielectric(F cos_i, float eta) {
-  const F sin2_t = (1.f - cos_i * cos_i) / (eta * eta);
+  const F sin2_t = (1.f - cos_i * cos_i) * (1 / (eta * eta));
   const F cos_t = safe_sqrt(1.f - sin2_t);
-  const F s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-  const F p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-  const F reflectance = 0.5f * (s * s + p * p);
+  // Amplitudes (a - b) / (a + b), of both polarisations over one denominator.
+  const F s = cos_i - eta * cos_t, s_below = cos_i + eta * cos_t;
+  const F p = eta * cos_i - cos_t, p_below = eta * cos_i + cos_t;
+  const F reflectance = 0.5f * (sqr(s * p_below) + sqr(p * s_below)) / sqr(s_below * p_below);
   // Equal indices reflect nothing; at cos_i = 0 the formula would be 0/0 there.
   return eta == 1 ? F(0.f) : select(sin2_t >= 1.f, F(1.f), reflectance);
 }
@@ -32,15 +33,13 @@ KINOME_WIDE F fresnel_conductor(F cos_i, F eta, F k) {
   const F a2_plus_b2 = safe_sqrt(t * t + 4.f * eta * eta * k * k);
   const F a = safe_sqrt(0.5f * (a2_plus_b2 + t));
   const F c = 2.f * cos_i * a;
-  // The pairs of sums differ by positive terms, so denominators vanish only together with
-  // numerators: at grazing incidence on a medium like the outside, where all is reflected.
-  const F s_numerator = a2_plus_b2 + cos2 - c;
-  const F s_denominator = a2_plus_b2 + cos2 + c;
-  const F s = select(s_denominator > 0.f, s_numerator / s_denominator, F(1.f));
+  // s = (s_sum - c) / (s_sum + c) and p = s (p_sum - c sin2) / (p_sum + c sin2), of which this is the
+  // mean. Denominators vanish only together with numerators: at grazing incidence on a medium like
+  // the outside, where all is reflected.
+  const F s_sum = a2_plus_b2 + cos2;
   const F p_sum = a2_plus_b2 * cos2 + sin2 * sin2;
-  const F p_denominator = p_sum + c * sin2;
-  const F p = select(p_denominator > 0.f, (p_sum - c * sin2) / p_denominator, F(1.f));
-  return max(0.5f * (s + s * p), F(0.f));
+  const F denominator = (s_sum + c) * (p_sum + c * sin2);
+  return select(denominator > 0.f, max((s_sum - c) * p_sum / denominator, F(0.f)), F(1.f));
 }
 template <class F>
 RgbOf<F> fresnel_conductor(F cos_i, const RgbOf<F>& eta, const RgbOf<F>& k) {

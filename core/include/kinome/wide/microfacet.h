@@ -84,37 +84,51 @@ class Microfacet {
   using Vector = VecOf<F>;
 
   Microfacet(const F& alpha_u, const F& alpha_v)
-      : au_(max(alpha_u, F(kMinAlpha))), av_(max(alpha_v, F(kMinAlpha))) {}
+      : au_(max(alpha_u, F(kMinAlpha))),
+        av_(max(alpha_v, F(kMinAlpha))),
+        inverse_(1.f / (au_ * av_)) {}
 
+  /// (x / alpha_u)² + (y / alpha_v)², and the same multiplied: what D and G1 are functions of. Where
+  /// the roughness has no direction, x² + y² will do.
+  F over_alpha2(const Vector& v) const {
+    return sqr(v.x * (av_ * inverse_)) + sqr(v.y * (au_ * inverse_));
+  }
+  F over_alpha2(const F& xy2) const { return xy2 * inverse_; }
+  F times_alpha2(const Vector& v) const { return sqr(au_ * v.x) + sqr(av_ * v.y); }
+  F times_alpha2(const F& xy2) const { return xy2 * (au_ * av_); }
+
+  /// D over |h|⁴ of the normal along h, which may have any length: no length need be known.
+  F d_along(const F& over_alpha2, const F& z) const {
+    const F z2 = z * z;
+    if constexpr (kType == MicrofacetType::kBeckmann) {
+      const F inverse = 1.f / z2;
+      return exp(-over_alpha2 * inverse) * (kInvPi * inverse_) * sqr(inverse);
+    } else {
+      return kInvPi * inverse_ / sqr(over_alpha2 + z2);
+    }
+  }
+  F d_along(const Vector& h) const { return d_along(over_alpha2(h), h.z); }
   /// Density of normals: D(m) (m . n) integrates to 1 over the hemisphere.
   F d(const Vector& m) const {
-    const F x2 = sqr(m.x / au_);
-    const F y2 = sqr(m.y / av_);
-    const F z2 = m.z * m.z;
-    F value;
-    if constexpr (kType == MicrofacetType::kBeckmann) {
-      value = exp(-(x2 + y2) / z2) / (kPi * au_ * av_ * z2 * z2);
-    } else {
-      value = 1.f / (kPi * au_ * av_ * sqr(x2 + y2 + z2));
-    }
+    const F value = d_along(m);
     // Also where m is no direction (wi + wo = 0), which leaves NaN here.
     return select(value * m.z > 1e-20f, value, F(0.f));
   }
 
   /// The share of the microfacets facing v that is seen from v, v.z > 0.
-  F smith_g1(const Vector& v) const {
-    const F slope2 = projected_slope2(v);
+  F smith_g1(const F& times_alpha2, const F& z) const {
     if constexpr (kType == MicrofacetType::kBeckmann) {
-      const F a = 1.f / sqrt(slope2);  // infinite at v = n
-      const F fit = (3.535f * a + 2.181f * a * a) / (1.f + 2.276f * a + 2.577f * a * a);
-      return select(a >= 1.6f, F(1.f), fit);
+      const F s = sqrt(times_alpha2);  // z / s = 1 / (alpha tan theta) is a in the paper
+      const F fit = z * (3.535f * s + 2.181f * z) / (times_alpha2 + z * (2.276f * s + 2.577f * z));
+      return select(z >= 1.6f * s, F(1.f), fit);
     } else {
-      return 2.f / (1.f + sqrt(1.f + slope2));
+      return 2.f * z / (z + sqrt(z * z + times_alpha2));
     }
   }
+  F smith_g1(const Vector& v) const { return smith_g1(times_alpha2(v), v.z); }
   F smith_g1_exact(const Vector& v) const {
     if constexpr (kType == MicrofacetType::kBeckmann) {
-      const F slope = sqrt(projected_slope2(v));
+      const F slope = sqrt(times_alpha2(v)) / v.z;  // alpha tan theta
       const F a = min(1.f / slope, F(5.f));  // from where on it is 1
       constexpr float kInvSqrtPi = std::numbers::inv_sqrtpi_v<float>;
       return 2.f / (2.f + exp(-a * a) * (slope * kInvSqrtPi - scaled_erfc(a)));
@@ -123,8 +137,9 @@ class Microfacet {
     }
   }
 
-  /// A normal with density D(m) m.z.
-  Vector sample_all(const Vec2Of<F>& u) const {
+  /// A normal with density D(m) m.z, of which `along` has the direction and z = 1.
+  Vector sample_all(const Vec2Of<F>& u) const { return normalize(sample_all_along(u)); }
+  Vector sample_all_along(const Vec2Of<F>& u) const {
     F r2;
     if constexpr (kType == MicrofacetType::kBeckmann) {
       r2 = -log1p(-u.y);
@@ -134,7 +149,12 @@ class Microfacet {
     const F r = sqrt(r2);
     F s, c;
     sincos(2 * kPi * u.x, s, c);
-    return normalize(Vector(au_ * r * c, av_ * r * s, F(1.f)));
+    return {au_ * r * c, av_ * r * s, F(1.f)};
+  }
+  /// The density, per solid angle, of a direction wi mirrored at such normals, h being the sum of wi
+  /// and what it is mirrored to: D(m) m.z / (4 wi . m), as 4 (wi . h)² = |h|⁴.
+  F mirrored_density(const F& over_alpha2, const F& z, const F& length2) const {
+    return 0.5f * d_along(over_alpha2, z) * length2 * z;
   }
 
   /// A normal among those visible from wi: density G1(wi) D(m) max(0, wi . m) / wi.z.
@@ -162,22 +182,15 @@ class Microfacet {
   }
 
  private:
-  /// (alpha tan theta)² with alpha along v.
-  F projected_slope2(const Vector& v) const {
-    return (sqr(au_ * v.x) + sqr(av_ * v.y)) / (v.z * v.z);
-  }
-
   F au_;
   F av_;
+  F inverse_;  ///< 1 / (au av)
 };
 
-/// (wi + wo) / |wi + wo|, or zero where that is undefined.
+/// wi mirrored at the normal along h, which may have any length.
 template <class V>
-V half_vector(const V& wi, const V& wo) {
-  using F = NumberOf<V>;
-  const V h = wi + wo;
-  const F length2 = dot(h, h);
-  return h * select(length2 > 1e-30f, 1.f / sqrt(length2), F(0.f));
+V mirrored(const V& wi, const V& h) {
+  return 2.f * dot(wi, h) / dot(h, h) * h - wi;
 }
 
 /// D and G of reflection between wi and any wo, with the density of what sample() draws: the part
@@ -202,13 +215,14 @@ class RoughReflection {
   };
   /// Zero where wo.z <= 0.
   Value operator()(const Vector& wo) const {
-    const Vector h = half_vector(wi_, wo);
-    const F d = select(wo.z > 0.f, microfacet_.d(h), F(0.f));
-    const F cos_half = clamp(dot(wi_, h), F(0.f), F(1.f));
+    const Vector h = wi_ + wo;
+    const F length2 = dot(h, h);
+    const F along = microfacet_.d_along(h), d = along * sqr(length2);
+    const F cos_half = min(0.5f * sqrt(length2), F(1.f));  // wi . h / |h|
     const F g1 = microfacet_.smith_g1(wo);
-    // cos_half is positive where d is: both directions lie above the surface.
-    const F pdf = visible_ ? d * pdf_scale_ : d * h.z / (4.f * cos_half);
-    const auto valid = d > 0.f && cos_half > 0.f;
+    const F pdf = visible_ ? d * pdf_scale_ : 0.5f * along * length2 * h.z;
+    // Not where both lie in the surface, opposite one another: d may overflow, or be NaN.
+    const auto valid = wo.z > 0.f && length2 > 1e-12f && d * h.z > 1e-20f;
     return {select(valid, d * g1 * g1_scale_, F(0.f)), select(valid, min(pdf, F(1e18f)), F(0.f)),
             cos_half};
   }

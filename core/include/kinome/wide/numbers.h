@@ -431,6 +431,19 @@ KINOME_WIDE Int gather(const int32_t* p, Int i) {
 KINOME_WIDE Uint gather(const uint32_t* p, Int i) {
   return Uint(hn::GatherIndex(UintTag(), p, i.v));
 }
+/// What gather is for memory: lane i of a, 0 <= i < kLanes; of a and, behind it, b, i < 2 kLanes.
+KINOME_WIDE Float pick(Float a, Int i) {
+  return Float(hn::TableLookupLanes(a.v, hn::IndicesFromVec(FloatTag(), i.v)));
+}
+KINOME_WIDE Float pick(Float a, Float b, Int i) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  return Float(hn::Vec<FloatTag>{_mm512_permutex2var_ps(a.v.raw, i.v.raw, b.v.raw)});
+#else
+  constexpr auto lanes = static_cast<int32_t>(kLanes);
+  const Int within = i & (lanes - 1);
+  return select(i < lanes, pick(a, within), pick(b, within));
+#endif
+}
 /// 0, 1, 2 ...: each lane's own number.
 KINOME_WIDE Int iota() {
   return Int(hn::Iota(IntTag(), 0));

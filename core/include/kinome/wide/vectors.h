@@ -22,6 +22,15 @@ struct Vec2 {
     return {Float::load(c.x + i), Float::load(c.y + i)};
   }
   KINOME_WIDE void store(const Columns2& c, size_t i) const { x.store(c.x + i), y.store(c.y + i); }
+  /// x, y, x, y ...
+  KINOME_WIDE static Vec2 load_interleaved(const float* p) {
+    Vec2 a;
+    hn::LoadInterleaved2(FloatTag(), p, a.x.v, a.y.v);
+    return a;
+  }
+  KINOME_WIDE void store_interleaved(float* p) const {
+    hn::StoreInterleaved2(x.v, y.v, FloatTag(), p);
+  }
   KINOME_WIDE Float& operator[](int i) { return i == 0 ? x : y; }
   KINOME_WIDE const Float& operator[](int i) const { return i == 0 ? x : y; }
 };
@@ -40,6 +49,15 @@ struct Vec3 {
   }
   KINOME_WIDE void store(const Columns3& c, size_t i) const {
     x.store(c.x + i), y.store(c.y + i), z.store(c.z + i);
+  }
+  /// x, y, z, x, y, z ...
+  KINOME_WIDE static Vec3 load_interleaved(const float* p) {
+    Vec3 a;
+    hn::LoadInterleaved3(FloatTag(), p, a.x.v, a.y.v, a.z.v);
+    return a;
+  }
+  KINOME_WIDE void store_interleaved(float* p) const {
+    hn::StoreInterleaved3(x.v, y.v, z.v, FloatTag(), p);
   }
   KINOME_WIDE Float& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
   KINOME_WIDE const Float& operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
@@ -112,6 +130,11 @@ KINOME_WIDE Vec2 select(Mask m, Vec2 a) {
 }
 KINOME_WIDE Vec3 select(Mask m, Vec3 a) {
   return {select(m, a.x), select(m, a.y), select(m, a.z)};
+}
+
+/// a b + c, as for numbers.
+KINOME_WIDE Vec3 mul_add(Float a, Vec3 b, Vec3 c) {
+  return {mul_add(a, b.x, c.x), mul_add(a, b.y, c.y), mul_add(a, b.z, c.z)};
 }
 
 KINOME_WIDE Float dot(Vec2 a, Vec2 b) {
