@@ -128,10 +128,10 @@ class Microfacet {
   F smith_g1(const Vector& v) const { return smith_g1(times_alpha2(v), v.z); }
   F smith_g1_exact(const Vector& v) const {
     if constexpr (kType == MicrofacetType::kBeckmann) {
-      const F slope = sqrt(times_alpha2(v)) / v.z;  // alpha tan theta
-      const F a = min(1.f / slope, F(5.f));  // from where on it is 1
+      const F s = sqrt(times_alpha2(v));
+      const F a = min(v.z / s, F(5.f));  // from where on it is 1
       constexpr float kInvSqrtPi = std::numbers::inv_sqrtpi_v<float>;
-      return 2.f / (2.f + exp(-a * a) * (slope * kInvSqrtPi - scaled_erfc(a)));
+      return 2.f * v.z / (2.f * v.z + exp(-a * a) * (s * kInvSqrtPi - v.z * scaled_erfc(a)));
     } else {
       return smith_g1(v);
     }
