@@ -21,8 +21,8 @@ Image rendered(int remembered_pixels) {
   settings.remembered_pixels = remembered_pixels;
   sensor.film().prepare(scene->integrator().layers());
   const Emitter& sky = *scene->environment();
-  render_product(*scene, sensor, context, DistantCells(sky, *sky.cell_grid(), 128, context),
-                 settings);
+  auto cells = std::make_shared<const DistantCells>(sky, *sky.cell_grid(), 128, context);
+  render_product(*scene, sensor, context, std::move(cells), settings);
   return sensor.film().develop();
 }
 

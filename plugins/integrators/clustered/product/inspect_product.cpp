@@ -50,7 +50,9 @@ Visibility unknown(size_t padded) {
   return visibility;
 }
 
-void describe(const DistantCells& cells, const Visibility& visibility, Inspection& report) {
+void describe(const std::shared_ptr<const DistantCells>& shared_cells, const Visibility& visibility,
+              Inspection& report) {
+  const DistantCells& cells = *shared_cells;
   double light = 0;
   report.clusters.resize(cells.size());
   for (uint32_t c = 0; c < cells.size(); ++c) light += cells.flux()[c];
@@ -65,12 +67,12 @@ void describe(const DistantCells& cells, const Visibility& visibility, Inspectio
     out.sigma = is_below ? 0 : visibility.sigma[c];
   }
   report.is_learned = true;
-  report.cluster_at = [&cells](const Vec3& d) {
+  report.cluster_at = [shared_cells](const Vec3& d) {
     float x[DistantCells::kPadding] = {d.x}, y[DistantCells::kPadding] = {d.y},
           z[DistantCells::kPadding] = {d.z}, density[DistantCells::kPadding];
     uint32_t cell[DistantCells::kPadding];
     Rgb radiance[DistantCells::kPadding];
-    cells.look_up({x, y, z, cell, density, radiance}, 1);
+    shared_cells->look_up({x, y, z, cell, density, radiance}, 1);
     return cell[0];
   };
 }
@@ -99,8 +101,10 @@ void describe(const LocalLight& local, uint32_t first_cell, const Visibility& vi
 }  // namespace
 
 std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor,
-                                        RenderContext& context, const DistantCells& cells,
+                                        RenderContext& context,
+                                        std::shared_ptr<const DistantCells> shared_cells,
                                         const ProductSettings& settings, int x, int y) {
+  const DistantCells& cells = *shared_cells;
   const uint64_t seed = key_seed(context, sensor.sampler());
   const auto local = make_local_light(scene, sensor, settings, seed, context);
   CellPoints distant_points;
@@ -160,7 +164,7 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
   std::vector<Inspection> reports;
   if (cells.size() > 0) {
     reports.push_back(empty);
-    describe(cells, visibility[shown], reports.back());
+    describe(shared_cells, visibility[shown], reports.back());
   }
   if (local) {
     reports.push_back(empty);

@@ -42,12 +42,14 @@ constexpr uint32_t kLeastRays = 2;
 }  // namespace
 
 ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                                 DistantCells cells, const ProductSettings& settings)
+                                 std::shared_ptr<const DistantCells> cells,
+                                 const ProductSettings& settings)
     : scene_(scene),
       table_(scene),
       sensor_(sensor),
       context_(context),
-      cells_(std::move(cells)),
+      shared_cells_(std::move(cells)),
+      cells_(*shared_cells_),
       settings_(settings),
       crop_(sensor.film().crop()),
       filter_(sensor.film().filter()),
@@ -355,12 +357,13 @@ bool is_product_scene(const Scene& scene, uint32_t max_depth) {
 }
 
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                    DistantCells cells, const ProductSettings& settings) {
+                    std::shared_ptr<const DistantCells> cells, const ProductSettings& settings) {
   ProductRenderer(scene, sensor, context, std::move(cells), settings).render_all();
 }
 
 std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
-                                      RenderContext& context, DistantCells cells,
+                                      RenderContext& context,
+                                      std::shared_ptr<const DistantCells> cells,
                                       const ProductSettings& settings, double seconds) {
   auto renderer =
       std::make_unique<ProductRenderer>(scene, sensor, context, std::move(cells), settings);

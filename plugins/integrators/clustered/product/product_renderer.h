@@ -19,7 +19,7 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
 class ProductRenderer final : public Passes {
  public:
   ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                  DistantCells cells, const ProductSettings& settings);
+                  std::shared_ptr<const DistantCells> cells, const ProductSettings& settings);
   /// Sends the pilot that suits so many rays a pixel, or none: before any pass. What it takes of
   /// them is taken from samples().
   void learn_from_pilot(double rays_per_pixel);
@@ -125,7 +125,8 @@ class ProductRenderer final : public Passes {
   const transport::SceneTable table_;
   const Sensor& sensor_;
   RenderContext& context_;
-  const DistantCells cells_;
+  const std::shared_ptr<const DistantCells> shared_cells_;
+  const DistantCells& cells_;
   std::unique_ptr<const LocalLight> local_;  ///< nullptr: there is none
   std::optional<Caustics> caustics_;         ///< where there may be some
   CellNeighbours neighbours_;                ///< where there is a pilot

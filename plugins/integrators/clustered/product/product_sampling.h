@@ -55,20 +55,21 @@ bool is_product_scene(const Scene& scene, uint32_t max_depth);
 /// Unbiased: the expectation of every pixel is what `direct` converges to, with any filter. Stages:
 /// points, pilot, plan, main, film.
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                    DistantCells cells, const ProductSettings& settings);
+                    std::shared_ptr<const DistantCells> cells, const ProductSettings& settings);
 
 /// The same by passes, which all use what the pilot has learned. `seconds` as for
 /// Integrator::begin: no pilot is sent where it would take up too much of them.
 std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
-                                      RenderContext& context, DistantCells cells,
+                                      RenderContext& context,
+                                      std::shared_ptr<const DistantCells> cells,
                                       const ProductSettings& settings, double seconds);
 
 /// What a pixel's renders know of the cells and how they send their rays, for distant and for local
 /// light, where there is any: clusters of a report are cells, as the surface that most of the pixel
-/// shows sees them. Learned from as many rays as a render learns from. `cells` must live as long as
-/// the reports.
+/// shows sees them. Learned from as many rays as a render learns from.
 std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor,
-                                        RenderContext& context, const DistantCells& cells,
+                                        RenderContext& context,
+                                        std::shared_ptr<const DistantCells> cells,
                                         const ProductSettings& settings, int x, int y);
 
 }  // namespace kinome

@@ -1,0 +1,78 @@
+#include "clustered/product/product_method.h"
+
+#include <algorithm>
+#include <string>
+
+#include "kinome/emitter.h"
+#include "kinome/log.h"
+#include "kinome/scene.h"
+#include "kinome/sensor.h"
+
+namespace kinome {
+namespace {
+
+/// Cells of an environment where there is local light, too: together they are no more than
+/// kMaxCells.
+constexpr uint32_t kMostCellsBesideOthers = 1u << 14;
+
+/// What only light points can do: the bounce of some emitters, and one that is bounded.
+bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& scene) {
+  if (settings.sampling.max_depth <= 2) return false;
+  const auto& indirect = scene.indirect_emitters();
+  const bool chosen = std::any_of(indirect.begin(), indirect.end(),
+                                  [](const Emitter* e) { return !e->children().empty(); });
+  return chosen || settings.max_geometry_term > 0;
+}
+
+}  // namespace
+
+std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& settings,
+                                                         const Scene& scene,
+                                                         RenderContext& context) {
+  const ProductSettings& sampling = settings.sampling;
+  if (scene.emitters().empty()) return nullptr;
+  if (!is_product_scene(scene, sampling.max_depth)) {
+    const bool is_bounce = sampling.max_depth > 2 && is_product_scene(scene, 2);
+    log_warn(
+        std::string("an emitter doesn't offer what importance 'product' needs") +
+        (is_bounce ? " for light after a bounce (emission_density; max_depth 2 needs none)" : "") +
+        ": light is chosen by 'joint', which takes longer");
+    return nullptr;
+  }
+  if (is_for_light_points(settings, scene)) return nullptr;
+  const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+  Cells cells = std::make_shared<const DistantCells>();
+  if (scene.environment()) {
+    const bool alone = scene.emitters().size() == 1 && sampling.max_depth == 2;
+    const uint32_t count =
+        alone ? settings.cells : std::min(settings.cells, kMostCellsBesideOthers);
+    cells = std::make_shared<const DistantCells>(*scene.environment(),
+                                                 *scene.environment()->cell_grid(), count, context);
+    if (cells->size() == 0 && alone) return nullptr;
+  }
+  return std::unique_ptr<const ProductMethod>(new ProductMethod(sampling, std::move(cells)));
+}
+
+ProductSettings ProductMethod::sampling_of(const Sensor& sensor) const {
+  ProductSettings settings = sampling_;
+  if (!(settings.rays_per_pixel > 0)) {
+    settings.rays_per_pixel = kRaysPerSample * sensor.sampler().sample_count();
+  }
+  return settings;
+}
+
+void ProductMethod::render(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
+  render_product(scene, sensor, context, cells_, sampling_of(sensor));
+}
+
+std::unique_ptr<Passes> ProductMethod::begin(const Scene& scene, const Sensor& sensor,
+                                             RenderContext& context, double seconds) const {
+  return begin_product(scene, sensor, context, cells_, sampling_of(sensor), seconds);
+}
+
+std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor& sensor,
+                                               RenderContext& context, int x, int y) const {
+  return inspect_product(scene, sensor, context, cells_, sampling_of(sensor), x, y);
+}
+
+}  // namespace kinome

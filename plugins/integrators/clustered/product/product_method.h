@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "clustered/method.h"
+#include "clustered/product/product_sampling.h"
+
+namespace kinome {
+
+/// `clustered` by learned product sampling: for `importance` = product.
+class ProductMethod final : public ClusteredMethod {
+ public:
+  struct Settings {
+    /// Of them, rays_per_pixel may be 0: kRaysPerSample for each of the sampler's samples.
+    ProductSettings sampling;
+    uint32_t cells = 512;  ///< that an environment is divided into, at most
+    /// PointLightOptions::max_geometry_term: a bounce that is bounded takes light points.
+    float max_geometry_term = 0;
+  };
+  /// Divides the scene's light into cells. nullptr where the scene isn't one for this method: what
+  /// an emitter lacks is logged as a warning.
+  static std::unique_ptr<const ProductMethod> make(const Settings& settings, const Scene& scene,
+                                                   RenderContext& context);
+
+  void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override;
+  std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                double seconds) const override;
+  std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                  int x, int y) const override;
+
+ private:
+  using Cells = std::shared_ptr<const DistantCells>;
+  ProductMethod(const ProductSettings& sampling, Cells cells)
+      : sampling_(sampling), cells_(std::move(cells)) {}
+  ProductSettings sampling_of(const Sensor& sensor) const;
+
+  ProductSettings sampling_;
+  Cells cells_;  ///< none: there is no environment, or a black one
+};
+
+}  // namespace kinome
