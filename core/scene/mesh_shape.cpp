@@ -178,7 +178,7 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
   for (std::vector<Vec3>* values : {&mesh_.positions, &mesh_.normals}) make_readable_beyond(*values);
 }
 
-SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {
+const GridDistribution& MeshShape::by_area() const {
   std::call_once(by_area_made_, [this] {
     std::vector<float> areas;
     areas.reserve(mesh_.triangles.size());
@@ -188,15 +188,18 @@ SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {
     const auto count = static_cast<uint32_t>(areas.size());
     by_area_ = GridDistribution(count, 1, std::move(areas));
   });
+  return by_area_;
+}
+
+SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {
+  const GridDistribution& triangles = by_area();
   const GridDistribution::Cell cell =
-      by_area_.total() > 0 ? by_area_.sample(u) : GridDistribution::Cell{0, 0, u};
-  // The square is folded along its diagonal, which keeps what is near, near (Heitz 2019, "A
-  // low-distortion map between triangle and square").
+      triangles.total() > 0 ? triangles.sample(u) : GridDistribution::Cell{0, 0, u};
+  const Vec2 place = wide::formulas::square_to_triangle(cell.u);
   Hit hit;
   hit.primitive = cell.column;
-  const float half = std::min(cell.u.x, cell.u.y) / 2;
-  hit.u = cell.u.x > cell.u.y ? cell.u.x - half : half;
-  hit.v = cell.u.x > cell.u.y ? half : cell.u.y - half;
+  hit.u = place.x;
+  hit.v = place.y;
   return sampled_at(hit);
 }
 

@@ -35,12 +35,12 @@ void Bsdf::shade_block(const SurfaceBlock& points, const BsdfQuery& query,
   for (size_t i = 0; i < points.count; ++i) {
     const SurfaceInteraction si = interaction_of(points, i);
     if (query.wo.x) {
-      eval_pdf(si, Lobe::kAll, DirectionBatch{query.wo.x + i, query.wo.y + i, query.wo.z + i, 1},
+      eval_pdf(si, query.lobes, DirectionBatch{query.wo.x + i, query.wo.y + i, query.wo.z + i, 1},
                BsdfValueBatch{answer.f.x + i, answer.f.y + i, answer.f.z + i, answer.pdf + i});
     }
     if (query.u1) {
       const BsdfSample s =
-          sample(si, Lobe::kAll, query.u1[i], query.u2.at(i)).value_or(BsdfSample{});
+          sample(si, query.lobes, query.u1[i], query.u2.at(i)).value_or(BsdfSample{});
       answer.wo.set(i, s.wo);
       answer.weight.set(i, s.weight);
       answer.sample_pdf[i] = s.pdf;
@@ -114,6 +114,31 @@ void Emitter::eval_surface_block(const SurfaceBlock& points, const Columns3& fro
   }
 }
 
+void Emitter::sample_emission_block(const Columns2& position, const Columns2& direction,
+                                    size_t count, const EmissionBlock& out) const {
+  UpperHalves::clear();
+  for (size_t i = 0; i < count; ++i) {
+    const EmissionSample s =
+        sample_emission(position.at(i), direction.at(i)).value_or(EmissionSample{});
+    const Ray ray = s.ray();
+    out.o.set(i, ray.o);
+    out.d.set(i, ray.d);
+    out.power.set(i, s.power);
+  }
+}
+
+void Sensor::connect_block(const Columns3& p, const Columns2& aperture, size_t count,
+                           const ConnectionBlock& out) const {
+  UpperHalves::clear();
+  for (size_t i = 0; i < count; ++i) {
+    const SensorConnection c = connect(p.at(i), aperture.at(i)).value_or(SensorConnection{});
+    out.film_position.set(i, c.film_position);
+    out.d.set(i, c.d);
+    out.distance[i] = c.distance;
+    out.weight[i] = c.weight;
+  }
+}
+
 void Sensor::sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
                               RayHit16* out) const {
   UpperHalves::clear();
@@ -180,23 +205,36 @@ void Shape::intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out
   }
 }
 
+namespace {
+
+/// What interaction_of() reads, but for the shape.
+void store(const SurfaceInteraction& si, const SurfaceBlock& out, size_t i) {
+  out.p.set(i, si.p);
+  out.n.set(i, si.n);
+  out.s.set(i, si.frame.s);
+  out.t.set(i, si.frame.t);
+  out.sn.set(i, si.frame.n);
+  if (out.dp_du.x) out.dp_du.set(i, si.dp_du);
+  if (out.dp_dv.x) out.dp_dv.set(i, si.dp_dv);
+  out.wi.set(i, si.wi);
+  out.uv.set(i, si.uv);
+  out.p_error[i] = si.p_error;
+  out.primitive[i] = si.primitive;
+}
+
+}  // namespace
+
 void Shape::interaction_block(const RayHit16* rays, const SurfaceBlock& out) const {
   UpperHalves::clear();
   for (size_t i = 0; i < out.count; ++i) {
     const RayHit hit = ray_hit_of(rays, out.ray[i]);
-    const SurfaceInteraction si = interaction(hit.ray, hit.hit);
-    out.p.set(i, si.p);
-    out.n.set(i, si.n);
-    out.s.set(i, si.frame.s);
-    out.t.set(i, si.frame.t);
-    out.sn.set(i, si.frame.n);
-    if (out.dp_du.x) out.dp_du.set(i, si.dp_du);
-    if (out.dp_dv.x) out.dp_dv.set(i, si.dp_dv);
-    out.wi.set(i, si.wi);
-    out.uv.set(i, si.uv);
-    out.p_error[i] = si.p_error;
-    out.primitive[i] = si.primitive;
+    store(interaction(hit.ray, hit.hit), out, i);
   }
+}
+
+void Shape::sample_surface_block(const Columns2& u, const SurfaceBlock& out) const {
+  UpperHalves::clear();
+  for (size_t i = 0; i < out.count; ++i) store(sample_surface(u.at(i)), out, i);
 }
 
 void Shape::sample_solid_angle_block(const Columns3& p, const Columns2& u, size_t count,

@@ -10,6 +10,7 @@
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"
+#include "kinome/wide/functions.h"
 
 namespace kinome {
 namespace {
@@ -80,21 +81,68 @@ class AreaLight final : public Emitter {
     sample.o = si.p;
     sample.o_error = si.p_error;
     sample.n = si.n;
-    // Flux goes with the cosine to the surface, light ends at the horizon of the shading normal.
-    // Where the two differ, a density by either cosine would be zero or nearly so where there is
-    // light.
-    const bool is_interpolated = glm::dot(si.n, si.frame.n) < 1 - 1e-5f;
-    const Vec3 local = is_interpolated ? square_to_uniform_hemisphere(direction)
-                                       : square_to_cosine_hemisphere(direction);
-    if (!(local.z > 0)) return std::nullopt;
-    sample.d = si.frame.to_world(local);
-    sample.pdf_direction = is_interpolated ? kUniformHemispherePdf : cosine_hemisphere_pdf(local.z);
-    const float cosine = is_interpolated ? std::abs(glm::dot(si.n, sample.d)) : local.z;
-    sample.power = radiance * (cosine * area / sample.pdf_direction);
+    const auto light = light_leaving(si.n, si.frame, direction);
+    if (!light.is_above) return std::nullopt;
+    sample.d = light.d;
+    sample.pdf_direction = light.pdf;
+    sample.power = radiance * (light.cosine * area / light.pdf);
     return sample;
+  }
+  void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
+                             const EmissionBlock& out) const override {
+    const wide::ScratchColumns scratch(15, count);
+    struct alignas(kColumnAlignment) Indices {
+      uint32_t values[kBlockLanes];
+    };
+    std::vector<Indices> indices(padded(count) / kBlockLanes);
+    SurfaceBlock points;
+    points.count = count;
+    points.p = out.o, points.n = scratch.three(0);
+    points.s = scratch.three(3), points.t = scratch.three(6), points.sn = scratch.three(9);
+    points.wi = out.d, points.uv = scratch.two(12), points.p_error = scratch[14];
+    points.primitive = indices.data()->values;
+    shape()->sample_surface_block(position, points);
+    const wide::ColorInput::Columns radiance(radiance_, points.uv, count);
+    const float area = shape()->area();
+    const bool shines = !is_black_ && area > 0;
+    wide::for_lanes(count, [&](size_t i) {
+      const wide::Vec3 n = wide::Vec3::load(points.n, i);
+      const FrameOf<wide::Vec3> frame{wide::Vec3::load(points.s, i), wide::Vec3::load(points.t, i),
+                                      wide::Vec3::load(points.sn, i)};
+      const auto light = light_leaving(n, frame, wide::Vec2::load(direction, i));
+      const wide::Float error = wide::Float::load(points.p_error + i);
+      // As EmissionSample::ray.
+      (wide::Vec3::load(out.o, i) + n * copysign(error, dot(n, light.d))).store(out.o, i);
+      light.d.store(out.d, i);
+      const wide::Rgb power = radiance[i] * (light.cosine * area / light.pdf);
+      select(light.is_above & shines, power).store(out.power, i);
+    });
   }
 
  private:
+  template <class V>
+  struct Leaving {
+    using F = wide::formulas::NumberOf<V>;
+    V d;
+    F pdf;     ///< per solid angle
+    F cosine;  ///< that flux goes with
+    wide::formulas::MaskOf<F> is_above;
+  };
+  /// Flux goes with the cosine to the surface, light ends at the horizon of the shading normal.
+  /// Where the two differ, a density by either cosine would be zero or nearly so where there is
+  /// light.
+  template <class V, class V2>
+  static Leaving<V> light_leaving(const V& n, const FrameOf<V>& frame, const V2& u) {
+    using namespace wide::formulas;
+    using F = NumberOf<V>;
+    const auto is_interpolated = dot(n, frame.n) < 1.f - 1e-5f;
+    const V local = select(is_interpolated, warp::square_to_uniform_hemisphere<V>(u),
+                           warp::square_to_cosine_hemisphere<V>(u));
+    const V d = frame.to_world(local);
+    return {d, select(is_interpolated, F(kUniformHemispherePdf), warp::cosine_hemisphere_pdf(local.z)),
+            select(is_interpolated, abs(dot(n, d)), local.z), local.z > 0.f};
+  }
+
   /// n is the light's shading normal.
   template <class V>
   static wide::formulas::MaskOf<typename TowardLight<V>::F> shines_toward(

@@ -83,6 +83,16 @@ class DirectionalLight final : public Emitter {
     if (sample) sample->power = irradiance_ / sample->pdf_position;
     return sample;
   }
+  void sample_emission_block(const Columns2& position, const Columns2& /*direction*/, size_t count,
+                             const EmissionBlock& out) const override {
+    const wide::Vec3 d = direction_;
+    const wide::Rgb power = disk_.pdf() > 0 ? irradiance_ / disk_.pdf() : Rgb(0.f);
+    wide::for_lanes(count, [&](size_t i) {
+      disk_.origin(d, wide::Vec2::load(position, i)).store(out.o, i);
+      d.store(out.d, i);
+      power.store(out.power, i);
+    });
+  }
 
   std::optional<EmissionDensity> emission_density(const Vec3& /*d*/) const override {
     return EmissionDensity{0, disk_.pdf()};

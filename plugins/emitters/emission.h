@@ -88,7 +88,10 @@ struct LightFrame {
   V to_local(const V& v) const {
     return v * axes;
   }
-  Vec3 to_world(const Vec3& v) const { return axes * v; }
+  template <class V>
+  V to_world(const V& v) const {
+    return axes * v;
+  }
 };
 
 /// Of `to_world`; Error where it would bend the light.
@@ -154,6 +157,14 @@ inline void store_light_from_point(const DirectBlock& out, size_t i,
   const wide::Rgb radiance = intensity * toward.inverse_distance2;
   const wide::Mask valid = toward.valid() & !is_black(radiance) & is_finite(radiance);
   store_direct(out, i, toward, valid, 1.f, radiance, true);
+}
+
+/// Rays i, i + 1 ... of a block, of light that leaves a point; where not `valid`, there are none.
+inline void store_emission(const EmissionBlock& out, size_t i, const Vec3& o, wide::Vec3 d,
+                           wide::Mask valid, wide::Rgb power) {
+  wide::Vec3(o).store(out.o, i);
+  d.store(out.d, i);
+  select(valid, power).store(out.power, i);
 }
 
 }  // namespace kinome

@@ -199,6 +199,10 @@ class EnvironmentMap final : public Emitter {
     const auto light = sample_direct(Vec3(0.f), direction);
     return light ? disk_.sample_environment(*light, position) : std::nullopt;
   }
+  void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
+                             const EmissionBlock& out) const override {
+    disk_.sample_environment_block(*this, position, direction, count, out);
+  }
 
   std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
     return EmissionDensity{pdf_environment(-d), disk_.pdf()};

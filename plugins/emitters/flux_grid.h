@@ -4,7 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "kinome/distribution.h"
+#include "kinome/wide/distribution.h"
+#include "kinome/wide/doubles.h"
 
 namespace kinome {
 
@@ -52,17 +53,24 @@ class FluxGrid {
     if (grid_.total() > 0) density_scale_ = count / grid_.total();
   }
 
-  struct Sample {
-    Vec2 uv{0.f};
-    float pdf = 0;  ///< per area of the unit square; never 0
+  template <class F>
+  struct SampleOf {
+    wide::formulas::Vec2Of<F> uv;
+    F pdf;  ///< per area of the unit square; never 0
   };
+  using Sample = SampleOf<float>;
+  bool is_black() const { return !(grid_.total() > 0); }
   /// nullopt where there is no light at all.
   std::optional<Sample> sample(const Vec2& u) const {
-    if (!(grid_.total() > 0)) return std::nullopt;
+    if (is_black()) return std::nullopt;
     const GridDistribution::Cell cell = grid_.sample(u);
-    const size_t index = static_cast<size_t>(cell.row) * cells_.x + cell.column;
-    return Sample{(Vec2(cell.column, cell.row) + cell.u) / Vec2(cells_),
-                  static_cast<float>(static_cast<double>(weights_[index]) * density_scale_)};
+    return in_cell<float>(static_cast<int32_t>(cell.column), static_cast<int32_t>(cell.row),
+                          cell.u);
+  }
+  /// The same where there is light.
+  SampleOf<wide::Float> sample(wide::Vec2 u) const {
+    const wide::GridCell cell = wide::sample_grid(grid_.tables(), u);
+    return in_cell<wide::Float>(cell.column, cell.row, cell.u);
   }
 
   /// Density of sample() at a place of the unit square.
@@ -75,6 +83,15 @@ class FluxGrid {
   }
 
  private:
+  template <class F>
+  SampleOf<F> in_cell(wide::formulas::IntOf<F> column, wide::formulas::IntOf<F> row,
+                      const wide::formulas::Vec2Of<F>& u) const {
+    using namespace wide::formulas;
+    const F weight = gather(weights_.data(), row * static_cast<int32_t>(cells_.x) + column);
+    return {Vec2Of<F>(to_float(column) + u.x, to_float(row) + u.y) / Vec2Of<F>(Vec2(cells_)),
+            to_float(to_double(weight) * density_scale_)};
+  }
+
   /// Share of the mean flux that every cell gets on top of its own.
   static constexpr double kFloor = 1e-3;
 

@@ -10,6 +10,7 @@
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "kinome/warp.h"
+#include "kinome/wide/functions.h"
 
 namespace kinome {
 namespace {
@@ -52,6 +53,14 @@ class PointLight final : public Emitter {
     sample.pdf_direction = kUniformSpherePdf;
     sample.power = intensity_ / kUniformSpherePdf;
     return sample;
+  }
+  void sample_emission_block(const Columns2& /*position*/, const Columns2& direction, size_t count,
+                             const EmissionBlock& out) const override {
+    const wide::Rgb power = intensity_ / kUniformSpherePdf;
+    wide::for_lanes(count, [&](size_t i) {
+      const auto d = warp::square_to_uniform_sphere<wide::Vec3>(wide::Vec2::load(direction, i));
+      store_emission(out, i, position_, d, true, power);
+    });
   }
 
   std::optional<EmissionDensity> emission_density(const Vec3& /*d*/) const override {

@@ -99,16 +99,39 @@ class Projector final : public Emitter {
                                                 const Vec2& direction) const override {
     const auto place = flux().sample(direction);
     if (!place) return std::nullopt;
-    const Vec2 plane = (Vec2(1) - 2.f * place->uv) * half_size_;
-    const float inverse_cosine = glm::length(Vec3(plane, 1));
+    const Vec3 through = on_plane<Vec3>(place->uv);
+    const float inverse_cosine = glm::length(through);
     const Rgb shone = intensity(irradiance_.at(place->uv), 1 / inverse_cosine);
     if (is_black(shone)) return std::nullopt;
     EmissionSample sample;
     sample.o = frame_.origin;
-    sample.d = frame_.to_world(Vec3(plane, 1) / inverse_cosine);
+    sample.d = frame_.to_world(through / inverse_cosine);
     sample.pdf_direction = direction_pdf(place->pdf, inverse_cosine);
     sample.power = shone / sample.pdf_direction;
     return sample;
+  }
+  void sample_emission_block(const Columns2& /*position*/, const Columns2& direction, size_t count,
+                             const EmissionBlock& out) const override {
+    const wide::ScratchColumns scratch(4, count);
+    const Columns2 uv = scratch.two(0);
+    float *const pdf = scratch[2], *const inverse_cosine = scratch[3];
+    const bool is_black = flux().is_black();
+    wide::for_lanes(count, [&](size_t i) {
+      FluxGrid::SampleOf<wide::Float> place{wide::Vec2(0.5f), 1.f};
+      if (!is_black) place = flux().sample(wide::Vec2::load(direction, i));
+      const auto through = on_plane<wide::Vec3>(place.uv);
+      const wide::Float distance = length(through);
+      place.uv.store(uv, i);
+      distance.store(inverse_cosine + i);
+      direction_pdf(place.pdf, distance).store(pdf + i);
+      frame_.to_world(through / distance).store(out.d, i);
+    });
+    const wide::ColorInput::Columns irradiance(irradiance_, uv, count);
+    wide::for_lanes(count, [&](size_t i) {
+      const wide::Float cosine = 1.f / wide::Float::load(inverse_cosine + i);
+      const wide::Rgb power = intensity(irradiance[i], cosine) / wide::Float::load(pdf + i);
+      store_emission(out, i, frame_.origin, wide::Vec3::load(out.d, i), !is_black, power);
+    });
   }
 
  private:
@@ -129,8 +152,15 @@ class Projector final : public Emitter {
     const F v = 0.5f - d.y / (2.f * d.z * half_size_.y);
     return {{u, v}, d.z > 0.f && u >= 0.f && u <= 1.f && v >= 0.f && v <= 1.f};
   }
+  /// The place of the plane z = 1 that shows a place of the image.
+  template <class V, class V2>
+  V on_plane(const V2& uv) const {
+    const V2 plane = (V2(1.f) - 2.f * uv) * V2(half_size_);
+    return {plane.x, plane.y, 1.f};
+  }
   /// Per solid angle, from that per area of the image.
-  float direction_pdf(float image_pdf, float inverse_cosine) const {
+  template <class F>
+  F direction_pdf(F image_pdf, F inverse_cosine) const {
     return image_pdf / (4 * half_size_.x * half_size_.y) * inverse_cosine * inverse_cosine *
            inverse_cosine;
   }

@@ -71,11 +71,6 @@ inline F sample_product(F a, F b, F p, F q, F u) {
   return t;
 }
 
-/// Numbers in [0, 1), whatever else the padding of a column holds.
-Float unit_number(Float u) {
-  return min(max(Float(0.f), u), kOneMinusEpsilon);
-}
-
 }  // namespace
 
 template <class F>

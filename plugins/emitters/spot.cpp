@@ -118,7 +118,7 @@ class Spot final : public Emitter {
                                                 const Vec2& direction) const override {
     const auto place = flux().sample(direction);
     if (!place) return std::nullopt;
-    const Vec3 local = direction_at(place->uv);
+    const Vec3 local = direction_at<Vec3>(place->uv);
     const Rgb intensity = intensity_toward(local);
     if (is_black(intensity)) return std::nullopt;
     EmissionSample sample;
@@ -127,6 +127,31 @@ class Spot final : public Emitter {
     sample.pdf_direction = place->pdf / (2 * kPi * cap_height_);
     sample.power = intensity / sample.pdf_direction;
     return sample;
+  }
+  void sample_emission_block(const Columns2& /*position*/, const Columns2& direction, size_t count,
+                             const EmissionBlock& out) const override {
+    const wide::ScratchColumns scratch(3, count);
+    const Columns2 uv = scratch.two(0);
+    float* const share = scratch[2];
+    const bool is_black = flux().is_black();
+    wide::for_lanes(count, [&](size_t i) {
+      wide::Vec3 local(0.f, 0.f, 1.f);
+      wide::Float pdf = 1.f;
+      if (!is_black) {
+        const auto place = flux().sample(wide::Vec2::load(direction, i));
+        local = direction_at<wide::Vec3>(place.uv);
+        pdf = place.pdf / (2 * kPi * cap_height_);
+      }
+      const auto beam = beam_toward(local);
+      beam.uv.store(uv, i);
+      (beam.falloff / pdf).store(share + i);
+      frame_.to_world(local).store(out.d, i);
+    });
+    const wide::ColorInput::Columns texture(texture_, uv, count);
+    wide::for_lanes(count, [&](size_t i) {
+      const wide::Rgb power = wide::Rgb(intensity_) * texture[i] * wide::Float::load(share + i);
+      store_emission(out, i, frame_.origin, wide::Vec3::load(out.d, i), !is_black, power);
+    });
   }
 
   std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
@@ -173,11 +198,14 @@ class Spot final : public Emitter {
   }
 
   /// From the unit square to the cone, uniformly by solid angle.
-  Vec3 direction_at(const Vec2& uv) const {
-    const Vec2 disk = square_to_disk_concentric(uv);
-    const float depth = glm::dot(disk, disk) * cap_height_;  // 1 - cos(theta)
-    const Vec2 xy = disk * safe_sqrt(cap_height_ * (2 - depth));
-    return {xy.x, xy.y, 1 - depth};
+  template <class V, class V2>
+  V direction_at(const V2& uv) const {
+    using namespace wide::formulas;
+    using F = NumberOf<V>;
+    const V2 disk = warp::square_to_disk_concentric(uv);
+    const F depth = dot(disk, disk) * cap_height_;  // 1 - cos(theta)
+    const V2 xy = disk * safe_sqrt(cap_height_ * (2.f - depth));
+    return {xy.x, xy.y, 1.f - depth};
   }
 
   FluxGrid make_flux_grid() const {
@@ -190,7 +218,7 @@ class Spot final : public Emitter {
         texture_->is_uniform() ? kSmoothSide : std::clamp(2 * texels, kMinSide, kMaxSide);
     const uint32_t parts = (texels + side - 1) / side;
     return FluxGrid(glm::uvec2(side), parts, [this](const Vec2& uv) {
-      return luminance(glm::abs(intensity_toward(direction_at(uv))));
+      return luminance(glm::abs(intensity_toward(direction_at<Vec3>(uv))));
     });
   }
 

@@ -142,7 +142,10 @@ struct FilmPlane {
     return V(origin) + V(step) * film_position;
   }
   /// The inverse of at().
-  Vec2 film_position(const Vec2& p) const { return (p - origin) / step; }
+  template <class V>
+  V film_position(const V& p) const {
+    return (p - V(origin)) / V(step);
+  }
   /// Of one pixel, on the plane.
   float pixel_area() const { return std::abs(step.x * step.y); }
 };
@@ -192,29 +195,56 @@ void make_rays(const Camera& camera, const Columns2& film_position, const Column
   });
 }
 
-inline bool contains(const Rect& pixels, const Vec2& p) {
+/// Of F: SensorConnection, one or a vector of them.
+template <class F>
+struct Connection {
+  wide::Vec2Of<F> film_position;
+  wide::VecOf<F> d;
+  F distance, weight;
+  wide::MaskOf<F> is_seen;
+
+  std::optional<SensorConnection> one() const {
+    if (!is_seen) return std::nullopt;
+    return SensorConnection{film_position, d, distance, weight};
+  }
+};
+
+/// Sensor::connect_block by camera.connection(p, aperture) of wide numbers.
+template <class Camera>
+void make_connections(const Camera& camera, const Columns3& p, const Columns2& aperture,
+                      size_t count, const ConnectionBlock& out) {
+  wide::for_lanes(count, [&](size_t i) {
+    const Connection<wide::Float> c = camera.template connection<wide::Float>(
+        wide::Vec3::load(p, i), wide::Vec2::load(aperture, i));
+    c.film_position.store(out.film_position, i);
+    select(c.is_seen, c.d, wide::Vec3(0.f, 0.f, 1.f)).store(out.d, i);
+    c.distance.store(out.distance + i);
+    select(c.is_seen, c.weight).store(out.weight + i);
+  });
+}
+
+template <class V2>
+auto contains(const Rect& pixels, const V2& p) {
   return p.x >= static_cast<float>(pixels.x0) && p.x < static_cast<float>(pixels.x1) &&
          p.y >= static_cast<float>(pixels.y0) && p.y < static_cast<float>(pixels.y1);
 }
 
 /// Sensor::connect by a point of the lens, at depth 0; p and the lens in the camera's frame. The
 /// picture shows p at `on_plane`. A pixel's solid angle is its area on the plane times cos³.
-inline std::optional<SensorConnection> connect_to_lens(const Vec3& p, const Vec3& lens,
-                                                       const Vec2& on_plane, const FilmPlane& plane,
-                                                       const ClipRange& clip, const Film& film,
-                                                       const Transform& to_world) {
-  if (!(p.z >= clip.near && p.z <= clip.far)) return std::nullopt;
-  SensorConnection connection;
-  connection.film_position = plane.film_position(on_plane);
-  if (!contains(film.reach(), connection.film_position)) return std::nullopt;
-  const Vec3 to_lens = lens - p;
-  const float distance2 = glm::dot(to_lens, to_lens);
-  const float distance = std::sqrt(distance2);
-  const float cosine = p.z / distance;
-  connection.d = glm::normalize(to_world.vector(to_lens));
-  connection.distance = distance - clip.near / cosine;
-  connection.weight = 1 / (plane.pixel_area() * cosine * cosine * cosine * distance2);
-  return connection;
+template <class V, class V2>
+Connection<wide::NumberOf<V>> connect_to_lens(const V& p, const V& lens, const V2& on_plane,
+                                              const FilmPlane& plane, const ClipRange& clip,
+                                              const Film& film, const Transform& to_world) {
+  using namespace wide::formulas;
+  using F = NumberOf<V>;
+  const V2 film_position = plane.film_position(on_plane);
+  const V to_lens = lens - p;
+  const F distance2 = dot(to_lens, to_lens);
+  const F distance = sqrt(distance2);
+  const F cosine = p.z / distance;
+  return {film_position, normalize(turn(to_world, to_lens)), distance - clip.near / cosine,
+          1.f / (plane.pixel_area() * cosine * cosine * cosine * distance2),
+          p.z >= clip.near && p.z <= clip.far && contains(film.reach(), film_position)};
 }
 
 }  // namespace kinome

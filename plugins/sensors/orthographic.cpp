@@ -51,17 +51,21 @@ class Orthographic : public Sensor {
     return {place(to_world_, VecOf<F>(p.x, p.y, F(0.f))), VecOf<F>(direction_), F(near_), F(far_)};
   }
 
-  std::optional<SensorConnection> connect(const Vec3& p, const Vec2&) const override {
-    const Vec3 local = to_camera_.point(p);
-    const float distance = local.z * scale_;
-    if (!(distance >= near_ && distance <= far_)) return std::nullopt;
-    SensorConnection connection;
-    connection.film_position = plane_.film_position(Vec2(local));
-    if (!contains(film_->reach(), connection.film_position)) return std::nullopt;
-    connection.d = -direction_;
-    connection.distance = distance - near_;
-    connection.weight = inverse_pixel_area_;
-    return connection;
+  std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
+    return connection<float>(p, aperture).one();
+  }
+  void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
+                     const ConnectionBlock& out) const override {
+    make_connections(*this, p, aperture, count, out);
+  }
+  template <class F>
+  Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>&) const {
+    using namespace wide::formulas;
+    const VecOf<F> local = place(to_camera_, p);
+    const F distance = local.z * scale_;
+    const auto film_position = plane_.film_position(Vec2Of<F>(local.x, local.y));
+    return {film_position, VecOf<F>(-direction_), distance - near_, F(inverse_pixel_area_),
+            distance >= near_ && distance <= far_ && contains(film_->reach(), film_position)};
   }
 
  private:

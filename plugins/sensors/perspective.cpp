@@ -52,10 +52,20 @@ class Perspective : public Sensor {
             clip_.near * length, clip_.far * length};
   }
 
-  std::optional<SensorConnection> connect(const Vec3& p, const Vec2&) const override {
-    const Vec3 local = to_camera_.point(p);
-    return connect_to_lens(local, Vec3(0.f), Vec2(local) / local.z, plane_, clip_, *film_,
-                           to_world_);
+  std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
+    return connection<float>(p, aperture).one();
+  }
+  void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
+                     const ConnectionBlock& out) const override {
+    make_connections(*this, p, aperture, count, out);
+  }
+  template <class F>
+  Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>&) const {
+    using namespace wide::formulas;
+    const VecOf<F> local = place(to_camera_, p);
+    return connect_to_lens(local, VecOf<F>(F(0.f)),
+                           Vec2Of<F>(local.x / local.z, local.y / local.z), plane_, clip_,
+                           *film_, to_world_);
   }
 
  private:

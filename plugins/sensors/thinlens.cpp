@@ -56,11 +56,22 @@ class ThinLens : public Sensor {
   bool needs_aperture_sample() const override { return true; }
 
   std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
-    const Vec3 local = to_camera_.point(p);
-    const Vec2 lens = aperture_radius_ * square_to_disk_concentric(aperture);
+    return connection<float>(p, aperture).one();
+  }
+  void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
+                     const ConnectionBlock& out) const override {
+    make_connections(*this, p, aperture, count, out);
+  }
+  template <class F>
+  Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>& aperture) const {
+    using namespace wide::formulas;
+    using V2 = Vec2Of<F>;
+    const VecOf<F> local = place(to_camera_, p);
+    const V2 lens = aperture_radius_ * warp::square_to_disk_concentric(aperture);
     // At depth 1, of the ray from the lens's centre that is sharp at the same place.
-    const Vec2 on_plane = (Vec2(local) - lens) / local.z + lens / focus_distance_;
-    return connect_to_lens(local, Vec3(lens, 0.f), on_plane, plane_, clip_, *film_, to_world_);
+    const V2 on_plane = (V2(local.x, local.y) - lens) / local.z + lens / focus_distance_;
+    return connect_to_lens(local, VecOf<F>(lens.x, lens.y, F(0.f)), on_plane, plane_, clip_,
+                           *film_, to_world_);
   }
 
  private:

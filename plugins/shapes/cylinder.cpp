@@ -83,8 +83,7 @@ class Cylinder final : public Shape {
   }
 
   SurfaceInteraction sample_surface(const Vec2& u) const override {
-    const double phi = 2 * std::numbers::pi * u.x;
-    const DVec3 radial(std::cos(phi), std::sin(phi), 0);
+    const DVec3 radial = radial_at(u.x);
     // From the point itself: a ray of floats would miss a cylinder that is thin beside its distance
     // from the origin.
     SurfaceInteraction si = wide::interaction_of(surface_at(radial, double{u.y}));
@@ -93,8 +92,26 @@ class Cylinder final : public Shape {
     si.wi = si.frame.to_local(Vec3(space_.normal_to_world(radial)));
     return si;
   }
+  void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const override {
+    wide::for_lanes(out.count, [&](size_t i) {
+      const wide::Vec2 at = wide::Vec2::load(u, i);
+      auto point = surface_at(radial_at(at.x), to_double(at.y));
+      point.wi = wide::Vec3(0.f);
+      store(point, out, i);
+      wide::Uint(0).store(out.primitive + i);
+    });
+  }
 
  private:
+  /// From the axis.
+  template <class F>
+  static DVecOf<DoubleOf<F>> radial_at(F u) {
+    using D = DoubleOf<F>;
+    D sine, cosine;
+    sincos(2 * std::numbers::pi * to_double(u), sine, cosine);
+    return normalize(DVecOf<D>(cosine, sine, D(0.0)));
+  }
+
   template <class V, class F>
   F first_hit(const V& o, const V& d, F tmin, F tmax) const {
     const auto line = space_.to_local(o, d);

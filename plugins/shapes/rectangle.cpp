@@ -27,11 +27,18 @@ class Rectangle final : public wide::Mesh {
 
   /// By u and v, so that numbers are spread over it as evenly as they are over the square.
   SurfaceInteraction sample_surface(const Vec2& u) const override {
+    const Vec2 place = place_in_triangle(u);
     Hit hit;
     hit.primitive = u.x >= u.y ? 0 : 1;
-    hit.u = std::abs(u.x - u.y);
-    hit.v = u.x >= u.y ? u.y : 1 - u.y;
+    hit.u = place.x;
+    hit.v = place.y;
     return sampled_at(hit);
+  }
+  void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const override {
+    store_places(out, [&](size_t i) {
+      const wide::Vec2 at = wide::Vec2::load(u, i);
+      return Place{select(at.x >= at.y, wide::Int(0), wide::Int(1)), place_in_triangle(at)};
+    });
   }
   /// The place is linear in u and v.
   void sample_solid_angle_block(const Columns3& p, const Columns2& u, size_t count,
@@ -50,6 +57,13 @@ class Rectangle final : public wide::Mesh {
       uv.store(out.uv, i);
       wide::formulas::solid_angle_density(to, n, whole).store(out.pdf + i);
     });
+  }
+
+ private:
+  template <class V2>
+  static V2 place_in_triangle(const V2& u) {
+    using namespace wide::formulas;
+    return {abs(u.x - u.y), select(u.x >= u.y, u.y, 1.f - u.y)};
   }
 };
 

@@ -71,7 +71,15 @@ class Sphere final : public Shape {
   }
 
   SurfaceInteraction sample_surface(const Vec2& u) const override {
-    return sampled_at(glm::normalize(DVec3(square_to_uniform_sphere(u))));
+    return sampled_at(local_at(u));
+  }
+  void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const override {
+    wide::for_lanes(out.count, [&](size_t i) {
+      auto point = surface_at(local_at(wide::Vec2::load(u, i)));
+      point.wi = wide::Vec3(0.f);
+      store(point, out, i);
+      wide::Uint(0).store(out.primitive + i);
+    });
   }
 
   std::optional<SurfaceSample> sample_solid_angle(const Vec3& p, const Vec2& u) const override {
@@ -114,6 +122,12 @@ class Sphere final : public Shape {
     DVecOf<D> local;
     FloatOf<D> pdf;
   };
+
+  /// Uniform over the unit sphere.
+  template <class V2>
+  static DVecOf<DoubleOf<NumberOf<V2>>> local_at(const V2& u) {
+    return normalize(to_double(warp::square_to_uniform_sphere<VecOf<NumberOf<V2>>>(u)));
+  }
 
   template <class V, class F>
   F first_hit(const V& o, const V& d, F tmin, F tmax) const {

@@ -14,11 +14,16 @@ namespace kinome {
 
 /// How flux that arrives along `from` counts as radiance that leaves along `to`, for a BSDF that is
 /// evaluated as paths from the camera do: by f |cos| of `from` (Veach 1997, 5.3, for shading
-/// normals and all else that is not reciprocal). Both unit, world space, away from the surface.
-/// Light that arrives edge-on brings no flux.
+/// normals and all else that is not reciprocal). By the cosines of both with the surface's normal,
+/// float or wide::Float. Light that arrives edge-on brings no flux.
+template <class F>
+F adjoint_factor(F cos_from, F cos_to) {
+  using plain::select, std::abs;
+  return select(cos_from == 0.f, F(0.f), abs(cos_to / cos_from));
+}
+/// The same by the directions: unit, world space, away from the surface.
 inline float adjoint_factor(const SurfaceInteraction& si, const Vec3& from, const Vec3& to) {
-  const float cosine = glm::dot(si.n, from);
-  return cosine == 0 ? 0.f : std::abs(glm::dot(si.n, to) / cosine);
+  return adjoint_factor(glm::dot(si.n, from), glm::dot(si.n, to));
 }
 
 /// A light path's next edge.

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "kinome/columns.h"
+#include "kinome/lobe.h"
 #include "kinome/math.h"
 #include "kinome/ray.h"
 
@@ -108,9 +109,11 @@ struct BsdfQuery {
   Columns3 wo;   ///< unit, in the shading frame
   float* u1 = nullptr;
   Columns2 u2;
+  Lobe lobes = Lobe::kAll;  ///< values, densities and samples are those of these alone
 
   BsdfQuery from(size_t i) const {
     BsdfQuery part;
+    part.lobes = lobes;
     if (wo.x) part.wo = wo.from(i);
     if (u1) part.u1 = u1 + i, part.u2 = u2.from(i);
     return part;
@@ -141,6 +144,27 @@ struct DirectBlock {
 
   DirectBlock from(size_t i) const {
     return {d.from(i), distance + i, pdf + i, radiance.from(i), is_delta + i};
+  }
+};
+
+/// Light that leaves an emitter: of EmissionSample the ray and the power, by columns.
+struct EmissionBlock {
+  Columns3 o;      ///< off the surface, as EmissionSample::ray has it
+  Columns3 d;      ///< unit
+  Columns3 power;  ///< [W]; black: there is no sample
+
+  EmissionBlock from(size_t i) const { return {o.from(i), d.from(i), power.from(i)}; }
+};
+
+/// How a camera sees points: SensorConnection by columns.
+struct ConnectionBlock {
+  Columns2 film_position;
+  Columns3 d;                 ///< unit, whether or not the point is seen
+  float* distance = nullptr;
+  float* weight = nullptr;    ///< 0: the camera doesn't see the point
+
+  ConnectionBlock from(size_t i) const {
+    return {film_position.from(i), d.from(i), distance + i, weight + i};
   }
 };
 

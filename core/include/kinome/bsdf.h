@@ -9,21 +9,10 @@
 #include "kinome/bsdf_form.h"
 #include "kinome/color.h"
 #include "kinome/interaction.h"
+#include "kinome/lobe.h"
 #include "kinome/object.h"
 
 namespace kinome {
-
-/// Parts of a BSDF, as a set.
-enum class Lobe : uint32_t { kNone = 0, kDiffuse = 1, kGlossy = 2, kDelta = 4, kAll = 7 };
-constexpr Lobe operator|(Lobe a, Lobe b) {
-  return static_cast<Lobe>(static_cast<uint32_t>(a) | static_cast<uint32_t>(b));
-}
-constexpr Lobe operator&(Lobe a, Lobe b) {
-  return static_cast<Lobe>(static_cast<uint32_t>(a) & static_cast<uint32_t>(b));
-}
-constexpr bool any(Lobe a) {
-  return a != Lobe::kNone;
-}
 
 /// `count` unit directions in the shading frame of one point, as structure of arrays.
 struct DirectionBatch {
@@ -102,7 +91,7 @@ class KINOME_EXPORT Bsdf : public Object {
   /// colours of reflectance(). Default: point by point.
   virtual void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const;
 
-  /// eval_pdf of one direction and sample, of all lobes, at each point of a block: both want the
+  /// eval_pdf of one direction and sample, of query.lobes, at each point of a block: both want the
   /// same set-up. Default: point by point.
   virtual void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                            const BsdfAnswer& answer) const;

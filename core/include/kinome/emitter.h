@@ -159,6 +159,9 @@ class KINOME_EXPORT Emitter : public Object {
   /// nullptr.
   virtual void eval_surface_block(const SurfaceBlock& points, const Columns3& from,
                                   const Columns3& radiance, float* pdf) const;
+  /// sample_emission. Default: one by one.
+  virtual void sample_emission_block(const Columns2& position, const Columns2& direction,
+                                     size_t count, const EmissionBlock& out) const;
 
  private:
   const Shape* shape_ = nullptr;

@@ -40,6 +40,9 @@ class KINOME_EXPORT Sensor : public Object {
                                                   const Vec2& /*aperture*/) const {
     return std::nullopt;
   }
+  /// connect() of each p. Default: one by one.
+  virtual void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
+                             const ConnectionBlock& out) const;
 
   /// This sensor with the same film, for another number of samples; must not outlive it.
   std::unique_ptr<Sensor> with_sample_count(uint32_t count) const;

@@ -52,6 +52,9 @@ class KINOME_EXPORT Shape : public Object {
 
   /// A point uniform by area: density 1 / area() per unit of area. t and wi are not set.
   virtual SurfaceInteraction sample_surface(const Vec2& u) const = 0;
+  /// The same for out.count points: all columns of `out` but `ray` and `shape`; what `wi` holds
+  /// afterwards means nothing. Default: one by one.
+  virtual void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const;
   /// A point as seen from p, on whichever side; nullopt where it is at p or edge-on. Default:
   /// sample_surface.
   virtual std::optional<SurfaceSample> sample_solid_angle(const Vec3& p, const Vec2& u) const;
@@ -112,6 +115,8 @@ class KINOME_EXPORT MeshShape : public Shape {
               bool flip_normals);
   /// What sample_surface gives for a place on a triangle.
   SurfaceInteraction sampled_at(const Hit& hit) const;
+  /// Triangles by area: a single row.
+  const GridDistribution& by_area() const;
   /// Once finished.
   MeshArrays arrays() const;
   TriangleMesh mesh_;
@@ -120,7 +125,7 @@ class KINOME_EXPORT MeshShape : public Shape {
   Aabb bounds_;
   float area_ = 0;
   bool flip_geometric_normal_ = false;
-  /// Triangles by area: made when the first sample is asked for, as few meshes are.
+  /// Made when the first sample is asked for, as few meshes are.
   mutable std::once_flag by_area_made_;
   mutable GridDistribution by_area_;
 };

@@ -61,6 +61,20 @@ V3 square_to_cosine_power(const V2& u, F n) {
   return {r * cos(phi), r * sin(phi), exp(log_cos)};
 }
 
+/// The direction with cos(theta) = z and azimuth phi.
+template <class V3, class F>
+V3 spherical_direction(F z, F phi) {
+  using std::cos, std::sin;
+  const F r = safe_sqrt(1.f - z * z);
+  return {r * cos(phi), r * sin(phi), z};
+}
+
+template <class V3, class V2>
+V3 square_to_uniform_hemisphere(const V2& u) {
+  using F = std::remove_cvref_t<decltype(u.x)>;
+  return spherical_direction<V3, F>(1.f - u.y, (2 * kPi) * u.x);
+}
+
 }  // namespace warp
 
 /// Uniform over the unit disk; keeps neighbours together and strata compact (Shirley and Chiu
@@ -86,15 +100,13 @@ inline float cosine_hemisphere_pdf(float cos_theta) {
   return warp::cosine_hemisphere_pdf(cos_theta);
 }
 
-/// The direction with cos(theta) = z and azimuth phi.
 inline Vec3 spherical_direction(float z, float phi) {
-  const float r = safe_sqrt(1 - z * z);
-  return {r * std::cos(phi), r * std::sin(phi), z};
+  return warp::spherical_direction<Vec3>(z, phi);
 }
 
 /// Uniform over the upper hemisphere: density 1/(2 pi) per solid angle.
 inline Vec3 square_to_uniform_hemisphere(const Vec2& u) {
-  return spherical_direction(1 - u.y, 2 * kPi * u.x);
+  return warp::square_to_uniform_hemisphere<Vec3>(u);
 }
 inline constexpr float kUniformHemispherePdf = 0.5f * kInvPi;
 

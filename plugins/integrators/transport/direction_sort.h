@@ -16,6 +16,8 @@ class DirectionSort {
 
   /// Returns how many rays are on: tmin <= tmax.
   size_t sort(const Ray16* rays, size_t count);
+  /// The same.
+  size_t on() const { return on_; }
   /// Their numbers; padded with the last.
   const uint32_t* order() const { return order_; }
   /// The sorted rays among `from`; the last block's other lanes are off.

@@ -7,6 +7,13 @@ BsdfAnswer make_answer(Arena& a) {
 }
 
 void shade(const Surfaces& surfaces, const BsdfQuery& query, const BsdfAnswer& answer) {
+  shade(surfaces, surfaces.points().wi, query, answer);
+}
+
+void shade(const Surfaces& surfaces, const Columns3& wi, const BsdfQuery& query,
+           const BsdfAnswer& answer) {
+  SurfaceBlock points = surfaces.points();
+  points.wi = wi;
   const auto ranges = surfaces.ranges();
   for (size_t k = 0; k < ranges.size() && ranges[k].first < surfaces.reflecting();) {
     const Bsdf& bsdf = *ranges[k].row->bsdf;
@@ -18,7 +25,7 @@ void shade(const Surfaces& surfaces, const BsdfQuery& query, const BsdfAnswer& a
     BsdfQuery asked = query.from(first);
     if (first >= surfaces.scattering()) asked.wo = {};
     if (!asked.wo.x && !asked.u1) continue;
-    bsdf.shade_block(surfaces.points().part(first, end - first), asked, answer.from(first));
+    bsdf.shade_block(points.part(first, end - first), asked, answer.from(first));
   }
 }
 

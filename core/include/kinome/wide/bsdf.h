@@ -175,9 +175,10 @@ class FormulaBsdf : public Bsdf {
 
   void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                    const BsdfAnswer& answer) const override {
-    if (!any(lobes_)) return write_nothing(points.count, query, answer);
+    const Lobe wanted = query.lobes & lobes_;
+    if (!any(wanted)) return write_nothing(points.count, query, answer);
     with_columns(points, [&](const auto&... columns) {
-      self().template with_lobes<Float>(lobes_, [&](const auto& lobes_at) {
+      self().template with_lobes<Float>(wanted, [&](const auto& lobes_at) {
         for_lanes(points.count, [&](size_t i) {
           const Vec3 wi = Vec3::load(points.wi, i);
           shade(lobes_at(wi, columns[i]...), wi.z > 0.f, query, answer, i);

@@ -27,5 +27,27 @@ KINOME_WIDE Int find_cell(const float* cdf, Int cdf_first, const uint32_t* guide
   return first - cdf_first;
 }
 
+/// In [0, 1): padding may be anything, and places in tables are found by such numbers.
+KINOME_WIDE Float unit_number(Float u) {
+  return min(max(0.f, u), kOneMinusEpsilon);
+}
+
+/// As GridDistribution::Cell.
+struct GridCell {
+  Int column, row;
+  Vec2 u;
+};
+/// GridDistribution::sample, of tables of less than 2^31 entries.
+KINOME_WIDE GridCell sample_grid(const GridDistribution::Tables& tables, Vec2 u) {
+  GridCell cell;
+  cell.u = {unit_number(u.x), unit_number(u.y)};
+  cell.row = find_cell(tables.row_cdf, 0, tables.row_guide, 0, tables.row_guide_size, cell.u.y);
+  const auto columns = static_cast<int32_t>(tables.columns);
+  const auto guide = static_cast<int32_t>(tables.column_guide_size) + 1;
+  cell.column = find_cell(tables.column_cdf, cell.row * columns, tables.column_guide,
+                          cell.row * guide, tables.column_guide_size, cell.u.x);
+  return cell;
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace kinome::wide

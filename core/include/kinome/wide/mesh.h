@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "kinome/shape.h"
+#include "kinome/wide/distribution.h"
 #include "kinome/wide/doubles.h"
 #include "kinome/wide/surface_point.h"
 
@@ -89,6 +90,15 @@ KINOME_WIDE auto plane_error(const V& p0, const V& p1, const V& p2, float side) 
   const auto largest = max(max(max_component(abs(p0)), max_component(abs(p1))),
                            max_component(abs(p2)));
   return 0x1p-24f * (26.f * largest + min(56.f * largest, decltype(largest)(28.f * side)));
+}
+
+/// Coordinates u and v in a triangle, uniformly. The square is folded along its diagonal, which
+/// keeps what is near, near (Heitz 2019, "A low-distortion map between triangle and square").
+template <class V2>
+KINOME_WIDE V2 square_to_triangle(const V2& u) {
+  const auto half = min(u.x, u.y) / 2.f;
+  const auto is_right = u.x > u.y;
+  return {select(is_right, u.x - half, half), select(is_right, half, u.y - half)};
 }
 
 template <class V>
@@ -182,6 +192,21 @@ class Mesh : public MeshShape {
       primitive.store(out.primitive + i);
     });
   }
+  void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const override {
+    const GridDistribution& triangles = by_area();
+    const GridDistribution::Tables tables = triangles.tables();
+    const bool has_area = triangles.total() > 0;
+    store_places(out, [&](size_t i) {
+      Vec2 in_cell = Vec2::load(u, i);
+      Int triangle = 0;
+      if (has_area) {
+        in_cell = {unit_number(in_cell.x), unit_number(in_cell.y)};
+        triangle = find_cell(tables.column_cdf, 0, tables.column_guide, 0,
+                             tables.column_guide_size, in_cell.x);
+      }
+      return Place{triangle, formulas::square_to_triangle(in_cell)};
+    });
+  }
   void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
                              float* pdf) const override {
     store_solid_angle_densities(p, points, area(), pdf);
@@ -189,6 +214,24 @@ class Mesh : public MeshShape {
 
  protected:
   using MeshShape::MeshShape;
+
+  /// Coordinates u and v in a triangle.
+  struct Place {
+    Int triangle;
+    Vec2 at;
+  };
+  /// What sampled_at() gives for place_at(i), as values i, i + 1 ... of the block.
+  template <class Function>
+  void store_places(const SurfaceBlock& out, const Function& place_at) const {
+    const MeshArrays mesh = arrays();
+    for_lanes(out.count, [&](size_t i) {
+      const Place place = place_at(i);
+      store(formulas::mesh_point<Float>(mesh, place.triangle * 3, place.at.x, place.at.y,
+                                        Vec3(Ray{}.d)),
+            out, i);
+      place.triangle.store(out.primitive + i);
+    });
+  }
 };
 
 }  // namespace HWY_NAMESPACE
