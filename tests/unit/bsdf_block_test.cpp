@@ -293,6 +293,37 @@ TEST_P(BsdfBlocks, AnswerOnlyWhatIsAsked) {
   }
 }
 
+TEST_P(BsdfBlocks, KeepToTheLobesThatAreAsked) {
+  const auto bsdf = make();
+  const auto questions = random_questions(400, 6);
+  for (const Lobe lobes : {Lobe::kNone, Lobe::kDiffuse, Lobe::kGlossy, Lobe::kDelta,
+                           Lobe::kDiffuse | Lobe::kGlossy, Lobe::kGlossy | Lobe::kDelta}) {
+    SCOPED_TRACE(static_cast<int>(lobes));
+    BsdfBlock block(questions);
+    block.query.lobes = lobes;
+    bsdf->shade_block(block.points, block.query, block.answer);
+    for (size_t i = 0; i < questions.size(); ++i) {
+      const BsdfQuestion& q = questions[i];
+      const BsdfReply reply = block.reply(i);
+      const BsdfValue value = bsdf->eval_pdf(q.si, lobes, q.wo);
+      EXPECT_TRUE(bounds().hold(reply.value.f, reply.value.pdf, value)) << text(q);
+      const BsdfSample a = reply.sample;
+      const BsdfSample b = bsdf->sample(q.si, lobes, q.u1, q.u2).value_or(BsdfSample{});
+      if ((a.pdf > 0) != (b.pdf > 0)) {
+        EXPECT_LT(std::abs((a.pdf > 0 ? a : b).wo.z), 1e-4f) << text(q);
+        continue;
+      }
+      EXPECT_EQ(any(a.lobe & Lobe::kDelta), any(b.lobe & Lobe::kDelta)) << text(q);
+      if (!(a.pdf > 0) || any(b.lobe & Lobe::kDelta)) continue;
+      // Of other samples than the point's, as of tails, the density is still these lobes'.
+      const BsdfValue there = bsdf->eval_pdf(q.si, lobes, a.wo);
+      EXPECT_TRUE(bounds().hold(a.weight * a.pdf, a.pdf, there) ||
+                  bounds().hold(a.weight * a.pdf, a.pdf, {b.weight * b.pdf, b.pdf}))
+          << text(q);
+    }
+  }
+}
+
 /// Columns for what a BSDF says of a block's points.
 struct FormColumns {
   explicit FormColumns(size_t count) : memory(count), kind(padded(count)) {

@@ -119,6 +119,53 @@ TEST_P(EverySensor, MakesTheSameRays) {
   });
 }
 
+TEST_P(EverySensor, SeesTheSamePoints) {
+  for_each_set([&](const auto& make) {
+    const auto sensor = std::dynamic_pointer_cast<Sensor>(make(
+        std::string("<sensor type=\"") + GetParam() +
+        "\"><transform name=\"to_world\"><lookat origin=\"1,2,-7\" target=\"0.3,0.2,1\" "
+        "up=\"0.1,1,0\"/></transform>" +
+        (std::string(GetParam()) == "thinlens"
+             ? "<float name=\"aperture_radius\" value=\"0.4\"/>"
+               "<float name=\"focus_distance\" value=\"3\"/>"
+             : "") +
+        "</sensor>"));
+    for (const size_t count : {1u, 15u, 16u, 17u, 400u}) {
+      BlockMemory memory(count);
+      const Columns3 p = memory.three();
+      const Columns2 lens = memory.two();
+      size_t seen = 0;
+      for (size_t i = 0; i < count; ++i) {
+        const auto f = static_cast<float>(i);
+        // Some beside the picture, some behind the camera, and one at the lens.
+        p.set(i, {3 * std::sin(f), 2 * std::cos(1.7f * f), i % 5 == 4 ? -20.f : std::sin(3 * f)});
+        if (i % 32 == 13) p.set(i, {1, 2, -7});
+        lens.set(i, {std::fmod(0.37f * f, 1.f), std::fmod(0.71f * f, 1.f)});
+      }
+      const ConnectionBlock out{memory.two(), memory.three(), memory.one(), memory.one()};
+      sensor->connect_block(p, lens, count, out);
+      for (size_t i = 0; i < count; ++i) {
+        const auto expected = sensor->connect(p.at(i), lens.at(i));
+        ASSERT_EQ(out.weight[i] > 0, expected.has_value()) << i;
+        // Unit whether or not it is seen.
+        ASSERT_NEAR(glm::length(out.d.at(i)), 1, 1e-6f) << i;
+        if (!expected) continue;
+        ++seen;
+        // Some ten roundings, of positions up to a thousand pixels.
+        for (int c = 0; c < 2; ++c) {
+          ASSERT_NEAR(out.film_position.at(i)[c], expected->film_position[c], 2e-3f) << i;
+        }
+        ASSERT_LE(largest_difference(out.d.at(i), expected->d), 2e-6f) << i;
+        ASSERT_NEAR(out.distance[i], expected->distance, 1e-5f) << i;
+        ASSERT_NEAR(out.weight[i], expected->weight, 1e-5f * expected->weight) << i;
+      }
+      if (count == 400) {
+        EXPECT_GT(seen, 10u);
+      }
+    }
+  });
+}
+
 INSTANTIATE_TEST_SUITE_P(Sensors, EverySensor,
                          testing::Values("perspective", "orthographic", "thinlens"));
 

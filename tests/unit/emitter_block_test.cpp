@@ -328,6 +328,84 @@ TEST_P(EmitterBlocks, SurfacesShineAsAtPoints) {
   });
 }
 
+struct EmissionMemory {
+  explicit EmissionMemory(size_t count)
+      : memory(count),
+        position(memory.two()),
+        direction(memory.two()),
+        out{memory.three(), memory.three(), memory.three()} {}
+  BlockMemory memory;
+  Columns2 position, direction;
+  EmissionBlock out;
+};
+
+/// `size`: of the coordinates of where rays start.
+void expect_same_rays(const Case& c, const Emitter& emitter, const EmissionMemory& block, size_t i,
+                      float size) {
+  const Vec2 position = block.position.at(i), direction = block.direction.at(i);
+  const EmissionSample expected =
+      emitter.sample_emission(position, direction).value_or(EmissionSample{});
+  const Rgb power = block.out.power.at(i);
+  if (is_black(expected.power)) {
+    // Next to where light begins, one may see it and the other not.
+    ASSERT_LE(largest_coordinate(power), 1e-4f * c.largest);
+    return;
+  }
+  const auto share = [](float pdf) { return pdf > 0 ? 1 / pdf : 1; };
+  const float shown = c.largest * share(expected.pdf_direction) * share(expected.pdf_position);
+  ASSERT_LE(largest_difference(power, expected.power),
+            2 * kRounding * c.sharpness * std::max(largest_coordinate(expected.power), shown));
+  const Ray ray = expected.ray();
+  EXPECT_LE(largest_difference(block.out.o.at(i), ray.o), 2 * kRounding * size);
+  // The height over a surface is a root of what is left of 1.
+  const float height = is_black(expected.n) ? 1 : std::abs(glm::dot(expected.n, expected.d));
+  EXPECT_LE(largest_difference(block.out.d.at(i), ray.d), kRounding * (2 + 1 / height));
+}
+
+void fill_numbers(Random& random, size_t count, const EmissionMemory& block) {
+  for (size_t i = 0; i < count; ++i) {
+    block.position.set(i, {random.unit(), random.unit()});
+    block.direction.set(i, {random.unit(), random.unit()});
+    if (i % 16 == 5) block.position.set(i, {0, 0});
+    if (i % 16 == 7) block.position.set(i, {kOneMinusEpsilon, kOneMinusEpsilon});
+  }
+}
+
+TEST_P(EmitterBlocks, SendRaysAsOneByOne) {
+  for_lights([&](const Case& c, const Emitter&) {
+    const auto emitter = make_for<Emitter>(GetParam(), c.xml);
+    emitter->prepare({Vec3(-2, -1, -3), Vec3(2, 4, 1)});
+    Random random(5);
+    for (const size_t count : {size_t{1}, size_t{15}, size_t{16}, size_t{17}, size_t{33},
+                               size_t{700}}) {
+      EmissionMemory block(count);
+      fill_numbers(random, count, block);
+      emitter->sample_emission_block(block.position, block.direction, count, block.out);
+      for (size_t i = 0; i < count; ++i) {
+        expect_same_rays(c, *emitter, block, i, 16);
+        if (testing::Test::HasFailure()) FAIL() << "at " << i << " of " << count;
+      }
+    }
+  });
+}
+
+TEST_P(EmitterBlocks, SurfacesSendRaysAsOneByOne) {
+  for_surfaces([](const Case& c, const Shape&, const Emitter& emitter) {
+    Random random(6);
+    for (const size_t count : kRanges) {
+      for (int repeat = 0; repeat < 10; ++repeat) {
+        EmissionMemory block(count);
+        fill_numbers(random, count, block);
+        emitter.sample_emission_block(block.position, block.direction, count, block.out);
+        for (size_t i = 0; i < count; ++i) {
+          expect_same_rays(c, emitter, block, i, 2);
+          if (testing::Test::HasFailure()) FAIL() << "at " << i << " of " << count;
+        }
+      }
+    }
+  });
+}
+
 INSTANTIATE_TEST_SUITE_P(Sets, EmitterBlocks, testing::ValuesIn(instruction_sets()),
                          [](const auto& set) { return name_of(set.param); });
 

@@ -396,6 +396,41 @@ TEST_P(ShapeBlocks, HaveTheDensitiesOfPoints) {
   });
 }
 
+TEST_P(ShapeBlocks, AreSampledByAreaAsOneByOne) {
+  for_shapes([](const Case& c, const Shape& shape) {
+    Random random(5);
+    for (const size_t count : kRanges) {
+      for (int repeat = 0; repeat < 20; ++repeat) {
+        HitBlock block(c, shape, count, random);
+        const Columns2 u = block.memory.two();
+        for (size_t i = 0; i < count; ++i) {
+          u.set(i, {random.unit(), random.unit()});
+          if (i % 16 == 5) u.set(i, {0, 0});
+          if (i % 16 == 7) u.set(i, {kOneMinusEpsilon, kOneMinusEpsilon});
+        }
+        shape.sample_surface_block(u, block.points);
+        for (size_t i = 0; i < count; ++i) {
+          const SurfaceInteraction si = shape.sample_surface(u.at(i));
+          if (c.primitives > 0) {
+            expect_same(si, block.points, i);
+          } else {
+            // Places go by sines, which are precise to their last digit or two.
+            const SurfaceBlock& points = block.points;
+            EXPECT_LE(largest_difference(points.p.at(i), si.p), kRounding * c.size + si.p_error);
+            EXPECT_NEAR(points.p_error[i], si.p_error, 1e-5f * si.p_error);
+            EXPECT_LE(largest_difference(points.n.at(i), si.n), 2 * kRounding);
+            EXPECT_LE(largest_difference(points.sn.at(i), si.frame.n), 2 * kRounding);
+            EXPECT_EQ(points.primitive[i], si.primitive);
+          }
+          if (testing::Test::HasFailure()) {
+            FAIL() << "at " << i << " of " << count << ", u " << u.x[i] << ' ' << u.y[i];
+          }
+        }
+      }
+    }
+  });
+}
+
 INSTANTIATE_TEST_SUITE_P(Sets, ShapeBlocks, testing::ValuesIn(instruction_sets()),
                          [](const auto& set) { return name_of(set.param); });
 

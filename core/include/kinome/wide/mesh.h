@@ -196,7 +196,8 @@ class Mesh : public MeshShape {
     const GridDistribution& triangles = by_area();
     const GridDistribution::Tables tables = triangles.tables();
     const bool has_area = triangles.total() > 0;
-    store_places(out, [&](size_t i) {
+    const MeshArrays mesh = arrays();
+    for_lanes(out.count, [&](size_t i) {
       Vec2 in_cell = Vec2::load(u, i);
       Int triangle = 0;
       if (has_area) {
@@ -204,7 +205,10 @@ class Mesh : public MeshShape {
         triangle = find_cell(tables.column_cdf, 0, tables.column_guide, 0,
                              tables.column_guide_size, in_cell.x);
       }
-      return Place{triangle, formulas::square_to_triangle(in_cell)};
+      // As sampled_at().
+      const Vec2 at = formulas::square_to_triangle(in_cell);
+      store(formulas::mesh_point<Float>(mesh, triangle * 3, at.x, at.y, Vec3(Ray{}.d)), out, i);
+      triangle.store(out.primitive + i);
     });
   }
   void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
@@ -214,24 +218,6 @@ class Mesh : public MeshShape {
 
  protected:
   using MeshShape::MeshShape;
-
-  /// Coordinates u and v in a triangle.
-  struct Place {
-    Int triangle;
-    Vec2 at;
-  };
-  /// What sampled_at() gives for place_at(i), as values i, i + 1 ... of the block.
-  template <class Function>
-  void store_places(const SurfaceBlock& out, const Function& place_at) const {
-    const MeshArrays mesh = arrays();
-    for_lanes(out.count, [&](size_t i) {
-      const Place place = place_at(i);
-      store(formulas::mesh_point<Float>(mesh, place.triangle * 3, place.at.x, place.at.y,
-                                        Vec3(Ray{}.d)),
-            out, i);
-      place.triangle.store(out.primitive + i);
-    });
-  }
 };
 
 }  // namespace HWY_NAMESPACE
