@@ -38,12 +38,13 @@ class GroundTruth final : public Integrator {
     ScenePointLights lights = gather(settings_, scene, context);
     if (lights.sets.empty()) context.skip("light points", "no emitter offers any");
     for (PointLightSet& set : lights.sets) {
-      const size_t count = set.points.size();
-      set.choose = [count](const SurfaceInteraction&, const SampleKey&, uint32_t, RenderCounters&,
-                           PointSelection& selection) {
-        selection.points.resize(count);
-        std::iota(selection.points.begin(), selection.points.end(), 0u);
-        selection.weights.assign(count, 1.f);
+      PointSelection all;
+      all.points.resize(set.points.size());
+      std::iota(all.points.begin(), all.points.end(), 0u);
+      all.weights.assign(set.points.size(), 1.f);
+      set.choose = [all = std::move(all)](const LitPoints& points, RenderCounters&,
+                                          const UseChosen& use) {
+        points.for_each([&](size_t i, const Bsdf& bsdf) { use(i, bsdf, all); });
       };
     }
     render_point_lights(scene, sensor, context, lights, settings_.options);

@@ -22,6 +22,17 @@ DirectBlock make_direct(Arena& a) {
 
 }  // namespace
 
+void leave_out_own_rounding(const Emitter& emitter, const SurfaceBlock& points,
+                            const uint32_t* which, size_t count, const DirectBlock& samples) {
+  if (!emitter.shape()) return;
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t k = which[i];
+    if (points.shape[k] != emitter.shape()) continue;
+    const float off = std::abs(glm::dot(points.n.at(k), samples.d.at(k))) * samples.distance[k];
+    if (!(off > points.p_error[k])) samples.pdf[k] = 0;
+  }
+}
+
 EmitterSamples::EmitterSamples(const SceneTable& scene, size_t points)
     : emitters_(scene.scene().emitters()),
       pick_pdf_(1 / static_cast<float>(std::max<size_t>(1, emitters_.size()))),
@@ -44,7 +55,7 @@ void EmitterSamples::sample(const Sampler& sampler, const PixelSamples& samples,
     emitters_[0]->sample_direct_block(points.p, u_, count, light_);
     if (emitters_[0]->shape()) {
       std::iota(order_, order_ + count, 0u);
-      leave_out_own_rounding(*emitters_[0], points, order_, count);
+      leave_out_own_rounding(*emitters_[0], points, order_, count, light_);
     }
     return;
   }
@@ -96,20 +107,8 @@ void EmitterSamples::sample_picked(const SurfaceBlock& points) {
       light_.pdf[k] = part_.pdf[i];
       light_.is_delta[k] = part_.is_delta[i];
     }
-    leave_out_own_rounding(*emitters_[e], points, which, n);
+    leave_out_own_rounding(*emitters_[e], points, which, n, light_);
     first = end;
-  }
-}
-
-/// Light of a surface for points of the same one: see SurfaceInteraction::resolves.
-void EmitterSamples::leave_out_own_rounding(const Emitter& emitter, const SurfaceBlock& points,
-                                            const uint32_t* which, size_t count) {
-  if (!emitter.shape()) return;
-  for (size_t i = 0; i < count; ++i) {
-    const uint32_t k = which[i];
-    if (points.shape[k] != emitter.shape()) continue;
-    const float off = std::abs(glm::dot(points.n.at(k), light_.d.at(k))) * light_.distance[k];
-    if (!(off > points.p_error[k])) light_.pdf[k] = 0;
   }
 }
 

@@ -7,6 +7,11 @@
 
 namespace kinome::transport {
 
+/// Makes samples of `emitter`, of a surface, into none where they are for points of the same surface
+/// and are but rounding: see SurfaceInteraction::resolves. Sample which[i] is for that point.
+void leave_out_own_rounding(const Emitter& emitter, const SurfaceBlock& points,
+                            const uint32_t* which, size_t count, const DirectBlock& samples);
+
 /// Samples of the scene's emitters, one for each point of a block, of emitters picked uniformly.
 /// One per thread.
 class EmitterSamples {
@@ -27,8 +32,6 @@ class EmitterSamples {
  private:
   void pick(const float* which, size_t count);
   void sample_picked(const SurfaceBlock& points);
-  void leave_out_own_rounding(const Emitter& emitter, const SurfaceBlock& points,
-                              const uint32_t* which, size_t count);
   const std::vector<const Emitter*>& emitters_;
   float pick_pdf_;
   Arena arena_;

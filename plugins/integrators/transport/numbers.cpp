@@ -14,13 +14,13 @@ bool are_few(size_t count, const PixelSamples& samples) {
   return count * kShare < samples.count();
 }
 
+}  // namespace
+
 SampleKey key_of(const PixelSamples& samples, uint32_t sample) {
   const uint32_t pixel = sample / samples.samples;
   return {samples.x[pixel], samples.y[pixel], samples.first_sample + sample % samples.samples,
           samples.seed};
 }
-
-}  // namespace
 
 Numbers::Numbers(size_t samples) : arena_(samples), all_(arena_.two()) {}
 

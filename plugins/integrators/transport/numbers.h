@@ -5,6 +5,9 @@
 
 namespace kinome::transport {
 
+/// Of sample number `sample` of a block.
+SampleKey key_of(const PixelSamples& samples, uint32_t sample);
+
 /// Random numbers for points: each has those of the sample of the block that it belongs to. One per
 /// thread.
 class Numbers {

@@ -1,65 +1,36 @@
 #pragma once
 
+#include "clustered/points/light_pairs.h"
+#include "clustered/points/mirrors.h"
 #include "clustered/points/point_lights.h"
-#include "kinome/primary_rays.h"
+#include "clustered/points/single_lights.h"
 
 namespace kinome {
 
-/// Memory that a thread keeps from batch to batch.
-struct PointLightScratch {
-  PointSelection selection;
-  std::vector<Ray> rays;  ///< waiting shadow rays, and whom they are for
-  std::vector<uint32_t> owner;
-  std::vector<Rgb> contribution;
-
-  /// Rays into mirrors, and what they will count.
-  struct Reflected {
-    RayHit ray;
-    uint32_t owner;
-    Rgb weight;
-  };
-  std::vector<Reflected> reflected, traced;
-  std::vector<RayHit> hits;
-};
-
-/// Shades a batch of primary rays.
+/// Shades what the camera rays of a block have hit. One per thread.
 class PointLightShader {
  public:
-  PointLightShader(const Scene& scene, const ScenePointLights& lights,
-                   const PointLightOptions& options, const Sampler& sampler,
-                   const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters,
-                   PointLightScratch& scratch);
-  void shade_all();
+  /// For blocks of at most `rays` samples. `columns` are those of the sets of `lights`.
+  PointLightShader(const transport::SceneTable& scene, const ScenePointLights& lights,
+                   std::span<const LightColumns* const> columns, const PointLightOptions& options,
+                   const Sampler& sampler, size_t rays);
+
+  /// Adds the light that the surfaces reflect.
+  void add(const PixelSamples& samples, const transport::Surfaces& seen, const Columns3& radiance,
+           RenderCounters& counters);
 
  private:
-  /// A surface seen by primary sample `owner`, directly or by way of mirrors.
-  struct Vertex {
-    const SurfaceInteraction& si;
-    uint32_t owner;
-    uint32_t depth;  ///< segments from the camera
-    Rgb weight;
-  };
-
-  void shade(const Vertex& vertex);
-  void evaluate(const Vertex& vertex, const PointLightSet& set, size_t first, size_t count);
-  void sample_others(const Vertex& vertex);
-  void reflect(const Vertex& vertex);
-  void trace_reflected(uint32_t depth);
+  void light_points(const PixelSamples& samples, const transport::Vertices& vertices,
+                    uint32_t depth, const Columns3& radiance, RenderCounters& counters);
   uint32_t first_dimension(uint32_t depth) const;
-  void add_shadow_ray(const Vertex& vertex, const Vec3& d, float distance, const Rgb& contribution);
-  void trace_shadow_rays();
-  void clear();
 
-  const Scene& scene_;
   const ScenePointLights& lights_;
+  std::span<const LightColumns* const> columns_;
   const PointLightOptions& options_;
-  const Sampler& sampler_;
-  const PrimaryBatch& primary_;
-  const std::span<Rgb> radiance_;
-  RenderCounters& counters_;
-  PointLightScratch& s_;
-  double& evaluate_seconds_;
-  double& shadow_seconds_;
+  bool has_mirrors_;
+  LightPairs pairs_;
+  SingleLights single_lights_;
+  Mirrors mirrors_;
 };
 
 }  // namespace kinome

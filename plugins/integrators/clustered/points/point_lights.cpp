@@ -1,6 +1,9 @@
 #include "clustered/points/point_lights.h"
 
+#include <memory>
+
 #include "clustered/points/point_light_shader.h"
+#include "transport/camera_block.h"
 
 namespace kinome {
 namespace {
@@ -56,13 +59,22 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
 
 void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext& context,
                          const ScenePointLights& lights, const PointLightOptions& options) {
-  shade_primary_rays(
-      scene, sensor, context, options.hide_emitters,
-      [&](const PrimaryBatch& primary, std::span<Rgb> radiance, RenderCounters& counters) {
-        thread_local PointLightScratch scratch;
-        PointLightShader(scene, lights, options, sensor.sampler(), primary, radiance, counters,
-                         scratch)
-            .shade_all();
+  const transport::SceneTable table(scene);
+  std::vector<std::unique_ptr<LightColumns>> owned;
+  std::vector<const LightColumns*> columns;
+  for (const PointLightSet& set : lights.sets) {
+    owned.push_back(std::make_unique<LightColumns>(set.points));
+    columns.push_back(owned.back().get());
+  }
+  transport::render_blocks<PointLightShader>(
+      table, sensor, context, options.hide_emitters,
+      [&] {
+        return std::make_unique<PointLightShader>(table, lights, columns, options,
+                                                  sensor.sampler(), transport::kBlockSamples);
+      },
+      [](PointLightShader& shader, const transport::CameraBlock& block,
+         const PixelSamples& samples, RenderCounters& counters) {
+        shader.add(samples, block.seen(), block.radiance(), counters);
       });
 }
 

@@ -6,17 +6,36 @@
 #include "clustered/points/point_selection.h"
 #include "kinome/light_points.h"
 #include "kinome/render_context.h"
+#include "transport/surfaces.h"
 
 namespace kinome {
 
-/// Fills an empty selection for the point `si`, seen by the primary sample `key`. Called from many
-/// threads at once. May use kChooseDimensions numbers of the sampler from `dimension` on. Where it
-/// chooses at random, the expectation of each point's summed weights must be 1 if the point can be
-/// reflected at `si`.
-using ChoosePoints =
-    std::function<void(const SurfaceInteraction& si, const SampleKey& key, uint32_t dimension,
-                       RenderCounters& counters, PointSelection& selection)>;
+/// Points of a block that are to be lit.
+struct LitPoints {
+  const PixelSamples& samples;
+  const transport::Surfaces& surfaces;
+  const uint32_t* owner;  ///< of each point, the sample of the block that sees it
+  uint32_t dimension;     ///< of the sampler, from which kChooseDimensions may be used
+
+  /// fn(i, material) for each point that scatters light.
+  template <class Function>
+  void for_each(const Function& fn) const {
+    for (const transport::Surfaces::Range& range : surfaces.ranges()) {
+      if (range.first >= surfaces.scattering()) return;
+      for (size_t i = range.first; i < range.first + range.count; ++i) fn(i, *range.row->bsdf);
+    }
+  }
+};
 inline constexpr uint32_t kChooseDimensions = 16;
+
+/// Takes the light points that were chosen for point i.
+using UseChosen =
+    std::function<void(size_t i, const Bsdf& bsdf, const PointSelection& selection)>;
+/// Chooses for each of the points, one after the other. Called from many threads at once. Where it
+/// chooses at random, the expectation of each light point's summed weights must be 1 if that can be
+/// reflected at the point.
+using ChoosePoints =
+    std::function<void(const LitPoints& points, RenderCounters& counters, const UseChosen& use)>;
 
 /// Light points of one kind, and how those of a shading point are chosen.
 struct PointLightSet {
@@ -48,8 +67,8 @@ struct PointLightOptions {
 ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context, uint32_t count,
                                      const PointLightOptions& options);
 
-/// Renders as Åkerlund 2008, 4.3: a G-buffer first; then, for each point of it, the sum over the
-/// chosen lights of weight x power x f cos(theta) x visibility. Contributions of zero cost no
+/// Renders as Åkerlund 2008, 4.3, block by block: a G-buffer first; then, for each point of it, the
+/// sum over the chosen lights of weight x power x f cos(theta) x visibility. Contributions of zero cost no
 /// shadow ray. Mirror (delta) lobes, which no point light can meet, are followed by rays, and what
 /// they meet is lit directly; emitters without points get one light sample each. Light that reaches
 /// a surface by way of a mirror is left out. Stages: primary, choose (by `choose` itself),

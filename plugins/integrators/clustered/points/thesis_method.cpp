@@ -3,18 +3,38 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <utility>
 
-#include "kinome/primary_rays.h"
+#include "clustered/points/lobe_samples.h"
+#include "kinome/block_points.h"
+#include "transport/blocks_of_tile.h"
+#include "transport/camera.h"
 
 namespace kinome {
 namespace {
 
-/// What a thread keeps from point to point.
+/// What a thread keeps from block to block.
 struct Scratch {
+  Scratch(uint32_t draws, const Sampler* lobe_sampler)
+      : arena(draws), numbers(arena.two()), u(draws) {
+    if (lobe_sampler) lobes.emplace(*lobe_sampler);
+  }
+
+  /// A point whose lobe samples are still to be drawn.
+  struct Waiting {
+    size_t i;
+    const Bsdf* bsdf;
+    LightCut::Point point;
+    std::optional<size_t> lobe;  ///< its number in `lobes`
+  };
+  std::vector<Waiting> waiting;
+  std::optional<LobeSamples> lobes;
   ClusterPmf pmf;
-  std::vector<float> x, y, z;  ///< lobe directions
-  std::vector<Vec2> u;         ///< numbers that choose light points
+  PointSelection selection;
+  transport::Arena arena;
+  Columns2 numbers;     ///< that choose light points
+  std::vector<Vec2> u;  ///< the same
 };
 
 }  // namespace
@@ -31,52 +51,61 @@ class ClusterChooser {
     if (importance == Importance::kLuminance) luminance_pmf_ = cut_->luminance_pmf();
   }
 
-  void operator()(const SurfaceInteraction& si, const SampleKey& key, uint32_t dimension,
-                  RenderCounters& counters, PointSelection& selection) const {
-    thread_local Scratch scratch;
-    const ClusterPmf* pmf = &luminance_pmf_;
-    if (importance_ != Importance::kLuminance) {
-      const StageTimer timer(counters.stage_seconds["importance"]);
-      build_pmf(importance_, si, key, dimension, counters, scratch);
-      pmf = &scratch.pmf;
-    }
-    const StageTimer timer(counters.stage_seconds["choose"]);
-    if (!pmf->empty()) draw(*pmf, key, dimension + kLobeDimensions, scratch, selection);
+  void operator()(const LitPoints& points, RenderCounters& counters, const UseChosen& use) const {
+    scratch_.with_one([&] { return make_scratch(); }, [&](Scratch& scratch) {
+      points.for_each([&](size_t i, const Bsdf& bsdf) {
+        if (importance_ == Importance::kLuminance) {
+          choose(luminance_pmf_, points, i, bsdf, scratch, counters, use);
+          return;
+        }
+        if (scratch.lobes && !scratch.lobes->has_room()) {
+          choose_waiting(points, scratch, counters, use);
+        }
+        const StageTimer timer(counters.stage_seconds["importance"]);
+        wait(points, i, bsdf, scratch);
+      });
+      choose_waiting(points, scratch, counters, use);
+    });
   }
 
-  /// Without the samples' visibility.
-  Inspection inspect(const LightPoints& points, const SurfaceInteraction& si, const SampleKey& key,
-                     uint32_t dimension) const {
+  /// Of point i, without the samples' visibility.
+  Inspection inspect(const LightPoints& lights, const LitPoints& points, size_t i) const {
+    const SurfaceInteraction si = interaction_of(points.surfaces.points(), i);
+    const Bsdf& bsdf = si.shape->bsdf();
     Inspection report;
-    report.kind = points.kind;
+    report.kind = lights.kind;
     report.position = si.p;
-    report.normal = si.shape->bsdf().reflection_frame(si).n;
+    report.normal = bsdf.reflection_frame(si).n;
     RenderCounters counters;
-    Scratch scratch;
-    PointSelection selection;
-    (*this)(si, key, dimension, counters, selection);
+    const auto scratch = make_scratch();
+    wait(points, i, bsdf, *scratch);
+    find_lobes(*scratch, counters);
+    const LightCut::Point& point = scratch->waiting[0].point;
+    ClusterPmf brdf, own;
+    cut_->build(Importance::kBrdf, point, brdf);
+    if (importance_ != Importance::kLuminance) cut_->build(importance_, point, own);
+    const ClusterPmf& pmf = importance_ == Importance::kLuminance ? luminance_pmf_ : own;
     report.clusters.resize(cut_->size());
-    build_pmf(Importance::kBrdf, si, key, dimension, counters, scratch);
-    const ClusterPmf brdf = scratch.pmf;
-    if (importance_ != Importance::kLuminance) {
-      build_pmf(importance_, si, key, dimension, counters, scratch);
-    }
-    const ClusterPmf& pmf = importance_ == Importance::kLuminance ? luminance_pmf_ : scratch.pmf;
     describe_clusters(pmf, brdf, report);
+    const PointSelection& selection = scratch->selection;
+    draw(pmf, points, i, *scratch);
     for (size_t k = 0; k < selection.points.size(); ++k) {
-      const uint32_t point = selection.points[k];
-      report.samples.push_back(
-          {points.origin(point, si.p - points.position[point]), selection.weights[k], false});
+      const uint32_t chosen = selection.points[k];
+      report.samples.push_back({lights.origin(chosen, si.p - lights.position[chosen]),
+                                selection.weights[k], false});
       // Draws of one point are merged: its weight tells how many there were.
-      const float draws = selection.weights[k] * cut_->point_probability(pmf, point) *
+      const float draws = selection.weights[k] * cut_->point_probability(pmf, chosen) *
                           static_cast<float>(light_sampler_->sample_count());
-      report.clusters[cut_->cluster_of(point)].samples += static_cast<uint32_t>(std::lround(draws));
+      report.clusters[cut_->cluster_of(chosen)].samples +=
+          static_cast<uint32_t>(std::lround(draws));
     }
     return report;
   }
 
  private:
-  static constexpr uint32_t kLobeDimensions = 4;
+  std::unique_ptr<Scratch> make_scratch() const {
+    return std::make_unique<Scratch>(light_sampler_->sample_count(), lobe_sampler_.get());
+  }
 
   /// All of the clusters but their samples. Three distributions tell the parts: the importance is
   /// light x geometric x brdf.
@@ -112,53 +141,67 @@ class ClusterChooser {
     }
   }
 
-  void build_pmf(Importance importance, const SurfaceInteraction& si, const SampleKey& key,
-                 uint32_t dimension, RenderCounters& counters, Scratch& scratch) const {
-    const Bsdf& bsdf = si.shape->bsdf();
+  /// Lists point i with all that its importance depends on, but the lobe samples themselves.
+  void wait(const LitPoints& points, size_t i, const Bsdf& bsdf, Scratch& scratch) const {
+    const SurfaceInteraction si = interaction_of(points.surfaces.points(), i);
     const LobeReflectance reflectance = bsdf.reflectance(si);
-    LightCut::Point point;
-    point.position = si.p;
-    point.normal = bsdf.reflection_frame(si).n;
-    point.diffuse = luminance(reflectance.diffuse);
-    point.glossy = luminance(reflectance.glossy);
-    if (point.glossy > 0 && lobe_sampler_) {
-      sample_lobe(si, key, dimension, scratch);
-      counters[RayKind::kLobe] += scratch.x.size();
-      point.lobe = {scratch.x.data(), scratch.y.data(), scratch.z.data(), scratch.x.size()};
+    Scratch::Waiting waiting{i, &bsdf, {}, std::nullopt};
+    waiting.point.position = si.p;
+    waiting.point.normal = bsdf.reflection_frame(si).n;
+    waiting.point.diffuse = luminance(reflectance.diffuse);
+    waiting.point.glossy = luminance(reflectance.glossy);
+    if (waiting.point.glossy > 0 && scratch.lobes) {
+      waiting.lobe = scratch.lobes->add(points, i, bsdf);
     }
-    cut_->build(importance, point, scratch.pmf);
+    scratch.waiting.push_back(waiting);
   }
 
-  /// Directions of the glossy lobe, in world space; those below the horizon are left out, as their
-  /// light is (4.2.2 covers the diffuse lobe by the horizon test instead).
-  void sample_lobe(const SurfaceInteraction& si, const SampleKey& key, uint32_t dimension,
-                   Scratch& scratch) const {
-    scratch.x.clear();
-    scratch.y.clear();
-    scratch.z.clear();
-    const uint32_t count = lobe_sampler_->sample_count();
-    SampleKey lobe_key = key;
-    for (uint32_t i = 0; i < count; ++i) {
-      lobe_key.sample = key.sample * count + i;
-      SampleStream stream(*lobe_sampler_, lobe_key, dimension);
-      const Vec2 direction = stream.next_2d();
-      const auto sample = si.shape->bsdf().sample(si, Lobe::kGlossy, stream.next_1d(), direction);
-      if (!sample) continue;
-      const Vec3 d = si.frame.to_world(sample->wo);
-      scratch.x.push_back(d.x);
-      scratch.y.push_back(d.y);
-      scratch.z.push_back(d.z);
+  void find_lobes(Scratch& scratch, RenderCounters& counters) const {
+    if (!scratch.lobes) return;
+    scratch.lobes->draw();
+    for (Scratch::Waiting& waiting : scratch.waiting) {
+      if (!waiting.lobe) continue;
+      waiting.point.lobe = scratch.lobes->directions(*waiting.lobe);
+      counters[RayKind::kLobe] += waiting.point.lobe.count;
     }
   }
 
-  void draw(const ClusterPmf& pmf, const SampleKey& key, uint32_t dimension, Scratch& scratch,
-            PointSelection& selection) const {
+  void choose_waiting(const LitPoints& points, Scratch& scratch, RenderCounters& counters,
+                      const UseChosen& use) const {
+    {
+      const StageTimer timer(counters.stage_seconds["importance"]);
+      find_lobes(scratch, counters);
+    }
+    for (const Scratch::Waiting& waiting : scratch.waiting) {
+      {
+        const StageTimer timer(counters.stage_seconds["importance"]);
+        cut_->build(importance_, waiting.point, scratch.pmf);
+      }
+      choose(scratch.pmf, points, waiting.i, *waiting.bsdf, scratch, counters, use);
+    }
+    scratch.waiting.clear();
+    if (scratch.lobes) scratch.lobes->clear();
+  }
+
+  void choose(const ClusterPmf& pmf, const LitPoints& points, size_t i, const Bsdf& bsdf,
+              Scratch& scratch, RenderCounters& counters, const UseChosen& use) const {
+    if (pmf.empty()) return;
+    {
+      const StageTimer timer(counters.stage_seconds["choose"]);
+      draw(pmf, points, i, scratch);
+    }
+    use(i, bsdf, scratch.selection);
+  }
+
+  void draw(const ClusterPmf& pmf, const LitPoints& points, size_t i, Scratch& scratch) const {
     const uint32_t count = light_sampler_->sample_count();
-    SampleKey first = key;
-    first.sample = key.sample * count;
-    scratch.u.resize(count);
-    light_sampler_->fill_2d(first, dimension, count, scratch.u.data());
-    cut_->sample_points(pmf, scratch.u, selection);
+    const SampleKey key = transport::key_of(points.samples, points.owner[i]);
+    const PixelSamples samples{&key.x, &key.y, 1, key.sample * count, count, key.seed};
+    light_sampler_->fill_2d_block(samples, points.dimension + LobeSamples::kDimensions,
+                                  scratch.numbers);
+    for (uint32_t k = 0; k < count; ++k) scratch.u[k] = scratch.numbers.at(k);
+    scratch.selection.clear();
+    cut_->sample_points(pmf, scratch.u, scratch.selection);
   }
 
   const std::shared_ptr<const LightCut> cut_;
@@ -166,13 +209,14 @@ class ClusterChooser {
   const std::shared_ptr<Sampler> light_sampler_;
   const std::shared_ptr<Sampler> lobe_sampler_;  ///< nullptr: no lobe rays
   ClusterPmf luminance_pmf_;
+  mutable transport::Workers<Scratch> scratch_;
 };
 
 /// One for each set, whose points are put in the order of their tree.
-std::vector<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights,
+std::deque<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights,
                                                         const Scene& scene, const Sensor& sensor,
                                                         RenderContext& context) const {
-  std::vector<ClusterChooser> choosers;
+  std::deque<ClusterChooser> choosers;
   if (lights.sets.empty()) {
     context.skip("light tree", "no emitter offers light points");
     return choosers;
@@ -216,7 +260,7 @@ std::shared_ptr<Sampler> ThesisMethod::lobe_sampler(const Scene& scene, const Se
 
 void ThesisMethod::render(ScenePointLights lights, const Scene& scene, const Sensor& sensor,
                           RenderContext& context) const {
-  std::vector<ClusterChooser> choosers = make_choosers(lights, scene, sensor, context);
+  std::deque<ClusterChooser> choosers = make_choosers(lights, scene, sensor, context);
   for (size_t i = 0; i < choosers.size(); ++i) lights.sets[i].choose = std::ref(choosers[i]);
   render_point_lights(scene, sensor, context, lights, settings_.options);
 }
@@ -225,19 +269,22 @@ std::vector<Inspection> ThesisMethod::inspect(ScenePointLights lights, const Sce
                                               const Sensor& sensor, RenderContext& context, int x,
                                               int y) const {
   RenderCounters counters;
-  PrimaryBatch primary;
-  primary.trace(scene, sensor, {x, y, x + 1, y + 1}, 0, 1, key_seed(context, sensor.sampler()),
-                counters);
-  if (settings_.options.hide_emitters) primary.pass_emitters(scene, counters);
-  if (!primary.hit(0)) throw Error("there is no surface at the place to inspect");
-  const SurfaceInteraction& si = primary.interaction(0);
-  const std::vector<ClusterChooser> choosers = make_choosers(lights, scene, sensor, context);
+  const transport::SceneTable table(scene);
+  transport::Camera camera(table, sensor, 1, settings_.options.hide_emitters);
+  const auto column = static_cast<uint32_t>(x), row = static_cast<uint32_t>(y);
+  const PixelSamples samples{&column, &row, 1, 0, 1, key_seed(context, sensor.sampler())};
+  camera.trace(samples, counters);
+  const SurfaceBlock& seen = camera.surfaces().points();
+  if (seen.count == 0) throw Error("there is no surface at the place to inspect");
+  const SurfaceInteraction si = interaction_of(seen, 0);
+  const LitPoints points{samples, camera.surfaces(), seen.ray, transport::kCameraDimensions};
+  const std::deque<ClusterChooser> choosers = make_choosers(lights, scene, sensor, context);
   std::vector<Inspection> reports;
   for (size_t i = 0; i < choosers.size(); ++i) {
-    const LightPoints& points = lights.sets[i].points;
-    reports.push_back(choosers[i].inspect(points, si, primary.key(0), kPrimaryDimensions));
+    const LightPoints& of_set = lights.sets[i].points;
+    reports.push_back(choosers[i].inspect(of_set, points, 0));
     for (InspectedSample& sample : reports.back().samples) {
-      const bool distant = points.kind == LightPoints::Kind::kDistant;
+      const bool distant = of_set.kind == LightPoints::Kind::kDistant;
       Ray shadow =
           distant ? si.shadow_ray(sample.position, kInfinity) : si.shadow_ray_to(sample.position);
       scene.occluded({&shadow, 1}, Coherence::kIncoherent, counters);

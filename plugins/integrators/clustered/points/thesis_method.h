@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <vector>
 
@@ -34,7 +35,7 @@ class ThesisMethod {
                                   RenderContext& context, int x, int y) const;
 
  private:
-  std::vector<ClusterChooser> make_choosers(ScenePointLights& lights, const Scene& scene,
+  std::deque<ClusterChooser> make_choosers(ScenePointLights& lights, const Scene& scene,
                                             const Sensor& sensor, RenderContext& context) const;
   std::shared_ptr<const LightCut> make_cut(LightPoints& points, RenderContext& context) const;
   std::shared_ptr<Sampler> lobe_sampler(const Scene& scene, const Sensor& sensor,

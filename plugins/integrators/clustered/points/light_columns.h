@@ -1,0 +1,26 @@
+#pragma once
+
+#include "kinome/light_points.h"
+#include "transport/arena.h"
+
+namespace kinome {
+
+/// Light points by columns, in the order of a set of LightPoints, which outlives it. Immutable;
+/// thread-safe.
+class LightColumns {
+ public:
+  explicit LightColumns(const LightPoints& points);
+
+  const LightPoints& points() const { return points_; }
+  bool is_local() const { return points_.kind == LightPoints::Kind::kLocal; }
+  const Columns3& position() const { return position_; }
+  const Columns3& normal() const { return normal_; }  ///< of local light
+  const Columns3& power() const { return power_; }
+
+ private:
+  const LightPoints& points_;
+  transport::Arena arena_;
+  Columns3 position_, normal_, power_;
+};
+
+}  // namespace kinome

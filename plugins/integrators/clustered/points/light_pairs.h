@@ -1,0 +1,52 @@
+#pragma once
+
+#include "clustered/points/light_columns.h"
+#include "clustered/points/point_selection.h"
+#include "clustered/points/repeated_points.h"
+#include "kinome/scene.h"
+#include "transport/occlusion.h"
+
+namespace kinome {
+
+/// Pairs of surface points and light points: what each point reflects of its light points, and a
+/// shadow ray for each that has any, all for some 2000 pairs at a time. One per thread.
+class LightPairs {
+ public:
+  /// `max_geometry_term`: see PointLightOptions.
+  LightPairs(const Scene& scene, float max_geometry_term);
+
+  /// Adds the light of the points that were chosen for point i of `points`, whose material is
+  /// `bsdf`, to what sample `owner` sees, where it counts as `weight`; the last pairs wait for
+  /// finish().
+  void add(const SurfaceBlock& points, size_t i, const Bsdf& bsdf, uint32_t owner,
+           const Rgb& weight, const LightColumns& lights, const PointSelection& chosen,
+           const Columns3& radiance, RenderCounters& counters);
+  void finish(const Columns3& radiance, RenderCounters& counters);
+
+ private:
+  static constexpr size_t kCapacity = 2048;
+
+  void see(const LightColumns& lights, const Rgb& weight, size_t first, size_t count);
+  void see_distant(const LightColumns& lights, const Rgb& weight, size_t first, size_t count);
+  void see_local(const LightColumns& lights, const Rgb& weight, size_t first, size_t count);
+  void find_intensities(const LightPoints& lights, size_t first, size_t count);
+  void find_origins(const LightPoints& lights, size_t first, size_t count);
+
+  const Scene& scene_;
+  const float max_geometry_term_;
+  transport::Arena arena_;
+  RepeatedPoints points_;
+  uint32_t* owner_;
+  uint32_t* light_;  ///< number of the light point
+  float* share_;     ///< how often it counts
+  float* live_;      ///< 0 where a pair is none
+  Columns3 d_;       ///< toward the light
+  float* distance_;
+  Columns3 arriving_;  ///< what multiplies f cos; after that, what is reflected
+  Columns3 wo_;
+  BsdfAnswer answer_;
+  Ray16* rays_;
+  transport::Occlusion occlusion_;
+};
+
+}  // namespace kinome
