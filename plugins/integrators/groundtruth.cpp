@@ -24,8 +24,8 @@ class GroundTruth final : public Integrator {
   const char* default_indirect_emitter() const override { return indirect_emitter(settings_); }
 
   std::vector<Stage> stages() const override {
-    return {kLightLeftOutStage, kLightPointsStage, kPrimaryStage, kChooseStage,
-            kEvaluateStage,     kShadowStage,      kFilmStage};
+    return {kLightLeftOutStage, kLightPointsStage, kPrimaryStage, kEvaluateStage,
+            kBounceStage,       kShadeStage,       kShadowStage,  kFilmStage};
   }
 
   void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
