@@ -139,7 +139,9 @@ class AreaLight final : public Emitter {
     const V local = select(is_interpolated, warp::square_to_uniform_hemisphere<V>(u),
                            warp::square_to_cosine_hemisphere<V>(u));
     const V d = frame.to_world(local);
-    return {d, select(is_interpolated, F(kUniformHemispherePdf), warp::cosine_hemisphere_pdf(local.z)),
+    return {d,
+            select(is_interpolated, F(kUniformHemispherePdf),
+                   warp::cosine_hemisphere_pdf(local.z)),
             select(is_interpolated, abs(dot(n, d)), local.z), local.z > 0.f};
   }
 

@@ -20,8 +20,9 @@ PointLightShader::PointLightShader(const transport::SceneTable& scene,
     : lights_(lights),
       columns_(columns),
       options_(options),
-      has_mirrors_(std::any_of(scene.rows().begin(), scene.rows().end(),
-                               [](const auto& row) { return any(row.bsdf->lobes() & Lobe::kDelta); })),
+      has_mirrors_(std::any_of(
+          scene.rows().begin(), scene.rows().end(),
+          [](const auto& row) { return any(row.bsdf->lobes() & Lobe::kDelta); })),
       pairs_(scene.scene(), options.max_geometry_term),
       single_lights_(scene, sampler, rays),
       mirrors_(scene, sampler, rays) {}
