@@ -135,6 +135,16 @@ void Estimator::shoot(const Unit& unit, const Answers& answers) {
   comb_.walk(strata_, unit.rays, random_float(unit.seed, kCombOffset), shoot_segment);
 }
 
+/// fn(primary) for those whose BSDF has a delta lobe.
+template <class Function>
+void Estimator::for_each_mirroring(const Function& fn) const {
+  for (uint32_t g = 0; g < groups_.size(); ++g) {
+    const GroupView group = view(g);
+    if (!group.has(Lobe::kDelta)) continue;
+    for (uint32_t k = 0; k < group.group.count; ++k) fn(group.primary(k));
+  }
+}
+
 void Estimator::send_eye_rays(const Unit& unit, Rgb& sum) {
   for (uint32_t g = 0; g < groups_.size(); ++g) {
     const GroupView group = view(g);
@@ -144,19 +154,19 @@ void Estimator::send_eye_rays(const Unit& unit, Rgb& sum) {
                    hash_words(unit.seed, kEyeRays), sum);
   }
   const uint64_t seed = hash_words(unit.seed, kMirrors);
-  for (const uint32_t i : groups_.order()) {
+  for_each_mirroring([&](uint32_t i) {
     eye_rays_.send_mirrored(primaries_->interaction(i), i, seed, sum);
-  }
+  });
 }
 
 /// Where the sky is all that mirrors can show.
 void Estimator::shoot_mirrored(uint64_t seed, Rgb& sum) {
-  for (const uint32_t i : groups_.order()) {
-    const SurfaceInteraction& si = primaries_->interaction(i);
+  for_each_mirroring([&](uint32_t i) {
+    const SurfaceInteraction si = primaries_->interaction(i);
     const auto mirrored = mirrored_sky(light_, si, i, seed);
-    if (!mirrored) continue;
+    if (!mirrored) return;
     shadow_rays_.push(si, mirrored->d, {mirrored->weight, 0, primaries_->patch(i)}, {&sum});
-  }
+  });
 }
 
 void Estimator::estimate(const Unit& unit, Rgb& sum) {
@@ -193,10 +203,10 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
   }
   shoot(unit, answers);
   const uint64_t seed = hash_words(unit.seed, kMirrors);
-  for (const uint32_t i : groups_.order()) {
+  for_each_mirroring([&](uint32_t i) {
     const auto mirrored = mirrored_sky(light_, primaries_->interaction(i), i, seed);
     if (mirrored) points[i].mirrored = mean_of(mirrored->weight);
-  }
+  });
 }
 
 void Estimator::flush() {

@@ -84,6 +84,8 @@ class Estimator {
                 std::span<PointPlan> points);
   float eye_rays_of(const GroupView& group, const Answers& answers) const;
   void shoot(const Unit& unit, const Answers& answers);
+  template <class Function>
+  void for_each_mirroring(const Function& fn) const;
   void send_eye_rays(const Unit& unit, Rgb& sum);
   void shoot_mirrored(uint64_t seed, Rgb& sum);
 
