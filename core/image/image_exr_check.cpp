@@ -19,11 +19,10 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "image/image_size.h"
+
 namespace kinome {
 namespace {
-
-/// Pixels along a side that no real picture exceeds.
-constexpr int kMaxSide = 1 << 17;
 
 /// OpenEXR's own test also wants more of the file, and could not tell a truncated one.
 bool has_magic(const std::string& path) {

@@ -8,12 +8,11 @@
 
 #include "base/file_writer.h"
 #include "image/color_channels.h"
+#include "image/image_size.h"
 #include "kinome/image.h"
 
 namespace kinome {
 namespace {
-
-constexpr int kMaxSide = 1 << 17;
 
 float swap_bytes(float v) {
   return std::bit_cast<float>(__builtin_bswap32(std::bit_cast<uint32_t>(v)));

@@ -17,9 +17,9 @@ namespace {
 /// some hundredths of a second, by paths; ten times as long under ThreadSanitizer, and as many
 /// times as there are others at work on the machine.
 #if defined(__SANITIZE_THREAD__)
-constexpr int kTilesAcross = 4, kSamples = 250, kManySamples = 512;
+constexpr int kTilesAcross = 4, kSamples = 250, kManySamples = 512, kSamplesOfTenths = 16;
 #else
-constexpr int kTilesAcross = 8, kSamples = 1000, kManySamples = 65536;
+constexpr int kTilesAcross = 8, kSamples = 1000, kManySamples = 65536, kSamplesOfTenths = 256;
 #endif
 constexpr int kWidth = kTilesAcross * kTileSize;
 
@@ -334,7 +334,8 @@ std::string on_terminal(const std::vector<std::string>& arguments) {
 
 TEST_F(Interrupt, BarOnATerminal) {
   // Long enough for the bar to be drawn, some tenths of a second.
-  const std::vector<std::string> arguments = {scene_, "-D", "width=256", "-D", "spp=256"};
+  const std::vector<std::string> arguments = {scene_, "-D", "width=256", "-D",
+                                              "spp=" + std::to_string(kSamplesOfTenths)};
   const std::string text = on_terminal(arguments);
   EXPECT_NE(text.find("\r["), std::string::npos) << text;
   EXPECT_NE(text.find(" %, "), std::string::npos) << text;
