@@ -2,8 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <new>
+#include <type_traits>
 #include <vector>
 
 #include "kinome/blocks.h"
@@ -11,7 +13,8 @@
 namespace kinome::transport {
 
 /// Columns (columns.h) of one capacity, which live as long as the arena: a stage makes its own once
-/// a thread, and uses them for every block. They begin as zeros.
+/// a thread, and uses them for every block. They begin as zeros. What of a long column no block
+/// comes to use takes addresses, but no memory: capacities may be those of the worst case.
 class Arena {
  public:
   explicit Arena(size_t capacity) : capacity_(padded(capacity)) {}
@@ -33,6 +36,8 @@ class Arena {
     for (size_t i = 0; i < capacity_ / 16; ++i) reset(rays[i]);
     return rays;
   }
+  /// Of rays that others are copied from and that are not traced themselves: without masks.
+  Ray16* untraced_rays() { return allocate<Ray16>(capacity_ / 16); }
   RayHit16* ray_hits() {
     RayHit16* const rays = allocate<RayHit16>(capacity_ / 16);
     for (size_t i = 0; i < capacity_ / 16; ++i) reset(rays[i].ray);
@@ -40,17 +45,19 @@ class Arena {
   }
 
  private:
-  static constexpr std::align_val_t kAlignment{64};
+  static constexpr size_t kAlignment = 64;
   struct Free {
-    void operator()(void* memory) const { ::operator delete(memory, kAlignment); }
+    void operator()(void* memory) const { std::free(memory); }
   };
+  /// calloc knows which memory the system has just cleared, and doesn't touch it.
   template <class T>
   T* allocate(size_t count) {
-    void* const memory = ::operator new(count * sizeof(T), kAlignment);
+    static_assert(std::is_trivially_copyable_v<T>);
+    size_t space = count * sizeof(T) + kAlignment;
+    void* memory = std::calloc(space, 1);
+    if (!memory) throw std::bad_alloc();
     memory_.emplace_back(memory);
-    T* const values = static_cast<T*>(memory);
-    std::uninitialized_value_construct_n(values, count);
-    return values;
+    return static_cast<T*>(std::align(kAlignment, count * sizeof(T), memory, space));
   }
 
   size_t capacity_;

@@ -11,7 +11,9 @@
 
 namespace kinome::transport {
 
-/// Samples in a block: what fits the caches. 512 and 8192 differ by up to 5 %.
+/// Samples in a block: what fits the caches. 512 and 8192 differ by up to 5 % in time, and in the last
+/// bits of pictures: samples are the same, but those that a filter spreads over several pixels are
+/// added up in the order of the blocks.
 inline constexpr size_t kBlockSamples = 2048;
 
 /// Calls fn(const PixelSamples&) for blocks that make up samples first … first + samples - 1 of all

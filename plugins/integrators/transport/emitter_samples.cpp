@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "kinome/wide/vectors.h"
 
@@ -42,7 +43,7 @@ EmitterSamples::EmitterSamples(const SceneTable& scene, size_t points)
       which_(arena_.floats()),
       pick_(arena_.indices()),
       order_(arena_.indices()),
-      next_(emitters_.size() + 1),
+      next_(emitters_.size()),
       part_p_(arena_.three()),
       part_u_(arena_.two()),
       part_(make_direct(arena_)) {}
@@ -72,24 +73,24 @@ void EmitterSamples::sample(const Sampler& sampler, const PixelSamples& samples,
   sample_picked(points);
 }
 
-/// Also sorts the points by what was picked: next_[e] is the end of emitter e's.
+/// Also sorts the points by what was picked: next_[e] is the end of emitter e's, of those in use.
 void EmitterSamples::pick(const float* which, size_t count) {
   const float scale = static_cast<float>(emitters_.size());
   const auto last = static_cast<int32_t>(emitters_.size()) - 1;
   for_lanes(count, [&](size_t i) {
     clamp(to_int(Float::load(which + i) * scale), Int(0), Int(last)).store(pick_ + i);
   });
-  std::fill(next_.begin(), next_.end(), 0);
-  for (size_t i = 0; i < count; ++i) ++next_[pick_[i]];
-  std::exclusive_scan(next_.begin(), next_.end(), next_.begin(), 0u);
+  next_.clear();
+  for (size_t i = 0; i < count; ++i) next_.add(pick_[i]);
+  uint32_t first = 0;
+  for (const uint32_t e : next_.used()) first += std::exchange(next_[e], first);
   for (size_t i = 0; i < count; ++i) order_[next_[pick_[i]]++] = static_cast<uint32_t>(i);
 }
 
 void EmitterSamples::sample_picked(const SurfaceBlock& points) {
   size_t first = 0;
-  for (size_t e = 0; e < emitters_.size(); ++e) {
+  for (const uint32_t e : next_.used()) {
     const size_t end = next_[e], n = end - first;
-    if (n == 0) continue;
     const uint32_t* const which = order_ + first;
     // The last vector reaches into the next emitter's points, or into the padding, which once held
     // some point or other.

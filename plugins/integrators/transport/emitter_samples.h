@@ -40,7 +40,7 @@ class EmitterSamples {
   float* which_;
   /// Points by their emitter, and what that emitter is asked for them.
   uint32_t *pick_, *order_;
-  std::vector<uint32_t> next_;
+  BucketCounts next_;
   Columns3 part_p_;
   Columns2 part_u_;
   DirectBlock part_;

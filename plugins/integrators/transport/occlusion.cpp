@@ -2,7 +2,8 @@
 
 namespace kinome::transport {
 
-Occlusion::Occlusion(size_t rays) : sort_(rays), arena_(rays), sorted_(arena_.rays()) {}
+Occlusion::Occlusion(size_t places, size_t rays)
+    : sort_(places), arena_(rays), sorted_(arena_.rays()) {}
 
 void Occlusion::trace(const Scene& scene, Ray16* rays, size_t count, RenderCounters& counters) {
   const size_t on = sort_.sort(rays, count);

@@ -9,7 +9,8 @@ namespace kinome::transport {
 /// thread.
 class Occlusion {
  public:
-  explicit Occlusion(size_t rays);
+  /// For rays at `places` places, of which no more than `rays` are on.
+  Occlusion(size_t places, size_t rays);
 
   /// Sets tmax of each ray that is on and meets anything to -infinity.
   void trace(const Scene& scene, Ray16* rays, size_t count, RenderCounters& counters);

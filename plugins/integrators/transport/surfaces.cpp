@@ -16,7 +16,7 @@ Surfaces::Surfaces(const SceneTable& scene, size_t rays)
       live_(per_point_.floats()),
       row_(per_ray_.indices()),
       missed_(per_ray_.indices()),
-      next_(scene.rows().size() + 2) {
+      next_(scene.rows().size()) {
   Arena& a = per_point_;
   points_.p = a.three(), points_.n = a.three(), points_.s = a.three(), points_.t = a.three();
   points_.sn = a.three(), points_.wi = a.three(), points_.uv = a.two();
@@ -30,22 +30,21 @@ Surfaces::Surfaces(const SceneTable& scene, size_t rays)
 void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
   const auto rows = static_cast<uint32_t>(scene_.rows().size());
   const uint32_t missed = rows, left_out = rows + 1;
-  std::fill(next_.begin(), next_.end(), 0);
+  next_.clear();
   for (size_t i = 0; i < count; ++i) {
     const uint32_t shape = rays[i / 16].shape[i % 16];
     uint32_t row = shape == kNoHit ? missed : scene_.row_of(shape);
     if (which == Which::kEmitting && row < rows && !scene_.rows()[row].emitter) row = left_out;
     row_[i] = row;
-    ++next_[row];
+    if (row < rows) next_.add(row);
   }
   ranges_.clear();
   scattering_ = reflecting_ = 0;
   live_reflecting_ = 0;
   uint32_t at = 0;
-  for (uint32_t row = 0; row < rows; ++row) {
+  for (const uint32_t row : next_.used()) {
     const uint32_t hits = next_[row];
     next_[row] = at;
-    if (hits == 0) continue;
     ranges_.push_back({&scene_.rows()[row], at, hits});
     at += static_cast<uint32_t>(padded(hits));
     if (row >= scene_.reflecting()) continue;

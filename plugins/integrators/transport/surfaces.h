@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "arena.h"
+#include "bucket_counts.h"
 #include "scene_table.h"
 
 namespace kinome::transport {
@@ -21,7 +22,8 @@ class Surfaces {
   };
   enum class Which { kAll, kEmitting };
 
-  /// Points that `rays` rays may make, padding included.
+  /// Points that `rays` rays may make, padding included: where each hits a shape of its own. Columns
+  /// of so many take memory only as far as blocks come to fill them (arena.h).
   static size_t most_points(const SceneTable& scene, size_t rays);
 
   /// For blocks of at most `rays` rays.
@@ -58,7 +60,7 @@ class Surfaces {
   size_t scattering_ = 0;
   size_t reflecting_ = 0;
   size_t live_reflecting_ = 0;
-  std::vector<uint32_t> next_;  ///< of each row: hits, then the place of the next
+  BucketCounts next_;  ///< of each row: hits, then the place of the next
   std::vector<Range> ranges_;
 };
 
