@@ -123,7 +123,7 @@ void Builder::complete_indirect_light(const Location& where, Scene::Contents& co
     log_warn(Error(place,
                    "this emitter offers the bounce of others, which the scene's integrator, with "
                    "the parameters that it has, doesn't ask for: their bounce is not taken from it "
-                   "('clustered' and 'groundtruth' ask with a max_depth of 3 or more, or -1)")
+                   "(one that makes use of them asks where its max_depth is 3 or more, or -1)")
                  .what());
   }
   if (!plugin || has_indirect) return;

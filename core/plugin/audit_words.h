@@ -29,7 +29,7 @@ inline constexpr const char* kSurfaceRadiance =
     "a radiance from sample_direct() that is not eval_surface()'s";
 inline constexpr const char* kOffSurface = "a direction from sample_direct() that misses its shape";
 inline constexpr const char* kDeltaPdf = "a density of a delta light that is not 1";
-inline constexpr const char* kSampleBatch = "a sample_direct_batch() that is not sample_direct()";
+inline constexpr const char* kSampleBlock = "a sample_direct_block() that is not sample_direct()";
 inline constexpr const char* kEvalBatch =
     "an eval_environment_batch() that is not eval_environment() and pdf_environment()";
 inline constexpr const char* kGrid = "a cell_grid() whose radiance is not eval_environment()'s";

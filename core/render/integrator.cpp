@@ -55,7 +55,7 @@ std::unique_ptr<Passes> Integrator::begin(const Scene& scene, const Sensor& sens
 std::vector<Inspection> Integrator::inspect(const Scene& /*scene*/, const Sensor& /*sensor*/,
                                             RenderContext& /*context*/,
                                             const Vec2& /*film_position*/) const {
-  throw Error("the scene's integrator has no clusters to inspect: 'clustered' has");
+  throw Error("the scene's integrator has no clusters to inspect");
 }
 
 }  // namespace kinome

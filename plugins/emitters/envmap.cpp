@@ -208,22 +208,6 @@ class EnvironmentMap final : public Emitter {
     return EmissionDensity{pdf_environment(-d), disk_.pdf()};
   }
 
-  void sample_direct_batch(std::span<const Vec3> /*p*/, std::span<const Vec2> u,
-                           std::span<DirectSample> out) const override {
-    std::array<SphericalMap::Sample, SphericalMap::kBlock> samples;
-    for (size_t first = 0; first < u.size(); first += samples.size()) {
-      const size_t count = std::min(samples.size(), u.size() - first);
-      map_.sample_block(u.subspan(first, count), samples.data());
-      for (size_t i = 0; i < count; ++i) {
-        DirectSample& direct = out[first + i];
-        direct = DirectSample{};
-        direct.d = to_world_ * samples[i].d;
-        direct.pdf = samples[i].pdf;
-        direct.radiance = samples[i].radiance;
-      }
-    }
-  }
-
   void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
                               std::span<float> pdf) const override {
     std::array<Vec3, SphericalMap::kBlock> local;

@@ -47,7 +47,8 @@ class SphericalMap {
   /// nullopt for a black map.
   std::optional<Sample> sample(const Vec2& u) const;
 
-  /// Of an image: floats of texels are counted in int32_t.
+  /// Of an image: floats of texels are counted in int32_t. An image of few rows, which is refined
+  /// to more, stays far below: no reader takes more than 2^17 columns.
   static constexpr size_t kMostTexels = size_t{1} << 28;
 
   /// By columns, for directions in the space that to_local or to_world, a rotation or reflection,
@@ -65,8 +66,6 @@ class SphericalMap {
   void eval_places(std::span<const Vec2> places, Rgb* radiance) const;
   /// Radiance of the texels of a row from column `first` on; after the last one comes the first.
   void copy_texels(int row, int first, std::span<Rgb> radiance) const;
-  /// A density of 0 stands for nullopt.
-  void sample_block(std::span<const Vec2> u, Sample* samples) const;
   /// The radiance integrated over each cell, exactly (up to rounding).
   std::vector<Rgb> integrate(const SpherePartition& cells) const;
 

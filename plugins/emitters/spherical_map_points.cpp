@@ -227,21 +227,6 @@ void SphericalMap::eval_places(std::span<const Vec2> places, Rgb* radiance) cons
   }
 }
 
-void SphericalMap::sample_block(std::span<const Vec2> u, Sample* samples) const {
-  if (!(patches_.total() > 0)) {
-    std::fill(samples, samples + u.size(), Sample{});
-    return;
-  }
-  std::array<GridDistribution::Cell, kBlock> cells;
-  for (size_t i = 0; i < u.size(); ++i) cells[i] = patches_.start(u[i]);
-  for (size_t i = 0; i < u.size(); ++i) patches_.prefetch(cells[i]);
-  for (size_t i = 0; i < u.size(); ++i) {
-    patches_.finish(cells[i]);
-    prefetch(cells[i].row * static_cast<uint32_t>(width_ + 1) + cells[i].column);
-  }
-  for (size_t i = 0; i < u.size(); ++i) samples[i] = sample_patch(cells[i]);
-}
-
 namespace {
 
 /// How many directions are worked on in steps: few enough for what passes between the steps, and

@@ -226,6 +226,7 @@ TEST_F(FaultyPlugins, ThatContradictThemselvesAreNamed) {
       {"batch",
        "an eval_environment_batch() that is not eval_environment() and"
        " pdf_environment()"},
+      {"block", "a sample_direct_block() that is not sample_direct()"},
       {"grid", "a cell_grid() whose radiance is not eval_environment()'s"},
       {"corners", "a cell_grid() whose radiance is not eval_environment()'s"},
       {"bilinear", "a cell_grid() whose quads are not bilinear as it says"},

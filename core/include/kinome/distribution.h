@@ -28,24 +28,10 @@ class KINOME_EXPORT GridDistribution {
   };
   /// Never a cell of weight 0. total() must not be 0.
   Cell sample(const Vec2& u) const {
-    Cell cell = start(u);
-    finish(cell);
-    return cell;
-  }
-  /// The same in two steps, between which the memory that the second one reads may arrive: the row,
-  /// with its column table on the way (cell.u.x is still the random number), then the column.
-  Cell start(const Vec2& u) const {
     Cell cell{0, 0, glm::min(u, Vec2(kOneMinusEpsilon))};
     cell.row = find(row_cdf_.data(), row_guide_.data(), row_guide_size_, cell.u.y);
-    __builtin_prefetch(column_guide(cell.row) + bucket(cell.u.x));
-    return cell;
-  }
-  /// Between the two: fetches the column's probabilities.
-  void prefetch(const Cell& cell) const {
-    __builtin_prefetch(column_cdf(cell.row) + column_guide(cell.row)[bucket(cell.u.x)]);
-  }
-  void finish(Cell& cell) const {
     cell.column = find(column_cdf(cell.row), column_guide(cell.row), column_guide_size_, cell.u.x);
+    return cell;
   }
 
   /// What sample() reads, for those who invert many numbers at once (kinome/wide/distribution.h).
@@ -80,9 +66,6 @@ class KINOME_EXPORT GridDistribution {
     const float start = first == 0 ? 0.f : cdf[first - 1];
     u = std::min((u - start) / (cdf[first] - start), kOneMinusEpsilon);
     return first;
-  }
-  uint32_t bucket(float u) const {
-    return static_cast<uint32_t>(u * static_cast<float>(column_guide_size_));
   }
   const float* column_cdf(uint32_t row) const {
     return column_cdf_.data() + static_cast<size_t>(row) * columns_;

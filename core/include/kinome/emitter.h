@@ -132,15 +132,6 @@ class KINOME_EXPORT Emitter : public Object {
     return false;
   }
 
-  /// sample_direct for many points at once; pdf is 0 where nothing can be had. A light with large
-  /// tables overlaps its accesses to memory here. All spans have one size.
-  virtual void sample_direct_batch(std::span<const Vec3> p, std::span<const Vec2> u,
-                                   std::span<DirectSample> out) const {
-    for (size_t i = 0; i < out.size(); ++i) {
-      const auto sample = sample_direct(p[i], u[i]);
-      out[i] = sample ? *sample : DirectSample{};
-    }
-  }
   /// eval_environment of many directions, and pdf_environment unless `pdf` is empty.
   virtual void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
                                       std::span<float> pdf) const {
@@ -148,8 +139,8 @@ class KINOME_EXPORT Emitter : public Object {
     for (size_t i = 0; i < pdf.size(); ++i) pdf[i] = pdf_environment(d[i]);
   }
 
-  /// The same over blocks (blocks.h). sample_direct toward the light from each p. Default: all of
-  /// these ask point by point.
+  /// The same over blocks (blocks.h). sample_direct toward the light from each p; pdf is 0 where
+  /// nothing can be had. Default: all of these ask point by point.
   virtual void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
                                    const DirectBlock& out) const;
   /// eval_environment of each d, and pdf_environment unless `pdf` is nullptr.

@@ -67,6 +67,11 @@ class FaultyEmitter final : public Emitter {
     Emitter::eval_environment_batch(d, radiance, pdf);
     for (Rgb& value : radiance) value *= fault_.is("batch") ? 1.02f : 1.f;
   }
+  void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
+                           const DirectBlock& out) const override {
+    Emitter::sample_direct_block(p, u, count, out);
+    for (size_t i = 0; i < count; ++i) out.pdf[i] *= fault_.is("block") ? 1.02f : 1.f;
+  }
 
  private:
   /// Radiance at a place of the grid.
