@@ -18,14 +18,17 @@ inline namespace HWY_NAMESPACE {
 class ScratchColumns {
  public:
   ScratchColumns(size_t columns, size_t count) : length_(padded(count)) {
-    if (!pool().empty()) {
-      memory_ = std::move(pool().back());
-      pool().pop_back();
+    Pool& pool = of_thread();
+    if (pool.idle.empty()) {
+      pool.idle.reserve(++pool.made);
+    } else {
+      memory_ = std::move(pool.idle.back());
+      pool.idle.pop_back();
     }
     const size_t wanted = columns * length_ / kBlockLanes;
     if (memory_.size() < wanted) memory_.resize(wanted);
   }
-  ~ScratchColumns() { pool().push_back(std::move(memory_)); }
+  ~ScratchColumns() { of_thread().idle.push_back(std::move(memory_)); }  // there is room for it
   ScratchColumns(const ScratchColumns&) = delete;
   ScratchColumns& operator=(const ScratchColumns&) = delete;
 
@@ -42,9 +45,14 @@ class ScratchColumns {
   struct alignas(kColumnAlignment) Lanes {
     float v[kBlockLanes];
   };
-  static std::vector<std::vector<Lanes>>& pool() {
-    static thread_local std::vector<std::vector<Lanes>> memory;
-    return memory;
+  /// Has room for all that were ever in use at once.
+  struct Pool {
+    std::vector<std::vector<Lanes>> idle;
+    size_t made = 0;
+  };
+  static Pool& of_thread() {
+    static thread_local Pool pool;
+    return pool;
   }
   size_t length_;
   std::vector<Lanes> memory_;
