@@ -160,7 +160,7 @@ function(kinome_add_plugin category name)
   kinome_add_plugin_library(${target} ${category} ${name} "" "${arg_UNPARSED_ARGUMENTS}"
                             "${arg_LINK}" "${arg_ALIASES}")
   # Libraries of other instruction sets are found before the baseline's. So they are never older, and
-  # what another configuration left is gone.
+  # what another configuration left is gone, also from where it was installed.
   foreach(isa IN ITEMS x86-64-v2 x86-64-v3 x86-64-v4)
     if(isa IN_LIST isas)
       kinome_add_plugin_library(${target}_${isa} ${category} ${name} ${isa}
@@ -168,7 +168,9 @@ function(kinome_add_plugin category name)
       add_dependencies(${target} ${target}_${isa})
     else()
       foreach(file IN LISTS name arg_ALIASES)
-        file(REMOVE "${CMAKE_BINARY_DIR}/plugins/${category}/${isa}/${file}.so")
+        set(left "plugins/${category}/${isa}/${file}.so")
+        file(REMOVE "${CMAKE_BINARY_DIR}/${left}")
+        install(CODE "file(REMOVE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/lib/kinome/${left}\")")
       endforeach()
     endif()
   endforeach()

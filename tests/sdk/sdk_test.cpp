@@ -85,6 +85,9 @@ class Sdk : public ::testing::Test {
     folder_ = new TemporaryFolder;
     prefix_ = folder_->path("prefix");
     build_ = folder_->path("build");
+    // What a build for another instruction set left there would be loaded in place of its successor.
+    fs::create_directories(left_behind().parent_path());
+    std::ofstream(left_behind()) << "of an older version";
     expect_success(
         run_process({KINOME_TEST_CMAKE, "--install", KINOME_TEST_BUILD, "--prefix", prefix_}));
     expect_success(configure(prefix_, build_));
@@ -104,6 +107,10 @@ class Sdk : public ::testing::Test {
                         "Ninja", "-DCMAKE_PREFIX_PATH=" + prefix,
                         "-DCMAKE_CXX_COMPILER=" KINOME_TEST_CXX, "-DCMAKE_CXX_FLAGS=" + flags});
   }
+
+  /// Of an instruction set that plugins usually are not built for.
+  static constexpr const char* kRarePlugin = "/plugins/bsdf/x86-64-v2/diffuse.so";
+  static fs::path left_behind() { return prefix_ + "/lib/kinome" + kRarePlugin; }
 
   static std::string program() { return prefix_ + "/bin/kinome"; }
   static std::string plugins() { return build_ + "/plugins"; }
@@ -127,6 +134,10 @@ class Sdk : public ::testing::Test {
 TemporaryFolder* Sdk::folder_ = nullptr;
 std::string Sdk::prefix_;
 std::string Sdk::build_;
+
+TEST_F(Sdk, InstallationRemovesWhatIsNoLongerBuilt) {
+  EXPECT_EQ(fs::exists(left_behind()), fs::exists(std::string(KINOME_TEST_BUILD) + kRarePlugin));
+}
 
 TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
   for (const char* name :
