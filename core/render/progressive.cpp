@@ -105,15 +105,21 @@ class Progressive {
     last_seconds_ = now() - start;
   }
 
-  /// Shares of all work that are done before and after a round of `more` samples of all lanes.
-  std::pair<double, double> progress_of(double time, double more) const {
+  /// Shares of all work that are told before and after a round of `more` samples of all lanes. What
+  /// an error takes is guessed anew before each: a round is its share of what was left untold, so that
+  /// what is told never falls.
+  std::pair<double, double> progress_of(double time, double more) {
     if (budget_.seconds > 0) {
       const double sample = last_ > 0 ? last_seconds_ / last_ : passes_.seconds_per_sample();
-      return {std::min(1., time / budget_.seconds),
-              std::min(1., (time + more * sample) / budget_.seconds)};
+      const double begin = std::max(told_, std::min(1., time / budget_.seconds));
+      told_ = std::max(begin, std::min(1., (time + more * sample) / budget_.seconds));
+      return {begin, told_};
     }
-    const double all = std::max(predicted_, done_ + more);
-    return {done_ / all, (done_ + more) / all};
+    const bool is_guess = budget_.rel_mse > 0 && rounds_ == 0;
+    const double left = is_guess ? (1 + kSecondGrowth) * more : std::max(predicted_ - done_, more);
+    const double begin = told_;
+    told_ += (1 - told_) * more / left;
+    return {begin, told_};
   }
 
   double first_in_time() const {
@@ -160,6 +166,7 @@ class Progressive {
   std::vector<double> samples_ = std::vector<double>(film_.lanes());  ///< of each lane
   double done_ = 0;                                                   ///< of all lanes
   double predicted_ = 0;                                              ///< the same at the end
+  double told_ = 0;  ///< share of all work at the end of the last round
   double last_ = 0;  ///< samples of all lanes in the last round
   double last_seconds_ = 0;
   std::optional<double> deadline_;

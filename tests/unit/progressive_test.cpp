@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -75,14 +76,17 @@ std::shared_ptr<Film> film_of(int width, int height) {
 struct MadeUp {
   std::shared_ptr<Film> film;
   FakePasses passes;
+  std::vector<double> told;  ///< of the progress
   RenderContext context;
   MadeUp(int side, const RenderBudget& budget, double deviation, Speed speed = {},
          uint64_t seed = 1, double start = 0, const std::atomic<bool>* cancel = nullptr)
       : film(film_of(side, side)),
         passes(*film, deviation, speed, seed),
-        context({.threads = 1, .cancel = cancel, .budget = budget, .clock = [this] {
-                   return passes.now;
-                 }}) {
+        context({.threads = 1,
+                 .cancel = cancel,
+                 .progress = [this](double share) { told.push_back(share); },
+                 .budget = budget,
+                 .clock = [this] { return passes.now; }}) {
     passes.now = start;
     film->prepare({{}}, lanes_for(budget, *film));
     passes.context = &context;
@@ -118,6 +122,7 @@ TEST(Time, IsKeptAndUsed) {
           EXPECT_GE(run.passes.now, seconds - slack - sample - overhead)
               << sample << " " << forecast;
           EXPECT_LE(run.passes.sizes.size(), 30u);
+          EXPECT_TRUE(std::is_sorted(run.told.begin(), run.told.end()));
         }
       }
     }
@@ -181,6 +186,8 @@ TEST(Error, EndsWhenItIsReached) {
       const std::string said = testing::internal::GetCapturedStderr();
       const double estimate = run.context.stats().rel_mse;
       EXPECT_LE(estimate, target) << seed;
+      EXPECT_TRUE(std::is_sorted(run.told.begin(), run.told.end()));
+      EXPECT_LE(run.told.back(), 1);
       const bool is_least = run.samples() == 4;
       if (!is_least) {
         EXPECT_GT(estimate, target / 1.5) << target << " " << seed;
