@@ -234,6 +234,20 @@ class Command(unittest.TestCase):
         same = self.folder / "s*.exr"
         self.assertEqual(self.run_command(same, same)[0], 0)
 
+    def test_what_tells_nothing_is_said(self):
+        a = self.renders("a", picture(), 1)
+        itself = "a00.exr is both in A and in B"
+        self.assertIn(itself, self.run_command(a, a)[1])
+        others = self.renders("c", picture(), 2)
+        self.assertNotIn("is both in A and in B", self.run_command(a, "--reference", others)[1])
+        for i in range(8):
+            write_rgb(self.folder / f"k{i}.exr", np.zeros((20, 20, 3)))
+        status, out, errors = self.run_command(*(self.folder / f"k{i}.exr" for i in range(4)),
+                                               "--reference",
+                                               *(self.folder / f"k{i}.exr" for i in range(4, 8)))
+        self.assertEqual(status, 0, errors)
+        self.assertIn("both pictures are black", out)
+
     def test_outputs_that_cannot_be_written_are_refused_first(self):
         # Neither A nor B is there: what is said is said before anything is read.
         for option in ("--json", "--picture"):

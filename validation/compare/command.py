@@ -88,6 +88,16 @@ def refuse_doubt(options):
                        f"kinome-compare {options.a[0]} ... --reference ...")
 
 
+def notes_on_shared(options):
+    """A picture's noise is its own: compared with itself, there is no difference that noise could
+    explain, and what is said of chance doesn't hold."""
+    reference = files_of(options.b)
+    shared = [name for name in files_of(options.a)
+              if any(os.path.samefile(name, other) for other in reference)]
+    return [f"{name} is both in A and in B: a picture tells nothing about itself, whatever else is "
+            "said here" for name in shared[:1]]
+
+
 @contextlib.contextmanager
 def writing(path):
     """What goes wrong here goes wrong with that file."""
@@ -186,6 +196,7 @@ def main(arguments=None):
         refuse_doubt(options)
         a, b = load(options.a, options.renders_a), load(options.b, options.renders_b)
         verdict = compare(a, b, options.alpha)
+        verdict.notes[:0] = notes_on_shared(options)
         result = figures(a, b, verdict)
         write_outputs(options, a, b, verdict, result)
     except (BadInput, OSError) as reason:

@@ -203,6 +203,8 @@ def test_of_pixels(pair, dim, alpha):
 def notes_on(pair, left_out):
     """What else there is to know, in sentences."""
     notes = []
+    if not (pair.mean_a.any() or pair.mean_b.any()):
+        notes.append("both pictures are black: there was nothing to compare")
     for e, noise in ((pair.a, pair.noise_a), (pair.b, pair.noise_b)):
         if e.rounding > 1e-5:
             notes.append(f"{e.name} is stored in half floats, of 11 bits: differences under 0.03 % "
