@@ -7,7 +7,8 @@
 
 namespace kinome::app {
 
-Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor) {
+Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor,
+                                 InstructionSet instruction_set) {
   size_t index = 0;
   while (scene.sensors()[index].get() != &sensor) ++index;
   const Rect& crop = sensor.film().crop();
@@ -17,7 +18,8 @@ Checkpoint::Identity identity_of(const Options& options, const Scene& scene, con
           {"picture", fmt::format("{}x{}", crop.width(), crop.height())},
           {"seed", std::to_string(options.seed)},
           {"--variance", std::to_string(options.renders)},
-          {"--error", fmt::format("{}", options.rel_mse)}};
+          {"--error", fmt::format("{}", options.rel_mse)},
+          {"--isa", to_string(instruction_set)}};
 }
 
 ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,

@@ -5,6 +5,7 @@
 
 #include "kinome/checkpoint.h"
 #include "kinome/image.h"
+#include "kinome/instruction_set.h"
 #include "kinome/render_context.h"
 #include "kinome/scene.h"
 #include "kinome/sensor.h"
@@ -17,7 +18,8 @@ ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
                           const std::string& integrator, const RenderStats& stats);
 
 /// All that the bits of the picture depend on, but for the files that the scene names.
-Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor);
+Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor,
+                                 InstructionSet instruction_set);
 
 /// Names of the loaded integrators, of which an aov integrator nests others, with spaces between.
 std::string integrator_names(const std::vector<std::string>& plugins);

@@ -14,6 +14,7 @@
 
 #include "kinome/error.h"
 #include "kinome/log.h"
+#include "line_width.h"
 
 namespace kinome::app {
 namespace {
@@ -265,16 +266,28 @@ void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }
 
+/// Breaks what options mean between words, so that it ends where lines do.
+class WrappingFormatter final : public CLI::Formatter {
+ public:
+  std::string make_option_desc(const CLI::Option* option) const override {
+    constexpr size_t kLeastRoom = 24;
+    const size_t width = line_width(), names = get_column_width();
+    return wrapped(Formatter::make_option_desc(option),
+                   width == 0 ? 0 : std::max(width, names + kLeastRoom) - names);
+  }
+};
+
 }  // namespace
 
 /// `kinome` or `kinome plugins`. CLI11 writes into `options` and `raw`.
 struct OptionsParser::Language {
   explicit Language(bool lists_plugins)
       : app(lists_plugins ? "Lists all plugins, or the parameters of one."
-                          : "Renders a scene.\nkinome plugins [NAME]: lists plugins, or the "
+                          : "Renders a scene.\nkinome plugins [NAME]: lists plugins, or the\n"
                             "parameters of one.",
             lists_plugins ? "kinome plugins" : "kinome") {
     app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
+    app.formatter(std::make_shared<WrappingFormatter>());
     declare_plugin_options(app, options);
     if (lists_plugins) {
       app.add_option("NAME", options.plugin_name, "Name, or CATEGORY/NAME");

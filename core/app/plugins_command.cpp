@@ -1,10 +1,4 @@
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <charconv>
-#include <cstdlib>
-#include <cstring>
 #include <map>
 #include <string>
 #include <vector>
@@ -16,6 +10,7 @@
 #include "crash.h"
 #include "kinome/error.h"
 #include "kinome/plugin_registry.h"
+#include "line_width.h"
 
 namespace kinome::app {
 namespace {
@@ -42,19 +37,6 @@ std::string one_line(const char* doc) {
   std::string text(doc ? doc : "");
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
-}
-
-/// Where lines are to end: of a terminal, or as COLUMNS says; 0: nowhere.
-size_t line_width() {
-  if (const char* const columns = std::getenv("COLUMNS")) {
-    size_t width = 0;
-    const char* const end = columns + std::strlen(columns);
-    const auto [rest, error] = std::from_chars(columns, end, width);
-    if (error == std::errc{} && rest == end && width > 0) return width;
-  }
-  winsize size{};
-  const bool is_terminal = isatty(STDOUT_FILENO) && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0;
-  return is_terminal ? size.ws_col : 0;
 }
 
 /// `head` and then `text`, broken between words, each further line below where `text` began; below

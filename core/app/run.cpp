@@ -20,6 +20,7 @@
 #include "report.h"
 #include "say.h"
 #include "signals.h"
+#include "used_instruction_set.h"
 
 namespace kinome::app {
 namespace {
@@ -243,6 +244,11 @@ void run_inspection(const Options& options, const Scene& scene, const Sensor& se
 /// On stdout, as what was asked for; each line begins with its place, for editors that go there.
 int check_command(const Options& options) {
   set_up_log(options);
+  const bool has_sensor = options.sensor != Options().sensor;
+  for (const auto& [name, is_given] : {std::pair("-o", !options.output.empty()),
+                                       std::pair("-s", has_sensor), std::pair("--png", options.png)}) {
+    if (is_given) log_warn(fmt::format("{} is ignored: --check renders nothing", name));
+  }
   warn_of_missing_folders(options);
   set_activity("loading the scene");
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
@@ -284,6 +290,8 @@ int render_command(const Options& options, Clock::time_point start) {
                           choose_instruction_set(options.isa));
   set_activity("loading the scene");
   const auto scene = load_scene(options.scene, load_options(options), registry, &stats);
+  warn_of_unused_instruction_set(options, registry);
+  const InstructionSet instruction_set = used_instruction_set(registry);
   const Sensor& sensor = choose_sensor(*scene, options.sensor);
   const Film& film = sensor.film();
   film_to_write = &film;
@@ -306,7 +314,7 @@ int render_command(const Options& options, Clock::time_point start) {
       throw Error(
           fmt::format("--checkpoint {}: this is where the picture goes", checkpoint->path()));
     }
-    checkpoint->set_identity(identity_of(options, *scene, sensor));
+    checkpoint->set_identity(identity_of(options, *scene, sensor, instruction_set));
     context.set_checkpoint(checkpoint.get());
   }
 
@@ -323,7 +331,7 @@ int render_command(const Options& options, Clock::time_point start) {
   progress.finish();
 
   stats.plugins = registry.loaded();
-  stats.instruction_set = to_string(registry.instruction_set());
+  stats.instruction_set = to_string(instruction_set);
   const std::string integrator = integrator_names(stats.plugins);
   const Clock::time_point write_start = Clock::now();
   set_activity("writing the picture");

@@ -202,6 +202,12 @@ TEST_F(Cli, AllMistakesAreListed) {
   EXPECT_EQ(good.status, 0) << good.err;
   EXPECT_EQ(good.out, "no faults\n");
   EXPECT_EQ(other_files({scene}), std::vector<std::string>{});
+  const ProcessResult more = kinome({scene, "--check", "-o", folder_.path("a.exr"), "-s", "1"});
+  EXPECT_EQ(more.status, 0);
+  EXPECT_NE(more.err.find("-o is ignored: --check renders nothing"), std::string::npos) << more.err;
+  EXPECT_NE(more.err.find("-s is ignored: --check renders nothing"), std::string::npos) << more.err;
+  EXPECT_EQ(more.out, "no faults\n");
+  EXPECT_EQ(other_files({scene}), std::vector<std::string>{});
   const ProcessResult missing = kinome({"--check", folder_.path("no.xml")});
   EXPECT_EQ(missing.status, 1);
   EXPECT_EQ(missing.out, folder_.path("no.xml") + ": there is no such file\n");

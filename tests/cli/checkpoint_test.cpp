@@ -162,6 +162,12 @@ TEST_F(CheckpointTest, ForeignOnesAreRefused) {
                    {whose + "scene has changed since, by the text"});
   expect_one_error(with({"--variance"}), "", {whose + "--variance"});
   expect_one_error(with({"--error", "0.5"}), "", {whose + "--error"});
+  const auto built = PluginRegistry({KINOME_TEST_PLUGINS}).instruction_sets(Category::kBsdf, "diffuse");
+  const std::string lowest = to_string(built.front());
+  if (built.size() > 1 && built[1] <= processor_instruction_set()) {
+    expect_one_error(with({"--isa", lowest}), "",
+                     {whose + "--isa is '", "', and here it is '" + lowest + "'"});
+  }
   std::string bytes = read_text(checkpoint_);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
   folder_.write("a.checkpoint", bytes);
