@@ -11,6 +11,7 @@ class Occlusion {
  public:
   /// For rays at `places` places, of which no more than `rays` are on.
   Occlusion(size_t places, size_t rays);
+  explicit Occlusion(size_t rays) : Occlusion(rays, rays) {}
 
   /// Sets tmax of each ray that is on and meets anything to -infinity.
   void trace(const Scene& scene, Ray16* rays, size_t count, RenderCounters& counters);

@@ -11,7 +11,7 @@ Splats::Splats(const Sensor& sensor, size_t points)
       connection_{arena_.two(), arena_.three(), arena_.floats(), arena_.floats()},
       value_(arena_.three()),
       rays_(arena_.rays()),
-      occlusion_(points, points) {
+      occlusion_(points) {
   std::fill_n(aperture_.x, arena_.capacity(), 0.5f);
   std::fill_n(aperture_.y, arena_.capacity(), 0.5f);
 }
