@@ -245,7 +245,7 @@ std::vector<Case> materials() {
   };
   return {
       made_of("RoughPlastic", bsdf("roughplastic", number("alpha", .1))),
-      often(made_of("SharpMetal", metal(.05)), 20),
+      often(made_of("SharpMetal", metal(.05)), 32),
       made_of("WideMetal", metal(.4)),
       made_of("Phong", bsdf("phong", number("exponent", 40))),
       made_of("WardAnisotropic", bsdf("ward", number("alpha_u", .05) + number("alpha_v", .3))),
