@@ -2,12 +2,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
-#include <new>
 #include <type_traits>
 #include <vector>
 
+#include "arena_memory.h"
 #include "kinome/blocks.h"
 
 namespace kinome::transport {
@@ -45,23 +44,21 @@ class Arena {
   }
 
  private:
-  static constexpr size_t kAlignment = 64;
-  struct Free {
-    void operator()(void* memory) const { std::free(memory); }
+  struct GiveBack {
+    size_t bytes;
+    void operator()(void* memory) const { ArenaMemory::give_back(memory, bytes); }
   };
-  /// calloc knows which memory the system has just cleared, and doesn't touch it.
   template <class T>
   T* allocate(size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);
-    size_t space = count * sizeof(T) + kAlignment;
-    void* memory = std::calloc(space, 1);
-    if (!memory) throw std::bad_alloc();
-    memory_.emplace_back(memory);
-    return static_cast<T*>(std::align(kAlignment, count * sizeof(T), memory, space));
+    const size_t bytes = count * sizeof(T);
+    std::unique_ptr<void, GiveBack> memory(ArenaMemory::take(bytes), GiveBack{bytes});
+    memory_.push_back(std::move(memory));
+    return static_cast<T*>(memory_.back().get());
   }
 
   size_t capacity_;
-  std::vector<std::unique_ptr<void, Free>> memory_;
+  std::vector<std::unique_ptr<void, GiveBack>> memory_;
 };
 
 }  // namespace kinome::transport
