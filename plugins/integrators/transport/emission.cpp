@@ -43,14 +43,13 @@ void Emission::pick(const Sampler& sampler, const PixelSamples& samples, Numbers
 
 /// By counting, as Surfaces sorts hits.
 void Emission::sort(size_t samples) {
-  std::fill(next_.begin(), next_.end(), 0);
-  for (size_t i = 0; i < samples; ++i) ++next_[pick_[i]];
+  next_.clear();
+  for (size_t i = 0; i < samples; ++i) next_.add(pick_[i]);
   ranges_.clear();
   uint32_t at = 0;
-  for (size_t e = 0; e < emitters_.size(); ++e) {
+  for (const uint32_t e : next_.used()) {
     const uint32_t of_emitter = next_[e];
     next_[e] = at;
-    if (of_emitter == 0) continue;
     ranges_.push_back({emitters_[e], at, of_emitter});
     at += static_cast<uint32_t>(padded(of_emitter));
   }

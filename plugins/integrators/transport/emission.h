@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "bucket_counts.h"
 #include "numbers.h"
 #include "scene_table.h"
 
@@ -59,7 +60,7 @@ class Emission {
   Columns2 place_, direction_;
   EmissionBlock rays_;
   size_t count_ = 0;
-  std::vector<uint32_t> next_;  ///< of each emitter: samples, then the place of the next
+  BucketCounts next_;  ///< of each emitter: samples, then the place of the next
   std::vector<Range> ranges_;
 };
 
