@@ -29,6 +29,19 @@ class Arena {
   T* of() {
     return allocate<T>(capacity_);
   }
+  /// All columns of points of surfaces.
+  SurfaceBlock points() {
+    SurfaceBlock points;
+    for (Columns3* const columns : {&points.p, &points.n, &points.s, &points.t, &points.sn,
+                                    &points.dp_du, &points.dp_dv, &points.wi}) {
+      *columns = three();
+    }
+    points.uv = two();
+    points.p_error = floats();
+    points.primitive = indices(), points.ray = indices();
+    points.shape = of<const Shape*>();
+    return points;
+  }
   /// As many blocks of 16 rays as `capacity` rays take; masks and times are set.
   Ray16* rays() {
     Ray16* const rays = allocate<Ray16>(capacity_ / 16);

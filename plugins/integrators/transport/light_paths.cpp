@@ -39,6 +39,7 @@ LightPaths::LightPaths(const SceneTable& scene, const Sensor& sensor, const Path
       met_(scene, samples),
       arena_(most_points(scene, samples)),
       splats_(sensor, arena_.capacity()),
+      emitting_(arena_.points()),
       light_(arena_.three()),
       seen_from_(arena_.three()),
       u1_(arena_.floats()),
@@ -49,14 +50,7 @@ LightPaths::LightPaths(const SceneTable& scene, const Sensor& sensor, const Path
       at_(make_state(arena_)),
       rays_(arena_.rays()),
       sort_(arena_.capacity()),
-      traced_(arena_.ray_hits()) {
-  Arena& a = arena_;
-  emitting_.p = a.three(), emitting_.n = a.three(), emitting_.s = a.three();
-  emitting_.t = a.three(), emitting_.sn = a.three(), emitting_.wi = a.three();
-  emitting_.dp_du = a.three(), emitting_.dp_dv = a.three(), emitting_.uv = a.two();
-  emitting_.p_error = a.floats(), emitting_.primitive = a.indices(), emitting_.ray = a.indices();
-  emitting_.shape = a.of<const Shape*>();
-}
+      traced_(arena_.ray_hits()) {}
 
 /// The light that leaves emitting surfaces straight toward the lens.
 void LightPaths::connect_emitters(const PixelSamples& samples, RenderCounters& counters) {

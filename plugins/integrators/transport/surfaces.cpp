@@ -13,18 +13,11 @@ Surfaces::Surfaces(const SceneTable& scene, size_t rays)
     : scene_(scene),
       per_point_(most_points(scene, rays)),
       per_ray_(rays),
+      points_(per_point_.points()),
       live_(per_point_.floats()),
       row_(per_ray_.indices()),
       missed_(per_ray_.indices()),
-      next_(scene.rows().size()) {
-  Arena& a = per_point_;
-  points_.p = a.three(), points_.n = a.three(), points_.s = a.three(), points_.t = a.three();
-  points_.sn = a.three(), points_.wi = a.three(), points_.uv = a.two();
-  points_.dp_du = a.three(), points_.dp_dv = a.three();
-  points_.p_error = a.floats();
-  points_.primitive = a.indices(), points_.ray = a.indices();
-  points_.shape = a.of<const Shape*>();
-}
+      next_(scene.rows().size()) {}
 
 /// By counting: how many hits each row has, where its range begins, then each ray to its place.
 void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {

@@ -4,14 +4,8 @@
 
 namespace kinome {
 
-RepeatedPoints::RepeatedPoints(transport::Arena& a) : capacity_(a.capacity()) {
-  points_.p = a.three(), points_.n = a.three(), points_.s = a.three(), points_.t = a.three();
-  points_.sn = a.three(), points_.wi = a.three(), points_.uv = a.two();
-  points_.dp_du = a.three(), points_.dp_dv = a.three();
-  points_.p_error = a.floats();
-  points_.primitive = a.indices(), points_.ray = a.indices();
-  points_.shape = a.of<const Shape*>();
-}
+RepeatedPoints::RepeatedPoints(transport::Arena& arena)
+    : capacity_(arena.capacity()), points_(arena.points()) {}
 
 void RepeatedPoints::clear() {
   points_.count = 0;
