@@ -4,9 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-/// Kernels over the cells of distant light, compiled for every instruction set that the compiler
-/// knows, the best that the machine has being chosen at run time (Highway). Arrays are padded to
-/// kCellLanes values; those of the padding are zero.
+/// Kernels over the cells of distant light. Arrays are padded to kCellLanes values; those of the
+/// padding are zero.
 namespace kinome::simd {
 
 inline constexpr size_t kCellLanes = 16;

@@ -6,9 +6,8 @@
 
 #include "clustered/kernels/aligned.h"
 
-/// Kernels over directions at the points of a group, compiled for every instruction set that the
-/// compiler knows (Highway). Arrays of directions are padded to kLobeLanes values, which are read
-/// and written; the padding's are directions at member 0.
+/// Kernels over directions at the points of a group. Arrays of directions are padded to kLobeLanes
+/// values, which are read and written; the padding's are directions at member 0.
 namespace kinome::simd {
 
 inline constexpr size_t kLobeLanes = 16;

@@ -3,9 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Kernels over light points as one surface point sees them, compiled for every instruction set
-/// that the compiler knows (Highway). Arrays are padded to kLobeLanes values (lobe_kernels.h),
-/// which are read and written; padding is points of no power.
+/// Kernels over light points as one surface point sees them. Arrays are padded to kLobeLanes values
+/// (lobe_kernels.h), which are read and written; padding is points of no power.
 namespace kinome::simd {
 
 /// Light points (see LightPoint), as structure of arrays.
