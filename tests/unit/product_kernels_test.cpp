@@ -27,14 +27,14 @@ struct Cells {
 
   Cells(size_t count, unsigned seed) {
     Random random(seed);
-    const size_t padded = simd::pad_lanes(count);
+    const size_t length = padded(count);
     for (auto* const columns : {&radius, &flux, &v, &sigma, &sigma_mixed, &transmittance}) {
-      columns->resize(padded);
+      columns->resize(length);
     }
-    for (auto& c : edges) c.resize(padded);
-    for (auto& c : axis) c.resize(padded);
-    for (auto& c : importance) c.resize(padded);
-    for (auto& c : vector_flux) c.resize(padded);
+    for (auto& c : edges) c.resize(length);
+    for (auto& c : axis) c.resize(length);
+    for (auto& c : importance) c.resize(length);
+    for (auto& c : vector_flux) c.resize(length);
     for (size_t i = 0; i < count; ++i) {
       Rectangle r{};
       r.phi0 = random.between(0, 2 * kPiD);

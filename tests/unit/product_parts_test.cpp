@@ -27,7 +27,7 @@ struct Strata {
   double total = 0;
 
   explicit Strata(std::vector<float> values) : weights(std::move(values)) {
-    weights.resize(simd::pad_lanes(weights.size()));
+    weights.resize(padded(weights.size()));
     sums.resize(weights.size() / simd::kCellLanes);
     for (size_t i = 0; i < weights.size(); ++i) sums[i / simd::kCellLanes] += weights[i];
     for (const float s : sums) total += s;

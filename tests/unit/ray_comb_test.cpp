@@ -15,8 +15,8 @@ using Kind = Strata::Kind;
 
 void append(Kind kind, uint32_t group, const std::vector<float>& weights, Strata& strata) {
   const Strata::Columns columns =
-      strata.append(kind, group, simd::pad_lanes(weights.size()), 100 * group);
-  for (size_t i = 0; i < simd::pad_lanes(weights.size()); ++i) {
+      strata.append(kind, group, padded(weights.size()), 100 * group);
+  for (size_t i = 0; i < padded(weights.size()); ++i) {
     columns.weights[i] = i < weights.size() ? weights[i] : 0.f;
     if (i % simd::kCellLanes == 0) columns.block_sums[i / simd::kCellLanes] = 0;
     columns.block_sums[i / simd::kCellLanes] += columns.weights[i];

@@ -4,14 +4,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "kinome/columns.h"
+
 /// Kernels over the cells of distant light. Arrays are padded to kCellLanes values; those of the
 /// padding are zero.
 namespace kinome::simd {
 
-inline constexpr size_t kCellLanes = 16;
-inline size_t pad_lanes(size_t n) {
-  return (n + kCellLanes - 1) / kCellLanes * kCellLanes;
-}
+inline constexpr size_t kCellLanes = kBlockLanes;
 
 /// See DistantCells for what these are.
 struct CellColumns {

@@ -10,7 +10,7 @@
 /// values, which are read and written; the padding's are directions at member 0.
 namespace kinome::simd {
 
-inline constexpr size_t kLobeLanes = 16;
+inline constexpr size_t kLobeLanes = kBlockLanes;
 
 /// Frames of points, world space: normal, tangent (orthogonal to it), and the direction toward the
 /// viewer; all unit vectors.

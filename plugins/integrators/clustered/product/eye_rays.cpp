@@ -60,18 +60,18 @@ bool EyeRays::applies(const GroupView& group) const {
 /// Directions of the chosen members, padded by the last one's.
 void EyeRays::draw(const GroupView& group, uint64_t seed) {
   Candidates& c = directions_;
-  const size_t count = chosen_.size(), padded = simd::pad_lanes(count);
-  numbers_[0].assign(padded, 0);
-  numbers_[1].assign(padded, 0);
-  c.resize(padded);
-  for (size_t k = 0; k < padded; ++k) {
+  const size_t count = chosen_.size(), length = padded(count);
+  numbers_[0].assign(length, 0);
+  numbers_[1].assign(length, 0);
+  c.resize(length);
+  for (size_t k = 0; k < length; ++k) {
     c.member[k] = chosen_[std::min(k, count - 1)];
     const uint64_t own = hash_words(seed, group.primary(c.member[k]));
     for (uint32_t i = 0; i < 2; ++i) numbers_[i][k] = random_bits(own, 1 + i);
   }
   const float share = diffuse_share(group.patch);
   simd::sample_lobe(group.patch.lobe, group.points(), c.member.data(),
-                    {numbers_[0].data(), numbers_[1].data(), {0, 0}}, padded, c.dx.data(),
+                    {numbers_[0].data(), numbers_[1].data(), {0, 0}}, length, c.dx.data(),
                     c.dy.data(), c.dz.data());
   for (size_t k = 0; k < count; ++k) {
     const uint32_t primary = group.primary(c.member[k]);

@@ -83,7 +83,7 @@ void GlossyStrata::draw_from_cells(const GroupView& group, size_t first, uint32_
   for (const Comb::Hit& hit : hits_) {
     __builtin_prefetch(&light_.points.pick(hit.stratum, hit.remainder));
   }
-  for (size_t j = 0; j < simd::pad_lanes(count); ++j) {
+  for (size_t j = 0; j < padded(count); ++j) {
     const size_t i = first + j;
     candidates_.member[i] = group.pick(start + static_cast<uint32_t>(j) * kPlastic);
     if (j >= hits_.size()) {  // padding
@@ -122,7 +122,7 @@ void GlossyStrata::draw(const GroupView& view, const Counts& counts, uint64_t se
   drawn_ = {candidates_.size(), 1u << counts.lobe_log2,
             importance_total_ > 0 ? counts.from_cells : 0};
   const size_t first_of_cells = drawn_.first + drawn_.from_lobe;
-  candidates_.resize(first_of_cells + simd::pad_lanes(drawn_.from_cells));
+  candidates_.resize(first_of_cells + padded(drawn_.from_cells));
   draw_from_lobe(view, counts.lobe_log2, seed);
   if (drawn_.from_cells > 0) draw_from_cells(view, first_of_cells, drawn_.from_cells, seed);
 }

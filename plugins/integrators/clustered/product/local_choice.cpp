@@ -198,7 +198,7 @@ void LocalChoice::pick_points(const LocalLight& light, const LocalPoints& points
       light.lamp_cells(), light.size(), offset, [&](uint32_t c) { return first[c + 1] - first[c]; },
       [&](uint32_t c) { return static_cast<double>(rates_[c]) * blocks_; },
       [&](uint32_t c, uint32_t k) { picks_.push_back(first[c] + k); });
-  const size_t most = simd::pad_lanes((picks_.size() + blocks_ - 1) / blocks_) * blocks_;
+  const size_t most = padded((picks_.size() + blocks_ - 1) / blocks_) * blocks_;
   for (auto& column : columns_) {
     if (column.size() < most) column.resize(most);
   }
