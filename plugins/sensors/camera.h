@@ -247,4 +247,33 @@ Connection<wide::NumberOf<V>> connect_to_lens(const V& p, const V& lens, const V
           p.z >= clip.near && p.z <= clip.far && contains(film.reach(), film_position)};
 }
 
+/// Base of cameras that are formulas over numbers F, float or wide::Float: it makes of them the
+/// functions for points and for blocks. Self has
+///
+///     template <class F>
+///     CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>& aperture) const;
+///     template <class F>
+///     Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>& aperture) const;
+template <class Self>
+class FormulaSensor : public Sensor {
+ public:
+  Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
+    return self().template ray<float>(film_position, aperture).one();
+  }
+  void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
+                        RayHit16* out) const override {
+    make_rays(self(), film_position, aperture, count, out);
+  }
+  std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
+    return self().template connection<float>(p, aperture).one();
+  }
+  void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
+                     const ConnectionBlock& out) const override {
+    make_connections(self(), p, aperture, count, out);
+  }
+
+ private:
+  const Self& self() const { return static_cast<const Self&>(*this); }
+};
+
 }  // namespace kinome

@@ -16,7 +16,7 @@ namespace {
 
 const Parameter kTable[] = {KINOME_CAMERA_PARAMETERS};
 
-class Orthographic : public Sensor {
+class Orthographic final : public FormulaSensor<Orthographic> {
  public:
   explicit Orthographic(const Properties& props)
       : to_world_(read_camera_transform(props, true)), to_camera_(to_world_.inverse()) {
@@ -37,13 +37,6 @@ class Orthographic : public Sensor {
     far_ = near_ + (clip.far - clip.near);
   }
 
-  Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
-    return ray<float>(film_position, aperture).one();
-  }
-  void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
-                        RayHit16* out) const override {
-    make_rays(*this, film_position, aperture, count, out);
-  }
   template <class F>
   CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>&) const {
     using wide::VecOf;
@@ -51,13 +44,6 @@ class Orthographic : public Sensor {
     return {place(to_world_, VecOf<F>(p.x, p.y, F(0.f))), VecOf<F>(direction_), F(near_), F(far_)};
   }
 
-  std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
-    return connection<float>(p, aperture).one();
-  }
-  void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
-                     const ConnectionBlock& out) const override {
-    make_connections(*this, p, aperture, count, out);
-  }
   template <class F>
   Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>&) const {
     using namespace wide::formulas;

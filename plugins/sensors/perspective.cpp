@@ -21,7 +21,7 @@ const Parameter kTable[] = {
     {"principal_point_offset_y", ParameterType::kFloat, "0", "the same, of its height"},
 };
 
-class Perspective : public Sensor {
+class Perspective final : public FormulaSensor<Perspective> {
  public:
   explicit Perspective(const Properties& props)
       : clip_(read_clip_range(props)),
@@ -36,13 +36,6 @@ class Perspective : public Sensor {
     origin_ = to_world_.point(Vec3(0.f));
   }
 
-  Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
-    return ray<float>(film_position, aperture).one();
-  }
-  void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
-                        RayHit16* out) const override {
-    make_rays(*this, film_position, aperture, count, out);
-  }
   template <class F>
   CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>&) const {
     using namespace wide::formulas;
@@ -52,13 +45,6 @@ class Perspective : public Sensor {
             clip_.near * length, clip_.far * length};
   }
 
-  std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
-    return connection<float>(p, aperture).one();
-  }
-  void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
-                     const ConnectionBlock& out) const override {
-    make_connections(*this, p, aperture, count, out);
-  }
   template <class F>
   Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>&) const {
     using namespace wide::formulas;

@@ -22,7 +22,7 @@ const Parameter kTable[] = {
      "depth that is sharp; far_clip if not given"},
 };
 
-class ThinLens : public Sensor {
+class ThinLens final : public FormulaSensor<ThinLens> {
  public:
   explicit ThinLens(const Properties& props)
       : clip_(read_clip_range(props)),
@@ -37,13 +37,6 @@ class ThinLens : public Sensor {
         props.has("focus_distance") ? read_positive(props, "focus_distance") : clip_.far;
   }
 
-  Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
-    return ray<float>(film_position, aperture).one();
-  }
-  void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
-                        RayHit16* out) const override {
-    make_rays(*this, film_position, aperture, count, out);
-  }
   template <class F>
   CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>& aperture) const {
     using namespace wide::formulas;
@@ -55,13 +48,6 @@ class ThinLens : public Sensor {
   }
   bool needs_aperture_sample() const override { return true; }
 
-  std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
-    return connection<float>(p, aperture).one();
-  }
-  void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
-                     const ConnectionBlock& out) const override {
-    make_connections(*this, p, aperture, count, out);
-  }
   template <class F>
   Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>& aperture) const {
     using namespace wide::formulas;
