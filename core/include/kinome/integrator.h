@@ -38,7 +38,7 @@ class KINOME_EXPORT Integrator : public Object {
   /// colour, the others stand alone.
   virtual std::vector<std::vector<std::string>> layers() const { return {{}}; }
   /// The stages of render(), in the order in which they run, for tables of times: those that aren't
-  /// among them are shown by their names alone. By default those of shade_primary_rays.
+  /// among them are shown by their names alone. By default kPrimaryStage and kFilmStage.
   virtual std::vector<Stage> stages() const;
   /// Emitter plugin that the scene is given where it has no indirect emitter (Emitter::is_indirect)
   /// of its own; nullptr: it has no use for any, and the loader warns of those that the scene has.

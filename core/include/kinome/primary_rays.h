@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -38,10 +37,6 @@ class KINOME_EXPORT PrimaryBatch {
   void trace(const Scene& scene, const Sensor& sensor, std::span<const SampleKey> keys,
              RenderCounters& counters);
 
-  /// Lets rays go on through surfaces that emit, to what lies behind: for cameras that are not to
-  /// see lights. As in Mitsuba, whatever else such a surface does.
-  void pass_emitters(const Scene& scene, RenderCounters& counters);
-
   /// Rays are in the order of pixels (row by row), a pixel's samples side by side: ray of the
   /// p-th pixel and its s-th sample in this batch is p * samples() + s.
   size_t size() const { return keys_.size(); }
@@ -54,14 +49,6 @@ class KINOME_EXPORT PrimaryBatch {
   bool hit(size_t i) const { return hits_[i].hit.valid(); }
   /// Only where hit(i).
   const SurfaceInteraction& interaction(size_t i) const { return interactions_[i]; }
-  /// From the sensor's near plane, along the ray: what Mitsuba, whose camera rays begin there,
-  /// takes for the distance of a hit. Only where hit(i).
-  float depth(size_t i) const { return interactions_[i].t - hits_[i].ray.tmin; }
-  /// Adds the light that each ray sees itself to its radiance: of surfaces that emit, and of the
-  /// environment.
-  void add_emitters(const Scene& scene, std::span<Rgb> radiance);
-  /// Adds the radiance of each ray to the film, and where it has alpha, 1 for rays that hit.
-  void add_to_film(std::span<const Rgb> radiance, bool has_alpha, FilmTile& film) const;
 
  private:
   void trace_keys(const Scene& scene, const Sensor& sensor, RenderCounters& counters);
@@ -70,13 +57,7 @@ class KINOME_EXPORT PrimaryBatch {
   std::vector<SampleKey> keys_;
   std::vector<Vec2> positions_;
   std::vector<RayHit> hits_;
-  std::vector<float> far_;                        ///< how far each ray sees
   std::vector<SurfaceInteraction> interactions_;  ///< never shrinks: only valid hits are written
-  std::vector<uint32_t> passing_;                 ///< rays that go on from a surface that emits
-  std::vector<RayHit> beyond_;
-  std::vector<uint32_t> missed_;  ///< rays that see the environment, and what they see
-  std::vector<Vec3> directions_;
-  std::vector<Rgb> environment_;
 };
 
 /// Calls fn(first_sample, samples) for consecutive parts of a pixel's samples, such that a part of
@@ -104,16 +85,5 @@ void for_each_sample_range(RenderContext& context, uint32_t samples_per_pixel, F
   }
   context.set_progress_range(0, 1);
 }
-
-/// Shades the primary rays of a batch: adds to the radiance of each. Called from many threads.
-using ShadePrimary = std::function<void(const PrimaryBatch& primary, std::span<Rgb> radiance,
-                                        RenderCounters& counters)>;
-
-/// Renders layer 0 of the sensor's film tile by tile, in batches of some 2000 primary rays, which
-/// see the lights themselves or, with `hide_emitters`, what lies behind them; warns where there are
-/// none. Stages: primary, film.
-KINOME_EXPORT void shade_primary_rays(const Scene& scene, const Sensor& sensor,
-                                      RenderContext& context, bool hide_emitters,
-                                      const ShadePrimary& shade);
 
 }  // namespace kinome
