@@ -76,19 +76,20 @@ TEST_P(EveryFilterBlock, WeighsAsPointByPoint) {
 
 INSTANTIATE_TEST_SUITE_P(Filters, EveryFilterBlock, testing::Values("box", "tent", "gaussian"));
 
+std::string sensor_xml(const std::string& type) {
+  const char* const optics = type == "thinlens" ? R"(<float name="aperture_radius" value="0.4"/>
+                                                     <float name="focus_distance" value="3"/>)"
+                                                : "";
+  return "<sensor type=\"" + type + R"("><transform name="to_world">
+      <lookat origin="1,2,-7" target="0.3,0.2,1" up="0.1,1,0"/></transform>)" +
+         optics + "</sensor>";
+}
+
 class EverySensor : public testing::TestWithParam<const char*> {};
 
 TEST_P(EverySensor, MakesTheSameRays) {
   for_each_set([&](const auto& make) {
-    const auto sensor = std::dynamic_pointer_cast<Sensor>(make(
-        std::string("<sensor type=\"") + GetParam() +
-        "\"><transform name=\"to_world\"><lookat origin=\"1,2,-7\" target=\"0.3,0.2,1\" "
-        "up=\"0.1,1,0\"/></transform>" +
-        (std::string(GetParam()) == "thinlens"
-             ? "<float name=\"aperture_radius\" value=\"0.4\"/>"
-               "<float name=\"focus_distance\" value=\"3\"/>"
-             : "") +
-        "</sensor>"));
+    const auto sensor = std::dynamic_pointer_cast<Sensor>(make(sensor_xml(GetParam())));
     for (const size_t count : {1u, 15u, 16u, 17u, 33u}) {
       BlockMemory memory(count);
       const Columns2 at = memory.two(), lens = memory.two();
@@ -104,8 +105,7 @@ TEST_P(EverySensor, MakesTheSameRays) {
       const auto rays = std::make_unique<Rays>();
       sensor->sample_ray_block(at, lens, count, rays->blocks);
       for (size_t i = 0; i < count; ++i) {
-        const Ray expected =
-            sensor->sample_ray(at.at(i), lens.at(i));
+        const Ray expected = sensor->sample_ray(at.at(i), lens.at(i));
         const Ray ray = ray_hit_of(rays->blocks, i).ray;
         // Some ten roundings, of coordinates up to 8.
         for (int c = 0; c < 3; ++c) {
@@ -121,15 +121,7 @@ TEST_P(EverySensor, MakesTheSameRays) {
 
 TEST_P(EverySensor, SeesTheSamePoints) {
   for_each_set([&](const auto& make) {
-    const auto sensor = std::dynamic_pointer_cast<Sensor>(make(
-        std::string("<sensor type=\"") + GetParam() +
-        "\"><transform name=\"to_world\"><lookat origin=\"1,2,-7\" target=\"0.3,0.2,1\" "
-        "up=\"0.1,1,0\"/></transform>" +
-        (std::string(GetParam()) == "thinlens"
-             ? "<float name=\"aperture_radius\" value=\"0.4\"/>"
-               "<float name=\"focus_distance\" value=\"3\"/>"
-             : "") +
-        "</sensor>"));
+    const auto sensor = std::dynamic_pointer_cast<Sensor>(make(sensor_xml(GetParam())));
     for (const size_t count : {1u, 15u, 16u, 17u, 400u}) {
       BlockMemory memory(count);
       const Columns3 p = memory.three();
