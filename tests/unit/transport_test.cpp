@@ -159,7 +159,7 @@ TEST(Arena, TakesTheMemoryThatIsUsed) {
     file >> pages >> pages;
     return pages * static_cast<size_t>(sysconf(_SC_PAGESIZE));
   };
-  const size_t before = resident();
+  [[maybe_unused]] const size_t before = resident();
   Arena arena(size_t{1} << 26);
   float* const column = arena.floats();
   EXPECT_EQ(reinterpret_cast<uintptr_t>(column) % kColumnAlignment, 0u);
