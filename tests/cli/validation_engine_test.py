@@ -11,7 +11,7 @@ import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "validation"))
-from suite import arguments, command, engine, engine_page, tables  # noqa: E402
+from suite import arguments, command, engine, engine_page, engine_scenes, tables, third_party  # noqa: E402
 from suite import engine_analysis as analysis  # noqa: E402
 from suite.kinome import Render  # noqa: E402
 from suite.peers import Mitsuba  # noqa: E402
@@ -140,6 +140,14 @@ class Goals(unittest.TestCase):
         rows = [row("isa", "hebe", runs)]
         self.assertTrue(goal(rows, "AVX2 against AVX-512").met)
         self.assertEqual(goal(rows, "baseline against AVX-512").verdict, "not met")
+
+    def test_a_plugin_for_single_points_against_the_wide_one(self):
+        what = "a plugin with functions for single points alone"
+        for nanoseconds, met in ((190, True), (210, False)):
+            rows = [row("plugin", "sponge",
+                        timed("wide", 100) + timed("point by point", nanoseconds))]
+            self.assertAlmostEqual(goal(rows, what).known["sponge"], nanoseconds / 100)
+            self.assertEqual(goal(rows, what).met, met)
 
     def test_seconds_threads_and_memory(self):
         rows = [row("short", "noon", [run("ours", s, 4, t, t) for s, t in enumerate((3, 1, 2))] +
@@ -289,10 +297,22 @@ class Turns(unittest.TestCase):
 
     def test_a_small_scene_takes_size_and_integrator(self):
         for path in tables.SMALL_SCENES:
-            text = engine.with_size(path, self.folder).read_text("utf-8")
+            text = engine_scenes.with_size(path, self.folder).read_text("utf-8")
             for name in ("$width", "$height", "$file_format", "/integrators/$integrator.xml"):
                 self.assertEqual(text.count(name), 1, (path, name))
             self.assertNotIn('value="maps/', text)
+
+    def test_diffuse_surfaces_become_those_of_a_plugin(self):
+        path = next(scene.path for scene in tables.SCENES if scene.name == tables.PLUGIN_SCENE)
+        text = third_party.scene_with_reflector(path, self.folder).read_text("utf-8")
+        self.assertEqual(text.count('type="$reflector"'), 2)
+        self.assertEqual(text.count('<rgb name="albedo"'), 2)
+        self.assertNotIn('type="diffuse"', text)
+        self.assertIn(f'value="{path.parent}/assets/sponge.ply"', text)
+        self.assertIn(f'<include filename="{path.parent}/../integrators', text)
+        glossy = next(scene.path for scene in tables.SCENES if scene.name == "ball")
+        with self.assertRaisesRegex(Problem, "ball.xml: has no diffuse surface"):
+            third_party.scene_with_reflector(glossy, self.folder)
 
 
 if __name__ == "__main__":

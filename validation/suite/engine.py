@@ -2,7 +2,6 @@
 measured, in which order. engine_analysis.py has the arithmetic and the goals."""
 import dataclasses
 import pathlib
-import re
 import time
 import typing
 
@@ -10,14 +9,17 @@ import numpy as np
 
 from program import commit, machine
 
+from . import third_party
 from .contestants import WARM_UP, Ours, Theirs
-from .kinome import scene_hash, with_parameters
+from .engine_scenes import with_size
+from .kinome import scene_hash
 from .others import BUSY, Others, cores_of_others
 from .peers import Configuration, Unavailable, version_hash
 from .problems import Problem
 from .store import hash_of_files
-from .tables import (AREA, BOUNCE, ENGINE_PARTS, HEBE, ISAS, ISA_SCENES, PLAIN, SCENES,
-                     SHORT_SCENES, SMALL_SCENES, THREADS, TOGETHER, WITHOUT_PEER, Method, Scene)
+from .tables import (AREA, BOUNCE, ENGINE_PARTS, HEBE, ISAS, ISA_SCENES, PLAIN, PLUGIN_SCENE,
+                     SCENES, SHORT_SCENES, SMALL_SCENES, THREADS, TOGETHER, WITHOUT_PEER, Method,
+                     Scene)
 
 VARIANT = "llvm_ad_rgb"
 FIRST_SEED = 1
@@ -69,6 +71,7 @@ def units(words, parts, quick):
              Unit("memory", hebe, LARGE, 1),
              *(Unit("short", by_name[name], SHORT_SIZE, 3 * few) for name in SHORT_SCENES),
              *(Unit("isa", by_name[name], SIZE, few) for name in ISA_SCENES),
+             Unit("plugin", by_name[PLUGIN_SCENE], SIZE, few),
              *(Unit("direct", scene, SIZE, few) for scene in (*large, *small)),
              *(Unit("path", scene, SIZE, few, depth) for depth in (2, 5) for scene in bounced)]
     return [unit for unit in found if unit.part in (parts or ENGINE_PARTS)
@@ -109,7 +112,8 @@ class Engine:
         return {"engine": unit.part, "name": unit.scene.name, "scene": scene_hash(unit.scene.path),
                 "size": unit.size, "max_depth": unit.max_depth, "repeats": unit.repeats,
                 "form": self.form, "sampler": self.sampler, "program": self.kinome.program,
-                "version": version_hash(), "code": hash_of_files([pathlib.Path(__file__)]),
+                "version": version_hash(),
+                "code": hash_of_files(map(pathlib.Path, (__file__, third_party.__file__))),
                 "machine": self.machine["processor"], "cores": self.machine["cores"],
                 "threads": THREADS}
 
@@ -195,6 +199,15 @@ class Engine:
         return [Entrant(isa, self.ours(unit, "direct", ("-t", str(THREADS), "--isa", isa)), LOW)
                 for isa in ISAS]
 
+    def entrants_of_plugin(self, unit):
+        self.folder.mkdir(parents=True, exist_ok=True)
+        plugins = third_party.build(self.kinome.build, self.folder.parent / "third-party")
+        copy = third_party.scene_with_reflector(unit.scene.path, self.folder)
+        unit = dataclasses.replace(unit, scene=dataclasses.replace(unit.scene, file=str(copy)))
+        options = ("-t", str(THREADS), "--plugin-path", str(plugins))
+        return [Entrant(label, self.ours(unit, "direct", options, reflector=name), LOW)
+                for label, name in third_party.REFLECTORS.items()]
+
     def entrants_of_product(self, unit):
         # A picture of a few pixels: what loading takes, which isn't rendering.
         return [Entrant("start", self.product(unit, size=(16, 16)), (1,)),
@@ -216,23 +229,6 @@ class Engine:
         return self.ours(unit, "clustered", options, size, importance="product")
 
     def with_size(self, scene):
-        """Small scenes have a size and an integrator of their own: a copy that takes them by -D,
-        for both programs, from wherever it lies."""
         if scene.path not in SMALL_SCENES:
             return scene
         return dataclasses.replace(scene, file=str(with_size(scene.path, self.folder)))
-
-
-def with_size(path, folder):
-    copy = with_parameters(path, folder)
-    text = copy.read_text(encoding="utf-8")
-    for name in ("width", "height"):
-        text = re.sub(rf'<integer name="{name}" value="\d+"/>',
-                      f'<integer name="{name}" value="${name}"/>', text)
-    text = re.sub(r'(<string name="filename" value=")', rf"\g<1>{path.parent}/", text)
-    text = re.sub(r'(<film type="hdrfilm">)',
-                  r'\1 <string name="file_format" value="$file_format"/>', text)
-    text = re.sub(r"(<scene [^>]*>)", r'\1 <default name="file_format" value="openexr"/>', text,
-                  count=1)
-    copy.write_text(text, encoding="utf-8")
-    return copy

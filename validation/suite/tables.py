@@ -97,8 +97,9 @@ def named(words):
 SMALL_SCENES = tuple(sorted((ROOT / "validation/scenes").glob("*.xml")))
 
 # The benchmark of the engine: its parts, which are words of the command line, and their scenes.
-ENGINE_PARTS = ("product", "threads", "memory", "short", "isa", "direct", "path")
+ENGINE_PARTS = ("product", "threads", "memory", "short", "isa", "plugin", "direct", "path")
 HEBE = "hebe"
+PLUGIN_SCENE = "sponge"  # diffuse surfaces alone
 SHORT_SCENES = ("blocks", "noon", "ball", "mirror")
 ISA_SCENES = ("hebe", "sponge", "ball", "penumbra")
 ISAS = ("x86-64-v4", "x86-64-v3", "x86-64")  # AVX-512, AVX2, what every processor has
