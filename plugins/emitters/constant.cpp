@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "distant_disk.h"
 #include "emission.h"
+#include "environment.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "kinome/sphere_partition.h"
@@ -19,14 +19,12 @@ constexpr Parameter kTable[] = {
     {"radiance", ParameterType::kEmission, "1", "Radiance from every direction."},
 };
 
-class ConstantEnvironment final : public Emitter {
+class ConstantEnvironment final : public Environment {
  public:
   explicit ConstantEnvironment(const Properties& props)
       : radiance_(read_emission(props, "radiance")),
         pdf_(is_black(radiance_) ? 0 : kUniformSpherePdf) {}
 
-  bool is_environment() const override { return true; }
-  void prepare(const Aabb& scene_bounds) override { disk_.prepare(scene_bounds); }
   Rgb eval_environment(const Vec3& /*d*/) const override { return radiance_; }
   float pdf_environment(const Vec3& /*d*/) const override { return pdf_; }
 
@@ -66,37 +64,17 @@ class ConstantEnvironment final : public Emitter {
     return true;
   }
 
-  std::optional<EmissionSample> sample_emission(const Vec2& position,
-                                                const Vec2& direction) const override {
-    const auto light = sample_direct(Vec3(0.f), direction);
-    return light ? disk_.sample_environment(*light, position) : std::nullopt;
-  }
-  void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
-                             const EmissionBlock& out) const override {
-    disk_.sample_environment_block(*this, position, direction, count, out);
-  }
-
-  std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
-    return EmissionDensity{pdf_environment(-d), disk_.pdf()};
-  }
-
   /// Cells of equal light; their centres stay where they are, whatever the seed.
   std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
                                           uint32_t count) const override {
     const SpherePartition cells(count);
-    LightPoints points;
-    points.kind = LightPoints::Kind::kDistant;
-    points.power.assign(count, radiance_ * cells.cell_solid_angle());
-    points.extent.assign(count, cells.cell_solid_angle());
-    points.position.reserve(count);
-    for (uint32_t i = 0; i < count; ++i) points.position.push_back(cells.centre(i));
-    return points;
+    return distant_points(cells, std::vector<Rgb>(count, radiance_ * cells.cell_solid_angle()),
+                          [&](uint32_t i) { return cells.centre(i); });
   }
 
  private:
   Rgb radiance_;
   float pdf_;
-  DistantDisk disk_;
 };
 
 }  // namespace

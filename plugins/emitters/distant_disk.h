@@ -41,35 +41,6 @@ class DistantDisk {
   /// Per area across the direction; 0 where the scene is empty.
   float pdf() const { return radius_ > 0 ? 1 / (kPi * sqr(radius_)) : 0; }
 
-  /// A ray of an environment's light, whose direction was drawn as `light` says.
-  std::optional<EmissionSample> sample_environment(const DirectSample& light, const Vec2& u) const {
-    auto ray = sample(-light.d, u);
-    if (!ray) return std::nullopt;
-    ray->pdf_direction = light.pdf;
-    ray->power = light.radiance / (light.pdf * ray->pdf_position);
-    return ray;
-  }
-  /// The same for a block of directions, as emitter.sample_direct_block draws them.
-  void sample_environment_block(const Emitter& emitter, const Columns2& position,
-                                const Columns2& direction, size_t count,
-                                const EmissionBlock& out) const {
-    const wide::ScratchColumns scratch(6, count);
-    // Where they arrive doesn't matter.
-    const Columns3 unused = scratch.three(3);
-    for (float* column : {unused.x, unused.y, unused.z}) std::fill_n(column, padded(count), 0.f);
-    const DirectBlock light{out.d, scratch[0], scratch[1], out.power, scratch[2]};
-    emitter.sample_direct_block(unused, direction, count, light);
-    const float pdf_position = pdf();
-    wide::for_lanes(count, [&](size_t i) {
-      const wide::Vec3 d = -wide::Vec3::load(out.d, i);
-      const wide::Float pdf_direction = wide::Float::load(light.pdf + i);
-      origin(d, wide::Vec2::load(position, i)).store(out.o, i);
-      d.store(out.d, i);
-      const wide::Rgb power = wide::Rgb::load(out.power, i) / (pdf_direction * pdf_position);
-      select(pdf_direction > 0.f && pdf_position > 0.f, power).store(out.power, i);
-    });
-  }
-
  private:
   Vec3 centre_{0.f};
   float radius_ = 0;

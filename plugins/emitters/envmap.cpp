@@ -18,8 +18,8 @@
 #include <string>
 
 #include "../textures/open_image.h"
-#include "distant_disk.h"
 #include "emission.h"
+#include "environment.h"
 #include "kinome/color.h"
 #include "kinome/emitter.h"
 #include "kinome/log.h"
@@ -147,15 +147,12 @@ glm::mat3 read_rotation(const Properties& props) {
   return orthonormal(linear);
 }
 
-class EnvironmentMap final : public Emitter {
+class EnvironmentMap final : public Environment {
  public:
   explicit EnvironmentMap(const Properties& props)
       : to_world_(read_rotation(props)),
         to_local_(glm::transpose(to_world_)),
         map_(read_map(props)) {}
-
-  bool is_environment() const override { return true; }
-  void prepare(const Aabb& scene_bounds) override { disk_.prepare(scene_bounds); }
 
   Rgb eval_environment(const Vec3& d) const override { return map_.eval(to_local_ * d); }
 
@@ -194,20 +191,6 @@ class EnvironmentMap final : public Emitter {
     return true;
   }
 
-  std::optional<EmissionSample> sample_emission(const Vec2& position,
-                                                const Vec2& direction) const override {
-    const auto light = sample_direct(Vec3(0.f), direction);
-    return light ? disk_.sample_environment(*light, position) : std::nullopt;
-  }
-  void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
-                             const EmissionBlock& out) const override {
-    disk_.sample_environment_block(*this, position, direction, count, out);
-  }
-
-  std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
-    return EmissionDensity{pdf_environment(-d), disk_.pdf()};
-  }
-
   void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
                               std::span<float> pdf) const override {
     std::array<Vec3, SphericalMap::kBlock> local;
@@ -236,20 +219,14 @@ class EnvironmentMap final : public Emitter {
   std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
                                           uint32_t count) const override {
     const SpherePartition cells(count);
-    LightPoints points;
-    points.kind = LightPoints::Kind::kDistant;
-    points.power = map_.integrate(cells);
-    points.extent.assign(count, cells.cell_solid_angle());
-    points.position.reserve(count);
-    for (uint32_t i = 0; i < count; ++i) points.position.push_back(to_world_ * cells.centre(i));
-    return points;
+    return distant_points(cells, map_.integrate(cells),
+                          [&](uint32_t i) { return to_world_ * cells.centre(i); });
   }
 
  private:
   glm::mat3 to_world_;
   glm::mat3 to_local_;
   SphericalMap map_;
-  DistantDisk disk_;
 };
 
 }  // namespace

@@ -4,21 +4,15 @@
 //   <rfilter type="box"/>
 
 #include "kinome/plugin.h"
-#include "kinome/reconstruction_filter.h"
-#include "kinome/wide/vectors.h"
+#include "kinome/wide/reconstruction_filter.h"
 
 namespace kinome {
 namespace {
 
-class BoxFilter : public ReconstructionFilter {
+class BoxFilter final : public wide::FormulaFilter<BoxFilter> {
  public:
   explicit BoxFilter(const Properties&) { radius_ = 0.5f; }
-  float eval(float x) const override { return weight(x); }
-  void eval_block(const float* x, size_t count, float* out) const override {
-    wide::for_lanes(count, [&](size_t i) { weight(wide::Float::load(x + i)).store(out + i); });
-  }
 
- private:
   template <class F>
   F weight(F x) const {
     using namespace wide::formulas;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "kinome/plugin.h"
-#include "kinome/reconstruction_filter.h"
+#include "kinome/wide/reconstruction_filter.h"
 #include "kinome/wide/functions.h"
 
 namespace kinome {
@@ -22,7 +22,7 @@ const Parameter kTable[] = {
      "standard deviation in pixels, from 0.13 to 16; the filter's radius is four of them"},
 };
 
-class GaussianFilter : public ReconstructionFilter {
+class GaussianFilter final : public wide::FormulaFilter<GaussianFilter> {
  public:
   explicit GaussianFilter(const Properties& props) : stddev_(props.real("stddev")) {
     if (!(stddev_ >= kMinStddev && stddev_ <= kMaxStddev)) {
@@ -30,18 +30,14 @@ class GaussianFilter : public ReconstructionFilter {
     }
     radius_ = kCutoff * stddev_;
   }
-  float eval(float x) const override { return weight(x); }
-  void eval_block(const float* x, size_t count, float* out) const override {
-    wide::for_lanes(count, [&](size_t i) { weight(wide::Float::load(x + i)).store(out + i); });
-  }
 
- private:
   template <class F>
   F weight(F x) const {
     using namespace wide::formulas;
     return max(F(0.f), exp(-0.5f * sqr(x / stddev_)) - at_cutoff_);
   }
 
+ private:
   float stddev_;
   float at_cutoff_ = std::exp(-0.5f * sqr(kCutoff));
 };

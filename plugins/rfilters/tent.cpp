@@ -3,8 +3,7 @@
 //   <rfilter type="tent"><float name="radius" value="1"/></rfilter>
 
 #include "kinome/plugin.h"
-#include "kinome/reconstruction_filter.h"
-#include "kinome/wide/vectors.h"
+#include "kinome/wide/reconstruction_filter.h"
 
 namespace kinome {
 namespace {
@@ -17,7 +16,7 @@ const Parameter kTable[] = {
     {"radius", ParameterType::kFloat, "1", "half width in pixels, from 0.51 to 64"},
 };
 
-class TentFilter : public ReconstructionFilter {
+class TentFilter final : public wide::FormulaFilter<TentFilter> {
  public:
   explicit TentFilter(const Properties& props) {
     radius_ = props.real("radius");
@@ -25,12 +24,7 @@ class TentFilter : public ReconstructionFilter {
       throw props.error("radius", "must lie in [0.51, 64] pixels, got " + std::to_string(radius_));
     }
   }
-  float eval(float x) const override { return weight(x); }
-  void eval_block(const float* x, size_t count, float* out) const override {
-    wide::for_lanes(count, [&](size_t i) { weight(wide::Float::load(x + i)).store(out + i); });
-  }
 
- private:
   template <class F>
   F weight(F x) const {
     using namespace wide::formulas;

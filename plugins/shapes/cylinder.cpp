@@ -11,9 +11,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "analytic_shape.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
-#include "local_space.h"
 #include "shape_parameters.h"
 
 namespace kinome {
@@ -29,9 +29,10 @@ constexpr Parameter kTable[] = {
     kNestedEmitter,
 };
 
-class Cylinder final : public Shape {
+class Cylinder final : public AnalyticShape<Cylinder> {
  public:
-  explicit Cylinder(const Properties& props) : Shape(props), space_(unit_cylinder_to_world(props)) {
+  explicit Cylinder(const Properties& props)
+      : AnalyticShape(props), space_(unit_cylinder_to_world(props)) {
     const glm::dmat3& m = space_.linear();
     if (!is_similarity(m, 2)) {
       throw props.error("to_world",
@@ -48,29 +49,6 @@ class Cylinder final : public Shape {
   }
 
   Aabb bounds() const override { return bounds_; }
-
-  bool intersect(const Ray& ray, float& t, Hit& hit) const override {
-    t = first_hit(ray.o, ray.d, ray.tmin, ray.tmax);
-    if (!(t < kInfinity)) return false;
-    const auto local = space_.to_local(ray.o, ray.d);
-    const DVec3 p = local.o + local.d * static_cast<double>(t);
-    hit.ng = Vec3(space_.normal_to_world(DVec3(p.x, p.y, 0)) * sign_);
-    hit.u = 0;
-    hit.v = 0;
-    return true;
-  }
-  void intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out) const override {
-    intersect_lanes(rays, valid, out, [this](const auto& o, const auto& d, auto tmin, auto tmax) {
-      return first_hit(o, d, tmin, tmax);
-    });
-  }
-
-  SurfaceInteraction interaction(const Ray& ray, const Hit& /*hit*/) const override {
-    return interact(ray, [this](const auto&... line) { return hit_at(line...); });
-  }
-  void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
-    interact_lanes(rays, out, [this](const auto&... line) { return hit_at(line...); });
-  }
 
   void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
                              float* pdf) const override {
@@ -103,6 +81,14 @@ class Cylinder final : public Shape {
   }
 
  private:
+  friend class AnalyticShape<Cylinder>;
+
+  Vec3 direction_of_normal(const Ray& ray, float t) const {
+    const auto local = space_.to_local(ray.o, ray.d);
+    const DVec3 p = local.o + local.d * static_cast<double>(t);
+    return Vec3(space_.normal_to_world(DVec3(p.x, p.y, 0)) * sign_);
+  }
+
   /// From the axis.
   template <class F>
   static DVecOf<DoubleOf<F>> radial_at(F u) {

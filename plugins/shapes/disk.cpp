@@ -8,10 +8,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "analytic_shape.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"
-#include "local_space.h"
 #include "shape_parameters.h"
 
 namespace kinome {
@@ -19,10 +19,10 @@ namespace {
 
 constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kNestedBsdf, kNestedEmitter};
 
-class Disk final : public Shape {
+class Disk final : public AnalyticShape<Disk> {
  public:
   explicit Disk(const Properties& props)
-      : Shape(props), space_(glm::dmat4(to_world_of(props).matrix())) {
+      : AnalyticShape(props), space_(glm::dmat4(to_world_of(props).matrix())) {
     n_ = Vec3(space_.normal_to_world(DVec3(0, 0, 1)) * (props.boolean("flip_normals") ? -1. : 1.));
     // A point cos(a) x + sin(a) y reaches furthest along an axis at hypot of its components.
     const glm::dmat3& m = space_.linear();
@@ -32,27 +32,6 @@ class Disk final : public Shape {
   }
 
   Aabb bounds() const override { return bounds_; }
-
-  bool intersect(const Ray& ray, float& t, Hit& hit) const override {
-    t = first_hit(ray.o, ray.d, ray.tmin, ray.tmax);
-    if (!(t < kInfinity)) return false;
-    hit.ng = n_;
-    hit.u = 0;
-    hit.v = 0;
-    return true;
-  }
-  void intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out) const override {
-    intersect_lanes(rays, valid, out, [this](const auto& o, const auto& d, auto tmin, auto tmax) {
-      return first_hit(o, d, tmin, tmax);
-    });
-  }
-
-  SurfaceInteraction interaction(const Ray& ray, const Hit& /*hit*/) const override {
-    return interact(ray, [this](const auto&... line) { return hit_at(line...); });
-  }
-  void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
-    interact_lanes(rays, out, [this](const auto&... line) { return hit_at(line...); });
-  }
 
   void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
                              float* pdf) const override {
@@ -66,11 +45,15 @@ class Disk final : public Shape {
 
   SurfaceInteraction sample_surface(const Vec2& u) const override {
     const Vec2 local = square_to_disk_concentric(u);
-    return interaction_at(*this, space_.point_to_world(DVec3(local.x, local.y, 0)),
+    return interaction_at(space_.point_to_world(DVec3(local.x, local.y, 0)),
                           DVec3(n_) * glm::length(space_.linear()[0]));
   }
 
  private:
+  friend class AnalyticShape<Disk>;
+
+  Vec3 direction_of_normal(const Ray& /*ray*/, float /*t*/) const { return n_; }
+
   template <class V, class F>
   F first_hit(const V& o, const V& d, F tmin, F tmax) const {
     using D = DoubleOf<F>;

@@ -113,63 +113,6 @@ Roots<D> unit_ball_roots(const LocalLine<D>& line) {
   return {min(t0, t1), max(t0, t1), exist};
 }
 
-/// The lanes of 16 rays that are on, by find(o, d, tmin, tmax): the nearest hit, infinite: none.
-template <class Find>
-void intersect_lanes(const Ray16& rays, const int* valid, ShapeHit16& out, const Find& find) {
-  using wide::Float;
-  for (size_t i = 0; i < 16; i += wide::kLanes) {
-    const wide::Mask is_on = wide::Int::load(valid + i) != 0;
-    Float t = kInfinity;
-    if (any(is_on)) {
-      const wide::Vec3 o(Float::load(rays.ox + i), Float::load(rays.oy + i),
-                         Float::load(rays.oz + i));
-      const wide::Vec3 d(Float::load(rays.dx + i), Float::load(rays.dy + i),
-                         Float::load(rays.dz + i));
-      t = select(is_on, find(o, d, Float::load(rays.tmin + i), Float::load(rays.tmax + i)), t);
-    }
-    t.store(out.t + i);
-    Float(0.f).store(out.u + i);
-    Float(0.f).store(out.v + i);
-    wide::Uint(0u).store(out.primitive + i);
-  }
-}
-
-/// Interactions of a block by point(o, d, t): a ShapePoint without wi, where a ray hits.
-template <class Point>
-void interact_lanes(const RayHit16* rays, const SurfaceBlock& out, const Point& point) {
-  wide::for_lanes(out.count, [&](size_t i) {
-    const wide::GatheredRays ray(rays, out.ray + i);
-    const wide::Vec3 d = ray.d();
-    auto at = point(ray.o(), d, ray.tmax());
-    at.wi = at.frame.to_local(normalize(-d));
-    store(at, out, i);
-    wide::Uint(0u).store(out.primitive + i);
-  });
-}
-
-/// The same of one ray.
-template <class Point>
-SurfaceInteraction interact(const Ray& ray, const Point& point) {
-  auto at = point(ray.o, ray.d, ray.tmax);
-  at.wi = at.frame.to_local(glm::normalize(-ray.d));
-  SurfaceInteraction si = wide::interaction_of(at);
-  si.t = ray.tmax;
-  return si;
-}
-
-/// The interaction at a point that lies on the shape: as a ray along -n would find it. n is about as
-/// long as the shape is wide, so that the ray's origin keeps the point's digits.
-template <class AnalyticShape>
-SurfaceInteraction interaction_at(const AnalyticShape& shape, const DVec3& p, const DVec3& n) {
-  Ray ray;
-  ray.o = Vec3(p + n);
-  ray.d = Vec3(-n);
-  ray.tmax = 1;
-  SurfaceInteraction si = shape.interaction(ray, Hit{});
-  si.shape = &shape;
-  return si;
-}
-
 /// uv.x of an angle: 0 to 1, counterclockwise from +x.
 template <class D>
 FloatOf<D> turn(D x, D y) {

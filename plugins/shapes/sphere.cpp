@@ -9,10 +9,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "analytic_shape.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"
-#include "local_space.h"
 #include "shape_parameters.h"
 
 namespace kinome {
@@ -27,9 +27,10 @@ constexpr Parameter kTable[] = {
     kNestedEmitter,
 };
 
-class Sphere final : public Shape {
+class Sphere final : public AnalyticShape<Sphere> {
  public:
-  explicit Sphere(const Properties& props) : Shape(props), space_(unit_sphere_to_world(props)) {
+  explicit Sphere(const Properties& props)
+      : AnalyticShape(props), space_(unit_sphere_to_world(props)) {
     if (!is_similarity(space_.linear())) {
       throw props.error("to_world",
                         "must scale a sphere alike in all directions, and not shear it");
@@ -42,28 +43,6 @@ class Sphere final : public Shape {
 
   Aabb bounds() const override {
     return {Vec3(space_.offset() - radius_), Vec3(space_.offset() + radius_)};
-  }
-
-  bool intersect(const Ray& ray, float& t, Hit& hit) const override {
-    t = first_hit(ray.o, ray.d, ray.tmin, ray.tmax);
-    if (!(t < kInfinity)) return false;
-    const auto local = space_.to_local(ray.o, ray.d);
-    hit.ng = Vec3(space_.normal_to_world(local.o + local.d * static_cast<double>(t)));
-    hit.u = 0;
-    hit.v = 0;
-    return true;
-  }
-  void intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out) const override {
-    intersect_lanes(rays, valid, out, [this](const auto& o, const auto& d, auto tmin, auto tmax) {
-      return first_hit(o, d, tmin, tmax);
-    });
-  }
-
-  SurfaceInteraction interaction(const Ray& ray, const Hit& /*hit*/) const override {
-    return interact(ray, [this](const auto&... line) { return hit_at(line...); });
-  }
-  void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
-    interact_lanes(rays, out, [this](const auto&... line) { return hit_at(line...); });
   }
 
   float area() const override {
@@ -97,8 +76,7 @@ class Sphere final : public Shape {
       store(point.p, out.p, i);
       store(point.frame.n, out.sn, i);
       store(point.uv, out.uv, i);
-      const auto is_at_point =
-          point.p.x == from.x && point.p.y == from.y && point.p.z == from.z;
+      const auto is_at_point = point.p.x == from.x && point.p.y == from.y && point.p.z == from.z;
       select(is_at_point, 0.f, drawn.pdf).store(out.pdf + i);
     });
   }
@@ -116,6 +94,13 @@ class Sphere final : public Shape {
   }
 
  private:
+  friend class AnalyticShape<Sphere>;
+
+  Vec3 direction_of_normal(const Ray& ray, float t) const {
+    const auto local = space_.to_local(ray.o, ray.d);
+    return Vec3(space_.normal_to_world(local.o + local.d * static_cast<double>(t)));
+  }
+
   /// A point of the unit sphere as seen from p, with its density per solid angle at p.
   template <class D>
   struct Drawn {
@@ -157,8 +142,8 @@ class Sphere final : public Shape {
     point.n = to_float(space_.normal_to_world(local) * (flip_ ? -1. : 1.));
     point.uv = {turn(local.x, local.y), to_float(atan2(sin_theta, local.z) / pi)};
     point.dp_du = to_float(space_.vector_to_world(V(-local.y, local.x, D(0.0)) * (2 * pi)));
-    point.dp_dv = to_float(
-        space_.vector_to_world(V(local.z * cos_phi, local.z * sin_phi, -sin_theta) * pi));
+    point.dp_dv =
+        to_float(space_.vector_to_world(V(local.z * cos_phi, local.z * sin_phi, -sin_theta) * pi));
     point.frame = FrameOf<VecOf<FloatOf<D>>>::from_normal_and_tangent(point.n, point.dp_du);
     return point;
   }

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "kinome/reconstruction_filter.h"
+#include "kinome/wide/vectors.h"
+
+namespace kinome::wide {
+
+/// A reconstruction filter by its formula, written once: `Derived`, a final class, has a public
+///
+///     template <class F> F weight(F x) const     zero beyond the radius
+///
+/// for F of one position (float) and of a vector of them (wide::Float).
+template <class Derived>
+class FormulaFilter : public ReconstructionFilter {
+ public:
+  float eval(float x) const final { return self().weight(x); }
+  void eval_block(const float* x, size_t count, float* out) const final {
+    for_lanes(count, [&](size_t i) { self().weight(Float::load(x + i)).store(out + i); });
+  }
+
+ private:
+  const Derived& self() const { return static_cast<const Derived&>(*this); }
+};
+
+}  // namespace kinome::wide

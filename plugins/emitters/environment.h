@@ -1,0 +1,67 @@
+#pragma once
+
+#include "distant_disk.h"
+#include "kinome/sphere_partition.h"
+
+namespace kinome {
+
+/// Light from all directions: what environments have in common, however their radiance and its
+/// sampling is given. Rays of their light begin on the disk across the direction drawn.
+class Environment : public Emitter {
+ public:
+  bool is_environment() const final { return true; }
+  void prepare(const Aabb& scene_bounds) final { disk_.prepare(scene_bounds); }
+
+  std::optional<EmissionSample> sample_emission(const Vec2& position,
+                                                const Vec2& direction) const final {
+    const auto light = sample_direct(Vec3(0.f), direction);
+    if (!light) return std::nullopt;
+    auto ray = disk_.sample(-light->d, position);
+    if (!ray) return std::nullopt;
+    ray->pdf_direction = light->pdf;
+    ray->power = light->radiance / (light->pdf * ray->pdf_position);
+    return ray;
+  }
+
+  void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
+                             const EmissionBlock& out) const final {
+    const wide::ScratchColumns scratch(6, count);
+    // Where they arrive doesn't matter.
+    const Columns3 unused = scratch.three(3);
+    for (float* column : {unused.x, unused.y, unused.z}) std::fill_n(column, padded(count), 0.f);
+    const DirectBlock light{out.d, scratch[0], scratch[1], out.power, scratch[2]};
+    sample_direct_block(unused, direction, count, light);
+    const float pdf_position = disk_.pdf();
+    wide::for_lanes(count, [&](size_t i) {
+      const wide::Vec3 d = -wide::Vec3::load(out.d, i);
+      const wide::Float pdf_direction = wide::Float::load(light.pdf + i);
+      disk_.origin(d, wide::Vec2::load(position, i)).store(out.o, i);
+      d.store(out.d, i);
+      const wide::Rgb power = wide::Rgb::load(out.power, i) / (pdf_direction * pdf_position);
+      select(pdf_direction > 0.f && pdf_position > 0.f, power).store(out.power, i);
+    });
+  }
+
+  std::optional<EmissionDensity> emission_density(const Vec3& d) const final {
+    return EmissionDensity{pdf_environment(-d), disk_.pdf()};
+  }
+
+ private:
+  DistantDisk disk_;
+};
+
+/// Light points of an environment, each at the direction `centre(i)` of a cell i.
+template <class Centre>
+LightPoints distant_points(const SpherePartition& cells, std::vector<Rgb> power,
+                           const Centre& centre) {
+  const auto count = static_cast<uint32_t>(power.size());
+  LightPoints points;
+  points.kind = LightPoints::Kind::kDistant;
+  points.power = std::move(power);
+  points.extent.assign(count, cells.cell_solid_angle());
+  points.position.reserve(count);
+  for (uint32_t i = 0; i < count; ++i) points.position.push_back(centre(i));
+  return points;
+}
+
+}  // namespace kinome
