@@ -37,7 +37,7 @@ struct Patch {
   simd::HalfVectorLobe lobe{1, 1};
   float alpha2() const { return lobe.alpha_u * lobe.alpha_v; }
   uint32_t count = 0;  ///< points of the pilot
-  /// Records of the pilot, of TileMemory::records.
+  /// Records of the pilot, of those of its tile.
   uint32_t first_record = 0;
   uint32_t end_record = 0;
 
@@ -86,15 +86,6 @@ inline simd::FirstMicrofacet microfacet_of(const BsdfForm& form) {
 inline bool is_sharp(const Patch& patch) {
   return patch.alpha2() < 0.01f && !any(patch.bsdf->lobes() & Lobe::kDiffuse);
 }
-
-/// What a tile keeps between pilot and the main pass.
-struct TileMemory {
-  std::vector<Patch> patches;
-  std::vector<VisibilityRecord> records;
-  /// Of each patch: v, then the root of sigma, of each cell, in 8 bits. Empty where the film is so
-  /// large that each pass learns them again.
-  std::vector<uint8_t> learned;
-};
 
 /// True where the point may belong to the patch.
 bool belongs(const Patch& patch, const Bsdf* bsdf, const Vec3& normal, const Vec3& position);

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <optional>
 
-#include "clustered/product/product_workspace.h"
+#include "clustered/product/pilot.h"
+#include "clustered/product/product_renderer.h"
 #include "clustered/product/spread.h"
 #include "kinome/primary_rays.h"
 
@@ -41,6 +42,23 @@ constexpr uint32_t kLeastRays = 2;
 
 }  // namespace
 
+/// What a thread renders a block with.
+struct ProductRenderer::Worker {
+  TileTracer tracer;
+  VisibilityLearner learner;
+  Estimator estimator;
+  std::vector<Patch> patches;
+  std::vector<Visibility> visibility;
+  std::vector<Rgb> sums;      ///< of a block's pixels, tile by tile
+  std::vector<float> alphas;  ///< of the same
+  std::vector<Vec3> diagnostics;
+  std::vector<float> mean_visibility;  ///< of the patches of a tile
+
+  Worker(const Primaries::View& view, const CellLight& light, size_t padded_cells,
+         const CellNeighbours& neighbours)
+      : tracer(view), learner(padded_cells, &neighbours), estimator(light) {}
+};
+
 ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  std::shared_ptr<const DistantCells> cells,
                                  const ProductSettings& settings)
@@ -51,12 +69,12 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       shared_cells_(std::move(cells)),
       cells_(*shared_cells_),
       settings_(settings),
-      crop_(sensor.film().crop()),
+      grid_(sensor.film().crop()),
       filter_(sensor.film().filter()),
       seed_(key_seed(context, sensor.sampler())),
+      local_(make_local_light(scene, sensor, settings, seed_, context)),
+      knowledge_(grid_, cells_, local_.get(), settings_),
       rays_left_(settings.rays_per_pixel) {
-  tiles_.resize(static_cast<size_t>(tiles_x()) * tiles_y());
-  local_ = make_local_light(scene, sensor, settings, seed_, context);
   if (local_ && local_->has_caustics()) {
     const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
     caustics_.emplace(scene, sensor, *local_, seed_, context.stats().counters);
@@ -96,84 +114,56 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   return light->empty() ? nullptr : std::move(light);
 }
 
-size_t ProductRenderer::padded_cells() const {
-  return cells_.padded_size() + (local_ ? local_->padded_size() : 0);
-}
-
-size_t ProductRenderer::pixel_index(int x, int y) const {
-  return static_cast<size_t>(y - crop_.y0) * crop_.width() + (x - crop_.x0);
-}
-
-Rect ProductRenderer::block_at(int x, int y) const {
-  const int left = crop_.x0 + x * kBlock, top = crop_.y0 + y * kBlock;
-  return {left, top, std::min(left + kBlock, crop_.x1), std::min(top + kBlock, crop_.y1)};
-}
-
 Primaries::View ProductRenderer::view() const {
   return Primaries::view_of(table_, sensor_, filter_, settings_.hide_emitters);
 }
 
-/// What is known of each of the tile's patches, into work.visibility.
-void ProductRenderer::find_visibilities(int tile, Workspace& work) {
-  const TileMemory& memory = tiles_[tile];
-  work.reserve_visibility(work.patches.size(), padded_cells());
-  work.visibilities.clear();
-  for (size_t p = 0; p < work.patches.size(); ++p) {
-    Visibility& visibility = work.visibility[p];
-    if (p < memory.patches.size()) {
-      const uint8_t* learned = nullptr;
-      if (remembers()) {
-        learned = &memory.learned[p * 2 * padded_cells()];
-      } else {
-        work.learned.clear();
-        learn_visibility(tile, memory.patches[p], work, visibility, work.learned);
-        learned = work.learned.data();
-      }
-      load_visibility(learned, visibility);
-    } else {
-      learn(tile, work.patches[p], work);
-      work.learner.finish(visibility);
-      work.patches[p].trust = !is_sharp(work.patches[p]);
+/// What is known of each of the tile's patches.
+void ProductRenderer::find_visibilities(int tile, Worker& worker) {
+  worker.mean_visibility.clear();
+  for (size_t p = 0; p < worker.patches.size(); ++p) {
+    if (worker.visibility.size() == p) {
+      worker.visibility.emplace_back().resize(knowledge_.padded_cells());
+      worker.visibility.back().reset();
     }
+    Patch& patch = worker.patches[p];
+    Visibility& visibility = worker.visibility[p];
+    knowledge_.recall(tile, p, patch, worker.learner, visibility);
     if (settings_.diagnostics) {
-      work.visibilities.push_back(mean_visibility(work.patches[p], visibility));
+      worker.mean_visibility.push_back(mean_visibility(patch, visibility));
     }
-    if (!work.patches[p].trust) {
-      std::fill(visibility.v.begin(), visibility.v.end(), 0.f);
-      visibility.sigma = visibility.sigma_mixed;
-    }
-    apply_ablations(visibility);
+    knowledge_.restrict(patch, visibility);
   }
 }
 
-void ProductRenderer::render_tile(const Tile& tile, TilePrimaries& primaries,
-                                  const std::vector<PixelPlan>& plan, uint64_t seed,
-                                  Workspace& work) {
-  work.patches = tiles_[tile.index].patches;
-  assign_patches(primaries, work.patches);
-  find_visibilities(tile.index, work);
-  work.estimator.begin_tile(scene_, primaries, work.patches, work.visibility,
-                            hash_words(seed, static_cast<uint64_t>(tile.index), 3),
-                            *work.counters);
+void ProductRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
+                                  const std::vector<PixelPlan>& plan, uint64_t seed, Worker& worker,
+                                  RenderCounters& counters) {
+  worker.patches = knowledge_.patches(tile.index);
+  assign_patches(primaries, worker.patches);
+  find_visibilities(tile.index, worker);
+  worker.estimator.begin_tile(scene_, primaries, worker.patches, worker.visibility,
+                              hash_words(seed, static_cast<uint64_t>(tile.index), 3), counters);
   const Rect& pixels = tile.pixels;
   for (int i = 0; i < pixels.area(); ++i) {
-    const size_t pixel = pixel_index(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width());
+    const size_t pixel =
+        grid_.pixel(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width());
     Estimator::Unit unit;
     unit.first = primaries.first(i);
     unit.end = primaries.first(i + 1);
     unit.rays = std::max<uint32_t>(plan[pixel].rays, kLeastRays);
     unit.candidates = plan[pixel].candidates;
     unit.seed = hash_words(seed, pixel, 2);
-    Rgb& sum = work.sums.emplace_back(0.f);
+    Rgb& sum = worker.sums.emplace_back(0.f);
     float hits = 0;
     for (uint32_t k = unit.first; k < unit.end; ++k) {
       sum += primaries.emitted(k);
       hits += primaries.hit(k) ? 1.f : 0.f;
     }
-    work.alphas.push_back(hits / static_cast<float>(unit.end - unit.first));
-    work.estimator.estimate(unit, sum);
+    worker.alphas.push_back(hits / static_cast<float>(unit.end - unit.first));
+    worker.estimator.estimate(unit, sum);
   }
-  if (settings_.diagnostics) find_diagnostics(primaries, plan, work);
+  if (settings_.diagnostics) find_diagnostics(primaries, plan, worker);
 }
 
 /// Of the light that cells send to an unshadowed point, by what is learned.
@@ -190,74 +180,77 @@ float ProductRenderer::mean_visibility(const Patch& patch, const Visibility& vis
 }
 
 void ProductRenderer::find_diagnostics(const TilePrimaries& primaries,
-                                       const std::vector<PixelPlan>& plan, Workspace& work) const {
+                                       const std::vector<PixelPlan>& plan, Worker& worker) const {
   const Rect& pixels = primaries.pixels();
   for (int i = 0; i < pixels.area(); ++i) {
     const uint32_t first = primaries.first(i), end = primaries.first(i + 1);
     float visible = 0, lit = 0;
     for (uint32_t k = first; k < end; ++k) {
       if (primaries.patch(k) < 0) continue;
-      visible += work.visibilities[primaries.patch(k)];
+      visible += worker.mean_visibility[primaries.patch(k)];
       lit += 1;
     }
     const PixelPlan& p =
-        plan[pixel_index(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width())];
+        plan[grid_.pixel(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width())];
     const auto samples = static_cast<float>(end - first);
     const float rays = lit > 0 ? static_cast<float>(std::max<uint32_t>(p.rays, kLeastRays)) : 0.f;
-    work.diagnostics.emplace_back(samples,
-                                  samples + rays + (lit > 0 ? kCandidateCost * p.candidates : 0.f),
-                                  lit > 0 ? visible / lit : 0.f);
+    worker.diagnostics.emplace_back(
+        samples, samples + rays + (lit > 0 ? kCandidateCost * p.candidates : 0.f),
+        lit > 0 ? visible / lit : 0.f);
   }
 }
 
 void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>& plan,
                            uint64_t seed, float weight) {
-  for_each_block(all_rows(), light, "main", [&](int block, Workspace& work) {
-    if (!context_.is_wanted(block_at(block))) return;
-    work.sums.clear();
-    work.sums.reserve(static_cast<size_t>(kBlock) * kBlock);
-    work.alphas.clear();
-    work.diagnostics.clear();
-    trace_tiles(
-        block, seed, work.counters->stage_seconds["primary"], work,
-        [&](int x, int y) { return plan[pixel_index(x, y)].primaries; },
-        [&](const Tile& tile, TilePrimaries& primaries) {
-          render_tile(tile, primaries, plan, seed, work);
-        });
-    work.estimator.flush();
-    const StageTimer timer(work.counters->stage_seconds["film"]);
-    add_to_film(block, plan, seed, weight, work);
-  });
+  const auto make = [&] {
+    return std::make_unique<Worker>(view(), light, knowledge_.padded_cells(), neighbours_);
+  };
+  grid_.for_each_block<Worker>(
+      context_, grid_.all_rows(), "main", make,
+      [&](int block, Worker& worker, RenderCounters& counters) {
+        if (!context_.is_wanted(grid_.block(block))) return;
+        worker.sums.clear();
+        worker.sums.reserve(static_cast<size_t>(TileGrid::kBlockSide) * TileGrid::kBlockSide);
+        worker.alphas.clear();
+        worker.diagnostics.clear();
+        worker.tracer.trace(
+            grid_, block, seed, counters.stage_seconds["primary"], counters,
+            [&](int x, int y) { return plan[grid_.pixel(x, y)].primaries; },
+            [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
+              render_tile(tile, primaries, plan, seed, worker, counters);
+            });
+        worker.estimator.flush();
+        const StageTimer timer(counters.stage_seconds["film"]);
+        add_to_film(block, plan, seed, weight, worker, counters);
+      });
 }
 
 /// At once, block by block: an interrupted render has what was finished.
 void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
-                                  float weight, Workspace& work) {
+                                  float weight, Worker& worker, RenderCounters& counters) {
   Film& film = sensor_.film();
-  const Rect pixels = block_at(block);
+  const Rect pixels = grid_.block(block);
   FilmTile colours = film.make_tile(pixels);
   std::optional<FilmTile> diagnostics;
   if (settings_.diagnostics) diagnostics = film.make_tile(pixels, 1);
   size_t next = 0;
-  for (int ty = pixels.y0; ty < pixels.y1; ty += kTile) {
-    for (int tx = pixels.x0; tx < pixels.x1; tx += kTile) {
-      for (int y = ty; y < std::min(ty + kTile, pixels.y1); ++y) {
-        for (int x = tx; x < std::min(tx + kTile, pixels.x1); ++x, ++next) {
-          const auto primaries = static_cast<float>(plan[pixel_index(x, y)].primaries);
-          const Rgb c = work.sums[next] / primaries;
-          const float values[4] = {c.x, c.y, c.z, work.alphas[next]};
-          colours.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u}, weight);
-          if (!diagnostics) continue;
-          const Vec3& d = work.diagnostics[next];
-          diagnostics->add_pixel(x, y, std::array{d.x, d.y, d.z}, weight);
-        }
+  grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+    for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
+      for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x, ++next) {
+        const auto primaries = static_cast<float>(plan[grid_.pixel(x, y)].primaries);
+        const Rgb c = worker.sums[next] / primaries;
+        const float values[4] = {c.x, c.y, c.z, worker.alphas[next]};
+        colours.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u}, weight);
+        if (!diagnostics) continue;
+        const Vec3& d = worker.diagnostics[next];
+        diagnostics->add_pixel(x, y, std::array{d.x, d.y, d.z}, weight);
       }
     }
-  }
+  });
   if (caustics_) {
     const double paths = std::ceil(weight * unit_ / kRaysPerCausticPath * pixels.area());
     caustics_->trace(hash_words(seed, static_cast<uint64_t>(block), kCausticSeed),
-                     static_cast<uint32_t>(paths), colours, *work.counters);
+                     static_cast<uint32_t>(paths), colours, counters);
   }
   context_.commit(film, static_cast<size_t>(block),
                   {&colours, diagnostics ? &*diagnostics : nullptr});
@@ -280,33 +273,43 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
     return;
   }
   const double start = context_.seconds();
-  const uint32_t primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
-  const uint32_t rays = kPilotRays * primaries;
+  Pilot::Effort effort;
+  effort.primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
+  effort.rays = kPilotRays * effort.primaries;
+  const uint32_t rays = effort.primaries + effort.rays;
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
   const CellLight light = make_light(0);
-  pilot_primaries_ = primaries;
-  learn_in_bands(light, rays, (primaries + rays) / std::max<double>(rays_per_pixel, 1));
-  rays_left_ = std::max(0., rays_left_ - primaries - rays);
+  const auto forecast =
+      Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_)
+          .learn(light, effort, rays / std::max<double>(rays_per_pixel, 1), knowledge_);
+  if (!context_.cancelled()) {
+    const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+    allocation_.emplace(forecast, grid_.crop().width(), grid_.crop().height(), settings_.adaptive);
+  }
+  pilot_rays_ = rays;
+  rays_left_ = std::max(0., rays_left_ - rays);
   pilot_seconds_ = context_.seconds() - start;
 }
 
 void ProductRenderer::learn_in_time(double seconds) {
   context_.set_deadline(context_.seconds() + kPilotShare * seconds);
   if (!context_.cancelled()) {
-    learn_from_pilot(seconds * kCarefulSpeed * context_.threads() / std::max(1, crop_.area()));
+    learn_from_pilot(seconds * kCarefulSpeed * context_.threads() /
+                     std::max(1, grid_.crop().area()));
   }
   if (context_.cancelled()) {
     // What only some tiles have learned is of no use.
-    pilot_primaries_ = 0;
+    pilot_rays_ = 0;
     allocation_.reset();
-    tiles_.assign(tiles_.size(), {});
+    knowledge_.forget();
     context_.skip("pilot", "there was too little time for it");
   }
   context_.set_deadline(kInfinity);
 }
 
 double ProductRenderer::seconds_per_sample() const {
-  return kRaysPerSample * pilot_seconds_ / ((1. + kPilotRays) * std::max(1u, pilot_primaries_));
+  // A pilot that was given up leaves its time: of the least that there can be.
+  return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRays, pilot_rays_);
 }
 
 std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
@@ -318,7 +321,7 @@ std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
   plan.primaries = static_cast<uint16_t>(std::max(1., rays_per_pixel / 3));
   plan.rays = static_cast<uint16_t>(std::max(1., rays_per_pixel - plan.primaries));
   plan.candidates = static_cast<float>(kCandidatesUnlearned * plan.rays);
-  return std::vector<PixelPlan>(static_cast<size_t>(crop_.area()), plan);
+  return std::vector<PixelPlan>(static_cast<size_t>(grid_.crop().area()), plan);
 }
 
 /// In passes as large as may be: the more rays share a comb, the better each of them does.

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "clustered/product/primaries.h"
+#include "kinome/film.h"
+#include "kinome/render_context.h"
+#include "transport/blocks_of_tile.h"
+
+namespace kinome {
+
+/// How a picture is divided: into blocks, each of which is one thread's turn, and these into tiles
+/// of kTileSide pixels' side, which share patches of surface.
+class TileGrid {
+ public:
+  static constexpr int kBlockSide = 32;
+  static constexpr int kTilesAcross = kBlockSide / kTileSide;  ///< a block
+  static constexpr int kTilesOfBlock = kTilesAcross * kTilesAcross;
+
+  struct Tile {
+    int index;
+    int place;  ///< in its block
+    Rect pixels;
+  };
+  /// Rows of blocks, [first, end).
+  struct Rows {
+    int first = 0;
+    int end = 0;
+  };
+
+  explicit TileGrid(const Rect& crop) : crop_(crop) {}
+
+  const Rect& crop() const { return crop_; }
+  int tiles_x() const { return (crop_.width() + kTileSide - 1) / kTileSide; }
+  int tiles_y() const { return (crop_.height() + kTileSide - 1) / kTileSide; }
+  int tiles() const { return tiles_x() * tiles_y(); }
+  int blocks_x() const { return (crop_.width() + kBlockSide - 1) / kBlockSide; }
+  int blocks_y() const { return (crop_.height() + kBlockSide - 1) / kBlockSide; }
+  Rows all_rows() const { return {0, blocks_y()}; }
+
+  Rect block(int index) const {
+    const int left = crop_.x0 + index % blocks_x() * kBlockSide;
+    const int top = crop_.y0 + index / blocks_x() * kBlockSide;
+    return {left, top, std::min(left + kBlockSide, crop_.x1), std::min(top + kBlockSide, crop_.y1)};
+  }
+  /// The place of a pixel among those of the crop window, row by row.
+  size_t pixel(int x, int y) const {
+    return static_cast<size_t>(y - crop_.y0) * crop_.width() + (x - crop_.x0);
+  }
+
+  /// fn(tile) for each tile of a block.
+  template <class Function>
+  void for_each_tile(int block, const Function& fn) const {
+    const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
+    for (int i = 0; i < kTilesOfBlock; ++i) {
+      const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
+      if (x >= tiles_x() || y >= tiles_y()) continue;
+      fn(Tile{y * tiles_x() + x,
+              i,
+              {crop_.x0 + x * kTileSide, crop_.y0 + y * kTileSide,
+               std::min(crop_.x0 + (x + 1) * kTileSide, crop_.x1),
+               std::min(crop_.y0 + (y + 1) * kTileSide, crop_.y1)}});
+    }
+  }
+
+  /// fn(block, worker, counters) for each block of these rows, on many threads, each with a worker
+  /// that `make` has made for it; their time is that of `stage`.
+  template <class Worker, class Make, class Function>
+  void for_each_block(RenderContext& context, Rows rows, const char* stage, const Make& make,
+                      const Function& fn) const {
+    const size_t first = static_cast<size_t>(blocks_x()) * rows.first;
+    const size_t blocks = static_cast<size_t>(blocks_x()) * (rows.end - rows.first);
+    transport::Workers<Worker> workers;
+    context.for_each(blocks, [&](size_t item, RenderCounters& counters) {
+      workers.with_one(make, [&](Worker& worker) {
+        const StageTimer timer(counters.stage_seconds[stage]);
+        fn(static_cast<int>(first + item), worker, counters);
+      });
+    });
+  }
+
+ private:
+  Rect crop_;
+};
+
+}  // namespace kinome

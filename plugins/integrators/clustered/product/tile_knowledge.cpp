@@ -1,0 +1,173 @@
+#include "clustered/product/tile_knowledge.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinome {
+namespace {
+
+/// Weights of tiles, by a Gaussian in pixels.
+constexpr float kReachDeviation = 4;
+/// Patches learn from those of nearly the same normal and plane.
+constexpr float kLearnCosine = 0.9f;
+constexpr float kLearnPlanes = 1.6f;
+/// A sharp lobe's patch keeps its visibility only if, on the pilot's own rays, it predicts this
+/// well: sum (V - v)² < kTrust x sum V².
+constexpr float kTrust = 0.1f;
+
+/// Learned visibility in 8 bits: v, then the root of sigma. What a pass reads is the same whether
+/// it was kept or is learned again.
+void write(const Visibility& visibility, uint8_t* out) {
+  const size_t count = visibility.v.size();
+  for (size_t c = 0; c < count; ++c) {
+    out[c] = static_cast<uint8_t>(static_cast<int32_t>(visibility.v[c] * 255 + 0.5f));
+    const float root = std::min(1.f, std::sqrt(visibility.sigma[c]));
+    out[count + c] = static_cast<uint8_t>(static_cast<int32_t>(root * 255 + 0.5f));
+  }
+}
+
+void read(const uint8_t* learned, Visibility& out) {
+  const size_t count = out.v.size();
+  for (size_t c = 0; c < count; ++c) {
+    out.v[c] = static_cast<float>(learned[c]) * (1 / 255.f);
+    out.sigma[c] = std::max(sqr(static_cast<float>(learned[count + c]) * (1 / 255.f)), 1e-4f);
+    out.sigma_mixed[c] = std::sqrt(0.9f * out.v[c] + 0.06f);
+  }
+}
+
+}  // namespace
+
+TileKnowledge::TileKnowledge(const TileGrid& grid, const DistantCells& cells,
+                             const LocalLight* local, const ProductSettings& settings)
+    : grid_(grid),
+      settings_(settings),
+      padded_cells_(cells.padded_size() + (local ? local->padded_size() : 0)),
+      first_lamp_(cells.padded_size()),
+      end_lamps_(first_lamp_ + (local ? local->lamp_cells() : 0)),
+      has_local_(local != nullptr),
+      tiles_(static_cast<size_t>(grid.tiles())) {}
+
+void TileKnowledge::forget() {
+  tiles_.assign(tiles_.size(), {});
+}
+
+void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord>> found) {
+  Tile& tile = tiles_[index];
+  size_t count = 0;
+  for (size_t p = 0; p < tile.patches.size(); ++p) count += found[p].size();
+  tile.records.clear();
+  tile.records.reserve(count);
+  for (size_t p = 0; p < tile.patches.size(); ++p) {
+    tile.patches[p].first_record = static_cast<uint32_t>(tile.records.size());
+    tile.records.insert(tile.records.end(), found[p].begin(), found[p].end());
+    tile.patches[p].end_record = static_cast<uint32_t>(tile.records.size());
+  }
+}
+
+/// From the pilot's records of the tiles around, on surfaces that go on as the patch does.
+void TileKnowledge::add_records(int index, const Patch& patch, VisibilityLearner& learner) const {
+  const int tx = index % grid_.tiles_x(), ty = index / grid_.tiles_x();
+  for (int dy = -kReach; dy <= kReach; ++dy) {
+    for (int dx = -kReach; dx <= kReach; ++dx) {
+      const int x = tx + dx, y = ty + dy;
+      if (x < 0 || y < 0 || x >= grid_.tiles_x() || y >= grid_.tiles_y()) continue;
+      const auto squared = static_cast<float>((dx * dx + dy * dy) * kTileSide * kTileSide);
+      const float weight = std::exp(-0.5f * squared / sqr(kReachDeviation));
+      const auto units = static_cast<uint32_t>(std::lround(16 * weight));
+      if (units == 0) continue;
+      const Tile& tile = tiles_[static_cast<size_t>(y) * grid_.tiles_x() + x];
+      for (const Patch& other : tile.patches) {
+        if (other.bsdf != patch.bsdf || glm::dot(other.normal, patch.normal) < kLearnCosine ||
+            std::abs(glm::dot(other.position - patch.position, patch.normal)) >
+                kLearnPlanes * patch.tolerance) {
+          continue;
+        }
+        learner.add(std::span(tile.records)
+                        .subspan(other.first_record, other.end_record - other.first_record),
+                    units);
+      }
+    }
+  }
+}
+
+void TileKnowledge::begin_learning(int index) {
+  Tile& tile = tiles_[index];
+  tile.learned.clear();
+  if (remembers()) tile.learned.resize(tile.patches.size() * 2 * padded_cells_);
+}
+
+void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner, Visibility& out) {
+  Tile& tile = tiles_[index];
+  Patch& patch = tile.patches[p];
+  learner.begin();
+  add_records(index, patch, learner);
+  learner.finish(out);
+  if (remembers()) write(out, &tile.learned[p * 2 * padded_cells_]);
+  if (has_local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(tile, patch, out);
+}
+
+/// A lamp's reflection that a ridge hides, while v says that it is seen, would be the worst of
+/// errors.
+void TileKnowledge::find_trust(const Tile& tile, Patch& patch, const Visibility& visibility) const {
+  struct {
+    float count = 0, visible = 0, v = 0;
+  } lamps, others;
+  float error = 0, sigma = 0;
+  for (uint32_t i = patch.first_record; i < patch.end_record; ++i) {
+    const VisibilityRecord record = tile.records[i];
+    const uint32_t cell = record.cell();
+    const float v = visibility.v[cell], seen = record.visible() ? 1.f : 0.f;
+    auto& of = cell >= first_lamp_ && cell < end_lamps_ ? lamps : others;
+    of.count += 1;
+    of.visible += seen;
+    of.v += v;
+    error += sqr(seen - v);
+    sigma += visibility.sigma[cell];
+  }
+  const float count = lamps.count + others.count;
+  if (count == 0) return;
+  const float mean = (lamps.v + others.v) / count;
+  patch.lamp_visibility = lamps.count > 0 ? lamps.v / lamps.count : mean;
+  patch.mean_visibility = others.count > 0 ? others.v / others.count : mean;
+  patch.mean_sigma = sigma / count;
+  if (!is_sharp(patch)) return;
+  patch.trust = error < kTrust * (lamps.visible + others.visible);
+  patch.mean_visibility = (others.visible + 2 * patch.mean_visibility) / (others.count + 2);
+}
+
+void TileKnowledge::recall(int index, size_t p, Patch& patch, VisibilityLearner& learner,
+                           Visibility& out) const {
+  const Tile& tile = tiles_[index];
+  const bool is_of_pilot = p < tile.patches.size();
+  if (is_of_pilot && remembers()) {
+    read(&tile.learned[p * 2 * padded_cells_], out);
+    return;
+  }
+  learner.begin();
+  add_records(index, patch, learner);
+  learner.finish(out);
+  if (!is_of_pilot) {
+    patch.trust = !is_sharp(patch);
+    return;
+  }
+  std::vector<uint8_t> learned(2 * padded_cells_);
+  write(out, learned.data());
+  read(learned.data(), out);
+}
+
+void TileKnowledge::restrict(const Patch& patch, Visibility& visibility) const {
+  if (!patch.trust) {
+    std::fill(visibility.v.begin(), visibility.v.end(), 0.f);
+    visibility.sigma = visibility.sigma_mixed;
+  }
+  if (settings_.control_variate && settings_.learned_sigma) return;
+  for (size_t c = 0; c < visibility.v.size(); ++c) {
+    if (!settings_.control_variate) {
+      visibility.sigma[c] = std::sqrt(0.05f + 0.9f * visibility.v[c] + 0.01f);
+      visibility.v[c] = 0;
+    }
+    if (!settings_.learned_sigma) visibility.sigma[c] = visibility.sigma_mixed[c] = 1;
+  }
+}
+
+}  // namespace kinome

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "clustered/product/primaries.h"
+#include "clustered/product/tile_grid.h"
+
+namespace kinome {
+
+/// Primary rays of a block's tiles, several tiles at a time. Keeps its memory: one per thread.
+class TileTracer {
+ public:
+  explicit TileTracer(const Primaries::View& view) : primaries_(view) {}
+
+  /// Traces count_of(x, y) primaries of each pixel of a block, and calls fn(tile, its primaries)
+  /// for each tile. `seconds` gets what tracing takes.
+  template <class Counts, class Function>
+  void trace(const TileGrid& grid, int block, uint64_t seed, double& seconds,
+             RenderCounters& counters, const Counts& count_of, const Function& fn) {
+    const auto shade_waiting = [&] {
+      {
+        const StageTimer timer(seconds);
+        primaries_.trace(seed, counters);
+      }
+      for (size_t k = 0; k < waiting_.size(); ++k) {
+        TilePrimaries primaries = primaries_.tile(k);
+        fn(waiting_[k], primaries);
+      }
+      waiting_.clear();
+      primaries_.clear();
+    };
+    grid.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      counts_.clear();
+      for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
+        for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) counts_.push_back(count_of(x, y));
+      }
+      if (!primaries_.add(tile.pixels, counts_)) {
+        shade_waiting();
+        primaries_.add(tile.pixels, counts_);
+      }
+      waiting_.push_back(tile);
+    });
+    shade_waiting();
+  }
+
+ private:
+  Primaries primaries_;
+  std::vector<TileGrid::Tile> waiting_;  ///< for their primaries
+  std::vector<uint16_t> counts_;
+};
+
+}  // namespace kinome

@@ -1,0 +1,209 @@
+// What product sampling knows of the tiles of a picture, and how it divides the picture into them.
+#include "clustered/product/tile_knowledge.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+TEST(TileGrid, CoversEveryPixelOnce) {
+  const Rect crop{3, 5, 3 + 71, 5 + 34};
+  const TileGrid grid(crop);
+  std::multiset<size_t> pixels;
+  std::set<int> tiles;
+  for (int block = 0; block < grid.blocks_x() * grid.blocks_y(); ++block) {
+    const Rect whole = grid.block(block);
+    std::set<int> places;
+    grid.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      EXPECT_TRUE(tiles.insert(tile.index).second);
+      EXPECT_TRUE(places.insert(tile.place).second);
+      EXPECT_LT(tile.place, TileGrid::kTilesOfBlock);
+      for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
+        for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
+          EXPECT_TRUE(x >= whole.x0 && x < whole.x1 && y >= whole.y0 && y < whole.y1);
+          pixels.insert(grid.pixel(x, y));
+        }
+      }
+    });
+  }
+  EXPECT_EQ(static_cast<int>(tiles.size()), grid.tiles());
+  ASSERT_EQ(static_cast<int>(pixels.size()), crop.area());
+  EXPECT_EQ(*pixels.begin(), 0u);
+  EXPECT_EQ(static_cast<int>(*pixels.rbegin()), crop.area() - 1);
+  EXPECT_EQ(std::set<size_t>(pixels.begin(), pixels.end()).size(), pixels.size());
+}
+
+/// Seven tiles in a row, each with a patch of one plane.
+class Row {
+ public:
+  explicit Row(const std::string& material, const ProductSettings& settings = {})
+      : settings_(settings),
+        shape_(make<Shape>("<shape type=\"rectangle\">" + material + "</shape>")),
+        sky_(make<Emitter>("<emitter type=\"constant\"/>")),
+        cells_(*sky_, *sky_->cell_grid(), 64, context_),
+        knowledge_(grid_, cells_, nullptr, settings_),
+        learner_(knowledge_.padded_cells()) {
+    scratch_.resize(knowledge_.padded_cells());
+    scratch_.reset();
+    for (int tile = 0; tile < 7; ++tile) {
+      Patch patch;
+      patch.bsdf = &shape_->bsdf();
+      patch.tolerance = 0.1f;
+      patch.lobe = {kAlpha, kAlpha};
+      knowledge_.patches(tile).assign(1, patch);
+      find(tile, {});
+    }
+  }
+
+  Patch& patch(int tile) { return knowledge_.patches(tile).front(); }
+  TileKnowledge& knowledge() { return knowledge_; }
+  uint32_t cells() const { return cells_.size(); }
+
+  void find(int tile, std::vector<VisibilityRecord> records) {
+    const std::vector<std::vector<VisibilityRecord>> found{std::move(records)};
+    knowledge_.keep(tile, found);
+  }
+  void find_all(int tile, bool visible) {
+    std::vector<VisibilityRecord> records;
+    for (int k = 0; k < 8; ++k) {
+      for (uint32_t c = 0; c < cells(); ++c) records.emplace_back(c, visible);
+    }
+    find(tile, std::move(records));
+  }
+  Visibility learn(int tile) {
+    Visibility learned;
+    knowledge_.learn(tile, learner_, scratch_,
+                     [&](size_t, const Visibility& visibility) { learned = visibility; });
+    return learned;
+  }
+  Visibility recall(int tile) {
+    Visibility recalled = scratch_;
+    knowledge_.recall(tile, 0, patch(tile), learner_, recalled);
+    return recalled;
+  }
+
+ private:
+  static constexpr float kAlpha = 0.02f;  // sharp, where there is no diffuse lobe
+  const ProductSettings settings_;
+  const TileGrid grid_{Rect{0, 0, 7 * kTileSide, kTileSide}};
+  RenderContext context_{RenderContext::Options{.threads = 1}};
+  std::shared_ptr<Shape> shape_;
+  std::shared_ptr<Emitter> sky_;
+  DistantCells cells_;
+  TileKnowledge knowledge_;
+  VisibilityLearner learner_;
+  Visibility scratch_;
+};
+
+const std::string kDiffuse = "<bsdf type=\"diffuse\"/>";
+const std::string kMetal =
+    "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\".02\"/></bsdf>";
+
+/// What tile 3 found itself counts most, and of other tiles the nearest.
+TEST(TileKnowledge, LearnsFromTilesAround) {
+  std::vector<float> v;
+  for (int from = 4; from < 7; ++from) {
+    Row row(kDiffuse);
+    row.find_all(3, false);
+    row.find_all(from, true);
+    v.push_back(row.learn(3).v[5]);
+  }
+  EXPECT_LT(v[0], 0.5f);
+  EXPECT_GT(v[0], 1.2f * v[1]);
+  EXPECT_GT(v[1], 1.2f * v[2]);
+  Row alone(kDiffuse);
+  alone.find_all(3, false);
+  EXPECT_EQ(v[2], alone.learn(3).v[5]);  // out of reach
+}
+
+TEST(TileKnowledge, LearnsWhereASurfaceGoesOnAlone) {
+  const auto learned_from = [](const auto& change) {
+    Row row(kDiffuse);
+    row.find_all(4, true);
+    change(row.patch(4));
+    return row.learn(3).v[5];
+  };
+  const float same = learned_from([](Patch&) {});
+  EXPECT_GT(same, 0.5f);
+  EXPECT_EQ(same, learned_from([](Patch& other) { other.position.x = 5; }));
+  EXPECT_EQ(learned_from([](Patch& other) { other.position.z = 5; }), 0);
+  EXPECT_EQ(learned_from([](Patch& other) { other.normal = {1, 0, 0}; }), 0);
+  EXPECT_EQ(learned_from([](Patch& other) { other.bsdf = nullptr; }), 0);
+}
+
+/// Large pictures learn again in each pass what small ones keep.
+TEST(TileKnowledge, RecallsTheSameWhetherItIsKeptOrNot) {
+  ProductSettings forgetful;
+  forgetful.remembered_pixels = 0;
+  Row kept(kDiffuse), again(kDiffuse, forgetful);
+  for (Row* row : {&kept, &again}) {
+    std::vector<VisibilityRecord> records;
+    for (uint32_t i = 0; i < 500; ++i) records.emplace_back(i * i % row->cells(), i % 3 > 0);
+    row->find(3, records);
+  }
+  const Visibility learned = kept.learn(3);
+  again.learn(3);
+  const Visibility a = kept.recall(3), b = again.recall(3);
+  for (size_t c = 0; c < kept.cells(); ++c) {
+    EXPECT_EQ(a.v[c], b.v[c]);
+    EXPECT_EQ(a.sigma[c], b.sigma[c]);
+    EXPECT_EQ(a.sigma_mixed[c], b.sigma_mixed[c]);
+    EXPECT_NEAR(a.v[c], learned.v[c], 0.51 / 255);
+    EXPECT_NEAR(std::sqrt(a.sigma[c]), std::min(1.f, std::sqrt(learned.sigma[c])), 1.5 / 255);
+  }
+}
+
+/// A sharp lobe counts on what it knows only if that would have told the pilot's own rays.
+TEST(TileKnowledge, TrustsWhatPredictsTheRays) {
+  Row row(kMetal);
+  row.find_all(3, true);
+  Visibility known = row.learn(3);
+  EXPECT_TRUE(row.patch(3).trust);
+  EXPECT_GT(row.patch(3).mean_visibility, 0.9f);
+  const Column<float> v = known.v;
+  row.knowledge().restrict(row.patch(3), known);
+  EXPECT_EQ(known.v, v);
+
+  std::vector<VisibilityRecord> records;
+  for (uint32_t i = 0; i < 16 * row.cells(); ++i) records.emplace_back(i / 16, i % 2 == 0);
+  row.find(3, std::move(records));
+  known = row.learn(3);
+  EXPECT_FALSE(row.patch(3).trust);
+  row.knowledge().restrict(row.patch(3), known);
+  EXPECT_EQ(known.v, Column<float>(known.v.size(), 0.f));
+  EXPECT_EQ(known.sigma, known.sigma_mixed);
+}
+
+TEST(TileKnowledge, LeavesOutWhatIsToBeLeftOut) {
+  ProductSettings settings;
+  settings.control_variate = false;
+  Row without_control(kDiffuse, settings);
+  without_control.find_all(3, true);
+  Visibility known = without_control.learn(3);
+  without_control.knowledge().restrict(without_control.patch(3), known);
+  EXPECT_EQ(known.v[5], 0);
+  EXPECT_GT(known.sigma[5], 0.9f);
+
+  settings = {};
+  settings.learned_sigma = false;
+  Row without_sigma(kDiffuse, settings);
+  without_sigma.find_all(3, true);
+  known = without_sigma.learn(3);
+  without_sigma.knowledge().restrict(without_sigma.patch(3), known);
+  EXPECT_GT(known.v[5], 0.9f);
+  EXPECT_EQ(known.sigma[5], 1);
+}
+
+TEST(TileKnowledge, Forgets) {
+  Row row(kDiffuse);
+  row.find_all(3, true);
+  row.knowledge().forget();
+  EXPECT_TRUE(row.knowledge().patches(3).empty());
+}
+
+}  // namespace
+}  // namespace kinome::test
