@@ -141,7 +141,7 @@ void Film::prepare(const std::vector<std::vector<std::string>>& layers, uint32_t
   for (Lane& lane : lanes_) {
     for (size_t i = 0; i < layers_.size(); ++i) {
       const size_t stride = static_cast<size_t>(value_count(static_cast<int>(i))) + 1;
-      lane.layers.emplace_back(static_cast<size_t>(crop_.area()) * stride, 0.);
+      lane.layers.emplace_back(static_cast<size_t>(crop_.area()) * stride);
     }
   }
 }
@@ -180,7 +180,7 @@ void Film::commit(const FilmTile& tile) {
   const int stride = tile.values_ + 1;
   const Rect& covered = tile.covered_;
   if (covered.area() == 0) return;
-  std::vector<double>& data = lanes_.at(lane_).layers.at(tile.layer_);
+  ZeroedArray<double>& data = lanes_.at(lane_).layers.at(tile.layer_);
   for (int y = covered.y0; y < covered.y1; ++y) {
     const double* from = &tile.data_[pixel_offset(covered, covered.x0, y, stride)];
     double* to = &data[pixel_offset(crop_, covered.x0, y, stride)];
@@ -189,9 +189,9 @@ void Film::commit(const FilmTile& tile) {
   }
 }
 
-std::vector<double>& Film::splats_of(Lane& lane) {
+ZeroedArray<double>& Film::splats_of(Lane& lane) {
   if (lane.splats.empty()) {
-    lane.splats.resize(static_cast<size_t>(crop_.area()) * 3);
+    lane.splats = ZeroedArray<double>(static_cast<size_t>(crop_.area()) * 3);
     // A pixel's weighted mean divides by the filter's integral over its samples; a splat has to.
     splat_norm_ = 1 / (filter_->integral() * filter_->integral());
   }
@@ -199,7 +199,7 @@ std::vector<double>& Film::splats_of(Lane& lane) {
 }
 
 void Film::commit_splats(const FilmTile& tile) {
-  std::vector<double>& splats = splats_of(lanes_.at(lane_));
+  ZeroedArray<double>& splats = splats_of(lanes_.at(lane_));
   for (const FilmTile::Splat& splat : tile.splats_) {
     for_each_pixel(splat.position, *filter_, crop_, [&](int x, int y, float w) {
       double* const pixel = &splats[pixel_offset(crop_, x, y, 3)];
@@ -214,7 +214,7 @@ bool Film::transfer(const std::function<void(void* bytes, size_t count)>& io) {
     io(&found, sizeof found);
     return found == count;
   };
-  const auto transfer_sums = [&](std::vector<double>& sums) {
+  const auto transfer_sums = [&](ZeroedArray<double>& sums) {
     if (!is_alike(sums.size())) return false;
     io(sums.data(), sums.size() * sizeof(double));
     return true;
@@ -239,7 +239,7 @@ std::vector<bool> Film::gaps(int layer) const {
   bool is_empty = true, has_paths = false;
   for (const Lane& lane : lanes_) {
     has_paths = has_paths || (layer == 0 && lane.light_paths > 0);
-    const std::vector<double>& data = lane.layers.at(layer);
+    const ZeroedArray<double>& data = lane.layers.at(layer);
     for (size_t p = 0; p < gaps.size(); ++p) {
       if (data[(p + 1) * stride - 1] == 0) continue;
       gaps[p] = false;

@@ -12,6 +12,7 @@
 #include "kinome/math.h"
 #include "kinome/object.h"
 #include "kinome/reconstruction_filter.h"
+#include "kinome/zeroed_array.h"
 
 namespace kinome {
 
@@ -153,13 +154,13 @@ class KINOME_EXPORT Film : public Object {
 
  private:
   struct Lane {
-    std::vector<std::vector<double>> layers;  ///< of each: values, then the weight, interleaved
-    std::vector<double> splats;               ///< R, G, B of each pixel; empty until there is one
+    std::vector<ZeroedArray<double>> layers;  ///< of each: values, then the weight, interleaved
+    ZeroedArray<double> splats;               ///< R, G, B of each pixel; empty until there is one
     double light_paths = 0;
   };
   void commit_splats(const FilmTile& tile);
   /// Of a lane: those that there are, or zeros for them.
-  std::vector<double>& splats_of(Lane& lane);
+  ZeroedArray<double>& splats_of(Lane& lane);
   /// By how much each lane moves a pixel's colour, such that the sum of the squares is the colour's
   /// variance: see film_noise.cpp. Returns how many lanes have samples; of fewer than two there
   /// is nothing to tell.

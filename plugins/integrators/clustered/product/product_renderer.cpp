@@ -325,13 +325,14 @@ std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
 }
 
 /// In passes as large as may be: the more rays share a comb, the better each of them does.
-void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin) {
+void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, bool is_last) {
   const auto passes =
       static_cast<uint64_t>(std::max(1., std::ceil(rays_per_pixel / kMaxRaysOfPass)));
   // Of the comb and all that goes with it; paths of caustics are a fixed share of these.
   const double of_caustics = caustics_ ? caustics_->rays_per_path() / kRaysPerCausticPath : 0;
   const double rays = rays_per_pixel / static_cast<double>(passes) / (1 + of_caustics);
   const std::vector<PixelPlan> plan = plan_pass(rays);
+  if (is_last) allocation_.reset();  // of a large picture, a good part of the memory
   if (unit_ == 0) unit_ = std::max(rays, 1.);
   const auto weight = static_cast<float>(std::max(rays, 1.) / unit_);
   for (uint64_t i = 0; i < passes && !context_.cancelled(); ++i, ++pass_) {
@@ -344,14 +345,14 @@ void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin) 
 }
 
 double ProductRenderer::render(double samples) {
-  render_rays(kRaysPerSample * samples, 0);
+  render_rays(kRaysPerSample * samples, 0, false);
   return samples;
 }
 
 void ProductRenderer::render_all() {
   learn_from_pilot(settings_.rays_per_pixel);
   const double asked = std::max(settings_.rays_per_pixel, 1.);
-  if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked));
+  if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked), true);
 }
 
 bool is_product_scene(const Scene& scene, uint32_t max_depth) {

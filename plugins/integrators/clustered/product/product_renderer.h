@@ -40,7 +40,8 @@ class ProductRenderer final : public Passes {
   Primaries::View view() const;
   CellLight make_light(uint64_t seed) const;
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
-  void render_rays(double rays_per_pixel, double progress_begin);
+  /// `is_last`: nothing is rendered after this.
+  void render_rays(double rays_per_pixel, double progress_begin, bool is_last);
   void pass(const CellLight& light, const std::vector<PixelPlan>& plan, uint64_t seed,
             float weight);
   void render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
