@@ -132,6 +132,7 @@ std::vector<Case> settings() {
   parameter("NoControlVariate", off("control_variate"));
   parameter("NoLearnedSigma", off("learned_sigma"));
   parameter("NotAdaptive", off("adaptive"));
+  parameter("NotSmoothed", off("smooth_plan"));
   parameter("NothingLearned", off("control_variate") + off("learned_sigma") + off("adaptive"));
   parameter("OneCell", integer("cut_size", 1));
   parameter("FewCells", integer("cut_size", 20));

@@ -10,8 +10,8 @@
 
 #include "clustered/cells/hilbert_points.h"
 #include "clustered/product/comb.h"
-#include "clustered/product/plan.h"
 #include "clustered/product/filter_sampler.h"
+#include "clustered/product/plan.h"
 #include "kinome/sampler.h"
 #include "support/render.h"
 
@@ -305,11 +305,13 @@ std::vector<PixelForecast> picture(int width, int height) {
   return forecast;
 }
 
+using Mode = RayAllocation::Mode;
+
 TEST(Allocate, KeepsTheBudget) {
-  for (const bool adaptive : {false, true}) {
+  for (const Mode mode : {Mode::kEven, Mode::kAdaptive, Mode::kSmoothed}) {
     for (const double rays : {6., 12., 24., 48., 120., 500.}) {
-      const Budget budget = spend(RayAllocation(picture(64, 48), 64, 48, adaptive).plan(rays));
-      EXPECT_NEAR(budget.rays, rays, 0.03 * rays) << adaptive;
+      const Budget budget = spend(RayAllocation(picture(64, 48), 64, 48, mode).plan(rays));
+      EXPECT_NEAR(budget.rays, rays, 0.03 * rays) << static_cast<int>(mode);
       EXPECT_GE(budget.least_primaries, 1);
       EXPECT_LE(budget.most_rays, 1024);
     }
@@ -322,27 +324,48 @@ TEST(Allocate, KeepsTheBudgetOfAnEvenPicture) {
   even.mean = 1;
   even.deviation = std::sqrt(0.02f);
   even.uncertainty = 0.3f;
-  for (const bool adaptive : {false, true}) {
+  for (const Mode mode : {Mode::kEven, Mode::kAdaptive, Mode::kSmoothed}) {
     for (const double rays : {5., 7., 8., 11., 13., 24., 27., 48.}) {
       const std::vector<PixelForecast> forecast(256, even);
-      EXPECT_NEAR(spend(RayAllocation(forecast, 16, 16, adaptive).plan(rays)).rays, rays, 0.03 * rays)
-          << adaptive << ", " << rays;
+      EXPECT_NEAR(spend(RayAllocation(forecast, 16, 16, mode).plan(rays)).rays, rays, 0.03 * rays)
+          << static_cast<int>(mode) << ", " << rays;
     }
   }
 }
 
 TEST(Allocate, RaysGoWhereTheyAreNeeded) {
-  const auto plan = RayAllocation(picture(64, 48), 64, 48, true).plan(48);
+  const auto plan = RayAllocation(picture(64, 48), 64, 48, Mode::kAdaptive).plan(48);
   const auto at = [&](int x, int y) { return plan[static_cast<size_t>(y) * 64 + x]; };
   EXPECT_GT(at(16, 20).rays, at(8, 20).rays);           // uncertain visibility
   EXPECT_LT(at(20, 2).primaries + at(20, 2).rays, 12);  // background
   EXPECT_GT(at(10, 28).candidates, at(10, 15).candidates);
 }
 
+/// A pilot of one primary sees some pixels too bright and others too dark, by chance.
+TEST(Allocate, SmoothingTakesOutTheForecastsNoise) {
+  std::vector<PixelForecast> forecast(64 * 64);
+  for (size_t i = 0; i < forecast.size(); ++i) {
+    forecast[i].mean = 0.2f + to_unit_float(static_cast<uint32_t>(hash_words(i, 1)));
+    forecast[i].deviation = 0.3f;
+    forecast[i].uncertainty = 0.5f;
+  }
+  const auto spread = [&](Mode mode) {
+    double sum = 0, squares = 0;
+    for (const PixelPlan& p : RayAllocation(forecast, 64, 64, mode).plan(200)) {
+      sum += p.rays;
+      squares += static_cast<double>(p.rays) * p.rays;
+    }
+    const double n = 64 * 64;
+    return std::sqrt(squares / n - sqr(sum / n)) / (sum / n);
+  };
+  EXPECT_GT(spread(Mode::kAdaptive), 0.3);
+  EXPECT_LT(spread(Mode::kSmoothed), 0.5 * spread(Mode::kAdaptive));
+}
+
 TEST(Allocate, NotAdaptiveGivesAllTheSame) {
   std::vector<PixelForecast> forecast = picture(32, 32);
   for (PixelForecast& p : forecast) p.uncertainty += 0.1f;
-  const auto plan = RayAllocation(forecast, 32, 32, false).plan(36);
+  const auto plan = RayAllocation(forecast, 32, 32, Mode::kEven).plan(36);
   for (const PixelPlan& p : plan) {
     EXPECT_NEAR(p.primaries, plan[0].primaries, 1);
     EXPECT_NEAR(p.rays, plan[0].rays, 1);
@@ -360,7 +383,8 @@ TEST(Allocate, StandsAnyForecast) {
   PixelForecast huge{1e25f, 1e26f, 1e24f, 1e26f, true};
   for (const PixelForecast& each : {dark, sky, hidden, tiny, huge}) {
     for (const double rays : {2., 12., 100.}) {
-      const auto plan = RayAllocation(std::vector<PixelForecast>(64, each), 8, 8, true).plan(rays);
+      const auto plan =
+          RayAllocation(std::vector<PixelForecast>(64, each), 8, 8, Mode::kAdaptive).plan(rays);
       const Budget budget = spend(plan);
       EXPECT_GE(budget.least_primaries, 1);
       EXPECT_LE(budget.rays, std::max(3., 1.1 * rays)) << each.mean << ", " << each.uncertainty;

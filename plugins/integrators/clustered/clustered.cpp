@@ -48,6 +48,8 @@ constexpr Parameter kParameters[] = {
      "'product': send rays where visibility is uncertain."},
     {"adaptive", ParameterType::kBoolean, "true",
      "'product': give rays to the pixels that need them."},
+    {"smooth_plan", ParameterType::kBoolean, "true",
+     "'product': ask the pixels around, too, where the pilot knows little of each."},
     {"light_guide", ParameterType::kBoolean, "true",
      "'product': draw light points where what they light is seen."},
     KINOME_POINT_LIGHT_PARAMETERS,
@@ -117,6 +119,7 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   sampling.control_variate = props.boolean("control_variate");
   sampling.learned_sigma = props.boolean("learned_sigma");
   sampling.adaptive = props.boolean("adaptive");
+  sampling.smooth_plan = props.boolean("smooth_plan");
   sampling.light_guide = props.boolean("light_guide");
   return settings;
 }

@@ -21,6 +21,8 @@ constexpr float kPrimariesPerCandidate = 0.03f;
 constexpr float kMinCandidates = 16, kMaxCandidates = 3500;
 constexpr float kMaxPrimaries = 256, kMaxRays = 1024;
 constexpr float kMinRays = 2;
+/// What pixels around one count for, where its forecast is smoothed.
+constexpr float kSmoothing = 0.7f;
 
 /// Steps of halving that find the budget's scale, of all between kLeastScale and kMostScale, to
 /// more digits than a float has.
@@ -29,8 +31,9 @@ constexpr double kLeastScale = 1e-9, kMostScale = 1e12;
 
 using namespace wide;
 
-/// Five rows of a picture's forecast, as columns, in units of what is typical for it: squares of the
-/// faintest and the brightest light stay within a float. Around the picture its border is repeated.
+/// Five rows of a picture's forecast, as columns, in units of what is typical for it: squares of
+/// the faintest and the brightest light stay within a float. Around the picture its border is
+/// repeated.
 class Maps {
  public:
   static constexpr int kBorder = 2;
@@ -47,7 +50,8 @@ class Maps {
     for (int y = -kBorder; y < kBorder; ++y) read(y);
   }
 
-  /// Reads what is needed for row y. To be called for 0, 1, 2 ..., before what follows, of that row.
+  /// Reads what is needed for row y. To be called for 0, 1, 2 ..., before what follows, of that
+  /// row.
   void go_to(int y) { read(y + kBorder); }
 
   /// Of pixel (x, y) and those that come next in its row.
@@ -73,8 +77,8 @@ class Maps {
       }
     }
     const Float share = 1.f / static_cast<float>((2 * reach + 1) * (2 * reach + 1));
-    for (Float* const sum : {&sums.mean, &sums.squared_mean, &sums.variance, &sums.uncertainty,
-                             &sums.glossy}) {
+    for (Float* const sum :
+         {&sums.mean, &sums.squared_mean, &sums.variance, &sums.uncertainty, &sums.glossy}) {
       *sum *= share;
     }
     return sums;
@@ -123,10 +127,12 @@ Float power(Float v) {
   return select(v > 0.f, pow(v, kExponent));
 }
 
-/// By expectations around a pixel: over 3x3 pixels, or 5x5 where lobes are sharp.
-Wanted wanted_at(const Maps& maps, int x, int y) {
+/// By expectations around a pixel: over 3x3 pixels, or 5x5 where lobes are sharp. Its own mean
+/// counts alone, or with a share of `smoothing` for the pixels around.
+Wanted wanted_at(const Maps& maps, int x, int y, float smoothing) {
   Maps::Around around = maps.around(x, y, 1);
-  Float own = maps.variance(x, y), level = maps.mean(x, y), factor = kPrimaryFactor;
+  Float own = maps.variance(x, y), factor = kPrimaryFactor;
+  Float level = lerp(maps.mean(x, y), around.mean, Float(smoothing));
   const Mask is_sharp = maps.is_sharp(x, y);
   if (any(is_sharp)) {
     const Maps::Around wider = maps.around(x, y, 2);
@@ -164,7 +170,7 @@ class Rounding {
 }  // namespace
 
 RayAllocation::RayAllocation(const std::vector<PixelForecast>& forecast, int width, int height,
-                             bool adaptive)
+                             Mode mode)
     : width_(static_cast<size_t>(width)),
       height_(static_cast<size_t>(height)),
       stride_(padded(width_)) {
@@ -178,14 +184,15 @@ RayAllocation::RayAllocation(const std::vector<PixelForecast>& forecast, int wid
   for (auto* const column : {&primaries_, &rays_, &candidates_, &costs_}) {
     column->resize(stride_ * height_);
   }
+  const float smoothing = mode == Mode::kSmoothed ? kSmoothing : 0.f;
   Maps maps(forecast, width, height, unit / static_cast<double>(forecast.size()));
   for (size_t y = 0; y < height_; ++y) {
     maps.go_to(static_cast<int>(y));
     const size_t first = y * stride_;
     for (size_t x = 0; x < width_; ++x) costs_[first + x] = 1 + forecast[y * width_ + x].mirrors;
     for_lanes(width_, [&](size_t x) {
-      Wanted wanted = wanted_at(maps, static_cast<int>(x), static_cast<int>(y));
-      if (!adaptive) {
+      Wanted wanted = wanted_at(maps, static_cast<int>(x), static_cast<int>(y), smoothing);
+      if (mode == Mode::kEven) {
         wanted.primaries = 0.2f;
         wanted.rays = select(wanted.rays > 0.f, Float(1.f));
       }

@@ -29,8 +29,13 @@ struct PixelPlan {
 /// Divides rays among the pixels of a picture, so that relative errors are about alike. Immutable.
 class RayAllocation {
  public:
-  /// By what is expected of width x height pixels; not `adaptive`: all get about the same.
-  RayAllocation(const std::vector<PixelForecast>& forecast, int width, int height, bool adaptive);
+  enum class Mode {
+    kEven,      ///< all get about the same
+    kAdaptive,  ///< what is expected of each says
+    kSmoothed   ///< what is expected around it says, too: forecasts of few primaries are noisy
+  };
+  /// By what is expected of width x height pixels.
+  RayAllocation(const std::vector<PixelForecast>& forecast, int width, int height, Mode mode);
 
   /// Of primaries and shadow rays together, on average.
   std::vector<PixelPlan> plan(double rays_per_pixel) const;

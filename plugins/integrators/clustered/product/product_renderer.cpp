@@ -23,7 +23,11 @@ constexpr double kPartsOfBudget = 3;
 constexpr double kRaysPerCausticPath = 8;
 /// Light points, and no fewer places than these, to find out what is of use.
 constexpr uint32_t kPointsPerPlace = 8, kLeastPlaces = 256;
-constexpr uint32_t kPilotRays = 3;  ///< for each of its primaries
+/// Rays of a pilot for each of its primaries, and for the only one of a pixel: rays are few then,
+/// and do more for the picture.
+constexpr uint32_t kPilotRays = 3, kPilotRaysOfOne = 2;
+/// From so many primaries a pixel on, its forecast is its own.
+constexpr uint32_t kPrimariesToTell = 4;
 /// What a pilot reckons with where nobody knows how many rays there will be.
 constexpr double kRaysOfUnknown = 100;
 /// Rays a second and thread that most scenes allow, and the share of the time within which a pilot
@@ -275,7 +279,7 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   const double start = context_.seconds();
   Pilot::Effort effort;
   effort.primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
-  effort.rays = kPilotRays * effort.primaries;
+  effort.rays = effort.primaries == 1 ? kPilotRaysOfOne : kPilotRays * effort.primaries;
   const uint32_t rays = effort.primaries + effort.rays;
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
   const CellLight light = make_light(0);
@@ -284,7 +288,11 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
           .learn(light, effort, rays / std::max<double>(rays_per_pixel, 1), knowledge_);
   if (!context_.cancelled()) {
     const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
-    allocation_.emplace(forecast, grid_.crop().width(), grid_.crop().height(), settings_.adaptive);
+    const bool is_noisy = effort.primaries < kPrimariesToTell && settings_.smooth_plan;
+    allocation_.emplace(forecast, grid_.crop().width(), grid_.crop().height(),
+                        !settings_.adaptive ? RayAllocation::Mode::kEven
+                        : is_noisy          ? RayAllocation::Mode::kSmoothed
+                                            : RayAllocation::Mode::kAdaptive);
   }
   pilot_rays_ = rays;
   rays_left_ = std::max(0., rays_left_ - rays);
@@ -309,7 +317,7 @@ void ProductRenderer::learn_in_time(double seconds) {
 
 double ProductRenderer::seconds_per_sample() const {
   // A pilot that was given up leaves its time: of the least that there can be.
-  return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRays, pilot_rays_);
+  return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRaysOfOne, pilot_rays_);
 }
 
 std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {

@@ -32,6 +32,7 @@ struct ProductSettings {
   bool control_variate = true;  ///< what is known of visible light is added without rays
   bool learned_sigma = true;    ///< rays go where visibility is uncertain
   bool adaptive = true;         ///< rays go to the pixels that need them
+  bool smooth_plan = true;      ///< which those are, pixels around tell, where the pilot is small
   bool light_guide = true;      ///< light points go to what the camera sees the light of
 };
 
