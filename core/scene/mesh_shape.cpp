@@ -219,8 +219,12 @@ MeshArrays MeshShape::arrays() const {
 }
 
 SurfaceInteraction MeshShape::interaction(const Ray& ray, const Hit& hit) const {
-  SurfaceInteraction si = wide::interaction_of(wide::formulas::mesh_point<float>(
-      arrays(), static_cast<int32_t>(3 * hit.primitive), hit.u, hit.v, ray.d));
+  const MeshArrays mesh = arrays();
+  const Vec3 backward = wide::formulas::opposite_of(ray.d);
+  const auto triangle =
+      wide::formulas::triangle_of<float>(mesh, static_cast<int32_t>(3 * hit.primitive), backward);
+  SurfaceInteraction si = wide::interaction_of(
+      wide::formulas::point_of<float>(mesh, triangle, hit.u, hit.v, backward));
   si.t = ray.tmax;
   si.primitive = hit.primitive;
   return si;

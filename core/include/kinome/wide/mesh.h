@@ -130,65 +130,119 @@ KINOME_WIDE PartialDerivatives<V> position_derivatives(const V& e1, const V& e2,
   return {select(is_regular, du, frame.s), select(is_regular, dv, frame.t)};
 }
 
-/// The point of coordinates b1, b2 on a triangle (three times its number is `first`), seen along d.
+/// What all points of a triangle have in common.
 template <class F>
-KINOME_WIDE ShapePoint<F> mesh_point(const MeshArrays& mesh, IntOf<F> first, F b1, F b2,
-                                       const VecOf<F>& d) {
+struct Triangle {
   using V = VecOf<F>;
-  const F b0 = 1.f - b1 - b2;
+  V p0, p1, p2;
+  F p_error;
+  V n;
+  PartialDerivatives<V> dp;
+  Vec2Of<F> uv0, uv1, uv2;   ///< where the mesh has any
+  V n0, n1, n2;              ///< shading normals; where the mesh has none …
+  FrameOf<V> frame;          ///< … the shading frame
+  MaskOf<F> is_degenerate;   ///< such a triangle faces the ray
+};
+
+/// Three times the triangle's number is `first`; `backward`: to where the ray comes from, unit.
+template <class F>
+KINOME_WIDE Triangle<F> triangle_of(const MeshArrays& mesh, IntOf<F> first,
+                                    const VecOf<F>& backward) {
+  using V = VecOf<F>;
   const IntOf<F> i0 = as_int(gather(mesh.triangles, first));
   const IntOf<F> i1 = as_int(gather(mesh.triangles + 1, first));
   const IntOf<F> i2 = as_int(gather(mesh.triangles + 2, first));
   const IntOf<F> k0 = i0 * 3, k1 = i1 * 3, k2 = i2 * 3;
-  const V p0 = gather3(mesh.positions, k0);
-  const V p1 = gather3(mesh.positions, k1);
-  const V p2 = gather3(mesh.positions, k2);
-  const V e1 = p1 - p0, e2 = p2 - p0;
-
-  ShapePoint<F> point;
-  point.p = b0 * p0 + b1 * p1 + b2 * p2;
-  point.p_error = plane_error(p0, p1, p2, mesh.side);
-  const V backward = safe_normalize(-d, V(F(0.f), F(0.f), F(1.f)));
-  point.n = face_normal(e1, e2, backward);
-  if (mesh.flip) point.n = -point.n;
-
+  Triangle<F> t;
+  t.p0 = gather3(mesh.positions, k0);
+  t.p1 = gather3(mesh.positions, k1);
+  t.p2 = gather3(mesh.positions, k2);
+  const V e1 = t.p1 - t.p0, e2 = t.p2 - t.p0;
+  t.p_error = plane_error(t.p0, t.p1, t.p2, mesh.side);
+  t.n = face_normal(e1, e2, V(F(0.f)));
+  t.is_degenerate = is_black(t.n);
+  if (any(t.is_degenerate)) t.n = select(t.is_degenerate, backward, t.n);
+  if (mesh.flip) t.n = -t.n;
   if (mesh.uvs) {
-    const Vec2Of<F> uv0 = gather2(mesh.uvs, i0 * 2);
-    const Vec2Of<F> uv1 = gather2(mesh.uvs, i1 * 2);
-    const Vec2Of<F> uv2 = gather2(mesh.uvs, i2 * 2);
-    point.uv = b0 * uv0 + b1 * uv1 + b2 * uv2;
-    const auto partial = position_derivatives(e1, e2, uv1 - uv0, uv2 - uv0, point.n);
-    point.dp_du = partial.du;
-    point.dp_dv = partial.dv;
+    t.uv0 = gather2(mesh.uvs, i0 * 2);
+    t.uv1 = gather2(mesh.uvs, i1 * 2);
+    t.uv2 = gather2(mesh.uvs, i2 * 2);
+    t.dp = position_derivatives(e1, e2, t.uv1 - t.uv0, t.uv2 - t.uv0, t.n);
   } else {
-    point.uv = {b1, b2};
-    point.dp_du = e1;
-    point.dp_dv = e2;
+    t.dp = {e1, e2};
   }
-
-  V shading_normal = point.n;
   if (mesh.normals) {
-    const V interpolated = b0 * gather3(mesh.normals, k0) + b1 * gather3(mesh.normals, k1) +
-                           b2 * gather3(mesh.normals, k2);
-    shading_normal = safe_normalize(interpolated, point.n);
+    t.n0 = gather3(mesh.normals, k0);
+    t.n1 = gather3(mesh.normals, k1);
+    t.n2 = gather3(mesh.normals, k2);
+  } else {
+    t.frame = FrameOf<V>::from_normal_and_tangent(t.n, t.dp.du);
   }
-  point.frame = FrameOf<VecOf<F>>::from_normal_and_tangent(shading_normal, point.dp_du);
+  return t;
+}
+
+/// The point of coordinates b1, b2.
+template <class F>
+KINOME_WIDE ShapePoint<F> point_of(const MeshArrays& mesh, const Triangle<F>& t, F b1, F b2,
+                                   const VecOf<F>& backward) {
+  const F b0 = 1.f - b1 - b2;
+  ShapePoint<F> point;
+  point.p = b0 * t.p0 + b1 * t.p1 + b2 * t.p2;
+  point.p_error = t.p_error;
+  point.n = t.n;
+  point.uv = mesh.uvs ? b0 * t.uv0 + b1 * t.uv1 + b2 * t.uv2 : Vec2Of<F>(b1, b2);
+  point.dp_du = t.dp.du;
+  point.dp_dv = t.dp.dv;
+  if (mesh.normals) {
+    const VecOf<F> shading_normal = safe_normalize(b0 * t.n0 + b1 * t.n1 + b2 * t.n2, t.n);
+    point.frame = FrameOf<VecOf<F>>::from_normal_and_tangent(shading_normal, t.dp.du);
+  } else {
+    point.frame = t.frame;
+  }
   point.wi = point.frame.to_local(backward);
   return point;
 }
 
+template <class V>
+KINOME_WIDE V opposite_of(const V& d) {
+  using F = NumberOf<V>;
+  return safe_normalize(-d, V(F(0.f), F(0.f), F(1.f)));
+}
+
 }  // namespace formulas
+
+/// Makes points of a mesh, vector by vector. As long as all lanes stay on the triangles that they
+/// were on, as on large ones, what these have in common is computed once.
+class MeshPoints {
+ public:
+  KINOME_WIDE explicit MeshPoints(const MeshArrays& mesh) : mesh_(mesh) {}
+
+  /// Of triangles `which` at b1, b2, seen along d.
+  KINOME_WIDE formulas::ShapePoint<Float> make(Int which, Float b1, Float b2, const Vec3& d) {
+    const Vec3 backward = formulas::opposite_of(d);
+    if (!all(which == known_)) {
+      triangle_ = formulas::triangle_of<Float>(mesh_, which * 3, backward);
+      known_ = any(triangle_.is_degenerate) ? Int(-1) : which;
+    }
+    return formulas::point_of(mesh_, triangle_, b1, b2, backward);
+  }
+
+ private:
+  const MeshArrays& mesh_;
+  formulas::Triangle<Float> triangle_;
+  Int known_ = -1;
+};
 
 /// Base of meshes in plugins that are built for several instruction sets.
 class Mesh : public MeshShape {
  public:
   void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
     const MeshArrays mesh = arrays();
+    MeshPoints points(mesh);
     for_lanes(out.count, [&](size_t i) {
       const GatheredRays ray(rays, out.ray + i);
       const Uint primitive = ray.primitive();
-      store(formulas::mesh_point<Float>(mesh, as_int(primitive) * 3, ray.u(), ray.v(), ray.d()),
-            out, i);
+      store(points.make(as_int(primitive), ray.u(), ray.v(), ray.d()), out, i);
       primitive.store(out.primitive + i);
     });
   }
@@ -197,6 +251,7 @@ class Mesh : public MeshShape {
     const GridDistribution::Tables tables = triangles.tables();
     const bool has_area = triangles.total() > 0;
     const MeshArrays mesh = arrays();
+    MeshPoints points(mesh);
     for_lanes(out.count, [&](size_t i) {
       Vec2 in_cell = Vec2::load(u, i);
       Int triangle = 0;
@@ -207,7 +262,7 @@ class Mesh : public MeshShape {
       }
       // As sampled_at().
       const Vec2 at = formulas::square_to_triangle(in_cell);
-      store(formulas::mesh_point<Float>(mesh, triangle * 3, at.x, at.y, Vec3(Ray{}.d)), out, i);
+      store(points.make(triangle, at.x, at.y, Vec3(Ray{}.d)), out, i);
       triangle.store(out.primitive + i);
     });
   }

@@ -444,6 +444,9 @@ KINOME_WIDE Float pick(Float a, Float b, Int i) {
   return select(i < lanes, pick(a, within), pick(b, within));
 #endif
 }
+KINOME_WIDE Uint pick(Uint a, Uint b, Int i) {
+  return as_uint(pick(as_float(a), as_float(b), i));
+}
 /// 0, 1, 2 ...: each lane's own number.
 KINOME_WIDE Int iota() {
   return Int(hn::Iota(IntTag(), 0));
