@@ -17,8 +17,9 @@ class BucketCounts {
     for (const uint32_t bucket : used_) count_[bucket] = 0;
     used_.clear();
   }
-  void add(uint32_t bucket) {
-    if (count_[bucket]++ == 0) used_.push_back(bucket);
+  void add(uint32_t bucket, uint32_t things = 1) {
+    if (count_[bucket] == 0) used_.push_back(bucket);
+    count_[bucket] += things;
   }
   /// Those that anything was added to, in ascending order.
   std::span<const uint32_t> used() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinome/wide/surface_point.h"
 #include "rays.h"
 
 namespace kinome::transport {
@@ -154,11 +155,8 @@ void Camera::set_seen_light(const Columns3& radiance) {
   }
   const auto missed = surfaces_.missed();
   if (!environment || missed.empty()) return;
-  const RayHit16& r = rays_[0];
-  for_lanes(missed.size(), [&](size_t i) {
-    const Int at = offset_of(rays_, Int::load(missed.data() + i));
-    wide::Vec3(gather(r.ray.dx, at), gather(r.ray.dy, at), gather(r.ray.dz, at)).store(toward_, i);
-  });
+  for_lanes(missed.size(),
+            [&](size_t i) { GatheredRays(rays_, missed.data() + i).d().store(toward_, i); });
   environment->eval_environment_block(toward_, missed.size(), light_, nullptr);
   for (size_t i = 0; i < missed.size(); ++i) radiance.set(missed[i], light_.at(i));
 }

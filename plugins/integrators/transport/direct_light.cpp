@@ -141,10 +141,10 @@ void DirectLight::add_arriving(const Vertices& vertices, size_t count, const Col
                                RenderCounters& counters) {
   const StageTimer timer(counters.stage_seconds["shadow"]);
   occlusion_.trace(scene_.scene(), rays_, count, counters);
-  for (size_t i = 0; i < count; ++i) {
-    if (rays_[i / kBlockLanes].tmax[i % kBlockLanes] < 0) continue;
-    radiance.set(vertices.owner[i], radiance.at(vertices.owner[i]) + light_.at(i));
-  }
+  for_lanes(count, [&](size_t i) {
+    const Mask arrives = !(Float::load(rays_[i / kBlockLanes].tmax + i % kBlockLanes) < 0.f);
+    add_to_owners(wide::Rgb::load(light_, i), arrives, vertices.owner + i, radiance);
+  });
 }
 
 void DirectLight::find_directions(const Vertices& vertices) {

@@ -1,6 +1,7 @@
 #include "direction_sort.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "rays.h"
 
@@ -27,24 +28,32 @@ size_t DirectionSort::sort(const Ray16* rays, size_t count) {
       return clamp(to_int(mul_add(c, Float(kHalf), Float(kHalf))), Int(0),
                    Int(static_cast<int32_t>(kSide) - 1));
     };
-    const Mask on = Float::load(r.tmax + lane) >= Float::load(r.tmin + lane);
+    const Mask on = Float::load(r.tmax + lane) >= 0.f;
     select(on, side(v) * Int(static_cast<int32_t>(kSide)) + side(u),
            Int(static_cast<int32_t>(kBins)))
         .store(bin_ + i);
   });
-  next_.fill(0);
-  for (size_t i = 0; i < count; ++i) ++next_[bin_[i]];
-  uint32_t on = 0;
+  // Neighbours often go the same way. Each would wait for the count of the one before, were it not
+  // for the other half's between them.
+  const size_t half = count / 2;
+  auto& [low, high] = next_;
+  low.fill(0), high.fill(0);
+  for (size_t i = 0; i < half; ++i) ++low[bin_[i]], ++high[bin_[half + i]];
+  if (count % 2 != 0) ++high[bin_[count - 1]];
+  uint32_t next = 0;
   for (uint32_t bin = 0; bin < kBins; ++bin) {
-    const uint32_t rays_of_bin = next_[bin];
-    next_[bin] = on;
-    on += rays_of_bin;
+    next += std::exchange(low[bin], next);
+    next += std::exchange(high[bin], next);
   }
-  next_[kBins] = on;
-  for (size_t i = 0; i < count; ++i) order_[next_[bin_[i]]++] = static_cast<uint32_t>(i);
-  on_ = on;
-  if (on > 0) std::fill(order_ + on, order_ + padded(on), order_[on - 1]);
-  return on;
+  on_ = next;
+  high[kBins] = next + std::exchange(low[kBins], next);
+  for (size_t i = 0; i < half; ++i) {
+    order_[low[bin_[i]]++] = static_cast<uint32_t>(i);
+    order_[high[bin_[half + i]]++] = static_cast<uint32_t>(half + i);
+  }
+  if (count % 2 != 0) order_[high[bin_[count - 1]]++] = static_cast<uint32_t>(count - 1);
+  if (on_ > 0) std::fill(order_ + on_, order_ + padded(on_), order_[on_ - 1]);
+  return on_;
 }
 
 void DirectionSort::copy(const Ray16* from, Ray16* to, size_t stride) const {
@@ -59,7 +68,6 @@ void DirectionSort::copy(const Ray16* from, Ray16* to, size_t stride) const {
     gather(first.ox, at).store(rays.ox + lane);
     gather(first.oy, at).store(rays.oy + lane);
     gather(first.oz, at).store(rays.oz + lane);
-    gather(first.tmin, at).store(rays.tmin + lane);
     gather(first.dx, at).store(rays.dx + lane);
     gather(first.dy, at).store(rays.dy + lane);
     gather(first.dz, at).store(rays.dz + lane);

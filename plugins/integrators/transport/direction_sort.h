@@ -14,13 +14,13 @@ class DirectionSort {
  public:
   explicit DirectionSort(size_t rays);
 
-  /// Returns how many rays are on: tmin <= tmax.
+  /// Returns how many rays are on: 0 <= tmax. All are to begin at their origins: tmin is 0.
   size_t sort(const Ray16* rays, size_t count);
   /// The same.
   size_t on() const { return on_; }
   /// Their numbers; padded with the last.
   const uint32_t* order() const { return order_; }
-  /// The sorted rays among `from`; the last block's other lanes are off.
+  /// The sorted rays among `from`, to rays whose tmin is 0; the last block's other lanes are off.
   void copy(const Ray16* from, Ray16* to, size_t stride) const;
 
  private:
@@ -29,7 +29,10 @@ class DirectionSort {
   uint32_t* bin_;  ///< of each ray
   uint32_t* order_;
   size_t on_ = 0;
-  std::array<uint32_t, kBins + 1> next_{};
+  /// Of each bin, and of rays that are off: rays in each half of the block, then the place of the
+  /// next.
+  using Places = std::array<uint32_t, kBins + 1>;
+  std::array<Places, 2> next_{};
 };
 
 }  // namespace kinome::transport

@@ -1,6 +1,6 @@
 #include "numbers.h"
 
-#include "kinome/wide/vectors.h"
+#include "kinome/wide/near_indices.h"
 
 namespace kinome::transport {
 
@@ -33,7 +33,7 @@ void Numbers::fill_1d(const Sampler& sampler, const PixelSamples& samples, uint3
     return;
   }
   sampler.fill_1d_block(samples, dimension, all_.x);
-  for_lanes(count, [&](size_t i) { gather(all_.x, Int::load(owner + i)).store(out + i); });
+  for_lanes(count, [&](size_t i) { NearIndices(owner + i).in(all_.x).store(out + i); });
 }
 
 void Numbers::fill_2d(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
@@ -45,7 +45,7 @@ void Numbers::fill_2d(const Sampler& sampler, const PixelSamples& samples, uint3
     return;
   }
   sampler.fill_2d_block(samples, dimension, all_);
-  for_lanes(count, [&](size_t i) { gather(all_, Int::load(owner + i)).store(out, i); });
+  for_lanes(count, [&](size_t i) { NearIndices(owner + i).in(all_).store(out, i); });
 }
 
 }  // namespace kinome::transport

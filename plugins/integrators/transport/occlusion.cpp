@@ -1,6 +1,10 @@
 #include "occlusion.h"
 
+#include "kinome/wide/vectors.h"
+
 namespace kinome::transport {
+
+using namespace wide;
 
 Occlusion::Occlusion(size_t places, size_t rays)
     : sort_(places), arena_(rays), sorted_(arena_.rays()) {}
@@ -10,10 +14,13 @@ void Occlusion::trace(const Scene& scene, Ray16* rays, size_t count, RenderCount
   if (on == 0) return;
   sort_.copy(rays, sorted_, sizeof(Ray16));
   scene.occluded(sorted_, padded(on) / kBlockLanes, Coherence::kIncoherent, counters);
-  const uint32_t* const order = sort_.order();
-  for (size_t i = 0; i < on; ++i) {
-    rays[order[i] / 16].tmax[order[i] % 16] = sorted_[i / 16].tmax[i % 16];
-  }
+  for_lanes(on, [&](size_t i) {
+    const Mask met = Float::load(sorted_[i / kBlockLanes].tmax + i % kBlockLanes) < -1.f;
+    if (none(met)) return;
+    uint32_t which[kLanes];
+    const size_t n = store_selected(met, Uint::load(sort_.order() + i), which);
+    for (size_t k = 0; k < n; ++k) rays[which[k] / 16].tmax[which[k] % 16] = -kInfinity;
+  });
 }
 
 }  // namespace kinome::transport

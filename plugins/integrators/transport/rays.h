@@ -12,13 +12,10 @@ KINOME_WIDE wide::Int offset_of(const Ray16*, wide::Int k) {
   return wide::shift_right<4>(k) * wide::Int(static_cast<int32_t>(sizeof(Ray16) / 4)) +
          (k & wide::Int(15));
 }
-KINOME_WIDE wide::Int offset_of(const RayHit16*, wide::Int k) {
-  return wide::shift_right<4>(k) * wide::Int(static_cast<int32_t>(sizeof(RayHit16) / 4)) +
-         (k & wide::Int(15));
-}
 
 /// Shadow rays from points i … toward light at `distance` along the unit vectors d, as
 /// SurfaceInteraction::shadow_ray makes them; off where `on` is false. `finite`: some may be near.
+/// The rays' tmin is to be 0, as arenas have it.
 KINOME_WIDE void put_shadow_rays(const SurfaceBlock& points, size_t i, wide::Vec3 d,
                                  wide::Float distance, wide::Mask on, bool finite, Ray16* rays) {
   using namespace wide;
@@ -37,8 +34,28 @@ KINOME_WIDE void put_shadow_rays(const SurfaceBlock& points, size_t i, wide::Vec
   const size_t lane = i % kBlockLanes;
   o.store({out.ox, out.oy, out.oz}, lane);
   d.store({out.dx, out.dy, out.dz}, lane);
-  Float(0.f).store(out.tmin + lane);
   select(on, tmax, -1.f).store(out.tmax + lane);
+}
+
+/// Adds light to the radiance of the samples owner[0], owner[1] ... where `on`. What is on has
+/// samples that differ.
+KINOME_WIDE void add_to_owners(wide::Rgb light, wide::Mask on, const uint32_t* owner,
+                               const Columns3& radiance) {
+  using namespace wide;
+  if (none(on)) return;
+  light = select(on, light);
+  const uint32_t first = owner[0];
+  if (all(Int::load(owner) == iota() + static_cast<int32_t>(first))) {
+    (wide::Rgb::load(radiance, first) + light).store(radiance, first);
+    return;
+  }
+  alignas(kColumnAlignment) float x[kLanes], y[kLanes], z[kLanes];
+  light.store({x, y, z}, 0);
+  for (size_t lane = 0; lane < kLanes; ++lane) {
+    radiance.x[owner[lane]] += x[lane];
+    radiance.y[owner[lane]] += y[lane];
+    radiance.z[owner[lane]] += z[lane];
+  }
 }
 
 /// Before rays are traced: nothing is hit.

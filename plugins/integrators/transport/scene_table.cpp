@@ -31,9 +31,11 @@ SceneTable::SceneTable(const Scene& scene) : scene_(scene) {
   };
   std::stable_sort(ids.begin(), ids.end(), [&](uint32_t a, uint32_t b) { return key(a) < key(b); });
   row_of_.resize(shapes.size());
+  emitting_row_of_.resize(shapes.size(), static_cast<uint32_t>(shapes.size()));
   for (const uint32_t id : ids) {
     const Shape& shape = *shapes[id];
     row_of_[id] = static_cast<uint32_t>(rows_.size());
+    if (shape.emitter()) emitting_row_of_[id] = row_of_[id];
     rows_.push_back({&shape, &shape.bsdf(), shape.emitter()});
     if (scatters(shape.bsdf())) ++scattering_;
     if (shape.bsdf().lobes() != Lobe::kNone) ++reflecting_;

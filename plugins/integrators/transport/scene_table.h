@@ -23,7 +23,10 @@ class SceneTable {
 
   const Scene& scene() const { return scene_; }
   const std::vector<Row>& rows() const { return rows_; }
-  uint32_t row_of(uint32_t shape) const { return row_of_[shape]; }
+  /// The row of each shape.
+  const uint32_t* row_of() const { return row_of_.data(); }
+  /// The same for shapes that emit; for the others no row, but rows().size().
+  const uint32_t* emitting_row_of() const { return emitting_row_of_.data(); }
   /// Rows before this one scatter light: they have other lobes than kDelta.
   uint32_t scattering() const { return scattering_; }
   /// Rows before this one reflect.
@@ -32,7 +35,7 @@ class SceneTable {
  private:
   const Scene& scene_;
   std::vector<Row> rows_;
-  std::vector<uint32_t> row_of_;  ///< of indices into Scene::shapes()
+  std::vector<uint32_t> row_of_, emitting_row_of_;  ///< of indices into Scene::shapes()
   uint32_t scattering_ = 0;
   uint32_t reflecting_ = 0;
 };

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 
+#include "kinome/wide/vectors.h"
+
 namespace kinome::transport {
+
+using namespace wide;
 
 /// Each shape that is hit pads its range.
 size_t Surfaces::most_points(const SceneTable& scene, size_t rays) {
@@ -21,16 +25,7 @@ Surfaces::Surfaces(const SceneTable& scene, size_t rays)
 
 /// By counting: how many hits each row has, where its range begins, then each ray to its place.
 void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
-  const auto rows = static_cast<uint32_t>(scene_.rows().size());
-  const uint32_t missed = rows, left_out = rows + 1;
-  next_.clear();
-  for (size_t i = 0; i < count; ++i) {
-    const uint32_t shape = rays[i / 16].shape[i % 16];
-    uint32_t row = shape == kNoHit ? missed : scene_.row_of(shape);
-    if (which == Which::kEmitting && row < rows && !scene_.rows()[row].emitter) row = left_out;
-    row_[i] = row;
-    if (row < rows) next_.add(row);
-  }
+  find_rows(rays, count, which);
   ranges_.clear();
   scattering_ = reflecting_ = 0;
   live_reflecting_ = 0;
@@ -46,18 +41,52 @@ void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
     live_reflecting_ += hits;
   }
   points_.count = at;
-  missed_count_ = 0;
-  for (uint32_t i = 0; i < count; ++i) {
-    const uint32_t row = row_[i];
-    if (row < rows) {
-      points_.ray[next_[row]++] = i;
-    } else if (row == missed) {
-      missed_[missed_count_++] = i;
-    }
-  }
+  place_rays(count);
   for (size_t i = missed_count_; missed_count_ > 0 && i < padded(missed_count_); ++i) {
     missed_[i] = missed_[missed_count_ - 1];
   }
+}
+
+/// Of each ray: rows().size() where it hit nothing that is asked for, one more where it hit nothing
+/// at all. Most vectors hit but one shape, or nothing.
+void Surfaces::find_rows(const RayHit16* rays, size_t count, Which which) {
+  const uint32_t* const rows = which == Which::kAll ? scene_.row_of() : scene_.emitting_row_of();
+  const auto no_row = static_cast<uint32_t>(scene_.rows().size());
+  next_.clear();
+  for_lanes(count, [&](size_t i) {
+    const Uint shape = Uint::load(rays[i / 16].shape + i % 16);
+    const Mask hit = (shape != kNoHit) & first_lanes(count - i);
+    Uint row = no_row + 1;
+    if (any(hit)) row = select(hit, gather(rows, as_int(select(hit, shape))), row);
+    row.store(row_ + i);
+    const uint32_t first = row_[i];
+    if (all(row == first)) {
+      if (first < no_row) next_.add(first, kLanes);
+      return;
+    }
+    for (size_t k = i; k < i + kLanes; ++k) {
+      if (row_[k] < no_row) next_.add(row_[k]);
+    }
+  });
+}
+
+void Surfaces::place_rays(size_t count) {
+  const auto no_row = static_cast<uint32_t>(scene_.rows().size());
+  missed_count_ = 0;
+  for_lanes(count, [&](size_t i) {
+    const Uint row = Uint::load(row_ + i), ray = as_uint(iota()) + static_cast<uint32_t>(i);
+    Mask left = first_lanes(count - i);
+    const Mask missed = left & (row == no_row + 1);
+    missed_count_ += store_selected(missed, ray, missed_ + missed_count_);
+    left &= row < no_row;  // A row at a time: there are few.
+    while (any(left)) {
+      const uint32_t one = row_[i + first_true(left)];
+      const Mask of_row = left & (row == one);
+      next_[one] +=
+          static_cast<uint32_t>(store_only_selected(of_row, ray, points_.ray + next_[one]));
+      left &= !of_row;
+    }
+  });
 }
 
 void Surfaces::find(const RayHit16* rays, size_t count, Which which) {

@@ -48,6 +48,8 @@ class Surfaces {
 
  private:
   void sort(const RayHit16* rays, size_t count, Which which);
+  void find_rows(const RayHit16* rays, size_t count, Which which);
+  void place_rays(size_t count);
   void repeat_last(const Range& range);
   const SceneTable& scene_;
   Arena per_point_;

@@ -126,6 +126,10 @@ KINOME_WIDE bool none(Mask a) {
 KINOME_WIDE size_t count(Mask a) {
   return hn::CountTrue(FloatTag(), a.v);
 }
+/// The first lane that is true; there must be one.
+KINOME_WIDE size_t first_true(Mask a) {
+  return hn::FindKnownFirstTrue(FloatTag(), a.v);
+}
 /// True in the first n lanes.
 KINOME_WIDE Mask first_lanes(size_t n) {
   return Mask(hn::FirstN(FloatTag(), n));
@@ -471,6 +475,10 @@ KINOME_WIDE size_t store_selected(Mask m, Float a, float* p) {
 KINOME_WIDE size_t store_selected(Mask m, Uint a, uint32_t* p) {
   hn::StoreU(hn::Compress(a.v, hn::RebindMask(UintTag(), m.v)), UintTag(), p);
   return count(m);
+}
+/// The same, but what lies behind them is left alone.
+KINOME_WIDE size_t store_only_selected(Mask m, Uint a, uint32_t* p) {
+  return hn::CompressBlendedStore(a.v, hn::RebindMask(UintTag(), m.v), UintTag(), p);
 }
 
 }  // namespace HWY_NAMESPACE

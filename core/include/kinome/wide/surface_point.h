@@ -5,7 +5,7 @@
 
 #include "kinome/blocks.h"
 #include "kinome/interaction.h"
-#include "kinome/wide/vectors.h"
+#include "kinome/wide/near_indices.h"
 
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
@@ -89,47 +89,30 @@ inline void store_solid_angle_densities(const Columns3& p, const SurfaceBlock& p
   });
 }
 
-/// Fields of rays by their numbers, from blocks of 16. Numbers that lie close together, as of camera
-/// rays that hit one shape, take two loads a field in place of a gather.
+/// Fields of rays by their numbers, from blocks of 16.
 class GatheredRays {
  public:
-  KINOME_WIDE GatheredRays(const RayHit16* rays, const uint32_t* numbers) : rays_(*rays) {
-    const Int k = Int::load(numbers);
-    const uint32_t first = numbers[0] / kLanes * kLanes;
-    const Int from_first = k - static_cast<int32_t>(first);
-    is_near_ = all(as_uint(from_first) < static_cast<uint32_t>(2 * kLanes));
-    at_ = is_near_ ? from_first : offset<Int>(k);
-    low_ = offset<uint32_t>(first);
-    // Where no lane needs them, there may be no further rays.
-    const bool some_beyond = any(from_first >= static_cast<int32_t>(kLanes));
-    high_ = some_beyond ? offset<uint32_t>(first + kLanes) : low_;
-  }
-  KINOME_WIDE Vec3 o() const { return fields(rays_.ray.ox, rays_.ray.oy, rays_.ray.oz); }
-  KINOME_WIDE Vec3 d() const { return fields(rays_.ray.dx, rays_.ray.dy, rays_.ray.dz); }
-  KINOME_WIDE Float tmax() const { return field<Float>(rays_.ray.tmax); }
-  KINOME_WIDE Float u() const { return field<Float>(rays_.u); }
-  KINOME_WIDE Float v() const { return field<Float>(rays_.v); }
-  KINOME_WIDE Uint primitive() const { return field<Uint>(rays_.primitive); }
+  KINOME_WIDE GatheredRays(const RayHit16* rays, const uint32_t* numbers)
+      : rays_(*rays), at_(numbers, [](auto k) { return offset(k); }) {}
+  KINOME_WIDE Vec3 o() const { return in(rays_.ray.ox, rays_.ray.oy, rays_.ray.oz); }
+  KINOME_WIDE Vec3 d() const { return in(rays_.ray.dx, rays_.ray.dy, rays_.ray.dz); }
+  KINOME_WIDE Float tmax() const { return at_.in(rays_.ray.tmax); }
+  KINOME_WIDE Float u() const { return at_.in(rays_.u); }
+  KINOME_WIDE Float v() const { return at_.in(rays_.v); }
+  KINOME_WIDE Uint primitive() const { return at_.in(rays_.primitive); }
 
  private:
-  /// In floats, from a field of ray 0 to the same one of ray k.
+  /// In values, from a field of ray 0 to the same one of ray k.
   template <class I>
   KINOME_WIDE static I offset(I k) {
     constexpr auto block = static_cast<int32_t>(sizeof(RayHit16) / sizeof(float));
     return shift_right<4>(k) * block + (k & 15);
   }
-  template <class T>
-  KINOME_WIDE T field(const auto* p) const {
-    return is_near_ ? pick(T::load(p + low_), T::load(p + high_), at_) : gather(p, at_);
+  KINOME_WIDE Vec3 in(const float* x, const float* y, const float* z) const {
+    return {at_.in(x), at_.in(y), at_.in(z)};
   }
-  KINOME_WIDE Vec3 fields(const float* x, const float* y, const float* z) const {
-    return {field<Float>(x), field<Float>(y), field<Float>(z)};
-  }
-
   const RayHit16& rays_;
-  bool is_near_;
-  Int at_;               ///< in floats, or among the two vectors that begin at low_ and high_
-  uint32_t low_, high_;  ///< in floats
+  NearIndices at_;
 };
 
 }  // namespace HWY_NAMESPACE
