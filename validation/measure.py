@@ -129,14 +129,12 @@ def rows(data):
     goals = {"": "at most 0.8 us on AVX2, 0.4 us on AVX-512",
              "local_": "at most 1.6 us on AVX2, 0.8 us on AVX-512"}
     for kind, goal in goals.items():
-        plain, glossy, scalar = (bench[f"BM_Importance512/{kind}{name}"]
-                                 for name in ("without_lobe_rays", "with_32_lobe_rays",
-                                              "without_lobe_rays_scalar"))
+        plain, glossy = (bench[f"BM_Importance512/{kind}{name}"]
+                         for name in ("without_lobe_rays", "with_32_lobe_rays"))
         where = "local" if kind else "distant"
         yield (f"importance over 512 {where} clusters, distribution built ({plain['label']})", goal,
                f"{plain['nanoseconds'] / 1e3:.2f} us")
         yield "the same with 32 lobe rays counted", "", f"{glossy['nanoseconds'] / 1e3:.2f} us"
-        yield "the same without SIMD or lobe rays", "", f"{scalar['nanoseconds'] / 1e3:.2f} us"
     yield ("tree of 32,768 points", "", f"{bench['BM_BuildTree/32768']['nanoseconds'] / 1e6:.1f} ms")
     yield ("`direct` on hebe: share of the time inside Embree", "at least 60 %",
            f"{100 * median(s['embree_share'] for s in direct):.0f} %")

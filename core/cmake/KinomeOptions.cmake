@@ -17,8 +17,14 @@ endif()
 if(KINOME_WERROR)
   target_compile_options(kinome_options INTERFACE -Werror)
 endif()
+include(KinomeMachine)
 if(KINOME_SANITIZER STREQUAL "asan")
   set(flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  # Each wide file is compiled but once (see kinome_list_isas): for several lanes, if that can be.
+  kinome_machine_has(x86-64-v3 has_lanes)
+  if(has_lanes)
+    list(APPEND flags -march=x86-64-v3)
+  endif()
 elseif(KINOME_SANITIZER STREQUAL "tsan")
   set(flags -fsanitize=thread)
 elseif(KINOME_SANITIZER STREQUAL "fuzz")
@@ -29,9 +35,8 @@ elseif(KINOME_SANITIZER)
   message(FATAL_ERROR
     "KINOME_SANITIZER must be asan, tsan, fuzz or empty, not '${KINOME_SANITIZER}'")
 endif()
-if(KINOME_SANITIZER MATCHES "tsan|fuzz")
-  # Neither races nor what files may do depends on instruction sets, each of which is compiled for
-  # minutes; asan takes all of them.
+if(KINOME_SANITIZER)
+  # Highway's own dispatch, too, is left with one of them.
   target_compile_definitions(kinome_options INTERFACE HWY_COMPILE_ONLY_STATIC)
 endif()
 if(flags)

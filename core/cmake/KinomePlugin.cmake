@@ -22,17 +22,12 @@ foreach(isa IN LISTS KINOME_ISAS)
   check_cxx_compiler_flag("-march=${isa}" ${knows})
 endforeach()
 
-# The instruction sets, beside the baseline, that wide plugins are built for.
+# The instruction sets, beside the baseline, that wide plugins are built for. Under sanitizers none:
+# neither memory nor races nor what files may do depends on them.
 function(kinome_list_isas result)
   set(isas)
-  # Neither races nor what files may do depends on instruction sets. Where memory is checked, one of
-  # several lanes, which most processors have, stands for all.
-  set(wanted ${KINOME_ISAS})
-  if(KINOME_SANITIZER STREQUAL "asan" AND "x86-64-v3" IN_LIST wanted)
-    set(wanted x86-64-v3)
-  endif()
-  if(NOT KINOME_SANITIZER MATCHES "tsan|fuzz")
-    foreach(isa IN LISTS wanted)
+  if(NOT KINOME_SANITIZER)
+    foreach(isa IN LISTS KINOME_ISAS)
       string(MAKE_C_IDENTIFIER "KINOME_COMPILER_KNOWS_${isa}" knows)
       if(${knows})
         list(APPEND isas ${isa})

@@ -7,7 +7,6 @@
 #include <map>
 #include <random>
 
-#include "cut_helpers.h"
 #include "kinome/sampler.h"
 #include "kinome/sphere_partition.h"
 #include "support/statistics.h"
@@ -200,15 +199,6 @@ TEST(LightCut, ImportanceIsTheDocumentedFormula) {
       // A difference of running sums in float, of a lane's share of all clusters.
       EXPECT_NEAR(pmf.probability(c), expected, 1e-4 * expected + 2e-7);
     }
-  }
-}
-
-TEST(LightCut, ScalarAndVectorKernelsAgree) {
-  const LightTree tree(make_tree(4096));
-  const LightCut cut(tree, 512, CutCriterion::kVariance);
-  for (const Vec3& normal : kNormals) {
-    const Lobe64 lobe(normal);
-    test::expect_kernels_agree(cut, {normal, 0.3f, 0.2f, lobe.batch()});
   }
 }
 

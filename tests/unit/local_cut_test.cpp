@@ -5,7 +5,6 @@
 #include <random>
 
 #include "clustered/points/light_cut.h"
-#include "cut_helpers.h"
 #include "support/statistics.h"
 
 namespace kinome {
@@ -234,24 +233,6 @@ TEST(LocalCut, LobeRaysCountAtAnyDistance) {
   point.position.y = 0.2f;
   cut.build(Importance::kJoint, point, pmf);
   for (uint32_t c = 0; c < 6; ++c) EXPECT_EQ(pmf.hits(c), 0);
-}
-
-TEST(LocalCut, ScalarAndVectorKernelsAgree) {
-  const LightTree tree(room_light(2000));
-  const LightCut cut(tree, 300, CutCriterion::kVariance);
-  std::vector<float> x, y, z;
-  std::mt19937 rng(3);
-  std::normal_distribution<float> gauss;
-  for (int i = 0; i < 32; ++i) {
-    const Vec3 d = glm::normalize(Vec3(gauss(rng), gauss(rng), gauss(rng)));
-    x.push_back(d.x), y.push_back(d.y), z.push_back(d.z);
-  }
-  for (const Vec3& place : hard_places(cut.cell(7).box)) {
-    LightCut::Point point = point_at(place, glm::normalize(Vec3(-1, 0.5f, 0.3f)));
-    point.glossy = 0.3f;
-    point.lobe = {x.data(), y.data(), z.data(), x.size()};
-    test::expect_kernels_agree(cut, point);
-  }
 }
 
 TEST(LocalCut, CoincidentLightsAndOneLight) {

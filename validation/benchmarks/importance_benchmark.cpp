@@ -78,26 +78,21 @@ const Fixture& fixture(LightPoints::Kind kind = LightPoints::Kind::kDistant) {
   return kind == LightPoints::Kind::kDistant ? sky : room;
 }
 
-void BM_Importance512(benchmark::State& state, LightPoints::Kind kind, bool glossy, bool scalar) {
+void BM_Importance512(benchmark::State& state, LightPoints::Kind kind, bool glossy) {
   const Fixture& f = fixture(kind);
-  use_scalar_kernels(scalar);
-  state.SetLabel(simd_instruction_set());
   ClusterPmf pmf;
   const LightCut::Point point = f.point(glossy);
   for (auto _ : state) {
     f.cut.build(Importance::kJoint, point, pmf);
     benchmark::DoNotOptimize(pmf);
   }
-  use_scalar_kernels(false);
 }
 constexpr auto kDistant = LightPoints::Kind::kDistant;
 constexpr auto kLocal = LightPoints::Kind::kLocal;
-BENCHMARK_CAPTURE(BM_Importance512, without_lobe_rays, kDistant, false, false);
-BENCHMARK_CAPTURE(BM_Importance512, with_32_lobe_rays, kDistant, true, false);
-BENCHMARK_CAPTURE(BM_Importance512, without_lobe_rays_scalar, kDistant, false, true);
-BENCHMARK_CAPTURE(BM_Importance512, local_without_lobe_rays, kLocal, false, false);
-BENCHMARK_CAPTURE(BM_Importance512, local_with_32_lobe_rays, kLocal, true, false);
-BENCHMARK_CAPTURE(BM_Importance512, local_without_lobe_rays_scalar, kLocal, false, true);
+BENCHMARK_CAPTURE(BM_Importance512, without_lobe_rays, kDistant, false);
+BENCHMARK_CAPTURE(BM_Importance512, with_32_lobe_rays, kDistant, true);
+BENCHMARK_CAPTURE(BM_Importance512, local_without_lobe_rays, kLocal, false);
+BENCHMARK_CAPTURE(BM_Importance512, local_with_32_lobe_rays, kLocal, true);
 
 void BM_SamplePoint(benchmark::State& state) {
   const Fixture& f = fixture();

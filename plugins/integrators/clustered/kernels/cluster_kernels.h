@@ -2,20 +2,19 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
-/// Kernels over the clusters of a cut, compiled for every instruction set that the compiler knows,
-/// the best that the machine has being chosen at run time (Highway). Layouts are fixed, 16 lanes
-/// wide, whatever the machine's vectors are: sums are taken in the same order everywhere.
+#include "kinome/columns.h"
+
+/// Kernels over the clusters of a cut. Layouts are fixed, kBlockLanes wide, whatever the machine's
+/// vectors are: sums are taken in the same order everywhere.
 namespace kinome::simd {
 
-inline constexpr size_t kLanes = 16;
-inline constexpr size_t kFanOut = 8;
+inline constexpr size_t kFanOut = kBlockLanes;
 
-/// Clusters as structure of arrays, all `rows` x kLanes values: cluster c lies in lane c / rows,
-/// row c % rows, at position row * kLanes + lane, so that one lane holds consecutive clusters and a
-/// running sum down the rows is a prefix sum. Padding has weight 0.
+/// Clusters as structure of arrays, all `rows` x kBlockLanes values: cluster c lies in lane c /
+/// rows, row c % rows, at position row * kBlockLanes + lane, so that one lane holds consecutive
+/// clusters and a running sum down the rows is a prefix sum. Padding has weight 0.
 struct ClusterColumns {
   size_t rows = 0;
   const float* mean[3];
@@ -51,9 +50,9 @@ struct ImportanceQuery {
 /// small that a running sum in float would lose it.
 inline constexpr float kEvenShare = 1e-3f;
 
-/// Importance of each cluster, as running sums down each lane in `columns` (rows x kLanes), with
-/// the sum of each lane in `lane_sums` (kLanes). Returns the total; 0 where no cluster can
-/// contribute.
+/// Importance of each cluster, as running sums down each lane in `columns` (rows x kBlockLanes),
+/// with the sum of each lane in `lane_sums` (kBlockLanes). Returns the total; 0 where no cluster
+/// can contribute.
 float cluster_importance(const ClusterColumns& clusters, const ImportanceQuery& query,
                          float* columns, float* lane_sums);
 /// The same for local light: form factors with both cosines and the squared distance.
@@ -84,11 +83,5 @@ struct LobeRays {
 /// Williams et al. 2005).
 void count_box_hits(const BoxTree& tree, const LobeRays& rays, const uint32_t* position,
                     float* hits);
-
-/// The instruction set in use, such as "AVX2".
-std::string instruction_set();
-/// Restricts dispatch to the scalar target (true) or releases it again, for tests and benchmarks.
-/// Not thread-safe.
-void use_scalar_target(bool scalar);
 
 }  // namespace kinome::simd

@@ -104,10 +104,10 @@ struct LightCut::Arrays {
   std::vector<uint32_t> position;  ///< of cluster c in the columns' layout
 
   Arrays(const std::vector<LightCell>& cells, const LightPoints& points)
-      : rows(static_cast<uint32_t>((cells.size() + simd::kLanes - 1) / simd::kLanes)),
+      : rows(static_cast<uint32_t>((cells.size() + kBlockLanes - 1) / kBlockLanes)),
         boxes(make_box_tree(cells)),
         position(cells.size()) {
-    const size_t padded = rows * simd::kLanes;
+    const size_t padded = rows * kBlockLanes;
     for (auto* group : {&mean, &lo, &hi}) {
       for (std::vector<float>& v : *group) v.assign(padded, 0.f);
     }
@@ -119,7 +119,7 @@ struct LightCut::Arrays {
     }
     for (uint32_t c = 0; c < cells.size(); ++c) {
       const LightCell& cell = cells[c];
-      const size_t i = position[c] = static_cast<uint32_t>((c % rows) * simd::kLanes + c / rows);
+      const size_t i = position[c] = static_cast<uint32_t>((c % rows) * kBlockLanes + c / rows);
       for (int axis = 0; axis < 3; ++axis) {
         mean[axis][i] = cell.mean[axis];
         lo[axis][i] = cell.box.lo[axis];
@@ -135,7 +135,7 @@ struct LightCut::Arrays {
   }
 
   void add_local(const std::vector<LightCell>& cells, const std::vector<Vec3>& normals) {
-    const size_t padded = rows * simd::kLanes;
+    const size_t padded = rows * kBlockLanes;
     for (auto* group : {&half, &normal}) {
       for (std::vector<float>& v : *group) v.assign(padded, 0.f);
     }
@@ -179,14 +179,14 @@ LightCut::LightCut(const LightTree& tree, uint32_t size, CutCriterion criterion)
 LightCut::~LightCut() = default;
 
 void LightCut::layout(ClusterPmf& pmf) const {
-  const size_t padded = arrays_->rows * simd::kLanes;
+  const size_t padded = arrays_->rows * kBlockLanes;
   pmf.size_ = size();
   pmf.rows_ = arrays_->rows;
   pmf.columns_.resize(padded);
 }
 
 void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf) const {
-  static_assert(ClusterPmf::kLanes == simd::kLanes);
+  static_assert(ClusterPmf::kLanes == kBlockLanes);
   layout(pmf);
   const Arrays& a = *arrays_;
   simd::ClusterColumns clusters{};
@@ -218,7 +218,7 @@ void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf)
     query.glossy_hit = per_sample;
     query.hits = pmf.hits_.data();
   }
-  std::array<float, simd::kLanes> lane_sums{};
+  std::array<float, kBlockLanes> lane_sums{};
   if (kind_ == LightPoints::Kind::kLocal) {
     simd::LocalColumns local{};
     for (int axis = 0; axis < 3; ++axis) {
@@ -235,10 +235,10 @@ void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf)
   } else {
     simd::cluster_importance(clusters, query, pmf.columns_.data(), lane_sums.data());
   }
-  for (uint32_t lane = 0; lane < simd::kLanes; ++lane) {
+  for (uint32_t lane = 0; lane < kBlockLanes; ++lane) {
     pmf.lane_start_[lane + 1] = pmf.lane_start_[lane] + lane_sums[lane];
   }
-  pmf.total_ = pmf.lane_start_[simd::kLanes];
+  pmf.total_ = pmf.lane_start_[kBlockLanes];
 }
 
 ClusterPmf LightCut::luminance_pmf() const {
@@ -247,16 +247,16 @@ ClusterPmf LightCut::luminance_pmf() const {
   const std::vector<float>& light = arrays_->light;
   const auto lit = std::count_if(light.begin(), light.end(), [](float w) { return w > 0; });
   const float even = simd::kEvenShare / static_cast<float>(std::max<std::ptrdiff_t>(lit, 1));
-  for (uint32_t lane = 0; lane < simd::kLanes; ++lane) {
+  for (uint32_t lane = 0; lane < kBlockLanes; ++lane) {
     float sum = 0;
     for (uint32_t row = 0; row < pmf.rows_; ++row) {
-      const size_t i = row * simd::kLanes + lane;
+      const size_t i = row * kBlockLanes + lane;
       if (light[i] > 0) sum += light[i] + even;
       pmf.columns_[i] = sum;
     }
     pmf.lane_start_[lane + 1] = pmf.lane_start_[lane] + sum;
   }
-  pmf.total_ = pmf.lane_start_[simd::kLanes];
+  pmf.total_ = pmf.lane_start_[kBlockLanes];
   return pmf;
 }
 
@@ -352,13 +352,6 @@ float ClusterPmf::probability(uint32_t c) const {
 
 float ClusterPmf::hits(uint32_t c) const {
   return hits_.empty() ? 0.f : hits_[position(c)];
-}
-
-std::string simd_instruction_set() {
-  return simd::instruction_set();
-}
-void use_scalar_kernels(bool scalar) {
-  simd::use_scalar_target(scalar);
 }
 
 }  // namespace kinome

@@ -111,10 +111,4 @@ class LightCut {
   std::unique_ptr<Arrays> arrays_;
 };
 
-/// The instruction set that the importance kernels use on this machine, such as "AVX2".
-std::string simd_instruction_set();
-/// Restricts the kernels to scalar code, or releases them again: for tests and benchmarks. Not
-/// thread-safe.
-void use_scalar_kernels(bool scalar);
-
 }  // namespace kinome

@@ -1,0 +1,17 @@
+# kinome_machine_has(ISA RESULT): whether this machine's processor has x86-64-v2, -v3 or -v4, by what
+# Linux says of it.
+function(kinome_machine_has isa result)
+  set(features_x86-64-v2 ssse3 sse4_1 sse4_2 popcnt)
+  set(features_x86-64-v3 ${features_x86-64-v2} avx2 fma bmi1 bmi2 f16c movbe abm)
+  set(features_x86-64-v4 ${features_x86-64-v3} avx512f avx512bw avx512cd avx512dq avx512vl)
+  set(${result} FALSE PARENT_SCOPE)
+  if(EXISTS /proc/cpuinfo)
+    file(STRINGS /proc/cpuinfo features REGEX "^flags" LIMIT_COUNT 1)
+    separate_arguments(features)
+    set(lacking ${features_${isa}})
+    list(REMOVE_ITEM lacking ${features})
+    if(NOT lacking)
+      set(${result} TRUE PARENT_SCOPE)
+    endif()
+  endif()
+endfunction()
