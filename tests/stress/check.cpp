@@ -28,10 +28,10 @@ constexpr double kSuspicious = 1e-4, kCertain = 1e-6;
 /// where clusters miss a point next to a surface nearly always, a thousand renders are all too
 /// dark, and their spread doesn't tell.
 constexpr int kRenders = 16;
-constexpr int kRepetitions[] = {128, 1024, 32768};
-constexpr double kMostRepeated = 8e6, kMostRepeatedOfCostly = 2e6, kMostRendersOfCostly = 4096;
-/// The last has so many times the renders of the last but one, at least.
-constexpr int kLeastLonger = 2;
+constexpr size_t kRepetitions = 3;
+constexpr double kMostRepeated = 8e6, kMostRepeatedOfCostly = 2e6;
+/// The last has so many times the renders of the last but one, at least and at most.
+constexpr int kLeastLonger = 2, kMostLonger = 32, kMostLongerOfCostly = 4;
 constexpr int kTiles = 2;
 /// Of a picture; what was made wrong on purpose may be large.
 constexpr double kMostSamples = 4096;
@@ -281,14 +281,15 @@ class Checker {
   }
   /// Of the kRepetitions.
   int renders_of_repetition(size_t i, const Method& method, bool is_costly) {
-    if (i + 1 < std::size(kRepetitions)) return kRepetitions[i];
+    if (i + 1 < kRepetitions) return task_.repeated[i];
+    const int before = task_.repeated.back();
     const double samples = is_costly ? kMostRepeatedOfCostly : kMostRepeated;
-    const double most = is_costly ? kMostRendersOfCostly : kRepetitions[i];
     return static_cast<int>(
-        std::clamp<double>(samples / samples_of(method), kLeastLonger * kRepetitions[i - 1], most));
+        std::clamp<double>(samples / samples_of(method), kLeastLonger * before,
+                           (is_costly ? kMostLongerOfCostly : kMostLonger) * before));
   }
 
-  /// `repetition`: in kRepetitions; nullopt: the first comparison. Nullopt where there are values
+  /// `repetition`: which of the kRepetitions; nullopt: the first comparison. Nullopt where there are values
   /// that aren't finite.
   std::optional<Comparison> comparison(const Method& method, const Method& other,
                                        std::optional<size_t> repetition) {
@@ -319,7 +320,7 @@ class Checker {
       result.agreement = compare(difference, exact_zeros(difference.size()), scale);
       return result;
     }
-    if (repetition && *repetition + 1 == std::size(kRepetitions)) {
+    if (repetition && *repetition + 1 == kRepetitions) {
       // What a thousand renders all agree about isn't luck any more, but what this method takes for
       // the truth: a method that loses all its samples shows black.
       const bool is_light_tracing = method.name.starts_with("ptracer");
@@ -344,7 +345,7 @@ class Checker {
 
   /// nullopt where there are values that aren't finite.
   std::optional<std::vector<TileEstimate>> long_tiles_of(const Method& method, uint64_t seed) {
-    const int count = renders_of_repetition(std::size(kRepetitions) - 1, method, !is_cheap(method));
+    const int count = renders_of_repetition(kRepetitions - 1, method, !is_cheap(method));
     const Renders renders = render_often(scene_of(method), count, seed);
     if (!is_finite(method, renders)) return {};
     auto tiles = estimate_tiles_of(renders, kTiles);
@@ -370,7 +371,7 @@ class Checker {
     }
     // Of each pixel, whose radiances the tiles sum.
     const double samples =
-        renders_of_repetition(std::size(kRepetitions) - 1, standard, false) *
+        renders_of_repetition(kRepetitions - 1, standard, false) *
         static_cast<double>(scene_of(standard).sensors().at(0)->sampler().sample_count());
     const double hits = samples * missing / brightest_reflection(scene_of(standard));
     return hits < kFewHits ? fmt::format("paths would find it {:.2g} times", hits) : "";
@@ -384,7 +385,7 @@ class Checker {
     const double hidden = brightest_hidden(scene_of(method));
     if (!(hidden > 0)) return "";
     const double rays =
-        kRaysPerPixel * renders_of_repetition(std::size(kRepetitions) - 1, method, true);
+        kRaysPerPixel * renders_of_repetition(kRepetitions - 1, method, true);
     const double hits = rays * comparison.lost / hidden;
     return hits < kHardlyAHit ? fmt::format("beside hidden light it is met {:.2g} times", hits)
                               : "";
@@ -405,7 +406,7 @@ class Checker {
       ++report_.open;
       report_.excuses.push_back(fmt::format("{} and {}: {}", method.name, other.name, excuse));
     };
-    const size_t repetitions = std::size(kRepetitions);
+    const size_t repetitions = kRepetitions;
     for (size_t i = 0; i < repetitions; ++i) {
       longer = comparison(method, other, i);
       if (!longer) return;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,9 @@ struct CheckTask {
   /// One method alone, and what it is compared with; empty: all.
   std::string only;
   std::vector<Method> methods = all_methods();
+  /// Renders of the two first comparisons that repeat a suspicious one; the last has up to 32 times
+  /// those of the second.
+  std::array<int, 2> repeated = {128, 1024};
 };
 
 /// Loads and renders a scene without an integrator (`text`), whose files lie in `folder`: every
