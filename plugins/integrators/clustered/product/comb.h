@@ -44,27 +44,57 @@ class Comb {
   }
 
  private:
-  void pass_block(const float* weights, size_t first, double end, std::vector<Hit>& hits) {
-    double ends[simd::kCellLanes];
-    double sum = position_;
-    for (size_t i = 0; i < simd::kCellLanes; ++i) ends[i] = sum += weights[first + i];
-    for (; next_ < sum && left_ > 0; next_ += step_, --left_) {
-      // The first stratum that ends behind the point, in steps of halves without branches.
-      size_t i = 0;
-      for (size_t half = simd::kCellLanes / 2; half > 0; half /= 2) {
-        i += ends[i + half - 1] <= next_ ? half : 0;
+  static constexpr float kBelowOne = 0x1.fffffep-1f;
+
+  /// Where each stratum of a block ends: four runs of four, which are summed side by side, each from
+  /// where the one before ends, so that ends never go down, and don't move where a weight is 0.
+  struct Ends {
+    static constexpr size_t kRuns = 4, kOfRun = simd::kCellLanes / kRuns;
+    double of[kOfRun][kRuns];  ///< [place in the run][run]
+
+    Ends(const float* weights, double begin) {
+      double sums[kOfRun][kRuns];
+      for (size_t run = 0; run < kRuns; ++run) sums[0][run] = weights[run * kOfRun];
+      for (size_t i = 1; i < kOfRun; ++i) {
+        for (size_t run = 0; run < kRuns; ++run) {
+          sums[i][run] = sums[i - 1][run] + weights[run * kOfRun + i];
+        }
       }
-      const double begin = i > 0 ? ends[i - 1] : position_;
-      const auto share = static_cast<float>((next_ - begin) / weights[first + i]);
-      hits.push_back({static_cast<uint32_t>(first + i),
-                      std::min(std::max(share, 0.f), std::nextafter(1.f, 0.f))});
+      double begins[kRuns] = {begin};
+      for (size_t run = 1; run < kRuns; ++run) {
+        begins[run] = begins[run - 1] + sums[kOfRun - 1][run - 1];
+      }
+      for (size_t i = 0; i < kOfRun; ++i) {
+        for (size_t run = 0; run < kRuns; ++run) of[i][run] = begins[run] + sums[i][run];
+      }
     }
-    // The block's sum, rounded otherwise, may reach a little further than its weights.
+    double operator[](size_t i) const { return of[i % kOfRun][i / kOfRun]; }
+    /// How many strata end at or before a point.
+    size_t before(double point) const {
+      int64_t counts[kRuns] = {};
+      for (size_t i = 0; i < kOfRun; ++i) {
+        for (size_t run = 0; run < kRuns; ++run) counts[run] += of[i][run] <= point ? 1 : 0;
+      }
+      return static_cast<size_t>((counts[0] + counts[1]) + (counts[2] + counts[3]));
+    }
+  };
+
+  void pass_block(const float* weights, size_t first, double end, std::vector<Hit>& hits) {
+    const Ends ends(weights + first, position_);
+    // Whether there is another point isn't asked of the ends, which take longer to be known.
     for (; next_ < end && left_ > 0; next_ += step_, --left_) {
-      size_t last = first + simd::kCellLanes - 1;
-      while (last > first && !(weights[last] > 0)) --last;
-      if (!(weights[last] > 0)) continue;
-      hits.push_back({static_cast<uint32_t>(last), std::nextafter(1.f, 0.f)});
+      size_t i = ends.before(next_);
+      float share = kBelowOne;
+      if (i < simd::kCellLanes) {
+        const double begin = i > 0 ? ends[i - 1] : position_;
+        share = std::min(static_cast<float>((next_ - begin) / weights[first + i]), kBelowOne);
+      } else {
+        // The block's sum, rounded otherwise, may reach a little further than its weights.
+        while (i > 0 && !(weights[first + --i] > 0)) {
+        }
+        if (!(weights[first + i] > 0)) continue;
+      }
+      hits.push_back({static_cast<uint32_t>(first + i), share});
     }
   }
 
