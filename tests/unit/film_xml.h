@@ -13,4 +13,8 @@ inline std::string film_size(int width, int height) {
          "\"/><integer name=\"height\" value=\"" + std::to_string(height) + "\"/>";
 }
 
+inline std::string text(const char* name, const char* value) {
+  return std::string("<string name=\"") + name + "\" value=\"" + value + "\"/>";
+}
+
 }  // namespace kinome::test

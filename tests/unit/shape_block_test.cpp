@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "kinome/shape.h"
+#include "shape_cases.h"
 #include "shape_helpers.h"
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
@@ -15,135 +16,11 @@ namespace {
 
 constexpr float kRounding = 8 * 0x1p-24f;
 
-struct Case {
-  std::string name, xml;
-  float size;                ///< of what rays are aimed at
-  Vec3 centre{0.f};
-  uint32_t primitives = 0;   ///< of a mesh
-};
-
-/// Triangles of all kinds: an ordinary one, one without area, ones whose uv have none or nearly
-/// none, a tiny and a huge one, and one with a zero normal.
-constexpr const char* kTriangles = R"(
-v 0 0 0
-v 2 0 .5
-v 0 1.5 .25
-v 2 1 -1
-v 1e-15 0 0
-v 0 1e-15 2e-15
-v 1e15 0 0
-v 0 2e15 1e15
-v 4 0 1
-vt .1 .2
-vt .8 .3
-vt .2 .9
-vt .5 .5
-vt .50000006 .5
-vt .5 .50000006
-vn 0 0 1
-vn .6 0 .8
-vn 0 -.6 .8
-vn 0 0 0
-vn 0 0 -1
-f 1/1/1 2/2/2 3/3/3
-f 1/1/1 2/2/2 9/3/2
-f 1/4/1 2/4/2 3/4/3
-f 1/4/1 2/5/2 3/6/3
-f 1/1/1 5/2/1 6/3/1
-f 1/1/1 7/2/1 8/3/1
-f 2/1/4 3/2/4 4/3/4
-f 2/1/1 3/2/5 4/3/1
-)";
-constexpr const char* kPly = R"(ply
-format ascii 1.0
-element vertex 4
-property float x
-property float y
-property float z
-property float u
-property float v
-element face 2
-property list uchar int vertex_indices
-end_header
-0 0 0 0 0
-2 0 .5 1 0
-0 1.5 .25 .1 .9
-2 1 -1 .8 1.2
-3 0 1 2
-3 1 3 2
-)";
-/// The same four vertices and two triangles.
-constexpr const char* kGltf = R"({"asset": {"version": "2.0"}, "scene": 0,
-"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-"accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
-               "min": [0, 0, -1], "max": [2, 1.5, 0.5]},
-              {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
-"bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48},
-                {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
-"buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,)"
-                              "AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAA/AAAAAAAAwD8AAIA+AAAAQAAAgD8AAIC/AAABAAIAAQADAAIA"
-                              R"("}]})";
-
-const std::vector<Case>& cases() {
-  static const TemporaryFolder folder;
-  static const std::vector<Case> all = [] {
-    const std::string obj = "<string name='filename' value='" +
-                            folder.write("triangles.obj", kTriangles) + "'/>";
-    const auto turned = [](const std::string& scale, const std::string& offset) {
-      return "<transform name='to_world'><rotate x='.36' y='.48' z='.8' angle='50'/><scale " +
-             scale + "/><translate " + offset + "/></transform>";
-    };
-    const auto shape = [](const std::string& type, const std::string& inside) {
-      return "<shape type='" + type + "'>" + inside + "</shape>";
-    };
-    const std::string flip = "<boolean name='flip_normals' value='true'/>";
-    const std::string flat = "<boolean name='face_normals' value='true'/>";
-    const std::string moderate = turned("value='3'", "x='1' y='-2' z='.5'");
-    const Vec3 middle(1, -2, .5f);
-    return std::vector<Case>{
-        {"sphere", shape("sphere", ""), 1},
-        {"sphere turned", shape("sphere", moderate + flip), 3, middle},
-        {"sphere mirrored", shape("sphere", turned("x='-1' y='1' z='1'", "x='1' y='-2' z='.5'")), 1,
-         middle},
-        {"sphere huge", shape("sphere", "<float name='radius' value='1e6'/>"), 1e6f},
-        {"sphere tiny", shape("sphere", "<float name='radius' value='1e-5'/>"), 1e-5f},
-        {"sphere far", shape("sphere", "<point name='center' value='1e5, 2e5, -3e4'/>"), 1,
-         {1e5f, 2e5f, -3e4f}},
-        {"cylinder", shape("cylinder", ""), 1, {0, 0, .5f}},
-        {"cylinder turned", shape("cylinder", moderate + flip), 3, middle},
-        {"cylinder far", shape("cylinder", turned("value='.01'", "x='1e3' y='2e3' z='-3e3'")),
-         .01f, {1e3f, 2e3f, -3e3f}},
-        {"disk", shape("disk", ""), 1},
-        {"disk ellipse", shape("disk", turned("x='3' y='1' z='2'", "x='1' y='-2' z='.5'")), 2,
-         middle},
-        {"disk far", shape("disk", turned("value='2'", "x='1e5' y='2e5' z='-3e4'") + flip), 2,
-         {1e5f, 2e5f, -3e4f}},
-        {"rectangle", shape("rectangle", ""), 1, Vec3(0.f), 2},
-        {"rectangle turned", shape("rectangle", turned("x='3' y='1' z='2'", "x='1'") + flip), 2,
-         {1, 0, 0}, 2},
-        {"rectangle mirrored", shape("rectangle", turned("x='-3' y='1' z='2'", "x='1e3'")), 2,
-         {1e3f, 0, 0}, 2},
-        {"cube", shape("cube", moderate), 3, middle, 12},
-        {"obj", shape("obj", obj), 1, Vec3(0.f), 8},
-        {"obj flipped", shape("obj", obj + flip + moderate), 3, Vec3(0.f), 8},
-        {"obj flat", shape("obj", obj + flat), 1, Vec3(0.f), 8},
-        {"obj small", shape("obj", obj + turned("value='1e-6'", "x='.5'")), 1e-6f, Vec3(0.f), 8},
-        {"ply", shape("ply", "<string name='filename' value='" + folder.write("a.ply", kPly) + "'/>"),
-         1, Vec3(0.f), 2},
-        {"gltf",
-         shape("gltf", "<string name='filename' value='" + folder.write("a.gltf", kGltf) + "'/>"),
-         1, Vec3(0.f), 2},
-    };
-  }();
-  return all;
-}
-
 class ShapeBlocks : public testing::TestWithParam<InstructionSet> {
  protected:
   template <class Action>
   void for_shapes(const Action& action) const {
-    for (const Case& c : cases()) {
+    for (const ShapeCase& c : shape_cases()) {
       SCOPED_TRACE(c.name);
       const auto shape = make_for<Shape>(GetParam(), c.xml);
       ASSERT_TRUE(shape);
@@ -153,7 +30,7 @@ class ShapeBlocks : public testing::TestWithParam<InstructionSet> {
 };
 
 /// A ray toward somewhere in or about the shape, from inside, near or far away.
-Ray random_ray(const Case& c, Random& random) {
+Ray random_ray(const ShapeCase& c, Random& random) {
   Ray ray;
   const float distance = c.size * std::exp(random.between(-3, 7));
   const Vec3 target = c.centre + random.direction() * (c.size * random.between(0, 1.1f));
@@ -172,7 +49,7 @@ void set(Ray16& rays, size_t i, const Ray& ray) {
 }
 
 /// A hit of the shape: where a random ray meets it or, of a mesh, of any place of any triangle.
-bool random_hit(const Case& c, const Shape& shape, Random& random, RayHit& out) {
+bool random_hit(const ShapeCase& c, const Shape& shape, Random& random, RayHit& out) {
   out.ray = random_ray(c, random);
   out.hit = Hit{};
   if (c.primitives == 0) {
@@ -193,7 +70,7 @@ bool random_hit(const Case& c, const Shape& shape, Random& random, RayHit& out) 
 
 /// Filled with as many hits as it is to hold; the rest of its rays are off and not numbers.
 struct HitBlock {
-  HitBlock(const Case& c, const Shape& shape, size_t count, Random& random)
+  HitBlock(const ShapeCase& c, const Shape& shape, size_t count, Random& random)
       : hits(count), rays(padded(count) / 16), memory(count) {
     for (RayHit16& block : rays) {
       std::fill_n(reinterpret_cast<float*>(&block), sizeof block / sizeof(float), kNan);
@@ -258,7 +135,7 @@ void expect_same(const SurfaceInteraction& si, const SurfaceBlock& block, size_t
 }
 
 TEST_P(ShapeBlocks, InteractionsAreThoseOfPoints) {
-  for_shapes([](const Case& c, const Shape& shape) {
+  for_shapes([](const ShapeCase& c, const Shape& shape) {
     Random random(1);
     for (const size_t count : kRanges) {
       for (int repeat = 0; repeat < 20; ++repeat) {
@@ -282,7 +159,7 @@ TEST_P(ShapeBlocks, InteractionsAreThoseOfPoints) {
 }
 
 TEST_P(ShapeBlocks, RaysMeetThemAsSingleOnesDo) {
-  for_shapes([](const Case& c, const Shape& shape) {
+  for_shapes([](const ShapeCase& c, const Shape& shape) {
     if (c.primitives > 0) return;
     Random random(2);
     size_t hits = 0, misses = 0;
@@ -322,7 +199,7 @@ TEST_P(ShapeBlocks, RaysMeetThemAsSingleOnesDo) {
 }
 
 /// Points that shapes are seen from: near and far, within them, at their centre, on them.
-Vec3 random_viewer(const Case& c, const Shape& shape, Random& random) {
+Vec3 random_viewer(const ShapeCase& c, const Shape& shape, Random& random) {
   const float kind = random.unit();
   if (kind < .1f) return c.centre;
   if (kind < .2f) return shape.sample_surface({random.unit(), random.unit()}).p;
@@ -330,7 +207,7 @@ Vec3 random_viewer(const Case& c, const Shape& shape, Random& random) {
 }
 
 TEST_P(ShapeBlocks, AreSampledAsFromPoints) {
-  for_shapes([](const Case& c, const Shape& shape) {
+  for_shapes([](const ShapeCase& c, const Shape& shape) {
     Random random(3);
     for (const size_t count : kRanges) {
       for (int repeat = 0; repeat < 20; ++repeat) {
@@ -371,7 +248,7 @@ TEST_P(ShapeBlocks, AreSampledAsFromPoints) {
 }
 
 TEST_P(ShapeBlocks, HaveTheDensitiesOfPoints) {
-  for_shapes([](const Case& c, const Shape& shape) {
+  for_shapes([](const ShapeCase& c, const Shape& shape) {
     Random random(4);
     for (const size_t count : kRanges) {
       HitBlock block(c, shape, count, random);
@@ -397,7 +274,7 @@ TEST_P(ShapeBlocks, HaveTheDensitiesOfPoints) {
 }
 
 TEST_P(ShapeBlocks, AreSampledByAreaAsOneByOne) {
-  for_shapes([](const Case& c, const Shape& shape) {
+  for_shapes([](const ShapeCase& c, const Shape& shape) {
     Random random(5);
     for (const size_t count : kRanges) {
       for (int repeat = 0; repeat < 20; ++repeat) {

@@ -1,0 +1,101 @@
+// What the program says of its plugins and options.
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <sstream>
+
+#include "cli.h"
+
+namespace kinome::test {
+namespace {
+
+class Help : public Cli {};
+
+TEST_F(Help, ListsPluginsByCategory) {
+  const ProcessResult all = kinome({"plugins"});
+  EXPECT_EQ(all.status, 0) << all.out;
+  const size_t bsdf = all.out.find("bsdf\n");
+  const size_t diffuse = all.out.find("\n  diffuse ");
+  const size_t emitter = all.out.find("\nemitter\n");
+  ASSERT_NE(bsdf, std::string::npos);
+  EXPECT_LT(bsdf, diffuse);
+  EXPECT_LT(diffuse, emitter);
+  EXPECT_NE(all.out.find("another name for sobol"), std::string::npos);
+}
+
+TEST_F(Help, ListsParametersOfAPlugin) {
+  const ProcessResult film = kinome({"plugins", "hdrfilm"});
+  EXPECT_EQ(film.status, 0);
+  EXPECT_EQ(film.out.rfind("film/hdrfilm\n", 0), 0u) << film.out;
+  for (const char* part : {"parameter", "width", "integer", "768", "rfilter", "component_format"}) {
+    EXPECT_NE(film.out.find(part), std::string::npos) << part;
+  }
+  EXPECT_EQ(kinome({"plugins", "film/hdrfilm"}).out, film.out);
+  EXPECT_NE(kinome({"plugins", "ply"}).out.find("required"), std::string::npos);
+}
+
+TEST_F(Help, TakesOptionsOnEitherSideOfAPluginsName) {
+  std::filesystem::create_directories(folder_.path("bsdf"));
+  std::filesystem::copy_file(KINOME_TEST_PLUGINS "/bsdf/diffuse.so", folder_.path("bsdf/chalk.so"));
+  const std::string folder = folder_.folder();
+  const std::vector<std::vector<std::string>> lines = {
+      {"plugins", "chalk", "--plugin-path", folder},
+      {"plugins", "--plugin-path", folder, "chalk"},
+      {"--plugin-path", folder, "plugins", "chalk"},
+      {"--plugin-path=" + folder, "plugins", "bsdf/chalk"},
+      {"--isa", "x86-64", "--plugin-path=" + folder, "plugins", "chalk"},
+  };
+  for (const auto& line : lines) {
+    const ProcessResult result = kinome(line);
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.out.rfind("bsdf/chalk (another name for diffuse)\n", 0), 0u) << result.out;
+  }
+}
+
+/// Wrapped to COLUMNS, or to a terminal's width (which a test has none of); the same words.
+TEST_F(Help, WrapsWhatItSaysOfPluginsAndOptions) {
+  const auto words_of = [](const std::string& text) {
+    std::istringstream stream(text);
+    return std::vector<std::string>{std::istream_iterator<std::string>(stream), {}};
+  };
+  const auto longest_of = [](const std::string& text) {
+    std::istringstream stream(text);
+    size_t longest = 0;
+    for (std::string line; std::getline(stream, line);) longest = std::max(longest, line.size());
+    return longest;
+  };
+  for (const std::vector<std::string>& line :
+       {std::vector<std::string>{"plugins"}, {"plugins", "clustered"}, {"--help"}}) {
+    const auto run = [&](const std::string& setting) {
+      std::vector<std::string> words{"env", "-u", "COLUMNS"};
+      if (!setting.empty()) words.push_back(setting);
+      words.push_back(KINOME_TEST_PROGRAM);
+      words.insert(words.end(), line.begin(), line.end());
+      return run_process(words);
+    };
+    const ProcessResult whole = run("");
+    EXPECT_GT(longest_of(whole.out), 130u);
+    for (const size_t width : {60, 80, 120}) {
+      const ProcessResult wrapped = run("COLUMNS=" + std::to_string(width));
+      EXPECT_LE(longest_of(wrapped.out), width) << wrapped.out;
+      EXPECT_EQ(words_of(wrapped.out), words_of(whole.out));
+    }
+  }
+}
+
+TEST_F(Help, HelpNamesEveryOption) {
+  const ProcessResult help = kinome({"-h"});
+  EXPECT_EQ(help.status, 0);
+  EXPECT_EQ(help.err, "");
+  for (const char* option :
+       {"--define", "--output", "--threads", "--sensor", "--append", "--seed", "--verbose",
+        "--quiet", "--mode", "--stats", "--png", "--time", "--error", "--variance", "--exposure",
+        "--check", "--plugin-path", "--isa", "--version"}) {
+    EXPECT_NE(help.out.find(option), std::string::npos) << option;
+  }
+  EXPECT_EQ(kinome({"--help"}).out, help.out);
+}
+
+}  // namespace
+}  // namespace kinome::test
