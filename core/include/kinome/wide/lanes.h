@@ -1,0 +1,67 @@
+#pragma once
+
+// Part of kinome/wide/numbers.h: what goes from lane to lane, or to memory by lanes' numbers.
+
+#include "kinome/wide/numbers.h"
+
+namespace kinome::wide {
+inline namespace HWY_NAMESPACE {
+
+/// p[i] of each lane; indices are not negative.
+KINOME_WIDE Float gather(const float* p, Int i) {
+  return Float(hn::GatherIndex(FloatTag(), p, i.v));
+}
+KINOME_WIDE Int gather(const int32_t* p, Int i) {
+  return Int(hn::GatherIndex(IntTag(), p, i.v));
+}
+KINOME_WIDE Uint gather(const uint32_t* p, Int i) {
+  return Uint(hn::GatherIndex(UintTag(), p, i.v));
+}
+/// What gather is for memory: lane i of a, 0 <= i < kLanes; of a and, behind it, b, i < 2 kLanes.
+KINOME_WIDE Float pick(Float a, Int i) {
+  return Float(hn::TableLookupLanes(a.v, hn::IndicesFromVec(FloatTag(), i.v)));
+}
+KINOME_WIDE Float pick(Float a, Float b, Int i) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  return Float(hn::Vec<FloatTag>{_mm512_permutex2var_ps(a.v.raw, i.v.raw, b.v.raw)});
+#else
+  constexpr auto lanes = static_cast<int32_t>(kLanes);
+  const Int within = i & (lanes - 1);
+  return select(i < lanes, pick(a, within), pick(b, within));
+#endif
+}
+KINOME_WIDE Uint pick(Uint a, Uint b, Int i) {
+  return as_uint(pick(as_float(a), as_float(b), i));
+}
+/// 0, 1, 2 ...: each lane's own number.
+KINOME_WIDE Int iota() {
+  return Int(hn::Iota(IntTag(), 0));
+}
+
+/// Over the lanes. The order of a sum is that of the instruction set.
+KINOME_WIDE float sum(Float a) {
+  return hn::GetLane(hn::SumOfLanes(FloatTag(), a.v));
+}
+KINOME_WIDE float smallest(Float a) {
+  return hn::GetLane(hn::MinOfLanes(FloatTag(), a.v));
+}
+KINOME_WIDE float largest(Float a) {
+  return hn::GetLane(hn::MaxOfLanes(FloatTag(), a.v));
+}
+/// The true lanes' values, one after the other, to p ..., which has room for kLanes values, all of
+/// which may be written. Returns how many they are.
+KINOME_WIDE size_t store_selected(Mask m, Float a, float* p) {
+  hn::StoreU(hn::Compress(a.v, m.v), FloatTag(), p);
+  return count(m);
+}
+KINOME_WIDE size_t store_selected(Mask m, Uint a, uint32_t* p) {
+  hn::StoreU(hn::Compress(a.v, hn::RebindMask(UintTag(), m.v)), UintTag(), p);
+  return count(m);
+}
+/// The same, but what lies behind them is left alone.
+KINOME_WIDE size_t store_only_selected(Mask m, Uint a, uint32_t* p) {
+  return hn::CompressBlendedStore(a.v, hn::RebindMask(UintTag(), m.v), UintTag(), p);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kinome::wide
