@@ -20,10 +20,11 @@ endif()
 include(KinomeMachine)
 if(KINOME_SANITIZER STREQUAL "asan")
   set(flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
-  # Each wide file is compiled but once (see kinome_list_isas): for several lanes, if that can be.
+  # Each wide file is compiled but once (see kinome_list_isas): for several lanes, if that can be. Before
+  # any target's own options, which may ask for another instruction set.
   kinome_machine_has(x86-64-v3 has_lanes)
   if(has_lanes)
-    list(APPEND flags -march=x86-64-v3)
+    string(PREPEND CMAKE_CXX_FLAGS "-march=x86-64-v3 ")
   endif()
 elseif(KINOME_SANITIZER STREQUAL "tsan")
   set(flags -fsanitize=thread)
@@ -34,10 +35,6 @@ elseif(KINOME_SANITIZER STREQUAL "fuzz")
 elseif(KINOME_SANITIZER)
   message(FATAL_ERROR
     "KINOME_SANITIZER must be asan, tsan, fuzz or empty, not '${KINOME_SANITIZER}'")
-endif()
-if(KINOME_SANITIZER)
-  # Highway's own dispatch, too, is left with one of them.
-  target_compile_definitions(kinome_options INTERFACE HWY_COMPILE_ONLY_STATIC)
 endif()
 if(flags)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "cli.h"
+#include "kinome/instruction_set.h"
 
 namespace kinome::test {
 namespace {
@@ -44,7 +45,7 @@ TEST_F(Help, TakesOptionsOnEitherSideOfAPluginsName) {
       {"plugins", "--plugin-path", folder, "chalk"},
       {"--plugin-path", folder, "plugins", "chalk"},
       {"--plugin-path=" + folder, "plugins", "bsdf/chalk"},
-      {"--isa", "x86-64", "--plugin-path=" + folder, "plugins", "chalk"},
+      {"--isa", KINOME_ABI_ISA, "--plugin-path=" + folder, "plugins", "chalk"},
   };
   for (const auto& line : lines) {
     const ProcessResult result = kinome(line);

@@ -311,7 +311,8 @@ TEST_F(Program, StatsForPeopleAddUp) {
 }
 
 TEST_F(Program, InstructionSetsAreForced) {
-  const std::string lowest = to_string(InstructionSet::kBaseline);
+  // What the plugins that every processor gets are built for: the baseline, but under sanitizers.
+  const std::string lowest = KINOME_ABI_ISA, baseline = to_string(InstructionSet::kBaseline);
   std::set<std::string> built;
   InstructionSet best_built = InstructionSet::kBaseline;
   for (const InstructionSet set :
@@ -333,15 +334,18 @@ TEST_F(Program, InstructionSetsAreForced) {
     return isa;
   };
   EXPECT_EQ(told_by({}, ""), best);
-  EXPECT_EQ(told_by({}, lowest), lowest);
-  EXPECT_EQ(told_by({"--isa", lowest}, ""), lowest);
-  EXPECT_EQ(told_by({"--isa", best}, lowest), best);
+  EXPECT_EQ(told_by({}, lowest), baseline);
+  EXPECT_EQ(told_by({"--isa", lowest}, ""), baseline);
+  if (best != baseline) {
+    EXPECT_EQ(told_by({"--isa", best}, lowest), best);
+  }
   EXPECT_NE(kinome({scene_, "--stats"}).err.find("instruction set      " + best),
             std::string::npos);
 
   // One that the processor has, but no plugin: the nearest lower one, which a warning names.
   const std::string unbuilt = to_string(InstructionSet::kX86V2);
-  if (InstructionSet::kX86V2 <= processor_instruction_set() && !built.contains(unbuilt)) {
+  if (lowest == baseline && InstructionSet::kX86V2 <= processor_instruction_set() &&
+      !built.contains(unbuilt)) {
     const std::string rest =
         " " + unbuilt + ": no plugin of this scene is built for it; those for " + lowest + " are taken";
     const ProcessResult asked = kinome({scene_, "-o", image_, "--isa", unbuilt});
