@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "kinome/wide/distribution.h"
+#include "cell_search.h"
 #include "kinome/wide/functions.h"
 #include "spherical_map.h"
 
@@ -274,39 +274,44 @@ void SphericalMap::sample_columns(const glm::mat3& to_world, const Columns2& u, 
   if (!(patches_.total() > 0)) return;
   const GridDistribution::Tables tables = patches_.tables();
   const auto columns = static_cast<int>(tables.columns);
-  const auto guide_size = static_cast<int>(tables.column_guide_size);
+  const auto row_buckets = static_cast<float>(tables.row_guide_size);
+  const auto buckets = static_cast<int>(tables.column_guide_size);
   Passed<uint32_t> row, found;  // found: where what the next step reads lies
   Passed<float> x, y;
+  CellSearch<kStep> search;
   for (size_t begin = 0; begin < count; begin += kStep) {
     const size_t length = std::min(kStep, count - begin);
-    const auto fetch = [&](const auto* table, size_t i) {
-      for (size_t lane = i; lane < i + kLanes; ++lane) {
-        __builtin_prefetch(table + found.values[lane]);
-      }
+    const auto fetch = [&](const auto* table, const uint32_t* places) {
+      for (size_t lane = 0; lane < kLanes; ++lane) __builtin_prefetch(table + places[lane]);
     };
     wide::for_lanes(length, [&](size_t i) {
-      const Float ux = unit_number(Float::load(u.x + begin + i));
-      Float uy = unit_number(Float::load(u.y + begin + i));
-      const Int chosen =
-          wide::find_cell(tables.row_cdf, 0, tables.row_guide, 0, tables.row_guide_size, uy);
-      chosen.store(row.at(i));
-      ux.store(x.at(i));
+      unit_number(Float::load(u.x + begin + i)).store(x.at(i));
+      const Float uy = unit_number(Float::load(u.y + begin + i));
       uy.store(y.at(i));
-      const Int bucket = to_int(ux * static_cast<float>(guide_size));
-      (chosen * (guide_size + 1) + bucket).store(found.at(i));
-      fetch(tables.column_guide, i);
+      search.add(i, wide::cells_at(0, tables.row_guide, to_int(uy * row_buckets)), uy);
+    });
+    search.run(tables.row_cdf);
+    wide::for_lanes(length, [&](size_t i) {
+      Float uy = Float::load(y.at(i));
+      const Int in_row = wide::enter_cell(tables.row_cdf, 0, Int::load(search.found() + i), uy);
+      in_row.store(row.at(i));
+      uy.store(y.at(i));
+      const Int bucket = to_int(Float::load(x.at(i)) * static_cast<float>(buckets));
+      (in_row * (buckets + 1) + bucket).store(found.at(i));
+      fetch(tables.column_guide, found.at(i));
     });
     wide::for_lanes(length, [&](size_t i) {
-      const Int first = as_int(gather(tables.column_guide, Int::load(found.at(i))));
-      (Int::load(row.at(i)) * columns + first).store(found.at(i));
-      fetch(tables.column_cdf, i);
+      const Int cdf_first = Int::load(row.at(i)) * columns;
+      search.add(i, wide::cells_at(cdf_first, tables.column_guide, Int::load(found.at(i))),
+                 Float::load(x.at(i)));
+      fetch(tables.column_cdf, search.found() + i);
     });
+    search.run(tables.column_cdf);
     wide::for_lanes(length, [&](size_t i) {
       const Int in_row = Int::load(row.at(i));
       Float ux = Float::load(x.at(i));
       const Int column =
-          wide::find_cell(tables.column_cdf, in_row * columns, tables.column_guide,
-                          in_row * (guide_size + 1), tables.column_guide_size, ux);
+          wide::enter_cell(tables.column_cdf, in_row * columns, Int::load(search.found() + i), ux);
       column.store(found.at(i));
       ux.store(x.at(i));
       alignas(64) uint32_t texel[kLanes];

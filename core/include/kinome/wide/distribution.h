@@ -8,23 +8,42 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// Of one row of a distribution's tables, or of the marginal: its entries of `cdf` and of `guide`
-/// begin at cdf_first and guide_first. See GridDistribution::find; u in [0, 1).
-KINOME_WIDE Int find_cell(const float* cdf, Int cdf_first, const uint32_t* guide, Int guide_first,
-                          uint32_t guide_size, Float& u) {
-  const Int k = guide_first + to_int(u * static_cast<float>(guide_size));
-  Int first = cdf_first + as_int(gather(guide, k));
-  Int length = cdf_first + as_int(gather(guide + 1, k)) - first;
-  for (Mask searched = length > 0; any(searched); searched = length > 0) {
+/// Entries of a cumulative distribution among which a number is looked for: the first that is above
+/// it, or the one behind them all.
+struct CellRange {
+  Int first, length;
+
+  /// One step of the search for u, where any is left to do.
+  KINOME_WIDE void halve(const float* cdf, Float u) {
     const Int half = shift_right<1>(length);
+    const Mask searched = length > 0;
     const Mask above = searched & (gather(cdf, first + half) <= u);
     first = select(above, first + half + 1, first);
     length = select(above, length - half - 1, half);
   }
-  const Float end = gather(cdf, first);
-  const Float start = select(first > cdf_first, gather(cdf, max(first - 1, 0)));
+};
+/// Of the row whose entries of the distribution begin at cdf_first, and whose entry of `guide` for
+/// the number is number k: see GridDistribution::find.
+KINOME_WIDE CellRange cells_at(Int cdf_first, const uint32_t* guide, Int k) {
+  const Int first = cdf_first + as_int(gather(guide, k));
+  return {first, cdf_first + as_int(gather(guide + 1, k)) - first};
+}
+/// The cell that was found at `place` of the table; u becomes the place within it.
+KINOME_WIDE Int enter_cell(const float* cdf, Int cdf_first, Int place, Float& u) {
+  const Float end = gather(cdf, place);
+  const Float start = select(place > cdf_first, gather(cdf, max(place - 1, 0)));
   u = min((u - start) / (end - start), kOneMinusEpsilon);
-  return first - cdf_first;
+  return place - cdf_first;
+}
+
+/// Of one row of a distribution's tables, or of the marginal: its entries of `cdf` and of `guide`
+/// begin at cdf_first and guide_first. See GridDistribution::find; u in [0, 1).
+KINOME_WIDE Int find_cell(const float* cdf, Int cdf_first, const uint32_t* guide, Int guide_first,
+                          uint32_t guide_size, Float& u) {
+  CellRange cells =
+      cells_at(cdf_first, guide, guide_first + to_int(u * static_cast<float>(guide_size)));
+  while (any(cells.length > 0)) cells.halve(cdf, u);
+  return enter_cell(cdf, cdf_first, cells.first, u);
 }
 
 /// In [0, 1): padding may be anything, and places in tables are found by such numbers.

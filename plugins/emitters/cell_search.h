@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "kinome/wide/distribution.h"
+
+namespace kinome {
+
+/// Searches a table for up to `most` numbers at once, as wide::find_cell does for a vector of them:
+/// in rounds, each of which halves what is left for a number, and which those leave that are found.
+/// Where few numbers take many steps, as on a map with a sun, a vector by itself takes as many as
+/// the worst of its lanes, and waits for memory at each.
+template <size_t most>
+class CellSearch {
+ public:
+  /// Numbers i, i + 1 ... are to be looked for among `cells`; the next search begins with i = 0.
+  KINOME_WIDE void add(size_t i, const wide::CellRange& cells, wide::Float u) {
+    using namespace wide;
+    if (i == 0) left_ = 0;
+    cells.first.store(found_.data() + i);
+    const Mask searched = cells.length > 0;
+    keep(searched, as_uint(iota()) + static_cast<uint32_t>(i), cells, u);
+  }
+  /// Afterwards, found() has the place of each in the table.
+  void run(const float* cdf) {
+    using namespace wide;
+    while (left_ > 0) {
+      const size_t count = std::exchange(left_, 0);
+      for_lanes(count, [&](size_t i) {
+        const Mask valid = first_lanes(count - i);
+        const Uint number = Uint::load(number_.data() + i);
+        const Float u = Float::load(u_.data() + i);
+        CellRange cells{select(valid, Int::load(first_.data() + i)),
+                        select(valid, Int::load(length_.data() + i))};
+        cells.halve(cdf, u);
+        const Mask goes_on = cells.length > 0;
+        uint32_t numbers[kLanes], places[kLanes];
+        const size_t done = store_selected(valid & !goes_on, number, numbers);
+        store_selected(valid & !goes_on, as_uint(cells.first), places);
+        for (size_t k = 0; k < done; ++k) found_[numbers[k]] = places[k];
+        keep(goes_on, number, cells, u);
+      });
+    }
+  }
+  const uint32_t* found() const { return found_.data(); }
+
+ private:
+  KINOME_WIDE void keep(wide::Mask which, wide::Uint number, const wide::CellRange& cells,
+                        wide::Float u) {
+    store_selected(which, number, number_.data() + left_);
+    store_selected(which, as_uint(cells.first), first_.data() + left_);
+    store_selected(which, as_uint(cells.length), length_.data() + left_);
+    left_ += store_selected(which, u, u_.data() + left_);
+  }
+
+  template <class T>
+  using Column = std::array<T, most + kBlockLanes>;
+  alignas(kColumnAlignment) Column<uint32_t> found_;
+  // Of those that are still searched:
+  size_t left_ = 0;
+  alignas(kColumnAlignment) Column<uint32_t> number_, first_, length_;
+  alignas(kColumnAlignment) Column<float> u_;
+};
+
+}  // namespace kinome
