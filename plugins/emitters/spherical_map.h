@@ -94,9 +94,14 @@ class SphericalMap {
   void set_weights(bool compensate);
   template <class F>
   Place<F> locate(const wide::formulas::VecOf<F>& d) const;
+  /// Points in `n` patches, or vectors of patches, at once: their iterations then don't wait for one
+  /// another.
+  template <class F, size_t n>
+  void draw(const wide::formulas::IntOf<F> (&row)[n], const wide::formulas::IntOf<F> (&column)[n],
+            const wide::formulas::Vec2Of<F> (&u)[n], Drawn<F> (&drawn)[n]) const;
   template <class F>
-  Drawn<F> draw(wide::formulas::IntOf<F> row, wide::formulas::IntOf<F> column,
-                const wide::formulas::Vec2Of<F>& u) const;
+  Drawn<F> finish_draw(wide::formulas::IntOf<F> row, wide::formulas::IntOf<F> column, F left, F right,
+                       F u, F t) const;
   /// Interpolated sin theta, relative to the true one.
   template <class F>
   F sine_ratio(const Place<F>& at) const;

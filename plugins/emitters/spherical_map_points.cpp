@@ -44,16 +44,20 @@ inline F sample_line(F a, F b, F u) {
   return select(a + root > 0.f, min(u * (a + b) / (a + root), F(1.f)), u);
 }
 
-/// t in [0, 1] of density proportional to (a (1 - t) + b t) (p (1 - t) + q t), none negative.
+/// Finds t in [0, 1] of density proportional to (a (1 - t) + b t) (p (1 - t) + q t), none negative,
+/// by Newton's method, kept in a bracket: mostly one or two steps.
 template <class F>
-inline F sample_product(F a, F b, F p, F q, F u) {
-  const F d0 = a * p, d1 = 0.5f * (a * q + b * p), d2 = b * q;  // Bernstein coefficients
-  const F target = u * (d0 + d1 + d2) / 3.f;
-  const F c2 = d1 - d0, c3 = (d0 - 2.f * d1 + d2) / 3.f;
-  F lo = 0.f, hi = 1.f;
-  F t = sample_line(d0, d2, u);  // exact where p = q
-  MaskOf<F> is_found = false;
-  for (int i = 0; i < 32; ++i) {  // Newton, kept in a bracket: mostly one or two steps
+struct ProductSample {
+  ProductSample() = default;
+  ProductSample(F a, F b, F p, F q, F u) {
+    d0 = a * p;  // Bernstein coefficients
+    const F d1 = 0.5f * (a * q + b * p), d2 = b * q;
+    target = u * (d0 + d1 + d2) / 3.f;
+    c2 = d1 - d0;
+    c3 = (d0 - 2.f * d1 + d2) / 3.f;
+    t = sample_line(d0, d2, u);  // exact where p = q
+  }
+  void step() {
     const F error = ((c3 * t + c2) * t + d0) * t - target;
     const MaskOf<F> is_exact = error == 0.f, is_above = error > 0.f;
     hi = select(is_above, t, hi);
@@ -66,10 +70,14 @@ inline F sample_product(F a, F b, F p, F q, F u) {
         select(is_near, clamp(next, lo, hi), select(is_inside, next, 0.5f * (lo + hi)));
     t = select(is_found || is_exact, t, better);
     is_found = is_found || is_exact || is_near;
-    if (all(is_found)) break;
   }
-  return t;
-}
+
+  F t;
+  MaskOf<F> is_found = false;
+
+ private:
+  F d0, c2, c3, target, lo = 0.f, hi = 1.f;
+};
 
 }  // namespace
 
@@ -102,24 +110,46 @@ F SphericalMap::sine_ratio(const Place<F>& at) const {
   return select(is_polar, F(sines_[1] / row_angle_), sine / at.sin_theta);
 }
 
-template <class F>
-SphericalMap::Drawn<F> SphericalMap::draw(IntOf<F> row_index, IntOf<F> column,
-                                          const Vec2Of<F>& u) const {
+template <class F, size_t n>
+void SphericalMap::draw(const IntOf<F> (&row_index)[n], const IntOf<F> (&column)[n],
+                        const Vec2Of<F> (&u)[n], Drawn<F> (&drawn)[n]) const {
+  constexpr int kMostSteps = 32;
   const float* const weights = &texels_[0].weight;
   const int stride = 4 * (width_ + 1);
+  F top_left[n], top_right[n], bottom_left[n], bottom_right[n];
+  ProductSample<F> product[n];
+  for (size_t i = 0; i < n; ++i) {
+    const IntOf<F> top = (row_index[i] * (width_ + 1) + column[i]) * 4;
+    top_left[i] = gather(weights, top), top_right[i] = gather(weights + 4, top);
+    bottom_left[i] = gather(weights + stride, top);
+    bottom_right[i] = gather(weights + stride + 4, top);
+    product[i] = {top_left[i] + top_right[i], bottom_left[i] + bottom_right[i],
+                  gather(sines_.data(), row_index[i]), gather(sines_.data() + 1, row_index[i]),
+                  u[i].y};
+  }
+  MaskOf<F> is_found = false;
+  for (int k = 0; k < kMostSteps && !all(is_found); ++k) {
+    is_found = true;
+    for (ProductSample<F>& one : product) {
+      one.step();
+      is_found = is_found && one.is_found;
+    }
+  }
+  for (size_t i = 0; i < n; ++i) {
+    const F t = product[i].t;
+    drawn[i] = finish_draw<F>(row_index[i], column[i], lerp(top_left[i], bottom_left[i], t),
+                              lerp(top_right[i], bottom_right[i], t), u[i].x, t);
+  }
+}
+
+/// At t between the rows, in a patch whose sides there have the weights left and right.
+template <class F>
+SphericalMap::Drawn<F> SphericalMap::finish_draw(IntOf<F> row_index, IntOf<F> column, F left,
+                                                 F right, F u, F t) const {
   Drawn<F> drawn;
   drawn.place.row = row_index;
   drawn.place.texel = row_index * (width_ + 1) + column;
-  const IntOf<F> top = drawn.place.texel * 4;
-  const F top_left = gather(weights, top), top_right = gather(weights + 4, top);
-  const F bottom_left = gather(weights + stride, top);
-  const F bottom_right = gather(weights + stride + 4, top);
-  const F t = sample_product(top_left + top_right, bottom_left + bottom_right,
-                             gather(sines_.data(), row_index),
-                             gather(sines_.data() + 1, row_index), u.y);
-  const F left = lerp(top_left, bottom_left, t);
-  const F right = lerp(top_right, bottom_right, t);
-  const F s = sample_line(left, right, u.x);
+  const F s = sample_line(left, right, u);
 
   // From the nearer pole: there sin theta keeps its relative precision.
   const F i = to_float(row_index);
@@ -183,8 +213,9 @@ float SphericalMap::pdf(const Vec3& d) const {
 }
 
 SphericalMap::Sample SphericalMap::sample_patch(const GridDistribution::Cell& patch) const {
-  const auto drawn =
-      draw<float>(static_cast<int>(patch.row), static_cast<int>(patch.column), patch.u);
+  Drawn<float> one[1];
+  draw<float>({static_cast<int>(patch.row)}, {static_cast<int>(patch.column)}, {patch.u}, one);
+  const auto& [drawn] = one;
   const auto& at = drawn.place;
   const Float4 value = interpolate(static_cast<size_t>(at.texel), at.s, at.t);
   return {drawn.d, {value[0], value[1], value[2]}, drawn.pdf};
@@ -276,7 +307,7 @@ void SphericalMap::sample_columns(const glm::mat3& to_world, const Columns2& u, 
   const auto columns = static_cast<int>(tables.columns);
   const auto row_buckets = static_cast<float>(tables.row_guide_size);
   const auto buckets = static_cast<int>(tables.column_guide_size);
-  Passed<uint32_t> row, found;  // found: where what the next step reads lies
+  Passed<uint32_t> row, texel, found;  // found: where what the next step reads lies
   Passed<float> x, y;
   CellSearch<kStep> search;
   for (size_t begin = 0; begin < count; begin += kStep) {
@@ -314,20 +345,28 @@ void SphericalMap::sample_columns(const glm::mat3& to_world, const Columns2& u, 
           wide::enter_cell(tables.column_cdf, in_row * columns, Int::load(search.found() + i), ux);
       column.store(found.at(i));
       ux.store(x.at(i));
-      alignas(64) uint32_t texel[kLanes];
-      (in_row * (width_ + 1) + column).store(texel);
-      for (const uint32_t at : texel) prefetch(at);
+      (in_row * (width_ + 1) + column).store(texel.at(i));
+      for (size_t lane = i; lane < i + kLanes; ++lane) prefetch(texel.values[lane]);
     });
-    wide::for_lanes(length, [&](size_t i) {
-      const auto drawn = draw<Float>(Int::load(row.at(i)), Int::load(found.at(i)),
-                                     {Float::load(x.at(i)), Float::load(y.at(i))});
-      drawn.place.texel.store(found.at(i));
-      drawn.place.s.store(x.at(i));
-      drawn.place.t.store(y.at(i));
-      (to_world * drawn.d).store(out.d, begin + i);
-      drawn.pdf.store(out.pdf + begin + i);
-      interpolate_lanes(found.at(i), x.at(i), y.at(i)).radiance.store(out.radiance, begin + i);
-    });
+    for (size_t first = 0; first < length; first += 2 * kLanes) {
+      // Of the last vector, twice the same.
+      const size_t i[2] = {first, first + kLanes < length ? first + kLanes : first};
+      Drawn<Float> drawn[2];
+      draw<Float>({Int::load(row.at(i[0])), Int::load(row.at(i[1]))},
+                  {Int::load(found.at(i[0])), Int::load(found.at(i[1]))},
+                  {{Float::load(x.at(i[0])), Float::load(y.at(i[0]))},
+                   {Float::load(x.at(i[1])), Float::load(y.at(i[1]))}},
+                  drawn);
+      for (size_t k = 0; k < 2; ++k) {
+        const auto& at = drawn[k].place;
+        at.s.store(x.at(i[k]));
+        at.t.store(y.at(i[k]));
+        (to_world * drawn[k].d).store(out.d, begin + i[k]);
+        drawn[k].pdf.store(out.pdf + begin + i[k]);
+        interpolate_lanes(texel.at(i[k]), x.at(i[k]), y.at(i[k]))
+            .radiance.store(out.radiance, begin + i[k]);
+      }
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kinome/blocks.h"
+#include "kinome/owen.h"
 #include "kinome/wide/numbers.h"
 
 namespace kinome {
@@ -54,6 +55,33 @@ void for_each_vector(const PixelSamples& samples, const Function& fn) {
     const Int at = Int::load(pixels);
     fn(i, Uint::load(indices), [&](const uint32_t* column) { return gather(column, at); });
   }
+}
+
+/// As owen.h has it, by looking up halves of bytes: a third of the instructions.
+KINOME_WIDE wide::Uint reverse_bits(wide::Uint v) {
+#if HWY_TARGET == HWY_SCALAR
+  return kinome::reverse_bits(wide::hn::GetLane(v.v));
+#elif HWY_TARGET == HWY_EMU128
+  return reverse_bits<wide::Uint>(v);
+#else
+  namespace hn = wide::hn;
+  using ByteTag = hn::Repartition<uint8_t, wide::UintTag>;
+  constexpr ByteTag bytes;
+  alignas(16) static constexpr uint8_t kReversed[16] = {0, 8, 4, 12, 2, 10, 6, 14,
+                                                        1, 9, 5, 13, 3, 11, 7, 15};
+  alignas(16) static constexpr uint8_t kBackward[16] = {3,  2,  1, 0, 7,  6,  5,  4,
+                                                        11, 10, 9, 8, 15, 14, 13, 12};
+  const auto reversed = hn::LoadDup128(bytes, kReversed);
+  const auto half = hn::Set(bytes, uint8_t{15});
+  const auto low = hn::And(hn::BitCast(bytes, v.v), half);
+  const auto high = hn::And(hn::BitCast(bytes, hn::ShiftRight<4>(v.v)), half);
+  // A lookup's shift by 4 stays within its byte.
+  const auto of_low = hn::BitCast(
+      bytes, hn::ShiftLeft<4>(hn::BitCast(wide::UintTag(), hn::TableLookupBytes(reversed, low))));
+  const auto both = hn::Or(of_low, hn::TableLookupBytes(reversed, high));
+  const auto backward = hn::LoadDup128(bytes, kBackward);
+  return wide::Uint(hn::BitCast(wide::UintTag(), hn::TableLookupBytes(both, backward)));
+#endif
 }
 
 /// As to_unit_float.

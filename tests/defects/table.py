@@ -59,7 +59,7 @@ DEFECTS = [Defect(*row) for row in (
      "envmap", "EnvironmentMap.LightPointsKeepTheFlux"),
 
     ("map_block_not_turned", "plugins/emitters/spherical_map_points.cpp",
-     "to_world * drawn.d", "drawn.d",
+     "to_world * drawn[k].d", "drawn[k].d",
      "emitter_block", "*EmitterBlocks.AreSampledAsFromPoints*"),
     ("rectangle_block_transposed", "plugins/shapes/rectangle.cpp",
      "along_u * uv.x + along_v * uv.y", "along_u * uv.y + along_v * uv.x",
