@@ -55,7 +55,7 @@ TEST(DirectionSort, OrdersRaysThatAreOn) {
   ASSERT_EQ(sort.sort(rays, kCount), on);
   Arena to(kCount);
   Ray16* const sorted = to.rays();
-  sort.copy(rays, sorted, sizeof(Ray16));
+  sort.copy(sorted, sizeof(Ray16));
   std::set<uint32_t> seen;
   for (size_t i = 0; i < on; ++i) {
     const uint32_t k = sort.order()[i];

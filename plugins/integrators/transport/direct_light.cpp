@@ -213,7 +213,7 @@ void DirectLight::trace(const Vertices& vertices, Surfaces::Which which, const C
     const StageTimer timer(counters.stage_seconds["shade"]);
     make_bsdf_rays(vertices, counters);
     on = sort_.sort(rays_, vertices.surfaces->reflecting());
-    sort_.copy(rays_, &bsdf_rays_[0].ray, sizeof(RayHit16));
+    sort_.copy(&bsdf_rays_[0].ray, sizeof(RayHit16));
     clear_hits(bsdf_rays_, on);
   }
   counters[RayKind::kBsdf] += on;

@@ -1,16 +1,22 @@
 #include "direction_sort.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
-#include "rays.h"
+#include "kinome/wide/vectors.h"
 
 namespace kinome::transport {
 
 using namespace wide;
 
 DirectionSort::DirectionSort(size_t rays)
-    : arena_(rays), bin_(arena_.indices()), order_(arena_.indices()) {}
+    : arena_(rays),
+      bin_(arena_.indices()),
+      order_(arena_.indices()),
+      rows_arena_(4 * rays),
+      from_(rows_arena_.floats()),
+      along_(rows_arena_.floats()) {}
 
 size_t DirectionSort::sort(const Ray16* rays, size_t count) {
   constexpr float kHalf = kSide / 2.f;
@@ -28,7 +34,11 @@ size_t DirectionSort::sort(const Ray16* rays, size_t count) {
       return clamp(to_int(mul_add(c, Float(kHalf), Float(kHalf))), Int(0),
                    Int(static_cast<int32_t>(kSide) - 1));
     };
-    const Mask on = Float::load(r.tmax + lane) >= 0.f;
+    const Float tmax = Float::load(r.tmax + lane);
+    hn::StoreInterleaved4(hn::LoadU(FloatTag(), r.ox + lane), hn::LoadU(FloatTag(), r.oy + lane),
+                          hn::LoadU(FloatTag(), r.oz + lane), tmax.v, FloatTag(), from_ + 4 * i);
+    hn::StoreInterleaved4(x.v, y.v, z.v, x.v, FloatTag(), along_ + 4 * i);
+    const Mask on = tmax >= 0.f;
     select(on, side(v) * Int(static_cast<int32_t>(kSide)) + side(u),
            Int(static_cast<int32_t>(kBins)))
         .store(bin_ + i);
@@ -56,22 +66,24 @@ size_t DirectionSort::sort(const Ray16* rays, size_t count) {
   return on_;
 }
 
-void DirectionSort::copy(const Ray16* from, Ray16* to, size_t stride) const {
-  const Ray16& first = from[0];
+void DirectionSort::copy(Ray16* to, size_t stride) const {
   const auto block = [&](size_t k) -> Ray16& {
     return *reinterpret_cast<Ray16*>(reinterpret_cast<char*>(to) + k * stride);
   };
   for_lanes(on_, [&](size_t i) {
-    const Int at = offset_of(from, Int::load(order_ + i));
+    alignas(kColumnAlignment) float from[4 * kLanes], along[4 * kLanes];
+    for (size_t l = 0; l < kLanes; ++l) {
+      std::memcpy(from + 4 * l, from_ + 4 * size_t{order_[i + l]}, 4 * sizeof(float));
+      std::memcpy(along + 4 * l, along_ + 4 * size_t{order_[i + l]}, 4 * sizeof(float));
+    }
+    Float ox, oy, oz, tmax, dx, dy, dz, unused;
+    hn::LoadInterleaved4(FloatTag(), from, ox.v, oy.v, oz.v, tmax.v);
+    hn::LoadInterleaved4(FloatTag(), along, dx.v, dy.v, dz.v, unused.v);
     Ray16& rays = block(i / kBlockLanes);
     const size_t lane = i % kBlockLanes;
-    gather(first.ox, at).store(rays.ox + lane);
-    gather(first.oy, at).store(rays.oy + lane);
-    gather(first.oz, at).store(rays.oz + lane);
-    gather(first.dx, at).store(rays.dx + lane);
-    gather(first.dy, at).store(rays.dy + lane);
-    gather(first.dz, at).store(rays.dz + lane);
-    gather(first.tmax, at).store(rays.tmax + lane);
+    ox.store(rays.ox + lane), oy.store(rays.oy + lane), oz.store(rays.oz + lane);
+    dx.store(rays.dx + lane), dy.store(rays.dy + lane), dz.store(rays.dz + lane);
+    tmax.store(rays.tmax + lane);
   });
   for (size_t i = on_; i < padded(on_); ++i) block(i / 16).tmax[i % 16] = -1;
 }

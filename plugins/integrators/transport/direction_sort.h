@@ -20,14 +20,19 @@ class DirectionSort {
   size_t on() const { return on_; }
   /// Their numbers; padded with the last.
   const uint32_t* order() const { return order_; }
-  /// The sorted rays among `from`, to rays whose tmin is 0; the last block's other lanes are off.
-  void copy(const Ray16* from, Ray16* to, size_t stride) const;
+  /// The rays as they were when sorted, to rays whose tmin is 0; the last block's other lanes are
+  /// off.
+  void copy(Ray16* to, size_t stride) const;
 
  private:
   static constexpr uint32_t kSide = 16, kBins = kSide * kSide;
   Arena arena_;
   uint32_t* bin_;  ///< of each ray
   uint32_t* order_;
+  /// Ray by ray, for a ray to be read at once wherever it stands: its origin and tmax, and its
+  /// direction.
+  Arena rows_arena_;
+  float *from_, *along_;
   size_t on_ = 0;
   /// Of each bin, and of rays that are off: rays in each half of the block, then the place of the
   /// next.

@@ -116,7 +116,7 @@ void LightPaths::emit(const PixelSamples& samples) {
 void LightPaths::find_points(Tile& tile) {
   const size_t on = sort_.on();
   clear_hits(traced_, on);
-  sort_.copy(rays_, &traced_[0].ray, sizeof(RayHit16));
+  sort_.copy(&traced_[0].ray, sizeof(RayHit16));
   scene_.scene().intersect(traced_, padded(on) / kBlockLanes, Coherence::kIncoherent,
                            tile.counters);
   tile.counters[RayKind::kLight] += on;

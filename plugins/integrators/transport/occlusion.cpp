@@ -12,7 +12,7 @@ Occlusion::Occlusion(size_t places, size_t rays)
 void Occlusion::trace(const Scene& scene, Ray16* rays, size_t count, RenderCounters& counters) {
   const size_t on = sort_.sort(rays, count);
   if (on == 0) return;
-  sort_.copy(rays, sorted_, sizeof(Ray16));
+  sort_.copy(sorted_, sizeof(Ray16));
   scene.occluded(sorted_, padded(on) / kBlockLanes, Coherence::kIncoherent, counters);
   for_lanes(on, [&](size_t i) {
     const Mask met = Float::load(sorted_[i / kBlockLanes].tmax + i % kBlockLanes) < -1.f;

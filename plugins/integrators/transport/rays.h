@@ -7,12 +7,6 @@
 
 namespace kinome::transport {
 
-/// Where ray k of blocks of 16 has its value of a column, in floats from that of ray 0.
-KINOME_WIDE wide::Int offset_of(const Ray16*, wide::Int k) {
-  return wide::shift_right<4>(k) * wide::Int(static_cast<int32_t>(sizeof(Ray16) / 4)) +
-         (k & wide::Int(15));
-}
-
 /// Shadow rays from points i … toward light at `distance` along the unit vectors d, as
 /// SurfaceInteraction::shadow_ray makes them; off where `on` is false. `finite`: some may be near.
 /// The rays' tmin is to be 0, as arenas have it.

@@ -61,7 +61,7 @@ Vertices Mirrors::reflect(const PixelSamples& samples, const Vertices& vertices,
     const StageTimer timer(counters.stage_seconds["shade"]);
     make_rays(samples, vertices, dimension);
     on = sort_.sort(rays_, vertices.surfaces->reflecting());
-    sort_.copy(rays_, &traced_[0].ray, sizeof(RayHit16));
+    sort_.copy(&traced_[0].ray, sizeof(RayHit16));
     transport::clear_hits(traced_, on);
   }
   const StageTimer timer(counters.stage_seconds["bounce"]);
