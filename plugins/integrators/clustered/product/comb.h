@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -49,33 +51,38 @@ class Comb {
   /// Where each stratum of a block ends: four runs of four, which are summed side by side, each from
   /// where the one before ends, so that ends never go down, and don't move where a weight is 0.
   struct Ends {
-    static constexpr size_t kRuns = 4, kOfRun = simd::kCellLanes / kRuns;
-    double of[kOfRun][kRuns];  ///< [place in the run][run]
+    static constexpr size_t kRuns = 4, kOfRun = 4;
+    static_assert(kRuns * kOfRun == simd::kCellLanes);
+    using Floats = float __attribute__((vector_size(16)));
+    using Doubles = double __attribute__((vector_size(32)));
+    using Integers = int64_t __attribute__((vector_size(32)));
+    Doubles of[kOfRun];  ///< [place in the run], run by run
 
     Ends(const float* weights, double begin) {
-      double sums[kOfRun][kRuns];
-      for (size_t run = 0; run < kRuns; ++run) sums[0][run] = weights[run * kOfRun];
-      for (size_t i = 1; i < kOfRun; ++i) {
-        for (size_t run = 0; run < kRuns; ++run) {
-          sums[i][run] = sums[i - 1][run] + weights[run * kOfRun + i];
-        }
-      }
-      double begins[kRuns] = {begin};
-      for (size_t run = 1; run < kRuns; ++run) {
-        begins[run] = begins[run - 1] + sums[kOfRun - 1][run - 1];
-      }
-      for (size_t i = 0; i < kOfRun; ++i) {
-        for (size_t run = 0; run < kRuns; ++run) of[i][run] = begins[run] + sums[i][run];
-      }
+      Floats runs[kRuns];
+      std::memcpy(runs, weights, sizeof runs);
+      // Transposed: the first of each run, the second ...
+      const Floats a = __builtin_shufflevector(runs[0], runs[1], 0, 4, 1, 5);
+      const Floats b = __builtin_shufflevector(runs[2], runs[3], 0, 4, 1, 5);
+      const Floats c = __builtin_shufflevector(runs[0], runs[1], 2, 6, 3, 7);
+      const Floats d = __builtin_shufflevector(runs[2], runs[3], 2, 6, 3, 7);
+      of[0] = __builtin_convertvector(__builtin_shufflevector(a, b, 0, 1, 4, 5), Doubles);
+      of[1] = __builtin_convertvector(__builtin_shufflevector(a, b, 2, 3, 6, 7), Doubles);
+      of[2] = __builtin_convertvector(__builtin_shufflevector(c, d, 0, 1, 4, 5), Doubles);
+      of[3] = __builtin_convertvector(__builtin_shufflevector(c, d, 2, 3, 6, 7), Doubles);
+      for (size_t i = 1; i < kOfRun; ++i) of[i] += of[i - 1];
+      const Doubles sums = of[kOfRun - 1];
+      const double second = begin + sums[0], third = second + sums[1], last = third + sums[2];
+      const Doubles begins = {begin, second, third, last};
+      for (Doubles& ends : of) ends += begins;
     }
     double operator[](size_t i) const { return of[i % kOfRun][i / kOfRun]; }
     /// How many strata end at or before a point.
     size_t before(double point) const {
-      int64_t counts[kRuns] = {};
-      for (size_t i = 0; i < kOfRun; ++i) {
-        for (size_t run = 0; run < kRuns; ++run) counts[run] += of[i][run] <= point ? 1 : 0;
-      }
-      return static_cast<size_t>((counts[0] + counts[1]) + (counts[2] + counts[3]));
+      const Doubles points = {point, point, point, point};
+      const Integers minus = ((of[0] <= points) + (of[1] <= points)) +
+                             ((of[2] <= points) + (of[3] <= points));
+      return static_cast<size_t>(-((minus[0] + minus[1]) + (minus[2] + minus[3])));
     }
   };
 
