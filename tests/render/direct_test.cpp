@@ -6,6 +6,7 @@
 
 #include "direct_scenes.h"
 #include "kinome/bsdf.h"
+#include "kinome/warp.h"
 
 namespace kinome::test {
 namespace {
@@ -203,6 +204,18 @@ struct SunAbove final : Emitter {
   }
 };
 
+/// Light from all of the upper half, which no surface and no environment has: no ray meets it.
+struct GlowAbove final : Emitter {
+  std::optional<DirectSample> sample_direct(const Vec3&, const Vec2& u) const override {
+    DirectSample sample;
+    sample.d = square_to_uniform_sphere(u);
+    sample.d.y = std::abs(sample.d.y);
+    sample.pdf = 2 * kUniformSpherePdf;
+    sample.radiance = Rgb(1, 2, 3);
+    return sample;
+  }
+};
+
 struct SquareShape final : MeshShape {
   explicit SquareShape(const Properties& props, const SquareLight& light) : MeshShape(props) {
     const float h = light.half, y = light.height;
@@ -213,7 +226,7 @@ struct SquareShape final : MeshShape {
 };
 
 struct Lights {
-  bool square = false, sun = false;
+  bool square = false, sun = false, glow = false;
   std::string environment;  ///< XML
 };
 
@@ -229,6 +242,7 @@ std::unique_ptr<Scene> lit_floor(const Lights& lights, int emitter_samples, int 
     contents.shapes.back()->set_bsdf(make<Bsdf>("<bsdf type=\"diffuse\"/>"));
   }
   if (lights.sun) contents.emitters.push_back(std::make_shared<SunAbove>());
+  if (lights.glow) contents.emitters.push_back(std::make_shared<GlowAbove>());
   if (!lights.environment.empty()) contents.emitters.push_back(make<Emitter>(lights.environment));
   contents.integrator = make<Integrator>(direct_xml(samples_xml(emitter_samples, bsdf_samples)));
   // So narrow a view that the irradiance is that of the point at the origin.
@@ -247,9 +261,22 @@ double square_form_factor(double half, double height) {
 TEST(Direct, LightsAFloorFromASquare) {
   const Rgb expected = 0.5f * Rgb(3, 2, 1) * static_cast<float>(square_form_factor(1, 2));
   for (const auto& [emitter, bsdf] : {std::pair{1, 1}, {1, 0}, {0, 1}, {2, 3}}) {
-    const auto scene = lit_floor({true, false, ""}, emitter, bsdf);
+    const auto scene = lit_floor({true, false, false, ""}, emitter, bsdf);
     expect_equal(estimate_pixels(*scene, kRenders), exactly(expected, 9), kAlpha,
                  std::to_string(emitter) + " + " + std::to_string(bsdf));
+  }
+}
+
+/// Alone, and beside light that rays do meet.
+TEST(Direct, LightThatNoRayMeetsIsTheEmitterSamplesAlone) {
+  for (const bool sky : {false, true}) {
+    const Rgb expected = 0.5f * (Rgb(1, 2, 3) + (sky ? Rgb(1, 1, 2) : Rgb(0.f)));
+    for (const auto& [emitter, bsdf] : {std::pair{1, 1}, {1, 0}, {2, 3}}) {
+      const auto scene =
+          lit_floor({false, false, true, sky ? constant_xml("1 1 2") : ""}, emitter, bsdf);
+      expect_equal(estimate_pixels(*scene, kRenders), exactly(expected, 9), kAlpha,
+                   std::to_string(emitter) + " + " + std::to_string(bsdf));
+    }
   }
 }
 
@@ -266,7 +293,7 @@ TEST(Direct, PicksAmongManyEmitters) {
   };
   for (int mask = 1; mask < 8; ++mask) {
     const bool square = mask & 1, sun = mask & 2, sky = mask & 4;
-    const auto scene = lit_floor({square, sun, sky ? constant_xml("1 1 2") : ""}, 2, 1);
+    const auto scene = lit_floor({square, sun, false, sky ? constant_xml("1 1 2") : ""}, 2, 1);
     if (mask == 2) {  // one delta light: exact
       for (const Estimate& pixel : channel(estimate_pixels(*scene, 2), 1)) {
         EXPECT_NEAR(pixel.mean, expected(square, sun, sky).y, 1e-6);

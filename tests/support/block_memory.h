@@ -18,8 +18,8 @@ inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 /// What lies behind a column's padding, and must stay there.
 inline constexpr float kGuard = 12345.678f;
 
-/// Numbers of values that end in, before and behind the end of vectors.
-inline constexpr size_t kRanges[] = {1, 15, 16, 17, 33};
+/// Numbers of values: none, and some that end in, before and behind the end of vectors.
+inline constexpr size_t kRanges[] = {0, 1, 15, 16, 17, 33};
 
 /// Columns of `count` values: all NaN, their padding included.
 class BlockMemory {

@@ -339,10 +339,35 @@ struct FormColumns {
   BsdfFormBlock out;
 };
 
+/// Where there is no room for one kind more, points are described as those without a form.
+TEST_P(BsdfBlocks, AreDescribedByColoursWhereKindsAreTooMany) {
+  const auto bsdf = make();
+  const Bounds bounds = bounds_of(std::get<0>(GetParam()).name);
+  constexpr size_t kCount = 17;
+  const auto questions = random_questions(kCount, 9);
+  BsdfBlock block(questions);
+  FormColumns columns(kCount);
+  for (size_t k = 0; k < BsdfFormKinds::kMost; ++k) {
+    BsdfForm other;
+    other.glossy = BsdfForm::Glossy::kGgx;
+    other.eta = Rgb(100 + static_cast<float>(k));
+    ASSERT_NE(columns.kinds.number_of(other), BsdfFormKinds::kNone);
+  }
+  bsdf->describe_block(block.points, columns.out);
+  for (size_t i = 0; i < kCount; ++i) {
+    const SurfaceInteraction& si = questions[i].si;
+    if (!(glm::dot(bsdf->reflection_frame(si).n, si.frame.to_world(si.wi)) > 1e-3f)) continue;
+    EXPECT_EQ(columns.out.kind[i], BsdfFormKinds::kNone);
+    const LobeReflectance colours = bsdf->reflectance(si);
+    EXPECT_TRUE(bounds.hold(columns.out.diffuse.at(i), colours.diffuse)) << text(questions[i]);
+    EXPECT_TRUE(bounds.hold(columns.out.specular.at(i), colours.glossy)) << text(questions[i]);
+  }
+}
+
 TEST_P(BsdfBlocks, AreDescribedLikeTheirPoints) {
   const auto bsdf = make();
   const Bounds bounds = bounds_of(std::get<0>(GetParam()).name);
-  for (const size_t count : {size_t{1}, size_t{15}, size_t{16}, size_t{17}, size_t{400}}) {
+  for (const size_t count : {0, 1, 15, 16, 17, 400}) {
     const auto questions = random_questions(count, 9);
     BsdfBlock block(questions);
     FormColumns columns(count);
@@ -366,8 +391,7 @@ TEST_P(BsdfBlocks, AreDescribedLikeTheirPoints) {
       ASSERT_NE(out.kind[i], BsdfFormKinds::kNone);
       EXPECT_TRUE(columns.kinds[out.kind[i]].same_kind(*form)) << text(questions[i]);
       EXPECT_TRUE(bounds.hold(out.diffuse.at(i), form->diffuse)) << text(questions[i]);
-      if (form->glossy == BsdfForm::Glossy::kBeckmann ||
-          form->glossy == BsdfForm::Glossy::kGgx) {
+      if (form->glossy == BsdfForm::Glossy::kBeckmann || form->glossy == BsdfForm::Glossy::kGgx) {
         EXPECT_TRUE(bounds.hold(out.specular.at(i), form->specular)) << text(questions[i]);
         EXPECT_TRUE(bounds.hold(out.alpha_u[i], form->alpha_u, 1)) << text(questions[i]);
         EXPECT_TRUE(bounds.hold(out.alpha_v[i], form->alpha_v, 1)) << text(questions[i]);

@@ -1,5 +1,7 @@
 #include "wide_checks.h"
 
+#include "kinome/wide/near_zero.h"
+
 namespace kinome::test {
 namespace {
 
@@ -53,6 +55,19 @@ void logarithm(Failures& failures) {
   const auto fn = [](Float x) { return log(x); };
   check_ulp(failures, "log", 1, all_and_between(0.4f, 2.5f), fn, exact);
   check_ulp(failures, "log", 1, floats_between(0.999f, 1.001f, 100000), fn, exact);
+}
+
+void near_zero(Failures& failures) {
+  std::vector<float> arguments = all_and_between(-1.f, 2.f);
+  const std::vector<float> small = floats_between(-1e-3f, 1e-3f, 100000);
+  arguments.insert(arguments.end(), small.begin(), small.end());
+  check_ulp(
+      failures, "log1p", 4, arguments, [](Float x) { return log1p(x); },
+      [](double x) { return std::log1p(x); });
+  std::erase_if(arguments, [](float x) { return x > 80; });
+  check_ulp(
+      failures, "expm1", 4, arguments, [](Float x) { return expm1(x); },
+      [](double x) { return std::expm1(x); });
 }
 
 void error_function(Failures& failures) {
@@ -218,6 +233,7 @@ const std::vector<WideCheck>& function_checks() {
   static const std::vector<WideCheck> checks = {
       {"Exp", exponential},
       {"Log", logarithm},
+      {"NearZero", near_zero},
       {"Erf", error_function},
       {"InverseErf", inverse_error_function},
       {"SinCos", sine_and_cosine},

@@ -21,6 +21,11 @@ DirectBlock make_direct(Arena& a) {
   return {a.three(), a.floats(), a.floats(), a.three(), a.floats()};
 }
 
+/// No ray that a BSDF sends meets the emitter, so that its samples stand for all of its light.
+bool is_sampled_alone(const Emitter& emitter) {
+  return !emitter.shape() && !emitter.is_environment();
+}
+
 }  // namespace
 
 void leave_out_own_rounding(const Emitter& emitter, const SurfaceBlock& points,
@@ -54,6 +59,7 @@ void EmitterSamples::sample(const Sampler& sampler, const PixelSamples& samples,
   numbers.fill_2d(sampler, samples, dimension + 1, owner, count, u_);
   if (emitters_.size() == 1) {
     emitters_[0]->sample_direct_block(points.p, u_, count, light_);
+    if (is_sampled_alone(*emitters_[0])) std::fill_n(light_.is_delta, count, 1.f);
     if (emitters_[0]->shape()) {
       std::iota(order_, order_ + count, 0u);
       leave_out_own_rounding(*emitters_[0], points, order_, count, light_);
@@ -100,6 +106,7 @@ void EmitterSamples::sample_picked(const SurfaceBlock& points) {
       gather(u_, k).store(part_u_, i);
     });
     emitters_[e]->sample_direct_block(part_p_, part_u_, n, part_);
+    if (is_sampled_alone(*emitters_[e])) std::fill_n(part_.is_delta, n, 1.f);
     for (size_t i = 0; i < n; ++i) {
       const uint32_t k = which[i];
       light_.d.set(k, part_.d.at(i));

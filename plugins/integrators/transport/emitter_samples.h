@@ -25,7 +25,8 @@ class EmitterSamples {
   /// have emitters.
   void sample(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
               const SurfaceBlock& points, const uint32_t* owner, size_t count, Numbers& numbers);
-  /// The density doesn't count the pick, see pick_pdf().
+  /// The density doesn't count the pick, see pick_pdf(). is_delta is set of all emitters that no ray
+  /// meets, whether or not they are deltas.
   const DirectBlock& light() const { return light_; }
   float pick_pdf() const { return pick_pdf_; }
 

@@ -154,8 +154,10 @@ class FormulaBsdf : public Bsdf {
 
   void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {
     if constexpr (kHasForm) {
-      if (const std::optional<BsdfForm> form = self().form_kind()) {
-        std::fill_n(out.kind, points.count, out.kinds->number_of(*form));
+      const std::optional<BsdfForm> form = self().form_kind();
+      const uint32_t kind = form ? out.kinds->number_of(*form) : BsdfFormKinds::kNone;
+      if (kind != BsdfFormKinds::kNone) {
+        std::fill_n(out.kind, points.count, kind);
         return with_columns(points, [&](const auto&... columns) {
           for_lanes(points.count, [&](size_t i) {
             Vec3::load(points.sn, i).store(out.normal, i);

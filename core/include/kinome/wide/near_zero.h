@@ -22,7 +22,8 @@ KINOME_WIDE float expm1(Real auto x) {
 inline Float log1p(Float x) {
   // What rounding 1 + x took from x is as large as it took from u - 1.
   const Float u = 1.f + x;
-  return select(u == 1.f, x, log(u) * (x / (u - 1.f)));
+  const Mask is_finite = u < HUGE_VALF;
+  return select(u == 1.f, x, log(u) * select(is_finite, x / (u - 1.f), Float(1.f)));
 }
 /// e^x - 1, 4 ulp for x below 80.
 inline Float expm1(Float x) {
