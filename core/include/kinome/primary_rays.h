@@ -15,10 +15,6 @@ namespace kinome {
 inline constexpr Stage kPrimaryStage{"primary", "traces rays from the camera"};
 inline constexpr Stage kFilmStage{"film", "adds up the picture"};
 
-/// Dimensions of the sampler that primary rays take: 0, 1 for the place in the pixel, 2, 3 for the
-/// aperture (whether or not the sensor uses it). An integrator's own begin here.
-inline constexpr uint32_t kPrimaryDimensions = 4;
-
 /// What SampleKey::seed is throughout a render: of `--seed` and of the scene's sampler.
 inline uint64_t key_seed(const RenderContext& context, const Sampler& sampler) {
   return hash_words(context.seed(), sampler.seed());

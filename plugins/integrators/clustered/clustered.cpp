@@ -1,5 +1,8 @@
 // clustered: direct light, and one bounce of it, by clustered importance sampling (Åkerlund 2008).
 //
+// `importance` = product, the default, is what the method has become: see PRODUCT.md. What follows
+// is of joint, luminance and brdf, the thesis's own.
+//
 // Light is a set of points (3.4), on the sphere of directions for an environment, on the scene's
 // surfaces for light after a bounce (`max_depth` 3 and more), in a complete binary tree (3.3). A
 // cut through the tree (4.2.1) gives clusters; for each shading point an importance function over
@@ -194,7 +197,7 @@ class Clustered final : public Integrator {
 }  // namespace
 
 KINOME_PLUGIN(Clustered, Category::kIntegrator, "clustered",
-              "Direct light and one bounce by clustered importance sampling (Åkerlund 2008): a cut "
-              "through a tree of light points, and an importance function over it for each "
-              "shading point.",
+              "Direct light and one bounce by clustered importance sampling (Åkerlund 2008): light in "
+              "clusters, whose visibility is learned, or a cut through a tree of light points, and "
+              "an importance function over them for each shading point.",
               kParameters);

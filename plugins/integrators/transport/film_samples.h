@@ -16,8 +16,8 @@ class FilmSamples {
   /// of things: the mean of equal ones is to be that number.
   FilmSamples(const ReconstructionFilter& filter, int values, size_t samples, bool exact = false);
 
-  /// `columns`: each value of the samples; a vector more than padded() can be written. Samples that are no number are counted and dropped, as
-  /// FilmTile::add does.
+  /// `columns`: each value of the samples; a vector more than padded() can be written. Samples that
+  /// are no number are counted and dropped, as FilmTile::add does.
   void add(const PixelSamples& samples, const Columns2& position,
            const std::vector<float*>& columns, FilmTile& film);
 

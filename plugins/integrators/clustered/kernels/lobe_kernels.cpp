@@ -214,10 +214,8 @@ void multiply_turned_factors(const TurnedPoints& turned, const PointGroup& group
   wide::for_lanes(count, [&](size_t i) {
     const Int k = points_of(group, member + i);
     const Float cosine = dot(gather(turned.normal, k), load(dx, dy, dz, i));
-    const Float cos2 = clamp(cosine * cosine, 1e-12f, 1.f);
     const Float alpha2 = wide::gather(turned.bump_alpha2.data(), k);
-    const Float root = sqrt(1.f + alpha2 * (1.f - cos2) / cos2);
-    const Float factor = select(cosine > 0.f, 2.f / (1.f + root));
+    const Float factor = select(cosine > 0.f, bump_shadowing(cosine, alpha2));
     for (int c = 0; c < 3; ++c) (Float::load(f[c] + i) * factor).store(f[c] + i);
   });
 }

@@ -135,7 +135,6 @@ class LocalLight {
   const std::vector<Aabb>& boxes() const { return boxes_; }
   /// Cells of lamps are [0, lamp_cells()); then those of surfaces, then those of the bounce.
   uint32_t lamp_cells() const { return lamp_cells_; }
-  uint32_t surface_cells() const { return surface_cells_; }
   bool has_bounce() const { return !bounce_ends_.empty(); }
   /// What mirrors, or nearly does, shows light of sources that have an extent, or the sky's, to
   /// other surfaces: no light point does.

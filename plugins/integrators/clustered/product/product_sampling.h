@@ -49,9 +49,10 @@ bool is_product_scene(const Scene& scene, uint32_t max_depth);
 
 /// Renders the light of an environment's cells (none: the environment is black, or there isn't
 /// any), that of the scene's other emitters, and for max_depth 3 what surfaces send on of all of
-/// it, into the sensor's film. Light that lamps without extent send by way of a mirror is left out,
-/// as `path` leaves it out. A pilot learns how visible each cell is from each patch of surface;
-/// then the picture is made by estimates that know. What the pilot saw is not part of the picture.
+/// it, into the sensor's film. Light that lamps without extent send by way of a mirror is in it, too,
+/// where the sensor can be connected to (see Caustics), though `path` doesn't find it. A pilot learns
+/// how visible each cell is from each patch of surface; then the picture is made by estimates that
+/// know. What the pilot saw is not part of the picture.
 ///
 /// Unbiased: the expectation of every pixel is what `direct` converges to, with any filter. Stages:
 /// points, pilot, plan, main, film.
