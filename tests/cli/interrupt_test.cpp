@@ -350,7 +350,7 @@ TEST_F(Interrupt, BarOnATerminal) {
 TEST_F(Interrupt, ATerminalThatIsClosed) {
   int master = -1;
   const pid_t child = start_on_terminal(
-      {scene_, "-o", image_, "-t", "2", "-D", "width=256", "-D", "spp=400"}, master);
+      {scene_, "-o", image_, "-t", "2", "-D", "width=256", "-D", "spp=40000"}, master);
   std::string text;
   char buffer[4096];
   for (ssize_t n = 0; text.find(" %") == std::string::npos; text.append(buffer, size_t(n))) {
@@ -368,7 +368,7 @@ TEST_F(Interrupt, ATerminalThatIsClosed) {
 
 TEST_F(Interrupt, PlainLinesInALog) {
   const std::string log = folder_.path("log");
-  const Background program({scene_, "-t", "2", "-D", "width=256", "-D", "spp=400"}, log);
+  const Background program({scene_, "-t", "2", "-D", "width=256", "-D", "spp=40000"}, log);
   ASSERT_TRUE(program.says(" left\n"));
   EXPECT_EQ(program.log().rfind("rendering: ", 0), 0u) << program.log();
   EXPECT_NE(program.log().find(" % done, "), std::string::npos) << program.log();
