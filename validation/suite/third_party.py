@@ -13,7 +13,7 @@ REFLECTORS = {"point by point": "minnaert", "wide": "wide_minnaert"}
 
 def build(kinome_build, folder):
     """The folder for --plugin-path: built as everybody builds plugins, against what is installed."""
-    prefix, work = folder / "installed", folder / "plugins-build"
+    prefix, work = (folder.resolve() / name for name in ("installed", "plugins-build"))
     compiler = [line.split("=", 1)[1] for line in
                 (kinome_build / "CMakeCache.txt").read_text(encoding="utf-8").splitlines()
                 if line.startswith("CMAKE_CXX_COMPILER:")]
