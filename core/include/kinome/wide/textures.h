@@ -17,7 +17,8 @@ inline namespace HWY_NAMESPACE {
 /// What they hold at first is anything.
 class ScratchColumns {
  public:
-  ScratchColumns(size_t columns, size_t count) : length_(padded(count)) {
+  ScratchColumns(size_t columns, size_t count)
+      : length_(std::max(padded(count), kBlockLanes)) {  // also of no points, columns are somewhere
     Pool& pool = of_thread();
     if (pool.idle.empty()) {
       pool.idle.reserve(++pool.made);
