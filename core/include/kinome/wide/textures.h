@@ -2,6 +2,7 @@
 
 // Textures as formulas read them: at one point, or wide, from columns.
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
