@@ -90,8 +90,8 @@ class AreaLight final : public Emitter {
   }
   void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
                              const EmissionBlock& out) const override {
-    const wide::ScratchColumns scratch(15, count);
     if (count == 0) return;
+    const wide::ScratchColumns scratch(15, count);
     struct alignas(kColumnAlignment) Indices {
       uint32_t values[kBlockLanes];
     };

@@ -13,7 +13,8 @@ namespace kinome {
 /// first 256 places, what doesn't fit together: samples and the densities and values of their
 /// directions, directions that are not of unit length, single values and batches, an environment
 /// and its cell_grid(), densities that samples don't follow. Agreement is up to rounding
-/// (core/plugin/rounding.h), so that sound plugins are never named. Of nested plugins the innermost is named.
+/// (core/plugin/rounding.h), so that sound plugins are never named. Of nested plugins the innermost
+/// is named.
 ///
 /// Not looked at: sample_emission(), since some emitters make large tables for it on first use, and
 /// whether samples of a surface follow pdf_surface() where both say the same.
