@@ -15,25 +15,23 @@ constexpr float kLearnPlanes = 1.6f;
 /// well: sum (V - v)² < kTrust x sum V².
 constexpr float kTrust = 0.1f;
 
-/// Learned visibility in 8 bits: v, then the root of sigma. What a pass reads is the same whether
-/// it was kept or is learned again.
-void write(const Visibility& visibility, uint8_t* out) {
-  const size_t count = visibility.v.size();
-  for (size_t c = 0; c < count; ++c) {
-    out[c] = static_cast<uint8_t>(static_cast<int32_t>(visibility.v[c] * 255 + 0.5f));
-    const float root = std::min(1.f, std::sqrt(visibility.sigma[c]));
-    out[count + c] = static_cast<uint8_t>(static_cast<int32_t>(root * 255 + 0.5f));
-  }
+uint8_t byte_of(float share) {
+  return static_cast<uint8_t>(static_cast<int32_t>(share * 255 + 0.5f));
 }
+/// What a pass knows of a cell: as it was learned, in 8 bits, whether it was kept or is learned
+/// again.
+struct Learned {
+  uint8_t v, root_of_sigma;
 
-void read(const uint8_t* learned, Visibility& out) {
-  const size_t count = out.v.size();
-  for (size_t c = 0; c < count; ++c) {
-    out.v[c] = static_cast<float>(learned[c]) * (1 / 255.f);
-    out.sigma[c] = std::max(sqr(static_cast<float>(learned[count + c]) * (1 / 255.f)), 1e-4f);
-    out.sigma_mixed[c] = std::sqrt(0.9f * out.v[c] + 0.06f);
+  static Learned of(const Visibility& visibility, size_t cell) {
+    return {byte_of(visibility.v[cell]), byte_of(std::min(1.f, std::sqrt(visibility.sigma[cell])))};
   }
-}
+  void restore(Visibility& out, size_t cell) const {
+    out.v[cell] = static_cast<float>(v) * (1 / 255.f);
+    out.sigma[cell] = std::max(sqr(static_cast<float>(root_of_sigma) * (1 / 255.f)), 1e-4f);
+    out.sigma_mixed[cell] = std::sqrt(0.9f * out.v[cell] + 0.06f);
+  }
+};
 
 }  // namespace
 
@@ -102,7 +100,12 @@ void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner,
   learner.begin();
   add_records(index, patch, learner);
   learner.finish(out);
-  if (remembers()) write(out, &tile.learned[p * 2 * padded_cells_]);
+  for (size_t c = 0; remembers() && c < padded_cells_; ++c) {
+    const Learned learned = Learned::of(out, c);
+    uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
+    kept[c] = learned.v;
+    kept[padded_cells_ + c] = learned.root_of_sigma;
+  }
   if (has_local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(tile, patch, out);
 }
 
@@ -140,7 +143,10 @@ void TileKnowledge::recall(int index, size_t p, Patch& patch, VisibilityLearner&
   const Tile& tile = tiles_[index];
   const bool is_of_pilot = p < tile.patches.size();
   if (is_of_pilot && remembers()) {
-    read(&tile.learned[p * 2 * padded_cells_], out);
+    const uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
+    for (size_t c = 0; c < padded_cells_; ++c) {
+      Learned{kept[c], kept[padded_cells_ + c]}.restore(out, c);
+    }
     return;
   }
   learner.begin();
@@ -150,9 +156,7 @@ void TileKnowledge::recall(int index, size_t p, Patch& patch, VisibilityLearner&
     patch.trust = !is_sharp(patch);
     return;
   }
-  std::vector<uint8_t> learned(2 * padded_cells_);
-  write(out, learned.data());
-  read(learned.data(), out);
+  for (size_t c = 0; c < padded_cells_; ++c) Learned::of(out, c).restore(out, c);
 }
 
 void TileKnowledge::restrict(const Patch& patch, Visibility& visibility) const {
