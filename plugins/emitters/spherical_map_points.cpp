@@ -184,15 +184,15 @@ SphericalMap::Float4 SphericalMap::interpolate(size_t texel, float s, float t) c
 
 SphericalMap::Interpolated SphericalMap::interpolate_lanes(const uint32_t* texel, const float* s,
                                                            const float* t) const {
-  // Lane by lane, since neighbours lie next to one another: four loads a lane in place of sixteen gathers.
+  // Lane by lane, since neighbours lie next to one another: four loads a lane in place of sixteen
+  // gathers.
   alignas(64) float values[4 * kLanes];
   for (size_t i = 0; i < kLanes; ++i) {
     const Float4 value = interpolate(texel[i], s[i], t[i]);
     std::memcpy(values + 4 * i, &value, sizeof value);
   }
   Interpolated result;
-  wide::hn::LoadInterleaved4(wide::FloatTag(), values, result.radiance.x.v, result.radiance.y.v,
-                             result.radiance.z.v, result.weight.v);
+  wide::load_rows(values, result.radiance.x, result.radiance.y, result.radiance.z, result.weight);
   return result;
 }
 

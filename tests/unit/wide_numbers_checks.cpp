@@ -242,6 +242,32 @@ void reductions(Failures& failures) {
     ++next;
   }
   KINOME_CHECK(next == count, count);
+  // Behind the selected ones nothing is written.
+  std::array<uint32_t, kBlockLanes> alone{};
+  alone.fill(7);
+  KINOME_CHECK(store_only_selected(positive, Uint::load(numbers.data()), alone.data()) == count,
+               count);
+  for (size_t i = 0; i < kBlockLanes; ++i) {
+    KINOME_CHECK(alone[i] == (i < count ? selected[i] : 7u), i);
+  }
+}
+
+void rows(Failures& failures) {
+  std::array<float, 4 * wide::kLanes> columns{}, stored{}, loaded{};
+  for (size_t i = 0; i < columns.size(); ++i) columns[i] = static_cast<float>(i);
+  const float* const column = columns.data();
+  store_rows(Float::load(column), Float::load(column + wide::kLanes),
+             Float::load(column + 2 * wide::kLanes), Float::load(column + 3 * wide::kLanes),
+             stored.data());
+  Float of[4];
+  load_rows(stored.data(), of[0], of[1], of[2], of[3]);
+  for (size_t k = 0; k < 4; ++k) {
+    of[k].store(loaded.data() + k * wide::kLanes);
+    for (size_t lane = 0; lane < wide::kLanes; ++lane) {
+      KINOME_CHECK(stored[4 * lane + k] == columns[k * wide::kLanes + lane], lane);
+      KINOME_CHECK(loaded[k * wide::kLanes + lane] == columns[k * wide::kLanes + lane], lane);
+    }
+  }
 }
 
 }  // namespace
@@ -254,6 +280,7 @@ const std::vector<WideCheck>& number_checks() {
       {"MultiplyAndAdd", multiply_and_add},
       {"Masks", masks},
       {"Reductions", reductions},
+      {"Rows", rows},
   };
   return checks;
 }

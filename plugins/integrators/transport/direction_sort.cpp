@@ -35,9 +35,9 @@ size_t DirectionSort::sort(const Ray16* rays, size_t count) {
                    Int(static_cast<int32_t>(kSide) - 1));
     };
     const Float tmax = Float::load(r.tmax + lane);
-    hn::StoreInterleaved4(hn::LoadU(FloatTag(), r.ox + lane), hn::LoadU(FloatTag(), r.oy + lane),
-                          hn::LoadU(FloatTag(), r.oz + lane), tmax.v, FloatTag(), from_ + 4 * i);
-    hn::StoreInterleaved4(x.v, y.v, z.v, x.v, FloatTag(), along_ + 4 * i);
+    store_rows(Float::load(r.ox + lane), Float::load(r.oy + lane), Float::load(r.oz + lane), tmax,
+               from_ + 4 * i);
+    store_rows(x, y, z, x, along_ + 4 * i);
     const Mask on = tmax >= 0.f;
     select(on, side(v) * Int(static_cast<int32_t>(kSide)) + side(u),
            Int(static_cast<int32_t>(kBins)))
@@ -77,8 +77,8 @@ void DirectionSort::copy(Ray16* to, size_t stride) const {
       std::memcpy(along + 4 * l, along_ + 4 * size_t{order_[i + l]}, 4 * sizeof(float));
     }
     Float ox, oy, oz, tmax, dx, dy, dz, unused;
-    hn::LoadInterleaved4(FloatTag(), from, ox.v, oy.v, oz.v, tmax.v);
-    hn::LoadInterleaved4(FloatTag(), along, dx.v, dy.v, dz.v, unused.v);
+    load_rows(from, ox, oy, oz, tmax);
+    load_rows(along, dx, dy, dz, unused);
     Ray16& rays = block(i / kBlockLanes);
     const size_t lane = i % kBlockLanes;
     ox.store(rays.ox + lane), oy.store(rays.oy + lane), oz.store(rays.oz + lane);

@@ -38,6 +38,14 @@ KINOME_WIDE Int iota() {
   return Int(hn::Iota(IntTag(), 0));
 }
 
+/// To and from p: a row of four numbers for each lane, one row after the other.
+KINOME_WIDE void store_rows(Float a, Float b, Float c, Float d, float* p) {
+  hn::StoreInterleaved4(a.v, b.v, c.v, d.v, FloatTag(), p);
+}
+KINOME_WIDE void load_rows(const float* p, Float& a, Float& b, Float& c, Float& d) {
+  hn::LoadInterleaved4(FloatTag(), p, a.v, b.v, c.v, d.v);
+}
+
 /// Over the lanes. The order of a sum is that of the instruction set.
 KINOME_WIDE float sum(Float a) {
   return hn::GetLane(hn::SumOfLanes(FloatTag(), a.v));
