@@ -69,6 +69,7 @@ class Builder {
   void add_default_children(Properties& props, const PluginDescriptor& plugin);
   void add_to_scene(const Node& child, const Node& target, const std::shared_ptr<Object>& object,
                     Scene::Contents& contents);
+  void set_parameter(const Node& child, Scene::Contents& contents);
   void complete_scene(const Location& where, Scene::Contents& contents);
   void complete_indirect_light(const Location& where, Scene::Contents& contents);
   std::shared_ptr<Object> default_sensor(const Location& where, const Scene::Contents& contents);
@@ -89,6 +90,7 @@ class Builder {
   std::set<const Object*> in_scene_;
   /// With their places, for what is known of them only when all shapes are made.
   std::vector<std::pair<std::shared_ptr<Emitter>, Location>> top_emitters_;
+  std::map<std::string, Location> parameters_;  ///< of the scene itself
   std::vector<Skipped> skipped_;
 };
 

@@ -3,6 +3,7 @@
 
 #include "kinome/log.h"
 #include "loader/build.h"
+#include "loader/convert.h"
 #include "scene/traceable.h"
 
 namespace kinome::loader {
@@ -29,8 +30,7 @@ Scene::Contents Builder::scene(const Node& root) {
   std::map<std::string, Location> names;
   for (const Node& child : root.children) {
     if (!is_object(child)) {
-      if (child.is_broken) continue;
-      faults_.add(child.where, "<scene> leaves unreferenced: '" + child.value("name") + "'");
+      if (!child.is_broken) faults_.attempt([&] { set_parameter(child, contents); });
       continue;
     }
     if (const Attribute* name = child.find("name")) {
@@ -50,6 +50,29 @@ Scene::Contents Builder::scene(const Node& root) {
   check_unused(root);
   if (faults_.empty()) faults_.attempt([&] { complete_scene(root.where, contents); });
   return contents;
+}
+
+/// The parameters that Mitsuba's scenes have: of ray tracing in Embree, and of accelerators that
+/// aren't used here.
+void Builder::set_parameter(const Node& child, Scene::Contents& contents) {
+  const std::string name = child.value("name");
+  const bool is_of_others = name == "allow_thread_reordering" || name.rfind("kd_", 0) == 0;
+  const bool is_robust = name == "embree_use_robust_intersections";
+  if (!is_of_others && !is_robust) {
+    throw Error(child.where, "<scene> leaves unreferenced: '" + name + "'");
+  }
+  if (const auto [other, is_new] = parameters_.emplace(name, child.where); !is_new) {
+    throw Error(child.where,
+                "'" + name + "' is given twice (first at " + to_string(other->second) + ")");
+  }
+  const Properties::Value value = convert(child, nullptr, *folders(child));
+  if (is_of_others) {
+    log_info(Error(child.where, "'" + name + "' means nothing here, and is ignored").what());
+  } else if (const bool* const robust = std::get_if<bool>(&value)) {
+    contents.watertight = *robust;
+  } else {
+    throw Error(child.where, "'" + name + "' must be a boolean");
+  }
 }
 
 /// BSDFs, textures and the like are there to be referred to; alone they mean nothing. `target`:

@@ -62,7 +62,7 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
   }
   check_bounces();
   if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
-  accelerator_ = std::make_unique<Accelerator>(contents_.shapes, threads);
+  accelerator_ = std::make_unique<Accelerator>(contents_, threads);
 }
 
 /// A bounce that is offered twice would count twice.

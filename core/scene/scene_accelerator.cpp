@@ -164,15 +164,15 @@ void DeviceErrors::throw_if_any() const {
   if (!message_.empty()) throw Error("the ray tracer (Embree) failed: " + message_);
 }
 
-Scene::Accelerator::Accelerator(const std::vector<std::shared_ptr<Shape>>& shapes,
-                                unsigned threads) {
+Scene::Accelerator::Accelerator(const Contents& contents, unsigned threads) {
   device_.reset(rtcNewDevice(device_options(threads).c_str()));
   if (!device_) throw device_error();
   rtcSetDeviceErrorFunction(device_.get(), &DeviceErrors::report, &errors_);
   scene_.reset(rtcNewScene(device_.get()));
   errors_.throw_if_any();
-  // Rays must not slip through the shared edges of triangles.
-  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(scene_.get(),
+                   contents.watertight ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  const auto& shapes = contents.shapes;
   for (size_t i = 0; i < shapes.size(); ++i) {
     const TriangleMesh* mesh = shapes[i]->mesh();
     const Geometry geometry = mesh ? make_mesh(*mesh) : make_analytic(*shapes[i]);

@@ -27,7 +27,7 @@ void rethrow_from_shapes();
 
 /// Embree's device and scene: one geometry for each shape, with the shape's index as its id.
 struct Scene::Accelerator {
-  Accelerator(const std::vector<std::shared_ptr<Shape>>& shapes, unsigned threads);
+  Accelerator(const Contents& contents, unsigned threads);
   RTCScene scene() const { return scene_.get(); }
 
  private:

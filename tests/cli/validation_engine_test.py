@@ -149,6 +149,11 @@ class Goals(unittest.TestCase):
             self.assertAlmostEqual(goal(rows, what).known["sponge"], nanoseconds / 100)
             self.assertEqual(goal(rows, what).met, met)
 
+    def test_what_watertight_surfaces_cost(self):
+        rows = [row("watertight", "tree", timed("watertight", 120) + timed("not watertight", 100))]
+        self.assertEqual(engine_page.watertight(rows)[1], [["tree", "120", "100", "1.2"]])
+        self.assertIn("rays that don't slip through edges", engine_page.page(rows, [], False))
+
     def test_seconds_threads_and_memory(self):
         rows = [row("short", "noon", [run("ours", s, 4, t, t) for s, t in enumerate((3, 1, 2))] +
                     [run("Mitsuba", s, 4, t, t) for s, t in enumerate((2.5, 9, 1))]),
@@ -301,6 +306,17 @@ class Turns(unittest.TestCase):
             for name in ("$width", "$height", "$file_format", "/integrators/$integrator.xml"):
                 self.assertEqual(text.count(name), 1, (path, name))
             self.assertNotIn('value="maps/', text)
+
+    def test_both_programs_trace_rays_in_the_same_way(self):
+        small = tables.SMALL_SCENES[0]
+        by_name = {scene.name: scene.path for scene in tables.SCENES}
+        for path in (small, by_name["hebe"], by_name["ball"]):
+            copy = engine_scenes.like_for_like(path, self.folder, path == small)
+            text = copy.read_text("utf-8")
+            self.assertIn('<default name="watertight" value="false"/>', text)
+            self.assertIn('name="embree_use_robust_intersections" value="$watertight"', text)
+            self.assertNotIn('filename="../', text)
+            self.assertNotIn('value="assets/', text)
 
     def test_diffuse_surfaces_become_those_of_a_plugin(self):
         path = next(scene.path for scene in tables.SCENES if scene.name == tables.PLUGIN_SCENE)

@@ -256,11 +256,39 @@ size_t count_leaks(const Scene& scene, std::vector<RayHit> rays) {
   return leaks;
 }
 
-TEST(Watertight, RaysFromInsideAClosedMeshAllHitIt) {
-  const TemporaryFolder folder;
-  const std::string file = folder.write("sphere.obj", icosphere_obj(4));
-  const auto scene =
-      scene_from("<shape type='obj'><string name='filename' value='" + file + "'/></shape>");
+class Watertight : public testing::Test {
+ protected:
+  /// A sphere of triangles. `parameter`: of the scene.
+  std::unique_ptr<Scene> sphere(const std::string& parameter = "") const {
+    return scene_from(parameter + "<shape type='obj'><string name='filename' value='" + file_ +
+                      "'/></shape>");
+  }
+
+ private:
+  TemporaryFolder folder_;
+  std::string file_ = folder_.write("sphere.obj", icosphere_obj(4));
+};
+
+TEST_F(Watertight, RaysLeakAtEdgesOnlyIfTheSceneSaysSo) {
+  const auto leaks = [&](const std::string& value) {
+    const auto scene =
+        sphere("<boolean name='embree_use_robust_intersections' value='" + value + "'/>");
+    const TriangleMesh& mesh = *scene->shapes()[0]->mesh();
+    Random random(15);
+    std::vector<RayHit> rays;
+    for (const glm::uvec3& t : mesh.triangles) {
+      const Vec3 a = mesh.positions[t[0]];
+      const Vec3 o = 0.9f * random.unit() * random.direction();
+      rays.push_back(ray_hit(o, a + random.unit() * (mesh.positions[t[1]] - a) - o));
+    }
+    return count_leaks(*scene, rays);
+  };
+  EXPECT_EQ(leaks("true"), 0u);
+  EXPECT_GT(leaks("false"), 0u);
+}
+
+TEST_F(Watertight, RaysFromInsideAClosedMeshAllHitIt) {
+  const auto scene = sphere();
   const TriangleMesh& mesh = *scene->shapes()[0]->mesh();
   Random random(14);
   const Vec3 inside(0.01f, -0.02f, 0.03f);

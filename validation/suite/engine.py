@@ -11,15 +11,15 @@ from program import commit, machine
 
 from . import third_party
 from .contestants import WARM_UP, Ours, Theirs
-from .engine_scenes import with_size
+from .engine_scenes import WATERTIGHT, like_for_like
 from .kinome import scene_hash
 from .others import BUSY, Others, cores_of_others
 from .peers import Configuration, Unavailable, version_hash
 from .problems import Problem
 from .store import hash_of_files
 from .tables import (AREA, BOUNCE, ENGINE_PARTS, HEBE, ISAS, ISA_SCENES, PLAIN, PLUGIN_SCENE,
-                     SCENES, SHORT_SCENES, SMALL_SCENES, THREADS, TOGETHER, WITHOUT_PEER, Method,
-                     Scene)
+                     SCENES, SHORT_SCENES, SMALL_SCENES, THREADS, TOGETHER, WATERTIGHT_SCENES,
+                     WITHOUT_PEER, Method, Scene)
 
 VARIANT = "llvm_ad_rgb"
 FIRST_SEED = 1
@@ -72,6 +72,7 @@ def units(words, parts, quick):
              *(Unit("short", by_name[name], SHORT_SIZE, 3 * few) for name in SHORT_SCENES),
              *(Unit("isa", by_name[name], SIZE, few) for name in ISA_SCENES),
              Unit("plugin", by_name[PLUGIN_SCENE], SIZE, few),
+             *(Unit("watertight", by_name[name], SIZE, few) for name in WATERTIGHT_SCENES),
              *(Unit("direct", scene, SIZE, few) for scene in (*large, *small)),
              *(Unit("path", scene, SIZE, few, depth) for depth in (2, 5) for scene in bounced)]
     return [unit for unit in found if unit.part in (parts or ENGINE_PARTS)
@@ -171,7 +172,7 @@ class Engine:
 
     def both(self, unit, integrator, samples=None):
         """Ours and Mitsuba's, the latter warmed up: its time also tells which samples are apt."""
-        unit = dataclasses.replace(unit, scene=self.with_size(unit.scene))
+        unit = dataclasses.replace(unit, scene=self.like_for_like(unit.scene))
         depth = {"max_depth": str(unit.max_depth)} if unit.max_depth else {}
         found = [Entrant("ours", self.ours(unit, integrator, **depth), samples or LOW)]
         theirs = Theirs(self.mitsuba, Configuration(VARIANT, integrator, self.sampler, False,
@@ -198,6 +199,11 @@ class Engine:
     def entrants_of_isa(self, unit):
         return [Entrant(isa, self.ours(unit, "direct", ("-t", str(THREADS), "--isa", isa)), LOW)
                 for isa in ISAS]
+
+    def entrants_of_watertight(self, unit):
+        unit = dataclasses.replace(unit, scene=self.like_for_like(unit.scene))
+        return [Entrant(label, self.ours(unit, "direct", **{WATERTIGHT: value}), LOW)
+                for label, value in (("watertight", "true"), ("not watertight", "false"))]
 
     def entrants_of_plugin(self, unit):
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -228,7 +234,6 @@ class Engine:
     def product(self, unit, options=(), size=None):
         return self.ours(unit, "clustered", options, size, importance="product")
 
-    def with_size(self, scene):
-        if scene.path not in SMALL_SCENES:
-            return scene
-        return dataclasses.replace(scene, file=str(with_size(scene.path, self.folder)))
+    def like_for_like(self, scene):
+        copy = like_for_like(scene.path, self.folder, scene.path in SMALL_SCENES)
+        return dataclasses.replace(scene, file=str(copy))

@@ -78,6 +78,13 @@ def short(rows):
                   for value in [analysis.quotient(seconds(row, THEIRS), seconds(row, OURS))]]
 
 
+def watertight(rows):
+    labels = "watertight", "not watertight"
+    head = ["scene", "robust, our default [ns]", "not robust [ns]", "times slower"]
+    return head, [[row["scene"], *(significant(rate(row, label)) for label in labels),
+                   significant(faster(row, *reversed(labels)))] for row in rows]
+
+
 def counts_text(rows):
     """Between which sample counts slopes lie."""
     counts = {}
@@ -99,8 +106,10 @@ def introduction(rows):
             f"sampler ({samplers}); seeds {', '.join(map(str, seeds))}, medians over them. ns: of "
             "processor time a sample, by the slope between two sample counts at 256x256, so that "
             "loading, set-up and compilation are not in it; wall: the same by each program's own "
-            "clock of rendering. Times faster: Mitsuba's by ours; above 1 we are faster. Raw "
-            "figures: [measurements.csv](measurements.csv).")
+            "clock of rendering. Times faster: Mitsuba's by ours; above 1 we are faster. Where both "
+            "render, Embree isn't in its robust mode, which is Mitsuba's default; ours is the robust "
+            "one, at the price that a table below tells (`embree_use_robust_intersections` in the "
+            "scene). Raw figures: [measurements.csv](measurements.csv).")
     return [text, ""] + ([f"Samples a pixel: {counts_text(timed)}.", ""] if timed else [])
 
 
@@ -118,7 +127,9 @@ def page(rows, problems, quick):
                               ("`direct` by instruction set", of_part(rows, "isa"),
                                instruction_sets),
                               ("`direct` at 4 spp, 192x144, seconds of rendering",
-                               of_part(rows, "short"), short)):
+                               of_part(rows, "short"), short),
+                              ("`direct`, rays that don't slip through edges",
+                               of_part(rows, "watertight"), watertight)):
         if part:
             lines += [f"## {title}", "", *markdown(*make(part))]
     for row in rows:

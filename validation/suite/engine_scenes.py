@@ -3,7 +3,9 @@ they lie, for both programs."""
 import re
 
 from .kinome import with_parameters
+from .problems import Problem
 
+WATERTIGHT = "watertight"  # the parameter of a copy: "true" or "false"
 
 def with_filenames(text, folder):
     """A scene's text whose files are named from `folder`."""
@@ -11,8 +13,28 @@ def with_filenames(text, folder):
     return re.sub(r'(<include filename=")(?=\.)', rf"\g<1>{folder}/", text)
 
 
+def like_for_like(path, folder, is_small):
+    """A scene whose rays both programs trace by Embree in the same way: not in its robust mode,
+    which is Mitsuba's default and not ours, unless -D says otherwise. A small scene has a size and
+    an integrator of its own: the copy takes them by -D."""
+    if is_small:
+        copy = with_size(path, folder)
+        text = copy.read_text(encoding="utf-8")
+    else:
+        # One folder's scene is named like another's.
+        copy = folder / f"{path.parent.name}-{path.name}"
+        folder.mkdir(parents=True, exist_ok=True)
+        text = with_filenames(path.read_text(encoding="utf-8"), path.parent)
+    head = (f'<default name="{WATERTIGHT}" value="false"/> '
+            f'<boolean name="embree_use_robust_intersections" value="${WATERTIGHT}"/>')
+    text, count = re.subn(r"(<scene [^>]*>)", rf"\1 {head}", text, count=1)
+    if count != 1:
+        raise Problem(f"{path.name}: has no <scene>")
+    copy.write_text(text, encoding="utf-8")
+    return copy
+
+
 def with_size(path, folder):
-    """A small scene has a size and an integrator of its own: the copy takes them by -D."""
     copy = with_parameters(path, folder)
     text = copy.read_text(encoding="utf-8")
     for name in ("width", "height"):

@@ -97,11 +97,13 @@ def named(words):
 SMALL_SCENES = tuple(sorted((ROOT / "validation/scenes").glob("*.xml")))
 
 # The benchmark of the engine: its parts, which are words of the command line, and their scenes.
-ENGINE_PARTS = ("product", "threads", "memory", "short", "isa", "plugin", "direct", "path")
+ENGINE_PARTS = ("product", "threads", "memory", "short", "isa", "plugin", "watertight", "direct",
+                "path")
 HEBE = "hebe"
 PLUGIN_SCENE = "sponge"  # diffuse surfaces alone
 SHORT_SCENES = ("blocks", "noon", "ball", "mirror")
 ISA_SCENES = ("hebe", "sponge", "ball", "penumbra")
+WATERTIGHT_SCENES = ("hebe", "tree", "room", "attic")
 ISAS = ("x86-64-v4", "x86-64-v3", "x86-64")  # AVX-512, AVX2, what every processor has
 WITHOUT_PEER = ("phong", "ward_balanced", "ward_duer")  # Mitsuba 3 has no such BSDFs
 

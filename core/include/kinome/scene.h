@@ -26,6 +26,9 @@ class KINOME_EXPORT Scene {
     std::shared_ptr<Integrator> integrator;
     std::string file;
     std::string hash;  ///< of the scene file's text with includes and -D, 16 hex digits
+    /// Whether no ray slips through between two triangles that share an edge. Without it rays take
+    /// some 10 % less time, and of a million about one goes through a finely divided surface.
+    bool watertight = true;
   };
   /// Builds the acceleration structure with `threads` threads. Every shape must have its BSDF.
   Scene(Contents contents, unsigned threads);
