@@ -56,19 +56,52 @@ KINOME_WIDE float smallest(Float a) {
 KINOME_WIDE float largest(Float a) {
   return hn::GetLane(hn::MaxOfLanes(FloatTag(), a.v));
 }
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
+/// Numbers of the lanes that are set in each mask of kLanes bits, one after the other. Highway's own
+/// Compress has this table inside of the function, from where GCC copies it to the stack in each
+/// call, which takes longer than all the rest.
+struct SelectedLanes {
+  uint8_t of_mask[size_t{1} << kLanes][kLanes];
+  constexpr SelectedLanes() : of_mask() {
+    for (size_t mask = 0; mask < size_t{1} << kLanes; ++mask) {
+      size_t next = 0;
+      for (size_t lane = 0; lane < kLanes; ++lane) {
+        if (mask >> lane & 1) of_mask[mask][next++] = static_cast<uint8_t>(lane);
+      }
+    }
+  }
+};
+alignas(64) inline constexpr SelectedLanes kSelectedLanes;
+#endif
+
+/// The true lanes' values, one after the other; behind them, anything.
+KINOME_WIDE Float selected_first(Mask m, Float a) {
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
+  uint8_t bits[8];  // as many as Highway may write
+  hn::StoreMaskBits(FloatTag(), m.v, bits);
+  const hn::Rebind<uint8_t, IntTag> bytes;
+  return pick(a, Int(hn::PromoteTo(IntTag(), hn::LoadU(bytes, kSelectedLanes.of_mask[bits[0]]))));
+#else
+  return Float(hn::Compress(a.v, m.v));
+#endif
+}
+
 /// The true lanes' values, one after the other, to p ..., which has room for kLanes values, all of
 /// which may be written. Returns how many they are.
 KINOME_WIDE size_t store_selected(Mask m, Float a, float* p) {
-  hn::StoreU(hn::Compress(a.v, m.v), FloatTag(), p);
+  selected_first(m, a).store(p);
   return count(m);
 }
 KINOME_WIDE size_t store_selected(Mask m, Uint a, uint32_t* p) {
-  hn::StoreU(hn::Compress(a.v, hn::RebindMask(UintTag(), m.v)), UintTag(), p);
+  as_uint(selected_first(m, as_float(a))).store(p);
   return count(m);
 }
 /// The same, but what lies behind them is left alone.
 KINOME_WIDE size_t store_only_selected(Mask m, Uint a, uint32_t* p) {
-  return hn::CompressBlendedStore(a.v, hn::RebindMask(UintTag(), m.v), UintTag(), p);
+  const size_t n = count(m);
+  const Uint first = as_uint(selected_first(m, as_float(a)));
+  hn::BlendedStore(first.v, hn::FirstN(UintTag(), n), UintTag(), p);
+  return n;
 }
 
 }  // namespace HWY_NAMESPACE
