@@ -133,6 +133,8 @@ std::vector<Case> settings() {
   parameter("NoLearnedSigma", off("learned_sigma"));
   parameter("NotAdaptive", off("adaptive"));
   parameter("NotSmoothed", off("smooth_plan"));
+  parameter("NoHorizonTerms", off("horizon_terms"));
+  parameter("NoFewerCells", off("fewer_cells"));
   parameter("NothingLearned", off("control_variate") + off("learned_sigma") + off("adaptive"));
   parameter("OneCell", integer("cut_size", 1));
   parameter("FewCells", integer("cut_size", 20));

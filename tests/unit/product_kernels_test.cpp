@@ -175,9 +175,10 @@ TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
     const float scale = 0.3f;
     const size_t size = patch.above + patch.mixed;
     std::vector<float> p(size), sums(size / simd::kCellLanes), visibility(patch.mixed);
-    float control[9];
+    float control[9], straddling[3];
     const float total = simd::diffuse_strata(patch, normal, scale, p.data(), sums.data(),
-                                             visibility.data(), control);
+                                             visibility.data(), control, straddling);
+    for (const float light : straddling) EXPECT_EQ(light, 0);
     double expected_control[9] = {}, magnitude[9] = {}, expected_total = 0;
     for (size_t i = 0; i < size; ++i) {
       const size_t id = patch.ids()[i];
@@ -223,6 +224,51 @@ TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
     EXPECT_NEAR(total, expected_total, 1e-5 * expected_total);
     EXPECT_NEAR(blocks, expected_total, 1e-5 * expected_total);
     for (int k = 0; k < 9; ++k) EXPECT_NEAR(control[k], expected_control[k], 1e-5 * magnitude[k]);
+  }
+}
+
+/// Of a flat patch, cells that straddle the horizon have the control terms that it gives them.
+TEST(CellKernels, FlatPatchesKnowCellsAtTheHorizon) {
+  const Cells cells(300, 9);
+  Random random(10);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Vec3 n = random.direction();
+    simd::PatchCells patch;
+    simd::classify_cells(cells.columns(), &n.x, 0.01f, cells.knowledge(), nullptr, patch);
+    const size_t size = patch.above + patch.mixed;
+    const simd::GroupNormal normal{{n.x, n.y, n.z}, {n.x, n.y, n.z}, 0.01f};
+    std::vector<float> p(size), old_p(size), sums(size / simd::kCellLanes), v(patch.mixed);
+    float control[9], old_control[9], straddling[3];
+    simd::diffuse_strata(patch, normal, 1, old_p.data(), sums.data(), v.data(), old_control,
+                         straddling);
+    patch.is_flat = true;
+    for (int c = simd::PatchCells::kStraddling; c <= simd::PatchCells::kStraddlingSigma; ++c) {
+      float* const column = patch.mixed_column(c);
+      for (size_t i = 0; i < patch.mixed; ++i) {
+        const bool is_cell = patch.mixed_column(simd::PatchCells::kFlux)[i] > 0;
+        column[i] = is_cell ? random.unit() : 0;
+      }
+    }
+    simd::diffuse_strata(patch, normal, 1, p.data(), sums.data(), v.data(), control, straddling);
+    double expected[3] = {};
+    for (size_t i = 0; i < patch.mixed; ++i) {
+      const float known = patch.mixed_column(simd::PatchCells::kVisibility)[i];
+      const size_t k = patch.above + i;
+      if (v[i] < 0) {
+        EXPECT_EQ(v[i], -known);
+        const float wanted = patch.mixed_column(simd::PatchCells::kStraddlingSigma)[i];
+        EXPECT_FLOAT_EQ(p[k], std::max(wanted, 0.02f * old_p[k]));
+        for (int c = 0; c < 3; ++c) {
+          expected[c] += patch.mixed_column(simd::PatchCells::kStraddling + c)[i];
+        }
+      } else {
+        EXPECT_TRUE(v[i] == 0 || v[i] == known);
+        EXPECT_TRUE(p[k] == old_p[k] || known == 0) << i;
+      }
+    }
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(straddling[c], expected[c], 1e-5 * expected[c]);
+    for (int k = 0; k < 9; ++k) EXPECT_EQ(control[k], old_control[k]);
+    for (size_t i = 0; i < patch.above; ++i) EXPECT_EQ(p[i], old_p[i]);
   }
 }
 

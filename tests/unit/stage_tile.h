@@ -199,6 +199,10 @@ class MeanRgb {
   void add(const Rgb& c) {
     for (int k = 0; k < 3; ++k) of_[k].add(c[k]);
   }
+  Rgb mean() const {
+    return {static_cast<float>(of_[0].mean()), static_cast<float>(of_[1].mean()),
+            static_cast<float>(of_[2].mean())};
+  }
   /// z-tests at kAlpha together.
   void expect(const Rgb& expected, const char* what) const {
     expect({{expected.x, 0}, {expected.y, 0}, {expected.z, 0}}, what);

@@ -124,10 +124,10 @@ BENCHMARK(BM_ClassifyCells);
 void BM_DiffuseStrata(benchmark::State& state) {
   CellFixture& f = cell_fixture();
   const simd::GroupNormal normal{{0.28f, 0.8f, 0.53f}, {0.28f, 0.8f, 0.53f}, 0.05f};
-  float control[9];
+  float control[9], straddling[3];
   for (auto _ : state) {
     benchmark::DoNotOptimize(simd::diffuse_strata(f.patch, normal, 0.2f, f.p.data(), f.sums.data(),
-                                                  f.mixed.data(), control));
+                                                  f.mixed.data(), control, straddling));
   }
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(f.patch.above + f.patch.mixed));
 }

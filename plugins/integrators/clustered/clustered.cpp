@@ -53,6 +53,11 @@ constexpr Parameter kParameters[] = {
      "'product': give rays to the pixels that need them."},
     {"smooth_plan", ParameterType::kBoolean, "true",
      "'product': ask the pixels around, too, where the pilot knows little of each."},
+    {"horizon_terms", ParameterType::kBoolean, "true",
+     "'product': add what is known of light at the horizon of flat surfaces, too."},
+    {"fewer_cells", ParameterType::kBoolean, "true",
+     "'product': divide light from far away into half as many cells (cut_size) below 40 rays a "
+     "pixel, but in plain scenes."},
     {"light_guide", ParameterType::kBoolean, "true",
      "'product': draw light points where what they light is seen."},
     KINOME_POINT_LIGHT_PARAMETERS,
@@ -123,6 +128,8 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   sampling.learned_sigma = props.boolean("learned_sigma");
   sampling.adaptive = props.boolean("adaptive");
   sampling.smooth_plan = props.boolean("smooth_plan");
+  sampling.horizon_terms = props.boolean("horizon_terms");
+  sampling.fewer_cells = props.boolean("fewer_cells");
   sampling.light_guide = props.boolean("light_guide");
   return settings;
 }
@@ -161,12 +168,13 @@ class Clustered final : public Integrator {
 
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                 double seconds) const override {
-    auto passes = method(scene, context)->begin(scene, sensor, context, seconds);
+    // Passes are large, if time allows.
+    auto passes = method(scene, kInfinity, context)->begin(scene, sensor, context, seconds);
     return passes ? std::move(passes) : Integrator::begin(scene, sensor, context, seconds);
   }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    method(scene, context)->render(scene, sensor, context);
+    method(scene, rays_per_pixel(sensor), context)->render(scene, sensor, context);
   }
 
   std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
@@ -174,7 +182,7 @@ class Clustered final : public Integrator {
     if (points_.options.max_depth < 2) {
       throw Error(points_.where, "there is no light to choose where max_depth is less than 2");
     }
-    return method(scene, context)
+    return method(scene, rays_per_pixel(sensor), context)
         ->inspect(scene, sensor, context, static_cast<int>(film_position.x),
                   static_cast<int>(film_position.y));
   }
@@ -182,9 +190,14 @@ class Clustered final : public Integrator {
  private:
   bool has_diagnostics() const { return product_ && product_->sampling.diagnostics; }
 
-  std::unique_ptr<const ClusteredMethod> method(const Scene& scene, RenderContext& context) const {
+  double rays_per_pixel(const Sensor& sensor) const {
+    return product_ ? ProductMethod::rays_per_pixel(*product_, sensor) : kInfinity;
+  }
+
+  std::unique_ptr<const ClusteredMethod> method(const Scene& scene, double rays_per_pixel,
+                                                RenderContext& context) const {
     if (product_ && points_.options.max_depth >= 2) {
-      if (auto product = ProductMethod::make(*product_, scene, context)) return product;
+      if (auto product = ProductMethod::make(*product_, scene, rays_per_pixel, context)) return product;
     }
     return std::make_unique<PointMethod>(points_, thesis_, has_diagnostics());
   }

@@ -19,6 +19,8 @@ constexpr float kMixedShare = 0.4f;
 constexpr float kLeastCosine = 0.02f;
 /// The least that a cell counts, as a share of its flux: its importance flux may point elsewhere.
 constexpr float kLeastShare = 1e-3f;
+/// The least that a straddling cell counts of what it would without a control term.
+constexpr float kStraddlingShare = 0.02f;
 /// Rounding of the bounds.
 constexpr float kRounding = 1e-6f;
 
@@ -141,7 +143,8 @@ void classify_cells(const CellColumns& cells, const float local_normal[3], float
 }
 
 float diffuse_strata(const PatchCells& patch, const GroupNormal& normal, float scale, float* p,
-                     float* block_sums, float* mixed_visibility, float control[9]) {
+                     float* block_sums, float* mixed_visibility, float control[9],
+                     float straddling[3]) {
   const Vec3 n(normal.world[0], normal.world[1], normal.world[2]);
   float total = 0;
   {
@@ -158,8 +161,9 @@ float diffuse_strata(const PatchCells& patch, const GroupNormal& normal, float s
       });
     }
   }
-  Float sums[9];
+  Float sums[9], over_horizon[3];
   for (Float& s : sums) s = 0.f;
+  for (Float& s : over_horizon) s = 0.f;
   const float above_limit = normal.sine + kRounding, below_limit = -normal.sine - kRounding;
   for (size_t i = 0; i < patch.mixed; i += kCellLanes) {
     total += * block_sums++ = sum_block(i, [&](size_t k) {
@@ -173,14 +177,27 @@ float diffuse_strata(const PatchCells& patch, const GroupNormal& normal, float s
       const Float sigma =
           select(is_above, column(PatchCells::kSigma), column(PatchCells::kSigmaMixed));
       const Float mean = max(dot(n, flux), column(PatchCells::kFlux) * least);
-      const Float value = select(!is_below, mean * sigma * scale);
+      Float value = select(!is_below, mean * sigma * scale);
+      const Float v = column(PatchCells::kVisibility);
+      if (patch.is_flat) {
+        const Mask straddles = !(is_above || is_below);
+        value = select(straddles,
+                       max(column(PatchCells::kStraddlingSigma) * scale, kStraddlingShare * value),
+                       value);
+        select(is_above, v, select(straddles, -v)).store(mixed_visibility + k);
+        for (int c = 0; c < 3; ++c) {
+          over_horizon[c] += select(straddles, column(PatchCells::kStraddling + c));
+        }
+      } else {
+        select(is_above, v).store(mixed_visibility + k);
+      }
       value.store(p + patch.above + k);
-      select(is_above, column(PatchCells::kVisibility)).store(mixed_visibility + k);
       for (int c = 0; c < 9; ++c) sums[c] += select(is_above, column(PatchCells::kControl + c));
       return value;
     });
   }
   for (int k = 0; k < 9; ++k) control[k] = patch.control[k] + sum(sums[k]);
+  for (int c = 0; c < 3; ++c) straddling[c] = sum(over_horizon[c]);
   return total;
 }
 

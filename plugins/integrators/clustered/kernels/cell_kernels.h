@@ -52,8 +52,13 @@ class PatchCells {
     kSigmaMixed,
     kVisibility,
     kControl,
-    kMixedColumns = kControl + 9
+    /// Where is_flat: visibility x light that the patch's mean normal reflects of the part of the
+    /// cell above its horizon (three channels), and sigma x the mean of these.
+    kStraddling = kControl + 9,
+    kStraddlingSigma = kStraddling + 3,
+    kMixedColumns
   };
+  bool is_flat = false;  ///< cells at the horizon have control terms, too
   float* above_column(int i) { return above_.data() + i * stride_; }
   const float* above_column(int i) const { return above_.data() + i * stride_; }
   float* mixed_column(int i) { return mixed_.data() + i * stride_; }
@@ -88,10 +93,12 @@ struct GroupNormal {
 /// Standard deviation of the unknown part of each cell's diffuse light at a group of points, times
 /// `scale`: what shadow rays are distributed by, in `p` (above + mixed values), with the sums of
 /// each kCellLanes of them in `block_sums`. mixed_visibility (mixed values) receives the visibility
-/// that the control of a mixed cell has at this group: 0 where it straddles the horizon. control:
-/// patch.control and the mixed cells' part. Returns the sum of all.
+/// that the control of a mixed cell has at this group: v where it is above the horizon, -v where it
+/// straddles that of a flat patch, else 0. control: patch.control and the mixed cells' part.
+/// straddling: sum over the cells with -v of kStraddling. Returns the sum of all.
 float diffuse_strata(const PatchCells& patch, const GroupNormal& normal, float scale, float* p,
-                     float* block_sums, float* mixed_visibility, float control[9]);
+                     float* block_sums, float* mixed_visibility, float control[9],
+                     float straddling[3]);
 
 /// Importance of each cell for a glossy lobe around the mirror direction, as of GGX with the
 /// squared roughness `alpha2` widened by each cell's extent: flux x lobe, 0 below the horizon of

@@ -18,6 +18,8 @@ struct CellLight {
   const LocalLight* local;  ///< nullptr: there is none
   LocalPoints local_points;
   simd::CellColumns columns;
+  /// Whether cells at the horizon of a flat surface have control terms.
+  bool horizon_terms = true;
   CellLight(const DistantCells& cells, const Emitter* environment, CellPoints points,
             const LocalLight* local = nullptr, LocalPoints local_points = {});
   uint32_t first_local() const { return cells.padded_size(); }

@@ -41,14 +41,15 @@ Rgb DiffuseStrata::add(const GroupView& view, Strata& strata) {
   mixed_visibility_.resize(first + cells.mixed);
   const Strata::Columns columns =
       strata.append(Strata::Kind::kDiffuse, view.index, cells.above + cells.mixed, first);
-  float flux[9];
+  float flux[9], straddling[3];
   simd::diffuse_strata(cells, group_normal(light_.cells, group.normal, group.cosine),
                        group.albedo * kInvPi, columns.weights, columns.block_sums,
-                       mixed_visibility_.data() + first, flux);
+                       mixed_visibility_.data() + first, flux, straddling);
   for (int c = 0; c < 3; ++c) {
     control[c] = kInvPi * (group.albedo_normal[c].x * flux[c * 3] +
                            group.albedo_normal[c].y * flux[c * 3 + 1] +
-                           group.albedo_normal[c].z * flux[c * 3 + 2]);
+                           group.albedo_normal[c].z * flux[c * 3 + 2] +
+                           group.reflectance[c] * straddling[c]);
   }
   return control;
 }
@@ -87,8 +88,13 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
       v = mixed_visibility_[segment.segment.first + stratum - prepared.cells.above];
     }
     const float cosine = glm::dot(primaries.normal(primary), point.d);
-    const Rgb lambert = primaries.diffuse(primary) * (kInvPi * cosine * factor) * point.weight;
-    if (answers.sum) *answers.sum -= v * lambert;
+    const Rgb light = primaries.diffuse(primary) * (kInvPi * factor) * point.weight;
+    const Rgb lambert = cosine * light;
+    if (answers.sum) {
+      // Of cells at the horizon, what the patch's normal reflects was counted on.
+      *answers.sum -= v < 0 ? -v * std::max(glm::dot(patch.normal, point.d), 0.f) * light
+                            : v * lambert;
+    }
     if (patch.is_described) {
       float t = table ? interpolate_transmittance(table, cosine) : 1.f;
       if (patch.form.is_turned) t *= turned_factor(primaries, primary, point.d);
@@ -121,17 +127,19 @@ DiffuseStrata::PatchPlan DiffuseStrata::plan(const Patch& patch, const Visibilit
   PatchPlan plan;
   if (!light_.has_distant()) return plan;
   if (!any(patch.bsdf->lobes() & Lobe::kDiffuse) || !(mean_of(patch.diffuse) > 0)) return plan;
-  prepare_patch(light_, patch, visibility, planned_);
+  prepare_patch(light_, patch, visibility, planned_, 0);
   const simd::PatchCells& cells = planned_.cells;
   mixed_visibility_.resize(cells.mixed);
   planned_strata_.clear();
   const Strata::Columns columns =
       planned_strata_.append(Strata::Kind::kDiffuse, 0, cells.above + cells.mixed, 0);
+  float straddling[3];
   const simd::GroupNormal normal =
       group_normal(light_.cells, patch.normal, std::max(patch.cone_cosine, 0.9987f));
   plan.uncertainty =
       simd::diffuse_strata(cells, normal, mean_of(patch.diffuse) * kInvPi, columns.weights,
-                           columns.block_sums, mixed_visibility_.data(), plan.control);
+                           columns.block_sums, mixed_visibility_.data(), plan.control, straddling);
+  for (int k = 0; k < 9; ++k) plan.control[k] += straddling[k / 3] * patch.normal[k % 3];
   return plan;
 }
 

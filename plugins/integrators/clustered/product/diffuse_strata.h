@@ -16,8 +16,8 @@ class DiffuseStrata {
  public:
   explicit DiffuseStrata(const CellLight& light) : light_(light), prepared_(light) {}
 
-  /// Patches of another tile follow, so many.
-  void begin_tile(size_t patches) { prepared_.begin_tile(patches); }
+  /// Patches of another tile follow, so many. See PreparedPatches.
+  void begin_tile(size_t patches, uint64_t seed) { prepared_.begin_tile(patches, seed); }
   void begin_unit() { mixed_visibility_.clear(); }
 
   /// False where there is no such light.
@@ -51,7 +51,7 @@ class DiffuseStrata {
 
   const CellLight& light_;
   PreparedPatches prepared_;
-  std::vector<float> mixed_visibility_;  ///< of the unit's segments, of cells that may straddle
+  std::vector<float> mixed_visibility_;  ///< see simd::diffuse_strata; of the unit's segments
   LobeValues values_;
   Shots shots_;
   PreparedPatch planned_;

@@ -45,7 +45,7 @@ void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
   visibility_ = visibility;
   times_.count_to(counters);
   shadow_rays_.begin(scene, counters);
-  diffuse_.begin_tile(patches.size());
+  diffuse_.begin_tile(patches.size(), seed);
   if (!has_local() || patches.empty()) return;
   choice_.choose(*light_.local, light_.local_points, patches, visibility.first(patches.size()),
                  light_.first_local(), primaries.size(), seed);

@@ -49,6 +49,7 @@ void Groups::add(uint32_t primary, const TilePrimaries& primaries, std::span<con
   g.viewer += primaries.viewer(primary);
   for (int c = 0; c < 3; ++c) g.albedo_normal[c] += albedo[c] * n;
   g.albedo += mean_of(albedo);
+  g.reflectance += albedo;
 }
 
 void Groups::divide(const TilePrimaries& primaries, std::span<const Patch> patches, uint32_t first,

@@ -20,6 +20,7 @@ struct Group {
   float cosine = 1;       ///< of the cone around `normal` that holds all normals
   Vec3 albedo_normal[3];  ///< sum of diffuse reflectance x normal, of each channel
   float albedo = 0;       ///< sum of the mean reflectance
+  Rgb reflectance{0.f};   ///< sum of diffuse reflectance
 };
 
 /// Divides primaries of a tile into groups. Keeps its memory: one per thread.

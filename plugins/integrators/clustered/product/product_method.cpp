@@ -15,6 +15,21 @@ namespace {
 /// kMaxCells.
 constexpr uint32_t kMostCellsBesideOthers = 1u << 14;
 
+/// Where rays are fewer, what each cell of each patch takes is much of the time.
+constexpr double kFewRays = 40;
+/// Of shapes and triangles. Where there are fewer, little is hidden in a way that takes rays to tell,
+/// and what is left of the error lies in cells that straddle a horizon: the smaller they are, the
+/// better.
+constexpr size_t kPlainScene = 1000;
+
+bool is_plain(const Scene& scene) {
+  size_t count = 0;
+  for (const auto& shape : scene.shapes()) {
+    count += shape->mesh() ? shape->mesh()->triangles.size() : 1;
+  }
+  return count < kPlainScene;
+}
+
 /// What only light points can do: the bounce of some emitters, and one that is bounded.
 bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& scene) {
   if (settings.sampling.max_depth <= 2) return false;
@@ -28,6 +43,7 @@ bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& s
 
 std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& settings,
                                                          const Scene& scene,
+                                                         double rays_per_pixel,
                                                          RenderContext& context) {
   const ProductSettings& sampling = settings.sampling;
   if (scene.emitters().empty()) return nullptr;
@@ -44,8 +60,10 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
   Cells cells = std::make_shared<const DistantCells>();
   if (scene.environment()) {
     const bool alone = scene.emitters().size() == 1 && sampling.max_depth == 2;
-    const uint32_t count =
-        alone ? settings.cells : std::min(settings.cells, kMostCellsBesideOthers);
+    uint32_t count = alone ? settings.cells : std::min(settings.cells, kMostCellsBesideOthers);
+    if (sampling.fewer_cells && rays_per_pixel < kFewRays && !is_plain(scene)) {
+      count = std::max(count / 2, 1u);
+    }
     cells = std::make_shared<const DistantCells>(*scene.environment(),
                                                  *scene.environment()->cell_grid(), count, context);
     if (cells->size() == 0 && alone) return nullptr;
@@ -53,11 +71,14 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
   return std::unique_ptr<const ProductMethod>(new ProductMethod(sampling, std::move(cells)));
 }
 
+double ProductMethod::rays_per_pixel(const Settings& settings, const Sensor& sensor) {
+  const double rays = settings.sampling.rays_per_pixel;
+  return rays > 0 ? rays : kRaysPerSample * sensor.sampler().sample_count();
+}
+
 ProductSettings ProductMethod::sampling_of(const Sensor& sensor) const {
   ProductSettings settings = sampling_;
-  if (!(settings.rays_per_pixel > 0)) {
-    settings.rays_per_pixel = kRaysPerSample * sensor.sampler().sample_count();
-  }
+  settings.rays_per_pixel = rays_per_pixel({settings}, sensor);
   return settings;
 }
 

@@ -19,9 +19,11 @@ class ProductMethod final : public ClusteredMethod {
     float max_geometry_term = 0;
   };
   /// Divides the scene's light into cells. nullptr where the scene isn't one for this method: what
-  /// an emitter lacks is logged as a warning.
+  /// an emitter lacks is logged as a warning. rays_per_pixel: as far as is known; infinity: not.
   static std::unique_ptr<const ProductMethod> make(const Settings& settings, const Scene& scene,
-                                                   RenderContext& context);
+                                                   double rays_per_pixel, RenderContext& context);
+  /// What a render() of that sensor takes.
+  static double rays_per_pixel(const Settings& settings, const Sensor& sensor);
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override;
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,

@@ -267,8 +267,10 @@ CellLight ProductRenderer::make_light(uint64_t seed) const {
   if (cells_.size() > 0) points = cells_.draw_points(CellLight::kPoints, own, context_);
   LocalPoints local_points;
   if (local_) local_points = local_->draw(hash_words(own, 1), context_);
-  return CellLight(cells_, scene_.environment(), std::move(points), local_.get(),
-                   std::move(local_points));
+  CellLight light(cells_, scene_.environment(), std::move(points), local_.get(),
+                  std::move(local_points));
+  light.horizon_terms = settings_.control_variate && settings_.horizon_terms;
+  return light;
 }
 
 void ProductRenderer::learn_from_pilot(double rays_per_pixel) {

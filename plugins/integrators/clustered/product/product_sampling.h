@@ -17,6 +17,8 @@ inline constexpr double kRaysPerSample = 3;
 struct ProductSettings {
   /// Rays of all kinds for each pixel, on average.
   double rays_per_pixel = 48;
+  /// Cells of distant light are half as many where rays are few.
+  bool fewer_cells = true;
   /// Segments of a path: 2 is direct light, 3 adds one bounce.
   uint32_t max_depth = 2;
   /// Cells that light after a bounce is divided into, at most.
@@ -33,6 +35,7 @@ struct ProductSettings {
   bool learned_sigma = true;    ///< rays go where visibility is uncertain
   bool adaptive = true;         ///< rays go to the pixels that need them
   bool smooth_plan = true;      ///< which those are, pixels around tell, where the pilot is small
+  bool horizon_terms = true;    ///< so is that of cells at the horizon of flat surfaces
   bool light_guide = true;      ///< light points go to what the camera sees the light of
 };
 
