@@ -25,6 +25,7 @@ from suite.tables import AREA, BOUNCE, SCENES, TOGETHER  # noqa: E402
 
 PARTS = {"all": {}, "no control variate": {"control_variate": "false"},
          "rays not by sigma": {"learned_sigma": "false"}, "not adaptive": {"adaptive": "false"},
+         "sigma not checked": {"checked_sigma": "false"},
          "plan not smoothed": {"smooth_plan": "false"},
          "nothing known at the horizon": {"horizon_terms": "false"},
          "no fewer cells": {"fewer_cells": "false"},

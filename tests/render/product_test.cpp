@@ -132,6 +132,7 @@ std::vector<Case> settings() {
   parameter("NoControlVariate", off("control_variate"));
   parameter("NoLearnedSigma", off("learned_sigma"));
   parameter("NotAdaptive", off("adaptive"));
+  parameter("NotCheckedSigma", off("checked_sigma"));
   parameter("NotSmoothed", off("smooth_plan"));
   parameter("NoHorizonTerms", off("horizon_terms"));
   parameter("NoFewerCells", off("fewer_cells"));

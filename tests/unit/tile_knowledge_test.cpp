@@ -67,9 +67,9 @@ class Row {
     const std::vector<std::vector<VisibilityRecord>> found{std::move(records)};
     knowledge_.keep(tile, found);
   }
-  void find_all(int tile, bool visible) {
+  void find_all(int tile, bool visible, int times = 8) {
     std::vector<VisibilityRecord> records;
-    for (int k = 0; k < 8; ++k) {
+    for (int k = 0; k < times; ++k) {
       for (uint32_t c = 0; c < cells(); ++c) records.emplace_back(c, visible);
     }
     find(tile, std::move(records));
@@ -176,6 +176,21 @@ TEST(TileKnowledge, TrustsWhatPredictsTheRays) {
   row.knowledge().restrict(row.patch(3), known);
   EXPECT_EQ(known.v, Column<float>(known.v.size(), 0.f));
   EXPECT_EQ(known.sigma, known.sigma_mixed);
+}
+
+/// Where what is around a tile foresees what its rays find, fewer are needed; where it doesn't, more.
+TEST(TileKnowledge, ChecksSigmaByThePilotsRays) {
+  const auto sigma_of = [](bool alternates, bool is_checked) {
+    ProductSettings settings;
+    settings.checked_sigma = is_checked;
+    Row row(kDiffuse, settings);
+    for (int tile = 0; tile < 7; ++tile) row.find_all(tile, alternates && tile % 2 == 0, 300);
+    for (int tile = 0; tile < 7; ++tile) row.learn(tile);
+    row.knowledge().finish();
+    return row.recall(1).sigma[5];
+  };
+  EXPECT_LT(sigma_of(false, true), 0.8f * sigma_of(false, false));
+  EXPECT_GT(sigma_of(true, true), 1.02f * sigma_of(true, false));
 }
 
 TEST(TileKnowledge, LeavesOutWhatIsToBeLeftOut) {

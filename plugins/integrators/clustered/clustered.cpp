@@ -49,6 +49,8 @@ constexpr Parameter kParameters[] = {
      "'product': add what is known of visible light without rays."},
     {"learned_sigma", ParameterType::kBoolean, "true",
      "'product': send rays where visibility is uncertain."},
+    {"checked_sigma", ParameterType::kBoolean, "true",
+     "'product': learn from the pilot how uncertain visibility is that it foresees."},
     {"adaptive", ParameterType::kBoolean, "true",
      "'product': give rays to the pixels that need them."},
     {"smooth_plan", ParameterType::kBoolean, "true",
@@ -126,6 +128,7 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   sampling.hide_emitters = options.hide_emitters;
   sampling.control_variate = props.boolean("control_variate");
   sampling.learned_sigma = props.boolean("learned_sigma");
+  sampling.checked_sigma = props.boolean("checked_sigma");
   sampling.adaptive = props.boolean("adaptive");
   sampling.smooth_plan = props.boolean("smooth_plan");
   sampling.horizon_terms = props.boolean("horizon_terms");

@@ -288,6 +288,7 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   const auto forecast =
       Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_)
           .learn(light, effort, rays / std::max<double>(rays_per_pixel, 1), knowledge_);
+  knowledge_.finish();
   if (!context_.cancelled()) {
     const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
     const bool is_noisy = effort.primaries < kPrimariesToTell && settings_.smooth_plan;

@@ -33,6 +33,7 @@ struct ProductSettings {
   // Parts that can be left out, to see what they are worth. Estimates stay unbiased.
   bool control_variate = true;  ///< what is known of visible light is added without rays
   bool learned_sigma = true;    ///< rays go where visibility is uncertain
+  bool checked_sigma = true;    ///< how uncertain it is, the pilot's rays tell
   bool adaptive = true;         ///< rays go to the pixels that need them
   bool smooth_plan = true;      ///< which those are, pixels around tell, where the pilot is small
   bool horizon_terms = true;    ///< so is that of cells at the horizon of flat surfaces

@@ -15,6 +15,9 @@ constexpr float kLearnPlanes = 1.6f;
 /// well: sum (V - v)² < kTrust x sum V².
 constexpr float kTrust = 0.1f;
 
+/// One in so many tiles is asked.
+constexpr uint64_t kTilesForOneThatTells = 2;
+
 uint8_t byte_of(float share) {
   return static_cast<uint8_t>(static_cast<int32_t>(share * 255 + 0.5f));
 }
@@ -46,6 +49,7 @@ TileKnowledge::TileKnowledge(const TileGrid& grid, const DistantCells& cells,
       tiles_(static_cast<size_t>(grid.tiles())) {}
 
 void TileKnowledge::forget() {
+  sigma_check_.forget();
   tiles_.assign(tiles_.size(), {});
 }
 
@@ -63,12 +67,14 @@ void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord
 }
 
 /// From the pilot's records of the tiles around, on surfaces that go on as the patch does.
-void TileKnowledge::add_records(int index, const Patch& patch, VisibilityLearner& learner) const {
+void TileKnowledge::add_records(int index, const Patch& patch, VisibilityLearner& learner,
+                                Own own) const {
   const int tx = index % grid_.tiles_x(), ty = index / grid_.tiles_x();
   for (int dy = -kReach; dy <= kReach; ++dy) {
     for (int dx = -kReach; dx <= kReach; ++dx) {
       const int x = tx + dx, y = ty + dy;
       if (x < 0 || y < 0 || x >= grid_.tiles_x() || y >= grid_.tiles_y()) continue;
+      if (dx == 0 && dy == 0 && own == Own::kLeftOut) continue;
       const auto squared = static_cast<float>((dx * dx + dy * dy) * kTileSide * kTileSide);
       const float weight = std::exp(-0.5f * squared / sqr(kReachDeviation));
       const auto units = static_cast<uint32_t>(std::lround(16 * weight));
@@ -84,6 +90,23 @@ void TileKnowledge::add_records(int index, const Patch& patch, VisibilityLearner
                         .subspan(other.first_record, other.end_record - other.first_record),
                     units);
       }
+    }
+  }
+}
+
+/// Some tiles tell how well what is around them foresees what their own rays found.
+void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibility& scratch) {
+  if (!settings_.checked_sigma || !settings_.learned_sigma) return;
+  if (hash_words(static_cast<uint64_t>(index)) % kTilesForOneThatTells != 0) return;
+  const Tile& tile = tiles_[index];
+  for (const Patch& patch : tile.patches) {
+    if (patch.first_record == patch.end_record) continue;
+    learner.begin();
+    add_records(index, patch, learner, Own::kLeftOut);
+    learner.finish(scratch);
+    for (uint32_t i = patch.first_record; i < patch.end_record; ++i) {
+      const uint32_t cell = tile.records[i].cell();
+      sigma_check_.tell(scratch.v[cell], scratch.sigma[cell], tile.records[i].visible());
     }
   }
 }
@@ -140,6 +163,12 @@ void TileKnowledge::find_trust(const Tile& tile, Patch& patch, const Visibility&
 
 void TileKnowledge::recall(int index, size_t p, Patch& patch, VisibilityLearner& learner,
                            Visibility& out) const {
+  restore(index, p, patch, learner, out);
+  sigma_check_.correct(out);
+}
+
+void TileKnowledge::restore(int index, size_t p, Patch& patch, VisibilityLearner& learner,
+                            Visibility& out) const {
   const Tile& tile = tiles_[index];
   const bool is_of_pilot = p < tile.patches.size();
   if (is_of_pilot && remembers()) {

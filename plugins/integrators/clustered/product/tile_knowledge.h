@@ -6,6 +6,7 @@
 #include "clustered/product/local_light.h"
 #include "clustered/product/patches.h"
 #include "clustered/product/product_sampling.h"
+#include "clustered/product/sigma_check.h"
 #include "clustered/product/tile_grid.h"
 
 namespace kinome {
@@ -36,6 +37,7 @@ class TileKnowledge {
   /// also sets what of it is to be trusted.
   template <class Function>
   void learn(int tile, VisibilityLearner& learner, Visibility& scratch, const Function& fn) {
+    check_sigma(tile, learner, scratch);
     begin_learning(tile);
     for (size_t p = 0; p < tiles_[tile].patches.size(); ++p) {
       learn_patch(tile, p, learner, scratch);
@@ -43,8 +45,12 @@ class TileKnowledge {
     }
   }
 
+  /// All tiles have been learned.
+  void finish() { sigma_check_.finish(); }
+
   /// The same of patch number `index` of a tile, which later passes may have found, in 8 bits: as
-  /// learn() did, if it is one of the pilot's.
+  /// learn() did, if it is one of the pilot's, but for sigma, which is what the pilot's rays found it
+  /// to be.
   void recall(int tile, size_t index, Patch& patch, VisibilityLearner& learner,
               Visibility& out) const;
   /// Makes of it what estimates may count on.
@@ -60,9 +66,14 @@ class TileKnowledge {
   };
 
   bool remembers() const { return grid_.crop().area() <= settings_.remembered_pixels; }
+  void check_sigma(int tile, VisibilityLearner& learner, Visibility& scratch);
   void begin_learning(int tile);
+  void restore(int tile, size_t index, Patch& patch, VisibilityLearner& learner,
+               Visibility& out) const;
   void learn_patch(int tile, size_t index, VisibilityLearner& learner, Visibility& out);
-  void add_records(int tile, const Patch& patch, VisibilityLearner& learner) const;
+  enum class Own { kTaken, kLeftOut };
+  void add_records(int tile, const Patch& patch, VisibilityLearner& learner,
+                   Own own = Own::kTaken) const;
   void find_trust(const Tile& tile, Patch& patch, const Visibility& visibility) const;
 
   const TileGrid& grid_;
@@ -71,6 +82,7 @@ class TileKnowledge {
   uint32_t first_lamp_, end_lamps_;  ///< cells of lamps
   bool has_local_;
   std::vector<Tile> tiles_;
+  SigmaCheck sigma_check_;
 };
 
 }  // namespace kinome

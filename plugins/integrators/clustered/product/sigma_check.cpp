@@ -1,0 +1,78 @@
+// What the pilot says of its own predictions: see the header.
+#include "clustered/product/sigma_check.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "kinome/wide/functions.h"
+#include "kinome/wide/lanes.h"
+
+namespace kinome {
+namespace {
+
+/// Shares of v that are as good as hidden and visible.
+constexpr float kAlmost = 0.01f;
+/// Of sums, in integers.
+constexpr float kUnit = 1 << 20;
+/// What is expected counts as so many surprises that came as expected: few rays change little.
+constexpr double kBelief = 2;
+/// Steps around one tell of it, too, each by half of the share of the next.
+constexpr int kWindow = 2;
+constexpr double kLeastFactor = 0.02;
+/// The least sigma² that rays are distributed by.
+constexpr float kLeastVariance = 1e-6f;
+
+/// A float's exponent and first digit: half octaves. 254 of 1, less for what is smaller.
+constexpr int kShift = 22;
+constexpr int32_t kOne = 254;
+
+}  // namespace
+
+void SigmaCheck::forget() {
+  for (Sums& sums : sums_) sums.expected = sums.found = 0;
+  is_finished_ = false;
+}
+
+void SigmaCheck::tell(float v, float sigma, bool visible) {
+  const float variance = sigma * sigma, off = (visible ? 1.f : 0.f) - v;
+  const int step = std::clamp(kOne - (std::bit_cast<int32_t>(variance) >> kShift), 0, kSteps - 1);
+  const int side = v < kAlmost ? kHidden : v > 1 - kAlmost ? kVisible : kNeither;
+  Sums& sums = sums_[side * kSteps + step];
+  sums.expected.fetch_add(static_cast<uint64_t>(variance * kUnit), std::memory_order_relaxed);
+  sums.found.fetch_add(static_cast<uint64_t>(off * off * kUnit), std::memory_order_relaxed);
+}
+
+void SigmaCheck::finish() {
+  for (int side = 0; side < kSides; ++side) {
+    for (int step = 0; step < kSteps; ++step) {
+      double expected = 0, found = 0;
+      for (int k = std::max(step - kWindow, 0); k <= std::min(step + kWindow, kSteps - 1); ++k) {
+        const Sums& sums = sums_[side * kSteps + k];
+        const double share = std::exp2(-std::abs(k - step)) / kUnit;
+        expected += share * static_cast<double>(sums.expected);
+        found += share * static_cast<double>(sums.found);
+      }
+      const double factor = std::max((found + kBelief) / (expected + kBelief), kLeastFactor);
+      factor_[side * kSteps + step] = static_cast<float>(factor);
+    }
+  }
+  is_finished_ = true;
+}
+
+void SigmaCheck::correct(Visibility& visibility) const {
+  if (!is_finished_) return;
+  using namespace wide;
+  for_lanes(visibility.v.size(), [&](size_t c) {
+    const Float v = Float::load(&visibility.v[c]);
+    const Float variance = sqr(Float::load(&visibility.sigma[c]));
+    const Int step = min(max(Int(kOne) - shift_right<kShift>(as_int(variance)), Int(0)),
+                         Int(kSteps - 1));
+    const Int side = select(v < kAlmost, Int(kHidden),
+                            select(v > 1 - kAlmost, Int(kVisible), Int(kNeither)));
+    const Float factor = gather(factor_.data(), side * Int(kSteps) + step);
+    sqrt(max(variance * factor, Float(kLeastVariance))).store(&visibility.sigma[c]);
+  });
+}
+
+}  // namespace kinome

@@ -1,0 +1,77 @@
+// How sigma is corrected by what the pilot's rays found.
+#include "clustered/product/sigma_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace kinome::test {
+namespace {
+
+constexpr size_t kCells = 16;
+
+/// What is made of cells that have all learned the same.
+float corrected(const SigmaCheck& check, float v, float sigma) {
+  Visibility visibility;
+  visibility.resize(kCells);
+  for (size_t c = 0; c < kCells; ++c) {
+    visibility.v[c] = v;
+    visibility.sigma[c] = sigma;
+    visibility.sigma_mixed[c] = 1;
+  }
+  check.correct(visibility);
+  for (size_t c = 0; c < kCells; ++c) {
+    EXPECT_EQ(visibility.sigma[c], visibility.sigma[0]);
+    EXPECT_EQ(visibility.v[c], v);
+    EXPECT_EQ(visibility.sigma_mixed[c], 1);
+  }
+  return visibility.sigma[0];
+}
+
+TEST(SigmaCheck, LeavesWhatNobodyTellsOf) {
+  SigmaCheck check;
+  EXPECT_EQ(corrected(check, 0, 0.1f), 0.1f);
+  check.finish();
+  EXPECT_FLOAT_EQ(corrected(check, 0, 0.1f), 0.1f);
+  EXPECT_FLOAT_EQ(corrected(check, 0.5f, 0.5f), 0.5f);
+}
+
+/// One ray in 400 finds light where one in 25 was expected to; and as many as expected.
+TEST(SigmaCheck, FindsWhatRaysFound) {
+  constexpr float kSigma = 0.2f;
+  SigmaCheck check;
+  for (int i = 0; i < 40000; ++i) {
+    check.tell(0, kSigma, i % 400 == 0);
+    check.tell(1, kSigma, i % 25 != 0);
+  }
+  EXPECT_EQ(corrected(check, 0, kSigma), kSigma);  // as yet
+  check.finish();
+  EXPECT_NEAR(corrected(check, 0, kSigma), 0.05f, 0.001f);
+  EXPECT_NEAR(corrected(check, 1, kSigma), kSigma, 0.001f);
+  // Sigmas alike are corrected alike, and those far from it not at all.
+  EXPECT_NEAR(corrected(check, 0, 0.9f * kSigma) / (0.9f * kSigma), 0.25f, 0.01f);
+  EXPECT_FLOAT_EQ(corrected(check, 0, 0.02f), 0.02f);
+  EXPECT_FLOAT_EQ(corrected(check, 0.5f, kSigma), kSigma);
+  check.forget();
+  EXPECT_EQ(corrected(check, 0, kSigma), kSigma);
+}
+
+TEST(SigmaCheck, AFewRaysChangeLittle) {
+  SigmaCheck check;
+  for (int i = 0; i < 10; ++i) check.tell(0, 0.1f, false);
+  check.finish();
+  EXPECT_GT(corrected(check, 0, 0.1f), 0.097f);
+  EXPECT_LT(corrected(check, 0, 0.1f), 0.1f);
+}
+
+/// However certain: rays must go wherever light may be.
+TEST(SigmaCheck, NothingIsForgottenAltogether) {
+  SigmaCheck check;
+  for (int i = 0; i < 1000000; ++i) check.tell(0, 0.1f, false);
+  check.finish();
+  EXPECT_NEAR(corrected(check, 0, 0.1f), 0.1f * std::sqrt(0.02f), 1e-4f);
+  EXPECT_GE(corrected(check, 0, 1e-5f), 0.99e-3f);
+}
+
+}  // namespace
+}  // namespace kinome::test
