@@ -112,8 +112,7 @@ class AreaLight final : public Emitter {
                                       wide::Vec3::load(points.sn, i)};
       const auto light = light_leaving(n, frame, wide::Vec2::load(direction, i));
       const wide::Float error = wide::Float::load(points.p_error + i);
-      // As EmissionSample::ray.
-      (wide::Vec3::load(out.o, i) + n * copysign(error, dot(n, light.d))).store(out.o, i);
+      origin_off_surface(wide::Vec3::load(out.o, i), n, error, light.d).store(out.o, i);
       light.d.store(out.d, i);
       const wide::Rgb power = radiance[i] * (light.cosine * area / light.pdf);
       select(light.is_above & shines, power).store(out.power, i);

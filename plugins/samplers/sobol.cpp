@@ -48,10 +48,6 @@ class Sobol : public Sampler {
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
     return Pair(key, dimension).at(key.sample);
   }
-  void fill_2d(const SampleKey& key, uint32_t dimension, uint32_t count, Vec2* out) const override {
-    const Pair pair(key, dimension);
-    for (uint32_t i = 0; i < count; ++i) out[i] = pair.at(key.sample + i);
-  }
   void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
     thread_local PixelKeys order, x;
     order.resize(samples.pixels), x.resize(samples.pixels);

@@ -49,17 +49,6 @@ TEST_P(EverySampler, IsAFunctionOfItsKey) {
   }
 }
 
-TEST_P(EverySampler, ManySamplesAtOnceAreTheSameAsOneByOne) {
-  for (const uint32_t first : {0u, 5u, ~0u - 2}) {
-    const SampleKey key{3, 4, first, 9};
-    std::array<Vec2, 70> values;
-    sampler_->fill_2d(key, 6, static_cast<uint32_t>(values.size()), values.data());
-    for (uint32_t i = 0; i < values.size(); ++i) {
-      EXPECT_EQ(values[i], sampler_->value_2d({3, 4, first + i, 9}, 6));
-    }
-  }
-}
-
 /// chi² of pairs on a 16 x 16 grid against the uniform distribution.
 Verdict uniform_pairs(const std::function<Vec2(uint32_t)>& pair, uint32_t count) {
   constexpr int kSide = 16;

@@ -22,8 +22,6 @@ const std::vector<Warp>& warps() {
       {"uniform hemisphere", square_to_uniform_hemisphere,
        [](const Vec3& d) { return d.z > 0 ? kUniformHemispherePdf : 0.f; }},
       {"uniform sphere", square_to_uniform_sphere, [](const Vec3&) { return kUniformSpherePdf; }},
-      {"cone", [](Vec2 u) { return square_to_uniform_cone(u, 0.7f); },
-       [](const Vec3& d) { return d.z >= 0.7f ? uniform_cone_pdf(0.7f) : 0.f; }},
       {"cosine power", [](Vec2 u) { return square_to_cosine_power(u, 12); },
        [](const Vec3& d) { return d.z > 0 ? 13 * 0.5f * kInvPi * std::pow(d.z, 12.f) : 0.f; }},
   };

@@ -21,7 +21,7 @@ class Shape;
 /// Light that arrives at a point from a sampled direction.
 struct DirectSample {
   Vec3 d{0, 0, 1};  ///< unit, from the point toward the light, world space
-  float distance = kInfinity;
+  float distance = kInfinity;  ///< from the point to the light, world units
   float pdf = 0;      ///< per solid angle at the point; 1 where is_delta
   Rgb radiance{0.f};  ///< unshadowed; for a delta light, irradiance on a facing surface
   bool is_delta = false;
@@ -45,7 +45,7 @@ struct EmissionSample {
   /// Starts off the surface, on the side of d: interpolated normals let light leave below a face.
   Ray ray() const {
     Ray ray;
-    ray.o = o + n * (glm::dot(n, d) >= 0 ? o_error : -o_error);
+    ray.o = origin_off_surface(o, n, o_error, d);
     ray.d = d;
     return ray;
   }

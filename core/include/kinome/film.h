@@ -16,14 +16,25 @@
 
 namespace kinome {
 
-/// Film position of a sample of pixel (x, y), u in [0,1)². Adding alone would, far from the
-/// origin, round up to the next pixel's edge now and then, and leave a pixel without its sample.
+/// Where a pixel lies along an axis. Adding alone would, far from the origin, round up to the next
+/// pixel's edge now and then, and leave a pixel without its sample.
+class PixelRange {
+ public:
+  explicit PixelRange(int pixel)
+      : first_(static_cast<float>(pixel)), last_(std::nextafter(first_ + 1, first_)) {}
+  /// Of a sample at u in [0,1), float or wide::Float.
+  template <class F>
+  F at(const F& u) const {
+    using std::min;
+    return min(first_ + u, F(last_));
+  }
+
+ private:
+  float first_, last_;
+};
+/// Film position of a sample of pixel (x, y), u in [0,1)².
 inline Vec2 film_position(int x, int y, const Vec2& u) {
-  const auto inside = [](int pixel, float offset) {
-    const auto first = static_cast<float>(pixel);
-    return std::min(first + offset, std::nextafter(first + 1, first));
-  };
-  return {inside(x, u.x), inside(y, u.y)};
+  return {PixelRange(x).at(u.x), PixelRange(y).at(u.y)};
 }
 
 /// The samples of one tile, with a border as wide as the filter. Used by one thread at a time.

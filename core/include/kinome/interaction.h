@@ -1,11 +1,41 @@
 #pragma once
 
+#include <cmath>
+
 #include "kinome/math.h"
 #include "kinome/ray.h"
 
 namespace kinome {
 
 class Shape;
+
+/// Where a ray toward d starts that leaves the point p of a surface whose normal is n: `error` off
+/// the surface, to the side of d. V is Vec3 or wide::Vec3, F their number.
+template <class V, class F>
+V origin_off_surface(const V& p, const V& n, const F& error, const V& d) {
+  using std::copysign;
+  return p + n * copysign(error, dot(n, d));
+}
+
+/// A shadow ray, see SurfaceInteraction::shadow_ray; V and F as there.
+template <class V, class F>
+struct ShadowRayOf {
+  V o, d;
+  F tmax;
+
+  /// From p as origin_off_surface(); `may_be_near`: not all distances are infinite.
+  ShadowRayOf(const V& p, const V& n, const F& error, const V& toward, const F& distance,
+              bool may_be_near)
+      : o(origin_off_surface(p, n, error, toward)), d(toward), tmax(kInfinity) {
+    if (!may_be_near) return;
+    using plain::select, std::max;
+    const auto near = distance < kInfinity;
+    const V to = p + toward * select(near, distance, F(1.f)) - o;
+    const F length_to = length(to);
+    d = select(near, to / length_to, d);
+    tmax = select(near, max(length_to * (1 - 1e-4f) - error, F(0.f)), F(kInfinity));
+  }
+};
 
 /// A point on a surface, seen along a ray.
 struct SurfaceInteraction {
@@ -25,7 +55,7 @@ struct SurfaceInteraction {
 
   /// Where a ray toward the world direction d starts: p moved off the surface to the side of d.
   Vec3 ray_origin(const Vec3& d) const {
-    return p + n * (glm::dot(n, d) >= 0 ? p_error : -p_error);
+    return origin_off_surface(p, n, p_error, d);
   }
   /// Whether a point at `distance` along the unit vector d is off the surface by more than the
   /// error of p. Of another point of the same curved surface that isn't, it is but rounding that
@@ -38,16 +68,11 @@ struct SurfaceInteraction {
   /// nearer than 10^4 p_error would shadow itself. Shortly is a part of the distance and, for far
   /// from the origin the light's own place is as uncertain as p is, p_error.
   Ray shadow_ray(const Vec3& d, float distance) const {
+    const ShadowRayOf<Vec3, float> shadow(p, n, p_error, d, distance, distance < kInfinity);
     Ray ray;
-    ray.o = ray_origin(d);
-    ray.d = d;
-    if (distance < kInfinity) {
-      const Vec3 to = p + d * distance - ray.o;
-      distance = glm::length(to);
-      ray.d = to / distance;
-    }
-    ray.tmax = distance * (1 - 1e-4f);
-    if (distance < kInfinity) ray.tmax = std::max(ray.tmax - p_error, 0.f);
+    ray.o = shadow.o;
+    ray.d = shadow.d;
+    ray.tmax = shadow.tmax;
     return ray;
   }
   /// The same toward the place `to`.

@@ -30,11 +30,6 @@ class KINOME_EXPORT Sampler : public Object {
   virtual float value_1d(const SampleKey& key, uint32_t dimension) const = 0;
   /// A pair, stratified jointly, at dimensions `dimension` and `dimension` + 1.
   virtual Vec2 value_2d(const SampleKey& key, uint32_t dimension) const = 0;
-  /// value_2d of `count` consecutive samples, the first being key.sample.
-  virtual void fill_2d(const SampleKey& key, uint32_t dimension, uint32_t count, Vec2* out) const {
-    SampleKey k = key;
-    for (uint32_t i = 0; i < count; ++i, ++k.sample) out[i] = value_2d(k, dimension);
-  }
   /// value_1d and value_2d of a block of samples. Default: one by one.
   virtual void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const;
   virtual void fill_2d_block(const PixelSamples& samples, uint32_t dimension,

@@ -15,7 +15,8 @@ namespace kinome {
 struct SensorConnection {
   Vec2 film_position{0.f};
   Vec3 d{0, 0, 1};     ///< unit, from the point toward the lens
-  float distance = 0;  ///< as far as the near clip: what lies beyond can't hide the point
+  /// From the point to where the near clip begins, world units: what lies beyond can't hide it.
+  float distance = 0;
   /// What radiant intensity toward the lens [W/sr] counts as pixel radiance: 1 / (solid angle of a
   /// pixel there x distance² x density). The pixel's value is the sum over all light paths of
   /// intensity x weight / number of paths, spread by the film's filter.

@@ -116,19 +116,6 @@ inline Vec3 square_to_uniform_sphere(const Vec2& u) {
 }
 inline constexpr float kUniformSpherePdf = 0.25f * kInvPi;
 
-/// Uniform over the cone of directions with cos(theta) >= cos_max around +Z: density
-/// 1/(2 pi (1 - cos_max)) per solid angle.
-inline Vec3 square_to_uniform_cone(const Vec2& u, float cos_max) {
-  // 1 - z is kept as it is, so that narrow cones don't lose their digits.
-  const float d = u.y * (1 - cos_max);
-  const float r = safe_sqrt(d * (2 - d));
-  const float phi = 2 * kPi * u.x;
-  return {r * std::cos(phi), r * std::sin(phi), 1 - d};
-}
-inline float uniform_cone_pdf(float cos_max) {
-  return 1 / (2 * kPi * (1 - cos_max));
-}
-
 /// Density (n + 1)/(2 pi) cos(theta)^n per solid angle around +Z: Phong's lobe.
 inline Vec3 square_to_cosine_power(const Vec2& u, float n) {
   return warp::square_to_cosine_power<Vec3>(u, n);

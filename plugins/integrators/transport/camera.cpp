@@ -1,8 +1,8 @@
 #include "camera.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "kinome/film.h"
 #include "kinome/wide/surface_point.h"
 #include "rays.h"
 
@@ -17,11 +17,10 @@ void place_in_pixels(const PixelSamples& samples, const uint32_t* first, const f
                      float* position) {
   for (size_t p = 0, i = 0; p < samples.pixels; ++p, i += samples.samples) {
     // A film that samples its border has pixels left of 0.
-    const auto low = static_cast<float>(static_cast<int32_t>(first[p]));
-    const float last = std::nextafter(low + 1, low);
+    const PixelRange pixel(static_cast<int32_t>(first[p]));
     // What reaches into the next pixel is overwritten by it.
     for (size_t s = 0; s < samples.samples; s += kLanes) {
-      min(Float(low) + Float::load(offset + i + s), last).store(position + i + s);
+      pixel.at(Float::load(offset + i + s)).store(position + i + s);
     }
   }
 }
@@ -103,8 +102,8 @@ void Camera::pass_emitters(RenderCounters& counters) {
         Ray16& to = beyond_[n / 16].ray;
         const size_t at = k % 16, lane = n % 16;
         const kinome::Vec3 d(from.dx[at], from.dy[at], from.dz[at]), normal = points.n.at(i);
-        const float side = glm::dot(normal, d) >= 0 ? points.p_error[i] : -points.p_error[i];
-        Columns3{to.ox, to.oy, to.oz}.set(lane, points.p.at(i) + normal * side);
+        Columns3{to.ox, to.oy, to.oz}.set(
+            lane, origin_off_surface(points.p.at(i), normal, points.p_error[i], d));
         Columns3{to.dx, to.dy, to.dz}.set(lane, d);
         to.tmin[lane] = 0;
         to.tmax[lane] = far_[k] -= from.tmax[at];

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "kinome/blocks.h"
+#include "kinome/interaction.h"
 #include "kinome/wide/vectors.h"
 
 namespace kinome::transport {
@@ -10,25 +11,17 @@ namespace kinome::transport {
 /// Shadow rays from points i … toward light at `distance` along the unit vectors d, as
 /// SurfaceInteraction::shadow_ray makes them; off where `on` is false. `finite`: some may be near.
 /// The rays' tmin is to be 0, as arenas have it.
-KINOME_WIDE void put_shadow_rays(const SurfaceBlock& points, size_t i, wide::Vec3 d,
+KINOME_WIDE void put_shadow_rays(const SurfaceBlock& points, size_t i, const wide::Vec3& d,
                                  wide::Float distance, wide::Mask on, bool finite, Ray16* rays) {
   using namespace wide;
   const wide::Vec3 p = wide::Vec3::load(points.p, i), n = wide::Vec3::load(points.n, i);
   const Float error = Float::load(points.p_error + i);
-  const wide::Vec3 o = p + n * copysign(error, dot(n, d));
-  Float tmax = kInfinity;
-  if (finite) {
-    const Mask near = distance < kInfinity;
-    const wide::Vec3 to = p + d * select(near, distance, 1.f) - o;
-    const Float length_to = length(to);
-    d = select(near, to / length_to, d);
-    tmax = select(near, max(length_to * (1 - 1e-4f) - error, 0.f), kInfinity);
-  }
+  const ShadowRayOf<wide::Vec3, Float> shadow(p, n, error, d, distance, finite);
   Ray16& out = rays[i / kBlockLanes];
   const size_t lane = i % kBlockLanes;
-  o.store({out.ox, out.oy, out.oz}, lane);
-  d.store({out.dx, out.dy, out.dz}, lane);
-  select(on, tmax, -1.f).store(out.tmax + lane);
+  shadow.o.store({out.ox, out.oy, out.oz}, lane);
+  shadow.d.store({out.dx, out.dy, out.dz}, lane);
+  select(on, shadow.tmax, -1.f).store(out.tmax + lane);
 }
 
 /// Adds light to the radiance of the samples owner[0], owner[1] ... where `on`. What is on has
