@@ -1,55 +1,16 @@
-#include "kinome/film.h"
+// Films: what tiles' samples become, by lanes, and the pictures that are developed from them.
 
-#include <cmath>
+#include "image/film_pixels.h"
+
 #include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
-#include "kinome/color.h"
 #include "kinome/error.h"
 
 namespace kinome {
 namespace {
-
-/// Pixels whose centre lies in (p - radius, p + radius]: for the box filter exactly the one that
-/// contains p. In double, so that no rounding near a pixel's edge adds or loses a pixel.
-struct Footprint {
-  int first;
-  int end;
-};
-Footprint footprint(double low, double high, double radius) {
-  return {static_cast<int>(std::floor(low - radius + 0.5)),
-          static_cast<int>(std::floor(high + radius + 0.5))};
-}
-
-Rect intersection(const Rect& a, const Rect& b) {
-  Rect r{std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
-  r.x1 = std::max(r.x0, r.x1);
-  r.y1 = std::max(r.y0, r.y1);
-  return r;
-}
-
-size_t pixel_offset(const Rect& rect, int x, int y, int stride) {
-  return (static_cast<size_t>(y - rect.y0) * rect.width() + (x - rect.x0)) * stride;
-}
-
-/// fn(x, y, weight) for each pixel of `within` that a sample at `position` counts for.
-template <class Function>
-void for_each_pixel(const Vec2& position, const ReconstructionFilter& filter, const Rect& within,
-                    const Function& fn) {
-  const double radius = filter.radius();
-  const Footprint fx = footprint(position.x, position.x, radius);
-  const Footprint fy = footprint(position.y, position.y, radius);
-  const Rect reached = intersection({fx.first, fy.first, fx.end, fy.end}, within);
-  for (int y = reached.y0; y < reached.y1 && reached.width() > 0; ++y) {
-    const float wy = filter.eval(static_cast<float>(y + 0.5 - position.y));
-    if (wy == 0) continue;
-    for (int x = reached.x0; x < reached.x1; ++x) {
-      fn(x, y, wy * filter.eval(static_cast<float>(x + 0.5 - position.x)));
-    }
-  }
-}
 
 /// Rect::area() is an int. The plugin of a film may know which parameter is at fault; this is for
 /// those that don't ask.
@@ -61,74 +22,7 @@ void check_size(const Rect& crop) {
                   crop.width(), crop.height(), kMost));
 }
 
-/// Film positions stay well within int; what lies beyond is no sample of this film.
-bool is_on_any_film(const Vec2& position) {
-  constexpr float kMaxPosition = 1e8f;
-  return std::abs(position.x) < kMaxPosition && std::abs(position.y) < kMaxPosition;
-}
-
 }  // namespace
-
-FilmTile::FilmTile(const Rect& pixels, int layer, int values, const ReconstructionFilter& filter,
-                   const Rect& crop)
-    : pixels_(pixels), layer_(layer), values_(values), filter_(&filter) {
-  const Footprint fx = footprint(pixels.x0, pixels.x1, filter.radius());
-  const Footprint fy = footprint(pixels.y0, pixels.y1, filter.radius());
-  covered_ = intersection({fx.first, fy.first, fx.end, fy.end}, crop);
-  data_.assign(static_cast<size_t>(covered_.area()) * (values + 1), 0.);
-}
-
-void FilmTile::add(const Vec2& position, std::span<const float> values) {
-  if (values.size() != static_cast<size_t>(values_)) {
-    throw std::logic_error("FilmTile::add: wrong number of values");
-  }
-  bool finite = is_on_any_film(position);
-  for (const float v : values) finite = finite && std::isfinite(v);
-  if (!finite) {
-    ++non_finite_;
-    return;
-  }
-  for_each_pixel(position, *filter_, covered_, [&](int x, int y, float w) {
-    double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
-    const double weight = w;
-    for (int i = 0; i < values_; ++i) pixel[i] += weight * values[i];
-    pixel[values_] += weight;
-  });
-}
-
-void FilmTile::add_pixel(int x, int y, std::span<const float> values, float weight) {
-  if (values.size() != static_cast<size_t>(values_)) {
-    throw std::logic_error("FilmTile::add_pixel: wrong number of values");
-  }
-  bool finite = true;
-  for (const float v : values) finite = finite && std::isfinite(v);
-  if (!finite) {
-    ++non_finite_;
-    return;
-  }
-  if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
-  double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
-  for (int i = 0; i < values_; ++i) pixel[i] += double{weight} * values[i];
-  pixel[values_] += weight;
-}
-
-void FilmTile::add_sums(int x, int y, std::span<const float> sums, float weight) {
-  if (sums.size() != static_cast<size_t>(values_)) {
-    throw std::logic_error("FilmTile::add_sums: wrong number of values");
-  }
-  if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
-  double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
-  for (int i = 0; i < values_; ++i) pixel[i] += static_cast<double>(sums[static_cast<size_t>(i)]);
-  pixel[values_] += static_cast<double>(weight);
-}
-
-void FilmTile::add_splat(const Vec2& position, const Rgb& value) {
-  if (!is_finite(value) || !is_finite(Vec3(position, 0.f))) {
-    ++non_finite_;
-    return;
-  }
-  if (is_on_any_film(position)) splats_.push_back({position, value});
-}
 
 void Film::prepare(const std::vector<std::vector<std::string>>& layers, uint32_t lanes) {
   check_size(crop_);

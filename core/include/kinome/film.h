@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kinome/color.h"
+#include "kinome/columns.h"
 #include "kinome/image.h"
 #include "kinome/math.h"
 #include "kinome/object.h"
@@ -45,6 +46,9 @@ class KINOME_EXPORT FilmTile {
   /// Adds one sample at `position` (pixels of the full film); `values` as Film::value_count says.
   /// A sample with a non-finite value is counted and dropped.
   void add(const Vec2& position, std::span<const float> values);
+  /// add() of each of `count` samples, wherever they are: values[k][i] is value k of sample i. The
+  /// filter's weights are those of its eval_block.
+  void add_block(const Columns2& position, size_t count, std::span<const float* const> values);
   /// Adds a finished value of one pixel of this tile, which counts for no other: for integrators
   /// that draw samples by the filter themselves. Several are weighed by `weight` (> 0). Non-finite
   /// values as in add().

@@ -1,3 +1,5 @@
+// Sums of each pixel's samples, by vectors.
+
 #include "film_samples.h"
 
 #include <algorithm>
@@ -13,7 +15,7 @@ using namespace wide;
 namespace {
 
 /// Sums of a pixel's samples are single precision until they are added to the film's: values above
-/// this might overflow there, and go one by one.
+/// this might overflow there, and are added exactly.
 constexpr float kLargest = 1e30f;
 /// Values a sample that are summed at once: colour and alpha.
 constexpr size_t kMostColumns = 4;
@@ -74,19 +76,16 @@ bool FilmSamples::leave_out_non_finite(size_t count, const std::vector<float*>& 
     dropped += wide::count(inside & !finite);
     for (float* column : columns) select(kept, Float::load(column + i)).store(column + i);
   });
-  if (small && !exact_) film.count_non_finite(dropped);
+  if (small) film.count_non_finite(dropped);
   return small;
 }
 
-void FilmSamples::add_one_by_one(size_t count, const Columns2& position,
-                                 const std::vector<float*>& columns, FilmTile& film) {
-  std::vector<float> values(columns.size());
+void FilmSamples::add_exactly(size_t count, const Columns2& position,
+                              const std::vector<float*>& columns, FilmTile& film) {
   for (size_t i = 0; i < count; ++i) {
-    for (size_t c = 0; c < columns.size(); ++c) {
-      values[c] = kept_[i] > 0 ? columns[c][i] : std::numeric_limits<float>::quiet_NaN();
-    }
-    film.add(position.at(i), values);
+    if (kept_[i] == 0) columns[0][i] = std::numeric_limits<float>::quiet_NaN();
   }
+  film.add_block(position, count, columns);
 }
 
 /// Of samples first … end - 1, to the pixels that the filter reaches from (x, y).
@@ -115,8 +114,12 @@ void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
 void FilmSamples::add(const PixelSamples& samples, const Columns2& position,
                       const std::vector<float*>& columns, FilmTile& film) {
   const size_t count = samples.count();
-  if (!leave_out_non_finite(count, columns, film) || exact_) {
-    add_one_by_one(count, position, columns, film);
+  if (exact_) {
+    film.add_block(position, count, columns);
+    return;
+  }
+  if (!leave_out_non_finite(count, columns, film)) {
+    add_exactly(count, position, columns, film);
     return;
   }
   find_weights(samples, samples.x, position.x, wx_);

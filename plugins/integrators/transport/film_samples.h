@@ -27,8 +27,9 @@ class FilmSamples {
   bool leave_out_non_finite(size_t count, const std::vector<float*>& columns, FilmTile& film);
   void add_pixel(int x, int y, size_t first, size_t end, const std::vector<float*>& columns,
                  FilmTile& film);
-  void add_one_by_one(size_t count, const Columns2& position, const std::vector<float*>& columns,
-                      FilmTile& film);
+  /// With such samples, which the film counts.
+  void add_exactly(size_t count, const Columns2& position, const std::vector<float*>& columns,
+                   FilmTile& film);
 
   const ReconstructionFilter& filter_;
   bool exact_;
