@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "kinome/adjoint.h"
+#include "adjoint.h"
 #include "kinome/block_points.h"
 #include "rays.h"
 

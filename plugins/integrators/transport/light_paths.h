@@ -9,7 +9,7 @@
 namespace kinome::transport {
 
 /// Paths from the emitters, every surface point of which is connected to the camera (Veach 1997,
-/// 10.1; see kinome/adjoint.h). The paths of a block go on together, one edge at a time, and those
+/// 10.1; see adjoint.h). The paths of a block go on together, one edge at a time, and those
 /// that go on move together after each. One per thread.
 class LightPaths {
  public:

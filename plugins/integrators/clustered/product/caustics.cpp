@@ -5,8 +5,8 @@
 
 #include "clustered/product/light_point_draw.h"
 #include "clustered/product/spread.h"
-#include "kinome/adjoint.h"
 #include "kinome/primary_rays.h"
+#include "transport/adjoint.h"
 
 namespace kinome {
 namespace {
@@ -95,8 +95,9 @@ void Caustics::reflect(uint64_t seed, Paths& paths) const {
     if (!any(lobes)) continue;
     Paths::Path path = paths.paths[k];
     const uint64_t own = hash_words(seed, path.index);
-    const auto sample = sample_adjoint(si, lobes, random_float(own, kLobe),
-                                       {random_float(own, kLobeX), random_float(own, kLobeY)});
+    const auto sample =
+        transport::sample_adjoint(si, lobes, random_float(own, kLobe),
+                                  {random_float(own, kLobeX), random_float(own, kLobeY)});
     if (!sample) continue;
     path.power *= sample->weight;
     if (is_black(path.power)) continue;
@@ -114,8 +115,8 @@ void Caustics::connect(uint64_t seed, Paths& paths) const {
     const SurfaceInteraction si = scene_.interaction(paths.rays[k]);
     const Paths::Path& path = paths.paths[k];
     const uint64_t own = hash_words(seed, path.index);
-    const auto seen =
-        connect_point(sensor_, si, {random_float(own, kLensX), random_float(own, kLensY)});
+    const auto seen = transport::connect_point(
+        sensor_, si, {random_float(own, kLensX), random_float(own, kLensY)});
     if (!seen || is_black(seen->factor)) continue;
     paths.shadow_rays.push_back(seen->shadow_ray);
     paths.splats.push_back({seen->film_position,

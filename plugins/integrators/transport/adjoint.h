@@ -4,13 +4,12 @@
 #include <optional>
 
 #include "kinome/bsdf.h"
-#include "kinome/export.h"
 #include "kinome/interaction.h"
 #include "kinome/sensor.h"
 
 /// What light paths do at the surface points that they come to, whose si.wi is where they come from
 /// (Veach 1997, 4.7 and 10.1). All of it thread-safe.
-namespace kinome {
+namespace kinome::transport {
 
 /// How flux that arrives along `from` counts as radiance that leaves along `to`, for a BSDF that is
 /// evaluated as paths from the camera do: by f |cos| of `from` (Veach 1997, 5.3, for shading
@@ -22,32 +21,32 @@ F adjoint_factor(F cos_from, F cos_to) {
   return select(cos_from == 0.f, F(0.f), abs(cos_to / cos_from));
 }
 /// The same by the directions: unit, world space, away from the surface.
-inline float adjoint_factor(const SurfaceInteraction& si, const Vec3& from, const Vec3& to) {
+inline float adjoint_factor(const SurfaceInteraction& si, const kinome::Vec3& from,
+                            const kinome::Vec3& to) {
   return adjoint_factor(glm::dot(si.n, from), glm::dot(si.n, to));
 }
 
 /// A light path's next edge.
 struct AdjointSample {
-  Vec3 to;     ///< unit, world space
-  Rgb weight;  ///< of the flux that goes on; may be black
+  kinome::Vec3 to;     ///< unit, world space
+  kinome::Rgb weight;  ///< of the flux that goes on; may be black
 };
 
 /// By the BSDF's own sampling of `lobes`, which is that of paths from the camera, and half by the
 /// cosine where it turns_to_viewer(); nullopt: the path ends. `u_lobe` in [0,1), `u` in [0,1)².
-KINOME_EXPORT std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe lobes,
-                                                          float u_lobe, const Vec2& u);
+std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
+                                            const kinome::Vec2& u);
 
 /// How a surface point is seen by the camera.
 struct SeenPoint {
-  Vec2 film_position;
-  Rgb factor;      ///< of the flux that arrives, if nothing is in the way; may be black
-  Ray shadow_ray;  ///< to the lens
+  kinome::Vec2 film_position;
+  kinome::Rgb factor;  ///< of the flux that arrives, if nothing is in the way; may be black
+  Ray shadow_ray;      ///< to the lens
 };
 
 /// By all lobes but deltas. nullopt: there are no others, or the sensor doesn't see the point.
 /// `aperture` in [0,1)².
-KINOME_EXPORT std::optional<SeenPoint> connect_point(const Sensor& sensor,
-                                                     const SurfaceInteraction& si,
-                                                     const Vec2& aperture);
+std::optional<SeenPoint> connect_point(const Sensor& sensor, const SurfaceInteraction& si,
+                                       const kinome::Vec2& aperture);
 
-}  // namespace kinome
+}  // namespace kinome::transport

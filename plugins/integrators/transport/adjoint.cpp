@@ -1,24 +1,26 @@
-#include "kinome/adjoint.h"
+// Light paths point by point.
+
+#include "adjoint.h"
 
 #include "kinome/shape.h"
 #include "kinome/warp.h"
 
-namespace kinome {
+namespace kinome::transport {
 
 namespace {
 
 /// `weight`, of a delta that light was sent on by, as it is seen from where it went: nullopt where
 /// another normal is seen from there, which mirrors another place.
-std::optional<Rgb> seen_delta(const SurfaceInteraction& si, const BsdfSample& sent,
-                              const Rgb& weight) {
+std::optional<kinome::Rgb> seen_delta(const SurfaceInteraction& si, const BsdfSample& sent,
+                                      const kinome::Rgb& weight) {
   constexpr float kSame = 1e-3f;  // of two directions, rounding aside
   const Bsdf& bsdf = si.shape->bsdf();
   SurfaceInteraction seen = si;
   seen.wi = sent.wo;
-  const auto forth = bsdf.sample(si, Lobe::kDelta, 0.5f, Vec2(0.5f));
-  const auto back = bsdf.sample(seen, Lobe::kDelta, 0.5f, Vec2(0.5f));
+  const auto forth = bsdf.sample(si, Lobe::kDelta, 0.5f, kinome::Vec2(0.5f));
+  const auto back = bsdf.sample(seen, Lobe::kDelta, 0.5f, kinome::Vec2(0.5f));
   if (!forth || !back || !(glm::distance(back->wo, si.wi) < kSame)) return std::nullopt;
-  Rgb out(0.f);
+  kinome::Rgb out(0.f);
   for (int k = 0; k < 3; ++k) {
     if (forth->weight[k] > 0) out[k] = weight[k] * (back->weight[k] / forth->weight[k]);
   }
@@ -28,7 +30,7 @@ std::optional<Rgb> seen_delta(const SurfaceInteraction& si, const BsdfSample& se
 /// Of a BSDF that, asked from where the light comes, doesn't go everywhere that it is seen from:
 /// half of the samples go by the cosine. `weight` is set for deltas alone.
 std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
-                                         const Vec2& u) {
+                                         const kinome::Vec2& u) {
   const Bsdf& bsdf = si.shape->bsdf();
   const bool by_bsdf = u_lobe < 0.5f;
   std::optional<BsdfSample> sample;
@@ -42,7 +44,7 @@ std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobe
   } else {
     const float side = si.wi.z < 0 ? -1.f : 1.f;
     sample.emplace();
-    sample->wo = square_to_cosine_hemisphere(u) * Vec3(1, 1, side);
+    sample->wo = square_to_cosine_hemisphere(u) * kinome::Vec3(1, 1, side);
     sample->lobe = lobes & (Lobe::kDiffuse | Lobe::kGlossy);
   }
   sample->pdf = 0.5f * (bsdf.eval_pdf(si, lobes, sample->wo).pdf +
@@ -54,13 +56,13 @@ std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobe
 }  // namespace
 
 std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
-                                            const Vec2& u) {
+                                            const kinome::Vec2& u) {
   const Bsdf& bsdf = si.shape->bsdf();
   const bool has_others = any(lobes & bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy));
   const auto sample = bsdf.turns_to_viewer() && has_others ? sample_turning(si, lobes, u_lobe, u)
                                                            : bsdf.sample(si, lobes, u_lobe, u);
   if (!sample) return std::nullopt;
-  Rgb weight = sample->weight;
+  kinome::Rgb weight = sample->weight;
   if (!any(sample->lobe & Lobe::kDelta)) {
     SurfaceInteraction seen = si;
     seen.wi = sample->wo;
@@ -70,22 +72,22 @@ std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe l
     if (!back) return std::nullopt;
     weight = *back;
   }
-  const Vec3 to = si.frame.to_world(sample->wo);
+  const kinome::Vec3 to = si.frame.to_world(sample->wo);
   return AdjointSample{to, weight * adjoint_factor(si, si.frame.to_world(si.wi), to)};
 }
 
 std::optional<SeenPoint> connect_point(const Sensor& sensor, const SurfaceInteraction& si,
-                                       const Vec2& aperture) {
+                                       const kinome::Vec2& aperture) {
   const Bsdf& bsdf = si.shape->bsdf();
   if (!any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return std::nullopt;
   const auto connection = sensor.connect(si.p, aperture);
   if (!connection) return std::nullopt;
   SurfaceInteraction seen = si;
   seen.wi = si.frame.to_local(connection->d);
-  const Rgb f = bsdf.eval_pdf(seen, Lobe::kAll, si.wi).f;
+  const kinome::Rgb f = bsdf.eval_pdf(seen, Lobe::kAll, si.wi).f;
   const float factor = adjoint_factor(si, si.frame.to_world(si.wi), connection->d);
   return SeenPoint{connection->film_position, f * (factor * connection->weight),
                    si.shadow_ray(connection->d, connection->distance)};
 }
 
-}  // namespace kinome
+}  // namespace kinome::transport
