@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "base/file_search.h"
+#include "kinome/plugin_registry.h"
 
 namespace kinome::loader {
 namespace {
@@ -30,7 +31,8 @@ void Faults::add(const Error& error) {
     return;
   }
   if (expects_missing_files_ && dynamic_cast<const MissingFile*>(&error)) return;
-  if (!told_.insert(error.what()).second) return;
+  const bool is_of_all_places = dynamic_cast<const UnusablePlugin*>(&error) != nullptr;
+  if (!told_.insert(is_of_all_places ? error.message() : error.what()).second) return;
   all_.push_back(error);
   if (all_.size() >= kMost) throw Stop();
 }

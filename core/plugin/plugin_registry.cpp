@@ -57,24 +57,40 @@ Error no_such_plugin(const PluginRegistry& registry, const std::vector<std::stri
                           (list.empty() ? "an empty search path" : list) + ")");
 }
 
-/// The ABI key's two parts: what must be the same, and the instruction set.
+/// The ABI key's parts: what must be the same, and what has a message of its own.
 struct AbiKey {
-  explicit AbiKey(const std::string& key) {
-    constexpr std::string_view kSet = ";isa=";
-    const size_t at = std::min(key.rfind(kSet), key.size());
-    common = key.substr(0, at);
-    const size_t begin = std::min(at + kSet.size(), key.size());
-    instruction_set = key.substr(begin, key.find(';', begin) - begin);
+  explicit AbiKey(std::string key)
+      : instruction_set(take(key, ";isa=")), math(take(key, ";math=")), common(std::move(key)) {}
+
+  std::string instruction_set, math, common;
+
+ private:
+  /// The value of a field, which the key has no longer.
+  static std::string take(std::string& key, std::string_view field) {
+    const size_t at = key.rfind(field);
+    if (at == std::string::npos) return {};
+    const size_t begin = at + field.size(), end = std::min(key.find(';', begin), key.size());
+    const std::string value = key.substr(begin, end - begin);
+    key.erase(at, end - at);
+    return value;
   }
-  std::string common, instruction_set;
 };
 
 void check_abi(const std::string& path, InstructionSet best) {
   const std::string text = read_abi_key(path);
   const AbiKey key(text);
-  if (key.common != AbiKey(KINOME_ABI_KEY).common || key.instruction_set.empty()) {
+  if (key.math == "fast") {
+    throw Error("it was built with -ffast-math, or a part of it, which it must do without");
+  }
+  const AbiKey own(KINOME_ABI_KEY);
+  if (key.common != own.common || key.math != own.math || key.instruction_set.empty()) {
     throw Error("it was built for another ABI: its key is '" + text + "', this program's is '" +
                 KINOME_ABI_KEY + "'");
+  }
+  if (key.instruction_set == "of-no-level") {
+    if (own.instruction_set == key.instruction_set) return;  // all was built for this processor
+    throw Error("it was built for one kind of processor, as by -march=native, which can't be "
+                "looked for: build it for a level, such as -march=x86-64-v4");
   }
   const auto set = instruction_set_named(key.instruction_set);
   const std::string is_built = "it is built for the instruction set " + key.instruction_set;
@@ -162,7 +178,7 @@ const PluginDescriptor& PluginRegistry::find(Category category, const std::strin
   try {
     plugin = open_library(path, category, full_name, instruction_set_);
   } catch (const Error& error) {
-    throw Error(where, "'" + path + "' is not a usable plugin: " + error.message());
+    throw UnusablePlugin(where, "'" + path + "' is not a usable plugin: " + error.message());
   }
   loaded_[{category, name}] = plugin;
   loaded_names_.push_back(full_name);

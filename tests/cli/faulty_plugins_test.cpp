@@ -7,6 +7,7 @@
 
 #include "cli.h"
 #include "kinome/image.h"
+#include "kinome/instruction_set.h"
 
 namespace kinome::test {
 namespace {
@@ -259,6 +260,43 @@ TEST_F(FaultyPlugins, ThatContradictThemselvesAreNamed) {
     // Whatever it is nested in is not to blame.
     expect_fault(run("<bsdf type=\"twosided\">" + faulty("bsdf", fault) + "</bsdf>", sky_, direct_),
                  what);
+  }
+}
+
+/// A library for AVX-512 lies where one for less belongs, or says what no processor has. It is told
+/// once, though the floor has the same BSDF.
+TEST_F(FaultyPlugins, OfABetterProcessorAreRefused) {
+  const fs::path built = fs::path(KINOME_TEST_PLUGINS) / "bsdf/x86-64-v4/diffuse.so";
+  if (!fs::exists(built)) GTEST_SKIP() << "plugins are not built for AVX-512";
+  std::ifstream file(built, std::ios::binary);
+  const std::string library{std::istreambuf_iterator<char>(file), {}};
+  const std::string key = ";isa=x86-64-v4;";
+  std::string unknown = library;
+  size_t changed = 0;
+  for (size_t at = unknown.find(key); at != std::string::npos; at = unknown.find(key, at)) {
+    unknown[at + key.size() - 2] = '9';
+    ++changed;
+  }
+  ASSERT_GT(changed, 0u);
+  const bool is_here = processor_instruction_set() == InstructionSet::kX86V4;
+  const struct {
+    const std::string& bytes;
+    std::string isa, what;
+  } cases[] = {
+      {unknown, "x86-64", "x86-64-v9, which this processor lacks"},
+      {library, "x86-64",
+       is_here ? "x86-64-v4, and no more than x86-64 is to be used"
+               : "x86-64-v4, which this processor lacks"},
+  };
+  for (const auto& c : cases) {
+    const std::string other = folder_.write("plugins/bsdf/diffuse.so", c.bytes);
+    const ProcessResult result = run("<bsdf type=\"diffuse\"/>", sky_, direct_,
+                                     {"--plugin-path", folder_.path("plugins"), "--isa", c.isa});
+    EXPECT_EQ(result.status, 1);
+    EXPECT_EQ(result.err, "kinome: " + scene_ + ":10:66: '" + other +
+                              "' is not a usable plugin: it is built for the instruction set " +
+                              c.what + "\n");
+    EXPECT_FALSE(fs::exists(image_));
   }
 }
 

@@ -1,3 +1,5 @@
+// Which plugins are found, which libraries are refused, and what becomes of parameters.
+
 #include "kinome/plugin_registry.h"
 
 #include <dlfcn.h>
@@ -100,6 +102,27 @@ TEST(Registry, NoCodeOfAnotherAbiEverRuns) {
   EXPECT_NE(dlopen(KINOME_UNIT_PLUGINS "/texture/foreign_abi.so", RTLD_NOW | RTLD_LOCAL), nullptr);
   EXPECT_TRUE(fs::exists(trace));
   unsetenv("KINOME_TEST_TRACE");
+}
+
+TEST(Registry, RefusesWhatIsBuiltForOtherArithmetic) {
+  const auto message = [&](const std::string& folder) {
+    PluginRegistry registry({KINOME_UNIT_PLUGINS "/" + folder});
+    const std::string text = find_error(registry, "wide_probe");
+    const std::string start = "f.xml:4:9: '" KINOME_UNIT_PLUGINS "/" + folder +
+                              "/texture/wide_probe.so' is not a usable plugin: ";
+    EXPECT_EQ(text.substr(0, start.size()), start);
+    return text.substr(std::min(start.size(), text.size()));
+  };
+  for (const char* folder : {"fast_math", "finite_math"}) {
+    EXPECT_EQ(message(folder),
+              "it was built with -ffast-math, or a part of it, which it must do without");
+  }
+  if (!instruction_set_named("x86-64")) GTEST_SKIP() << "the processor is of another kind";
+  for (const char* folder : {"native", "native_avx2"}) {
+    EXPECT_EQ(message(folder),
+              "it was built for one kind of processor, as by -march=native, which can't be looked "
+              "for: build it for a level, such as -march=x86-64-v4");
+  }
 }
 
 TEST(Registry, FilesThatAreNoPlugins) {

@@ -16,7 +16,6 @@
 #include "transport/direction_sort.h"
 #include "transport/film_samples.h"
 #include "transport/numbers.h"
-#include "transport/paths.h"
 #include "transport/surfaces.h"
 
 namespace kinome::test {
@@ -168,60 +167,6 @@ TEST(Arena, TakesTheMemoryThatIsUsed) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they keep books of all of it
   EXPECT_LT(resident(), before + (size_t{64} << 20));
 #endif
-}
-
-/// Of each sample of 32 x 16 pixels, 16 a pixel, in blocks of so many.
-std::vector<Rgb> radiance_by_paths(const Scene& scene, size_t block) {
-  constexpr uint32_t kWidth = 32, kHeight = 16, kSamples = 16;
-  const SceneTable table(scene);
-  const Sensor& sensor = *scene.sensors()[0];
-  Camera camera(table, sensor, block, false);
-  Paths paths(table, sensor.sampler(), PathLength(), block);
-  Arena arena(block + kBlockLanes);
-  const Columns3 radiance = arena.three();
-  std::vector<Rgb> all;
-  std::vector<uint32_t> x, y;
-  for (uint32_t i = 0; i < kWidth * kHeight; ++i) {
-    x.push_back(i % kWidth), y.push_back(i / kWidth);
-  }
-  RenderCounters counters;
-  for (size_t first = 0; first < x.size(); first += block / kSamples) {
-    const size_t pixels = std::min(block / kSamples, x.size() - first);
-    const PixelSamples samples{x.data() + first, y.data() + first, pixels, 0, kSamples, 3};
-    camera.trace(samples, counters);
-    camera.set_seen_light(radiance);
-    paths.add(samples, camera.surfaces(), {radiance, radiance}, counters);
-    for (size_t i = 0; i < samples.count(); ++i) all.push_back(radiance.at(i));
-  }
-  return all;
-}
-
-/// Paths are sorted by material, emitter and direction among those of their block, and come to the
-/// same bits in any company. (Films add up a pixel's samples in the order of the blocks.)
-TEST(Paths, AreTheSameInBlocksOfAnySize) {
-  const auto scene = scene_from(R"(
-    <integrator type="path"/>
-    <sensor type="perspective">
-      <transform name="to_world"><lookat origin="0 2 5" target="0 .7 0" up="0 1 0"/></transform>
-      <sampler type="independent"><integer name="sample_count" value="16"/></sampler>
-      <film type="hdrfilm">
-        <integer name="width" value="32"/><integer name="height" value="16"/>
-      </film>
-    </sensor>
-    <emitter type="constant"/>
-    <shape type="rectangle">
-      <transform name="to_world"><rotate x="1" angle="-90"/><scale value="4"/></transform>
-      <bsdf type="roughplastic"/>
-    </shape>
-    <shape type="sphere"><point name="center" value="-1 1 0"/><bsdf type="conductor"/></shape>
-    <shape type="sphere"><point name="center" value="1 1 0"/><bsdf type="roughconductor"/></shape>
-    <shape type="rectangle">
-      <transform name="to_world"><rotate x="1" angle="90"/><translate y="4"/></transform>
-      <emitter type="area"/>
-    </shape>)");
-  const std::vector<Rgb> expected = radiance_by_paths(*scene, 512);
-  EXPECT_EQ(radiance_by_paths(*scene, 2048), expected);
-  EXPECT_EQ(radiance_by_paths(*scene, 8192), expected);
 }
 
 TEST(Numbers, AreThoseOfTheSample) {

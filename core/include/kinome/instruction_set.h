@@ -6,9 +6,17 @@
 
 #include "kinome/export.h"
 
-/// The least level that has all that the compiler of this file may use.
+/// The least level that has all that the compiler of this file may use by itself. No level has what
+/// came after AVX-512's first parts, which -march=native lets it use where the compiler's own
+/// processor has it.
 #if !defined(__x86_64__)
 #define KINOME_ABI_ISA "baseline"
+#elif defined(__AVX512VNNI__) || defined(__AVX512VBMI__) || defined(__AVX512VBMI2__) ||     \
+    defined(__AVX512IFMA__) || defined(__AVX512BITALG__) || defined(__AVX512VPOPCNTDQ__) || \
+    defined(__AVX512BF16__) || defined(__AVX512FP16__) || defined(__AVX512ER__) ||          \
+    defined(__AVX10_1__) || defined(__AVXVNNI__) || defined(__AVXIFMA__) ||                 \
+    defined(__GFNI__) || defined(__APX_F__)
+#define KINOME_ABI_ISA "of-no-level"
 #elif defined(__AVX512F__)
 #define KINOME_ABI_ISA "x86-64-v4"
 #elif defined(__AVX__) || defined(__FMA__) || defined(__BMI__) || defined(__BMI2__)

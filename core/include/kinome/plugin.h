@@ -48,16 +48,25 @@
 #else
 #define KINOME_ABI_GLM "packed"
 #endif
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || \
+    defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
+#define KINOME_ABI_MATH "fast"
+#else
+#define KINOME_ABI_MATH "strict"
+#endif
 
 /// Everything that a plugin and the core must have in common, as one string. GLM's options matter
-/// because Vec3 is part of every interface, the library's debug mode because std::vector is. The
-/// instruction set is the exception: the processor must have it.
+/// because Vec3 is part of every interface, the library's debug mode because std::vector is. Under
+/// fast mathematics, inline functions of the SDK would find no NaN, and to load what is linked so
+/// makes the whole program flush denormal numbers. The instruction set is the exception: the
+/// processor must have it.
 #define KINOME_ABI_KEY \
   "kinome-abi;interface=" KINOME_STRINGIFY(KINOME_INTERFACE_VERSION) ";cxxabi="          \
       KINOME_STRINGIFY(__GXX_ABI_VERSION) ";stdlib=" KINOME_ABI_STDLIB ";sanitizer="     \
       KINOME_ABI_SANITIZER ";glm=" KINOME_STRINGIFY(GLM_VERSION_MAJOR) "."               \
       KINOME_STRINGIFY(GLM_VERSION_MINOR) "." KINOME_STRINGIFY(GLM_VERSION_PATCH) "-"    \
-      KINOME_ABI_GLM ";containers=" KINOME_ABI_CONTAINERS ";isa=" KINOME_ABI_ISA ";"
+      KINOME_ABI_GLM ";containers=" KINOME_ABI_CONTAINERS ";math=" KINOME_ABI_MATH       \
+      ";isa=" KINOME_ABI_ISA ";"
 
 namespace kinome {
 

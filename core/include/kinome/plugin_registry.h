@@ -5,10 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "kinome/error.h"
 #include "kinome/instruction_set.h"
 #include "kinome/plugin.h"
 
 namespace kinome {
+
+/// A library that is there and can't be used. However many objects ask for it, it is told once.
+class KINOME_EXPORT UnusablePlugin : public Error {
+ public:
+  using Error::Error;
+};
 
 /// Finds plugins by category and name in a list of folders, as DIR/CATEGORY/NAME.so, and loads each
 /// on first use. Beside NAME.so, folders named after instruction sets may hold the same plugin built
