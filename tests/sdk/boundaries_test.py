@@ -13,6 +13,8 @@ BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
 DEFINITION = re.compile(r"^(?:class|struct) (\w+)(?: final)?(?: : [^{;]*)? \{", re.MULTILINE)
+REGISTRATION = re.compile(r"\bKINOME_PLUGIN\((?:kinome::)?(\w+),")
+NAME_PART = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
 # Of what two categories share, until the SDK has it.
@@ -24,9 +26,27 @@ EXCEPTIONS = {
 }
 
 
-# Formulas that plugins of several categories share: the SDK has them for those who write BSDFs, and
-# for what samples these. To the core a BSDF is an interface.
-FOR_PLUGINS = {"kinome/wide/fresnel.h", "kinome/wide/microfacet.h"}
+# Formulas that plugins of several categories share: the SDK has them for those who write BSDFs or
+# samplers, and for what samples these. To the core a BSDF or a sampler is an interface.
+FOR_PLUGINS = {"kinome/wide/fresnel.h", "kinome/wide/microfacet.h", "kinome/owen.h"}
+
+# Words that no name in the core has a part of: BSDF models, ways to choose among lights, methods of
+# sampling.
+ALGORITHMS = set("""
+    phong blinn ward lambert beckmann ggx trowbridge microfacet fresnel conductor dielectric plastic
+    tree cut cluster clustered vpl photon product importance strata stratum comb pilot learn
+    learned caustic roulette mis
+    sobol halton owen latin stratified hilbert metropolis""".split())
+NAMED_IN_CORE = {
+    ("core/include/kinome/bsdf_form.h", "beckmann"): "how BSDFs say which lobe they are made of",
+    ("core/include/kinome/bsdf_form.h", "ggx"): "how BSDFs say which lobe they are made of",
+    ("core/include/kinome/bsdf_form.h", "conductor"): "how BSDFs say which lobe they are made of",
+    ("core/include/kinome/inspection.h", "cluster"): "what `kinome inspect` is told and shows",
+    ("core/include/kinome/inspection.h", "learned"): "what `kinome inspect` is told and shows",
+    ("core/app/inspect.cpp", "cluster"): "what `kinome inspect` is told and shows",
+    ("core/app/inspect.cpp", "learned"): "what `kinome inspect` is told and shows",
+    ("core/include/kinome/wide/functions.h", "product"): "of numbers",
+}
 
 
 def sources(folder):
@@ -73,17 +93,38 @@ def forbidden_includes(root):
 
 
 def names_of_plugins(root):
-    """Classes of the plugins' headers."""
-    return {name for path in sources(root / "plugins") if path.suffix == ".h"
-            for name in DEFINITION.findall(path.read_text("utf-8"))}
+    """Classes of the plugins' headers, and those that plugins register."""
+    names = set()
+    for path in sources(root / "plugins"):
+        text = path.read_text("utf-8")
+        names.update(REGISTRATION.findall(text))
+        if path.suffix == ".h":
+            names.update(DEFINITION.findall(text))
+    return names
+
+
+def words_of(path):
+    """Of the names in a file's code, comments and texts aside."""
+    return re.findall(r"\w+", NOT_CODE.sub(" ", path.read_text("utf-8")))
 
 
 def named_in_core(root):
     """(file, name) of the plugins' classes that the core's code names, comments and texts aside."""
     names = names_of_plugins(root)
     return {(str(path.relative_to(root)), word) for path in sources(root / "core")
-            for word in re.findall(r"\w+", NOT_CODE.sub(" ", path.read_text("utf-8")))
-            if word in names}
+            for word in words_of(path) if word in names}
+
+
+def algorithms_in_core(root):
+    """(file, word) of the ALGORITHMS that a part of a name in the core's code is, one or several."""
+    found = set()
+    for path in sources(root / "core"):
+        if any(path == root / "core/include" / name for name in FOR_PLUGINS):
+            continue
+        parts = {part.lower() for word in words_of(path) for part in NAME_PART.findall(word)}
+        found |= {(str(path.relative_to(root)), word) for word in ALGORITHMS
+                  if word in parts or word + "s" in parts}
+    return found
 
 
 def symbols(library, *options, kinds=None):
@@ -102,6 +143,9 @@ class Boundaries(unittest.TestCase):
     def test_core_names_no_class_of_a_plugin(self):
         self.assertGreater(len(names_of_plugins(ROOT)), 50)
         self.assertEqual(named_in_core(ROOT), set())
+
+    def test_core_names_no_algorithm(self):
+        self.assertEqual(algorithms_in_core(ROOT), set(NAMED_IN_CORE))
 
     def test_library_has_nothing_of_a_plugin(self):
         library = symbols(BUILD / "lib/libkinome.so", "-D")
@@ -156,6 +200,7 @@ class BrokenRules(unittest.TestCase):
                 ("core/base/numbers.h", "#include <cut/tree.h>"),
                 ("core/include/kinome/math.h", '  #  include "mesh.h"'),
                 ("core/base/numbers.cpp", '#include "kinome/wide/fresnel.h"'),
+                ("core/include/kinome/math.h", '#include "kinome/owen.h"'),
                 ("plugins/shapes/obj.cpp", '#include "base/numbers.h"'),
                 ("plugins/shapes/obj.cpp", '#include "../../core/base/numbers.h"'),
                 ("plugins/shapes/obj.cpp", '#include "../integrators/cut/tree.h"'),
@@ -175,6 +220,19 @@ class BrokenRules(unittest.TestCase):
         self.assertEqual(named_in_core(self.root), set())
         self.write("core/base/numbers.cpp", "class Tree;  // of lights")
         self.assertEqual(named_in_core(self.root), {("core/base/numbers.cpp", "Tree")})
+        self.write("plugins/shapes/ball.cpp", 'KINOME_PLUGIN(kinome::Ball, Category::kShape, "b")')
+        self.write("core/base/numbers.cpp", "std::shared_ptr<Ball> ball;")
+        self.assertEqual(named_in_core(self.root), {("core/base/numbers.cpp", "Ball")})
+
+    def test_algorithms(self):
+        path = "core/base/numbers.cpp"
+        self.write(path, '// of a tree\nint street = cute("light_tree"), stored, award;')
+        self.assertEqual(algorithms_in_core(self.root), set())
+        for name, word in (("light_tree", "tree"), ("LightTrees", "tree"), ("kGgx", "ggx"),
+                           ("sobol_2d", "sobol"), ("GGXLobe", "ggx"), ("cuts_", "cut")):
+            with self.subTest(name):
+                self.write(path, f"int {name};")
+                self.assertEqual(algorithms_in_core(self.root), {(path, word)})
 
 
 if __name__ == "__main__":

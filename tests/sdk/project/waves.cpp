@@ -1,9 +1,13 @@
-#include "kinome/plugin.h"
-#include "kinome/texture.h"
-#include "kinome/wide/functions.h"
+// Waves along u, a whole vector at a time: the formula is written once, for a place and for as many
+// as a vector holds.
+//
+//     <texture type="waves"> <float name="waves" value="4"/> </texture>
 
-/// Waves along u, built for several instruction sets. Its formula is written once, for a point and
-/// for as many as a vector holds.
+#include <kinome/plugin.h>
+#include <kinome/texture.h>
+#include <kinome/wide/functions.h>
+#include <kinome/wide/vectors.h>
+
 namespace {
 
 using namespace kinome;
@@ -13,30 +17,28 @@ constexpr Parameter kParameters[] = {
     {"waves", ParameterType::kFloat, "4", "How many there are from u = 0 to 1."},
 };
 
-template <class F>
-F wave(F u, float waves) {
-  return mul_add(F(0.4f), cos(2 * kPi * waves * u), F(0.5f));
-}
-
 class Waves final : public Texture {
  public:
-  explicit Waves(const Properties& props) : waves_(props.real("waves")) {
-    // What a vector's lanes hold is what points do.
-    float u[wide::kLanes], values[wide::kLanes];
-    for (size_t i = 0; i < wide::kLanes; ++i) u[i] = static_cast<float>(i) / kBlockLanes;
-    wave(wide::Float::load(u), waves_).store(values);
-    for (size_t i = 0; i < wide::kLanes; ++i) {
-      if (!(std::abs(values[i] - wave(u[i], waves_)) < 1e-6f * (1 + waves_))) {
-        throw props.error("waves", "lane " + std::to_string(i) + " differs");
-      }
-    }
+  explicit Waves(const Properties& props) : waves_(props.real("waves")) {}
+
+  Rgb eval(const Vec2& uv) const override { return Rgb(wave(uv.x)); }
+  void eval_block(const Columns2& uv, size_t count, const Columns3& out) const override {
+    wide::for_lanes(count,
+                    [&](size_t i) { wide::Rgb(wave(wide::Float::load(uv.x + i))).store(out, i); });
   }
-  Rgb eval(const Vec2& uv) const override { return Rgb(wave(uv.x, waves_)); }
+  void eval_1_block(const Columns2& uv, size_t count, float* out) const override {
+    wide::for_lanes(count, [&](size_t i) { wave(wide::Float::load(uv.x + i)).store(out + i); });
+  }
   Rgb mean() const override { return Rgb(0.5f); }
   float max() const override { return 0.9f; }
   float min() const override { return 0.1f; }
 
  private:
+  template <class F>
+  F wave(F u) const {
+    return mul_add(F(0.4f), cos(2 * kPi * waves_ * u), F(0.5f));
+  }
+
   float waves_;
 };
 
