@@ -1,9 +1,10 @@
+// Renders a scene file, or looks for its faults: from options to files and an exit status.
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <set>
 
 #include <fmt/format.h>
 
@@ -16,6 +17,7 @@
 #include "kinome/render_context.h"
 #include "kinome/scene_loader.h"
 #include "metadata.h"
+#include "output.h"
 #include "progress.h"
 #include "report.h"
 #include "say.h"
@@ -66,35 +68,7 @@ const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {
                                  near.empty() ? " or a sensor's id" : " or '" + near + "'"));
 }
 
-/// Where the picture goes: beside the scene file, or as -o says, with the film's extension. Another
-/// image format's extension is a mistake: what is written would not be what the name says.
-std::string output_path(const Options& options, const std::string& extension) {
-  if (options.output.empty()) return fs::path(options.scene).replace_extension(extension).string();
-  static const std::set<std::string> kImages = {".exr", ".pfm", ".png",  ".jpg", ".jpeg",
-                                                ".hdr", ".tif", ".tiff", ".bmp", ".rgbe"};
-  const std::string given = fs::path(options.output).extension().string();
-  if (given == extension) return options.output;
-  if (kImages.count(given) != 0) {
-    throw Error(fmt::format("-o {}: the scene's film writes {} files{}", options.output, extension,
-                            given == ".png" ? "; --png adds a PNG beside it" : ""));
-  }
-  return options.output + extension;
-}
-
-/// Before anything is loaded: the film will choose the extension, but not the folder.
-void check_output_folder(const Options& options) {
-  std::error_code ignored;
-  if (!fs::exists(options.scene, ignored)) return;  // the greater mistake, which the loader reports
-  if (options.output.empty()) {
-    check_writable(fs::path(options.scene).replace_extension(".exr").string());
-  } else {
-    const bool whole =
-        fs::is_directory(options.output, ignored) || fs::path(options.output).has_extension();
-    check_writable(whole ? options.output : options.output + ".exr");
-  }
-}
-
-/// Before anything is loaded, too. nullptr: no checkpoints are asked for.
+/// Before anything is loaded. nullptr: no checkpoints are asked for.
 std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
   if (options.checkpoint.empty()) return nullptr;
   const auto say_that_it_resumes = [&options] {
@@ -119,34 +93,6 @@ void warn_of_layers(const Scene& scene, const Film& film) {
         "the scene's film writes .pfm files, which hold no channels but colour: those of its "
         "integrator are left out");
   }
-}
-
-/// Seconds that it will take to write such a picture: by what it takes to write some of its rows.
-double writing_seconds(const Options& options, const Film& film, const Image& picture,
-                       const std::string& output) {
-  constexpr int kRows = 64;
-  Image strip{picture.width,
-              std::min(picture.height, std::max(kRows, picture.height / 16)),
-              picture.channels,
-              {}};
-  const size_t row = static_cast<size_t>(picture.width) * picture.channels.size();
-  const auto first = picture.data.begin() +
-                     static_cast<std::ptrdiff_t>(row * ((picture.height - strip.height) / 2));
-  strip.data.assign(first, first + static_cast<std::ptrdiff_t>(row * strip.height));
-  const Clock::time_point start = Clock::now();
-  const auto time = [&](const std::string& path, const auto& write) {
-    write(path);
-    std::error_code ignored;
-    fs::remove(path, ignored);
-  };
-  const fs::path stem = fs::path(output).replace_extension("");
-  time(stem.string() + ".timing" + film.file_extension(),
-       [&](const std::string& path) { film.write(path, strip, {}); });
-  if (options.png) {
-    time(stem.string() + ".timing.png",
-         [&](const std::string& path) { write_png(path, strip, options.exposure); });
-  }
-  return seconds_since(start) * picture.height / strip.height;
 }
 
 /// What was asked for and isn't kept.
@@ -239,6 +185,41 @@ void run_inspection(const Options& options, const Scene& scene, const Sensor& se
   if (!options.quiet) say("wrote {}\n", names);
 }
 
+/// Renders the picture and writes it; whatever else there is to know of it goes to the statistics.
+RenderSummary render_and_write(const Options& options, const Scene& scene, const Sensor& sensor,
+                               RenderContext& context, Progress& progress,
+                               const PluginRegistry& registry, const Output& output,
+                               Checkpoint* checkpoint) {
+  Film& film = sensor.film();
+  RenderStats& stats = context.stats();
+  begin_interruptible_render();
+  progress.begin();
+  log_info(fmt::format("rendering {}x{} pixels of {} on {} threads", film.crop().width(),
+                       film.crop().height(), options.scene, context.threads()));
+  const Image image = render(scene, sensor, context);
+  progress.finish();
+
+  stats.plugins = registry.loaded();
+  stats.instruction_set = to_string(used_instruction_set(registry));
+  const std::string integrator = integrator_names(stats.plugins);
+  const Clock::time_point write_start = Clock::now();
+  set_activity("writing the picture");
+  write_picture(options, film, image, metadata_of(scene, context, integrator, stats), output,
+                checkpoint);
+  if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
+  stats.write_seconds = seconds_since(write_start);
+  set_activity("checking plugins");
+  stats.faults = audit_plugins(scene, sensor, options.seed,
+                               stats.non_finite_samples > 0 ? kPlacesOfSuspects : kPlaces);
+  return {.scene = options.scene,
+          .output = output.picture,
+          .integrator = integrator,
+          .width = image.width,
+          .height = image.height,
+          .samples = static_cast<unsigned>(std::lround(stats.samples)),
+          .seed = options.seed};
+}
+
 }  // namespace
 
 /// On stdout, as what was asked for; each line begins with its place, for editors that go there.
@@ -272,7 +253,10 @@ int render_command(const Options& options, Clock::time_point start) {
 
   Progress progress(options.quiet);
   const Film* film_to_write = nullptr;
-  std::string output;
+  Output output;
+  const auto seconds_to_write = [&](const Image& picture) {
+    return writing_seconds(options, *film_to_write, picture, output.picture);
+  };
   RenderContext context({.threads = options.threads,
                          .seed = options.seed,
                          .cancel = &cancel_flag(),
@@ -281,86 +265,39 @@ int render_command(const Options& options, Clock::time_point start) {
                          .budget = {.seconds = options.seconds,
                                     .rel_mse = options.rel_mse,
                                     .lanes = options.renders,
-                                    .seconds_after = [&](const Image& picture) {
-                                      return writing_seconds(options, *film_to_write, picture,
-                                                             output);
-                                    }}});
+                                    .seconds_after = seconds_to_write}});
   RenderStats& stats = context.stats();
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
                           choose_instruction_set(options.isa));
   set_activity("loading the scene");
   const auto scene = load_scene(options.scene, load_options(options), registry, &stats);
   warn_of_unused_instruction_set(options, registry);
-  const InstructionSet instruction_set = used_instruction_set(registry);
   const Sensor& sensor = choose_sensor(*scene, options.sensor);
-  const Film& film = sensor.film();
-  film_to_write = &film;
-  output = options.inspect && fs::path(options.output).extension() == ".png"
-               ? options.output
-               : output_path(options, film.file_extension());
-  if (options.renders > 0 && film.file_extension() != ".exr") {
-    throw Error(
-        fmt::format("--variance: the scene's film writes {} files, which hold no channels "
-                    "but colour",
-                    film.file_extension()));
-  }
-  warn_of_layers(*scene, film);
-  const std::string png = fs::path(output).replace_extension(".png").string();
-  check_writable(output);
-  if (options.png) check_writable(png);
+  film_to_write = &sensor.film();
+  output = choose_output(options, sensor.film());
+  warn_of_layers(*scene, sensor.film());
   if (checkpoint) {
-    for (const std::string& written : {output, options.png ? png : output}) {
+    for (const std::string& written : output.files()) {
       if (!checkpoint->is_written_to(written)) continue;
       throw Error(
           fmt::format("--checkpoint {}: this is where the picture goes", checkpoint->path()));
     }
-    checkpoint->set_identity(identity_of(options, *scene, sensor, instruction_set));
+    checkpoint->set_identity(
+        identity_of(options, *scene, sensor, used_instruction_set(registry)));
     context.set_checkpoint(checkpoint.get());
   }
 
   set_activity("rendering");
   if (options.inspect) {
-    run_inspection(options, *scene, sensor, context, output);
+    run_inspection(options, *scene, sensor, context, output.picture);
     return 0;
   }
-  begin_interruptible_render();
-  progress.begin();
-  log_info(fmt::format("rendering {}x{} pixels of {} on {} threads", film.crop().width(),
-                       film.crop().height(), options.scene, context.threads()));
-  const Image image = render(*scene, sensor, context);
-  progress.finish();
-
-  stats.plugins = registry.loaded();
-  stats.instruction_set = to_string(instruction_set);
-  const std::string integrator = integrator_names(stats.plugins);
-  const Clock::time_point write_start = Clock::now();
-  set_activity("writing the picture");
-  try {
-    film.write(output, image, metadata_of(*scene, context, integrator, stats));
-    if (options.png) write_png(png, image, options.exposure);
-  } catch (...) {
-    if (checkpoint) checkpoint->close(sensor.film());  // nothing is lost but the picture
-    throw;
-  }
-  if (checkpoint && stats.complete) {
-    for (const std::string& written : {output, options.png ? png : output}) sync_file(written);
-    checkpoint->remove();
-  }
-  stats.write_seconds = seconds_since(write_start);
-  set_activity("checking plugins");
-  stats.faults = audit_plugins(*scene, sensor, options.seed,
-                               stats.non_finite_samples > 0 ? kPlacesOfSuspects : kPlaces);
+  const RenderSummary summary = render_and_write(options, *scene, sensor, context, progress,
+                                                 registry, output, checkpoint.get());
   stats.total_seconds = seconds_since(start);
   stats.peak_memory_bytes = peak_memory_bytes();
   warn_of_budget(options, stats);
-  report(options, stats,
-         {.scene = options.scene,
-          .output = output,
-          .integrator = integrator,
-          .width = image.width,
-          .height = image.height,
-          .samples = static_cast<unsigned>(std::lround(stats.samples)),
-          .seed = options.seed});
+  report(options, stats, summary);
   return exit_status(options, stats);
 }
 

@@ -7,6 +7,7 @@
 
 #include "cli.h"
 #include "kinome/image.h"
+#include "support/plugin_sets.h"
 
 namespace kinome::test {
 namespace {
@@ -51,12 +52,19 @@ TEST_F(Program, ExtensionIsAppended) {
 }
 
 TEST_F(Program, SameBitsAtAnyThreadCountAndOtherBitsForAnotherSeed) {
-  for (const char* integrator : {"direct", "clustered"}) {
-    const std::string define = std::string("integrator=") + integrator;
-    const std::string one = picture({"-D", define, "-t", "1"});
-    EXPECT_EQ(picture({"-D", define, "-t", "2"}), one) << integrator;
-    EXPECT_EQ(picture({"-D", define, "-t", "5"}), one) << integrator;
-    EXPECT_NE(picture({"-D", define, "-t", "1", "--seed", "1"}), one) << integrator;
+  for (const InstructionSet set : instruction_sets()) {
+    const std::string isa = to_string(set);
+    for (const char* integrator : {"direct", "path", "ptracer", "clustered"}) {
+      SCOPED_TRACE(isa + ' ' + integrator);
+      const auto with = [&](const char* threads, const char* seed = "0") {
+        return picture({"--isa", isa, "-D", std::string("integrator=") + integrator, "-t", threads,
+                        "--seed", seed});
+      };
+      const std::string one = with("1");
+      EXPECT_EQ(with("2"), one);
+      EXPECT_EQ(with("5"), one);
+      EXPECT_NE(with("1", "1"), one);
+    }
   }
 }
 

@@ -1,0 +1,105 @@
+#include "output.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace kinome::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// Where the picture goes: beside the scene file, or as -o says, with the film's extension. Another
+/// image format's extension is a mistake: what is written would not be what the name says.
+std::string output_path(const Options& options, const std::string& extension) {
+  if (options.output.empty()) return fs::path(options.scene).replace_extension(extension).string();
+  static const std::set<std::string> kImages = {".exr", ".pfm", ".png",  ".jpg", ".jpeg",
+                                                ".hdr", ".tif", ".tiff", ".bmp", ".rgbe"};
+  const std::string given = fs::path(options.output).extension().string();
+  if (given == extension) return options.output;
+  if (kImages.count(given) != 0) {
+    throw Error(fmt::format("-o {}: the scene's film writes {} files{}", options.output, extension,
+                            given == ".png" ? "; --png adds a PNG beside it" : ""));
+  }
+  return options.output + extension;
+}
+
+}  // namespace
+
+void check_output_folder(const Options& options) {
+  std::error_code ignored;
+  if (!fs::exists(options.scene, ignored)) return;  // the greater mistake, which the loader reports
+  if (options.output.empty()) {
+    check_writable(fs::path(options.scene).replace_extension(".exr").string());
+  } else {
+    const bool whole =
+        fs::is_directory(options.output, ignored) || fs::path(options.output).has_extension();
+    check_writable(whole ? options.output : options.output + ".exr");
+  }
+}
+
+Output choose_output(const Options& options, const Film& film) {
+  Output output;
+  output.picture = options.inspect && fs::path(options.output).extension() == ".png"
+                       ? options.output
+                       : output_path(options, film.file_extension());
+  if (options.renders > 0 && film.file_extension() != ".exr") {
+    throw Error(
+        fmt::format("--variance: the scene's film writes {} files, which hold no channels "
+                    "but colour",
+                    film.file_extension()));
+  }
+  if (options.png) output.png = fs::path(output.picture).replace_extension(".png").string();
+  for (const std::string& file : output.files()) check_writable(file);
+  return output;
+}
+
+double writing_seconds(const Options& options, const Film& film, const Image& picture,
+                       const std::string& output) {
+  constexpr int kRows = 64;
+  Image strip{picture.width,
+              std::min(picture.height, std::max(kRows, picture.height / 16)),
+              picture.channels,
+              {}};
+  const size_t row = static_cast<size_t>(picture.width) * picture.channels.size();
+  const auto first = picture.data.begin() +
+                     static_cast<std::ptrdiff_t>(row * ((picture.height - strip.height) / 2));
+  strip.data.assign(first, first + static_cast<std::ptrdiff_t>(row * strip.height));
+  const Clock::time_point start = Clock::now();
+  const auto time = [&](const std::string& path, const auto& write) {
+    write(path);
+    std::error_code ignored;
+    fs::remove(path, ignored);
+  };
+  const fs::path stem = fs::path(output).replace_extension("");
+  time(stem.string() + ".timing" + film.file_extension(),
+       [&](const std::string& path) { film.write(path, strip, {}); });
+  if (options.png) {
+    time(stem.string() + ".timing.png",
+         [&](const std::string& path) { write_png(path, strip, options.exposure); });
+  }
+  const std::chrono::duration<double> used = Clock::now() - start;
+  return used.count() * picture.height / strip.height;
+}
+
+void write_picture(const Options& options, Film& film, const Image& image,
+                   const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint) {
+  try {
+    film.write(output.picture, image, metadata);
+    if (options.png) write_png(output.png, image, options.exposure);
+  } catch (...) {
+    if (checkpoint) checkpoint->close(film);  // nothing is lost but the picture
+    throw;
+  }
+}
+
+void remove_checkpoint(Checkpoint& checkpoint, const Output& output) {
+  for (const std::string& written : output.files()) sync_file(written);
+  checkpoint.remove();
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinome/checkpoint.h"
+#include "kinome/film.h"
+#include "options.h"
+
+namespace kinome::app {
+
+/// Where the picture goes, and with --png the PNG beside it.
+struct Output {
+  std::string picture;
+  std::string png;  ///< "": none
+
+  std::vector<std::string> files() const {
+    return png.empty() ? std::vector{picture} : std::vector{picture, png};
+  }
+};
+
+/// Before anything is loaded: the film will choose the extension, but not the folder. Throws Error
+/// where nothing can be written there.
+void check_output_folder(const Options& options);
+/// Before anything is rendered. Throws Error where the film can't write what is asked for, or not
+/// there.
+Output choose_output(const Options& options, const Film& film);
+/// Seconds that it will take to write such a picture: by what it takes to write some of its rows.
+double writing_seconds(const Options& options, const Film& film, const Image& picture,
+                       const std::string& output);
+/// Where it can't be written, the checkpoint, if there is one, is left as it is.
+void write_picture(const Options& options, Film& film, const Image& image,
+                   const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint);
+/// Of a picture that is whole, and written: once that is on the disk.
+void remove_checkpoint(Checkpoint& checkpoint, const Output& output);
+
+}  // namespace kinome::app
