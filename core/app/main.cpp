@@ -1,3 +1,5 @@
+// The program: what its options ask for, and the statuses that it ends with.
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

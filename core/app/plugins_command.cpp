@@ -1,3 +1,5 @@
+// `kinome plugins`: lists what there is, and explains one of them by its parameter table.
+
 #include <algorithm>
 #include <map>
 #include <string>

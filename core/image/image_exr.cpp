@@ -1,3 +1,5 @@
+// OpenEXR files, read and written.
+
 #include <ImfChannelList.h>
 #include <ImfChromaticities.h>
 #include <ImfFrameBuffer.h>

@@ -1,3 +1,5 @@
+// Portable float maps, read and written.
+
 #include <fmt/format.h>
 
 #include <bit>

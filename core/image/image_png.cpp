@@ -1,3 +1,5 @@
+// PNG files of eight bits, written.
+
 #include <fmt/format.h>
 #include <png.h>
 

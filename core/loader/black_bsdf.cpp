@@ -1,3 +1,5 @@
+// What a shape that emits has where the scene gives it no BSDF: it reflects nothing.
+
 #include <algorithm>
 
 #include "kinome/bsdf.h"

@@ -1,3 +1,5 @@
+// Which tags there are, with which attributes, and what may stand inside of what.
+
 #include <algorithm>
 #include <array>
 

@@ -1,3 +1,5 @@
+// Directives of a scene file: includes, paths, defaults, aliases, and $names in attributes.
+
 #include <algorithm>
 #include <array>
 #include <filesystem>

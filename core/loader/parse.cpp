@@ -1,3 +1,5 @@
+// From the text of a scene file to nodes that know their line and column.
+
 #include <pugixml.hpp>
 
 #include "loader/node.h"

@@ -1,3 +1,5 @@
+// From a scene's nodes to its contents, with what it lacks made up for.
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,3 +1,5 @@
+// <transform> and the operations in it.
+
 #include <cmath>
 #include <functional>
 

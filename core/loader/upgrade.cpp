@@ -1,3 +1,5 @@
+// Scene files of Mitsuba 0.6 become those of Mitsuba 3.
+
 #include <algorithm>
 #include <array>
 

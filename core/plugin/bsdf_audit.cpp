@@ -1,3 +1,5 @@
+// Whether what a BSDF samples is what it evaluates, at a place of a scene.
+
 #include "kinome/warp.h"
 #include "plugin/audit_words.h"
 #include "plugin/object_audit.h"

@@ -1,3 +1,6 @@
+// Whether an emitter's samples are what its surface or the sky is found to be, from a place of a
+// scene.
+
 #include "kinome/shape.h"
 #include "kinome/warp.h"
 #include "plugin/audit_words.h"

@@ -1,3 +1,5 @@
+// From a scene and a sensor to a picture, by the scene's integrator.
+
 #include "kinome/render_context.h"
 
 #include "base/log_once.h"

@@ -1,3 +1,6 @@
+// Triangle meshes: checked, moved to world space, with normals for each vertex, and their
+// points.
+
 #include <algorithm>
 #include <cmath>
 

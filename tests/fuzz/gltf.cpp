@@ -1,3 +1,5 @@
+// Any bytes as a glTF file.
+
 #include "mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

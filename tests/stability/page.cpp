@@ -1,3 +1,5 @@
+// Writes STABILITY.md: what each method made of each case.
+
 #include <algorithm>
 #include <filesystem>
 #include <set>

@@ -1,3 +1,6 @@
+// What glTF files hold, in each of the ways that they may hold it, and what is wrong with
+// damaged ones.
+
 #include <gtest/gtest.h>
 
 #include <cstring>

@@ -1,3 +1,5 @@
+// What PLY and OBJ files hold, and what is wrong with damaged ones.
+
 #include <gtest/gtest.h>
 
 #include <bit>

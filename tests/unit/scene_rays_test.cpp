@@ -1,3 +1,5 @@
+// Rays against a whole scene: nearest hits and occlusion, singly and in batches.
+
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,3 +1,5 @@
+// Scenes with several mistakes.
+
 #include <gtest/gtest.h>
 
 #include "plugins/probe_registry.h"

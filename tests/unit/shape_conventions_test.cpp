@@ -1,3 +1,5 @@
+// Interactions of shapes are those of Mitsuba 3, number by number.
+
 #include <gtest/gtest.h>
 
 #include <memory>

@@ -1,3 +1,5 @@
+// Rays meet analytic shapes where the closed form in double precision says.
+
 #include <gtest/gtest.h>
 
 #include <functional>

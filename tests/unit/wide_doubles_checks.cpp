@@ -1,3 +1,5 @@
+// Checks of wide::Double.
+
 #include "kinome/wide/doubles.h"
 #include "wide_checks.h"
 

@@ -1,3 +1,6 @@
+// Checks of the functions of wide numbers: by how many ulps they are off, and their special
+// values.
+
 #include "wide_checks.h"
 
 #include "kinome/wide/near_zero.h"

@@ -1,3 +1,5 @@
+// Checks of wide::Int and wide::Uint.
+
 #include "wide_checks.h"
 
 namespace kinome::test {

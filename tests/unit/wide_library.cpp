@@ -1,3 +1,5 @@
+// The checks of wide numbers as a library, which is built for each instruction set.
+
 #include "wide_checks.h"
 
 namespace kinome::test {

@@ -1,3 +1,5 @@
+// Checks of wide::Float and of masks.
+
 #include "wide_checks.h"
 
 namespace kinome::test {

@@ -1,3 +1,6 @@
+// Runs the checks of wide numbers by the library of each instruction set that this processor
+// has.
+
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 

@@ -1,3 +1,5 @@
+// Checks of wide vectors and colours, and of how they go to and from memory.
+
 #include "wide_checks.h"
 
 namespace kinome::test {

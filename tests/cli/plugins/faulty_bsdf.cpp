@@ -1,3 +1,5 @@
+// A BSDF with a fault, for tests of what the program makes of it.
+
 #include <cmath>
 #include <new>
 #include <vector>

@@ -1,3 +1,5 @@
+// An emitter with a fault, for tests of what the program makes of it.
+
 #include <cmath>
 
 #include "faulty.h"

@@ -1,3 +1,5 @@
+// An integrator with a fault, for tests of what the program makes of it.
+
 #include <array>
 
 #include "faulty.h"

@@ -1,3 +1,5 @@
+// A shape with a fault, for tests of what the program makes of it.
+
 #include "faulty.h"
 #include "kinome/shape.h"
 
