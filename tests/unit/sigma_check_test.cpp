@@ -43,11 +43,14 @@ TEST(SigmaCheck, FindsWhatRaysFound) {
   for (int i = 0; i < 40000; ++i) {
     check.tell(0, kSigma, i % 400 == 0);
     check.tell(1, kSigma, i % 25 != 0);
+    check.tell(1, 0.02f, true);
   }
   EXPECT_EQ(corrected(check, 0, kSigma), kSigma);  // as yet
   check.finish();
   EXPECT_NEAR(corrected(check, 0, kSigma), 0.05f, 0.001f);
   EXPECT_NEAR(corrected(check, 1, kSigma), kSigma, 0.001f);
+  // 16 were expected of those that say visible, none were found: 2 for 18, half of it.
+  EXPECT_NEAR(corrected(check, 1, 0.02f), 0.02f * std::pow(2 / 18.f, 0.25f), 2e-4f);
   // Sigmas alike are corrected alike, and those far from it not at all.
   EXPECT_NEAR(corrected(check, 0, 0.9f * kSigma) / (0.9f * kSigma), 0.25f, 0.01f);
   EXPECT_FLOAT_EQ(corrected(check, 0, 0.02f), 0.02f);

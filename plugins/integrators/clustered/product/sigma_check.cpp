@@ -54,7 +54,10 @@ void SigmaCheck::finish() {
         found += share * static_cast<double>(sums.found);
       }
       const double factor = std::max((found + kBelief) / (expected + kBelief), kLeastFactor);
-      factor_[side * kSteps + step] = static_cast<float>(factor);
+      // What seems visible is so throughout most of a picture, and in doubt at a few places, which
+      // this must not forget: half of it, in logarithms.
+      factor_[side * kSteps + step] =
+          static_cast<float>(side == kVisible ? std::sqrt(factor) : factor);
     }
   }
   is_finished_ = true;
