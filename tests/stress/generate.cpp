@@ -8,72 +8,12 @@
 
 #include <fmt/format.h>
 
+#include "dice.h"
 #include "kinome/image.h"
-#include "kinome/sampler.h"
+#include "node_values.h"
 
 namespace kinome::test {
 namespace {
-
-class Dice {
- public:
-  Dice(uint64_t seed, uint64_t index) : seed_(hash_words(seed, index)) {}
-  uint64_t bits() { return hash_words(seed_, count_++); }
-  float unit() { return to_unit_float(static_cast<uint32_t>(bits() >> 32)); }
-  float between(float low, float high) { return low + (high - low) * unit(); }
-  int below(int count) { return static_cast<int>(bits() % static_cast<uint64_t>(count)); }
-  bool chance(double p) { return unit() < p; }
-  /// 10^[low, high].
-  double decades(float low, float high) { return std::pow(10., between(low, high)); }
-  template <class T>
-  const T& of(const std::vector<T>& choices) {
-    return choices[static_cast<size_t>(below(static_cast<int>(choices.size())))];
-  }
-  Vec3 direction() {
-    const float z = between(-1, 1), phi = between(0, 2 * kPi), r = safe_sqrt(1 - z * z);
-    return {r * std::cos(phi), r * std::sin(phi), z};
-  }
-  Vec3 in_cube(float half) {
-    const float x = between(-half, half), y = between(-half, half);
-    return {x, y, between(-half, half)};
-  }
-
- private:
-  uint64_t seed_;
-  uint64_t count_ = 0;
-};
-
-std::string digits(double v) {
-  return fmt::format("{:.9g}", v);
-}
-std::string digits(const Vec3& v) {
-  return digits(v.x) + " " + digits(v.y) + " " + digits(v.z);
-}
-SceneNode value_of(const std::string& tag, const std::string& name, const std::string& value) {
-  return {tag, {{"name", name}, {"value", value}}};
-}
-SceneNode number(const std::string& name, double v) {
-  return value_of("float", name, digits(v));
-}
-SceneNode integer(const std::string& name, int64_t v) {
-  return value_of("integer", name, std::to_string(v));
-}
-SceneNode boolean(const std::string& name, bool v) {
-  return value_of("boolean", name, v ? "true" : "false");
-}
-SceneNode rgb(const std::string& name, const Vec3& v) {
-  return value_of("rgb", name, digits(v));
-}
-SceneNode text(const std::string& name, const std::string& v) {
-  return value_of("string", name, v);
-}
-SceneNode object(const std::string& tag, const std::string& type,
-                 std::vector<SceneNode> children = {}) {
-  return {tag, {{"type", type}}, std::move(children)};
-}
-SceneNode named(SceneNode node, const std::string& name) {
-  node.attributes.emplace_back("name", name);
-  return node;
-}
 
 class Generator {
  public:
