@@ -162,7 +162,7 @@ void declare_plugin_options(CLI::App& app, Options& options) {
       ->type_name("FOLDER")
       ->allow_extra_args(false);
   app.add_option("--isa", options.isa,
-                 "The best instruction set that plugins may use (x86-64, x86-64-v3, x86-64-v4); "
+                 "The best instruction set that plugins may use (x86-64-v2, x86-64-v3, x86-64-v4); "
                  "default: the processor's")
       ->type_name("NAME");
 }

@@ -10,7 +10,7 @@
 namespace kinome::app {
 
 InstructionSet used_instruction_set(const PluginRegistry& registry) {
-  InstructionSet best = InstructionSet::kBaseline;
+  InstructionSet best = least_instruction_set();
   for (int c = 0; c < kCategoryCount; ++c) {
     const auto category = static_cast<Category>(c);
     const std::string prefix = std::string(to_string(category)) + "/";

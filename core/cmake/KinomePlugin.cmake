@@ -8,10 +8,23 @@
 #
 # WIDE is for plugins that compute with the numbers of kinome/wide: the same sources are built once
 # more for each instruction set of KINOME_ISAS that the compiler knows, as plugins/CATEGORY/ISA/NAME.so,
-# and the program takes the best that the processor has.
+# and the program takes the best that the processor has. The first is for KINOME_BASELINE.
 set(KINOME_ISAS "x86-64-v3;x86-64-v4" CACHE STRING
   "Instruction sets that wide plugins are built for, beside the baseline: x86-64-v2, -v3, -v4")
+# Vectors of four; below it Highway has but one lane, and plugins take four to eight times as long as
+# by AVX-512, not two or three.
+set(KINOME_BASELINE "x86-64-v2" CACHE STRING
+  "What every processor has: x86-64-v2 (SSE4.2; all since 2009) or x86-64. Not used where CMAKE_CXX_FLAGS has -march")
 include(CheckCXXCompilerFlag)
+# kinome_baseline_option(RESULT): the compiler's option for it; empty: none is wanted or known.
+function(kinome_baseline_option result)
+  set(${result} "" PARENT_SCOPE)
+  string(MAKE_C_IDENTIFIER "KINOME_COMPILER_KNOWS_${KINOME_BASELINE}" knows)
+  check_cxx_compiler_flag("-march=${KINOME_BASELINE}" ${knows})
+  if(${knows} AND NOT CMAKE_CXX_FLAGS MATCHES "-march=")
+    set(${result} "-march=${KINOME_BASELINE}" PARENT_SCOPE)
+  endif()
+endfunction()
 foreach(isa IN LISTS KINOME_ISAS)
   if(NOT isa MATCHES "^x86-64-v[234]$")
     message(FATAL_ERROR "KINOME_ISAS: there is no instruction set '${isa}' (there are x86-64-v2, "
@@ -122,6 +135,9 @@ function(kinome_add_plugin_library target category name isa sources link aliases
     target_compile_options(${target} PRIVATE -march=${isa})
     string(APPEND folder "/${isa}")
     string(APPEND up "/..")
+  elseif("hwy::hwy" IN_LIST link)
+    kinome_baseline_option(option)
+    target_compile_options(${target} PRIVATE ${option})
   endif()
   if(TARGET kinome_options)
     target_link_libraries(${target} PRIVATE kinome_options)

@@ -62,6 +62,10 @@ std::optional<InstructionSet> instruction_set_named(std::string_view name) {
   return std::nullopt;
 }
 
+InstructionSet least_instruction_set() {
+  return instruction_set_named(KINOME_ABI_ISA).value_or(InstructionSet::kBaseline);
+}
+
 InstructionSet processor_instruction_set() {
   static const InstructionSet best = detect();
   return best;
@@ -76,6 +80,10 @@ InstructionSet choose_instruction_set(const std::string& wanted, InstructionSet 
   if (!set) {
     throw Error(from + "there is no instruction set '" + name + "' (there are " + list_of_names() +
                 ")");
+  }
+  if (*set < least_instruction_set()) {
+    throw Error(from + "this program and its plugins are built for no less than " +
+                to_string(least_instruction_set()) + ", got " + name);
   }
   if (*set > processors) {
     throw Error(from + "this processor lacks " + name + "; the best that it has is " +

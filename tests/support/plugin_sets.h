@@ -23,8 +23,7 @@ inline PluginRegistry& registry_of(InstructionSet set) {
 /// Those that both the plugins and the processor have. The least is this program's, too: the
 /// baseline, but where all is compiled for more.
 inline std::vector<InstructionSet> instruction_sets() {
-  std::vector<InstructionSet> sets{
-      instruction_set_named(KINOME_ABI_ISA).value_or(InstructionSet::kBaseline)};
+  std::vector<InstructionSet> sets{least_instruction_set()};
   for (const InstructionSet set : registry().instruction_sets(Category::kBsdf, "diffuse")) {
     if (set > sets.back() && set <= processor_instruction_set()) sets.push_back(set);
   }

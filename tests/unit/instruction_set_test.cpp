@@ -73,24 +73,25 @@ TEST(InstructionSets, HaveNames) {
 
 TEST(InstructionSets, AreChosen) {
   const InstructionSet best = processor_instruction_set();
-  const std::string lowest = to_string(InstructionSet::kBaseline);
+  const InstructionSet least = least_instruction_set();
+  const std::string lowest = to_string(least);
   {
     const KinomeIsa empty("");
     EXPECT_EQ(choose_instruction_set(), best);
     EXPECT_EQ(choose_instruction_set(to_string(best)), best);
-    EXPECT_EQ(choose_instruction_set(lowest), InstructionSet::kBaseline);
+    EXPECT_EQ(choose_instruction_set(lowest), least);
   }
   {
     const KinomeIsa low(lowest.c_str());
-    EXPECT_EQ(choose_instruction_set(), InstructionSet::kBaseline);
+    EXPECT_EQ(choose_instruction_set(), least);
     EXPECT_EQ(choose_instruction_set(to_string(best)), best);
   }
   const KinomeIsa wrong("avx2");
   const std::string rest = "there is no instruction set 'avx2' (there are ";
-  EXPECT_EQ(error_of([] { choose_instruction_set(); }).rfind("KINOME_ISA: " + rest + lowest, 0), 0u)
+  EXPECT_EQ(error_of([] { choose_instruction_set(); }).rfind("KINOME_ISA: " + rest, 0), 0u)
       << error_of([] { choose_instruction_set(); });
   EXPECT_EQ(error_of([] { choose_instruction_set("sse"); }).rfind("--isa: there is no ", 0), 0u);
-  EXPECT_EQ(choose_instruction_set(lowest), InstructionSet::kBaseline);
+  EXPECT_EQ(choose_instruction_set(lowest), least);
 }
 
 TEST(InstructionSets, OfALesserProcessorAreRefused) {
@@ -99,10 +100,22 @@ TEST(InstructionSets, OfALesserProcessorAreRefused) {
   EXPECT_EQ(choose_instruction_set("x86-64-v3", lesser), lesser);
   EXPECT_EQ(error_of([&] { choose_instruction_set("x86-64-v4", lesser); }),
             "--isa: this processor lacks x86-64-v4; the best that it has is x86-64-v3");
+  if (least_instruction_set() > InstructionSet::kX86V2) return;  // it is not to be had
   const KinomeIsa beyond("x86-64-v2");
   EXPECT_EQ(choose_instruction_set({}, lesser), InstructionSet::kX86V2);
   EXPECT_EQ(error_of([&] { choose_instruction_set({}, InstructionSet::kBaseline); }),
             "KINOME_ISA: this processor lacks x86-64-v2; the best that it has is x86-64");
+}
+
+/// Also by whoever forces a set that no plugin is built for.
+TEST(InstructionSets, LessThanAllIsBuiltForIsRefused) {
+  const std::string least = to_string(least_instruction_set());
+  for (int i = 0; i < static_cast<int>(least_instruction_set()); ++i) {
+    const std::string less = to_string(static_cast<InstructionSet>(i));
+    EXPECT_EQ(error_of([&] { choose_instruction_set(less); }),
+              "--isa: this program and its plugins are built for no less than " + least + ", got " +
+                  less);
+  }
 }
 
 TEST(RegistryOfInstructionSets, TakesTheBestThatItMay) {

@@ -104,7 +104,7 @@ PLUGIN_SCENE = "sponge"  # diffuse surfaces alone
 SHORT_SCENES = ("blocks", "noon", "ball", "mirror")
 ISA_SCENES = ("hebe", "sponge", "ball", "penumbra")
 WATERTIGHT_SCENES = ("hebe", "tree", "room", "attic")
-ISAS = ("x86-64-v4", "x86-64-v3", "x86-64")  # AVX-512, AVX2, what every processor has
+ISAS = ("x86-64-v4", "x86-64-v3", "x86-64-v2")  # AVX-512, AVX2, SSE4.2: what every one has
 WITHOUT_PEER = ("phong", "ward_balanced", "ward_duer")  # Mitsuba 3 has no such BSDFs
 
 

@@ -39,11 +39,15 @@ inline constexpr int kInstructionSetCount = 4;
 KINOME_EXPORT const char* to_string(InstructionSet set);
 KINOME_EXPORT std::optional<InstructionSet> instruction_set_named(std::string_view name);
 
+/// The least: what this program is built for, and so are plugins that are built but once.
+KINOME_EXPORT InstructionSet least_instruction_set();
+
 /// The best that this processor has, and the system saves the registers of.
 KINOME_EXPORT InstructionSet processor_instruction_set();
 
 /// The best that plugins are to use: `wanted` (--isa) or, if that is empty, what KINOME_ISA says
-/// or, without one, the processor's. Error: no such set, or the processor lacks it.
+/// or, without one, the processor's. Error: no such set, less than least_instruction_set(), or the
+/// processor lacks it.
 KINOME_EXPORT InstructionSet choose_instruction_set(
     const std::string& wanted = {}, InstructionSet processors = processor_instruction_set());
 
