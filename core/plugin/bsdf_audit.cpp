@@ -13,18 +13,10 @@ struct Neighbourhood {
   ColorRange f;
   ValueRange pdf;
   Neighbourhood(const Bsdf& bsdf, const SurfaceInteraction& si, const Vec3& wo) {
-    const auto around = neighbours(wo);
-    std::array<float, 9> x, y, z, r, g, b, density;
-    for (size_t i = 0; i < around.size(); ++i) {
-      x[i] = around[i].x;
-      y[i] = around[i].y;
-      z[i] = around[i].z;
-    }
-    bsdf.eval_pdf(si, Lobe::kAll, {x.data(), y.data(), z.data(), around.size()},
-                  {r.data(), g.data(), b.data(), density.data()});
-    for (size_t i = 0; i < around.size(); ++i) {
-      f.add({r[i], g[i], b[i]});
-      pdf.add(static_cast<double>(density[i]));
+    for (const Vec3& neighbour : neighbours(wo)) {
+      const BsdfValue value = bsdf.eval_pdf(si, Lobe::kAll, neighbour);
+      f.add(value.f);
+      pdf.add(static_cast<double>(value.pdf));
     }
   }
 };

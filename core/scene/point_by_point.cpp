@@ -1,5 +1,6 @@
 #include "scene/point_by_point.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "kinome/block_points.h"
@@ -29,14 +30,38 @@ SurfaceInteraction interaction_of(const SurfaceBlock& block, size_t i) {
   return si;
 }
 
+PointBlock::PointBlock(const SurfaceInteraction& si) {
+  size_t used = 0;
+  const auto one = [&] { return columns_[used++]; };
+  const auto three = [&](const Vec3& value) {
+    const Columns3 columns{one(), one(), one()};
+    columns.set(0, value);
+    return columns;
+  };
+  block_.count = 1;
+  block_.p = three(si.p), block_.n = three(si.n);
+  block_.s = three(si.frame.s), block_.t = three(si.frame.t), block_.sn = three(si.frame.n);
+  block_.dp_du = three(si.dp_du), block_.dp_dv = three(si.dp_dv);
+  block_.wi = three(si.wi);
+  block_.uv = {one(), one()};
+  block_.uv.set(0, si.uv);
+  block_.p_error = one();
+  block_.p_error[0] = si.p_error;
+  block_.primitive = indices_[0], block_.ray = indices_[1];
+  block_.primitive[0] = si.primitive;
+  block_.shape = shapes_;
+  std::fill_n(shapes_, kBlockLanes, si.shape);
+}
+
 void Bsdf::shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                        const BsdfAnswer& answer) const {
   UpperHalves::clear();
   for (size_t i = 0; i < points.count; ++i) {
     const SurfaceInteraction si = interaction_of(points, i);
     if (query.wo.x) {
-      eval_pdf(si, query.lobes, DirectionBatch{query.wo.x + i, query.wo.y + i, query.wo.z + i, 1},
-               BsdfValueBatch{answer.f.x + i, answer.f.y + i, answer.f.z + i, answer.pdf + i});
+      const BsdfValue value = eval_pdf(si, query.lobes, query.wo.at(i));
+      answer.f.set(i, value.f);
+      answer.pdf[i] = value.pdf;
     }
     if (query.u1) {
       const BsdfSample s =
@@ -61,25 +86,41 @@ uint32_t BsdfFormKinds::number_of(const BsdfForm& form) {
 void Bsdf::describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const {
   UpperHalves::clear();
   for (size_t i = 0; i < points.count; ++i) {
-    const SurfaceInteraction si = interaction_of(points, i);
-    const Frame frame = reflection_frame(si);
+    const Frame frame = reflection_frame(interaction_of(points, i));
     out.normal.set(i, frame.n);
     out.tangent.set(i, frame.s);
-    const std::optional<BsdfForm> found = form(si);
-    out.kind[i] = found ? out.kinds->number_of(*found) : BsdfFormKinds::kNone;
-    if (out.kind[i] == BsdfFormKinds::kNone) {
-      const LobeReflectance colours = reflectance(si);
-      out.diffuse.set(i, colours.diffuse);
-      out.specular.set(i, colours.glossy);
-      continue;
-    }
-    out.diffuse.set(i, found->diffuse);
-    out.specular.set(i, found->specular);
-    out.alpha_u[i] = found->alpha_u;
-    out.alpha_v[i] = found->alpha_v;
-    out.surface_normal.set(i, found->surface_normal);
-    out.bump_alpha2[i] = found->bump_alpha2;
+    describe_by_colours(points, i, out);
   }
+}
+
+void Bsdf::describe_by_colours(const SurfaceBlock& points, size_t i,
+                               const BsdfFormBlock& out) const {
+  const LobeReflectance colours = reflectance(interaction_of(points, i));
+  out.diffuse.set(i, colours.diffuse);
+  out.specular.set(i, colours.glossy);
+  out.kind[i] = BsdfFormKinds::kNone;
+}
+
+std::optional<BsdfForm> Bsdf::form(const SurfaceInteraction& si) const {
+  const PointBlock point(si);
+  alignas(kColumnAlignment) float columns[18][kBlockLanes];
+  alignas(kColumnAlignment) uint32_t kind[kBlockLanes];
+  const auto three = [&](size_t k) {
+    return Columns3{columns[k], columns[k + 1], columns[k + 2]};
+  };
+  BsdfFormKinds kinds;
+  const BsdfFormBlock out{three(0),    three(3),  three(6),    three(9), columns[12],
+                          columns[13], three(14), columns[17], kind,     &kinds};
+  describe_block(point.block(), out);
+  if (kind[0] == BsdfFormKinds::kNone) return std::nullopt;
+  BsdfForm form = kinds[kind[0]];
+  form.diffuse = out.diffuse.at(0), form.specular = out.specular.at(0);
+  form.alpha_u = out.alpha_u[0], form.alpha_v = out.alpha_v[0];
+  if (form.is_turned) {
+    form.surface_normal = out.surface_normal.at(0);
+    form.bump_alpha2 = out.bump_alpha2[0];
+  }
+  return form;
 }
 
 void Emitter::sample_direct_block(const Columns3& p, const Columns2& u, size_t count,

@@ -17,11 +17,9 @@ using wide::BsdfSampleOf;
 using wide::BsdfValueOf;
 using wide::choose;
 using wide::ColorInput;
-using wide::evaluate_batch;
 using wide::lobe_number;
 using wide::NumberInput;
 using wide::weighted_sample;
-using wide::zero_batch;
 
 /// Probability of the first of two lobes with sampling weights a and b, of which a mask may leave
 /// only one. Neither gets less than 1e-4, whatever the weights: a lobe that reflects something must

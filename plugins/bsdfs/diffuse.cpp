@@ -38,7 +38,7 @@ class Diffuse final : public wide::FormulaBsdf<Diffuse> {
     fn([](const VecOf<F>& /*wi*/, const RgbOf<F>& albedo) { return Lobes<F>{albedo}; });
   }
 
-  std::optional<BsdfForm> form_kind() const { return BsdfForm(); }
+  BsdfForm form_kind() const { return {}; }
   template <class F>
   wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& albedo) const {
     return {albedo, RgbOf<F>(0.f), 1.f, 1.f};

@@ -34,6 +34,16 @@ class ReflectancePair {
     return lobe_probability(any(mask & Lobe::kGlossy), any(mask & Lobe::kDiffuse),
                             specular_probability_, 1 - specular_probability_);
   }
+  /// The diffuse lobe has a form; the glossy one has none.
+  BsdfForm form_kind() const {
+    BsdfForm form;
+    if (any(lobes() & Lobe::kGlossy)) form.glossy = BsdfForm::Glossy::kOther;
+    return form;
+  }
+  template <class F>
+  wide::FormOf<F> form_of(const RgbOf<F>& diffuse) const {
+    return {scale_ * diffuse, RgbOf<F>(0.f), 1.f, 1.f};
+  }
   Lobe lobes() const {
     return (diffuse_->max() > 0 ? Lobe::kDiffuse : Lobe::kNone) |
            (specular_->max() > 0 ? Lobe::kGlossy : Lobe::kNone);

@@ -1,8 +1,6 @@
-#include <algorithm>
-#include <array>
-
 #include "batch.h"
 #include "kinome/plugin.h"
+#include "kinome/wide/surface_point.h"
 
 /// Turns the shading frame of a nested BSDF by a texture of normals, stored as (n + 1) / 2 in the
 /// shading frame, as in Mitsuba 3. The texture must be `raw`, or its numbers would be taken for
@@ -53,6 +51,16 @@ struct Turn {
   MaskOf<F> is_seen;  ///< false where the viewer doesn't see the perturbed surface's side
 };
 
+/// What becomes of light from a direction with these z in the original and in the perturbed frame.
+template <class F>
+struct Passage {
+  Passage(const Turn<F>& turn, const F& z, const F& turned_z)
+      : is_open(turn.is_seen && same_side(z, turned_z)),
+        factor(bump_shadowing(z, turn.bump_alpha2)) {}
+  MaskOf<F> is_open;
+  F factor;
+};
+
 /// Columns of a block: the points as the nested BSDF sees them, and what leads back.
 class TurnedBlock {
  public:
@@ -72,9 +80,12 @@ class TurnedBlock {
     return {{wide::Vec3::load(columns_.three(15), i), wide::Vec3::load(columns_.three(18), i),
              wide::Vec3::load(columns_.three(21), i)},
             wide::Vec3::load(points.wi, i),
-            wide::Float::load(columns_[24] + i),
+            bump_alpha2(i),
             wide::Float::load(columns_[25] + i) > 0.f};
   }
+  wide::Float bump_alpha2(size_t i) const { return wide::Float::load(columns_[24] + i); }
+  /// Of point i alone.
+  bool is_seen(size_t i) const { return columns_[25][i] > 0; }
 
   SurfaceBlock points;
 
@@ -96,74 +107,36 @@ class NormalMap final : public Bsdf {
     turns_to_viewer_ = flip_ || shadowing_;
   }
 
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
+  BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
     const auto turned = perturb(si);
-    if (!turned) {
-      zero_batch(wo, out);
-      return;
-    }
-    constexpr size_t kChunk = 256;
-    std::array<float, kChunk> x, y, z;
-    for (size_t begin = 0; begin < wo.count; begin += kChunk) {
-      const size_t count = std::min(kChunk, wo.count - begin);
-      for (size_t i = 0; i < count; ++i) {
-        const size_t k = begin + i;
-        const Vec3 d = turned->local.to_local(Vec3(wo.x[k], wo.y[k], wo.z[k]));
-        x[i] = d.x;
-        y[i] = d.y;
-        z[i] = d.z;
-      }
-      const BsdfValueBatch part{out.r + begin, out.g + begin, out.b + begin,
-                                out.pdf ? out.pdf + begin : nullptr};
-      nested_->eval_pdf(turned->si, mask, DirectionBatch{x.data(), y.data(), z.data(), count},
-                        part);
-      for (size_t i = 0; i < count; ++i) {
-        const float original_z = wo.z[begin + i];
-        const float valid = same_side(original_z, z[i]) ? 1.f : 0.f;
-        const float factor = valid * bump_shadowing(original_z, turned->bump_alpha2);
-        part.r[i] *= factor;
-        part.g[i] *= factor;
-        part.b[i] *= factor;
-        if (part.pdf) {
-          part.pdf[i] *= valid;
-        }
-      }
-    }
+    if (!turned) return {};
+    const Vec3 nested_wo = turned->turn.local.to_local(wo);
+    const Passage<float> passage(turned->turn, wo.z, nested_wo.z);
+    if (!passage.is_open) return {};
+    const BsdfValue value = nested_->eval_pdf(turned->si, mask, nested_wo);
+    return {value.f * passage.factor, value.pdf};
   }
 
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                    const Vec2& u2) const override {
     const auto turned = perturb(si);
-    if (!turned) {
-      return std::nullopt;
-    }
+    if (!turned) return std::nullopt;
     auto result = nested_->sample(turned->si, mask, u1, u2);
-    if (!result) {
-      return std::nullopt;
-    }
-    const Vec3 wo = glm::normalize(turned->local.to_world(result->wo));
-    if (!same_side(wo.z, result->wo.z)) {
-      return std::nullopt;
-    }
+    if (!result) return std::nullopt;
+    const Vec3 wo = glm::normalize(turned->turn.local.to_world(result->wo));
+    const Passage<float> passage(turned->turn, wo.z, result->wo.z);
+    if (!passage.is_open) return std::nullopt;
     result->wo = wo;
-    result->weight *= bump_shadowing(wo.z, turned->bump_alpha2);
+    result->weight *= passage.factor;
     return result;
   }
 
   void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                    const BsdfAnswer& answer) const override {
-    const ColorInput::Columns texels(normals_, points.uv, points.count);
     const TurnedBlock turned(points);
     BsdfQuery nested_query = query;
     if (query.wo.x) nested_query.wo = turned.wo;
-    wide::for_lanes(points.count, [&](size_t i) {
-      const FrameOf<wide::Vec3> frame{wide::Vec3::load(points.s, i), wide::Vec3::load(points.t, i),
-                                      wide::Vec3::load(points.sn, i)};
-      const wide::Vec3 tangent =
-          points.dp_du.x ? wide::Vec3::load(points.dp_du, i) : frame.s;
-      const auto turn = turn_of<wide::Float>(texels[i], wide::Vec3::load(points.wi, i),
-                                             frame.to_local(tangent));
+    perturb(points, [&](size_t i, const FrameOf<wide::Vec3>& frame, const Turn<wide::Float>& turn) {
       turned.store(i, turn);
       turn.wi.store(turned.points.wi, i);
       frame.to_world(turn.local.s).store(turned.points.s, i);
@@ -179,15 +152,36 @@ class NormalMap final : public Bsdf {
     });
   }
 
-  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
-    const auto turned = perturb(si);
-    if (!turned) return BsdfForm{};
-    auto form = nested_->form(turned->si);
-    if (!form || form->is_turned) return std::nullopt;
-    form->is_turned = true;
-    form->surface_normal = si.wi.z < 0 ? -si.frame.n : si.frame.n;
-    form->bump_alpha2 = turned->bump_alpha2;
-    return form;
+  void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {
+    const TurnedBlock turned(points);
+    perturb(points, [&](size_t i, const FrameOf<wide::Vec3>& frame, const Turn<wide::Float>& turn) {
+      turned.store(i, turn);
+      // As in reflection_frame and reflectance.
+      const auto turned_to = [&](const wide::Vec3& axis, const wide::Vec3& original) {
+        return select(turn.is_seen, frame.to_world(axis), original);
+      };
+      turned_to(turn.local.s, frame.s).store(turned.points.s, i);
+      turned_to(turn.local.t, frame.t).store(turned.points.t, i);
+      turned_to(turn.local.n, frame.n).store(turned.points.sn, i);
+      const wide::Vec3 wi = wide::Vec3::load(points.wi, i);
+      select(turn.is_seen, turn.wi, wi).store(turned.points.wi, i);
+    });
+    nested_->describe_block(turned.points, out);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const wide::Vec3 n = wide::Vec3::load(points.sn, i);
+      select(wide::Float::load(points.wi.z + i) < 0.f, -n, n).store(out.surface_normal, i);
+      turned.bump_alpha2(i).store(out.bump_alpha2 + i);
+    });
+    TurnedKinds kinds(*out.kinds);
+    for (size_t i = 0; i < points.count; ++i) {
+      if (turned.is_seen(i)) {
+        out.kind[i] = kinds.turned(out.kind[i]);
+      } else {
+        out.kind[i] = kinds.black();
+        out.diffuse.set(i, Rgb(0.f)), out.specular.set(i, Rgb(0.f));
+      }
+      if (out.kind[i] == BsdfFormKinds::kNone) describe_by_colours(points, i, out);
+    }
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
@@ -203,9 +197,28 @@ class NormalMap final : public Bsdf {
 
  private:
   struct Turned {
-    Frame local;            ///< perturbed axes in the coordinates of the original frame
+    Turn<float> turn;
     SurfaceInteraction si;  ///< as the nested BSDF sees the point
-    float bump_alpha2;
+  };
+
+  /// Of forms' kinds, those about turned normals.
+  class TurnedKinds {
+   public:
+    explicit TurnedKinds(BsdfFormKinds& all) : all_(all) {}
+    uint32_t turned(uint32_t kind) {
+      if (kind == kind_) return turned_;
+      kind_ = kind;
+      turned_ = BsdfFormKinds::kNone;
+      if (kind == BsdfFormKinds::kNone || all_[kind].is_turned) return turned_;
+      BsdfForm form = all_[kind];
+      form.is_turned = true;
+      return turned_ = all_.number_of(form);
+    }
+    uint32_t black() { return all_.number_of(BsdfForm()); }
+
+   private:
+    BsdfFormKinds& all_;
+    uint32_t kind_ = BsdfFormKinds::kNone, turned_ = BsdfFormKinds::kNone;  ///< the last one
   };
 
   template <class F>
@@ -228,21 +241,31 @@ class NormalMap final : public Bsdf {
     const auto turn =
         turn_of<float>(normals_.at(si.uv), si.wi, si.frame.to_local(si.dp_du));
     if (!turn.is_seen) return std::nullopt;
-    Turned turned{turn.local, si, turn.bump_alpha2};
+    Turned turned{turn, si};
     turned.si.wi = turn.wi;
     turned.si.frame = Frame{si.frame.to_world(turn.local.s), si.frame.to_world(turn.local.t),
                             si.frame.to_world(turn.local.n)};
     return turned;
   }
 
+  /// Calls fn(i, frame, turn) for the points of a block, of which frame is the shading frame.
+  template <class Fn>
+  void perturb(const SurfaceBlock& points, const Fn& fn) const {
+    const ColorInput::Columns texels(normals_, points.uv, points.count);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const FrameOf<wide::Vec3> frame = wide::frame_at(points, i);
+      const wide::Vec3 tangent = points.dp_du.x ? wide::Vec3::load(points.dp_du, i) : frame.s;
+      fn(i, frame,
+         turn_of<wide::Float>(texels[i], wide::Vec3::load(points.wi, i), frame.to_local(tangent)));
+    });
+  }
+
   static void turn_value(const Turn<wide::Float>& turn, const Columns3& turned_wo,
                          const BsdfQuery& query, const BsdfAnswer& answer, size_t i) {
     using wide::Float;
-    const Float z = Float::load(query.wo.z + i);
-    const auto is_valid = turn.is_seen && same_side(z, Float::load(turned_wo.z + i));
-    const auto f = wide::Rgb::load(answer.f, i) * bump_shadowing(z, turn.bump_alpha2);
-    select(is_valid, f).store(answer.f, i);
-    select(is_valid, Float::load(answer.pdf + i)).store(answer.pdf + i);
+    const Passage<Float> passage(turn, Float::load(query.wo.z + i), Float::load(turned_wo.z + i));
+    select(passage.is_open, wide::Rgb::load(answer.f, i) * passage.factor).store(answer.f, i);
+    select(passage.is_open, Float::load(answer.pdf + i)).store(answer.pdf + i);
   }
 
   static void turn_sample(const Turn<wide::Float>& turn, const BsdfAnswer& answer, size_t i) {
@@ -250,10 +273,10 @@ class NormalMap final : public Bsdf {
     const wide::Vec3 nested = wide::Vec3::load(answer.wo, i);
     const wide::Vec3 wo = normalize(turn.local.to_world(nested));
     const Float pdf = Float::load(answer.sample_pdf + i);
-    const auto is_valid = turn.is_seen && pdf > 0.f && same_side(wo.z, nested.z);
-    const auto weight = wide::Rgb::load(answer.weight, i) * bump_shadowing(wo.z, turn.bump_alpha2);
+    const Passage<Float> passage(turn, wo.z, nested.z);
+    const auto is_valid = passage.is_open && pdf > 0.f;
     select(is_valid, wo, wide::Vec3(0.f, 0.f, 1.f)).store(answer.wo, i);
-    select(is_valid, weight).store(answer.weight, i);
+    select(is_valid, wide::Rgb::load(answer.weight, i) * passage.factor).store(answer.weight, i);
     select(is_valid, pdf).store(answer.sample_pdf + i);
     select(is_valid, Float::load(answer.is_delta + i)).store(answer.is_delta + i);
   }

@@ -40,11 +40,11 @@ class Phong final : public wide::FormulaBsdf<Phong> {
     });
   }
 
-  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
-    BsdfForm form;
-    form.diffuse = reflectances_.diffuse(si.uv);
-    form.glossy = any(lobes_ & Lobe::kGlossy) ? BsdfForm::Glossy::kOther : BsdfForm::Glossy::kNone;
-    return form;
+  BsdfForm form_kind() const { return reflectances_.form_kind(); }
+  template <class F>
+  wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& diffuse,
+                          const RgbOf<F>& /*specular*/, const F& /*exponent*/) const {
+    return reflectances_.form_of<F>(diffuse);
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {

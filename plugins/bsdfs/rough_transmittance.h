@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "kinome/bsdf.h"
+#include "kinome/wide/bsdf.h"
 #include "kinome/wide/fresnel.h"
 #include "kinome/wide/microfacet.h"
 
@@ -18,14 +18,10 @@ class RoughTransmittance {
  public:
   RoughTransmittance(MicrofacetType type, float alpha, float eta);
 
-  /// Share of light at cos_theta in [0, 1] that enters from outside, interpolated linearly.
+  /// Share of light at cos_theta in [0, 1] that enters from outside.
   template <class F>
-  F external(F cos_theta) const {
-    const F x = min(cos_theta, F(1.f)) * static_cast<float>(kSize - 1);
-    // Of NaN, too, a place in the table.
-    const auto i = clamp(to_int(x), IntOf<F>(0), IntOf<F>(kSize - 2));
-    const F w = x - to_float(i);
-    return (1.f - w) * gather(external_.data(), i) + w * gather(external_.data() + 1, i);
+  F external(const F& cos_theta) const {
+    return tabulated(external_.data(), cos_theta);
   }
   /// external() of cosines k / (size - 1).
   const auto& table() const { return external_; }
@@ -127,7 +123,7 @@ inline RoughTransmittance::RoughTransmittance(MicrofacetType type, float alpha, 
     };
     const auto reflected_inside = [&](const Vec3& wi, const Vec3& m) {
       const float cos_i = glm::dot(wi, m);
-      const Vec3 wo = 2 * cos_i * m - wi;
+      const Vec3 wo = mirrored_at(wi, m);
       return wo.z > 0 ? microfacet.smith_g1(wo) * fresnel_dielectric(cos_i, 1 / eta) : 0.f;
     };
     // Total reflection makes the integrand inside less smooth.

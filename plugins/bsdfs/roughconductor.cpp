@@ -55,22 +55,22 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
     });
   }
 
-  /// Where the index differs from point to point, each has a kind of its own.
-  std::optional<BsdfForm> form_kind() const {
-    if (!index_.eta()->is_uniform() || !index_.k()->is_uniform()) return std::nullopt;
-    return form_with(index_.eta().at(Vec2(0.f)), index_.k().at(Vec2(0.f)));
-  }
+  BsdfForm form_kind() const { return form_kind_at(Vec2(0.f)); }
   template <class F>
   wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& specular, const F& alpha_u,
                           const F& alpha_v, const RgbOf<F>& /*eta*/, const RgbOf<F>& /*k*/) const {
     return {RgbOf<F>(0.f), specular, max(alpha_u, F(kMinAlpha)), max(alpha_v, F(kMinAlpha))};
   }
-  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
-    BsdfForm form = form_with(index_.eta().at(si.uv), index_.k().at(si.uv));
-    form.specular = specular_.at(si.uv);
-    form.alpha_u = std::max(alpha_u_.at(si.uv), kMinAlpha);
-    form.alpha_v = std::max(alpha_v_.at(si.uv), kMinAlpha);
-    return form;
+  void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {
+    if (index_.eta()->is_uniform() && index_.k()->is_uniform()) {
+      return FormulaBsdf::describe_block(points, out);
+    }
+    // Where the index differs from point to point, each has a kind of its own.
+    store_forms(points, out);
+    for (size_t i = 0; i < points.count; ++i) {
+      out.kind[i] = out.kinds->number_of(form_kind_at(points.uv.at(i)));
+      if (out.kind[i] == BsdfFormKinds::kNone) describe_by_colours(points, i, out);
+    }
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
@@ -97,12 +97,12 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
     }
   };
 
-  BsdfForm form_with(const Rgb& eta, const Rgb& k) const {
+  BsdfForm form_kind_at(const Vec2& uv) const {
     BsdfForm form;
     form.glossy = glossy_form(type_);
     form.is_conductor = true;
-    form.eta = ConductorIndex::bounded(eta);
-    form.k = ConductorIndex::bounded(k);
+    form.eta = ConductorIndex::bounded(index_.eta().at(uv));
+    form.k = ConductorIndex::bounded(index_.k().at(uv));
     return form;
   }
 

@@ -58,7 +58,7 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
     });
   }
 
-  std::optional<BsdfForm> form_kind() const {
+  BsdfForm form_kind() const {
     BsdfForm form;
     form.transmittance = transmittance_.table().data();
     if (any(lobes_ & Lobe::kGlossy)) {

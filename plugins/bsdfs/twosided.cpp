@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 
 #include "batch.h"
 #include "kinome/plugin.h"
@@ -27,25 +26,9 @@ class TwoSided final : public Bsdf {
     turns_to_viewer_ = sides_.front()->turns_to_viewer() || sides_.back()->turns_to_viewer();
   }
 
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    if (!(si.wi.z < 0)) {
-      sides_.front()->eval_pdf(si, mask, wo, out);
-      return;
-    }
-    const SurfaceInteraction back = mirrored(si);
-    constexpr size_t kChunk = 256;
-    std::array<float, kChunk> z;
-    for (size_t begin = 0; begin < wo.count; begin += kChunk) {
-      const size_t count = std::min(kChunk, wo.count - begin);
-      for (size_t i = 0; i < count; ++i) {
-        z[i] = -wo.z[begin + i];
-      }
-      sides_.back()->eval_pdf(back, mask,
-                              DirectionBatch{wo.x + begin, wo.y + begin, z.data(), count},
-                              BsdfValueBatch{out.r + begin, out.g + begin, out.b + begin,
-                                             out.pdf ? out.pdf + begin : nullptr});
-    }
+  BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
+    if (!(si.wi.z < 0)) return sides_.front()->eval_pdf(si, mask, wo);
+    return sides_.back()->eval_pdf(mirrored(si), mask, {wo.x, wo.y, -wo.z});
   }
 
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
@@ -62,11 +45,9 @@ class TwoSided final : public Bsdf {
 
   void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                    const BsdfAnswer& answer) const override {
-    size_t backs = 0;
-    for (size_t i = 0; i < points.count; ++i) backs += points.wi.z[i] < 0;
-    const bool is_one = sides_.size() == 1;
+    const size_t backs = seen_from_behind(points);
     if (backs == 0) return sides_.front()->shade_block(points, query, answer);
-    if (is_one || backs == points.count) {
+    if (sides_.size() == 1 || backs == points.count) {
       return shade_facing(*sides_.back(), points, query, answer);
     }
     // Each point takes the answer of its side.
@@ -75,34 +56,37 @@ class TwoSided final : public Bsdf {
                           columns.three(7), columns[10], columns[11]};
     sides_.front()->shade_block(points, query, answer);
     shade_facing(*sides_.back(), points, query, back);
-    using wide::Float;
-    wide::for_lanes(points.count, [&](size_t i) {
-      const wide::Mask is_back = is_back_at(points, i);
-      const auto take = [&](float* to, const float* from) {
-        select(is_back, Float::load(from + i), Float::load(to + i)).store(to + i);
-      };
-      const auto take_three = [&](const Columns3& to, const Columns3& from) {
-        take(to.x, from.x), take(to.y, from.y), take(to.z, from.z);
-      };
-      if (query.wo.x) take_three(answer.f, back.f), take(answer.pdf, back.pdf);
-      if (!query.u1) return;
-      take_three(answer.wo, back.wo), take_three(answer.weight, back.weight);
-      take(answer.sample_pdf, back.sample_pdf), take(answer.is_delta, back.is_delta);
-    });
+    const BackTaker take(points);
+    if (query.wo.x) take(answer.f, back.f), take(answer.pdf, back.pdf);
+    if (!query.u1) return;
+    take(answer.wo, back.wo), take(answer.weight, back.weight);
+    take(answer.sample_pdf, back.sample_pdf), take(answer.is_delta, back.is_delta);
   }
 
   void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {
-    size_t backs = 0;
-    for (size_t i = 0; i < points.count; ++i) backs += points.wi.z[i] < 0;
+    const size_t backs = seen_from_behind(points);
     if (backs == 0) return sides_.front()->describe_block(points, out);
-    // Of both sides in one block: point by point.
-    if (sides_.size() > 1 && backs < points.count) return Bsdf::describe_block(points, out);
-    const wide::ScratchColumns columns(4, points.count);
-    sides_.back()->describe_block(turned_to_viewer(points, columns), out);
-  }
-
-  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
-    return si.wi.z < 0 ? sides_.back()->form(mirrored(si)) : sides_.front()->form(si);
+    const wide::ScratchColumns columns(22, points.count);
+    const SurfaceBlock facing = turned_to_viewer(points, columns);
+    if (sides_.size() == 1 || backs == points.count) {
+      return sides_.back()->describe_block(facing, out);
+    }
+    // Each point takes the description of its side.
+    std::vector<uint32_t> kind(padded(points.count));
+    const BsdfFormBlock back{columns.three(4),  columns.three(7),  columns.three(10),
+                             columns.three(13), columns[16],       columns[17],
+                             columns.three(18), columns[21],       kind.data(),
+                             out.kinds};
+    sides_.front()->describe_block(points, out);
+    sides_.back()->describe_block(facing, back);
+    const BackTaker take(points);
+    take(out.normal, back.normal), take(out.tangent, back.tangent);
+    take(out.diffuse, back.diffuse), take(out.specular, back.specular);
+    take(out.alpha_u, back.alpha_u), take(out.alpha_v, back.alpha_v);
+    take(out.surface_normal, back.surface_normal), take(out.bump_alpha2, back.bump_alpha2);
+    for (size_t i = 0; i < points.count; ++i) {
+      if (points.wi.z[i] < 0) out.kind[i] = kind[i];
+    }
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
@@ -115,6 +99,10 @@ class TwoSided final : public Bsdf {
   }
 
  private:
+  static size_t seen_from_behind(const SurfaceBlock& points) {
+    return static_cast<size_t>(std::count_if(points.wi.z, points.wi.z + points.count,
+                                             [](float z) { return z < 0; }));
+  }
   static wide::Mask is_back_at(const SurfaceBlock& points, size_t i) {
     return wide::Float::load(points.wi.z + i) < 0.f;
   }
@@ -138,6 +126,21 @@ class TwoSided final : public Bsdf {
     turn(points, points.sn.z, facing.sn.z), turn(points, points.wi.z, facing.wi.z);
     return facing;
   }
+
+  /// Where points are seen from behind, copies what was said of their backs.
+  struct BackTaker {
+    explicit BackTaker(const SurfaceBlock& seen) : points(seen) {}
+    void operator()(float* to, const float* from) const {
+      using wide::Float;
+      wide::for_lanes(points.count, [&](size_t i) {
+        select(is_back_at(points, i), Float::load(from + i), Float::load(to + i)).store(to + i);
+      });
+    }
+    void operator()(const Columns3& to, const Columns3& from) const {
+      (*this)(to.x, from.x), (*this)(to.y, from.y), (*this)(to.z, from.z);
+    }
+    const SurfaceBlock& points;
+  };
 
   static void shade_facing(const Bsdf& bsdf, const SurfaceBlock& points, const BsdfQuery& query,
                            const BsdfAnswer& answer) {

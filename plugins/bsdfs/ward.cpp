@@ -62,10 +62,9 @@ class WardLobe {
   template <class Lobes>
   BsdfSampleOf<F> sample(const Lobes& lobes, const Vec2Of<F>& u2) const {
     const VecOf<F> m = Microfacet<MicrofacetType::kBeckmann, F>(au_, av_).sample_all(u2);
-    const F cos_half = dot(wi_, m);
-    auto sample = weighted_sample<F>(lobes, normalize(2.f * cos_half * m - wi_),
+    auto sample = weighted_sample<F>(lobes, normalize(mirrored_at(wi_, m)),
                                      lobe_number(Lobe::kGlossy));
-    sample.pdf = select(cos_half > 0.f, sample.pdf, F(0.f));
+    sample.pdf = select(dot(wi_, m) > 0.f, sample.pdf, F(0.f));
     return sample;
   }
 
@@ -123,11 +122,12 @@ class Ward final : public wide::FormulaBsdf<Ward> {
     });
   }
 
-  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
-    BsdfForm form;
-    form.diffuse = reflectances_.diffuse(si.uv);
-    form.glossy = any(lobes_ & Lobe::kGlossy) ? BsdfForm::Glossy::kOther : BsdfForm::Glossy::kNone;
-    return form;
+  BsdfForm form_kind() const { return reflectances_.form_kind(); }
+  template <class F>
+  wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& diffuse,
+                          const RgbOf<F>& /*specular*/, const F& /*alpha_u*/,
+                          const F& /*alpha_v*/) const {
+    return reflectances_.form_of<F>(diffuse);
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {

@@ -112,34 +112,6 @@ TEST_P(BsdfEnergy, WeightsAreValuesOverDensities) {
   }
 }
 
-TEST_P(BsdfEnergy, BatchesEqualSingleCallsBitForBit) {
-  const auto bsdf = GetParam().make();
-  RandomDirections random(9);
-  constexpr size_t kCount = 777;  // more than one chunk of the wrappers, and an odd tail
-  std::vector<float> x(kCount), y(kCount), z(kCount), r(kCount), g(kCount), b(kCount), p(kCount);
-  std::vector<float> r2(kCount), g2(kCount), b2(kCount);
-  for (int round = 0; round < 8; ++round) {
-    const SurfaceInteraction si = seen_from(random.sphere());
-    for (size_t i = 0; i < kCount; ++i) {
-      const Vec3 d = random.sphere();
-      x[i] = d.x;
-      y[i] = d.y;
-      z[i] = d.z;
-    }
-    for (const Lobe mask : masks_of(*bsdf)) {
-      const DirectionBatch batch{x.data(), y.data(), z.data(), kCount};
-      bsdf->eval_pdf(si, mask, batch, {r.data(), g.data(), b.data(), p.data()});
-      bsdf->eval_pdf(si, mask, batch, {r2.data(), g2.data(), b2.data(), nullptr});
-      for (size_t i = 0; i < kCount; ++i) {
-        const BsdfValue v = bsdf->eval_pdf(si, mask, Vec3(x[i], y[i], z[i]));
-        ASSERT_EQ(v.f, Rgb(r[i], g[i], b[i])) << i;
-        ASSERT_EQ(v.pdf, p[i]) << i;
-        ASSERT_EQ(v.f, Rgb(r2[i], g2[i], b2[i])) << i << ", without densities";
-      }
-    }
-  }
-}
-
 TEST_P(BsdfEnergy, ReflectionFrameBoundsTheReflection) {
   const auto bsdf = GetParam().make();
   RandomDirections random(13);

@@ -115,7 +115,8 @@ TEST(BsdfForm, SaysWhatEvalPdfSays) {
       if (std::abs(cosine) < 1e-3f) continue;
       const float above_surface = glm::dot(form->surface_normal, wo);
       if (form->is_turned && std::abs(above_surface) < 1e-3f) continue;
-      const float turned = form->is_turned ? form->turned_factor(above_surface) : 1.f;
+      const float turned =
+          form->is_turned ? wide::turned_factor(above_surface, form->bump_alpha2) : 1.f;
       const Rgb lambertian = bsdf->eval_pdf(si, Lobe::kDiffuse, si.frame.to_local(wo)).f;
       const Rgb expected =
           cosine > 0 ? form->diffuse * (transmittance(*form, cosine) * cosine * kInvPi * turned)

@@ -41,7 +41,7 @@ struct Lobe64 {
       z.push_back(d.z);
     }
   }
-  DirectionBatch batch() const { return {x.data(), y.data(), z.data(), x.size()}; }
+  LobeDirections batch() const { return {x.data(), y.data(), z.data(), x.size()}; }
 };
 
 const Vec3 kNormals[] = {

@@ -79,7 +79,7 @@ TEST(LobeSamples, AreThoseOfPoints) {
         const SurfaceInteraction si = interaction_of(points.surfaces.points(), i);
         SampleKey key = transport::key_of(seen.samples, points.owner[i]);
         const uint32_t first = key.sample * sampler->sample_count();
-        const DirectionBatch directions = lobes.directions(number);
+        const LobeDirections directions = lobes.directions(number);
         size_t k = 0;
         for (uint32_t s = 0; s < sampler->sample_count(); ++s) {
           key.sample = first + s;

@@ -146,23 +146,12 @@ class StageTile {
       const SurfaceInteraction& si = group.interaction(k);
       for (int row = 0; row < kRows; ++row) {
         const double height = 1 - 2 * (row + 0.5) / kRows, r = std::sqrt(1 - height * height);
-        std::vector<float> x, y, z, f[3];
-        std::vector<Vec3> directions;
+        Rgb of_row(0.f);
         for (int column = 0; column < 2 * kRows; ++column) {
           const double phi = kPi * (column + 0.5) / kRows;
-          directions.emplace_back(r * std::cos(phi), height, r * std::sin(phi));
-          const Vec3 d = si.frame.to_local(directions.back());
-          x.push_back(d.x);
-          y.push_back(d.y);
-          z.push_back(d.z);
-        }
-        for (auto& v : f) v.resize(x.size());
-        si.shape->bsdf().eval_pdf(si, lobes, {x.data(), y.data(), z.data(), x.size()},
-                                  {f[0].data(), f[1].data(), f[2].data(), nullptr});
-        Rgb of_row(0.f);
-        for (size_t i = 0; i < x.size(); ++i) {
-          of_row += Rgb(f[0][i], f[1][i], f[2][i]) *
-                    scene_->environment()->eval_environment(directions[i]);
+          const Vec3 d(r * std::cos(phi), height, r * std::sin(phi));
+          of_row += si.shape->bsdf().eval_pdf(si, lobes, si.frame.to_local(d)).f *
+                    scene_->environment()->eval_environment(d);
         }
         sum += of_row * (4 * kPi / (2.f * kRows * kRows));
       }

@@ -9,4 +9,19 @@ namespace kinome {
 /// Point i of a block by itself; its t isn't known.
 KINOME_EXPORT SurfaceInteraction interaction_of(const SurfaceBlock& points, size_t i);
 
+/// A block of one point.
+class KINOME_EXPORT PointBlock {
+ public:
+  explicit PointBlock(const SurfaceInteraction& si);
+  PointBlock(const PointBlock&) = delete;
+  PointBlock& operator=(const PointBlock&) = delete;
+  const SurfaceBlock& block() const { return block_; }
+
+ private:
+  alignas(kColumnAlignment) float columns_[27][kBlockLanes] = {};
+  alignas(kColumnAlignment) uint32_t indices_[2][kBlockLanes] = {};
+  const Shape* shapes_[kBlockLanes] = {};
+  SurfaceBlock block_;
+};
+
 }  // namespace kinome

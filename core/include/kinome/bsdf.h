@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 
@@ -13,22 +11,6 @@
 #include "kinome/object.h"
 
 namespace kinome {
-
-/// `count` unit directions in the shading frame of one point, as structure of arrays.
-struct DirectionBatch {
-  const float* x;
-  const float* y;
-  const float* z;
-  size_t count;
-};
-
-/// Where eval_pdf writes, `count` values each. `pdf` may be nullptr: not wanted.
-struct BsdfValueBatch {
-  float* r;
-  float* g;
-  float* b;
-  float* pdf;
-};
 
 struct BsdfValue {
   Rgb f{0.f};     ///< BSDF x |cos theta_o| [1/sr]
@@ -50,8 +32,9 @@ struct LobeReflectance {
 };
 
 /// Reflection at a surface. Directions are unit vectors in the shading frame `si.frame`, away from
-/// the surface; si.wi points to the viewer. Evaluations are of batches: parameters (textures) are
-/// read once for a point, however many directions are asked for.
+/// the surface; si.wi points to the viewer. Renderers ask for blocks of points (shade_block,
+/// describe_block); a BSDF that has but the functions of single points is asked for one after
+/// another.
 class KINOME_EXPORT Bsdf : public Object {
  public:
   /// The lobes that any point of the surface may have.
@@ -64,10 +47,9 @@ class KINOME_EXPORT Bsdf : public Object {
   /// f(wi, wo) may be more than 0 for a wo from where sample() never goes to wi.
   bool turns_to_viewer() const { return turns_to_viewer_; }
 
-  /// For each wo: f(wi, wo) |cos theta_o| and the density of sample(), both of the lobes in `mask`
-  /// only. Delta lobes give zero. f != 0 implies pdf != 0.
-  virtual void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                        const BsdfValueBatch& out) const = 0;
+  /// f(wi, wo) |cos theta_o| and the density of sample(), both of the lobes in `mask` only. Delta
+  /// lobes give zero. f != 0 implies pdf != 0.
+  virtual BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const = 0;
   /// A direction from the lobes in `mask`; nullopt where none can be had (wi below the horizon, or
   /// the sample fell there). u1 chooses the lobe, u2 the direction.
   virtual std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
@@ -82,29 +64,23 @@ class KINOME_EXPORT Bsdf : public Object {
   /// surface turns it to the viewer.
   virtual Frame reflection_frame(const SurfaceInteraction& si) const { return si.frame; }
 
-  /// The lobes other than kDelta in a form for kernels, the same that eval_pdf computes up to
-  /// rounding; nullopt: there is none. Only for si.wi on the side of reflection_frame.
-  virtual std::optional<BsdfForm> form(const SurfaceInteraction& /*si*/) const {
-    return std::nullopt;
-  }
-  /// reflection_frame and form at each point of a block; in place of a form that there isn't, the
-  /// colours of reflectance(). Default: point by point.
-  virtual void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const;
-
   /// eval_pdf of one direction and sample, of query.lobes, at each point of a block: both want the
   /// same set-up. Default: point by point.
   virtual void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                            const BsdfAnswer& answer) const;
 
-  /// One direction: a batch of one.
-  BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const {
-    BsdfValue value;
-    eval_pdf(si, mask, DirectionBatch{&wo.x, &wo.y, &wo.z, 1},
-             BsdfValueBatch{&value.f.x, &value.f.y, &value.f.z, &value.pdf});
-    return value;
-  }
+  /// At each point of a block, reflection_frame and the lobes other than kDelta in a form for
+  /// kernels, the same that eval_pdf computes up to rounding; in place of a form that there isn't,
+  /// the colours of reflectance(). Forms are only for points with wi on the side of
+  /// reflection_frame. Default: there is none.
+  virtual void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const;
+  /// The form that describe_block has for a point; nullopt: none.
+  std::optional<BsdfForm> form(const SurfaceInteraction& si) const;
 
  protected:
+  /// What describe_block says of point i where it has no form.
+  void describe_by_colours(const SurfaceBlock& points, size_t i, const BsdfFormBlock& out) const;
+
   Lobe lobes_ = Lobe::kAll;
   bool is_lambertian_ = false;
   bool turns_to_viewer_ = false;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -13,21 +11,11 @@
 
 namespace kinome {
 
-/// Light that bumps of the squared roughness alpha2 leave at a cosine with the surface's own normal
-/// (Estevez et al. 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
-/// Problem"); alpha2 = 0: all of it. F is float or wide::Float.
-template <class F>
-F bump_shadowing(F cosine, F alpha2) {
-  using std::max, std::min, std::sqrt;
-  const F cos2 = min(max(cosine * cosine, F(1e-12f)), F(1.f));
-  return 2.f / (1.f + sqrt(1.f + alpha2 * (1.f - cos2) / cos2));
-}
-
 /// A BSDF at one point in a form that kernels evaluate for many points at once; cosines are to the
 /// normal of reflection_frame.
 struct BsdfForm {
-  /// The kDiffuse lobe: f cos = diffuse x T(cos) cos / pi, T being 1, or interpolated linearly in a
-  /// table of kTableSize values at cosines k / (kTableSize - 1), which lives as long as the BSDF.
+  /// The kDiffuse lobe: f cos = diffuse x T(cos) cos / pi, T being 1, or wide::tabulated of
+  /// kTableSize values at cosines k / (kTableSize - 1), which live as long as the BSDF.
   static constexpr int kTableSize = 64;
   Rgb diffuse{0.f};
   const float* transmittance = nullptr;
@@ -44,14 +32,11 @@ struct BsdfForm {
   Rgb eta{1.f}, k{0.f};
 
   /// Of a normal that was turned away from the surface's own: both lobes are multiplied by
-  /// turned_factor() of the cosine between the light and `surface_normal` (world space, on the
+  /// wide::turned_factor of the cosine between the light and `surface_normal` (world space, on the
   /// viewer's side).
   bool is_turned = false;
   Vec3 surface_normal{0, 0, 1};
-  float bump_alpha2 = 0;  ///< see bump_shadowing
-  float turned_factor(float cosine) const {
-    return cosine > 0 ? bump_shadowing(cosine, bump_alpha2) : 0.f;
-  }
+  float bump_alpha2 = 0;  ///< see wide::bump_shadowing
 
   /// Nothing but colours, roughness and the turned normal differs.
   bool same_kind(const BsdfForm& other) const {

@@ -4,6 +4,7 @@
 
 #include "adjoint.h"
 #include "kinome/block_points.h"
+#include "kinome/wide/surface_point.h"
 #include "rays.h"
 
 namespace kinome::transport {
@@ -15,11 +16,6 @@ namespace {
 /// Points of emitters or of surfaces.
 size_t most_points(const SceneTable& scene, size_t samples) {
   return std::max(Emission::most_rays(scene, samples), Surfaces::most_points(scene, samples));
-}
-
-FrameOf<wide::Vec3> frame_at(const SurfaceBlock& points, size_t i) {
-  return {wide::Vec3::load(points.s, i), wide::Vec3::load(points.t, i),
-          wide::Vec3::load(points.sn, i)};
 }
 
 }  // namespace

@@ -18,19 +18,16 @@ class FaultyBsdf final : public Bsdf {
  public:
   explicit FaultyBsdf(const Properties& props) : fault_(props) { lobes_ = Lobe::kDiffuse; }
 
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
+  BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
     fault_.throw_if("eval", "evaluate");
     fault_.crash_if("in eval");
     if (fault_.is("no exception")) throw 42;
     if (fault_.is("memory")) throw std::bad_alloc();
     if (fault_.is("range")) static_cast<void>(std::vector<int>().at(1));
-    for (size_t i = 0; i < wo.count; ++i) {
-      const bool is_lit = any(mask & Lobe::kDiffuse) && si.wi.z > 0 && wo.z[i] > 0;
-      const float f = is_lit ? wo.z[i] * kInvPi : 0.f;
-      out.r[i] = out.g[i] = out.b[i] = is_lit && fault_.is("nan") ? kNan : f;
-      if (out.pdf) out.pdf[i] = fault_.is("negative pdf") ? -f : fault_.is("no pdf") ? 0 : f;
-    }
+    const bool is_lit = any(mask & Lobe::kDiffuse) && si.wi.z > 0 && wo.z > 0;
+    const float f = is_lit ? wo.z * kInvPi : 0.f;
+    return {Rgb(is_lit && fault_.is("nan") ? kNan : f),
+            fault_.is("negative pdf") ? -f : fault_.is("no pdf") ? 0 : f};
   }
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float /*u1*/,
                                    const Vec2& u2) const override {

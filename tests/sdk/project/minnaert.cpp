@@ -29,18 +29,10 @@ class Minnaert final : public Bsdf {
     lobes_ = Lobe::kDiffuse;
   }
 
-  using Bsdf::eval_pdf;
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    const bool seen = is_seen(si, mask);
-    const Rgb part = seen ? reflected(si) : Rgb(0.f);
-    for (size_t i = 0; i < wo.count; ++i) {
-      const float density = seen ? pdf(wo.z[i]) : 0.f;
-      out.r[i] = part.x * density;
-      out.g[i] = part.y * density;
-      out.b[i] = part.z * density;
-      if (out.pdf) out.pdf[i] = density;
-    }
+  BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
+    if (!is_seen(si, mask)) return {};
+    const float density = pdf(wo.z);
+    return {reflected(si) * density, density};
   }
 
   // By the power of its cosine, so that every sample's weight is the same.

@@ -65,32 +65,34 @@ KINOME_WIDE auto choose(Mask m, const A& if_true, const B& if_false) {
   return select(m, if_true(), if_false());
 }
 
-/// Writes value(wo) -> BsdfValueOf<float> for a whole batch. `value` is inlined into two loops, so
-/// that the density costs nothing where it isn't wanted, and nothing in it depends on the
-/// neighbours: a batch gives the same bits as single calls.
-template <class Value>
-inline void evaluate_batch(const DirectionBatch& wo, const BsdfValueBatch& out,
-                           const Value& value) {
-  if (out.pdf) {
-    for (size_t i = 0; i < wo.count; ++i) {
-      const BsdfValueOf<float> v = value(glm::vec3(wo.x[i], wo.y[i], wo.z[i]));
-      out.r[i] = v.f.x;
-      out.g[i] = v.f.y;
-      out.b[i] = v.f.z;
-      out.pdf[i] = v.pdf;
-    }
-  } else {
-    for (size_t i = 0; i < wo.count; ++i) {
-      const BsdfValueOf<float> v = value(glm::vec3(wo.x[i], wo.y[i], wo.z[i]));
-      out.r[i] = v.f.x;
-      out.g[i] = v.f.y;
-      out.b[i] = v.f.z;
-    }
-  }
+inline namespace formulas {
+
+/// A function of cosines, BsdfForm::transmittance, of which a table of BsdfForm::kTableSize has the
+/// values: interpolated linearly.
+template <class F>
+F tabulated(const float* table, const F& cosine) {
+  constexpr int32_t kLast = BsdfForm::kTableSize - 1;
+  const F x = clamp(cosine, F(0.f), F(1.f)) * static_cast<float>(kLast);
+  // Of NaN, too, a place in the table.
+  const auto i = clamp(to_int(x), IntOf<F>(0), IntOf<F>(kLast - 1));
+  return lerp(gather(table, i), gather(table + 1, i), x - to_float(i));
 }
-inline void zero_batch(const DirectionBatch& wo, const BsdfValueBatch& out) {
-  evaluate_batch(wo, out, [](const glm::vec3&) { return BsdfValueOf<float>{glm::vec3(0.f), 0.f}; });
+
+/// Light that bumps of the squared roughness alpha2 leave at a cosine with the surface's own normal
+/// (Estevez et al. 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
+/// Problem"); alpha2 = 0: all of it.
+template <class F>
+F bump_shadowing(const F& cosine, const F& alpha2) {
+  const F cos2 = clamp(cosine * cosine, F(1e-12f), F(1.f));
+  return 2.f / (1.f + sqrt(1.f + alpha2 * (1.f - cos2) / cos2));
 }
+/// What lobes about a turned normal are multiplied by, see BsdfForm::is_turned.
+template <class F>
+F turned_factor(const F& cosine, const F& alpha2) {
+  return select(cosine > 0.f, bump_shadowing(cosine, alpha2), F(0.f));
+}
+
+}  // namespace formulas
 
 /// Base of BSDFs that reflect from the front only and are formulas over numbers F, float or Float:
 /// it makes of them the functions for points and for blocks. Self has
@@ -107,21 +109,21 @@ inline void zero_batch(const DirectionBatch& wo, const BsdfValueBatch& out) {
 ///
 /// and, if it has a BsdfForm of one kind, about si.frame,
 ///
-///     /// All of it but what FormOf has; nullopt: there is no such form.
-///     std::optional<BsdfForm> form_kind() const;
+///     /// All of it but what FormOf has.
+///     BsdfForm form_kind() const;
 ///     template <class F>
 ///     FormOf<F> form_of(const VecOf<F>& wi, value of each input ...) const;
 template <class Self>
 class FormulaBsdf : public Bsdf {
  public:
-  using Bsdf::eval_pdf;
-
-  void eval_pdf(const SurfaceInteraction& si, Lobe mask, const DirectionBatch& wo,
-                const BsdfValueBatch& out) const override {
-    if (!is_seen(si, mask)) return zero_batch(wo, out);
+  BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const glm::vec3& wo) const override {
+    BsdfValue result;
+    if (!is_seen(si, mask)) return result;
     with_lobes_at(si, mask, [&](const auto& lobes) {
-      evaluate_batch(wo, out, [lobes](const glm::vec3& d) { return lobes.value(d); });
+      const BsdfValueOf<float> v = lobes.value(wo);
+      result = {v.f, v.pdf};
     });
+    return result;
   }
 
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
@@ -135,41 +137,12 @@ class FormulaBsdf : public Bsdf {
     return result;
   }
 
-  std::optional<BsdfForm> form(const SurfaceInteraction& si) const override {
-    if constexpr (kHasForm) {
-      std::optional<BsdfForm> form = self().form_kind();
-      if (!form) return form;
-      const FormOf<float> own = std::apply(
-          [&](const auto&... inputs) {
-            return self().template form_of<float>(si.wi, inputs.at(si.uv)...);
-          },
-          self().inputs());
-      form->diffuse = own.diffuse, form->specular = own.specular;
-      form->alpha_u = own.alpha_u, form->alpha_v = own.alpha_v;
-      return form;
-    } else {
-      return Bsdf::form(si);
-    }
-  }
-
   void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {
-    if constexpr (kHasForm) {
-      const std::optional<BsdfForm> form = self().form_kind();
-      const uint32_t kind = form ? out.kinds->number_of(*form) : BsdfFormKinds::kNone;
+    if constexpr (requires(const Self& self) { self.form_kind(); }) {
+      const uint32_t kind = out.kinds->number_of(self().form_kind());
       if (kind != BsdfFormKinds::kNone) {
         std::fill_n(out.kind, points.count, kind);
-        return with_columns(points, [&](const auto&... columns) {
-          for_lanes(points.count, [&](size_t i) {
-            Vec3::load(points.sn, i).store(out.normal, i);
-            Vec3::load(points.s, i).store(out.tangent, i);
-            const Vec3 wi = Vec3::load(points.wi, i);
-            const FormOf<Float> own = self().template form_of<Float>(wi, columns[i]...);
-            own.diffuse.store(out.diffuse, i);
-            own.specular.store(out.specular, i);
-            own.alpha_u.store(out.alpha_u + i);
-            own.alpha_v.store(out.alpha_v + i);
-          });
-        });
+        return store_forms(points, out);
       }
     }
     Bsdf::describe_block(points, out);
@@ -189,9 +162,24 @@ class FormulaBsdf : public Bsdf {
     });
   }
 
- private:
-  static constexpr bool kHasForm = requires(const Self& self) { self.form_kind(); };
+ protected:
+  /// All that describe_block says but of the kind of form.
+  void store_forms(const SurfaceBlock& points, const BsdfFormBlock& out) const {
+    with_columns(points, [&](const auto&... columns) {
+      for_lanes(points.count, [&](size_t i) {
+        Vec3::load(points.sn, i).store(out.normal, i);
+        Vec3::load(points.s, i).store(out.tangent, i);
+        const Vec3 wi = Vec3::load(points.wi, i);
+        const FormOf<Float> own = self().template form_of<Float>(wi, columns[i]...);
+        own.diffuse.store(out.diffuse, i);
+        own.specular.store(out.specular, i);
+        own.alpha_u.store(out.alpha_u + i);
+        own.alpha_v.store(out.alpha_v + i);
+      });
+    });
+  }
 
+ private:
   const Self& self() const { return static_cast<const Self&>(*this); }
 
   /// Calls fn with the values of each input at the points.

@@ -157,6 +157,32 @@ class Microfacet {
     return 0.5f * d_along(over_alpha2, z) * length2 * z;
   }
 
+  /// What reflection knows of h = wi + wo.
+  struct HalfVector {
+    F over_alpha2;  ///< see there
+    F z;
+    F length2;  ///< squared
+  };
+  struct Reflected {
+    F dg;        ///< D G / (4 cos_i): f cos(theta_o) without Fresnel; 0 where it isn't valid
+    F d;         ///< of the normal along h
+    F cos_half;  ///< wi . h / |h|, for Fresnel
+    MaskOf<F> is_valid;
+  };
+  /// What dg has of wi alone.
+  F viewers_part(const F& times_alpha2, const F& cos_i) const {
+    return smith_g1(times_alpha2, cos_i) / (4.f * cos_i);
+  }
+  /// Of wo, times_alpha2 and the cosine are known. Not valid where wo is below the horizon, nor
+  /// where both lie in the surface, opposite one another: d may overflow, or be NaN.
+  Reflected reflect(const HalfVector& h, const F& times_alpha2, const F& cos_o,
+                    const F& viewers_part) const {
+    const F d = d_along(h.over_alpha2, h.z) * sqr(h.length2);
+    const auto is_valid = cos_o > 0.f && h.length2 > 1e-12f && d * h.z > 1e-20f;
+    const F dg = d * smith_g1(times_alpha2, cos_o) * viewers_part;
+    return {select(is_valid, dg, F(0.f)), d, min(0.5f * sqrt(h.length2), F(1.f)), is_valid};
+  }
+
   /// A normal among those visible from wi: density G1(wi) D(m) max(0, wi . m) / wi.z.
   Vector sample_visible(const Vector& wi, const Vec2Of<F>& u) const {
     // Stretched by the roughness the problem is that of alpha = 1.
@@ -187,9 +213,14 @@ class Microfacet {
   F inverse_;  ///< 1 / (au av)
 };
 
-/// wi mirrored at the normal along h, which may have any length.
+/// wi mirrored at the normal m.
 template <class V>
-V mirrored(const V& wi, const V& h) {
+V mirrored_at(const V& wi, const V& m) {
+  return 2.f * dot(wi, m) * m - wi;
+}
+/// The same at the normal along h, which may have any length.
+template <class V>
+V mirrored_along(const V& wi, const V& h) {
   return 2.f * dot(wi, h) / dot(h, h) * h - wi;
 }
 
@@ -205,7 +236,7 @@ class RoughReflection {
       : microfacet_(alpha_u, alpha_v),
         wi_(wi),
         visible_(sample_visible),
-        g1_scale_(microfacet_.smith_g1(wi) / (4.f * wi.z)),
+        viewers_part_(microfacet_.viewers_part(microfacet_.times_alpha2(wi), wi.z)),
         pdf_scale_(microfacet_.smith_g1_exact(wi) / (4.f * wi.z)) {}
 
   struct Value {
@@ -215,22 +246,19 @@ class RoughReflection {
   };
   /// Zero where wo.z <= 0.
   Value operator()(const Vector& wo) const {
-    const Vector h = wi_ + wo;
-    const F length2 = dot(h, h);
-    const F along = microfacet_.d_along(h), d = along * sqr(length2);
-    const F cos_half = min(0.5f * sqrt(length2), F(1.f));  // wi . h / |h|
-    const F g1 = microfacet_.smith_g1(wo);
-    const F pdf = visible_ ? d * pdf_scale_ : 0.5f * along * length2 * h.z;
-    // Not where both lie in the surface, opposite one another: d may overflow, or be NaN.
-    const auto valid = wo.z > 0.f && length2 > 1e-12f && d * h.z > 1e-20f;
-    return {select(valid, d * g1 * g1_scale_, F(0.f)), select(valid, min(pdf, F(1e18f)), F(0.f)),
-            cos_half};
+    const Vector sum = wi_ + wo;
+    const typename Microfacet<kType, F>::HalfVector h{microfacet_.over_alpha2(sum), sum.z,
+                                                      dot(sum, sum)};
+    const auto r = microfacet_.reflect(h, microfacet_.times_alpha2(wo), wo.z, viewers_part_);
+    const F pdf = visible_ ? r.d * pdf_scale_
+                           : microfacet_.mirrored_density(h.over_alpha2, h.z, h.length2);
+    return {r.dg, select(r.is_valid, min(pdf, F(1e18f)), F(0.f)), r.cos_half};
   }
 
   /// wi mirrored at a microfacet; may lie below the horizon.
   Vector sample(const Vec2Of<F>& u) const {
-    const Vector m = visible_ ? microfacet_.sample_visible(wi_, u) : microfacet_.sample_all(u);
-    return normalize(2.f * dot(wi_, m) * m - wi_);
+    return normalize(mirrored_at(
+        wi_, visible_ ? microfacet_.sample_visible(wi_, u) : microfacet_.sample_all(u)));
   }
   const Microfacet<kType, F>& microfacet() const { return microfacet_; }
 
@@ -238,7 +266,7 @@ class RoughReflection {
   Microfacet<kType, F> microfacet_;
   Vector wi_;
   bool visible_;
-  F g1_scale_;
+  F viewers_part_;
   F pdf_scale_;
 };
 

@@ -80,6 +80,11 @@ KINOME_WIDE void store(const formulas::ShapePoint<Float>& point, const SurfaceBl
   point.wi.store(out.wi, i);
 }
 
+/// The shading frames of points i, i + 1 …
+KINOME_WIDE FrameOf<Vec3> frame_at(const SurfaceBlock& points, size_t i) {
+  return {Vec3::load(points.s, i), Vec3::load(points.t, i), Vec3::load(points.sn, i)};
+}
+
 /// Shape::pdf_solid_angle_block of shapes that are sampled by area.
 inline void store_solid_angle_densities(const Columns3& p, const SurfaceBlock& points, float area,
                                         float* pdf) {

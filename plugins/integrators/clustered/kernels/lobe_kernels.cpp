@@ -4,6 +4,8 @@
 #include <optional>
 
 #include "clustered/kernels/group_members.h"
+#include "kinome/warp.h"
+#include "kinome/wide/bsdf.h"
 #include "kinome/wide/fresnel.h"
 #include "kinome/wide/microfacet.h"
 
@@ -70,13 +72,18 @@ void sample_lobe_of(const HalfVectorLobe& lobe, const PointFrames& frames,
     const Vec3 local = ggx.sample_all_along({unit_floats(numbers.u2 + i, numbers.shift[1]),
                                              unit_floats(numbers.u1 + i, numbers.shift[0])});
     const Vec3 h = mul_add(local.x, t, mul_add(local.y, cross(n, t), n));
-    const Vec3 d = mirrored(viewer[at], h);
+    const Vec3 d = mirrored_along(viewer[at], h);
     // A unit vector but for rounding: one step of Newton's toward 1 / |d|.
     const Vec3 unit = d * (1.5f - 0.5f * dot(d, d));
     unit.x.store(dx + i);
     unit.y.store(dy + i);
     unit.z.store(dz + i);
   });
+}
+
+KINOME_WIDE Float factor_at(const TurnedPoints& turned, Int point, Vec3 d) {
+  return turned_factor(dot(gather(turned.normal, point), d),
+                       wide::gather(turned.bump_alpha2.data(), point));
 }
 
 /// What evaluate_microfacets is told of its points.
@@ -127,15 +134,13 @@ void evaluate_microfacets_of(const Surface& surface, const HalfVectorLobe& lobe,
   Distribution distribution(first.alpha_u, first.alpha_v);
   Vec3 specular(first.specular[0], first.specular[1], first.specular[2]);
 
-  // Of D G1 G1 / (4 cos_i), what the direction doesn't change.
   const MemberColumn<kPicking> viewers_part(members, [&](size_t i) {
     const Vec3 n = normal.vector(i), w = viewer.vector(i);
     if (varying) distribution = {varying->alpha_u.vector(i), varying->alpha_v.vector(i)};
     const auto w_xy = tangential<is_isotropic>(
         n, [&] { return tangent->vector(i); }, w);
     const Float cos_i = dot(n, w);
-    const Float g1 = distribution.smith_g1(distribution.times_alpha2(w_xy), cos_i);
-    return select(cos_i > 0.f, g1 / (4.f * cos_i));
+    return select(cos_i > 0.f, distribution.viewers_part(distribution.times_alpha2(w_xy), cos_i));
   });
 
   const Ggx drawn(lobe.alpha_u, lobe.alpha_v);
@@ -148,17 +153,15 @@ void evaluate_microfacets_of(const Surface& surface, const HalfVectorLobe& lobe,
     }
     const auto tangent_at = [&] { return (*tangent)[at]; };
     const Vec3 h = w + o;
-    const Float cos_o = dot(n, o), h_z = dot(n, h), length2 = dot(h, h);
+    const Float h_z = dot(n, h), length2 = dot(h, h);
     const auto h_xy = tangential<is_isotropic>(n, tangent_at, h);
     density_of(drawn, h_xy, h_z, length2).store(out.density + i);
 
-    const Float d = distribution.d_along(distribution.over_alpha2(h_xy), h_z) * sqr(length2);
-    const Float g1 = distribution.smith_g1(
-        distribution.times_alpha2(tangential<is_isotropic>(n, tangent_at, o)), cos_o);
-    const Float value =
-        select(cos_o > 0.f && length2 > 1e-12f && d * h_z > 1e-20f, d * g1 * viewers_part[at]);
-    const Float cos_half = min(0.5f * sqrt(length2), 1.f);
-    const Vec3 f = value * surface.fresnel(cos_half) * specular;
+    const auto reflected = distribution.reflect(
+        {distribution.over_alpha2(h_xy), h_z, length2},
+        distribution.times_alpha2(tangential<is_isotropic>(n, tangent_at, o)), dot(n, o),
+        viewers_part[at]);
+    const Vec3 f = reflected.dg * surface.fresnel(reflected.cos_half) * specular;
     f.x.store(out.f[0] + i);
     f.y.store(out.f[1] + i);
     f.z.store(out.f[2] + i);
@@ -213,10 +216,34 @@ void multiply_turned_factors(const TurnedPoints& turned, const PointGroup& group
                              const float* dz, size_t count, float* const f[3]) {
   wide::for_lanes(count, [&](size_t i) {
     const Int k = points_of(group, member + i);
-    const Float cosine = dot(gather(turned.normal, k), load(dx, dy, dz, i));
-    const Float alpha2 = wide::gather(turned.bump_alpha2.data(), k);
-    const Float factor = select(cosine > 0.f, bump_shadowing(cosine, alpha2));
+    const Float factor = factor_at(turned, k, load(dx, dy, dz, i));
     for (int c = 0; c < 3; ++c) (Float::load(f[c] + i) * factor).store(f[c] + i);
+  });
+}
+
+void add_diffuse(const DiffusePoints& points, const PointGroup& group, const uint32_t* member,
+                 const float* dx, const float* dy, const float* dz, size_t count,
+                 float* const f[3]) {
+  wide::for_lanes(count, [&](size_t i) {
+    const Int k = points_of(group, member + i);
+    const Vec3 d = load(dx, dy, dz, i);
+    const Float cosine = dot(gather(group.frames.normal, k), d);
+    Float factor = warp::cosine_hemisphere_pdf(cosine);
+    if (points.transmittance) factor = factor * tabulated(points.transmittance, cosine);
+    if (points.turned) factor = factor * factor_at(*points.turned, k, d);
+    for (int c = 0; c < 3; ++c) {
+      const Float diffuse = wide::gather(points.diffuse[c].data(), k);
+      mul_add(factor, diffuse, Float::load(f[c] + i)).store(f[c] + i);
+    }
+  });
+}
+
+void mix_densities(float share, const PointGroup& group, const uint32_t* member, const float* dx,
+                   const float* dy, const float* dz, size_t count, float* density) {
+  wide::for_lanes(count, [&](size_t i) {
+    const Vec3 n = gather(group.frames.normal, points_of(group, member + i));
+    const Float by_cosine = warp::cosine_hemisphere_pdf(dot(n, load(dx, dy, dz, i)));
+    mul_add(share, by_cosine, (1 - share) * Float::load(density + i)).store(density + i);
   });
 }
 

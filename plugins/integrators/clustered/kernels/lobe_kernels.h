@@ -90,7 +90,7 @@ void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& fir
                           const MicrofacetValues& out);
 
 /// Surface normals of points whose normal was turned away from them, and the roughness of bumps:
-/// see BsdfForm::turned_factor.
+/// see wide::turned_factor.
 struct TurnedPoints {
   Column<float> normal[3];
   Column<float> bump_alpha2;
@@ -99,9 +99,24 @@ struct TurnedPoints {
     bump_alpha2.resize(points);
   }
 };
-/// Multiplies f, three channels, by BsdfForm::turned_factor.
+/// Multiplies f, three channels, by wide::turned_factor.
 void multiply_turned_factors(const TurnedPoints& points, const PointGroup& group,
                              const uint32_t* member, const float* dx, const float* dy,
                              const float* dz, size_t count, float* const f[3]);
+
+/// Diffuse lobes, as BsdfForm has them.
+struct DiffusePoints {
+  const Column<float> (&diffuse)[3];
+  const float* transmittance;  ///< or nullptr
+  const TurnedPoints* turned;  ///< nullptr where no normal is turned
+};
+/// Adds f cos, three channels, of each direction.
+void add_diffuse(const DiffusePoints& points, const PointGroup& group, const uint32_t* member,
+                 const float* dx, const float* dy, const float* dz, size_t count,
+                 float* const f[3]);
+
+/// density = share x that of directions that go by the cosine + (1 - share) x density.
+void mix_densities(float share, const PointGroup& group, const uint32_t* member, const float* dx,
+                   const float* dy, const float* dz, size_t count, float* density);
 
 }  // namespace kinome::simd

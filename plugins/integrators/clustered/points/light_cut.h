@@ -49,6 +49,14 @@ class ClusterPmf {
   std::vector<float> hits_;
 };
 
+/// Unit directions, as structure of arrays.
+struct LobeDirections {
+  const float* x = nullptr;
+  const float* y = nullptr;
+  const float* z = nullptr;
+  size_t count = 0;
+};
+
 /// A cut through a light tree, ready for importance functions: clusters as structure of arrays, and
 /// the boxes' hierarchy that lobe rays are counted against (4.2.2). Immutable; thread-safe.
 class LightCut {
@@ -65,7 +73,7 @@ class LightCut {
     float diffuse = 0;     ///< |kd|, luminance
     float glossy = 0;      ///< |ks|
     /// Directions of lobe samples, world space; count 0 where the BSDF has no glossy lobe.
-    DirectionBatch lobe{nullptr, nullptr, nullptr, 0};
+    LobeDirections lobe;
     Vec3 position{0.f};  ///< world space; matters to local light only
   };
   /// The distribution of eq. 3.1 for kJoint or kBrdf:

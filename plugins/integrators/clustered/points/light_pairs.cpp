@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kinome/wide/surface_point.h"
 #include "transport/rays.h"
 #include "transport/shading.h"
 
@@ -55,10 +56,7 @@ void LightPairs::see(const LightColumns& lights, const kinome::Rgb& weight, size
   }
   const SurfaceBlock& points = points_.points();
   for (size_t k = first; k < first + count; k += kLanes) {
-    const wide::Vec3 d = wide::Vec3::load(d_, k);
-    wide::Vec3(dot(d, wide::Vec3::load(points.s, k)), dot(d, wide::Vec3::load(points.t, k)),
-               dot(d, wide::Vec3::load(points.sn, k)))
-        .store(wo_, k);
+    frame_at(points, k).to_local(wide::Vec3::load(d_, k)).store(wo_, k);
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "kinome/wide/vectors.h"
+#include "kinome/wide/surface_point.h"
 
 namespace kinome {
 
@@ -54,10 +54,7 @@ void LobeSamples::draw() {
     point.found = 0;
     for (size_t k = 0; k < count_; k += kLanes) {
       const size_t i = point.first + k;
-      const FrameOf<wide::Vec3> frame{wide::Vec3::load(points.s, i),
-                                      wide::Vec3::load(points.t, i),
-                                      wide::Vec3::load(points.sn, i)};
-      const wide::Vec3 d = frame.to_world(wide::Vec3::load(answer_.wo, i));
+      const wide::Vec3 d = frame_at(points, i).to_world(wide::Vec3::load(answer_.wo, i));
       const Mask is_sample = first_lanes(std::min(count_ - k, kLanes)) &&
                              Float::load(answer_.sample_pdf + i) > 0.f;
       const size_t to = point.first + point.found;
@@ -68,7 +65,7 @@ void LobeSamples::draw() {
   }
 }
 
-DirectionBatch LobeSamples::directions(size_t number) const {
+LobeDirections LobeSamples::directions(size_t number) const {
   const Point& point = list_[number];
   const Columns3 from = found_.from(point.first);
   return {from.x, from.y, from.z, point.found};

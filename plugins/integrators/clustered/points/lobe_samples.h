@@ -1,5 +1,6 @@
 #pragma once
 
+#include "clustered/points/light_cut.h"
 #include "clustered/points/point_lights.h"
 #include "clustered/points/repeated_points.h"
 #include "kinome/sampler.h"
@@ -25,7 +26,7 @@ class LobeSamples {
   void draw();
   /// Those of a point, in world space; those below the horizon are left out, as their light is
   /// (thesis, 4.2.2 covers the diffuse lobe by the horizon test instead).
-  DirectionBatch directions(size_t number) const;
+  LobeDirections directions(size_t number) const;
 
  private:
   const Sampler& sampler_;

@@ -96,8 +96,8 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
                             : v * lambert;
     }
     if (patch.is_described) {
-      float t = table ? interpolate_transmittance(table, cosine) : 1.f;
-      if (patch.form.is_turned) t *= turned_factor(primaries, primary, point.d);
+      float t = table ? wide::tabulated(table, cosine) : 1.f;
+      if (patch.form.is_turned) t *= turned_factor_at(primaries, primary, point.d);
       if (cosine > 0) {
         rays.push(primaries.place(primary), point.d, {lambert * t, cell, group.patch},
                   answers);

@@ -2,13 +2,23 @@
 
 #include <algorithm>
 
+#include "transport/shading.h"
+
 namespace kinome {
 namespace {
 
 /// Where there is a diffuse and a glossy lobe, each gets at least this share of the rays.
 constexpr float kLeastLobeShare = 0.2f;
+/// Directions to one call of a BSDF.
+constexpr size_t kAskedAtOnce = 512;
 
 }  // namespace
+
+LobeValues::LobeValues()
+    : arena_(kAskedAtOnce),
+      points_(arena_.points()),
+      wo_(arena_.three()),
+      answer_(transport::make_answer(arena_)) {}
 
 float diffuse_share(const Patch& patch) {
   const bool is_glossy = any(patch.bsdf->lobes() & Lobe::kGlossy);
@@ -19,38 +29,46 @@ float diffuse_share(const Patch& patch) {
                     1 - kLeastLobeShare);
 }
 
-/// Each point's directions together: its parameters are read once.
+namespace {
+
+/// Points number[0], number[1] ... of `from`.
+void copy_points(const SurfaceBlock& from, const uint32_t* number, size_t count, SurfaceBlock& to) {
+  const auto copy = [&](const auto* values, auto* copies) {
+    for (size_t i = 0; i < count; ++i) copies[i] = values[number[i]];
+  };
+  const auto copy_three = [&](const Columns3& values, const Columns3& copies) {
+    copy(values.x, copies.x), copy(values.y, copies.y), copy(values.z, copies.z);
+  };
+  to.count = count;
+  copy_three(from.p, to.p), copy_three(from.n, to.n);
+  copy_three(from.s, to.s), copy_three(from.t, to.t), copy_three(from.sn, to.sn);
+  copy_three(from.dp_du, to.dp_du), copy_three(from.dp_dv, to.dp_dv);
+  copy_three(from.wi, to.wi);
+  copy(from.uv.x, to.uv.x), copy(from.uv.y, to.uv.y);
+  copy(from.p_error, to.p_error), copy(from.primitive, to.primitive);
+  copy(from.ray, to.ray), copy(from.shape, to.shape);
+}
+
+}  // namespace
+
 void LobeValues::ask(const GroupView& group, Lobe lobes, const Directions& to, float* const f[3]) {
-  const uint32_t members = group.group.count;
-  first_.assign(members + 1, 0);
-  for (size_t j = 0; j < to.count; ++j) ++first_[to.member[j] + 1];
-  for (size_t k = 0; k < members; ++k) first_[k + 1] += first_[k];
-  order_.resize(to.count);
-  for (auto* const v : {&x_, &y_, &z_, &r_, &g_, &b_}) {
-    if (v->size() < to.count) v->resize(to.count);
-  }
-  for (size_t j = 0; j < to.count; ++j) {
-    const uint32_t at = first_[to.member[j]]++;
-    order_[at] = static_cast<uint32_t>(j);
-    const Vec3 d = group.frame(to.member[j]).to_local({to.dx[j], to.dy[j], to.dz[j]});
-    x_[at] = d.x;
-    y_[at] = d.y;
-    z_[at] = d.z;
-  }
-  size_t begin = 0;
-  for (uint32_t k = 0; k < members; ++k) {
-    const size_t end = first_[k];
-    if (end == begin) continue;
-    const SurfaceInteraction si = group.interaction(k);
-    si.shape->bsdf().eval_pdf(si, lobes, {&x_[begin], &y_[begin], &z_[begin], end - begin},
-                              {&r_[begin], &g_[begin], &b_[begin], nullptr});
-    begin = end;
-  }
-  for (size_t at = 0; at < to.count; ++at) {
-    const uint32_t j = order_[at];
-    f[0][j] = r_[at];
-    f[1][j] = g_[at];
-    f[2][j] = b_[at];
+  BsdfQuery query;
+  query.wo = wo_;
+  query.lobes = lobes;
+  uint32_t number[kAskedAtOnce];
+  for (size_t first = 0; first < to.count; first += kAskedAtOnce) {
+    const size_t count = std::min(to.count - first, kAskedAtOnce);
+    const uint32_t* const member = to.member + first;
+    for (size_t i = 0; i < count; ++i) number[i] = group.point_ids[member[i]];
+    copy_points(group.primaries.points(), number, count, points_);
+    for (size_t i = 0; i < count; ++i) {
+      const Vec3 d(to.dx[first + i], to.dy[first + i], to.dz[first + i]);
+      wo_.set(i, group.frame(member[i]).to_local(d));
+    }
+    group.patch.bsdf->shade_block(points_, query, answer_);
+    std::copy_n(answer_.f.x, count, f[0] + first);
+    std::copy_n(answer_.f.y, count, f[1] + first);
+    std::copy_n(answer_.f.z, count, f[2] + first);
   }
 }
 
@@ -90,31 +108,16 @@ void LobeValues::all(const GroupView& group, const Directions& to, const LobeCol
         std::fill_n(v, to.count, 0.f);
       }
     }
-    if (group.has(Lobe::kDiffuse)) add_diffuse(group, to, out.f);
+    if (group.has(Lobe::kDiffuse)) {
+      const TilePrimaries& primaries = group.primaries;
+      simd::add_diffuse({primaries.diffuse_columns(), patch.form.transmittance,
+                         patch.form.is_turned ? &primaries.turned() : nullptr},
+                        group.points(), to.member, to.dx, to.dy, to.dz, to.count, out.f);
+    }
   } else {
     ask_with_density(group, Lobe::kDiffuse | Lobe::kGlossy, to, out);
   }
-  for (size_t i = 0; i < to.count; ++i) {
-    const Vec3& n = group.normal(to.member[i]);
-    const float cosine = std::max(0.f, n.x * to.dx[i] + n.y * to.dy[i] + n.z * to.dz[i]);
-    out.density[i] = share * kInvPi * cosine + (1 - share) * out.density[i];
-  }
-}
-
-void LobeValues::add_diffuse(const GroupView& group, const Directions& to, float* const f[3]) {
-  const BsdfForm& form = group.patch.form;
-  const TilePrimaries& primaries = group.primaries;
-  const float* const table = form.transmittance;
-  for (size_t i = 0; i < to.count; ++i) {
-    const uint32_t primary = group.primary(to.member[i]);
-    const Vec3 d(to.dx[i], to.dy[i], to.dz[i]);
-    const float cosine = glm::dot(primaries.normal(primary), d);
-    if (!(cosine > 0)) continue;
-    float factor = kInvPi * cosine;
-    if (table) factor *= interpolate_transmittance(table, cosine);
-    if (form.is_turned) factor *= turned_factor(primaries, primary, d);
-    for (int k = 0; k < 3; ++k) f[k][i] += factor * primaries.diffuse(primary)[k];
-  }
+  simd::mix_densities(share, group.points(), to.member, to.dx, to.dy, to.dz, to.count, out.density);
 }
 
 }  // namespace kinome

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <vector>
-
 #include "clustered/product/groups.h"
+#include "transport/arena.h"
 
 namespace kinome {
 
@@ -22,19 +21,21 @@ struct LobeColumns {
 /// than by the glossy lobe.
 float diffuse_share(const Patch& patch);
 
-/// BsdfForm::turned_factor at a primary whose form is_turned.
-inline float turned_factor(const TilePrimaries& primaries, uint32_t primary, const Vec3& d) {
+/// wide::turned_factor at a primary whose form is_turned.
+inline float turned_factor_at(const TilePrimaries& primaries, uint32_t primary, const Vec3& d) {
   const simd::TurnedPoints& turned = primaries.turned();
   const auto i = static_cast<size_t>(primaries.point(primary));
   const float cosine =
       turned.normal[0][i] * d.x + turned.normal[1][i] * d.y + turned.normal[2][i] * d.z;
-  return cosine > 0 ? bump_shadowing(cosine, turned.bump_alpha2[i]) : 0.f;
+  return wide::turned_factor(cosine, turned.bump_alpha2[i]);
 }
 
 /// Evaluates BSDFs for directions at members of a group: by kernels where the patch is_described,
 /// elsewhere by asking them, which is slower. Keeps its memory: one per thread.
 class LobeValues {
  public:
+  LobeValues();
+
   /// Of the glossy lobe; density: that of the patch's lobe, simd::sample_lobe.
   void glossy(const GroupView& group, const Directions& directions, const LobeColumns& out);
   /// Of all lobes but delta; density: that of rays which go by the cosine or by the glossy lobe,
@@ -46,10 +47,11 @@ class LobeValues {
  private:
   void ask_with_density(const GroupView& group, Lobe lobes, const Directions& directions,
                         const LobeColumns& out);
-  static void add_diffuse(const GroupView& group, const Directions& directions, float* const f[3]);
 
-  std::vector<uint32_t> order_, first_;
-  std::vector<float> x_, y_, z_, r_, g_, b_;
+  transport::Arena arena_;
+  SurfaceBlock points_;  ///< where BSDFs are asked, one for each direction
+  Columns3 wo_;
+  BsdfAnswer answer_;
 };
 
 }  // namespace kinome

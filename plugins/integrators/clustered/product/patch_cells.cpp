@@ -28,7 +28,7 @@ void find_transmittance(const CellLight& light, const Patch& patch,
   for_lanes(transmittance.size(), [&](size_t c) {
     const wide::Vec3 toward(Float::load(axis[0] + c), Float::load(axis[1] + c),
                             Float::load(axis[2] + c));
-    interpolate_transmittance(table, dot(normal, toward)).store(&transmittance[c]);
+    tabulated(table, dot(normal, toward)).store(&transmittance[c]);
   });
 }
 

@@ -52,21 +52,13 @@ simd::HalfVectorLobe probe_lobe(const Bsdf& bsdf, const SurfaceInteraction& si) 
 void probe_transmittance(const SurfaceInteraction& si, Patch& patch) {
   constexpr int kSteps = BsdfForm::kTableSize;
   const Frame frame = Frame::from_normal(patch.normal);
-  float x[kSteps], y[kSteps], z[kSteps], r[kSteps], g[kSteps], b[kSteps];
-  const auto cosine_of = [](int k) { return std::max(static_cast<float>(k), 0.5f) / (kSteps - 1); };
-  for (int k = 0; k < kSteps; ++k) {
-    const float cosine = cosine_of(k);
-    const Vec3 d = si.frame.to_local(frame.n * cosine + frame.s * safe_sqrt(1 - cosine * cosine));
-    x[k] = d.x;
-    y[k] = d.y;
-    z[k] = d.z;
-  }
-  patch.bsdf->eval_pdf(si, Lobe::kDiffuse, {x, y, z, kSteps}, {r, g, b, nullptr});
   std::array<float, kSteps> probed;
   for (int k = 0; k < kSteps; ++k) {
-    const float lambertian = mean_of(patch.diffuse) * kInvPi * cosine_of(k);
-    const float factor = mean_of({r[k], g[k], b[k]}) / lambertian;
-    probed[k] = std::clamp(factor, kLeastTransmittance, 4.f);
+    const float cosine = std::max(static_cast<float>(k), 0.5f) / (kSteps - 1);
+    const Vec3 d = frame.n * cosine + frame.s * safe_sqrt(1 - cosine * cosine);
+    const Rgb f = patch.bsdf->eval_pdf(si, Lobe::kDiffuse, si.frame.to_local(d)).f;
+    const float lambertian = mean_of(patch.diffuse) * kInvPi * cosine;
+    probed[k] = std::clamp(mean_of(f) / lambertian, kLeastTransmittance, 4.f);
   }
   patch.probed = std::make_shared<const std::array<float, kSteps>>(probed);
 }

@@ -7,7 +7,7 @@
 
 #include "clustered/product/primaries.h"
 #include "clustered/product/visibility.h"
-#include "kinome/wide/vectors.h"
+#include "kinome/wide/bsdf.h"
 
 namespace kinome {
 
@@ -52,16 +52,6 @@ struct Patch {
   float eye_rays = 0.5f;
   bool trust = true;  ///< false: v is of no use to the glossy lobe
 };
-
-/// BsdfForm::transmittance at a cosine.
-template <class F>
-F interpolate_transmittance(const float* table, const F& cosine) {
-  using namespace wide::formulas;
-  constexpr int32_t kLast = BsdfForm::kTableSize - 1;
-  const F x = clamp(cosine, F(0.f), F(1.f)) * static_cast<float>(kLast);
-  const wide::IntOf<F> i = min(to_int(x), wide::IntOf<F>(kLast - 1));
-  return lerp(gather(table, i), gather(table + 1, i), x - to_float(i));
-}
 
 inline bool is_microfacet(const BsdfForm& form) {
   return form.glossy == BsdfForm::Glossy::kBeckmann || form.glossy == BsdfForm::Glossy::kGgx;

@@ -4,7 +4,7 @@
 
 #include "clustered/cells/hilbert_points.h"
 #include "kinome/owen.h"
-#include "kinome/wide/vectors.h"
+#include "kinome/wide/surface_point.h"
 
 namespace kinome {
 namespace {
@@ -159,10 +159,7 @@ void Primaries::find_viewers() {
   const SurfaceBlock& p = points();
   using namespace wide;
   for_lanes(p.count, [&](size_t i) {
-    const wide::Vec3 wi = wide::Vec3::load(p.wi, i);
-    (wide::Vec3::load(p.s, i) * wi.x + wide::Vec3::load(p.t, i) * wi.y +
-     wide::Vec3::load(p.sn, i) * wi.z)
-        .store(three(frames_.viewer), i);
+    frame_at(p, i).to_world(wide::Vec3::load(p.wi, i)).store(three(frames_.viewer), i);
   });
 }
 

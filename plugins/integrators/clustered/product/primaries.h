@@ -162,6 +162,7 @@ class TilePrimaries {
   /// By points.
   const SurfaceBlock& points() const { return all_->points(); }
   const simd::PointFrames& frames() const { return all_->frames_; }
+  const Column<float> (&diffuse_columns() const)[3] { return all_->diffuse_; }
   const simd::MicrofacetPoints& microfacets() const { return all_->microfacets_; }
   const simd::TurnedPoints& turned() const { return all_->turned_; }
 
