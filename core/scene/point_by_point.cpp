@@ -285,7 +285,7 @@ void Shape::sample_solid_angle_block(const Columns3& p, const Columns2& u, size_
     const SurfaceSample s = sample_solid_angle(p.at(i), u.at(i)).value_or(SurfaceSample{});
     out.p.set(i, s.si.p);
     out.sn.set(i, s.si.frame.n);
-    out.uv.set(i, s.si.uv);
+    if (out.uv.x) out.uv.set(i, s.si.uv);
     out.pdf[i] = s.pdf;
   }
 }

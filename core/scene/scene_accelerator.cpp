@@ -1,6 +1,7 @@
 #include "scene/scene_accelerator.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -80,21 +81,33 @@ bool hit_shape(const Shape& shape, const Ray16& rays, const int* valid, ShapeHit
   }
 }
 
-/// fn(i, t, hit) for each of n rays that the shape is on the way of: in whole packets, which is how
-/// Embree lays 16 rays out, or one by one.
+/// Of a packet of 16 rays, which is how Embree lays so many out; none where the shape threw.
+struct PacketHits {
+  PacketHits(const Shape& shape, RTCRayN* rays, const int* valid) {
+    if (!hit_shape(shape, *reinterpret_cast<const Ray16*>(rays), valid, hits)) return;
+    for (size_t i = 0; i < 16; ++i) {
+      is_hit[i] = -(static_cast<uint32_t>(valid[i] != 0) &
+                    static_cast<uint32_t>(hits.t[i] < kInfinity));
+    }
+  }
+  /// to[i] = value(i) where ray i has a hit. By bits, so that it is compiled into vectors.
+  template <class T, class Value>
+  void put(T* to, const Value& value) const {
+    for (size_t i = 0; i < 16; ++i) {
+      const auto before = std::bit_cast<uint32_t>(to[i]);
+      const auto after = std::bit_cast<uint32_t>(value(i));
+      to[i] = std::bit_cast<T>((before & ~is_hit[i]) | (after & is_hit[i]));
+    }
+  }
+
+  ShapeHit16 hits{};
+  alignas(64) uint32_t is_hit[16] = {};  ///< all bits, or none
+};
+
+/// fn(i, t, hit) for each of n rays that the shape is on the way of.
 template <class Function>
 void for_each_hit(const Shape& shape, RTCRayN* rays, const int* valid, unsigned n,
                   const Function& fn) {
-  if (n == 16) {
-    ShapeHit16 hits{};
-    if (!hit_shape(shape, *reinterpret_cast<const Ray16*>(rays), valid, hits)) return;
-    for (unsigned i = 0; i < n; ++i) {
-      if (valid[i] == 0 || !(hits.t[i] < kInfinity)) continue;
-      fn(i, hits.t[i], Hit{{hits.ngx[i], hits.ngy[i], hits.ngz[i]}, hits.u[i], hits.v[i],
-                           hits.primitive[i]});
-    }
-    return;
-  }
   for (unsigned i = 0; i < n; ++i) {
     if (valid[i] == 0) continue;
     float t = 0;
@@ -105,8 +118,23 @@ void for_each_hit(const Shape& shape, RTCRayN* rays, const int* valid, unsigned 
 
 void intersect_shape(const RTCIntersectFunctionNArguments* args) {
   const Shape& shape = *static_cast<const Shape*>(args->geometryUserPtr);
-  const unsigned n = args->N;
+  const unsigned n = args->N, id = args->geomID, instance = args->context->instID[0];
   RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, n);
+  if (n == 16) {
+    const PacketHits found(shape, rays, args->valid);
+    const ShapeHit16& from = found.hits;
+    auto& to = *reinterpret_cast<RayHit16*>(args->rayhit);
+    found.put(to.ray.tmax, [&](size_t i) { return from.t[i]; });
+    found.put(to.ngx, [&](size_t i) { return from.ngx[i]; });
+    found.put(to.ngy, [&](size_t i) { return from.ngy[i]; });
+    found.put(to.ngz, [&](size_t i) { return from.ngz[i]; });
+    found.put(to.u, [&](size_t i) { return from.u[i]; });
+    found.put(to.v, [&](size_t i) { return from.v[i]; });
+    found.put(to.primitive, [&](size_t i) { return from.primitive[i]; });
+    found.put(to.shape, [&](size_t) { return id; });
+    found.put(to.instance, [&](size_t) { return instance; });
+    return;
+  }
   RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, n);
   for_each_hit(shape, rays, args->valid, n, [&](unsigned i, float t, const Hit& hit) {
     RTCRayN_tfar(rays, n, i) = t;
@@ -116,14 +144,19 @@ void intersect_shape(const RTCIntersectFunctionNArguments* args) {
     RTCHitN_u(hits, n, i) = hit.u;
     RTCHitN_v(hits, n, i) = hit.v;
     RTCHitN_primID(hits, n, i) = hit.primitive == kNoHit ? args->primID : hit.primitive;
-    RTCHitN_geomID(hits, n, i) = args->geomID;
-    RTCHitN_instID(hits, n, i, 0) = args->context->instID[0];
+    RTCHitN_geomID(hits, n, i) = id;
+    RTCHitN_instID(hits, n, i, 0) = instance;
   });
 }
 
 void occlude_by_shape(const RTCOccludedFunctionNArguments* args) {
   const Shape& shape = *static_cast<const Shape*>(args->geometryUserPtr);
   const unsigned n = args->N;
+  if (n == 16) {
+    PacketHits(shape, args->ray, args->valid)
+        .put(reinterpret_cast<Ray16*>(args->ray)->tmax, [](size_t) { return -kInfinity; });
+    return;
+  }
   for_each_hit(shape, args->ray, args->valid, n, [&](unsigned i, float, const Hit&) {
     RTCRayN_tfar(args->ray, n, i) = -kInfinity;
   });

@@ -48,7 +48,9 @@ class AreaLight final : public Emitter {
   void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
                            const DirectBlock& out) const override {
     const wide::ScratchColumns scratch(9, count);
-    const SurfaceSampleBlock points{scratch.three(0), scratch.three(3), scratch.two(6), scratch[8]};
+    const SurfaceSampleBlock points{scratch.three(0), scratch.three(3),
+                                    radiance_.is_uniform() ? Columns2{} : scratch.two(6),
+                                    scratch[8]};
     shape()->sample_solid_angle_block(p, u, count, points);
     const wide::ColorInput::Columns radiance(radiance_, points.uv, count);
     wide::for_lanes(count, [&](size_t i) {

@@ -59,6 +59,8 @@ class DirectionalLight final : public Emitter {
 
   void prepare(const Aabb& scene_bounds) override { disk_.prepare(scene_bounds); }
 
+  bool is_delta() const override { return true; }
+
   std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& /*u*/) const override {
     if (is_black(irradiance_)) return std::nullopt;
     return DirectSample{-direction_, kInfinity, 1, irradiance_, true};

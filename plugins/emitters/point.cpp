@@ -33,6 +33,8 @@ class PointLight final : public Emitter {
     if (!is_finite(position_)) throw props.error("position", "must be finite");
   }
 
+  bool is_delta() const override { return true; }
+
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
     return light_from_point(TowardLight(p, position_), intensity_);
   }

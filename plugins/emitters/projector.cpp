@@ -57,6 +57,8 @@ class Projector final : public Emitter {
                    double{scale_} * std::pow(glm::length(glm::dvec3(half_size_, 1)), 3));
   }
 
+  bool is_delta() const override { return true; }
+
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
     const TowardLight light(p, frame_.origin);
     const Vec3 d = frame_.to_local(-light.d);

@@ -89,6 +89,8 @@ class Spot final : public Emitter {
     }
   }
 
+  bool is_delta() const override { return true; }
+
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
     const TowardLight light(p, frame_.origin);
     return light_from_point(light, intensity_toward(frame_.to_local(-light.d)));

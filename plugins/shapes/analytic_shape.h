@@ -11,10 +11,12 @@ namespace kinome {
 ///
 ///     F first_hit(const V& o, const V& d, F tmin, F tmax) const     infinite where there is none
 ///     ShapePoint<F> hit_at(const V& o, const V& d, F t) const       without wi
+///     ShapePoint<F> point_at(const V2& u) const                     uniform by area, likewise
 ///     Vec3 direction_of_normal(const Ray& ray, float t) const       of any length
 ///
-/// for F and V of one ray (float, Vec3) and of a vector of rays (wide::Float, wide::Vec3). The
-/// first hit lies in [tmin, tmax].
+/// for F, V and V2 of one ray (float, Vec3, Vec2) and of a vector of rays (wide::Float and so on).
+/// The first hit lies in [tmin, tmax]. As seen from a point, too, places are chosen by area; a shape
+/// that knows better overrides those functions.
 template <class Derived>
 class AnalyticShape : public Shape {
  public:
@@ -69,15 +71,36 @@ class AnalyticShape : public Shape {
     });
   }
 
+  SurfaceInteraction sample_surface(const Vec2& u) const final {
+    return sampled(self().point_at(u));
+  }
+  void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const final {
+    wide::for_lanes(out.count, [&](size_t i) {
+      auto point = self().point_at(wide::Vec2::load(u, i));
+      point.wi = wide::Vec3(0.f);
+      store(point, out, i);
+      wide::Uint(0u).store(out.primitive + i);
+    });
+  }
+  void sample_solid_angle_block(const Columns3& p, const Columns2& u, size_t count,
+                                const SurfaceSampleBlock& out) const override {
+    const float whole = area();
+    wide::for_lanes(count, [&](size_t i) {
+      const auto point = self().point_at(wide::Vec2::load(u, i));
+      store(point.p, out.p, i);
+      store(point.frame.n, out.sn, i);
+      if (out.uv.x) store(point.uv, out.uv, i);
+      solid_angle_density(point.p - wide::Vec3::load(p, i), point.n, whole).store(out.pdf + i);
+    });
+  }
+  void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
+                             float* pdf) const override {
+    wide::store_solid_angle_densities(p, points, area(), pdf);
+  }
+
  protected:
-  /// The interaction at a point that lies on the shape: as a ray along -n would find it. n is about
-  /// as long as the shape is wide, so that the ray's origin keeps the point's digits.
-  SurfaceInteraction interaction_at(const DVec3& p, const DVec3& n) const {
-    Ray ray;
-    ray.o = Vec3(p + n);
-    ray.d = Vec3(-n);
-    ray.tmax = 1;
-    SurfaceInteraction si = interaction(ray, Hit{});
+  SurfaceInteraction sampled(const ShapePoint<float>& point) const {
+    SurfaceInteraction si = wide::interaction_of(point);
     si.shape = this;
     return si;
   }

@@ -50,34 +50,9 @@ class Cylinder final : public AnalyticShape<Cylinder> {
 
   Aabb bounds() const override { return bounds_; }
 
-  void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
-                             float* pdf) const override {
-    wide::store_solid_angle_densities(p, points, area(), pdf);
-  }
-
   float area() const override {
     const glm::dmat3& m = space_.linear();
     return static_cast<float>(2 * std::numbers::pi * glm::length(m[0]) * glm::length(m[2]));
-  }
-
-  SurfaceInteraction sample_surface(const Vec2& u) const override {
-    const DVec3 radial = radial_at(u.x);
-    // From the point itself: a ray of floats would miss a cylinder that is thin beside its distance
-    // from the origin.
-    SurfaceInteraction si = wide::interaction_of(surface_at(radial, double{u.y}));
-    si.shape = this;
-    si.t = 1;
-    si.wi = si.frame.to_local(Vec3(space_.normal_to_world(radial)));
-    return si;
-  }
-  void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const override {
-    wide::for_lanes(out.count, [&](size_t i) {
-      const wide::Vec2 at = wide::Vec2::load(u, i);
-      auto point = surface_at(radial_at(at.x), to_double(at.y));
-      point.wi = wide::Vec3(0.f);
-      store(point, out, i);
-      wide::Uint(0).store(out.primitive + i);
-    });
   }
 
  private:
@@ -89,13 +64,12 @@ class Cylinder final : public AnalyticShape<Cylinder> {
     return Vec3(space_.normal_to_world(DVec3(p.x, p.y, 0)) * sign_);
   }
 
-  /// From the axis.
-  template <class F>
-  static DVecOf<DoubleOf<F>> radial_at(F u) {
-    using D = DoubleOf<F>;
+  template <class V2>
+  ShapePoint<NumberOf<V2>> point_at(const V2& u) const {
+    using D = DoubleOf<NumberOf<V2>>;
     D sine, cosine;
-    sincos(2 * std::numbers::pi * to_double(u), sine, cosine);
-    return normalize(DVecOf<D>(cosine, sine, D(0.0)));
+    sincos(2 * std::numbers::pi * to_double(u.x), sine, cosine);
+    return surface_at(normalize(DVecOf<D>(cosine, sine, D(0.0))), to_double(u.y));
   }
 
   template <class V, class F>

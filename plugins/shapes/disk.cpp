@@ -33,20 +33,9 @@ class Disk final : public AnalyticShape<Disk> {
 
   Aabb bounds() const override { return bounds_; }
 
-  void pdf_solid_angle_block(const Columns3& p, const SurfaceBlock& points,
-                             float* pdf) const override {
-    wide::store_solid_angle_densities(p, points, area(), pdf);
-  }
-
   float area() const override {
     const glm::dmat3& m = space_.linear();
     return static_cast<float>(std::numbers::pi * glm::length(glm::cross(m[0], m[1])));
-  }
-
-  SurfaceInteraction sample_surface(const Vec2& u) const override {
-    const Vec2 local = square_to_disk_concentric(u);
-    return interaction_at(space_.point_to_world(DVec3(local.x, local.y, 0)),
-                          DVec3(n_) * glm::length(space_.linear()[0]));
   }
 
  private:
@@ -69,12 +58,26 @@ class Disk final : public AnalyticShape<Disk> {
 
   template <class V, class F>
   ShapePoint<F> hit_at(const V& o, const V& d, F t) const {
-    using D = DoubleOf<F>;
-    using DV = DVecOf<D>;
-    constexpr double pi = std::numbers::pi;
     const auto line = space_.to_local(o, d);
-    DV local = line.o + line.d * to_double(t);
-    local.z = D(0.0);
+    auto local = line.o + line.d * to_double(t);
+    local.z = 0.0;
+    return surface_at(local);
+  }
+
+  template <class V2>
+  ShapePoint<NumberOf<V2>> point_at(const V2& u) const {
+    using D = DoubleOf<NumberOf<V2>>;
+    const V2 local = warp::square_to_disk_concentric(u);
+    return surface_at(DVecOf<D>(to_double(local.x), to_double(local.y), D(0.0)));
+  }
+
+  /// Of a point of the unit disk: all but wi.
+  template <class DV>
+  ShapePoint<FloatOf<NumberOf<DV>>> surface_at(const DV& local) const {
+    using D = NumberOf<DV>;
+    using F = FloatOf<D>;
+    using V = VecOf<F>;
+    constexpr double pi = std::numbers::pi;
     const D r = sqrt(local.x * local.x + local.y * local.y);
     const DV radial = select(r > 0.0, local / r, DV(D(1.0), D(0.0), D(0.0)));
 
@@ -85,7 +88,7 @@ class Disk final : public AnalyticShape<Disk> {
     point.uv = {to_float(min(r, D(1.0))), turn(local.x, local.y)};
     point.dp_du = to_float(space_.vector_to_world(radial));
     point.dp_dv = to_float(space_.vector_to_world(DV(-local.y, local.x, D(0.0)) * (2 * pi)));
-    point.frame = FrameOf<VecOf<F>>::from_normal_and_tangent(point.n, point.dp_du);
+    point.frame = FrameOf<V>::from_normal_and_tangent(point.n, point.dp_du);
     return point;
   }
 

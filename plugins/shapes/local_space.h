@@ -46,10 +46,6 @@ class LocalSpace {
   V vector_to_world(const V& v) const {
     return linear_ * v;
   }
-  template <class V>
-  V vector_to_local(const V& v) const {
-    return inverse_ * v;
-  }
   /// Unit.
   template <class V>
   V normal_to_world(const V& n) const {
@@ -98,19 +94,13 @@ template <int dimensions, class D>
 Roots<D> unit_ball_roots(const LocalLine<D>& line) {
   auto o = line.o, d = line.d;
   if constexpr (dimensions == 2) o.z = d.z = D(0.0);
-  const D a = dot(d, d);
-  const D b = dot(o, d);
-  const auto nearest = o - d * (b / a);
-  const D discriminant = a * (1.0 - dot(nearest, nearest));
-  const MaskOf<D> exist = a > 0.0 && discriminant >= 0.0;
-  if (none(exist)) return {0.0, 0.0, exist};
-  // |o|² - 1 as a product, so that an origin on the surface keeps its digits.
-  const D distance = length(o);
-  const D c = (distance - 1.0) * (distance + 1.0);
-  const D q = -(b + copysign(sqrt(discriminant), b));
-  const D t0 = q / a;
-  const D t1 = select(q != 0.0, c / q, t0);
-  return {min(t0, t1), max(t0, t1), exist};
+  const D inverse = 1.0 / dot(d, d);
+  const D middle = -(dot(o, d) * inverse);
+  const auto nearest = o + d * middle;
+  const D discriminant = (1.0 - dot(nearest, nearest)) * inverse;
+  // Near an origin on the surface the difference cancels, but far below what floats can tell.
+  const D half = sqrt(discriminant);
+  return {middle - half, middle + half, discriminant >= 0.0};
 }
 
 /// uv.x of an angle: 0 to 1, counterclockwise from +x.

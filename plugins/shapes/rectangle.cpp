@@ -25,6 +25,24 @@ class Rectangle final : public wide::Mesh {
     finish(props, to_world_of(props), false, props.boolean("flip_normals"));
   }
 
+  /// All but the place and where it is seen from is the same everywhere.
+  void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
+    if (!(area() > 0)) return Mesh::interaction_block(rays, out);
+    const Plane plane(*this);
+    wide::ShapePoint<wide::Float> point = plane.common();
+    wide::for_lanes(out.count, [&](size_t i) {
+      const wide::GatheredRays ray(rays, out.ray + i);
+      const wide::Uint primitive = ray.primitive();
+      const wide::Float b1 = ray.u(), b2 = ray.v(), b12 = b1 + b2;
+      const wide::Mask is_first = primitive == 0u;
+      point.uv = {select(is_first, b12, 1.f - b12), select(is_first, b2, 1.f - b2)};
+      plane.place(point, is_first);
+      point.wi = point.frame.to_local(wide::formulas::opposite_of(ray.d()));
+      store(point, out, i);
+      primitive.store(out.primitive + i);
+    });
+  }
+
   /// By u and v, so that numbers are spread over it as evenly as they are over the square.
   SurfaceInteraction sample_surface(const Vec2& u) const override {
     Hit hit;
@@ -33,21 +51,13 @@ class Rectangle final : public wide::Mesh {
     hit.v = u.x >= u.y ? u.y : 1 - u.y;
     return sampled_at(hit);
   }
-  /// The place is linear in u and v; of all else, only the error is the triangle's.
   void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const override {
     const Plane plane(*this);
-    const SurfaceInteraction& any = plane.corner;
-    wide::ShapePoint<wide::Float> point;
-    const float other_error = sample_surface(Vec2(0.f, 1.f)).p_error;
-    point.n = any.n;
-    point.frame = {any.frame.s, any.frame.t, any.frame.n};
-    point.dp_du = any.dp_du, point.dp_dv = any.dp_dv;
-    point.wi = any.wi;
+    wide::ShapePoint<wide::Float> point = plane.common();
     wide::for_lanes(out.count, [&](size_t i) {
       point.uv = wide::Vec2::load(u, i);
-      point.p = plane.at(point.uv);
       const wide::Mask is_first = point.uv.x >= point.uv.y;
-      point.p_error = select(is_first, any.p_error, other_error);
+      plane.place(point, is_first);
       store(point, out, i);
       select(is_first, wide::Uint(0), wide::Uint(1)).store(out.primitive + i);
     });
@@ -63,21 +73,36 @@ class Rectangle final : public wide::Mesh {
       const wide::Vec3 to = place - wide::Vec3::load(p, i);
       place.store(out.p, i);
       sn.store(out.sn, i);
-      uv.store(out.uv, i);
+      if (out.uv.x) uv.store(out.uv, i);
       wide::formulas::solid_angle_density(to, n, whole).store(out.pdf + i);
     });
   }
 
  private:
+  /// The place is linear in u and v; of all else, only the error is the triangle's.
   struct Plane {
     explicit Plane(const Rectangle& shape)
         : corner(shape.sample_surface(Vec2(0.f))),
+          other_error(shape.sample_surface(Vec2(0.f, 1.f)).p_error),
           origin(shape.mesh_.positions[0]),
           along_u(shape.mesh_.positions[1] - shape.mesh_.positions[0]),
           along_v(shape.mesh_.positions[3] - shape.mesh_.positions[0]) {}
     wide::Vec3 at(wide::Vec2 uv) const { return origin + along_u * uv.x + along_v * uv.y; }
+    wide::ShapePoint<wide::Float> common() const {
+      wide::ShapePoint<wide::Float> point;
+      point.n = corner.n;
+      point.frame = {corner.frame.s, corner.frame.t, corner.frame.n};
+      point.dp_du = corner.dp_du, point.dp_dv = corner.dp_dv;
+      point.wi = corner.wi;
+      return point;
+    }
+    void place(wide::ShapePoint<wide::Float>& point, wide::Mask is_first) const {
+      point.p = at(point.uv);
+      point.p_error = select(is_first, corner.p_error, other_error);
+    }
 
     SurfaceInteraction corner;
+    float other_error;
     wide::Vec3 origin, along_u, along_v;
   };
 };

@@ -30,52 +30,49 @@ constexpr Parameter kTable[] = {
 class Sphere final : public AnalyticShape<Sphere> {
  public:
   explicit Sphere(const Properties& props)
-      : AnalyticShape(props), space_(unit_sphere_to_world(props)) {
-    if (!is_similarity(space_.linear())) {
+      : AnalyticShape(props) {
+    const glm::dmat4 to_world = unit_sphere_to_world(props);
+    const glm::dmat3 linear(to_world);
+    if (!is_similarity(linear)) {
       throw props.error("to_world",
                         "must scale a sphere alike in all directions, and not shear it");
     }
-    radius_ = glm::length(space_.linear()[0]);
+    centre_ = to_world[3];
+    radius_ = glm::length(linear[0]);
+    per_radius_ = 1 / radius_;
     // A negative radius or a mirroring transform turns the sphere inside out.
-    flip_ = props.boolean("flip_normals") != (glm::determinant(space_.linear()) < 0);
-    extent_ = glm::length(space_.offset()) + radius_;
+    const bool is_mirrored = glm::determinant(linear) < 0;
+    flip_ = props.boolean("flip_normals") != is_mirrored;
+    // Orthonormal also where the digits of to_world are few.
+    axes_[0] = linear[0] * per_radius_;
+    axes_[1] = glm::normalize(linear[1] - axes_[0] * glm::dot(axes_[0], linear[1]));
+    axes_[2] = glm::cross(axes_[0], axes_[1]) * (is_mirrored ? -1. : 1.);
+    extent_ = glm::length(centre_) + radius_;
   }
 
   Aabb bounds() const override {
-    return {Vec3(space_.offset() - radius_), Vec3(space_.offset() + radius_)};
+    return {Vec3(centre_ - radius_), Vec3(centre_ + radius_)};
   }
 
   float area() const override {
     return static_cast<float>(4 * std::numbers::pi * radius_ * radius_);
   }
 
-  SurfaceInteraction sample_surface(const Vec2& u) const override {
-    return sampled_at(local_at(u));
-  }
-  void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const override {
-    wide::for_lanes(out.count, [&](size_t i) {
-      auto point = surface_at(local_at(wide::Vec2::load(u, i)));
-      point.wi = wide::Vec3(0.f);
-      store(point, out, i);
-      wide::Uint(0).store(out.primitive + i);
-    });
-  }
-
   std::optional<SurfaceSample> sample_solid_angle(const Vec3& p, const Vec2& u) const override {
     const auto drawn = draw(p, u);
-    const SurfaceSample sample{sampled_at(drawn.local), drawn.pdf};
-    if (sample.si.p == p) return std::nullopt;
-    return sample;
+    const SurfaceInteraction si = sampled(surface_at(drawn.outward));
+    if (si.p == p) return std::nullopt;
+    return SurfaceSample{si, drawn.pdf};
   }
   void sample_solid_angle_block(const Columns3& p, const Columns2& u, size_t count,
                                 const SurfaceSampleBlock& out) const override {
     wide::for_lanes(count, [&](size_t i) {
       const auto from = wide::Vec3::load(p, i);
       const auto drawn = draw(from, wide::Vec2::load(u, i));
-      const auto point = surface_at(drawn.local);
+      const auto point = surface_at(drawn.outward);
       store(point.p, out.p, i);
       store(point.frame.n, out.sn, i);
-      store(point.uv, out.uv, i);
+      if (out.uv.x) store(point.uv, out.uv, i);
       const auto is_at_point = point.p.x == from.x && point.p.y == from.y && point.p.z == from.z;
       select(is_at_point, 0.f, drawn.pdf).store(out.pdf + i);
     });
@@ -96,66 +93,63 @@ class Sphere final : public AnalyticShape<Sphere> {
  private:
   friend class AnalyticShape<Sphere>;
 
-  Vec3 direction_of_normal(const Ray& ray, float t) const {
-    const auto local = space_.to_local(ray.o, ray.d);
-    return Vec3(space_.normal_to_world(local.o + local.d * static_cast<double>(t)));
+  /// From the centre, of single precision.
+  template <class V>
+  auto from_centre(const V& p) const {
+    const auto exact = to_double(p);
+    return exact - decltype(to_double(p))(centre_);
   }
 
-  /// A point of the unit sphere as seen from p, with its density per solid angle at p.
+  Vec3 direction_of_normal(const Ray& ray, float t) const {
+    return Vec3(from_centre(ray.o) + DVec3(ray.d) * static_cast<double>(t));
+  }
+
+  /// A point of the sphere as seen from p, with its density per solid angle at p.
   template <class D>
   struct Drawn {
-    DVecOf<D> local;
+    DVecOf<D> outward;
     FloatOf<D> pdf;
   };
 
-  /// Uniform over the unit sphere.
   template <class V2>
-  static DVecOf<DoubleOf<NumberOf<V2>>> local_at(const V2& u) {
-    return normalize(to_double(warp::square_to_uniform_sphere<VecOf<NumberOf<V2>>>(u)));
+  ShapePoint<NumberOf<V2>> point_at(const V2& u) const {
+    const auto local = to_double(warp::square_to_uniform_sphere<VecOf<NumberOf<V2>>>(u));
+    return surface_at(normalize(axes_ * local));
   }
 
   template <class V, class F>
   F first_hit(const V& o, const V& d, F tmin, F tmax) const {
-    return first_root(unit_ball_roots<3>(space_.to_local(o, d)), tmin, tmax,
-                      [](const auto&) { return true; });
+    const LocalLine<DoubleOf<F>> line{from_centre(o) * DoubleOf<F>(per_radius_),
+                                      to_double(d) * DoubleOf<F>(per_radius_)};
+    return first_root(unit_ball_roots<3>(line), tmin, tmax, [](const auto&) { return true; });
   }
 
   template <class V, class F>
   ShapePoint<F> hit_at(const V& o, const V& d, F t) const {
-    const auto line = space_.to_local(o, d);
-    return surface_at(normalize(line.o + line.d * to_double(t)));
+    return surface_at(normalize(from_centre(o) + to_double(d) * to_double(t)));
   }
 
-  /// Of the point of the unit sphere in `local` (unit): all but wi.
+  /// Of the point in the unit direction `outward` from the centre: all but wi.
   template <class V>
-  ShapePoint<FloatOf<NumberOf<V>>> surface_at(const V& local) const {
+  ShapePoint<FloatOf<NumberOf<V>>> surface_at(const V& outward) const {
     using D = NumberOf<V>;
     constexpr double pi = std::numbers::pi;
+    const V local = outward * axes_;  // by the transpose
     const D sin_theta = sqrt(local.x * local.x + local.y * local.y);
     const MaskOf<D> has_angle = sin_theta > 0.0;
     const D cos_phi = select(has_angle, local.x / sin_theta, D(1.0));
     const D sin_phi = select(has_angle, local.y / sin_theta, D(0.0));
 
     ShapePoint<FloatOf<D>> point;
-    point.p = to_float(space_.point_to_world(local));
+    point.p = to_float(V(centre_) + outward * D(radius_));
     point.p_error = surface_error(point.p, extent_);
-    point.n = to_float(space_.normal_to_world(local) * (flip_ ? -1. : 1.));
+    point.n = to_float(flip_ ? -outward : outward);
     point.uv = {turn(local.x, local.y), to_float(atan2(sin_theta, local.z) / pi)};
-    point.dp_du = to_float(space_.vector_to_world(V(-local.y, local.x, D(0.0)) * (2 * pi)));
-    point.dp_dv =
-        to_float(space_.vector_to_world(V(local.z * cos_phi, local.z * sin_phi, -sin_theta) * pi));
+    point.dp_du = to_float(axes_ * V(-local.y, local.x, D(0.0)) * D(2 * pi * radius_));
+    point.dp_dv = to_float(axes_ * V(local.z * cos_phi, local.z * sin_phi, -sin_theta) *
+                           D(pi * radius_));
     point.frame = FrameOf<VecOf<FloatOf<D>>>::from_normal_and_tangent(point.n, point.dp_du);
     return point;
-  }
-
-  /// The same as a ray from outside along the normal would find it. From the point itself: a ray of
-  /// floats would miss a sphere that is small beside its distance from the origin.
-  SurfaceInteraction sampled_at(const DVec3& local) const {
-    SurfaceInteraction si = wide::interaction_of(surface_at(local));
-    si.shape = this;
-    si.t = 1;
-    si.wi = si.frame.to_local(Vec3(space_.normal_to_world(local)));
-    return si;
   }
 
   /// Uniform over the solid angle that the sphere covers: its cone from outside, all directions
@@ -165,7 +159,7 @@ class Sphere final : public AnalyticShape<Sphere> {
     using F = NumberOf<V>;
     using D = DoubleOf<F>;
     using DV = DVecOf<D>;
-    const DV offset = space_.from_offset(p);
+    const DV offset = from_centre(p);
     const D distance = length(offset);
     const MaskOf<D> is_inside = distance <= radius_;
     const D height = select(is_inside, D(2.0), cone_height(distance));
@@ -185,17 +179,17 @@ class Sphere final : public AnalyticShape<Sphere> {
     sincos(2 * std::numbers::pi * to_double(u.x), sin_phi, cos_phi);
     const DV n = (to_double(frame.s) * cos_phi + to_double(frame.t) * sin_phi) * sin_centre -
                  axis * cos_centre;
-    return {normalize(space_.vector_to_local(n)), to_float(1.0 / (2 * std::numbers::pi * height))};
+    return {normalize(n), to_float(1.0 / (2 * std::numbers::pi * height))};
   }
 
   /// Of draw(p) at a point of the sphere.
   template <class V, class F>
   F density(const V& p, const V& point, F p_error) const {
     using D = DoubleOf<F>;
-    const auto offset = space_.from_offset(p);
+    const auto offset = from_centre(p);
     const D distance = length(offset);
     // The far side is never sampled. Rounding may put a point of the rim behind it.
-    const D beyond = dot(space_.from_offset(point), offset) - radius_ * radius_;
+    const D beyond = dot(from_centre(point), offset) - radius_ * radius_;
     const MaskOf<D> is_behind = beyond < -4.0 * to_double(p_error) * distance;
     const F outside = to_float(1.0 / (2 * std::numbers::pi * cone_height(distance)));
     return select(distance <= radius_, F(kUniformSpherePdf), select(is_behind, F(0.f), outside));
@@ -222,8 +216,9 @@ class Sphere final : public AnalyticShape<Sphere> {
     return glm::dmat4(to_world_of(props).matrix()) * local;
   }
 
-  LocalSpace space_;  ///< of the unit sphere
-  double radius_ = 1;
+  DVec3 centre_{0.};
+  double radius_ = 1, per_radius_ = 1;
+  glm::dmat3 axes_;  ///< unit, of uv
   bool flip_ = false;
   double extent_ = 1;
 };

@@ -172,11 +172,11 @@ struct ConnectionBlock {
 struct SurfaceSampleBlock {
   Columns3 p;            ///< place
   Columns3 sn;           ///< shading normal
-  Columns2 uv;
+  Columns2 uv;           ///< nullptr where nobody asks
   float* pdf = nullptr;  ///< per solid angle at the other point; 0: there is no sample
 
   SurfaceSampleBlock from(size_t i) const {
-    return {p.from(i), sn.from(i), uv.from(i), pdf + i};
+    return {p.from(i), sn.from(i), uv.x ? uv.from(i) : Columns2{}, pdf + i};
   }
 };
 

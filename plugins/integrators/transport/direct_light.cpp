@@ -133,14 +133,20 @@ void DirectLight::add_emitter_samples(const Vertices& vertices, const Columns3& 
   }
   counters[RayKind::kShadow] += rays;
   counters.skipped_shadow_rays += surfaces.live_reflecting() - rays;
-  add_arriving(vertices, surfaces.scattering(), radiance, counters);
+  // What the camera sees through neighbouring pixels is lit by a single place from one side.
+  const bool are_neighbours = !vertices.throughput.x && emitters_.come_from_one_place();
+  add_arriving(vertices, surfaces.scattering(), are_neighbours, radiance, counters);
 }
 
 /// Of the first `count` rays in rays_ and the light in light_.
-void DirectLight::add_arriving(const Vertices& vertices, size_t count, const Columns3& radiance,
-                               RenderCounters& counters) {
+void DirectLight::add_arriving(const Vertices& vertices, size_t count, bool are_neighbours,
+                               const Columns3& radiance, RenderCounters& counters) {
   const StageTimer timer(counters.stage_seconds["shadow"]);
-  occlusion_.trace(scene_.scene(), rays_, count, counters);
+  if (are_neighbours) {
+    Occlusion::trace_in_place(scene_.scene(), rays_, count, counters);
+  } else {
+    occlusion_.trace(scene_.scene(), rays_, count, counters);
+  }
   for_lanes(count, [&](size_t i) {
     const Mask arrives = !(Float::load(rays_[i / kBlockLanes].tmax + i % kBlockLanes) < 0.f);
     add_to_owners(wide::Rgb::load(light_, i), arrives, vertices.owner + i, radiance);
@@ -188,7 +194,7 @@ void DirectLight::add_environment(const Vertices& vertices, const Columns3& radi
   }
   counters[RayKind::kBsdf] += rays;
   counters.skipped_shadow_rays += surfaces.live_reflecting() - rays;
-  add_arriving(vertices, count, radiance, counters);
+  add_arriving(vertices, count, false, radiance, counters);
 }
 
 void DirectLight::make_bsdf_rays(const Vertices& vertices, RenderCounters& counters) {

@@ -58,8 +58,8 @@ class DirectLight {
   void add_met_surfaces(const Vertices& vertices, const Columns3& radiance);
   void add_met_environment(const Vertices& vertices, const Columns3& radiance);
   void find_directions(const Vertices& vertices);
-  void add_arriving(const Vertices& vertices, size_t count, const Columns3& radiance,
-                    RenderCounters& counters);
+  void add_arriving(const Vertices& vertices, size_t count, bool are_neighbours,
+                    const Columns3& radiance, RenderCounters& counters);
   float bsdf_weight(uint32_t point, float emitter_pdf) const;
 
   const SceneTable& scene_;

@@ -56,7 +56,9 @@ EmitterSamples::EmitterSamples(const SceneTable& scene, size_t points)
 void EmitterSamples::sample(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
                             const SurfaceBlock& points, const uint32_t* owner, size_t count,
                             Numbers& numbers) {
-  numbers.fill_2d(sampler, samples, dimension + 1, owner, count, u_);
+  if (!come_from_one_place()) {
+    numbers.fill_2d(sampler, samples, dimension + 1, owner, count, u_);
+  }
   if (emitters_.size() == 1) {
     emitters_[0]->sample_direct_block(points.p, u_, count, light_);
     if (is_sampled_alone(*emitters_[0])) std::fill_n(light_.is_delta, count, 1.f);

@@ -29,6 +29,8 @@ class EmitterSamples {
   /// meets, whether or not they are deltas.
   const DirectBlock& light() const { return light_; }
   float pick_pdf() const { return pick_pdf_; }
+  /// One emitter lights all points, each from one direction.
+  bool come_from_one_place() const { return emitters_.size() == 1 && emitters_[0]->is_delta(); }
 
  private:
   void pick(const float* which, size_t count);

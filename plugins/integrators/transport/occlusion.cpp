@@ -1,5 +1,7 @@
 #include "occlusion.h"
 
+#include <algorithm>
+
 #include "kinome/wide/vectors.h"
 
 namespace kinome::transport {
@@ -21,6 +23,13 @@ void Occlusion::trace(const Scene& scene, Ray16* rays, size_t count, RenderCount
     const size_t n = store_selected(met, Uint::load(sort_.order() + i), which);
     for (size_t k = 0; k < n; ++k) rays[which[k] / 16].tmax[which[k] % 16] = -kInfinity;
   });
+}
+
+void Occlusion::trace_in_place(const Scene& scene, Ray16* rays, size_t count,
+                               RenderCounters& counters) {
+  const size_t blocks = padded(count) / kBlockLanes;
+  for (size_t k = 0; k < blocks; ++k) std::fill_n(rays[k].mask, kBlockLanes, ~0u);
+  scene.occluded(rays, blocks, Coherence::kCoherent, counters);
 }
 
 }  // namespace kinome::transport

@@ -15,6 +15,9 @@ class Occlusion {
 
   /// Sets tmax of each ray that is on and meets anything to -infinity.
   void trace(const Scene& scene, Ray16* rays, size_t count, RenderCounters& counters);
+  /// The same for rays whose neighbours are near already, as they stand.
+  static void trace_in_place(const Scene& scene, Ray16* rays, size_t count,
+                             RenderCounters& counters);
 
  private:
   DirectionSort sort_;

@@ -68,6 +68,7 @@ class ColorInput {
         is_uniform_(texture_->is_uniform()),
         value_(is_uniform_ ? texture_->eval(glm::vec2(0.f)) : glm::vec3(0.f)) {}
 
+  bool is_uniform() const { return is_uniform_; }
   glm::vec3 at(const glm::vec2& uv) const { return is_uniform_ ? value_ : texture_->eval(uv); }
   const Texture& operator*() const { return *texture_; }
   const Texture* operator->() const { return texture_.get(); }
