@@ -225,7 +225,9 @@ TEST(Budget, InterruptedRendersAreWhole) {
       for (int i = 0; i < 48 * 40; ++i) {
         sum += r.image.at(i % 48, i / 48, 1);
         expected += truth.at(i % 48, i / 48, 1);
-        EXPECT_GT(r.image.at(i % 48, i / 48, 1), 0) << integrator << " " << i;
+        const float value = r.image.at(i % 48, i / 48, 1);
+        // Control terms may exceed what rays find in a dark pixel: below 0, but rendered.
+        EXPECT_TRUE(integrator == product_xml() ? value != 0 : value > 0) << integrator << " " << i;
       }
       EXPECT_NEAR(sum, expected, 0.1 * expected) << integrator;
     }

@@ -29,7 +29,7 @@ void Occlusion::trace_in_place(const Scene& scene, Ray16* rays, size_t count,
                                RenderCounters& counters) {
   const size_t blocks = padded(count) / kBlockLanes;
   for (size_t k = 0; k < blocks; ++k) std::fill_n(rays[k].mask, kBlockLanes, ~0u);
-  scene.occluded(rays, blocks, Coherence::kCoherent, counters);
+  scene.occluded(rays, blocks, Coherence::kIncoherent, counters);
 }
 
 }  // namespace kinome::transport
