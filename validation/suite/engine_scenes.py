@@ -24,8 +24,8 @@ def like_for_like(path, folder, is_small):
         # One folder's scene is named like another's.
         copy = folder / f"{path.parent.name}-{path.name}"
         folder.mkdir(parents=True, exist_ok=True)
-        text = with_filenames(path.read_text(encoding="utf-8"), path.parent)
-    head = (f'<default name="{WATERTIGHT}" value="false"/> '
+        text = path.read_text(encoding="utf-8")
+    head = (f'<path value="{path.parent}"/> <default name="{WATERTIGHT}" value="false"/> '
             f'<boolean name="embree_use_robust_intersections" value="${WATERTIGHT}"/>')
     text, count = re.subn(r"(<scene [^>]*>)", rf"\1 {head}", text, count=1)
     if count != 1:
