@@ -106,8 +106,8 @@ class Progressive {
   }
 
   /// Shares of all work that are told before and after a round of `more` samples of all lanes. What
-  /// an error takes is guessed anew before each: a round is its share of what was left untold, so that
-  /// what is told never falls.
+  /// an error takes is guessed anew before each: a round is its share of what was left untold, so
+  /// that what is told never falls.
   std::pair<double, double> progress_of(double time, double more) {
     if (budget_.seconds > 0) {
       const double sample = last_ > 0 ? last_seconds_ / last_ : passes_.seconds_per_sample();

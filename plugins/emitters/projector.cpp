@@ -167,8 +167,8 @@ class Projector final : public Emitter {
            inverse_cosine;
   }
 
-  /// Toward a place of the image, that shows `irradiance`, at an angle to the axis. Its cube is what
-  /// makes the plane z = 1 show the image as it is: 1 / distance² and the receiving cosine.
+  /// Toward a place of the image, that shows `irradiance`, at an angle to the axis. Its cube is
+  /// what makes the plane z = 1 show the image as it is: 1 / distance² and the receiving cosine.
   template <class V, class F>
   V intensity(const V& irradiance, F cosine) const {
     return irradiance * (kPi * scale_ / (cosine * cosine * cosine));

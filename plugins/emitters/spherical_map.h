@@ -94,8 +94,8 @@ class SphericalMap {
   void set_weights(bool compensate);
   template <class F>
   Place<F> locate(const wide::formulas::VecOf<F>& d) const;
-  /// Points in `n` patches, or vectors of patches, at once: their iterations then don't wait for one
-  /// another.
+  /// Points in `n` patches, or vectors of patches, at once: their iterations then don't wait for
+  /// one another.
   template <class F, size_t n>
   void draw(const wide::formulas::IntOf<F> (&row)[n], const wide::formulas::IntOf<F> (&column)[n],
             const wide::formulas::Vec2Of<F> (&u)[n], Drawn<F> (&drawn)[n]) const;

@@ -15,8 +15,8 @@ namespace kinome {
 ///     Vec3 direction_of_normal(const Ray& ray, float t) const       of any length
 ///
 /// for F, V and V2 of one ray (float, Vec3, Vec2) and of a vector of rays (wide::Float and so on).
-/// The first hit lies in [tmin, tmax]. As seen from a point, too, places are chosen by area; a shape
-/// that knows better overrides those functions.
+/// The first hit lies in [tmin, tmax]. As seen from a point, too, places are chosen by area; a
+/// shape that knows better overrides those functions.
 template <class Derived>
 class AnalyticShape : public Shape {
  public:
@@ -101,6 +101,7 @@ class AnalyticShape : public Shape {
  protected:
   SurfaceInteraction sampled(const ShapePoint<float>& point) const {
     SurfaceInteraction si = wide::interaction_of(point);
+    si.wi = Vec3(0.f);
     si.shape = this;
     return si;
   }

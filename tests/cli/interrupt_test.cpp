@@ -144,8 +144,8 @@ TEST_F(Interrupt, WhatTakesLongIsMarked) {
                   "\"/><integer name=\"bsdf_samples\" value=\"0\"/></integrator>");
   folder_.write("scene.xml", xml);
   const std::string log = folder_.path("log");
-  // A pixel takes 65536 shadow rays: 4 billion, of which few machines do more than a hundred million
-  // a second (34 million, and a hundredth of that).
+  // A pixel takes 65536 shadow rays: 4 billion, of which few machines do more than a hundred
+  // million a second (34 million, and a hundredth of that).
   Background program({scene_, "-o", image_, "--png", "-t", "2", "-D", "width=256", "-D", "spp=1"},
                      log);
   ASSERT_TRUE(program.says("rendering: "));

@@ -17,7 +17,8 @@
 #include "kinome/scene_loader.h"
 
 /// What each target defines: one input, whatever bytes they are. An Error is as good as success
-/// (it is left in `refusal`); any other exception, a crash or a report of the sanitizers is a finding.
+/// (it is left in `refusal`); any other exception, a crash or a report of the sanitizers is a
+/// finding.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
 namespace kinome::fuzz {

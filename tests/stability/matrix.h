@@ -61,8 +61,8 @@ struct Trial {
   double rounding = kRounding;
   /// Methods that have no part in it, by name or name/material, with the reason; "*": all.
   std::vector<std::pair<std::string, std::string>> without;
-  /// Methods, named as in `without`, whose pictures may say nothing: hardly any of their renders find
-  /// the light in question. Of all others, Verdict::kUndecided is a failure.
+  /// Methods, named as in `without`, whose pictures may say nothing: hardly any of their renders
+  /// find the light in question. Of all others, Verdict::kUndecided is a failure.
   std::vector<std::string> rarely_lit;
   int renders = 48;
   bool is_long = false;  ///< only where there is time

@@ -1,4 +1,5 @@
-// What the stability matrix takes for an agreement: it must find out what is black, or a little off.
+// What the stability matrix takes for an agreement: it must find out what is black, or a little
+// off.
 #include "matrix.h"
 
 #include <gtest/gtest.h>

@@ -289,8 +289,8 @@ class Checker {
                            (is_costly ? kMostLongerOfCostly : kMostLonger) * before));
   }
 
-  /// `repetition`: which of the kRepetitions; nullopt: the first comparison. Nullopt where there are values
-  /// that aren't finite.
+  /// `repetition`: which of the kRepetitions; nullopt: the first comparison. Nullopt where there
+  /// are values that aren't finite.
   std::optional<Comparison> comparison(const Method& method, const Method& other,
                                        std::optional<size_t> repetition) {
     Renders own, others;

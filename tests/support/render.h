@@ -32,14 +32,14 @@ Image render_scene(const Scene& scene, uint64_t seed = 0, unsigned threads = 0);
 /// variance of the mean, in Image order.
 std::vector<Estimate> estimate_pixels(const Scene& scene, int renders, uint64_t first_seed = 1);
 
-/// The same of sums over tiles of tile x tile pixels: normal where a pixel's rare bright samples are
-/// not yet.
+/// The same of sums over tiles of tile x tile pixels: normal where a pixel's rare bright samples
+/// are not yet.
 std::vector<Estimate> estimate_tiles(const Scene& scene, int renders, int tile,
                                      uint64_t first_seed = 1);
 
-/// The same of the difference a - b of renders of one seed, summed over tiles of tile x tile pixels:
-/// where both scenes take the same places in their pixels, all that these contribute cancels, and
-/// sums of many pixels are normal where a pixel's rare bright samples are not yet.
+/// The same of the difference a - b of renders of one seed, summed over tiles of tile x tile
+/// pixels: where both scenes take the same places in their pixels, all that these contribute
+/// cancels, and sums of many pixels are normal where a pixel's rare bright samples are not yet.
 std::vector<Estimate> estimate_differences(const Scene& a, const Scene& b, int renders, int tile,
                                            uint64_t first_seed = 1);
 

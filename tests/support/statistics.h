@@ -9,8 +9,8 @@
 
 #include "kinome/math.h"
 
-/// Statistical tests. Every one takes the false-alarm rate `alpha` it is run at; seeds are fixed, so
-/// a passing test keeps passing until what it tests changes.
+/// Statistical tests. Every one takes the false-alarm rate `alpha` it is run at; seeds are fixed,
+/// so a passing test keeps passing until what it tests changes.
 namespace kinome::test {
 
 struct Verdict {
@@ -79,9 +79,9 @@ struct Estimate {
 };
 Verdict z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b, double alpha);
 
-/// The power of that test: by what share of the sum of `b` all of `a` may be off and is found 9 times
-/// of 10, by the sum's z alone. Infinite where the sum is 0, and not a number where there is no noise
-/// either (pictures that are all black): no upper limit accepts that.
+/// The power of that test: by what share of the sum of `b` all of `a` may be off and is found 9
+/// times of 10, by the sum's z alone. Infinite where the sum is 0, and not a number where there is
+/// no noise either (pictures that are all black): no upper limit accepts that.
 double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
                        double alpha);
 

@@ -1,5 +1,5 @@
-// Samplers, sensors and filters over blocks of samples: the same as point by point, by the library of
-// each instruction set that this processor has.
+// Samplers, sensors and filters over blocks of samples: the same as point by point, by the library
+// of each instruction set that this processor has.
 
 #include <gtest/gtest.h>
 

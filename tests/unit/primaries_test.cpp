@@ -1,5 +1,5 @@
-// Camera rays of tiles: each tile's are its own, whatever is traced with it, and what columns say of
-// their points is what the shapes and BSDFs say.
+// Camera rays of tiles: each tile's are its own, whatever is traced with it, and what columns say
+// of their points is what the shapes and BSDFs say.
 #include "clustered/product/primaries.h"
 
 #include <numeric>

@@ -8,9 +8,9 @@
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
-/// Shapes over blocks against the same shapes at single points, for each instruction set. Bounds are
-/// by cause: kRounding is a few roundings of numbers of size 1; where the formula divides by a small
-/// number, by as much more.
+/// Shapes over blocks against the same shapes at single points, for each instruction set. Bounds
+/// are by cause: kRounding is a few roundings of numbers of size 1; where the formula divides by a
+/// small number, by as much more.
 namespace kinome::test {
 namespace {
 

@@ -178,7 +178,8 @@ TEST(TileKnowledge, TrustsWhatPredictsTheRays) {
   EXPECT_EQ(known.sigma, known.sigma_mixed);
 }
 
-/// Where what is around a tile foresees what its rays find, fewer are needed; where it doesn't, more.
+/// Where what is around a tile foresees what its rays find, fewer are needed; where it doesn't,
+/// more.
 TEST(TileKnowledge, ChecksSigmaByThePilotsRays) {
   const auto sigma_of = [](bool alternates, bool is_checked) {
     ProductSettings settings;

@@ -65,7 +65,7 @@ class KINOME_EXPORT Emitter : public Object {
   /// Light of the surface of the shape that it is nested in.
   virtual bool is_surface() const { return false; }
   /// Light that arrives at a point from one direction alone: sample_direct gives that, whatever u
-  /// is, which may hold anything then.
+  /// is, which may hold anything then, NaN too. Not of surfaces and environments.
   virtual bool is_delta() const { return false; }
   /// Offers the light of other emitters after a bounce, as light points: of use to integrators over
   /// light points alone, since others find that light by themselves.

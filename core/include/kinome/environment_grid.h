@@ -35,8 +35,8 @@ inline Vec3 grid_direction(const EnvironmentGrid& grid, double column, double ro
                               static_cast<float>(-sine * std::cos(phi)));
 }
 
-/// Columns and rows that each of the grid's is divided into before its radiance is integrated: quads
-/// must be small for quadrature by four points, and cells narrow.
+/// Columns and rows that each of the grid's is divided into before its radiance is integrated:
+/// quads must be small for quadrature by four points, and cells narrow.
 struct GridParts {
   int columns;
   int rows;

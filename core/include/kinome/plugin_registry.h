@@ -18,9 +18,9 @@ class KINOME_EXPORT UnusablePlugin : public Error {
 };
 
 /// Finds plugins by category and name in a list of folders, as DIR/CATEGORY/NAME.so, and loads each
-/// on first use. Beside NAME.so, folders named after instruction sets may hold the same plugin built
-/// for those (DIR/CATEGORY/x86-64-v4/NAME.so): the best that the registry may use is taken. Before
-/// any code of a library runs, its ABI key is read from the file and compared.
+/// on first use. Beside NAME.so, folders named after instruction sets may hold the same plugin
+/// built for those (DIR/CATEGORY/x86-64-v4/NAME.so): the best that the registry may use is taken.
+/// Before any code of a library runs, its ABI key is read from the file and compared.
 /// Libraries are never unloaded: an exception that one threw may outlive everything else.
 /// Not thread-safe.
 class KINOME_EXPORT PluginRegistry {

@@ -41,8 +41,8 @@ class KINOME_EXPORT Shape : public Object {
   virtual bool intersect(const Ray& /*ray*/, float& /*t*/, Hit& /*hit*/) const { return false; }
   /// What the hit means: everything of SurfaceInteraction except `shape`, which Scene sets.
   virtual SurfaceInteraction interaction(const Ray& ray, const Hit& hit) const = 0;
-  /// Analytic shapes only: intersect() of the lanes of 16 rays that are on (valid[i] != 0). Default:
-  /// one by one.
+  /// Analytic shapes only: intersect() of the lanes of 16 rays that are on (valid[i] != 0).
+  /// Default: one by one.
   virtual void intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out) const;
   /// interaction() of the rays out.ray[0 … out.count - 1]: all columns of `out` but `ray` and
   /// `shape`. Default: one by one.

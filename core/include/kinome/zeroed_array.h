@@ -7,8 +7,8 @@
 
 namespace kinome {
 
-/// A fixed number of zeros. Of a large array, what nobody has written takes addresses, but no memory:
-/// the system gives pages of zeros when they are touched.
+/// A fixed number of zeros. Of a large array, what nobody has written takes addresses, but no
+/// memory: the system gives pages of zeros when they are touched.
 template <class T>
 class ZeroedArray {
   static_assert(std::is_arithmetic_v<T>);

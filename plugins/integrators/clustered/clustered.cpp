@@ -59,7 +59,7 @@ constexpr Parameter kParameters[] = {
      "'product': add what is known of light at the horizon of flat surfaces, too."},
     {"fewer_cells", ParameterType::kBoolean, "true",
      "'product': divide light from far away into half as many cells (cut_size) below 40 rays a "
-     "pixel, but in plain scenes."},
+     "pixel, but in plain scenes and by --time and --error."},
     {"light_guide", ParameterType::kBoolean, "true",
      "'product': draw light points where what they light is seen."},
     KINOME_POINT_LIGHT_PARAMETERS,
@@ -171,7 +171,7 @@ class Clustered final : public Integrator {
 
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                 double seconds) const override {
-    // Passes are large, if time allows.
+    // By time or error, passes are as large as these allow: cells are not fewer.
     auto passes = method(scene, kInfinity, context)->begin(scene, sensor, context, seconds);
     return passes ? std::move(passes) : Integrator::begin(scene, sensor, context, seconds);
   }

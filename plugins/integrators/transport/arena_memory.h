@@ -13,9 +13,9 @@
 
 namespace kinome::transport {
 
-/// Memory for columns. What arenas give back is kept for those to come: threads make theirs anew for
-/// each pass, and small pictures would take ten times as long if the system had to find and clear
-/// every page of them again. Thread-safe.
+/// Memory for columns. What arenas give back is kept for those to come: threads make theirs anew
+/// for each pass, and small pictures would take ten times as long if the system had to find and
+/// clear every page of them again. Thread-safe.
 class ArenaMemory {
  public:
   /// Zeros, aligned as columns are. Throws std::bad_alloc.

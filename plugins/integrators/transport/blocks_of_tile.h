@@ -11,14 +11,14 @@
 
 namespace kinome::transport {
 
-/// Samples in a block: what fits the caches. 512 and 8192 differ by up to 5 % in time, and in the last
-/// bits of pictures: samples are the same, but those that a filter spreads over several pixels are
-/// added up in the order of the blocks.
+/// Samples in a block: what fits the caches. 512 and 8192 differ by up to 5 % in time, and in the
+/// last bits of pictures: samples are the same, but those that a filter spreads over several pixels
+/// are added up in the order of the blocks.
 inline constexpr size_t kBlockSamples = 2048;
 
 /// Calls fn(const PixelSamples&) for blocks that make up samples first … first + samples - 1 of all
-/// pixels: patches of pixels, as square as they can be, with all of a pixel's samples, or as many of
-/// them as a block holds.
+/// pixels: patches of pixels, as square as they can be, with all of a pixel's samples, or as many
+/// of them as a block holds.
 template <class Function>
 void for_each_block(const Rect& pixels, uint32_t first, uint32_t samples, uint64_t seed,
                     const Function& fn) {

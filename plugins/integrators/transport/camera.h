@@ -31,8 +31,8 @@ class Camera {
   /// Sets the radiance of each ray to the light that it sees itself: of surfaces that emit and of
   /// the environment, or none where emitters are hidden.
   void set_seen_light(const Columns3& radiance);
-  /// From the sensor's near plane, along the ray: what Mitsuba, whose camera rays begin there, takes
-  /// for the distance of a hit. Only where ray i hit anything, and no light was passed.
+  /// From the sensor's near plane, along the ray: what Mitsuba, whose camera rays begin there,
+  /// takes for the distance of a hit. Only where ray i hit anything, and no light was passed.
   float depth(size_t i) const {
     const Ray16& rays = rays_[i / kBlockLanes].ray;
     return rays.tmax[i % kBlockLanes] - rays.tmin[i % kBlockLanes];

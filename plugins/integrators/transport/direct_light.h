@@ -17,12 +17,12 @@ struct LightSamples {
 };
 
 /// Light that comes straight from emitters to points of paths: emitter samples and BSDF samples,
-/// combined by the power heuristic (Veach 1997, 9.2.4). No ray is traced for a contribution of zero.
-/// Keeps its memory from block to block: make one per thread.
+/// combined by the power heuristic (Veach 1997, 9.2.4). No ray is traced for a contribution of
+/// zero. Keeps its memory from block to block: make one per thread.
 ///
 /// sample(), then add_emitter_samples(), and for the BSDF samples add_environment() where no other
-/// light can be met, or trace(), which finds the nearest surfaces. Light is added to the radiance of
-/// the samples that the points belong to.
+/// light can be met, or trace(), which finds the nearest surfaces. Light is added to the radiance
+/// of the samples that the points belong to.
 class DirectLight {
  public:
   /// Dimensions of the sampler for an emitter sample or a BSDF sample.

@@ -8,8 +8,8 @@ namespace kinome::transport {
 
 /// Puts the rays of a block that are on in the order of their directions, by 256 equal shares of
 /// the octahedron: rays of a packet then go through the same parts of the tree, and lanes that are
-/// off cost nothing. The order alone saves 5 % of all time on scene reeds, 1 % on sponge, nothing on
-/// hebe (`direct`). One per thread.
+/// off cost nothing. The order alone saves 5 % of all time on scene reeds, 1 % on sponge, nothing
+/// on hebe (`direct`). One per thread.
 class DirectionSort {
  public:
   explicit DirectionSort(size_t rays);

@@ -10,9 +10,9 @@
 namespace kinome::transport {
 
 /// Light that leaves the scene's emitters, one ray for each sample of a block, of emitters picked
-/// uniformly: rays sorted by emitter, so that each is asked once. The rays of an emitter are a range
-/// that begins at a multiple of 16; the rest of its last vector repeats its last sample. One per
-/// thread.
+/// uniformly: rays sorted by emitter, so that each is asked once. The rays of an emitter are a
+/// range that begins at a multiple of 16; the rest of its last vector repeats its last sample. One
+/// per thread.
 class Emission {
  public:
   /// Dimensions of the sampler: which emitter, where on it, whereto.

@@ -7,8 +7,9 @@
 
 namespace kinome::transport {
 
-/// Makes samples of `emitter`, of a surface, into none where they are for points of the same surface
-/// and are but rounding: see SurfaceInteraction::resolves. Sample which[i] is for that point.
+/// Makes samples of `emitter`, of a surface, into none where they are for points of the same
+/// surface and are but rounding: see SurfaceInteraction::resolves. Sample which[i] is for that
+/// point.
 void leave_out_own_rounding(const Emitter& emitter, const SurfaceBlock& points,
                             const uint32_t* which, size_t count, const DirectBlock& samples);
 
@@ -25,8 +26,8 @@ class EmitterSamples {
   /// have emitters.
   void sample(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
               const SurfaceBlock& points, const uint32_t* owner, size_t count, Numbers& numbers);
-  /// The density doesn't count the pick, see pick_pdf(). is_delta is set of all emitters that no ray
-  /// meets, whether or not they are deltas.
+  /// The density doesn't count the pick, see pick_pdf(). is_delta is set of all emitters that no
+  /// ray meets, whether or not they are deltas.
   const DirectBlock& light() const { return light_; }
   float pick_pdf() const { return pick_pdf_; }
   /// One emitter lights all points, each from one direction.

@@ -15,7 +15,8 @@ class Occlusion {
 
   /// Sets tmax of each ray that is on and meets anything to -infinity.
   void trace(const Scene& scene, Ray16* rays, size_t count, RenderCounters& counters);
-  /// The same for rays whose neighbours are near already, as they stand.
+  /// The same for rays whose neighbours are near already, as they stand. Those of the last block
+  /// behind `count` must be off.
   static void trace_in_place(const Scene& scene, Ray16* rays, size_t count,
                              RenderCounters& counters);
 

@@ -7,8 +7,8 @@
 
 namespace kinome::transport {
 
-/// The shapes of a scene in the order in which stages go through what was hit: by material, so that a
-/// BSDF is asked once for all points on its surfaces. First those that scatter, to which emitters
+/// The shapes of a scene in the order in which stages go through what was hit: by material, so that
+/// a BSDF is asked once for all points on its surfaces. First those that scatter, to which emitters
 /// may be sampled, then perfect mirrors, then those that only emit. Immutable: made once a render,
 /// shared by all threads.
 class SceneTable {

@@ -13,12 +13,12 @@ class Splats {
  public:
   Splats(const Sensor& sensor, size_t points);
 
-  /// Points of the lens, for `count` points of the samples `owner`: by `dimension` of the sampler and
-  /// the next one.
+  /// Points of the lens, for `count` points of the samples `owner`: by `dimension` of the sampler
+  /// and the next one.
   void choose_lens(const PixelSamples& samples, const uint32_t* owner, size_t count,
                    uint32_t dimension, Numbers& numbers);
-  /// How the camera sees points first … first + count - 1 of the columns p, `first` being a multiple
-  /// of 16.
+  /// How the camera sees points first … first + count - 1 of the columns p, `first` being a
+  /// multiple of 16.
   void connect(const Columns3& p, size_t first, size_t count);
   const ConnectionBlock& seen() const { return connection_; }
   /// What each of them adds; to be set where its ray is on.

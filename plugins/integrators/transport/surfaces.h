@@ -22,8 +22,8 @@ class Surfaces {
   };
   enum class Which { kAll, kEmitting };
 
-  /// Points that `rays` rays may make, padding included: where each hits a shape of its own. Columns
-  /// of so many take memory only as far as blocks come to fill them (arena.h).
+  /// Points that `rays` rays may make, padding included: where each hits a shape of its own.
+  /// Columns of so many take memory only as far as blocks come to fill them (arena.h).
   static size_t most_points(const SceneTable& scene, size_t rays);
 
   /// For blocks of at most `rays` rays.

@@ -1,9 +1,9 @@
 #pragma once
 
 // Double precision, of as many lanes as wide::Float has: where shapes are exact beyond what a float
-// can tell. Formulas over D are for double and wide::Double, and make the same bits of both: nothing
-// is contracted. FloatOf<D> is the single-precision number that goes with D, DoubleOf<F> the other
-// way; comparisons make the masks of Float.
+// can tell. Formulas over D are for double and wide::Double, and make the same bits of both:
+// nothing is contracted. FloatOf<D> is the single-precision number that goes with D, DoubleOf<F>
+// the other way; comparisons make the masks of Float.
 
 #include "kinome/wide/functions.h"
 

@@ -33,9 +33,9 @@ KINOME_WIDE F fresnel_conductor(F cos_i, F eta, F k) {
   const F a2_plus_b2 = safe_sqrt(t * t + 4.f * eta * eta * k * k);
   const F a = safe_sqrt(0.5f * (a2_plus_b2 + t));
   const F c = 2.f * cos_i * a;
-  // s = (s_sum - c) / (s_sum + c) and p = s (p_sum - c sin2) / (p_sum + c sin2), of which this is the
-  // mean. Denominators vanish only together with numerators: at grazing incidence on a medium like
-  // the outside, where all is reflected.
+  // s = (s_sum - c) / (s_sum + c) and p = s (p_sum - c sin2) / (p_sum + c sin2), of which this is
+  // the mean. Denominators vanish only together with numerators: at grazing incidence on a medium
+  // like the outside, where all is reflected.
   const F s_sum = a2_plus_b2 + cos2;
   const F p_sum = a2_plus_b2 * cos2 + sin2 * sin2;
   const F denominator = (s_sum + c) * (p_sum + c * sin2);

@@ -57,9 +57,9 @@ KINOME_WIDE float largest(Float a) {
   return hn::GetLane(hn::MaxOfLanes(FloatTag(), a.v));
 }
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
-/// Numbers of the lanes that are set in each mask of kLanes bits, one after the other. Highway's own
-/// Compress has this table inside of the function, from where GCC copies it to the stack in each
-/// call, which takes longer than all the rest.
+/// Numbers of the lanes that are set in each mask of kLanes bits, one after the other. Highway's
+/// own Compress has this table inside of the function, from where GCC copies it to the stack in
+/// each call, which takes longer than all the rest.
 struct SelectedLanes {
   uint8_t of_mask[size_t{1} << kLanes][kLanes];
   constexpr SelectedLanes() : of_mask() {

@@ -13,8 +13,8 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// Three, or two, consecutive values of each lane; of three, the fourth is read, too. By loads and a
-/// transposition, which take less time than a gather for each.
+/// Three, or two, consecutive values of each lane; of three, the fourth is read, too. By loads and
+/// a transposition, which take less time than a gather for each.
 KINOME_WIDE Vec3 gather3(const float* from, Int i) {
 #if HWY_TARGET == HWY_SCALAR
   return {gather(from, i), gather(from + 1, i), gather(from + 2, i)};

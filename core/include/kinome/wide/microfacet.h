@@ -57,8 +57,8 @@ F beckmann_visible_slope_x(F cos_theta, F sin_theta, F u) {
   const F v = max(u, F(1e-7f));
   const F grazing = scaled_erfc(safe_sqrt(-log(v)));  // erfc(...) / u
   F x = finite_inverse_erf(top * v * (1.f - sin_theta + sin_theta * grazing) - 1.f);
-  // Each step makes the third power of the error; the number of them is fixed, so that lanes needn't
-  // wait for one another.
+  // Each step makes the third power of the error; the number of them is fixed, so that lanes
+  // needn't wait for one another.
   for (int i = 0; i < 3; ++i) {
     x = clamp(x, F(-kFar), most);
     const F e = exp(-x * x);
@@ -88,8 +88,8 @@ class Microfacet {
         av_(max(alpha_v, F(kMinAlpha))),
         inverse_(1.f / (au_ * av_)) {}
 
-  /// (x / alpha_u)² + (y / alpha_v)², and the same multiplied: what D and G1 are functions of. Where
-  /// the roughness has no direction, x² + y² will do.
+  /// (x / alpha_u)² + (y / alpha_v)², and the same multiplied: what D and G1 are functions of.
+  /// Where the roughness has no direction, x² + y² will do.
   F over_alpha2(const Vector& v) const {
     return sqr(v.x * (av_ * inverse_)) + sqr(v.y * (au_ * inverse_));
   }
@@ -151,8 +151,8 @@ class Microfacet {
     sincos(2 * kPi * u.x, s, c);
     return {au_ * r * c, av_ * r * s, F(1.f)};
   }
-  /// The density, per solid angle, of a direction wi mirrored at such normals, h being the sum of wi
-  /// and what it is mirrored to: D(m) m.z / (4 wi . m), as 4 (wi . h)² = |h|⁴.
+  /// The density, per solid angle, of a direction wi mirrored at such normals, h being the sum of
+  /// wi and what it is mirrored to: D(m) m.z / (4 wi . m), as 4 (wi . h)² = |h|⁴.
   F mirrored_density(const F& over_alpha2, const F& z, const F& length2) const {
     return 0.5f * d_along(over_alpha2, z) * length2 * z;
   }

@@ -68,11 +68,11 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
                                      const PointLightOptions& options);
 
 /// Renders as Åkerlund 2008, 4.3, block by block: a G-buffer first; then, for each point of it, the
-/// sum over the chosen lights of weight x power x f cos(theta) x visibility. Contributions of zero cost no
-/// shadow ray. Mirror (delta) lobes, which no point light can meet, are followed by rays, and what
-/// they meet is lit directly; emitters without points get one light sample each. Light that reaches
-/// a surface by way of a mirror is left out. Stages: primary, choose (by `choose` itself),
-/// evaluate, shadow, film.
+/// sum over the chosen lights of weight x power x f cos(theta) x visibility. Contributions of zero
+/// cost no shadow ray. Mirror (delta) lobes, which no point light can meet, are followed by rays,
+/// and what they meet is lit directly; emitters without points get one light sample each. Light
+/// that reaches a surface by way of a mirror is left out. Stages: primary, choose (by `choose`
+/// itself), evaluate, shadow, film.
 void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext& context,
                          const ScenePointLights& lights, const PointLightOptions& options);
 

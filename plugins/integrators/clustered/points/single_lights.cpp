@@ -30,7 +30,9 @@ void SingleLights::sample(const PixelSamples& samples, const Vertices& vertices,
   const transport::Surfaces& surfaces = *vertices.surfaces;
   const SurfaceBlock& points = surfaces.points();
   const size_t count = surfaces.scattering();
-  numbers_.fill_2d(sampler_, samples, dimension, vertices.owner, count, u_);
+  if (!emitter.is_delta()) {
+    numbers_.fill_2d(sampler_, samples, dimension, vertices.owner, count, u_);
+  }
   emitter.sample_direct_block(points.p, u_, count, light_);
   transport::leave_out_own_rounding(emitter, points, all_, count, light_);
   for_lanes(count, [&](size_t i) {

@@ -7,7 +7,8 @@
 
 namespace kinome {
 
-/// Light of emitters that offer no light points: one sample of each, for each point. One per thread.
+/// Light of emitters that offer no light points: one sample of each, for each point. One per
+/// thread.
 class SingleLights {
  public:
   /// For points of blocks of at most `rays` rays.

@@ -48,8 +48,9 @@ class Comb {
  private:
   static constexpr float kBelowOne = 0x1.fffffep-1f;
 
-  /// Where each stratum of a block ends: four runs of four, which are summed side by side, each from
-  /// where the one before ends, so that ends never go down, and don't move where a weight is 0.
+  /// Where each stratum of a block ends: four runs of four, which are summed side by side, each
+  /// from where the one before ends, so that ends never go down, and don't move where a weight is
+  /// 0.
   struct Ends {
     static constexpr size_t kRuns = 4, kOfRun = 4;
     static_assert(kRuns * kOfRun == simd::kCellLanes);

@@ -139,6 +139,7 @@ DiffuseStrata::PatchPlan DiffuseStrata::plan(const Patch& patch, const Visibilit
   plan.uncertainty =
       simd::diffuse_strata(cells, normal, mean_of(patch.diffuse) * kInvPi, columns.weights,
                            columns.block_sums, mixed_visibility_.data(), plan.control, straddling);
+  // As a vector flux, since forecasts multiply it by normals near the patch's.
   for (int k = 0; k < 9; ++k) plan.control[k] += straddling[k / 3] * patch.normal[k % 3];
   return plan;
 }

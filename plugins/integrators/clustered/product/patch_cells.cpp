@@ -1,15 +1,15 @@
 #include "clustered/product/patch_cells.h"
 
-#include "clustered/product/spread.h"
-
 #include <algorithm>
 #include <cstddef>
+
+#include "clustered/product/spread.h"
 
 namespace kinome {
 namespace {
 
-/// Normals of a flat patch are within a cone of such an angle. Where they spread wider, what the mean
-/// normal reflects of a cell at the horizon is too far from what others do.
+/// Normals of a flat patch are within a cone of such an angle. Where they spread wider, what the
+/// mean normal reflects of a cell at the horizon is too far from what others do.
 constexpr float kFlatCosine = 0.999f;
 
 /// Of a cone's half angle; beyond a right angle all cells may straddle a horizon.
@@ -32,9 +32,9 @@ void find_transmittance(const CellLight& light, const Patch& patch,
   });
 }
 
-/// What the patch's mean normal reflects of the light of cells that straddle its horizon, by a few of
-/// the pass's points in each. These are far apart, and begin anywhere: what several patches take for
-/// the light of a cell does not err alike.
+/// What the patch's mean normal reflects of the light of cells that straddle its horizon, by a few
+/// of the pass's points in each. These are far apart, and begin anywhere: what several patches take
+/// for the light of a cell does not err alike.
 void find_straddling(const CellLight& light, const Patch& patch, uint64_t seed,
                      simd::PatchCells& cells) {
   using namespace wide;
@@ -44,11 +44,12 @@ void find_straddling(const CellLight& light, const Patch& patch, uint64_t seed,
   const wide::Vec3 normal(patch.normal);
   const float* const points = &light.points.points.data()->d.x;
   const uint32_t* const first = light.points.first.data();
+  // Each cell has a power of two of points, four at least; padding is cell 0 without light.
   const Int start(static_cast<int32_t>(hash_words(seed, 0) >> 33));
   for_lanes(cells.mixed, [&](size_t i) {
     const Int cell = as_int(Uint::load(cells.ids() + cells.above + i));
     const Int begin = as_int(gather(first, cell));
-    const Int last = as_int(gather(first + 1, cell)) - begin - 1;  // a power of two, less 1
+    const Int last = as_int(gather(first + 1, cell)) - begin - 1;
     const Int stride = max(shift_right<kLog2Points>(last + 1), Int(1));
     Int at = start & last;
     Float sums[3] = {0.f, 0.f, 0.f};

@@ -17,10 +17,10 @@ inline constexpr int kTileSide = 4;
 
 class TilePrimaries;
 
-/// Camera rays through tiles of pixels, several tiles at a time, each pixel with a number of rays of
-/// its own, and the points of surfaces that they meet: what product sampling shades. Points are in
-/// the order of Surfaces, by material and shape; most of them by columns that kernels read. Keeps
-/// its memory: one per thread. Not thread-safe.
+/// Camera rays through tiles of pixels, several tiles at a time, each pixel with a number of rays
+/// of its own, and the points of surfaces that they meet: what product sampling shades. Points are
+/// in the order of Surfaces, by material and shape; most of them by columns that kernels read.
+/// Keeps its memory: one per thread. Not thread-safe.
 class Primaries {
  public:
   struct View {
@@ -42,8 +42,8 @@ class Primaries {
   /// Adds a tile, whose pixel i, row by row, gets counts[i] rays; false if it is for the next turn,
   /// since so many rays are enough for one. The first tile is always taken.
   bool add(const Rect& pixels, std::span<const uint16_t> counts);
-  /// Traces the rays of all tiles. Each pixel's are the first so many of one sequence for each seed,
-  /// in the order of a Hilbert curve: the other tiles make no difference.
+  /// Traces the rays of all tiles. Each pixel's are the first so many of one sequence for each
+  /// seed, in the order of a Hilbert curve: the other tiles make no difference.
   void trace(uint64_t seed, RenderCounters& counters);
 
   size_t tile_count() const { return tiles_.size(); }

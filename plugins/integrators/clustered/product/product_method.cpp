@@ -17,9 +17,9 @@ constexpr uint32_t kMostCellsBesideOthers = 1u << 14;
 
 /// Where rays are fewer, what each cell of each patch takes is much of the time.
 constexpr double kFewRays = 40;
-/// Of shapes and triangles. Where there are fewer, little is hidden in a way that takes rays to tell,
-/// and what is left of the error lies in cells that straddle a horizon: the smaller they are, the
-/// better.
+/// Of shapes and triangles. Where there are fewer, little is hidden in a way that takes rays to
+/// tell, and what is left of the error lies in cells that straddle a horizon: the smaller they are,
+/// the better.
 constexpr size_t kPlainScene = 1000;
 
 bool is_plain(const Scene& scene) {

@@ -17,7 +17,7 @@ inline constexpr double kRaysPerSample = 3;
 struct ProductSettings {
   /// Rays of all kinds for each pixel, on average.
   double rays_per_pixel = 48;
-  /// Cells of distant light are half as many where rays are few.
+  /// Cells of distant light are half as many where rays are few, but in plain scenes and passes.
   bool fewer_cells = true;
   /// Segments of a path: 2 is direct light, 3 adds one bounce.
   uint32_t max_depth = 2;
@@ -36,7 +36,7 @@ struct ProductSettings {
   bool checked_sigma = true;    ///< how uncertain it is, the pilot's rays tell
   bool adaptive = true;         ///< rays go to the pixels that need them
   bool smooth_plan = true;      ///< which those are, pixels around tell, where the pilot is small
-  bool horizon_terms = true;    ///< so is that of cells at the horizon of flat surfaces
+  bool horizon_terms = true;    ///< also in cells at the horizon of flat surfaces
   bool light_guide = true;      ///< light points go to what the camera sees the light of
 };
 
@@ -53,10 +53,10 @@ bool is_product_scene(const Scene& scene, uint32_t max_depth);
 
 /// Renders the light of an environment's cells (none: the environment is black, or there isn't
 /// any), that of the scene's other emitters, and for max_depth 3 what surfaces send on of all of
-/// it, into the sensor's film. Light that lamps without extent send by way of a mirror is in it, too,
-/// where the sensor can be connected to (see Caustics), though `path` doesn't find it. A pilot learns
-/// how visible each cell is from each patch of surface; then the picture is made by estimates that
-/// know. What the pilot saw is not part of the picture.
+/// it, into the sensor's film. Light that lamps without extent send by way of a mirror is in it,
+/// too, where the sensor can be connected to (see Caustics), though `path` doesn't find it. A pilot
+/// learns how visible each cell is from each patch of surface; then the picture is made by
+/// estimates that know. What the pilot saw is not part of the picture.
 ///
 /// Unbiased: the expectation of every pixel is what `direct` converges to, with any filter. Stages:
 /// points, pilot, plan, main, film.

@@ -14,7 +14,7 @@ namespace {
 /// Shares of v that are as good as hidden and visible.
 constexpr float kAlmost = 0.01f;
 /// Of sums, in integers.
-constexpr float kUnit = 1 << 20;
+constexpr double kUnit = 4294967296;
 /// What is expected counts as so many surprises that came as expected: few rays change little.
 constexpr double kBelief = 2;
 /// Steps around one tell of it, too, each by half of the share of the next.
@@ -39,8 +39,8 @@ void SigmaCheck::tell(float v, float sigma, bool visible) {
   const int step = std::clamp(kOne - (std::bit_cast<int32_t>(variance) >> kShift), 0, kSteps - 1);
   const int side = v < kAlmost ? kHidden : v > 1 - kAlmost ? kVisible : kNeither;
   Sums& sums = sums_[side * kSteps + step];
-  sums.expected.fetch_add(static_cast<uint64_t>(variance * kUnit), std::memory_order_relaxed);
-  sums.found.fetch_add(static_cast<uint64_t>(off * off * kUnit), std::memory_order_relaxed);
+  sums.expected.fetch_add(static_cast<uint64_t>(double{variance} * kUnit), std::memory_order_relaxed);
+  sums.found.fetch_add(static_cast<uint64_t>(double{off} * off * kUnit), std::memory_order_relaxed);
 }
 
 void SigmaCheck::finish() {

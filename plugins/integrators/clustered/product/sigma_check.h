@@ -14,23 +14,24 @@ namespace kinome {
 /// nobody can foresee is a scene's own: a wall with a window needs rays at few cells, foliage at
 /// all.
 ///
-/// tell() may be called by several threads at once, and not beside the others; sums are of integers,
-/// so that their order doesn't matter.
+/// tell() may be called by several threads at once, and not beside the others; sums are of
+/// integers, so that their order doesn't matter.
 class SigmaCheck {
  public:
   void forget();
-  /// A ray to a cell that has been learned without it.
+  /// A ray to a cell that has been learned without it: v in [0, 1], sigma in (0, 1.1].
   void tell(float v, float sigma, bool visible);
   /// All have been told.
   void finish();
-  /// Makes of each sigma what rays found. Before finish(): leaves them.
+  /// Makes of each sigma what rays found; sigma_mixed, which is for v = 0, stays as it is. Before
+  /// finish(): leaves all.
   void correct(Visibility& visibility) const;
 
  private:
   /// Half octaves of sigma² below 1.
   static constexpr int kSteps = 40;
   static constexpr int kHidden = 0, kVisible = 1, kNeither = 2, kSides = 3;
-  /// In units of kUnit.
+  /// In integers, of 2^-32.
   struct Sums {
     std::atomic<uint64_t> expected = 0, found = 0;
   };

@@ -45,12 +45,13 @@ class TileKnowledge {
     }
   }
 
-  /// All tiles have been learned.
+  /// All tiles have been learned. Only what recall() says is corrected by it: plan and trust were
+  /// made before.
   void finish() { sigma_check_.finish(); }
 
   /// The same of patch number `index` of a tile, which later passes may have found, in 8 bits: as
-  /// learn() did, if it is one of the pilot's, but for sigma, which is what the pilot's rays found it
-  /// to be.
+  /// learn() did, if it is one of the pilot's, but for sigma, which is what the pilot's rays found
+  /// it to be.
   void recall(int tile, size_t index, Patch& patch, VisibilityLearner& learner,
               Visibility& out) const;
   /// Makes of it what estimates may count on.
