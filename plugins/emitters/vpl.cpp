@@ -196,7 +196,9 @@ class SurfacePlacement {
     const double at = (i + offset_) / count_ * area_;
     const auto after = std::upper_bound(first_.begin(), first_.end(), at);
     const auto s = static_cast<size_t>(after - first_.begin()) - 1;
-    return shapes_[s]->sample_surface(number(seed_, kPlace, s, i));
+    SurfaceInteraction si = shapes_[s]->sample_surface(number(seed_, kPlace, s, i));
+    si.shape = shapes_[s];
+    return si;
   }
   size_t drawn_emitter(uint32_t i, size_t k) const {
     const float u = number(seed_, kEmitterChoice, k, i).x;

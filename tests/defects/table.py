@@ -248,7 +248,7 @@ DEFECTS = [Defect(*row) for row in (
      "product_local", "Bounce/*/Corner"),
     ("points_chosen_more_often_than_they_count", CLUSTERED + "product/local_choice.cpp",
      "1 / rates_[p.cell]", "0.97f / rates_[p.cell]",
-     "product_local", "Direct/*/Textured"),
+     "product_local", "Direct/*/Rectangle:Direct/*/Sphere"),
     ("control_of_lamps_not_that_of_rays", CLUSTERED + "product/local_strata.cpp",
      "*answers.sum -= group.visibility.v[c.cell[i]] * weight",
      "*answers.sum -= 0.98f * group.visibility.v[c.cell[i]] * weight",

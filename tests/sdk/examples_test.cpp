@@ -276,6 +276,14 @@ TEST_F(Sdk, ShapeIsSeenAndShines) {
   // Samples vary by less than their mean, which is that of places up to .1 from the axis: there, by
   // less than 1 %.
   EXPECT_NEAR(lit.x, expected, expected * (5. / 128 + .01));
+
+  // It reflects light that others of these plugins send, too: by 'joint', from points on it.
+  const std::string under_sky = ring + "</shape>" + ceiling + "<emitter type='sky_gradient'/>";
+  const Rgb direct = mean_of(render_text(scene_of("direct", "'perspective'>" + below, under_sky)));
+  const Rgb bounced =
+      mean_of(render_text(scene_of("clustered", "'perspective'>" + below, under_sky)));
+  EXPECT_GT(bounced.x, 1.01f * direct.x);
+  EXPECT_LT(bounced.x, 1.5f * direct.x);
 }
 
 /// By each instruction set: a flat picture stays flat, and an edge becomes the window's integral.

@@ -50,7 +50,8 @@ class KINOME_EXPORT Shape : public Object {
   /// World-space surface area.
   virtual float area() const = 0;
 
-  /// A point uniform by area: density 1 / area() per unit of area. t and wi are not set.
+  /// A point uniform by area: density 1 / area() per unit of area. t, wi and shape are not set:
+  /// that is for the caller.
   virtual SurfaceInteraction sample_surface(const Vec2& u) const = 0;
   /// The same for out.count points: all columns of `out` but `ray` and `shape`; what `wi` holds
   /// afterwards means nothing. Default: one by one.

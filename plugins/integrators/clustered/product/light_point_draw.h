@@ -100,6 +100,7 @@ inline std::optional<LeavingLight> leave_light(const Emitter& emitter, const Vec
   if (!(area > 0)) return std::nullopt;
   leaving.x = emitter.shape()->sample_surface(position);
   SurfaceInteraction& x = *leaving.x;
+  x.shape = emitter.shape();
   x.wi = has_bent_normal(x) ? square_to_uniform_hemisphere(direction)
                             : square_to_cosine_hemisphere(direction);
   if (!(x.wi.z > 0)) return std::nullopt;

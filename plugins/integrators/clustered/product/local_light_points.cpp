@@ -139,6 +139,7 @@ void LocalLight::add_surface_point(const LightOrigin& origin, Drawn& out) const 
   if (!(area > 0)) return;
   SurfaceInteraction si = shape.sample_surface(origin.position());
   si.wi = Vec3(0, 0, 1);
+  si.shape = &shape;
   const float density = static_cast<float>(surface_count_) * source.surface_share / area;
   LightPoint point;
   point.power = source.emitter->eval_surface(si) / (density * origin.guided);
@@ -275,6 +276,7 @@ std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInter
     auto surface = source.emitter->shape()->sample_solid_angle(si.p, u);
     if (!surface || !(surface->pdf > 0)) return std::nullopt;
     x = surface->si;
+    x->shape = source.emitter->shape();
     const Vec3 to = x->p - si.p;
     arrival.distance = glm::length(to);
     if (!(arrival.distance > 0)) return std::nullopt;
