@@ -11,6 +11,7 @@
 #include "kinome/shape.h"
 #include "kinome/warp.h"
 #include "kinome/wide/functions.h"
+#include "kinome/wide/surface_point.h"
 
 namespace kinome {
 namespace {
@@ -110,9 +111,8 @@ class AreaLight final : public Emitter {
     const bool shines = !is_black_ && area > 0;
     wide::for_lanes(count, [&](size_t i) {
       const wide::Vec3 n = wide::Vec3::load(points.n, i);
-      const FrameOf<wide::Vec3> frame{wide::Vec3::load(points.s, i), wide::Vec3::load(points.t, i),
-                                      wide::Vec3::load(points.sn, i)};
-      const auto light = light_leaving(n, frame, wide::Vec2::load(direction, i));
+      const auto light =
+          light_leaving(n, wide::frame_at(points, i), wide::Vec2::load(direction, i));
       const wide::Float error = wide::Float::load(points.p_error + i);
       origin_off_surface(wide::Vec3::load(out.o, i), n, error, light.d).store(out.o, i);
       light.d.store(out.d, i);

@@ -1,5 +1,6 @@
 #include "clustered/points/mirrors.h"
 
+#include "kinome/wide/surface_point.h"
 #include "transport/rays.h"
 
 namespace kinome {
@@ -45,9 +46,7 @@ void Mirrors::make_rays(const PixelSamples& samples, const Vertices& vertices,
     const wide::Rgb before =
         vertices.throughput.x ? wide::Rgb::load(vertices.throughput, i) : wide::Rgb(1.f);
     (before * weight).store(carried_, i);
-    const FrameOf<wide::Vec3> frame{wide::Vec3::load(points.s, i), wide::Vec3::load(points.t, i),
-                                    wide::Vec3::load(points.sn, i)};
-    const wide::Vec3 d = frame.to_world(wide::Vec3::load(answer_.wo, i));
+    const wide::Vec3 d = wide::frame_at(points, i).to_world(wide::Vec3::load(answer_.wo, i));
     d.store(d_, i);
     transport::put_shadow_rays(points, i, d, Float(kInfinity), on, false, rays_);
   });

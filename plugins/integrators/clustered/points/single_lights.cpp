@@ -2,6 +2,7 @@
 
 #include <numeric>
 
+#include "kinome/wide/surface_point.h"
 #include "transport/rays.h"
 
 namespace kinome {
@@ -36,10 +37,7 @@ void SingleLights::sample(const PixelSamples& samples, const Vertices& vertices,
   emitter.sample_direct_block(points.p, u_, count, light_);
   transport::leave_out_own_rounding(emitter, points, all_, count, light_);
   for_lanes(count, [&](size_t i) {
-    const wide::Vec3 d = wide::Vec3::load(light_.d, i);
-    const FrameOf<wide::Vec3> frame{wide::Vec3::load(points.s, i), wide::Vec3::load(points.t, i),
-                                    wide::Vec3::load(points.sn, i)};
-    frame.to_local(d).store(wo_, i);
+    wide::frame_at(points, i).to_local(wide::Vec3::load(light_.d, i)).store(wo_, i);
   });
   BsdfQuery query;
   query.wo = wo_;
