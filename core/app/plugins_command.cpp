@@ -79,7 +79,9 @@ void print_plugin(Category category, const std::string& name, const PluginDescri
   print_wrapped("  ", one_line(plugin.doc), line);
   if (sets.size() > 1) {
     std::vector<std::string> names;
-    for (const InstructionSet set : sets) names.emplace_back(to_string(std::max(set, least_instruction_set())));
+    for (const InstructionSet set : sets) {
+      names.emplace_back(to_string(std::max(set, least_instruction_set())));
+    }
     print_wrapped("  ", fmt::format("built for {}", fmt::join(names, ", ")), line);
   }
   std::vector<std::vector<std::string>> rows = {{"parameter", "type", "default", "meaning"}};

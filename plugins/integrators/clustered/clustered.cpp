@@ -200,7 +200,8 @@ class Clustered final : public Integrator {
   std::unique_ptr<const ClusteredMethod> method(const Scene& scene, double rays_per_pixel,
                                                 RenderContext& context) const {
     if (product_ && points_.options.max_depth >= 2) {
-      if (auto product = ProductMethod::make(*product_, scene, rays_per_pixel, context)) return product;
+      auto product = ProductMethod::make(*product_, scene, rays_per_pixel, context);
+      if (product) return product;
     }
     return std::make_unique<PointMethod>(points_, thesis_, has_diagnostics());
   }
