@@ -96,7 +96,7 @@ void TileKnowledge::add_records(int index, const Patch& patch, VisibilityLearner
 
 /// Some tiles tell how well what is around them foresees what their own rays found.
 void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibility& scratch) {
-  if (!settings_.checked_sigma || !settings_.learned_sigma) return;
+  if (!checks_sigma()) return;
   if (hash_words(static_cast<uint64_t>(index)) % kTilesForOneThatTells != 0) return;
   const Tile& tile = tiles_[index];
   for (const Patch& patch : tile.patches) {
@@ -123,11 +123,13 @@ void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner,
   learner.begin();
   add_records(index, patch, learner);
   learner.finish(out);
-  for (size_t c = 0; remembers() && c < padded_cells_; ++c) {
-    const Learned learned = Learned::of(out, c);
+  if (remembers()) {
     uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
-    kept[c] = learned.v;
-    kept[padded_cells_ + c] = learned.root_of_sigma;
+    for (size_t c = 0; c < padded_cells_; ++c) {
+      const Learned learned = Learned::of(out, c);
+      kept[c] = learned.v;
+      kept[padded_cells_ + c] = learned.root_of_sigma;
+    }
   }
   if (has_local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(tile, patch, out);
 }

@@ -47,7 +47,9 @@ class TileKnowledge {
 
   /// All tiles have been learned. Only what recall() says is corrected by it: plan and trust were
   /// made before.
-  void finish() { sigma_check_.finish(); }
+  void finish() {
+    if (checks_sigma()) sigma_check_.finish();
+  }
 
   /// The same of patch number `index` of a tile, which later passes may have found, in 8 bits: as
   /// learn() did, if it is one of the pilot's, but for sigma, which is what the pilot's rays found
@@ -67,6 +69,7 @@ class TileKnowledge {
   };
 
   bool remembers() const { return grid_.crop().area() <= settings_.remembered_pixels; }
+  bool checks_sigma() const { return settings_.checked_sigma && settings_.learned_sigma; }
   void check_sigma(int tile, VisibilityLearner& learner, Visibility& scratch);
   void begin_learning(int tile);
   void restore(int tile, size_t index, Patch& patch, VisibilityLearner& learner,
