@@ -2,8 +2,9 @@
 # Compares Kinome with Mitsuba 3, and with Blender's Cycles where that shows the same: are the
 # pictures the same, and which renderer reaches an error sooner? Ends with validation/report/.
 #
-#   sh validation/run.sh [correctness|benchmark|report] [SCENE|GROUP...]
+#   sh validation/run.sh [correctness|benchmark|report] [SCENE|GROUP|all...]
 #                        [--quick] [--fresh] [--output FOLDER] [--build FOLDER]
+#   sh validation/run.sh benchmark [SCENE|GROUP...] --scenes-for 15m [...]
 #   sh validation/run.sh engine [PART...] [SCENE|GROUP...] [--minutes N] [--sampler NAME] [...]
 #
 # engine: nanoseconds a sample of ours and of Mitsuba's llvm_ad_rgb, and what else its goals name.
@@ -11,11 +12,15 @@
 # command then goes on. --build: the program of that build folder, which is not built.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are taken only if
-# asked for.
+# asked for; all: these and the rest, 26.
 # Without a mode, all three, in about an hour on two cores; --quick: the same in a small form, in 10
-# minutes, which goes to out/report unless --output says otherwise. What was measured before is not
-# measured again, so an interrupted run goes on where it stopped; --fresh measures anew what it is
-# asked for. What can't be had is said in a line, left out, and the rest goes on.
+# minutes, which goes to out/report unless --output says otherwise. `benchmark all` takes about 80
+# minutes, and half an hour for the next program, as what Mitsuba did is kept. --scenes-for TIME
+# (90s, 15m, 2h) begins no scene that would end later, by what scenes have taken so far; first come
+# those that this program wasn't measured on, then those whose measurement is the oldest.
+# What was measured before is not measured again, so an interrupted run goes on where it stopped;
+# --fresh measures anew what it is asked for. What can't be had is said in a line, left out, and the
+# rest goes on.
 #
 # Exit status: 0 all well; 1 a comparison is red; 2 something was left out, or a bad argument;
 # 3 another run is at work in the same build folder; 130 or 143 interrupted.

@@ -275,11 +275,12 @@ class TimeAgainstError(InFolder):
         seconds = {"llvm_ad_rgb": {"path": 1.0, "direct": 1.0},
                    "scalar_rgb": {"path": 1.9, "direct": 2.0}}
 
-        def trial(renderer, samples, _truth):
+        def trial(renderer, samples, _truth, _least, _few):
             c = renderer.configuration
             if (*dataclasses.astuple(c)[:3], samples) == ("llvm_ad_rgb", "direct", "ldsampler", 256):
                 raise Problem("out of memory")
-            return {"seconds": seconds[c.variant][c.integrator], "relmse": 1.0, "samples": samples,
+            return {"seconds": seconds[c.variant][c.integrator], "relmse": 1.0, "trimmed": 1.0,
+                    "samples": samples, "left_behind": False,
                     "name": (c.variant, c.integrator, c.sampler)}
 
         made = Benchmark(FakeKinome(), self.mitsuba("good"), self.folder / "none",

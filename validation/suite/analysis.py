@@ -3,6 +3,10 @@ import math
 import statistics
 
 TARGETS = (1e-2, 1e-3, 1e-4)
+# No larger counts are rendered of who is well below the least target: peers; ours, whose slope is
+# wanted farther.
+ENOUGH = {"peer": TARGETS[-1] / 3, "ours": 5e-6}
+BEHIND = 1.5  # times the best peer's seconds, to every target: such a peer is not among the first
 # A curve flatter than this has stopped to converge: what lies beyond its end is never reached.
 FLAT = -0.25
 REACH = 10  # how many times longer than the last point a curve may be drawn on
@@ -104,6 +108,12 @@ def along(a, b, target):
     return math.exp(math.log(a["seconds"]) + share * math.log(b["seconds"] / a["seconds"]))
 
 
+def work(row):
+    """relMSE x seconds, without the worst 0.1 % of the values, or else a bright pixel decides. An
+    error below what can be told (zero or less) counts as a billionth."""
+    return max(row["trimmed"], 1e-9) * row["seconds"]
+
+
 def efficiency(points):
     """1 / (relMSE x seconds) of the point that took longest."""
     last = max(points, key=lambda p: p["seconds"], default=None)
@@ -144,6 +154,24 @@ def best(found, kind, target):
     return name, seconds, found[name]["seconds_to"][target][1]
 
 
+def enough(kind, own_error):
+    """The error below which who is of that kind needs no larger counts."""
+    return max(ENOUGH[kind], least(own_error))
+
+
+def behind(entry):
+    """Names of the peers that BEHIND is true of, by what is measured so far, without the worst
+    0.1 % of the values. `entry`: as summary takes it."""
+    peers = {name: one["seconds_to"] for name, one in summary(entry, "trimmed").items()
+             if one["kind"] == "peer"}
+    first = set()
+    for target in TARGETS:
+        reached = {name: to[target][0] for name, to in peers.items() if to[target][0] is not None}
+        first |= {name for name, seconds in reached.items()
+                  if seconds < BEHIND * min(reached.values())}
+    return set(peers) - first if first else set()
+
+
 def ratio(ours, peer):
     """How many times sooner ours is there: (ratio, kind), each of the two given as seconds_to gives
     it. kind is "measured", "extrapolated" (or of two bounds), "at most" or "at least" where one of
@@ -180,9 +208,8 @@ def finalists(tried, count, biased=()):
     were tried, the best at each other number of samples (what is slow to start may win only in the
     long run), and the best whose sampler isn't one of the `biased`, whose error ends in a floor.
 
-    By relMSE x seconds, without the worst 0.1 % of the values, or else a bright pixel decides. An
-    error below what can be told (zero or less) counts as a billionth."""
-    ranked = sorted(tried, key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
+    By their work."""
+    ranked = sorted(tried, key=work)
     names = []
     for samples in sorted({row["samples"] for row in tried}, reverse=True):
         here = [row for row in ranked if row["samples"] == samples]

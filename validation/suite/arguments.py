@@ -4,7 +4,8 @@ import argparse
 import os
 import pathlib
 
-from .tables import ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SCENES, named
+from .schedule import duration
+from .tables import ALL_WORD, ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SCENES, named
 
 MODES = ("correctness", "benchmark", "report")
 ENGINE = "engine"  # only if it is named
@@ -17,21 +18,32 @@ again. Exit status: 0 all well; 1 a comparison is red; 2 something was left out,
 or a bad argument; 3 another run is at work in the same build folder; 130 or 143 interrupted."""
 
 
+def time_given(text):
+    try:
+        return duration(text)
+    except ValueError as reason:
+        raise argparse.ArgumentTypeError(reason) from reason
+
+
 def parse(arguments=None):
     parser = argparse.ArgumentParser(prog="validation/run.sh", description=DESCRIPTION,
                                      formatter_class=argparse.RawDescriptionHelpFormatter,
                                      allow_abbrev=False)
     parser.add_argument("words", nargs="*", metavar="MODE, PART or SCENE",
                         help=f"first a mode ({', '.join(WORDS)}), then scenes or groups of them "
-                             f"({', '.join(GROUP_WORDS)}), of engine also parts "
-                             f"({', '.join(ENGINE_PARTS)}); default: all modes but engine, all "
-                             "parts, and all scenes but those that are made for asking")
+                             f"({', '.join(GROUP_WORDS)}; {ALL_WORD}: all 26), of engine also "
+                             f"parts ({', '.join(ENGINE_PARTS)}); default: all modes but engine, "
+                             "all parts, and all scenes but those that are made for asking")
     parser.add_argument("--scenes", metavar="A,B", default="", help="the same as scenes as words")
     parser.add_argument("--quick", action="store_true",
                         help="smaller pictures, fewer seeds and scenes: at most 10 minutes")
     parser.add_argument("--fresh", action="store_true",
                         help="measure anew what was measured before (on another day, a busier "
                              "machine); other scenes and the other form keep what they have")
+    parser.add_argument("--scenes-for", type=time_given, metavar="TIME",
+                        help="benchmark: those scenes (of those named, or of all) that fit this "
+                             "time (90s, 15m, 2h), first what this program wasn't measured on, "
+                             "then what is oldest; the same command goes on")
     parser.add_argument("--output", type=pathlib.Path, metavar="FOLDER",
                         help="where the page goes; default: validation/report or "
                              "validation/engine, quick: out/report or out/engine")
@@ -58,14 +70,19 @@ def parse(arguments=None):
     for name in options.words:
         if name in WORDS:
             parser.error(f'one mode at most, as the first word: "{name}" is another')
-        if name not in known | set(GROUP_WORDS):
+        if name not in known | {ALL_WORD, *GROUP_WORDS}:
             parser.error(f'no mode or scene "{name}"; modes are {", ".join(WORDS)}, groups '
-                         f'{", ".join(GROUP_WORDS)}, scenes {", ".join(sorted(known))}')
+                         f'{", ".join((*GROUP_WORDS, ALL_WORD))}, scenes '
+                         f'{", ".join(sorted(known))}')
     options.words = named(options.words)
     timed = {scene.name for scene in SCENES}
     if options.modes == ("benchmark",) and options.words and not timed & set(options.words):
         parser.error(f'no benchmark of {", ".join(options.words)}: what is timed is '
                      f'{", ".join(sorted(timed))}')
+    if options.scenes_for is not None:
+        if options.modes != ("benchmark",):
+            parser.error("--scenes-for is for benchmark")
+        options.words = options.words or named([ALL_WORD])
     if options.fresh and options.modes == ("report",):
         parser.error("--fresh is for what measures, and a report doesn't")
     name = ENGINE if options.modes == (ENGINE,) else "report"

@@ -18,25 +18,33 @@ from .kinome import scene_hash
 from .others import BUSY, Others, cores_of_others
 from .peers import Unavailable, configurations
 from .problems import Problem
+from .schedule import Clock, Schedule
 from .store import digest, hash_of_files
 from .tables import BIASED_SAMPLERS, BOUNCE, METHODS, ROOT, THREADS
 from .truth import own_error
 
 FINALISTS = 2  # the least number of Mitsuba's configurations that are measured in full
 FIRST_SEED = 1
-SLOWER = 2  # times: such a variant isn't tried any further
+SLOWER = 2  # times: a configuration whose variant is that much slower isn't tried any further
+FAR_SLOWER = 2.5  # times: its variant isn't tried with other samplers, either
+# Times the least work (relMSE x seconds) so far: such a configuration isn't tried any further. By
+# few samples, none that won in the end had more than 2.3 times, on 26 scenes.
+WORSE = {"few": 3, "many": 2}
 
 
 class Benchmark:
     def __init__(self, kinome, mitsuba, cycles_python, references, effort, store, folder, log):
+        """`folder`: for pictures."""
         self.kinome, self.mitsuba, self.references = kinome, mitsuba, references
         self.cycles_python = cycles_python
         self.effort, self.store, self.folder, self.log = effort, store, folder, log
         self.machine = machine()
+        self.schedule = Schedule(store, references, effort, kinome.program, self.machine)
         (folder / "pictures").mkdir(parents=True, exist_ok=True)
 
     def scene(self, scene):
         """Everything about one scene. Raises Problem if there is no reference."""
+        clock = Clock()
         size = self.effort.timed_size(scene)
         truth, description = self.references.load(scene, size)
         if truth.mean.shape[:2] != (size[1], size[0]):
@@ -47,32 +55,38 @@ class Benchmark:
                        "cores": self.machine["cores"], "threads": THREADS,
                        "errors": hash_of_files([ROOT / "validation/compare/errors.py"]),
                        "others": 1}  # what a measurement says of them, the first form of it
+        clock.lap("reference")
         tried = self.search(scene, size, truth)
+        clock.lap("search")
         finalists = analysis.finalists(tried, FINALISTS,
                                        BIASED_SAMPLERS if scene.group == BOUNCE else ())
         with contextlib.ExitStack() as ending:
             renderers = self.renderers(scene, size, finalists, truth, ending)
             curves = self.compete(scene, renderers, truth)
+            clock.lap("turns")
         others = cores_of_others([run for curve in curves.values() for point in curve["points"]
                                   for run in point["runs"]])
         if others > BUSY * self.machine["cores"]:
             self.log.say(f"{scene.name}: other processes had {others:.1f} of "
                          f"{self.machine['cores']} cores meanwhile, which spoils the times")
+        startup = self.startup(scene, size, renderers, curves, finalists)
+        clock.lap("startup")
+        self.schedule.note(scene, clock.laps)
         return {"group": scene.group, "size": list(size), "program": self.kinome.program,
                 "commit": commit(), "machine": self.machine, "cores_of_others": others,
                 "reference": description | {"own_error": own_error(truth)},
-                "tried": tried, "curves": curves, "startup": self.startup(scene, size, renderers,
-                                                                          curves)}
+                "tried": tried, "curves": curves, "startup": startup}
 
-    def measure(self, renderer, samples, seed, truth, **part):
+    def measure(self, renderer, samples, seed, truth, warm=None, **part):
         """{"seconds", "relmse", …} of one render, from the store or made now. `part`: what of the
-        run it is for; the times of one part are no good for another."""
+        run it is for; the times of one part are no good for another. `warm`: of Mitsuba's, whether
+        its time is without what the first of its kind takes."""
         key = {**self.common, "renderer": renderer.name, **renderer.key, "samples": samples,
                "seed": seed, **part}
 
         def now():
             others = Others()
-            run = renderer.run(samples, seed)
+            run = renderer.run(samples, seed, **({} if warm is None else {"warm": warm}))
             values = {"seconds": run.seconds, "samples": run.samples, **run.extra, **others.taken(),
                       **errors(run.image, truth, renderer.name)}
             if seed == FIRST_SEED and not part:
@@ -82,21 +96,34 @@ class Benchmark:
         return self.store.recall(key, now) | {"seed": seed, "picture": digest(key)}
 
     def search(self, scene, size, truth):
-        """Rows of all of Mitsuba's configurations that could be measured. One in which a variant
-        before it was at least twice as fast at the fewest samples is tried at these alone: it is
-        the same estimator, and what costs by the render rather than by the sample was against the
-        other, which is tried at all."""
+        """Rows of all of Mitsuba's configurations that could be measured, by the number of samples.
+        Those that are left behind are tried at the fewest samples alone, or not at all: see SLOWER,
+        FAR_SLOWER and WORSE. A variant that is much slower makes the same estimate, and what costs
+        by the render rather than by the sample was against the other, which is tried at all."""
         rows, given = [], [s for s in self.effort.search_samples if s <= self.effort.most_samples]
-        fastest = {}  # by configuration but for the variant
+        fastest = {}  # seconds by configuration but for the variant
+        least = {}  # work by the number of samples
+        too_slow = set()  # (variant, integrator)
         for configuration in configurations(scene):
-            renderer = Theirs(self.mitsuba, configuration, scene, size)
             same = dataclasses.replace(configuration, variant="")
+            kind = configuration.variant, configuration.integrator
+            if kind in too_slow:
+                continue
+            renderer = Theirs(self.mitsuba, configuration, scene, size)
             try:
-                rows.append(self.trial(renderer, given[0], truth))
-                seconds = rows[-1]["seconds"]
-                if seconds < SLOWER * fastest.get(same, math.inf):
-                    rows += [self.trial(renderer, samples, truth) for samples in given[1:]]
-                    fastest[same] = min(fastest.get(same, seconds), seconds)
+                for samples in given:
+                    row = self.trial(renderer, samples, truth, least.get(samples, math.inf),
+                                     samples == given[0])
+                    rows.append(row)
+                    least[samples] = min(least.get(samples, math.inf), analysis.work(row))
+                    if samples == given[0]:
+                        few = row["seconds"]
+                        slower = few / fastest.get(same, math.inf)
+                        if slower >= FAR_SLOWER:
+                            too_slow.add(kind)
+                        if slower >= SLOWER or row["left_behind"]:
+                            break
+                fastest[same] = min(fastest.get(same, math.inf), few)
             except Unavailable:
                 continue
             except Problem as reason:
@@ -106,14 +133,23 @@ class Benchmark:
                          f"relMSE {rows[-1]['relmse']:.3g}")
         return rows
 
-    def trial(self, renderer, samples, truth):
-        """Means over the first seeds."""
-        runs = [self.measure(renderer, samples, FIRST_SEED + i, truth, part="search")
-                for i in range(self.effort.search_seeds)]
-        means = {key: statistics.fmean(run[key] for run in runs)
-                 for key in ("seconds", "relmse", "trimmed")}
+    def trial(self, renderer, samples, truth, least, few):
+        """Means over the first seeds; by the first alone of what is WORSE than the least work. Of
+        many samples the first seed is rendered without a warm-up, which would take as long, and its
+        time counts for what is left behind alone."""
+        runs = []
+        for i in range(self.effort.search_seeds):
+            runs.append(self.measure(renderer, samples, FIRST_SEED + i, truth, part="search",
+                                     warm=few or i > 0))
+            row = {key: statistics.fmean(run[key] for run in runs)
+                   for key in ("seconds", "relmse", "trimmed")}
+            left_behind = analysis.work(row) >= WORSE["few" if few else "many"] * least
+            if left_behind:
+                break
+        if not few:
+            row["seconds"] = runs[-1]["seconds"]
         return {"name": renderer.name, **dataclasses.asdict(renderer.configuration),
-                "samples": runs[0]["samples"], **means}
+                "samples": runs[0]["samples"], "left_behind": left_behind, **row}
 
     def renderers(self, scene, size, finalists, truth, ending):
         """Who takes turns. What has to be closed is left to `ending`."""
@@ -141,6 +177,13 @@ class Benchmark:
         machine does meets all of them."""
         runs = {r.name: {} for r in renderers}
         limit = {r.name: self.effort.most_samples for r in renderers}
+
+        def curves():
+            return {r.name: {"kind": r.kind, "converges_to_points": r.converges_to_points,
+                             "points": [{"samples": s, "runs": found}
+                                        for s, found in runs[r.name].items()]}
+                    for r in renderers if runs[r.name]}
+
         for seed in range(FIRST_SEED, FIRST_SEED + self.effort.seeds):
             self.log.say(f"{scene.name}: seed {seed} of {self.effort.seeds}, "
                          f"{len(limit)} renderers")
@@ -148,10 +191,18 @@ class Benchmark:
                 for renderer in renderers:
                     if step < len(renderer.samples) and renderer.name in limit:
                         self.turn(renderer, step, seed, truth, runs, limit)
-        return {r.name: {"kind": r.kind, "converges_to_points": r.converges_to_points,
-                         "points": [{"samples": s, "runs": found}
-                                    for s, found in runs[r.name].items()]}
-                for r in renderers if runs[r.name]}
+            if seed == FIRST_SEED:
+                self.leave_behind(scene, renderers, truth, curves(), runs, limit)
+        return curves()
+
+    def leave_behind(self, scene, renderers, truth, curves, runs, limit):
+        """Mitsuba's configurations that are first nowhere take no more turns, and are not shown."""
+        behind = analysis.behind({"reference": {"own_error": own_error(truth)}, "curves": curves})
+        for renderer in renderers:
+            if renderer.name in behind and isinstance(renderer, Theirs):
+                self.log.say(f"{scene.name}: {renderer.name} is left behind")
+                limit.pop(renderer.name, None)
+                runs[renderer.name].clear()
 
     def turn(self, renderer, step, seed, truth, runs, limit):
         samples = renderer.samples[step]
@@ -170,19 +221,22 @@ class Benchmark:
         # Decided once, so that every count has all seeds or none.
         if seed == FIRST_SEED and step + 1 < len(renderer.samples):
             following = renderer.samples[step + 1]
-            if found["seconds"] * following / samples > self.effort.budget:
+            budget = self.effort.budget if renderer.claimed else self.effort.budget_of_others
+            if (found["seconds"] * following / samples > budget
+                    or found["relmse"] < analysis.enough(renderer.kind, own_error(truth))):
                 limit[renderer.name] = min(limit[renderer.name], samples)
 
-    def startup(self, scene, size, renderers, curves):
-        """Seconds before the first sample, and to compile: rows {"renderer", "when", "seconds"}."""
-        rows = []
+    def startup(self, scene, size, renderers, curves, finalists):
+        """Seconds before the first sample, and to compile: rows {"renderer", "when", "seconds"} of
+        ours, and of the first of Mitsuba's finalists."""
+        rows, first = [], next((name for name in finalists if name in curves), None)
         for renderer in renderers:
             if renderer.kind == "ours" and renderer.name in curves:
                 extra = [run["wall"] - run["seconds"] for point in curves[renderer.name]["points"]
                          for run in point["runs"]]
                 rows.append({"renderer": renderer.name, "when": "always",
                              "seconds": statistics.median(extra)})
-            elif isinstance(renderer, Theirs):
+            elif renderer.name == first:
                 key = {**self.common, "startup": renderer.name, **renderer.key}
                 try:
                     cold, warm = self.store.recall(
@@ -212,10 +266,11 @@ class Benchmark:
 
 
 def methods_timed(scene):
-    """Those of ours that are timed. What converges to its light points, as the thesis's modes do, is
-    followed on the scenes that everybody runs, and in thesis/, not on the many others."""
-    return [m for m in METHODS if scene.group in m.groups and
-            not (scene.asked and m.truth == "groundtruth")]
+    """Those of ours that are timed. What converges to its light points, as the thesis's modes do,
+    is followed on the scenes that everybody runs, and in thesis/, not on the many others; nor is
+    `path`, where `direct` does the same in less time."""
+    return [m for m in METHODS if scene.group in m.groups and not (scene.asked and (
+        m.truth == "groundtruth" or m.name == "path" and scene.truth == "direct"))]
 
 
 def errors(image, truth, name):

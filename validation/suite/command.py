@@ -101,14 +101,22 @@ class Session:
         work = Benchmark(self.kinome, mitsuba, self.folder / "cycles/bin/python", self.references,
                          self.effort, self.store, self.folder, self.log)
         path = self.results / "benchmark.json"
+
+        def measure(scene):
+            try:
+                entry = work.scene(scene)
+            except Problem as reason:
+                self.log.problem(reason)
+                return
+            write_json(path, (read_json(path) or {}) | {scene.name: entry})
+
+        scenes, seconds = chosen(self.options.words, self.effort), self.options.scenes_for
         try:
-            for scene in chosen(self.options.words, self.effort):
-                try:
-                    entry = work.scene(scene)
-                except Problem as reason:
-                    self.log.problem(reason)
-                    continue
-                write_json(path, (read_json(path) or {}) | {scene.name: entry})
+            if seconds is None:
+                for scene in scenes:
+                    measure(scene)
+            else:
+                work.schedule.run(scenes, self.log.started + seconds, measure, self.log)
         finally:
             mitsuba.close()
 

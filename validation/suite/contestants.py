@@ -31,6 +31,7 @@ class Ours:
         self.defines = {"sampler": "ldsampler", **method.defines, **sized(scene, size)}
         self.key = {"program": kinome.program, "defines": self.defines}
         self.converges_to_points = method.truth == "groundtruth"
+        self.claimed = method.claimed
 
     def run(self, samples, seed):
         made = self.kinome.render(self.scene.path, {**self.defines, "spp": samples}, seed,
@@ -44,6 +45,7 @@ class Theirs:
     compiles, and both touch their memory for the first time."""
 
     kind = "peer"
+    claimed = True
     converges_to_points = False
 
     def __init__(self, mitsuba, configuration, scene, size):
@@ -53,9 +55,9 @@ class Theirs:
         self.key = {"version": version_hash(), "defines": configuration.defines(scene, size),
                     "variant": configuration.variant}
 
-    def run(self, samples, seed):
+    def run(self, samples, seed, warm=True):
         what = (self.configuration, self.scene, self.size)
-        if samples not in self.mitsuba.load(*what).warmed:
+        if warm and samples not in self.mitsuba.load(*what).warmed:
             self.mitsuba.render(*what, samples, WARM_UP)
         made = self.mitsuba.render(*what, samples, seed)
         return Run(made.image, made.seconds, made.samples, {},

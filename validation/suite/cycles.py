@@ -17,6 +17,7 @@ AGREE_RENDERS, AGREE_SAMPLES, AGREE_ALPHA = 16, 64, 0.001
 
 class Cycles:
     kind = "peer"
+    claimed = True
     converges_to_points = False
     samples = FAST
 

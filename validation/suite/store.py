@@ -39,6 +39,11 @@ class Store:
     def get(self, key):
         return self.values.get(canonical(key))
 
+    def items(self, word):
+        """(key, values) of those whose key has that word."""
+        return [(json.loads(key), values) for key, values in self.values.items()
+                if f'"{word}": ' in key]
+
     def put(self, key, values):
         line = as_line(key, values)
         with open(self.path, "a", encoding="utf-8") as file:

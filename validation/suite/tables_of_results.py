@@ -148,7 +148,7 @@ def with_startup(entry, found, target=MIDDLE):
 def tried(entry):
     """Every configuration of Mitsuba's, the fastest first."""
     head = ["configuration", "samples", "s", "relMSE", "trimmed", "trimmed efficiency"]
-    rows = sorted(entry["tried"], key=lambda r: max(r["trimmed"], 1e-9) * r["seconds"])
+    rows = sorted(entry["tried"], key=analysis.work)
     return head, [[row["name"], str(row["samples"]), significant(row["seconds"]),
                    significant(row["relmse"]), significant(row["trimmed"]),
                    significant(1 / (row["trimmed"] * row["seconds"]) if row["trimmed"] > 0

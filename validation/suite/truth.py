@@ -8,7 +8,7 @@ from compare import BadInput, load
 from .kinome import scene_hash
 from .problems import Problem
 from .store import hash_of_files, read_json
-from .tables import ROOT, Effort
+from .tables import RENDERS, ROOT, Effort
 
 MAKE = ROOT / "validation/references/make.py"
 REQUIREMENTS = ROOT / "validation/requirements.txt"
@@ -20,19 +20,32 @@ class References:
         self.python, self.folder, self.effort, self.log = python, folder, effort, log
         self.known = {}
 
+    def path(self, scene, size):
+        """Where the EXR is or will be."""
+        samples, seeds = self.samples_and_seeds(scene, size)
+        name = (f"{scene.name}-{size[0]}x{size[1]}-{scene.truth}-"
+                f"{'compensated-' if scene.truth_compensated else ''}{samples}x{seeds}-"
+                f"{scene_hash(scene.path)}")
+        return self.folder / name / f"{scene.path.stem}.exr"
+
+    def samples_and_seeds(self, scene, size):
+        """Where a picture is timed, tables.Scene.timed_share of what it takes to compare one."""
+        share = scene.timed_share if tuple(size) == self.effort.timed_size(scene) else 1
+        seeds = self.effort.truth_seeds * scene.truth_factor * share
+        fewer = min(seeds / RENDERS, 1)
+        return round(self.effort.truth_samples * fewer), round(seeds / fewer)
+
+    def is_there(self, scene, size):
+        # make.py writes the note last: with it, the picture is whole.
+        note = read_json(self.path(scene, size).with_suffix(".json"))
+        pinned = REQUIREMENTS.read_text("utf-8").split()
+        return note is not None and f"mitsuba=={note['version']}" in pinned
+
     def picture(self, scene, size):
         """Path of the EXR; made if it isn't there. Raises Problem."""
-        width, height = size
-        samples = self.effort.truth_samples
-        seeds = self.effort.truth_seeds * scene.truth_factor
-        name = f"{scene.name}-{width}x{height}-{scene.truth}-{samples}x{seeds}-" \
-               f"{scene_hash(scene.path)}"
-        path = self.folder / name / f"{scene.path.stem}.exr"
-        # make.py writes the note last: with it, the picture is whole.
-        note = read_json(path.with_suffix(".json"))
-        pinned = REQUIREMENTS.read_text("utf-8").split()
-        if note is None or f"mitsuba=={note['version']}" not in pinned:
-            self._make(scene, path.parent, width, height, samples, seeds)
+        path = self.path(scene, size)
+        if not self.is_there(scene, size):
+            self._make(scene, path.parent, *size, *self.samples_and_seeds(scene, size))
         return path
 
     def _make(self, scene, folder, width, height, samples, seeds):
@@ -42,6 +55,8 @@ class References:
         command = [self.python, MAKE, scene.path, "--output", folder, "--seeds", str(seeds),
                    "--samples", str(samples), "-D", f"integrator={scene.truth}",
                    "-D", f"sampler={SAMPLER}", "-D", f"width={width}", "-D", f"height={height}"]
+        if scene.truth_compensated:
+            command += ["-D", "mis_compensation=true"]
         result = subprocess.run(command, check=False, capture_output=True, text=True)
         if result.returncode != 0:
             lines = result.stderr.strip().splitlines() or ["make.py failed"]
