@@ -76,6 +76,11 @@ struct Cells {
     c.flux = flux.data();
     return c;
   }
+  std::vector<uint32_t> all_blocks() const {
+    std::vector<uint32_t> blocks(flux.size() / simd::kCellLanes);
+    std::iota(blocks.begin(), blocks.end(), 0u);
+    return blocks;
+  }
   simd::CellKnowledge knowledge() const { return {v.data(), sigma.data(), sigma_mixed.data()}; }
 
   struct Range {
@@ -126,8 +131,8 @@ TEST(CellKernels, SortCellsByTheirWholeRectangles) {
     }
     const double sine = trial % 4 == 0 ? 0 : std::pow(10, random.between(-3, 0));
     simd::PatchCells patch;
-    simd::classify_cells(cells.columns(), &n.x, static_cast<float>(sine), cells.knowledge(),
-                         nullptr, patch);
+    simd::classify_cells(cells.columns(), cells.all_blocks(), &n.x, static_cast<float>(sine),
+                         cells.knowledge(), nullptr, patch);
     const auto sides = sides_of(patch, cells);
     for (size_t i = 0; i < cells.rectangles.size(); ++i) {
       if (cells.flux[i] == 0) {
@@ -152,7 +157,7 @@ TEST(CellKernels, WidestConesKeepAllCells) {
   const Cells cells(100, 4);
   const Vec3 n(0, 1, 0);
   simd::PatchCells patch;
-  simd::classify_cells(cells.columns(), &n.x, 2, cells.knowledge(), nullptr, patch);
+  simd::classify_cells(cells.columns(), cells.all_blocks(), &n.x, 2, cells.knowledge(), nullptr, patch);
   const auto sides = sides_of(patch, cells);
   for (size_t i = 0; i < cells.rectangles.size(); ++i) {
     EXPECT_EQ(sides[i], cells.flux[i] > 0 ? kMixed : kBelow);
@@ -170,7 +175,8 @@ TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
     const float* const t = trial % 2 ? cells.transmittance.data() : nullptr;
     const auto factor = [&](size_t id) { return t ? static_cast<double>(t[id]) : 1.; };
     // The cone of the patch holds that of the group.
-    simd::classify_cells(cells.columns(), &mean.x, 0.15f, cells.knowledge(), t, patch);
+    simd::classify_cells(cells.columns(), cells.all_blocks(), &mean.x, 0.15f, cells.knowledge(), t,
+                         patch);
     const simd::GroupNormal normal{{n.x, n.y, n.z}, {n.x, n.y, n.z}, 0.02f};
     const float scale = 0.3f;
     const size_t size = patch.above + patch.mixed;
@@ -234,7 +240,8 @@ TEST(CellKernels, FlatPatchesKnowCellsAtTheHorizon) {
   for (int trial = 0; trial < 20; ++trial) {
     const Vec3 n = random.direction();
     simd::PatchCells patch;
-    simd::classify_cells(cells.columns(), &n.x, 0.01f, cells.knowledge(), nullptr, patch);
+    simd::classify_cells(cells.columns(), cells.all_blocks(), &n.x, 0.01f, cells.knowledge(),
+                         nullptr, patch);
     const size_t size = patch.above + patch.mixed;
     const simd::GroupNormal normal{{n.x, n.y, n.z}, {n.x, n.y, n.z}, 0.01f};
     std::vector<float> p(size), old_p(size), sums(size / simd::kCellLanes), v(patch.mixed);

@@ -37,11 +37,12 @@ TEST(TileGrid, CoversEveryPixelOnce) {
   EXPECT_EQ(std::set<size_t>(pixels.begin(), pixels.end()).size(), pixels.size());
 }
 
-/// Seven tiles in a row, each with a patch of one plane.
+/// Tiles in a row, each with a patch of one plane.
 class Row {
  public:
-  explicit Row(const std::string& material, const ProductSettings& settings = {})
+  explicit Row(const std::string& material, const ProductSettings& settings = {}, int tiles = 7)
       : settings_(settings),
+        grid_(Rect{0, 0, tiles * kTileSide, kTileSide}),
         shape_(make<Shape>("<shape type=\"rectangle\">" + material + "</shape>")),
         sky_(make<Emitter>("<emitter type=\"constant\"/>")),
         cells_(*sky_, *sky_->cell_grid(), 64, context_),
@@ -49,7 +50,7 @@ class Row {
         learner_(knowledge_.padded_cells()) {
     scratch_.resize(knowledge_.padded_cells());
     scratch_.reset();
-    for (int tile = 0; tile < 7; ++tile) {
+    for (int tile = 0; tile < tiles; ++tile) {
       Patch patch;
       patch.bsdf = &shape_->bsdf();
       patch.tolerance = 0.1f;
@@ -89,7 +90,7 @@ class Row {
  private:
   static constexpr float kAlpha = 0.02f;  // sharp, where there is no diffuse lobe
   const ProductSettings settings_;
-  const TileGrid grid_{Rect{0, 0, 7 * kTileSide, kTileSide}};
+  const TileGrid grid_;
   RenderContext context_{RenderContext::Options{.threads = 1}};
   std::shared_ptr<Shape> shape_;
   std::shared_ptr<Emitter> sky_;
@@ -123,8 +124,8 @@ TEST(TileKnowledge, LearnsFromTilesAround) {
 TEST(TileKnowledge, LearnsWhereASurfaceGoesOnAlone) {
   const auto learned_from = [](const auto& change) {
     Row row(kDiffuse);
-    row.find_all(4, true);
     change(row.patch(4));
+    row.find_all(4, true);
     return row.learn(3).v[5];
   };
   const float same = learned_from([](Patch&) {});
@@ -184,9 +185,12 @@ TEST(TileKnowledge, ChecksSigmaByThePilotsRays) {
   const auto sigma_of = [](bool alternates, bool is_checked) {
     ProductSettings settings;
     settings.checked_sigma = is_checked;
-    Row row(kDiffuse, settings);
-    for (int tile = 0; tile < 7; ++tile) row.find_all(tile, alternates && tile % 2 == 0, 300);
-    for (int tile = 0; tile < 7; ++tile) row.learn(tile);
+    constexpr int kTiles = 90;
+    Row row(kDiffuse, settings, kTiles);
+    for (int tile = 0; tile < kTiles; ++tile) {
+      row.find_all(tile, alternates && tile % 2 == 0, 25);
+    }
+    for (int tile = 0; tile < kTiles; ++tile) row.learn(tile);
     row.knowledge().finish();
     return row.recall(1).sigma[5];
   };

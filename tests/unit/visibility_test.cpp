@@ -7,6 +7,8 @@
 #include <random>
 
 #include "kinome/emitter.h"
+#include "kinome/sampler.h"
+#include "kinome/warp.h"
 #include "support/render.h"
 
 namespace kinome::test {
@@ -95,7 +97,7 @@ TEST(VisibilityLearner, LeansOnNeighboursWhereRecordsAreFew) {
 TEST(VisibilityLearner, CountsRecordsByTheirWeightAndForgetsThem) {
   std::mt19937 rng(5);
   std::vector<VisibilityRecord> records;
-  for (int k = 0; k < 3000; ++k) records.emplace_back(rng() % kCells, rng() % 3 == 0);
+  for (int k = 0; k < 2000; ++k) records.emplace_back(rng() % kCells, rng() % 3 == 0);
   const Visibility once = learn({records}, 32);
   const Visibility twice = learn({records, records}, 16);
   expect_sane(once);
@@ -117,14 +119,27 @@ TEST(VisibilityLearner, CountsRecordsByTheirWeightAndForgetsThem) {
 TEST(VisibilityLearner, FindsSharesAndDeviations) {
   for (const double share : {0.1, 0.5, 0.8}) {
     std::vector<VisibilityRecord> records;
-    for (int k = 0; k < 1000; ++k) {
-      for (uint32_t c = 0; c < 8; ++c) records.emplace_back(c, k < 1000 * share);
+    for (int k = 0; k < 500; ++k) {
+      for (uint32_t c = 0; c < 8; ++c) records.emplace_back(c, k < 500 * share);
     }
     const Visibility learned = learn({records});
     const double v = (share - 0.05) / 0.9;
     EXPECT_NEAR(learned.v[3], v, 0.002);
     EXPECT_NEAR(learned.sigma[3], std::sqrt(share * sqr(1 - v) + (1 - share) * sqr(v)), 0.002);
   }
+}
+
+/// A count has 16 bits, whatever it is told.
+TEST(VisibilityLearner, LeavesOutWhatIsTooMuch) {
+  const std::vector<VisibilityRecord> seen(3000, VisibilityRecord(3, true));
+  const std::vector<VisibilityRecord> hidden(3000, VisibilityRecord(4, false));
+  const std::vector<VisibilityRecord> most(hidden.begin(), hidden.begin() + 4095 - 3000);
+  const Visibility all = learn({seen, hidden, hidden}), some = learn({seen, most});
+  expect_sane(all);
+  EXPECT_EQ(all.v, some.v);
+  EXPECT_EQ(all.sigma, some.sigma);
+  EXPECT_GT(all.v[3], 0.99f);
+  EXPECT_LT(all.v[4], 0.01f);
 }
 
 /// A sky whose cells are of very different sizes.
@@ -143,6 +158,77 @@ class Sky final : public Emitter {
  private:
   EnvironmentGrid grid_;
 };
+
+/// All that a patch faces is learned as ever, and so is what has no direction.
+TEST(VisibilityLearner, LearnsWhatThePatchFaces) {
+  RenderContext context({});
+  const Sky sky;
+  const DistantCells cells(sky, sky.grid(), 512, context);
+  const CellNeighbours neighbours = find_neighbours(cells, context);
+  constexpr size_t kLocal = 2 * kBlockLanes;
+  const size_t size = cells.padded_size() + kLocal;
+  VisibilityLearner learner(size, &neighbours);
+  std::vector<VisibilityRecord> records;
+  for (uint32_t c = 0; c < size; ++c) records.emplace_back(c, c % 3 != 0);
+  learner.begin();
+  learner.add(records, 16);
+  Visibility all, facing;
+  all.resize(size);
+  facing.resize(size);
+  learner.finish(all);
+  const Vec3 normal = glm::normalize(Vec3(-1, 0.2f, 0.5f));
+  learner.finish(cells.blocks(), normal, 0.1f, facing);
+  std::vector<uint32_t> blocks;
+  cells.blocks().find_facing(normal, 0.1f, blocks);
+  std::vector<bool> faces(size / kBlockLanes);
+  for (const uint32_t block : blocks) faces[block] = true;
+  for (size_t k = 0; k < kLocal / kBlockLanes; ++k) faces[faces.size() - 1 - k] = true;
+  for (size_t c = 0; c < size; ++c) {
+    const bool is_learned = faces[c / kBlockLanes];
+    EXPECT_EQ(facing.v[c], is_learned ? all.v[c] : 0.f) << c;
+    EXPECT_EQ(facing.sigma[c], is_learned ? all.sigma[c] : 1.f) << c;
+    EXPECT_EQ(facing.sigma_mixed[c], is_learned ? all.sigma_mixed[c] : 1.f) << c;
+  }
+}
+
+/// Whatever normal of the cone a point has, no light of a block that is left out is above its
+/// horizon; and some are left out, though most cells are around the bright part of this sky.
+TEST(CellBlocks, LeaveOutNothingThatIsFaced) {
+  RenderContext context({});
+  const Sky sky;
+  uint64_t state = 1;
+  const auto random = [&state] { return to_unit_float(static_cast<uint32_t>(hash_words(++state))); };
+  const auto direction = [&] { return square_to_uniform_sphere(Vec2(random(), random())); };
+  for (const uint32_t count : {1u, 40u, 512u, 3000u}) {
+    const DistantCells cells(sky, sky.grid(), count, context);
+    const CellPoints points = cells.draw_points(1u << 14, 1, context);
+    size_t left_out = 0, all = 0;
+    for (int trial = 0; trial < 60; ++trial) {
+      const Vec3 mean = direction();
+      const float sine = trial % 3 == 0 ? 0.f : trial % 3 == 1 ? 0.3f * random() : 1.2f * random();
+      std::vector<uint32_t> blocks;
+      cells.blocks().find_facing(mean, sine, blocks);
+      ASSERT_TRUE(std::is_sorted(blocks.begin(), blocks.end()));
+      ASSERT_TRUE(blocks.empty() || blocks.back() < cells.blocks().size());
+      std::vector<bool> faces(cells.blocks().size());
+      for (const uint32_t block : blocks) faces[block] = true;
+      if (sine >= 1) {
+        EXPECT_EQ(blocks.size(), faces.size());
+      }
+      for (const CellPoint& point : points.points) {
+        if (faces[point.cell / kBlockLanes]) continue;
+        // The highest that the direction is above any horizon of the cone: at its own side.
+        EXPECT_LE(glm::dot(mean, point.d), -sine) << count;
+      }
+      if (count < 512 || sine > 0.1f) continue;
+      all += faces.size();
+      left_out += faces.size() - blocks.size();
+    }
+    if (count >= 512) {
+      EXPECT_GT(static_cast<double>(left_out), 0.15 * static_cast<double>(all)) << count;
+    }
+  }
+}
 
 TEST(CellNeighbours, AreTheNearestCells) {
   RenderContext context({});

@@ -68,6 +68,7 @@ DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, 
   for (auto& v : edges_) resize(v);
   const GridIntegrals integrals(grid_);
   context.parallel_for(size_, [&](size_t i) { describe(static_cast<uint32_t>(i), integrals); });
+  blocks_ = CellBlocks(*this);
 }
 
 Vec3 DistantCells::direction(double column, double row) const {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "clustered/cells/cell_blocks.h"
 #include "kinome/color.h"
 #include "kinome/environment_grid.h"
 #include "kinome/math.h"
@@ -74,6 +75,7 @@ class DistantCells {
   /// sin phi0, cos phi0, sin phi1, cos phi1, cos theta0, sin theta0, cos theta1, sin theta1 of each
   /// cell's rectangle in local space: for the exact test against a horizon.
   const std::array<std::vector<float>, 8>& edges() const { return edges_; }
+  const CellBlocks& blocks() const { return blocks_; }
   Vec3 to_local(const Vec3& d) const { return d * grid_.to_world; }
 
   /// About `count` points, in each cell a power of two of them, and at least four: Owen-scrambled
@@ -139,6 +141,7 @@ class DistantCells {
   std::array<std::vector<float>, 3> axis_;
   std::vector<float> radius_;
   std::array<std::vector<float>, 8> edges_;
+  CellBlocks blocks_;
 };
 
 /// Cells that the sampler can number: an index shares 16 bits with one of visibility.

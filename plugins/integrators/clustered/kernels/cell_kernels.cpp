@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "clustered/kernels/lane_blocks.h"
 #include "kinome/wide/vectors.h"
 
 namespace kinome::simd {
@@ -81,8 +82,9 @@ void PatchCells::reserve(size_t padded_cells) {
   ids_.resize(2 * stride_);
 }
 
-void classify_cells(const CellColumns& cells, const float local_normal[3], float sine,
-                    const CellKnowledge& knowledge, const float* transmittance, PatchCells& patch) {
+void classify_cells(const CellColumns& cells, std::span<const uint32_t> blocks,
+                    const float local_normal[3], float sine, const CellKnowledge& knowledge,
+                    const float* transmittance, PatchCells& patch) {
   patch.reserve(cells.count);
   Float control[9];
   for (Float& c : control) c = 0.f;
@@ -90,7 +92,7 @@ void classify_cells(const CellColumns& cells, const float local_normal[3], float
   uint32_t* const ids = patch.ids();
   // Mixed ids are kept behind all that could be above, and moved up in the end.
   uint32_t* const mixed_ids = ids + cells.count + kCellLanes;
-  wide::for_lanes(cells.count, [&](size_t i) {
+  wide::for_lanes_of_blocks(blocks, [&](size_t i) {
     const auto of = [&](const float* column) { return Float::load(column + i); };
     const Range range = cosine_range(local_normal, [&](int k) { return of(cells.edges[k]); });
     const Float flux = of(cells.flux);

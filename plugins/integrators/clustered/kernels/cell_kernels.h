@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kinome/columns.h"
@@ -78,10 +79,12 @@ struct CellKnowledge {
 };
 
 /// Sorts the cells for a patch of normals within an angle of `sine` around `local_normal` (in the
-/// cells' own space). Visibility multiplies `transmittance`, a factor
+/// cells' own space). `blocks`: those that aren't wholly below its horizon, kCellLanes cells each.
+/// Visibility multiplies `transmittance`, a factor
 /// of the diffuse reflection for each cell (nullptr: 1), in control and sigma.
-void classify_cells(const CellColumns& cells, const float local_normal[3], float sine,
-                    const CellKnowledge& knowledge, const float* transmittance, PatchCells& patch);
+void classify_cells(const CellColumns& cells, std::span<const uint32_t> blocks,
+                    const float local_normal[3], float sine, const CellKnowledge& knowledge,
+                    const float* transmittance, PatchCells& patch);
 
 /// Normals of a group of points: their mean, and the sine of the cone around it that holds them.
 struct GroupNormal {

@@ -1,8 +1,18 @@
 #include "clustered/product/cell_light.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace kinome {
+namespace {
+
+constexpr double kRaysPerPoint = 128, kLeastPoints = 1 << 13, kMostPoints = 1 << 15;
+
+}  // namespace
+
+uint32_t CellLight::points_for(double rays) {
+  return static_cast<uint32_t>(std::clamp(rays / kRaysPerPoint, kLeastPoints, kMostPoints));
+}
 
 CellLight::CellLight(const DistantCells& distant, const Emitter* sky, CellPoints distant_points,
                      const LocalLight* local_light, LocalPoints points_of_local)

@@ -10,8 +10,9 @@ namespace kinome {
 /// first, those of local light from first_local() on. Immutable; thread-safe. What it is made of
 /// must outlive it.
 struct CellLight {
-  /// About so many points fit a core's own cache, and fewer or more do no better.
-  static constexpr uint32_t kPoints = 1u << 15;
+  /// Points that do for so many rays: fewer would be noise that rays share. The most fit a core's
+  /// own cache, and more do no better.
+  static uint32_t points_for(double rays);
   const DistantCells& cells;
   const Emitter* environment;  ///< nullptr: there is none
   CellPoints points;

@@ -14,6 +14,8 @@ namespace {
 constexpr uint16_t kPilotPrimaries = 4;
 /// As many as the pilot sends from the tiles that a patch learns from.
 constexpr uint32_t kPilotRays = 25 * kTileSide * kTileSide * 3 * kPilotPrimaries;
+/// Of each of them, in sixteenths: all are those of one patch, at worst.
+constexpr uint32_t kRecordWeight = std::min(16u, VisibilityLearner::kMostWeight / kPilotRays);
 constexpr uint16_t kPrimaries = 16;
 /// Teeth of a comb that tells each cell's share of the rays.
 constexpr uint32_t kShares = 1u << 16;
@@ -108,7 +110,7 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
   const uint64_t seed = key_seed(context, sensor.sampler());
   const auto local = make_local_light(scene, sensor, settings, seed, context);
   CellPoints distant_points;
-  if (cells.size() > 0) distant_points = cells.draw_points(CellLight::kPoints, seed, context);
+  if (cells.size() > 0) distant_points = cells.draw_points(CellLight::points_for(kInfinity), seed, context);
   LocalPoints local_points;
   if (local) local_points = local->draw(hash_words(seed, 6), context);
   const CellLight light(cells, scene.environment(), std::move(distant_points), local.get(),
@@ -144,7 +146,7 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
   VisibilityLearner learner(padded, &neighbours);
   for (size_t p = 0; p < pilot.size(); ++p) {
     learner.begin();
-    learner.add(pilot[p], 16);
+    learner.add(pilot[p], kRecordWeight);
     learner.finish(visibility[p]);
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "clustered/kernels/lane_blocks.h"
 #include "clustered/product/spread.h"
 
 namespace kinome {
@@ -12,20 +13,15 @@ namespace {
 /// mean normal reflects of a cell at the horizon is too far from what others do.
 constexpr float kFlatCosine = 0.999f;
 
-/// Of a cone's half angle; beyond a right angle all cells may straddle a horizon.
-inline float cone_sine(float cosine) {
-  return cosine > 0 ? safe_sqrt(1 - std::min(cosine * cosine, 1.f)) : 2.f;
-}
-
-/// Of each cell's mean direction.
+/// Of the mean direction of each cell of these blocks.
 void find_transmittance(const CellLight& light, const Patch& patch,
-                        Column<float>& transmittance) {
+                        std::span<const uint32_t> blocks, Column<float>& transmittance) {
   const float* const table = patch.transmittance();
   const auto& axis = light.columns.axis;
   transmittance.resize(light.columns.count);
   using namespace wide;
   const wide::Vec3 normal(patch.normal);
-  for_lanes(transmittance.size(), [&](size_t c) {
+  for_lanes_of_blocks(blocks, [&](size_t c) {
     const wide::Vec3 toward(Float::load(axis[0] + c), Float::load(axis[1] + c),
                             Float::load(axis[2] + c));
     tabulated(table, dot(normal, toward)).store(&transmittance[c]);
@@ -73,11 +69,12 @@ void find_straddling(const CellLight& light, const Patch& patch, uint64_t seed,
 
 void prepare_patch(const CellLight& light, const Patch& patch, const Visibility& visibility,
                    PreparedPatch& out, uint64_t seed) {
+  const float sine = cone_sine(patch.cone_cosine);
+  light.cells.blocks().find_facing(patch.normal, sine, out.blocks);
   out.transmittance.clear();
-  if (patch.transmittance()) find_transmittance(light, patch, out.transmittance);
+  if (patch.transmittance()) find_transmittance(light, patch, out.blocks, out.transmittance);
   const Vec3 local = light.cells.to_local(patch.normal);
-  simd::classify_cells(light.columns, &local.x, cone_sine(patch.cone_cosine),
-                       visibility.knowledge(),
+  simd::classify_cells(light.columns, out.blocks, &local.x, sine, visibility.knowledge(),
                        out.transmittance.empty() ? nullptr : out.transmittance.data(), out.cells);
   out.cells.is_flat = light.horizon_terms && patch.cone_cosine > kFlatCosine;
   if (out.cells.is_flat) find_straddling(light, patch, seed, out.cells);

@@ -10,7 +10,8 @@ namespace kinome {
 /// The cells of distant light as one patch sees them, with what was learned of them.
 struct PreparedPatch {
   simd::PatchCells cells;
-  Column<float> transmittance;  ///< Patch::transmittance toward each cell; empty: 1
+  std::vector<uint32_t> blocks;  ///< of CellBlocks: those that the patch faces
+  Column<float> transmittance;   ///< Patch::transmittance toward each of their cells; empty: 1
 };
 
 /// Sorts the cells into those above the patch's horizon, and those that may straddle it. `seed`:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -52,6 +53,12 @@ struct Patch {
   float eye_rays = 0.5f;
   bool trust = true;  ///< false: v is of no use to the glossy lobe
 };
+
+/// Sine of a cone's half angle; 2 where that is a right angle or more: whatever faces any normal
+/// may face one of these.
+inline float cone_sine(float cosine) {
+  return cosine > 0 ? safe_sqrt(1 - std::min(cosine * cosine, 1.f)) : 2.f;
+}
 
 inline bool is_microfacet(const BsdfForm& form) {
   return form.glossy == BsdfForm::Glossy::kBeckmann || form.glossy == BsdfForm::Glossy::kGgx;

@@ -260,11 +260,14 @@ void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan,
                   {&colours, diagnostics ? &*diagnostics : nullptr});
 }
 
-CellLight ProductRenderer::make_light(uint64_t seed) const {
+CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel) const {
   const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
   const uint64_t own = hash_words(seed_, seed);
   CellPoints points;
-  if (cells_.size() > 0) points = cells_.draw_points(CellLight::kPoints, own, context_);
+  if (cells_.size() > 0) {
+    points = cells_.draw_points(CellLight::points_for(rays_per_pixel * grid_.crop().area()), own,
+                                context_);
+  }
   LocalPoints local_points;
   if (local_) local_points = local_->draw(hash_words(own, 1), context_);
   CellLight light(cells_, scene_.environment(), std::move(points), local_.get(),
@@ -284,7 +287,7 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   effort.rays = effort.primaries == 1 ? kPilotRaysOfOne : kPilotRays * effort.primaries;
   const uint32_t rays = effort.primaries + effort.rays;
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
-  const CellLight light = make_light(0);
+  const CellLight light = make_light(0, rays);
   const auto forecast =
       Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_)
           .learn(light, effort, rays / std::max<double>(rays_per_pixel, 1), knowledge_);
@@ -350,7 +353,7 @@ void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, 
     const double part = (1 - progress_begin) / static_cast<double>(passes);
     const double begin = progress_begin + part * static_cast<double>(i);
     context_.set_progress_range(begin, begin + part);
-    pass(make_light(1 + pass_), plan, hash_words(seed_, kPassSeed, pass_), weight);
+    pass(make_light(1 + pass_, rays), plan, hash_words(seed_, kPassSeed, pass_), weight);
   }
   context_.set_progress_range(0, 1);
 }

@@ -38,7 +38,7 @@ class ProductRenderer final : public Passes {
   struct Worker;
 
   Primaries::View view() const;
-  CellLight make_light(uint64_t seed) const;
+  CellLight make_light(uint64_t seed, double rays_per_pixel) const;
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   /// `is_last`: nothing is rendered after this.
   void render_rays(double rays_per_pixel, double progress_begin, bool is_last);

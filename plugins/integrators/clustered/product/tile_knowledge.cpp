@@ -18,6 +18,29 @@ constexpr float kTrust = 0.1f;
 /// One in so many tiles is asked.
 constexpr uint64_t kTilesForOneThatTells = 2;
 
+/// A tile that others learn from, and what each of its records weighs, in sixteenths.
+struct Nearby {
+  int dx, dy;
+  uint32_t weight;
+};
+/// Those that weigh something.
+const std::vector<Nearby>& tiles_nearby() {
+  static const std::vector<Nearby> all = [] {
+    constexpr int kReach = TileKnowledge::kReach;
+    std::vector<Nearby> found;
+    for (int dy = -kReach; dy <= kReach; ++dy) {
+      for (int dx = -kReach; dx <= kReach; ++dx) {
+        const auto squared = static_cast<float>((dx * dx + dy * dy) * kTileSide * kTileSide);
+        const float weight = std::exp(-0.5f * squared / sqr(kReachDeviation));
+        const auto units = static_cast<uint32_t>(std::lround(16 * weight));
+        if (units > 0) found.push_back({dx, dy, units});
+      }
+    }
+    return found;
+  }();
+  return all;
+}
+
 uint8_t byte_of(float share) {
   return static_cast<uint8_t>(static_cast<int32_t>(share * 255 + 0.5f));
 }
@@ -41,6 +64,7 @@ struct Learned {
 TileKnowledge::TileKnowledge(const TileGrid& grid, const DistantCells& cells,
                              const LocalLight* local, const ProductSettings& settings)
     : grid_(grid),
+      cells_(cells),
       settings_(settings),
       padded_cells_(cells.padded_size() + (local ? local->padded_size() : 0)),
       first_lamp_(cells.padded_size()),
@@ -59,39 +83,39 @@ void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord
   for (size_t p = 0; p < tile.patches.size(); ++p) count += found[p].size();
   tile.records.clear();
   tile.records.reserve(count);
+  tile.sources.clear();
   for (size_t p = 0; p < tile.patches.size(); ++p) {
-    tile.patches[p].first_record = static_cast<uint32_t>(tile.records.size());
+    Patch& patch = tile.patches[p];
+    patch.first_record = static_cast<uint32_t>(tile.records.size());
     tile.records.insert(tile.records.end(), found[p].begin(), found[p].end());
-    tile.patches[p].end_record = static_cast<uint32_t>(tile.records.size());
+    patch.end_record = static_cast<uint32_t>(tile.records.size());
+    if (found[p].empty()) continue;
+    tile.sources.push_back({patch.bsdf, patch.normal, patch.position, patch.first_record,
+                            patch.end_record - patch.first_record});
   }
 }
 
 /// From the pilot's records of the tiles around, on surfaces that go on as the patch does.
-void TileKnowledge::add_records(int index, const Patch& patch, VisibilityLearner& learner,
-                                Own own) const {
+void TileKnowledge::learn_from_around(int index, const Patch& patch, VisibilityLearner& learner,
+                                      Visibility& out, Own own) const {
+  learner.begin();
   const int tx = index % grid_.tiles_x(), ty = index / grid_.tiles_x();
-  for (int dy = -kReach; dy <= kReach; ++dy) {
-    for (int dx = -kReach; dx <= kReach; ++dx) {
-      const int x = tx + dx, y = ty + dy;
-      if (x < 0 || y < 0 || x >= grid_.tiles_x() || y >= grid_.tiles_y()) continue;
-      if (dx == 0 && dy == 0 && own == Own::kLeftOut) continue;
-      const auto squared = static_cast<float>((dx * dx + dy * dy) * kTileSide * kTileSide);
-      const float weight = std::exp(-0.5f * squared / sqr(kReachDeviation));
-      const auto units = static_cast<uint32_t>(std::lround(16 * weight));
-      if (units == 0) continue;
-      const Tile& tile = tiles_[static_cast<size_t>(y) * grid_.tiles_x() + x];
-      for (const Patch& other : tile.patches) {
-        if (other.bsdf != patch.bsdf || glm::dot(other.normal, patch.normal) < kLearnCosine ||
-            std::abs(glm::dot(other.position - patch.position, patch.normal)) >
-                kLearnPlanes * patch.tolerance) {
-          continue;
-        }
-        learner.add(std::span(tile.records)
-                        .subspan(other.first_record, other.end_record - other.first_record),
-                    units);
+  for (const Nearby& nearby : tiles_nearby()) {
+    const int x = tx + nearby.dx, y = ty + nearby.dy;
+    if (x < 0 || y < 0 || x >= grid_.tiles_x() || y >= grid_.tiles_y()) continue;
+    if (own == Own::kLeftOut && nearby.dx == 0 && nearby.dy == 0) continue;
+    const Tile& tile = tiles_[static_cast<size_t>(y) * grid_.tiles_x() + x];
+    for (const Source& source : tile.sources) {
+      if (source.bsdf != patch.bsdf || glm::dot(source.normal, patch.normal) < kLearnCosine ||
+          std::abs(glm::dot(source.position - patch.position, patch.normal)) >
+              kLearnPlanes * patch.tolerance) {
+        continue;
       }
+      learner.add(std::span(tile.records).subspan(source.first_record, source.records),
+                  nearby.weight);
     }
   }
+  learner.finish(cells_.blocks(), patch.normal, cone_sine(patch.cone_cosine), out);
 }
 
 /// Some tiles tell how well what is around them foresees what their own rays found.
@@ -101,9 +125,7 @@ void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibilit
   const Tile& tile = tiles_[index];
   for (const Patch& patch : tile.patches) {
     if (patch.first_record == patch.end_record) continue;
-    learner.begin();
-    add_records(index, patch, learner, Own::kLeftOut);
-    learner.finish(scratch);
+    learn_from_around(index, patch, learner, scratch, Own::kLeftOut);
     for (uint32_t i = patch.first_record; i < patch.end_record; ++i) {
       const uint32_t cell = tile.records[i].cell();
       sigma_check_.tell(scratch.v[cell], scratch.sigma[cell], tile.records[i].visible());
@@ -120,9 +142,7 @@ void TileKnowledge::begin_learning(int index) {
 void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner, Visibility& out) {
   Tile& tile = tiles_[index];
   Patch& patch = tile.patches[p];
-  learner.begin();
-  add_records(index, patch, learner);
-  learner.finish(out);
+  learn_from_around(index, patch, learner, out);
   if (remembers()) {
     uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
     for (size_t c = 0; c < padded_cells_; ++c) {
@@ -180,9 +200,8 @@ void TileKnowledge::restore(int index, size_t p, Patch& patch, VisibilityLearner
     }
     return;
   }
-  learner.begin();
-  add_records(index, patch, learner);
-  learner.finish(out);
+  // Later points may have widened the patch's cone: what was known of it stays the same.
+  learn_from_around(index, is_of_pilot ? tile.patches[p] : patch, learner, out);
   if (!is_of_pilot) {
     patch.trust = !is_sharp(patch);
     return;

@@ -60,8 +60,15 @@ class TileKnowledge {
   void restrict(const Patch& patch, Visibility& visibility) const;
 
  private:
+  /// Of a patch with records, what decides who learns from it: all that patches around look at.
+  struct Source {
+    const Bsdf* bsdf;
+    Vec3 normal, position;
+    uint32_t first_record, records;
+  };
   struct Tile {
     std::vector<Patch> patches;
+    std::vector<Source> sources;
     std::vector<VisibilityRecord> records;
     /// Of each patch: v, then the root of sigma, of each cell, in 8 bits. Empty where the picture
     /// is so large that each pass learns them again.
@@ -76,11 +83,12 @@ class TileKnowledge {
                Visibility& out) const;
   void learn_patch(int tile, size_t index, VisibilityLearner& learner, Visibility& out);
   enum class Own { kTaken, kLeftOut };
-  void add_records(int tile, const Patch& patch, VisibilityLearner& learner,
-                   Own own = Own::kTaken) const;
+  void learn_from_around(int tile, const Patch& patch, VisibilityLearner& learner,
+                         Visibility& out, Own own = Own::kTaken) const;
   void find_trust(const Tile& tile, Patch& patch, const Visibility& visibility) const;
 
   const TileGrid& grid_;
+  const DistantCells& cells_;
   const ProductSettings& settings_;
   size_t padded_cells_;
   uint32_t first_lamp_, end_lamps_;  ///< cells of lamps

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "clustered/kernels/lane_blocks.h"
 #include "kinome/render_context.h"
 #include "kinome/wide/vectors.h"
 
@@ -10,8 +12,9 @@ namespace kinome {
 namespace {
 
 constexpr size_t kFanOut = 8;
-/// Counts are in sixteenths of a record.
+/// Counts are in sixteenths of a record, and take half of a word each.
 constexpr float kUnit = 1 / 16.f;
+constexpr int kHalf = 16;
 /// How many records a parent's share counts as.
 constexpr float kShrinkage = 2;
 /// The same of the share around a cell.
@@ -24,6 +27,14 @@ constexpr float kSnap = 0.05f;
 constexpr float kLeastVariance = 1e-4f;
 constexpr float kDoubt = 0.0015f;
 constexpr float kMixedDoubt = 0.01f;
+
+/// Records of counts, and those of them that saw light.
+wide::Float all_of(wide::Uint counts) {
+  return kUnit * to_float(wide::as_uint(wide::as_int(counts) & wide::Int(VisibilityLearner::kMostWeight)));
+}
+wide::Float visible_of(wide::Uint counts) {
+  return kUnit * to_float(wide::shift_right<kHalf>(counts));
+}
 
 }  // namespace
 
@@ -71,50 +82,54 @@ CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& c
 }
 
 VisibilityLearner::VisibilityLearner(size_t padded_cells, const CellNeighbours* neighbours)
-    : neighbours_(neighbours), all_(padded_cells + kBlockLanes), visible_(all_.size()) {
+    : neighbours_(neighbours),
+      counts_(padded_cells + kBlockLanes),
+      all_blocks_(padded(padded_cells) / kBlockLanes) {
+  std::iota(all_blocks_.begin(), all_blocks_.end(), 0u);
   for (size_t size = padded_cells; size > 1;) {
     size = (size + kFanOut - 1) / kFanOut;
-    levels_.push_back({std::vector<uint32_t>(size), std::vector<uint32_t>(size),
-                       std::vector<float>(size)});
+    levels_.push_back({std::vector<Count>(size), std::vector<float>(size)});
   }
 }
 
 void VisibilityLearner::begin() {
-  std::fill(all_.begin(), all_.end(), 0u);
-  std::fill(visible_.begin(), visible_.end(), 0u);
+  std::fill(counts_.begin(), counts_.end(), 0u);
+  weight_ = 0;
 }
 
 void VisibilityLearner::add(std::span<const VisibilityRecord> records, uint32_t weight) {
+  if (weight == 0) return;
+  records = records.first(std::min<size_t>(records.size(), (kMostWeight - weight_) / weight));
+  weight_ += static_cast<uint32_t>(records.size()) * weight;
   for (const VisibilityRecord record : records) {
-    all_[record.cell()] += weight;
-    visible_[record.cell()] += record.visible() ? weight : 0;
+    counts_[record.cell()] += record.visible() ? weight << kHalf | weight : weight;
   }
 }
 
+/// No half of a sum is more than kMostWeight.
 void VisibilityLearner::sum_up() {
-  const auto sum = [](const uint32_t* children, size_t count, std::vector<uint32_t>& nodes) {
+  const auto sum = [](const Count* children, size_t count, std::vector<Count>& nodes) {
     for (size_t i = 0; i < nodes.size(); ++i) {
-      uint32_t of_node = 0;
+      Count of_node = 0;
       const size_t end = std::min(count, (i + 1) * kFanOut);
       for (size_t k = i * kFanOut; k < end; ++k) of_node += children[k];
       nodes[i] = of_node;
     }
   };
-  size_t count = all_.size() - kBlockLanes;
-  const uint32_t *all = all_.data(), *visible = visible_.data();
+  size_t count = counts_.size() - kBlockLanes;
+  const Count* counts = counts_.data();
   for (Level& level : levels_) {
-    sum(all, count, level.all);
-    sum(visible, count, level.visible);
-    count = level.all.size();
-    all = level.all.data();
-    visible = level.visible.data();
+    sum(counts, count, level.counts);
+    count = level.counts.size();
+    counts = level.counts.data();
   }
 }
 
 void VisibilityLearner::share_down() {
   const auto share = [](const Level& level, size_t i, float above, float shrinkage) {
-    return (kUnit * static_cast<float>(level.visible[i]) + shrinkage * above) /
-           (kUnit * static_cast<float>(level.all[i]) + shrinkage);
+    const Count count = level.counts[i];
+    return (kUnit * static_cast<float>(count >> kHalf) + shrinkage * above) /
+           (kUnit * static_cast<float>(count & kMostWeight) + shrinkage);
   };
   levels_.back().share[0] = share(levels_.back(), 0, 0.5f, 1);
   for (size_t k = levels_.size() - 1; k-- > 0;) {
@@ -126,16 +141,26 @@ void VisibilityLearner::share_down() {
 }
 
 void VisibilityLearner::finish(Visibility& out) {
+  finish(all_blocks_, out);
+}
+
+void VisibilityLearner::finish(const CellBlocks& blocks, const Vec3& normal, float sine,
+                               Visibility& out) {
+  blocks.find_facing(normal, sine, facing_);
+  facing_.insert(facing_.end(), all_blocks_.begin() + static_cast<ptrdiff_t>(blocks.size()),
+                 all_blocks_.end());
+  finish(facing_, out);
+}
+
+void VisibilityLearner::finish(std::span<const uint32_t> blocks, Visibility& out) {
+  if (blocks.size() < all_blocks_.size() || weight_ == 0) out.reset();
+  if (weight_ == 0) return;
   sum_up();
-  if (levels_.back().all[0] == 0) {
-    out.reset();
-    return;
-  }
   share_down();
   using namespace wide;
-  for_lanes(out.v.size(), [&](size_t c) {
-    const Float all = kUnit * to_float(Uint::load(&all_[c]));
-    const Float visible = kUnit * to_float(Uint::load(&visible_[c]));
+  for_lanes_of_blocks(blocks, [&](size_t c) {
+    const Uint count = Uint::load(&counts_[c]);
+    const Float all = all_of(count), visible = visible_of(count);
     const Float p = (visible + kShrinkage * prior(c)) / (all + kShrinkage);
     const Float v = clamp((p - kSnap) / (1 - 2 * kSnap), Float(0.f), Float(1.f));
     const Float left = max(p - 2.f * p * v + v * v, Float(0.f));
@@ -151,14 +176,12 @@ wide::Float VisibilityLearner::prior(size_t first) const {
   const Int cell = iota() + Int(static_cast<int32_t>(first));
   const Float parent = gather(levels_.front().share.data(), shift_right<3>(cell));
   if (!neighbours_ || first >= neighbours_->of[0].size()) return parent;
-  Uint all(0u), visible(0u);
+  Uint around(0u);
   for (const Column<int32_t>& neighbour : neighbours_->of) {
-    const Int k = Int::load(&neighbour[first]);
-    all += gather(all_.data(), k);
-    visible += gather(visible_.data(), k);
+    around += gather(counts_.data(), Int::load(&neighbour[first]));
   }
-  return (kUnit * to_float(visible) + kNeighbourShrinkage * parent) /
-         (kUnit * to_float(all) + kNeighbourShrinkage);
+  return (visible_of(around) + kNeighbourShrinkage * parent) /
+         (all_of(around) + kNeighbourShrinkage);
 }
 
 }  // namespace kinome

@@ -49,28 +49,39 @@ CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& c
 /// (shrinkage up a tree of fan-out 8).
 class VisibilityLearner {
  public:
+  /// The most that all records together may weigh: 4,095 whole ones.
+  static constexpr int32_t kMostWeight = 0xffff;
+
   /// Without `neighbours`, cells lean on the tree alone; else they must outlive the learner.
   explicit VisibilityLearner(size_t padded_cells, const CellNeighbours* neighbours = nullptr);
   void begin();
-  /// Each record counts `weight` / 16.
+  /// Each record counts `weight` / 16. What would exceed kMostWeight is left out.
   void add(std::span<const VisibilityRecord> records, uint32_t weight);
   /// Without any record: nothing is known.
   void finish(Visibility& out);
+  /// Of cells that a patch of such normals (CellBlocks::find_facing) may face alone, those behind
+  /// `blocks` included; of others, nothing is known.
+  void finish(const CellBlocks& blocks, const Vec3& normal, float sine, Visibility& out);
 
  private:
+  /// Records of a cell or node, in 1/16 of one: all of them in the lower half, those that saw light
+  /// in the upper one.
+  using Count = uint32_t;
   /// Of a level's nodes, each the sum of 8 of the level below.
   struct Level {
-    std::vector<uint32_t> all, visible;
+    std::vector<Count> counts;
     std::vector<float> share;  ///< what is visible, by what is known of the nodes above
   };
   void sum_up();
   void share_down();
   wide::Float prior(size_t first) const;
+  void finish(std::span<const uint32_t> blocks, Visibility& out);
   const CellNeighbours* neighbours_;
-  /// Cell by cell, in 1/16 of a record; zeros behind them, to which neighbours that there aren't
-  /// point.
-  Column<uint32_t> all_, visible_;
-  std::vector<Level> levels_;  ///< the last one is the root alone
+  /// Cell by cell; zeros behind them, to which neighbours that there aren't point.
+  Column<Count> counts_;
+  uint32_t weight_ = 0;              ///< of all records
+  std::vector<Level> levels_;        ///< the last one is the root alone
+  std::vector<uint32_t> all_blocks_, facing_;
 };
 
 }  // namespace kinome
