@@ -5,11 +5,15 @@
 #   sh validation/run.sh [correctness|benchmark|report] [SCENE|GROUP|all...]
 #                        [--quick] [--fresh] [--output FOLDER] [--build FOLDER]
 #   sh validation/run.sh benchmark [SCENE|GROUP...] --scenes-for 15m [...]
+#   sh validation/run.sh maps [SCENE...] [--spp N] [...]
 #   sh validation/run.sh engine [PART...] [SCENE|GROUP...] [--minutes N] [--sampler NAME] [...]
 #
 # engine: nanoseconds a sample of ours and of Mitsuba's llvm_ad_rgb, and what else its goals name.
 # Ends with validation/engine/. Begins no measurement that would end after 10 minutes; the same
 # command then goes on. --build: the program of that build folder, which is not built.
+#
+# maps: where the error of clustered by product lies, pixel by pixel and by classes of pixels, on six
+# scenes, in 5 minutes. Ends with validation/maps/. Needs no Mitsuba.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are taken only if
 # asked for; all: these and the rest, 26.
@@ -73,15 +77,17 @@ if [ "$modes" != report ]; then
   fi
   kinome_packages="$kinome_packages $kinome_report_packages $kinome_compare_packages python3-venv"
   kinome_install_packages
-  # Mitsuba's llvm variants need it; without, they are left out.
-  (kinome_packages=libllvm19 && kinome_install_packages) ||
-    echo "validation: no libllvm19: Mitsuba's llvm variants are left out" >&2
   if [ -z "$given" ]; then
     kinome_configure
     ninja -C "$build" kinome_renderer
   fi
   "$kinome_python" "$root/scenes/make_assets.py"
-  environment "$build/validation/mitsuba" "$root/validation/requirements.txt" Mitsuba
+  if [ "$modes" != maps ]; then
+    # Mitsuba's llvm variants need it; without, they are left out.
+    (kinome_packages=libllvm19 && kinome_install_packages) ||
+      echo "validation: no libllvm19: Mitsuba's llvm variants are left out" >&2
+    environment "$build/validation/mitsuba" "$root/validation/requirements.txt" Mitsuba
+  fi
   case " $modes " in
     *" benchmark "*) environment "$build/validation/cycles" \
       "$root/validation/requirements-cycles.txt" "Cycles (bpy)" ;;

@@ -8,14 +8,15 @@ from .schedule import duration
 from .tables import ALL_WORD, ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SCENES, named
 
 MODES = ("correctness", "benchmark", "report")
-ENGINE = "engine"  # only if it is named
-WORDS = (*MODES, ENGINE)
+ENGINE, MAPS = "engine", "maps"  # only if they are named
+WORDS = (*MODES, ENGINE, MAPS)
 DESCRIPTION = """\
 Compares Kinome with Mitsuba 3 (and Blender's Cycles where it can): correctness, then time against
 error, then a page of both. Without a mode, all three. `engine`, only if named: nanoseconds a sample
-beside Mitsuba's llvm_ad_rgb, and what else its goals name. What was measured before is not measured
-again. Exit status: 0 all well; 1 a comparison is red; 2 something was left out, as the lines say,
-or a bad argument; 3 another run is at work in the same build folder; 130 or 143 interrupted."""
+beside Mitsuba's llvm_ad_rgb, and what else its goals name. `maps`, only if named: where the error
+of clustered by product lies. What was measured before is not measured again (but for maps). Exit
+status: 0 all well; 1 a comparison is red; 2 something was left out, as the lines say, or a bad
+argument; 3 another run is at work in the same build folder; 130 or 143 interrupted."""
 
 
 def time_given(text):
@@ -32,8 +33,9 @@ def parse(arguments=None):
     parser.add_argument("words", nargs="*", metavar="MODE, PART or SCENE",
                         help=f"first a mode ({', '.join(WORDS)}), then scenes or groups of them "
                              f"({', '.join(GROUP_WORDS)}; {ALL_WORD}: all 26), of engine also "
-                             f"parts ({', '.join(ENGINE_PARTS)}); default: all modes but engine, "
-                             "all parts, and all scenes but those that are made for asking")
+                             f"parts ({', '.join(ENGINE_PARTS)}); default: all modes but engine "
+                             "and maps, all parts, and all scenes but those that are made for "
+                             "asking (maps: six)")
     parser.add_argument("--scenes", metavar="A,B", default="", help="the same as scenes as words")
     parser.add_argument("--quick", action="store_true",
                         help="smaller pictures, fewer seeds and scenes: at most 10 minutes")
@@ -45,8 +47,8 @@ def parse(arguments=None):
                              "time (90s, 15m, 2h), first what this program wasn't measured on, "
                              "then what is oldest; the same command goes on")
     parser.add_argument("--output", type=pathlib.Path, metavar="FOLDER",
-                        help="where the page goes; default: validation/report or "
-                             "validation/engine, quick: out/report or out/engine")
+                        help="where the page goes; default: validation/report, engine or "
+                             "maps, quick: the same in out")
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build", metavar="FOLDER",
                         help="measure the program of that build folder, as it is; default: build, "
                              "which is brought up to date")
@@ -55,6 +57,8 @@ def parse(arguments=None):
                              "goes on; default: %(default)g")
     parser.add_argument("--sampler", default="ldsampler", metavar="NAME",
                         help="engine: of both programs; default: %(default)s")
+    parser.add_argument("--spp", type=int, metavar="N",
+                        help="maps: samples a pixel; default: 16")
     parser.add_argument("--work", type=pathlib.Path, help=argparse.SUPPRESS)
     parser.add_argument("--check", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_intermixed_args(arguments)
@@ -85,7 +89,13 @@ def parse(arguments=None):
         options.words = options.words or named([ALL_WORD])
     if options.fresh and options.modes == ("report",):
         parser.error("--fresh is for what measures, and a report doesn't")
-    name = ENGINE if options.modes == (ENGINE,) else "report"
+    if options.spp is not None and (options.modes != (MAPS,) or options.spp < 1):
+        parser.error("--spp is for maps, and 1 at least")
+    options.spp = options.spp or 16
+    if options.modes == (MAPS,) and options.words and not timed & set(options.words):
+        parser.error(f'no maps of {", ".join(options.words)}: there are some of '
+                     f'{", ".join(sorted(timed))}')
+    name = options.modes[0] if options.modes[0] in (ENGINE, MAPS) else "report"
     options.output = options.output or ROOT / ("out" if options.quick else "validation") / name
     if name in options.modes:
         reason = unwritable(options.output)

@@ -8,7 +8,7 @@ import numpy as np
 
 from compare.output import whole
 from compare.packages import use_packages
-from program import commit, machine
+from program import RenderFailed, commit, machine
 
 from . import page, summary
 from .correctness import FAMILY_ALPHA, Correctness, alpha_for, plan
@@ -146,6 +146,27 @@ class Session:
         print("\n".join(summary.markdown(*engine_page.goals(rows))))
         self.log.say(f"wrote {options.output / 'README.md'}")
 
+    def maps(self):
+        from . import maps, maps_page
+        options, size = self.options, self.effort.size
+        work = maps.Maps(self.kinome, size if options.quick else self.effort.timed_size,
+                         options.spp, self.folder / "maps", self.log)
+        options.output.mkdir(parents=True, exist_ok=True)
+        path = options.output / "maps.json"
+        for scene in chosen(options.words or maps.SCENES, self.effort):
+            try:
+                one = work.scene(scene)
+            except (Problem, RenderFailed) as reason:
+                self.log.problem(reason)
+                continue
+            with whole(options.output / f"{scene.name}.png") as file:
+                file.write(maps_page.figure(scene.name, one))
+            found = (read_json(path) or {}) | {scene.name: maps_page.with_commit(one.figures)}
+            found = {s.name: found[s.name] for s in SCENES if s.name in found}
+            write_json(path, found)
+            write_whole(options.output / "README.md", maps_page.page(found))
+            self.log.say(f"wrote {options.output / 'README.md'}")
+
     def report(self):
         correctness = read_json(self.results / "correctness.json")
         benchmark = read_json(self.results / "benchmark.json")
@@ -160,7 +181,7 @@ class Session:
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
         told = read_json(self.results / "problems.json") or {}
         problems = [line for mode, lines in told.items()
-                    if mode != "engine"  # has a page of its own
+                    if mode not in ("engine", "maps")  # have pages of their own
                     for line in lines if not words or scene_of(line) in (None, *words)]
         problems += unmeasured(correctness, benchmark, self.effort, words)
         write_report(self.options.output, correctness, benchmark, problems,
