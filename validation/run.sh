@@ -13,7 +13,7 @@
 # command then goes on. --build: the program of that build folder, which is not built.
 #
 # maps: where the error of clustered by product lies, pixel by pixel and by classes of pixels, on six
-# scenes, in 5 minutes. Ends with validation/maps/. Needs no Mitsuba.
+# scenes, in 3 minutes. Ends with validation/maps/. Needs no Mitsuba.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are taken only if
 # asked for; all: these and the rest, 26.

@@ -237,20 +237,24 @@ class ScenesFor(InFolder):
         self.assertEqual(self.take(100, "2"), (["car", "grace"], ["hebe"]))
 
     def test_turns_are_forgotten_before_they_are_taken_again(self):
-        self.take(1e4, scenes=[HEBE])
         size = tables.FULL.timed_size(HEBE)
         turn = {"name": "hebe", "size": size, "renderer": "a", "seed": 1}
-        keys = [turn, turn | {"part": "search"}, turn | {"name": "car"}, turn | {"size": (1, 1)},
-                {"name": "hebe", "size": size, "startup": "a"}]
-        store = Store(self.folder / "store.jsonl")
-        for key in keys:
-            store.put(key, {"seconds": 1})
-        self.take(1e4, "2", scenes=[HEBE])  # interrupted, perhaps: what is there is by this program
-        self.assertIsNotNone(Store(store.path).get(turn))
-        self.take(1e4, "2", scenes=[HEBE])
-        store = Store(store.path)
-        self.assertEqual([store.get(key) is None for key in keys],
-                         [True, False, False, False, False])
+        keys = [turn, turn | {"program": "1"}, turn | {"part": "search"}, turn | {"name": "car"},
+                turn | {"size": (1, 1)}, {"name": "hebe", "size": size, "startup": "a"}]
+        path = self.folder / "store.jsonl"
+
+        def kept(program):
+            for key in keys:
+                Store(path).put(key, {"seconds": 1})
+            self.take(1e4, program, scenes=[HEBE])
+            store = Store(path)
+            return [store.get(key) is not None for key in keys]
+
+        # Begun by this program, and interrupted: it goes on.
+        self.assertEqual(kept("1"), [True] * 6)
+        # By another, or once more.
+        self.assertEqual(kept("2"), [False, False, True, True, True, True])
+        self.assertEqual(kept("1"), [False, False, True, True, True, True])
 
     def test_a_run_that_finds_all_in_the_store_tells_nothing(self):
         schedule = self.schedule()

@@ -90,11 +90,20 @@ class Schedule:
             return self.references.is_there(scene, self.effort.timed_size(scene))
         return part != "turns" and bool(self.history(scene))
 
+    def is_begun(self, scene):
+        """Has this program taken turns there, and not all of them?"""
+        return not self.is_measured(scene) and any(
+            self.is_turn(key, scene) and key.get("program") == self.program
+            for key, _ in self.store.items("renderer"))
+
+    def is_turn(self, key, scene):
+        return (key.get("name") == scene.name and "renderer" in key and "part" not in key
+                and list(key["size"]) == list(self.effort.timed_size(scene)))
+
     def forget_turns(self, scene):
-        """So that they are measured anew; reference and search are as good as they were."""
-        size = list(self.effort.timed_size(scene))
-        self.store.forget(lambda key: key.get("name") == scene.name and key.get("size") == size and
-                          "renderer" in key and "part" not in key)
+        """So that all renderers take theirs on one day; reference and search are as good as they
+        were."""
+        self.store.forget(lambda key: self.is_turn(key, scene))
 
     def run(self, scenes, end, measure, log):
         """Calls measure(scene) for those that end before time.monotonic() is `end`, by the
@@ -107,7 +116,7 @@ class Schedule:
                 left.append((scene, needs))
                 continue
             log.say(f"{scene.name}: will take about {needs:.0f} s of {end - start:.0f} s")
-            if self.is_measured(scene):
+            if not self.is_begun(scene):
                 self.forget_turns(scene)
             measure(scene)
             taken.append(f"{scene.name} {time.monotonic() - start:.0f} s")
