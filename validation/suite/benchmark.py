@@ -25,6 +25,8 @@ from .truth import own_error
 
 FINALISTS = 2  # the least number of Mitsuba's configurations that are measured in full
 FIRST_SEED = 1
+FEWEST_COUNTS = 3  # of samples, which make a slope; up to these a render may take longer,
+GRACE = 4  # by this factor
 SLOWER = 2  # times: a configuration whose variant is that much slower isn't tried any further
 FAR_SLOWER = 2.5  # times: its variant isn't tried with other samplers, either
 # Times the least work (relMSE x seconds) so far: such a configuration isn't tried any further. By
@@ -222,6 +224,8 @@ class Benchmark:
         if seed == FIRST_SEED and step + 1 < len(renderer.samples):
             following = renderer.samples[step + 1]
             budget = self.effort.budget if renderer.claimed else self.effort.budget_of_others
+            if step + 1 < FEWEST_COUNTS:
+                budget *= GRACE
             if (found["seconds"] * following / samples > budget
                     or found["relmse"] < analysis.enough(renderer.kind, own_error(truth))):
                 limit[renderer.name] = min(limit[renderer.name], samples)
