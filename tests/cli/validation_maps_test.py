@@ -163,12 +163,13 @@ class Classes(unittest.TestCase):
         error = maps.relative_variance(stack)
         self.assertAlmostEqual(error[:, :10].mean() * 1.01 * 100 / 0.09, 1, delta=0.1)
         classes = np.broadcast_to(np.where(np.arange(20) < 10, 2, 6), (10, 20))
-        found = maps.shares(stack, error, classes)
+        found = maps.shares(stack, error, np.ones((10, 20)), classes)
         self.assertEqual(found["several patches"]["pixels"], 0.5)
         self.assertAlmostEqual(found["several patches"]["error"], 0.9, delta=0.02)
         for half in found["glossy"]["halves"]:
             self.assertAlmostEqual(half, 0.1, delta=0.03)
         self.assertEqual(found["several patches"]["worst"], 1)
+        self.assertEqual(found["several patches"]["rays"], 0.5)
         self.assertAlmostEqual(sum(row["error"] for row in found.values()), 1)
         spike = np.where(np.arange(200) == 7, 1.0, 0.001).reshape(10, 20)
         self.assertAlmostEqual(maps.share_of_worst(spike), 1.001 / 1.199)
@@ -210,7 +211,7 @@ class ATinyScene(InFolder):
         text = (self.folder / "maps/README.md").read_text("utf-8")
         self.assertIn("![hebe: picture, error and classes](hebe.png)", text)
         self.assertIn("32x24, 4 samples", text)
-        self.assertRegex(text, r"\| several patches \| \d+ % \| \d+ % \| \d+ % / \d+ % \|")
+        self.assertRegex(text, r"\| several patches( \| \d+ %){3} \| \d+ % / \d+ % \|")
         self.assertRegex(text, r"\| no control variate \| \d+\.\d\d \|")
         self.assertNotIn(str(ROOT), text)
 

@@ -95,7 +95,8 @@ class Maps:
         self.log.say(f"{scene.name}: {SEEDS} seeds of {self.samples} samples")
         renders = self.renders(file, size, product(scene)[1],
                                self.integrators["diagnostics"])
-        visibility = np.mean([r["visibility"] for r in renders], axis=0)
+        visibility, cost = (np.mean([r[name] for r in renders], axis=0)
+                            for name in ("visibility", "cost"))
         if not any(r["samples"].any() for r in renders):
             raise Problem(f"{scene.name}: the scene isn't one for product")
         stack = np.stack([colour(file, r) for r in renders])
@@ -103,7 +104,7 @@ class Maps:
         classes = self.classes(scene, file, size, visibility)
         without = self.ablations(scene, file, size, error, classes)
         figures = {"size": list(size), "samples": self.samples, "seeds": SEEDS,
-                   "relmse": float(error.mean()), "classes": shares(stack, error, classes),
+                   "relmse": float(error.mean()), "classes": shares(stack, error, cost, classes),
                    "worst": share_of_worst(error), "without": without}
         return Map(picture, error, classes, figures)
 
@@ -168,15 +169,16 @@ def relative_variance(stack):
     return (stack.var(axis=0, ddof=1) / (mean ** 2 + floor)).mean(axis=2)
 
 
-def shares(stack, error, classes):
-    """By class: its share of the pixels, of the error, of the error by each half of the seeds, and
-    of the worst pixels."""
+def shares(stack, error, cost, classes):
+    """By class: its share of the pixels, of the rays (`cost`), of the error, of the error by each
+    half of the seeds, and of the worst pixels."""
     halves = [relative_variance(part) for part in (stack[::2], stack[1::2])]
     worst = error >= np.sort(error, axis=None)[-number_of_worst(error)]
     found = {}
     for i, name in enumerate(NAMES):
         inside = classes == i
-        found[name] = {"pixels": float(inside.mean()), "error": share(error, inside),
+        found[name] = {"pixels": float(inside.mean()), "rays": share(cost, inside),
+                       "error": share(error, inside),
                        "halves": [share(half, inside) for half in halves],
                        "worst": share(worst, inside)}
     return found

@@ -52,13 +52,13 @@ def percent(value):
 
 
 def shares(figures):
-    head = ["class", "pixels", "error", "by halves of the seeds", "error a pixel, mean 1",
+    head = ["class", "pixels", "rays", "error", "by halves of the seeds", "error a pixel, mean 1",
             f"of the worst {maps.WORST:.0%}"]
     rows = []
     for name, row in figures["classes"].items():
         if row["pixels"] == 0:
             continue
-        rows.append([name, percent(row["pixels"]), percent(row["error"]),
+        rows.append([name, percent(row["pixels"]), percent(row["rays"]), percent(row["error"]),
                      " / ".join(percent(half) for half in row["halves"]),
                      f"{row['error'] / row['pixels']:.2g}", percent(row["worst"])])
     return head, rows
@@ -87,10 +87,10 @@ def page(scenes):
         f"What a pixel sees is told by {maps.VIEWS} renders with `aov` of one camera ray a pixel; "
         "patches are made of them by product's own rules (nearly one normal and plane, within a "
         "tile of 4x4), the first of these renders standing for its pilot. What is believed to "
-        "arrive is `visibility` of `diagnostics`. Cells that straddle a horizon are no class, as "
-        "each pixel has some: what their control terms are worth, and to whom, is the row *nothing "
-        "known at the horizon*. In the second table of each scene: how many times larger the error "
-        "is without a part.", "",
+        "arrive is `visibility` of `diagnostics`; rays are its `cost`, without the pilot's. Cells "
+        "that straddle a horizon are no class, as each pixel has some: what their control terms "
+        "are worth, and to whom, is the row *nothing known at the horizon*. In the second table of "
+        "each scene: how many times larger the error is without a part.", "",
         "| | relMSE | " + f"the worst {maps.WORST:.0%} of the pixels have | most of the error |",
         "|---|---|---|---|"]
     for name, one in scenes.items():
