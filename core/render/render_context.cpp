@@ -7,29 +7,13 @@
 #include <thread>
 #include <vector>
 
-#include "base/denormals.h"
-#include "kinome/alternate_stack.h"
 #include "kinome/checkpoint.h"
+#include "render/thread_pool.h"
 
 namespace kinome {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-/// Runs work(thread index) on `threads` threads, this one among them, each with denormals flushed.
-/// `work` must not throw.
-template <class Work>
-void run_on_threads(unsigned threads, const Work& work) {
-  const auto guarded = [&work](unsigned index) {
-    const AlternateStack stack;
-    const DenormalGuard guard;
-    work(index);
-  };
-  std::vector<std::jthread> others;
-  others.reserve(threads - 1);
-  for (unsigned i = 1; i < threads; ++i) others.emplace_back(guarded, i);
-  guarded(0);
-}
 
 /// The exception of the lowest index among those thrown, and whether there is any.
 class FirstException {
@@ -143,12 +127,15 @@ std::vector<size_t> tile_order(size_t count, uint64_t seed) {
 RenderContext::RenderContext(Options options) : options_(std::move(options)) {
   if (options_.threads == 0) options_.threads = std::max(1u, std::thread::hardware_concurrency());
   stats_.threads = options_.threads;
+  pool_ = std::make_unique<ThreadPool>(options_.threads);
   if (!options_.clock) {
     options_.clock = [start = options_.start] {
       return std::chrono::duration<double>(Clock::now() - start).count();
     };
   }
 }
+
+RenderContext::~RenderContext() = default;
 
 void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
   const std::vector<Rect> tiles = tiles_of(film.sample_border() ? film.reach() : film.crop());
@@ -228,7 +215,7 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
   std::vector<RenderCounters> counters(threads);
   std::atomic<size_t> next{0};
   if (stats_.first_tile_seconds == 0) stats_.first_tile_seconds = seconds();
-  run_on_threads(threads, [&](unsigned thread) {
+  pool_->run(threads, [&](unsigned thread) {
     while (!exception.any() && !cancelled()) {
       const size_t turn = next.fetch_add(1, std::memory_order_relaxed);
       if (turn >= order.size()) return;
@@ -264,7 +251,7 @@ void RenderContext::parallel_for(size_t count, const std::function<void(size_t)>
   std::atomic<size_t> next{0};
   // Blocks keep the counter's cost out of short bodies, and are small enough to balance long ones.
   const size_t block = std::max<size_t>(1, count / (size_t{64} * threads));
-  run_on_threads(threads, [&](unsigned) {
+  pool_->run(threads, [&](unsigned) {
     while (!exception.any()) {
       const size_t first = next.fetch_add(block, std::memory_order_relaxed);
       if (first >= count) return;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <mutex>
 #include <set>
@@ -232,6 +233,36 @@ TEST(RenderContext, ParallelForVisitsEachIndexOnce) {
       for (const auto& v : visits) ASSERT_EQ(v, 1);
     }
   }
+}
+
+TEST(RenderContext, ThreadsServeOneCallAfterAnother) {
+  const RenderContext context({.threads = 4});
+  std::mutex mutex;
+  std::set<std::thread::id> threads;
+  for (size_t count = 0; count < 300; ++count) {
+    std::atomic<size_t> visits{0};
+    context.parallel_for(count, [&](size_t) {
+      ++visits;
+      const std::lock_guard lock(mutex);
+      threads.insert(std::this_thread::get_id());
+    });
+    ASSERT_EQ(visits, count);
+  }
+  EXPECT_LE(threads.size(), 4u);
+}
+
+/// On the thread of each, where all others may be at the same.
+TEST(RenderContext, ParallelForWithinOne) {
+  const RenderContext context({.threads = 3});
+  std::vector<std::atomic<int>> visits(60 * 50);
+  context.parallel_for(60, [&](size_t i) {
+    const auto thread = std::this_thread::get_id();
+    context.parallel_for(50, [&](size_t k) {
+      EXPECT_EQ(std::this_thread::get_id(), thread);
+      ++visits[50 * i + k];
+    });
+  });
+  for (const auto& v : visits) EXPECT_EQ(v, 1);
 }
 
 TEST(RenderContext, ProgressRisesToOne) {

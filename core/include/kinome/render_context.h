@@ -16,6 +16,7 @@
 namespace kinome {
 
 class Checkpoint;
+class ThreadPool;
 
 /// Side of a tile in pixels (Åkerlund 2008, 4.4.1).
 inline constexpr int kTileSize = 32;
@@ -63,7 +64,10 @@ class KINOME_EXPORT RenderContext {
     /// Seconds since `start`. Called by many threads.
     std::function<double()> clock = nullptr;
   };
+  /// Starts the threads, which sleep until they are needed: make it ahead of loading the scene, not
+  /// right before the render (see ThreadPool).
   explicit RenderContext(Options options);
+  ~RenderContext();
 
   /// Calls `fn` for each 32x32 tile of the film's crop window (grown by the filter's radius where
   /// the film samples its border), on all threads (denormals flushed), and commits each to the film
@@ -124,6 +128,7 @@ class KINOME_EXPORT RenderContext {
   double progress_begin_ = 0;
   double progress_end_ = 1;
   RenderStats stats_;
+  std::unique_ptr<ThreadPool> pool_;
   Checkpoint* checkpoint_ = nullptr;
   Rect gaps_crop_;
   std::vector<std::vector<bool>> gaps_;  ///< of each layer; none: all is to be rendered
