@@ -25,9 +25,20 @@ constexpr bool kThreadSanitizer = false;
 constexpr bool kThreadSanitizer = false;
 #endif
 
-std::string device_options(unsigned threads) {
-  // ThreadSanitizer can't see the synchronisation inside TBB, which Embree builds with.
-  return "threads=" + std::to_string(kThreadSanitizer ? 1u : threads);
+/// Trees of fewer triangles and other shapes are built sooner than threads are ready to help. Those
+/// of TBB, which Embree builds with, also look out for more work for milliseconds to come, on the
+/// processors that the render is to have.
+constexpr size_t kFewPrimitives = 10000;
+
+std::string device_options(const Scene::Contents& contents, unsigned threads) {
+  size_t primitives = 0;
+  for (const auto& shape : contents.shapes) {
+    const TriangleMesh* const mesh = shape->mesh();
+    primitives += mesh ? mesh->triangles.size() : 1;
+  }
+  // ThreadSanitizer can't see the synchronisation inside TBB.
+  if (kThreadSanitizer || primitives < kFewPrimitives) threads = 1;
+  return "threads=" + std::to_string(threads);
 }
 
 /// Embree prunes by bounds computed in float; half a dozen ulps keep a surface that lies exactly
@@ -198,7 +209,7 @@ void DeviceErrors::throw_if_any() const {
 }
 
 Scene::Accelerator::Accelerator(const Contents& contents, unsigned threads) {
-  device_.reset(rtcNewDevice(device_options(threads).c_str()));
+  device_.reset(rtcNewDevice(device_options(contents, threads).c_str()));
   if (!device_) throw device_error();
   rtcSetDeviceErrorFunction(device_.get(), &DeviceErrors::report, &errors_);
   scene_.reset(rtcNewScene(device_.get()));
