@@ -7,7 +7,10 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "film_xml.h"
@@ -167,6 +170,35 @@ TEST(Arena, TakesTheMemoryThatIsUsed) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they keep books of all of it
   EXPECT_LT(resident(), before + (size_t{64} << 20));
 #endif
+}
+
+/// Of threads that come and go, in arenas that others do away with.
+TEST(Arena, ColumnsBeginAsZerosAndAreApart) {
+  constexpr size_t kValues = 5000;
+  std::vector<std::unique_ptr<Arena>> kept;
+  std::mutex mutex;
+  const auto use = [&](uint64_t seed) {
+    for (uint64_t k = 0; k < 20; ++k) {
+      auto arena = std::make_unique<Arena>(kValues + 100 * k);
+      std::vector<float*> columns;
+      for (int c = 0; c < 30; ++c) columns.push_back(arena->floats());
+      for (size_t c = 0; c < columns.size(); ++c) {
+        ASSERT_EQ(reinterpret_cast<uintptr_t>(columns[c]) % kColumnAlignment, 0u);
+        for (size_t i = 0; i < arena->capacity(); ++i) ASSERT_EQ(columns[c][i], 0.f);
+        std::fill_n(columns[c], arena->capacity(), static_cast<float>(c + 1));
+      }
+      for (size_t c = 0; c < columns.size(); ++c) {
+        for (size_t i = 0; i < arena->capacity(); ++i) ASSERT_EQ(columns[c][i], c + 1);
+      }
+      const std::lock_guard lock(mutex);
+      kept.push_back(std::move(arena));
+      if (hash_words(seed, k) % 2 == 0) kept.erase(kept.begin());
+    }
+  };
+  for (uint64_t round = 0; round < 3; ++round) {
+    std::jthread other(use, 2 * round);
+    use(2 * round + 1);
+  }
 }
 
 TEST(Numbers, AreThoseOfTheSample) {

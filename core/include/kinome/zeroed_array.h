@@ -1,14 +1,14 @@
 #pragma once
 
-#include <cstdlib>
-#include <memory>
+#include <limits>
 #include <new>
 #include <type_traits>
 
+#include "kinome/zeroed_memory.h"
+
 namespace kinome {
 
-/// A fixed number of zeros. Of a large array, what nobody has written takes addresses, but no
-/// memory: the system gives pages of zeros when they are touched.
+/// A fixed number of zeros. Of a large array, what nobody has written takes no memory.
 template <class T>
 class ZeroedArray {
   static_assert(std::is_arithmetic_v<T>);
@@ -16,22 +16,20 @@ class ZeroedArray {
  public:
   ZeroedArray() = default;
   /// Throws std::bad_alloc.
-  explicit ZeroedArray(size_t size)
-      : data_(static_cast<T*>(std::calloc(size, sizeof(T)))), size_(size) {
-    if (!data_ && size > 0) throw std::bad_alloc();
-  }
+  explicit ZeroedArray(size_t size) : memory_(bytes_of(size)), size_(size) {}
 
   bool empty() const { return size_ == 0; }
   size_t size() const { return size_; }
-  T* data() { return data_.get(); }
-  T& operator[](size_t i) { return data_.get()[i]; }
-  const T& operator[](size_t i) const { return data_.get()[i]; }
+  T* data() { return static_cast<T*>(memory_.data()); }
+  T& operator[](size_t i) { return static_cast<T*>(memory_.data())[i]; }
+  const T& operator[](size_t i) const { return static_cast<const T*>(memory_.data())[i]; }
 
  private:
-  struct Free {
-    void operator()(T* memory) const { std::free(memory); }
-  };
-  std::unique_ptr<T, Free> data_;
+  static size_t bytes_of(size_t size) {
+    if (size > std::numeric_limits<size_t>::max() / sizeof(T)) throw std::bad_alloc();
+    return size * sizeof(T);
+  }
+  ZeroedMemory memory_;
   size_t size_ = 0;
 };
 

@@ -44,28 +44,27 @@ class Arena {
   }
   /// As many blocks of 16 rays as `capacity` rays take; masks and times are set.
   Ray16* rays() {
-    Ray16* const rays = allocate<Ray16>(capacity_ / 16);
+    Ray16* const rays = allocate<Ray16>(capacity_ / 16, false);
     for (size_t i = 0; i < capacity_ / 16; ++i) reset(rays[i]);
     return rays;
   }
   /// Of rays that others are copied from and that are not traced themselves: without masks.
   Ray16* untraced_rays() { return allocate<Ray16>(capacity_ / 16); }
   RayHit16* ray_hits() {
-    RayHit16* const rays = allocate<RayHit16>(capacity_ / 16);
+    RayHit16* const rays = allocate<RayHit16>(capacity_ / 16, false);
     for (size_t i = 0; i < capacity_ / 16; ++i) reset(rays[i].ray);
     return rays;
   }
 
  private:
   struct GiveBack {
-    size_t bytes;
-    void operator()(void* memory) const { ArenaMemory::give_back(memory, bytes); }
+    void operator()(void* memory) const { ArenaMemory::give_back(memory); }
   };
+  /// `is_sparse`: blocks may use but its beginning.
   template <class T>
-  T* allocate(size_t count) {
+  T* allocate(size_t count, bool is_sparse = true) {
     static_assert(std::is_trivially_copyable_v<T>);
-    const size_t bytes = count * sizeof(T);
-    std::unique_ptr<void, GiveBack> memory(ArenaMemory::take(bytes), GiveBack{bytes});
+    std::unique_ptr<void, GiveBack> memory(ArenaMemory::take(count * sizeof(T), is_sparse));
     memory_.push_back(std::move(memory));
     return static_cast<T*>(memory_.back().get());
   }

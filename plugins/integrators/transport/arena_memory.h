@@ -1,88 +1,167 @@
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <new>
+#include <utility>
 #include <vector>
 
 #include "kinome/columns.h"
+#include "kinome/zeroed_memory.h"
 
 namespace kinome::transport {
 
-/// Memory for columns. What arenas give back is kept for those to come: threads make theirs anew
-/// for each pass, and small pictures would take ten times as long if the system had to find and
-/// clear every page of them again. Thread-safe.
+/// Memory for columns, out of slabs: as much as a thread's arenas take is found by the system in
+/// one go. Each thread has a slab of its own to take columns from, in which those of one stage lie
+/// side by side. Slabs that nobody has columns of are kept for those to come: threads make theirs
+/// anew for each pass. Thread-safe.
 class ArenaMemory {
+  /// So that a sanitizer sees where a column ends.
+#if defined(__SANITIZE_ADDRESS__)
+  static constexpr bool kAlone = true;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+  static constexpr bool kAlone = true;
+#else
+  static constexpr bool kAlone = false;
+#endif
+#else
+  static constexpr bool kAlone = false;
+#endif
+
  public:
-  /// Zeros, aligned as columns are. Throws std::bad_alloc.
-  static void* take(size_t bytes) { return pool().take_zeros(bytes); }
-  /// What take(bytes) gave.
-  static void give_back(void* memory, size_t bytes) { pool().keep(memory, bytes); }
+  /// Zeros, aligned as columns are. `is_sparse`: blocks may use but the beginning, and what they
+  /// don't is to take no memory. Throws std::bad_alloc.
+  static void* take(size_t bytes, bool is_sparse) {
+    if (kAlone || bytes > (is_sparse ? kLongestSparse : kLongest)) return take_alone(bytes);
+    return mine().take(bytes);
+  }
+  /// What take() gave.
+  static void give_back(void* memory) {
+    Slab* const slab = head_of(memory).slab;
+    if (slab) {
+      slab->release();
+    } else {
+      std::free(head_of(memory).begin);
+    }
+  }
 
  private:
-  /// Longer columns, of which most blocks use but the beginning, go back to the system: it clears
-  /// only the pages that are used.
-  static constexpr size_t kLongest = size_t{1} << 17;
-  static constexpr size_t kMostKept = size_t{1} << 26;
+  static constexpr size_t kSlab = ZeroedMemory::kHugePage;
+  static constexpr size_t kLongest = kSlab / 4;
+  static constexpr size_t kLongestSparse = size_t{1} << 17;
+  static constexpr size_t kMostKept = 32;  ///< slabs
+
+  class Slab;
+  /// In front of each column. It also keeps columns from all beginning in the same set of a cache.
+  struct alignas(kColumnAlignment) Head {
+    Slab* slab;   ///< nullptr: the column is alone
+    void* begin;  ///< of one that is
+  };
+  static Head& head_of(void* memory) {
+    return static_cast<Head*>(memory)[-1];
+  }
+
+  static void* take_alone(size_t bytes) {
+    void* const begin = std::calloc(bytes + sizeof(Head) + kColumnAlignment, 1);
+    if (!begin) throw std::bad_alloc();
+    void* memory = static_cast<char*>(begin) + sizeof(Head);
+    size_t space = bytes + kColumnAlignment;
+    std::align(kColumnAlignment, bytes, memory, space);
+    head_of(memory) = {nullptr, begin};
+    return memory;
+  }
+
+  /// Columns one after another, of one thread. In use as long as it has any, or its thread goes on.
+  class Slab {
+   public:
+    /// nullptr where so much isn't left.
+    void* take(size_t bytes) {
+      if (users_.load(std::memory_order_acquire) == 1) used_ = 0;
+      const size_t end = used_ + sizeof(Head) + bytes;
+      if (end > kSlab) return nullptr;
+      void* const memory = static_cast<char*>(memory_.data()) + used_ + sizeof(Head);
+      if (used_ < touched_) std::memset(memory, 0, bytes);
+      used_ = padded_bytes(end);
+      touched_ = std::max(touched_, used_);
+      head_of(memory) = {this, nullptr};
+      users_.fetch_add(1, std::memory_order_relaxed);
+      return memory;
+    }
+    void release() noexcept {
+      if (users_.fetch_sub(1, std::memory_order_acq_rel) == 1) pool().keep(this);
+    }
+    void begin_anew() noexcept { used_ = 0, users_ = 1; }
+
+   private:
+    static size_t padded_bytes(size_t bytes) {
+      return (bytes + kColumnAlignment - 1) / kColumnAlignment * kColumnAlignment;
+    }
+    ZeroedMemory memory_{kSlab};
+    size_t used_ = 0;
+    size_t touched_ = 0;            ///< what lies before may be no zeros
+    std::atomic<size_t> users_{1};  ///< columns, and the thread
+  };
+
+  /// What this thread takes columns from.
+  class Mine {
+   public:
+    Mine() = default;
+    Mine(const Mine&) = delete;
+    Mine& operator=(const Mine&) = delete;
+    ~Mine() {
+      if (slab_) slab_->release();
+    }
+    void* take(size_t bytes) {
+      if (slab_) {
+        if (void* const memory = slab_->take(bytes)) return memory;
+        std::exchange(slab_, nullptr)->release();
+      }
+      slab_ = pool().slab();
+      return slab_->take(bytes);
+    }
+
+   private:
+    Slab* slab_ = nullptr;
+  };
+  static Mine& mine() {
+    thread_local Mine mine;
+    return mine;
+  }
 
   static ArenaMemory& pool() {
     static ArenaMemory pool;
     return pool;
   }
-  ArenaMemory() = default;
-  ~ArenaMemory() {
-    for (const auto& [bytes, kept] : kept_) {
-      for (void* const memory : kept) std::free(begin_of(memory));
-    }
+  ArenaMemory() {
+    kept_.reserve(kMostKept);
   }
 
-  void* take_zeros(size_t bytes) {
+  Slab* slab() {
     {
       const std::lock_guard lock(mutex_);
-      const auto found = kept_.find(bytes);
-      if (found != kept_.end() && !found->second.empty()) {
-        void* const memory = found->second.back();
-        found->second.pop_back();
-        bytes_kept_ -= bytes;
-        return std::memset(memory, 0, bytes);
+      if (!kept_.empty()) {
+        Slab* const slab = kept_.back().release();
+        kept_.pop_back();
+        return slab;
       }
     }
-    void* const begin = std::calloc(bytes + 2 * kColumnAlignment, 1);
-    if (!begin) throw std::bad_alloc();
-    // Where it begins is told in front of it.
-    void* memory = static_cast<char*>(begin) + kColumnAlignment;
-    size_t space = bytes + kColumnAlignment;
-    std::align(kColumnAlignment, bytes, memory, space);
-    std::memcpy(static_cast<char*>(memory) - sizeof begin, &begin, sizeof begin);
-    return memory;
+    return new Slab;
   }
-  void keep(void* memory, size_t bytes) noexcept {
-    if (bytes > kLongest || !is_kept(memory, bytes)) std::free(begin_of(memory));
-  }
-  bool is_kept(void* memory, size_t bytes) noexcept {
+  void keep(Slab* slab) noexcept {
+    std::unique_ptr<Slab> owned(slab);
+    owned->begin_anew();
     const std::lock_guard lock(mutex_);
-    if (bytes_kept_ + bytes > kMostKept) return false;
-    try {
-      kept_[bytes].push_back(memory);
-    } catch (const std::bad_alloc&) {
-      return false;
-    }
-    bytes_kept_ += bytes;
-    return true;
-  }
-  static void* begin_of(void* memory) {
-    void* begin;
-    std::memcpy(&begin, static_cast<char*>(memory) - sizeof begin, sizeof begin);
-    return begin;
+    if (kept_.size() < kMostKept) kept_.push_back(std::move(owned));
   }
 
   std::mutex mutex_;
-  std::map<size_t, std::vector<void*>> kept_;  ///< by their bytes
-  size_t bytes_kept_ = 0;
+  std::vector<std::unique_ptr<Slab>> kept_;
 };
 
 }  // namespace kinome::transport

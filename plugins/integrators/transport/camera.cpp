@@ -37,7 +37,7 @@ Camera::Camera(const SceneTable& scene, const Sensor& sensor, size_t rays, bool 
       aperture_(arena_.two()),
       position_(arena_.two()),
       rays_(arena_.ray_hits()),
-      beyond_(arena_.ray_hits()),
+      beyond_(passes_ ? arena_.ray_hits() : nullptr),
       passing_(arena_.indices()),
       far_(arena_.floats()),
       toward_(arena_.three()),

@@ -29,11 +29,18 @@ KINOME_WIDE wide::Rgb throughput(const Vertices& vertices, size_t i) {
 
 }  // namespace
 
+DirectLight::Traced::Traced(const SceneTable& scene, size_t most_points, size_t most_rays)
+    : sort(most_points),
+      per_ray(most_rays),
+      rays(per_ray.ray_hits()),
+      met{{scene, most_rays}, {scene, most_rays}} {}
+
 DirectLight::DirectLight(const SceneTable& scene, const Sampler& sampler,
                          const LightSamples& count, size_t rays)
     : scene_(scene),
       sampler_(sampler),
       count_(count),
+      most_rays_(rays),
       most_points_(Surfaces::most_points(scene, rays)),
       numbers_(rays),
       arena_(most_points_),
@@ -47,10 +54,6 @@ DirectLight::DirectLight(const SceneTable& scene, const Sampler& sampler,
       light_(arena_.three()),
       rays_(arena_.untraced_rays()),
       d_(arena_.three()),
-      sort_(most_points_),
-      per_ray_(rays),
-      bsdf_rays_(per_ray_.ray_hits()),
-      met_{{scene, rays}, {scene, rays}},
       per_met_(most_points_),
       from_p_(per_met_.three()),
       met_light_(per_met_.three()),
@@ -217,16 +220,17 @@ void DirectLight::trace(const Vertices& vertices, Surfaces::Which which, const C
   size_t on = 0;
   {
     const StageTimer timer(counters.stage_seconds["shade"]);
+    if (!traced_) traced_ = std::make_unique<Traced>(scene_, most_points_, most_rays_);
     make_bsdf_rays(vertices, counters);
-    on = sort_.sort(rays_, vertices.surfaces->reflecting());
-    sort_.copy(&bsdf_rays_[0].ray, sizeof(RayHit16));
-    clear_hits(bsdf_rays_, on);
+    on = traced_->sort.sort(rays_, vertices.surfaces->reflecting());
+    traced_->sort.copy(&traced_->rays[0].ray, sizeof(RayHit16));
+    clear_hits(traced_->rays, on);
   }
   counters[RayKind::kBsdf] += on;
   const StageTimer timer(counters.stage_seconds["bounce"]);
-  scene_.scene().intersect(bsdf_rays_, padded(on) / kBlockLanes, Coherence::kIncoherent, counters);
+  scene_.scene().intersect(traced_->rays, padded(on) / kBlockLanes, Coherence::kIncoherent, counters);
   current_ = 1 - current_;
-  met_[current_].find(bsdf_rays_, on, which);
+  traced_->met[current_].find(traced_->rays, on, which);
   add_met_surfaces(vertices, radiance);
   if (scene_.scene().environment()) add_met_environment(vertices, radiance);
 }
@@ -238,9 +242,9 @@ float DirectLight::bsdf_weight(uint32_t point, float emitter_pdf) const {
 }
 
 void DirectLight::add_met_surfaces(const Vertices& vertices, const Columns3& radiance) {
-  const SurfaceBlock& met = met_[current_].points();
-  const uint32_t* const from = sort_.order();
-  for (const Surfaces::Range& range : met_[current_].ranges()) {
+  const SurfaceBlock& met = this->met().points();
+  const uint32_t* const from = traced_->sort.order();
+  for (const Surfaces::Range& range : this->met().ranges()) {
     if (!range.row->emitter) continue;
     const size_t first = range.first;
     for (size_t i = first; i < first + padded(range.count); ++i) {
@@ -259,8 +263,8 @@ void DirectLight::add_met_surfaces(const Vertices& vertices, const Columns3& rad
 }
 
 void DirectLight::add_met_environment(const Vertices& vertices, const Columns3& radiance) {
-  const auto missed = met_[current_].missed();
-  const uint32_t* const from = sort_.order();
+  const auto missed = met().missed();
+  const uint32_t* const from = traced_->sort.order();
   for (size_t i = 0; i < missed.size(); ++i) from_p_.set(i, d_.at(from[missed[i]]));
   scene_.scene().environment()->eval_environment_block(from_p_, missed.size(), met_light_,
                                                        count_.emitter > 0 ? met_pdf_ : nullptr);

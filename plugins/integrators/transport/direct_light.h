@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "emitter_samples.h"
@@ -48,8 +49,8 @@ class DirectLight {
 
   /// What trace() has met, and of each of its rays the point that it comes from. met() stays valid
   /// through the next trace(), from() only until it.
-  const Surfaces& met() const { return met_[current_]; }
-  const uint32_t* from() const { return sort_.order(); }
+  const Surfaces& met() const { return traced_->met[current_]; }
+  const uint32_t* from() const { return traced_->sort.order(); }
   /// Of points: the throughput along the BSDF sample.
   const Columns3& carried() const { return carried_; }
 
@@ -62,9 +63,20 @@ class DirectLight {
                     const Columns3& radiance, RenderCounters& counters);
   float bsdf_weight(uint32_t point, float emitter_pdf) const;
 
+  /// BSDF rays in the order of their directions, and what they meet.
+  struct Traced {
+    Traced(const SceneTable& scene, size_t most_points, size_t most_rays);
+    DirectionSort sort;
+    Arena per_ray;
+    RayHit16* rays;
+    /// Of the last call and of the one before, whose points may be the vertices of this one.
+    Surfaces met[2];
+  };
+
   const SceneTable& scene_;
   const Sampler& sampler_;
   LightSamples count_;
+  size_t most_rays_;
   size_t most_points_;
   Numbers numbers_;
   Arena arena_;
@@ -78,12 +90,7 @@ class DirectLight {
   Columns3 light_;  ///< that arrives if nothing is in its ray's way
   Ray16* rays_;
   Columns3 d_;  ///< of BSDF samples, in world space
-  /// BSDF rays in the order of their directions, and the light that they meet.
-  DirectionSort sort_;
-  Arena per_ray_;
-  RayHit16* bsdf_rays_;
-  /// Those of the last call and of the one before, whose points may be the vertices of this one.
-  Surfaces met_[2];
+  std::unique_ptr<Traced> traced_;  ///< nullptr until trace() is called, which some never do
   int current_ = 0;
   Arena per_met_;
   Columns3 from_p_;

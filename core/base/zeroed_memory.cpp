@@ -1,0 +1,51 @@
+#include "kinome/zeroed_memory.h"
+
+#include <sys/mman.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <new>
+
+namespace kinome {
+namespace {
+
+/// Of a huge page, for it to be one.
+constexpr size_t kLeastUsed = ZeroedMemory::kHugePage / 4;
+
+}  // namespace
+
+ZeroedMemory::ZeroedMemory(size_t bytes) {
+  constexpr size_t kMost = SIZE_MAX / 2;
+  if (bytes == 0) return;
+  if (bytes > kMost) throw std::bad_alloc();
+  if (bytes < kLeastUsed) {
+    memory_ = {std::calloc(bytes, 1), Release{0}};
+    if (!memory_) throw std::bad_alloc();
+    return;
+  }
+  const size_t pages = (bytes + kHugePage - 1) / kHugePage * kHugePage;
+  // One more, of which what isn't aligned goes back.
+  void* const mapped =
+      mmap(nullptr, pages + kHugePage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapped == MAP_FAILED) throw std::bad_alloc();
+  char* const begin = static_cast<char*>(mapped);
+  const size_t before = (kHugePage - reinterpret_cast<uintptr_t>(begin) % kHugePage) % kHugePage;
+  if (before > 0) munmap(begin, before);
+  munmap(begin + before + pages, kHugePage - before);
+  memory_ = {begin + before, Release{pages}};
+#if defined(MADV_HUGEPAGE)
+  const size_t last = bytes - (pages - kHugePage);
+  const size_t huge = last < kLeastUsed ? pages - kHugePage : pages;
+  madvise(memory_.get(), huge, MADV_HUGEPAGE);  // a system that has none does without
+#endif
+}
+
+void ZeroedMemory::Release::operator()(void* memory) const {
+  if (mapped == 0) {
+    std::free(memory);
+  } else {
+    munmap(memory, mapped);
+  }
+}
+
+}  // namespace kinome
