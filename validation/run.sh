@@ -18,8 +18,8 @@
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are taken only if
 # asked for; all: these and the rest, 26.
 # Without a mode, all three, in about an hour on two cores; --quick: the same in a small form, in 10
-# minutes, which goes to out/report unless --output says otherwise. `benchmark all` takes about 80
-# minutes, and half an hour for the next program, as what Mitsuba did is kept. --scenes-for TIME
+# minutes, which goes to out/report unless --output says otherwise. `benchmark all` takes somewhat more
+# than an hour, and half of one for the next program, as what Mitsuba did is kept. --scenes-for TIME
 # (90s, 15m, 2h) begins no scene that would end later, by what scenes have taken so far; first come
 # those that this program wasn't measured on, then those whose measurement is the oldest.
 # What was measured before is not measured again, so an interrupted run goes on where it stopped;

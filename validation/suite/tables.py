@@ -55,7 +55,7 @@ SCENES = (
     Scene("plate", "scenes/plate/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer"),
           timed_share=1),
     Scene("blocks", "validation/scenes/benchmark/blocks.xml", PLAIN, (128, 96), "direct",
-          ("direct", "path"), cycles=True, timed_share=1 / 16),
+          ("direct", "path"), cycles=True, timed_share=1 / 8),
     *(Scene(name, f"scenes/{name}/scene.xml", group, size, "direct", ("direct", "path"),
             envmap=True, asked=True, truth_factor=4 if name == "room" else 1,
             truth_compensated=compensated, timed_share=share)
@@ -71,7 +71,7 @@ SCENES = (
           ("hammered", HARD, (96, 72), True, 1 / 2), ("mirror", PLAIN, (96, 72), False, 1 / 16),
           ("noon", PLAIN, (96, 72), True, 1 / 16))),
     Scene("ball", "validation/scenes/benchmark/ball.xml", PLAIN, (96, 72), "direct",
-          ("direct", "path"), asked=True, timed_share=1 / 16),
+          ("direct", "path"), asked=True, timed_share=1 / 8),
     *(Scene(name, f"validation/scenes/benchmark/{name}.xml", BOUNCE, (96, 72), "path",
             ("path", "ptracer"), asked=True, truth_factor=factor, timed_share=share)
       for name, factor, share in (("corridor", 1, 1), ("stage", 4, 1 / 2), ("attic", 4, 1 / 2))),
