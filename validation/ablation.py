@@ -28,6 +28,7 @@ PARTS = {"all": {}, "no control variate": {"control_variate": "false"},
          "sigma not checked": {"checked_sigma": "false"},
          "plan not smoothed": {"smooth_plan": "false"},
          "nothing known at the horizon": {"horizon_terms": "false"},
+         "no shared candidates": {"shared_candidates": "false"},
          "no fewer cells": {"fewer_cells": "false"},
          "light not guided": {"light_guide": "false"}}
 LOCAL = (BOUNCE, AREA, TOGETHER)

@@ -145,7 +145,7 @@ class LyingRenderer {
     known.visibility.assign(known.patches.size(), nothing);
     std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
     std::vector<PointPlan> points(primaries.size());
-    Estimator::Unit unit;
+    Unit unit;
     unit.end = static_cast<uint32_t>(primaries.size());
     unit.rays = kPilotRays;
     unit.seed = hash_words(tile, 5);
@@ -163,7 +163,7 @@ class LyingRenderer {
 
   /// Learns from the very rays that the unit is going to weigh: where they go depends on sigma
   /// alone, which stays.
-  void peek(const Estimator::Unit& unit, const TilePrimaries& primaries, TileKnowledge& known,
+  void peek(const Unit& unit, const TilePrimaries& primaries, TileKnowledge& known,
             Estimator& estimator) {
     std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
     std::vector<PointPlan> points(primaries.size());
@@ -189,7 +189,7 @@ class LyingRenderer {
                          hash_words(seed, tile), counters_);
     Rgb sum(0.f);
     for (int i = 0; i < pixels(tile).area(); ++i) {
-      Estimator::Unit unit;
+      Unit unit;
       unit.first = primaries.first(i);
       unit.end = primaries.first(i + 1);
       unit.rays = rays;

@@ -136,6 +136,7 @@ std::vector<Case> settings() {
   parameter("NotSmoothed", off("smooth_plan"));
   parameter("NoHorizonTerms", off("horizon_terms"));
   parameter("NoFewerCells", off("fewer_cells"));
+  parameter("NoSharedCandidates", off("shared_candidates"));
   parameter("NothingLearned", off("control_variate") + off("learned_sigma") + off("adaptive"));
   parameter("OneCell", integer("cut_size", 1));
   parameter("FewCells", integer("cut_size", 20));

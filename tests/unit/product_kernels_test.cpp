@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "clustered/kernels/candidate_kernels.h"
 #include "clustered/kernels/cell_kernels.h"
 #include "kernel_helpers.h"
 
@@ -314,6 +315,79 @@ TEST(CellKernels, GlossyImportanceIsTheWidenedLobe) {
                   cells.flux[i] * lobe * (1e-5 + 5e-7 / denominator));
     }
     EXPECT_NEAR(total, expected_total, 1e-5 * expected_total);
+  }
+}
+
+/// What is known of shared candidates, and their weights where they are taken, in doubles.
+TEST(CandidateKernels, SharedOnesAreWhatTheySum) {
+  constexpr size_t kCount = 3 * kBlockLanes, kCells = 20;
+  Random random(12);
+  const auto column = [&random](size_t size) {
+    std::vector<float> values(size);
+    for (float& v : values) v = 0.1f + random.unit();
+    return values;
+  };
+  std::vector<std::vector<float>> f, taken, ratio, known, weight;
+  for (int c = 0; c < 3; ++c) {
+    f.push_back(column(kCount));
+    taken.push_back(column(kCount));
+    ratio.emplace_back(kCount);
+    known.emplace_back(kCount);
+    weight.emplace_back(kCount);
+  }
+  const std::vector<float> radiance = column(3 * kCount), importance = column(kCells),
+                           v = column(kCells), sigma = column(kCells);
+  std::vector<float> of_cell = column(kCount), of_lobe = column(kCount), visibility(kCount),
+                     deviation(kCount), uncertainty(kCount), sums(kCount / simd::kLobeLanes);
+  of_cell[5] = of_lobe[5] = 0;  // padding, or below a horizon
+  std::vector<uint32_t> cell(kCount);
+  for (size_t i = 0; i < kCount; ++i) cell[i] = static_cast<uint32_t>(i * 7 % kCells);
+  const simd::SharedQuery query{importance.data(), 0.2f, 9, 32, {v.data(), sigma.data()}};
+  float of_known[3];
+  simd::share_candidates({{f[0].data(), f[1].data(), f[2].data()},
+                          radiance.data(),
+                          cell.data(),
+                          of_cell.data(),
+                          of_lobe.data()},
+                         query, kCount,
+                         {{ratio[0].data(), ratio[1].data(), ratio[2].data()},
+                          {known[0].data(), known[1].data(), known[2].data()},
+                          visibility.data(),
+                          deviation.data()},
+                         of_known);
+  const float variate[3] = {0.3f, 0.2f, 0.7f};
+  float control[3] = {1, 2, 3};
+  simd::weigh_taken({{taken[0].data(), taken[1].data(), taken[2].data()},
+                     {{ratio[0].data(), ratio[1].data(), ratio[2].data()},
+                      {known[0].data(), known[1].data(), known[2].data()},
+                      visibility.data(),
+                      deviation.data()},
+                     {weight[0].data(), weight[1].data(), weight[2].data()},
+                     uncertainty.data()},
+                    {2.5f, {variate[0], variate[1], variate[2]}}, kCount, control, sums.data());
+  double expected_control[3] = {1, 2, 3}, expected_known[3] = {}, expected_sum = 0, sum = 0;
+  for (size_t i = 0; i < kCount; ++i) {
+    const double density =
+        9 * (double{of_cell[i]} * importance[cell[i]] * 0.2f) + 32 * double{of_lobe[i]};
+    double mean = 0;
+    for (int c = 0; c < 3; ++c) {
+      const double r = density > 0 ? radiance[3 * i + c] / density : 0;
+      const double k = v[cell[i]] * r * f[c][i], w = 2.5 * taken[c][i] * r;
+      EXPECT_NEAR(ratio[c][i], r, 1e-5 * r);
+      EXPECT_NEAR(known[c][i], k, 1e-5 * k);
+      EXPECT_NEAR(weight[c][i], w, 1e-5 * w);
+      expected_known[c] += k;
+      expected_control[c] += v[cell[i]] * w - variate[c] * k;
+      mean += w / 3;
+    }
+    EXPECT_NEAR(uncertainty[i], mean * sigma[cell[i]], 1e-5 * mean);
+    expected_sum += mean * sigma[cell[i]];
+  }
+  for (const float s : sums) sum += s;
+  EXPECT_NEAR(sum, expected_sum, 1e-5 * expected_sum);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(of_known[c], expected_known[c], 1e-5 * expected_known[c]);
+    EXPECT_NEAR(control[c], expected_control[c], 1e-5 * (10 + std::abs(expected_control[c])));
   }
 }
 

@@ -57,6 +57,8 @@ constexpr Parameter kParameters[] = {
      "'product': ask the pixels around, too, where the pilot knows little of each."},
     {"horizon_terms", ParameterType::kBoolean, "true",
      "'product': add what is known of light at the horizon of flat surfaces, too."},
+    {"shared_candidates", ParameterType::kBoolean, "true",
+     "'product': pixels share unshadowed directions where they reflect alike."},
     {"fewer_cells", ParameterType::kBoolean, "true",
      "'product': divide light from far away into half as many cells (cut_size) below 40 rays a "
      "pixel, but in plain scenes and by --time and --error."},
@@ -132,6 +134,7 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   sampling.adaptive = props.boolean("adaptive");
   sampling.smooth_plan = props.boolean("smooth_plan");
   sampling.horizon_terms = props.boolean("horizon_terms");
+  sampling.shared_candidates = props.boolean("shared_candidates");
   sampling.fewer_cells = props.boolean("fewer_cells");
   sampling.light_guide = props.boolean("light_guide");
   return settings;

@@ -53,6 +53,61 @@ void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& 
   weigh(candidates.weights, query.cells, count, control, block_sums, factor);
 }
 
+void share_candidates(const SharedColumns& c, const SharedQuery& query, size_t count,
+                      const SharedValuesOf<float>& out, float sums[3]) {
+  Vec3 sum(0.f);
+  wide::for_lanes(count, [&](size_t i) {
+    const Int cell = Int::load(c.cell + i);
+    const Float from_cell =
+        Float::load(c.cell_density + i) * (gather(query.importance, cell) * query.inverse_total);
+    const Float density =
+        query.from_cells * from_cell + query.from_lobe * Float::load(c.lobe_density + i);
+    const Float factor = select(density > 0.f, 1.f / max(density, 1e-37f));
+    const Vec3 ratio = Vec3::load_interleaved(c.radiance + 3 * i) * factor;
+    const Float v = gather(query.cells.visibility, cell);
+    const Vec3 f(Float::load(c.f[0] + i), Float::load(c.f[1] + i), Float::load(c.f[2] + i));
+    const Vec3 known = f * ratio * v;
+    const auto store = [i](const Vec3& value, float* const columns[3]) {
+      value.x.store(columns[0] + i);
+      value.y.store(columns[1] + i);
+      value.z.store(columns[2] + i);
+    };
+    store(ratio, out.ratio);
+    store(known, out.known);
+    v.store(out.visibility + i);
+    gather(query.cells.sigma, cell).store(out.sigma + i);
+    sum = sum + known;
+  });
+  for (int k = 0; k < 3; ++k) sums[k] = wide::sum(sum[k]);
+}
+
+void weigh_taken(const TakenColumns& c, const TakenQuery& query, size_t count, float control[3],
+                 float* block_sums) {
+  Vec3 sums(0.f);
+  const Vec3 variate(query.variate[0], query.variate[1], query.variate[2]);
+  for (size_t block = 0; block < count / kLobeLanes; ++block) {
+    Float block_sum = 0.f;
+    for (size_t i = block * kLobeLanes; i < (block + 1) * kLobeLanes; i += kLanes) {
+      const auto load = [i](const float* const columns[3]) {
+        return Vec3(Float::load(columns[0] + i), Float::load(columns[1] + i),
+                    Float::load(columns[2] + i));
+      };
+      const Vec3 weight = load(c.f) * load(c.shared.ratio) * query.points;
+      weight.x.store(c.weight[0] + i);
+      weight.y.store(c.weight[1] + i);
+      weight.z.store(c.weight[2] + i);
+      sums = mul_add(Float::load(c.shared.visibility + i), weight, sums) -
+             variate * load(c.shared.known);
+      const Float mean = (weight.x + weight.y + weight.z) * (1 / 3.f);
+      const Float uncertainty = abs(mean) * Float::load(c.shared.sigma + i);
+      uncertainty.store(c.uncertainty + i);
+      block_sum += uncertainty;
+    }
+    block_sums[block] = sum(block_sum);
+  }
+  for (int k = 0; k < 3; ++k) control[k] += sum(sums[k]);
+}
+
 void weigh_connections(const ConnectedColumns& columns, const ConnectedQuery& query, size_t count,
                        float control[3], float* block_sums) {
   const auto factor = [&](size_t i, Int) {

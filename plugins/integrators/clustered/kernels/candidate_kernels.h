@@ -41,6 +41,48 @@ struct CandidateQuery {
 void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& query, size_t count,
                       float control[3], float* block_sums);
 
+/// Candidates that several points share: what is known of each, whatever the point.
+struct SharedColumns {
+  const float* f[3];        ///< BSDF x cosine at the mean of the points
+  const float* radiance;    ///< r, g, b interleaved
+  const uint32_t* cell;
+  const float* cell_density;  ///< of the cell's points
+  const float* lobe_density;
+};
+struct SharedQuery {
+  const float* importance;  ///< of each cell
+  float inverse_total;      ///< of importances; 0: none were drawn from the cells
+  float from_cells;         ///< number of candidates of a block drawn so
+  float from_lobe;
+  CellKnowledgeColumns cells;
+};
+template <class Value>
+struct SharedValuesOf {
+  Value* ratio[3];  ///< radiance / (density of both draws)
+  Value* known[3];  ///< visibility x f x ratio
+  Value* visibility;
+  Value* sigma;
+};
+using SharedValues = SharedValuesOf<const float>;
+/// `sums`: of known light over all `count` candidates, three channels.
+void share_candidates(const SharedColumns& candidates, const SharedQuery& query, size_t count,
+                      const SharedValuesOf<float>& out, float sums[3]);
+
+/// A block of them at the points that took it.
+struct TakenColumns {
+  const float* f[3];  ///< BSDF x cosine at these points
+  SharedValues shared;
+  float* weight[3];
+  float* uncertainty;  ///< |mean weight| x sigma
+};
+/// weight = points x f x ratio; adds visibility x weight - variate x known light to `control`.
+struct TakenQuery {
+  float points;      ///< that the weights stand for, by the blocks that share them
+  float variate[3];
+};
+void weigh_taken(const TakenColumns& candidates, const TakenQuery& query, size_t count,
+                 float control[3], float* block_sums);
+
 /// Candidates toward light points (local_kernels.h), which rays that the surface's own BSDF sends
 /// may find as well.
 struct ConnectedColumns {

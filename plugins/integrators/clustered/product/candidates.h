@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "clustered/cells/light_cells.h"
 #include "clustered/kernels/candidate_kernels.h"
 #include "clustered/product/lobe_values.h"
 
@@ -52,6 +53,31 @@ struct Candidates {
 
  private:
   size_t size_ = 0;
+};
+
+/// Of distant light.
+struct DistantCandidates : Candidates {
+  std::vector<float> cell_density;  ///< of the draw from cells, per solid angle
+
+  void resize(size_t size) {
+    Candidates::resize(size);
+    if (cell_density.size() < member.size()) cell_density.resize(member.size());
+  }
+  /// Its cell_density is that within the cell.
+  void put(size_t i, const CellPoint& point) {
+    put(i, point.d, point.cell, point.density, point.weight * point.density);
+  }
+  void put_nothing(size_t i, const Vec3& d) { put(i, d, 0, 0, Rgb(0.f)); }
+
+ private:
+  void put(size_t i, const Vec3& d, uint32_t of_cell, float density, const Rgb& light) {
+    dx[i] = d.x;
+    dy[i] = d.y;
+    dz[i] = d.z;
+    cell[i] = of_cell;
+    cell_density[i] = density;
+    radiance[i] = light;
+  }
 };
 
 }  // namespace kinome

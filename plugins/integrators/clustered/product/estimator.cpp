@@ -15,6 +15,8 @@ enum UnitSeed : uint32_t {
   kFirstBlock,
   kLampNumbers
 };
+/// And of a tile's.
+constexpr uint64_t kShared = 1;
 
 /// The sky's light that delta lobes mirror.
 std::optional<MirroredDirection> mirrored_sky(const CellLight& light, const SurfaceInteraction& si,
@@ -39,13 +41,17 @@ Estimator::Estimator(const CellLight& light)
 
 void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
                            std::span<Patch> patches, std::span<const Visibility> visibility,
-                           uint64_t seed, RenderCounters& counters) {
+                           uint64_t seed, RenderCounters& counters, std::span<const Unit> units) {
   primaries_ = &primaries;
   patches_ = patches;
   visibility_ = visibility;
   times_.count_to(counters);
   shadow_rays_.begin(scene, counters);
   diffuse_.begin_tile(patches.size(), seed);
+  {
+    const StageScope timer = times_.scope(StageTimes::kCandidates);
+    glossy_.begin_tile(primaries, patches, visibility, units, hash_words(seed, kShared));
+  }
   if (!has_local() || patches.empty()) return;
   choice_.choose(*light_.local, light_.local_points, patches, visibility.first(patches.size()),
                  light_.first_local(), primaries.size(), seed);
@@ -83,8 +89,7 @@ Rgb Estimator::add_glossy(const GroupView& group, const Unit& unit) {
   const StageScope timer = times_.scope(StageTimes::kCandidates);
   const float wanted = unit.candidates * static_cast<float>(group.group.count) /
                        static_cast<float>(groups_.order().size());
-  return glossy_.add(group, GlossyStrata::counts(group.patch, wanted),
-                     hash_words(unit.seed, kCandidates, group.index), strata_);
+  return glossy_.add(group, wanted, hash_words(unit.seed, kCandidates, group.index), strata_);
 }
 
 void Estimator::probe_glossy(const GroupView& group, const Unit& unit,

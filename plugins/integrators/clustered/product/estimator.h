@@ -14,6 +14,7 @@
 #include "clustered/product/ray_comb.h"
 #include "clustered/product/shadow_rays.h"
 #include "clustered/product/stage_times.h"
+#include "clustered/product/unit.h"
 #include "clustered/product/patches.h"
 
 namespace kinome {
@@ -35,6 +36,8 @@ namespace kinome {
 ///     Groups         a unit's points, divided into those that share strata
 ///     DiffuseStrata, GlossyStrata, LocalStrata
 ///                    of each group, strata and control terms
+///     SharedCandidates
+///                    directions that GlossyStrata takes for pixels that reflect alike
 ///     RayComb        strata that get the shadow rays, which the three make of its hits
 ///     EyeRays        rays by BSDFs, and what they find
 ///     ShadowRays     rays that wait, and what their answers go to
@@ -45,20 +48,12 @@ class Estimator {
  public:
   explicit Estimator(const CellLight& light);
 
-  /// What shares one comb: the points of a pixel, or of a tile.
-  struct Unit {
-    uint32_t first = 0;  ///< its primaries, [first, end)
-    uint32_t end = 0;
-    uint32_t rays = 0;
-    float candidates = 0;  ///< unshadowed glossy directions of all groups together
-    uint64_t seed = 0;
-  };
-
   /// The tile whose units follow; primaries, patches and the `visibility` of each patch must stay
   /// as they are until the last of them. A patch's visibility is asked for when the first unit
-  /// needs it.
+  /// needs it. `units`: those that may share candidates, in any order.
   void begin_tile(const Scene& scene, const TilePrimaries& primaries, std::span<Patch> patches,
-                  std::span<const Visibility> visibility, uint64_t seed, RenderCounters& counters);
+                  std::span<const Visibility> visibility, uint64_t seed, RenderCounters& counters,
+                  std::span<const Unit> units = {});
 
   /// Adds the reflected light of the unit's points, summed, to `sum`: control terms at once, what
   /// rays find when they are traced. `sum` must stay where it is until flush().

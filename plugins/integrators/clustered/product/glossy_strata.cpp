@@ -21,15 +21,7 @@ constexpr size_t kAhead = 8;
 
 }  // namespace
 
-void GlossyStrata::Columns::resize(size_t size) {
-  Candidates::resize(size);
-  if (cell_density.size() < member.size()) cell_density.resize(member.size());
-}
-
-GlossyStrata::GlossyStrata(const CellLight& light)
-    : light_(light),
-      importance_(light.columns.count),
-      importance_blocks_(light.columns.count / simd::kCellLanes) {}
+GlossyStrata::GlossyStrata(const CellLight& light) : light_(light), shared_(light), importance_(light) {}
 
 GlossyStrata::Counts GlossyStrata::counts(const Patch& patch, float candidates) {
   Counts counts{kMinLobeLog2, 0};
@@ -74,68 +66,83 @@ void GlossyStrata::draw_from_lobe(const GroupView& group, uint32_t lobe_log2, ui
 /// By their importance, by a comb.
 void GlossyStrata::draw_from_cells(const GroupView& group, size_t first, uint32_t count,
                                    uint64_t seed) {
-  double total = 0;
-  for (const float sum : importance_blocks_) total += sum;
-  Comb comb(total, count, random_float(seed, 2));
-  hits_.clear();
-  comb.pass(importance_.data(), importance_blocks_.data(), importance_.size(), hits_);
+  const auto hits = importance_.draw(count, random_float(seed, 2));
   const uint32_t start = random_bits(seed, 3);
-  for (const Comb::Hit& hit : hits_) {
-    __builtin_prefetch(&light_.points.pick(hit.stratum, hit.remainder));
-  }
   for (size_t j = 0; j < padded(count); ++j) {
     const size_t i = first + j;
     candidates_.member[i] = group.pick(start + static_cast<uint32_t>(j) * kPlastic);
-    if (j >= hits_.size()) {  // padding
-      const Vec3& n = group.normal(candidates_.member[i]);
-      candidates_.dx[i] = n.x;
-      candidates_.dy[i] = n.y;
-      candidates_.dz[i] = n.z;
-      candidates_.cell[i] = 0;
-      candidates_.cell_density[i] = 0;
-      candidates_.radiance[i] = Rgb(0.f);
-      continue;
+    if (j < hits.size()) {
+      candidates_.put(i, light_.points.pick(hits[j].stratum, hits[j].remainder));
+    } else {
+      candidates_.put_nothing(i, group.normal(candidates_.member[i]));
     }
-    const uint32_t cell = hits_[j].stratum;
-    const CellPoint& point = light_.points.pick(cell, hits_[j].remainder);
-    candidates_.dx[i] = point.d.x;
-    candidates_.dy[i] = point.d.y;
-    candidates_.dz[i] = point.d.z;
-    candidates_.cell[i] = cell;
-    candidates_.cell_density[i] = point.density;
-    candidates_.radiance[i] = point.weight * point.density;
   }
 }
 
 void GlossyStrata::draw(const GroupView& view, const Counts& counts, uint64_t seed) {
   const Group& group = view.group;
-  simd::GlossyQuery query;
-  for (int axis = 0; axis < 3; ++axis) {
-    query.normal[axis] = group.normal[axis];
-    query.viewer[axis] = group.viewer[axis];
-  }
-  // Wider than the lobe: its tails matter where the light is bright.
-  query.alpha2 = view.patch.alpha2() * 4;
-  query.spread = std::clamp(1 - group.cosine, 0.f, 2.f);
-  importance_total_ =
-      simd::glossy_importance(light_.columns, query, importance_.data(), importance_blocks_.data());
+  importance_.find({group.normal, group.viewer, group.cosine, view.patch.alpha2()});
   drawn_ = {candidates_.size(), 1u << counts.lobe_log2,
-            importance_total_ > 0 ? counts.from_cells : 0};
+            importance_.total() > 0 ? counts.from_cells : 0};
   const size_t first_of_cells = drawn_.first + drawn_.from_lobe;
   candidates_.resize(first_of_cells + padded(drawn_.from_cells));
   draw_from_lobe(view, counts.lobe_log2, seed);
   if (drawn_.from_cells > 0) draw_from_cells(view, first_of_cells, drawn_.from_cells, seed);
 }
 
+Rgb GlossyStrata::add(const GroupView& group, float candidates, uint64_t seed, Strata& strata) {
+  if (const SharedCandidates::Set* const set = shared_.find(group)) {
+    return take(group, *set, SharedCandidates::blocks_for(*set, candidates), seed, strata);
+  }
+  return add(group, counts(group.patch, candidates), seed, strata);
+}
+
+/// Blocks of what the group shares, from a random one on.
+Rgb GlossyStrata::take(const GroupView& group, const SharedCandidates::Set& set, uint32_t blocks,
+                       uint64_t seed, Strata& strata) {
+  DistantCandidates& c = candidates_;
+  const size_t first = c.size(), size = blocks * set.size;
+  c.resize(first + size);
+  const uint32_t begin = scaled(random_bits(seed, 4), set.blocks);
+  const auto block_of = [&](uint32_t k) { return (begin + k) % set.blocks; };
+  for (uint32_t k = 0; k < blocks; ++k) {
+    const Directions from = shared_.directions(set, block_of(k));
+    const size_t to = first + k * set.size;
+    std::copy_n(from.dx, set.size, &c.dx[to]);
+    std::copy_n(from.dy, set.size, &c.dy[to]);
+    std::copy_n(from.dz, set.size, &c.dz[to]);
+    std::copy_n(shared_.cells(set, block_of(k)), set.size, &c.cell[to]);
+  }
+  const uint32_t start = random_bits(seed, 0);
+  for (size_t j = 0; j < size; ++j) {
+    c.member[first + j] = group.pick(start + static_cast<uint32_t>(j) * kGolden);
+  }
+  values_.glossy(group, c.directions(first), c.lobe_columns(first));
+  const Strata::Columns columns = strata.append(Strata::Kind::kGlossy, group.index, size, first);
+  const Rgb variate = shared_.variate(group), mean = variate * set.mean;
+  const auto share = 1 / static_cast<float>(blocks);
+  const simd::TakenQuery query{static_cast<float>(group.group.count) * share,
+                               {variate.x * share, variate.y * share, variate.z * share}};
+  float control[3] = {mean.x, mean.y, mean.z};
+  for (uint32_t k = 0; k < blocks; ++k) {
+    const size_t i = first + k * set.size, stratum = k * set.size;
+    simd::weigh_taken({{&c.f[0][i], &c.f[1][i], &c.f[2][i]},
+                       shared_.values(set, block_of(k)),
+                       {&c.weight[0][i], &c.weight[1][i], &c.weight[2][i]},
+                       columns.weights + stratum},
+                      query, set.size, control, columns.block_sums + stratum / simd::kCellLanes);
+  }
+  return {control[0], control[1], control[2]};
+}
+
 Rgb GlossyStrata::add(const GroupView& group, const Counts& counts, uint64_t seed, Strata& strata) {
   draw(group, counts, seed);
-  Columns& c = candidates_;
+  DistantCandidates& c = candidates_;
   const size_t first = drawn_.first, size = c.size() - first;
   values_.glossy(group, c.directions(first), c.lobe_columns(first));
   const Strata::Columns columns = strata.append(Strata::Kind::kGlossy, group.index, size, first);
-  const bool has_cells = importance_total_ > 0;
-  const simd::CandidateQuery query{importance_.data(),
-                                   has_cells ? 1 / importance_total_ : 0.f,
+  const simd::CandidateQuery query{importance_.values(),
+                                   importance_.inverse_total(),
                                    static_cast<float>(drawn_.from_cells),
                                    static_cast<float>(drawn_.from_lobe),
                                    static_cast<float>(group.group.count),

@@ -4,8 +4,9 @@
 #include <vector>
 
 #include "clustered/product/candidates.h"
-#include "clustered/product/cell_light.h"
+#include "clustered/product/cell_importance.h"
 #include "clustered/product/ray_comb.h"
+#include "clustered/product/shared_candidates.h"
 #include "clustered/product/shadow_rays.h"
 
 namespace kinome {
@@ -28,13 +29,21 @@ class GlossyStrata {
   /// Of a pilot's group: enough to tell variances.
   static Counts pilot_counts(const Patch& patch);
 
+  /// See SharedCandidates. Where no tile has begun, nothing is shared.
+  void begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
+                  std::span<const Visibility> visibility, std::span<const Unit> units,
+                  uint64_t seed) {
+    shared_.begin_tile(primaries, patches, visibility, units, seed);
+  }
   void begin_unit() { candidates_.resize(0); }
   /// False where there is no such light.
   bool applies(const GroupView& group) const {
     return light_.has_distant() && group.has(Lobe::kGlossy);
   }
-  /// Draws the group's candidates and appends them to the strata. Returns what learned visibilities
-  /// say that its points reflect, summed.
+  /// About so many candidates, shared ones where the group may share, appended to the strata.
+  /// Returns what learned visibilities say that its points reflect, summed.
+  Rgb add(const GroupView& group, float candidates, uint64_t seed, Strata& strata);
+  /// The same with candidates of the group's own.
   Rgb add(const GroupView& group, const Counts& counts, uint64_t seed, Strata& strata);
   /// For the plan, from the candidates that were added last: mean and variance of the unshadowed
   /// light of the group's `points` (of the tile), which is also added to `patch`, and the share of
@@ -46,10 +55,6 @@ class GlossyStrata {
              ShadowRays& rays) const;
 
  private:
-  struct Columns : Candidates {
-    std::vector<float> cell_density;  ///< of the draw from cells, per solid angle
-    void resize(size_t size);
-  };
   /// The candidates that were added last.
   struct Drawn {
     size_t first = 0;
@@ -59,13 +64,15 @@ class GlossyStrata {
   void draw_from_lobe(const GroupView& group, uint32_t lobe_log2, uint64_t seed);
   void draw_from_cells(const GroupView& group, size_t first, uint32_t count, uint64_t seed);
 
+  Rgb take(const GroupView& group, const SharedCandidates::Set& set, uint32_t blocks,
+           uint64_t seed, Strata& strata);
+
   const CellLight& light_;
   LobeValues values_;
-  Columns candidates_;
+  SharedCandidates shared_;
+  DistantCandidates candidates_;
   Drawn drawn_;
-  std::vector<float> importance_, importance_blocks_;  ///< of each cell, for the group drawn last
-  float importance_total_ = 0;
-  std::vector<Comb::Hit> hits_;
+  CellImportance importance_;  ///< for the group drawn last
 };
 
 }  // namespace kinome

@@ -34,7 +34,7 @@ struct Probe {
   Records operator()(uint32_t rays, uint64_t seed) {
     Records records(patches.size());
     std::vector<PointPlan> points(primaries.size());
-    Estimator::Unit unit;
+    Unit unit;
     unit.end = static_cast<uint32_t>(primaries.size());
     unit.rays = rays;
     unit.seed = seed;

@@ -141,7 +141,7 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
                               hash_words(seed_, index, 2), counters);
   size_t lit = 0;
   for (size_t i = 0; i < primaries.size(); ++i) lit += primaries.patch(i) >= 0;
-  Estimator::Unit unit;
+  Unit unit;
   unit.end = static_cast<uint32_t>(primaries.size());
   unit.rays = static_cast<uint32_t>(lit * effort_.rays / effort_.primaries);
   unit.seed = hash_words(seed_, index, 1);

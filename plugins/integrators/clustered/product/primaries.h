@@ -146,6 +146,7 @@ class TilePrimaries {
   void set_patch(size_t ray, int32_t patch) { all_->patch_[point(ray)] = patch; }
   /// Bsdf::reflection_frame, and the unit direction toward the viewer; world space.
   Vec3 normal(size_t ray) const { return at(all_->frames_.normal, ray); }
+  Vec3 tangent(size_t ray) const { return at(all_->frames_.tangent, ray); }
   Vec3 viewer(size_t ray) const { return at(all_->frames_.viewer, ray); }
   /// BsdfForm::diffuse, or LobeReflectance::diffuse where there is no form; 0: no such lobe.
   Rgb diffuse(size_t ray) const { return at(all_->diffuse_, ray); }

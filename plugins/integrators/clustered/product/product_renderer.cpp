@@ -53,6 +53,7 @@ struct ProductRenderer::Worker {
   Estimator estimator;
   std::vector<Patch> patches;
   std::vector<Visibility> visibility;
+  std::vector<Unit> units;    ///< pixels of a tile
   std::vector<Rgb> sums;      ///< of a block's pixels, tile by tile
   std::vector<float> alphas;  ///< of the same
   std::vector<Vec3> diagnostics;
@@ -146,18 +147,20 @@ void ProductRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& pri
   worker.patches = knowledge_.patches(tile.index);
   assign_patches(primaries, worker.patches);
   find_visibilities(tile.index, worker);
-  worker.estimator.begin_tile(scene_, primaries, worker.patches, worker.visibility,
-                              hash_words(seed, static_cast<uint64_t>(tile.index), 3), counters);
   const Rect& pixels = tile.pixels;
+  worker.units.resize(pixels.area());
   for (int i = 0; i < pixels.area(); ++i) {
     const size_t pixel =
         grid_.pixel(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width());
-    Estimator::Unit unit;
-    unit.first = primaries.first(i);
-    unit.end = primaries.first(i + 1);
-    unit.rays = std::max<uint32_t>(plan[pixel].rays, kLeastRays);
-    unit.candidates = plan[pixel].candidates;
-    unit.seed = hash_words(seed, pixel, 2);
+    worker.units[i] = {primaries.first(i), primaries.first(i + 1),
+                       std::max<uint32_t>(plan[pixel].rays, kLeastRays), plan[pixel].candidates,
+                       hash_words(seed, pixel, 2)};
+  }
+  const std::span<const Unit> units = worker.units;
+  worker.estimator.begin_tile(scene_, primaries, worker.patches, worker.visibility,
+                              hash_words(seed, static_cast<uint64_t>(tile.index), 3), counters,
+                              settings_.shared_candidates ? units : units.first(0));
+  for (const Unit& unit : units) {
     Rgb& sum = worker.sums.emplace_back(0.f);
     float hits = 0;
     for (uint32_t k = unit.first; k < unit.end; ++k) {

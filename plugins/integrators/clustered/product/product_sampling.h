@@ -37,6 +37,7 @@ struct ProductSettings {
   bool adaptive = true;         ///< rays go to the pixels that need them
   bool smooth_plan = true;      ///< which those are, pixels around tell, where the pilot is small
   bool horizon_terms = true;    ///< also in cells at the horizon of flat surfaces
+  bool shared_candidates = true;  ///< pixels share glossy directions where they reflect alike
   bool light_guide = true;      ///< light points go to what the camera sees the light of
 };
 

@@ -1,0 +1,239 @@
+#include "clustered/product/shared_candidates.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "clustered/cells/hilbert_points.h"
+
+namespace kinome {
+namespace {
+
+/// Fewer pixels than this would only share the work of sharing.
+constexpr uint32_t kLeastPixels = 3;
+/// Points spread less than this, relative to the lobe's roughness.
+constexpr float kMostSpread = 0.5f;
+/// The mean point sees the viewer so far above the horizon of any normal of the node: every
+/// direction that any point reflects is then one of the mean lobe's.
+constexpr float kHorizonMargin = 0.02f;
+/// How much of the spread widens the lobe that candidates are drawn by.
+constexpr float kWidening = 0.5f;
+/// Of the candidates that it wants, a pixel takes this share where all points are alike, and all
+/// where their spread is kMostSpread.
+constexpr float kLeastShare = 0.8f;
+/// Blocks are as many as make about this share of what all pixels want.
+constexpr double kDrawn = 0.25;
+constexpr uint32_t kMostBlocks = 8;
+/// A block's candidates of either kind.
+constexpr uint32_t kLeastFromLobe = 16, kLeastFromCells = 2;
+/// Groups farther than about this from the mean point, relative to the lobe's roughness, have little
+/// of the control variate.
+constexpr float kVariateReach2 = 2;
+/// What a specular colour may be, relative to that of the patch's first point.
+constexpr float kMostRatio = 4, kLeastSpecular = 1e-3f;
+
+float least_alpha2(const Patch& patch) {
+  return sqr(std::min(patch.lobe.alpha_u, patch.lobe.alpha_v));
+}
+
+}  // namespace
+
+SharedCandidates::SharedCandidates(const CellLight& light) : light_(light), importance_(light) {
+  mean_point_.resize(kBlockLanes);
+}
+
+void SharedCandidates::begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
+                                  std::span<const Visibility> visibility,
+                                  std::span<const Unit> units, uint64_t seed) {
+  patches_ = patches;
+  visibility_ = visibility;
+  seed_ = seed;
+  candidates_.resize(0);
+  sets_.clear();
+  nodes_.clear();
+  if (units.size() < kLeastPixels || !light_.has_distant()) return;
+  nodes_.divide(primaries, patches, units);
+  for (const PointNode& node : nodes_.nodes()) {
+    Set& set = sets_.emplace_back();
+    set.is_shared = may_share(node);
+    if (set.is_shared) choose_counts(node, set);
+  }
+}
+
+bool SharedCandidates::may_share(const PointNode& node) const {
+  if (node.pixels < kLeastPixels) return false;
+  if (node.spread2 > sqr(kMostSpread) * least_alpha2(patches_[node.patch])) return false;
+  return glm::dot(node.normal, node.viewer) > cone_sine(node.cosine) + kHorizonMargin;
+}
+
+void SharedCandidates::choose_counts(const PointNode& node, Set& set) const {
+  const Patch& patch = patches_[node.patch];
+  const float spread = std::sqrt(node.spread2 / least_alpha2(patch));
+  set.share = std::min(1.f, kLeastShare + spread);
+  const double of_pixel = std::max(8., set.share * node.wanted / node.pixels);
+  uint32_t blocks = 1;
+  while (blocks < kMostBlocks && blocks * 2 * of_pixel < kDrawn / 0.75 * node.wanted) blocks *= 2;
+  const double from_lobe = of_pixel * (1 - patch.cell_share);
+  uint32_t lobe_log2 = 4;
+  while (lobe_log2 < HilbertPoints::kMaxLog2 &&
+         static_cast<double>(1u << lobe_log2) * 1.4142 < from_lobe * blocks) {
+    ++lobe_log2;
+  }
+  while (blocks > 1 && (1u << lobe_log2) / blocks < kLeastFromLobe) blocks /= 2;
+  set.blocks = blocks;
+  set.from_lobe = (1u << lobe_log2) / blocks;
+  set.from_cells = std::max(kLeastFromCells,
+                            static_cast<uint32_t>(of_pixel * patch.cell_share + 0.5));
+}
+
+uint32_t SharedCandidates::blocks_for(const Set& set, float wanted) {
+  const float of_block = static_cast<float>(set.from_lobe + set.from_cells);
+  const auto blocks = static_cast<uint32_t>(set.share * wanted / of_block + 0.5f);
+  return std::clamp(blocks, 1u, set.blocks);
+}
+
+const SharedCandidates::Set* SharedCandidates::find(const GroupView& group) {
+  const int32_t index = nodes_.of(group.primary(0));
+  if (index < 0 || !sets_[index].is_shared) return nullptr;
+  Set& set = sets_[index];
+  if (!set.is_drawn) {
+    set.is_drawn = true;
+    draw(nodes_.nodes()[index], set, hash_words(seed_, static_cast<uint64_t>(index)));
+  }
+  return &set;
+}
+
+Rgb SharedCandidates::variate(const GroupView& group) const {
+  const PointNode& node = node_of(group);
+  const Vec3 offset = node.offset(group.group.normal, group.group.viewer);
+  const float likeness =
+      std::exp(-glm::dot(offset, offset) / (kVariateReach2 * group.patch.alpha2()));
+  const auto points = static_cast<float>(group.group.count);
+  if (group.patch.is_uniform) return Rgb(likeness * points);
+  Rgb specular(0.f);
+  for (uint32_t k = 0; k < group.group.count; ++k) {
+    specular += group.primaries.specular(group.primary(k));
+  }
+  Rgb part(0.f);
+  for (int c = 0; c < 3; ++c) {
+    const float first = group.patch.form.specular[c];
+    if (first > kLeastSpecular) part[c] = std::min(kMostRatio * points, specular[c] / first);
+  }
+  return likeness * part;
+}
+
+Directions SharedCandidates::directions(const Set& set, uint32_t block) const {
+  return candidates_.directions(set.first + block * set.size);
+}
+
+simd::SharedValues SharedCandidates::values(const Set& set, uint32_t block) const {
+  const size_t i = set.first + block * set.size;
+  return {{&ratio_[0][i], &ratio_[1][i], &ratio_[2][i]},
+          {&known_[0][i], &known_[1][i], &known_[2][i]},
+          &v_[i],
+          &sigma_[i]};
+}
+
+/// Of the patch, and wide enough for points around the mean one.
+simd::HalfVectorLobe SharedCandidates::lobe_of(const PointNode& node) const {
+  const simd::HalfVectorLobe& lobe = patches_[node.patch].lobe;
+  const float more = kWidening * node.spread2;
+  return {std::sqrt(sqr(lobe.alpha_u) + more), std::sqrt(sqr(lobe.alpha_v) + more)};
+}
+
+void SharedCandidates::draw(const PointNode& node, Set& set, uint64_t seed) {
+  const Patch& patch = patches_[node.patch];
+  importance_.find({node.normal, node.viewer, patch.cone_cosine, patch.alpha2()});
+  if (!(importance_.total() > 0)) set.from_cells = 0;
+  set.size = padded(set.from_lobe + set.from_cells);
+  set.first = candidates_.size();
+  candidates_.resize(set.first + set.blocks * set.size);
+  const size_t room = candidates_.member.size();
+  for (auto* const column : {&ratio_[0], &ratio_[1], &ratio_[2], &known_[0], &known_[1],
+                             &known_[2], &v_, &sigma_}) {
+    if (column->size() < room) column->resize(room);
+  }
+  if (mean_member_.size() < room) mean_member_.resize(room, 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    mean_point_.normal[axis][0] = node.normal[axis];
+    mean_point_.tangent[axis][0] = node.tangent[axis];
+    mean_point_.viewer[axis][0] = node.viewer[axis];
+  }
+  draw_from_lobe(node, set, hash_words(seed, 1));
+  draw_from_cells(node, set, random_float(seed, 2));
+  evaluate(node, set);
+}
+
+/// All blocks' together are one stratified set, of which each has every set.blocks-th point.
+void SharedCandidates::draw_from_lobe(const PointNode& node, const Set& set, uint64_t seed) {
+  const uint32_t count = set.from_lobe, blocks = set.blocks;
+  const auto points = HilbertPoints::get().power_of_two(
+      static_cast<uint32_t>(std::countr_zero(count * blocks)));
+  for (auto& column : numbers_) column.resize(padded(count));
+  for (uint32_t block = 0; block < blocks; ++block) {
+    for (uint32_t i = 0; i < count; ++i) {
+      numbers_[0][i] = points.x[i * blocks + block];
+      numbers_[1][i] = points.y[i * blocks + block];
+    }
+    const size_t first = set.first + block * set.size;
+    DistantCandidates& c = candidates_;
+    float *const dx = &c.dx[first], *const dy = &c.dy[first], *const dz = &c.dz[first];
+    simd::sample_lobe(lobe_of(node), {mean_point_, mean_id_.data(), 1}, mean_member_.data(),
+                      {numbers_[0].data(),
+                       numbers_[1].data(),
+                       {static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32)}},
+                      count, dx, dy, dz);
+    light_.cells.look_up({dx, dy, dz, &c.cell[first], &c.cell_density[first], &c.radiance[first]},
+                         count);
+  }
+}
+
+/// One comb, dealt alike.
+void SharedCandidates::draw_from_cells(const PointNode& node, const Set& set, float offset) {
+  const uint32_t blocks = set.blocks;
+  std::span<const Comb::Hit> hits;
+  if (set.from_cells > 0) hits = importance_.draw(set.from_cells * blocks, offset);
+  for (uint32_t block = 0; block < blocks; ++block) {
+    const size_t first = set.first + block * set.size + set.from_lobe;
+    for (size_t i = 0; i < set.size - set.from_lobe; ++i) {
+      const size_t hit = i * blocks + block;
+      if (i < set.from_cells && hit < hits.size()) {
+        candidates_.put(first + i, light_.points.pick(hits[hit].stratum, hits[hit].remainder));
+      } else {
+        candidates_.put_nothing(first + i, node.normal);
+      }
+    }
+  }
+}
+
+void SharedCandidates::evaluate(const PointNode& node, Set& set) {
+  const Patch& patch = patches_[node.patch];
+  const size_t first = set.first, size = set.blocks * set.size;
+  const Directions to = candidates_.directions(first);
+  const LobeColumns out = candidates_.lobe_columns(first);
+  simd::evaluate_microfacets(kind_of(patch.form), microfacet_of(patch.form), nullptr,
+                             lobe_of(node), {mean_point_, mean_id_.data(), 1},
+                             mean_member_.data(), to.dx, to.dy, to.dz, size,
+                             {{out.f[0], out.f[1], out.f[2]}, out.density});
+  const Visibility& visibility = visibility_[node.patch];
+  const simd::SharedQuery query{importance_.values(),
+                                importance_.inverse_total(),
+                                static_cast<float>(set.from_cells),
+                                static_cast<float>(set.from_lobe),
+                                {visibility.v.data(), visibility.sigma.data()}};
+  float sums[3];
+  simd::share_candidates({{out.f[0], out.f[1], out.f[2]},
+                          &candidates_.radiance[first].x,
+                          &candidates_.cell[first],
+                          &candidates_.cell_density[first],
+                          out.density},
+                         query, size,
+                         {{&ratio_[0][first], &ratio_[1][first], &ratio_[2][first]},
+                          {&known_[0][first], &known_[1][first], &known_[2][first]},
+                          &v_[first],
+                          &sigma_[first]},
+                         sums);
+  set.mean = Rgb(sums[0], sums[1], sums[2]) / static_cast<float>(set.blocks);
+}
+
+}  // namespace kinome
