@@ -12,16 +12,17 @@
 # Ends with validation/engine/. Begins no measurement that would end after 10 minutes; the same
 # command then goes on. --build: the program of that build folder, which is not built.
 #
-# maps: where the error of clustered by product lies, pixel by pixel and by classes of pixels, on six
+# maps: where the error of clustered by product lies, by pixels and by classes of pixels, on six
 # scenes, in 3 minutes. Ends with validation/maps/. Needs no Mitsuba.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are taken only if
 # asked for; all: these and the rest, 26.
 # Without a mode, all three, in about an hour on two cores; --quick: the same in a small form, in 10
-# minutes, which goes to out/report unless --output says otherwise. `benchmark all` takes somewhat more
-# than an hour, and half of one for the next program, as what Mitsuba did is kept. --scenes-for TIME
-# (90s, 15m, 2h) begins no scene that would end later, by what scenes have taken so far; first come
-# those that this program wasn't measured on, then those whose measurement is the oldest.
+# minutes, which goes to out/report unless --output says otherwise. `benchmark all` takes somewhat
+# more than an hour, and half of one for the next program, as what Mitsuba did is kept.
+# --scenes-for TIME (90s, 15m, 2h) begins no scene that would end later, by what scenes have taken
+# so far; first come those that this program wasn't measured on, then those whose measurement is
+# the oldest.
 # What was measured before is not measured again, so an interrupted run goes on where it stopped;
 # --fresh measures anew what it is asked for. What can't be had is said in a line, left out, and the
 # rest goes on.

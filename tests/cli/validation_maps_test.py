@@ -6,6 +6,7 @@ import io
 import json
 import os
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
@@ -134,6 +135,24 @@ class Patches(unittest.TestCase):
         glossy, visible = np.array([False, False, False]), np.ones((8, 8))
         self.assertEqual(set(maps.classify(points, 0, glossy, visible).flat),
                          {maps.NAMES.index("dull"), maps.NAMES.index("several patches")})
+
+    def test_the_rules_are_those_of_product(self):
+        folder = ROOT / "plugins/integrators/clustered/product"
+        texts = {name: (folder / name).read_text("utf-8") for name in (
+            "patches.cpp", "primaries.h", "product_renderer.cpp")}
+        for file, name, value in (("patches.cpp", "kPatchCosine", surfaces.COSINE),
+                                  ("patches.cpp", "kConeFactor", surfaces.CONE_FACTOR),
+                                  ("patches.cpp", "kConeMargin", surfaces.CONE_MARGIN),
+                                  ("patches.cpp", "kPlaneWidths", surfaces.PLANE_WIDTHS),
+                                  ("patches.cpp", "kMaxPatches", surfaces.MOST),
+                                  ("primaries.h", "kTileSide", surfaces.SIDE),
+                                  ("product_renderer.cpp", "kLeastToLearn", surfaces.PILOT[0][0])):
+            found = re.search(rf"constexpr \w+ {name} = ([\d.]+)f?;", texts[file])
+            self.assertIsNotNone(found, name)
+            self.assertEqual(float(found[1]), value, name)
+        (few, one), (some, two), (_, four) = surfaces.PILOT[1:]
+        self.assertIn(f"effort.primaries = rays_per_pixel < {few} ? {one} : rays_per_pixel < {some} "
+                      f"? {two} : {four};", texts["product_renderer.cpp"])
 
     def test_the_pilot_grows_with_the_rays(self):
         self.assertEqual([surfaces.pilot_rays(n) for n in (9, 12, 48, 192)], [0, 1, 2, 4])

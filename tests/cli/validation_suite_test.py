@@ -174,7 +174,7 @@ class FakeReferences:
     def __init__(self, shape=(SIZE[1], SIZE[0], 3)):
         self.truth = Estimate("truth", np.ones(shape), np.full(shape, 1e-9), 16)
 
-    def load(self, _scene, _size):
+    def load(self, _scene, _size, **_for):
         return self.truth, {"hash": "45", "integrator": "DirectIntegrator", "seeds": 16,
                             "variant": "llvm_ad_rgb", "samples_used": 256, "masked_pixels": 2,
                             "sampler": "MultijitterSampler", "not_finite": 5}

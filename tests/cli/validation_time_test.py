@@ -157,10 +157,10 @@ class References(InFolder):
         made = truth.References(self.folder / "none", self.folder, tables.FULL, self.log)
         for share, wanted in ((1, (512, 32)), (1 / 2, (512, 16)), (1 / 4, (256, 16))):
             scene = dataclasses.replace(HEBE, timed_share=share)
-            self.assertEqual(made.samples_and_seeds(scene, tables.FULL.timed_size(scene)), wanted)
-            self.assertEqual(made.samples_and_seeds(scene, scene.size), (512, 32))
+            self.assertEqual(made.samples_and_seeds(scene, True), wanted)
+            self.assertEqual(made.samples_and_seeds(scene, False), (512, 32))
         for scene in tables.SCENES:
-            samples, seeds = made.samples_and_seeds(scene, tables.FULL.timed_size(scene))
+            samples, seeds = made.samples_and_seeds(scene, True)
             self.assertGreaterEqual(seeds, tables.RENDERS, scene.name)
             self.assertGreaterEqual(samples, 16, scene.name)
             self.assertTrue(scene.envmap or not scene.truth_compensated, scene.name)
@@ -170,7 +170,7 @@ class FakeTruths:
     def __init__(self):
         self.made = set()
 
-    def is_there(self, scene, _size):
+    def is_there(self, scene, _size, **_for):
         return scene.name in self.made
 
 

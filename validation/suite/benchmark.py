@@ -48,7 +48,7 @@ class Benchmark:
         """Everything about one scene. Raises Problem if there is no reference."""
         clock = Clock()
         size = self.effort.timed_size(scene)
-        truth, description = self.references.load(scene, size)
+        truth, description = self.references.load(scene, size, timed=True)
         if truth.mean.shape[:2] != (size[1], size[0]):
             raise Problem(f"{scene.name}: the reference is {truth.mean.shape[1]}x"
                           f"{truth.mean.shape[0]}, the pictures are {size[0]}x{size[1]}")

@@ -87,7 +87,7 @@ class Schedule:
         """Is that part of the scene kept from earlier, so that it needn't be made? (What a search
         found doesn't depend on our program.)"""
         if part == "reference":
-            return self.references.is_there(scene, self.effort.timed_size(scene))
+            return self.references.is_there(scene, self.effort.timed_size(scene), timed=True)
         return part != "turns" and bool(self.history(scene))
 
     def is_begun(self, scene):

@@ -22,7 +22,7 @@ class Scene:
     """A scene whose size can be set. `truth`: the integrator of Mitsuba's reference; `peers`: those
     of Mitsuba that are tried for speed; `truth_factor`: its reference is made from this many times
     as many renders, as Mitsuba hardly finds its light; `timed_share`: the share of its samples that
-    suffices where it is timed. By these, its own relMSE, half of which can be told, is about 1e-5 or
+    suffices where it is timed. By these its own relMSE, half of which can be told, is about 1e-5 or
     less (as far as a slope is followed), 2e-5 to 1e-4, or, where even 1e-4 would take most of an
     hour, 4e-4 to 2e-3."""
 

@@ -20,32 +20,31 @@ class References:
         self.python, self.folder, self.effort, self.log = python, folder, effort, log
         self.known = {}
 
-    def path(self, scene, size):
-        """Where the EXR is or will be."""
-        samples, seeds = self.samples_and_seeds(scene, size)
+    def path(self, scene, size, timed=False):
+        """Where the EXR is or will be. `timed`: what it is for."""
+        samples, seeds = self.samples_and_seeds(scene, timed)
         name = (f"{scene.name}-{size[0]}x{size[1]}-{scene.truth}-"
                 f"{'compensated-' if scene.truth_compensated else ''}{samples}x{seeds}-"
                 f"{scene_hash(scene.path)}")
         return self.folder / name / f"{scene.path.stem}.exr"
 
-    def samples_and_seeds(self, scene, size):
+    def samples_and_seeds(self, scene, timed):
         """Where a picture is timed, tables.Scene.timed_share of what it takes to compare one."""
-        share = scene.timed_share if tuple(size) == self.effort.timed_size(scene) else 1
-        seeds = self.effort.truth_seeds * scene.truth_factor * share
+        seeds = self.effort.truth_seeds * scene.truth_factor * (scene.timed_share if timed else 1)
         fewer = min(seeds / RENDERS, 1)
         return round(self.effort.truth_samples * fewer), round(seeds / fewer)
 
-    def is_there(self, scene, size):
+    def is_there(self, scene, size, timed=False):
         # make.py writes the note last: with it, the picture is whole.
-        note = read_json(self.path(scene, size).with_suffix(".json"))
+        note = read_json(self.path(scene, size, timed).with_suffix(".json"))
         pinned = REQUIREMENTS.read_text("utf-8").split()
         return note is not None and f"mitsuba=={note['version']}" in pinned
 
-    def picture(self, scene, size):
+    def picture(self, scene, size, timed=False):
         """Path of the EXR; made if it isn't there. Raises Problem."""
-        path = self.path(scene, size)
-        if not self.is_there(scene, size):
-            self._make(scene, path.parent, *size, *self.samples_and_seeds(scene, size))
+        path = self.path(scene, size, timed)
+        if not self.is_there(scene, size, timed):
+            self._make(scene, path.parent, *size, *self.samples_and_seeds(scene, timed))
         return path
 
     def _make(self, scene, folder, width, height, samples, seeds):
@@ -62,12 +61,13 @@ class References:
             lines = result.stderr.strip().splitlines() or ["make.py failed"]
             raise Problem(f"{scene.name}: no reference: {lines[-1]}")
 
-    def load(self, scene, size):
+    def load(self, scene, size, timed=False):
         """(Estimate, what is to be told of it). Raises Problem."""
-        if (scene.name, size) not in self.known:
-            path = self.picture(scene, size)
-            self.known[scene.name, size] = load_reference(path), describe(path)
-        return self.known[scene.name, size]
+        key = scene.name, size, timed
+        if key not in self.known:
+            path = self.picture(scene, size, timed)
+            self.known[key] = load_reference(path), describe(path)
+        return self.known[key]
 
 
 def load_reference(path):
