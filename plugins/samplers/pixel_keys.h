@@ -6,7 +6,7 @@
 
 #include "kinome/blocks.h"
 #include "kinome/owen.h"
-#include "kinome/wide/numbers.h"
+#include "kinome/wide/lanes.h"
 
 namespace kinome {
 
@@ -14,7 +14,8 @@ namespace kinome {
 class PixelKeys {
  public:
   void resize(size_t pixels) {
-    if (low_.size() < pixels) low_.resize(pixels), high_.resize(pixels);
+    const size_t size = pixels + kBlockLanes;  // a vector may begin at any pixel
+    if (low_.size() < size) low_.resize(size), high_.resize(size);
   }
   void set(size_t pixel, uint64_t key) {
     low_[pixel] = static_cast<uint32_t>(key);
@@ -44,6 +45,22 @@ void for_each_vector(const PixelSamples& samples, const Function& fn) {
     return;
   }
   const size_t count = samples.count();
+  if (kLanes % samples.samples == 0) {  // of a few pixels, one after another
+    uint32_t pixels[kLanes], indices[kLanes];
+    for (uint32_t l = 0; l < kLanes; ++l) {
+      pixels[l] = l / samples.samples;
+      indices[l] = samples.first_sample + l % samples.samples;
+    }
+    const Int at = Int::load(pixels);
+    const Uint sample = Uint::load(indices);
+    for (size_t i = 0, p = 0; i < count; i += kLanes, p += kLanes / samples.samples) {
+      fn(i, sample, [&](const uint32_t* column) {
+        const Uint keys = Uint::load(column + p);
+        return as_uint(pick(as_float(keys), at));
+      });
+    }
+    return;
+  }
   uint32_t pixel = 0, sample = 0;
   for (size_t i = 0; i < count; i += kLanes) {
     uint32_t pixels[kLanes], indices[kLanes];
