@@ -151,8 +151,8 @@ class Patches(unittest.TestCase):
             self.assertIsNotNone(found, name)
             self.assertEqual(float(found[1]), value, name)
         (few, one), (some, two), (_, four) = surfaces.PILOT[1:]
-        self.assertIn(f"effort.primaries = rays_per_pixel < {few} ? {one} : rays_per_pixel < {some} "
-                      f"? {two} : {four};", texts["product_renderer.cpp"])
+        self.assertIn(f"effort.primaries = rays_per_pixel < {few} ? {one} : rays_per_pixel < "
+                      f"{some} ? {two} : {four};", texts["product_renderer.cpp"])
 
     def test_the_pilot_grows_with_the_rays(self):
         self.assertEqual([surfaces.pilot_rays(n) for n in (9, 12, 48, 192)], [0, 1, 2, 4])
