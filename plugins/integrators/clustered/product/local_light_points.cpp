@@ -29,8 +29,8 @@ uint32_t morton_code(const Vec3& at) {
 constexpr float kMostEyeRatio = 1e25f;
 
 /// Densities of the reflected direction, seen along the normal, from which a lobe is narrow and
-/// from which it nearly mirrors [1/sr]: of GGX with an alpha of .06 and of .0126.
-constexpr float kNarrowDensity = 22, kMirroringDensity = 500;
+/// from which it nearly mirrors [1/sr]: of GGX with an alpha of .28 and of .0126.
+constexpr float kNarrowDensity = 1, kMirroringDensity = 500;
 
 }  // namespace
 
