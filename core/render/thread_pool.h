@@ -10,8 +10,9 @@
 namespace kinome {
 
 /// Threads that sleep until there is work. To be made ahead of it: a new thread begins on the
-/// processor of the one that made it, and Linux may take milliseconds to move it to an idle one,
-/// whereas a thread that is woken begins there at once.
+/// processor of the one that made it, and Linux may take milliseconds to move it to an idle one.
+/// One that is woken begins where it fell asleep, if that processor is idle: each is sent to one of
+/// its own first, and may go anywhere from then on.
 class ThreadPool {
  public:
   /// `threads`: with the one that calls run().
