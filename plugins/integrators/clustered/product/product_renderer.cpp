@@ -26,6 +26,9 @@ constexpr uint32_t kPointsPerPlace = 8, kLeastPlaces = 256;
 /// Rays of a pilot for each of its primaries, and for the only one of a pixel: rays are few then,
 /// and do more for the picture.
 constexpr uint32_t kPilotRays = 3, kPilotRaysOfOne = 2;
+/// Through a lens, pixels see more than one primary tells of: there are so many times as many, and
+/// these rays for each.
+constexpr uint32_t kLensPrimaries = 2, kLensRays = 1;
 /// From so many primaries a pixel on, its forecast is its own.
 constexpr uint32_t kPrimariesToTell = 4;
 /// What a pilot reckons with where nobody knows how many rays there will be.
@@ -288,6 +291,10 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   Pilot::Effort effort;
   effort.primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
   effort.rays = effort.primaries == 1 ? kPilotRaysOfOne : kPilotRays * effort.primaries;
+  if (sensor_.needs_aperture_sample()) {
+    effort.primaries *= kLensPrimaries;
+    effort.rays = kLensRays * effort.primaries;
+  }
   const uint32_t rays = effort.primaries + effort.rays;
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
   const CellLight light = make_light(0, rays);
