@@ -199,7 +199,7 @@ class TimeAgainstError(InFolder):
         self.assertEqual(len(peers), 2)
         self.assertTrue(all("ldsampler" in name for name in peers), peers)
         ours = len(entry["curves"]) - 2
-        self.assertEqual(ours, sum(HEBE.group in m.groups for m in tables.METHODS))
+        self.assertEqual(ours, sum(m.serves(HEBE) for m in tables.METHODS))
         found = analysis.summary(entry)
         direct = found["Kinome direct"]
         self.assertEqual([p["samples"] for p in direct["points"]], [4, 16, 64])

@@ -273,7 +273,7 @@ def methods_timed(scene):
     """Those of ours that are timed. What converges to its light points, as the thesis's modes do,
     is followed on the scenes that everybody runs, and in thesis/, not on the many others; nor is
     `path`, where `direct` does the same in less time."""
-    return [m for m in METHODS if scene.group in m.groups and not (scene.asked and (
+    return [m for m in METHODS if m.serves(scene) and not (scene.asked and (
         m.truth == "groundtruth" or m.name == "path" and scene.truth == "direct"))]
 
 

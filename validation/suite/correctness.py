@@ -51,7 +51,7 @@ def checks_of_small(path):
 
 def checks_of_big(scene):
     for method in METHODS:
-        if scene.group in method.groups:
+        if method.serves(scene):
             yield Check(scene.name, method.name, method.truth, scene.path,
                         tuple(method.defines.items()), scene, method.check_factor)
 

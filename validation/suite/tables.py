@@ -137,6 +137,11 @@ class Method:
     check_factor: int = 1
     claimed: bool = False  # to be fast: its renders may take as long as a peer's
 
+    def serves(self, scene):
+        """Is it for such a Scene? Only an environment map can be compensated."""
+        return scene.group in self.groups and (
+            scene.envmap or "mis_compensation" not in self.defines)
+
 
 # ldsampler, ours and Mitsuba's, rounds up to a power of 4, and to 4 at least; halton takes any
 # count.
@@ -149,7 +154,7 @@ CLUSTERED = {"integrator": "clustered", "sampler": "halton"}
 METHODS = (
     Method("direct", {"integrator": "direct"}, "mitsuba", (ENVIRONMENT, HARD, PLAIN, AREA), FAST),
     Method("direct, compensated", {"integrator": "direct", "mis_compensation": "true"}, "mitsuba",
-           (ENVIRONMENT, HARD), FAST),
+           (ENVIRONMENT, HARD, PLAIN), FAST),
     Method("path", {"integrator": "path"}, "mitsuba", (*ALL, HARD, AREA, TOGETHER), FAST),
     Method("ptracer", {"integrator": "ptracer"}, "mitsuba", (BOUNCE, TOGETHER), FAST,
            check_factor=4),
