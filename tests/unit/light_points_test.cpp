@@ -42,8 +42,8 @@ TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
   const std::pair<const char*, LobeWidth> kBsdfs[] = {
       {R"(<bsdf type="diffuse"/>)", LobeWidth::kWide},
       {R"(<bsdf type="conductor"/>)", LobeWidth::kWide},
-      {R"(<bsdf type="roughconductor"><float name="alpha" value=".1"/></bsdf>)", LobeWidth::kWide},
-      {R"(<bsdf type="roughconductor"><float name="alpha" value=".05"/></bsdf>)",
+      {R"(<bsdf type="roughconductor"><float name="alpha" value=".3"/></bsdf>)", LobeWidth::kWide},
+      {R"(<bsdf type="roughconductor"><float name="alpha" value=".25"/></bsdf>)",
        LobeWidth::kNarrow},
       {R"(<bsdf type="roughconductor"><float name="alpha" value=".014"/></bsdf>)",
        LobeWidth::kNarrow},
@@ -51,7 +51,8 @@ TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
        LobeWidth::kMirroring},
       {R"(<bsdf type="roughconductor"><float name="alpha" value="0"/></bsdf>)",
        LobeWidth::kMirroring},
-      {R"(<bsdf type="phong"><float name="exponent" value="100"/></bsdf>)", LobeWidth::kWide},
+      {R"(<bsdf type="phong"><float name="exponent" value="3"/></bsdf>)", LobeWidth::kWide},
+      {R"(<bsdf type="phong"><float name="exponent" value="100"/></bsdf>)", LobeWidth::kNarrow},
       {R"(<bsdf type="phong"><float name="exponent" value="100000"/></bsdf>)",
        LobeWidth::kMirroring},
       {R"(<bsdf type="twosided"><bsdf type="roughplastic"><float name="alpha" value=".03"/></bsdf>

@@ -29,12 +29,13 @@ class GlossyStrata {
   /// Of a pilot's group: enough to tell variances.
   static Counts pilot_counts(const Patch& patch);
 
-  /// See SharedCandidates. Where no tile has begun, nothing is shared.
+  /// See SharedCandidates. Where none has begun, or after share_nothing(), nothing is shared.
   void begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
                   std::span<const Visibility> visibility, std::span<const Unit> units,
                   uint64_t seed) {
     shared_.begin_tile(primaries, patches, visibility, units, seed);
   }
+  void share_nothing() { shared_.clear(); }
   void begin_unit() { candidates_.resize(0); }
   /// False where there is no such light.
   bool applies(const GroupView& group) const {

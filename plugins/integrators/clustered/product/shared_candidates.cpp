@@ -42,15 +42,19 @@ SharedCandidates::SharedCandidates(const CellLight& light) : light_(light), impo
   mean_point_.resize(kBlockLanes);
 }
 
+void SharedCandidates::clear() {
+  candidates_.resize(0);
+  sets_.clear();
+  nodes_.clear();
+}
+
 void SharedCandidates::begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
                                   std::span<const Visibility> visibility,
                                   std::span<const Unit> units, uint64_t seed) {
   patches_ = patches;
   visibility_ = visibility;
   seed_ = seed;
-  candidates_.resize(0);
-  sets_.clear();
-  nodes_.clear();
+  clear();
   if (units.size() < kLeastPixels || !light_.has_distant()) return;
   nodes_.divide(primaries, patches, units);
   for (const PointNode& node : nodes_.nodes()) {

@@ -27,11 +27,14 @@ class SharedCandidates {
  public:
   explicit SharedCandidates(const CellLight& light);
 
-  /// What the units of a tile may share, which are to be estimated; without units, nothing. All must
-  /// stay as they are until the next call.
+  /// What the units of a tile may share, which are to be estimated. All must stay as they are until
+  /// the next call.
   void begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
                   std::span<const Visibility> visibility, std::span<const Unit> units,
                   uint64_t seed);
+
+  /// Nothing is shared.
+  void clear();
 
   /// The candidates of one node.
   struct Set {
