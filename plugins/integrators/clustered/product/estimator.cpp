@@ -72,7 +72,6 @@ GroupView Estimator::view(uint32_t index) const {
 }
 
 void Estimator::begin_unit(const Unit& unit) {
-  times_.begin_unit();
   groups_.divide(*primaries_, patches_, unit.first, unit.end);
   strata_.clear();
   diffuse_.begin_unit();
@@ -82,14 +81,14 @@ void Estimator::begin_unit(const Unit& unit) {
 
 Rgb Estimator::add_diffuse(const GroupView& group) {
   if (!diffuse_.applies(group)) return Rgb(0.f);
-  const StageScope timer = times_.scope_of_unit(StageTimes::kStrata);
+  const StageScope timer = times_.scope(StageTimes::kStrata);
   return diffuse_.add(group, strata_);
 }
 
 /// Each group has its share of the unit's candidates.
 Rgb Estimator::add_glossy(const GroupView& group, const Unit& unit) {
   if (!glossy_.applies(group)) return Rgb(0.f);
-  const StageScope timer = times_.scope_of_unit(StageTimes::kCandidates);
+  const StageScope timer = times_.scope(StageTimes::kCandidates);
   const float wanted = unit.candidates * static_cast<float>(group.group.count) /
                        static_cast<float>(groups_.order().size());
   return glossy_.add(group, wanted, hash_words(unit.seed, kCandidates, group.index), strata_);
@@ -98,7 +97,7 @@ Rgb Estimator::add_glossy(const GroupView& group, const Unit& unit) {
 void Estimator::probe_glossy(const GroupView& group, const Unit& unit,
                              std::span<PointPlan> points) {
   if (!glossy_.applies(group)) return;
-  const StageScope timer = times_.scope_of_unit(StageTimes::kCandidates);
+  const StageScope timer = times_.scope(StageTimes::kCandidates);
   glossy_.add(group, GlossyStrata::pilot_counts(group.patch),
               hash_words(unit.seed, kCandidates, group.index), strata_);
   glossy_.plan(group, patches_[group.group.patch], points);
@@ -108,7 +107,7 @@ void Estimator::probe_glossy(const GroupView& group, const Unit& unit,
 Rgb Estimator::add_local(const GroupView& group, const Unit& unit, float eye_rays,
                          std::span<PointPlan> points) {
   if (!LocalStrata::applies(group)) return Rgb(0.f);
-  const StageScope timer = times_.scope_of_unit(StageTimes::kCandidates);
+  const StageScope timer = times_.scope(StageTimes::kCandidates);
   const LocalStrata::Numbers numbers{random_bits(unit.seed, kFirstBlock) - unit.first,
                                      hash_words(unit.seed, kLampNumbers)};
   const Rgb control = local_.add(group, eye_rays, numbers, strata_);
@@ -124,7 +123,7 @@ float Estimator::eye_rays_of(const GroupView& group, const Answers& answers) con
 /// The unit's shadow rays.
 void Estimator::shoot(const Unit& unit, const Answers& answers) {
   if (unit.rays == 0) return;
-  const StageScope timer = times_.scope_of_unit(StageTimes::kComb);
+  const StageScope timer = times_.scope(StageTimes::kComb);
   const uint32_t turn = random_bits(unit.seed, kTurns);
   const auto shoot_segment = [&](const SegmentHits& hits) {
     const GroupView group = view(hits.segment.group);
@@ -157,7 +156,7 @@ void Estimator::send_eye_rays(const Unit& unit, Rgb& sum) {
   for (uint32_t g = 0; g < groups_.size(); ++g) {
     const GroupView group = view(g);
     if (!eye_rays_.applies(group)) continue;
-    const StageScope timer = times_.scope_of_unit(StageTimes::kCandidates);
+    const StageScope timer = times_.scope(StageTimes::kCandidates);
     eye_rays_.send(group, expected_eye_rays(group.patch, *light_.local),
                    hash_words(unit.seed, kEyeRays), sum);
   }
