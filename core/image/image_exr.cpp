@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <half.h>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <set>
@@ -27,17 +28,30 @@ namespace {
 constexpr float kLargestHalf = 65504;
 
 /// Lets OpenEXR write through a FileWriter.
+constexpr const char* kNoMemory = "it needs more memory than there is";
+
+/// Also tells whether parts of the picture are missing: where memory ends in one of OpenEXR's own
+/// threads, it writes what it has, and says nothing.
 class WriterStream : public Imf::OStream {
  public:
   WriterStream(FileWriter& writer, const std::string& path)
       : Imf::OStream(path.c_str()), writer_(writer) {}
   void write(const char bytes[], int count) override {
+    constexpr int kOffset = 8;  // bytes, and 0 where there is no such part
+    has_holes_ |= is_in_table_ && count == kOffset &&
+                  std::all_of(bytes, bytes + count, [](char byte) { return byte == 0; });
     writer_.write(bytes, static_cast<size_t>(count));
   }
   uint64_t tellp() override { return writer_.position(); }
-  void seekp(uint64_t position) override { writer_.seek(position); }
+  /// Only to write the table of the parts' offsets, at the end.
+  void seekp(uint64_t position) override {
+    is_in_table_ = true;
+    writer_.seek(position);
+  }
+  bool has_holes() const { return has_holes_; }
 
  private:
+  bool is_in_table_ = false, has_holes_ = false;
   FileWriter& writer_;
 };
 
@@ -213,7 +227,7 @@ Image read_exr(const std::string& path, const Location& asker, ImageMetadata* me
   try {
     return read_checked(path, metadata);
   } catch (const std::bad_alloc&) {
-    throw fail("it needs more memory than there is");
+    throw fail(kNoMemory);
   } catch (const std::exception& e) {
     std::string why = e.what();
     // OpenEXR puts the path in front, and the end of a file is one of several texts of its own.
@@ -231,9 +245,9 @@ void write_exr(const std::string& path, const Image& image, bool as_half,
   check_image(path, image);
   FileWriter writer(path);
   std::string why;
+  WriterStream stream(writer, path);
   try {
     const Imf::Header header = make_header(image, as_half, metadata, crop_offset, full_size);
-    WriterStream stream(writer, path);
     Imf::OutputFile file(stream, header);
     const Imath::Box2i& window = header.dataWindow();
     Imf::FrameBuffer buffer;
@@ -249,9 +263,12 @@ void write_exr(const std::string& path, const Image& image, bool as_half,
     }
     file.setFrameBuffer(buffer);
     file.writePixels(image.height);
+  } catch (const std::bad_alloc&) {
+    why = kNoMemory;
   } catch (const std::exception& e) {
     why = e.what();
   }
+  if (why.empty() && stream.has_holes()) why = kNoMemory;
   // A failed write comes first: what OpenEXR says is a consequence of it.
   if (!why.empty() && !writer.failed()) {
     throw Error(fmt::format("cannot write '{}': {}", path, why));
