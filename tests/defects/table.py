@@ -207,7 +207,7 @@ DEFECTS = [Defect(*row) for row in (
      "static_cast<float>(set.blocks)", "static_cast<float>(set.blocks + 1)",
      "estimator_stages", "SharedCandidates.AddUpToWhatEachPixelReflects"),
     ("density_of_all_blocks_for_that_of_one", CLUSTERED + "product/shared_candidates.cpp",
-     "static_cast<float>(set.from_lobe),", "static_cast<float>(set.from_lobe * set.blocks),",
+     "static_cast<float>(set.from_lobe)", "static_cast<float>(set.from_lobe * set.blocks)",
      "estimator_stages", "SharedCandidates.AddUpToWhatEachPixelReflects"),
     ("control_variate_of_the_first_block", CLUSTERED + "product/glossy_strata.cpp",
      "shared_.values(set, block_of(k))", "shared_.values(set, k)",
