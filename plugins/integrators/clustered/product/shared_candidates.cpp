@@ -18,11 +18,11 @@ constexpr float kMostSpread = 0.5f;
 constexpr float kHorizonMargin = 0.02f;
 /// How much of the spread widens the lobe that candidates are drawn by.
 constexpr float kWidening = 0.5f;
-/// Of the candidates that it wants, a pixel takes this share where all points are alike, and all
-/// where their spread is kMostSpread.
+/// Of the candidates that it wants, a pixel takes this share where all points are alike, and more
+/// the wider they spread.
 constexpr float kLeastShare = 0.8f;
-/// Blocks are as many as make about this share of what all pixels want.
-constexpr double kDrawn = 0.25;
+/// Blocks are doubled while all of them together are less than this share of what all pixels want.
+constexpr double kDrawn = 1 / 3.;
 constexpr uint32_t kMostBlocks = 8;
 /// A block's candidates of either kind.
 constexpr uint32_t kLeastFromLobe = 16, kLeastFromCells = 2;
@@ -76,7 +76,7 @@ void SharedCandidates::choose_counts(const PointNode& node, Set& set) const {
   set.share = std::min(1.f, kLeastShare + spread);
   const double of_pixel = std::max(8., set.share * node.wanted / node.pixels);
   uint32_t blocks = 1;
-  while (blocks < kMostBlocks && blocks * 2 * of_pixel < kDrawn / 0.75 * node.wanted) blocks *= 2;
+  while (blocks < kMostBlocks && blocks * 2 * of_pixel < kDrawn * node.wanted) blocks *= 2;
   const double from_lobe = of_pixel * (1 - patch.cell_share);
   uint32_t lobe_log2 = 4;
   while (lobe_log2 < HilbertPoints::kMaxLog2 &&
