@@ -27,10 +27,9 @@ namespace {
 
 constexpr float kLargestHalf = 65504;
 
-/// Lets OpenEXR write through a FileWriter.
 constexpr const char* kNoMemory = "it needs more memory than there is";
 
-/// Also tells whether parts of the picture are missing: where memory ends in one of OpenEXR's own
+/// Lets OpenEXR write through a FileWriter. Also tells whether parts of the picture are missing: where memory ends in one of OpenEXR's own
 /// threads, it writes what it has, and says nothing.
 class WriterStream : public Imf::OStream {
  public:

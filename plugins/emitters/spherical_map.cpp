@@ -13,8 +13,8 @@ constexpr double kPiD = std::numbers::pi;
 constexpr int kMinRows = 33;
 
 /// What compensation leaves of a texel's weight: no density is zero where there is light, so that
-/// estimates without BSDF sampling stay unbiased, too. They are noisy; what is left costs those with
-/// BSDF sampling the rays that are drawn by it (scene noon: 11 times the error with 1/16).
+/// estimates without BSDF sampling stay unbiased, too. They are noisy; what is left costs those
+/// with BSDF sampling the rays that are drawn by it (scene noon: 11 times the error with 1/16).
 constexpr float kCompensationFloor = 1 / 1024.f;
 
 /// Of a texel that is not black, however dim beside the brightest: far enough from denormals for

@@ -251,8 +251,7 @@ Connection<wide::NumberOf<V>> connect_to_lens(const V& p, const V& lens, const V
 /// functions for points and for blocks. Self has
 ///
 ///     template <class F>
-///     CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>& aperture)
-/// const;
+///     CameraRay<F> ray(const wide::Vec2Of<F>& position, const wide::Vec2Of<F>& aperture) const;
 ///     template <class F>
 ///     Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>& aperture) const;
 template <class Self>

@@ -93,8 +93,8 @@ TEST(ProductPlaces, BordersOfWhatPixelsShare) {
   }
 }
 
-/// A ball with the sun behind it, which shines along its rim: that of a tile's mean point may hide
-/// from its lobe what others reflect.
+/// A ball with the sun behind it, which shines along its rim, where the normals of a tile spread
+/// most, and its mean point hides most of what others reflect.
 TEST(ProductPlaces, RimsThatPixelsShare) {
   Arrangement s;
   s.light = map_xml("behind", 32, 17, harsh,

@@ -228,7 +228,8 @@ void DirectLight::trace(const Vertices& vertices, Surfaces::Which which, const C
   }
   counters[RayKind::kBsdf] += on;
   const StageTimer timer(counters.stage_seconds["bounce"]);
-  scene_.scene().intersect(traced_->rays, padded(on) / kBlockLanes, Coherence::kIncoherent, counters);
+  scene_.scene().intersect(traced_->rays, padded(on) / kBlockLanes, Coherence::kIncoherent,
+                           counters);
   current_ = 1 - current_;
   traced_->met[current_].find(traced_->rays, on, which);
   add_met_surfaces(vertices, radiance);

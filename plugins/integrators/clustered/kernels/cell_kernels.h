@@ -80,8 +80,8 @@ struct CellKnowledge {
 
 /// Sorts the cells for a patch of normals within an angle of `sine` around `local_normal` (in the
 /// cells' own space). `blocks`: those that aren't wholly below its horizon, kCellLanes cells each.
-/// Visibility multiplies `transmittance`, a factor
-/// of the diffuse reflection for each cell (nullptr: 1), in control and sigma.
+/// Visibility multiplies `transmittance`, a factor of the diffuse reflection for each cell
+/// (nullptr: 1), in control and sigma.
 void classify_cells(const CellColumns& cells, std::span<const uint32_t> blocks,
                     const float local_normal[3], float sine, const CellKnowledge& knowledge,
                     const float* transmittance, PatchCells& patch);

@@ -21,7 +21,8 @@ constexpr size_t kAhead = 8;
 
 }  // namespace
 
-GlossyStrata::GlossyStrata(const CellLight& light) : light_(light), shared_(light), importance_(light) {}
+GlossyStrata::GlossyStrata(const CellLight& light)
+    : light_(light), shared_(light), importance_(light) {}
 
 GlossyStrata::Counts GlossyStrata::counts(const Patch& patch, float candidates) {
   Counts counts{kMinLobeLog2, 0};

@@ -110,7 +110,9 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
   const uint64_t seed = key_seed(context, sensor.sampler());
   const auto local = make_local_light(scene, sensor, settings, seed, context);
   CellPoints distant_points;
-  if (cells.size() > 0) distant_points = cells.draw_points(CellLight::points_for(kInfinity), seed, context);
+  if (cells.size() > 0) {
+    distant_points = cells.draw_points(CellLight::points_for(kInfinity), seed, context);
+  }
   LocalPoints local_points;
   if (local) local_points = local->draw(hash_words(seed, 6), context);
   const CellLight light(cells, scene.environment(), std::move(distant_points), local.get(),

@@ -39,8 +39,11 @@ void SigmaCheck::tell(float v, float sigma, bool visible) {
   const int step = std::clamp(kOne - (std::bit_cast<int32_t>(variance) >> kShift), 0, kSteps - 1);
   const int side = v < kAlmost ? kHidden : v > 1 - kAlmost ? kVisible : kNeither;
   Sums& sums = sums_[side * kSteps + step];
-  sums.expected.fetch_add(static_cast<uint64_t>(double{variance} * kUnit), std::memory_order_relaxed);
-  sums.found.fetch_add(static_cast<uint64_t>(double{off} * off * kUnit), std::memory_order_relaxed);
+  const auto add = [](std::atomic<uint64_t>& sum, double value) {
+    sum.fetch_add(static_cast<uint64_t>(value * kUnit), std::memory_order_relaxed);
+  };
+  add(sums.expected, variance);
+  add(sums.found, double{off} * off);
 }
 
 void SigmaCheck::finish() {
