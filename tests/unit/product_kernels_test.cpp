@@ -342,7 +342,7 @@ TEST(CandidateKernels, SharedOnesAreWhatTheySum) {
   of_cell[5] = of_lobe[5] = 0;  // padding, or below a horizon
   std::vector<uint32_t> cell(kCount);
   for (size_t i = 0; i < kCount; ++i) cell[i] = static_cast<uint32_t>(i * 7 % kCells);
-  const simd::SharedQuery query{importance.data(), 0.2f, 9, 32, {v.data(), sigma.data()}};
+  const simd::CandidateQuery query{importance.data(), 0.2f, 9, 32, 1, {v.data(), sigma.data()}};
   float of_known[3];
   simd::share_candidates({{f[0].data(), f[1].data(), f[2].data()},
                           radiance.data(),

@@ -12,68 +12,89 @@ using wide::kLanes;
 using wide::Vec2;
 using wide::Vec3;
 
-/// weight = f x radiance x factor(first candidate of a vector, their cells), with control terms and
-/// uncertainties.
-template <class Factor>
-void weigh(const WeightColumns& c, const CellKnowledgeColumns& cells, size_t count,
-           float control[3], float* block_sums, const Factor& factor) {
+KINOME_WIDE Vec3 load(const float* const columns[3], size_t i) {
+  return {Float::load(columns[0] + i), Float::load(columns[1] + i), Float::load(columns[2] + i)};
+}
+KINOME_WIDE void store(const Vec3& value, float* const columns[3], size_t i) {
+  value.x.store(columns[0] + i);
+  value.y.store(columns[1] + i);
+  value.z.store(columns[2] + i);
+}
+
+/// Of a vector of candidates.
+struct Weighed {
+  Vec3 weight;
+  Float sigma;
+};
+/// Stores weights and uncertainties of candidates, which values(the first of a vector, control)
+/// tells, which also adds their control terms.
+template <class Values>
+void weigh(float* const weight[3], float* uncertainty, size_t count, float control[3],
+           float* block_sums, const Values& values) {
   Vec3 sums(0.f);
   for (size_t block = 0; block < count / kLobeLanes; ++block) {
     Float block_sum = 0.f;
     for (size_t i = block * kLobeLanes; i < (block + 1) * kLobeLanes; i += kLanes) {
-      const Int cell = Int::load(c.cell + i);
-      const Vec3 f(Float::load(c.f[0] + i), Float::load(c.f[1] + i), Float::load(c.f[2] + i));
-      const Vec3 weight = f * Vec3::load_interleaved(c.radiance + 3 * i) * factor(i, cell);
-      weight.x.store(c.weight[0] + i);
-      weight.y.store(c.weight[1] + i);
-      weight.z.store(c.weight[2] + i);
-      sums = mul_add(gather(cells.visibility, cell), weight, sums);
-      const Float mean = (weight.x + weight.y + weight.z) * (1 / 3.f);
-      const Float uncertainty = abs(mean) * gather(cells.sigma, cell);
-      uncertainty.store(c.uncertainty + i);
-      block_sum += uncertainty;
+      const Weighed of = values(i, sums);
+      store(of.weight, weight, i);
+      const Float mean = (of.weight.x + of.weight.y + of.weight.z) * (1 / 3.f);
+      const Float uncertain = abs(mean) * of.sigma;
+      uncertain.store(uncertainty + i);
+      block_sum += uncertain;
     }
     block_sums[block] = sum(block_sum);
   }
-  for (int k = 0; k < 3; ++k) control[k] = sum(sums[k]);
+  for (int k = 0; k < 3; ++k) control[k] += sum(sums[k]);
+}
+
+/// weight = f x radiance x factor(first candidate of a vector, their cells), with control terms.
+template <class Factor>
+void weigh_by(const WeightColumns& c, const CellKnowledgeColumns& cells, size_t count,
+              float control[3], float* block_sums, const Factor& factor) {
+  for (int k = 0; k < 3; ++k) control[k] = 0;
+  weigh(c.weight, c.uncertainty, count, control, block_sums, [&](size_t i, Vec3& sums) {
+    const Int cell = Int::load(c.cell + i);
+    const Vec3 weight = load(c.f, i) * Vec3::load_interleaved(c.radiance + 3 * i) * factor(i, cell);
+    sums = mul_add(gather(cells.visibility, cell), weight, sums);
+    return Weighed{weight, gather(cells.sigma, cell)};
+  });
+}
+
+/// Points of the query over the density of both draws, of candidates from i on. `from_cell`: that
+/// of the draw from the cells alone.
+KINOME_WIDE Float points_over_density(const CandidateQuery& query, Float from_cell, Float from_lobe) {
+  const Float density = query.from_cells * from_cell + query.from_lobe * from_lobe;
+  return select(density > 0.f, query.points / max(density, 1e-37f));
+}
+KINOME_WIDE Float density_from_cells(const CandidateQuery& query, Float of_points, Int cell) {
+  return of_points * (gather(query.importance, cell) * query.inverse_total);
 }
 
 }  // namespace
 
 void weigh_candidates(const CandidateColumns& candidates, const CandidateQuery& query, size_t count,
                       float control[3], float* block_sums) {
-  const auto factor = [&](size_t i, Int cell) {
-    const Float from_cell = Float::load(candidates.cell_density + i) *
-                            (gather(query.importance, cell) * query.inverse_total);
+  weigh_by(candidates.weights, query.cells, count, control, block_sums, [&](size_t i, Int cell) {
+    const Float from_cell =
+        density_from_cells(query, Float::load(candidates.cell_density + i), cell);
     from_cell.store(candidates.cell_density + i);
-    const Float from_lobe = Float::load(candidates.lobe_density + i);
-    const Float density = query.from_cells * from_cell + query.from_lobe * from_lobe;
-    return select(density > 0.f, query.points / max(density, 1e-37f));
-  };
-  weigh(candidates.weights, query.cells, count, control, block_sums, factor);
+    return points_over_density(query, from_cell, Float::load(candidates.lobe_density + i));
+  });
 }
 
-void share_candidates(const SharedColumns& c, const SharedQuery& query, size_t count,
+void share_candidates(const SharedColumns& c, const CandidateQuery& query, size_t count,
                       const SharedValuesOf<float>& out, float sums[3]) {
   Vec3 sum(0.f);
   wide::for_lanes(count, [&](size_t i) {
     const Int cell = Int::load(c.cell + i);
-    const Float from_cell =
-        Float::load(c.cell_density + i) * (gather(query.importance, cell) * query.inverse_total);
-    const Float density =
-        query.from_cells * from_cell + query.from_lobe * Float::load(c.lobe_density + i);
-    const Float factor = select(density > 0.f, 1.f / max(density, 1e-37f));
+    const Float factor = points_over_density(
+        query, density_from_cells(query, Float::load(c.cell_density + i), cell),
+        Float::load(c.lobe_density + i));
     const Vec3 ratio = Vec3::load_interleaved(c.radiance + 3 * i) * factor;
     const Float v = gather(query.cells.visibility, cell);
-    const Vec3 f(Float::load(c.f[0] + i), Float::load(c.f[1] + i), Float::load(c.f[2] + i));
-    const Vec3 known = f * ratio * v;
-    const auto store = [i](const Vec3& value, float* const columns[3]) {
-      value.x.store(columns[0] + i);
-      value.y.store(columns[1] + i);
-      value.z.store(columns[2] + i);
-    };
-    store(ratio, out.ratio);
-    store(known, out.known);
+    const Vec3 known = load(c.f, i) * ratio * v;
+    store(ratio, out.ratio, i);
+    store(known, out.known, i);
     v.store(out.visibility + i);
     gather(query.cells.sigma, cell).store(out.sigma + i);
     sum = sum + known;
@@ -83,38 +104,21 @@ void share_candidates(const SharedColumns& c, const SharedQuery& query, size_t c
 
 void weigh_taken(const TakenColumns& c, const TakenQuery& query, size_t count, float control[3],
                  float* block_sums) {
-  Vec3 sums(0.f);
   const Vec3 variate(query.variate[0], query.variate[1], query.variate[2]);
-  for (size_t block = 0; block < count / kLobeLanes; ++block) {
-    Float block_sum = 0.f;
-    for (size_t i = block * kLobeLanes; i < (block + 1) * kLobeLanes; i += kLanes) {
-      const auto load = [i](const float* const columns[3]) {
-        return Vec3(Float::load(columns[0] + i), Float::load(columns[1] + i),
-                    Float::load(columns[2] + i));
-      };
-      const Vec3 weight = load(c.f) * load(c.shared.ratio) * query.points;
-      weight.x.store(c.weight[0] + i);
-      weight.y.store(c.weight[1] + i);
-      weight.z.store(c.weight[2] + i);
-      sums = mul_add(Float::load(c.shared.visibility + i), weight, sums) -
-             variate * load(c.shared.known);
-      const Float mean = (weight.x + weight.y + weight.z) * (1 / 3.f);
-      const Float uncertainty = abs(mean) * Float::load(c.shared.sigma + i);
-      uncertainty.store(c.uncertainty + i);
-      block_sum += uncertainty;
-    }
-    block_sums[block] = sum(block_sum);
-  }
-  for (int k = 0; k < 3; ++k) control[k] += sum(sums[k]);
+  weigh(c.weight, c.uncertainty, count, control, block_sums, [&](size_t i, Vec3& sums) {
+    const Vec3 weight = load(c.f, i) * load(c.shared.ratio, i) * query.points;
+    sums = mul_add(Float::load(c.shared.visibility + i), weight, sums) -
+           variate * load(c.shared.known, i);
+    return Weighed{weight, Float::load(c.shared.sigma + i)};
+  });
 }
 
 void weigh_connections(const ConnectedColumns& columns, const ConnectedQuery& query, size_t count,
                        float control[3], float* block_sums) {
-  const auto factor = [&](size_t i, Int) {
+  weigh_by(columns.weights, query.cells, count, control, block_sums, [&](size_t i, Int) {
     const Float from_eye = query.eye_rays * Float::load(columns.density + i);
     return 1.f / (1.f + from_eye * Float::load(columns.eye_ratio + i));
-  };
-  weigh(columns.weights, query.cells, count, control, block_sums, factor);
+  });
 }
 
 void find_places(const SphereGrid& grid, const float* dx, const float* dy, const float* dz,

@@ -49,13 +49,6 @@ struct SharedColumns {
   const float* cell_density;  ///< of the cell's points
   const float* lobe_density;
 };
-struct SharedQuery {
-  const float* importance;  ///< of each cell
-  float inverse_total;      ///< of importances; 0: none were drawn from the cells
-  float from_cells;         ///< number of candidates of a block drawn so
-  float from_lobe;
-  CellKnowledgeColumns cells;
-};
 template <class Value>
 struct SharedValuesOf {
   Value* ratio[3];  ///< radiance / (density of both draws)
@@ -64,8 +57,9 @@ struct SharedValuesOf {
   Value* sigma;
 };
 using SharedValues = SharedValuesOf<const float>;
-/// `sums`: of known light over all `count` candidates, three channels.
-void share_candidates(const SharedColumns& candidates, const SharedQuery& query, size_t count,
+/// `query`: of one point, with the numbers of a block. `sums`: of known light over all `count`
+/// candidates, three channels.
+void share_candidates(const SharedColumns& candidates, const CandidateQuery& query, size_t count,
                       const SharedValuesOf<float>& out, float sums[3]);
 
 /// A block of them at the points that took it.

@@ -220,11 +220,12 @@ void SharedCandidates::evaluate(const PointNode& node, Set& set) {
                              mean_member_.data(), to.dx, to.dy, to.dz, size,
                              {{out.f[0], out.f[1], out.f[2]}, out.density});
   const Visibility& visibility = visibility_[node.patch];
-  const simd::SharedQuery query{importance_.values(),
-                                importance_.inverse_total(),
-                                static_cast<float>(set.from_cells),
-                                static_cast<float>(set.from_lobe),
-                                {visibility.v.data(), visibility.sigma.data()}};
+  const simd::CandidateQuery query{importance_.values(),
+                                   importance_.inverse_total(),
+                                   static_cast<float>(set.from_cells),
+                                   static_cast<float>(set.from_lobe),
+                                   1,
+                                   {visibility.v.data(), visibility.sigma.data()}};
   float sums[3];
   simd::share_candidates({{out.f[0], out.f[1], out.f[2]},
                           &candidates_.radiance[first].x,
