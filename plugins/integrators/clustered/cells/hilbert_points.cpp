@@ -1,6 +1,7 @@
 #include "clustered/cells/hilbert_points.h"
 
 #include <algorithm>
+#include <numbers>
 #include <utility>
 
 #include "kinome/owen.h"
@@ -52,6 +53,12 @@ std::vector<std::vector<IntegerPoint>> all_first_points(uint32_t count) {
 }
 
 }  // namespace
+
+uint32_t HilbertPoints::log2_near(double count) {
+  uint32_t log2 = kLeastLog2;
+  while (log2 < kMaxLog2 && (1u << log2) * std::numbers::sqrt2 < count) ++log2;
+  return log2;
+}
 
 uint32_t hilbert_index(uint32_t x, uint32_t y) {
   uint32_t index = 0;

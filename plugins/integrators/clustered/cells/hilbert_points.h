@@ -24,7 +24,7 @@ struct IntegerPoint {
 /// use; thread-safe.
 class HilbertPoints {
  public:
-  static constexpr uint32_t kMaxLog2 = 11;
+  static constexpr uint32_t kLeastLog2 = 4, kMaxLog2 = 11;
   static constexpr uint32_t kMaxCount = 256;
 
   static const HilbertPoints& get();
@@ -39,6 +39,8 @@ class HilbertPoints {
     const auto& columns = powers_[log2];
     return {columns[0], columns[1]};
   }
+  /// The log2 whose power is nearest to a number of points, as a ratio; kLeastLog2 to kMaxLog2.
+  static uint32_t log2_near(double count);
   /// The first `count` points, 1 <= count <= kMaxCount.
   std::span<const IntegerPoint> first(uint32_t count) const { return firsts_[count]; }
 

@@ -8,7 +8,6 @@
 namespace kinome {
 namespace {
 
-constexpr uint32_t kMinLobeLog2 = 4;
 constexpr uint32_t kMinFromCells = 4;
 constexpr uint32_t kMaxFromCells = 1024;
 /// Of a pilot's group; sharp lobes have many groups.
@@ -25,15 +24,9 @@ GlossyStrata::GlossyStrata(const CellLight& light)
     : light_(light), shared_(light), importance_(light) {}
 
 GlossyStrata::Counts GlossyStrata::counts(const Patch& patch, float candidates) {
-  Counts counts{kMinLobeLog2, 0};
-  const float from_lobe = candidates * (1 - patch.cell_share);
-  while (counts.lobe_log2 < HilbertPoints::kMaxLog2 &&
-         static_cast<float>(1u << counts.lobe_log2) * 1.4142f < from_lobe) {
-    ++counts.lobe_log2;
-  }
-  counts.from_cells = std::clamp(static_cast<uint32_t>(candidates * patch.cell_share),
-                                 kMinFromCells, kMaxFromCells);
-  return counts;
+  return {HilbertPoints::log2_near(candidates * (1 - patch.cell_share)),
+          std::clamp(static_cast<uint32_t>(candidates * patch.cell_share), kMinFromCells,
+                     kMaxFromCells)};
 }
 
 GlossyStrata::Counts GlossyStrata::pilot_counts(const Patch& patch) {

@@ -77,15 +77,11 @@ void SharedCandidates::choose_counts(const PointNode& node, Set& set) const {
   const double of_pixel = std::max(8., set.share * node.wanted / node.pixels);
   uint32_t blocks = 1;
   while (blocks < kMostBlocks && blocks * 2 * of_pixel < kDrawn * node.wanted) blocks *= 2;
-  const double from_lobe = of_pixel * (1 - patch.cell_share);
-  uint32_t lobe_log2 = 4;
-  while (lobe_log2 < HilbertPoints::kMaxLog2 &&
-         static_cast<double>(1u << lobe_log2) * 1.4142 < from_lobe * blocks) {
-    ++lobe_log2;
-  }
-  while (blocks > 1 && (1u << lobe_log2) / blocks < kLeastFromLobe) blocks /= 2;
+  const uint32_t from_lobe =
+      1u << HilbertPoints::log2_near(of_pixel * (1 - patch.cell_share) * blocks);
+  while (blocks > 1 && from_lobe / blocks < kLeastFromLobe) blocks /= 2;
   set.blocks = blocks;
-  set.from_lobe = (1u << lobe_log2) / blocks;
+  set.from_lobe = from_lobe / blocks;
   set.from_cells = std::max(kLeastFromCells,
                             static_cast<uint32_t>(of_pixel * patch.cell_share + 0.5));
 }
