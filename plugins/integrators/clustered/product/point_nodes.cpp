@@ -110,6 +110,8 @@ void PointNodes::divide(const TilePrimaries& primaries, std::span<const Patch> p
   nodes_.clear();
   sums_.clear();
   parts_.clear();
+  node_of_.clear();
+  if (std::none_of(patches.begin(), patches.end(), is_divided)) return;
   node_of_.assign(primaries.size(), -1);
   for (const Unit& unit : units) find_parts(primaries, patches, unit);
   for (Part& part : parts_) {
