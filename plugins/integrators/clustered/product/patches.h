@@ -38,9 +38,6 @@ struct Patch {
   simd::HalfVectorLobe lobe{1, 1};
   float alpha2() const { return lobe.alpha_u * lobe.alpha_v; }
   uint32_t count = 0;  ///< points of the pilot
-  /// Records of the pilot, of those of its tile.
-  uint32_t first_record = 0;
-  uint32_t end_record = 0;
 
   // What the plan found, of one primary:
   float uncertainty = 0;      ///< sum over strata of what rays are distributed by

@@ -85,13 +85,11 @@ void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord
   tile.records.reserve(count);
   tile.sources.clear();
   for (size_t p = 0; p < tile.patches.size(); ++p) {
-    Patch& patch = tile.patches[p];
-    patch.first_record = static_cast<uint32_t>(tile.records.size());
+    const Patch& patch = tile.patches[p];
+    tile.sources.push_back({patch.bsdf, patch.normal, patch.position,
+                            static_cast<uint32_t>(tile.records.size()),
+                            static_cast<uint32_t>(found[p].size())});
     tile.records.insert(tile.records.end(), found[p].begin(), found[p].end());
-    patch.end_record = static_cast<uint32_t>(tile.records.size());
-    if (found[p].empty()) continue;
-    tile.sources.push_back({patch.bsdf, patch.normal, patch.position, patch.first_record,
-                            patch.end_record - patch.first_record});
   }
 }
 
@@ -111,8 +109,7 @@ void TileKnowledge::learn_from_around(int index, const Patch& patch, VisibilityL
               kLearnPlanes * patch.tolerance) {
         continue;
       }
-      learner.add(std::span(tile.records).subspan(source.first_record, source.records),
-                  nearby.weight);
+      learner.add(tile.records_of(source), nearby.weight);
     }
   }
   learner.finish(cells_.blocks(), patch.normal, cone_sine(patch.cone_cosine), out);
@@ -123,12 +120,13 @@ void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibilit
   if (!checks_sigma()) return;
   if (hash_words(static_cast<uint64_t>(index)) % kTilesForOneThatTells != 0) return;
   const Tile& tile = tiles_[index];
-  for (const Patch& patch : tile.patches) {
-    if (patch.first_record == patch.end_record) continue;
-    learn_from_around(index, patch, learner, scratch, Own::kLeftOut);
-    for (uint32_t i = patch.first_record; i < patch.end_record; ++i) {
-      const uint32_t cell = tile.records[i].cell();
-      sigma_check_.tell(scratch.v[cell], scratch.sigma[cell], tile.records[i].visible());
+  for (size_t p = 0; p < tile.patches.size(); ++p) {
+    const auto own = tile.records_of(tile.sources[p]);
+    if (own.empty()) continue;
+    learn_from_around(index, tile.patches[p], learner, scratch, Own::kLeftOut);
+    for (const VisibilityRecord record : own) {
+      const uint32_t cell = record.cell();
+      sigma_check_.tell(scratch.v[cell], scratch.sigma[cell], record.visible());
     }
   }
 }
@@ -151,18 +149,20 @@ void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner,
       kept[padded_cells_ + c] = learned.root_of_sigma;
     }
   }
-  if (has_local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) find_trust(tile, patch, out);
+  if (has_local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) {
+    find_trust(tile.records_of(tile.sources[p]), patch, out);
+  }
 }
 
 /// A lamp's reflection that a ridge hides, while v says that it is seen, would be the worst of
 /// errors.
-void TileKnowledge::find_trust(const Tile& tile, Patch& patch, const Visibility& visibility) const {
+void TileKnowledge::find_trust(std::span<const VisibilityRecord> own, Patch& patch,
+                               const Visibility& visibility) const {
   struct {
     float count = 0, visible = 0, v = 0;
   } lamps, others;
   float error = 0, sigma = 0;
-  for (uint32_t i = patch.first_record; i < patch.end_record; ++i) {
-    const VisibilityRecord record = tile.records[i];
+  for (const VisibilityRecord record : own) {
     const uint32_t cell = record.cell();
     const float v = visibility.v[cell], seen = record.visible() ? 1.f : 0.f;
     auto& of = cell >= first_lamp_ && cell < end_lamps_ ? lamps : others;

@@ -60,7 +60,7 @@ class TileKnowledge {
   void restrict(const Patch& patch, Visibility& visibility) const;
 
  private:
-  /// Of a patch with records, what decides who learns from it: all that patches around look at.
+  /// Of a patch of the pilot, what decides who learns from it: all that patches around look at.
   struct Source {
     const Bsdf* bsdf;
     Vec3 normal, position;
@@ -68,8 +68,11 @@ class TileKnowledge {
   };
   struct Tile {
     std::vector<Patch> patches;
-    std::vector<Source> sources;
+    std::vector<Source> sources;  ///< of each patch
     std::vector<VisibilityRecord> records;
+    std::span<const VisibilityRecord> records_of(const Source& source) const {
+      return std::span(records).subspan(source.first_record, source.records);
+    }
     /// Of each patch: v, then the root of sigma, of each cell, in 8 bits. Empty where the picture
     /// is so large that each pass learns them again.
     std::vector<uint8_t> learned;
@@ -85,7 +88,8 @@ class TileKnowledge {
   enum class Own { kTaken, kLeftOut };
   void learn_from_around(int tile, const Patch& patch, VisibilityLearner& learner,
                          Visibility& out, Own own = Own::kTaken) const;
-  void find_trust(const Tile& tile, Patch& patch, const Visibility& visibility) const;
+  void find_trust(std::span<const VisibilityRecord> own, Patch& patch,
+                  const Visibility& visibility) const;
 
   const TileGrid& grid_;
   const DistantCells& cells_;
