@@ -90,8 +90,6 @@ TEST(PointNodes, WithoutAMicrofacetLobeThereAreNone) {
 /// Each pixel's mean, over draws, is what its own points reflect, though candidates are drawn for
 /// the mean of all, and visibilities are wrong.
 TEST(SharedCandidates, AddUpToWhatEachPixelReflects) {
-  constexpr int kDraws = 400;
-  constexpr size_t kRays = 24;
   struct Case {
     const char* name;
     std::string shape;
@@ -109,31 +107,24 @@ TEST(SharedCandidates, AddUpToWhatEachPixelReflects) {
     const std::vector<Unit> units = units_of(tile, c.wanted);
     for (const size_t pixel : {size_t{2}, size_t{12}}) {
       const GroupView group = group_of(tile, units[pixel]);
-      MeanRgb mean;
-      StageTimes times;
-      times.count_to(tile.counters());
-      ShadowRays rays(times);
-      rays.begin(tile.scene(), tile.counters());
-      RayComb comb;
-      for (uint64_t seed = 0; seed < kDraws; ++seed) {
-        const CellLight light = tile.light(seed);
-        if (seed == 0) {
-          SharedCandidates shared(light);
-          shared.begin_tile(tile.primaries(), tile.patches(), tile.visibility(), units, seed);
-          ASSERT_NE(shared.find(group), nullptr);
-        }
-        GlossyStrata stage(light);
-        stage.begin_tile(tile.primaries(), tile.patches(), tile.visibility(), units,
-                         hash_words(seed, 78));
-        stage.begin_unit();
-        Strata strata;
-        Rgb sum = stage.add(group, c.wanted, hash_words(seed, 79, pixel), strata);
-        comb.walk(strata, kRays, random_float(seed, 77), [&](const SegmentHits& hits) {
-          stage.shoot(group, hits, Answers{&sum}, rays);
-        });
-        rays.trace();
-        mean.add(sum);
-      }
+      std::unique_ptr<CellLight> light;
+      std::unique_ptr<GlossyStrata> stage;
+      const MeanRgb mean = estimate(
+          tile,
+          [&](uint64_t seed, Strata& strata) {
+            light = std::make_unique<CellLight>(tile.light(seed));
+            stage = std::make_unique<GlossyStrata>(*light);
+            stage->begin_tile(tile.primaries(), tile.patches(), tile.visibility(), units,
+                              hash_words(seed, 78));
+            stage->begin_unit();
+            return stage->add(group, c.wanted, hash_words(seed, 79, pixel), strata);
+          },
+          [&](uint64_t, const SegmentHits& hits, const Answers& answers, ShadowRays& rays) {
+            stage->shoot(group, hits, answers, rays);
+          });
+      SharedCandidates shared(*light);
+      shared.begin_tile(tile.primaries(), tile.patches(), tile.visibility(), units, 0);
+      ASSERT_NE(shared.find(group), nullptr);
       mean.expect(tile.reflected_sky(group, Lobe::kGlossy), pixel == 2 ? "second" : "twelfth");
     }
   }

@@ -10,6 +10,8 @@
 
 #include "clustered/product/cell_light.h"
 #include "clustered/product/groups.h"
+#include "clustered/product/ray_comb.h"
+#include "clustered/product/shadow_rays.h"
 #include "kernel_helpers.h"
 #include "kinome/sensor.h"
 #include "support/render.h"
@@ -220,5 +222,28 @@ class MeanRgb {
 
   Moments of_[3];
 };
+
+inline constexpr int kDraws = 400;
+inline constexpr size_t kRays = 24;
+
+/// Mean over draws of what add(seed, strata) says and what shoot(seed, hits, answers, rays) finds.
+template <class Add, class Shoot>
+MeanRgb estimate(StageTile& tile, const Add& add, const Shoot& shoot) {
+  MeanRgb mean;
+  StageTimes times;
+  times.count_to(tile.counters());
+  ShadowRays rays(times);
+  rays.begin(tile.scene(), tile.counters());
+  RayComb comb;
+  for (uint64_t seed = 0; seed < kDraws; ++seed) {
+    Strata strata;
+    Rgb sum = add(seed, strata);
+    comb.walk(strata, kRays, random_float(seed, 77),
+              [&](const SegmentHits& hits) { shoot(seed, hits, Answers{&sum}, rays); });
+    rays.trace();
+    mean.add(sum);
+  }
+  return mean;
+}
 
 }  // namespace kinome::test

@@ -11,29 +11,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr int kDraws = 400;
-constexpr size_t kRays = 24;
 constexpr float kCandidates = 192;
-
-/// Mean of what add(seed, light, strata) says and what shoot(seed, hits, answers, rays) finds.
-template <class Add, class Shoot>
-MeanRgb estimate(StageTile& tile, const Add& add, const Shoot& shoot) {
-  MeanRgb mean;
-  StageTimes times;
-  times.count_to(tile.counters());
-  ShadowRays rays(times);
-  rays.begin(tile.scene(), tile.counters());
-  RayComb comb;
-  for (uint64_t seed = 0; seed < kDraws; ++seed) {
-    Strata strata;
-    Rgb sum = add(seed, strata);
-    comb.walk(strata, kRays, random_float(seed, 77),
-              [&](const SegmentHits& hits) { shoot(seed, hits, Answers{&sum}, rays); });
-    rays.trace();
-    mean.add(sum);
-  }
-  return mean;
-}
 
 TEST(DiffuseStrata, AddUpToTheReflectedSky) {
   for (const std::string& material :
