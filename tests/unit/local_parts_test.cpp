@@ -125,6 +125,38 @@ struct Columns {
   }
 };
 
+TEST(LocalKernels, GatherPointsThatWerePicked) {
+  constexpr size_t kRows = 100, kPicks = 48;
+  Random random(5);
+  std::vector<simd::LightPointRow> rows(kRows);
+  const auto number = [&](const simd::LightPointRow& row, size_t k) {
+    const float(*const threes[])[3] = {&row.position, &row.normal, &row.geometric, &row.power};
+    return k == 12 ? row.eye_ratio : (*threes[k / 3])[k % 3];
+  };
+  for (simd::LightPointRow& row : rows) {
+    for (auto* const three : {&row.position, &row.normal, &row.geometric, &row.power}) {
+      for (float& value : *three) value = random.unit();
+    }
+    row.eye_ratio = random.unit();
+  }
+  std::vector<uint32_t> picks(kPicks);
+  std::vector<float> weights(kPicks);
+  for (size_t i = 0; i < kPicks; ++i) {
+    picks[i] = static_cast<uint32_t>(random.unit() * kRows);
+    weights[i] = i % 5 == 0 ? 0.f : random.unit();
+  }
+  Columns columns(kPicks);
+  float* out[simd::kLightPointNumbers];
+  for (size_t k = 0; k < simd::kLightPointNumbers; ++k) out[k] = columns.values[k].data();
+  simd::gather_points(rows.data(), picks.data(), weights.data(), kPicks, out);
+  for (size_t i = 0; i < kPicks; ++i) {
+    for (size_t k = 0; k < simd::kLightPointNumbers; ++k) {
+      EXPECT_EQ(columns.values[k][i], number(rows[picks[i]], k) * (k < 9 ? 1.f : weights[i]))
+          << "number " << k << " of pick " << i;
+    }
+  }
+}
+
 TEST(LocalKernels, ConnectPointsAsPlainCodeDoes) {
   constexpr size_t kCount = 64;
   Random random(3);

@@ -46,7 +46,7 @@ TEST_F(ShadowRaysTest, SkipThoseThatCarryNothing) {
   Rgb sum(1.f);
   for (size_t i = 0; i < 10; ++i) {
     rays_.push(point(i), direction(i), {Rgb(0.f), 0, 0}, {&sum});
-    rays_.push(point(i).shadow_ray(direction(i), 5), {Rgb(0.f), 0, 0}, {&sum});
+    rays_.push(point(i), direction(i), 5, {Rgb(0.f), 0, 0}, {&sum}, {});
   }
   rays_.trace();
   EXPECT_EQ(sum, Rgb(1.f));
@@ -64,7 +64,7 @@ TEST_F(ShadowRaysTest, TellTheRecordsOfTheirPatches) {
     const auto cell = static_cast<uint32_t>(i % 500);
     const ShadowRays::Light light{Rgb(1.f), cell, static_cast<int32_t>(i % 2)};
     const ShadowRays::Lit of_lamp{i % 10 == 1 ? &lit : nullptr, 0.5f};
-    rays_.push(point(i).shadow_ray(direction(i), kInfinity), light, answers, of_lamp);
+    rays_.push(point(i), direction(i), kInfinity, light, answers, of_lamp);
     // Rays of an estimate may wait among them.
     if (i % 100 == 1) rays_.push(point(i), direction(i), {Rgb(2.f), 0, -1}, {&sum});
   }

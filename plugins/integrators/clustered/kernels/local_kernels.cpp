@@ -13,7 +13,23 @@ KINOME_WIDE Vec3 load(const float* const (&columns)[3], size_t i) {
   return {Float::load(columns[0] + i), Float::load(columns[1] + i), Float::load(columns[2] + i)};
 }
 
+constexpr size_t kRow = sizeof(LightPointRow) / sizeof(float);
+constexpr size_t kFirstWeighed = offsetof(LightPointRow, power) / sizeof(float);
+
 }  // namespace
+
+void gather_points(const LightPointRow* rows, const uint32_t* picks, const float* weights,
+                   size_t count, float* const (&columns)[kLightPointNumbers]) {
+  const float* const numbers = rows->position;
+  wide::for_lanes(count, [&](size_t i) {
+    const wide::Int first = wide::Int::load(picks + i) * static_cast<int32_t>(kRow);
+    const Float weight = Float::load(weights + i);
+    for (size_t k = 0; k < kLightPointNumbers; ++k) {
+      const Float number = wide::gather(numbers + k, first);
+      (k < kFirstWeighed ? number : number * weight).store(columns[k] + i);
+    }
+  });
+}
 
 void connect_points(const LightPointColumns& points, const SurfacePoint& from, size_t count,
                     const ConnectionColumns& out) {

@@ -16,6 +16,20 @@ struct LightPointColumns {
   const float* eye_ratio;
 };
 
+/// The numbers of one light point beside one another, in a line of the cache.
+struct alignas(64) LightPointRow {
+  float position[3];
+  float normal[3];
+  float geometric[3];
+  float power[3];
+  float eye_ratio;
+};
+inline constexpr size_t kLightPointNumbers = 13;
+/// The `picks` of the rows as columns, in the order of a row's numbers; power and eye ratio are
+/// multiplied by `weights`.
+void gather_points(const LightPointRow* rows, const uint32_t* picks, const float* weights,
+                   size_t count, float* const (&columns)[kLightPointNumbers]);
+
 struct SurfacePoint {
   float position[3];
   float geometric[3];  ///< unit normal of the surface

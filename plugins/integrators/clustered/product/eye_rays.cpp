@@ -195,8 +195,8 @@ void EyeRays::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeW
             share_of(1, is_mirroring ? 0 : follow_ratio, odds) +
         glossy.f * share_of(1, follow_ratio, is_mirroring ? kInfinity : odds);
   }
-  shadow_rays.push(y.shadow_ray(arrival->d, arrival->distance),
-                   {eye.weight * f * arrival->radiance, 0, -1}, {eye.sum});
+  shadow_rays.push(y, arrival->d, arrival->distance, {eye.weight * f * arrival->radiance, 0, -1},
+                   {eye.sum}, {});
 }
 
 /// What a ray from a surface meets.

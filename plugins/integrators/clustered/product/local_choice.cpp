@@ -161,8 +161,9 @@ void comb_cells(uint32_t begin, uint32_t end, double offset, const Count& count,
     const double step = rate(c);
     const auto size = static_cast<double>(count(c));
     if (!(step > 0)) continue;
-    double k = std::ceil(left / step) - 1;
-    for (; k < size; k = std::ceil(left / step) - 1) {
+    const double teeth = 1 / step;
+    double k = std::ceil(left * teeth) - 1;
+    for (; k < size; k = std::ceil(left * teeth) - 1) {
       pick(c, static_cast<uint32_t>(std::max(k, 0.)));
       left += 1;
     }
@@ -197,39 +198,32 @@ void LocalChoice::pick_points(const LocalLight& light, const LocalPoints& points
   comb_cells(
       light.lamp_cells(), light.size(), offset, [&](uint32_t c) { return first[c + 1] - first[c]; },
       [&](uint32_t c) { return static_cast<double>(rates_[c]) * blocks_; },
-      [&](uint32_t c, uint32_t k) { picks_.push_back(first[c] + k); });
+      [&](uint32_t c, uint32_t k) { picks_.push_back({first[c] + k, c, 1 / rates_[c]}); });
   const size_t most = padded((picks_.size() + blocks_ - 1) / blocks_) * blocks_;
   for (auto& column : columns_) {
     if (column.size() < most) column.resize(most);
   }
-  if (cells_.size() < most) cells_.resize(most);
-  if (points_.size() < most) points_.resize(most);
+  if (cells_.size() < most) {
+    cells_.resize(most);
+    points_.resize(most);
+    weights_.resize(most);
+  }
   block_first_.clear();
   uint32_t at = 0;
-  const auto put = [&](const LightPoint& p, float weight, uint32_t index) {
-    for (int axis = 0; axis < 3; ++axis) {
-      columns_[axis][at] = p.position[axis];
-      columns_[3 + axis][at] = p.normal[axis];
-      columns_[6 + axis][at] = p.geometric[axis];
-      columns_[9 + axis][at] = p.power[axis] * weight;
-    }
-    columns_[12][at] = p.eye_ratio * weight;
-    cells_[at] = p.cell;
-    points_[at++] = index;
+  const auto put = [&](const Pick& pick, float weight) {
+    points_[at] = pick.point;
+    cells_[at] = pick.cell;
+    weights_[at++] = weight;
   };
   for (uint32_t b = 0; b < blocks_; ++b) {
     block_first_.push_back(at);
-    for (size_t i = b; i < picks_.size(); i += blocks_) {
-      const LightPoint& p = points.points[picks_[i]];
-      put(p, 1 / rates_[p.cell], picks_[i]);
-    }
-    while (at % simd::kLobeLanes != 0) {
-      LightPoint none = points.points[picks_.front()];
-      none.power = Rgb(0.f);
-      put(none, 1, picks_.front());
-    }
+    for (size_t i = b; i < picks_.size(); i += blocks_) put(picks_[i], picks_[i].weight);
+    while (at % simd::kLobeLanes != 0) put(picks_.front(), 0);
   }
   block_first_.push_back(at);
+  float* columns[simd::kLightPointNumbers];
+  for (size_t k = 0; k < simd::kLightPointNumbers; ++k) columns[k] = columns_[k].data();
+  simd::gather_points(points.rows.data(), points_.data(), weights_.data(), at, columns);
 }
 
 namespace {

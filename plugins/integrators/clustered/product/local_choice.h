@@ -24,7 +24,7 @@ class LocalChoice {
   /// several, or in all.
   static constexpr uint32_t kBlockSize = 32;
   /// There is a block for every other primary or fewer, within these bounds: a power of two.
-  static constexpr uint32_t kLeastBlocks = 16, kMostBlocks = 128;
+  static constexpr uint32_t kLeastBlocks = 16, kMostBlocks = 64;
   /// The same of lamps, which are all in one block if there are no more.
   static constexpr uint32_t kLampBlockSize = 64;
 
@@ -66,9 +66,14 @@ class LocalChoice {
   std::vector<float> importance_;  ///< of each cell, summed over patches
   std::vector<float> of_patch_;
   std::vector<float> rates_;
-  std::vector<uint32_t> picks_;
-  std::vector<float> columns_[13];
-  std::vector<uint32_t> cells_, points_;
+  struct Pick {
+    uint32_t point, cell;
+    float weight;  ///< 1 / rate
+  };
+  std::vector<Pick> picks_;
+  Column<float> columns_[simd::kLightPointNumbers];
+  Column<float> weights_;
+  Column<uint32_t> cells_, points_;
   std::vector<uint32_t> block_first_;
   std::vector<Lamp> picked_lamps_, lamps_;
   uint32_t blocks_ = kLeastBlocks;

@@ -4,8 +4,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "clustered/kernels/local_kernels.h"
 #include "clustered/product/light_guide.h"
 #include "clustered/product/point_partition.h"
+#include "clustered/product/source_choice.h"
 #include "kinome/emitter.h"
 #include "kinome/scene.h"
 
@@ -77,6 +79,7 @@ struct LightOrigin;
 /// Points of one pass, cell by cell and near one another within each.
 struct LocalPoints {
   std::vector<LightPoint> points;
+  std::vector<simd::LightPointRow> rows;  ///< of the same points
   std::vector<uint32_t> first;  ///< of each cell of LocalLight; one more entry than cells
   std::vector<Reflection> reflections;
   bool has_bent_normals = false;  ///< some point's off_surface isn't 0
@@ -165,7 +168,7 @@ class LocalLight {
   };
   Place surface_place(const SurfaceInteraction& si) const;
 
-  /// Light at a surface point that a ray found, from a source drawn by its flux.
+  /// Light at a surface point that a ray found, from a source drawn by SourceChoice.
   struct Arrival {
     Vec3 d{0, 0, 1};  ///< unit, toward the light
     float distance = kInfinity;
@@ -216,21 +219,20 @@ class LocalLight {
   LocalPoints sort_by_cell(std::vector<Drawn>& chunks) const;
   uint32_t surface_cell(const SurfaceInteraction& si) const;
   uint32_t bounce_cell(const SurfaceInteraction& si, float side) const;
+  SourceChoice::At asked_at(const SurfaceInteraction& y, float side) const;
   /// Density of a place y that is lit along d (from the light) by a bounce's eye path, over that of
   /// the pass's points at y, unless these are guided: both given the place x on the light, if it
-  /// has a surface.
-  float eye_ratio(const Source& source, const SurfaceInteraction* x, const SurfaceInteraction& y,
-                  const Vec3& d, float distance) const;
-  Place bounce_place(const Source& source, const SurfaceInteraction* x, const SurfaceInteraction& y,
-                     const Vec3& d, float distance) const;
-  /// Arrival::density.
-  float arrival_density(const Source& source, const SurfaceInteraction* x,
-                        const SurfaceInteraction& y, const Vec3& d) const;
+  /// has a surface. probability: that the path asks the source.
+  float eye_ratio(const Source& source, float probability, const SurfaceInteraction* x,
+                  const SurfaceInteraction& y, const Vec3& d, float distance) const;
+  Place bounce_place(const Source& source, float probability, const SurfaceInteraction* x,
+                     const SurfaceInteraction& y, const Vec3& d, float distance) const;
 
   const Scene& scene_;
   const uint32_t max_depth_;
   std::vector<Source> sources_;
   std::vector<double> surface_ends_, bounce_ends_;  ///< running sums of shares, or empty
+  SourceChoice arrivals_;                           ///< where there is a bounce
   std::unordered_map<const Emitter*, uint32_t> source_of_;
   std::vector<const Emitter*> lamps_;
   std::vector<uint32_t> lamp_first_;

@@ -32,6 +32,24 @@ constexpr float kMostEyeRatio = 1e25f;
 /// from which it nearly mirrors [1/sr]: of GGX with an alpha of .28 and of .0126.
 constexpr float kNarrowDensity = 1, kMirroringDensity = 500;
 
+/// Of d from y, toward light at x or, if that is nullptr, in the sky, the emitter being given.
+float direction_density(const Emitter* emitter, const SurfaceInteraction* x,
+                        const SurfaceInteraction& y, const Vec3& d) {
+  return x ? x->shape->pdf_solid_angle(y.p, *x) : emitter->pdf_environment(d);
+}
+
+simd::LightPointRow row_of(const LightPoint& p) {
+  simd::LightPointRow row{};
+  for (int axis = 0; axis < 3; ++axis) {
+    row.position[axis] = p.position[axis];
+    row.normal[axis] = p.normal[axis];
+    row.geometric[axis] = p.geometric[axis];
+    row.power[axis] = p.power[axis];
+  }
+  row.eye_ratio = p.eye_ratio;
+  return row;
+}
+
 }  // namespace
 
 /// Within a cell along a Morton curve through its places: every so many of them are spread over it.
@@ -64,9 +82,11 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks) const {
   // Points of one place keep the order in which they were drawn, whichever sort this is.
   std::stable_sort(keys.begin(), keys.end());
   all.points.reserve(count);
+  all.rows.reserve(count);
   all.first.assign(size_ + 1, 0);
   for (const Key& key : keys) {
     all.points.push_back(*key.point);
+    all.rows.push_back(row_of(*key.point));
     all.has_bent_normals |= key.point->off_surface > 0;
     ++all.first[key.point->cell + 1];
   }
@@ -181,11 +201,13 @@ void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, co
   if (!(cosine > 0)) return;
   const Source& source = sources_[origin.source];
   const float count = static_cast<float>(bounce_count_) * source.bounce_share * origin.guided;
+  const SurfaceInteraction* const x = leaving.x ? &*leaving.x : nullptr;
   Reflection reflection;
   reflection.si = si;
   reflection.to_light = si.wi;
   reflection.incident = sample.power / (count * cosine);
   const float side = si.wi.z >= 0 ? 1.f : -1.f;
+  const float probability = asked_at(si, side).probability(origin.source);
   // The reflectance that is seen from the light's side.
   reflection.si.wi = Vec3(0, 0, side);
   LightPoint point;
@@ -214,7 +236,7 @@ void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, co
       reflection.alpha2 = lobe.alpha_u * lobe.alpha_v;
       if (width == LobeWidth::kNarrow && !is_lamp) {
         reflection.light_density =
-            arrival_density(source, leaving.x ? &*leaving.x : nullptr, si, -sample.d);
+            probability * direction_density(source.emitter, x, si, -sample.d);
       }
     }
     point.power = (part.diffuse + part.glossy) * kInvPi * std::abs(si.wi.z) * reflection.incident;
@@ -227,9 +249,8 @@ void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, co
   if (std::abs(glm::dot(si.n, si.frame.n)) < 1 - 1e-6f) point.off_surface = si.p_error;
   if (bounce_partition_.size() > 0) {
     point.cell = bounce_cell(si, side);
-    point.eye_ratio =
-        eye_factors_[point.cell] *
-        eye_ratio(source, leaving.x ? &*leaving.x : nullptr, si, sample.d, ray.ray.tmax);
+    point.eye_ratio = eye_factors_[point.cell] *
+                      eye_ratio(source, probability, x, si, sample.d, ray.ray.tmax);
   }
   if (!bsdf.is_lambertian()) {
     point.reflection = static_cast<uint32_t>(out.reflections.size());
@@ -239,11 +260,14 @@ void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, co
   out.origins.push_back(origin);
 }
 
-float LocalLight::eye_ratio(const Source& source, const SurfaceInteraction* x,
+SourceChoice::At LocalLight::asked_at(const SurfaceInteraction& y, float side) const {
+  return arrivals_.at(y.p, y.frame.n * side);
+}
+
+float LocalLight::eye_ratio(const Source& source, float probability, const SurfaceInteraction* x,
                             const SurfaceInteraction& y, const Vec3& d, float distance) const {
-  // Both choose the source alike.
   const float cosine = std::abs(glm::dot(y.n, d));
-  const auto count = static_cast<float>(bounce_count_);
+  const float count = static_cast<float>(bounce_count_) * source.bounce_share / probability;
   float ratio = kInfinity;
   if (x) {
     const float seen = source.emitter->shape()->pdf_solid_angle(y.p, *x);
@@ -266,9 +290,9 @@ float LocalLight::eye_ratio(const Source& source, const SurfaceInteraction* x,
 std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInteraction& si,
                                                               float u1, const Vec2& u) const {
   if (bounce_ends_.empty()) return std::nullopt;
-  const auto after = std::upper_bound(bounce_ends_.begin(), bounce_ends_.end(),
-                                      static_cast<double>(u1) * bounce_ends_.back());
-  const size_t index = std::min<size_t>(after - bounce_ends_.begin(), sources_.size() - 1);
+  const SourceChoice::At asked = asked_at(si, si.wi.z >= 0 ? 1.f : -1.f);
+  const uint32_t index = asked.pick(u1);
+  const float probability = asked.probability(index);
   const Source& source = sources_[index];
   Arrival arrival;
   std::optional<SurfaceInteraction> x;
@@ -284,39 +308,38 @@ std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInter
     const bool is_own = source.emitter->shape() == si.shape;
     if (is_own && !si.resolves(arrival.d, arrival.distance)) return std::nullopt;
     x->wi = x->frame.to_local(-arrival.d);
-    arrival.density = source.bounce_share * surface->pdf;
+    arrival.density = probability * surface->pdf;
     arrival.radiance = source.emitter->eval_surface(*x) / arrival.density;
   } else {
     const auto light = source.emitter->sample_direct(si.p, u);
     if (!light || !(light->pdf > 0)) return std::nullopt;
     arrival.d = light->d;
     arrival.distance = light->distance;
-    const float density = source.bounce_share * light->pdf;
+    const float density = probability * light->pdf;
     arrival.radiance = light->radiance / density;
     if (source.kind == Kind::kEnvironment) arrival.density = density;
   }
   if (is_black(arrival.radiance)) return std::nullopt;
-  arrival.place = bounce_place(source, x ? &*x : nullptr, si, arrival.d, arrival.distance);
+  arrival.place =
+      bounce_place(source, probability, x ? &*x : nullptr, si, arrival.d, arrival.distance);
   return arrival;
 }
 
-LocalLight::Place LocalLight::bounce_place(const Source& source, const SurfaceInteraction* x,
+LocalLight::Place LocalLight::bounce_place(const Source& source, float probability,
+                                           const SurfaceInteraction* x,
                                            const SurfaceInteraction& y, const Vec3& d,
                                            float distance) const {
   const uint32_t cell = bounce_cell(y, glm::dot(y.frame.n, d) >= 0 ? 1.f : -1.f);
-  return {cell, eye_factors_[cell] * eye_ratio(source, x, y, -d, distance)};
-}
-
-float LocalLight::arrival_density(const Source& source, const SurfaceInteraction* x,
-                                  const SurfaceInteraction& y, const Vec3& d) const {
-  return source.bounce_share *
-         (x ? x->shape->pdf_solid_angle(y.p, *x) : source.emitter->pdf_environment(d));
+  return {cell, eye_factors_[cell] * eye_ratio(source, probability, x, y, -d, distance)};
 }
 
 LocalLight::Found LocalLight::found_arrival(const SurfaceInteraction& si, const Vec3& d,
                                             float distance, const SurfaceInteraction* x) const {
-  const Source& source = sources_[source_of_.at(x ? x->shape->emitter() : scene_.environment())];
-  return {bounce_place(source, x, si, d, distance), arrival_density(source, x, si, d)};
+  const uint32_t index = source_of_.at(x ? x->shape->emitter() : scene_.environment());
+  const Source& source = sources_[index];
+  const float probability = asked_at(si, si.wi.z >= 0 ? 1.f : -1.f).probability(index);
+  return {bounce_place(source, probability, x, si, d, distance),
+          probability * direction_density(source.emitter, x, si, d)};
 }
 
 std::vector<float> LocalLight::lamp_shares() const {
@@ -334,13 +357,17 @@ Reflection::Sent Reflection::about(const Vec3& d) const {
   constexpr float kFloor = 0.02f;
   const float in = std::max(glm::dot(normal, light), kFloor);
   const float out = std::max(glm::dot(normal, d), kFloor);
-  const float cosine = glm::dot(normal, normalized(light + d, normal));
+  const Vec3 half = normalized(light + d, normal);
+  const float cosine = glm::dot(normal, half);
   const float t = 1 + (alpha2 - 1) * cosine * cosine;
   const float density = alpha2 * kInvPi / std::max(t * t, 1e-12f);
   const auto root = [&](float c) { return std::sqrt(alpha2 + (1 - alpha2) * c * c); };
   const float masked = 0.5f / (out * root(in) + in * root(out));  // Heitz 2014, eq. 99
-  const Rgb f =
-      reflectance.diffuse * kInvPi + reflectance.glossy * (density * masked + kFloor * kInvPi);
+  // Schlick's: what hardly reflects when it is seen along the normal is a mirror at grazing angles.
+  const float grazing = 1 - std::clamp(glm::dot(half, d), 0.f, 1.f), grazing2 = grazing * grazing;
+  const Rgb fresnel = glm::mix(reflectance.glossy, Rgb(1.f), grazing2 * grazing2 * grazing);
+  const Rgb f = reflectance.diffuse * kInvPi +
+                (density * masked) * fresnel + reflectance.glossy * (kFloor * kInvPi);
   Sent sent{f * in * incident, 0};
   // Visible normals' (Heitz 2018): G1 D / (4 cos).
   if (light_density > 0) sent.follow_ratio = 0.5f * density / (out + root(out)) / light_density;

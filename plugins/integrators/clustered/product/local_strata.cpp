@@ -10,6 +10,10 @@ namespace {
 /// every primary sent one, within these bounds. The least of them bounds what a light point that is
 /// very near can weigh.
 constexpr float kEyeRayFactor = 12, kLeastEyeRays = 1 / 8.f;
+/// And in proportion to the share of the light points that glossy surfaces have: where one of these
+/// shows a lamp, a ray that happens to meet the place finds light as bright as none that the pilot
+/// has seen.
+constexpr float kLobeEyeRayFactor = 10;
 
 }  // namespace
 
@@ -138,12 +142,13 @@ Rgb LocalStrata::add(const GroupView& group, float eye_rays, const Numbers& numb
 void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan> points) const {
   const Columns& c = candidates_;
   if (c.size() == first_) return;
-  double sum = 0, of_lamps = 0, all = 0, variance = 0;
+  double sum = 0, of_lamps = 0, of_lobes = 0, all = 0, variance = 0;
   double row_sum = 0, row_squares = 0, row = 0;
   for (size_t i = first_; i < c.size(); ++i) {
     const double w = mean_of(c.weight_of(i));
     sum += w;
     all += w * (1. + c.lobe_density[i] * c.eye_ratio[i]);
+    if (i < end_points_ && point_of(i)->reflection != LightPoint::kLambertian) of_lobes += w;
     if (i >= end_points_) {
       of_lamps += w;
       points[group.primary(c.member[i])].lamps += static_cast<float>(w);
@@ -160,11 +165,13 @@ void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan
   const uint32_t members = group.group.count;
   const double count = members;
   const float share = static_cast<float>(members) / static_cast<float>(patch.count);
+  const float by_lobes = sum > 0 ? static_cast<float>(of_lobes / sum) : 0.f;
   const auto mean = static_cast<float>(sum / count);
   const auto extended = static_cast<float>((sum - of_lamps) / count);
   const double spread = variance / count;
   const float by_eye = all > 0 ? static_cast<float>(1 - sum / all) : 1.f;
-  patch.eye_rays += share * std::clamp(kEyeRayFactor * by_eye, kLeastEyeRays, 1.f);
+  patch.eye_rays += share * std::clamp(kEyeRayFactor * by_eye + kLobeEyeRayFactor * by_lobes,
+                                       kLeastEyeRays, 1.f);
   patch.glossy += mean * share;
   for (uint32_t j = 0; j < members; ++j) {
     PointPlan& point = points[group.primary(j)];
@@ -213,10 +220,14 @@ void LocalStrata::shoot(const GroupView& group, float eye_rays, const SegmentHit
       plan.lamps -= radiance;
       lit = {plan.lit, radiance};
     }
-    const bool may_be_behind = has_bent_normals && !is_lamp;
-    const Ray ray = may_be_behind ? si.shadow_ray_to(point_of(i)->end_of_ray(d))
-                                  : si.shadow_ray(d, c.distance[i]);
-    rays.push(ray, {weight, c.cell[i], group.group.patch}, answers, lit);
+    Vec3 toward = d;
+    float distance = c.distance[i];
+    if (has_bent_normals && !is_lamp) {
+      const Vec3 to = point_of(i)->end_of_ray(d) - si.p;
+      distance = glm::length(to);
+      toward = to / std::max(distance, 1e-30f);
+    }
+    rays.push(si, toward, distance, {weight, c.cell[i], group.group.patch}, answers, lit);
   }
 }
 

@@ -31,6 +31,12 @@ constexpr double kLeastScale = 1e-9, kMostScale = 1e12;
 
 using namespace wide;
 
+/// What the squared errors of a pixel count for, in units of the picture's mean.
+template <class Number>
+Number weight_of_errors(const Number& mean) {
+  return 1.f / (mean * mean + 0.01f);
+}
+
 /// Five rows of a picture's forecast, as columns, in units of what is typical for it: squares of
 /// the faintest and the brightest light stay within a float. Around the picture its border is
 /// repeated.
@@ -44,7 +50,7 @@ class Maps {
         height_(height),
         scale_(1 / unit),
         stride_(padded(static_cast<size_t>(width) + 2 * kBorder)) {
-    for (auto* const map : {&mean_, &variance_, &uncertainty_, &glossy_, &sharp_}) {
+    for (auto* const map : {&mean_, &variance_, &weight_, &uncertainty_, &glossy_, &sharp_}) {
       map->resize(stride_ * kRows + kBlockLanes);
     }
     for (int y = -kBorder; y < kBorder; ++y) read(y);
@@ -56,15 +62,17 @@ class Maps {
 
   /// Of pixel (x, y) and those that come next in its row.
   Float mean(int x, int y) const { return Float::load(&mean_[at(x, y)]); }
+  /// What squared errors of the pixel count for.
+  Float weight(int x, int y) const { return Float::load(&weight_[at(x, y)]); }
   Float variance(int x, int y) const { return Float::load(&variance_[at(x, y)]); }
   Mask is_sharp(int x, int y) const { return Float::load(&sharp_[at(x, y)]) > 0.f; }
 
   /// Means over the pixels no farther than `reach`.
   struct Around {
-    Float mean, squared_mean, variance, uncertainty, glossy;
+    Float mean, squared_mean, variance, uncertainty, glossy, weight;
   };
   Around around(int x, int y, int reach) const {
-    Around sums{0, 0, 0, 0, 0};
+    Around sums{0, 0, 0, 0, 0, 0};
     for (int dy = -reach; dy <= reach; ++dy) {
       for (int dx = -reach; dx <= reach; ++dx) {
         const size_t i = at(x + dx, y + dy);
@@ -74,11 +82,12 @@ class Maps {
         sums.variance += Float::load(&variance_[i]);
         sums.uncertainty += Float::load(&uncertainty_[i]);
         sums.glossy += Float::load(&glossy_[i]);
+        sums.weight += Float::load(&weight_[i]);
       }
     }
     const Float share = 1.f / static_cast<float>((2 * reach + 1) * (2 * reach + 1));
-    for (Float* const sum :
-         {&sums.mean, &sums.squared_mean, &sums.variance, &sums.uncertainty, &sums.glossy}) {
+    for (Float* const sum : {&sums.mean, &sums.squared_mean, &sums.variance, &sums.uncertainty,
+                             &sums.glossy, &sums.weight}) {
       *sum *= share;
     }
     return sums;
@@ -102,6 +111,7 @@ class Maps {
       const size_t i = at(x, y);
       mean_[i] = static_cast<float>(p.mean * scale_);
       variance_[i] = sqr(static_cast<float>(p.deviation * scale_));
+      weight_[i] = weight_of_errors(mean_[i]);
       uncertainty_[i] = static_cast<float>(p.uncertainty * scale_);
       glossy_[i] = sqr(static_cast<float>(p.glossy_deviation * scale_));
       sharp_[i] = p.sharp ? 1.f : 0.f;
@@ -116,7 +126,7 @@ class Maps {
   int width_, height_;
   double scale_;
   size_t stride_;
-  Column<float> mean_, variance_, uncertainty_, glossy_, sharp_;
+  Column<float> mean_, variance_, weight_, uncertainty_, glossy_, sharp_;
 };
 
 struct Wanted {
@@ -127,12 +137,14 @@ Float power(Float v) {
   return select(v > 0.f, pow(v, kExponent));
 }
 
-/// By expectations around a pixel: over 3x3 pixels, or 5x5 where lobes are sharp. Its own mean
-/// counts alone, or with a share of `smoothing` for the pixels around.
+/// By expectations around a pixel: over 3x3 pixels, or 5x5 where lobes are sharp. What its errors
+/// count for is told by itself alone, or with a share of `smoothing` by the pixels around. It is
+/// these weights that are averaged, not the means: a dark pixel beside bright ones would be taken
+/// for a bright one, whose errors hardly count.
 Wanted wanted_at(const Maps& maps, int x, int y, float smoothing) {
   Maps::Around around = maps.around(x, y, 1);
   Float own = maps.variance(x, y), factor = kPrimaryFactor;
-  Float level = lerp(maps.mean(x, y), around.mean, Float(smoothing));
+  Float relative = lerp(maps.weight(x, y), around.weight, Float(smoothing));
   const Mask is_sharp = maps.is_sharp(x, y);
   if (any(is_sharp)) {
     const Maps::Around wider = maps.around(x, y, 2);
@@ -141,10 +153,9 @@ Wanted wanted_at(const Maps& maps, int x, int y, float smoothing) {
     around.glossy = select(is_sharp, wider.glossy, around.glossy);
     const Float of_means = max(wider.squared_mean - sqr(wider.mean), Float(0.f));
     own = select(is_sharp, wider.variance + 0.5f * of_means, own);
-    level = select(is_sharp, wider.mean, level);
+    relative = select(is_sharp, weight_of_errors(wider.mean), relative);
     factor = select(is_sharp, Float(kSharpPrimaryFactor), factor);
   }
-  const Float relative = 1.f / (level * level + 0.01f);
   const Float edges = maps.squared_gradient(x, y) * (1 / 16.f);
   const Float candidates = power(around.glossy * relative);
   const Float variance = 0.5f * (around.variance + own) + edges;

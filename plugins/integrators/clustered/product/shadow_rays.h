@@ -47,20 +47,16 @@ class ShadowRays {
   void push(const SurfaceInteraction& from, const Vec3& d, const Light& light,
             const Answers& answers) {
     if (skips(light)) return;
-    // Made in its place: to copy a ray takes longer than to make it.
-    Ray& ray = rays_[waiting_];
-    ray.o = from.ray_origin(d);
-    ray.d = d;
-    ray.tmin = 0;
-    ray.tmax = kInfinity;
+    put(from.ray_origin(d), d, kInfinity);
     wait(light, answers, {});
   }
-  void push(const Ray& ray, const Light& light, const Answers& answers) {
-    push(ray, light, answers, {});
-  }
-  void push(const Ray& ray, const Light& light, const Answers& answers, const Lit& lit) {
+  /// A ray from a surface to light at a distance, which may be infinite.
+  void push(const SurfaceInteraction& from, const Vec3& d, float distance, const Light& light,
+            const Answers& answers, const Lit& lit) {
     if (skips(light)) return;
-    rays_[waiting_] = ray;
+    const ShadowRayOf<Vec3, float> ray(from.p, from.n, from.p_error, d, distance,
+                                       distance < kInfinity);
+    put(ray.o, ray.d, ray.tmax);
     wait(light, answers, lit);
   }
 
@@ -78,6 +74,15 @@ class ShadowRays {
     if (!is_black(light.weight)) return false;
     ++counters_->skipped_shadow_rays;
     return true;
+  }
+  /// Number by number, where it waits: to copy a ray that has just been made takes longer than to
+  /// make it.
+  void put(const Vec3& o, const Vec3& d, float tmax) {
+    Ray& ray = rays_[waiting_];
+    ray.o = o;
+    ray.d = d;
+    ray.tmin = 0;
+    ray.tmax = tmax;
   }
   void wait(const Light& light, const Answers& answers, const Lit& lit) {
     Pending& pending = pending_[waiting_];
