@@ -145,6 +145,9 @@ Wanted wanted_at(const Maps& maps, int x, int y, float smoothing) {
   Maps::Around around = maps.around(x, y, 1);
   Float own = maps.variance(x, y), factor = kPrimaryFactor;
   Float relative = lerp(maps.weight(x, y), around.weight, Float(smoothing));
+  // What light a pixel has in which the pilot found none is told by those around alone: most are
+  // dark to the end, and would take the rays of all others.
+  relative = select(maps.mean(x, y) > 0.f, relative, weight_of_errors(smoothing * around.mean));
   const Mask is_sharp = maps.is_sharp(x, y);
   if (any(is_sharp)) {
     const Maps::Around wider = maps.around(x, y, 2);
