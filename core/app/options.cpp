@@ -293,6 +293,8 @@ struct OptionsParser::Language {
       app.add_option("NAME", options.plugin_name, "Name, or CATEGORY/NAME");
       app.add_flag("--markdown", options.markdown, "As a table for the README")
           ->disable_flag_override();
+      app.add_flag("--mitsuba", options.mitsuba, "All of Mitsuba's plugins: which there are here")
+          ->disable_flag_override();
     } else {
       declare(app, options, raw);
     }

@@ -45,6 +45,7 @@ struct Options {
 
   std::string plugin_name;  ///< of `kinome plugins NAME`; "": all of them
   bool markdown = false;
+  bool mitsuba = false;
 };
 
 /// Reads any number of command lines, each as parse_options does. To declare all options takes

@@ -13,6 +13,7 @@
 #include "kinome/error.h"
 #include "kinome/plugin_registry.h"
 #include "line_width.h"
+#include "mitsuba_plugins.h"
 
 namespace kinome::app {
 namespace {
@@ -176,6 +177,55 @@ int print_named(PluginRegistry& registry, const std::string& wanted) {
                                        : fmt::format("; did you mean '{}'?", near)));
 }
 
+enum class Here { kYes, kPartly, kNo };
+
+/// Of a registry that names its plugins by category.
+Here is_here(const std::map<std::string, std::vector<std::string>>& names,
+             const MitsubaPlugin& plugin) {
+  const auto known = names.find(plugin.category);
+  if (known == names.end() || std::find(known->second.begin(), known->second.end(), plugin.name) ==
+                                  known->second.end()) {
+    return Here::kNo;
+  }
+  return plugin.lacks ? Here::kPartly : Here::kYes;
+}
+
+/// Which of Mitsuba's plugins there are, one a line, or one category a row.
+void print_mitsuba(PluginRegistry& registry, bool markdown) {
+  std::map<std::string, std::vector<std::string>> names;
+  for (const Category category : all_categories()) {
+    names[to_string(category)] = registry.names(category);
+  }
+  int counts[3] = {};
+  std::vector<std::string> categories;
+  std::map<std::string, std::vector<std::string>> cells[3];
+  for (const MitsubaPlugin& plugin : mitsuba_plugins()) {
+    const Here here = is_here(names, plugin);
+    ++counts[static_cast<int>(here)];
+    if (categories.empty() || categories.back() != plugin.category) {
+      categories.emplace_back(plugin.category);
+    }
+    cells[static_cast<int>(here)][plugin.category].push_back(
+        here == Here::kPartly ? fmt::format("`{}` ({})", plugin.name, plugin.lacks)
+                              : fmt::format("`{}`", plugin.name));
+    if (markdown) continue;
+    const std::string said = here == Here::kYes      ? "yes"
+                             : here == Here::kPartly ? fmt::format("partly: {}", plugin.lacks)
+                                                     : "no";
+    print_wrapped(fmt::format("{:<11} {:<20} ", plugin.category, plugin.name), said, line_width());
+  }
+  if (markdown) {
+    fmt::print("| category | yes | partly | no |\n|---|---|---|---|\n");
+    for (const std::string& category : categories) {
+      fmt::print("| {} | {} | {} | {} |\n", category, fmt::join(cells[0][category], ", "),
+                 fmt::join(cells[1][category], "; "), fmt::join(cells[2][category], ", "));
+    }
+  }
+  fmt::print("{}of {} plugins of Mitsuba 3.9.1: {} are here, {} partly, {} not\n",
+             markdown ? "\n" : "", counts[0] + counts[1] + counts[2], counts[0], counts[1],
+             counts[2]);
+}
+
 }  // namespace
 
 int plugins_command(const Options& options) {
@@ -184,6 +234,10 @@ int plugins_command(const Options& options) {
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
                           choose_instruction_set(options.isa));
   if (!options.plugin_name.empty()) return print_named(registry, options.plugin_name);
+  if (options.mitsuba) {
+    print_mitsuba(registry, options.markdown);
+    return 0;
+  }
   if (!options.markdown) return print_list(registry);
   print_markdown(registry);
   return 0;

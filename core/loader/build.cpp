@@ -32,6 +32,19 @@ bool can_do_without(const Lost& lost, const PluginDescriptor& plugin) {
          std::none_of(lost.categories.begin(), lost.categories.end(), is_needed);
 }
 
+/// What Mitsuba's plugins of a category have for how they work, and not for what they show.
+bool is_of_mitsubas_working(Category category, const std::string& name) {
+  constexpr std::pair<Category, const char*> kAll[] = {
+      {Category::kEmitter, "sampling_weight"},
+      {Category::kIntegrator, "block_size"},
+      {Category::kIntegrator, "samples_per_pass"},
+      {Category::kIntegrator, "timeout"},
+  };
+  return std::any_of(std::begin(kAll), std::end(kAll), [&](const auto& one) {
+    return one.first == category && name == one.second;
+  });
+}
+
 bool takes(const PluginDescriptor& plugin, Category category) {
   return std::any_of(plugin.parameters.begin(), plugin.parameters.end(), [&](const auto& row) {
     return row.type == ParameterType::kObject && row.category == category;
@@ -208,6 +221,10 @@ Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plu
 
 void Builder::add_value(const Node& child, const std::string& name, const PluginDescriptor& plugin,
                         Parts& parts) {
+  if (!find_row(plugin, name) && is_of_mitsubas_working(parts.props.category(), name)) {
+    log_info(Error(child.where, "'" + name + "' means nothing here, and is ignored").what());
+    return;
+  }
   const bool is_whole =
       !child.is_broken && std::none_of(child.children.begin(), child.children.end(),
                                        [](const Node& part) { return part.is_broken; });

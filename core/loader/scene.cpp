@@ -100,9 +100,12 @@ void Builder::add_to_scene(const Node& child, const Node& target,
         std::any_of(contents.emitters.begin(), contents.emitters.end(),
                     [&](const auto& other) { return other != emitter && other->is_environment(); });
     if (second) throw Error(child.where, "a scene has at most one environment emitter");
-    if (emitter->is_surface()) {
-      throw Error(child.where, "an '" + child.value("type") +
-                                   "' emitter shines from a surface: put it into a <shape>");
+    if (emitter->is_surface()) {  // is part of the shape that refers to it, if there is one
+      surface_emitters_.emplace_back(
+          emitter, Error(target.where, "an '" + target.value("type") +
+                                           "' emitter shines from a surface: put it, or a <ref> "
+                                           "to it, into a <shape>"));
+      return;
     }
     add(contents.emitters, emitter);
     top_emitters_.emplace_back(emitter, child.where);
@@ -128,6 +131,9 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
                     "into a <shape>, and refer to it here");
       }
     }
+  }
+  for (const auto& [emitter, fault] : surface_emitters_) {
+    if (!emitter->shape()) faults_.add(fault);
   }
   if (!faults_.empty()) return;
   complete_indirect_light(where, contents);

@@ -103,6 +103,9 @@ class NormalMap final : public Bsdf {
         normals_(props.texture("normalmap")),
         flip_(props.boolean("flip_invalid_normals")),
         shadowing_(props.boolean("use_shadowing_function")) {
+    if (nested_->transmits()) {
+      throw props.error("bsdf", "can't be one that lets light through: only reflection is turned");
+    }
     lobes_ = nested_->lobes();
     turns_to_viewer_ = flip_ || shadowing_;
   }

@@ -21,6 +21,11 @@ class TwoSided final : public Bsdf {
     if (sides_.empty() || sides_.size() > 2) {
       throw props.error("bsdf", "must be one or two nested BSDFs");
     }
+    for (const auto& side : sides_) {
+      if (side->transmits()) {
+        throw props.error("bsdf", "can't be one that lets light through: it has two sides itself");
+      }
+    }
     lobes_ = sides_.front()->lobes() | sides_.back()->lobes();
     is_lambertian_ = sides_.front()->is_lambertian() && sides_.back()->is_lambertian();
     turns_to_viewer_ = sides_.front()->turns_to_viewer() || sides_.back()->turns_to_viewer();

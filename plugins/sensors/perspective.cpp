@@ -19,6 +19,8 @@ const Parameter kTable[] = {
     {"principal_point_offset_x", ParameterType::kFloat, "0",
      "moves the picture's centre, in units of its width"},
     {"principal_point_offset_y", ParameterType::kFloat, "0", "the same, of its height"},
+    {"focus_distance", ParameterType::kFloat, nullptr,
+     "of a lens: without one all is sharp, and this is ignored, as in Mitsuba"},
 };
 
 class Perspective final : public FormulaSensor<Perspective> {

@@ -115,6 +115,16 @@ TEST_F(Readme, PluginTableIsWhatTheProgramPrints) {
   EXPECT_EQ(kinome({"plugins", "--markdown"}).out, tables[0]);
 }
 
+TEST_F(Readme, MitsubasPluginsAreWhatTheProgramPrints) {
+  const auto tables = between(
+      readme_, "<!-- mitsuba: kinome plugins --mitsuba --markdown -->\n", "<!-- /mitsuba -->");
+  ASSERT_EQ(tables.size(), 1u);
+  EXPECT_EQ(kinome({"plugins", "--mitsuba", "--markdown"}).out, tables[0]);
+  // One a line, for people.
+  EXPECT_NE(kinome({"plugins", "--mitsuba"}).out.find("bsdf        diffuse              yes\n"),
+            std::string::npos);
+}
+
 TEST_F(Readme, OptionTableHoldsEveryOptionAndNoOther) {
   const auto options_in = [](const std::string& text) {
     std::set<std::string> found;

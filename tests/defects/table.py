@@ -155,6 +155,21 @@ DEFECTS = [Defect(*row) for row in (
      "sample->power = 0.99f * irradiance_ / sample->pdf_position",
      "emitters", "Emitters.SendTheirWholePower"),
 
+    # What goes through surfaces.
+    ("radiance_through_glass_as_if_it_were_power", "plugins/bsdfs/dielectric.cpp",
+     "transmittance * sqr(boundary.eta_ti)", "transmittance",
+     "transmission", "Transmission.LightTracingAgreesWithPaths"),
+    ("power_through_glass_as_if_it_were_radiance",
+     "plugins/integrators/transport/light_paths.cpp",
+     "bsdf->relative_index() != 1", "false",
+     "transmission", "Transmission.LightTracingAgreesWithPaths"),
+    ("light_through_masks_lost", "plugins/bsdfs/mask.cpp",
+     "through * (1.f - opacity) / (1.f - probability)", "0.9f * through",
+     "transmission", "Transmission.LightTracingAgreesWithPaths"),
+    ("glass_always_mirrors_or_never", "plugins/integrators/clustered/product/eye_rays.cpp",
+     "random_float(hash_words(seed, primary), 0)", "0.5f",
+     "transmission", "Transmission.ClusteredAgreesWithPaths"),
+
     # One bounce by light points.
     ("places_and_lamps_share_their_numbers", "plugins/emitters/vpl.cpp",
      "owen_scramble(i, hash_words(key, 2))", "i",

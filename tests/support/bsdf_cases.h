@@ -92,6 +92,12 @@ inline const std::vector<BsdfCase>& bsdf_cases() {
       {"twosided",
        "<bsdf type='twosided'><bsdf type='phong'/>"
        "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></bsdf>"},
+      {"mask",
+       "<bsdf type='mask'><float name='opacity' value='0.7'/>"
+       "<bsdf type='twosided'><bsdf type='phong'/></bsdf></bsdf>"},
+      {"blend",
+       "<bsdf type='blendbsdf'><float name='weight' value='0.3'/><bsdf type='diffuse'/>"
+       "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></bsdf>"},
       {"normalmap_diffuse",
        "<bsdf type='normalmap'>" KINOME_TEST_NORMAL(
            "0.75 0.6 0.9") "<bsdf type='diffuse'>"

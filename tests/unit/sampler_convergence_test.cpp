@@ -36,7 +36,8 @@ TEST(Convergence, ErrorsFallAsEachMethodPromises) {
   } cases[] = {{"independent", -1.1, -0.9},
                {"stratified", -2.1, -1.9},
                {"halton", -3.5, -1.6},
-               {"sobol", -3.1, -2.6}};
+               {"sobol", -3.1, -2.6},
+               {"multijitter", -3.1, -1.9}};
   for (const auto& c : cases) {
     const auto few = make_sampler(c.type, 16);
     const auto many = make_sampler(c.type, 1024);

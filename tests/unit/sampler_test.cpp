@@ -21,7 +21,8 @@ class EverySampler : public testing::TestWithParam<const char*> {
   std::shared_ptr<Sampler> sampler_ = make_sampler(GetParam(), 64);
 };
 INSTANTIATE_TEST_SUITE_P(Sampler, EverySampler,
-                         testing::Values("independent", "stratified", "halton", "sobol"));
+                         testing::Values("independent", "stratified", "halton", "sobol",
+                                         "multijitter", "orthogonal"));
 
 TEST_P(EverySampler, ValuesLieInTheUnitIntervalForAnyKey) {
   const std::array<uint32_t, 8> words = {0, 1, 63, 64, 4095, 0x7fffffffu, 0x80000000u, ~0u};
@@ -161,7 +162,11 @@ TEST_P(EverySampler, DimensionsOfAPixelAreNotCorrelated) {
     EXPECT_LT(std::abs(r.mean()), 5 * std::sqrt(r.variance_of_mean())) << name;
     const double margin = 5 * std::sqrt(r2.variance_of_mean());
     const double most = (std::string(GetParam()) == "sobol" ? 2.0 : 1.0) / (kSamples - 1);
-    EXPECT_GT(r2.mean(), 1.0 / (kSamples - 1) - margin) << name;
+    // Any two dimensions of an orthogonal array are stratified together: they are correlated less.
+    const bool is_array = std::string(GetParam()) == "orthogonal";
+    if (!is_array) {
+      EXPECT_GT(r2.mean(), 1.0 / (kSamples - 1) - margin) << name;
+    }
     EXPECT_LT(r2.mean(), most + margin) << name;
   }
 }
@@ -292,11 +297,83 @@ TEST(Sampler, CountsAreRoundedAsMitsubas) {
   EXPECT_EQ(count("ldsampler", 17), 64u);
   EXPECT_EQ(count("ldsampler", 256), 256u);
   EXPECT_EQ(count("halton", 17), 17u);
+  for (const auto& [wanted, got] : {std::pair(1, 1u), {2, 2u}, {5, 6u}, {7, 8u}, {10, 12u},
+                                    {17, 20u}, {26, 30u}, {50, 56u}, {100, 100u}, {122, 132u}}) {
+    EXPECT_EQ(count("multijitter", wanted), got);
+  }
+  for (const auto& [wanted, got] : {std::pair(1, 4u), {4, 4u}, {5, 9u}, {10, 25u}, {26, 49u},
+                                    {50, 121u}, {121, 121u}, {122, 169u}}) {
+    EXPECT_EQ(count("orthogonal", wanted), got);
+  }
   EXPECT_EQ(make<Sampler>("<sampler type=\"independent\"/>")->sample_count(), 4u);
 }
 
+/// Number of the strata that hold one sample each, of `side` x `side` or of `side` alone.
+size_t filled(const std::vector<uint32_t>& strata) {
+  return std::set<uint32_t>(strata.begin(), strata.end()).size();
+}
+
+TEST(Sampler, MultiJitterFillsSquaresAndLines) {
+  for (const int wanted : {4, 6, 20, 64, 132}) {
+    const auto sampler = make_sampler("multijitter", wanted);
+    const uint32_t count = sampler->sample_count();
+    uint32_t rows = 1;
+    while ((rows + 1) * (rows + 1) <= static_cast<uint32_t>(wanted)) ++rows;
+    const uint32_t columns = count / rows;
+    for (const uint32_t first : {0u, 3 * count}) {
+      std::vector<uint32_t> squares, x, y, lines;
+      for (uint32_t i = 0; i < count; ++i) {
+        const SampleKey key{7, 9, first + i, 1};
+        const Vec2 v = sampler->value_2d(key, 4);
+        const auto of = [](float u, uint32_t n) {
+          return static_cast<uint32_t>(u * static_cast<float>(n));
+        };
+        squares.push_back(of(v.x, columns) * rows + of(v.y, rows));
+        x.push_back(of(v.x, count));
+        y.push_back(of(v.y, count));
+        lines.push_back(of(sampler->value_1d(key, 4), count));
+      }
+      for (const auto& strata : {squares, x, y, lines}) EXPECT_EQ(filled(strata), count) << wanted;
+    }
+  }
+}
+
+TEST(Sampler, OrthogonalFillsTheSquaresOfAnyTwoDimensions) {
+  for (const uint32_t p : {2u, 3u, 7u, 11u}) {
+    const auto sampler = make_sampler("orthogonal", static_cast<int>(p * p));
+    for (uint32_t a = 0; a <= p; ++a) {
+      for (uint32_t b = 0; b <= p; ++b) {
+        std::vector<uint32_t> squares, lines;
+        for (uint32_t i = 0; i < p * p; ++i) {
+          const SampleKey key{7, 9, i + 2 * p * p, 1};
+          const auto of = [&](uint32_t dimension, uint32_t n) {
+            return static_cast<uint32_t>(sampler->value_1d(key, dimension) * static_cast<float>(n));
+          };
+          squares.push_back(of(a, p) * p + of(b, p));
+          lines.push_back(of(a, p * p));
+        }
+        EXPECT_EQ(filled(squares), a == b ? p : p * p) << p << ": " << a << ", " << b;
+        EXPECT_EQ(filled(lines), p * p);
+      }
+    }
+  }
+}
+
+/// All in the middles of their strata.
+TEST(Sampler, DoesNotJitterIfAskedNotTo) {
+  for (const char* const type : {"multijitter", "orthogonal"}) {
+    const auto sampler = make<Sampler>("<sampler type=\"" + std::string(type) +
+                                       "\"><integer name=\"sample_count\" value=\"121\"/>"
+                                       "<boolean name=\"jitter\" value=\"false\"/></sampler>");
+    for (uint32_t i = 0; i < 300; ++i) {
+      const float place = sampler->value_1d({1, 2, i, 3}, 5) * 121;
+      EXPECT_NEAR(place - std::floor(place), 0.5f, 1e-4f) << type;
+    }
+  }
+}
+
 TEST(Sampler, RefusesImpossibleCounts) {
-  for (const char* type : {"independent", "stratified", "halton", "sobol"}) {
+  for (const char* type : {"independent", "stratified", "halton", "sobol", "multijitter", "orthogonal"}) {
     EXPECT_THROW(make_sampler(type, 0), Error);
     EXPECT_THROW(make_sampler(type, -4), Error);
     EXPECT_THROW(make_sampler(type, 2000000000), Error);

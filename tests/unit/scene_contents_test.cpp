@@ -51,6 +51,32 @@ TEST(Scene, TheDefaultSensorSeesTheShapes) {
   EXPECT_NEAR(ray.d.z, 1, 1e-4);
 }
 
+/// As Mitsuba has it: a lamp beside the shape that it is part of.
+TEST(Scene, LampsMayStandBesideTheirShapes) {
+  const std::string lamp = "<emitter type='area' id='lamp'/>";
+  const std::string shape = "<shape type='sphere'><ref id='lamp'/></shape>";
+  for (const std::string& both : {lamp + shape, shape + lamp}) {
+    const auto scene = scene_from(both);
+    ASSERT_EQ(scene->emitters().size(), 1u);
+    EXPECT_EQ(scene->emitters()[0]->shape(), scene->shapes()[0].get());
+  }
+  EXPECT_THROW(scene_from(lamp + "<shape type='sphere'/>"), Error);
+  EXPECT_THROW(scene_from(lamp + shape + shape), Error) << "a lamp is part of one shape";
+}
+
+TEST(Scene, IgnoresWhatIsOfMitsubasWorkingAlone) {
+  EXPECT_NO_THROW(scene_from(
+      "<integrator type='path'><integer name='block_size' value='32'/><integer "
+      "name='samples_per_pass' value='16'/><float name='timeout' value='5'/></integrator>"
+      "<emitter type='constant'><float name='sampling_weight' value='2'/></emitter>"));
+  EXPECT_THROW(scene_from("<integrator type='path'><integer name='block_sizes' value='32'/>"
+                          "</integrator>"),
+               Error);
+  EXPECT_THROW(scene_from("<emitter type='constant'><integer name='block_size' value='3'/>"
+                          "</emitter>"),
+               Error);
+}
+
 TEST(Scene, MayBeEmpty) {
   EXPECT_TRUE(load("")->shapes().empty());
 }

@@ -31,7 +31,7 @@ struct LobeReflectance {
   Rgb glossy{0.f};
 };
 
-/// Reflection at a surface. Directions are unit vectors in the shading frame `si.frame`, away from
+/// Reflection at a surface, and transmission through it. Directions are unit vectors in the shading frame `si.frame`, away from
 /// the surface; si.wi points to the viewer. Renderers ask for blocks of points (shade_block,
 /// describe_block); a BSDF that has but the functions of single points is asked for one after
 /// another.
@@ -42,6 +42,13 @@ class KINOME_EXPORT Bsdf : public Object {
   /// True where f is reflectance().diffuse / pi for any two directions on one side of the shading
   /// plane (or 0 for that side), and there are no other lobes.
   bool is_lambertian() const { return is_lambertian_; }
+
+  /// True where light may go through: wi and wo may lie on different sides.
+  bool transmits() const { return transmits_; }
+  /// Index of refraction behind the surface over that in front of it, where light goes through; 1:
+  /// it isn't bent. Values and weights are those of radiance, which is multiplied by the squared
+  /// ratio of the indices on its way through (Veach 1997, 5.2); power that light carries isn't.
+  float relative_index() const { return relative_index_; }
 
   /// True where the normal that is reflected about, or what it shadows, depends on si.wi, so that
   /// f(wi, wo) may be more than 0 for a wo from where sample() never goes to wi.
@@ -83,6 +90,8 @@ class KINOME_EXPORT Bsdf : public Object {
 
   Lobe lobes_ = Lobe::kAll;
   bool is_lambertian_ = false;
+  bool transmits_ = false;
+  float relative_index_ = 1;
   bool turns_to_viewer_ = false;
 };
 

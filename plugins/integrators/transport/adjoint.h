@@ -26,6 +26,16 @@ inline float adjoint_factor(const SurfaceInteraction& si, const kinome::Vec3& fr
   return adjoint_factor(glm::dot(si.n, from), glm::dot(si.n, to));
 }
 
+/// What the weight of a delta sample, which is that of radiance seen from wi, is to be multiplied by
+/// where power comes from there: a beam that is bent has another cross-section and another solid
+/// angle (Veach 1997, 5.2.2). Cosines of the shading normal; eta: Bsdf::relative_index.
+template <class F>
+F power_over_radiance(const F& cos_wi, const F& cos_wo, float eta) {
+  using plain::select, std::abs;
+  const F index = select(cos_wi > 0.f, F(eta), F(1 / eta));
+  return select(cos_wi * cos_wo < 0.f, index * index * abs(cos_wi / cos_wo), F(1.f));
+}
+
 /// A light path's next edge.
 struct AdjointSample {
   kinome::Vec3 to;     ///< unit, world space

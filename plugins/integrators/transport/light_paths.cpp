@@ -191,6 +191,19 @@ void LightPaths::sample_directions() {
   for (const Surfaces::Range& range : met_.ranges()) {
     if (range.first >= met_.reflecting()) break;
     if (range.row->bsdf->turns_to_viewer()) turn_to_viewers(range);
+    if (range.row->bsdf->relative_index() != 1) bend(range);
+  }
+}
+
+/// What refracts: from radiance to power.
+void LightPaths::bend(const Surfaces::Range& range) {
+  const float eta = range.row->bsdf->relative_index();
+  for (size_t i = range.first; i < range.first + range.count; i += kLanes) {
+    const Float factor = power_over_radiance(Float::load(met_.points().wi.z + i),
+                                             Float::load(sampled_.wo.z + i), eta);
+    const Mask is_delta = Float::load(sampled_.is_delta + i) > 0.f;
+    (wide::Rgb::load(sampled_.weight, i) * select(is_delta, factor, Float(1.f)))
+        .store(sampled_.weight, i);
   }
 }
 

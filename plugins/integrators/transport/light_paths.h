@@ -43,6 +43,7 @@ class LightPaths {
   void scatter(const PixelSamples& samples, uint32_t depth, uint32_t dimension);
   void sample_directions();
   void turn_to_viewers(const Surfaces::Range& range);
+  void bend(const Surfaces::Range& range);
   void put_rays(bool plays_roulette);
 
   const SceneTable& scene_;

@@ -94,14 +94,15 @@ F turned_factor(const F& cosine, const F& alpha2) {
 
 }  // namespace formulas
 
-/// Base of BSDFs that reflect from the front only and are formulas over numbers F, float or Float:
-/// it makes of them the functions for points and for blocks. Self has
+/// Base of BSDFs that are formulas over numbers F, float or Float: it makes of them the functions
+/// for points and for blocks. They are seen from the front only, unless Self has
+/// `static constexpr bool kSeenFromBehind = true`. Self has
 ///
 ///     /// The textures that the formulas read: a tuple of ColorInput and NumberInput.
 ///     auto inputs() const { return std::tie(reflectance_, alpha_); }
 ///
-///     /// Calls fn(lobes_at) once. lobes_at(wi, value of each input ...), wi.z > 0 where that
-///     /// matters, makes an object of the lobes in `mask`, which is not empty and of lobes(), with
+///     /// Calls fn(lobes_at) once. lobes_at(wi, value of each input ...), wi.z > 0 (from behind, < 0)
+///     /// where that matters, makes an object of the lobes in `mask`, which is not empty and of lobes(), with
 ///     ///     BsdfValueOf<F> value(const VecOf<F>& wo) const;   // without delta lobes
 ///     ///     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const;
 ///     template <class F, class Fn>
@@ -156,7 +157,7 @@ class FormulaBsdf : public Bsdf {
       self().template with_lobes<Float>(wanted, [&](const auto& lobes_at) {
         for_lanes(points.count, [&](size_t i) {
           const Vec3 wi = Vec3::load(points.wi, i);
-          shade(lobes_at(wi, columns[i]...), wi.z > 0.f, query, answer, i);
+          shade(lobes_at(wi, columns[i]...), is_facing(wi.z), query, answer, i);
         });
       });
     });
@@ -193,8 +194,14 @@ class FormulaBsdf : public Bsdf {
         self().inputs());
   }
 
+  template <class F>
+  static MaskOf<F> is_facing(const F& wi_z) {
+    using std::abs;
+    if constexpr (requires { requires Self::kSeenFromBehind; }) return abs(wi_z) > 0.f;
+    return wi_z > 0.f;
+  }
   bool is_seen(const SurfaceInteraction& si, Lobe mask) const {
-    return si.wi.z > 0 && any(mask & lobes_);
+    return is_facing(si.wi.z) && any(mask & lobes_);
   }
 
   template <class Fn>

@@ -24,6 +24,23 @@ KINOME_WIDE F fresnel_dielectric(F cos_i, float eta) {
   return eta == 1 ? F(0.f) : select(sin2_t >= 1.f, F(1.f), reflectance);
 }
 
+/// A smooth dielectric boundary as light meets it, from either side.
+template <class F>
+struct DielectricBoundary {
+  F reflectance;
+  F cos_t;   ///< of the refracted direction with the normal, >= 0; 0: total reflection
+  F eta_ti;  ///< index on the side of the light over that on the other
+};
+/// cos_i: with the normal, below 0 from the inside; eta = interior over exterior index.
+template <class F>
+KINOME_WIDE DielectricBoundary<F> dielectric_boundary(F cos_i, float eta) {
+  const auto is_outside = cos_i > 0.f;
+  const F cosine = min(abs(cos_i), F(1.f));
+  const F eta_ti = select(is_outside, F(1 / eta), F(eta));
+  return {select(is_outside, fresnel_dielectric(cosine, eta), fresnel_dielectric(cosine, 1 / eta)),
+          safe_sqrt(1.f - (1.f - cosine * cosine) * (eta_ti * eta_ti)), eta_ti};
+}
+
 /// Unpolarised reflectance of a conductor of index eta + i k (one channel), exact.
 template <class F>
 KINOME_WIDE F fresnel_conductor(F cos_i, F eta, F k) {

@@ -22,7 +22,7 @@ constexpr uint64_t kShared = 1;
 std::optional<MirroredDirection> mirrored_sky(const CellLight& light, const SurfaceInteraction& si,
                                               uint32_t primary, uint64_t seed) {
   const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
-  auto mirrored = mirrored_direction(si, u);
+  auto mirrored = mirrored_direction(si, random_float(hash_words(seed, primary), 0), u);
   if (!mirrored) return std::nullopt;
   mirrored->weight *=
       light.environment ? light.environment->eval_environment(mirrored->d) : Rgb(0.f);

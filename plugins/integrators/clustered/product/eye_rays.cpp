@@ -35,10 +35,11 @@ float expected_eye_rays(const Patch& patch, const LocalLight& light) {
   return std::max(patch.eye_rays, sharpness * (1 - diffuse_share(patch)));
 }
 
-std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, const Vec2& u) {
+std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, float u1,
+                                                    const Vec2& u) {
   const Bsdf& bsdf = si.shape->bsdf();
   if (!any(bsdf.lobes() & Lobe::kDelta)) return std::nullopt;
-  const auto sample = bsdf.sample(si, Lobe::kDelta, 0.5f, u);
+  const auto sample = bsdf.sample(si, Lobe::kDelta, u1, u);
   if (!sample) return std::nullopt;
   return MirroredDirection{si.frame.to_world(sample->wo), sample->weight};
 }
@@ -110,7 +111,7 @@ void EyeRays::send(const GroupView& group, float expected, uint64_t seed, Rgb& s
 void EyeRays::send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint64_t seed,
                             Rgb& sum) {
   const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
-  const auto mirrored = mirrored_direction(si, u);
+  const auto mirrored = mirrored_direction(si, random_float(hash_words(seed, primary), 0), u);
   if (!mirrored || is_black(mirrored->weight)) return;
   Ray ray;
   ray.d = mirrored->d;
@@ -242,7 +243,7 @@ void EyeRays::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth w
 /// Light that a mirror shows to where an eye ray comes from: no light point is on a mirror.
 void EyeRays::look_behind(const SurfaceInteraction& y, const EyeRay& eye) {
   const Vec2 u(random_float(eye.seed, 3), random_float(eye.seed, 4));
-  const auto sample = y.shape->bsdf().sample(y, Lobe::kDelta, 0.5f, u);
+  const auto sample = y.shape->bsdf().sample(y, Lobe::kDelta, random_float(eye.seed, 5), u);
   if (!sample || is_black(sample->weight)) return;
   if (const auto met = meet(y, sample->wo)) *eye.sum += eye.weight * sample->weight * met->radiance;
 }

@@ -18,8 +18,10 @@ struct MirroredDirection {
   Vec3 d;
   Rgb weight;  ///< of the radiance from there
 };
-/// Nothing if the BSDF has no delta lobes, or those no direction.
-std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, const Vec2& u);
+/// Nothing if the BSDF has no delta lobes, or those no direction. u1 chooses between mirroring and
+/// what goes through.
+std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, float u1,
+                                                    const Vec2& u);
 
 /// Rays that primaries send by their BSDFs: to local light that light points are too near to, and
 /// to what mirrors, and lobes too narrow for light points, show. What they find counts by the share

@@ -1,0 +1,196 @@
+#include <array>
+
+#include "batch.h"
+#include "kinome/plugin.h"
+
+/// Two BSDFs mixed: (1 - weight) of the first and weight of the second.
+///
+///     <bsdf type="blendbsdf">
+///       <texture type="bitmap" name="weight"><string name="filename" value="dust.png"/></texture>
+///       <bsdf type="roughconductor"/>
+///       <bsdf type="diffuse"/>
+///     </bsdf>
+namespace kinome {
+namespace {
+
+constexpr Parameter kParameters[] = {
+    {"weight", ParameterType::kUnitlessTexture, nullptr,
+     "share of the second; below 0 counts as 0, above 1 as 1", true},
+    {"bsdf", ParameterType::kObject, nullptr, "the first and the second", true, Category::kBsdf, 2},
+};
+
+class Blend final : public Bsdf {
+ public:
+  explicit Blend(const Properties& props)
+      : weight_(props.texture("weight")), nested_(read_nested(props)) {
+    lobes_ = nested_[0]->lobes() | nested_[1]->lobes();
+    transmits_ = nested_[0]->transmits() || nested_[1]->transmits();
+  }
+
+  BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
+    const float weight = clamped(weight_.at(si.uv));
+    const float second = second_probability(mask, weight);
+    const BsdfValue a = nested_[0]->eval_pdf(si, mask, wo), b = nested_[1]->eval_pdf(si, mask, wo);
+    BsdfValue value{a.f * (1 - weight) + b.f * weight, a.pdf * (1 - second) + b.pdf * second};
+    if (!(value.pdf > 0)) return {};
+    return value;
+  }
+
+  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
+                                   const Vec2& u2) const override {
+    const float weight = clamped(weight_.at(si.uv));
+    const float second = second_probability(mask, weight);
+    const bool is_second = u1 < second;
+    const float own = is_second ? u1 / second : (u1 - second) / (1 - second);
+    auto sample =
+        nested_[is_second]->sample(si, mask, std::clamp(own, 0.f, kOneMinusEpsilon), u2);
+    if (!sample) return std::nullopt;
+    if (any(sample->lobe & Lobe::kDelta)) {
+      sample->weight *= is_second ? weight / second : (1 - weight) / (1 - second);
+      return sample;
+    }
+    const BsdfValue value = eval_pdf(si, mask, sample->wo);
+    if (!(value.pdf > 0)) return std::nullopt;
+    sample->pdf = value.pdf;
+    sample->weight = value.f / value.pdf;
+    return sample;
+  }
+
+  void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
+                   const BsdfAnswer& answer) const override {
+    const NumberInput::Columns weights(weight_, points.uv, points.count);
+    if (query.u1) sample_block(points, query, weights, answer);
+    if (query.wo.x) evaluate_block(points, query, weights, answer.f, answer.pdf);
+  }
+
+  LobeReflectance reflectance(const SurfaceInteraction& si) const override {
+    const float weight = clamped(weight_.at(si.uv));
+    const LobeReflectance a = nested_[0]->reflectance(si), b = nested_[1]->reflectance(si);
+    return {a.diffuse * (1 - weight) + b.diffuse * weight,
+            a.glossy * (1 - weight) + b.glossy * weight};
+  }
+  /// Of that which is seen: one may have two sides, the other one.
+  Frame reflection_frame(const SurfaceInteraction& si) const override {
+    const Frame first = nested_[0]->reflection_frame(si);
+    const bool is_seen = glm::dot(first.n, si.frame.to_world(si.wi)) > 0;
+    return is_seen ? first : nested_[1]->reflection_frame(si);
+  }
+
+ private:
+  using Two = std::array<std::shared_ptr<Bsdf>, 2>;
+  static Two read_nested(const Properties& props) {
+    const auto nested = props.objects<Bsdf>();
+    if (nested.size() != 2) {
+      throw props.error("bsdf", "must be two nested BSDFs, got " + std::to_string(nested.size()));
+    }
+    for (const auto& one : nested) {
+      if (one->relative_index() != 1) {
+        throw props.error("bsdf", "can't be one that bends light");
+      }
+      if (one->turns_to_viewer()) {
+        throw props.error("bsdf", "can't be a normal map: put the blend into it");
+      }
+    }
+    return {nested[0], nested[1]};
+  }
+
+  template <class F>
+  static F clamped(const F& weight) {
+    return select(weight > 0.f, min(weight, F(1.f)), F(0.f));  // not a number: none
+  }
+  /// Of a sample of the lobes in `mask`.
+  template <class F>
+  F second_probability(Lobe mask, const F& weight) const {
+    if (!any(mask & nested_[1]->lobes())) return F(0.f);
+    return any(mask & nested_[0]->lobes()) ? weight : F(1.f);
+  }
+
+  /// Both at query.wo.
+  void evaluate_block(const SurfaceBlock& points, const BsdfQuery& query,
+                      const NumberInput::Columns& weights, const Columns3& f, float* pdf) const {
+    using wide::Float;
+    const wide::ScratchColumns columns(12, points.count);
+    const BsdfAnswer other{columns.three(0), columns[3],  columns.three(4),
+                           columns.three(7), columns[10], columns[11]};
+    BsdfAnswer first = other;
+    first.f = f;
+    first.pdf = pdf;
+    BsdfQuery asked = query;
+    asked.u1 = nullptr;
+    nested_[0]->shade_block(points, asked, first);
+    nested_[1]->shade_block(points, asked, other);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const Float weight = clamped(weights[i]);
+      const Float second = second_probability(query.lobes, weight);
+      const Float sum =
+          Float::load(pdf + i) * (1.f - second) + Float::load(other.pdf + i) * second;
+      const wide::Rgb value =
+          wide::Rgb::load(f, i) * (1.f - weight) + wide::Rgb::load(other.f, i) * weight;
+      select(sum > 0.f, value).store(f, i);
+      sum.store(pdf + i);
+    });
+  }
+
+  void sample_block(const SurfaceBlock& points, const BsdfQuery& query,
+                    const NumberInput::Columns& weights, const BsdfAnswer& answer) const {
+    using wide::Float;
+    const wide::ScratchColumns columns(18, points.count);
+    const BsdfAnswer second{columns.three(0), columns[3],  columns.three(4),
+                            columns.three(7), columns[10], columns[11]};
+    const Columns3 f = columns.three(13);
+    float* const pdf = columns[16];
+    BsdfQuery asked = query;
+    asked.wo = {};
+    asked.u1 = columns[12];
+    for (const bool is_second : {false, true}) {
+      wide::for_lanes(points.count, [&](size_t i) {
+        const Float split = second_probability(query.lobes, clamped(weights[i]));
+        const Float u1 = Float::load(query.u1 + i);
+        const Float own = is_second ? u1 / split : (u1 - split) / (1.f - split);
+        // Of the other's samples, which nobody takes, any number.
+        select(own >= 0.f, min(own, Float(kOneMinusEpsilon)), Float(0.f)).store(asked.u1 + i);
+      });
+      nested_[is_second]->shade_block(points, asked, is_second ? second : answer);
+    }
+    wide::for_lanes(points.count, [&](size_t i) {
+      const Float split = second_probability(query.lobes, clamped(weights[i]));
+      const wide::Mask take = Float::load(query.u1 + i) < split;
+      const auto choose_of = [&](float* to, const float* from) {
+        select(take, Float::load(from + i), Float::load(to + i)).store(to + i);
+      };
+      for (const auto& [to, from] : {std::pair(answer.wo, second.wo),
+                                     std::pair(answer.weight, second.weight)}) {
+        choose_of(to.x, from.x), choose_of(to.y, from.y), choose_of(to.z, from.z);
+      }
+      choose_of(answer.sample_pdf, second.sample_pdf);
+      choose_of(answer.is_delta, second.is_delta);
+    });
+    BsdfQuery sampled = query;
+    sampled.u1 = nullptr;
+    sampled.wo = answer.wo;
+    evaluate_block(points, sampled, weights, f, pdf);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const Float weight = clamped(weights[i]);
+      const Float split = second_probability(query.lobes, weight);
+      const wide::Mask is_second = Float::load(query.u1 + i) < split;
+      const Float share = select(is_second, weight / split, (1.f - weight) / (1.f - split));
+      const wide::Mask is_delta = Float::load(answer.is_delta + i) > 0.f;
+      const wide::Mask is_there = Float::load(answer.sample_pdf + i) > 0.f;
+      const Float density = Float::load(pdf + i);
+      const wide::Mask is_mixed = is_there && !is_delta && density > 0.f;
+      select(is_there && is_delta, wide::Rgb::load(answer.weight, i) * share,
+             select(is_mixed, wide::Rgb::load(f, i) / density))
+          .store(answer.weight, i);
+      select(is_there && is_delta, Float(1.f), select(is_mixed, density)).store(answer.sample_pdf + i);
+    });
+  }
+
+  NumberInput weight_;
+  Two nested_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Blend, kinome::Category::kBsdf, "blendbsdf", "Two BSDFs mixed by a weight.",
+              kinome::kParameters);

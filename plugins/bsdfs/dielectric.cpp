@@ -1,0 +1,77 @@
+#include "batch.h"
+#include "dielectric_index.h"
+#include "kinome/plugin.h"
+#include "kinome/wide/fresnel.h"
+
+/// A smooth boundary between two dielectrics, such as glass and air: what isn't mirrored goes
+/// through, bent by Snell's law. Seen from both sides; int_ior is that of the side that the normal
+/// points away from. Where a shape is closed, it is solid.
+///
+///     <bsdf type="dielectric"><string name="int_ior" value="bk7"/></bsdf>
+namespace kinome {
+namespace {
+
+constexpr Parameter kParameters[] = {
+    {"int_ior", ParameterType::kFloatOrName, "bk7", "index of refraction inside"},
+    {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},
+    {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the reflection"},
+    {"specular_transmittance", ParameterType::kReflectanceTexture, "1",
+     "factor on what goes through"},
+};
+
+class Dielectric final : public wide::FormulaBsdf<Dielectric> {
+ public:
+  static constexpr bool kSeenFromBehind = true;
+
+  explicit Dielectric(const Properties& props)
+      : reflectance_(reflectance_texture(props, "specular_reflectance")),
+        transmittance_(reflectance_texture(props, "specular_transmittance")) {
+    relative_index_ = relative_ior(props);
+    lobes_ = Lobe::kDelta;
+    transmits_ = true;
+  }
+
+  template <class F>
+  struct Lobes {
+    VecOf<F> wi;
+    RgbOf<F> reflectance, transmittance;
+    DielectricBoundary<F> boundary;
+
+    BsdfValueOf<F> value(const VecOf<F>& /*wo*/) const { return {RgbOf<F>(0.f), 0.f}; }
+    BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& /*u2*/) const {
+      // Each side with the probability of what it sends: no weight is left of that.
+      return choose(
+          u1 < boundary.reflectance, [&] { return mirror_sample<F>(wi, reflectance); },
+          [&] { return refracted(); });
+    }
+
+   private:
+    BsdfSampleOf<F> refracted() const {
+      const F cosine = select(wi.z > 0.f, -boundary.cos_t, boundary.cos_t);
+      return {{-boundary.eta_ti * wi.x, -boundary.eta_ti * wi.y, cosine},
+              1.f,
+              transmittance * sqr(boundary.eta_ti),
+              lobe_number(Lobe::kDelta)};
+    }
+  };
+  auto inputs() const { return std::tie(reflectance_, transmittance_); }
+  template <class F, class Fn>
+  void with_lobes(Lobe /*mask*/, const Fn& fn) const {
+    fn([this](const VecOf<F>& wi, const RgbOf<F>& reflectance, const RgbOf<F>& transmittance) {
+      return Lobes<F>{wi, reflectance, transmittance,
+                      dielectric_boundary(wi.z, relative_index_)};
+    });
+  }
+
+  LobeReflectance reflectance(const SurfaceInteraction&) const override { return {}; }
+
+ private:
+  ColorInput reflectance_;
+  ColorInput transmittance_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Dielectric, kinome::Category::kBsdf, "dielectric",
+              "Smooth glass, water and the like: mirrors and refracts.", kinome::kParameters);

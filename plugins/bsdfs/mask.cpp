@@ -1,0 +1,137 @@
+#include "batch.h"
+#include "kinome/plugin.h"
+
+/// A surface with holes, or half transparent: of a share `opacity` it is the nested BSDF; the rest
+/// of the light goes straight through, from both sides. As in Mitsuba, no light sample sees through
+/// it: light behind it is found by paths that go on there.
+///
+///     <bsdf type="mask">
+///       <texture type="bitmap" name="opacity"><string name="filename" value="leaf.png"/></texture>
+///       <bsdf type="twosided"><bsdf type="diffuse"/></bsdf>
+///     </bsdf>
+namespace kinome {
+namespace {
+
+constexpr Parameter kParameters[] = {
+    {"opacity", ParameterType::kUnitlessTexture, "0.5",
+     "share of the light that meets the surface; below 0 counts as 0, above 1 as 1"},
+    {"bsdf", ParameterType::kObject, nullptr, "what the surface is", true, Category::kBsdf},
+};
+
+class Mask final : public Bsdf {
+ public:
+  explicit Mask(const Properties& props)
+      : opacity_(props.texture("opacity")), nested_(props.object<Bsdf>()) {
+    if (nested_->relative_index() != 1) {
+      throw props.error("bsdf", "can't be one that bends light: what goes straight through a mask "
+                                "isn't bent");
+    }
+    lobes_ = nested_->lobes() | Lobe::kDelta;
+    turns_to_viewer_ = nested_->turns_to_viewer();
+    transmits_ = true;
+  }
+
+  BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
+    BsdfValue value = nested_->eval_pdf(si, mask, wo);
+    const float opacity = clamped(opacity_.at(si.uv));
+    value.f *= opacity;
+    value.pdf *= nested_probability(mask, opacity);
+    // Nothing is reflected where nothing is.
+    if (!(value.pdf > 0)) return {};
+    return value;
+  }
+
+  std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
+                                   const Vec2& u2) const override {
+    const float opacity = clamped(opacity_.at(si.uv));
+    const float probability = nested_probability(mask, opacity);
+    if (!(u1 < probability)) {
+      if (!any(mask & Lobe::kDelta)) return std::nullopt;
+      return BsdfSample{-si.wi, 1, Rgb((1 - opacity) / (1 - probability)), Lobe::kDelta};
+    }
+    auto sample = nested_->sample(si, mask, std::min(u1 / probability, kOneMinusEpsilon), u2);
+    if (!sample) return std::nullopt;
+    sample->weight *= opacity / probability;
+    if (!any(sample->lobe & Lobe::kDelta)) sample->pdf *= probability;
+    return sample;
+  }
+
+  void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
+                   const BsdfAnswer& answer) const override {
+    using wide::Float;
+    const NumberInput::Columns opacities(opacity_, points.uv, points.count);
+    const wide::ScratchColumns columns(1, points.count);
+    BsdfQuery nested_query = query;
+    if (query.u1) {
+      nested_query.u1 = columns[0];
+      wide::for_lanes(points.count, [&](size_t i) {
+        const Float probability = nested_probability(query.lobes, clamped(opacities[i]));
+        min(Float::load(query.u1 + i) / max(probability, Float(1e-30f)), Float(kOneMinusEpsilon))
+            .store(columns[0] + i);
+      });
+    }
+    nested_->shade_block(points, nested_query, answer);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const Float opacity = clamped(opacities[i]);
+      const Float probability = nested_probability(query.lobes, opacity);
+      if (query.wo.x) {
+        const Float pdf = Float::load(answer.pdf + i) * probability;
+        select(pdf > 0.f, wide::Rgb::load(answer.f, i) * opacity).store(answer.f, i);
+        pdf.store(answer.pdf + i);
+      }
+      if (query.u1) add_what_goes_through(points, query, answer, opacity, probability, i);
+    });
+  }
+
+  LobeReflectance reflectance(const SurfaceInteraction& si) const override {
+    LobeReflectance parts = nested_->reflectance(si);
+    const float opacity = clamped(opacity_.at(si.uv));
+    parts.diffuse *= opacity;
+    parts.glossy *= opacity;
+    return parts;
+  }
+  Frame reflection_frame(const SurfaceInteraction& si) const override {
+    return nested_->reflection_frame(si);
+  }
+
+ private:
+  template <class F>
+  static F clamped(const F& opacity) {
+    // Not a number: a hole.
+    return select(opacity > 0.f, min(opacity, F(1.f)), F(0.f));
+  }
+  /// Of a sample of the lobes in `mask`.
+  template <class F>
+  F nested_probability(Lobe mask, const F& opacity) const {
+    if (!any(mask & nested_->lobes())) return F(0.f);
+    return any(mask & Lobe::kDelta) ? opacity : F(1.f);
+  }
+
+  static void add_what_goes_through(const SurfaceBlock& points, const BsdfQuery& query,
+                                    const BsdfAnswer& answer, const wide::Float& opacity,
+                                    const wide::Float& probability, size_t i) {
+    using wide::Float;
+    const wide::Mask is_nested = Float::load(query.u1 + i) < probability;
+    const Float through = any(query.lobes & Lobe::kDelta) ? 1.f : 0.f;
+    const Float is_delta = Float::load(answer.is_delta + i);
+    const Float pdf = Float::load(answer.sample_pdf + i);
+    select(is_nested, wide::Vec3::load(answer.wo, i), -wide::Vec3::load(points.wi, i))
+        .store(answer.wo, i);
+    select(is_nested, wide::Rgb::load(answer.weight, i) * (opacity / probability),
+           wide::Rgb(through * (1.f - opacity) / (1.f - probability)))
+        .store(answer.weight, i);
+    select(is_nested, select(is_delta > 0.f, pdf, pdf * probability), through)
+        .store(answer.sample_pdf + i);
+    select(is_nested, is_delta, through).store(answer.is_delta + i);
+  }
+
+  NumberInput opacity_;
+  std::shared_ptr<Bsdf> nested_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Mask, kinome::Category::kBsdf, "mask",
+              "A BSDF with holes: what it doesn't cover lets light straight through.",
+              kinome::kParameters);

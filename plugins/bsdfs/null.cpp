@@ -1,0 +1,42 @@
+#include "batch.h"
+#include "kinome/plugin.h"
+
+/// Nothing: all light goes straight through. As in Mitsuba it is a surface all the same: paths
+/// count an edge more, and no light sample sees through it.
+///
+///     <bsdf type="null"/>
+namespace kinome {
+namespace {
+
+class Null final : public wide::FormulaBsdf<Null> {
+ public:
+  static constexpr bool kSeenFromBehind = true;
+
+  explicit Null(const Properties&) {
+    lobes_ = Lobe::kDelta;
+    transmits_ = true;
+  }
+
+  template <class F>
+  struct Lobes {
+    VecOf<F> wi;
+
+    BsdfValueOf<F> value(const VecOf<F>& /*wo*/) const { return {RgbOf<F>(0.f), 0.f}; }
+    BsdfSampleOf<F> sample(const F& /*u1*/, const Vec2Of<F>& /*u2*/) const {
+      return {-wi, 1.f, RgbOf<F>(1.f), lobe_number(Lobe::kDelta)};
+    }
+  };
+  auto inputs() const { return std::tuple<>(); }
+  template <class F, class Fn>
+  void with_lobes(Lobe /*mask*/, const Fn& fn) const {
+    fn([](const VecOf<F>& wi) { return Lobes<F>{wi}; });
+  }
+
+  LobeReflectance reflectance(const SurfaceInteraction&) const override { return {}; }
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Null, kinome::Category::kBsdf, "null",
+              "Nothing: light goes straight through.", {});
