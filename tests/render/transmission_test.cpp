@@ -78,6 +78,24 @@ TEST(Transmission, LightTracingAgreesWithPaths) {
   }
 }
 
+/// Camera and floor are under water, the lamp above: light goes in, and doesn't come out again.
+TEST(Transmission, LightTracingAgreesWithPathsUnderWater) {
+  const std::string scene =
+      floor_xml(diffuse_xml("0.5")) +
+      shape_xml("rectangle",
+                "<scale value=\"50\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\"1\"/>",
+                "<bsdf type=\"dielectric\"><string name=\"int_ior\" value=\"water\"/></bsdf>") +
+      shape_xml("rectangle",
+                "<scale value=\"0.7\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"1.6\"/>",
+                area_xml("9 6 3")) +
+      sensor_xml("perspective", look_at("0 0.7 0.3", "0.1 0 0", "0 1 0"), 4, 256);
+  const auto estimate = [&](const char* type, uint64_t seed) {
+    return estimate_pixels(*scene_from(scene + integrator_xml(type, 4, rr_depth_xml(9))), kRenders,
+                           seed);
+  };
+  expect_equal(estimate("path", 1), estimate("ptracer", 50001), kAlpha, "water");
+}
+
 /// What the first edge or the second goes through, in the light of a lamp, a sky and a point.
 TEST(Transmission, ClusteredAgreesWithPaths) {
   const std::pair<const char*, std::string> lights[] = {
