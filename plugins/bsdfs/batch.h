@@ -33,6 +33,12 @@ F lobe_probability(bool has_a, bool has_b, F a, F b) {
   return select(sum > 0.f, clamp(a / sum, F(1e-4f), F(1 - 1e-4f)), F(0.5f));
 }
 
+/// A texture's number as a share of something, in [0,1]; what is no number counts as 0.
+template <class F>
+F clamped_share(const F& value) {
+  return select(value > 0.f, min(value, F(1.f)), F(0.f));
+}
+
 /// Densities stay below this, so that their squares (power heuristic) don't overflow.
 inline constexpr float kMaxPdf = 1e18f;
 

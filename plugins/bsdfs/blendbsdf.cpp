@@ -28,7 +28,7 @@ class Blend final : public Bsdf {
   }
 
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
-    const float weight = clamped(weight_.at(si.uv));
+    const float weight = clamped_share(weight_.at(si.uv));
     const float second = second_probability(mask, weight);
     const BsdfValue a = nested_[0]->eval_pdf(si, mask, wo), b = nested_[1]->eval_pdf(si, mask, wo);
     BsdfValue value{a.f * (1 - weight) + b.f * weight, a.pdf * (1 - second) + b.pdf * second};
@@ -38,7 +38,7 @@ class Blend final : public Bsdf {
 
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                    const Vec2& u2) const override {
-    const float weight = clamped(weight_.at(si.uv));
+    const float weight = clamped_share(weight_.at(si.uv));
     const float second = second_probability(mask, weight);
     const bool is_second = u1 < second;
     const float own = is_second ? u1 / second : (u1 - second) / (1 - second);
@@ -64,7 +64,7 @@ class Blend final : public Bsdf {
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    const float weight = clamped(weight_.at(si.uv));
+    const float weight = clamped_share(weight_.at(si.uv));
     const LobeReflectance a = nested_[0]->reflectance(si), b = nested_[1]->reflectance(si);
     return {a.diffuse * (1 - weight) + b.diffuse * weight,
             a.glossy * (1 - weight) + b.glossy * weight};
@@ -94,10 +94,6 @@ class Blend final : public Bsdf {
     return {nested[0], nested[1]};
   }
 
-  template <class F>
-  static F clamped(const F& weight) {
-    return select(weight > 0.f, min(weight, F(1.f)), F(0.f));  // not a number: none
-  }
   /// Of a sample of the lobes in `mask`.
   template <class F>
   F second_probability(Lobe mask, const F& weight) const {
@@ -120,7 +116,7 @@ class Blend final : public Bsdf {
     nested_[0]->shade_block(points, asked, first);
     nested_[1]->shade_block(points, asked, other);
     wide::for_lanes(points.count, [&](size_t i) {
-      const Float weight = clamped(weights[i]);
+      const Float weight = clamped_share(weights[i]);
       const Float second = second_probability(query.lobes, weight);
       const Float sum =
           Float::load(pdf + i) * (1.f - second) + Float::load(other.pdf + i) * second;
@@ -144,7 +140,7 @@ class Blend final : public Bsdf {
     asked.u1 = columns[12];
     for (const bool is_second : {false, true}) {
       wide::for_lanes(points.count, [&](size_t i) {
-        const Float split = second_probability(query.lobes, clamped(weights[i]));
+        const Float split = second_probability(query.lobes, clamped_share(weights[i]));
         const Float u1 = Float::load(query.u1 + i);
         const Float own = is_second ? u1 / split : (u1 - split) / (1.f - split);
         // Of the other's samples, which nobody takes, any number.
@@ -153,7 +149,7 @@ class Blend final : public Bsdf {
       nested_[is_second]->shade_block(points, asked, is_second ? second : answer);
     }
     wide::for_lanes(points.count, [&](size_t i) {
-      const Float split = second_probability(query.lobes, clamped(weights[i]));
+      const Float split = second_probability(query.lobes, clamped_share(weights[i]));
       const wide::Mask take = Float::load(query.u1 + i) < split;
       const auto choose_of = [&](float* to, const float* from) {
         select(take, Float::load(from + i), Float::load(to + i)).store(to + i);
@@ -170,7 +166,7 @@ class Blend final : public Bsdf {
     sampled.wo = answer.wo;
     evaluate_block(points, sampled, weights, f, pdf);
     wide::for_lanes(points.count, [&](size_t i) {
-      const Float weight = clamped(weights[i]);
+      const Float weight = clamped_share(weights[i]);
       const Float split = second_probability(query.lobes, weight);
       const wide::Mask is_second = Float::load(query.u1 + i) < split;
       const Float share = select(is_second, weight / split, (1.f - weight) / (1.f - split));

@@ -33,7 +33,7 @@ class Mask final : public Bsdf {
 
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
     BsdfValue value = nested_->eval_pdf(si, mask, wo);
-    const float opacity = clamped(opacity_.at(si.uv));
+    const float opacity = clamped_share(opacity_.at(si.uv));
     value.f *= opacity;
     value.pdf *= nested_probability(mask, opacity);
     // Nothing is reflected where nothing is.
@@ -43,7 +43,7 @@ class Mask final : public Bsdf {
 
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                    const Vec2& u2) const override {
-    const float opacity = clamped(opacity_.at(si.uv));
+    const float opacity = clamped_share(opacity_.at(si.uv));
     const float probability = nested_probability(mask, opacity);
     if (!(u1 < probability)) {
       if (!any(mask & Lobe::kDelta)) return std::nullopt;
@@ -65,14 +65,14 @@ class Mask final : public Bsdf {
     if (query.u1) {
       nested_query.u1 = columns[0];
       wide::for_lanes(points.count, [&](size_t i) {
-        const Float probability = nested_probability(query.lobes, clamped(opacities[i]));
+        const Float probability = nested_probability(query.lobes, clamped_share(opacities[i]));
         min(Float::load(query.u1 + i) / max(probability, Float(1e-30f)), Float(kOneMinusEpsilon))
             .store(columns[0] + i);
       });
     }
     nested_->shade_block(points, nested_query, answer);
     wide::for_lanes(points.count, [&](size_t i) {
-      const Float opacity = clamped(opacities[i]);
+      const Float opacity = clamped_share(opacities[i]);
       const Float probability = nested_probability(query.lobes, opacity);
       if (query.wo.x) {
         const Float pdf = Float::load(answer.pdf + i) * probability;
@@ -85,7 +85,7 @@ class Mask final : public Bsdf {
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     LobeReflectance parts = nested_->reflectance(si);
-    const float opacity = clamped(opacity_.at(si.uv));
+    const float opacity = clamped_share(opacity_.at(si.uv));
     parts.diffuse *= opacity;
     parts.glossy *= opacity;
     return parts;
@@ -95,11 +95,6 @@ class Mask final : public Bsdf {
   }
 
  private:
-  template <class F>
-  static F clamped(const F& opacity) {
-    // Not a number: a hole.
-    return select(opacity > 0.f, min(opacity, F(1.f)), F(0.f));
-  }
   /// Of a sample of the lobes in `mask`.
   template <class F>
   F nested_probability(Lobe mask, const F& opacity) const {
