@@ -12,11 +12,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"int_ior", ParameterType::kFloatOrName, "bk7", "index of refraction inside"},
-    {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},
-    {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the reflection"},
-    {"specular_transmittance", ParameterType::kReflectanceTexture, "1",
-     "factor on what goes through"},
+    KINOME_SMOOTH_DIELECTRIC_PARAMETERS("inside", "outside"),
 };
 
 class Dielectric final : public wide::FormulaBsdf<Dielectric> {

@@ -19,6 +19,16 @@ inline constexpr NamedNumber kIndicesOfRefraction[] = {
     {"pet", 1.575f},       {"diamond", 2.419f},
 };
 
+/// Rows of the parameter tables of what mirrors and lets through, without roughness.
+#define KINOME_SMOOTH_DIELECTRIC_PARAMETERS(inside, outside)                                       \
+  {"int_ior", ParameterType::kFloatOrName, "bk7", "index of refraction " inside},                  \
+      {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction " outside},             \
+      {"specular_reflectance", ParameterType::kReflectanceTexture, "1",                            \
+       "factor on the reflection"},                                                                \
+  {                                                                                                \
+    "specular_transmittance", ParameterType::kReflectanceTexture, "1", "factor on what goes through" \
+  }
+
 /// int_ior / ext_ior of a dielectric's properties, both within what has squares and inverses.
 inline float relative_ior(const Properties& props) {
   constexpr float kLeast = 1e-3f, kMost = 1e3f;

@@ -11,11 +11,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"int_ior", ParameterType::kFloatOrName, "bk7", "index of refraction of the plate"},
-    {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction around it"},
-    {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the reflection"},
-    {"specular_transmittance", ParameterType::kReflectanceTexture, "1",
-     "factor on what goes through"},
+    KINOME_SMOOTH_DIELECTRIC_PARAMETERS("of the plate", "around it"),
 };
 
 class ThinDielectric final : public wide::FormulaBsdf<ThinDielectric> {
