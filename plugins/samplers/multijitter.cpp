@@ -7,8 +7,7 @@
 #include <memory>
 
 #include "kinome/plugin.h"
-#include "permutation.h"
-#include "sampler_common.h"
+#include "strata.h"
 
 namespace kinome {
 namespace {
@@ -40,19 +39,20 @@ class MultiJitter : public Sampler {
   }
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    const Place place = find(key, dimension, kOneDimension);
-    return in_stratum(place.number, place.jitter.x, sample_count_);
+    const StratumPlace place = find(key, dimension ^ kOneDimension);
+    return in_stratum(place.stratum, place.jitter.x, sample_count_);
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    const Place place = find(key, dimension, kTwoDimensions);
-    const uint32_t column = place.number % grid_.columns, row = place.number / grid_.columns;
+    const StratumPlace place = find(key, dimension ^ kTwoDimensions);
+    const uint32_t column = place.stratum % grid_.columns, row = place.stratum / grid_.columns;
+    const uint64_t orders = scatter(place.hash ^ 0x6d6a6974u);
     // Of the finer strata each sample of a column takes another one, and so in the rows. The order is
     // each column's own: with one for all, as Kensler has it, errors of the columns add up, and the
     // variance falls like count^-1.5 instead of count^-2.
     const uint32_t x =
-        column * grid_.rows + permute(row, grid_.rows, scatter(place.hash + 2 * column));
+        column * grid_.rows + permute(row, grid_.rows, scatter(orders + 2 * column));
     const uint32_t y =
-        row * grid_.columns + permute(column, grid_.columns, scatter(place.hash + 2 * row + 1));
+        row * grid_.columns + permute(column, grid_.columns, scatter(orders + 2 * row + 1));
     return {in_stratum(x, place.jitter.x, sample_count_),
             in_stratum(y, place.jitter.y, sample_count_)};
   }
@@ -61,25 +61,10 @@ class MultiJitter : public Sampler {
   }
 
  private:
-  static constexpr uint32_t kOneDimension = 0;
-  static constexpr uint32_t kTwoDimensions = 1u << 31;
-  struct Place {
-    uint32_t number;  ///< among the samples of its set, in the order of the strata
-    Vec2 jitter;
-    uint64_t hash;  ///< of the set
-  };
-
-  Place find(const SampleKey& key, uint32_t dimension, uint32_t kind) const {
-    const uint32_t block = key.sample / sample_count_;
-    const uint32_t within = key.sample % sample_count_;
-    const uint64_t hash = hash_key(key, block, dimension ^ kind);
-    const uint64_t own = scatter(hash + within * 0xd1342543de82ef95u + 1);
-    return {permute(within, sample_count_, hash), jitters_ ? to_unit_square(own) : Vec2(0.5f),
-            scatter(hash ^ 0x6d6a6974u)};
-  }
-  static float in_stratum(uint32_t stratum, float jitter, uint32_t count) {
-    const float value = (static_cast<float>(stratum) + jitter) / static_cast<float>(count);
-    return std::min(value, kOneMinusEpsilon);
+  StratumPlace find(const SampleKey& key, uint32_t salt) const {
+    StratumPlace place = stratum_of(key, sample_count_, salt);
+    if (!jitters_) place.jitter = Vec2(0.5f);
+    return place;
   }
 
   Grid grid_;

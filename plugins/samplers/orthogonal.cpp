@@ -8,8 +8,7 @@
 #include <memory>
 
 #include "kinome/plugin.h"
-#include "permutation.h"
-#include "sampler_common.h"
+#include "strata.h"
 
 namespace kinome {
 namespace {
@@ -49,18 +48,17 @@ class Orthogonal : public Sampler {
     return value(key, dimension, dimension ^ kOneDimension);
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    return {value(key, dimension, dimension), value(key, dimension + 1, dimension + 1)};
+    return {value(key, dimension, dimension ^ kTwoDimensions),
+            value(key, dimension + 1, (dimension + 1) ^ kTwoDimensions)};
   }
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
     return std::make_shared<Orthogonal>(count, seed_, jitters_);
   }
 
  private:
-  /// Numbers of one dimension alone are none of a pair's.
-  static constexpr uint32_t kOneDimension = 1u << 31;
   static constexpr uint32_t kArrays = 0x6f726472;
 
-  /// `salt`: of the dimension's own randomness.
+  /// `salt`: of the dimension's own randomness; numbers of one alone are none of a pair's.
   float value(const SampleKey& key, uint32_t dimension, uint32_t salt) const {
     const uint32_t set = key.sample / sample_count_, array = dimension / (prime_ + 1);
     const uint32_t column = dimension % (prime_ + 1);
@@ -80,8 +78,7 @@ class Orthogonal : public Sampler {
     const float jitter =
         jitters_ ? to_unit_float(static_cast<uint32_t>(scatter(hash + number * 2 + 2) >> 32))
                  : 0.5f;
-    return std::min((static_cast<float>(place) + jitter) / static_cast<float>(sample_count_),
-                    kOneMinusEpsilon);
+    return in_stratum(place, jitter, sample_count_);
   }
 
   uint32_t prime_;

@@ -7,8 +7,7 @@
 #include <memory>
 
 #include "kinome/plugin.h"
-#include "permutation.h"
-#include "sampler_common.h"
+#include "strata.h"
 
 namespace kinome {
 namespace {
@@ -33,11 +32,11 @@ class Stratified : public Sampler {
   }
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    const Place place = find(key, dimension, kOneDimension);
+    const StratumPlace place = stratum_of(key, sample_count_, dimension ^ kOneDimension);
     return in_stratum(place.stratum, place.jitter.x, sample_count_);
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    const Place place = find(key, dimension, kTwoDimensions);
+    const StratumPlace place = stratum_of(key, sample_count_, dimension ^ kTwoDimensions);
     return {in_stratum(place.stratum % side_, place.jitter.x, side_),
             in_stratum(place.stratum / side_, place.jitter.y, side_)};
   }
@@ -46,25 +45,6 @@ class Stratified : public Sampler {
   }
 
  private:
-  static constexpr uint32_t kOneDimension = 0;
-  static constexpr uint32_t kTwoDimensions = 1u << 31;
-  struct Place {
-    uint32_t stratum;
-    Vec2 jitter;
-  };
-
-  Place find(const SampleKey& key, uint32_t dimension, uint32_t kind) const {
-    const uint32_t block = key.sample / sample_count_;
-    const uint32_t within = key.sample % sample_count_;
-    const uint64_t hash = hash_key(key, block, dimension ^ kind);
-    return {permute(within, sample_count_, hash),
-            to_unit_square(scatter(hash + within * 0xd1342543de82ef95u + 1))};
-  }
-  static float in_stratum(uint32_t stratum, float jitter, uint32_t count) {
-    const float value = (static_cast<float>(stratum) + jitter) / static_cast<float>(count);
-    return std::min(value, kOneMinusEpsilon);
-  }
-
   uint32_t side_;
 };
 
