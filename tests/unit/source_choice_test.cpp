@@ -56,7 +56,7 @@ struct Sources {
       emitters.push_back(owned[s].get());
       shares.push_back(static_cast<float>(fluxes[s] / all));
     }
-    return SourceChoice(emitters, shares, fluxes, radius);
+    return SourceChoice(emitters, fluxes, radius);
   }
 };
 
@@ -115,6 +115,16 @@ TEST(SourceChoice, GoesByFluxWhereNothingArrivesOrIsKnown) {
   for (size_t s = 0; s < many.shares.size(); ++s) {
     EXPECT_EQ(anywhere.probability(static_cast<uint32_t>(s)), many.shares[s]);
   }
+}
+
+/// A single source is asked always, and isn't looked at.
+TEST(SourceChoice, AsksTheOnlySource) {
+  Sources one;
+  one.add(std::make_unique<Lamp>(Vec3(0, 0, -1), 1.f), 3);
+  const SourceChoice choice = one.choice(1);
+  const SourceChoice::At at = choice.at(Vec3(0.f), Vec3(0, 0, 1));
+  EXPECT_EQ(at.probability(0), 1);
+  for (const float u : {0.f, 0.5f, kOneMinusEpsilon}) EXPECT_EQ(at.pick(u), 0u);
 }
 
 /// Of single precision's largest and smallest numbers, a probability is still one.

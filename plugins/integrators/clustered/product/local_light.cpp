@@ -155,14 +155,12 @@ void LocalLight::find_sources(uint64_t seed) {
   }
   if (bounce_ends_.empty()) return;
   std::vector<const Emitter*> emitters;
-  std::vector<float> shares;
   std::vector<double> fluxes;
   for (const Source& source : sources_) {
     emitters.push_back(source.emitter);
-    shares.push_back(source.bounce_share);
     fluxes.push_back(source.flux);
   }
-  arrivals_ = SourceChoice(emitters, shares, fluxes, glm::length(scene_.bounds().extent()) / 2);
+  arrivals_ = SourceChoice(emitters, fluxes, glm::length(scene_.bounds().extent()) / 2);
 }
 
 /// Each lamp its own cell, unless there are very many.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "clustered/product/spread.h"
 
@@ -16,11 +17,13 @@ constexpr float kMargin = 0.05f;
 
 }  // namespace
 
-SourceChoice::SourceChoice(std::vector<const Emitter*> sources, const std::vector<float>& shares,
-                           const std::vector<double>& fluxes, float radius)
-    : sources_(std::move(sources)), shares_(shares) {
+SourceChoice::SourceChoice(std::vector<const Emitter*> sources, const std::vector<double>& fluxes,
+                           float radius)
+    : sources_(std::move(sources)) {
+  const double all = std::accumulate(fluxes.begin(), fluxes.end(), 0.);
   double end = 0;
   for (size_t s = 0; s < sources_.size(); ++s) {
+    shares_.push_back(static_cast<float>(fluxes[s] / all));
     ends_.push_back(end += static_cast<double>(shares_[s]));
     // What falls on the scene's disc from all directions, over the area of its sphere.
     const double sphere = 4. * static_cast<double>(kPi) * static_cast<double>(sqr(radius));

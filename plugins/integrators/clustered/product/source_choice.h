@@ -17,9 +17,9 @@ class SourceChoice {
   static constexpr size_t kMostLooks = 16;
 
   SourceChoice() = default;
-  /// shares: of the flux; they sum to one. radius: of the scene.
-  SourceChoice(std::vector<const Emitter*> sources, const std::vector<float>& shares,
-               const std::vector<double>& fluxes, float radius);
+  /// fluxes: of the sources, positive; their sum is finite. radius: of the scene.
+  SourceChoice(std::vector<const Emitter*> sources, const std::vector<double>& fluxes,
+               float radius);
 
   /// The choice at one place. Must not outlive the SourceChoice.
   class At {
@@ -41,11 +41,12 @@ class SourceChoice {
   At at(const Vec3& place, const Vec3& normal) const;
 
  private:
-  bool looks() const { return sources_.size() <= kMostLooks; }
+  /// There is nothing to choose from a single source.
+  bool looks() const { return sources_.size() > 1 && sources_.size() <= kMostLooks; }
   float light_at(uint32_t source, const Vec3& place, const Vec3& normal) const;
 
   std::vector<const Emitter*> sources_;
-  std::vector<float> shares_;
+  std::vector<float> shares_;  ///< of the flux
   std::vector<double> ends_;  ///< running sums of the shares
   std::vector<float> skies_;  ///< of environments: mean irradiance; 0 for all others
 };
