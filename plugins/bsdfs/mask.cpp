@@ -18,9 +18,9 @@ constexpr Parameter kParameters[] = {
     {"bsdf", ParameterType::kObject, nullptr, "what the surface is", true, Category::kBsdf},
 };
 
-class Mask final : public Bsdf {
+class OpacityMask final : public Bsdf {
  public:
-  explicit Mask(const Properties& props)
+  explicit OpacityMask(const Properties& props)
       : opacity_(props.texture("opacity")), nested_(props.object<Bsdf>()) {
     if (nested_->relative_index() != 1) {
       throw props.error("bsdf", "can't be one that bends light: what goes straight through a mask "
@@ -127,6 +127,6 @@ class Mask final : public Bsdf {
 }  // namespace
 }  // namespace kinome
 
-KINOME_PLUGIN(kinome::Mask, kinome::Category::kBsdf, "mask",
+KINOME_PLUGIN(kinome::OpacityMask, kinome::Category::kBsdf, "mask",
               "A BSDF with holes: what it doesn't cover lets light straight through.",
               kinome::kParameters);

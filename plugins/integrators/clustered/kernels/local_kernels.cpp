@@ -20,6 +20,7 @@ constexpr size_t kFirstWeighed = offsetof(LightPointRow, power) / sizeof(float);
 
 void gather_points(const LightPointRow* rows, const uint32_t* picks, const float* weights,
                    size_t count, float* const (&columns)[kLightPointNumbers]) {
+  if (count == 0) return;  // Then there may be no row either.
   const float* const numbers = rows->position;
   wide::for_lanes(count, [&](size_t i) {
     const wide::Int first = wide::Int::load(picks + i) * static_cast<int32_t>(kRow);
