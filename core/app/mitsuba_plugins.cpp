@@ -5,6 +5,8 @@ namespace {
 
 constexpr const char* kOfLengths =
     "by path, ptracer and direct; clustered has it in paths of up to three edges";
+constexpr const char* kMirrorsOnly =
+    "by path, ptracer and direct; clustered has but what it mirrors";
 
 constexpr MitsubaPlugin kPlugins[] = {
     {"bsdf", "blendbsdf", nullptr},
@@ -26,7 +28,7 @@ constexpr MitsubaPlugin kPlugins[] = {
     {"bsdf", "principledthin", nullptr},
     {"bsdf", "retarder", nullptr},
     {"bsdf", "roughconductor", nullptr},
-    {"bsdf", "roughdielectric", nullptr},
+    {"bsdf", "roughdielectric", kMirrorsOnly},
     {"bsdf", "roughplastic", nullptr},
     {"bsdf", "thindielectric", kOfLengths},
     {"bsdf", "twosided", nullptr},

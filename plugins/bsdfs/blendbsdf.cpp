@@ -84,7 +84,8 @@ class Blend final : public Bsdf {
       throw props.error("bsdf", "must be two nested BSDFs, got " + std::to_string(nested.size()));
     }
     for (const auto& one : nested) {
-      if (one->relative_index() != 1) {
+      // What deltas bend, light paths must know of.
+      if (one->relative_index() != 1 && any(one->lobes() & Lobe::kDelta)) {
         throw props.error("bsdf", "can't be one that bends light");
       }
       if (one->turns_to_viewer()) {

@@ -45,4 +45,15 @@ inline float relative_ior(const Properties& props) {
   return index("int_ior") / index("ext_ior");
 }
 
+/// The same where the roughness of a boundary shows by how it bends light, so that there must be
+/// some: half vectors of what goes straight on are lost to rounding.
+inline float bending_ior(const Properties& props) {
+  const float eta = relative_ior(props);
+  if (std::abs(eta - 1) < 1e-4f) {
+    throw props.error("int_ior", "must differ from ext_ior, by 1e-4 of it or more: int_ior / "
+                                 "ext_ior is " + std::to_string(eta));
+  }
+  return eta;
+}
+
 }  // namespace kinome

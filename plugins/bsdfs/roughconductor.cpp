@@ -1,7 +1,7 @@
 #include "conductor_index.h"
 #include "kinome/plugin.h"
 #include "kinome/wide/fresnel.h"
-#include "kinome/wide/microfacet.h"
+#include "roughness.h"
 
 /// Rough metal after Walter et al. 2007, as in Mitsuba 3:
 ///
@@ -20,12 +20,7 @@ namespace {
 constexpr Parameter kParameters[] = {
     KINOME_CONDUCTOR_PARAMETERS,
     {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the reflection"},
-    {"distribution", ParameterType::kString, "beckmann", "of microfacet slopes: beckmann or ggx"},
-    {"alpha", ParameterType::kUnitlessTexture, "0.1",
-     "roughness, root mean square of the slopes; at least 1e-4 is used"},
-    {"alpha_u", ParameterType::kUnitlessTexture, nullptr, "along dp_du, together with alpha_v"},
-    {"alpha_v", ParameterType::kUnitlessTexture, nullptr, "along dp_dv, together with alpha_u"},
-    {"sample_visible", ParameterType::kBoolean, "true", "sample visible normals only"},
+    KINOME_MICROFACET_PARAMETERS,
 };
 
 class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
@@ -33,8 +28,8 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
   explicit RoughConductor(const Properties& props)
       : index_(props),
         specular_(reflectance_texture(props, "specular_reflectance")),
-        alpha_u_(alpha(props, "alpha_u", "alpha_v")),
-        alpha_v_(alpha(props, "alpha_v", "alpha_u")),
+        alpha_u_(alpha_texture(props, "alpha_u", "alpha_v")),
+        alpha_v_(alpha_texture(props, "alpha_v", "alpha_u")),
         type_(static_cast<MicrofacetType>(props.choice("distribution", kMicrofacetTypes))),
         sample_visible_(props.boolean("sample_visible")) {
     lobes_ = Lobe::kGlossy;
@@ -104,21 +99,6 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
     form.eta = ConductorIndex::bounded(index_.eta().at(uv));
     form.k = ConductorIndex::bounded(index_.k().at(uv));
     return form;
-  }
-
-  /// `name`, which comes together with `other`, or alpha.
-  static std::shared_ptr<Texture> alpha(const Properties& props, const char* name,
-                                        const char* other) {
-    if (!props.has(name) && !props.has(other)) return nonnegative_texture(props, "alpha");
-    if (props.has("alpha")) {
-      throw props.error("alpha", "excludes alpha_u and alpha_v: give either, not both");
-    }
-    for (const char* wanted : {"alpha_u", "alpha_v"}) {
-      if (!props.has(wanted)) {
-        throw props.error(wanted, "is missing: alpha_u and alpha_v come together");
-      }
-    }
-    return nonnegative_texture(props, name);
   }
 
   ConductorIndex index_;

@@ -65,6 +65,10 @@ DEFECTS = [Defect(*row) for row in (
      "along_u * uv.x + along_v * uv.y", "along_u * uv.y + along_v * uv.x",
      "shape_block", "*ShapeBlocks.AreSampledAsFromPoints*"),
 
+    ("rough_glass_chosen_without_its_probability", "plugins/bsdfs/roughdielectric.cpp",
+     "share * v.pdf", "v.pdf",
+     "roughdielectric", "RoughDielectric.DensityIsTheInverseJacobian*"),
+
     # What integrators share.
     ("emitter_weight_without_bsdf", TRANSPORT + "direct_light.cpp",
      "power_heuristic(pdf, Float::load(answer_.pdf + i) * n_bsdf)", "Float(1.f)",

@@ -7,7 +7,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 20
+constexpr double kAlpha = 1e-4;  // of each z-test; there are about 30
 
 struct Material {
   const char* name;
@@ -39,6 +39,14 @@ std::vector<Material> materials_and_masks() {
   all.push_back(mask("masked mirror", "<bsdf type=\"twosided\"><bsdf type=\"conductor\"/></bsdf>"));
   return all;
 }
+std::vector<Material> rough_materials() {
+  return {
+      {"ground glass", "<bsdf type=\"roughdielectric\"><float name=\"alpha\" value=\"0.3\"/></bsdf>"},
+      {"brushed glass",
+       "<bsdf type=\"roughdielectric\"><string name=\"distribution\" value=\"ggx\"/><float "
+       "name=\"alpha_u\" value=\"0.1\"/><float name=\"alpha_v\" value=\"0.5\"/></bsdf>"},
+  };
+}
 
 /// Where nothing is absorbed, a solid in an even light has the light's radiance: what refraction
 /// makes brighter on the way in it makes darker on the way out.
@@ -64,7 +72,9 @@ TEST(Transmission, LightTracingAgreesWithPaths) {
       area_xml("9 6 3"));
   const std::string camera =
       sensor_xml("perspective", look_at("0 0.25 1.2", "0.1 0 0", "0 1 0"), 4, 256);
-  for (const Material& m : materials_and_masks()) {
+  auto all = materials_and_masks();
+  for (const Material& m : rough_materials()) all.push_back(m);
+  for (const Material& m : all) {
     const std::string slab = shape_xml("cube",
                                        "<scale x=\"0.6\" y=\"0.15\" z=\"0.6\"/><rotate z=\"1\" "
                                        "angle=\"12\"/><translate y=\"0.8\"/>",
@@ -94,6 +104,29 @@ TEST(Transmission, LightTracingAgreesWithPathsUnderWater) {
                            seed);
   };
   expect_equal(estimate("path", 1), estimate("ptracer", 50001), kAlpha, "water");
+}
+
+/// What emitter samples find on the other side of the surface, and what the BSDF's own find.
+TEST(Transmission, WaysToSampleDirectLightAgreeBehindRoughGlass) {
+  for (const Material& m : rough_materials()) {
+    const std::string scene =
+        shape_xml("rectangle", "<scale value=\"2\"/>", m.xml) +
+        shape_xml("rectangle", "<translate x=\"0.3\" z=\"-1.5\"/>", area_xml("9 6 3")) +
+        sensor_xml("perspective", look_at("0.1 0.2 2", "0 0 0", "0 1 0"), 6, 256);
+    const auto estimate = [&](const std::string& integrator, uint64_t seed) {
+      return estimate_pixels(*scene_from(scene + integrator), kRenders, seed);
+    };
+    const auto direct = [](int emitter_samples, int bsdf_samples) {
+      return "<integrator type=\"direct\"><integer name=\"emitter_samples\" value=\"" +
+             std::to_string(emitter_samples) + "\"/><integer name=\"bsdf_samples\" value=\"" +
+             std::to_string(bsdf_samples) + "\"/></integrator>";
+    };
+    const auto expected = estimate(direct(1, 0), 1);
+    expect_equal(expected, estimate(direct(0, 1), 50001), kAlpha, m.name + std::string(", BSDF"));
+    expect_equal(expected, estimate(direct(1, 1), 70001), kAlpha, m.name + std::string(", both"));
+    expect_equal(expected, estimate(integrator_xml("path", 2, rr_depth_xml(9)), 90001), kAlpha,
+                 m.name + std::string(", path"));
+  }
 }
 
 /// What the first edge or the second goes through, in the light of a lamp, a sky and a point.

@@ -35,6 +35,16 @@ std::vector<BsdfCase> extreme_cases() {
       {"roughplastic_densest",
        "<bsdf type='roughplastic'><float name='int_ior' value='1000'/>"
        "<float name='ext_ior' value='0.001'/></bsdf>"},
+      {"roughdielectric_0", "<bsdf type='roughdielectric'><float name='alpha' value='0'/></bsdf>"},
+      {"roughdielectric_0_all",
+       "<bsdf type='roughdielectric'><float name='alpha_u' value='0'/>"
+       "<float name='alpha_v' value='1'/><boolean name='sample_visible' value='false'/></bsdf>"},
+      {"roughdielectric_hardly_a_boundary",
+       "<bsdf type='roughdielectric'><string name='distribution' value='ggx'/>"
+       "<float name='int_ior' value='1.00011'/><float name='ext_ior' value='1'/></bsdf>"},
+      {"roughdielectric_densest",
+       "<bsdf type='roughdielectric'><float name='int_ior' value='1000'/>"
+       "<float name='ext_ior' value='0.001'/></bsdf>"},
       {"ward_0", "<bsdf type='ward'><float name='alpha' value='0'/></bsdf>"},
       {"ward_duer_0",
        "<bsdf type='ward'><string name='variant' value='ward-duer'/>"

@@ -20,6 +20,11 @@ struct BsdfCase {
   const char* xml;
   bool reciprocal = true;
   bool conserves_energy = true;
+  /// u1 chooses within a lobe, as between what is mirrored and what goes through, so that u2 alone
+  /// doesn't tell where samples with a given density come from.
+  bool chooses_within_lobe = false;
+  /// Lobes, not deltas, go through the surface.
+  bool scatters_through = false;
 
   std::shared_ptr<Bsdf> make() const { return test::make<Bsdf>(xml); }
 };
@@ -89,6 +94,24 @@ inline const std::vector<BsdfCase>& bsdf_cases() {
        "<bsdf type='roughplastic'><string name='distribution' value='ggx'/>"
        "<float name='alpha' value='0.4'/><string name='int_ior' value='diamond'/>"
        "<boolean name='nonlinear' value='true'/></bsdf>"},
+      // Radiance that leaves glass is less by the squared index: not reciprocal.
+      {"roughdielectric_beckmann",
+       "<bsdf type='roughdielectric'><rgb name='specular_transmittance' value='0.9 0.6 0.3'/>"
+       "<float name='alpha' value='0.3'/></bsdf>",
+       false, true, true, true},
+      {"roughdielectric_ggx_aniso",
+       "<bsdf type='roughdielectric'><string name='distribution' value='ggx'/>"
+       "<float name='alpha_u' value='0.2'/><float name='alpha_v' value='0.5'/></bsdf>",
+       false, true, true, true},
+      {"roughdielectric_ggx_bubble_all",
+       "<bsdf type='roughdielectric'><string name='distribution' value='ggx'/>"
+       "<boolean name='sample_visible' value='false'/><float name='int_ior' value='1'/>"
+       "<float name='ext_ior' value='1.33'/><float name='alpha' value='0.4'/></bsdf>",
+       false, false, true, true},
+      {"roughdielectric_beckmann_all",
+       "<bsdf type='roughdielectric'><boolean name='sample_visible' value='false'/>"
+       "<float name='alpha' value='0.5'/></bsdf>",
+       false, true, true, true},
       {"twosided",
        "<bsdf type='twosided'><bsdf type='phong'/>"
        "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></bsdf>"},

@@ -58,6 +58,15 @@ BSDFS = [
     ("normalmap", "{normal:0.75 0.6 0.9}"'<bsdf type="diffuse"/>'),
     ("normalmap", "{normal:0.1 0.45 0.7}" '<bsdf type="twosided"><bsdf type="roughconductor">' + GGX +
      '<float name="alpha_u" value="0.2"/><float name="alpha_v" value="0.6"/></bsdf></bsdf>'),
+    ("roughdielectric", '<rgb name="specular_transmittance" value="0.9 0.6 0.3"/>'
+                        '<float name="alpha" value="0.3"/>'),
+    ("roughdielectric", GGX + '<float name="alpha_u" value="0.2"/><float name="alpha_v" value="0.6"/>'
+                              '<rgb name="specular_reflectance" value="0.2 0.6 0.9"/>'),
+    ("roughdielectric", GGX + '<boolean name="sample_visible" value="false"/>'
+                              '<float name="alpha" value="0.5"/><float name="int_ior" value="1"/>'
+                              '<string name="ext_ior" value="water"/>'),
+    ("roughdielectric", '<boolean name="sample_visible" value="false"/>'
+                        '<string name="int_ior" value="diamond"/><float name="alpha" value="0.4"/>'),
 ]
 
 
