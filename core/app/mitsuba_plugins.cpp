@@ -71,7 +71,7 @@ constexpr MitsubaPlugin kPlugins[] = {
     {"sampler", "ldsampler", nullptr},
     {"sampler", "multijitter", nullptr},
     {"sampler", "orthogonal", nullptr},
-    {"sampler", "stratified", "always jitters"},
+    {"sampler", "stratified", nullptr},
     {"sensor", "batch", nullptr},
     {"sensor", "distant", nullptr},
     {"sensor", "irradiancemeter", nullptr},

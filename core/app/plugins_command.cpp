@@ -182,7 +182,9 @@ enum class Here { kYes, kPartly, kNo };
 /// Of a registry that names its plugins by category.
 Here is_here(const std::map<std::string, std::vector<std::string>>& names,
              const MitsubaPlugin& plugin) {
-  const auto known = names.find(plugin.category);
+  // As in Mitsuba, spectra are textures of one colour.
+  const bool is_spectrum = std::string_view(plugin.category) == "spectrum";
+  const auto known = names.find(is_spectrum ? "texture" : plugin.category);
   if (known == names.end() || std::find(known->second.begin(), known->second.end(), plugin.name) ==
                                   known->second.end()) {
     return Here::kNo;

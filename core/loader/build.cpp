@@ -51,6 +51,14 @@ bool takes(const PluginDescriptor& plugin, Category category) {
   });
 }
 
+/// The parameter that a texture of any name, or none, is meant for.
+std::optional<std::string> row_of_any_texture(const PluginDescriptor& plugin) {
+  for (const Parameter& row : plugin.parameters) {
+    if (row.type == ParameterType::kObject && row.category == Category::kTexture) return row.name;
+  }
+  return std::nullopt;
+}
+
 bool has_object(const Properties& props, Category category) {
   return std::any_of(props.entries().begin(), props.entries().end(), [&](const auto& entry) {
     const auto* object = std::get_if<std::shared_ptr<Object>>(&entry.second.value);
@@ -211,7 +219,7 @@ Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plu
         child.is_broken ? has_certain(child, "name") : child.find("name") != nullptr;
     const std::string name = has_name ? child.value("name") : "";
     if (is_object(child)) {
-      add_object(child, has_name ? name : "_arg_" + std::to_string(unnamed++), make, parts);
+      add_object(child, has_name ? name : "_arg_" + std::to_string(unnamed++), plugin, make, parts);
     } else {
       add_value(child, name, plugin, parts);
     }
@@ -241,11 +249,14 @@ void Builder::add_value(const Node& child, const std::string& name, const Plugin
   }
 }
 
-void Builder::add_object(const Node& child, const std::string& name, const Maker& make,
-                         Parts& parts) {
+void Builder::add_object(const Node& child, std::string name, const PluginDescriptor& plugin,
+                         const Maker& make, Parts& parts) {
   const Node* const target = child.tag == "ref" ? target_of(child) : &child;
   const auto category = target ? category_of_tag(target->tag) : std::nullopt;
   std::shared_ptr<Object> object = target ? make(*target) : nullptr;
+  if (category == Category::kTexture && !find_row(plugin, name)) {
+    name = row_of_any_texture(plugin).value_or(name);
+  }
   if (!object && category == Category::kBsdf) object = make_black_bsdf();
   if (!object && category == Category::kTexture) object = make_uniform_texture(Rgb(kStandIn));
   if (category == Category::kTexture && child.is_broken && !has_certain(child, "name")) {

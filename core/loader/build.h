@@ -60,7 +60,8 @@ class Builder {
   Parts read_parts(const Node& node, const PluginDescriptor& plugin, const Maker& make);
   void add_value(const Node& child, const std::string& name, const PluginDescriptor& plugin,
                  Parts& parts);
-  void add_object(const Node& child, const std::string& name, const Maker& make, Parts& parts);
+  void add_object(const Node& child, std::string name, const PluginDescriptor& plugin,
+                  const Maker& make, Parts& parts);
   void check_unused(const Node& root);
   void check(const Node& node);
   std::shared_ptr<Object> stand_in(const Node& node);

@@ -73,12 +73,7 @@ bool check_attributes(const Node& node, const TagRule& rule, Faults& faults) {
   meant.push_back("version");  // which a file's root has lost by now
   bool is_fine = true;
   for (const Attribute& attribute : node.attributes) {
-    if (node.tag == "spectrum" && attribute.name == "type") {
-      faults.add(attribute.where,
-                 "spectra of a type, such as '" + attribute.value +
-                     "', are not supported: give the colour as <rgb>, or the values by wavelength, "
-                     "as <spectrum value=\"400:1, 700:2\"/> or filename");
-    } else if (std::find(known.begin(), known.end(), attribute.name) == known.end()) {
+    if (std::find(known.begin(), known.end(), attribute.name) == known.end()) {
       faults.add(attribute.where, quoted_tag(node) + " has no attribute '" + attribute.name + "'" +
                                       did_you_mean(nearest_name(attribute.name, meant)));
     } else if (node.find(attribute.name) != &attribute) {

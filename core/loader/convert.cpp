@@ -7,7 +7,7 @@
 #include "base/file_search.h"
 #include "base/numbers.h"
 #include "kinome/log.h"
-#include "loader/spectrum.h"
+#include "kinome/spectrum.h"
 
 namespace kinome::loader {
 namespace {

@@ -49,6 +49,8 @@ class Converter {
     const auto name_offset = static_cast<size_t>(element.offset_debug());
     node.where = places_.at(name_offset - 1);
     read_attributes(element, name_offset + node.tag.size(), node);
+    // As in Mitsuba 3, spectra of a type are textures.
+    if (node.tag == "spectrum" && node.find("type")) node.tag = "texture";
     if (depth > kDeepestNesting) {
       faults_.add(node.where, "elements are nested too deeply");
       return node;

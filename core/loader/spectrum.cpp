@@ -1,6 +1,7 @@
-#include "loader/spectrum.h"
+#include "kinome/spectrum.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/numbers.h"
 #include "kinome/error.h"
@@ -106,6 +107,45 @@ Spectrum parse_spectrum_file(const std::string& text, const std::string& file) {
     }
   }
   if (spectrum.size() < kFewest) throw Error(Location{file}, kTooFew);
+  return spectrum;
+}
+
+Spectrum parse_spectrum_lists(const std::string& wavelengths, const std::string& values) {
+  const auto columns = split_list(wavelengths), rows = split_list(values);
+  if (columns.size() != rows.size()) {
+    throw Error("a spectrum needs as many values as wavelengths, got " +
+                std::to_string(rows.size()) + " and " + std::to_string(columns.size()));
+  }
+  Spectrum spectrum;
+  for (size_t i = 0; i < columns.size(); ++i) append(spectrum, columns[i], rows[i]);
+  if (spectrum.size() < kFewest) throw Error(kTooFew);
+  return spectrum;
+}
+
+Spectrum parse_regular_spectrum(double first, double last, const std::string& values) {
+  if (!(first < last)) throw Error("wavelengths must increase, but the last isn't above the first");
+  const auto numbers = parse_reals(values);
+  if (!numbers) throw Error("'" + values.substr(0, 40) + "' is not a list of numbers");
+  if (numbers->size() < kFewest) throw Error(kTooFew);
+  Spectrum spectrum;
+  const auto steps = static_cast<double>(numbers->size() - 1);
+  for (size_t i = 0; i < numbers->size(); ++i) {
+    spectrum.emplace_back(glm::mix(first, last, static_cast<double>(i) / steps), (*numbers)[i]);
+  }
+  return spectrum;
+}
+
+Spectrum black_body_spectrum(double temperature) {
+  constexpr double kPlanck = 6.62607015e-34, kLightSpeed = 299792458, kBoltzmann = 1.380649e-23;
+  constexpr double kMetre = 1e-9;  // in nm
+  Spectrum spectrum;
+  for (int w = kFirstWavelength; w <= kLastWavelength; ++w) {
+    const double length = w * kMetre;
+    const double energy = kPlanck * kLightSpeed / (length * kBoltzmann * temperature);
+    const double radiance = 2 * kPlanck * kLightSpeed * kLightSpeed /
+                            (std::pow(length, 5) * std::expm1(energy));
+    spectrum.emplace_back(w, radiance * kMetre);
+  }
   return spectrum;
 }
 

@@ -53,7 +53,7 @@ Quantity quantity_of(ParameterType type) {
 }
 
 bool takes_texture(ParameterType type) {
-  return quantity_of(type) != Quantity::kNone && type != ParameterType::kEmission;
+  return quantity_of(type) != Quantity::kNone;
 }
 
 }  // namespace kinome

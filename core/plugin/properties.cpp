@@ -25,6 +25,11 @@ T get_as(const Properties& props, const std::string& name, const Properties::Val
   throw props.error(name, std::string("must be ") + expected + ", got " + describe(value));
 }
 
+std::shared_ptr<Texture> as_texture(const Properties::Value& value) {
+  const auto* object = std::get_if<std::shared_ptr<Object>>(&value);
+  return object ? std::dynamic_pointer_cast<Texture>(*object) : nullptr;
+}
+
 Rgb as_light(const UniformColor& color) {
   return color.spectral ? color.value * kEqualEnergyWhite : color.value;
 }
@@ -134,6 +139,12 @@ Vec3 Properties::vector(const std::string& name) const {
 
 Rgb Properties::color(const std::string& name) const {
   const Value v = value(name);
+  if (const auto texture = as_texture(v)) {
+    if (!texture->is_uniform()) {
+      throw error(name, "must be the same everywhere, got a texture that varies");
+    }
+    return texture->emission();
+  }
   const auto color = as_uniform_color(v);
   if (!color) throw error(name, "must be a color, got " + describe(v));
   return as_light(*color);
@@ -154,12 +165,16 @@ std::shared_ptr<Texture> Properties::texture(const std::string& name) const {
   const Parameter& row = parameter(name);
   if (!has(name) && !row.default_value) return nullptr;
   const Value v = value(name);
-  if (const auto* object = std::get_if<std::shared_ptr<Object>>(&v)) {
-    if (auto texture = std::dynamic_pointer_cast<Texture>(*object)) return texture;
+  const Quantity quantity = quantity_of(row.type);
+  if (const auto texture = as_texture(v)) {
+    const bool is_light = quantity == Quantity::kEmission && texture->is_uniform();
+    if (is_light && texture->emission() != texture->mean()) {
+      return make_uniform_texture(texture->emission());
+    }
+    return texture;
   }
   const auto color = as_uniform_color(v);
   if (!color) throw error(name, "must be a texture, color or float, got " + describe(v));
-  const Quantity quantity = quantity_of(row.type);
   const Rgb& c = color->value;
   const bool inside = max_component(c) <= 1 && max_component(-c) <= 0;
   if (quantity == Quantity::kReflectance && !inside) {

@@ -14,7 +14,7 @@ namespace {
 
 const Parameter kTable[] = {
     KINOME_SAMPLER_PARAMETERS,
-    {"jitter", ParameterType::kBoolean, "true", "false: each sample in the middle of its stratum"},
+    kJitter,
 };
 
 /// The square's division into columns and rows, nearly as many of each.
@@ -62,9 +62,7 @@ class MultiJitter : public Sampler {
 
  private:
   StratumPlace find(const SampleKey& key, uint32_t salt) const {
-    StratumPlace place = stratum_of(key, sample_count_, salt);
-    if (!jitters_) place.jitter = Vec2(0.5f);
-    return place;
+    return stratum_of(key, sample_count_, salt, jitters_);
   }
 
   Grid grid_;

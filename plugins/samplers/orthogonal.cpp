@@ -15,7 +15,7 @@ namespace {
 
 const Parameter kTable[] = {
     KINOME_SAMPLER_PARAMETERS,
-    {"jitter", ParameterType::kBoolean, "true", "false: each sample in the middle of its stratum"},
+    kJitter,
 };
 
 bool is_prime(uint32_t n) {

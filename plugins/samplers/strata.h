@@ -16,12 +16,18 @@ struct StratumPlace {
   Vec2 jitter;
   uint64_t hash;  ///< of the set
 };
-inline StratumPlace stratum_of(const SampleKey& key, uint32_t count, uint32_t salt) {
+/// `jitters`: else each sample lies in the middle of its stratum.
+inline StratumPlace stratum_of(const SampleKey& key, uint32_t count, uint32_t salt,
+                               bool jitters = true) {
   const uint32_t set = key.sample / count, within = key.sample % count;
   const uint64_t hash = hash_key(key, set, salt);
-  return {permute(within, count, hash),
-          to_unit_square(scatter(hash + within * 0xd1342543de82ef95u + 1)), hash};
+  const uint64_t own = scatter(hash + within * 0xd1342543de82ef95u + 1);
+  return {permute(within, count, hash), jitters ? to_unit_square(own) : Vec2(0.5f), hash};
 }
+
+/// The row of the tables of samplers that may do without jitter.
+inline constexpr Parameter kJitter{"jitter", ParameterType::kBoolean, "true",
+                                   "false: each sample in the middle of its stratum"};
 
 /// In [0,1), `jitter` from one end of the stratum to the other.
 inline float in_stratum(uint32_t stratum, float jitter, uint32_t count) {

@@ -32,6 +32,8 @@ constexpr Parameter kParameters[] = {
     {"filter_type", ParameterType::kString, "bilinear", "bilinear or nearest"},
     {"wrap_mode", ParameterType::kString, "repeat", "outside [0,1]: repeat, mirror or clamp"},
     {"raw", ParameterType::kBoolean, "false", "numbers, not colours: no sRGB decoding"},
+    {"format", ParameterType::kString, "variant",
+     "auto, variant, float16, fp16 or uint8: how Mitsuba keeps it in memory; here it means nothing"},
     {"to_uv", ParameterType::kTransform, "identity", "from surface to image coordinates"},
 };
 
@@ -39,6 +41,7 @@ enum class Filter { kBilinear, kNearest };
 enum class Wrap { kRepeat, kMirror, kClamp };
 constexpr const char* kFilters[] = {"bilinear", "nearest"};
 constexpr const char* kWraps[] = {"repeat", "mirror", "clamp"};
+constexpr const char* kFormats[] = {"auto", "variant", "float16", "fp16", "uint8"};
 
 /// R, G, B or one channel of a float image.
 StoredImage pick_channels(const Image& image, const std::string& path) {
@@ -93,6 +96,7 @@ class Bitmap final : public Texture {
       : filter_(static_cast<Filter>(props.choice("filter_type", kFilters))),
         wrap_(static_cast<Wrap>(props.choice("wrap_mode", kWraps))),
         to_uv_(props.transform("to_uv")) {
+    props.choice("format", kFormats);
     const bool raw = props.boolean("raw");
     const std::string path = props.file("filename");
     image_ = load_image(path, props);

@@ -38,6 +38,12 @@ DEFECTS = [Defect(*row) for row in (
      "static_cast<float>(cells_[cluster].count) / pmf.probability(cluster) * inverse_count * 1.01f",
      "clustered", "*PhongJoint"),
 
+    ("negative_lobes_of_filters_added", CLUSTERED + "product/product_renderer.cpp",
+     "-shares.negative", "shares.negative",
+     "product", "Cameras/*Lanczos"),
+    ("negative_lobes_of_filters_left_out", CLUSTERED + "product/product_renderer.cpp",
+     "-shares.negative", "0.f",
+     "product", "Cameras/*Lanczos"),
     ("map_pdf_off_by_one_percent", "plugins/emitters/spherical_map_points.cpp",
      "at.s, at.t)[3] * sine_ratio(at)", "at.s, at.t)[3] * sine_ratio(at) * (DEFECT ? 1.01f : 1)",
      "envmap_sampling", "EnvironmentMap.IsSampledByItsDensity"),

@@ -180,6 +180,9 @@ std::vector<Case> cameras() {
   std::vector<Case> all = {
       film("Gaussian", size + filter("gaussian"), 128),
       film("Tent", size + filter("tent"), 128),
+      film("Mitchell", size + filter("mitchell"), 128),
+      film("Lanczos", size + filter("lanczos"), 128),
+      film("CropCatmullRom", size + crop + filter("catmullrom"), 128),
       film("Crop", size + crop + filter("box")),
       film("CropGaussian", size + crop + filter("gaussian"), 128),
       film("SmallCropGaussian",

@@ -37,6 +37,12 @@ TEST(Film, RefusesWhatItCannotBe) {
                      std::string(stddev) + "\"/></rfilter>",
                  "stddev");
   }
+  for (const char* lobes : {"0", "-1", "33"}) {
+    expect_error("<rfilter type=\"lanczos\"><integer name=\"lobes\" value=\"" +
+                     std::string(lobes) + "\"/></rfilter>",
+                 "lobes");
+  }
+  expect_error("<rfilter type=\"mitchell\"><float name=\"B\" value=\"2.1\"/></rfilter>", "B");
   for (const char* radius : {"-1", "0.5", "65"}) {
     expect_error("<rfilter type=\"tent\"><float name=\"radius\" value=\"" + std::string(radius) +
                      "\"/></rfilter>",

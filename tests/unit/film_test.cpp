@@ -55,7 +55,7 @@ TEST_P(EveryFilter, ConstantStaysConstant) {
     }
   }
 }
-INSTANTIATE_TEST_SUITE_P(Film, EveryFilter, testing::Values("box", "tent", "gaussian"));
+INSTANTIATE_TEST_SUITE_P(Film, EveryFilter, testing::Values("box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"));
 
 /// Of a film of a few pixels that has had its samples.
 void expect_everywhere(const Film& film, const std::vector<float>& values, const char* what) {
@@ -201,6 +201,39 @@ TEST(Film, FilterValuesAreMitsubas) {
        {"<rfilter type=\"tent\"><float name=\"radius\" value=\"0.51\"/></rfilter>",
         "<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0.13\"/></rfilter>"}) {
     EXPECT_GT(make<ReconstructionFilter>(narrowest)->eval(0.5f), 1e-5f) << narrowest;
+  }
+}
+
+/// Mitsuba 3.9.1: mi.load_dict({"type": "mitchell"}).eval(x), and so on.
+TEST(Film, NegativeFilterValuesAreMitsubas) {
+  constexpr float kPlaces[] = {0, .25f, .5f, .75f, 1, 1.25f, 1.5f, 1.75f, 1.99f, 2, 2.5f, 2.99f};
+  struct Case {
+    const char* xml;
+    float values[std::size(kPlaces)];
+  };
+  const Case cases[] = {
+      {"<rfilter type=\"mitchell\"/>",
+       {.888889f, .782118f, .534722f, .256076f, .055556f, -.023437f, -.034722f, -.014757f, -3.3e-5f,
+        0, 0, 0}},
+      {"<rfilter type=\"mitchell\"><float name=\"B\" value=\".2\"/>"
+       "<float name=\"C\" value=\".5\"/></rfilter>",
+       {.933333f, .820833f, .558333f, .258333f, .033334f, -.05625f, -.058333f, -.022916f, -4.9e-5f,
+        0, 0, 0}},
+      {"<rfilter type=\"catmullrom\"/>",
+       {1, .867188f, .5625f, .226562f, 0, -.070312f, -.0625f, -.023438f, -4.9e-5f, 0, 0, 0}},
+      {"<rfilter type=\"lanczos\"/>",
+       {1, .890067f, .607927f, .27019f, 0, -.132871f, -.135095f, -.067791f, -.0021f, 0, .024317f,
+        1.1e-5f}},
+      {"<rfilter type=\"lanczos\"><integer name=\"lobes\" value=\"2\"/></rfilter>",
+       {1, .877354f, .573159f, .235347f, 0, -.084725f, -.063684f, -.017905f, -2.5e-5f, 0, 0, 0}},
+  };
+  for (const Case& one : cases) {
+    const auto filter = make<ReconstructionFilter>(one.xml);
+    for (size_t i = 0; i < std::size(kPlaces); ++i) {
+      EXPECT_NEAR(filter->eval(kPlaces[i]), one.values[i], 3e-6f) << one.xml << kPlaces[i];
+      EXPECT_EQ(filter->eval(-kPlaces[i]), filter->eval(kPlaces[i])) << one.xml << kPlaces[i];
+    }
+    EXPECT_EQ(filter->eval(filter->radius() + 1e-4f), 0.f) << one.xml;
   }
 }
 

@@ -247,6 +247,74 @@ TEST(FilterSampler, DrawsByTheFilter) {
   }
 }
 
+/// chi² of places against the positive or the negative part of a filter, in two dimensions.
+void expect_places_by_part(const ReconstructionFilter& filter, int x, int y, const Rect& region,
+                           bool negative) {
+  constexpr int kBins = 11, kSamples = 200000, kSteps = 40;
+  const FilterSampler sampler(filter);
+  const double r = filter.radius();
+  const double x0 = std::max<double>(region.x0, x + 0.5 - r);
+  const double x1 = std::min<double>(region.x1, x + 0.5 + r);
+  const double y0 = std::max<double>(region.y0, y + 0.5 - r);
+  const double y1 = std::min<double>(region.y1, y + 0.5 + r);
+  std::vector<double> expected(kBins * kBins), observed(kBins * kBins);
+  double part = 0, whole = 0;
+  for (int j = 0; j < kBins * kSteps; ++j) {
+    const double v = y0 + (y1 - y0) * (j + 0.5) / (kBins * kSteps);
+    const double fv = filter.eval(static_cast<float>(v - y - 0.5));
+    for (int i = 0; i < kBins * kSteps; ++i) {
+      const double u = x0 + (x1 - x0) * (i + 0.5) / (kBins * kSteps);
+      const double value = fv * filter.eval(static_cast<float>(u - x - 0.5));
+      const double of_part = std::max(0., negative ? -value : value);
+      expected[j / kSteps * kBins + i / kSteps] += of_part;
+      part += of_part;
+      whole += value;
+    }
+  }
+  for (double& e : expected) e *= kSamples / part;
+  const FilterSampler::Shares shares = sampler.shares(x, y, region);
+  EXPECT_NEAR(negative ? shares.negative : shares.positive, part / whole, 2e-3);
+  EXPECT_NEAR(shares.positive - shares.negative, 1, 1e-5);
+  std::mt19937 rng(11);
+  for (int i = 0; i < kSamples; ++i) {
+    const Vec2 u(static_cast<float>(rng() >> 8) * 0x1p-24f,
+                 static_cast<float>(rng() >> 8) * 0x1p-24f);
+    const Vec2 at = negative ? sampler.place_negative(x, y, u, region)
+                             : sampler.place(x, y, u, region);
+    ASSERT_TRUE(at.x >= x0 && at.x < x1 && at.y >= y0 && at.y < y1) << at.x << " " << at.y;
+    const int bx = std::clamp(static_cast<int>((at.x - x0) / (x1 - x0) * kBins), 0, kBins - 1);
+    const int by = std::clamp(static_cast<int>((at.y - y0) / (y1 - y0) * kBins), 0, kBins - 1);
+    ++observed[by * kBins + bx];
+  }
+  const Verdict verdict = chi2_test(observed, expected, kAlpha);
+  EXPECT_TRUE(verdict.passed) << verdict.text;
+}
+
+TEST(FilterSampler, DrawsByBothPartsOfAFilter) {
+  for (const char* xml :
+       {"<rfilter type=\"mitchell\"/>", "<rfilter type=\"catmullrom\"/>",
+        "<rfilter type=\"lanczos\"/>",
+        "<rfilter type=\"mitchell\"><float name=\"C\" value=\"1\"/></rfilter>"}) {
+    const auto filter = make<ReconstructionFilter>(xml);
+    for (const bool negative : {false, true}) {
+      SCOPED_TRACE(std::string(xml) + (negative ? ", negative" : ", positive"));
+      expect_places_by_part(*filter, 100, 50, {0, 0, 1000, 1000}, negative);
+      expect_places_by_part(*filter, 0, 998, {0, 0, 1000, 1000}, negative);  // cut at its borders
+    }
+  }
+  for (const char* xml : {"<rfilter type=\"box\"/>", "<rfilter type=\"gaussian\"/>"}) {
+    EXPECT_FALSE(FilterSampler(*make<ReconstructionFilter>(xml)).has_negative()) << xml;
+  }
+}
+
+TEST(FilterSampler, EachPartHasSamples) {
+  const FilterSampler::Shares shares{1.25f, 0.25f};
+  const uint32_t wanted[] = {0, 0, 1, 1, 1, 1, 1, 1, 1};
+  for (uint32_t n = 0; n < 9; ++n) EXPECT_EQ(shares.negative_of(n), wanted[n]) << n;
+  EXPECT_EQ(shares.negative_of(60), 10u);
+  EXPECT_EQ(FilterSampler::Shares{}.negative_of(60), 0u);
+}
+
 TEST(FilterSampler, EndsStayInside) {
   constexpr float kLast = 1 - 0x1p-24f;
   for (const char* type : {"box", "gaussian", "tent"}) {

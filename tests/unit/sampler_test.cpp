@@ -361,7 +361,7 @@ TEST(Sampler, OrthogonalFillsTheSquaresOfAnyTwoDimensions) {
 
 /// All in the middles of their strata.
 TEST(Sampler, DoesNotJitterIfAskedNotTo) {
-  for (const char* const type : {"multijitter", "orthogonal"}) {
+  for (const char* const type : {"multijitter", "orthogonal", "stratified"}) {
     const auto sampler = make<Sampler>("<sampler type=\"" + std::string(type) +
                                        "\"><integer name=\"sample_count\" value=\"121\"/>"
                                        "<boolean name=\"jitter\" value=\"false\"/></sampler>");

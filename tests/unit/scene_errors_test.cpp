@@ -99,8 +99,10 @@ const Wrong kWrong[] = {
      "bsdf 'diffuse' takes no film"},
     {"UnnamedTexture", "<bsdf type='diffuse'>^<texture type='probe'/></bsdf>",
      "a texture of bsdf 'diffuse' needs a name (one of reflectance)"},
-    {"TextureForColor", "<texture type='probe'>^<texture name='color' type='probe'/></texture>",
-     "'color' must be a color (rgb, spectrum or float), got a texture"},
+    {"TextureForColor",
+     "<texture type='probe' id='t'>^<texture name='color' type='checkerboard'/></texture>"
+     "<ref id='t'/>",
+     "'color' must be the same everywhere, got a texture that varies"},
     {"TooManyObjects",
      "<texture type='probe'><bsdf type='diffuse'/><bsdf type='diffuse'/>\n"
      "^<bsdf type='diffuse'/></texture>",
@@ -166,10 +168,29 @@ const Wrong kWrong[] = {
      "'q' is not a number"},
 
     // Spectra
-    {"SpectrumOfAType",
-     "<emitter type='point'><spectrum ^type='blackbody' name='intensity'>"
-     "<float name='temperature' value='5000'/></spectrum></emitter>",
-     "spectra of a type, such as 'blackbody', are not supported: give the colour as <rgb>"},
+    {"SpectrumOfNoType", "<emitter type='point'><spectrum ^type='blackbox' name='intensity'/></emitter>",
+     "there is no texture plugin 'blackbox' (did you mean 'blackbody'?)"},
+    {"SpectrumOfATypeLacksAValue",
+     "<emitter type='point'>^<spectrum type='uniform' name='intensity'/></emitter>",
+     "texture 'uniform' needs parameter 'value', a float"},
+    {"NegativeSpectrum",
+     "<emitter type='point'><spectrum type='uniform' name='intensity'>"
+     "^<float name='value' value='-1'/></spectrum></emitter>",
+     "'value' must not be negative, got -1"},
+    {"SpectrumOfUnequalLists",
+     "<emitter type='point'><spectrum type='irregular' name='intensity'>"
+     "<string name='wavelengths' value='400 500'/>^<string name='values' value='1 2 3'/>"
+     "</spectrum></emitter>",
+     "'values' is no spectrum: a spectrum needs as many values as wavelengths, got 3 and 2"},
+    {"SpectrumThatShrinks",
+     "<emitter type='point'><spectrum type='regular' name='intensity'>"
+     "<float name='wavelength_min' value='700'/><float name='wavelength_max' value='400'/>"
+     "^<string name='values' value='1 2 3'/></spectrum></emitter>",
+     "'values' is no spectrum: wavelengths must increase"},
+    {"SrgbAboveOne",
+     "<bsdf type='diffuse' id='b'><spectrum type='srgb' name='reflectance'>"
+     "^<rgb name='color' value='2 0 0'/></spectrum></bsdf><ref id='b'/>",
+     "'color' must lie in [0, 1], got 2"},
     {"SpectrumOfNothing", "<bsdf type='diffuse'>^<spectrum name='reflectance'/></bsdf>",
      "<spectrum> needs one of the attributes 'value' and 'filename'"},
     {"SpectrumOfBoth",

@@ -14,7 +14,7 @@ enum class ParameterType {
   kFloatOrName,  ///< a number, or a string that stands for one: `int_ior` as 1.5046 or "bk7"
   kFile,         ///< a string that names a file; resolved against the search paths
   kVector,       ///< three numbers: <point> or <vector>
-  kEmission,     ///< <rgb>, <spectrum> or <float>: light, the same everywhere
+  kEmission,     ///< <rgb>, <spectrum>, <float> or a uniform texture: light, the same everywhere
   /// The same, or a <texture>; what it is of is in the name: see Quantity.
   kEmissionTexture,
   kReflectanceTexture,
@@ -38,7 +38,7 @@ enum class Quantity {
                  ///< wavelengths is a reflectance
 };
 KINOME_EXPORT Quantity quantity_of(ParameterType type);
-/// Whether a <texture> may be the value.
+/// Whether a <texture> may be the value; of a kEmission a uniform one.
 KINOME_EXPORT bool takes_texture(ParameterType type);
 
 /// One row of a plugin's parameter table: it generates the documentation, checks the scene, and

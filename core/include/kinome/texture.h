@@ -19,6 +19,9 @@ class KINOME_EXPORT Texture : public Object {
   virtual void eval_1_block(const Columns2& uv, size_t count, float* out) const;
   /// Means over the texture (unit square).
   virtual Rgb mean() const = 0;
+  /// What it comes to as light, where it is uniform: a spectrum has another colour as light than as
+  /// a reflectance (see Quantity). Default: mean().
+  virtual Rgb emission() const { return mean(); }
   /// Largest value of any channel; for checks and bounds.
   virtual float max() const = 0;
   virtual float min() const = 0;

@@ -43,7 +43,8 @@ class Primaries {
   /// since so many rays are enough for one. The first tile is always taken.
   bool add(const Rect& pixels, std::span<const uint16_t> counts);
   /// Traces the rays of all tiles. Each pixel's are the first so many of one sequence for each
-  /// seed, in the order of a Hilbert curve: the other tiles make no difference.
+  /// seed, in the order of a Hilbert curve: the other tiles make no difference. Those of the
+  /// filter's negative part, if it has one, are the last of a pixel.
   void trace(uint64_t seed, RenderCounters& counters);
 
   size_t tile_count() const { return tiles_.size(); }
@@ -69,6 +70,9 @@ class Primaries {
   void make_room(size_t rays);
   void place(uint64_t seed);
   void place_pixel(int x, int y, size_t begin, size_t end, uint64_t seed);
+  template <class Place>
+  void place_part(size_t begin, size_t end, uint64_t key, const Place& place_at);
+  uint32_t negative_of(int x, int y, uint32_t rays) const;
   void find_width(Tile& tile) const;
   void describe();
   void find_viewers();
@@ -97,6 +101,14 @@ class TilePrimaries {
   /// Rays [first(i), first(i + 1)) are those of pixel i.
   uint32_t first(size_t pixel) const {
     return all_->first_[tile_->first_pixel + pixel] - static_cast<uint32_t>(tile_->first_ray);
+  }
+  /// The first of a pixel's rays that are to be subtracted: see FilterSampler. Often first(i + 1).
+  uint32_t first_negative(size_t pixel) const {
+    const Rect& all = tile_->pixels;
+    const int x = all.x0 + static_cast<int>(pixel) % all.width();
+    const int y = all.y0 + static_cast<int>(pixel) / all.width();
+    const uint32_t end = first(pixel + 1);
+    return end - all_->negative_of(x, y, end - first(pixel));
   }
   bool hit(size_t ray) const { return point(ray) >= 0; }
   /// Light that the ray sees itself.

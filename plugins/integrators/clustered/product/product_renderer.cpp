@@ -54,11 +54,21 @@ struct ProductRenderer::Worker {
   TileTracer tracer;
   VisibilityLearner learner;
   Estimator estimator;
+  /// What the sum over a unit's primaries counts for in its pixel.
+  struct Weight {
+    float share, primaries;
+    template <class Value>
+    Value of(const Value& sum) const {
+      return share * (sum / primaries);
+    }
+  };
+
   std::vector<Patch> patches;
   std::vector<Visibility> visibility;
-  std::vector<Unit> units;    ///< pixels of a tile
-  std::vector<Rgb> sums;      ///< of a block's pixels, tile by tile
-  std::vector<float> alphas;  ///< of the same
+  std::vector<Unit> units;    ///< pixels of a tile, or what is positive and negative of them
+  std::vector<Rgb> sums;      ///< of the same, of a block, tile by tile
+  std::vector<Weight> weights;  ///< of the same
+  std::vector<float> alphas;  ///< of a block's pixels
   std::vector<Vec3> diagnostics;
   std::vector<float> mean_visibility;  ///< of the patches of a tile
 
@@ -150,30 +160,51 @@ void ProductRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& pri
   worker.patches = knowledge_.patches(tile.index);
   assign_patches(primaries, worker.patches);
   find_visibilities(tile.index, worker);
-  const Rect& pixels = tile.pixels;
-  worker.units.resize(pixels.area());
-  for (int i = 0; i < pixels.area(); ++i) {
-    const size_t pixel =
-        grid_.pixel(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width());
-    worker.units[i] = {primaries.first(i), primaries.first(i + 1),
-                       std::max<uint32_t>(plan[pixel].rays, kLeastRays), plan[pixel].candidates,
-                       hash_words(seed, pixel, 2)};
-  }
+  find_units(primaries, plan, seed, worker);
   const std::span<const Unit> units = worker.units;
   worker.estimator.begin_tile(scene_, primaries, worker.patches, worker.visibility,
                               hash_words(seed, static_cast<uint64_t>(tile.index), 3), counters,
                               settings_.shared_candidates ? units : units.first(0));
-  for (const Unit& unit : units) {
+  const size_t per_pixel = units_per_pixel();
+  for (size_t i = 0; i < units.size(); ++i) {
+    const Unit& unit = units[i];
     Rgb& sum = worker.sums.emplace_back(0.f);
     float hits = 0;
     for (uint32_t k = unit.first; k < unit.end; ++k) {
       sum += primaries.emitted(k);
       hits += primaries.hit(k) ? 1.f : 0.f;
     }
-    worker.alphas.push_back(hits / static_cast<float>(unit.end - unit.first));
+    if (i % per_pixel == 0) worker.alphas.push_back(0.f);
+    worker.alphas.back() += worker.weights[worker.sums.size() - 1].of(hits);
     worker.estimator.estimate(unit, sum);
   }
   if (settings_.diagnostics) find_diagnostics(primaries, plan, worker);
+}
+
+/// Each pixel of a tile; where the filter is negative in parts, first what is positive and then what
+/// is negative of it, by its share of the pixel's primaries.
+void ProductRenderer::find_units(const TilePrimaries& primaries,
+                                 const std::vector<PixelPlan>& plan, uint64_t seed,
+                                 Worker& worker) const {
+  const Rect& pixels = primaries.pixels();
+  const Rect region = view().region;
+  worker.units.clear();
+  for (int i = 0; i < pixels.area(); ++i) {
+    const int x = pixels.x0 + i % pixels.width(), y = pixels.y0 + i / pixels.width();
+    const size_t pixel = grid_.pixel(x, y);
+    const uint32_t ends[] = {primaries.first(i), primaries.first_negative(i),
+                             primaries.first(i + 1)};
+    const FilterSampler::Shares shares = filter_.shares(x, y, region);
+    const float of_sign[] = {shares.positive, -shares.negative};
+    for (size_t k = 0; k < units_per_pixel(); ++k) {
+      const uint32_t first = ends[k], end = ends[k + 1];
+      const float part = static_cast<float>(end - first) / static_cast<float>(ends[2] - ends[0]);
+      const auto rays = static_cast<uint32_t>(std::ceil(part * plan[pixel].rays));
+      worker.units.push_back({first, end, std::max<uint32_t>(rays, kLeastRays),
+                              part * plan[pixel].candidates, hash_words(seed, pixel, 2 + 2 * k)});
+      worker.weights.push_back({of_sign[k], static_cast<float>(end - first)});
+    }
+  }
 }
 
 /// Of the light that cells send to an unshadowed point, by what is learned.
@@ -220,24 +251,29 @@ void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>&
       [&](int block, Worker& worker, RenderCounters& counters) {
         if (!context_.is_wanted(grid_.block(block))) return;
         worker.sums.clear();
-        worker.sums.reserve(static_cast<size_t>(TileGrid::kBlockSide) * TileGrid::kBlockSide);
+        worker.sums.reserve(units_per_pixel() * TileGrid::kBlockSide * TileGrid::kBlockSide);
+        worker.weights.clear();
         worker.alphas.clear();
         worker.diagnostics.clear();
         worker.tracer.trace(
             grid_, block, seed, counters.stage_seconds["primary"], counters,
-            [&](int x, int y) { return plan[grid_.pixel(x, y)].primaries; },
+            [&](int x, int y) {
+              // Of each sign one.
+              return std::max<uint16_t>(plan[grid_.pixel(x, y)].primaries,
+                                        static_cast<uint16_t>(units_per_pixel()));
+            },
             [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
               render_tile(tile, primaries, plan, seed, worker, counters);
             });
         worker.estimator.flush();
         const StageTimer timer(counters.stage_seconds["film"]);
-        add_to_film(block, plan, seed, weight, worker, counters);
+        add_to_film(block, seed, weight, worker, counters);
       });
 }
 
 /// At once, block by block: an interrupted render has what was finished.
-void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
-                                  float weight, Worker& worker, RenderCounters& counters) {
+void ProductRenderer::add_to_film(int block, uint64_t seed, float weight, Worker& worker,
+                                  RenderCounters& counters) {
   Film& film = sensor_.film();
   const Rect pixels = grid_.block(block);
   FilmTile colours = film.make_tile(pixels);
@@ -247,8 +283,10 @@ void ProductRenderer::add_to_film(int block, const std::vector<PixelPlan>& plan,
   grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
     for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
       for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x, ++next) {
-        const auto primaries = static_cast<float>(plan[grid_.pixel(x, y)].primaries);
-        const Rgb c = worker.sums[next] / primaries;
+        Rgb c(0.f);
+        for (size_t k = next * units_per_pixel(); k < (next + 1) * units_per_pixel(); ++k) {
+          c += worker.weights[k].of(worker.sums[k]);
+        }
         const float values[4] = {c.x, c.y, c.z, worker.alphas[next]};
         colours.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u}, weight);
         if (!diagnostics) continue;

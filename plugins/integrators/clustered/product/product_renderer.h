@@ -47,12 +47,16 @@ class ProductRenderer final : public Passes {
   void render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
                    const std::vector<PixelPlan>& plan, uint64_t seed, Worker& worker,
                    RenderCounters& counters);
+  /// Of a pixel: two, where the filter is negative in parts.
+  size_t units_per_pixel() const { return filter_.has_negative() ? 2 : 1; }
+  void find_units(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan,
+                  uint64_t seed, Worker& worker) const;
   void find_visibilities(int tile, Worker& worker);
   float mean_visibility(const Patch& patch, const Visibility& visibility) const;
   void find_diagnostics(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan,
                         Worker& worker) const;
-  void add_to_film(int block, const std::vector<PixelPlan>& plan, uint64_t seed, float weight,
-                   Worker& worker, RenderCounters& counters);
+  void add_to_film(int block, uint64_t seed, float weight, Worker& worker,
+                   RenderCounters& counters);
 
   const Scene& scene_;
   const transport::SceneTable table_;

@@ -1,0 +1,29 @@
+// The cubics of Catmull and Rom: sharper than Mitchell and Netravali's choice, with more ringing.
+// Partly negative.
+//
+//   <rfilter type="catmullrom"/>
+
+#include "cubic.h"
+#include "kinome/plugin.h"
+
+namespace kinome {
+namespace {
+
+class CatmullRomFilter final : public wide::FormulaFilter<CatmullRomFilter> {
+ public:
+  explicit CatmullRomFilter(const Properties&) { radius_ = CubicWeights::kRadius; }
+
+  template <class F>
+  F weight(F x) const {
+    return weights_.at(x);
+  }
+
+ private:
+  CubicWeights weights_{0, 0.5f};
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::CatmullRomFilter, kinome::Category::kReconstructionFilter, "catmullrom",
+              "Cubics that interpolate: sharper than mitchell, with more ringing.", {});

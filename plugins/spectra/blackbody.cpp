@@ -1,0 +1,34 @@
+// Light of a glowing body, by Planck's law. Mitsuba's RGB variants refuse to render with it; here
+// it becomes the colour that its spectral variants show, in W / (m² sr nm).
+//
+//   <spectrum type="blackbody" name="radiance"><float name="temperature" value="5000"/></spectrum>
+
+#include "spectrum_color.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {
+    {"temperature", ParameterType::kFloat, nullptr, "kelvin, from 100 to 1e6", true},
+};
+
+class BlackBody final : public SpectrumColor {
+ public:
+  explicit BlackBody(const Properties& props) : SpectrumColor(read(props)) {}
+
+ private:
+  static Spectrum read(const Properties& props) {
+    const float temperature = props.real("temperature");
+    if (!(temperature >= 100 && temperature <= 1e6f)) {
+      throw props.error("temperature",
+                        "must lie in [100, 1e6] kelvin, got " + std::to_string(temperature));
+    }
+    return black_body_spectrum(temperature);
+  }
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::BlackBody, kinome::Category::kTexture, "blackbody",
+              "Light of a glowing body.", kinome::kTable);

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+
+#include "kinome/plugin.h"
+#include "kinome/texture.h"
+
+namespace kinome {
+
+/// Base of textures that are one colour everywhere, or another texture. What Mitsuba calls spectra
+/// are such textures: in RGB, nothing else is left of them.
+class OneColor : public Texture {
+ public:
+  explicit OneColor(const Rgb& color) : OneColor(color, color) {}
+  /// A spectrum, by its colours as a reflectance and as light.
+  OneColor(const Rgb& reflectance, const Rgb& emission)
+      : color_(make_uniform_texture(reflectance)), emission_(emission) {}
+  explicit OneColor(std::shared_ptr<Texture> other)
+      : color_(std::move(other)), emission_(color_->emission()) {}
+
+  Rgb eval(const Vec2& uv) const final { return color_->eval(uv); }
+  float eval_1(const Vec2& uv) const final { return color_->eval_1(uv); }
+  void eval_block(const Columns2& uv, size_t count, const Columns3& out) const final {
+    color_->eval_block(uv, count, out);
+  }
+  void eval_1_block(const Columns2& uv, size_t count, float* out) const final {
+    color_->eval_1_block(uv, count, out);
+  }
+  Rgb mean() const final { return color_->mean(); }
+  Rgb emission() const final { return emission_; }
+  float max() const final { return color_->max(); }
+  float min() const final { return color_->min(); }
+  Rgb channel_max() const final { return color_->channel_max(); }
+  bool is_uniform() const final { return color_->is_uniform(); }
+  glm::uvec2 resolution() const final { return color_->resolution(); }
+
+ private:
+  std::shared_ptr<Texture> color_;
+  Rgb emission_;
+};
+
+/// A number, or a colour, that is not negative.
+inline Rgb not_negative(const Properties& props, const char* name, const Rgb& value) {
+  const float least = std::min({value.x, value.y, value.z});
+  if (least >= 0) return value;
+  throw props.error(name, "must not be negative, got " + std::to_string(least));
+}
+
+}  // namespace kinome

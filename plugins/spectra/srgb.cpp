@@ -1,0 +1,35 @@
+// A colour of linear Rec.709, as <rgb> gives it.
+//
+//   <spectrum type="srgb" name="reflectance"><rgb name="color" value="0.2 0.5 0.8"/></spectrum>
+
+#include "one_color.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {
+    {"color", ParameterType::kColorTexture, nullptr, "linear Rec.709", true},
+    {"unbounded", ParameterType::kBoolean, "false", "allows more than 1"},
+};
+
+class SrgbSpectrum final : public OneColor {
+ public:
+  explicit SrgbSpectrum(const Properties& props) : OneColor(read(props)) {}
+
+ private:
+  static Rgb read(const Properties& props) {
+    const auto color = props.texture("color");
+    if (!color->is_uniform()) throw props.error("color", "must be a color, got a texture");
+    const Rgb value = not_negative(props, "color", color->mean());
+    if (!props.boolean("unbounded") && color->max() > 1) {
+      throw props.error("color", "must lie in [0, 1], got " + std::to_string(color->max()));
+    }
+    return value;
+  }
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::SrgbSpectrum, kinome::Category::kTexture, "srgb",
+              "A colour of linear Rec.709.", kinome::kTable);

@@ -1,0 +1,30 @@
+// A spectrum that is the same at all wavelengths: in RGB white times its value, also where it is
+// light, unlike <spectrum value="1"/>, which as light is of equal energy.
+//
+//   <spectrum type="uniform" name="reflectance"><float name="value" value="0.3"/></spectrum>
+
+#include "one_color.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {
+    {"value", ParameterType::kFloat, nullptr, "at all wavelengths; not negative", true},
+    {"wavelength_min", ParameterType::kFloat, "360", "nm; means nothing in RGB"},
+    {"wavelength_max", ParameterType::kFloat, "830", "nm; means nothing in RGB"},
+};
+
+class UniformSpectrum final : public OneColor {
+ public:
+  explicit UniformSpectrum(const Properties& props)
+      : OneColor(not_negative(props, "value", Rgb(props.real("value")))) {
+    props.real("wavelength_min");
+    props.real("wavelength_max");
+  }
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::UniformSpectrum, kinome::Category::kTexture, "uniform",
+              "White, times a number.", kinome::kTable);

@@ -1,0 +1,31 @@
+"""Mitsuba's conductors: prints the table in plugins/bsdfs/conductor_presets.h.
+
+    PYTHON validation/references/conductor_presets.py
+
+PYTHON has the package mitsuba 3.9.1, which integrates the measured indices of refraction to RGB.
+"""
+import pathlib
+
+import mitsuba as mi
+
+mi.set_variant("scalar_rgb")
+mi.set_log_level(mi.LogLevel.Error)
+
+
+def numbers(values):
+    """As few digits as tell the float apart from Mitsuba's to 1e-6 of it."""
+    texts = (f"{float(v):.6g}" for v in values)
+    return ", ".join((t if "." in t or "e" in t else t + ".") + "f" for t in texts)
+
+
+def main():
+    folder = pathlib.Path(mi.__file__).parent / "data" / "ior"
+    names = {file.name.split(".")[0] for file in folder.glob("*.spd")}
+    for name in sorted(names, key=lambda n: (n.lower(), n)):
+        values = mi.traverse(mi.load_dict({"type": "conductor", "material": name}))
+        eta, k = (numbers(values[f"{part}.value"]) for part in ("eta", "k"))
+        print(f'    {{"{name}", {{{eta}}}, {{{k}}}}},')
+
+
+if __name__ == "__main__":
+    main()
