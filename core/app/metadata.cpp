@@ -35,6 +35,9 @@ ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
       {"kinome:plugins", fmt::format("{}", fmt::join(stats.plugins, " "))},
       {"kinome:complete", stats.complete ? "true" : "false"},
   };
+  if (!stats.left_out.empty()) {
+    metadata["kinome:left_out"] = fmt::format("{}", fmt::join(stats.left_out, "; "));
+  }
   if (!stats.complete) {
     metadata["kinome:filled"] = fmt::format("{:.4g}", stats.filled);
     metadata["kinome:missing"] = fmt::format("{:.4g}", stats.missing);

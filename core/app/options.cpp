@@ -139,7 +139,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
                "Go on from the checkpoint; without one, begin at the beginning")
       ->disable_flag_override();
   app.add_flag("--lenient", options.lenient,
-               "Exit status 0, not 3, where plugins gave values that can't be")
+               "Render without what of Mitsuba's isn't here; exit status 0, not 3, where plugins gave "
+               "values that can't be")
       ->disable_flag_override();
   app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")

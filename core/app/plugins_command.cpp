@@ -11,9 +11,9 @@
 #include "commands.h"
 #include "crash.h"
 #include "kinome/error.h"
+#include "kinome/mitsuba_plugins.h"
 #include "kinome/plugin_registry.h"
 #include "line_width.h"
-#include "mitsuba_plugins.h"
 
 namespace kinome::app {
 namespace {

@@ -46,7 +46,8 @@ void set_up_log(const Options& options) {
 
 LoadOptions load_options(const Options& options) {
   return {
-      .defines = options.defines, .search_paths = options.search_paths, .threads = options.threads};
+      .defines = options.defines, .search_paths = options.search_paths, .threads = options.threads,
+      .lenient = options.lenient};
 }
 
 const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {

@@ -162,7 +162,9 @@ Rgb Film::color(size_t pixel, size_t first, size_t end) const {
     for (int c = 0; c < 3; ++c) splats[c] += lanes_[l].splats[3 * pixel + c];
   }
   // Not by its inverse: a single sample of a pixel is to come out as it is.
-  return Rgb(sum / (weight == 0 ? double{kInfinity} : weight) + splats * splat_scale(first, end));
+  const glm::dvec3 radiance =
+      sum / (weight == 0 ? double{kInfinity} : weight) + splats * splat_scale(first, end);
+  return Rgb(radiance * double{response_});
 }
 
 Image Film::develop() const {

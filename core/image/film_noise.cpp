@@ -83,7 +83,7 @@ uint32_t Film::lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const 
     glm::dvec3 share = (splats_in(lane) - part * splats) / (paths > 0 ? paths : 1.);
     if (weight != 0) share += (sum_in(lane) - weight_in(lane) / weight * sum) / weight;
     if (is_luminance_) share = glm::dvec3(luminance(Rgb(share)));
-    shares[l] = factor * share;
+    shares[l] = factor * double{response_} * share;
   }
   return count;
 }

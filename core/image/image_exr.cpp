@@ -171,7 +171,9 @@ void check_image(const std::string& path, const Image& image) {
   }
 }
 
-Imf::Header make_header(const Image& image, bool as_half, const ImageMetadata& metadata,
+constexpr Imf::PixelType kPixelTypes[] = {Imf::HALF, Imf::FLOAT, Imf::UINT};  // by ExrNumber
+
+Imf::Header make_header(const Image& image, ExrNumber number, const ImageMetadata& metadata,
                         Vec2 crop_offset, Vec2 full_size) {
   if (full_size == Vec2(0.f)) full_size = Vec2(image.width, image.height);
   const Imath::V2i first(static_cast<int>(crop_offset.x), static_cast<int>(crop_offset.y));
@@ -180,9 +182,10 @@ Imf::Header make_header(const Image& image, bool as_half, const ImageMetadata& m
                                                        static_cast<int>(full_size.y) - 1));
   Imf::Header header(display, Imath::Box2i(first, last));
   // Wavelets suit noisy halves; for floats ZIP is as small, and much faster.
-  header.compression() = as_half ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
+  header.compression() =
+      number == ExrNumber::kHalf ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
   for (const std::string& name : image.channels) {
-    header.channels().insert(name, Imf::Channel(as_half ? Imf::HALF : Imf::FLOAT));
+    header.channels().insert(name, Imf::Channel(kPixelTypes[static_cast<int>(number)]));
   }
   for (const auto& [name, value] : metadata) header.insert(name, Imf::StringAttribute(value));
   return header;
@@ -212,6 +215,16 @@ std::vector<half> to_halves(const std::string& path, const Image& image) {
   return halves;
 }
 
+std::vector<uint32_t> to_integers(const Image& image) {
+  std::vector<uint32_t> integers(image.data.size());
+  constexpr double kLargest = 0xffffffffu;
+  for (size_t i = 0; i < integers.size(); ++i) {
+    const double v = image.data[i] > 0 ? std::min<double>(image.data[i], 1) : 0;  // of a NaN, too
+    integers[i] = static_cast<uint32_t>(std::lround(v * kLargest));
+  }
+  return integers;
+}
+
 }  // namespace
 
 Image read_exr(const std::string& path, const Location& asker, ImageMetadata* metadata) {
@@ -239,25 +252,33 @@ Image read_exr(const std::string& path, const Location& asker, ImageMetadata* me
   }
 }
 
-void write_exr(const std::string& path, const Image& image, bool as_half,
+void write_exr(const std::string& path, const Image& image, ExrNumber number,
                const ImageMetadata& metadata, Vec2 crop_offset, Vec2 full_size) {
   check_image(path, image);
   FileWriter writer(path);
   std::string why;
   WriterStream stream(writer, path);
   try {
-    const Imf::Header header = make_header(image, as_half, metadata, crop_offset, full_size);
+    const Imf::Header header = make_header(image, number, metadata, crop_offset, full_size);
     Imf::OutputFile file(stream, header);
     const Imath::Box2i& window = header.dataWindow();
     Imf::FrameBuffer buffer;
-    const std::vector<half> halves = as_half ? to_halves(path, image) : std::vector<half>();
-    const size_t bytes = as_half ? sizeof(half) : sizeof(float);
-    const char* base = as_half ? reinterpret_cast<const char*>(halves.data())
-                               : reinterpret_cast<const char*>(image.data.data());
+    std::vector<half> halves;
+    std::vector<uint32_t> integers;
+    size_t bytes = sizeof(float);
+    auto* base = reinterpret_cast<const char*>(image.data.data());
+    if (number == ExrNumber::kHalf) {
+      halves = to_halves(path, image);
+      bytes = sizeof(half);
+      base = reinterpret_cast<const char*>(halves.data());
+    } else if (number == ExrNumber::kUint) {
+      integers = to_integers(image);
+      base = reinterpret_cast<const char*>(integers.data());
+    }
     const size_t stride = image.channels.size() * bytes;
     for (size_t c = 0; c < image.channels.size(); ++c) {
       buffer.insert(image.channels[c],
-                    Imf::Slice::Make(as_half ? Imf::HALF : Imf::FLOAT, base + c * bytes, window,
+                    Imf::Slice::Make(kPixelTypes[static_cast<int>(number)], base + c * bytes, window,
                                      stride, stride * static_cast<size_t>(image.width)));
     }
     file.setFrameBuffer(buffer);

@@ -168,7 +168,7 @@ std::shared_ptr<Object> Builder::make(const Node& node) {
   const auto maker = [this](const Node& part) { return object(part); };
   const PluginDescriptor* const plugin = find_plugin(node);
   if (!plugin) {
-    look_at_parts(node, maker);
+    if (!is_missing(node, registry_)) look_at_parts(node, maker);
     return nullptr;
   }
   Parts parts = read_parts(node, *plugin, maker);
@@ -185,6 +185,12 @@ std::shared_ptr<Object> Builder::make(const Node& node) {
 
 /// nullptr: the node is no object, or of no plugin, or has other mistakes; they are told.
 const PluginDescriptor* Builder::find_plugin(const Node& node) {
+  if (is_missing(node, registry_)) {
+    faults_.add(node.find("type")->where,
+                node.tag + " '" + node.value("type") +
+                    "' of Mitsuba 3 isn't here (--lenient renders without it)");
+    return nullptr;
+  }
   const auto category = category_of_tag(node.tag);
   if (!category && !node.is_broken) {
     faults_.add(node.where, node.tag == "scene" ? "a <scene> is not an object of its own"
@@ -282,7 +288,7 @@ void Builder::check(const Node& node) {
   const auto maker = [this](const Node& part) { return stand_in(part); };
   const PluginDescriptor* const plugin = find_plugin(node);
   if (!plugin) {
-    look_at_parts(node, maker);
+    if (!is_missing(node, registry_)) look_at_parts(node, maker);
     return;
   }
   Parts parts = read_parts(node, *plugin, maker);

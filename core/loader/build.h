@@ -18,6 +18,12 @@ namespace kinome::loader {
 
 /// The category of objects that a tag is of; nullopt: none that there is.
 std::optional<Category> category_of_tag(const std::string& tag);
+/// Whether an object is of a plugin of Mitsuba's that isn't here.
+bool is_missing(const Node& node, const PluginRegistry& registry);
+/// Takes such objects out of a scene, or puts what Mitsuba has by default in their place, and adds a
+/// line for each to `left_out`.
+void leave_out_what_is_missing(Expansion& expansion, const PluginRegistry& registry,
+                               std::vector<std::string>& left_out);
 /// Rather than a value: objects, references to them, and what may have been meant as one.
 bool is_object(const Node& node);
 /// Made only where something refers to them: their files may be large.

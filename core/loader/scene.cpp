@@ -92,7 +92,11 @@ void Builder::add_to_scene(const Node& child, const Node& target,
       throw Error(target.where, "this " + target.value("type") + " " + fault);
     }
     add(contents.shapes, shape);
+    if (const auto nested = shape->sensor_pointer()) add(contents.sensors, nested);
   } else if (auto sensor = std::dynamic_pointer_cast<Sensor>(object)) {
+    if (sensor->is_surface()) {
+      throw Error(target.where, "this sensor measures at a surface: put it into a <shape>");
+    }
     add(contents.sensors, sensor);
   } else if (auto emitter = std::dynamic_pointer_cast<Emitter>(object)) {
     const bool second =

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "kinome/log.h"
 #include "loader/build.h"
 
 namespace kinome {
@@ -17,11 +18,17 @@ double seconds_since(Clock::time_point start) {
 /// what makes objects of it.
 template <class Use>
 void read(const std::string& text, const std::string& name, const LoadOptions& options,
-          PluginRegistry& registry, bool whole_scene, const Use& use) {
+          PluginRegistry& registry, bool whole_scene, RenderStats* stats, const Use& use) {
   loader::Faults faults;
   try {
     faults.attempt([&] {
-      const loader::Expansion expansion = loader::expand(text, name, options, whole_scene, faults);
+      loader::Expansion expansion = loader::expand(text, name, options, whole_scene, faults);
+      if (options.lenient) {
+        std::vector<std::string> left_out;
+        loader::leave_out_what_is_missing(expansion, registry, left_out);
+        for (const std::string& line : left_out) log_warn(line + " is left out");
+        if (stats) stats->left_out = left_out;
+      }
       loader::Builder builder(expansion, loader::base_folders(name, options), registry, faults);
       use(expansion, builder);
     });
@@ -36,7 +43,8 @@ std::unique_ptr<Scene> load(const std::string& text, const std::string& name,
   const double plugin_seconds_before = registry.seconds();
   Scene::Contents contents;
   RenderStats own;
-  read(text, name, options, registry, true, [&](const auto& expansion, loader::Builder& builder) {
+  read(text, name, options, registry, true, stats,
+       [&](const auto& expansion, loader::Builder& builder) {
     contents = builder.scene(expansion.root);
     contents.hash = expansion.hash;
     own.plugins = builder.plugins();
@@ -73,7 +81,7 @@ std::unique_ptr<Scene> load_scene_from_string(const std::string& xml, const std:
 std::vector<Error> check_scene(const std::string& path, const LoadOptions& options,
                                PluginRegistry& registry) {
   try {
-    read(loader::read_text(path, {}), path, options, registry, true,
+    read(loader::read_text(path, {}), path, options, registry, true, nullptr,
          [](const auto& expansion, loader::Builder& builder) { builder.scene(expansion.root); });
   } catch (const Errors& errors) {
     return errors.all();
@@ -87,7 +95,8 @@ std::shared_ptr<Object> load_object_from_string(const std::string& xml, const st
                                                 const LoadOptions& options,
                                                 PluginRegistry& registry) {
   std::shared_ptr<Object> object;
-  read(xml, name, options, registry, false, [&](const auto& expansion, loader::Builder& builder) {
+  read(xml, name, options, registry, false, nullptr,
+       [&](const auto& expansion, loader::Builder& builder) {
     object = builder.object(expansion.root);
   });
   return object;

@@ -5,6 +5,7 @@
 
 #include "base/numbers.h"
 #include "loader/node.h"
+#include "loader/old_names.h"
 
 namespace kinome::loader {
 namespace {
@@ -55,10 +56,11 @@ void upgrade_texture(Node& texture) {
       {"transform", {{"name", "to_uv", where}}, std::move(operations), where, nullptr});
 }
 
-void upgrade_node(Node& node) {
+void upgrade_node(Node& node, Faults& faults) {
   Attribute* const name = node.find("name");
   if (name && node.tag != "default") name->value = snake_case(name->value);
-  for (Node& child : node.children) upgrade_node(child);
+  for (Node& child : node.children) upgrade_node(child, faults);
+  rename_old(node, faults);
   if (node.tag == "texture") upgrade_texture(node);
   if (node.tag != "bsdf" || node.value("type") != "diffuse") return;
   for (Node& child : node.children) {
@@ -98,7 +100,7 @@ void upgrade(Node& root, bool required, Faults& faults) {
   const Attribute version = *found;
   root.attributes.erase(root.attributes.begin() + (found - root.attributes.data()));
   faults.attempt([&] {
-    if (major_version(version) < 2) upgrade_node(root);
+    if (major_version(version) < 2) upgrade_node(root, faults);
   });
 }
 

@@ -56,6 +56,7 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
       has_surface_emitters_ = true;
     }
   }
+  for (const auto& sensor : contents_.sensors) sensor->set_scene_bounds(bounds_);
   for (Emitter* emitter : all) {
     emitter->prepare(bounds_);
     (emitter->is_indirect() ? indirect_emitters_ : emitters_).push_back(emitter);

@@ -5,7 +5,20 @@
 namespace kinome {
 
 Shape::Shape(const Properties& props)
-    : bsdf_(props.object<Bsdf>()), emitter_(props.object<Emitter>()) {
+    : bsdf_(props.object<Bsdf>()),
+      emitter_(props.object<Emitter>()),
+      sensor_(props.object<Sensor>()) {
+  if (sensor_) {
+    if (!sensor_->is_surface()) {
+      throw Error(props.where(),
+                  "this sensor has a place of its own: put it into the scene itself");
+    }
+    try {
+      sensor_->attach(*this);
+    } catch (const Error& error) {
+      throw Error(props.where(), error.what());
+    }
+  }
   if (!emitter_) return;
   if (!emitter_->is_surface()) {
     throw Error(props.where(),

@@ -1,4 +1,4 @@
-// Film of linear radiance, written as OpenEXR or PFM.
+// Film of linear radiance, written as OpenEXR, PFM or RGBE.
 //
 //   <film type="hdrfilm">
 //     <integer name="width" value="1024"/>
@@ -29,10 +29,11 @@ const Parameter kTable[] = {
     {"crop_offset_y", ParameterType::kInteger, "0", "upper edge of the rendered window"},
     {"crop_width", ParameterType::kInteger, nullptr, "its width; the film's if not given"},
     {"crop_height", ParameterType::kInteger, nullptr, "its height; the film's if not given"},
-    {"file_format", ParameterType::kString, "openexr", "openexr or pfm"},
-    {"pixel_format", ParameterType::kString, "rgb", "luminance, luminance_alpha, rgb or rgba"},
+    {"file_format", ParameterType::kString, "openexr", "openexr, pfm or rgbe"},
+    {"pixel_format", ParameterType::kString, "rgb", 
+     "luminance, luminance_alpha, rgb, rgba, xyz or xyza"},
     {"component_format", ParameterType::kString, "float16",
-     "float16 or float32; pfm is always float32"},
+     "float16, float32 or uint32 (of which the largest is 1); pfm is always float32"},
     {"sample_border", ParameterType::kBoolean, "false",
      "also sample the border that the filter reaches, so that pixels at the edge are as good"},
     {"compensate", ParameterType::kBoolean, "false", "accepted and ignored, as in Mitsuba 3"},
@@ -40,9 +41,34 @@ const Parameter kTable[] = {
      false, Category::kReconstructionFilter},
 };
 
-constexpr const char* kFileFormats[] = {"openexr", "exr", "pfm"};
-constexpr const char* kPixelFormats[] = {"luminance", "luminance_alpha", "rgb", "rgba"};
-constexpr const char* kComponentFormats[] = {"float16", "float32"};
+enum class FileFormat { kExr, kPfm, kRgbe };
+constexpr const char* kFileFormats[] = {"openexr", "exr", "pfm", "rgbe"};
+constexpr FileFormat kFormatOfName[] = {FileFormat::kExr, FileFormat::kExr, FileFormat::kPfm,
+                                        FileFormat::kRgbe};
+constexpr const char* kExtensions[] = {".exr", ".pfm", ".rgbe"};  // by FileFormat
+constexpr const char* kPixelFormats[] = {"luminance", "luminance_alpha", "rgb",
+                                         "rgba",      "xyz",             "xyza"};
+constexpr int kFirstRgb = 2, kFirstXyz = 4;
+constexpr const char* kComponentFormats[] = {"float16", "float32", "uint32"};  // by ExrNumber
+
+/// Linear Rec.709 to CIE XYZ.
+constexpr float kToXyz[3][3] = {{0.412453f, 0.357580f, 0.180423f},
+                                {0.212671f, 0.715160f, 0.072169f},
+                                {0.019334f, 0.119193f, 0.950227f}};
+
+/// The picture with X, Y and Z in place of R, G and B, which come first.
+Image to_xyz(Image image) {
+  const char* const names[] = {"X", "Y", "Z"};
+  for (size_t c = 0; c < 3; ++c) image.channels[c] = names[c];
+  const size_t stride = image.channels.size();
+  for (size_t i = 0; i < image.data.size(); i += stride) {
+    const Rgb rgb(image.data[i], image.data[i + 1], image.data[i + 2]);
+    for (size_t c = 0; c < 3; ++c) {
+      image.data[i + c] = glm::dot(Rgb(kToXyz[c][0], kToXyz[c][1], kToXyz[c][2]), rgb);
+    }
+  }
+  return image;
+}
 
 /// Like Properties::choice, in any case, as Mitsuba takes them.
 int choice(const Properties& props, const char* name, std::span<const char* const> choices) {
@@ -61,18 +87,21 @@ class HdrFilm : public Film {
     width_ = side(props, "width");
     height_ = side(props, "height");
     read_crop(props);
-    is_pfm_ = choice(props, "file_format", kFileFormats) == 2;
-    const int pixel_format = choice(props, "pixel_format", kPixelFormats);
-    is_luminance_ = pixel_format < 2;
+    format_ = kFormatOfName[choice(props, "file_format", kFileFormats)];
+    int pixel_format = choice(props, "pixel_format", kPixelFormats);
+    const bool is_held = format_ == FileFormat::kExr || pixel_format == kFirstRgb ||
+                         (format_ == FileFormat::kPfm && pixel_format == 0);
+    if (!is_held) {
+      props.warn("pixel_format",
+                 "asks for what such a file can't hold: as in Mitsuba 3, it is rgb");
+      pixel_format = kFirstRgb;
+    }
+    is_luminance_ = pixel_format < kFirstRgb;
+    is_xyz_ = pixel_format >= kFirstXyz;
     has_alpha_ = pixel_format % 2 == 1;
-    is_half_ = choice(props, "component_format", kComponentFormats) == 0;
+    number_ = static_cast<ExrNumber>(choice(props, "component_format", kComponentFormats));
     sample_border_ = props.boolean("sample_border");
     if (props.boolean("compensate")) props.warn("compensate", "has no effect");
-    if (is_pfm_ && has_alpha_) {
-      props.warn("pixel_format",
-                 "asks for an alpha channel, which a pfm file can't hold: it is left out");
-      has_alpha_ = false;
-    }
     filter_ = props.object<ReconstructionFilter>();
     if (!filter_) throw props.error("rfilter", "is missing: the film needs a nested <rfilter>");
   }
@@ -81,18 +110,23 @@ class HdrFilm : public Film {
              const ImageMetadata& metadata) const override {
     std::filesystem::path file = path;
     if (!file.has_extension()) file += file_extension();
-    if (is_pfm_) {
+    if (format_ == FileFormat::kPfm) {
       write_pfm(file.string(), image);
+    } else if (format_ == FileFormat::kRgbe) {
+      write_rgbe(file.string(), image);
     } else {
       // Variances span more than a half can hold.
       const bool has_variance =
           std::any_of(image.channels.begin(), image.channels.end(),
                       [](const std::string& name) { return name.rfind("variance.", 0) == 0; });
-      write_exr(file.string(), image, is_half_ && !has_variance, metadata, Vec2(crop_.x0, crop_.y0),
+      write_exr(file.string(), is_xyz_ ? to_xyz(image) : image,
+                has_variance ? ExrNumber::kFloat : number_, metadata, Vec2(crop_.x0, crop_.y0),
                 Vec2(width_, height_));
     }
   }
-  std::string file_extension() const override { return is_pfm_ ? ".pfm" : ".exr"; }
+  std::string file_extension() const override {
+    return kExtensions[static_cast<int>(format_)];
+  }
 
  private:
   static int side(const Properties& props, const char* name) {
@@ -130,8 +164,9 @@ class HdrFilm : public Film {
                                 " can be rendered at once");
   }
 
-  bool is_pfm_ = false;
-  bool is_half_ = true;
+  FileFormat format_ = FileFormat::kExr;
+  bool is_xyz_ = false;
+  ExrNumber number_ = ExrNumber::kHalf;
 };
 
 }  // namespace

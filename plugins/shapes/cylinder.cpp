@@ -27,6 +27,7 @@ constexpr Parameter kTable[] = {
     kFlipNormals,
     kNestedBsdf,
     kNestedEmitter,
+    kNestedSensor,
 };
 
 class Cylinder final : public AnalyticShape<Cylinder> {

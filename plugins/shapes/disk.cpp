@@ -17,7 +17,8 @@
 namespace kinome {
 namespace {
 
-constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kNestedBsdf, kNestedEmitter};
+constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kNestedBsdf, kNestedEmitter,
+                                kNestedSensor};
 
 class Disk final : public AnalyticShape<Disk> {
  public:

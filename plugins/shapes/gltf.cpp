@@ -31,6 +31,7 @@ constexpr Parameter kTable[] = {
     kToWorld,
     kNestedBsdf,
     kNestedEmitter,
+    kNestedSensor,
 };
 
 /// Of what the reader of the format says, which may quote megabytes of the file.

@@ -29,6 +29,7 @@ constexpr Parameter kTable[] = {
     kToWorld,
     kNestedBsdf,
     kNestedEmitter,
+    kNestedSensor,
 };
 
 constexpr int64_t kAbsent = -1;

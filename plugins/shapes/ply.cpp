@@ -29,6 +29,7 @@ constexpr Parameter kTable[] = {
     kToWorld,
     kNestedBsdf,
     kNestedEmitter,
+    kNestedSensor,
 };
 
 /// Values of an ascii file. Each item of an element stands on a line of its own.

@@ -13,7 +13,8 @@
 namespace kinome {
 namespace {
 
-constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kNestedBsdf, kNestedEmitter};
+constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kNestedBsdf, kNestedEmitter,
+                                kNestedSensor};
 
 class Rectangle final : public wide::Mesh {
  public:

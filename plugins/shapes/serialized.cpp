@@ -32,6 +32,7 @@ constexpr Parameter kTable[] = {
     kToWorld,
     kNestedBsdf,
     kNestedEmitter,
+    kNestedSensor,
 };
 
 constexpr uint16_t kMagic = 0x041c;

@@ -16,6 +16,9 @@ inline constexpr Parameter kNestedBsdf{"bsdf",  ParameterType::kObject,
 inline constexpr Parameter kNestedEmitter{"emitter", ParameterType::kObject,
                                           nullptr,   "Light that the surface gives off.",
                                           false,     Category::kEmitter};
+inline constexpr Parameter kNestedSensor{"sensor", ParameterType::kObject,
+                                         nullptr,  "irradiancemeter: measures what arrives here.",
+                                         false,    Category::kSensor};
 inline constexpr Parameter kFaceNormals{"face_normals", ParameterType::kBoolean, "false",
                                         "Flat shading: normals of vertices are not used."};
 

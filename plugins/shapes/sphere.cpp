@@ -25,6 +25,7 @@ constexpr Parameter kTable[] = {
     kFlipNormals,
     kNestedBsdf,
     kNestedEmitter,
+    kNestedSensor,
 };
 
 class Sphere final : public AnalyticShape<Sphere> {

@@ -10,6 +10,7 @@ namespace {
 
 const Parameter kTable[] = {
     {"temperature", ParameterType::kFloat, nullptr, "kelvin, from 100 to 1e6", true},
+    {"scale", ParameterType::kFloat, "1", "factor; not negative, as in Mitsuba 0.6"},
 };
 
 class BlackBody final : public SpectrumColor {
@@ -23,7 +24,10 @@ class BlackBody final : public SpectrumColor {
       throw props.error("temperature",
                         "must lie in [100, 1e6] kelvin, got " + std::to_string(temperature));
     }
-    return black_body_spectrum(temperature);
+    Spectrum spectrum = black_body_spectrum(temperature);
+    const float scale = not_negative(props, "scale", Rgb(props.real("scale"))).x;
+    for (auto& [wavelength, radiance] : spectrum) radiance *= scale;
+    return spectrum;
   }
 };
 

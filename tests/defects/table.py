@@ -38,6 +38,13 @@ DEFECTS = [Defect(*row) for row in (
      "static_cast<float>(cells_[cluster].count) / pmf.probability(cluster) * inverse_count * 1.01f",
      "clustered", "*PhongJoint"),
 
+    ("irradiance_without_pi", "plugins/sensors/irradiancemeter.cpp",
+     "std::numbers::pi_v<float>", "1.f",
+     "sensors", "IrradianceMeter.*"),
+    ("cross_section_too_small", "plugins/sensors/distant.cpp",
+     "square_to_disk_concentric(aperture) * radius_",
+     "square_to_disk_concentric(aperture) * (0.9f * radius_)",
+     "sensors", "Distant.*"),
     ("negative_lobes_of_filters_added", CLUSTERED + "product/product_renderer.cpp",
      "-shares.negative", "shares.negative",
      "product", "Cameras/*Lanczos"),

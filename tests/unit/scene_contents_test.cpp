@@ -51,6 +51,50 @@ TEST(Scene, TheDefaultSensorSeesTheShapes) {
   EXPECT_NEAR(ray.d.z, 1, 1e-4);
 }
 
+/// What Mitsuba has and isn't here is left out, or what Mitsuba has by default stands in.
+TEST(Scene, LeavesOutWhatIsMissingIfAsked) {
+  const std::string xml =
+      "<scene version=\"3.0.0\">\n<integrator type='stokes'><integrator type='volpath'>"
+      "<integer name='max_depth' value='3'/><boolean name='some' value='true'/></integrator>"
+      "</integrator>\n"
+      "<medium type='homogeneous' id='fog'><phase type='hg'/></medium>\n"
+      "<alias id='fog' as='mist'/>"
+      "<shape type='sphere' id='a'><ref name='interior' id='mist'/><bsdf type='circular'/>"
+      "</shape>\n"
+      "<shape type='sdfgrid' id='b'><bsdf type='diffuse'/></shape>"
+      "<sensor type='perspective'><float name='fov' value='30'/><medium type='heterogeneous'/>"
+      "<film type='specfilm'><integer name='width' value='33'/><string name='component_format' "
+      "value='float32'/><rfilter type='box'/></film></sensor></scene>";
+  LoadOptions options;
+  options.lenient = true;
+  RenderStats stats;
+  const auto scene =
+      load_scene_from_string(xml, "scene.xml", options, probe_registry(), &stats);
+  EXPECT_EQ(scene->integrator().plugin(), "integrator/path");
+  ASSERT_EQ(scene->shapes().size(), 1u);
+  EXPECT_EQ(scene->shapes()[0]->bsdf().plugin(), "bsdf/diffuse");
+  EXPECT_EQ(scene->sensors()[0]->film().width(), 33);
+  EXPECT_EQ(scene->sensors()[0]->film().filter().radius(), 0.5f);
+  EXPECT_EQ(stats.left_out,
+            (std::vector<std::string>{
+                "scene.xml:2:1: integrator 'stokes' (what is nested in it stands in)",
+                "scene.xml:2:27: integrator 'volpath' ('path' stands in)",
+                "scene.xml:3:1: medium 'homogeneous'",
+                "scene.xml:4:88: bsdf 'circular' ('diffuse' stands in)",
+                "scene.xml:5:1: shape 'sdfgrid'",
+                "scene.xml:5:117: medium 'heterogeneous'",
+                "scene.xml:5:147: film 'specfilm' ('hdrfilm' stands in)"}));
+  // Mistakes stay mistakes.
+  for (const char* wrong :
+       {"<bsdf type='difuse'/>", "<shape type='sphere'><ref id='no'/></shape>"}) {
+    EXPECT_THROW(load_scene_from_string("<scene version=\"3.0.0\">" + std::string(wrong) +
+                                            "</scene>",
+                                        "scene.xml", options, probe_registry()),
+                 Error)
+        << wrong;
+  }
+}
+
 /// As Mitsuba has it: a lamp beside the shape that it is part of.
 TEST(Scene, LampsMayStandBesideTheirShapes) {
   const std::string lamp = "<emitter type='area' id='lamp'/>";

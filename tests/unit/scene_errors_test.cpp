@@ -70,7 +70,8 @@ const Wrong kWrong[] = {
     {"ChildOfDefault", "<default name='a' value='1'>^<float name='a' value='1'/></default>",
      "<float> can't stand inside <default>"},
     {"SceneInsideScene", "^<scene/>", "<scene> can't stand inside <scene>"},
-    {"Medium", "^<medium type='homogeneous'/>", "<medium> is not supported"},
+    {"Medium", "<medium ^type='homogeneous'/>",
+     "medium 'homogeneous' of Mitsuba 3 isn't here (--lenient renders without it)"},
 
     // Plugins and parameters
     {"UnknownPlugin", "<bsdf ^type='difuse'/>",
@@ -167,8 +168,19 @@ const Wrong kWrong[] = {
     {"BadCoordinate", "<texture type='probe'><point name='vector' x='1' ^y='q' z='1'/></texture>",
      "'q' is not a number"},
 
+    // What Mitsuba has, and isn't here
+    {"MediumIsMissing",
+     "<shape type='sphere'><medium name='interior' ^type='homogeneous'><float name='scale' "
+     "value='2'/><phase type='hg'/></medium></shape>",
+     "medium 'homogeneous' of Mitsuba 3 isn't here (--lenient renders without it)"},
+    {"BsdfIsMissing", "<bsdf ^type='polarizer'><float name='theta' value='2'/></bsdf>",
+     "bsdf 'polarizer' of Mitsuba 3 isn't here (--lenient renders without it)"},
+    {"IntegratorIsMissing", "<integrator ^type='stokes'><integrator type='direct'/></integrator>",
+     "integrator 'stokes' of Mitsuba 3 isn't here (--lenient renders without it)"},
+
     // Spectra
-    {"SpectrumOfNoType", "<emitter type='point'><spectrum ^type='blackbox' name='intensity'/></emitter>",
+    {"SpectrumOfNoType",
+     "<emitter type='point'><spectrum ^type='blackbox' name='intensity'/></emitter>",
      "there is no texture plugin 'blackbox' (did you mean 'blackbody'?)"},
     {"SpectrumOfATypeLacksAValue",
      "<emitter type='point'>^<spectrum type='uniform' name='intensity'/></emitter>",

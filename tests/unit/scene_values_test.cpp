@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <clocale>
 
+#include "kinome/sensor.h"
 #include "plugins/probe_registry.h"
 
 /// XML snippets and the values that a plugin gets from them.
@@ -388,6 +389,57 @@ TEST(Upgrade, OffsetsAndScalesBecomeToUv) {
                               "old.xml", {}, probe_registry()));
   expect_near(p->transform.point(Vec3(0)), Vec3(.75f, 2.5f, 0));
   expect_near(p->transform.vector(Vec3(1, 1, 0)), Vec3(3, 5, 0));
+}
+
+/// What Mitsuba 0.6 wrote, and what stands for it now.
+TEST(Upgrade, OldColours) {
+  const auto color = [](const std::string& xml) { return probe(xml, {}, "0.6.0")->color; };
+  expect_near(color("<rgb name='color' value='#ff8000'/>"), Rgb(1, 128 / 255.f, 0));
+  expect_near(color("<srgb name='color' value='#Ff8000'/>"), Rgb(1, .2158605f, 0));
+  expect_near(color("<srgb name='color' value='1, .5, 0'/>"), Rgb(1, .2140411f, 0));
+  expect_near(color("<spectrum name='color' value='.5, .4, .3'/>"), Rgb(.5f, .4f, .3f));
+  expect_near(color("<spectrum name='color' intent='illuminant' value='#ff0000'/>"), Rgb(1, 0, 0));
+  const Rgb light = color("<blackbody name='color' temperature='5000K' scale='2'/>");
+  EXPECT_NEAR(light.x / (2 * 15282.1f), 1, 0.01);
+  EXPECT_EQ(error_of([&] { color("<srgb name='color' value='#ff80'/>"); }),
+            "probe.xml:1:58: '#ff80' is not a colour such as '#ff8000'");
+  EXPECT_NE(error_of([&] { probe("<srgb name='color' value='#ff8000'/>"); }), "no error");
+}
+
+TEST(Upgrade, OldNamesOfTagsAndParameters) {
+  const auto load = [](const std::string& xml) {
+    return load_object_from_string(xml, "old.xml", {}, probe_registry());
+  };
+  const auto sensor = std::dynamic_pointer_cast<Sensor>(
+      load("<camera version='0.4.0' type='perspective'><transform name='toWorld'>"
+           "<lookAt origin='0,0,1' target='0,0,0' up='0,1,0'/></transform>"
+           "<sampler type='hammersley'><integer name='sampleCount' value='16'/>"
+           "<integer name='scramble' value='-1'/></sampler>"
+           "<film type='ldrfilm'><integer name='width' value='12'/>"
+           "<string name='fileFormat' value='png'/><boolean name='banner' value='false'/>"
+           "<boolean name='highQualityEdges' value='true'/></film></camera>"));
+  EXPECT_EQ(sensor->film().width(), 12);
+  EXPECT_TRUE(sensor->film().sample_border());
+  EXPECT_EQ(sensor->sampler().sample_count(), 16u);
+  EXPECT_EQ(sensor->sample_ray(Vec2(6, 288), Vec2(.5f)).o, Vec3(0, 0, 1));
+  const auto integrator =
+      load("<integrator version='0.6.0' type='bdpt'><integer name='maxDepth' value='5'/>"
+           "<boolean name='lightImage' value='true'/></integrator>");
+  EXPECT_EQ(integrator->plugin(), "integrator/path");
+  load("<integrator version='0.6.0' type='path'><boolean name='strictNormals' value='true'/>"
+       "</integrator>");
+  // 0.2 + 0.3 + 0.5 of three colours.
+  const auto mixture = std::dynamic_pointer_cast<Bsdf>(
+      load("<bsdf version='0.6.0' type='mixturebsdf'><string name='weights' value='.2, .3, .5'/>"
+           "<bsdf type='diffuse'><rgb name='reflectance' value='1 0 0'/></bsdf>"
+           "<bsdf type='diffuse'><rgb name='reflectance' value='0 1 0'/></bsdf>"
+           "<bsdf type='lambertian'><rgb name='reflectance' value='0 0 1'/></bsdf></bsdf>"));
+  expect_near(mixture->reflectance(SurfaceInteraction()).diffuse, Rgb(.2f, .3f, .5f));
+  EXPECT_NE(error_of([&] {
+              load("<bsdf version='0.6.0' type='mixturebsdf'>"
+                   "<string name='weights' value='.2, .3'/><bsdf type='diffuse'/></bsdf>");
+            }).find("as many weights as BSDFs"),
+            std::string::npos);
 }
 
 TEST(Expansion, SubstitutesTheLongestName) {

@@ -123,6 +123,9 @@ class KINOME_EXPORT Film : public Object {
   uint32_t lanes() const { return static_cast<uint32_t>(lanes_.size()); }
   /// Where commits go from now on.
   void set_lane(uint32_t lane) { lane_ = lane; }
+  /// What all colours are multiplied by as they are developed; 1 unless a sensor sets it before it
+  /// renders: what its rays' radiance counts for.
+  void set_response(float factor) { response_ = factor; }
   bool has_alpha() const { return has_alpha_; }
   /// Of all layers, in order: the channels of develop().
   std::vector<std::string> channels() const;
@@ -187,6 +190,7 @@ class KINOME_EXPORT Film : public Object {
   std::vector<std::vector<std::string>> layers_;  ///< names beside the colours
   std::vector<Lane> lanes_ = std::vector<Lane>(1);
   uint32_t lane_ = 0;
+  float response_ = 1;
   double splat_norm_ = 1;  ///< 1 / the filter's integral over the plane
   uint64_t non_finite_ = 0;
   uint64_t commits_ = 0;

@@ -39,10 +39,22 @@ KINOME_EXPORT Image read_exr(const std::string& path, const Location& asker = {}
 /// Writers go to a temporary file in the same folder, then rename: `path` is whole or untouched.
 /// Each throws Error where the folder can't be written or the disk is full. remove_temporary_files
 /// deletes what an interrupted writer left; it is async-signal-safe.
+/// What numbers of an EXR file are: half precision, single, or 32-bit integers of which the largest
+/// is 1: less than 0 and more than 1 are clamped.
+enum class ExrNumber { kHalf, kFloat, kUint };
 /// `rect`: where the image lies in the full film (EXR's data window), if it is a crop.
-KINOME_EXPORT void write_exr(const std::string& path, const Image& image, bool half,
+KINOME_EXPORT void write_exr(const std::string& path, const Image& image, ExrNumber number,
                              const ImageMetadata& metadata, Vec2 crop_offset = Vec2(0.f),
                              Vec2 full_size = Vec2(0.f));
+inline void write_exr(const std::string& path, const Image& image, bool half,
+                      const ImageMetadata& metadata, Vec2 crop_offset = Vec2(0.f),
+                      Vec2 full_size = Vec2(0.f)) {
+  write_exr(path, image, half ? ExrNumber::kHalf : ExrNumber::kFloat, metadata, crop_offset,
+            full_size);
+}
+/// Radiance's format, of the first three channels (or one, thrice): 8 bits each with an exponent in
+/// common. What is negative becomes 0.
+KINOME_EXPORT void write_rgbe(const std::string& path, const Image& image);
 /// Portable float map of the first three channels (or one), little-endian.
 KINOME_EXPORT void write_pfm(const std::string& path, const Image& image);
 KINOME_EXPORT Image read_pfm(const std::string& path, const Location& asker = {});

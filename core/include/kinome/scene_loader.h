@@ -14,6 +14,9 @@ struct LoadOptions {
   std::map<std::string, std::string> defines;  ///< -D key=value
   std::vector<std::string> search_paths;       ///< -a
   unsigned threads = 0;                        ///< for the acceleration structure; 0: one per core
+  /// What is Mitsuba's and not here is left out of the scene, and listed in RenderStats::left_out;
+  /// else it is a mistake.
+  bool lenient = false;
 };
 
 /// Loads a scene in Mitsuba's XML language. Throws Errors: all mistakes in it and in the files that

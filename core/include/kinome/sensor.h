@@ -23,9 +23,19 @@ struct SensorConnection {
   float weight = 0;
 };
 
-/// A camera with its film and sampler.
+class Shape;
+
+/// A camera, or another measuring device, with its film and sampler.
 class KINOME_EXPORT Sensor : public Object {
  public:
+  /// Called once all shapes are known, before any ray is asked for. `bounds` of the whole scene;
+  /// empty where there are no shapes.
+  virtual void set_scene_bounds(const Aabb& /*bounds*/) {}
+  /// Whether it measures at a shape, and must be part of one.
+  virtual bool is_surface() const { return false; }
+  /// The shape that it is part of, while that is made: nothing may be asked of it yet. Called where
+  /// is_surface().
+  virtual void attach(const Shape& /*shape*/) {}
   /// Ray through the film position (pixels of the full film, (0,0) its upper left corner; need not
   /// lie inside). `aperture` in [0,1)² picks the point of the lens. d has unit length; tmin and
   /// tmax are the near and far clip distances along it.

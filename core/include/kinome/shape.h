@@ -12,6 +12,7 @@
 #include "kinome/interaction.h"
 #include "kinome/object.h"
 #include "kinome/properties.h"
+#include "kinome/sensor.h"
 
 namespace kinome {
 
@@ -75,14 +76,17 @@ class KINOME_EXPORT Shape : public Object {
   void set_bsdf(std::shared_ptr<Bsdf> bsdf) { bsdf_ = std::move(bsdf); }
   const Emitter* emitter() const { return emitter_.get(); }
   std::shared_ptr<Emitter> emitter_pointer() const { return emitter_; }
+  /// One that measures at this shape, or nullptr.
+  std::shared_ptr<Sensor> sensor_pointer() const { return sensor_; }
 
  protected:
-  /// Takes the nested bsdf and emitter. The scene fills in the default BSDF.
+  /// Takes the nested bsdf, emitter and sensor. The scene fills in the default BSDF.
   explicit Shape(const Properties& props);
 
  private:
   std::shared_ptr<Bsdf> bsdf_;
   std::shared_ptr<Emitter> emitter_;
+  std::shared_ptr<Sensor> sensor_;
 };
 
 /// A mesh as functions over its points read it: of positions and normals, up to a value beyond the

@@ -76,6 +76,8 @@ struct KINOME_EXPORT RenderStats {
   double total_seconds = 0;
   RenderCounters counters;
   std::vector<Skipped> skipped;
+  /// Of a scene that was loaded leniently: what of Mitsuba's isn't in the picture, with places.
+  std::vector<std::string> left_out;
   std::vector<Stage> stages;  ///< those that the integrator tells of, as they run
   std::vector<std::string> plugins;
   std::string instruction_set;  ///< the best that plugins may use, see to_string(InstructionSet)

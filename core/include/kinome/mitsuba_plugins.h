@@ -1,10 +1,11 @@
 #pragma once
 
 #include <span>
+#include <string>
 
-#include "kinome/object.h"
+#include "kinome/export.h"
 
-namespace kinome::app {
+namespace kinome {
 
 /// A plugin of Mitsuba 3.9.1.
 struct MitsubaPlugin {
@@ -15,6 +16,8 @@ struct MitsubaPlugin {
 };
 
 /// All of them, by category, then by name.
-std::span<const MitsubaPlugin> mitsuba_plugins();
+KINOME_EXPORT std::span<const MitsubaPlugin> mitsuba_plugins();
+/// Whether Mitsuba has a plugin of this name that may stand for this tag of a scene file.
+KINOME_EXPORT bool is_of_mitsuba(const std::string& tag, const std::string& name);
 
-}  // namespace kinome::app
+}  // namespace kinome

@@ -1,6 +1,9 @@
-#include "mitsuba_plugins.h"
+#include "kinome/mitsuba_plugins.h"
 
-namespace kinome::app {
+#include <algorithm>
+#include <string_view>
+
+namespace kinome {
 namespace {
 
 constexpr const char* kOfLengths =
@@ -42,7 +45,7 @@ constexpr MitsubaPlugin kPlugins[] = {
     {"emitter", "spot", nullptr},
     {"emitter", "sunsky", nullptr},
     {"emitter", "timed_sunsky", nullptr},
-    {"film", "hdrfilm", "writes EXR and PFM, of luminance, RGB and RGBA; not RGBE, XYZ, uint32"},
+    {"film", "hdrfilm", nullptr},
     {"film", "specfilm", nullptr},
     {"integrator", "aov", "not the derivatives of uv and of normals, nor boundary_test"},
     {"integrator", "depth", nullptr},
@@ -117,4 +120,12 @@ std::span<const MitsubaPlugin> mitsuba_plugins() {
   return kPlugins;
 }
 
-}  // namespace kinome::app
+bool is_of_mitsuba(const std::string& tag, const std::string& name) {
+  return std::any_of(std::begin(kPlugins), std::end(kPlugins), [&](const MitsubaPlugin& plugin) {
+    // As in Mitsuba, spectra are textures.
+    const std::string_view category = plugin.category;
+    return name == plugin.name && tag == (category == "spectrum" ? "texture" : category);
+  });
+}
+
+}  // namespace kinome

@@ -1,0 +1,91 @@
+// Radiance's pictures, written: 8 bits of red, green and blue with an exponent in common (Ward
+// 1991, "Real pixels"), each row compressed by runs.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "base/file_writer.h"
+#include "image/color_channels.h"
+#include "kinome/color.h"
+#include "kinome/image.h"
+
+namespace kinome {
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+
+/// Cut off, not rounded, as readers expect it. Beyond the largest exponent, the largest value.
+std::array<uint8_t, 4> to_rgbe(Rgb color) {
+  constexpr float kLeast = 1e-32f, kMost = 0x1.fep126f;
+  for (int c = 0; c < 3; ++c) color[c] = color[c] > 0 ? std::min(color[c], kMost) : 0.f;
+  const float largest = max_component(color);
+  if (largest < kLeast) return {};
+  int exponent;
+  const float scale = std::frexp(largest, &exponent) * 256 / largest;
+  const auto byte = [&](float v) { return static_cast<uint8_t>(std::min(v * scale, 255.f)); };
+  return {byte(color.x), byte(color.y), byte(color.z), static_cast<uint8_t>(exponent + 128)};
+}
+
+/// Runs of one byte, and bytes that differ, with the number of each before them.
+void append_runs(const Bytes& bytes, Bytes& out) {
+  constexpr size_t kMost = 127, kLeastRun = 4;
+  const auto run_at = [&](size_t i) {
+    size_t end = i;
+    while (end < bytes.size() && end - i < kMost && bytes[end] == bytes[i]) ++end;
+    return end - i;
+  };
+  for (size_t i = 0; i < bytes.size();) {
+    const size_t run = run_at(i);
+    if (run >= kLeastRun) {
+      out.push_back(static_cast<uint8_t>(128 + run));
+      out.push_back(bytes[i]);
+      i += run;
+      continue;
+    }
+    size_t end = i;
+    while (end < bytes.size() && end - i < kMost && run_at(end) < kLeastRun) ++end;
+    out.push_back(static_cast<uint8_t>(end - i));
+    for (size_t k = i; k < end; ++k) out.push_back(bytes[k]);
+    i = end;
+  }
+}
+
+}  // namespace
+
+void write_rgbe(const std::string& path, const Image& image) {
+  if (image.width < 1 || image.height < 1 || image.channels.empty()) {
+    throw Error(fmt::format("cannot write '{}': the picture is empty", path));
+  }
+  // Rows of other widths are told from compressed ones by these, and stay as they are.
+  constexpr int kLeastWidth = 8, kMostWidth = 0x7fff;
+  const bool has_runs = image.width >= kLeastWidth && image.width <= kMostWidth;
+  const bool is_grey = color_channel_count(image) == 1;
+  FileWriter writer(path);
+  const std::string header = fmt::format("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n",
+                                         image.height, image.width);
+  writer.write(header.data(), header.size());
+  Bytes row;
+  std::array<Bytes, 4> columns;
+  for (int y = 0; y < image.height; ++y) {
+    row.clear();
+    for (Bytes& column : columns) column.clear();
+    for (int x = 0; x < image.width; ++x) {
+      const auto at = [&](int c) { return image.at(x, y, is_grey ? 0 : c); };
+      const auto pixel = to_rgbe({at(0), at(1), at(2)});
+      for (size_t c = 0; c < 4; ++c) columns[c].push_back(pixel[c]);
+      if (!has_runs) row.insert(row.end(), pixel.begin(), pixel.end());
+    }
+    if (has_runs) {
+      row = {2, 2, static_cast<uint8_t>(image.width >> 8), static_cast<uint8_t>(image.width)};
+      for (const Bytes& column : columns) append_runs(column, row);
+    }
+    writer.write(row.data(), row.size());
+  }
+  writer.commit();
+}
+
+}  // namespace kinome

@@ -1,0 +1,83 @@
+// What leaves the scene in one direction, averaged: over the cross section of the sphere around it,
+// at one point, or over a shape that is no part of the scene.
+//
+//   <sensor type="distant">
+//     <vector name="direction" x="0" y="0" z="-1"/>
+//     <shape type="rectangle" name="target"/>
+//     <film type="hdrfilm"> <integer name="width" value="1"/> <integer name="height" value="1"/>
+//       <rfilter type="box"/> </film>
+//   </sensor>
+
+#include "kinome/plugin.h"
+#include "kinome/shape.h"
+#include "kinome/warp.h"
+#include "meter.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {
+    {"to_world", ParameterType::kTransform, "identity", "sensor to world; looks along +Z"},
+    {"direction", ParameterType::kVector, nullptr, "of the rays, in place of to_world"},
+    {"target", ParameterType::kVector, nullptr, "point that all rays go to; or the nested shape"},
+    {"shape", ParameterType::kObject, nullptr, "that rays go to, evenly over its area", false,
+     Category::kShape},
+    KINOME_SENSOR_PARAMETERS,
+};
+
+class Distant final : public Sensor {
+ public:
+  explicit Distant(const Properties& props) : shape_(props.object<Shape>()) {
+    check_shutter(props);
+    film_ = read_part<Film>(props, "film");
+    sampler_ = read_part<Sampler>(props, "sampler");
+    check_film_of_one_pixel(props, *film_);
+    if (props.has("direction")) {
+      if (props.has("to_world")) {
+        throw props.error("direction", "can't be given together with to_world");
+      }
+      frame_ = Frame::from_normal(read_direction(props, "direction"));
+    } else {
+      const Transform to_world = read_camera_transform(props, true);
+      frame_ = Frame::from_normal(glm::normalize(to_world.vector(Vec3(0, 0, 1))));
+    }
+    // The shape may be called target, too; a point beside it is left unread, which is an error.
+    if (!shape_ && props.has("target")) target_ = props.vector("target");
+  }
+
+  void set_scene_bounds(const Aabb& bounds) override {
+    if (bounds.empty()) return;
+    centre_ = bounds.centre();
+    radius_ = 0.5f * glm::length(bounds.extent());
+  }
+
+  bool needs_aperture_sample() const override { return true; }
+
+  Ray sample_ray(const Vec2&, const Vec2& aperture) const override {
+    Ray ray;
+    ray.d = frame_.n;
+    ray.tmin = 0;
+    ray.tmax = kInfinity;
+    if (shape_ || target_) {
+      const Vec3 place = shape_ ? shape_->sample_surface(aperture).p : *target_;
+      ray.o = place - ray.d * (2 * radius_);  // outside of the scene, if the place is in it
+    } else {
+      const Vec2 p = square_to_disk_concentric(aperture) * radius_;
+      ray.o = centre_ + frame_.s * p.x + frame_.t * p.y - ray.d * radius_;
+    }
+    return ray;
+  }
+
+ private:
+  Frame frame_;
+  std::shared_ptr<Shape> shape_;
+  std::optional<Vec3> target_;
+  Vec3 centre_{0.f};  ///< of the sphere around the scene
+  float radius_ = 1;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Distant, kinome::Category::kSensor, "distant",
+              "What leaves the scene in one direction.", kinome::kTable);

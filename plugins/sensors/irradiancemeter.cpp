@@ -1,0 +1,61 @@
+// Irradiance of a shape, which it is nested in: power that arrives, per area, averaged over it. A
+// film of several pixels divides the square that the shape's points are made of.
+//
+//   <shape type="rectangle">
+//     <sensor type="irradiancemeter">
+//       <film type="hdrfilm"> <integer name="width" value="1"/> <integer name="height" value="1"/>
+//         <rfilter type="box"/> </film>
+//     </sensor>
+//   </shape>
+
+#include <numbers>
+
+#include "kinome/error.h"
+#include "kinome/plugin.h"
+#include "kinome/shape.h"
+#include "kinome/warp.h"
+#include "meter.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {KINOME_SENSOR_PARAMETERS};
+
+class IrradianceMeter final : public Sensor {
+ public:
+  explicit IrradianceMeter(const Properties& props) {
+    check_shutter(props);
+    film_ = read_part<Film>(props, "film");
+    sampler_ = read_part<Sampler>(props, "sampler");
+    // Directions are drawn by their cosine: density cosine / pi.
+    film_->set_response(std::numbers::pi_v<float>);
+  }
+
+  bool is_surface() const override { return true; }
+  void attach(const Shape& shape) override {
+    if (shape_) throw Error("an irradiancemeter can be part of one shape alone");
+    shape_ = &shape;
+  }
+  bool needs_aperture_sample() const override { return true; }
+
+  Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
+    const Vec2 size(film_->width(), film_->height());
+    const Vec2 u = glm::clamp(film_position / size, Vec2(0.f), Vec2(kOneMinusEpsilon));
+    const SurfaceInteraction si = shape_->sample_surface(u);
+    Ray ray;
+    ray.d = si.frame.to_world(square_to_cosine_hemisphere(aperture));
+    ray.o = si.ray_origin(ray.d);
+    ray.tmin = 0;
+    ray.tmax = kInfinity;
+    return ray;
+  }
+
+ private:
+  const Shape* shape_ = nullptr;  ///< it is part of; set before it is used
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::IrradianceMeter, kinome::Category::kSensor, "irradiancemeter",
+              "Irradiance of the shape that it is nested in.", kinome::kTable);
