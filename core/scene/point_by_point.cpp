@@ -224,6 +224,11 @@ void Texture::eval_1_block(const Columns2& uv, size_t count, float* out) const {
   for (size_t i = 0; i < count; ++i) out[i] = eval_1(uv.at(i));
 }
 
+void Texture::eval_1_gradient_block(const Columns2& uv, size_t count, const Columns2& out) const {
+  UpperHalves::clear();
+  for (size_t i = 0; i < count; ++i) out.set(i, eval_1_gradient(uv.at(i)));
+}
+
 void ReconstructionFilter::eval_block(const float* x, size_t count, float* out) const {
   UpperHalves::clear();
   for (size_t i = 0; i < count; ++i) out[i] = eval(x[i]);

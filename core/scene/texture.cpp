@@ -19,6 +19,7 @@ class UniformTexture final : public Texture {
   void eval_1_block(const Columns2& uv, size_t count, float* out) const override {
     std::fill_n(out, count, eval_1(uv.at(0)));
   }
+  Vec2 eval_1_gradient(const Vec2&) const override { return Vec2(0); }
   Rgb mean() const override { return value_; }
   float max() const override { return max_component(value_); }
   float min() const override { return -max_component(-value_); }
@@ -29,6 +30,14 @@ class UniformTexture final : public Texture {
 };
 
 }  // namespace
+
+Vec2 Texture::eval_1_gradient(const Vec2& uv) const {
+  constexpr float kHalf = 5e-4f;
+  const auto slope = [&](const Vec2& step) {
+    return (eval_1(uv + step) - eval_1(uv - step)) / (2 * kHalf);
+  };
+  return {slope({kHalf, 0}), slope({0, kHalf})};
+}
 
 std::shared_ptr<Texture> make_uniform_texture(const Rgb& value) {
   return std::make_shared<UniformTexture>(value);

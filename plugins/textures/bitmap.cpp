@@ -128,6 +128,13 @@ class Bitmap final : public Texture {
       number_of(color_at<wide::Float>(wide::Vec2::load(uv, i))).store(out + i);
     });
   }
+  Vec2 eval_1_gradient(const Vec2& uv) const override { return gradient_at<float>(uv); }
+  void eval_1_gradient_block(const Columns2& uv, size_t count,
+                             const Columns2& out) const override {
+    if (!has_short_indices()) return Texture::eval_1_gradient_block(uv, count, out);
+    wide::for_lanes(
+        count, [&](size_t i) { gradient_at<wide::Float>(wide::Vec2::load(uv, i)).store(out, i); });
+  }
   Rgb mean() const override { return mean_; }
   glm::uvec2 resolution() const override { return {image_.width, image_.height}; }
   float max() const override { return max_component(channel_max_); }
@@ -141,14 +148,41 @@ class Bitmap final : public Texture {
     const F x = reduced(p.x) * static_cast<float>(image_.width);
     const F y = reduced(p.y) * static_cast<float>(image_.height);
     if (filter_ == Filter::kNearest) return texel(to_int(floor(x)), to_int(floor(y)));
-    const F x0 = floor(x - 0.5f);
-    const F y0 = floor(y - 0.5f);
-    const F wx = x - 0.5f - x0;
-    const F wy = y - 0.5f - y0;
-    const IntOf<F> i = to_int(x0);
-    const IntOf<F> j = to_int(y0);
-    return (1.f - wy) * ((1.f - wx) * texel(i, j) + wx * texel(i + 1, j)) +
-           wy * ((1.f - wx) * texel(i, j + 1) + wx * texel(i + 1, j + 1));
+    const Corner<F> at(x, y);
+    return (1.f - at.wy) * ((1.f - at.wx) * texel(at.i, at.j) + at.wx * texel(at.i + 1, at.j)) +
+           at.wy *
+               ((1.f - at.wx) * texel(at.i, at.j + 1) + at.wx * texel(at.i + 1, at.j + 1));
+  }
+
+  /// Of four texels, the first, and how far the place lies towards the others.
+  template <class F>
+  struct Corner {
+    Corner(const F& x, const F& y) {
+      const F x0 = floor(x - 0.5f), y0 = floor(y - 0.5f);
+      wx = x - 0.5f - x0, wy = y - 0.5f - y0;
+      i = to_int(x0), j = to_int(y0);
+    }
+    F wx, wy;
+    IntOf<F> i, j;
+  };
+
+  template <class F>
+  Vec2Of<F> gradient_at(const Vec2Of<F>& uv) const {
+    if (filter_ == Filter::kNearest) return {F(0.f), F(0.f)};
+    const Vec2Of<F> p = texture_coordinates<F>(to_uv_, uv);
+    const float width = static_cast<float>(image_.width);
+    const float height = static_cast<float>(image_.height);
+    const Corner<F> at(reduced(p.x) * width, reduced(p.y) * height);
+    const RgbOf<F> a = texel(at.i, at.j), b = texel(at.i + 1, at.j);
+    const RgbOf<F> c = texel(at.i, at.j + 1), d = texel(at.i + 1, at.j + 1);
+    // A texel's width further.
+    const F along_x = number_of((1.f - at.wy) * (b - a) + at.wy * (d - c));
+    const F along_y = number_of((1.f - at.wx) * (c - a) + at.wx * (d - b));
+    // Mitsuba takes the texels' size to be along u and v, which it is where to_uv doesn't turn the
+    // image, or its sides are equal; bumps are made to look right there.
+    const Mat4& m = to_uv_.matrix();
+    return {width * (m[0][0] * along_x + m[0][1] * along_y),
+            height * (m[1][0] * along_x + m[1][1] * along_y)};
   }
 
   template <class V>

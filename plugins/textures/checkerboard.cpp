@@ -48,6 +48,8 @@ class Checkerboard final : public Texture {
       select(match, number1[i], number0[i]).store(out + i);
     });
   }
+  /// Edges aside, it is flat.
+  Vec2 eval_1_gradient(const Vec2&) const override { return Vec2(0); }
   Rgb mean() const override { return 0.5f * (color0_->mean() + color1_->mean()); }
   float max() const override { return std::max(color0_->max(), color1_->max()); }
   float min() const override { return std::min(color0_->min(), color1_->min()); }

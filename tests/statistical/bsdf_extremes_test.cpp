@@ -60,6 +60,8 @@ std::vector<BsdfCase> extreme_cases() {
        "<bsdf type='normalmap'>" KINOME_TEST_NORMAL("0.5 0.5 0.5") "<bsdf type='phong'/></bsdf>"},
       {"normalmap_flat",
        "<bsdf type='normalmap'>" KINOME_TEST_NORMAL("1 0.5 0.5") "<bsdf type='phong'/></bsdf>"},
+      {"bumpmap_cliffs", "<bsdf type='bumpmap'>" KINOME_TEST_BUMPS
+                         "<float name='scale' value='1e30'/><bsdf type='phong'/></bsdf>"},
       {"normalmap_inward", "<bsdf type='normalmap'>" KINOME_TEST_NORMAL(
                                "0.5 0.5 0") "<bsdf type='twosided'>"
                                             "<bsdf type='phong'/></bsdf></bsdf>"},

@@ -37,6 +37,11 @@ inline std::ostream& operator<<(std::ostream& out, const BsdfCase& c) {
   "<texture type='checkerboard' name='normalmap'><rgb name='color0' value='" rgb \
   "'/><rgb name='color1' value='0.5 0.5 1'/></texture>"
 
+/// Heights for a bump map.
+#define KINOME_TEST_BUMPS                                                                          \
+  "<texture type='bitmap'><string name='filename' value='" KINOME_TEST_SOURCE                      \
+  "/tests/support/bumps.pfm'/><boolean name='raw' value='true'/></texture>"
+
 inline const std::vector<BsdfCase>& bsdf_cases() {
   static const std::vector<BsdfCase> cases{
       {"diffuse", "<bsdf type='diffuse'><rgb name='reflectance' value='0.2 0.5 0.9'/></bsdf>"},
@@ -135,6 +140,16 @@ inline const std::vector<BsdfCase>& bsdf_cases() {
                           "<bsdf type='roughconductor'><string name='distribution' value='ggx'/>"
                           "<float name='alpha_u' value='0.1'/><float name='alpha_v' "
                           "value='0.5'/></bsdf></bsdf>",
+       false, false},
+      {"bumpmap_diffuse",
+       "<bsdf type='bumpmap'>" KINOME_TEST_BUMPS "<float name='scale' value='0.3'/>"
+       "<bsdf type='diffuse'/></bsdf>",
+       false, false},
+      {"bumpmap_steep_aniso",
+       "<bsdf type='bumpmap'>" KINOME_TEST_BUMPS "<float name='scale' value='-1.5'/>"
+       "<boolean name='flip_invalid_normals' value='false'/>"
+       "<bsdf type='twosided'><bsdf type='roughconductor'><float name='alpha_u' value='0.1'/>"
+       "<float name='alpha_v' value='0.5'/></bsdf></bsdf></bsdf>",
        false, false},
   };
   return cases;

@@ -99,7 +99,7 @@ struct Bounds {
 Bounds bounds_of(const std::string& name) {
   // A turned direction's coordinates are off by 1e-7, which grazing cosines and smooth surfaces
   // magnify.
-  if (name.find("normalmap") != name.npos) return {1e-3f, 1e-5f};
+  if (name.find("normalmap") != name.npos || name.find("bumpmap") != name.npos) return {1e-3f, 1e-5f};
   // At the angle of total reflection Fresnel's slope is infinite, and little goes through.
   if (name.find("inside_out") != name.npos) return {1e-3f, 2e-7f};
   if (name.find("roughdielectric") != name.npos) return {1e-3f, 1e-5f};
@@ -174,6 +174,13 @@ std::vector<BsdfCase> block_cases() {
                                                        "<float name='alpha_u' value='0.2'/>"
                                                        "<float name='alpha_v' value='0.5'/>"
                                                        "</bsdf></bsdf></bsdf>"},
+      {"bumpmap_mirrored_uv",
+       "<bsdf type='bumpmap'><texture type='bitmap'><string name='filename' "
+       "value='" KINOME_TEST_SOURCE "/tests/support/bumps.pfm'/><boolean name='raw' "
+       "value='true'/><transform name='to_uv'><scale x='-2' y='1.5'/></transform></texture>"
+       "<bsdf type='roughplastic'/></bsdf>"},
+      {"bumpmap_flat",
+       "<bsdf type='bumpmap'><texture type='checkerboard'/><bsdf type='phong'/></bsdf>"},
       {"normalmap_twosided",
        "<bsdf type='normalmap'>" KINOME_TEST_CHECKERS(
            "normalmap", "0.95 0.5 0.65", "0.5 0.5 0.5") "<bsdf type='twosided'>"

@@ -53,6 +53,13 @@ const BadBsdf kBadBsdfs[] = {
     {"<bsdf type='twosided'><bsdf type='diffuse'/><bsdf type='diffuse'/><bsdf "
      "type='diffuse'/></bsdf>",
      "at most 2"},
+    {"<bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf>", "needs a nested texture"},
+    {"<bsdf type='bumpmap'><texture type='checkerboard'/></bsdf>", "needs a nested bsdf"},
+    {"<bsdf type='bumpmap'><texture type='checkerboard'/><texture type='checkerboard' "
+     "name='second'/><bsdf type='diffuse'/></bsdf>",
+     "takes at most 1 texture"},
+    {"<bsdf type='bumpmap'><texture type='checkerboard'/><bsdf type='dielectric'/></bsdf>",
+     "lets light through"},
     {"<bsdf type='normalmap'><bsdf type='diffuse'/></bsdf>", "normalmap"},
     {"<bsdf type='normalmap'><rgb name='normalmap' value='.5 .5 1'/></bsdf>",
      "needs a nested bsdf"},

@@ -5,6 +5,7 @@
 
 Each row: index of the BSDF, wi, wo, f cos(theta_o) in R, G, B, and the density of sampling.
 """
+import pathlib
 import re
 import tempfile
 
@@ -15,6 +16,9 @@ mi.set_variant("scalar_rgb")
 
 NORMAL = r"\{normal:(.*?)\}"
 COLOR = '<rgb name="diffuse_reflectance" value="0.2 0.3 0.9"/>'
+SOURCE = str(pathlib.Path(__file__).resolve().parents[2])
+BUMPS = ('<texture type="bitmap"><string name="filename" value="{source}/tests/support/bumps.pfm"/>'
+         '<boolean name="raw" value="true"/>%s</texture>')
 GGX = '<string name="distribution" value="ggx"/>'
 
 
@@ -67,6 +71,12 @@ BSDFS = [
                               '<string name="ext_ior" value="water"/>'),
     ("roughdielectric", '<boolean name="sample_visible" value="false"/>'
                         '<string name="int_ior" value="diamond"/><float name="alpha" value="0.4"/>'),
+    ("bumpmap", BUMPS % "" + '<float name="scale" value="0.4"/><bsdf type="diffuse"/>'),
+    ("bumpmap", BUMPS % '<transform name="to_uv"><scale x="-1.5" y="0.7"/></transform>' +
+     '<float name="scale" value="-0.8"/><bsdf type="twosided"><bsdf type="roughconductor">' + GGX +
+     '<float name="alpha_u" value="0.2"/><float name="alpha_v" value="0.6"/></bsdf></bsdf>'),
+    ("bumpmap", BUMPS % "" + '<boolean name="use_shadowing_function" value="false"/>'
+     '<bsdf type="roughplastic"><float name="alpha" value="0.3"/></bsdf>'),
 ]
 
 
@@ -94,6 +104,7 @@ def main():
     for index, (plugin, children) in enumerate(BSDFS):
         with tempfile.TemporaryDirectory() as folder:
             theirs = re.sub(NORMAL, lambda m: bitmap(m[1], folder), children)
+            theirs = theirs.replace("{source}", SOURCE)
             bsdf = mi.load_string('<bsdf version="3.0.0" type="%s">%s</bsdf>' % (plugin, theirs))
         rows = 0
         while rows < 12:

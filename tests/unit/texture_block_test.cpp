@@ -68,15 +68,21 @@ void expect_same(const Texture& texture, const std::string& what) {
     const Columns2 at = columns.two();
     const Columns3 color = columns.three();
     float* const number = columns.one();
+    const Columns2 slope = columns.two();
     for (size_t i = 0; i < count; ++i) at.set(i, uv[i]);
     texture.eval_block(at, count, color);
     texture.eval_1_block(at, count, number);
+    texture.eval_1_gradient_block(at, count, slope);
     for (size_t i = 0; i < count; ++i) {
       const Rgb c = texture.eval(uv[i]);
       EXPECT_TRUE(same(color.x[i], c.x) && same(color.y[i], c.y) && same(color.z[i], c.z) &&
                   same(number[i], texture.eval_1(uv[i])))
           << what << " at " << uv[i].x << ' ' << uv[i].y << ": " << color.x[i] << ' ' << color.y[i]
           << ' ' << color.z[i] << " instead of " << c.x << ' ' << c.y << ' ' << c.z;
+      const Vec2 s = texture.eval_1_gradient(uv[i]);
+      EXPECT_TRUE(same(slope.x[i], s.x) && same(slope.y[i], s.y))
+          << what << " at " << uv[i].x << ' ' << uv[i].y << ": slopes " << slope.x[i] << ' '
+          << slope.y[i] << " instead of " << s.x << ' ' << s.y;
     }
   }
 }

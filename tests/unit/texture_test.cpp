@@ -166,6 +166,45 @@ TEST_F(BitmapTest, ToUvMapsSurfaceToImage) {
   EXPECT_EQ(map->eval(Vec2(0.1f, 0.2f)).x, 2);
 }
 
+TEST_F(BitmapTest, SlopesAreDifferencesOfHeights) {
+  Image image{4, 4, {"R", "G", "B"}, {}};
+  for (int i = 0; i < 48; ++i) image.data.push_back(static_cast<float>((i * 29) % 17) * 0.1f);
+  const std::string path = exr(image);
+  for (const char* wrap : {"repeat", "mirror", "clamp"}) {
+    for (const char* to_uv :
+         {"", "<transform name='to_uv'><scale x='-3' y='2'/></transform>",
+          "<transform name='to_uv'><rotate z='1' angle='30'/><scale value='2'/></transform>"}) {
+      const auto texture =
+          load(path, "<string name='wrap_mode' value='" + std::string(wrap) + "'/>" + to_uv);
+      // None within a step of where four other texels begin.
+      for (const Vec2 uv : {Vec2(0.33f, 0.47f), Vec2(1.33f, -0.41f), Vec2(0.02f, 0.98f)}) {
+        constexpr float kStep = 1e-3f;
+        const auto difference = [&](const Vec2& step) {
+          return (texture->eval_1(uv + step) - texture->eval_1(uv - step)) / (2 * kStep);
+        };
+        const Vec2 slope = texture->eval_1_gradient(uv);
+        EXPECT_NEAR(slope.x, difference({kStep, 0}), 1e-3f) << wrap << to_uv << uv.x;
+        EXPECT_NEAR(slope.y, difference({0, kStep}), 1e-3f) << wrap << to_uv << uv.x;
+      }
+    }
+  }
+  const auto nearest = load(path, "<string name='filter_type' value='nearest'/>");
+  EXPECT_EQ(nearest->eval_1_gradient(Vec2(0.3f)), Vec2(0));
+}
+
+/// As Mitsuba has it for images of unequal sides that to_uv turns: 3.9.1's numbers for the heights
+/// of texel i, (7 i) mod 5, in a picture of 3 x 2.
+TEST_F(BitmapTest, SlopesOfTurnedImagesAreMitsubas) {
+  Image image{3, 2, {"Y"}, {}};
+  for (int i = 0; i < 6; ++i) image.data.push_back(static_cast<float>((7 * i) % 5));
+  const auto texture =
+      load(exr(image), "<boolean name='raw' value='true'/><transform name='to_uv'><rotate z='1' "
+                       "angle='30'/><scale x='2' y='3'/></transform>");
+  const Vec2 slope = texture->eval_1_gradient(Vec2(0.33f, 0.47f));
+  EXPECT_NEAR(slope.x, 3.54087f, 1e-3f);
+  EXPECT_NEAR(slope.y, -1.19902f, 1e-3f);
+}
+
 TEST_F(BitmapTest, StatisticsCoverTheTexels) {
   const auto map = load(colors());
   EXPECT_FLOAT_EQ(map->mean().x, 6);

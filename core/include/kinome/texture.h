@@ -17,6 +17,10 @@ class KINOME_EXPORT Texture : public Object {
   /// Both over a block of places. Default: one by one.
   virtual void eval_block(const Columns2& uv, size_t count, const Columns3& out) const;
   virtual void eval_1_block(const Columns2& uv, size_t count, float* out) const;
+  /// Slopes of eval_1 along u and along v, per unit of both. Default: differences over 1e-3.
+  virtual Vec2 eval_1_gradient(const Vec2& uv) const;
+  /// The same over a block. Default: one by one.
+  virtual void eval_1_gradient_block(const Columns2& uv, size_t count, const Columns2& out) const;
   /// Means over the texture (unit square).
   virtual Rgb mean() const = 0;
   /// What it comes to as light, where it is uniform: a spectrum has another colour as light than as

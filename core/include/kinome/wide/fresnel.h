@@ -11,17 +11,17 @@ inline namespace HWY_NAMESPACE {
 inline namespace formulas {
 
 /// Unpolarised reflectance of a smooth dielectric boundary, seen at cos_i >= 0 from the outside;
-/// eta = interior over exterior index (below 1: total reflection happens).
-template <class F>
-KINOME_WIDE F fresnel_dielectric(F cos_i, float eta) {
-  const F sin2_t = (1.f - cos_i * cos_i) * (1 / (eta * eta));
+/// eta = interior over exterior index (below 1: total reflection happens), float or F.
+template <class F, class Eta>
+KINOME_WIDE F fresnel_dielectric(F cos_i, Eta eta) {
+  const F sin2_t = (1.f - cos_i * cos_i) * (1.f / (eta * eta));
   const F cos_t = safe_sqrt(1.f - sin2_t);
   // Amplitudes (a - b) / (a + b), of both polarisations over one denominator.
   const F s = cos_i - eta * cos_t, s_below = cos_i + eta * cos_t;
   const F p = eta * cos_i - cos_t, p_below = eta * cos_i + cos_t;
   const F reflectance = 0.5f * (sqr(s * p_below) + sqr(p * s_below)) / sqr(s_below * p_below);
   // Equal indices reflect nothing; at cos_i = 0 the formula would be 0/0 there.
-  return eta == 1 ? F(0.f) : select(sin2_t >= 1.f, F(1.f), reflectance);
+  return select(F(eta) == 1.f, F(0.f), select(sin2_t >= 1.f, F(1.f), reflectance));
 }
 
 /// A smooth dielectric boundary as light meets it, from either side.
