@@ -8,12 +8,13 @@ namespace {
 
 constexpr const char* kOfLengths =
     "by path, ptracer and direct; clustered has it in paths of up to three edges";
-constexpr const char* kMirrorsOnly =
-    "by path, ptracer and direct; clustered has but what it mirrors";
+constexpr const char* kReflectsOnly =
+    "what light goes through by path, ptracer and direct; clustered has but what it reflects";
+constexpr const char* kReflectionOnly = "not of BSDFs that let light through";
 
 constexpr MitsubaPlugin kPlugins[] = {
     {"bsdf", "blendbsdf", nullptr},
-    {"bsdf", "bumpmap", nullptr},
+    {"bsdf", "bumpmap", kReflectionOnly},
     {"bsdf", "circular", nullptr},
     {"bsdf", "conductor", nullptr},
     {"bsdf", "dielectric", kOfLengths},
@@ -22,16 +23,16 @@ constexpr MitsubaPlugin kPlugins[] = {
     {"bsdf", "mask", kOfLengths},
     {"bsdf", "measured", nullptr},
     {"bsdf", "measured_polarized", nullptr},
-    {"bsdf", "normalmap", "not of BSDFs that let light through"},
+    {"bsdf", "normalmap", kReflectionOnly},
     {"bsdf", "null", kOfLengths},
     {"bsdf", "plastic", nullptr},
     {"bsdf", "polarizer", nullptr},
     {"bsdf", "pplastic", nullptr},
-    {"bsdf", "principled", nullptr},
-    {"bsdf", "principledthin", nullptr},
+    {"bsdf", "principled", kReflectsOnly},
+    {"bsdf", "principledthin", kReflectsOnly},
     {"bsdf", "retarder", nullptr},
     {"bsdf", "roughconductor", nullptr},
-    {"bsdf", "roughdielectric", kMirrorsOnly},
+    {"bsdf", "roughdielectric", kReflectsOnly},
     {"bsdf", "roughplastic", nullptr},
     {"bsdf", "thindielectric", kOfLengths},
     {"bsdf", "twosided", nullptr},

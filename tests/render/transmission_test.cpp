@@ -7,7 +7,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 30
+constexpr double kAlpha = 1e-4;  // of each z-test; there are about 40
 
 struct Material {
   const char* name;
@@ -45,6 +45,12 @@ std::vector<Material> rough_materials() {
       {"brushed glass",
        "<bsdf type=\"roughdielectric\"><string name=\"distribution\" value=\"ggx\"/><float "
        "name=\"alpha_u\" value=\"0.1\"/><float name=\"alpha_v\" value=\"0.5\"/></bsdf>"},
+      {"disney's glass",
+       "<bsdf type=\"principled\"><float name=\"spec_trans\" value=\"0.7\"/><float "
+       "name=\"clearcoat\" value=\"1\"/></bsdf>"},
+      {"leaf",
+       "<bsdf type=\"principledthin\"><float name=\"diff_trans\" value=\"0.8\"/><float "
+       "name=\"spec_trans\" value=\"0.4\"/></bsdf>"},
   };
 }
 

@@ -45,6 +45,24 @@ std::vector<BsdfCase> extreme_cases() {
       {"roughdielectric_densest",
        "<bsdf type='roughdielectric'><float name='int_ior' value='1000'/>"
        "<float name='ext_ior' value='0.001'/></bsdf>"},
+      {"principled_0",
+       "<bsdf type='principled'><float name='roughness' value='0'/>"
+       "<float name='anisotropic' value='1'/><float name='spec_trans' value='0.5'/>"
+       "<float name='clearcoat' value='1'/><float name='clearcoat_gloss' value='1'/></bsdf>"},
+      {"principled_no_boundary",
+       "<bsdf type='principled'><float name='specular' value='0'/>"
+       "<float name='metallic' value='0.5'/></bsdf>"},
+      {"principled_no_boundary_of_glass",
+       "<bsdf type='principled'><float name='eta' value='1'/>"
+       "<float name='spec_trans' value='1'/><float name='sheen' value='1'/></bsdf>"},
+      {"principled_never_sampled",
+       "<bsdf type='principled'><float name='main_specular_sampling_rate' value='0'/>"
+       "<float name='diffuse_reflectance_sampling_rate' value='0'/></bsdf>"},
+      {"principledthin_0",
+       "<bsdf type='principledthin'><float name='roughness' value='0'/>"
+       "<float name='spec_trans' value='1'/><float name='eta' value='1'/></bsdf>"},
+      {"principledthin_through",
+       "<bsdf type='principledthin'><float name='diff_trans' value='2'/></bsdf>"},
       {"ward_0", "<bsdf type='ward'><float name='alpha' value='0'/></bsdf>"},
       {"ward_duer_0",
        "<bsdf type='ward'><string name='variant' value='ward-duer'/>"
@@ -135,7 +153,9 @@ TEST_P(BsdfExtremes, SamplesAreFinite) {
             const auto s = bsdf->sample(si, mask, u1, Vec2(x, y));
             if (!s) continue;
             EXPECT_TRUE(is_finite(s->wo) && std::isfinite(s->pdf) && is_finite(s->weight))
-                << "wi " << wi.x << ' ' << wi.y << ' ' << wi.z << ", u " << x << ' ' << y;
+                << "wi " << wi.x << ' ' << wi.y << ' ' << wi.z << ", u " << u1 << ' ' << x << ' ' << y
+                << ": wo " << s->wo.x << ' ' << s->wo.y << ' ' << s->wo.z << ", pdf " << s->pdf
+                << ", weight " << s->weight.x;
             EXPECT_GT(s->pdf, 0);
             EXPECT_NEAR(glm::length(s->wo), 1, 1e-4f);
           }

@@ -117,6 +117,38 @@ inline const std::vector<BsdfCase>& bsdf_cases() {
        "<bsdf type='roughdielectric'><boolean name='sample_visible' value='false'/>"
        "<float name='alpha' value='0.5'/></bsdf>",
        false, true, true, true},
+      {"principled_cloth",
+       "<bsdf type='principled'><rgb name='base_color' value='0.1 0.5 0.9'/>"
+       "<float name='roughness' value='0.7'/><float name='flatness' value='0.4'/>"
+       "<float name='sheen' value='0.8'/><float name='sheen_tint' value='0.5'/>"
+       "<float name='spec_tint' value='0.6'/></bsdf>",
+       true, false},
+      {"principled_brushed_metal",
+       "<bsdf type='principled'><rgb name='base_color' value='0.9 0.6 0.2'/>"
+       "<float name='metallic' value='1'/><float name='anisotropic' value='0.8'/></bsdf>"},
+      {"principled_car_paint",
+       "<bsdf type='principled'><rgb name='base_color' value='0.6 0.1 0.1'/>"
+       "<float name='metallic' value='0.4'/><float name='clearcoat' value='1'/>"
+       "<float name='clearcoat_gloss' value='0.3'/></bsdf>",
+       true, false, true},
+      {"principled_glass",
+       "<bsdf type='principled'><rgb name='base_color' value='0.3 0.8 0.9'/>"
+       "<float name='spec_trans' value='0.8'/><float name='eta' value='1.4'/></bsdf>",
+       false, false, true, true},
+      {"principled_bubble",
+       "<bsdf type='principled'><float name='spec_trans' value='1'/><float name='eta' value='0.7'/>"
+       "<float name='roughness' value='0.6'/><float name='spec_tint' value='0.5'/></bsdf>",
+       false, false, true, true},
+      {"principledthin_leaf",
+       "<bsdf type='principledthin'><rgb name='base_color' value='0.2 0.7 0.1'/>"
+       "<float name='diff_trans' value='0.8'/><float name='flatness' value='0.5'/>"
+       "<float name='sheen' value='0.5'/></bsdf>",
+       true, false, true, true},
+      {"principledthin_pane",
+       "<bsdf type='principledthin'><rgb name='base_color' value='0.5 0.8 0.9'/>"
+       "<float name='spec_trans' value='0.7'/><float name='diff_trans' value='0.5'/>"
+       "<float name='anisotropic' value='0.6'/><float name='spec_tint' value='0.3'/></bsdf>",
+       true, true, true, true},
       {"twosided",
        "<bsdf type='twosided'><bsdf type='phong'/>"
        "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></bsdf>"},

@@ -53,6 +53,22 @@ const BadBsdf kBadBsdfs[] = {
     {"<bsdf type='twosided'><bsdf type='diffuse'/><bsdf type='diffuse'/><bsdf "
      "type='diffuse'/></bsdf>",
      "at most 2"},
+    {"<bsdf type='principled'><float name='metallic' value='1.5'/></bsdf>", "must lie in [0,1]"},
+    {"<bsdf type='principled'><float name='roughness' value='-.1'/></bsdf>",
+     "must not be negative"},
+    {"<bsdf type='principled'><float name='eta' value='0'/></bsdf>", "must be from 0.001 to 1000"},
+    {"<bsdf type='principled'><float name='specular' value='-1'/></bsdf>", "must be from 0 to 12"},
+    {"<bsdf type='principled'><float name='eta' value='1.5'/><float name='specular' "
+     "value='.5'/></bsdf>",
+     "excludes 'eta'"},
+    {"<bsdf type='principled'><float name='clearcoat_sampling_rate' value='-1'/></bsdf>",
+     "must not be negative"},
+    {"<bsdf type='principledthin'><float name='diff_trans' value='2.5'/></bsdf>",
+     "must lie in [0,2]"},
+    {"<bsdf type='principledthin'><float name='eta' value='-1'/></bsdf>",
+     "must be from 0.001 to 1000"},
+    {"<bsdf type='principledthin'><float name='metallic' value='1'/></bsdf>",
+     "has no parameter 'metallic'"},
     {"<bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf>", "needs a nested texture"},
     {"<bsdf type='bumpmap'><texture type='checkerboard'/></bsdf>", "needs a nested bsdf"},
     {"<bsdf type='bumpmap'><texture type='checkerboard'/><texture type='checkerboard' "

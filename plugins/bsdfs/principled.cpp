@@ -1,0 +1,294 @@
+#include "kinome/plugin.h"
+#include "principled_lobes.h"
+#include "rough_boundary.h"
+
+/// The material of Disney's, with the lobes and the parameters that Mitsuba 3 has: a diffuse base
+/// with sheen, metal, glass, and a clear coat. base_color is that of the base, the metal and the
+/// glass; metallic and spec_trans mix the three. Seen from behind it is black where spec_trans is 0
+/// (nest it in `twosided`), and the inside of glass elsewhere.
+///
+///     <bsdf type="principled">
+///       <rgb name="base_color" value="0.8 0.2 0.1"/>
+///       <float name="metallic" value="0.3"/><float name="roughness" value="0.3"/>
+///       <float name="clearcoat" value="1"/><float name="clearcoat_gloss" value="0.9"/>
+///     </bsdf>
+namespace kinome {
+namespace {
+
+constexpr Parameter kParameters[] = {
+    KINOME_PRINCIPLED_PARAMETERS,
+    {"metallic", ParameterType::kUnitlessTexture, "0", "share of metal"},
+    {"clearcoat", ParameterType::kUnitlessTexture, "0", "strength of a second, clear coat"},
+    {"clearcoat_gloss", ParameterType::kUnitlessTexture, "0", "0: satin, to 1: gloss"},
+    {"eta", ParameterType::kFloat, nullptr, "index of refraction inside over that outside"},
+    {"specular", ParameterType::kFloat, "0.5",
+     "in place of eta, which is 2 / (1 - sqrt(0.08 specular)) - 1"},
+    {"diffuse_reflectance_sampling_rate", ParameterType::kFloat, "1",
+     "how often the diffuse base is sampled"},
+    {"main_specular_sampling_rate", ParameterType::kFloat, "1",
+     "how often metal and glass are sampled"},
+    {"clearcoat_sampling_rate", ParameterType::kFloat, "1", "how often the coat is sampled"},
+};
+
+class Principled final : public wide::FormulaBsdf<Principled> {
+ public:
+  static constexpr bool kSeenFromBehind = true;
+
+  explicit Principled(const Properties& props)
+      : base_color_(reflectance_texture(props, "base_color")),
+        roughness_(nonnegative_texture(props, "roughness")),
+        anisotropic_(share_texture(props, "anisotropic")),
+        spec_trans_(share_texture(props, "spec_trans")),
+        spec_tint_(share_texture(props, "spec_tint")),
+        sheen_(nonnegative_texture(props, "sheen")),
+        sheen_tint_(share_texture(props, "sheen_tint")),
+        flatness_(share_texture(props, "flatness")),
+        metallic_(share_texture(props, "metallic")),
+        clearcoat_(nonnegative_texture(props, "clearcoat")),
+        clearcoat_gloss_(share_texture(props, "clearcoat_gloss")),
+        diffuse_rate_(sampling_rate(props, "diffuse_reflectance_sampling_rate")),
+        main_rate_(sampling_rate(props, "main_specular_sampling_rate")),
+        clearcoat_rate_(sampling_rate(props, "clearcoat_sampling_rate")) {
+    transmits_ = spec_trans_->max() > 0 && metallic_->min() < 1;
+    eta_ = read_eta(props, transmits_);
+    if (transmits_) relative_index_ = eta_;
+    lobes_ = metallic_->min() < 1 ? Lobe::kDiffuse | Lobe::kGlossy : Lobe::kGlossy;
+  }
+
+  auto inputs() const {
+    return std::tie(base_color_, roughness_, anisotropic_, spec_trans_, spec_tint_, sheen_,
+                    sheen_tint_, flatness_, metallic_, clearcoat_, clearcoat_gloss_);
+  }
+  template <class F, class Fn>
+  void with_lobes(Lobe mask, const Fn& fn) const {
+    fn([this, mask](const VecOf<F>& wi, const RgbOf<F>& base_color, const F& roughness,
+                    const F& anisotropic, const F& spec_trans, const F& spec_tint, const F& sheen,
+                    const F& sheen_tint, const F& flatness, const F& metallic, const F& clearcoat,
+                    const F& clearcoat_gloss) {
+      return Lobes<F>(*this, mask, wi,
+                      {base_color, roughness, anisotropic, clamped_share(spec_trans), spec_tint,
+                       sheen, sheen_tint, flatness, clamped_share(metallic), clearcoat,
+                       clamped_share(clearcoat_gloss)});
+    });
+  }
+
+  /// Estimates by the cosine with the surface.
+  LobeReflectance reflectance(const SurfaceInteraction& si) const override {
+    const Rgb base = base_color_.at(si.uv);
+    const float metallic = clamped_share(metallic_.at(si.uv));
+    const float spec_trans = clamped_share(spec_trans_.at(si.uv));
+    const float glass = (1 - metallic) * spec_trans;
+    const float cosine = std::clamp(si.wi.z, -1.f, 1.f);
+    const float mirrored = dielectric_boundary(cosine, eta_).reflectance;
+    const Rgb through = glass * (1 - mirrored) * glm::sqrt(glm::max(base, Rgb(0.f)));
+    const auto bounded = [](const Rgb& c) { return glm::min(c, Rgb(1.f)); };
+    if (!(cosine > 0)) return {Rgb(0.f), bounded(Rgb(glass * mirrored) + through)};
+    // Sheen and coat reflect little but at grazing angles.
+    return {bounded((1 - metallic) * ((1 - spec_trans) * base + Rgb(0.1f * sheen_.at(si.uv)))),
+            bounded((1 - metallic) * Rgb(mirrored) + metallic * base + through +
+                    Rgb(0.01f * clearcoat_.at(si.uv) + 0.01f * mirrored))};
+  }
+  /// Glass is seen from both sides.
+  Frame reflection_frame(const SurfaceInteraction& si) const override {
+    Frame frame = si.frame;
+    if (transmits_ && si.wi.z < 0) frame.n = -frame.n;
+    return frame;
+  }
+
+ private:
+  static float read_eta(const Properties& props, bool transmits) {
+    float eta = 0;
+    if (props.has("eta")) {
+      if (props.has("specular")) throw props.error("specular", "excludes 'eta': give either");
+      eta = props.real("eta");
+      if (!(eta >= 1e-3f && eta <= 1e3f)) {
+        throw props.error("eta", "must be from 0.001 to 1000, got " + std::to_string(eta));
+      }
+    } else {
+      const float specular = props.real("specular");
+      if (!(specular >= 0 && specular <= 12)) {
+        throw props.error("specular", "must be from 0 to 12, got " + std::to_string(specular));
+      }
+      eta = 2 / (1 - std::sqrt(0.08f * (transmits && specular == 0 ? 1e-3f : specular))) - 1;
+    }
+    // What isn't bent doesn't show by which microfacet it went through; Mitsuba makes do as well.
+    return transmits && std::abs(eta - 1) < 1e-4f ? 1.001f : eta;
+  }
+
+  template <class F>
+  struct Point {
+    RgbOf<F> base_color;
+    F roughness, anisotropic, spec_trans, spec_tint, sheen, sheen_tint, flatness, metallic,
+        clearcoat, clearcoat_gloss;
+  };
+
+  template <class F>
+  class Lobes {
+   public:
+    Lobes(const Principled& bsdf, Lobe mask, const VecOf<F>& wi, const Point<F>& at)
+        : bsdf_(bsdf),
+          has_glossy_(any(mask & Lobe::kGlossy)),
+          has_diffuse_(any(mask & Lobe::kDiffuse)),
+          wi_(wi),
+          at_(at),
+          is_front_(wi.z > 0.f),
+          base_((1.f - at.metallic) * (1.f - at.spec_trans)),
+          glass_((1.f - at.metallic) * at.spec_trans),
+          boundary_(make_boundary(at, wi, bsdf.eta_)),
+          coat_(principled::Gtr1<F>::of_gloss(at.clearcoat_gloss)) {
+      choose_probabilities();
+    }
+
+    BsdfValueOf<F> value(const VecOf<F>& wo) const {
+      BsdfValueOf<F> value{RgbOf<F>(0.f), F(0.f)};
+      const auto is_reflected = is_front_ && wo.z > 0.f;
+      if (has_diffuse_) add_diffuse(wo, is_reflected, value);
+      if (has_glossy_) add_glossy(wo, is_reflected, value);
+      return value;
+    }
+
+    BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const {
+      const auto is_diffuse = u1 < diffuse_probability_;
+      const F rest = u1 - diffuse_probability_;
+      const auto is_coat = !is_diffuse && rest < coat_probability_;
+      VecOf<F> wo = warp::square_to_cosine_hemisphere<VecOf<F>>(u2);
+      MaskOf<F> goes_through = u1 < 0.f;  // nowhere
+      if (has_glossy_) {
+        const auto facet = boundary_.sample(u2);
+        goes_through = !is_diffuse && !is_coat &&
+                       rest - coat_probability_ < through_probability(facet.boundary.reflectance);
+        wo = select(is_diffuse, wo,
+                    select(is_coat, mirrored_at(wi_, coat_.sample(u2)),
+                           select(goes_through, boundary_.refracted(facet),
+                                  boundary_.mirrored(facet))));
+      }
+      BsdfSampleOf<F> sample = weighted_sample<F>(
+          *this, wo,
+          select(is_diffuse, IntOf<F>(lobe_number(Lobe::kDiffuse)),
+                 IntOf<F>(lobe_number(Lobe::kGlossy))));
+      sample.pdf = select(boundary_.is_true(wo, goes_through), sample.pdf, F(0.f));
+      return sample;
+    }
+
+   private:
+    static RoughBoundary<MicrofacetType::kGgx, F> make_boundary(const Point<F>& at,
+                                                                const VecOf<F>& wi, float eta) {
+      const auto [alpha_u, alpha_v] = principled::alphas(at.roughness, at.anisotropic);
+      return {alpha_u, alpha_v, true, wi, eta};
+    }
+
+    /// Of the lobes, by rough estimates of what they reflect. From behind there is but glass.
+    void choose_probabilities() {
+      F diffuse = 0.f, main = 0.f, coat = 0.f;
+      if (has_diffuse_) {
+        // Never nothing: sheen is there without the base, and rates may be 0.
+        const F least = 5e-4f * (base_ + (1.f - at_.metallic) * at_.sheen);
+        diffuse = select(is_front_, max(base_ * bsdf_.diffuse_rate_, least));
+      }
+      if (has_glossy_) {
+        main = select(is_front_, F(bsdf_.main_rate_), glass_);
+        coat = select(is_front_, (0.25f * bsdf_.clearcoat_rate_) * at_.clearcoat);
+      }
+      const F sum = diffuse + main + coat;
+      // Where nothing asks to be sampled, something may reflect nevertheless.
+      const F otherwise = select(is_front_, F(1.f));
+      const auto is_any = sum > 0.f;
+      diffuse_probability_ = select(is_any, diffuse / sum, has_glossy_ ? F(0.f) : otherwise);
+      main_probability_ = select(is_any, main / sum, has_glossy_ ? otherwise : F(0.f));
+      coat_probability_ = select(is_any, coat / sum);
+    }
+
+    /// Of the main lobe's microfacets with that reflectance, and the rest of it mirrors.
+    F through_probability(const F& reflectance) const {
+      const F share = 1.f - reflectance;
+      return main_probability_ * select(is_front_, glass_ * share, share);
+    }
+
+    void add_diffuse(const VecOf<F>& wo, const MaskOf<F>& is_reflected,
+                     BsdfValueOf<F>& value) const {
+      const VecOf<F> sum = wi_ + wo;
+      const F cos_d = min(0.5f * sqrt(dot(sum, sum)), F(1.f));
+      const F diffuse =
+          base_ * principled::diffuse(at_.roughness, at_.flatness, wi_.z, wo.z, cos_d);
+      const F sheen = at_.sheen * (1.f - at_.metallic);
+      value.f += select(is_reflected,
+                        at_.base_color * diffuse +
+                            sheen * principled::sheen(at_.base_color, at_.sheen_tint, wo.z, cos_d));
+      value.pdf += select(is_reflected, diffuse_probability_ * warp::cosine_hemisphere_pdf(wo.z));
+    }
+
+    void add_glossy(const VecOf<F>& wo, const MaskOf<F>& is_reflected,
+                    BsdfValueOf<F>& value) const {
+      const auto v = boundary_(wo);
+      const auto fresnel = boundary_.boundary(v.cos_half);
+      const F through = through_probability(fresnel.reflectance);
+      value.f += select(v.goes_through, transmittance(fresnel), reflectance(fresnel, v.cos_half)) *
+                 v.dg;
+      value.pdf += select(v.goes_through, through, main_probability_ - through) * v.pdf;
+
+      const auto has_coat = is_reflected && v.cos_half > 0.f;
+      const VecOf<F> h = normalize(wi_ + wo);
+      const F d = coat_.d(h.z);
+      const F g = coat_g1(wi_.z) * coat_g1(wo.z);
+      value.f += RgbOf<F>(select(
+          has_coat, 0.25f * at_.clearcoat * wo.z * d * g *
+                        principled::towards_white(0.04f, weight_of(fresnel, v.cos_half))));
+      value.pdf += select(
+          has_coat, coat_probability_ * min(d * h.z / (4.f * v.cos_half), F(kMaxPdf)));
+    }
+
+    /// Schlick's weight is of the cosine in the thinner medium.
+    F weight_of(const DielectricBoundary<F>& fresnel, const F& cos_half) const {
+      return principled::schlick_weight(select(fresnel.eta_ti < 1.f, cos_half, fresnel.cos_t));
+    }
+
+    RgbOf<F> reflectance(const DielectricBoundary<F>& fresnel, const F& cos_half) const {
+      const F weight = weight_of(fresnel, cos_half);
+      const RgbOf<F> tinted = principled::towards_white(
+          principled::schlick_r0(F(bsdf_.eta_)) * principled::tint(at_.base_color), weight);
+      const F dielectric = 1.f - at_.metallic;
+      const RgbOf<F> front =
+          RgbOf<F>(dielectric * (1.f - at_.spec_tint) * fresnel.reflectance) +
+          at_.metallic * principled::towards_white(at_.base_color, weight) +
+          dielectric * at_.spec_tint * tinted;
+      // As Mitsuba has it: a boundary that a dielectric wouldn't mirror at is none of metal either.
+      return select(fresnel.reflectance > 0.f,
+                    select(is_front_, front, RgbOf<F>(glass_ * fresnel.reflectance)));
+    }
+
+    RgbOf<F> transmittance(const DielectricBoundary<F>& fresnel) const {
+      const RgbOf<F>& c = at_.base_color;
+      return glass_ * (1.f - fresnel.reflectance) *
+             RgbOf<F>(safe_sqrt(c.x), safe_sqrt(c.y), safe_sqrt(c.z));
+    }
+
+    /// Smith's masking of the coat, which is that of GGX at alpha 0.25, whatever its gloss.
+    static F coat_g1(const F& cosine) {
+      const F cos2 = sqr(cosine);
+      return 2.f * cosine / (cosine + sqrt(cos2 + 0.0625f * max(1.f - cos2, F(0.f))));
+    }
+
+    const Principled& bsdf_;
+    bool has_glossy_, has_diffuse_;
+    VecOf<F> wi_;
+    Point<F> at_;
+    MaskOf<F> is_front_;
+    F base_, glass_;  ///< weights of the diffuse base and of glass
+    RoughBoundary<MicrofacetType::kGgx, F> boundary_;
+    principled::Gtr1<F> coat_;
+    F diffuse_probability_, main_probability_, coat_probability_;
+  };
+
+  ColorInput base_color_;
+  NumberInput roughness_, anisotropic_, spec_trans_, spec_tint_, sheen_, sheen_tint_, flatness_,
+      metallic_, clearcoat_, clearcoat_gloss_;
+  float diffuse_rate_, main_rate_, clearcoat_rate_;
+  float eta_ = 1;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Principled, kinome::Category::kBsdf, "principled",
+              "Disney's material: diffuse, metal, glass, sheen and a clear coat.",
+              kinome::kParameters);
