@@ -16,17 +16,12 @@ std::string plugin_title(const Properties& props) {
 
 /// Objects of these parameters are matched by category, not by name.
 bool is_by_category(const Parameter& row) {
-  return row.type == ParameterType::kObject;
+  return row.type == ParameterType::kObject && row.category != Category::kTexture;
 }
 
-/// Whether a texture of that name counts by category, as other objects do: it isn't the value of a
-/// parameter, and there is one for textures of any name.
-bool is_nested_texture(const PluginDescriptor& plugin, const std::string& name) {
-  const Parameter* const row = find_row(plugin, name);
-  if (row && takes_texture(row->type)) return false;
-  return std::any_of(plugin.parameters.begin(), plugin.parameters.end(), [](const auto& other) {
-    return is_by_category(other) && other.category == Category::kTexture;
-  });
+bool takes_textures(const Parameter& row) {
+  return takes_texture(row.type) ||
+         (row.type == ParameterType::kObject && row.category == Category::kTexture);
 }
 
 /// Whether a value without a name, or of a name that the plugin doesn't know, is meant for a
@@ -62,7 +57,7 @@ Error unknown_parameter(const Properties& props, const PluginDescriptor& plugin,
   return Error(where, plugin_title(props) + " has no parameter '" + name + "' (" + hint + ")");
 }
 
-/// Objects count by category, whatever their names are, but textures that are a parameter's value.
+/// Objects other than textures count by category, whatever their names are.
 class ObjectCounts {
  public:
   ObjectCounts(const Properties& props, const PluginDescriptor& plugin) : props_(props) {
@@ -137,9 +132,9 @@ std::vector<Error> check_parameters(const Properties& props, const PluginDescrip
       continue;
     }
     const Category category = category_of(**object);
-    if (category != Category::kTexture || is_nested_texture(plugin, name)) {
+    if (category != Category::kTexture) {
       counts.add(category, entry.where, faults);
-    } else if (const Parameter* row = find_row(plugin, name); !row || !takes_texture(row->type)) {
+    } else if (const Parameter* row = find_row(plugin, name); !row || !takes_textures(*row)) {
       check_value(props, plugin, name, entry, faults);
     }
   }

@@ -69,11 +69,11 @@ const BadBsdf kBadBsdfs[] = {
      "must be from 0.001 to 1000"},
     {"<bsdf type='principledthin'><float name='metallic' value='1'/></bsdf>",
      "has no parameter 'metallic'"},
-    {"<bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf>", "needs a nested texture"},
+    {"<bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf>", "needs parameter 'texture'"},
     {"<bsdf type='bumpmap'><texture type='checkerboard'/></bsdf>", "needs a nested bsdf"},
     {"<bsdf type='bumpmap'><texture type='checkerboard'/><texture type='checkerboard' "
      "name='second'/><bsdf type='diffuse'/></bsdf>",
-     "takes at most 1 texture"},
+     "given twice"},
     {"<bsdf type='bumpmap'><texture type='checkerboard'/><bsdf type='dielectric'/></bsdf>",
      "lets light through"},
     {"<bsdf type='normalmap'><bsdf type='diffuse'/></bsdf>", "normalmap"},
