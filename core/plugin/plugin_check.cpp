@@ -33,6 +33,8 @@ bool is_there_by_another_name(const Parameter& row, const Properties& props,
   return std::any_of(props.entries().begin(), props.entries().end(), [&](const auto& entry) {
     const auto& [name, value] = entry;
     if (find_row(plugin, name) || !accepts(row.type, value.value)) return false;
+    const auto* object = std::get_if<ObjectPointer>(&value.value);
+    if (row.type == ParameterType::kObject && category_of(**object) != row.category) return false;
     const std::string nearest = name.starts_with("_arg_") ? "" : nearest_name(name, known);
     return nearest.empty() || nearest == row.name;
   });
