@@ -77,6 +77,30 @@ const char* why_dark(const Shape& shape) {
          "gives any light";
 }
 
+/// Of the attributes that textures of the shape read.
+void check_attributes(const Shape& shape, const Location& where) {
+  for (const std::string& name : shape.wanted_attributes()) {
+    const auto found = shape.attribute(name);
+    const std::string reads = "a texture of this shape reads the attribute '" + name + "', which ";
+    if (!found) throw Error(where, reads + "the shape doesn't have");
+    const uint32_t size = found->attribute->size;
+    if (size != 1 && size != 3) {
+      throw Error(where, reads + "has " + std::to_string(size) + " numbers, expected 1 or 3");
+    }
+  }
+}
+
+/// Of a texture that a light without a surface has.
+void check_no_attribute(const Object& object, const Location& where) {
+  for (const auto& part : object.nested()) {
+    const auto* const texture = dynamic_cast<const Texture*>(part.get());
+    if (texture && !texture->attribute().empty()) {
+      throw Error(where, "this emitter is no surface of a mesh, whose attribute '" +
+                             texture->attribute() + "' its texture could read");
+    }
+  }
+}
+
 }  // namespace
 
 std::optional<Category> category_of_tag(const std::string& tag) {
@@ -328,9 +352,15 @@ std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_
   if (std::find(plugins_.begin(), plugins_.end(), name) == plugins_.end()) plugins_.push_back(name);
   add_default_children(props, plugin);
   auto object = registry_.create(props);
+  if (const auto* const emitter = dynamic_cast<const Emitter*>(object.get())) {
+    if (!emitter->is_surface()) check_no_attribute(*object, props.where());
+  }
   if (props.category() != Category::kShape) return object;
 
   auto& shape = dynamic_cast<Shape&>(*object);
+  // What it is made of has its own.
+  if (dynamic_cast<const ShapeGroup*>(&shape) || !shape.parts().empty()) return object;
+  check_attributes(shape, props.where());
   if (shape.emitter()) warn_of_dark_lamp(shape, props.where());
   if (shape.bsdf_pointer()) return object;
   if (shape.emitter()) {

@@ -85,6 +85,7 @@ void Builder::add_to_scene(const Node& child, const Node& target,
   const auto add = [this](auto& list, const auto& item) {
     if (in_scene_.insert(item.get()).second) list.push_back(item);
   };
+  if (std::dynamic_pointer_cast<ShapeGroup>(object)) return;  // its instances show it
   if (auto shape = std::dynamic_pointer_cast<Shape>(object)) {
     // Here, where its place is known; the scene would have but its number.
     const std::string fault = why_untraceable(shape->bounds());
@@ -93,6 +94,9 @@ void Builder::add_to_scene(const Node& child, const Node& target,
     }
     add(contents.shapes, shape);
     if (const auto nested = shape->sensor_pointer()) add(contents.sensors, nested);
+    for (const auto& part : shape->parts()) {
+      if (const auto nested = part->sensor_pointer()) add(contents.sensors, nested);
+    }
   } else if (auto sensor = std::dynamic_pointer_cast<Sensor>(object)) {
     if (sensor->is_surface()) {
       throw Error(target.where, "this sensor measures at a surface: put it into a <shape>");

@@ -76,7 +76,7 @@ class Audit {
         return contradiction_of(*bsdf, place);
       }
       if (const auto* texture = dynamic_cast<const Texture*>(&object)) {
-        return is_finite(texture->eval(place.si->uv)) ? nullptr : audit_words::kValue;
+        return is_finite(texture->eval_at(*place.si)) ? nullptr : audit_words::kValue;
       }
     } catch (...) {
       return audit_words::kThrew;

@@ -212,6 +212,14 @@ SurfaceInteraction MeshShape::sampled_at(const Hit& hit) const {
   return si;
 }
 
+std::optional<AttributeArrays> MeshShape::attribute(const std::string& name) const {
+  for (const MeshAttribute& attribute : mesh_.attributes) {
+    if (attribute.name != name) continue;
+    return AttributeArrays{&attribute, &mesh_.positions[0].x, &mesh_.triangles[0].x, Mat4(1.f)};
+  }
+  return std::nullopt;
+}
+
 MeshArrays MeshShape::arrays() const {
   return {&mesh_.positions[0].x,
           mesh_.normals.empty() ? nullptr : &mesh_.normals[0].x,

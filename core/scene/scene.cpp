@@ -21,6 +21,7 @@ std::string describe(const Object& object, const char* kind, size_t index) {
 }  // namespace
 
 Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents)) {
+  replace_by_parts();
   std::vector<Emitter*> all;
   std::unordered_set<const Emitter*> known;
   const std::function<void(Emitter&, const std::string&)> add_emitter =
@@ -63,7 +64,25 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
   }
   check_bounces();
   if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
-  accelerator_ = std::make_unique<Accelerator>(contents_, threads);
+  accelerator_ = std::make_unique<Accelerator>(contents_, placed_, threads);
+}
+
+/// Parts may have parts, as a merge's instances have.
+void Scene::replace_by_parts() {
+  std::vector<std::shared_ptr<Shape>> shapes;
+  const std::function<void(const std::shared_ptr<Shape>&)> add = [&](const auto& shape) {
+    const auto parts = shape->parts();
+    if (const auto instance = std::dynamic_pointer_cast<const ShapeInstance>(shape)) {
+      placed_.push_back({instance, static_cast<uint32_t>(shapes.size())});
+      shapes.insert(shapes.end(), parts.begin(), parts.end());
+    } else if (parts.empty()) {
+      shapes.push_back(shape);
+    } else {
+      for (const auto& part : parts) add(part);
+    }
+  };
+  for (const auto& shape : contents_.shapes) add(shape);
+  contents_.shapes = std::move(shapes);
 }
 
 /// A bounce that is offered twice would count twice.
@@ -139,6 +158,21 @@ bool find_valid(const Ray16& r, int (&valid)[16]) {
   return found != 0;
 }
 
+/// From the number of a shape in its group to that in the scene. The tracer's name for an instance
+/// is the number of its first part.
+void resolve_instances(RayHit16& rays) {
+  for (size_t i = 0; i < 16; ++i) {
+    const uint32_t is_in_group = static_cast<uint32_t>(rays.shape[i] != kNoHit) &
+                                 static_cast<uint32_t>(rays.instance[i] != kNoHit);
+    rays.shape[i] += rays.instance[i] & -is_in_group;
+  }
+}
+void resolve_instances(std::span<RayHit> rays) {
+  for (RayHit& ray : rays) {
+    if (ray.hit.valid() && ray.hit.instance != kNoHit) ray.hit.shape += ray.hit.instance;
+  }
+}
+
 }  // namespace
 
 // Which call is fastest was measured on AVX2 (Embree 3.13, a bumpy sphere of 130k triangles on a
@@ -147,10 +181,12 @@ bool find_valid(const Ray16& r, int (&valid)[16]) {
 //   cosine bounces, nearest: single 210; packets of 8, 218; stream, incoherent 240
 //   cosine bounces, any hit: stream, incoherent 107; packets of 8, 132; single 160
 //   rays to a small light:   stream, coherent 79, incoherent 85; single 147
-// The coherent flag on incoherent rays costs as much as it gains on coherent ones.
+// The coherent flag on incoherent rays costs as much as it gains on coherent ones. Of scenes with
+// instances no ray is called coherent: from some, any-hit queries of coherent packets, and streams of
+// them, never come back (Embree 3.13.5, rtcOccluded16).
 void Scene::intersect(std::span<RayHit> rays, Coherence coherence, RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
-  embree::Query query(coherence == Coherence::kCoherent);
+  embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
   trace_possible(rays, [&] {
     if (coherence == Coherence::kCoherent) {
       embree::intersect_stream(accelerator_->scene(), query, rays);
@@ -158,12 +194,13 @@ void Scene::intersect(std::span<RayHit> rays, Coherence coherence, RenderCounter
       for (RayHit& ray : rays) embree::intersect1(accelerator_->scene(), query, ray);
     }
   });
+  if (!placed_.empty()) resolve_instances(rays);
   rethrow_from_shapes();
 }
 
 void Scene::occluded(std::span<Ray> rays, Coherence coherence, RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
-  embree::Query query(coherence == Coherence::kCoherent);
+  embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
   trace_possible(rays, [&] { embree::occluded_stream(accelerator_->scene(), query, rays); });
   rethrow_from_shapes();
 }
@@ -171,12 +208,13 @@ void Scene::occluded(std::span<Ray> rays, Coherence coherence, RenderCounters& c
 void Scene::intersect(RayHit16* rays, size_t count, Coherence coherence,
                       RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
-  embree::Query query(coherence == Coherence::kCoherent);
+  embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
   alignas(64) int valid[16];
   for (size_t k = 0; k < count; ++k) {
     if (!find_valid(rays[k].ray, valid)) continue;
     embree::intersect16(valid, accelerator_->scene(), query,
                         *reinterpret_cast<RTCRayHit16*>(&rays[k]));
+    if (!placed_.empty()) resolve_instances(rays[k]);
   }
   rethrow_from_shapes();
 }
@@ -184,7 +222,7 @@ void Scene::intersect(RayHit16* rays, size_t count, Coherence coherence,
 void Scene::occluded(Ray16* rays, size_t count, Coherence coherence,
                      RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
-  embree::Query query(coherence == Coherence::kCoherent);
+  embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
   alignas(64) int valid[16];
   for (size_t k = 0; k < count; ++k) {
     if (!find_valid(rays[k], valid)) continue;

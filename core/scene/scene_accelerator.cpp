@@ -30,12 +30,17 @@ constexpr bool kThreadSanitizer = false;
 /// processors that the render is to have.
 constexpr size_t kFewPrimitives = 10000;
 
-std::string device_options(const Scene::Contents& contents, unsigned threads) {
+size_t count_primitives(const std::vector<std::shared_ptr<Shape>>& shapes) {
   size_t primitives = 0;
-  for (const auto& shape : contents.shapes) {
+  for (const auto& shape : shapes) {
     const TriangleMesh* const mesh = shape->mesh();
-    primitives += mesh ? mesh->triangles.size() : 1;
+    const CurveSet* const curves = shape->curves();
+    primitives += mesh ? mesh->triangles.size() : curves ? curves->segments.size() : 1;
   }
+  return primitives;
+}
+
+std::string device_options(size_t primitives, unsigned threads) {
   // ThreadSanitizer can't see the synchronisation inside TBB.
   if (kThreadSanitizer || primitives < kFewPrimitives) threads = 1;
   return "threads=" + std::to_string(threads);
@@ -97,8 +102,8 @@ struct PacketHits {
   PacketHits(const Shape& shape, RTCRayN* rays, const int* valid) {
     if (!hit_shape(shape, *reinterpret_cast<const Ray16*>(rays), valid, hits)) return;
     for (size_t i = 0; i < 16; ++i) {
-      is_hit[i] = -(static_cast<uint32_t>(valid[i] != 0) &
-                    static_cast<uint32_t>(hits.t[i] < kInfinity));
+      is_hit[i] =
+          -(static_cast<uint32_t>(valid[i] != 0) & static_cast<uint32_t>(hits.t[i] < kInfinity));
     }
   }
   /// to[i] = value(i) where ray i has a hit. By bits, so that it is compiled into vectors.
@@ -168,9 +173,20 @@ void occlude_by_shape(const RTCOccludedFunctionNArguments* args) {
         .put(reinterpret_cast<Ray16*>(args->ray)->tmax, [](size_t) { return -kInfinity; });
     return;
   }
-  for_each_hit(shape, args->ray, args->valid, n, [&](unsigned i, float, const Hit&) {
-    RTCRayN_tfar(args->ray, n, i) = -kInfinity;
-  });
+  for_each_hit(shape, args->ray, args->valid, n,
+               [&](unsigned i, float, const Hit&) { RTCRayN_tfar(args->ray, n, i) = -kInfinity; });
+}
+
+/// Of hits with curves, those from within.
+void refuse_inside(const RTCFilterFunctionNArguments* args) {
+  const unsigned n = args->N;
+  for (unsigned i = 0; i < n; ++i) {
+    const Vec3 outward(RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i),
+                       RTCHitN_Ng_z(args->hit, n, i));
+    const Vec3 d(RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i),
+                 RTCRayN_dir_z(args->ray, n, i));
+    if (glm::dot(outward, d) > 0) args->valid[i] = 0;
+  }
 }
 
 /// Why there is no device. What Embree can't tell may be a lack of memory as well, as where none is
@@ -208,29 +224,94 @@ void DeviceErrors::throw_if_any() const {
   if (!message_.empty()) throw Error("the ray tracer (Embree) failed: " + message_);
 }
 
-Scene::Accelerator::Accelerator(const Contents& contents, unsigned threads) {
-  device_.reset(rtcNewDevice(device_options(contents, threads).c_str()));
+Scene::Accelerator::Accelerator(const Contents& contents, const std::vector<Placed>& placed,
+                                unsigned threads) {
+  size_t primitives = count_primitives(contents.shapes);
+  for (const Placed& at : placed) {
+    const ShapeGroup& group = at.instance->group();
+    if (groups_.emplace(&group, nullptr).second) primitives += count_primitives(group.shapes());
+  }
+  device_.reset(rtcNewDevice(device_options(primitives, threads).c_str()));
   if (!device_) throw device_error();
   rtcSetDeviceErrorFunction(device_.get(), &DeviceErrors::report, &errors_);
-  scene_.reset(rtcNewScene(device_.get()));
-  errors_.throw_if_any();
-  rtcSetSceneFlags(scene_.get(),
-                   contents.watertight ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
-  const auto& shapes = contents.shapes;
-  for (size_t i = 0; i < shapes.size(); ++i) {
-    const TriangleMesh* mesh = shapes[i]->mesh();
-    const Geometry geometry = mesh ? make_mesh(*mesh) : make_analytic(*shapes[i]);
-    rtcCommitGeometry(geometry.get());
-    rtcAttachGeometryByID(scene_.get(), geometry.get(), static_cast<unsigned>(i));
+  for (auto& [group, scene] : groups_) {
+    scene = new_scene(contents.watertight);
+    const auto& shapes = group->shapes();
+    for (size_t i = 0; i < shapes.size(); ++i) attach(scene.get(), make_geometry(*shapes[i]), i);
+    rtcCommitScene(scene.get());
     errors_.throw_if_any();
+  }
+  scene_ = new_scene(contents.watertight);
+  auto next = placed.begin();
+  for (size_t i = 0; i < contents.shapes.size();) {
+    if (next != placed.end() && next->first == i) {
+      const ShapeGroup& group = next->instance->group();
+      attach(scene_.get(), make_instance(groups_.at(&group).get(), next->instance->to_world()), i);
+      i += group.shapes().size();
+      ++next;
+    } else {
+      attach(scene_.get(), make_geometry(*contents.shapes[i]), i);
+      ++i;
+    }
   }
   rtcCommitScene(scene_.get());
   errors_.throw_if_any();
 }
 
-Scene::Accelerator::Geometry Scene::Accelerator::make_mesh(const TriangleMesh& mesh) const {
-  Geometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+Scene::Accelerator::SceneHandle Scene::Accelerator::new_scene(bool watertight) const {
+  SceneHandle scene(rtcNewScene(device_.get()));
   errors_.throw_if_any();
+  rtcSetSceneFlags(scene.get(), watertight ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  return scene;
+}
+
+void Scene::Accelerator::attach(RTCScene scene, const Geometry& geometry, size_t id) const {
+  rtcCommitGeometry(geometry.get());
+  rtcAttachGeometryByID(scene, geometry.get(), static_cast<unsigned>(id));
+  errors_.throw_if_any();
+}
+
+Scene::Accelerator::Geometry Scene::Accelerator::new_geometry(RTCGeometryType type) const {
+  Geometry geometry(rtcNewGeometry(device_.get(), type));
+  errors_.throw_if_any();
+  return geometry;
+}
+
+Scene::Accelerator::Geometry Scene::Accelerator::make_geometry(const Shape& shape) const {
+  if (const TriangleMesh* const mesh = shape.mesh()) return make_mesh(*mesh);
+  if (const CurveSet* const curves = shape.curves()) return make_curves(*curves);
+  return make_analytic(shape);
+}
+
+/// By columns, as Mat4 has them.
+Scene::Accelerator::Geometry Scene::Accelerator::make_instance(RTCScene group,
+                                                               const Mat4& to_world) const {
+  Geometry geometry = new_geometry(RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry.get(), group);
+  rtcSetGeometryTransform(geometry.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &to_world[0][0]);
+  return geometry;
+}
+
+/// Embree has copies of the control points. Whether it culls what is seen from inside is a choice
+/// of whoever built it: here it always is, as in Mitsuba.
+Scene::Accelerator::Geometry Scene::Accelerator::make_curves(const CurveSet& curves) const {
+  Geometry geometry = new_geometry(curves.is_bspline ? RTC_GEOMETRY_TYPE_ROUND_BSPLINE_CURVE
+                                                     : RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE);
+  const auto fill = [&](RTCBufferType type, RTCFormat format, const auto& values) {
+    const size_t size = sizeof(values[0]);
+    void* const copy =
+        rtcSetNewGeometryBuffer(geometry.get(), type, 0, format, size, values.size());
+    if (copy) std::memcpy(copy, values.data(), values.size() * size);
+  };
+  fill(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, curves.points);
+  fill(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, curves.segments);
+  rtcSetGeometryIntersectFilterFunction(geometry.get(), &refuse_inside);
+  rtcSetGeometryOccludedFilterFunction(geometry.get(), &refuse_inside);
+  return geometry;
+}
+
+Scene::Accelerator::Geometry Scene::Accelerator::make_mesh(const TriangleMesh& mesh) const {
+  Geometry geometry = new_geometry(RTC_GEOMETRY_TYPE_TRIANGLE);
   const auto& positions = mesh.positions;
   // Embree loads vertices 16 bytes at a time, so 4 bytes past the last one must be readable:
   // MeshShape::finish reserves them. A mesh from elsewhere may have none, and is copied.
@@ -248,8 +329,7 @@ Scene::Accelerator::Geometry Scene::Accelerator::make_mesh(const TriangleMesh& m
 }
 
 Scene::Accelerator::Geometry Scene::Accelerator::make_analytic(const Shape& shape) const {
-  Geometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
-  errors_.throw_if_any();
+  Geometry geometry = new_geometry(RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(geometry.get(), 1);
   rtcSetGeometryUserData(geometry.get(), const_cast<Shape*>(&shape));
   rtcSetGeometryBoundsFunction(geometry.get(), &bounds_of_shape, nullptr);

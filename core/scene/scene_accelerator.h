@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -25,9 +26,11 @@ class DeviceErrors {
 /// After queries: throws what shapes threw within them on this thread.
 void rethrow_from_shapes();
 
-/// Embree's device and scene: one geometry for each shape, with the shape's index as its id.
+/// Embree's device and scene: one geometry for each shape, with the shape's index as its id; for
+/// the parts of an instance one together, with the index of the first, and a scene of its own for
+/// each group that has instances.
 struct Scene::Accelerator {
-  Accelerator(const Contents& contents, unsigned threads);
+  Accelerator(const Contents& contents, const std::vector<Placed>& placed, unsigned threads);
   RTCScene scene() const { return scene_.get(); }
 
  private:
@@ -41,13 +44,21 @@ struct Scene::Accelerator {
     void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
   };
   using Geometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, ReleaseGeometry>;
+  using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, ReleaseScene>;
+  Geometry new_geometry(RTCGeometryType type) const;
+  Geometry make_geometry(const Shape& shape) const;
   Geometry make_mesh(const TriangleMesh& mesh) const;
+  Geometry make_curves(const CurveSet& curves) const;
   Geometry make_analytic(const Shape& shape) const;
+  Geometry make_instance(RTCScene group, const Mat4& to_world) const;
+  SceneHandle new_scene(bool watertight) const;
+  void attach(RTCScene scene, const Geometry& geometry, size_t id) const;
 
-  // The scene goes before the device, and the device before what its callback writes to.
+  // The scenes go before the device, and the device before what its callback writes to.
   DeviceErrors errors_;
   std::unique_ptr<std::remove_pointer_t<RTCDevice>, ReleaseDevice> device_;
-  std::unique_ptr<std::remove_pointer_t<RTCScene>, ReleaseScene> scene_;
+  std::map<const ShapeGroup*, SceneHandle> groups_;
+  SceneHandle scene_;
 };
 
 }  // namespace kinome

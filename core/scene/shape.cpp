@@ -1,5 +1,9 @@
 #include "kinome/shape.h"
 
+#include <algorithm>
+#include <set>
+
+#include "kinome/texture.h"
 #include "kinome/wide/surface_point.h"
 
 namespace kinome {
@@ -30,6 +34,24 @@ Shape::Shape(const Properties& props)
   } catch (const Error& error) {
     throw Error(props.where(), error.what());
   }
+}
+
+std::vector<std::string> Shape::wanted_attributes() const {
+  std::vector<std::string> names;
+  std::set<const Object*> known;  // a BSDF may be part of several
+  std::vector<const Object*> left{bsdf_.get(), emitter_.get()};
+  while (!left.empty()) {
+    const Object* const object = left.back();
+    left.pop_back();
+    if (!object || !known.insert(object).second) continue;
+    for (const auto& part : object->nested()) left.push_back(part.get());
+    const auto* const texture = dynamic_cast<const Texture*>(object);
+    if (!texture || texture->attribute().empty()) continue;
+    if (std::find(names.begin(), names.end(), texture->attribute()) == names.end()) {
+      names.push_back(texture->attribute());
+    }
+  }
+  return names;
 }
 
 std::optional<SurfaceSample> Shape::sample_solid_angle(const Vec3& p, const Vec2& u) const {

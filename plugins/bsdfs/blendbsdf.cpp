@@ -28,7 +28,7 @@ class Blend final : public Bsdf {
   }
 
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
-    const float weight = clamped_share(weight_.at(si.uv));
+    const float weight = clamped_share(weight_.at(si));
     const float second = second_probability(mask, weight);
     const BsdfValue a = nested_[0]->eval_pdf(si, mask, wo), b = nested_[1]->eval_pdf(si, mask, wo);
     BsdfValue value{a.f * (1 - weight) + b.f * weight, a.pdf * (1 - second) + b.pdf * second};
@@ -38,7 +38,7 @@ class Blend final : public Bsdf {
 
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                    const Vec2& u2) const override {
-    const float weight = clamped_share(weight_.at(si.uv));
+    const float weight = clamped_share(weight_.at(si));
     const float second = second_probability(mask, weight);
     const bool is_second = u1 < second;
     const float own = is_second ? u1 / second : (u1 - second) / (1 - second);
@@ -58,13 +58,13 @@ class Blend final : public Bsdf {
 
   void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                    const BsdfAnswer& answer) const override {
-    const NumberInput::Columns weights(weight_, points.uv, points.count);
+    const NumberInput::Columns weights(weight_, points);
     if (query.u1) sample_block(points, query, weights, answer);
     if (query.wo.x) evaluate_block(points, query, weights, answer.f, answer.pdf);
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    const float weight = clamped_share(weight_.at(si.uv));
+    const float weight = clamped_share(weight_.at(si));
     const LobeReflectance a = nested_[0]->reflectance(si), b = nested_[1]->reflectance(si);
     return {a.diffuse * (1 - weight) + b.diffuse * weight,
             a.glossy * (1 - weight) + b.glossy * weight};

@@ -27,6 +27,9 @@ class BumpMap final : public TurnedFrame<BumpMap> {
  public:
   explicit BumpMap(const Properties& props)
       : TurnedFrame(props), heights_(props.object<Texture>()), scale_(props.real("scale")) {
+    if (!heights_->attribute().empty()) {
+      throw props.error("texture", "has no slopes: of a mesh's attribute only values are known");
+    }
     if (!std::isfinite(scale_)) {
       throw props.error("scale", "must be finite, got " + std::to_string(scale_));
     }

@@ -45,7 +45,7 @@ class Diffuse final : public wide::FormulaBsdf<Diffuse> {
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    return {reflectance_.at(si.uv), Rgb(0.f)};
+    return {reflectance_.at(si), Rgb(0.f)};
   }
 
  private:

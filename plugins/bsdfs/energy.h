@@ -22,8 +22,8 @@ class ReflectancePair {
     specular_probability_ = d + s > 0 ? s / (d + s) : 0.5f;
   }
 
-  Rgb diffuse(const Vec2& uv) const { return scale_ * diffuse_.at(uv); }
-  Rgb specular(const Vec2& uv) const { return scale_ * specular_.at(uv); }
+  Rgb diffuse(const SurfaceInteraction& si) const { return scale_ * diffuse_.at(si); }
+  Rgb specular(const SurfaceInteraction& si) const { return scale_ * specular_.at(si); }
   /// The textures, whose values are to be multiplied by scale().
   const ColorInput& diffuse_input() const { return diffuse_; }
   const ColorInput& specular_input() const { return specular_; }

@@ -33,7 +33,7 @@ class OpacityMask final : public Bsdf {
 
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
     BsdfValue value = nested_->eval_pdf(si, mask, wo);
-    const float opacity = clamped_share(opacity_.at(si.uv));
+    const float opacity = clamped_share(opacity_.at(si));
     value.f *= opacity;
     value.pdf *= nested_probability(mask, opacity);
     // Nothing is reflected where nothing is.
@@ -43,7 +43,7 @@ class OpacityMask final : public Bsdf {
 
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                    const Vec2& u2) const override {
-    const float opacity = clamped_share(opacity_.at(si.uv));
+    const float opacity = clamped_share(opacity_.at(si));
     const float probability = nested_probability(mask, opacity);
     if (!(u1 < probability)) {
       if (!any(mask & Lobe::kDelta)) return std::nullopt;
@@ -59,7 +59,7 @@ class OpacityMask final : public Bsdf {
   void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                    const BsdfAnswer& answer) const override {
     using wide::Float;
-    const NumberInput::Columns opacities(opacity_, points.uv, points.count);
+    const NumberInput::Columns opacities(opacity_, points);
     const wide::ScratchColumns columns(1, points.count);
     BsdfQuery nested_query = query;
     if (query.u1) {
@@ -85,7 +85,7 @@ class OpacityMask final : public Bsdf {
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     LobeReflectance parts = nested_->reflectance(si);
-    const float opacity = clamped_share(opacity_.at(si.uv));
+    const float opacity = clamped_share(opacity_.at(si));
     parts.diffuse *= opacity;
     parts.glossy *= opacity;
     return parts;

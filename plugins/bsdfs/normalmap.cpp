@@ -26,11 +26,11 @@ class NormalMap final : public TurnedFrame<NormalMap> {
       : TurnedFrame(props), normals_(props.texture("normalmap")) {}
 
   TurnedAxes<float> axes_at(const SurfaceInteraction& si) const {
-    return axes<float>(normals_.at(si.uv));
+    return axes<float>(normals_.at(si));
   }
   template <class Fn>
   void with_axes(const SurfaceBlock& points, const Fn& fn) const {
-    const ColorInput::Columns texels(normals_, points.uv, points.count);
+    const ColorInput::Columns texels(normals_, points);
     fn([&](size_t i, const FrameOf<wide::Vec3>& /*frame*/) { return axes<wide::Float>(texels[i]); });
   }
 

@@ -48,7 +48,7 @@ class Phong final : public wide::FormulaBsdf<Phong> {
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    return {reflectances_.diffuse(si.uv), reflectances_.specular(si.uv)};
+    return {reflectances_.diffuse(si), reflectances_.specular(si)};
   }
 
  private:

@@ -49,7 +49,7 @@ class Plastic final : public wide::FormulaBsdf<Plastic> {
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     // The integral of (1 - F) cos / pi over the hemisphere is eta² (1 - R).
     const float f = fresnel_dielectric(std::clamp(si.wi.z, 0.f, 1.f), eta_);
-    return {diffuse_factor(f, diffuse_.at(si.uv)) * (sqr(eta_) * (1 - internal_reflectance_)),
+    return {diffuse_factor(f, diffuse_.at(si)) * (sqr(eta_) * (1 - internal_reflectance_)),
             Rgb(0.f)};
   }
 

@@ -74,9 +74,9 @@ class Principled final : public wide::FormulaBsdf<Principled> {
 
   /// Estimates by the cosine with the surface.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    const Rgb base = base_color_.at(si.uv);
-    const float metallic = clamped_share(metallic_.at(si.uv));
-    const float spec_trans = clamped_share(spec_trans_.at(si.uv));
+    const Rgb base = base_color_.at(si);
+    const float metallic = clamped_share(metallic_.at(si));
+    const float spec_trans = clamped_share(spec_trans_.at(si));
     const float glass = (1 - metallic) * spec_trans;
     const float cosine = std::clamp(si.wi.z, -1.f, 1.f);
     const float mirrored = dielectric_boundary(cosine, eta_).reflectance;
@@ -84,9 +84,9 @@ class Principled final : public wide::FormulaBsdf<Principled> {
     const auto bounded = [](const Rgb& c) { return glm::min(c, Rgb(1.f)); };
     if (!(cosine > 0)) return {Rgb(0.f), bounded(Rgb(glass * mirrored) + through)};
     // Sheen and coat reflect little but at grazing angles.
-    return {bounded((1 - metallic) * ((1 - spec_trans) * base + Rgb(0.1f * sheen_.at(si.uv)))),
+    return {bounded((1 - metallic) * ((1 - spec_trans) * base + Rgb(0.1f * sheen_.at(si)))),
             bounded((1 - metallic) * Rgb(mirrored) + metallic * base + through +
-                    Rgb(0.01f * clearcoat_.at(si.uv) + 0.01f * mirrored))};
+                    Rgb(0.01f * clearcoat_.at(si) + 0.01f * mirrored))};
   }
   /// Glass is seen from both sides.
   Frame reflection_frame(const SurfaceInteraction& si) const override {

@@ -70,13 +70,13 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
 
   /// Of both sides, as light comes from both.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    const Rgb base = base_color_.at(si.uv);
-    const float glossy = clamped_share(spec_trans_.at(si.uv));
+    const Rgb base = base_color_.at(si);
+    const float glossy = clamped_share(spec_trans_.at(si));
     const float mirrored =
-        fresnel_dielectric(std::min(std::abs(si.wi.z), 1.f), eta_.at(si.uv));
+        fresnel_dielectric(std::min(std::abs(si.wi.z), 1.f), eta_.at(si));
     const auto bounded = [](const Rgb& c) { return glm::min(c, Rgb(1.f)); };
     // Sheen reflects little but at grazing angles.
-    return {bounded((1 - glossy) * (base + Rgb(0.1f * sheen_.at(si.uv)))),
+    return {bounded((1 - glossy) * (base + Rgb(0.1f * sheen_.at(si)))),
             bounded(glossy * (Rgb(mirrored + 1e-3f) + (1 - mirrored) * base))};
   }
   Frame reflection_frame(const SurfaceInteraction& si) const override {

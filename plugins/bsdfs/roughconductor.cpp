@@ -1,4 +1,5 @@
 #include "conductor_index.h"
+#include "kinome/block_points.h"
 #include "kinome/plugin.h"
 #include "kinome/wide/fresnel.h"
 #include "roughness.h"
@@ -50,7 +51,7 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
     });
   }
 
-  BsdfForm form_kind() const { return form_kind_at(Vec2(0.f)); }
+  BsdfForm form_kind() const { return form_kind_at({}); }
   template <class F>
   wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& specular, const F& alpha_u,
                           const F& alpha_v, const RgbOf<F>& /*eta*/, const RgbOf<F>& /*k*/) const {
@@ -63,7 +64,7 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
     // Where the index differs from point to point, each has a kind of its own.
     store_forms(points, out);
     for (size_t i = 0; i < points.count; ++i) {
-      out.kind[i] = out.kinds->number_of(form_kind_at(points.uv.at(i)));
+      out.kind[i] = out.kinds->number_of(form_kind_at(interaction_of(points, i)));
       if (out.kind[i] == BsdfFormKinds::kNone) describe_by_colours(points, i, out);
     }
   }
@@ -72,9 +73,9 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
     // Shadowing is left out: an estimate.
     const float cos_i = std::clamp(si.wi.z, 0.f, 1.f);
     return {Rgb(0.f),
-            specular_.at(si.uv) * fresnel_conductor(
-                                      cos_i, ConductorIndex::bounded(index_.eta().at(si.uv)),
-                                      ConductorIndex::bounded(index_.k().at(si.uv)))};
+            specular_.at(si) * fresnel_conductor(
+                                   cos_i, ConductorIndex::bounded(index_.eta().at(si)),
+                                   ConductorIndex::bounded(index_.k().at(si)))};
   }
 
  private:
@@ -92,12 +93,12 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
     }
   };
 
-  BsdfForm form_kind_at(const Vec2& uv) const {
+  BsdfForm form_kind_at(const SurfaceInteraction& si) const {
     BsdfForm form;
     form.glossy = glossy_form(type_);
     form.is_conductor = true;
-    form.eta = ConductorIndex::bounded(index_.eta().at(uv));
-    form.k = ConductorIndex::bounded(index_.k().at(uv));
+    form.eta = ConductorIndex::bounded(index_.eta().at(si));
+    form.k = ConductorIndex::bounded(index_.k().at(si));
     return form;
   }
 

@@ -62,7 +62,7 @@ class RoughDielectric final : public wide::FormulaBsdf<RoughDielectric> {
     const float mirrored =
         dielectric_boundary(std::clamp(si.wi.z, -1.f, 1.f), relative_index_).reflectance;
     return {Rgb(0.f),
-            mirrored * reflectance_.at(si.uv) + (1 - mirrored) * transmittance_.at(si.uv)};
+            mirrored * reflectance_.at(si) + (1 - mirrored) * transmittance_.at(si)};
   }
   Frame reflection_frame(const SurfaceInteraction& si) const override {
     Frame frame = si.frame;

@@ -80,9 +80,9 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const float t = transmittance_.external(std::max(si.wi.z, 0.f));
     // The integral of T(wo) cos / pi is eta² (1 - R) for a smooth boundary.
-    const Rgb inside = diffuse_.at(si.uv);
+    const Rgb inside = diffuse_.at(si);
     return {inside * t * (1 - transmittance_.internal_reflectance()) / bounces(inside),
-            specular_.at(si.uv) * (1 - t)};
+            specular_.at(si) * (1 - t)};
   }
 
  private:

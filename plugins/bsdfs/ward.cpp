@@ -131,7 +131,7 @@ class Ward final : public wide::FormulaBsdf<Ward> {
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    return {reflectances_.diffuse(si.uv), reflectances_.specular(si.uv)};
+    return {reflectances_.diffuse(si), reflectances_.specular(si)};
   }
 
  private:

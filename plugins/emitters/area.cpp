@@ -24,12 +24,13 @@ class AreaLight final : public Emitter {
  public:
   explicit AreaLight(const Properties& props)
       : radiance_(read_emission_texture(props, "radiance")),
-        is_black_(radiance_->max() == 0 && radiance_->min() == 0) {}
+        is_black_(radiance_->max() == 0 && radiance_->min() == 0),
+        goes_by_attribute_(!radiance_->attribute().empty()) {}
 
   bool is_surface() const override { return true; }
 
   Rgb eval_surface(const SurfaceInteraction& si) const override {
-    return si.wi.z > 0 ? radiance_.at(si.uv) : Rgb(0.f);
+    return si.wi.z > 0 ? radiance_.at(si) : Rgb(0.f);
   }
 
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& u) const override {
@@ -38,7 +39,7 @@ class AreaLight final : public Emitter {
     if (!surface) return std::nullopt;
     const TowardLight light(p, surface->si.p);
     if (!shines_toward(light, surface->si.frame.n)) return std::nullopt;
-    const Rgb radiance = radiance_.at(surface->si.uv);
+    const Rgb radiance = radiance_.at(surface->si);
     return DirectSample{light.d, light.distance, surface->pdf, radiance, false};
   }
 
@@ -48,6 +49,7 @@ class AreaLight final : public Emitter {
 
   void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
                            const DirectBlock& out) const override {
+    if (goes_by_attribute_) return Emitter::sample_direct_block(p, u, count, out);
     const wide::ScratchColumns scratch(9, count);
     const SurfaceSampleBlock points{scratch.three(0), scratch.three(3),
                                     radiance_.is_uniform() ? Columns2{} : scratch.two(6),
@@ -65,7 +67,7 @@ class AreaLight final : public Emitter {
   void eval_surface_block(const SurfaceBlock& points, const Columns3& from,
                           const Columns3& radiance, float* pdf) const override {
     if (pdf) shape()->pdf_solid_angle_block(from, points, pdf);
-    const wide::ColorInput::Columns values(radiance_, points.uv, points.count);
+    const wide::ColorInput::Columns values(radiance_, points);
     wide::for_lanes(points.count, [&](size_t i) {
       const wide::Mask is_front = wide::Float::load(points.wi.z + i) > 0.f;
       select(is_front, values[i]).store(radiance, i);
@@ -78,7 +80,7 @@ class AreaLight final : public Emitter {
     const float area = shape()->area();
     if (is_black_ || !(area > 0)) return std::nullopt;
     const SurfaceInteraction si = shape()->sample_surface(position);
-    const Rgb radiance = radiance_.at(si.uv);
+    const Rgb radiance = radiance_.at(si);
     if (is_black(radiance)) return std::nullopt;
     EmissionSample sample;
     sample.o = si.p;
@@ -93,6 +95,7 @@ class AreaLight final : public Emitter {
   }
   void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
                              const EmissionBlock& out) const override {
+    if (goes_by_attribute_) return Emitter::sample_emission_block(position, direction, count, out);
     if (count == 0) return;
     const wide::ScratchColumns scratch(15, count);
     struct alignas(kColumnAlignment) Indices {
@@ -156,6 +159,7 @@ class AreaLight final : public Emitter {
 
   wide::ColorInput radiance_;
   bool is_black_;
+  bool goes_by_attribute_;  ///< which wants to know the triangle, not only the place on it
 };
 
 }  // namespace

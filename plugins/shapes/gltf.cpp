@@ -1,10 +1,11 @@
 /// Triangles from a glTF 2.0 file, as text (.gltf) or binary (.glb).
 ///
 /// All triangle primitives of the default scene's nodes become one mesh, with the nodes' transforms
-/// applied; POSITION, NORMAL and TEXCOORD_0 are read. Materials, cameras, lights, skins, morph
-/// targets, points and lines are not. Buffers may be embedded or files beside the glTF file.
-/// Normals are used where every primitive has them; otherwise they are averaged from the faces.
-/// Format: Khronos, "glTF 2.0 Specification", 2021.
+/// applied; POSITION, NORMAL and TEXCOORD_0 are read, and where a mesh_attribute texture asks for
+/// `vertex_color`, the red, green and blue of COLOR_0 (white where a primitive has none).
+/// Materials, cameras, lights, skins, morph targets, points and lines are not. Buffers may be
+/// embedded or files beside the glTF file. Normals are used where every primitive has them;
+/// otherwise they are averaged from the faces. Format: Khronos, "glTF 2.0 Specification", 2021.
 ///
 ///     <shape type="gltf"><string name="filename" value="helmet.glb"/></shape>
 
@@ -85,8 +86,12 @@ tinygltf::Model parse_gltf(const std::string& file) {
 
 class GltfReader {
  public:
-  GltfReader(const std::string& file, const tinygltf::Model& model, bool flip_v)
-      : model_(model), accessors_(file, model), flip_v_(flip_v), visited_(model.nodes.size()) {}
+  GltfReader(const std::string& file, const tinygltf::Model& model, bool flip_v, bool wants_colors)
+      : model_(model),
+        accessors_(file, model),
+        flip_v_(flip_v),
+        wants_colors_(wants_colors),
+        visited_(model.nodes.size()) {}
 
   TriangleMesh read() {
     for (const std::string& extension : model_.extensionsRequired) {
@@ -100,6 +105,7 @@ class GltfReader {
     if (any_normals_ && !all_normals_) unused_.insert("normals, which some primitives lack");
     if (!all_normals_) mesh_.normals.clear();
     if (!any_uvs_) mesh_.uvs.clear();
+    if (any_colors_) mesh_.attributes.push_back({"vertex_color", 3, std::move(colors_)});
     note_unused();
     return std::move(mesh_);
   }
@@ -223,6 +229,7 @@ class GltfReader {
     if (!primitive.targets.empty()) unused_.insert("morph targets");
     for (const auto& [attribute, accessor] : primitive.attributes) {
       if (attribute == "POSITION" || attribute == "NORMAL" || attribute == "TEXCOORD_0") continue;
+      if (attribute == "COLOR_0" && wants_colors_) continue;
       unused_.insert("attribute " + TextCursor::shorten(attribute));
     }
     const size_t first = mesh_.positions.size();
@@ -288,7 +295,32 @@ class GltfReader {
       }
       mesh_.uvs.push_back(uv);
     }
+    if (wants_colors_) read_colors(primitive, count, name);
     return count;
+  }
+
+  /// COLOR_0 has three numbers or four, of which the last is an opacity.
+  void read_colors(const tinygltf::Primitive& primitive, size_t count, const std::string& name) {
+    const size_t before = colors_.size();
+    colors_.resize(before + 3 * count, 1.f);
+    const auto found = primitive.attributes.find("COLOR_0");
+    if (found == primitive.attributes.end()) return;
+    any_colors_ = true;
+    const std::string what = name + ", COLOR_0";
+    const bool has_alpha =
+        accessors_.at(model_.accessors, found->second, "accessor", what).type == TINYGLTF_TYPE_VEC4;
+    const std::vector<double> values =
+        accessors_.read(found->second, has_alpha ? TINYGLTF_TYPE_VEC4 : TINYGLTF_TYPE_VEC3, what);
+    const size_t size = has_alpha ? 4 : 3;
+    if (values.size() != size * count) {
+      accessors_.fail(name + " has attributes of different lengths");
+    }
+    for (size_t i = 0; i < count; ++i) {
+      for (size_t k = 0; k < 3; ++k) {
+        if (!std::isfinite(values[size * i + k])) accessors_.fail(what + " is not finite");
+        colors_[before + 3 * i + k] = static_cast<float>(values[size * i + k]);
+      }
+    }
   }
 
   /// Into the merged mesh, whose vertices of this primitive start at `first`.
@@ -315,8 +347,11 @@ class GltfReader {
   const tinygltf::Model& model_;
   GltfAccessors accessors_;
   bool flip_v_;
+  bool wants_colors_;
   std::vector<bool> visited_;
   TriangleMesh mesh_;
+  std::vector<float> colors_;  ///< where they are wanted
+  bool any_colors_ = false;
   bool all_normals_ = true;
   bool any_normals_ = false;
   bool any_uvs_ = false;
@@ -328,7 +363,9 @@ class Gltf final : public wide::Mesh {
   explicit Gltf(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
     const tinygltf::Model model = parse_gltf(file);
-    GltfReader reader(file, model, props.boolean("flip_tex_coords"));
+    const std::vector<std::string> wanted = wanted_attributes();
+    GltfReader reader(file, model, props.boolean("flip_tex_coords"),
+                      std::find(wanted.begin(), wanted.end(), "vertex_color") != wanted.end());
     mesh_ = reader.read();
     log_unused(file, reader.unused());
     finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));

@@ -2,8 +2,9 @@
 ///
 /// Read are the vertices' x, y, z, nx, ny, nz and u, v (or texture_u, texture_v, or s, t), of any
 /// numeric type, and the faces' vertex_indices (or vertex_index); polygons are split into fans.
-/// Whatever else the file holds is skipped. Without normals in the file, they are averaged from the
-/// faces, weighted by angle. Format: Turk 1994, "The PLY Polygon File Format".
+/// Whatever else the file holds is skipped, but for attributes that a mesh_attribute texture reads.
+/// Without normals in the file, they are averaged from the faces, weighted by angle. Format: Turk
+/// 1994, "The PLY Polygon File Format".
 ///
 ///     <shape type="ply"><string name="filename" value="bunny.ply"/></shape>
 
@@ -16,6 +17,7 @@
 #include "kinome/plugin.h"
 #include "kinome/wide/mesh.h"
 #include "mesh_file.h"
+#include "ply_attributes.h"
 #include "shape_parameters.h"
 
 namespace kinome {
@@ -183,7 +185,16 @@ void skip_element(Source& source, const PlyElement& element) {
 }
 
 template <class Source>
-void read_vertices(Source& source, const PlyElement& element, bool flip_v, TriangleMesh& mesh) {
+float read_attribute(Source& source, const PlyProperty& property) {
+  const auto value = static_cast<float>(source.next(property.type));
+  if (!std::isfinite(value)) source.fail("'" + property.name + "' has a value that is not finite");
+  return value;
+}
+
+template <class Source>
+void read_vertices(Source& source, const PlyElement& element, bool flip_v,
+                   const std::vector<std::string>& wanted, TriangleMesh& mesh) {
+  AttributeReader attributes(element, "vertex_", wanted);
   const Roles roles = find_roles(element);
   if (!roles.positions) source.fail("the vertices lack x, y or z");
   mesh.positions.reserve(element.count + 1);
@@ -192,10 +203,13 @@ void read_vertices(Source& source, const PlyElement& element, bool flip_v, Trian
   for (uint64_t i = 0; i < element.count; ++i) {
     float values[9] = {};  // by role; the last takes what has none
     source.begin_item();
+    attributes.begin_item();
     for (size_t k = 0; k < element.properties.size(); ++k) {
       const PlyProperty& property = element.properties[k];
       if (property.is_list) {
         skip_property(source, property);
+      } else if (attributes.is_used(k)) {
+        attributes.put(k, read_attribute(source, property));
       } else {
         values[static_cast<int>(roles.of_property[k])] =
             static_cast<float>(source.next(property.type));
@@ -210,6 +224,7 @@ void read_vertices(Source& source, const PlyElement& element, bool flip_v, Trian
     if (roles.uvs) mesh.uvs.emplace_back(values[6], flip_v ? 1 - values[7] : values[7]);
     source.end_item();
   }
+  attributes.move_to(mesh);
 }
 
 /// One polygon, as a fan around its first vertex.
@@ -246,7 +261,8 @@ int find_indices(const PlyElement& faces) {
 }
 
 /// What the file holds and a mesh has no use for.
-std::vector<std::string> unused_parts(const PlyHeader& header) {
+std::vector<std::string> unused_parts(const PlyHeader& header,
+                                      const std::vector<std::string>& wanted) {
   std::vector<std::string> unused;
   for (const PlyElement& element : header.elements) {
     const std::string title = TextCursor::shorten(element.name);
@@ -256,11 +272,14 @@ std::vector<std::string> unused_parts(const PlyHeader& header) {
       continue;
     }
     const Roles roles = find_roles(element);
+    const AttributeReader attributes({element.name, 0, element.properties},
+                                     is_vertex ? "vertex_" : "face_", wanted);
     const int indices = find_indices(element);
     for (size_t i = 0; i < element.properties.size(); ++i) {
       const PlyProperty& property = element.properties[i];
       const bool is_used =
-          is_vertex ? roles.of_property[i] != Role::kNone : static_cast<int>(i) == indices;
+          attributes.is_used(i) ||
+          (is_vertex ? roles.of_property[i] != Role::kNone : static_cast<int>(i) == indices);
       if (!is_used) unused.push_back(title + " '" + TextCursor::shorten(property.name) + "'");
     }
   }
@@ -269,25 +288,33 @@ std::vector<std::string> unused_parts(const PlyHeader& header) {
 
 template <class Source>
 void read_faces(Source& source, const PlyElement& element, uint64_t vertex_count,
-                TriangleMesh& mesh) {
+                const std::vector<std::string>& wanted, TriangleMesh& mesh) {
+  AttributeReader attributes(element, "face_", wanted);
   const int indices = find_indices(element);
   if (indices < 0) source.fail("the faces lack a list 'vertex_indices' or 'vertex_index'");
   mesh.triangles.reserve(element.count);
   for (uint64_t i = 0; i < element.count; ++i) {
     source.begin_item();
+    attributes.begin_item();
+    const size_t before = mesh.triangles.size();
     for (size_t k = 0; k < element.properties.size(); ++k) {
       if (static_cast<int>(k) == indices) {
         read_polygon(source, element.properties[k], i, vertex_count, mesh);
+      } else if (attributes.is_used(k)) {
+        attributes.put(k, read_attribute(source, element.properties[k]));
       } else {
         skip_property(source, element.properties[k]);
       }
     }
+    attributes.repeat(mesh.triangles.size() - before);
     source.end_item();
   }
+  attributes.move_to(mesh);
 }
 
 template <class Source>
-TriangleMesh read_body(Source source, const PlyHeader& header, bool flip_v) {
+TriangleMesh read_body(Source source, const PlyHeader& header, bool flip_v,
+                       const std::vector<std::string>& wanted) {
   const PlyElement* vertices = header.find("vertex");
   const PlyElement* faces = header.find("face");
   if (!vertices || vertices->count == 0) source.fail("the file has no vertices");
@@ -296,9 +323,9 @@ TriangleMesh read_body(Source source, const PlyHeader& header, bool flip_v) {
   for (const PlyElement& element : header.elements) {
     check_count(source, element);
     if (&element == vertices) {
-      read_vertices(source, element, flip_v, mesh);
+      read_vertices(source, element, flip_v, wanted, mesh);
     } else if (&element == faces) {
-      read_faces(source, element, vertices->count, mesh);
+      read_faces(source, element, vertices->count, wanted, mesh);
     } else {
       skip_element(source, element);
     }
@@ -314,15 +341,16 @@ class Ply final : public wide::Mesh {
     const PlyHeader header = read_ply_header(file, bytes);
     const std::string_view body = std::string_view(bytes).substr(header.bytes);
     const bool flip_v = props.boolean("flip_tex_coords");
+    const std::vector<std::string> wanted = wanted_attributes();
     constexpr bool kBigEndianHost = std::endian::native == std::endian::big;
     if (header.format == PlyFormat::kAscii) {
-      mesh_ = read_body(AsciiSource(file, header, body), header, flip_v);
+      mesh_ = read_body(AsciiSource(file, header, body), header, flip_v, wanted);
     } else if ((header.format == PlyFormat::kBigEndian) == kBigEndianHost) {
-      mesh_ = read_body(BinarySource<false>(file, header, body), header, flip_v);
+      mesh_ = read_body(BinarySource<false>(file, header, body), header, flip_v, wanted);
     } else {
-      mesh_ = read_body(BinarySource<true>(file, header, body), header, flip_v);
+      mesh_ = read_body(BinarySource<true>(file, header, body), header, flip_v, wanted);
     }
-    log_unused(file, unused_parts(header));
+    log_unused(file, unused_parts(header, wanted));
     finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));
   }
 };

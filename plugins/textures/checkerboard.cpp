@@ -35,18 +35,22 @@ class Checkerboard final : public Texture {
     return halves_match<float>(uv) ? number1_.at(uv) : number0_.at(uv);
   }
   void eval_block(const Columns2& uv, size_t count, const Columns3& out) const override {
-    const wide::ColorInput::Columns color0(color0_, uv, count), color1(color1_, uv, count);
-    wide::for_lanes(count, [&](size_t i) {
-      const auto match = halves_match<wide::Float>(wide::Vec2::load(uv, i));
-      select(match, color0[i], color1[i]).store(out, i);
-    });
+    choose_colors({color0_, uv, count}, {color1_, uv, count}, uv, count, out);
   }
   void eval_1_block(const Columns2& uv, size_t count, float* out) const override {
-    const wide::NumberInput::Columns number0(number0_, uv, count), number1(number1_, uv, count);
-    wide::for_lanes(count, [&](size_t i) {
-      const auto match = halves_match<wide::Float>(wide::Vec2::load(uv, i));
-      select(match, number1[i], number0[i]).store(out + i);
-    });
+    choose_numbers({number0_, uv, count}, {number1_, uv, count}, uv, count, out);
+  }
+  Rgb eval_at(const SurfaceInteraction& si) const override {
+    return halves_match<float>(si.uv) ? color0_.at(si) : color1_.at(si);
+  }
+  float eval_1_at(const SurfaceInteraction& si) const override {
+    return halves_match<float>(si.uv) ? number1_.at(si) : number0_.at(si);
+  }
+  void eval_block_at(const SurfaceBlock& points, const Columns3& out) const override {
+    choose_colors({color0_, points}, {color1_, points}, points.uv, points.count, out);
+  }
+  void eval_1_block_at(const SurfaceBlock& points, float* out) const override {
+    choose_numbers({number0_, points}, {number1_, points}, points.uv, points.count, out);
   }
   /// Edges aside, it is flat.
   Vec2 eval_1_gradient(const Vec2&) const override { return Vec2(0); }
@@ -58,6 +62,23 @@ class Checkerboard final : public Texture {
   }
 
  private:
+  void choose_colors(const wide::ColorInput::Columns& color0,
+                     const wide::ColorInput::Columns& color1, const Columns2& uv, size_t count,
+                     const Columns3& out) const {
+    wide::for_lanes(count, [&](size_t i) {
+      const auto match = halves_match<wide::Float>(wide::Vec2::load(uv, i));
+      select(match, color0[i], color1[i]).store(out, i);
+    });
+  }
+  void choose_numbers(const wide::NumberInput::Columns& number0,
+                      const wide::NumberInput::Columns& number1, const Columns2& uv, size_t count,
+                      float* out) const {
+    wide::for_lanes(count, [&](size_t i) {
+      const auto match = halves_match<wide::Float>(wide::Vec2::load(uv, i));
+      select(match, number1[i], number0[i]).store(out + i);
+    });
+  }
+
   /// Nothing that a texture is for takes negative values; those of a nested image were warned of.
   static std::shared_ptr<Texture> read_color(const Properties& props, const std::string& name) {
     auto color = props.texture(name);

@@ -10,6 +10,7 @@
 #include "kinome/ray.h"
 #include "kinome/sensor.h"
 #include "kinome/shape.h"
+#include "kinome/shape_group.h"
 #include "kinome/stats.h"
 
 namespace kinome {
@@ -36,6 +37,7 @@ class KINOME_EXPORT Scene {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
+  /// All that rays can hit: in place of a shape that has parts these, in their order.
   const std::vector<std::shared_ptr<Shape>>& shapes() const { return contents_.shapes; }
   /// All emitters that shine by themselves, those of shapes and nested ones included.
   const std::vector<const Emitter*>& emitters() const { return emitters_; }
@@ -73,8 +75,16 @@ class KINOME_EXPORT Scene {
 
  private:
   struct Accelerator;
+  /// The ray tracer tells of a hit with an instance which of the group's shapes it is: that many
+  /// shapes after the first.
+  struct Placed {
+    std::shared_ptr<const ShapeInstance> instance;
+    uint32_t first;  ///< index into shapes() of its first part
+  };
+  void replace_by_parts();
   void check_bounces() const;
   Contents contents_;
+  std::vector<Placed> placed_;
   std::vector<const Emitter*> emitters_;
   std::vector<const Emitter*> indirect_emitters_;
   const Emitter* environment_ = nullptr;

@@ -3,6 +3,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "kinome/blocks.h"
@@ -16,12 +17,37 @@
 
 namespace kinome {
 
+/// Numbers that a mesh's file gives to each vertex, or to each triangle.
+struct MeshAttribute {
+  std::string name;           ///< "vertex_…" or "face_…"
+  uint32_t size = 3;          ///< numbers of each; textures take 1 or 3
+  std::vector<float> values;  ///< of the first vertex or triangle, then of the next …
+  bool is_of_faces() const { return name.starts_with("face_"); }
+};
+
+/// A MeshAttribute as functions over points read it. Owns nothing.
+struct AttributeArrays {
+  const MeshAttribute* attribute;
+  const float* positions;     ///< three of each vertex
+  const uint32_t* triangles;  ///< three vertices of each
+  Mat4 to_mesh;               ///< from world space to that of the positions
+};
+
 /// Triangles in world space. Vertices shared by their indices.
 struct TriangleMesh {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;  ///< per vertex, unit; empty: flat shading by face
   std::vector<Vec2> uvs;      ///< per vertex; empty: barycentric coordinates serve as uv
   std::vector<glm::uvec3> triangles;
+  std::vector<MeshAttribute> attributes;  ///< those that textures of the shape ask for
+};
+
+/// Curves of round cross section, in world space: chains of cones with spheres at their ends, or
+/// uniform cubic B-splines, of which four control points in a row make a segment.
+struct CurveSet {
+  bool is_bspline = false;
+  std::vector<glm::vec4> points;   ///< control points; w is the radius, positive
+  std::vector<uint32_t> segments;  ///< the first control point of each, in the file's order
 };
 
 /// A point of a surface, chosen as seen from another point.
@@ -30,12 +56,16 @@ struct SurfaceSample {
   float pdf = 0;          ///< per solid angle at the other point
 };
 
-/// Geometry with its material and light. Either a mesh, or analytic by `intersect`.
+/// Geometry with its material and light. Either a mesh, or curves, or analytic by `intersect`.
 class KINOME_EXPORT Shape : public Object {
  public:
   /// Its triangles, or nullptr for an analytic shape.
   virtual const TriangleMesh* mesh() const { return nullptr; }
+  /// Its curves, or nullptr.
+  virtual const CurveSet* curves() const { return nullptr; }
   virtual Aabb bounds() const = 0;
+  /// The shapes that a scene has in its place, always the same ones; empty: itself.
+  virtual std::vector<std::shared_ptr<Shape>> parts() const { return {}; }
 
   /// Analytic shapes only: the nearest hit in [tmin, tmax]; writes t, and u, v, primitive as
   /// interaction() wants them. Called from Embree, from any thread.
@@ -79,7 +109,16 @@ class KINOME_EXPORT Shape : public Object {
   /// One that measures at this shape, or nullptr.
   std::shared_ptr<Sensor> sensor_pointer() const { return sensor_; }
 
+  /// The attribute of this name; nullopt where there is none, as of all shapes that are no meshes.
+  virtual std::optional<AttributeArrays> attribute(const std::string& /*name*/) const {
+    return std::nullopt;
+  }
+  /// Names of the attributes that textures of its BSDF and its emitter read, each once.
+  std::vector<std::string> wanted_attributes() const;
+
  protected:
+  /// Without BSDF, emitter and sensor.
+  Shape() = default;
   /// Takes the nested bsdf, emitter and sensor. The scene fills in the default BSDF.
   explicit Shape(const Properties& props);
 
@@ -109,6 +148,7 @@ class KINOME_EXPORT MeshShape : public Shape {
   SurfaceInteraction interaction(const Ray& ray, const Hit& hit) const override;
   float area() const override { return area_; }
   SurfaceInteraction sample_surface(const Vec2& u) const override;
+  std::optional<AttributeArrays> attribute(const std::string& name) const override;
 
  protected:
   explicit MeshShape(const Properties& props) : Shape(props) {}

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "kinome/blocks.h"
 #include "kinome/color.h"
+#include "kinome/interaction.h"
 #include "kinome/object.h"
 
 namespace kinome {
@@ -21,6 +23,18 @@ class KINOME_EXPORT Texture : public Object {
   virtual Vec2 eval_1_gradient(const Vec2& uv) const;
   /// The same over a block. Default: one by one.
   virtual void eval_1_gradient_block(const Columns2& uv, size_t count, const Columns2& out) const;
+  /// The same at points of surfaces. Default: by their uv, which is all that most textures look at.
+  virtual Rgb eval_at(const SurfaceInteraction& si) const { return eval(si.uv); }
+  virtual float eval_1_at(const SurfaceInteraction& si) const { return eval_1(si.uv); }
+  virtual void eval_block_at(const SurfaceBlock& points, const Columns3& out) const {
+    eval_block(points.uv, points.count, out);
+  }
+  virtual void eval_1_block_at(const SurfaceBlock& points, float* out) const {
+    eval_1_block(points.uv, points.count, out);
+  }
+  /// The name of the MeshAttribute that it reads, without which a shape can't have it; "": none.
+  /// One that reads any is asked by eval_at and its like, never by uv alone.
+  virtual std::string attribute() const { return ""; }
   /// Means over the texture (unit square).
   virtual Rgb mean() const = 0;
   /// What it comes to as light, where it is uniform: a spectrum has another colour as light than as

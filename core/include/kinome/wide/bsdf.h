@@ -188,8 +188,7 @@ class FormulaBsdf : public Bsdf {
   void with_columns(const SurfaceBlock& points, const Fn& fn) const {
     std::apply(
         [&](const auto&... inputs) {
-          fn(typename std::remove_cvref_t<decltype(inputs)>::Columns(inputs, points.uv,
-                                                                     points.count)...);
+          fn(typename std::remove_cvref_t<decltype(inputs)>::Columns(inputs, points)...);
         },
         self().inputs());
   }
@@ -207,7 +206,7 @@ class FormulaBsdf : public Bsdf {
   template <class Fn>
   void with_lobes_at(const SurfaceInteraction& si, Lobe mask, const Fn& fn) const {
     self().template with_lobes<float>(mask & lobes_, [&](const auto& lobes_at) {
-      std::apply([&](const auto&... inputs) { fn(lobes_at(si.wi, inputs.at(si.uv)...)); },
+      std::apply([&](const auto&... inputs) { fn(lobes_at(si.wi, inputs.at(si)...)); },
                  self().inputs());
     });
   }

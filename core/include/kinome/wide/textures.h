@@ -70,6 +70,9 @@ class ColorInput {
 
   bool is_uniform() const { return is_uniform_; }
   glm::vec3 at(const glm::vec2& uv) const { return is_uniform_ ? value_ : texture_->eval(uv); }
+  glm::vec3 at(const SurfaceInteraction& si) const {
+    return is_uniform_ ? value_ : texture_->eval_at(si);
+  }
   const Texture& operator*() const { return *texture_; }
   const Texture* operator->() const { return texture_.get(); }
   const std::shared_ptr<const Texture>& texture() const { return texture_; }
@@ -82,6 +85,12 @@ class ColorInput {
       if (input.is_uniform_) return;
       values_ = columns_.three();
       input.texture_->eval_block(uv, count, values_);
+    }
+    Columns(const ColorInput& input, const SurfaceBlock& points)
+        : value_(input.value_), columns_(3, input.is_uniform_ ? 0 : points.count) {
+      if (input.is_uniform_) return;
+      values_ = columns_.three();
+      input.texture_->eval_block_at(points, values_);
     }
     KINOME_WIDE Rgb operator[](size_t i) const {
       return values_.x ? Rgb::load(values_, i) : Rgb(value_);
@@ -108,6 +117,9 @@ class NumberInput {
         value_(is_uniform_ ? texture_->eval_1(glm::vec2(0.f)) : 0.f) {}
 
   float at(const glm::vec2& uv) const { return is_uniform_ ? value_ : texture_->eval_1(uv); }
+  float at(const SurfaceInteraction& si) const {
+    return is_uniform_ ? value_ : texture_->eval_1_at(si);
+  }
   const Texture& operator*() const { return *texture_; }
   const Texture* operator->() const { return texture_.get(); }
   const std::shared_ptr<const Texture>& texture() const { return texture_; }
@@ -120,6 +132,12 @@ class NumberInput {
       if (input.is_uniform_) return;
       values_ = columns_[0];
       input.texture_->eval_1_block(uv, count, values_);
+    }
+    Columns(const NumberInput& input, const SurfaceBlock& points)
+        : value_(input.value_), columns_(1, input.is_uniform_ ? 0 : points.count) {
+      if (input.is_uniform_) return;
+      values_ = columns_[0];
+      input.texture_->eval_1_block_at(points, values_);
     }
     KINOME_WIDE Float operator[](size_t i) const {
       return values_ ? Float::load(values_ + i) : Float(value_);

@@ -1,0 +1,57 @@
+/// A shapegroup's shapes, moved to another place: by any affine map, also one that mirrors or
+/// stretches. A copy costs a few hundred bytes, whatever it is a copy of.
+///
+///     <shape type="instance">
+///       <ref id="tree"/>
+///       <transform name="to_world"><scale value="1.2"/><translate x="5"/></transform>
+///     </shape>
+
+#include "kinome/plugin.h"
+#include "kinome/shape_group.h"
+#include "placed_shape.h"
+#include "shape_parameters.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    kToWorld,
+    {"shapegroup", ParameterType::kObject, nullptr, "A shapegroup, or a <ref> to one.", true,
+     Category::kShape},
+};
+
+class Instance final : public ShapeInstance {
+ public:
+  explicit Instance(const Properties& props)
+      : ShapeInstance(props),
+        group_(group_of(props)),
+        map_(std::make_shared<const AffineMap>(to_world_of(props))) {
+    for (const auto& shape : group_->shapes()) {
+      parts_.push_back(std::make_shared<PlacedShape>(shape, map_));
+      bounds_.expand(parts_.back()->bounds());
+    }
+  }
+
+  const ShapeGroup& group() const override { return *group_; }
+  const Mat4& to_world() const override { return map_->to_world(); }
+  std::vector<std::shared_ptr<Shape>> parts() const override { return parts_; }
+  Aabb bounds() const override { return bounds_; }
+
+ private:
+  static std::shared_ptr<const ShapeGroup> group_of(const Properties& props) {
+    auto group = std::dynamic_pointer_cast<const ShapeGroup>(props.object<Shape>());
+    if (!group) throw Error(props.where(), "must have a 'shapegroup', not another shape");
+    return group;
+  }
+
+  std::shared_ptr<const ShapeGroup> group_;
+  std::shared_ptr<const AffineMap> map_;
+  std::vector<std::shared_ptr<Shape>> parts_;
+  Aabb bounds_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Instance, kinome::Category::kShape, "instance",
+              "A shapegroup in another place.", kinome::kTable);

@@ -1,0 +1,39 @@
+/// Shapes in one another's place, as if they stood in the scene themselves. Mitsuba makes one mesh
+/// of those of one material, which is faster there; here it makes no difference.
+///
+///     <shape type="merge">
+///       <shape type="cube"/> <shape type="sphere"/>
+///     </shape>
+
+#include "kinome/plugin.h"
+#include "kinome/shape.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"shape", ParameterType::kObject, nullptr, "A shape.", true, Category::kShape, 1000000},
+};
+
+class Merge final : public Shape {
+ public:
+  explicit Merge(const Properties& props) : parts_(props.objects<Shape>()) {
+    for (const auto& part : parts_) bounds_.expand(part->bounds());
+  }
+
+  std::vector<std::shared_ptr<Shape>> parts() const override { return parts_; }
+  Aabb bounds() const override { return bounds_; }
+  // Its parts stand for it.
+  SurfaceInteraction interaction(const Ray&, const Hit&) const override { return {}; }
+  float area() const override { return 0; }
+  SurfaceInteraction sample_surface(const Vec2&) const override { return {}; }
+
+ private:
+  std::vector<std::shared_ptr<Shape>> parts_;
+  Aabb bounds_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Merge, kinome::Category::kShape, "merge", "Several shapes.", kinome::kTable);

@@ -1,0 +1,32 @@
+/// Shapes that are placed in the scene by `instance`, any number of times; by themselves they
+/// aren't part of it. They take memory once.
+///
+///     <shape type="shapegroup" id="tree">
+///       <shape type="ply"><string name="filename" value="trunk.ply"/></shape>
+///       <shape type="ply"><string name="filename" value="leaves.ply"/></shape>
+///     </shape>
+///     <shape type="instance"><ref id="tree"/></shape>
+
+#include "kinome/plugin.h"
+#include "kinome/shape_group.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"shape", ParameterType::kObject, nullptr, "A shape, which must not emit.", true,
+     Category::kShape, 1000000},
+    {"to_world", ParameterType::kTransform, "identity",
+     "Not used, as in Mitsuba: instances have it."},
+};
+
+class Group final : public ShapeGroup {
+ public:
+  explicit Group(const Properties& props) : ShapeGroup(props) { props.transform("to_world"); }
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Group, kinome::Category::kShape, "shapegroup",
+              "Shapes that instances place in the scene.", kinome::kTable);
