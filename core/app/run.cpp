@@ -86,10 +86,7 @@ std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
 /// Of channels that are rendered for nothing.
 void warn_of_layers(const Scene& scene, const Film& film) {
   if (film.file_extension() != ".pfm") return;
-  const auto layers = scene.integrator().layers();
-  const bool has_others = std::any_of(layers.begin(), layers.end(),
-                                      [](const auto& channels) { return !channels.empty(); });
-  if (has_others) {
+  if (!scene.integrator().channels().empty()) {
     log_warn(
         "the scene's film writes .pfm files, which hold no channels but colour: those of its "
         "integrator are left out");

@@ -24,20 +24,56 @@ void check_size(const Rect& crop) {
 
 }  // namespace
 
+std::vector<FilmChannel> channels_of(const std::vector<std::vector<std::string>>& layers) {
+  std::vector<FilmChannel> channels;
+  for (size_t l = 0; l < layers.size(); ++l) {
+    for (size_t i = 0; i < layers[l].size(); ++i) {
+      channels.push_back({layers[l][i], static_cast<int>(l), static_cast<int>(i)});
+    }
+  }
+  return channels;
+}
+
 void Film::prepare(const std::vector<std::vector<std::string>>& layers, uint32_t lanes) {
+  prepare(layers, channels_of(layers), lanes);
+}
+
+void Film::prepare(const std::vector<std::vector<std::string>>& layers,
+                   std::vector<FilmChannel> channels, uint32_t lanes) {
   check_size(crop_);
   non_finite_ = 0;
   commits_ = 0;
-  layers_ = layers;
   lane_ = 0;
+  first_layer_ = 0;
+  channels_ = std::move(channels);
+  layers_.clear();
+  for (const auto& names : layers) layers_.push_back({names, layers_.empty(), {}});
+  takes_alpha_ = false;
+  for (const FilmChannel& channel : channels_) {
+    if (channel.value < 0) layers_.at(channel.layer).has_color = true;
+    takes_alpha_ = takes_alpha_ || channel.value == FilmChannel::kA;
+  }
+  for (const FilmChannel& channel : channels_) {
+    if (channel.power == 1) continue;
+    layers_.at(channel.layer).powers.push_back({place_of(channel), channel.power});
+  }
   lanes_.clear();
   lanes_.resize(lanes);
   for (Lane& lane : lanes_) {
     for (size_t i = 0; i < layers_.size(); ++i) {
-      const size_t stride = static_cast<size_t>(value_count(static_cast<int>(i))) + 1;
-      lane.layers.emplace_back(static_cast<size_t>(crop_.area()) * stride);
+      lane.emplace_back().values =
+          ZeroedArray<double>(static_cast<size_t>(crop_.area()) * stride_of(i));
     }
   }
+}
+
+/// Of what it shows, among its layer's values; X, Y and Z have none.
+int Film::place_of(const FilmChannel& channel) const {
+  if (channel.value >= 0) {
+    const bool has_color = layers_.at(channel.layer).has_color;
+    return channel.value + (has_color ? 3 + (has_alpha() ? 1 : 0) : 0);
+  }
+  return channel.value >= FilmChannel::kX ? channel.value : channel.value - FilmChannel::kR;
 }
 
 Rect Film::reach() const {
@@ -53,28 +89,38 @@ std::vector<std::string> Film::channels() const {
     names = {"R", "G", "B"};
   }
   if (has_alpha_) names.push_back("A");
-  for (const auto& layer : layers_) names.insert(names.end(), layer.begin(), layer.end());
+  for (const FilmChannel& channel : channels_) names.push_back(channel.name);
   return names;
 }
 
+int Film::values_of(size_t layer) const {
+  const Layer& of = layers_.at(layer);
+  return static_cast<int>(of.names.size()) + (of.has_color ? 3 + (has_alpha() ? 1 : 0) : 0);
+}
+
 int Film::value_count(int layer) const {
-  const int extra = static_cast<int>(layers_.at(layer).size());
-  return layer == 0 ? 3 + (has_alpha_ ? 1 : 0) + extra : extra;
+  return values_of(static_cast<size_t>(first_layer_ + layer));
+}
+
+bool Film::has_powers(int layer) const {
+  return !layers_.at(first_layer_ + layer).powers.empty();
 }
 
 FilmTile Film::make_tile(const Rect& pixels, int layer) const {
-  return FilmTile(pixels, layer, value_count(layer), *filter_, crop_);
+  return FilmTile(pixels, first_layer_ + layer, value_count(layer), *filter_, crop_,
+                  layers_.at(first_layer_ + layer).powers);
 }
 
 void Film::commit(const FilmTile& tile) {
   ++commits_;
   non_finite_ += tile.non_finite_;
-  lanes_.at(lane_).light_paths += tile.light_paths_;
+  Sums& sums = lanes_.at(lane_).at(tile.layer_);
+  sums.light_paths += tile.light_paths_;
   if (!tile.splats_.empty()) commit_splats(tile);
-  const int stride = tile.values_ + 1;
+  const int stride = tile.stride();
   const Rect& covered = tile.covered_;
   if (covered.area() == 0) return;
-  ZeroedArray<double>& data = lanes_.at(lane_).layers.at(tile.layer_);
+  ZeroedArray<double>& data = sums.values;
   for (int y = covered.y0; y < covered.y1; ++y) {
     const double* from = &tile.data_[pixel_offset(covered, covered.x0, y, stride)];
     double* to = &data[pixel_offset(crop_, covered.x0, y, stride)];
@@ -83,17 +129,17 @@ void Film::commit(const FilmTile& tile) {
   }
 }
 
-ZeroedArray<double>& Film::splats_of(Lane& lane) {
-  if (lane.splats.empty()) {
-    lane.splats = ZeroedArray<double>(static_cast<size_t>(crop_.area()) * 3);
+ZeroedArray<double>& Film::splats_of(Sums& sums) {
+  if (sums.splats.empty()) {
+    sums.splats = ZeroedArray<double>(static_cast<size_t>(crop_.area()) * 3);
     // A pixel's weighted mean divides by the filter's integral over its samples; a splat has to.
     splat_norm_ = 1 / (filter_->integral() * filter_->integral());
   }
-  return lane.splats;
+  return sums.splats;
 }
 
 void Film::commit_splats(const FilmTile& tile) {
-  ZeroedArray<double>& splats = splats_of(lanes_.at(lane_));
+  ZeroedArray<double>& splats = splats_of(lanes_.at(lane_).at(tile.layer_));
   for (const FilmTile::Splat& splat : tile.splats_) {
     for_each_pixel(splat.position, *filter_, crop_, [&](int x, int y, float w) {
       double* const pixel = &splats[pixel_offset(crop_, x, y, 3)];
@@ -116,24 +162,24 @@ bool Film::transfer(const std::function<void(void* bytes, size_t count)>& io) {
   io(&non_finite_, sizeof non_finite_);
   if (!is_alike(lanes_.size())) return false;
   for (Lane& lane : lanes_) {
-    io(&lane.light_paths, sizeof lane.light_paths);
-    for (auto& layer : lane.layers) {
-      if (!transfer_sums(layer)) return false;
+    for (Sums& sums : lane) {
+      io(&sums.light_paths, sizeof sums.light_paths);
+      if (!transfer_sums(sums.values)) return false;
+      uint8_t has_splats = sums.splats.empty() ? 0 : 1;
+      io(&has_splats, sizeof has_splats);
+      if (has_splats != 0 && !transfer_sums(splats_of(sums))) return false;
     }
-    uint8_t has_splats = lane.splats.empty() ? 0 : 1;
-    io(&has_splats, sizeof has_splats);
-    if (has_splats != 0 && !transfer_sums(splats_of(lane))) return false;
   }
   return true;
 }
 
 std::vector<bool> Film::gaps(int layer) const {
-  const size_t stride = static_cast<size_t>(value_count(layer)) + 1;
+  const size_t stride = stride_of(layer);
   std::vector<bool> gaps(static_cast<size_t>(crop_.area()), true);
   bool is_empty = true, has_paths = false;
   for (const Lane& lane : lanes_) {
-    has_paths = has_paths || (layer == 0 && lane.light_paths > 0);
-    const ZeroedArray<double>& data = lane.layers.at(layer);
+    has_paths = has_paths || lane.at(layer).light_paths > 0;
+    const ZeroedArray<double>& data = lane.at(layer).values;
     for (size_t p = 0; p < gaps.size(); ++p) {
       if (data[(p + 1) * stride - 1] == 0) continue;
       gaps[p] = false;
@@ -144,70 +190,89 @@ std::vector<bool> Film::gaps(int layer) const {
   return gaps;
 }
 
-double Film::splat_scale(size_t first, size_t end) const {
+double Film::splat_scale(size_t layer, size_t first, size_t end) const {
   double paths = 0;
-  for (size_t l = first; l < end; ++l) paths += lanes_[l].light_paths;
+  for (size_t l = first; l < end; ++l) paths += lanes_[l][layer].light_paths;
   return paths > 0 ? 1 / paths : 1;
 }
 
-Rgb Film::color(size_t pixel, size_t first, size_t end) const {
-  const int values = value_count(0);
+Rgb Film::color(size_t layer, size_t pixel, size_t first, size_t end) const {
+  const size_t stride = stride_of(layer);
   glm::dvec3 sum(0.), splats(0.);
   double weight = 0;
   for (size_t l = first; l < end; ++l) {
-    const double* const from = &lanes_[l].layers[0][pixel * (values + 1)];
+    const Sums& of = lanes_[l][layer];
+    const double* const from = &of.values[pixel * stride];
     sum += glm::dvec3(from[0], from[1], from[2]);
-    weight += from[values];
-    if (lanes_[l].splats.empty()) continue;
-    for (int c = 0; c < 3; ++c) splats[c] += lanes_[l].splats[3 * pixel + c];
+    weight += from[stride - 1];
+    if (of.splats.empty()) continue;
+    for (int c = 0; c < 3; ++c) splats[c] += of.splats[3 * pixel + c];
   }
   // Not by its inverse: a single sample of a pixel is to come out as it is.
-  const glm::dvec3 radiance =
-      sum / (weight == 0 ? double{kInfinity} : weight) + splats * splat_scale(first, end);
+  const glm::dvec3 radiance = sum / (weight == 0 ? double{kInfinity} : weight) +
+                              splats * splat_scale(layer, first, end);
   return Rgb(radiance * double{response_});
+}
+
+double Film::mean(size_t layer, size_t pixel, size_t value) const {
+  const size_t stride = stride_of(layer);
+  double sum = 0, weight = 0;
+  for (const Lane& lane : lanes_) {
+    const double* const from = &lane[layer].values[pixel * stride];
+    sum += from[value];
+    weight += from[stride - 1];
+  }
+  return weight == 0 ? 0. : sum / weight;
+}
+
+float Film::value_of(const FilmChannel& channel, size_t pixel) const {
+  const auto layer = static_cast<size_t>(channel.layer);
+  if (channel.power != 1) {
+    const int place = place_of(channel);
+    const std::vector<FilmPower>& powers = layers_[layer].powers;
+    size_t i = 0;
+    while (powers[i].value != place || powers[i].power != channel.power) ++i;
+    const bool is_color = channel.value < 0 && channel.value != FilmChannel::kA;
+    const double response = is_color ? std::pow(double{response_}, channel.power) : 1.;
+    return static_cast<float>(response *
+                              mean(layer, pixel, static_cast<size_t>(values_of(layer)) + i));
+  }
+  const int value = channel.value;
+  if (value >= 0 || value == FilmChannel::kA) {
+    return static_cast<float>(mean(layer, pixel, static_cast<size_t>(place_of(channel))));
+  }
+  const Rgb mean_color = color(layer, pixel, 0, lanes_.size());
+  if (value >= FilmChannel::kX) {
+    return static_cast<float>(xyz(glm::dvec3(mean_color))[value - FilmChannel::kX]);
+  }
+  return mean_color[value - FilmChannel::kR];
 }
 
 Image Film::develop() const {
   Image image{crop_.width(), crop_.height(), channels(), {}};
   const size_t pixels = static_cast<size_t>(crop_.area());
-  const size_t stride_out = image.channels.size();
-  image.data.assign(pixels * stride_out, 0.f);
-  size_t first_out = 0;
-  for (size_t l = 0; l < layers_.size(); ++l) {
-    const int values = value_count(static_cast<int>(l));
-    const bool to_luminance = l == 0 && is_luminance_;
-    for (size_t p = 0; p < pixels; ++p) {
-      float* to = &image.data[p * stride_out + first_out];
-      int i = 0;
-      if (l == 0) {
-        const Rgb mean = color(p, 0, lanes_.size());
-        if (to_luminance) {
-          *to++ = luminance(mean);
-        } else {
-          for (int c = 0; c < 3; ++c) *to++ = mean[c];
-        }
-        i = 3;
-      }
-      for (; i < values; ++i) {
-        double sum = 0, weight = 0;
-        for (const Lane& lane : lanes_) {
-          sum += lane.layers[l][p * (values + 1) + i];
-          weight += lane.layers[l][p * (values + 1) + values];
-        }
-        *to++ = weight == 0 ? 0.f : static_cast<float>(sum / weight);
-      }
+  image.data.assign(pixels * image.channels.size(), 0.f);
+  float* to = image.data.data();
+  for (size_t p = 0; p < pixels; ++p) {
+    const Rgb mean_color = color(0, p, 0, lanes_.size());
+    if (is_luminance_) {
+      *to++ = luminance(mean_color);
+    } else {
+      for (int c = 0; c < 3; ++c) *to++ = mean_color[c];
     }
-    first_out += to_luminance ? values - 2 : values;
+    if (has_alpha_) *to++ = static_cast<float>(mean(0, p, 3));
+    for (const FilmChannel& channel : channels_) *to++ = value_of(channel, p);
   }
   return image;
 }
 
 std::optional<Rgb> Film::lane_color(size_t pixel, uint32_t lane) const {
-  const size_t stride = static_cast<size_t>(value_count(0)) + 1;
-  const Lane& from = lanes_.at(lane);
-  if (from.layers[0][(pixel + 1) * stride - 1] == 0 && from.light_paths == 0) return std::nullopt;
-  const Rgb mean = color(pixel, lane, lane + 1);
-  return is_luminance_ ? Rgb(luminance(mean)) : mean;
+  const Sums& from = lanes_.at(lane)[0];
+  if (from.values[(pixel + 1) * stride_of(0) - 1] == 0 && from.light_paths == 0) {
+    return std::nullopt;
+  }
+  const Rgb mean_color = color(0, pixel, lane, lane + 1);
+  return is_luminance_ ? Rgb(luminance(mean_color)) : mean_color;
 }
 
 }  // namespace kinome

@@ -53,15 +53,15 @@ void set_channels(Image& image, int x, int y, int first, int count, const glm::d
 }  // namespace
 
 uint32_t Film::lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const {
-  const size_t stride = static_cast<size_t>(value_count(0)) + 1;
+  const size_t stride = stride_of(0);
   const auto sum_in = [&](const Lane& lane) {
-    const double* const from = &lane.layers[0][pixel * stride];
+    const double* const from = &lane[0].values[pixel * stride];
     return glm::dvec3(from[0], from[1], from[2]);
   };
-  const auto weight_in = [&](const Lane& lane) { return lane.layers[0][(pixel + 1) * stride - 1]; };
+  const auto weight_in = [&](const Lane& lane) { return lane[0].values[(pixel + 1) * stride - 1]; };
   const auto splats_in = [&](const Lane& lane) {
-    if (lane.splats.empty()) return glm::dvec3(0.);
-    const double* const from = &lane.splats[3 * pixel];
+    if (lane[0].splats.empty()) return glm::dvec3(0.);
+    const double* const from = &lane[0].splats[3 * pixel];
     return glm::dvec3(from[0], from[1], from[2]);
   };
   glm::dvec3 sum(0.), splats(0.);
@@ -71,15 +71,15 @@ uint32_t Film::lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const 
     sum += sum_in(lane);
     splats += splats_in(lane);
     weight += weight_in(lane);
-    paths += lane.light_paths;
-    if (weight_in(lane) != 0 || lane.light_paths != 0) ++count;
+    paths += lane[0].light_paths;
+    if (weight_in(lane) != 0 || lane[0].light_paths != 0) ++count;
   }
   if (count < 2) return count;
   const double factor = std::sqrt(count / (count - 1.));
   const auto lanes = static_cast<double>(lanes_.size());
   for (size_t l = 0; l < lanes_.size(); ++l) {
     const Lane& lane = lanes_[l];
-    const double part = paths > 0 ? lane.light_paths / paths : 1 / lanes;
+    const double part = paths > 0 ? lane[0].light_paths / paths : 1 / lanes;
     glm::dvec3 share = (splats_in(lane) - part * splats) / (paths > 0 ? paths : 1.);
     if (weight != 0) share += (sum_in(lane) - weight_in(lane) / weight * sum) / weight;
     if (is_luminance_) share = glm::dvec3(luminance(Rgb(share)));

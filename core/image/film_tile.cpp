@@ -53,13 +53,31 @@ class AxisWeights {
 
 }  // namespace
 
+double FilmPower::operator()(const float* values) const {
+  const double base = value >= 0 ? double{values[value]}
+                                 : xyz({values[0], values[1], values[2]})[value - FilmChannel::kX];
+  double result = base;
+  for (int i = 1; i < power; ++i) result *= base;
+  return result;
+}
+
 FilmTile::FilmTile(const Rect& pixels, int layer, int values, const ReconstructionFilter& filter,
-                   const Rect& crop)
-    : pixels_(pixels), layer_(layer), values_(values), filter_(&filter) {
+                   const Rect& crop, std::vector<FilmPower> powers)
+    : pixels_(pixels),
+      layer_(layer),
+      values_(values),
+      powers_(std::move(powers)),
+      filter_(&filter) {
   const Footprint fx = footprint(pixels.x0, pixels.x1, filter.radius());
   const Footprint fy = footprint(pixels.y0, pixels.y1, filter.radius());
   covered_ = intersection({fx.first, fy.first, fx.end, fy.end}, crop);
-  data_.assign(static_cast<size_t>(covered_.area()) * (values + 1), 0.);
+  data_.assign(static_cast<size_t>(covered_.area()) * stride(), 0.);
+}
+
+void FilmTile::add_to(double* pixel, const float* values, double weight) const {
+  for (int i = 0; i < values_; ++i) *pixel++ += weight * static_cast<double>(values[i]);
+  for (const FilmPower& power : powers_) *pixel++ += weight * power(values);
+  *pixel += weight;
 }
 
 void FilmTile::add(const Vec2& position, std::span<const float> values) {
@@ -73,10 +91,7 @@ void FilmTile::add(const Vec2& position, std::span<const float> values) {
     return;
   }
   for_each_pixel(position, *filter_, covered_, [&](int x, int y, float w) {
-    double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
-    const double weight = w;
-    for (int i = 0; i < values_; ++i) pixel[i] += weight * values[i];
-    pixel[values_] += weight;
+    add_to(&data_[pixel_offset(covered_, x, y, stride())], values.data(), w);
   });
 }
 
@@ -87,6 +102,7 @@ void FilmTile::add_block(const Columns2& position, size_t count,
   }
   UpperHalves::clear();
   AxisWeights along_x(*filter_), along_y(*filter_);
+  std::vector<float> of_sample(values.size());
   for (size_t next = 0; next < count;) {
     size_t number[kBlockLanes], kept = 0;
     float x[kBlockLanes], y[kBlockLanes];
@@ -102,15 +118,14 @@ void FilmTile::add_block(const Columns2& position, size_t count,
     along_x.find(x, kept, covered_.x0, covered_.x1);
     along_y.find(y, kept, covered_.y0, covered_.y1);
     for (size_t i = 0; i < kept; ++i) {
+      for (size_t v = 0; v < values.size(); ++v) of_sample[v] = values[v][number[i]];
       for (int j = 0; j < along_y.pixels(i); ++j) {
         const float wy = along_y.at(i, j);
         if (wy == 0 || along_x.pixels(i) == 0) continue;
         double* pixel =
-            &data_[pixel_offset(covered_, along_x.first(i), along_y.first(i) + j, values_ + 1)];
-        for (int k = 0; k < along_x.pixels(i); ++k) {
-          const double weight = wy * along_x.at(i, k);
-          for (const float* column : values) *pixel++ += weight * column[number[i]];
-          *pixel++ += weight;
+            &data_[pixel_offset(covered_, along_x.first(i), along_y.first(i) + j, stride())];
+        for (int k = 0; k < along_x.pixels(i); ++k, pixel += stride()) {
+          add_to(pixel, of_sample.data(), wy * along_x.at(i, k));
         }
       }
     }
@@ -128,17 +143,15 @@ void FilmTile::add_pixel(int x, int y, std::span<const float> values, float weig
     return;
   }
   if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
-  double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
-  for (int i = 0; i < values_; ++i) pixel[i] += double{weight} * values[i];
-  pixel[values_] += weight;
+  add_to(&data_[pixel_offset(covered_, x, y, stride())], values.data(), weight);
 }
 
 void FilmTile::add_sums(int x, int y, std::span<const float> sums, float weight) {
-  if (sums.size() != static_cast<size_t>(values_)) {
-    throw std::logic_error("FilmTile::add_sums: wrong number of values");
+  if (sums.size() != static_cast<size_t>(values_) || !powers_.empty()) {
+    throw std::logic_error("FilmTile::add_sums: wrong number of values, or powers are asked for");
   }
   if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
-  double* const pixel = &data_[pixel_offset(covered_, x, y, values_ + 1)];
+  double* const pixel = &data_[pixel_offset(covered_, x, y, stride())];
   for (int i = 0; i < values_; ++i) pixel[i] += static_cast<double>(sums[static_cast<size_t>(i)]);
   pixel[values_] += static_cast<double>(weight);
 }

@@ -28,7 +28,7 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
     stats.stages = integrator.stages();
     Film& film = sensor.film();
     const RenderBudget& budget = context.budget();
-    film.prepare(integrator.layers(), lanes_for(budget, film));
+    film.prepare(integrator.layers(), integrator.channels(), lanes_for(budget, film));
     Checkpoint* const checkpoint = context.checkpoint();
     integrator.warn_of_light_left_out(scene, sensor, context);
     const double begun = context.seconds();

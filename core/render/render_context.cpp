@@ -142,7 +142,7 @@ void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& 
   Sequencer sequencer(*this, film);
   left_out_.clear();
   if (!gaps_.empty()) {
-    for (const Rect& tile : tiles) left_out_.push_back(!is_wanted(tile, layer));
+    for (const Rect& tile : tiles) left_out_.push_back(!is_wanted(tile, film.first_layer() + layer));
   }
   try {
     for_each(tiles.size(), [&](size_t index, RenderCounters& counters) {

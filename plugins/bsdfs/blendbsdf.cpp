@@ -63,6 +63,10 @@ class Blend final : public Bsdf {
     if (query.wo.x) evaluate_block(points, query, weights, answer.f, answer.pdf);
   }
 
+  Rgb albedo(const SurfaceInteraction& si) const override {
+    const float weight = clamped_share(weight_.at(si.uv));
+    return nested_[0]->albedo(si) * (1 - weight) + nested_[1]->albedo(si) * weight;
+  }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const float weight = clamped_share(weight_.at(si));
     const LobeReflectance a = nested_[0]->reflectance(si), b = nested_[1]->reflectance(si);

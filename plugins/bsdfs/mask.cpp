@@ -83,6 +83,7 @@ class OpacityMask final : public Bsdf {
     });
   }
 
+  Rgb albedo(const SurfaceInteraction& si) const override { return nested_->albedo(si); }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     LobeReflectance parts = nested_->reflectance(si);
     const float opacity = clamped_share(opacity_.at(si));

@@ -194,6 +194,7 @@ class TurnedFrame : public Bsdf {
     }
   }
 
+  Rgb albedo(const SurfaceInteraction& si) const override { return nested_->albedo(si); }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     // Who sees the back of a turned normal sees nothing, but others do.
     const auto turned = perturb(si);

@@ -94,6 +94,9 @@ class TwoSided final : public Bsdf {
     }
   }
 
+  Rgb albedo(const SurfaceInteraction& si) const override {
+    return si.wi.z < 0 ? sides_.back()->albedo(mirrored(si)) : sides_.front()->albedo(si);
+  }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     return si.wi.z < 0 ? sides_.back()->reflectance(mirrored(si)) : sides_.front()->reflectance(si);
   }

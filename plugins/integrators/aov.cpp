@@ -1,6 +1,6 @@
 /// Arbitrary output variables: what the first hit is, as further channels of the image, beside what
-/// a nested integrator renders (without one, colour stays black). Channels are filtered as colour
-/// is; rays that hit nothing count as 0. `aovs` lists name:type pairs; channels are named as
+/// nested integrators render: each as channels NAME.R, .G, .B, .A, and the first as the film's colour,
+/// too (without one, that stays black). Channels are filtered as colour is; rays that hit nothing count as 0. `aovs` lists name:type pairs; channels are named as
 /// Mitsuba names them, NAME.T for a depth, NAME.X, .Y, .Z for a vector and so on.
 ///
 ///     <integrator type="aov">
@@ -10,15 +10,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "kinome/block_points.h"
-#include "kinome/integrator.h"
-#include "kinome/plugin.h"
 #include "kinome/primary_rays.h"
+#include "nesting.h"
 #include "transport/blocks_of_tile.h"
 #include "transport/camera.h"
 #include "transport/film_samples.h"
@@ -28,23 +29,27 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"aovs", ParameterType::kString, nullptr,
-     "Comma-separated NAME:TYPE pairs; types: depth, position, uv, geo_normal, sh_normal, dp_du, "
-     "dp_dv, prim_index, shape_index (from 1), albedo.",
+     "NAME:TYPE pairs, commas or spaces between them; types: albedo, depth, position, uv, "
+     "geo_normal, sh_normal, dp_du, dp_dv, duv_dx, duv_dy, prim_index, shape_index (from 1).",
      true},
-    {"integrator", ParameterType::kObject, nullptr, "What renders the colour channels.", false,
-     Category::kIntegrator},
+    {"integrator", ParameterType::kObject, nullptr,
+     "What renders the colour channels; of several, each gets channels of its own.", false,
+     Category::kIntegrator, 16},
 };
 
 struct SurfaceHit {
   SurfaceInteraction si;
   uint32_t shape;
   float depth;  ///< from the camera's near plane, as in Mitsuba
+  Vec2 duv_dx;  ///< only where asked for, as duv_dy
+  Vec2 duv_dy;
 };
 
 struct Type {
   const char* name;
   const char* suffixes;  ///< of the channels, one letter each
   Vec3 (*value)(const SurfaceHit&);
+  bool needs_next_rays = false;
 };
 
 /// Shape indices count from 1, as Mitsuba's do: 0 is the background.
@@ -58,18 +63,75 @@ constexpr Type kTypes[] = {
     {"dp_dv", "XYZ", [](const SurfaceHit& hit) { return hit.si.dp_dv; }},
     {"prim_index", "I", [](const SurfaceHit& hit) { return Vec3(float(hit.si.primitive)); }},
     {"shape_index", "I", [](const SurfaceHit& hit) { return Vec3(float(hit.shape + 1)); }},
-    {"albedo", "RGB",
-     [](const SurfaceHit& hit) {
-       const LobeReflectance parts = hit.si.shape->bsdf().reflectance(hit.si);
-       return parts.diffuse + parts.glossy;
-     }},
+    {"duv_dx", "UV", [](const SurfaceHit& hit) { return Vec3(hit.duv_dx, 0); }, true},
+    {"duv_dy", "UV", [](const SurfaceHit& hit) { return Vec3(hit.duv_dy, 0); }, true},
+    {"albedo", "RGB", [](const SurfaceHit& hit) { return hit.si.shape->bsdf().albedo(hit.si); }},
 };
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\n";
-  const size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+/// How uv changes where the tangent plane of a point is met by `ray` in place of the ray that hit
+/// the point; 0 where the surface has no parametrisation, or the plane is not met.
+Vec2 uv_offset(const SurfaceInteraction& si, const Ray& ray) {
+  const float t = glm::dot(si.n, si.p - ray.o) / glm::dot(si.n, ray.d);
+  const Vec3 offset = ray.o + t * ray.d - si.p;
+  // The tangents needn't be perpendicular: least squares.
+  const float uu = glm::dot(si.dp_du, si.dp_du), uv = glm::dot(si.dp_du, si.dp_dv),
+              vv = glm::dot(si.dp_dv, si.dp_dv);
+  const float u = glm::dot(si.dp_du, offset), v = glm::dot(si.dp_dv, offset);
+  const Vec2 result = Vec2(vv * u - uv * v, uu * v - uv * u) / (uu * vv - uv * uv);
+  return is_finite(Vec3(result, 0)) ? result : Vec2(0);
+}
+
+/// The rays next to those of a block, at the same points of the lens: what Mitsuba calls ray
+/// differentials. One per thread.
+class NextRays {
+ public:
+  NextRays(const Sensor& sensor, size_t rays)
+      : sensor_(sensor),
+        // By the distance between a pixel's samples, as in Mitsuba.
+        scale_(1 / std::sqrt(static_cast<float>(std::max(1u, sensor.sampler().sample_count())))),
+        arena_(rays + kBlockLanes),
+        position_(arena_.two()),
+        next_{arena_.ray_hits(), arena_.ray_hits()} {}
+
+  void find(const Columns2& position, const Columns2& aperture, size_t count) {
+    for (int axis = 0; axis < 2; ++axis) {
+      for (size_t i = 0; i < padded(count); ++i) {
+        position_.x[i] = position.x[i] + (axis == 0 ? 1.f : 0.f);
+        position_.y[i] = position.y[i] + (axis == 1 ? 1.f : 0.f);
+      }
+      sensor_.sample_ray_block(position_, aperture, count, next_[axis]);
+    }
+  }
+
+  /// Of the pixel to the right (axis 0) or below (1), moved toward `ray` by the number of samples.
+  Ray at(size_t i, const Ray& ray, int axis) const {
+    Ray next = ray_of(&next_[axis][i / kBlockLanes].ray, i % kBlockLanes);
+    // Mitsuba's pinhole has them all begin where the ray itself begins, on the near plane.
+    const bool is_pinhole = !sensor_.needs_aperture_sample() && next.o == ray.o;
+    const Vec3 from = ray.o + ray.tmin * ray.d;
+    next.o = is_pinhole ? from : from + scale_ * (next.o + next.tmin * next.d - from);
+    next.d = ray.d + scale_ * (next.d - ray.d);
+    return next;
+  }
+
+ private:
+  const Sensor& sensor_;
+  float scale_;
+  transport::Arena arena_;
+  Columns2 position_;
+  RayHit16* next_[2];
+};
+
+/// What lies between commas and spaces.
+std::vector<std::string_view> items_of(std::string_view list) {
+  constexpr std::string_view kBetween = ", \t\r\n";
+  std::vector<std::string_view> items;
+  for (size_t at = 0; (at = list.find_first_not_of(kBetween, at)) != std::string_view::npos;) {
+    const size_t end = std::min(list.find_first_of(kBetween, at), list.size());
+    items.push_back(list.substr(at, end - at));
+    at = end;
+  }
+  return items;
 }
 
 const Type& find_type(const Properties& props, const std::string& name) {
@@ -94,11 +156,16 @@ class AovWorker {
               true),
         arena_(transport::kBlockSamples + kBlockLanes) {
     for (size_t i = 0; i < channels; ++i) values_.push_back(arena_.floats());
+    const bool needs_next_rays = std::any_of(types.begin(), types.end(), [](const Type* type) {
+      return type->needs_next_rays;
+    });
+    if (needs_next_rays) next_.emplace(sensor, transport::kBlockSamples);
   }
 
   void render(const PixelSamples& samples, Tile& tile) {
     const StageTimer timer(tile.counters.stage_seconds["aov"]);
     camera_.trace(samples, tile.counters);
+    if (next_) next_->find(camera_.film_position(), camera_.aperture(), samples.count());
     for (float* column : values_) std::fill_n(column, samples.count(), 0.f);
     for (const transport::Surfaces::Range& range : camera_.surfaces().ranges()) {
       for (size_t i = range.first; i < range.first + range.count; ++i) fill(i);
@@ -111,9 +178,14 @@ class AovWorker {
   void fill(size_t point) {
     const SurfaceBlock& points = camera_.surfaces().points();
     const uint32_t ray = points.ray[point];
-    const SurfaceHit hit{interaction_of(points, point),
-                         camera_.rays()[ray / kBlockLanes].shape[ray % kBlockLanes],
-                         camera_.depth(ray)};
+    const RayHit16& rays = camera_.rays()[ray / kBlockLanes];
+    SurfaceHit hit{interaction_of(points, point), rays.shape[ray % kBlockLanes],
+                   camera_.depth(ray), Vec2(0), Vec2(0)};
+    if (next_) {
+      const Ray own = ray_of(&rays.ray, ray % kBlockLanes);
+      hit.duv_dx = uv_offset(hit.si, next_->at(ray, own, 0));
+      hit.duv_dy = uv_offset(hit.si, next_->at(ray, own, 1));
+    }
     size_t at = 0;
     for (const Type* type : types_) {
       const Vec3 value = type->value(hit);
@@ -126,81 +198,70 @@ class AovWorker {
   transport::FilmSamples film_;
   transport::Arena arena_;
   std::vector<float*> values_;
+  std::optional<NextRays> next_;
 };
 
-class AovIntegrator final : public Integrator {
+class AovIntegrator final : public NestingIntegrator {
  public:
-  explicit AovIntegrator(const Properties& props) : nested_(props.object<Integrator>()) {
-    if (nested_) layers_ = nested_->layers();
-    std::set<std::string> taken;
-    for (const auto& layer : layers_) taken.insert(layer.begin(), layer.end());
-    if (layers_.empty()) layers_.emplace_back();  // the film's colour
-    layer_ = static_cast<int>(layers_.size());
-    layers_.emplace_back();
-    parse(props, taken);
+  explicit AovIntegrator(const Properties& props) : NestingIntegrator(props) {
+    for (const Nested& nested : this->nested()) {
+      add_color(nested, {{"R", FilmChannel::kR},
+                         {"G", FilmChannel::kG},
+                         {"B", FilmChannel::kB},
+                         {"A", FilmChannel::kA}});
+    }
+    for (const Nested& nested : this->nested()) add_channels_of(nested);
+    const std::vector<std::string> names = parse(props);
+    layer_ = add_layer(names);
+    for (size_t i = 0; i < names.size(); ++i) add_channel({names[i], layer_, static_cast<int>(i)});
   }
 
-  std::vector<std::vector<std::string>> layers() const override { return layers_; }
-
   std::vector<Stage> stages() const override {
-    std::vector<Stage> stages;
-    if (nested_) stages = nested_->stages();
+    std::vector<Stage> stages = NestingIntegrator::stages();
     stages.push_back({"aov", "reads off the first hits"});
     return stages;
   }
 
-  const char* default_indirect_emitter() const override {
-    return nested_ ? nested_->default_indirect_emitter() : nullptr;
-  }
-  std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                                  const Vec2& film_position) const override {
-    return nested_ ? nested_->inspect(scene, sensor, context, film_position)
-                   : Integrator::inspect(scene, sensor, context, film_position);
-  }
-  void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
-                              RenderContext& context) const override {
-    if (nested_) nested_->warn_of_light_left_out(scene, sensor, context);
-  }
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    if (nested_) nested_->render(scene, sensor, context);
+    NestingIntegrator::render(scene, sensor, context);
     const transport::SceneTable table(scene);
+    const auto values = static_cast<size_t>(sensor.film().value_count(layer_));
     transport::render_tiles<AovWorker>(
         sensor, context, layer_,
-        [&] { return std::make_unique<AovWorker>(table, sensor, types_, layers_.back().size()); },
+        [&] { return std::make_unique<AovWorker>(table, sensor, types_, values); },
         [](AovWorker& worker, const PixelSamples& samples, Tile& tile) {
           worker.render(samples, tile);
         });
   }
 
  private:
-  void parse(const Properties& props, std::set<std::string>& taken) {
+  /// Notes the types; the names of their channels.
+  std::vector<std::string> parse(const Properties& props) {
+    std::vector<std::string> names;
+    std::set<std::string> taken;
+    for (const FilmChannel& channel : channels()) taken.insert(channel.name);
     const std::string list = props.string("aovs");
-    std::string_view rest = list;
-    while (true) {
-      const size_t comma = rest.find(',');
-      const std::string_view item = trimmed(rest.substr(0, comma));
+    for (const std::string_view item : items_of(list)) {
       const size_t colon = item.find(':');
-      const std::string name(trimmed(item.substr(0, colon)));
-      if (colon == std::string_view::npos || name.empty()) {
+      const std::string name(item.substr(0, colon));
+      if (colon >= item.size() - 1 || name.empty()) {
         throw props.error("aovs", "must be NAME:TYPE pairs with commas between them, got '" +
                                       std::string(item) + "'");
       }
-      const Type& type = find_type(props, std::string(trimmed(item.substr(colon + 1))));
+      const Type& type = find_type(props, std::string(item.substr(colon + 1)));
       types_.push_back(&type);
       for (const char suffix : std::string_view(type.suffixes)) {
-        layers_.back().push_back(name + "." + suffix);
-        if (!taken.insert(layers_.back().back()).second) {
-          throw props.error("aovs", "names two channels '" + layers_.back().back() + "'");
+        names.push_back(name + "." + suffix);
+        if (!taken.insert(names.back()).second) {
+          throw props.error("aovs", "names two channels '" + names.back() + "'");
         }
       }
-      if (comma == std::string_view::npos) return;
-      rest.remove_prefix(comma + 1);
     }
+    if (names.empty()) throw props.error("aovs", "must be NAME:TYPE pairs, got none");
+    return names;
   }
 
-  std::shared_ptr<Integrator> nested_;
   std::vector<const Type*> types_;
-  std::vector<std::vector<std::string>> layers_;
   int layer_;
 };
 

@@ -37,6 +37,8 @@ class LightTracingIntegrator final : public Integrator {
     return {{"emit", "sends light from the lamps"}, kBounceStage, kShadeStage, kShadowStage};
   }
 
+  bool gives_samples() const override { return false; }
+
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (scene.emitters().empty()) {
       warn_without_emitters(scene);

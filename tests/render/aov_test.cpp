@@ -62,6 +62,8 @@ constexpr const char* kAll =
     "dd:depth, pos:position,uv:uv,gn:geo_normal,sn:sh_normal,du:dp_du,dv:dp_dv,pi:prim_index,"
     "si:shape_index,al:albedo";
 
+std::string named_direct_xml() { return "<integrator type=\"direct\" name=\"img\"/>"; }
+
 /// A wall 3 before the camera, whose near plane is at 1: as Mitsuba 3.9.1 has it, camera rays begin
 /// on the near plane, and what is measured begins with them.
 TEST(Depth, CountsFromTheNearPlane) {
@@ -103,12 +105,12 @@ TEST(Depth, CountsFromTheNearPlane) {
 }
 
 TEST(Aov, NamesChannelsAsMitsubaDoes) {
-  const auto scene = scene_from(scene_xml(aov_xml(kAll, direct_xml()), "rgba"));
+  const auto scene = scene_from(scene_xml(aov_xml(kAll, named_direct_xml()), "rgba"));
   const Image image = render_scene(*scene);
-  const std::vector<std::string> expected{"R",     "G",    "B",    "A",    "dd.T", "pos.X", "pos.Y",
-                                          "pos.Z", "uv.U", "uv.V", "gn.X", "gn.Y", "gn.Z",  "sn.X",
-                                          "sn.Y",  "sn.Z", "du.X", "du.Y", "du.Z", "dv.X",  "dv.Y",
-                                          "dv.Z",  "pi.I", "si.I", "al.R", "al.G", "al.B"};
+  const std::vector<std::string> expected{
+      "R",    "G",     "B",     "A",     "img.R", "img.G", "img.B", "img.A", "dd.T", "pos.X", "pos.Y",
+      "pos.Z", "uv.U", "uv.V", "gn.X", "gn.Y", "gn.Z", "sn.X", "sn.Y", "sn.Z", "du.X", "du.Y",
+      "du.Z", "dv.X",  "dv.Y",  "dv.Z",  "pi.I",  "si.I",  "al.R",  "al.G",  "al.B"};
   EXPECT_EQ(image.channels, expected);
 }
 
@@ -138,7 +140,9 @@ TEST(Aov, ShowsWhatIsHit) {
   EXPECT_NEAR(value(kRectangle, "al.G"), 0.5, 1e-6);
   EXPECT_GT(value(kSphere, "gn.Z"), 0.97);
   // Each channel of an unseen pixel is 0, and the colour is the nested integrator's.
-  for (int c = 4; c < image.channel_count(); ++c) {
+  EXPECT_EQ(value(kNothing, "_arg_0.G"), 1);
+  EXPECT_EQ(value(kNothing, "_arg_0.A"), 0);
+  for (int c = 8; c < image.channel_count(); ++c) {
     EXPECT_EQ(image.at(kNothing.x, kNothing.y, c), 0) << image.channels[c];
   }
   EXPECT_EQ(image.at(kNothing.x, kNothing.y, 0), 1);
@@ -153,21 +157,92 @@ TEST(Aov, LeavesTheNestedImageAsItIs) {
   for (int y = 0; y < 21; ++y) {
     for (int x = 0; x < 21; ++x) {
       for (int c = 0; c < 4; ++c) ASSERT_EQ(plain.at(x, y, c), with.at(x, y, c));
-      ASSERT_EQ(depth.at(x, y, 0), with.at(x, y, 4));
+      ASSERT_EQ(depth.at(x, y, 0), with.at(x, y, 8));
       ASSERT_EQ(depth.at(x, y, 0), alone.at(x, y, 4));
       ASSERT_EQ(alone.at(x, y, 0), 0);
     }
   }
 }
 
+/// How uv changes from pixel to pixel, divided by the root of their samples; of a pinhole, as
+/// Mitsuba 3.9.1 has it, by what is left of the distance beyond the near plane.
+TEST(Aov, TellsHowUvChangesFromPixelToPixel) {
+  constexpr float kTan = 0.363970234f;  // of 20 degrees
+  struct Camera {
+    std::string type;
+    float near;
+    float width;  ///< of the wall that the picture's 21 pixels see
+  };
+  const std::string fov = R"(<float name="fov" value="40"/>)";
+  const std::string lens =
+      R"(<float name="aperture_radius" value="0.2"/><float name="focus_distance" value="5"/>)";
+  const Camera cameras[] = {{"perspective\">" + fov, 0.01f, 2 * kTan * 4.99f},
+                            {"perspective\">" + fov, 1, 2 * kTan * 4},
+                            {"thinlens\">" + lens + fov, 1, 2 * kTan * 5},
+                            {"orthographic\">", 1, 2}};
+  for (const Camera& camera : cameras) {
+    for (const int samples : {1, 4, 16}) {
+      const Image image = render_scene(*scene_from(
+          aov_xml("x:duv_dx,y:duv_dy") + "<sensor type=\"" + camera.type +
+          "<float name=\"near_clip\" value=\"" + std::to_string(camera.near) + "\"/>" +
+          "<transform name=\"to_world\">" + look_at("0 0 5", "0 0 0", "0 1 0") +
+          "</transform><sampler type=\"independent\"><integer name=\"sample_count\" value=\"" +
+          std::to_string(samples) +
+          R"("/></sampler><film type="hdrfilm"><integer name="width" value="21"/>
+          <integer name="height" value="21"/><rfilter type="box"/></film></sensor>
+          <shape type="rectangle"><transform name="to_world"><scale x="4" y="8"/></transform>
+          </shape>)"));
+      const float step = camera.width / 21 / std::sqrt(static_cast<float>(samples));
+      const float expected[] = {step / 8, 0, 0, -step / 16};
+      for (int c = 0; c < 4; ++c) {
+        EXPECT_NEAR(image.at(10, 10, 3 + c), expected[c], 3e-3f * step / 8)
+            << camera.type << ", channel " << c << ", " << samples << " samples";
+      }
+    }
+  }
+}
+
+/// What Mitsuba 3.9.1 says of each material: the colour of its diffuse part, coated or not.
+TEST(Aov, AlbedoIsMitsubas) {
+  const std::string grey = "<bsdf type=\"diffuse\"><float name=\"reflectance\" value=\"0.4\"/></bsdf>";
+  const struct {
+    std::string bsdf;
+    Rgb albedo;
+  } cases[] = {
+      {"<bsdf type=\"plastic\"/>", Rgb(0.5f)},
+      {"<bsdf type=\"roughplastic\"/>", Rgb(0.5f)},
+      {"<bsdf type=\"conductor\"/>", Rgb(0)},
+      {"<bsdf type=\"dielectric\"/>", Rgb(0)},
+      {"<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.3\"/>" + grey + "</bsdf>", Rgb(0.4f)},
+      {"<bsdf type=\"twosided\">" + grey + "</bsdf>", Rgb(0.4f)},
+      {"<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/>" + grey +
+           "<bsdf type=\"diffuse\"><float name=\"reflectance\" value=\"0.8\"/></bsdf></bsdf>",
+       Rgb(0.5f)},
+      // pi f toward the normal.
+      {"<bsdf type=\"roughconductor\"><string name=\"material\" value=\"Au\"/><float "
+       "name=\"alpha\" value=\"0.4\"/></bsdf>",
+       Rgb(1.5104364f, 1.2531406f, 0.5064398f)},
+  };
+  for (const auto& [bsdf, albedo] : cases) {
+    const Image image = render_scene(*scene_from(
+        aov_xml("a:albedo") + "<shape type=\"rectangle\">" + bsdf + "</shape>" +
+        sensor_xml("orthographic", look_at("0 0 5", "0 0 0", "0 1 0"), 1, 4)));
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.at(0, 0, 3 + c), albedo[c], 2e-3f) << bsdf;
+  }
+}
+
 TEST(Aov, Nests) {
   const auto scene =
-      scene_from(scene_xml(aov_xml("outer:depth", aov_xml("inner:uv", direct_xml())), "rgb"));
+      scene_from(scene_xml(aov_xml("outer:depth", "<integrator type=\"aov\" name=\"in\"><string name=\"aovs\" value=\"inner:uv\"/>" +
+                                           named_direct_xml() + "</integrator>"),
+                           "rgb"));
   const Image image = render_scene(*scene);
   EXPECT_EQ(image.channels,
-            (std::vector<std::string>{"R", "G", "B", "inner.U", "inner.V", "outer.T"}));
-  EXPECT_NEAR(image.at(kRectangle.x, kRectangle.y, 5), 6 - kNear, 1e-5);
-  EXPECT_GT(image.at(kRectangle.x, kRectangle.y, 3), 0);
+            (std::vector<std::string>{"R", "G", "B", "in.R", "in.G", "in.B", "in.A", "in.img.R",
+                                      "in.img.G", "in.img.B", "in.img.A", "in.inner.U",
+                                      "in.inner.V", "outer.T"}));
+  EXPECT_NEAR(image.at(kRectangle.x, kRectangle.y, 13), 6 - kNear, 1e-5);
+  EXPECT_GT(image.at(kRectangle.x, kRectangle.y, 11), 0);
 }
 
 std::string error_of(const std::string& xml) {
@@ -181,13 +256,14 @@ std::string error_of(const std::string& xml) {
 
 TEST(Aov, ChecksItsList) {
   EXPECT_EQ(error_of(aov_xml("a:depth, b:uv")), "");
+  EXPECT_EQ(error_of(aov_xml("a:depth b:uv,,c:uv")), "");
   EXPECT_NE(error_of(aov_xml("a:dept"))
                 .find("'aovs' has the unknown type 'dept' (did you mean 'depth'?)"),
             std::string::npos);
   EXPECT_NE(error_of(aov_xml("a:nonsense")).find("unknown type 'nonsense'"), std::string::npos);
   EXPECT_NE(error_of(aov_xml("depth")).find("NAME:TYPE"), std::string::npos);
   EXPECT_NE(error_of(aov_xml("")).find("NAME:TYPE"), std::string::npos);
-  EXPECT_NE(error_of(aov_xml("a:depth,,b:uv")).find("NAME:TYPE"), std::string::npos);
+  EXPECT_NE(error_of(aov_xml("a: depth")).find("NAME:TYPE"), std::string::npos);
   EXPECT_NE(error_of(aov_xml("a:depth,a:depth")).find("names two channels 'a.T'"),
             std::string::npos);
   EXPECT_NE(error_of("<integrator type=\"aov\"/>"), "");

@@ -57,23 +57,27 @@ void expect_same(Film& film, float rounding) {
   for (const bool has_more : {false, true}) {
     for (const size_t count : {0, 1, 15, 16, 17, 33, 300}) {
       std::vector<std::vector<std::string>> layers(1);
-      if (has_more) layers = {{"depth", "u", "v"}};
+      std::vector<FilmChannel> channels;
+      if (has_more) {
+        layers = {{"depth", "u", "v"}};
+        channels = {{"u2", 0, 1, 2}, {"x2", 0, FilmChannel::kX, 2}};
+      }
       const Samples samples(count, static_cast<size_t>(has_more ? 6 : 3));
       // The film is 16 x 12, and the tile may lie at its edge.
       for (const Rect& pixels : {Rect{3, 2, 11, 9}, Rect{0, 5, 16, 12}}) {
-        film.prepare(layers);
+        film.prepare(layers, channels);
         FilmTile points = film.make_tile(pixels);
         samples.add_one_by_one(points);
         film.commit(points);
         const std::vector<double> expected = sums_of(film);
-        film.prepare(layers);
+        film.prepare(layers, channels);
         FilmTile block = film.make_tile(pixels);
         block.add_block(samples.position, count, samples.columns);
         film.commit(block);
         const std::vector<double> sums = sums_of(film);
         EXPECT_EQ(block.non_finite(), points.non_finite());
         ASSERT_EQ(sums.size(), expected.size());
-        ASSERT_GE(sums.size(), 4 * 16 * 12u);
+        ASSERT_GE(sums.size(), (has_more ? 9 : 4) * 16 * 12u);
         for (size_t i = 0; i < sums.size(); ++i) {
           ASSERT_NEAR(sums[i], expected[i], 2 * rounding * static_cast<double>(count))
               << count << ' ' << i;

@@ -282,6 +282,37 @@ TEST(Film, LayersHaveWeightsOfTheirOwn) {
   EXPECT_THROW(first.add({1, 1}, std::vector<float>{1, 2, 3}), std::logic_error);
 }
 
+/// Powers of values, of parts of the colour and of XYZ; of samples by one and by many, and of
+/// finished pixels. Alpha is there because a channel shows it.
+TEST(Film, TakesTheMeanOfPowers) {
+  using Channel = FilmChannel;
+  const auto film = make_film(film_size(8, 8) + "<rfilter type=\"gaussian\"/>");
+  film->prepare({{"depth"}, {}}, {{"d", 0, 0},
+                                  {"d2", 0, 0, 2},
+                                  {"A", 1, Channel::kA},
+                                  {"g4", 1, Channel::kG, 4},
+                                  {"z", 1, Channel::kZ},
+                                  {"z2", 1, Channel::kZ, 2}});
+  EXPECT_TRUE(film->has_alpha());
+  EXPECT_EQ(film->value_count(0), 5);
+  EXPECT_TRUE(film->has_powers(0));
+  const Film::FirstLayer second(*film, 1);
+  EXPECT_EQ(film->value_count(0), 4);
+  const Rgb c(1, 2, 3);
+  const std::vector<float> values{c.x, c.y, c.z, 0.5f}, none(4, 0.f);
+  FilmTile tile = film->make_tile({0, 0, 8, 8});
+  fill(tile, 2, [&](int, int) { return std::span(values); });
+  fill(tile, 2, [&](int, int) { return std::span(none); });
+  EXPECT_THROW(tile.add_sums(1, 1, values, 1), std::logic_error);
+  film->commit(tile);
+  const Image image = film->develop();
+  const double z = xyz(glm::dvec3(c)).z;
+  EXPECT_EQ(image.channels,
+            (std::vector<std::string>{"R", "G", "B", "d", "d2", "A", "g4", "z", "z2"}));
+  const double expected[] = {0, 0, 0, 0, 0, 0.25, 8, z / 2, z * z / 2};
+  for (int i = 0; i < 9; ++i) EXPECT_NEAR(image.at(4, 4, i), expected[i], 1e-6) << i;
+}
+
 TEST(Film, LuminanceIsThatOfTheColour) {
   const auto film = make_film(film_size(4, 4) + text("pixel_format", "luminance_alpha") +
                               "<rfilter type=\"box\"/>");

@@ -64,6 +64,11 @@ class KINOME_EXPORT Bsdf : public Object {
   /// As seen from si.wi, on its side of the surface. Stands for other viewers of that side, too,
   /// where light is taken from: a part that any of them sees isn't zero.
   virtual LobeReflectance reflectance(const SurfaceInteraction& si) const = 0;
+  /// What integrator `aov` shows as the surface's colour, as Mitsuba has it: the reflectance of a
+  /// diffuse part, whatever lies over it. Default: pi f(wi, normal).
+  virtual Rgb albedo(const SurfaceInteraction& si) const {
+    return eval_pdf(si, Lobe::kAll, Vec3(0, 0, 1)).f * kPi;
+  }
 
   /// World frame around the normal that the BSDF itself uses, on the side where light that reaches
   /// the viewer comes from: reflection is zero where dot(frame.n, direction) <= 0, for the

@@ -14,6 +14,12 @@ using Rgb = glm::vec3;
 inline float luminance(const Rgb& c) {
   return 0.212671f * c.x + 0.715160f * c.y + 0.072169f * c.z;
 }
+/// CIE X, Y and Z of linear Rec.709, with luminance() as Y.
+inline glm::dvec3 xyz(const glm::dvec3& c) {
+  return {0.412453 * c.x + 0.357580 * c.y + 0.180423 * c.z,
+          0.212671 * c.x + 0.715160 * c.y + 0.072169 * c.z,
+          0.019334 * c.x + 0.119193 * c.y + 0.950227 * c.z};
+}
 inline bool is_black(const Rgb& c) {
   return c.x == 0 && c.y == 0 && c.z == 0;
 }

@@ -38,11 +38,36 @@ inline Vec2 film_position(int x, int y, const Vec2& u) {
   return {PixelRange(x).at(u.x), PixelRange(y).at(u.y)};
 }
 
+/// A channel of the picture beside the film's colour: the mean, over a pixel's samples, of a value
+/// that they have in a layer of the film, or of a power of it.
+struct FilmChannel {
+  /// Index of one of the layer's own values; or a part of its colour, the sample's R, G, B, its
+  /// alpha, or its CIE X, Y, Z, which Mitsuba takes second moments of.
+  static constexpr int kR = -7, kG = -6, kB = -5, kA = -4, kX = -3, kY = -2, kZ = -1;
+
+  std::string name;
+  int layer = 0;
+  int value = 0;
+  int power = 1;  ///< 1, or a higher one: splats don't count for those
+};
+/// One for each of the layers' own values, in their order.
+KINOME_EXPORT std::vector<FilmChannel> channels_of(
+    const std::vector<std::vector<std::string>>& layers);
+
+/// What a layer takes the mean of beside its samples' values: a power of one of them, counted from
+/// their first (a film's R), or of X, Y or Z (FilmChannel::kX, kY, kZ).
+struct FilmPower {
+  int value;
+  int power;
+  /// Of a sample with these values.
+  double operator()(const float* values) const;
+};
+
 /// The samples of one tile, with a border as wide as the filter. Used by one thread at a time.
 class KINOME_EXPORT FilmTile {
  public:
   FilmTile(const Rect& pixels, int layer, int values, const ReconstructionFilter& filter,
-           const Rect& crop);
+           const Rect& crop, std::vector<FilmPower> powers = {});
   /// Adds one sample at `position` (pixels of the full film); `values` as Film::value_count says.
   /// A sample with a non-finite value is counted and dropped.
   void add(const Vec2& position, std::span<const float> values);
@@ -55,11 +80,12 @@ class KINOME_EXPORT FilmTile {
   void add_pixel(int x, int y, std::span<const float> values, float weight = 1);
   /// Adds samples that have been weighed by the filter and summed: sums of weight x value, and of
   /// weights, for the pixel (x, y), of this tile or of its border; others are left out. All must be
-  /// finite: samples that aren't are the caller's to find and to count, by count_non_finite().
+  /// finite: samples that aren't are the caller's to find and to count, by count_non_finite(). Not
+  /// for layers of which powers are asked for (Film::has_powers).
   void add_sums(int x, int y, std::span<const float> sums, float weight);
   void count_non_finite(uint64_t samples) { non_finite_ += samples; }
   /// Adds light that arrives at any `position` of the full film, inside this tile or not, whatever
-  /// has been sampled there: pixels add it to their weighted means. Colour of layer 0 only.
+  /// has been sampled there: pixels add it to their weighted means. Layers with colour only.
   void add_splat(const Vec2& position, const Rgb& value);
   /// Says how many light paths more the film's splats come from: what they are divided by in the
   /// end. Before it is said at all, by 1.
@@ -69,12 +95,16 @@ class KINOME_EXPORT FilmTile {
 
  private:
   friend class Film;
+  int stride() const { return values_ + static_cast<int>(powers_.size()) + 1; }
+  /// One sample, or the mean of some, by `weight`.
+  void add_to(double* pixel, const float* values, double weight) const;
   Rect pixels_;   ///< what the tile is responsible for
   Rect covered_;  ///< with its border, clipped to the film
   int layer_;
   int values_;
+  std::vector<FilmPower> powers_;
   const ReconstructionFilter* filter_;
-  std::vector<double> data_;  ///< sums of values, then of weights, interleaved
+  std::vector<double> data_;  ///< sums of values, of their powers, then of weights, interleaved
   struct Splat {
     Vec2 position;
     Rgb value;
@@ -117,8 +147,12 @@ class KINOME_EXPORT Film : public Object {
 
   /// Forgets all samples. Layer 0 holds the film's colour channels ("R", "G", "B", and "A" where
   /// the pixel format has alpha; "Y" for luminance) followed by the names in layers[0]; further
-  /// layers hold just their names. Each layer is filled by a pass of its own, with weights of its
-  /// own. Commits go to lane 0 until set_lane().
+  /// layers hold just their names, or colour before them where a channel shows a part of it. Each
+  /// layer is filled by a pass of its own, with weights of its own. `channels` are what the picture
+  /// has beside the colour of layer 0. Commits go to lane 0 until set_lane().
+  void prepare(const std::vector<std::vector<std::string>>& layers,
+               std::vector<FilmChannel> channels, uint32_t lanes = 1);
+  /// With a channel for each name.
   void prepare(const std::vector<std::vector<std::string>>& layers, uint32_t lanes = 1);
   uint32_t lanes() const { return static_cast<uint32_t>(lanes_.size()); }
   /// Where commits go from now on.
@@ -126,12 +160,32 @@ class KINOME_EXPORT Film : public Object {
   /// What all colours are multiplied by as they are developed; 1 unless a sensor sets it before it
   /// renders: what its rays' radiance counts for.
   void set_response(float factor) { response_ = factor; }
-  bool has_alpha() const { return has_alpha_; }
-  /// Of all layers, in order: the channels of develop().
+  /// Samples of colour have an alpha: for the picture's, or for a channel of its own.
+  bool has_alpha() const { return has_alpha_ || takes_alpha_; }
+  /// The film's colour, then FilmChannels: the channels of develop().
   std::vector<std::string> channels() const;
   /// Values that FilmTile::add expects in a layer. Layer 0: always R, G, B (converted here where
   /// the film stores luminance), then alpha if has_alpha(), then the extra ones.
   int value_count(int layer) const;
+  /// The layer takes the mean of powers: it must be told of each sample by itself.
+  bool has_powers(int layer) const;
+  /// While an object of this class lives, layers are counted from its `first`, in all that
+  /// integrators ask the film for (value_count, has_powers, make_tile): so one nested in another,
+  /// which knows of none but its own, fills those that are meant for it.
+  class KINOME_EXPORT FirstLayer {
+   public:
+    FirstLayer(Film& film, int first) : film_(film), before_(film.first_layer_) {
+      film.first_layer_ += first;
+    }
+    ~FirstLayer() { film_.first_layer_ = before_; }
+    FirstLayer(const FirstLayer&) = delete;
+    FirstLayer& operator=(const FirstLayer&) = delete;
+
+   private:
+    Film& film_;
+    int before_;
+  };
+  int first_layer() const { return first_layer_; }
 
   FilmTile make_tile(const Rect& pixels, int layer = 0) const;
   /// Integrators go by RenderContext::for_each_tile or commit, without which there are no
@@ -171,23 +225,40 @@ class KINOME_EXPORT Film : public Object {
   std::shared_ptr<ReconstructionFilter> filter_;
 
  private:
-  struct Lane {
-    std::vector<ZeroedArray<double>> layers;  ///< of each: values, then the weight, interleaved
-    ZeroedArray<double> splats;               ///< R, G, B of each pixel; empty until there is one
+  /// What one lane has of one layer.
+  struct Sums {
+    ZeroedArray<double> values;  ///< of each pixel: values, their powers, the weight
+    ZeroedArray<double> splats;  ///< R, G, B of each pixel; empty until there is one
     double light_paths = 0;
   };
+  using Lane = std::vector<Sums>;  ///< by layer
+  struct Layer {
+    std::vector<std::string> names;  ///< beside the colours
+    bool has_color = false;
+    std::vector<FilmPower> powers;
+  };
+  /// Of a layer that isn't counted from first_layer_, as all that follows.
+  int values_of(size_t layer) const;
+  size_t stride_of(size_t layer) const { return values_of(layer) + layers_[layer].powers.size() + 1; }
+  int place_of(const FilmChannel& channel) const;
   void commit_splats(const FilmTile& tile);
-  /// Of a lane: those that there are, or zeros for them.
-  ZeroedArray<double>& splats_of(Lane& lane);
+  /// Those that there are, or zeros for them.
+  ZeroedArray<double>& splats_of(Sums& sums);
   /// By how much each lane moves a pixel's colour, such that the sum of the squares is the colour's
   /// variance: see film_noise.cpp. Returns how many lanes have samples; of fewer than two there
   /// is nothing to tell.
   uint32_t lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const;
   /// Of lanes [first, end) together.
-  Rgb color(size_t pixel, size_t first, size_t end) const;
-  double splat_scale(size_t first, size_t end) const;
+  Rgb color(size_t layer, size_t pixel, size_t first, size_t end) const;
+  double splat_scale(size_t layer, size_t first, size_t end) const;
+  /// Of all lanes: one of a layer's values, or of the powers after them.
+  double mean(size_t layer, size_t pixel, size_t value) const;
+  float value_of(const FilmChannel& channel, size_t pixel) const;
 
-  std::vector<std::vector<std::string>> layers_;  ///< names beside the colours
+  std::vector<Layer> layers_;
+  std::vector<FilmChannel> channels_;
+  bool takes_alpha_ = false;  ///< a channel shows it
+  int first_layer_ = 0;
   std::vector<Lane> lanes_ = std::vector<Lane>(1);
   uint32_t lane_ = 0;
   float response_ = 1;

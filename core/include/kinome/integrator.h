@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kinome/film.h"
 #include "kinome/inspection.h"
 #include "kinome/math.h"
 #include "kinome/object.h"
@@ -37,6 +38,11 @@ class KINOME_EXPORT Integrator : public Object {
   /// Film layers that render() fills (Film::prepare): the first lists channels beside the film's
   /// colour, the others stand alone.
   virtual std::vector<std::vector<std::string>> layers() const { return {{}}; }
+  /// What the picture shows of them beside the film's colour: by default the values that have names.
+  virtual std::vector<FilmChannel> channels() const { return channels_of(layers()); }
+  /// The film is given each sample by itself, not what several have come to: so that it can take the
+  /// mean of their squares.
+  virtual bool gives_samples() const { return true; }
   /// The stages of render(), in the order in which they run, for tables of times: those that aren't
   /// among them are shown by their names alone. By default kPrimaryStage and kFilmStage.
   virtual std::vector<Stage> stages() const;

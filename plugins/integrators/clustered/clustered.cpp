@@ -167,6 +167,8 @@ class Clustered final : public Integrator {
     return {{}, {std::begin(kProductChannels), std::end(kProductChannels)}};
   }
 
+  bool gives_samples() const override { return !product_; }
+
   void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
                               RenderContext& context) const override {
     kinome::warn_of_light_left_out(points_, scene, sensor, context);

@@ -27,6 +27,8 @@ class Camera {
   /// In the order of the samples.
   const RayHit16* rays() const { return rays_; }
   const Columns2& film_position() const { return position_; }
+  /// Of the lens, where each ray comes from; see Sensor::sample_ray.
+  const Columns2& aperture() const { return aperture_; }
   const Surfaces& surfaces() const { return surfaces_; }
   /// Sets the radiance of each ray to the light that it sees itself: of surfaces that emit and of
   /// the environment, or none where emitters are hidden.

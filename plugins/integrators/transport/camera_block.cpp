@@ -4,7 +4,8 @@ namespace kinome::transport {
 
 CameraBlock::CameraBlock(const SceneTable& scene, const Sensor& sensor, bool hide_emitters)
     : camera_(scene, sensor, kBlockSamples, hide_emitters),
-      film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples),
+      film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
+            sensor.film().has_powers(0)),
       arena_(kBlockSamples + kBlockLanes),  // see FilmSamples::add
       radiance_(arena_.three()),
       alpha_(arena_.floats()),

@@ -13,7 +13,8 @@ class FilmSamples {
  public:
   /// `values` a sample, as Film::value_count says.
   /// `exact`: sums are of double precision throughout, which takes many times as long. For numbers
-  /// of things: the mean of equal ones is to be that number.
+  /// of things: the mean of equal ones is to be that number. And for
+  /// layers of which powers are asked for (Film::has_powers).
   FilmSamples(const ReconstructionFilter& filter, int values, size_t samples, bool exact = false);
 
   /// `columns`: each value of the samples; a vector more than padded() can be written. Samples that

@@ -249,7 +249,7 @@ void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>&
   grid_.for_each_block<Worker>(
       context_, grid_.all_rows(), "main", make,
       [&](int block, Worker& worker, RenderCounters& counters) {
-        if (!context_.is_wanted(grid_.block(block))) return;
+        if (!context_.is_wanted(grid_.block(block), sensor_.film().first_layer())) return;
         worker.sums.clear();
         worker.sums.reserve(units_per_pixel() * TileGrid::kBlockSide * TileGrid::kBlockSide);
         worker.weights.clear();

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <algorithm>
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "kinome/integrator.h"
+#include "kinome/plugin.h"
+#include "kinome/sensor.h"
+#include "kinome/stats.h"
+
+namespace kinome {
+
+/// An integrator that renders others, nested in it, each into layers of the film that are its own.
+/// The first one's colour is the film's. What they show beside it is shown, too, as Mitsuba names
+/// it: by the nested integrator's name in the scene ("_arg_0" and so on, where it has none).
+class NestingIntegrator : public Integrator {
+ public:
+  explicit NestingIntegrator(const Properties& props) {
+    for (const auto& [name, entry] : props.entries()) {
+      const auto* object = std::get_if<std::shared_ptr<Object>>(&entry.value);
+      auto integrator = object ? std::dynamic_pointer_cast<Integrator>(*object) : nullptr;
+      if (!integrator) continue;
+      entry.read = true;
+      const auto layers = integrator->layers();
+      nested_.push_back({name, entry.where, std::move(integrator), static_cast<int>(layers_.size())});
+      layers_.insert(layers_.end(), layers.begin(), layers.end());
+    }
+    if (layers_.empty()) layers_.emplace_back();  // the film's colour
+  }
+
+  std::vector<std::vector<std::string>> layers() const override { return layers_; }
+  std::vector<FilmChannel> channels() const override { return channels_; }
+
+  std::vector<Stage> stages() const override {
+    std::vector<Stage> stages;
+    for (const Nested& nested : nested_) {
+      for (const Stage& stage : nested.integrator->stages()) {
+        const bool is_new = std::none_of(stages.begin(), stages.end(), [&](const Stage& other) {
+          return std::string_view(other.name) == stage.name;
+        });
+        if (is_new) stages.push_back(stage);
+      }
+    }
+    return stages;
+  }
+
+  /// Of the first that has a use for any.
+  const char* default_indirect_emitter() const override {
+    for (const Nested& nested : nested_) {
+      if (const char* name = nested.integrator->default_indirect_emitter()) return name;
+    }
+    return nullptr;
+  }
+  bool gives_samples() const override {
+    return std::all_of(nested_.begin(), nested_.end(), [](const Nested& nested) {
+      return nested.integrator->gives_samples();
+    });
+  }
+  std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                  const Vec2& film_position) const override {
+    if (nested_.empty()) return Integrator::inspect(scene, sensor, context, film_position);
+    return nested_[0].integrator->inspect(scene, sensor, context, film_position);
+  }
+  void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
+                              RenderContext& context) const override {
+    for (const Nested& nested : nested_) {
+      nested.integrator->warn_of_light_left_out(scene, sensor, context);
+    }
+  }
+  void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
+    for (const Nested& nested : nested_) {
+      const Film::FirstLayer first(sensor.film(), nested.first_layer);
+      nested.integrator->render(scene, sensor, context);
+    }
+  }
+
+ protected:
+  struct Nested {
+    std::string name;
+    Location where;
+    std::shared_ptr<Integrator> integrator;
+    int first_layer;
+  };
+  const std::vector<Nested>& nested() const { return nested_; }
+
+  /// A layer of one's own, whose values have these names: its number.
+  int add_layer(const std::vector<std::string>& names) {
+    layers_.push_back(names);
+    return static_cast<int>(layers_.size()) - 1;
+  }
+  void add_channel(FilmChannel channel) { channels_.push_back(std::move(channel)); }
+  /// Parts of the colour of a nested integrator, as NAME.R or the like.
+  void add_color(const Nested& nested, std::initializer_list<std::pair<const char*, int>> parts) {
+    for (const auto& [suffix, value] : parts) {
+      add_channel({nested.name + "." + suffix, nested.first_layer, value});
+    }
+  }
+  /// All that a nested integrator shows beside its colour.
+  void add_channels_of(const Nested& nested) {
+    for (FilmChannel channel : nested.integrator->channels()) {
+      channel.name = nested.name + "." + channel.name;
+      channel.layer += nested.first_layer;
+      add_channel(std::move(channel));
+    }
+  }
+
+ private:
+  std::vector<Nested> nested_;
+  std::vector<std::vector<std::string>> layers_;
+  std::vector<FilmChannel> channels_;
+};
+
+}  // namespace kinome
