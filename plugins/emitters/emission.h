@@ -76,6 +76,20 @@ inline glm::mat3 orthonormal(const glm::mat3& m) {
   return glm::mat3(axes);
 }
 
+/// Of `to_world`: its columns are an environment's axes in the world.
+inline glm::mat3 read_rotation(const Properties& props) {
+  const glm::mat3 linear(props.transform("to_world").matrix());
+  const glm::mat3 product = glm::transpose(linear) * linear;
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) {
+      if (!(std::abs(product[c][r] - (c == r ? 1.f : 0.f)) < 1e-3f)) {
+        throw props.error("to_world", "must be a rotation or reflection, without scale or shear");
+      }
+    }
+  }
+  return orthonormal(linear);
+}
+
 /// Where a light stands, and how it is turned: columns of `axes` are its own axes in the world,
 /// each of unit length. A mirroring transform mirrors the light.
 struct LightFrame {

@@ -133,20 +133,6 @@ SphericalMap read_map(const Properties& props) {
   return SphericalMap(image, scale, props.boolean("mis_compensation"));
 }
 
-/// Its columns are the map's axes in the world.
-glm::mat3 read_rotation(const Properties& props) {
-  const glm::mat3 linear(props.transform("to_world").matrix());
-  const glm::mat3 product = glm::transpose(linear) * linear;
-  for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) {
-      if (!(std::abs(product[c][r] - (c == r ? 1.f : 0.f)) < 1e-3f)) {
-        throw props.error("to_world", "must be a rotation or reflection, without scale or shear");
-      }
-    }
-  }
-  return orthonormal(linear);
-}
-
 class EnvironmentMap final : public Environment {
  public:
   explicit EnvironmentMap(const Properties& props)

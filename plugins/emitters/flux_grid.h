@@ -47,6 +47,7 @@ class FluxGrid {
     }
     // No cell is left out: light may pass between the points that were looked up.
     const double count = static_cast<double>(weights_.size());
+    mean_ = static_cast<float>(total / (static_cast<double>(size.x) * size.y));
     const auto floor = static_cast<float>(kFloor * total / count);
     for (float& weight : weights_) weight += floor;
     grid_ = GridDistribution(cells.x, cells.y, weights_);
@@ -59,6 +60,8 @@ class FluxGrid {
     F pdf;  ///< per area of the unit square; never 0
   };
   using Sample = SampleOf<float>;
+  /// Of the flux per area of the square, as it was looked up.
+  float mean() const { return mean_; }
   bool is_black() const { return !(grid_.total() > 0); }
   /// nullopt where there is no light at all.
   std::optional<Sample> sample(const Vec2& u) const {
@@ -74,12 +77,18 @@ class FluxGrid {
   }
 
   /// Density of sample() at a place of the unit square.
-  float pdf(const Vec2& uv) const {
-    if (!(grid_.total() > 0)) return 0;
-    const glm::uvec2 cell =
-        glm::min(glm::uvec2(glm::max(uv, Vec2(0.f)) * Vec2(cells_)), cells_ - 1u);
-    const size_t index = static_cast<size_t>(cell.y) * cells_.x + cell.x;
-    return static_cast<float>(static_cast<double>(weights_[index]) * density_scale_);
+  template <class V2>
+  wide::formulas::NumberOf<V2> pdf(const V2& uv) const {
+    using namespace wide::formulas;
+    using F = NumberOf<V2>;
+    if (is_black()) return F(0.f);
+    const auto index = [](const F& x, uint32_t count) {
+      const auto cells = static_cast<float>(count);
+      return to_int(min(max(F(0.f), x * cells), F(cells - 1.f)));
+    };
+    const F weight = gather(weights_.data(), index(uv.y, cells_.y) * static_cast<int32_t>(cells_.x) +
+                                                 index(uv.x, cells_.x));
+    return to_float(to_double(weight) * density_scale_);
   }
 
  private:
@@ -99,6 +108,7 @@ class FluxGrid {
   std::vector<float> weights_;
   GridDistribution grid_;
   double density_scale_ = 0;
+  float mean_ = 0;
 };
 
 }  // namespace kinome

@@ -49,6 +49,8 @@ std::vector<Case> cases() {
   all.push_back({"constant", make<Emitter>("<emitter type=\"constant\"><rgb name=\"radiance\" "
                                            "value=\"1 .5 .25\"/></emitter>")});
   all.push_back({"disc", std::make_shared<Disc>()});
+  all.push_back({"sunsky", make<Emitter>("<emitter type=\"sunsky\"><vector name=\"sun_direction\" "
+                                         "value=\"1 1 1\"/></emitter>")});
   return all;
 }
 

@@ -105,6 +105,22 @@ inline const std::vector<EmitterCase>& emitter_cases() {
       {"envmap",
        "<emitter type='envmap'><string name='filename' value='FILE'/><transform "
        "name='to_world'><rotate x='1' angle='70'/></transform></emitter>"},
+      {"sunsky",
+       "<emitter type='sunsky'><vector name='sun_direction' value='.5 -.3 .8'/><float "
+       "name='turbidity' value='2.5'/></emitter>"},
+      {"sunsky with a large sun that sets, turned",
+       "<emitter type='sunsky'><float name='sun_aperture' value='30'/><float name='turbidity' "
+       "value='6'/><rgb name='albedo' value='.1 .5 .9'/><transform name='to_world'><rotate x='1' "
+       "angle='40'/></transform><vector name='sun_direction' value='1 -.5 .7'/></emitter>"},
+      {"sky without a sun",
+       "<emitter type='sunsky'><float name='sun_scale' value='0'/><float name='hour' "
+       "value='9'/></emitter>"},
+      {"sun without a sky",
+       "<emitter type='sunsky'><float name='sky_scale' value='0'/><float name='hour' "
+       "value='12'/></emitter>"},
+      {"timed_sunsky",
+       "<emitter type='timed_sunsky'><integer name='start_month' value='5'/><float "
+       "name='window_start_time' value='10.5'/></emitter>"},
   };
   return all;
 }

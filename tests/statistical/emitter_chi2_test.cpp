@@ -175,6 +175,70 @@ TEST(EmitterChi2, DistantLightCoversTheScene) {
   }
 }
 
+// ---- the sun and the sky
+
+/// Directions by cells of equal solid angle against the density that is told of them.
+TEST(EmitterChi2, DirectionsTowardSunAndSky) {
+  constexpr int kColumns = 36, kRows = 18, kCount = 400000, kSteps = 16;
+  int skies = 0;
+  for (const EmitterCase& tested : emitter_cases()) {
+    if (tested.xml.find("sunsky") == std::string::npos) continue;
+    ++skies;
+    const LitFloor floor(tested.xml);
+    const Emitter& emitter = floor.emitter();
+    const auto cell_of = [&](const Vec3& d) {
+      return part(0.5 - 0.5 * d.z, kRows) * kColumns + part(turn(d.x, d.y), kColumns);
+    };
+    std::vector<double> observed(kColumns * kRows), probability(observed.size());
+    Random random(71);
+    for (int i = 0; i < kCount; ++i) {
+      const auto sample = emitter.sample_direct(Vec3(0.f), {random.unit(), random.unit()});
+      if (!sample) continue;
+      ASSERT_NEAR(glm::length(sample->d), 1, 1e-6) << tested.name;
+      ASSERT_NEAR(emitter.pdf_environment(sample->d) / sample->pdf, 1, 0.5) << tested.name;
+      // What a small sun adds to one cell says nothing of the others: see the next test.
+      if (sample->pdf < 100) observed[cell_of(sample->d)] += 1;
+    }
+    // In each step at a random place: what an edge cuts is then right in the mean.
+    for (int i = 0; i < kColumns * kSteps * kRows * kSteps; ++i) {
+      const double u = (i % (kColumns * kSteps) + random.unit()) / (kColumns * kSteps);
+      const double v = (i / (kColumns * kSteps) + random.unit()) / (kRows * kSteps);
+      const double z = 1 - 2 * v, r = std::sqrt(1 - z * z), phi = 2 * kPiD * (u - 0.5);
+      const Vec3 d(glm::dvec3(r * std::cos(phi), r * std::sin(phi), z));
+      const double pdf = emitter.pdf_environment(d);
+      if (pdf >= 100) continue;
+      probability[cell_of(d)] += pdf * 4 * kPiD / (double{kColumns} * kRows * kSteps * kSteps);
+    }
+    expect_frequencies(observed, probability, kCount, kColumns * kSteps, tested.name);
+  }
+  EXPECT_GE(skies, 5);
+}
+
+/// A sun of its own size: evenly over its disk, and as often as the density over the disk says.
+TEST(EmitterChi2, DirectionsTowardASmallSun) {
+  const LitFloor floor(
+      "<emitter type='sunsky'><vector name='sun_direction' value='.5 -.3 .8'/></emitter>");
+  const Emitter& emitter = floor.emitter();
+  const Vec3 sun = glm::normalize(Vec3(.5, -.3, .8));
+  const Frame frame = Frame::from_normal(sun);
+  const double half_angle = 0.5358 / 2 * kPiD / 180, chord2 = 2 * (1 - std::cos(half_angle));
+  constexpr int kRings = 5, kSectors = 8, kCount = 100000;
+  std::vector<double> observed(kRings * kSectors);
+  Random random(72);
+  for (int i = 0; i < kCount; ++i) {
+    const auto sample = emitter.sample_direct(Vec3(0.f), {random.unit(), random.unit()});
+    ASSERT_TRUE(sample);
+    const glm::dvec3 offset(frame.to_local(sample->d - sun));
+    const double share = (offset.x * offset.x + offset.y * offset.y) / chord2;
+    if (share >= 1) continue;
+    observed[part(share, kRings) * kSectors + part(turn(offset.x, offset.y), kSectors)] += 1;
+  }
+  const double of_sun = emitter.pdf_environment(sun) * kPiD * chord2;
+  EXPECT_GT(of_sun, 0.3);
+  expect_frequencies(observed, std::vector<double>(observed.size(), of_sun / observed.size()), kCount,
+                     1000, "a small sun");
+}
+
 // ---- lights on surfaces
 
 /// A light on a shape, turned, moved and enlarged, and cells of equal area on the shape.

@@ -1,0 +1,57 @@
+/// A surface that shines along its normal alone, like a laser's front or a bright window seen from
+/// afar: `radiance` is the flux per area of the surface [W/m²], whatever its name says. No ray meets
+/// it at just that angle, and no point can look for it: as in Mitsuba, `ptracer` shows its light, and
+/// other integrators see a black surface.
+///
+///     <shape type="disk">
+///       <emitter type="directionalarea"><rgb name="radiance" value="5 4 3"/></emitter>
+///     </shape>
+
+#include "emission.h"
+#include "kinome/emitter.h"
+#include "kinome/plugin.h"
+#include "kinome/shape.h"
+
+namespace kinome {
+namespace {
+
+constexpr Parameter kTable[] = {
+    {"radiance", ParameterType::kEmissionTexture, "1",
+     "Flux per area [W/m²], over the shape's (u, v)."},
+};
+
+class DirectionalAreaLight final : public Emitter {
+ public:
+  explicit DirectionalAreaLight(const Properties& props)
+      : flux_(read_emission_texture(props, "radiance")) {}
+
+  bool is_surface() const override { return true; }
+
+  std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& /*u*/) const override {
+    return std::nullopt;
+  }
+
+  std::optional<EmissionSample> sample_emission(const Vec2& position,
+                                                const Vec2& /*direction*/) const override {
+    const float area = shape()->area();
+    const SurfaceInteraction si = shape()->sample_surface(position);
+    const Rgb flux = flux_->eval(si.uv);
+    if (!(area > 0) || is_black(flux)) return std::nullopt;
+    EmissionSample sample;
+    sample.o = si.p;
+    sample.o_error = si.p_error;
+    sample.n = si.n;
+    sample.d = si.frame.n;
+    sample.power = flux * area;
+    return sample;
+  }
+
+ private:
+  std::shared_ptr<Texture> flux_;
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::DirectionalAreaLight, kinome::Category::kEmitter, "directionalarea",
+              "A surface that shines along its normal alone.", kinome::kTable);

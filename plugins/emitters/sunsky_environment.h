@@ -1,0 +1,295 @@
+#pragma once
+
+#include "emission.h"
+#include "environment.h"
+#include "flux_grid.h"
+#include "sun_position.h"
+#include "sunsky_model.h"
+
+namespace kinome::sunsky {
+
+// clang-format off
+#define KINOME_SUNSKY_PARAMETERS \
+    {"turbidity", ParameterType::kFloat, "3", "Haze, from 1 (arctic, clear) to 10 (hazy)."}, \
+    {"albedo", ParameterType::kReflectanceTexture, "0.3", "Of the ground; the same everywhere."}, \
+    {"latitude", ParameterType::kFloat, "35.6894", "Degrees north."}, \
+    {"longitude", ParameterType::kFloat, "139.6917", "Degrees east."}, \
+    {"timezone", ParameterType::kFloat, "9", "Hours that clocks are ahead of Greenwich."}, \
+    {"sun_scale", ParameterType::kFloat, "1", "Factor of the sun's radiance."}, \
+    {"sky_scale", ParameterType::kFloat, "1", "Factor of the sky's radiance."}, \
+    {"sun_aperture", ParameterType::kFloat, "0.5358", \
+     "Angle that the sun takes in the sky, in degrees; its light is as much at any."}, \
+    {"complex_sun", ParameterType::kBoolean, "false", \
+     "A sun darker at its edge: not here, must be false."}, \
+    {"to_world", ParameterType::kTransform, "identity", \
+     "Rotation (or reflection): +z becomes up."}
+// clang-format on
+
+/// Light of the sun and of a cloudless sky. Both are sampled, each by its share of the light: the
+/// sun's disk evenly, the sky by a table of its luminance over equal solid angles.
+class SunSky : public Environment {
+ public:
+  Rgb eval_environment(const Vec3& d) const final { return eval<float>(frame_.to_local(d)); }
+  float pdf_environment(const Vec3& d) const final { return pdf<float>(frame_.to_local(d)); }
+
+  std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& u) const final {
+    if (is_black_) return std::nullopt;
+    const Vec3 local = sample<float>(u, sun_share_ < 1 ? flux_.sample(sky_number(u)) : std::nullopt);
+    DirectSample direct;
+    direct.d = frame_.to_world(local);
+    direct.pdf = pdf<float>(local);
+    direct.radiance = eval<float>(local);
+    if (!(direct.pdf > 0)) return std::nullopt;
+    return direct;
+  }
+
+  void sample_direct_block(const Columns3& /*p*/, const Columns2& u, size_t count,
+                           const DirectBlock& out) const final {
+    wide::for_lanes(count, [&](size_t i) {
+      wide::Vec3 local(0.f, 0.f, 1.f);
+      wide::Float density = 0.f;
+      if (!is_black_) {
+        const wide::Vec2 u_wide = wide::Vec2::load(u, i);
+        std::optional<FluxGrid::SampleOf<wide::Float>> place;
+        if (sun_share_ < 1) place = flux_.sample(sky_number(u_wide));
+        local = sample<wide::Float>(u_wide, place);
+        density = pdf<wide::Float>(local);
+      }
+      frame_.to_world(local).store(out.d, i);
+      wide::Float(kInfinity).store(out.distance + i);
+      density.store(out.pdf + i);
+      eval<wide::Float>(local).store(out.radiance, i);
+      wide::Float(0.f).store(out.is_delta + i);
+    });
+  }
+
+  void eval_environment_block(const Columns3& d, size_t count, const Columns3& radiance,
+                              float* density) const final {
+    wide::for_lanes(count, [&](size_t i) {
+      const wide::Vec3 local = frame_.to_local(wide::Vec3::load(d, i));
+      eval<wide::Float>(local).store(radiance, i);
+      if (density) pdf<wide::Float>(local).store(density + i);
+    });
+  }
+
+  /// With a sun, around it: its disk is the innermost ring (or few) of quads, or nearly so, and
+  /// cells are either of the sun or of the sky. Without one, around the zenith.
+  std::optional<EnvironmentGrid> cell_grid() const final {
+    EnvironmentGrid grid;
+    const bool has_sun = sun_share_ > 0;
+    const Vec3 pole = frame_.to_world(has_sun ? model_.sun() : Vec3(0, 0, 1));
+    const Frame around = Frame::from_normal(pole);
+    grid.to_world = glm::mat3(around.s, around.n, around.t);
+    grid.columns = 256;
+    grid.rows = 128;
+    if (!has_sun) {
+      grid.smooth_quads = true;  // the horizon lies between two rows
+      return grid;
+    }
+    constexpr double kLeastRows = 128, kMostRows = 2048;
+    const double half_turns = std::numbers::pi / half_angle_;
+    const double rings = std::max(1., std::ceil(kLeastRows / half_turns));
+    grid.rows = static_cast<int>(std::min(std::floor(rings * half_turns), kMostRows));
+    return grid;
+  }
+
+  /// An eighth of the points are the sun's, evenly over its disk; the others are the sky's cells.
+  std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
+                                          uint32_t count) const final {
+    const bool has_sun = sun_share_ > 0;
+    const uint32_t of_sun = has_sun ? std::max(1u, count / 8) : 0;
+    // Half of the sphere's cells are below the horizon.
+    const SpherePartition cells(std::max(2u, 2 * (count - std::min(of_sun, count - 1))));
+    LightPoints points;
+    points.kind = LightPoints::Kind::kDistant;
+    const auto add = [&](const Vec3& local, const Rgb& power, float extent) {
+      points.position.push_back(frame_.to_world(local));
+      points.power.push_back(power);
+      points.extent.push_back(extent);
+    };
+    for (uint32_t i = 0; i < cells.size(); ++i) {
+      const Vec3 centre = zenith_up(cells.centre(i));
+      const Rgb power = sky_in(cells, i);
+      if (!is_black(power)) add(centre, power, cells.cell_solid_angle());
+    }
+    const Frame frame = Frame::from_normal(model_.sun());
+    for (uint32_t i = 0; i < of_sun; ++i) {
+      // Vogel's spiral: equal areas of the disk.
+      const float turn = 0.5f * (3 - std::sqrt(5.f)) * static_cast<float>(i);
+      const Vec2 u((static_cast<float>(i) + 0.5f) / static_cast<float>(of_sun),
+                   turn - std::floor(turn));
+      const Vec3 local = in_sun<float>(frame, u);
+      if (local.z < 0) continue;
+      const float extent = solid_angle() / static_cast<float>(of_sun);
+      add(local, sun_radiance_ * extent, extent);
+    }
+    return points;
+  }
+
+ protected:
+  /// `sun`: a unit vector in the sky's own space, where +z is up; `rows` as of Model.
+  SunSky(const Properties& props, const LightFrame& frame, const Vec3& sun, double rows = 0)
+      : frame_(frame),
+        half_angle_(read_half_angle(props)),
+        sun_scale_(read_scale(props, "sun_scale")),
+        sky_scale_(read_scale(props, "sky_scale")),
+        model_(read_turbidity(props), read_albedo(props), sun, rows),
+        sun_radiance_(model_.sun_radiance() * (sun_scale_ * sun_ratio())),
+        flux_({128, 64}, 2, [this](const Vec2& uv) {
+          return sky_scale_ == 0 || !model_.is_day()
+                     ? 0.f
+                     : sky_scale_ * luminance(glm::abs(model_.sky<float>(sky_direction<float>(uv))));
+        }) {
+    if (props.boolean("complex_sun")) {
+      throw props.error("complex_sun", "must be false: there is but a sun of even radiance");
+    }
+    const float of_sun = luminance(glm::abs(sun_radiance_)) * solid_angle();
+    const float of_sky = flux_.mean() * 2 * kPi;
+    is_black_ = !(of_sun + of_sky > 0);
+    sun_share_ = is_black_ ? 0 : of_sun / (of_sun + of_sky);
+  }
+
+  /// A year, month or day.
+  static int read_calendar(const Properties& props, const char* name) {
+    const int64_t value = props.integer(name);
+    if (std::abs(value) > 9999) {
+      throw props.error(name, "must be from -9999 to 9999, got " + std::to_string(value));
+    }
+    return static_cast<int>(value);
+  }
+  static Vec3 read_sun_at(const Properties& props, const TimeAndPlace& at) {
+    const Vec3 sun = sun_direction(at);
+    if (is_finite(sun)) return sun;
+    throw props.error("latitude", "and all of time and place must be finite");
+  }
+
+  static LightFrame read_sky_frame(const Properties& props) {
+    LightFrame frame;
+    frame.axes = read_rotation(props);
+    return frame;
+  }
+
+ private:
+  static float read_scale(const Properties& props, const char* name) {
+    const float scale = props.real(name);
+    if (!(scale >= 0 && scale <= 1e24f)) {
+      throw props.error(name, "must be from 0 to 1e24, got " + std::to_string(scale));
+    }
+    return scale;
+  }
+  static double read_half_angle(const Properties& props) {
+    const float aperture = props.real("sun_aperture");
+    if (!(aperture >= 1e-3f && aperture < 180)) {
+      throw props.error("sun_aperture", "must be at least 0.001 and below 180 degrees, got " +
+                                            std::to_string(aperture));
+    }
+    return double{aperture} / 2 * std::numbers::pi / 180;
+  }
+  static float read_turbidity(const Properties& props) {
+    const float turbidity = props.real("turbidity");
+    if (!(turbidity >= 1 && turbidity <= 10)) {
+      throw props.error("turbidity", "must be from 1 to 10, got " + std::to_string(turbidity));
+    }
+    return turbidity;
+  }
+  static Rgb read_albedo(const Properties& props) {
+    const auto albedo = props.texture("albedo");
+    if (!albedo->is_uniform()) throw props.error("albedo", "must be the same everywhere");
+    return albedo->eval(Vec2(0.5f));
+  }
+
+  /// 2 (1 - cos), with all its digits: of a chord of the unit sphere, the square.
+  double chord2() const { return 4 * std::pow(std::sin(half_angle_ / 2), 2); }
+  float solid_angle() const { return static_cast<float>(std::numbers::pi * chord2()); }
+  /// By how much smaller a sun is brighter.
+  float sun_ratio() const {
+    return static_cast<float>(4 * std::pow(std::sin(kSolarHalfAngle / 2), 2) / chord2());
+  }
+
+  // Directions are local from here on.
+
+  template <class F>
+  wide::formulas::MaskOf<F> is_sun(const wide::formulas::VecOf<F>& d) const {
+    using namespace wide::formulas;
+    const VecOf<F> chord = d - VecOf<F>(model_.sun());
+    return dot(chord, chord) <= static_cast<float>(chord2());
+  }
+
+  template <class F>
+  wide::formulas::RgbOf<F> eval(const wide::formulas::VecOf<F>& d) const {
+    using namespace wide::formulas;
+    if (is_black_) return RgbOf<F>(F(0.f));
+    const RgbOf<F> sun = select(is_sun<F>(d), RgbOf<F>(sun_radiance_));
+    return select(d.z >= 0.f, model_.sky<F>(d) * F(sky_scale_) + sun);
+  }
+
+  template <class F>
+  F pdf(const wide::formulas::VecOf<F>& d) const {
+    using namespace wide::formulas;
+    if (is_black_) return F(0.f);
+    const F turn = atan2(d.y, d.x) * (0.5f * kInvPi);
+    const Vec2Of<F> uv{select(turn < 0.f, turn + 1.f, turn), 1.f - d.z};
+    const F of_sky = flux_.pdf(uv) * ((1 - sun_share_) * 0.5f * kInvPi);
+    const F of_sun = select(is_sun<F>(d), F(sun_share_ / solid_angle()));
+    return select(d.z >= 0.f, of_sky + of_sun);
+  }
+
+  template <class F>
+  static wide::formulas::VecOf<F> sky_direction(const wide::formulas::Vec2Of<F>& uv) {
+    using namespace wide::formulas;
+    return warp::spherical_direction<VecOf<F>, F>(1.f - uv.y, uv.x * (2 * kPi));
+  }
+  template <class F>
+  wide::formulas::VecOf<F> in_sun(const FrameOf<wide::formulas::VecOf<F>>& frame,
+                                  const wide::formulas::Vec2Of<F>& u) const {
+    using namespace wide::formulas;
+    const F height = u.x * static_cast<float>(chord2() / 2);
+    const F r = sqrt(height * (2.f - height)), phi = u.y * (2 * kPi);
+    return frame.to_world(VecOf<F>(r * cos(phi), r * sin(phi), 1.f - height));
+  }
+
+  /// What is left of random numbers once the sky is chosen.
+  template <class V2>
+  V2 sky_number(const V2& u) const {
+    using namespace wide::formulas;
+    using F = NumberOf<V2>;
+    return V2(max(F(0.f), (u.x - sun_share_) / (1 - sun_share_)), u.y);
+  }
+  /// The sun, or the `place` in the sky, by u; there is one unless the sun is all.
+  template <class F>
+  wide::formulas::VecOf<F> sample(const wide::formulas::Vec2Of<F>& u,
+                                  const std::optional<FluxGrid::SampleOf<F>>& place) const {
+    using namespace wide::formulas;
+    const auto frame = FrameOf<VecOf<F>>::from_normal(VecOf<F>(model_.sun()));
+    const float share = std::max(sun_share_, 1e-30f);
+    const VecOf<F> sun = in_sun<F>(frame, {min(u.x / share, F(1.f)), u.y});
+    if (!place) return sun;
+    return select(u.x < sun_share_, sun, sky_direction<F>(place->uv));
+  }
+
+  /// A SpherePartition has its poles on y.
+  static Vec3 zenith_up(const Vec3& d) { return {d.z, d.x, d.y}; }
+  Rgb sky_in(const SpherePartition& cells, uint32_t i) const {
+    constexpr int kSide = 4;
+    Rgb sum(0.f);
+    if (is_black_) return sum;
+    for (int k = 0; k < kSide * kSide; ++k) {
+      const Vec2 u((static_cast<float>(k % kSide) + 0.5f) / kSide,
+                   (static_cast<float>(k / kSide) + 0.5f) / kSide);
+      const Vec3 d = zenith_up(cells.sample(i, u));
+      if (d.z >= 0) sum += model_.sky<float>(d);
+    }
+    return sum * (sky_scale_ * cells.cell_solid_angle() / (kSide * kSide));
+  }
+
+  LightFrame frame_;
+  double half_angle_;
+  float sun_scale_, sky_scale_;
+  Model model_;
+  Rgb sun_radiance_;
+  FluxGrid flux_;  ///< of the sky, over (azimuth / 2 pi, 1 - z)
+  bool is_black_;
+  float sun_share_;
+};
+
+}  // namespace kinome::sunsky
