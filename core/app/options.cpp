@@ -283,15 +283,15 @@ class WrappingFormatter final : public CLI::Formatter {
 /// `kinome` or `kinome plugins`. CLI11 writes into `options` and `raw`.
 struct OptionsParser::Language {
   explicit Language(bool lists_plugins)
-      : app(lists_plugins ? "Lists all plugins, or the parameters of one."
-                          : "Renders a scene.\nkinome plugins [NAME]: lists plugins, or the\n"
-                            "parameters of one.",
+      : app(lists_plugins ? "Lists all plugins, those of a category, or the\nparameters of one."
+                          : "Renders a scene.\nkinome plugins [NAME]: lists plugins, those of a\n"
+                            "category, or the parameters of one.",
             lists_plugins ? "kinome plugins" : "kinome") {
     app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
     app.formatter(std::make_shared<WrappingFormatter>());
     declare_plugin_options(app, options);
     if (lists_plugins) {
-      app.add_option("NAME", options.plugin_name, "Name, or CATEGORY/NAME");
+      app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
       app.add_flag("--markdown", options.markdown, "As a table for the README")
           ->disable_flag_override();
       app.add_flag("--mitsuba", options.mitsuba, "All of Mitsuba's plugins: which there are here")

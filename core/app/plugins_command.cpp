@@ -135,10 +135,10 @@ void print_markdown(PluginRegistry& registry) {
   }
 }
 
-/// One library that can't be loaded must not hide the others; the exit status tells.
-int print_list(PluginRegistry& registry) {
+/// Of these categories. One library that can't be loaded must not hide the others; the exit status tells.
+int print_list(PluginRegistry& registry, const std::vector<Category>& categories) {
   int status = 0;
-  for (const Category category : all_categories()) {
+  for (const Category category : categories) {
     fmt::print("{}\n", to_string(category));
     for (const std::string& name : registry.names(category)) {
       std::string text;
@@ -156,9 +156,14 @@ int print_list(PluginRegistry& registry) {
   return status;
 }
 
+/// A plugin, or what there is of a category.
 int print_named(PluginRegistry& registry, const std::string& wanted) {
   std::vector<std::string> known;
   bool found = false;
+  for (const Category category : all_categories()) {
+    if (wanted == to_string(category)) return print_list(registry, {category});
+    known.emplace_back(to_string(category));
+  }
   for (const Category category : all_categories()) {
     for (const std::string& name : registry.names(category)) {
       const std::string full = fmt::format("{}/{}", to_string(category), name);
@@ -240,7 +245,7 @@ int plugins_command(const Options& options) {
     print_mitsuba(registry, options.markdown);
     return 0;
   }
-  if (!options.markdown) return print_list(registry);
+  if (!options.markdown) return print_list(registry, all_categories());
   print_markdown(registry);
   return 0;
 }

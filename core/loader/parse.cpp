@@ -53,6 +53,7 @@ class Converter {
     if (node.tag == "spectrum" && node.find("type")) node.tag = "texture";
     if (depth > kDeepestNesting) {
       faults_.add(node.where, "elements are nested too deeply");
+      node.is_broken = true;  // what it lacks is not missed
       return node;
     }
     for (const pugi::xml_node& child : element.children()) {

@@ -64,7 +64,7 @@ class Blend final : public Bsdf {
   }
 
   Rgb albedo(const SurfaceInteraction& si) const override {
-    const float weight = clamped_share(weight_.at(si.uv));
+    const float weight = clamped_share(weight_.at(si));
     return nested_[0]->albedo(si) * (1 - weight) + nested_[1]->albedo(si) * weight;
   }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {

@@ -44,7 +44,7 @@ class Diffuse final : public wide::FormulaBsdf<Diffuse> {
     return {albedo, RgbOf<F>(0.f), 1.f, 1.f};
   }
 
-  Rgb albedo(const SurfaceInteraction& si) const override { return reflectance_.at(si.uv); }
+  Rgb albedo(const SurfaceInteraction& si) const override { return reflectance_.at(si); }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     return {reflectance_.at(si), Rgb(0.f)};
   }

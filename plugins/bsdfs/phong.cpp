@@ -47,7 +47,9 @@ class Phong final : public wide::FormulaBsdf<Phong> {
     return reflectances_.form_of<F>(diffuse);
   }
 
-  Rgb albedo(const SurfaceInteraction& si) const override { return reflectances_.diffuse(si.uv) + reflectances_.specular(si.uv); }
+  Rgb albedo(const SurfaceInteraction& si) const override {
+    return reflectances_.diffuse(si) + reflectances_.specular(si);
+  }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     return {reflectances_.diffuse(si), reflectances_.specular(si)};
   }

@@ -46,7 +46,7 @@ class Plastic final : public wide::FormulaBsdf<Plastic> {
     });
   }
 
-  Rgb albedo(const SurfaceInteraction& si) const override { return diffuse_.at(si.uv); }
+  Rgb albedo(const SurfaceInteraction& si) const override { return diffuse_.at(si); }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     // The integral of (1 - F) cos / pi over the hemisphere is eta² (1 - R).
     const float f = fresnel_dielectric(std::clamp(si.wi.z, 0.f, 1.f), eta_);

@@ -72,7 +72,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
     });
   }
 
-  Rgb albedo(const SurfaceInteraction& si) const override { return base_color_.at(si.uv); }
+  Rgb albedo(const SurfaceInteraction& si) const override { return base_color_.at(si); }
   /// Estimates by the cosine with the surface.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const Rgb base = base_color_.at(si);

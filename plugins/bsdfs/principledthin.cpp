@@ -68,6 +68,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
     });
   }
 
+  Rgb albedo(const SurfaceInteraction& si) const override { return base_color_.at(si); }
   /// Of both sides, as light comes from both.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const Rgb base = base_color_.at(si);

@@ -77,7 +77,7 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
     return {diffuse, specular, alpha, alpha};
   }
 
-  Rgb albedo(const SurfaceInteraction& si) const override { return diffuse_.at(si.uv); }
+  Rgb albedo(const SurfaceInteraction& si) const override { return diffuse_.at(si); }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const float t = transmittance_.external(std::max(si.wi.z, 0.f));
     // The integral of T(wo) cos / pi is eta² (1 - R) for a smooth boundary.

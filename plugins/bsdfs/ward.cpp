@@ -130,7 +130,9 @@ class Ward final : public wide::FormulaBsdf<Ward> {
     return reflectances_.form_of<F>(diffuse);
   }
 
-  Rgb albedo(const SurfaceInteraction& si) const override { return reflectances_.diffuse(si.uv) + reflectances_.specular(si.uv); }
+  Rgb albedo(const SurfaceInteraction& si) const override {
+    return reflectances_.diffuse(si) + reflectances_.specular(si);
+  }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     return {reflectances_.diffuse(si), reflectances_.specular(si)};
   }

@@ -11,6 +11,7 @@
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
+#include "kinome/wide/textures.h"
 
 namespace kinome {
 namespace {
@@ -35,7 +36,7 @@ class DirectionalAreaLight final : public Emitter {
                                                 const Vec2& /*direction*/) const override {
     const float area = shape()->area();
     const SurfaceInteraction si = shape()->sample_surface(position);
-    const Rgb flux = flux_->eval(si.uv);
+    const Rgb flux = flux_.at(si);
     if (!(area > 0) || is_black(flux)) return std::nullopt;
     EmissionSample sample;
     sample.o = si.p;
@@ -47,7 +48,7 @@ class DirectionalAreaLight final : public Emitter {
   }
 
  private:
-  std::shared_ptr<Texture> flux_;
+  wide::ColorInput flux_;
 };
 
 }  // namespace

@@ -25,6 +25,15 @@ TEST_F(Help, ListsPluginsByCategory) {
   EXPECT_NE(all.out.find("another name for sobol"), std::string::npos);
 }
 
+TEST_F(Help, ListsOneCategory) {
+  const ProcessResult all = kinome({"plugins"}), emitters = kinome({"plugins", "emitter"});
+  EXPECT_EQ(emitters.status, 0) << emitters.out << emitters.err;
+  EXPECT_EQ(emitters.out.rfind("emitter\n  area ", 0), 0u) << emitters.out;
+  EXPECT_NE(all.out.find(emitters.out), std::string::npos) << emitters.out;
+  EXPECT_EQ(emitters.out.find("\nfilm\n"), std::string::npos) << emitters.out;
+  EXPECT_NE(kinome({"plugins", "emiter"}).err.find("did you mean 'emitter'?"), std::string::npos);
+}
+
 TEST_F(Help, ListsParametersOfAPlugin) {
   const ProcessResult film = kinome({"plugins", "hdrfilm"});
   EXPECT_EQ(film.status, 0);

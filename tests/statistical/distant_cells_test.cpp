@@ -50,7 +50,8 @@ std::vector<Case> cases() {
                                            "value=\"1 .5 .25\"/></emitter>")});
   all.push_back({"disc", std::make_shared<Disc>()});
   all.push_back({"sunsky", make<Emitter>("<emitter type=\"sunsky\"><vector name=\"sun_direction\" "
-                                         "value=\"1 1 1\"/></emitter>")});
+                                         "value=\"1 1 1\"/><float name=\"sun_aperture\" "
+                                         "value=\"30\"/></emitter>")});
   return all;
 }
 

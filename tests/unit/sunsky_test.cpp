@@ -143,7 +143,8 @@ TEST(SunSky, LightPointsAreTheWholeLight) {
   for (const uint32_t count : {64u, 1000u, 20000u}) {
     const auto points = emitter.light_points(*scene, context, count);
     ASSERT_TRUE(points);
-    EXPECT_NEAR(static_cast<double>(points->position.size()), count, 0.1 * count);
+    // A ring of cells may cross the horizon.
+    EXPECT_NEAR(static_cast<double>(points->position.size()), count, count < 1000 ? 12 : 0.1 * count);
     glm::dvec3 sum(0.);
     for (const Rgb& power : points->power) sum += glm::dvec3(power);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / whole[c], 1, count < 1000 ? 0.05 : 0.01);
