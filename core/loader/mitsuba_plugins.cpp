@@ -10,7 +10,7 @@ constexpr const char* kOfLengths =
     "by path, ptracer and direct; clustered has it in paths of up to three edges";
 constexpr const char* kReflectsOnly =
     "what light goes through by path, ptracer and direct; clustered has but what it reflects";
-constexpr const char* kReflectionOnly = "not of BSDFs that let light through";
+constexpr const char* kReflectionOnly = "not of BSDFs that let light through smoothly";
 
 constexpr MitsubaPlugin kPlugins[] = {
     {"bsdf", "blendbsdf", nullptr},
@@ -19,7 +19,7 @@ constexpr MitsubaPlugin kPlugins[] = {
     {"bsdf", "conductor", nullptr},
     {"bsdf", "dielectric", kOfLengths},
     {"bsdf", "diffuse", nullptr},
-    {"bsdf", "hair", nullptr},
+    {"bsdf", "hair", kReflectsOnly},
     {"bsdf", "mask", kOfLengths},
     {"bsdf", "measured", nullptr},
     {"bsdf", "measured_polarized", nullptr},

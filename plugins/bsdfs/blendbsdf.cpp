@@ -90,7 +90,7 @@ class Blend final : public Bsdf {
     for (const auto& one : nested) {
       // What deltas bend, light paths must know of.
       if (one->relative_index() != 1 && any(one->lobes() & Lobe::kDelta)) {
-        throw props.error("bsdf", "can't be one that bends light");
+        throw props.error("bsdf", "can't be one that bends light as smooth glass does");
       }
       if (one->turns_to_viewer()) {
         throw props.error("bsdf", "can't be a normal map: put the blend into it");

@@ -22,9 +22,9 @@ class OpacityMask final : public Bsdf {
  public:
   explicit OpacityMask(const Properties& props)
       : opacity_(props.texture("opacity")), nested_(props.object<Bsdf>()) {
-    if (nested_->relative_index() != 1) {
-      throw props.error("bsdf", "can't be one that bends light: what goes straight through a mask "
-                                "isn't bent");
+    if (nested_->relative_index() != 1 && any(nested_->lobes() & Lobe::kDelta)) {
+      throw props.error("bsdf", "can't be one that bends light as smooth glass does: what goes "
+                                "straight through a mask isn't bent");
     }
     lobes_ = nested_->lobes() | Lobe::kDelta;
     turns_to_viewer_ = nested_->turns_to_viewer();

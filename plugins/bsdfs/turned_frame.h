@@ -5,8 +5,7 @@
 
 /// Turns the shading frame of a nested BSDF: what normal maps and bump maps share, after Mitsuba 3.
 ///
-/// Light is only reflected where the turned and the original surface agree on which side it comes
-/// from. A turned normal that faces away from the viewer is turned about the original one
+/// Light only counts where the turned and the original surface agree on which side it comes from. A turned normal that faces away from the viewer is turned about the original one
 /// (flip_invalid_normals), and the hard shadow edge that remains is softened by the shadowing of
 /// Estevez et al. 2019 ("A microfacet-based shadowing function to solve the bump terminator
 /// problem"; use_shadowing_function).
@@ -110,10 +109,13 @@ class TurnedFrame : public Bsdf {
       : nested_(props.object<Bsdf>()),
         flip_(props.boolean("flip_invalid_normals")),
         shadowing_(props.boolean("use_shadowing_function")) {
-    if (nested_->transmits()) {
-      throw props.error("bsdf", "can't be one that lets light through: only reflection is turned");
+    if (nested_->transmits() && any(nested_->lobes() & Lobe::kDelta)) {
+      throw props.error("bsdf", "can't be one that lets light through as smooth glass does: no "
+                                "light path would find the way back through turned normals");
     }
     lobes_ = nested_->lobes();
+    transmits_ = nested_->transmits();
+    relative_index_ = nested_->relative_index();
     turns_to_viewer_ = flip_ || shadowing_;
   }
 

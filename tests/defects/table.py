@@ -78,6 +78,9 @@ DEFECTS = [Defect(*row) for row in (
      "along_u * uv.x + along_v * uv.y", "along_u * uv.y + along_v * uv.x",
      "shape_block", "*ShapeBlocks.AreSampledAsFromPoints*"),
 
+    ("hair_without_scales", "plugins/bsdfs/hair.cpp",
+     "i_.sine * c + i_.cosine * s", "i_.sine",
+     "bsdf_reference", "*MatchesMitsuba*"),
     ("glass_of_disneys_mirrors_too_often", "plugins/bsdfs/principled.cpp",
      "main_probability_ - through", "main_probability_",
      "bsdf_chi2", "*DensityMatchesSamples/principled_glass"),

@@ -48,6 +48,11 @@ std::vector<Material> rough_materials() {
       {"disney's glass",
        "<bsdf type=\"principled\"><float name=\"spec_trans\" value=\"0.7\"/><float "
        "name=\"clearcoat\" value=\"1\"/></bsdf>"},
+      {"bumpy glass",
+       "<bsdf type=\"bumpmap\"><texture type=\"bitmap\"><string name=\"filename\" "
+       "value=\"" KINOME_TEST_SOURCE "/tests/support/bumps.pfm\"/><boolean name=\"raw\" "
+       "value=\"true\"/></texture><float name=\"scale\" value=\"0.2\"/><bsdf "
+       "type=\"roughdielectric\"><float name=\"alpha\" value=\"0.3\"/></bsdf></bsdf>"},
       {"leaf",
        "<bsdf type=\"principledthin\"><float name=\"diff_trans\" value=\"0.8\"/><float "
        "name=\"spec_trans\" value=\"0.4\"/></bsdf>"},
@@ -80,6 +85,7 @@ TEST(Transmission, LightTracingAgreesWithPaths) {
       sensor_xml("perspective", look_at("0 0.25 1.2", "0.1 0 0", "0 1 0"), 4, 256);
   auto all = materials_and_masks();
   for (const Material& m : rough_materials()) all.push_back(m);
+  all.push_back(mask("masked ground glass", rough_materials().front().xml));
   for (const Material& m : all) {
     const std::string slab = shape_xml("cube",
                                        "<scale x=\"0.6\" y=\"0.15\" z=\"0.6\"/><rotate z=\"1\" "

@@ -63,6 +63,21 @@ std::vector<BsdfCase> extreme_cases() {
        "<float name='spec_trans' value='1'/><float name='eta' value='1'/></bsdf>"},
       {"principledthin_through",
        "<bsdf type='principledthin'><float name='diff_trans' value='2'/></bsdf>"},
+      {"hair_0",
+       "<bsdf type='hair'><float name='longitudinal_roughness' value='0'/>"
+       "<float name='azimuthal_roughness' value='0'/></bsdf>"},
+      {"hair_1",
+       "<bsdf type='hair'><float name='longitudinal_roughness' value='1'/>"
+       "<float name='azimuthal_roughness' value='1'/></bsdf>"},
+      {"hair_white",
+       "<bsdf type='hair'><float name='eumelanin' value='0'/><float name='pheomelanin' value='0'/>"
+       "</bsdf>"},
+      {"hair_black",
+       "<bsdf type='hair'><float name='sigma_a' value='1e30'/><float name='scale' value='1e8'/>"
+       "</bsdf>"},
+      {"hair_inside_out",
+       "<bsdf type='hair'><float name='int_ior' value='1'/><float name='ext_ior' value='2'/>"
+       "</bsdf>"},
       {"ward_0", "<bsdf type='ward'><float name='alpha' value='0'/></bsdf>"},
       {"ward_duer_0",
        "<bsdf type='ward'><string name='variant' value='ward-duer'/>"

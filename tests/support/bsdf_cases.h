@@ -149,6 +149,13 @@ inline const std::vector<BsdfCase>& bsdf_cases() {
        "<float name='spec_trans' value='0.7'/><float name='diff_trans' value='0.5'/>"
        "<float name='anisotropic' value='0.6'/><float name='spec_tint' value='0.3'/></bsdf>",
        true, true, true, true},
+      // Scales tilt it: not reciprocal.
+      {"hair", "<bsdf type='hair'/>", false, true, true, true},
+      {"hair_blond",
+       "<bsdf type='hair'><rgb name='sigma_a' value='0.05 0.1 0.3'/>"
+       "<float name='longitudinal_roughness' value='0.5'/>"
+       "<float name='azimuthal_roughness' value='0.6'/><float name='scale_tilt' value='-4'/></bsdf>",
+       false, true, true, true},
       {"twosided",
        "<bsdf type='twosided'><bsdf type='phong'/>"
        "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></bsdf>"},
@@ -177,6 +184,10 @@ inline const std::vector<BsdfCase>& bsdf_cases() {
        "<bsdf type='bumpmap'>" KINOME_TEST_BUMPS "<float name='scale' value='0.3'/>"
        "<bsdf type='diffuse'/></bsdf>",
        false, false},
+      {"bumpmap_glass",
+       "<bsdf type='bumpmap'>" KINOME_TEST_BUMPS "<float name='scale' value='0.3'/>"
+       "<bsdf type='roughdielectric'><float name='alpha' value='0.3'/></bsdf></bsdf>",
+       false, false, true, true},
       {"bumpmap_steep_aniso",
        "<bsdf type='bumpmap'>" KINOME_TEST_BUMPS "<float name='scale' value='-1.5'/>"
        "<boolean name='flip_invalid_normals' value='false'/>"

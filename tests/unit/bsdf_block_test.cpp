@@ -180,6 +180,8 @@ std::vector<BsdfCase> block_cases() {
            KINOME_TEST_CHECKERS("eta", "1.3 1.3 1.3", "0.8 0.8 0.8")
                KINOME_TEST_CHECKERS("diff_trans", "0 0 0", "2 2 2")
                    KINOME_TEST_CHECKERS("spec_trans", "0.3 0.3 0.3", "1 1 1") "</bsdf>"},
+      {"hair_textured", "<bsdf type='hair'>" KINOME_TEST_CHECKERS("sigma_a", "0.1 0.5 0.3", "1 0 2")
+                            "<float name='scale' value='2'/></bsdf>"},
       {"twosided_one", "<bsdf type='twosided'><bsdf type='roughplastic'/></bsdf>"},
       {"twosided_normalmap",
        "<bsdf type='twosided'><bsdf type='normalmap'>" KINOME_TEST_CHECKERS(

@@ -77,6 +77,13 @@ BSDFS = [
      '<float name="alpha_u" value="0.2"/><float name="alpha_v" value="0.6"/></bsdf></bsdf>'),
     ("bumpmap", BUMPS % "" + '<boolean name="use_shadowing_function" value="false"/>'
      '<bsdf type="roughplastic"><float name="alpha" value="0.3"/></bsdf>'),
+    ("hair", ""),
+    ("hair", '<rgb name="sigma_a" value="0.02 0.1 0.3"/><float name="scale" value="2"/>'
+             '<float name="longitudinal_roughness" value="0.5"/>'
+             '<float name="azimuthal_roughness" value="0.6"/>'
+             '<float name="scale_tilt" value="-4"/><string name="int_ior" value="water"/>'),
+    ("hair", '<float name="eumelanin" value="0.2"/><float name="pheomelanin" value="0.4"/>'
+             '<float name="longitudinal_roughness" value="0.8"/>'),
 ]
 
 

@@ -28,7 +28,8 @@ std::optional<kinome::Rgb> seen_delta(const SurfaceInteraction& si, const BsdfSa
 }
 
 /// Of a BSDF that, asked from where the light comes, doesn't go everywhere that it is seen from:
-/// half of the samples go by the cosine. `weight` is set for deltas alone.
+/// half of the samples go by the cosine, to both sides where light goes through. `weight` is set for
+/// deltas alone.
 std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
                                          const kinome::Vec2& u) {
   const Bsdf& bsdf = si.shape->bsdf();
@@ -42,13 +43,17 @@ std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobe
       return sample;
     }
   } else {
-    const float side = si.wi.z < 0 ? -1.f : 1.f;
+    float side = si.wi.z < 0 ? -1.f : 1.f;
+    if (bsdf.transmits() && u_lobe < 0.75f) side = -side;
     sample.emplace();
     sample->wo = square_to_cosine_hemisphere(u) * kinome::Vec3(1, 1, side);
     sample->lobe = lobes & (Lobe::kDiffuse | Lobe::kGlossy);
   }
-  sample->pdf = 0.5f * (bsdf.eval_pdf(si, lobes, sample->wo).pdf +
-                        cosine_hemisphere_pdf(std::abs(sample->wo.z)));
+  const bool is_possible = bsdf.transmits() || si.wi.z * sample->wo.z > 0;
+  const float share = bsdf.transmits() ? 0.5f : 1.f;  // of a side
+  const float by_cosine =
+      is_possible ? share * cosine_hemisphere_pdf(std::abs(sample->wo.z)) : 0.f;
+  sample->pdf = 0.5f * (bsdf.eval_pdf(si, lobes, sample->wo).pdf + by_cosine);
   if (!(sample->pdf > 0)) return std::nullopt;
   return sample;
 }
