@@ -46,6 +46,30 @@ TEST_F(Program, PictureLiesBesideTheScene) {
   EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
 }
 
+/// What of Mitsuba's isn't here is a mistake, or is left out and listed.
+TEST_F(Program, LeavesOutWhatIsMissingIfAsked) {
+  const std::string scene = folder_.write(
+      "fog.xml",
+      "<scene version=\"3.0.0\"><sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/>"
+      "<film type=\"hdrfilm\"><integer name=\"width\" value=\"4\"/><integer name=\"height\" "
+      "value=\"4\"/></film></sensor>\n<shape type=\"sphere\">\n"
+      "<medium name=\"interior\" type=\"homogeneous\"/></shape></scene>");
+  const std::string title = "medium 'homogeneous'";
+  const ProcessResult strict = kinome({scene, "-o", image_});
+  EXPECT_EQ(strict.status, 1);
+  EXPECT_EQ(strict.err, "kinome: " + scene + ":3:25: " + title +
+                            " of Mitsuba 3 isn't here (--lenient renders without it)\n");
+  const ProcessResult lenient = kinome({scene, "--lenient", "-o", image_});
+  EXPECT_EQ(lenient.status, 0);
+  EXPECT_NE(lenient.err.find("warning: " + scene + ":3:1: " + title + " is left out\n"),
+            std::string::npos)
+      << lenient.err;
+  ImageMetadata metadata;
+  read_exr(image_, {}, &metadata);
+  EXPECT_EQ(metadata["kinome:left_out"], scene + ":3:1: " + title);
+  EXPECT_EQ(kinome({scene, "--check", "--lenient"}).status, 0);
+}
+
 TEST_F(Program, ExtensionIsAppended) {
   render_quietly({"-o", folder_.path("picture.v2")});
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{folder_.path("picture.v2.exr")});

@@ -194,6 +194,8 @@ std::vector<Case> cameras() {
       film("OnePixel", integer("width", 1) + integer("height", 1) + filter("box"), 256),
       film("OnePixelGaussian", integer("width", 1) + integer("height", 1) + filter("gaussian"),
            4096),
+      film("OnePixelLanczos", integer("width", 1) + integer("height", 1) + filter("lanczos"), 1024),
+      film("TwoByOneLanczos", integer("width", 2) + integer("height", 1) + filter("lanczos"), 512),
       film("FiveByThree", integer("width", 5) + integer("height", 3) + filter("box"), 64),
       film("Wide", integer("width", 61) + integer("height", 2) + filter("box")),
       film("Tall", integer("width", 2) + integer("height", 41) + filter("box")),

@@ -54,12 +54,13 @@ struct ProductRenderer::Worker {
   TileTracer tracer;
   VisibilityLearner learner;
   Estimator estimator;
-  /// What the sum over a unit's primaries counts for in its pixel.
+  /// What the sum over a unit's primaries counts for in its pixel. A unit has none where a narrow
+  /// film cuts off all that is negative of the filter.
   struct Weight {
     float share, primaries;
     template <class Value>
     Value of(const Value& sum) const {
-      return share * (sum / primaries);
+      return primaries > 0 ? share * (sum / primaries) : Value(0.f);
     }
   };
 
