@@ -26,6 +26,10 @@ class OneColor : public Texture {
   void eval_1_block(const Columns2& uv, size_t count, float* out) const final {
     color_->eval_1_block(uv, count, out);
   }
+  Vec2 eval_1_gradient(const Vec2& uv) const final { return color_->eval_1_gradient(uv); }
+  void eval_1_gradient_block(const Columns2& uv, size_t count, const Columns2& out) const final {
+    color_->eval_1_gradient_block(uv, count, out);
+  }
   Rgb mean() const final { return color_->mean(); }
   Rgb emission() const final { return emission_; }
   float max() const final { return color_->max(); }
