@@ -30,6 +30,15 @@ class OneColor : public Texture {
   void eval_1_gradient_block(const Columns2& uv, size_t count, const Columns2& out) const final {
     color_->eval_1_gradient_block(uv, count, out);
   }
+  Rgb eval_at(const SurfaceInteraction& si) const final { return color_->eval_at(si); }
+  float eval_1_at(const SurfaceInteraction& si) const final { return color_->eval_1_at(si); }
+  void eval_block_at(const SurfaceBlock& points, const Columns3& out) const final {
+    color_->eval_block_at(points, out);
+  }
+  void eval_1_block_at(const SurfaceBlock& points, float* out) const final {
+    color_->eval_1_block_at(points, out);
+  }
+  std::string attribute() const final { return color_->attribute(); }
   Rgb mean() const final { return color_->mean(); }
   Rgb emission() const final { return emission_; }
   float max() const final { return color_->max(); }
