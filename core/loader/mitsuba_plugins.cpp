@@ -6,10 +6,6 @@
 namespace kinome {
 namespace {
 
-constexpr const char* kOfLengths =
-    "by path, ptracer and direct; clustered has it in paths of up to three edges";
-constexpr const char* kReflectsOnly =
-    "what light goes through by path, ptracer and direct; clustered has but what it reflects";
 constexpr const char* kReflectionOnly = "not of BSDFs that let light through smoothly";
 
 constexpr MitsubaPlugin kPlugins[] = {
@@ -17,24 +13,24 @@ constexpr MitsubaPlugin kPlugins[] = {
     {"bsdf", "bumpmap", kReflectionOnly},
     {"bsdf", "circular", nullptr},
     {"bsdf", "conductor", nullptr},
-    {"bsdf", "dielectric", kOfLengths},
+    {"bsdf", "dielectric", nullptr},
     {"bsdf", "diffuse", nullptr},
-    {"bsdf", "hair", kReflectsOnly},
-    {"bsdf", "mask", kOfLengths},
+    {"bsdf", "hair", nullptr},
+    {"bsdf", "mask", nullptr},
     {"bsdf", "measured", nullptr},
     {"bsdf", "measured_polarized", nullptr},
     {"bsdf", "normalmap", kReflectionOnly},
-    {"bsdf", "null", kOfLengths},
+    {"bsdf", "null", nullptr},
     {"bsdf", "plastic", nullptr},
     {"bsdf", "polarizer", nullptr},
     {"bsdf", "pplastic", nullptr},
-    {"bsdf", "principled", kReflectsOnly},
-    {"bsdf", "principledthin", kReflectsOnly},
+    {"bsdf", "principled", nullptr},
+    {"bsdf", "principledthin", nullptr},
     {"bsdf", "retarder", nullptr},
     {"bsdf", "roughconductor", nullptr},
-    {"bsdf", "roughdielectric", kReflectsOnly},
+    {"bsdf", "roughdielectric", nullptr},
     {"bsdf", "roughplastic", nullptr},
-    {"bsdf", "thindielectric", kOfLengths},
+    {"bsdf", "thindielectric", nullptr},
     {"bsdf", "twosided", nullptr},
     {"emitter", "area", nullptr},
     {"emitter", "constant", nullptr},

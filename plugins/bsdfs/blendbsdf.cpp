@@ -25,6 +25,7 @@ class Blend final : public Bsdf {
       : weight_(props.texture("weight")), nested_(read_nested(props)) {
     lobes_ = nested_[0]->lobes() | nested_[1]->lobes();
     transmits_ = nested_[0]->transmits() || nested_[1]->transmits();
+    scatters_through_ = nested_[0]->scatters_through() || nested_[1]->scatters_through();
   }
 
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {

@@ -115,7 +115,7 @@ class Hair final : public wide::FormulaBsdf<Hair> {
     if (!std::isfinite(tilt)) throw props.error("scale_tilt", "must be finite");
     tilt_ = {-2 * tilt, tilt, 4 * tilt, 0};
     lobes_ = Lobe::kGlossy;
-    transmits_ = true;
+    transmits_ = scatters_through_ = true;
   }
 
   auto inputs() const { return std::tie(absorption_); }

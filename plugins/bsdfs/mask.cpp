@@ -29,6 +29,7 @@ class OpacityMask final : public Bsdf {
     lobes_ = nested_->lobes() | Lobe::kDelta;
     turns_to_viewer_ = nested_->turns_to_viewer();
     transmits_ = true;
+    scatters_through_ = nested_->scatters_through();
   }
 
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {

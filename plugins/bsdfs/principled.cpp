@@ -49,7 +49,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
         diffuse_rate_(sampling_rate(props, "diffuse_reflectance_sampling_rate")),
         main_rate_(sampling_rate(props, "main_specular_sampling_rate")),
         clearcoat_rate_(sampling_rate(props, "clearcoat_sampling_rate")) {
-    transmits_ = spec_trans_->max() > 0 && metallic_->min() < 1;
+    transmits_ = scatters_through_ = spec_trans_->max() > 0 && metallic_->min() < 1;
     eta_ = read_eta(props, transmits_);
     if (transmits_) relative_index_ = eta_;
     lobes_ = metallic_->min() < 1 ? Lobe::kDiffuse | Lobe::kGlossy : Lobe::kGlossy;

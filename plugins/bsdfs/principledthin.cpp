@@ -48,7 +48,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
         glossy_rates_{sampling_rate(props, "specular_reflectance_sampling_rate"),
                       sampling_rate(props, "specular_transmittance_sampling_rate")} {
     const bool is_glossy = spec_trans_->max() > 0;
-    transmits_ = is_glossy || diff_trans_->max() > 0;
+    transmits_ = scatters_through_ = is_glossy || diff_trans_->max() > 0;
     lobes_ = (is_glossy ? Lobe::kGlossy : Lobe::kNone) |
              (spec_trans_->min() < 1 ? Lobe::kDiffuse : Lobe::kNone);
   }

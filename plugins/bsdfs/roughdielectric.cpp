@@ -42,7 +42,7 @@ class RoughDielectric final : public wide::FormulaBsdf<RoughDielectric> {
         sample_visible_(props.boolean("sample_visible")) {
     relative_index_ = bending_ior(props);
     lobes_ = Lobe::kGlossy;
-    transmits_ = true;
+    transmits_ = scatters_through_ = true;
   }
 
   auto inputs() const { return std::tie(reflectance_, transmittance_, alpha_u_, alpha_v_); }

@@ -115,6 +115,7 @@ class TurnedFrame : public Bsdf {
     }
     lobes_ = nested_->lobes();
     transmits_ = nested_->transmits();
+    scatters_through_ = nested_->scatters_through();
     relative_index_ = nested_->relative_index();
     turns_to_viewer_ = flip_ || shadowing_;
   }

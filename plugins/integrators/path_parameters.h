@@ -37,6 +37,8 @@ struct PathLength {
   uint32_t rr_depth = 5;             ///< surface points
 
   PathLength() = default;
+  PathLength(uint32_t edges, uint32_t roulette_from)
+      : max_depth(edges), rr_depth(roulette_from) {}
   explicit PathLength(const Properties& props) : max_depth(read_max_depth(props)) {
     const int64_t roulette = props.integer("rr_depth");
     if (roulette < 1) {

@@ -281,9 +281,12 @@ TEST(MaxDepth, IsWhatMitsubaTakes) {
     const auto picture = [&](int depth) {
       return render_scene(*scene_from(scene + integrator_xml(c.type, depth, c.parameters))).data;
     };
-    const auto deepest = picture(3);
+    const auto deepest = picture(-1);
     EXPECT_NE(picture(2), deepest);
-    for (const int depth : {-1, 4, 2147483647}) EXPECT_EQ(picture(depth), deepest) << depth;
+    EXPECT_EQ(picture(2147483647), deepest);
+    // Of light points there is but one bounce.
+    const bool goes_on = c.parameters.empty();
+    for (const int depth : {3, 4}) EXPECT_EQ(picture(depth) != deepest, goes_on) << depth;
     EXPECT_EQ(render_scene(*scene_from(scene + "<integrator type=\"" + c.type + "\">" +
                                        c.parameters + "</integrator>"))
                   .data,
@@ -315,7 +318,7 @@ TEST(LightLeftOut, IsToldAsItIs) {
   const std::string two = "light after two bounces and more is left out: about ";
   const std::string distant = "<string name=\"mode\" value=\"distant\"/>";
   for (const std::string type : {"clustered", "groundtruth"}) {
-    const std::string few = type == "groundtruth" ? kJoint.substr(kJoint.find("/>") + 2) : "";
+    const std::string few = type == "groundtruth" ? kJoint.substr(kJoint.find("/>") + 2) : kJoint;
     EXPECT_EQ(told("0.5", integrator_xml(type, -1, few)), two + "25 %");
     EXPECT_EQ(told("0.5", "<integrator type=\"" + type + "\">" + few + "</integrator>"),
               two + "25 %");
@@ -331,8 +334,12 @@ TEST(LightLeftOut, IsToldAsItIs) {
     }
   }
   EXPECT_EQ(told("0.5", "<integrator type=\"aov\"><string name=\"aovs\" value=\"n:sh_normal\"/>" +
-                            integrator_xml("clustered", -1) + "</integrator>"),
+                            integrator_xml("clustered", -1, kJoint) + "</integrator>"),
             two + "25 %");
+  // `product` has all of it, but where local light isn't asked for.
+  EXPECT_EQ(told("0.5", integrator_xml("clustered", -1)), "");
+  EXPECT_EQ(told("0.5", integrator_xml("clustered", -1, distant)),
+            "light after a bounce and more is left out: about 50 %");
   EXPECT_EQ(told("0.5", integrator_xml("path", -1)), "");
 }
 
@@ -347,7 +354,7 @@ TEST(LightLeftOut, IsMeasuredBesideTheRender) {
   };
   const auto render_with = [](int depth, unsigned threads, uint32_t lanes = 0, uint64_t seed = 0) {
     const auto scene = scene_from(room_xml() + point_xml("0 .8 0", "1") + room_view(8, 4) +
-                                  integrator_xml("clustered", depth));
+                                  integrator_xml("clustered", depth, kJoint));
     RenderContext context({.threads = threads, .seed = seed, .budget = {.lanes = lanes}});
     testing::internal::CaptureStderr();
     const Image image = render(*scene, *scene->sensors()[0], context);
@@ -369,7 +376,7 @@ TEST(LightLeftOut, NoiseIsNotTold) {
   // Convex, on nothing: whatever its faces send on leaves.
   const std::string scene = shape_xml("cube", "", diffuse_xml(".8 .8 .8")) + constant_xml("1") +
                             sensor_xml("perspective", look_at("3 2 4", "0 0 0", "0 1 0"), 8, 1);
-  EXPECT_EQ(warning_of(scene + integrator_xml("clustered", -1)), "");
+  EXPECT_EQ(warning_of(scene + integrator_xml("clustered", -1, kJoint)), "");
 }
 
 }  // namespace

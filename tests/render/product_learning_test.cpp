@@ -74,7 +74,7 @@ class LyingRenderer {
                                    : DistantCells()),
         lie_(lie) {
     LocalLight::Settings settings;
-    settings.max_depth = max_depth;
+    settings.length.max_depth = max_depth;
     settings.bounce_cells = 64;
     settings.points = LocalLight::kLeastPoints;
     const auto seen = places_seen(scene, sensor_, 128, 1, context_);

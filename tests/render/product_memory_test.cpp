@@ -17,7 +17,7 @@ Image rendered(int remembered_pixels) {
   RenderContext context({.threads = 2, .seed = 3});
   ProductSettings settings;
   settings.rays_per_pixel = 600;
-  settings.max_depth = 3;
+  settings.length.max_depth = 3;
   settings.remembered_pixels = remembered_pixels;
   sensor.film().prepare(scene->integrator().layers());
   const Emitter& sky = *scene->environment();

@@ -27,12 +27,13 @@ SAMPLES = 16
 ALPHA = 0.001
 
 
-def render(scene, folder):
-    """Estimate from RENDERS seeds, with the integrator that the scene names itself."""
+def render(scene, folder, *arguments):
+    """Estimate from RENDERS seeds, with the integrator that the scene names itself unless the
+    arguments say otherwise."""
 
     def one(seed):
         command = [KINOME, "-q", "-t", "1", "--seed", str(1000 + seed), "-D", f"spp={SAMPLES}",
-                   "-D", "sampler=ldsampler", "-o", folder / f"{seed:02}.exr", scene]
+                   "-D", "sampler=ldsampler", *arguments, "-o", folder / f"{seed:02}.exr", scene]
         result = subprocess.run(command, check=False, capture_output=True, text=True)
         assert result.returncode == 0, result.stderr
 
@@ -52,15 +53,25 @@ class References(unittest.TestCase):
                              f"{scene.name} has changed: run validation/references/make.py")
             self.assertGreaterEqual(note["seeds"], 16)
 
+    def check(self, scene, *arguments):
+        with self.subTest(scene=scene.stem), tempfile.TemporaryDirectory() as folder:
+            verdict = compare(render(scene, pathlib.Path(folder), *arguments),
+                              load(REFERENCES / f"{scene.stem}.exr"), ALPHA)
+            lines = [f"{'pass' if t.passed else 'FAIL'} {t.name}: p = {t.p:.3g}, {t.failed} of "
+                     f"{t.values}, finds {t.detectable:.3%}; {t.worst}" for t in verdict.tests]
+            print(scene.stem, *arguments, *lines, *verdict.notes, sep="\n  ")
+            self.assertTrue(verdict.passed, "\n".join(lines))
+
     def test_every_scene_agrees(self):
         for scene in SCENES:
-            with self.subTest(scene=scene.stem), tempfile.TemporaryDirectory() as folder:
-                verdict = compare(render(scene, pathlib.Path(folder)),
-                                  load(REFERENCES / f"{scene.stem}.exr"), ALPHA)
-                lines = [f"{'pass' if t.passed else 'FAIL'} {t.name}: p = {t.p:.3g}, {t.failed} of "
-                         f"{t.values}, finds {t.detectable:.3%}; {t.worst}" for t in verdict.tests]
-                print(scene.stem, *lines, *verdict.notes, sep="\n  ")
-                self.assertTrue(verdict.passed, "\n".join(lines))
+            self.check(scene)
+
+    def test_clustered_in_place_of_path_changes_no_picture(self):
+        """Whatever the scene has: glass, blends, masks, light after any number of bounces."""
+        by_path = [s for s in SCENES if 'name="integrator" value="path"' in s.read_text("utf-8")]
+        self.assertGreaterEqual(len(by_path), 8)
+        for scene in by_path:
+            self.check(scene, "-D", "integrator=clustered")
 
 
 if __name__ == "__main__":

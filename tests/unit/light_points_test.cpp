@@ -23,7 +23,7 @@ TEST(LightPoints, OfANarrowSpotHaveFiniteRatios) {
     size_t count = 0;
     for (uint64_t seed = 1; seed <= 4; ++seed) {
       RenderContext context({.threads = 1, .seed = seed});
-      const LocalLight light(*scene, {.max_depth = 3}, {}, seed, context);
+      const LocalLight light(*scene, {.length = {3, 5}}, {}, seed, context);
       for (const LightPoint& p : light.draw(seed, context).points) {
         ++count;
         EXPECT_TRUE(std::isfinite(p.eye_ratio) && std::isfinite(p.eye_ratio * 0.f)) << angle;

@@ -15,7 +15,7 @@ bool is_served(const std::string& lights, uint32_t max_depth = 2, float max_geom
       "\"/></integrator><sensor type=\"perspective\"/><shape type=\"sphere\"/>" + lights);
   RenderContext context(RenderContext::Options{.threads = 1});
   ProductMethod::Settings settings;
-  settings.sampling.max_depth = max_depth;
+  settings.sampling.length.max_depth = max_depth;
   settings.cells = 32;
   settings.max_geometry_term = max_geometry_term;
   return ProductMethod::make(settings, *scene, 48, context) != nullptr;

@@ -45,6 +45,8 @@ class KINOME_EXPORT Bsdf : public Object {
 
   /// True where light may go through: wi and wo may lie on different sides.
   bool transmits() const { return transmits_; }
+  /// True where it may by other lobes than Lobe::kDelta.
+  bool scatters_through() const { return scatters_through_; }
   /// Index of refraction behind the surface over that in front of it, where light goes through; 1:
   /// it isn't bent. Values and weights are those of radiance, which is multiplied by the squared
   /// ratio of the indices on its way through (Veach 1997, 5.2); power that light carries isn't.
@@ -96,6 +98,7 @@ class KINOME_EXPORT Bsdf : public Object {
   Lobe lobes_ = Lobe::kAll;
   bool is_lambertian_ = false;
   bool transmits_ = false;
+  bool scatters_through_ = false;
   float relative_index_ = 1;
   bool turns_to_viewer_ = false;
 };

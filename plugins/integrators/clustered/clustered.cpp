@@ -1,7 +1,7 @@
-// clustered: direct light, and one bounce of it, by clustered importance sampling (Åkerlund 2008).
+// clustered: light after any number of bounces by clustered importance sampling (Åkerlund 2008).
 //
 // `importance` = product, the default, is what the method has become: see PRODUCT.md. What follows
-// is of joint, luminance and brdf, the thesis's own.
+// is of joint, luminance and brdf, the thesis's own: direct light, and one bounce of it.
 //
 // Light is a set of points (3.4), on the sphere of directions for an environment, on the scene's
 // surfaces for light after a bounce (`max_depth` 3 and more), in a complete binary tree (3.3). A
@@ -64,6 +64,8 @@ constexpr Parameter kParameters[] = {
      "pixel, but in plain scenes and by --time and --error."},
     {"light_guide", ParameterType::kBoolean, "true",
      "'product': draw light points where what they light is seen."},
+    {"rr_depth", ParameterType::kInteger, "5",
+     "'product': Russian roulette ends paths from the camera from this many surface points on."},
     KINOME_POINT_LIGHT_PARAMETERS,
     {"cut_size", ParameterType::kInteger, "512", "Clusters in the cut."},
     {"cut_criterion", ParameterType::kString, "variance",
@@ -126,7 +128,8 @@ ProductMethod::Settings read_product_settings(const Properties& props,
                       "must be from 0 to 1e12, got " + std::to_string(sampling.rays_per_pixel));
   }
   sampling.diagnostics = props.boolean("diagnostics");
-  sampling.max_depth = options.local ? options.max_depth : 2;
+  sampling.length = PathLength(props);
+  if (!options.local) sampling.length.max_depth = std::min(sampling.length.max_depth, 2u);
   sampling.hide_emitters = options.hide_emitters;
   sampling.control_variate = props.boolean("control_variate");
   sampling.learned_sigma = props.boolean("learned_sigma");
@@ -171,7 +174,10 @@ class Clustered final : public Integrator {
 
   void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
                               RenderContext& context) const override {
-    kinome::warn_of_light_left_out(points_, scene, sensor, context);
+    // Of an environment alone there is no light after bounces.
+    const bool has_all =
+        product_ && points_.options.local && ProductMethod::serves(*product_, scene);
+    if (!has_all) kinome::warn_of_light_left_out(points_, scene, sensor, context);
   }
 
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
@@ -219,7 +225,8 @@ class Clustered final : public Integrator {
 }  // namespace
 
 KINOME_PLUGIN(Clustered, Category::kIntegrator, "clustered",
-              "Direct light and one bounce by clustered importance sampling (Åkerlund 2008): light in "
-              "clusters, whose visibility is learned, or a cut through a tree of light points, and "
-              "an importance function over them for each shading point.",
+              "Light after any number of bounces by clustered importance sampling (Åkerlund 2008): "
+              "light in clusters, whose visibility is learned; or as in the thesis, after one "
+              "bounce, by a cut through a tree of light points and an importance function over it "
+              "for each shading point.",
               kParameters);

@@ -13,7 +13,8 @@ namespace kinome {
 #define KINOME_POINT_LIGHT_PARAMETERS                                                             \
   {"max_depth", ParameterType::kInteger, "-1",                                                    \
    "Longest path, in edges: 1 is emission alone, 2 direct light, 3 one bounce; -1: no limit. "    \
-   "Beyond 3, one bounce is rendered, and a warning tells how much light is left out."},          \
+   "Of light points ('groundtruth', and 'clustered' unless importance is 'product'), 3 is the "   \
+   "most: a warning tells how much light is left out beyond."},                                   \
       {"mode", ParameterType::kString, "auto",                                                    \
        "Light that is made of points: 'distant' (environments), 'local' (a bounce, and emitters " \
        "within the scene that offer points), 'both', or 'auto': all that the scene has. Without " \

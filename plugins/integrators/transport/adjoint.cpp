@@ -68,7 +68,8 @@ std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe l
                                                            : bsdf.sample(si, lobes, u_lobe, u);
   if (!sample) return std::nullopt;
   kinome::Rgb weight = sample->weight;
-  if (!any(sample->lobe & Lobe::kDelta)) {
+  const bool is_delta = any(sample->lobe & Lobe::kDelta);
+  if (!is_delta) {
     SurfaceInteraction seen = si;
     seen.wi = sample->wo;
     weight = bsdf.eval_pdf(seen, lobes, si.wi).f / sample->pdf;
@@ -80,7 +81,7 @@ std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe l
     weight *= power_over_radiance(si.wi.z, sample->wo.z, bsdf.relative_index());
   }
   const kinome::Vec3 to = si.frame.to_world(sample->wo);
-  return AdjointSample{to, weight * adjoint_factor(si, si.frame.to_world(si.wi), to)};
+  return AdjointSample{to, weight * adjoint_factor(si, si.frame.to_world(si.wi), to), is_delta};
 }
 
 std::optional<SeenPoint> connect_point(const Sensor& sensor, const SurfaceInteraction& si,

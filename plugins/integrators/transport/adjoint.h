@@ -40,6 +40,7 @@ F power_over_radiance(const F& cos_wi, const F& cos_wo, float eta) {
 struct AdjointSample {
   kinome::Vec3 to;     ///< unit, world space
   kinome::Rgb weight;  ///< of the flux that goes on; may be black
+  bool is_delta;
 };
 
 /// By the BSDF's own sampling of `lobes`, which is that of paths from the camera, and half by the

@@ -54,9 +54,13 @@ Vertices Paths::next(const Vertices& vertices, int buffer) {
 
 void Paths::add(const PixelSamples& samples, const Surfaces& seen, const RadianceByLength& light,
                 RenderCounters& counters) {
-  if (length_.max_depth < 2 || scene_.scene().emitters().empty()) return;
-  Vertices vertices{&seen, seen.points().ray, {}};
-  for (uint32_t depth = 1; vertices.surfaces->reflecting() > 0; ++depth) {
+  go_on(samples, {&seen, seen.points().ray, {}}, 1, light, counters);
+}
+
+void Paths::go_on(const PixelSamples& samples, const Vertices& begin, uint32_t depth,
+                  const RadianceByLength& light, RenderCounters& counters) {
+  if (depth + 1 > length_.max_depth || scene_.scene().emitters().empty()) return;
+  for (Vertices vertices = begin; vertices.surfaces->reflecting() > 0; ++depth) {
     // The last edge is the one to the light.
     extend(samples, vertices, depth, depth < light.longest ? light.radiance : light.beyond,
            counters);

@@ -25,6 +25,9 @@ class Paths {
   /// and more.
   void add(const PixelSamples& samples, const Surfaces& seen, const RadianceByLength& light,
            RenderCounters& counters);
+  /// The same of paths that begin elsewhere, at `vertices` that lie `depth` edges from the camera.
+  void go_on(const PixelSamples& samples, const Vertices& vertices, uint32_t depth,
+             const RadianceByLength& light, RenderCounters& counters);
 
  private:
   /// Dimensions of the sampler for a surface point: an emitter sample, a BSDF sample, the roulette.

@@ -13,10 +13,11 @@ enum UnitSeed : uint32_t {
   kCandidates,
   kEyeRays,
   kFirstBlock,
-  kLampNumbers
+  kLampNumbers,
+  kPaths
 };
 /// And of a tile's.
-constexpr uint64_t kShared = 1;
+constexpr uint64_t kShared = 1, kEyeBlock = 2;
 
 /// The sky's light that delta lobes mirror.
 std::optional<MirroredDirection> mirrored_sky(const CellLight& light, const SurfaceInteraction& si,
@@ -42,6 +43,8 @@ Estimator::Estimator(const CellLight& light)
 void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
                            std::span<Patch> patches, std::span<const Visibility> visibility,
                            uint64_t seed, RenderCounters& counters, std::span<const Unit> units) {
+  scene_ = &scene;
+  counters_ = &counters;
   primaries_ = &primaries;
   patches_ = patches;
   visibility_ = visibility;
@@ -57,7 +60,7 @@ void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
   if (!has_local() || patches.empty()) return;
   choice_.choose(*light_.local, light_.local_points, patches, visibility.first(patches.size()),
                  light_.first_local(), primaries.size(), seed);
-  eye_rays_.begin_tile(scene, choice_.rates(), counters);
+  eye_rays_.begin_tile(scene, choice_, hash_words(seed, kEyeBlock), counters);
 }
 
 GroupView Estimator::view(uint32_t index) const {
@@ -161,9 +164,8 @@ void Estimator::send_eye_rays(const Unit& unit, Rgb& sum) {
                    hash_words(unit.seed, kEyeRays), sum);
   }
   const uint64_t seed = hash_words(unit.seed, kMirrors);
-  for_each_mirroring([&](uint32_t i) {
-    eye_rays_.send_mirrored(primaries_->interaction(i), i, seed, sum);
-  });
+  for_each_mirroring(
+      [&](uint32_t i) { eye_rays_.send_mirrored(primaries_->interaction(i), i, seed, sum); });
 }
 
 /// Where the sky is all that mirrors can show.
@@ -176,8 +178,25 @@ void Estimator::shoot_mirrored(uint64_t seed, Rgb& sum) {
   });
 }
 
+/// Where other lobes than deltas let light through, primaries go on as those of `path` do: all that
+/// is known of light is of what comes to one side.
+template <class SumOf>
+void Estimator::follow_paths(const Unit& unit, const SumOf& sum_of) {
+  for (uint32_t i = unit.first; i < unit.end; ++i) {
+    if (!primaries_->hit(i) || !primaries_->shape(i).bsdf().scatters_through()) continue;
+    if (!paths_) paths_.emplace(*scene_, light_.length, 0, nullptr);
+    EyePaths::Begin path;
+    path.ray = primaries_->last_part(i);
+    path.throughput = Rgb(1.f);
+    path.seed = hash_words(unit.seed, kPaths, i);
+    path.sum = sum_of(i);
+    paths_->push(path);
+  }
+}
+
 void Estimator::estimate(const Unit& unit, Rgb& sum) {
   const Answers answers{&sum};
+  follow_paths(unit, [&](uint32_t) { return &sum; });
   begin_unit(unit);
   if (groups_.empty()) return;
   Rgb control(0.f);
@@ -200,6 +219,7 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
                       std::span<std::vector<VisibilityRecord>> records) {
   times_.count_nowhere();
   const Answers answers{nullptr, records.data(), points.data()};
+  follow_paths(unit, [&](uint32_t i) { return points[i].followed; });
   begin_unit(unit);
   if (groups_.empty()) return;
   for (uint32_t g = 0; g < groups_.size(); ++g) {
@@ -217,6 +237,10 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
 }
 
 void Estimator::flush() {
+  if (paths_) {
+    const StageScope timer = times_.scope(StageTimes::kEyeRays);
+    paths_->trace(*counters_);
+  }
   if (!eye_rays_.empty()) {
     const StageScope timer = times_.scope(StageTimes::kEyeRays);
     eye_rays_.trace(shadow_rays_);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -83,8 +84,12 @@ class Estimator {
   void for_each_mirroring(const Function& fn) const;
   void send_eye_rays(const Unit& unit, Rgb& sum);
   void shoot_mirrored(uint64_t seed, Rgb& sum);
+  template <class SumOf>
+  void follow_paths(const Unit& unit, const SumOf& sum_of);
 
   const CellLight& light_;
+  const Scene* scene_ = nullptr;
+  RenderCounters* counters_ = nullptr;
   const TilePrimaries* primaries_ = nullptr;
   std::span<Patch> patches_;
   std::span<const Visibility> visibility_;
@@ -98,6 +103,7 @@ class Estimator {
   LocalStrata local_;
   RayComb comb_;
   EyeRays eye_rays_;
+  std::optional<EyePaths> paths_;  ///< of primaries, where a surface asks for them
   ShadowRays shadow_rays_;
 };
 

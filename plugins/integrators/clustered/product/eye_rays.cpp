@@ -12,6 +12,24 @@ namespace {
 constexpr size_t kBatch = 1024;
 /// Random numbers of one primary's eye ray.
 constexpr uint32_t kNumbers = 4;
+/// And of what it meets there: those of the light that comes straight from a source, and of the
+/// path that goes on.
+enum MetNumber : uint32_t {
+  kArrival = 0,
+  kFollow = 3,
+  kGoOn = 6,
+  kSurvival = 9,
+  kPath = 10,
+  kPoint = 11
+};
+/// From the camera to where paths go on.
+constexpr uint32_t kEdgesBefore = 2;
+/// Of a tile's seed.
+constexpr uint32_t kTileBlock = 7;
+/// Of where paths and light points find as much, so much is added to what points are chosen by.
+constexpr float kSoftening = 0.3f;
+/// Paths go on surely if they carry so much of the radiance that they find to the pixel.
+constexpr float kSureThroughput = 0.5f;
 /// Below this roughness, all primaries whose lobe is glossy send one.
 constexpr float kSharpAlpha = 0.1f;
 
@@ -44,13 +62,34 @@ std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si
   return MirroredDirection{si.frame.to_world(sample->wo), sample->weight};
 }
 
-void EyeRays::begin_tile(const Scene& scene, std::span<const float> rates,
+void EyeRays::begin_tile(const Scene& scene, const LocalChoice& choice, uint64_t seed,
                          RenderCounters& counters) {
   scene_ = &scene;
   counters_ = &counters;
-  if (rays_.empty()) rates_.clear();
-  tile_rates_ = rates_.size();
-  rates_.insert(rates_.end(), rates.begin(), rates.end());
+  if (!paths_ && light_.local->max_depth() > kEdgesBefore + 1) {
+    paths_.emplace(scene, light_.local->length(), kEdgesBefore, light_.local);
+  }
+  if (rays_.empty()) {
+    tiles_.clear();
+    rates_.clear();
+    points_.clear();
+  }
+  Tile tile{rates_.size(), points_.size(), 0};
+  rates_.insert(rates_.end(), choice.rates().begin(), choice.rates().end());
+  if (paths_) {
+    const LocalChoice::Block block = choice.block(random_bits(seed, kTileBlock));
+    for (uint32_t i = 0; i < block.size; ++i) {
+      const bool is_padding = block.columns.power[0][i] == 0 && block.columns.power[1][i] == 0 &&
+                              block.columns.power[2][i] == 0;
+      const LightPoint& point = light_.local_points.points[block.point[i]];
+      if (is_padding || !point.is_plain) continue;
+      if (point.edges + kEdgesBefore + 1 <= light_.local->max_depth()) {
+        points_.push_back(block.point[i]);
+      }
+    }
+  }
+  tile.points_end = points_.size();
+  tiles_.push_back(tile);
 }
 
 bool EyeRays::applies(const GroupView& group) const {
@@ -104,7 +143,8 @@ void EyeRays::send(const GroupView& group, float expected, uint64_t seed, Rgb& s
     Ray ray;
     ray.d = c.direction(k);
     ray.o = group.primaries.place(primary).ray_origin(ray.d);
-    push(ray, {weight, density, tile_rates_, hash_words(seed, primary, kNumbers), &sum});
+    push(ray, {weight, density, static_cast<uint32_t>(tiles_.size() - 1),
+               hash_words(seed, primary, kNumbers), &sum});
   }
 }
 
@@ -116,7 +156,8 @@ void EyeRays::send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint
   Ray ray;
   ray.d = mirrored->d;
   ray.o = si.ray_origin(ray.d);
-  push(ray, {mirrored->weight, 0, tile_rates_, hash_words(seed, primary, kNumbers), &sum});
+  push(ray, {mirrored->weight, 0, static_cast<uint32_t>(tiles_.size() - 1),
+             hash_words(seed, primary, kNumbers), &sum});
 }
 
 void EyeRays::push(const Ray& ray, const EyeRay& eye) {
@@ -133,6 +174,7 @@ void EyeRays::trace(ShadowRays& shadow_rays) {
   }
   hits_.clear();
   rays_.clear();
+  if (paths_) paths_->trace(*counters_);
 }
 
 /// Of a place that an eye ray found: how many such rays there are to one light point.
@@ -140,7 +182,7 @@ float EyeRays::eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const Ra
                         const LocalLight::Place& place) const {
   if (eye.density == 0) return kInfinity;  // of a delta lobe: nothing else finds it
   const float geometry = std::abs(glm::dot(y.n, ray.ray.d)) / sqr(ray.ray.tmax);
-  return eye.density * geometry * place.eye_ratio / rates_[eye.rates + place.cell];
+  return eye.density * geometry * place.eye_ratio / rates_of(eye)[place.cell];
 }
 
 void EyeRays::find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shadow_rays) {
@@ -169,17 +211,21 @@ void EyeRays::find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shado
     if (width != LobeWidth::kWide && local.has_extended()) follow(ray, y, width, eye);
   }
   if (any(bsdf.lobes() & Lobe::kDelta)) look_behind(y, eye);
+  if (paths_ && any(bsdf.lobes())) go_on(ray, y, eye, shadow_rays);
 }
 
 /// Light at a place that an eye ray found, from a source that is chosen.
 void EyeRays::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                            const EyeRay& eye, ShadowRays& shadow_rays) const {
   const auto arrival = light_.local->sample_arrival(
-      y, random_float(eye.seed, 0), {random_float(eye.seed, 1), random_float(eye.seed, 2)});
+      y, random_float(eye.seed, kArrival),
+      {random_float(eye.seed, kArrival + 1), random_float(eye.seed, kArrival + 2)});
   if (!arrival) return;
   const Bsdf& bsdf = y.shape->bsdf();
   const Vec3 wo = y.frame.to_local(arrival->d);
-  const float odds = eye_odds(eye, y, ray, arrival->place);
+  // Light points see what is sent back alone.
+  const bool is_through = wo.z * y.wi.z < 0;
+  const float odds = is_through ? kInfinity : eye_odds(eye, y, ray, arrival->place);
   Rgb f(0.f);
   const bool is_lamp = arrival->density == 0;
   if (is_lamp && width == LobeWidth::kMirroring && light_.local->has_glossy_caustics() &&
@@ -222,9 +268,9 @@ std::optional<EyeRays::Met> EyeRays::meet(const SurfaceInteraction& y, const Vec
 /// Light that a narrow lobe shows to where an eye ray comes from.
 void EyeRays::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                      const EyeRay& eye) {
-  const Vec2 u(random_float(eye.seed, 3), random_float(eye.seed, 4));
+  const Vec2 u(random_float(eye.seed, kFollow), random_float(eye.seed, kFollow + 1));
   const Bsdf& bsdf = y.shape->bsdf();
-  const auto sample = bsdf.sample(y, Lobe::kGlossy, 0.5f, u);
+  const auto sample = bsdf.sample(y, Lobe::kGlossy, random_float(eye.seed, kFollow + 2), u);
   if (!sample) return;
   // Where light points have a part, shares are of what all lobes send on, as theirs are.
   const bool is_shared = width == LobeWidth::kNarrow;
@@ -236,16 +282,123 @@ void EyeRays::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth w
   const LocalLight::Found found = light_.local->found_arrival(y, met->ray.ray.d, met->ray.ray.tmax,
                                                               met->x ? &*met->x : nullptr);
   const float ratio = sample->pdf / found.density;
-  const float odds = is_shared ? eye_odds(eye, y, ray, found.place) : kInfinity;
+  const bool is_through = sample->wo.z * y.wi.z < 0;
+  const float odds = is_shared && !is_through ? eye_odds(eye, y, ray, found.place) : kInfinity;
   *eye.sum += weight * share_of(ratio, ratio, odds) * eye.weight * met->radiance;
 }
 
 /// Light that a mirror shows to where an eye ray comes from: no light point is on a mirror.
 void EyeRays::look_behind(const SurfaceInteraction& y, const EyeRay& eye) {
-  const Vec2 u(random_float(eye.seed, 3), random_float(eye.seed, 4));
-  const auto sample = y.shape->bsdf().sample(y, Lobe::kDelta, random_float(eye.seed, 5), u);
+  const Vec2 u(random_float(eye.seed, kFollow), random_float(eye.seed, kFollow + 1));
+  const auto sample =
+      y.shape->bsdf().sample(y, Lobe::kDelta, random_float(eye.seed, kFollow + 2), u);
   if (!sample || is_black(sample->weight)) return;
   if (const auto met = meet(y, sample->wo)) *eye.sum += eye.weight * sample->weight * met->radiance;
+}
+
+/// Of f, by which light that comes to y along wo is sent to the eye, what is left to eye rays.
+Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, const Vec3& wo, const Rgb& f,
+                       const EyeRay& eye) const {
+  if (wo.z * y.wi.z < 0) return f;
+  const Bsdf& bsdf = y.shape->bsdf();
+  const float odds = eye_odds(eye, y, ray, light_.local->deep_place(y, wo.z));
+  switch (lobe_width(y)) {
+    case LobeWidth::kWide:
+      return f * share_of(1, 0, odds);
+    case LobeWidth::kNarrow: {
+      const float ratio = bsdf.eval_pdf(y, Lobe::kGlossy, wo).pdf / kDeepDensity;
+      return f * share_of(1 + ratio, ratio, odds);
+    }
+    case LobeWidth::kMirroring:
+      break;
+  }
+  // Light points send on what isn't glossy.
+  return f + bsdf.eval_pdf(y, Lobe::kDiffuse, wo).f * (share_of(1, 0, odds) - 1);
+}
+
+/// To light that comes to y by more than one edge: by a path that goes on, and from a light point
+/// that the tile looks at.
+void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye,
+                    ShadowRays& shadow_rays) {
+  connect_point(ray, y, eye, shadow_rays);
+  const Vec2 u(random_float(eye.seed, kGoOn + 1), random_float(eye.seed, kGoOn + 2));
+  const auto sample = y.shape->bsdf().sample(y, Lobe::kAll, random_float(eye.seed, kGoOn), u);
+  if (!sample) return;
+  const bool is_delta = any(sample->lobe & Lobe::kDelta);
+  Rgb throughput = eye.weight * sample->weight;
+  if (!is_delta) {
+    const Rgb f = sample->weight * sample->pdf;
+    throughput = eye.weight * eyes_part(ray, y, sample->wo, f, eye) / sample->pdf;
+  }
+  const float survival = std::min(1.f, max_component(glm::abs(throughput)) / kSureThroughput);
+  if (!(random_float(eye.seed, kSurvival) < survival)) return;
+  EyePaths::Begin begin;
+  begin.ray.d = y.frame.to_world(sample->wo);
+  begin.ray.o = y.ray_origin(begin.ray.d);
+  begin.throughput = throughput / survival;
+  begin.density = is_delta ? kInfinity : sample->pdf;
+  begin.rates = rates_of(eye);
+  begin.seed = hash_words(eye.seed, kPath);
+  begin.sum = eye.sum;
+  paths_->push(begin);
+}
+
+/// One point of the block, chosen by about what it sends to y.
+void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye,
+                            ShadowRays& shadow_rays) {
+  const Bsdf& bsdf = y.shape->bsdf();
+  if (!any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
+  const Tile& tile = tiles_[eye.tile];
+  const std::span<const float> rates = rates_of(eye);
+  const auto geometry_of = [&](const LightPoint& point, const Vec3& d, float distance2) {
+    return std::abs(glm::dot(point.geometric, d)) / distance2;
+  };
+  const float side = y.wi.z >= 0 ? 1.f : -1.f;
+  lights_.clear();
+  float sum = 0;
+  for (size_t k = tile.points; k < tile.points_end; ++k) {
+    const LightPoint& point = light_.local_points.points[points_[k]];
+    const Vec3 to = point.position - y.p;
+    const float distance2 = glm::dot(to, to);
+    const Vec3 d = to / std::sqrt(distance2);
+    const float cosine = side * glm::dot(y.frame.n, d);
+    const bool may = distance2 > 0 && glm::dot(point.normal, d) < 0 &&
+                     (cosine > 0 || bsdf.transmits()) && y.resolves(d, std::sqrt(distance2));
+    if (may) {
+      sum += std::abs(cosine) * mean_of(glm::abs(point.power)) *
+             geometry_of(point, d, distance2 + kSoftening * third_odds(point, rates)) /
+             rates[point.cell];
+    }
+    lights_.push_back(sum);
+  }
+  if (!(sum > 0) || !std::isfinite(sum)) return;
+  const float pick = random_float(eye.seed, kPoint) * sum;
+  const auto found = std::upper_bound(lights_.begin(), lights_.end() - 1, pick);
+  const size_t k = static_cast<size_t>(found - lights_.begin());
+  const float share = (lights_[k] - (k > 0 ? lights_[k - 1] : 0)) / sum;
+  if (!(share > 0)) return;
+  const LightPoint& point = light_.local_points.points[points_[tile.points + k]];
+  const Vec3 to = point.position - y.p;
+  const float distance = glm::length(to);
+  const Vec3 d = to / distance, wo = y.frame.to_local(d);
+  const BsdfValue value = bsdf.eval_pdf(y, Lobe::kAll, wo);
+  const float geometry = geometry_of(point, d, sqr(distance));
+  const float odds = value.pdf * geometry * third_odds(point, rates);
+  const Rgb power = point.reflection == LightPoint::kLambertian
+                        ? point.power
+                        : light_.local_points.reflections[point.reflection].toward(-d).radiance;
+  const Rgb light = eye.weight * eyes_part(ray, y, wo, value.f, eye) * power *
+                    (geometry / ((1 + odds) * share * rates[point.cell]));
+  if (is_black(light)) return;
+  const Vec3 end = point.end_of_ray(d) - y.p;
+  const float reach = glm::length(end);
+  shadow_rays.push(y, end / std::max(reach, 1e-30f), reach, {light, 0, -1}, {eye.sum}, {});
+}
+
+/// Odds for a path from the eye to find the point as its third, against points that are looked at:
+/// to be multiplied by the density of places there.
+float EyeRays::third_odds(const LightPoint& point, std::span<const float> rates) const {
+  return light_.local->third_ratio(point.cell) / rates[point.cell];
 }
 
 }  // namespace kinome

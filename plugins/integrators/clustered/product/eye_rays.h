@@ -6,6 +6,8 @@
 
 #include "clustered/product/candidates.h"
 #include "clustered/product/cell_light.h"
+#include "clustered/product/eye_paths.h"
+#include "clustered/product/local_choice.h"
 #include "clustered/product/shadow_rays.h"
 
 namespace kinome {
@@ -31,8 +33,9 @@ class EyeRays {
  public:
   explicit EyeRays(const CellLight& light) : light_(light) {}
 
-  /// The tile that rays to come are sent from. rates: LocalChoice::rates of its points.
-  void begin_tile(const Scene& scene, std::span<const float> rates, RenderCounters& counters);
+  /// The tile that rays to come are sent from, and what it looks at.
+  void begin_tile(const Scene& scene, const LocalChoice& choice, uint64_t seed,
+                  RenderCounters& counters);
 
   /// False where no such rays are sent.
   bool applies(const GroupView& group) const;
@@ -43,7 +46,8 @@ class EyeRays {
   void send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint64_t seed, Rgb& sum);
 
   bool empty() const { return rays_.empty(); }
-  /// Traces the rays that wait, and those that go on from what they meet, and adds what they find.
+  /// Traces the rays that wait, and the paths that go on from what they meet, and adds what they
+  /// find.
   /// Light that arrives where they end is asked for by shadow rays, which are left to wait.
   void trace(ShadowRays& shadow_rays);
 
@@ -51,9 +55,13 @@ class EyeRays {
   struct EyeRay {
     Rgb weight;     ///< of the radiance that it finds
     float density;  ///< expected number of such rays, per solid angle; 0: of a delta lobe
-    size_t rates;   ///< in rates_, of its tile
+    uint32_t tile;  ///< in tiles_
     uint64_t seed;
     Rgb* sum;
+  };
+  /// A tile that rays wait for: of rates_ and points_, where those of its choice begin.
+  struct Tile {
+    size_t rates, points, points_end;
   };
   /// What a ray from a surface meets.
   struct Met {
@@ -69,6 +77,16 @@ class EyeRays {
   std::optional<Met> meet(const SurfaceInteraction& y, const Vec3& wo);
   void follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
   void look_behind(const SurfaceInteraction& y, const EyeRay& eye);
+  void go_on(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye,
+             ShadowRays& shadow_rays);
+  void connect_point(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye,
+                     ShadowRays& shadow_rays);
+  Rgb eyes_part(const RayHit& ray, const SurfaceInteraction& y, const Vec3& wo, const Rgb& f,
+                const EyeRay& eye) const;
+  float third_odds(const LightPoint& point, std::span<const float> rates) const;
+  std::span<const float> rates_of(const EyeRay& eye) const {
+    return {rates_.data() + tiles_[eye.tile].rates, light_.local->size()};
+  }
   float eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
                  const LocalLight::Place& place) const;
 
@@ -78,8 +96,11 @@ class EyeRays {
   LobeValues values_;
   std::vector<RayHit> hits_;
   std::vector<EyeRay> rays_;
-  std::vector<float> rates_;  ///< of the tiles that rays wait for
-  size_t tile_rates_ = 0;     ///< where those of this tile are
+  std::optional<EyePaths> paths_;  ///< where light comes by more than a bounce
+  std::vector<Tile> tiles_;        ///< that rays wait for; the last is this one
+  std::vector<float> rates_;
+  std::vector<uint32_t> points_;  ///< in the pass's local points: a block of each tile's choice
+  std::vector<float> lights_;  ///< running sums of what the points of a block send, or about that
   // Of the group that sends:
   Candidates directions_;
   std::vector<uint32_t> chosen_, numbers_[2];

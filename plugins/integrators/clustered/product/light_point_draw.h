@@ -116,16 +116,35 @@ inline std::optional<LeavingLight> leave_light(const Emitter& emitter, const Vec
   return leaving;
 }
 
+/// Density of d from y, toward light at x or, if that is nullptr, in the sky, the emitter being
+/// given.
+inline float arrival_density(const Emitter& emitter, const SurfaceInteraction* x,
+                             const SurfaceInteraction& y, const Vec3& d) {
+  return x ? x->shape->pdf_solid_angle(y.p, *x) : emitter.pdf_environment(d);
+}
+
+/// A path of light on its way to the next surface, where it leaves a light point.
+struct LightWalk {
+  LightOrigin origin;
+  uint64_t seed = 0;                    ///< of what it does at surfaces
+  uint32_t edges = 1;                   ///< with the one that it is on
+  Vec3 d{0, 0, 1};                      ///< unit
+  Rgb power{0.f};                       ///< EmissionSample::power, less what surfaces have taken
+  std::optional<SurfaceInteraction> x;  ///< where the first edge starts, if on a surface
+  /// By mirrors alone, from a source that no ray can find: neither can paths from the eye.
+  bool is_hidden = false;
+};
+
 /// What one thread draws.
 struct LocalLight::Drawn {
   std::vector<LightPoint> points;
   std::vector<LightOrigin> origins;  ///< of the points
+  std::vector<uint8_t> is_deep;      ///< of the points: their light has come by more than an edge
   std::vector<Reflection> reflections;
   std::vector<RayHit> rays;
-  std::vector<LeavingLight> leaving;
+  std::vector<LightWalk> walks;  ///< of the rays
   /// A kMirroring lobe was met by light of a source that has an extent, or of a lamp.
   bool meets_mirroring = false, lamp_meets_mirroring = false;
-  std::vector<LightOrigin> leaving_origins;
   RenderCounters counters;
 };
 

@@ -10,6 +10,7 @@
 #include "clustered/product/source_choice.h"
 #include "kinome/emitter.h"
 #include "kinome/scene.h"
+#include "path_parameters.h"
 
 namespace kinome {
 
@@ -31,6 +32,10 @@ struct LightPoint {
   /// Of reflected light, where the normals differ: how far `position` is off the surface, to the
   /// side of `geometric`. Else 0.
   float off_surface = 0;
+  /// Of reflected light: edges of its path up to here.
+  uint32_t edges = 0;
+  /// All that the surface does with light is to send it on by wide lobes, on one side.
+  bool is_plain = false;
 
   /// Where a ray along d, on its way to the point, is to end: before the surface. Light may leave
   /// it on the other side than it came to, for shading normals alone tell what is reflected.
@@ -46,6 +51,12 @@ struct LightPoint {
 enum class LobeWidth { kWide, kNarrow, kMirroring };
 /// Of the lobe on the side of si.wi; the same for all directions there.
 LobeWidth lobe_width(const SurfaceInteraction& si);
+/// True where all light is sent on by kWide lobes, to the side that it comes from.
+bool is_plain(const SurfaceInteraction& si);
+
+/// Density of the directions that light comes from by more than an edge, per solid angle: a guess,
+/// by which light points share it with paths from the eye that go on by narrow lobes.
+inline constexpr float kDeepDensity = kInvPi;
 
 /// Light on a surface that isn't Lambertian.
 struct Reflection {
@@ -57,7 +68,8 @@ struct Reflection {
   LobeReflectance reflectance;
   float alpha2 = 1;                             ///< squared roughness of the glossy lobe
   Lobe lobes = Lobe::kDiffuse | Lobe::kGlossy;  ///< that send the light of the point on
-  /// LocalLight::Arrival::density if the lobe is kNarrow and the source is no lamp, else 0.
+  /// If the lobe is kNarrow and the source is no lamp, LocalLight::Arrival::density, or
+  /// kDeepDensity; else 0.
   float light_density = 0;
   struct Sent {
     Rgb radiance{0.f};  ///< / density per area
@@ -73,8 +85,8 @@ struct Reflection {
 };
 
 struct CellSums;
-struct LeavingLight;
 struct LightOrigin;
+struct LightWalk;
 
 /// Points of one pass, cell by cell and near one another within each.
 struct LocalPoints {
@@ -95,10 +107,10 @@ struct LocalCellColumns {
   std::vector<float> expected;     ///< points of a pass
 };
 
-/// Light of sources within a scene, directly and after one bounce, divided into cells: of lamps
-/// (which have no extent), of surfaces that emit, and of surfaces that any emitter lights, the
-/// environment included. Cells and the density of points are fixed at construction; each pass draws
-/// points anew. Immutable; thread-safe.
+/// Light of sources within a scene, directly and after bounces, divided into cells: of lamps (which
+/// have no extent), of surfaces that emit, and of surfaces that any emitter lights, the environment
+/// included: straight, and by way of other surfaces. Cells and the density of points are fixed at
+/// construction; each pass draws points anew. Immutable; thread-safe.
 class LocalLight {
  public:
   /// Below this depth there is no bounce.
@@ -111,7 +123,7 @@ class LocalLight {
   static bool serves(const Scene& scene, uint32_t max_depth);
 
   struct Settings {
-    uint32_t max_depth = 2;
+    PathLength length{2, 5};
     uint32_t bounce_cells = 256;
     /// Of a pass: so many of surfaces, or more where these are many, and as many of the bounce.
     uint32_t points = kMostPoints;
@@ -132,7 +144,8 @@ class LocalLight {
   bool empty() const { return size_ == 0; }
   uint32_t size() const { return size_; }
   uint32_t padded_size() const { return static_cast<uint32_t>(columns_.flux.size()); }
-  uint32_t max_depth() const { return max_depth_; }
+  uint32_t max_depth() const { return length_.max_depth; }
+  const PathLength& length() const { return length_; }
   const LocalCellColumns& columns() const { return columns_; }
   /// Around the points that the cell was made of.
   const std::vector<Aabb>& boxes() const { return boxes_; }
@@ -185,6 +198,14 @@ class LocalLight {
     Place place;
     float density = 0;
   };
+  /// Of light that comes to `si` by more than one edge; cos_light: of the direction that it comes
+  /// from, in the shading frame.
+  Place deep_place(const SurfaceInteraction& si, float cos_light) const;
+  /// The same where paths from the eye have come to as their third surface point, of points of any
+  /// light: the side is that of si.wi.
+  Place third_place(const SurfaceInteraction& si) const;
+  /// Place::eye_ratio of those of the cell.
+  float third_ratio(uint32_t cell) const { return third_ratios_[cell]; }
   Found found_arrival(const SurfaceInteraction& si, const Vec3& d, float distance,
                       const SurfaceInteraction* x) const;
 
@@ -214,8 +235,9 @@ class LocalLight {
   void draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
                  std::vector<Drawn>& chunks) const;
   void add_surface_point(const LightOrigin& origin, Drawn& out) const;
-  void land(const LeavingLight& leaving, const LightOrigin& origin, const RayHit& ray,
-            Drawn& out) const;
+  void walk_on(Drawn& out) const;
+  void go_on(const LightWalk& walk, const SurfaceInteraction& si, Drawn& out) const;
+  void land(const LightWalk& walk, const SurfaceInteraction& si, float distance, Drawn& out) const;
   LocalPoints sort_by_cell(std::vector<Drawn>& chunks) const;
   uint32_t surface_cell(const SurfaceInteraction& si) const;
   uint32_t bounce_cell(const SurfaceInteraction& si, float side) const;
@@ -229,7 +251,7 @@ class LocalLight {
                      const SurfaceInteraction& y, const Vec3& d, float distance) const;
 
   const Scene& scene_;
-  const uint32_t max_depth_;
+  const PathLength length_;
   std::vector<Source> sources_;
   std::vector<double> surface_ends_, bounce_ends_;  ///< running sums of shares, or empty
   SourceChoice arrivals_;                           ///< where there is a bounce
@@ -247,6 +269,10 @@ class LocalLight {
   std::vector<Aabb> boxes_;
   /// Of each cell: mean of 1 / density of the guide, by which eye_ratio is to be multiplied.
   std::vector<float> eye_factors_;
+  /// Of each cell: area that it has for each point of a pass whose light has come by more than an
+  /// edge: what eye_ratio is of such points, and of what paths from the eye find there.
+  std::vector<float> deep_ratios_;
+  std::vector<float> third_ratios_;  ///< the same of points of any light
 };
 
 /// About `count` places of surfaces that a sensor sees, spread evenly over its picture; fewer where

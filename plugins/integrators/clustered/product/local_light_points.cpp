@@ -1,4 +1,4 @@
-// The part of LocalLight that draws points and meets light that rays find.
+// The part of LocalLight that sorts points and meets light that rays find.
 #include <algorithm>
 #include <cmath>
 
@@ -31,12 +31,6 @@ constexpr float kMostEyeRatio = 1e25f;
 /// Densities of the reflected direction, seen along the normal, from which a lobe is narrow and
 /// from which it nearly mirrors [1/sr]: of GGX with an alpha of .28 and of .0126.
 constexpr float kNarrowDensity = 1, kMirroringDensity = 500;
-
-/// Of d from y, toward light at x or, if that is nullptr, in the sky, the emitter being given.
-float direction_density(const Emitter* emitter, const SurfaceInteraction* x,
-                        const SurfaceInteraction& y, const Vec3& d) {
-  return x ? x->shape->pdf_solid_angle(y.p, *x) : emitter->pdf_environment(d);
-}
 
 simd::LightPointRow row_of(const LightPoint& p) {
   simd::LightPointRow row{};
@@ -105,51 +99,17 @@ LobeWidth lobe_width(const SurfaceInteraction& si) {
   return density > kNarrowDensity ? LobeWidth::kNarrow : LobeWidth::kWide;
 }
 
+bool is_plain(const SurfaceInteraction& si) {
+  const Bsdf& bsdf = si.shape->bsdf();
+  return !any(bsdf.lobes() & Lobe::kDelta) && !bsdf.transmits() &&
+         lobe_width(si) == LobeWidth::kWide;
+}
+
 LocalPoints LocalLight::draw(uint64_t seed, RenderContext& context) const {
   std::vector<Drawn> chunks;
   draw_part(false, surface_count_, hash_words(seed, 1), context, chunks);
   draw_part(true, bounce_count_, hash_words(seed, 2), context, chunks);
   return sort_by_cell(chunks);
-}
-
-void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
-                           std::vector<Drawn>& chunks) const {
-  constexpr uint32_t kChunk = 1024;
-  const uint32_t parts = (count + kChunk - 1) / kChunk;
-  const size_t before = chunks.size();
-  chunks.resize(before + parts);
-  const LightGuide& guide = bounce ? bounce_guide_ : surface_guide_;
-  const std::vector<double>& unguided = bounce ? bounce_ends_ : surface_ends_;
-  const Turns turns(guide.empty() ? unguided : guide.ends(), count, seed);
-  context.parallel_for(parts, [&](size_t c) {
-    const auto begin = static_cast<uint32_t>(c) * kChunk;
-    Drawn& out = chunks[before + c];
-    for (uint32_t i = begin; i < std::min(begin + kChunk, count); ++i) {
-      const Turns::Turn turn = turns[i];
-      const Source& source = sources_[turn.source];
-      const LightNumbers numbers(hash_words(seed, turn.source));
-      LightOrigin origin = numbers.origin(turn.source, turn.number);
-      origin.guided = guide.warp(turn.source, origin.numbers);
-      if (bounce) {
-        auto leaving = leave_light(*source.emitter, origin.position(), origin.direction());
-        if (!leaving || is_black(leaving->sample.power)) continue;
-        out.rays.push_back({leaving->sample.ray(), Hit{}});
-        out.leaving.push_back(*leaving);
-        out.leaving_origins.push_back(origin);
-      } else {
-        add_surface_point(origin, out);
-      }
-    }
-    scene_.intersect(out.rays, Coherence::kIncoherent, out.counters);
-    out.counters[RayKind::kLight] += out.rays.size();
-    for (size_t k = 0; k < out.rays.size(); ++k) {
-      if (out.rays[k].hit.valid()) land(out.leaving[k], out.leaving_origins[k], out.rays[k], out);
-    }
-    out.rays.clear();
-    out.leaving.clear();
-    out.leaving_origins.clear();
-  });
-  for (size_t c = before; c < chunks.size(); ++c) context.stats().counters.add(chunks[c].counters);
 }
 
 void LocalLight::add_surface_point(const LightOrigin& origin, Drawn& out) const {
@@ -173,6 +133,7 @@ void LocalLight::add_surface_point(const LightOrigin& origin, Drawn& out) const 
   }
   out.points.push_back(point);
   out.origins.push_back(origin);
+  out.is_deep.push_back(0);
 }
 
 uint32_t LocalLight::surface_cell(const SurfaceInteraction& si) const {
@@ -189,75 +150,6 @@ LocalLight::Place LocalLight::surface_place(const SurfaceInteraction& si) const 
 
 uint32_t LocalLight::bounce_cell(const SurfaceInteraction& si, float side) const {
   return lamp_cells_ + surface_cells_ + bounce_partition_.cell_of({si.p, si.frame.n * side});
-}
-
-void LocalLight::land(const LeavingLight& leaving, const LightOrigin& origin, const RayHit& ray,
-                      Drawn& out) const {
-  const SurfaceInteraction si = scene_.interaction(ray);
-  const EmissionSample& sample = leaving.sample;
-  const Bsdf& bsdf = si.shape->bsdf();
-  if (!any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
-  const float cosine = std::abs(glm::dot(si.n, sample.d));
-  if (!(cosine > 0)) return;
-  const Source& source = sources_[origin.source];
-  const float count = static_cast<float>(bounce_count_) * source.bounce_share * origin.guided;
-  const SurfaceInteraction* const x = leaving.x ? &*leaving.x : nullptr;
-  Reflection reflection;
-  reflection.si = si;
-  reflection.to_light = si.wi;
-  reflection.incident = sample.power / (count * cosine);
-  const float side = si.wi.z >= 0 ? 1.f : -1.f;
-  const float probability = asked_at(si, side).probability(origin.source);
-  // The reflectance that is seen from the light's side.
-  reflection.si.wi = Vec3(0, 0, side);
-  LightPoint point;
-  if (bsdf.is_lambertian()) {
-    point.power =
-        bsdf.eval_pdf(reflection.si, Lobe::kDiffuse, reflection.to_light).f * reflection.incident;
-  } else {
-    reflection.light = -sample.d;
-    reflection.normal = bsdf.reflection_frame(si).n;
-    // The back of a surface that has but one side.
-    if (!(glm::dot(reflection.normal, reflection.light) > 0)) return;
-    const bool is_lamp = source.kind == Kind::kLamp;
-    const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : lobe_width(si);
-    LobeReflectance& part = reflection.reflectance;
-    part = bsdf.reflectance(reflection.si);
-    bool is_left_to_rays = false;
-    if (width == LobeWidth::kMirroring) {
-      (is_lamp ? out.lamp_meets_mirroring : out.meets_mirroring) = true;
-      is_left_to_rays = !is_lamp || has_glossy_caustics_;
-    }
-    if (is_left_to_rays) {
-      reflection.lobes = Lobe::kDiffuse;
-      part.glossy = Rgb(0.f);
-    } else {
-      const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
-      reflection.alpha2 = lobe.alpha_u * lobe.alpha_v;
-      if (width == LobeWidth::kNarrow && !is_lamp) {
-        reflection.light_density =
-            probability * direction_density(source.emitter, x, si, -sample.d);
-      }
-    }
-    point.power = (part.diffuse + part.glossy) * kInvPi * std::abs(si.wi.z) * reflection.incident;
-  }
-  if (is_black(point.power)) return;
-  // Off the surface: a ray that comes along it would else meet it just before its end.
-  point.position = si.ray_origin(-sample.d);
-  point.normal = si.frame.n * side;
-  point.geometric = glm::dot(si.n, sample.d) > 0 ? -si.n : si.n;
-  if (std::abs(glm::dot(si.n, si.frame.n)) < 1 - 1e-6f) point.off_surface = si.p_error;
-  if (bounce_partition_.size() > 0) {
-    point.cell = bounce_cell(si, side);
-    point.eye_ratio = eye_factors_[point.cell] *
-                      eye_ratio(source, probability, x, si, sample.d, ray.ray.tmax);
-  }
-  if (!bsdf.is_lambertian()) {
-    point.reflection = static_cast<uint32_t>(out.reflections.size());
-    out.reflections.push_back(reflection);
-  }
-  out.points.push_back(point);
-  out.origins.push_back(origin);
 }
 
 SourceChoice::At LocalLight::asked_at(const SurfaceInteraction& y, float side) const {
@@ -333,13 +225,23 @@ LocalLight::Place LocalLight::bounce_place(const Source& source, float probabili
   return {cell, eye_factors_[cell] * eye_ratio(source, probability, x, y, -d, distance)};
 }
 
+LocalLight::Place LocalLight::deep_place(const SurfaceInteraction& si, float cos_light) const {
+  const uint32_t cell = bounce_cell(si, cos_light >= 0 ? 1.f : -1.f);
+  return {cell, deep_ratios_[cell]};
+}
+
+LocalLight::Place LocalLight::third_place(const SurfaceInteraction& si) const {
+  const uint32_t cell = bounce_cell(si, si.wi.z >= 0 ? 1.f : -1.f);
+  return {cell, third_ratios_[cell]};
+}
+
 LocalLight::Found LocalLight::found_arrival(const SurfaceInteraction& si, const Vec3& d,
                                             float distance, const SurfaceInteraction* x) const {
   const uint32_t index = source_of_.at(x ? x->shape->emitter() : scene_.environment());
   const Source& source = sources_[index];
   const float probability = asked_at(si, si.wi.z >= 0 ? 1.f : -1.f).probability(index);
   return {bounce_place(source, probability, x, si, d, distance),
-          probability * direction_density(source.emitter, x, si, d)};
+          probability * arrival_density(*source.emitter, x, si, d)};
 }
 
 std::vector<float> LocalLight::lamp_shares() const {

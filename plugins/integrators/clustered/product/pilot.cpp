@@ -17,6 +17,8 @@ constexpr uint64_t kPilotSeed = 0x70696c6f74;
 constexpr float kGlossyFactor = 2;
 /// Rays that an eye ray takes in all, the light of what it finds included.
 constexpr float kEyeRayCost = 2.5f;
+/// And a path that goes on from a primary.
+constexpr float kPathCost = 6;
 
 }  // namespace
 
@@ -134,7 +136,12 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
     const int y = tile.pixels.y0 + pixel / tile.pixels.width();
     return points_of(x, y)[i % effort_.primaries];
   };
-  for (size_t i = 0; i < primaries.size(); ++i) prober.points[i].lit = &point_of(i).lit;
+  for (size_t i = 0; i < primaries.size(); ++i) {
+    Point& point = point_of(i);
+    prober.points[i].lit = &point.lit;
+    prober.points[i].followed = &point.followed;
+    point.is_followed = primaries.hit(i) && primaries.shape(i).bsdf().scatters_through();
+  }
   for (Patch& patch : patches) patch.glossy = patch.eye_rays = 0;
   const auto index = static_cast<uint64_t>(tile.index);
   prober.estimator.begin_tile(scene_, primaries, patches, prober.unknown,
@@ -189,11 +196,11 @@ void Pilot::plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Plan
 PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* controls, int x,
                               int y) {
   PixelForecast forecast;
-  double sum = 0, squares = 0, glossy_variance = 0;
+  double sum = 0, squares = 0, glossy_variance = 0, followed = 0;
   const Point* const points = points_of(x, y);
   for (uint32_t k = 0; k < effort_.primaries; ++k) {
     const Point& point = points[k];
-    float value = point.known;
+    float value = point.known + mean_of(point.followed);
     if (point.patch >= 0) {
       const Patch& patch = patches[point.patch];
       const float* const control = controls + point.patch * 9;
@@ -210,6 +217,8 @@ PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* co
       if (local_) forecast.mirrors += kEyeRayCost * expected_eye_rays(patch, *local_);
       forecast.sharp = forecast.sharp || mirrors || is_sharp(patch);
     }
+    if (point.is_followed) forecast.mirrors += kPathCost;
+    followed += mean_of(glm::abs(point.followed));
     sum += value;
     squares += static_cast<double>(value) * value;
   }
@@ -221,6 +230,8 @@ PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* co
   if (n > 1) {
     forecast.deviation =
         static_cast<float>(std::sqrt(std::max(0., (squares - sum * sum / n) / (n - 1))));
+  } else {
+    forecast.deviation = static_cast<float>(followed);  // One path's is about what it finds.
   }
   return forecast;
 }

@@ -39,6 +39,8 @@ class Pilot {
     float lamps = 0;      ///< PointPlan::lamps
     float lit = 0;        ///< of the other lamps, what arrives
     float glossy_deviation = 0;
+    Rgb followed{0.f};    ///< what a path from it finds, where one goes on (is_followed)
+    bool is_followed = false;
     int16_t patch = -1;
   };
   struct Prober;

@@ -181,6 +181,18 @@ void Primaries::find_viewers() {
   });
 }
 
+Ray TilePrimaries::last_part(size_t ray) const {
+  constexpr float kMargin = 1e-3f;
+  const size_t i = tile_->first_ray + ray, lane = i % kBlockLanes;
+  const Ray16& all = all_->camera_->rays()[i / kBlockLanes].ray;
+  Ray part;
+  part.o = {all.ox[lane], all.oy[lane], all.oz[lane]};
+  part.d = {all.dx[lane], all.dy[lane], all.dz[lane]};
+  part.tmin = all.tmax[lane] * (1 - kMargin);
+  part.tmax = all.tmax[lane] * (1 + kMargin);
+  return part;
+}
+
 BsdfForm TilePrimaries::form(size_t ray) const {
   const auto i = static_cast<size_t>(point(ray));
   BsdfForm form = *form_kind(ray);

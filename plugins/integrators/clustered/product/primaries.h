@@ -120,6 +120,8 @@ class TilePrimaries {
     const size_t i = tile_->first_ray + ray;
     return all_->camera_->rays()[i / kBlockLanes].ray.tmax[i % kBlockLanes];
   }
+  /// From just before the surface that the ray met, along it.
+  Ray last_part(size_t ray) const;
   /// Of the ray, among all points; -1: it left the scene.
   int32_t point(size_t ray) const { return all_->point_[tile_->first_ray + ray]; }
 

@@ -32,7 +32,7 @@ bool is_plain(const Scene& scene) {
 
 /// What only light points can do: the bounce of some emitters, and one that is bounded.
 bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& scene) {
-  if (settings.sampling.max_depth <= 2) return false;
+  if (settings.sampling.length.max_depth <= 2) return false;
   const auto& indirect = scene.indirect_emitters();
   const bool chosen = std::any_of(indirect.begin(), indirect.end(),
                                   [](const Emitter* e) { return !e->children().empty(); });
@@ -41,14 +41,18 @@ bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& s
 
 }  // namespace
 
+bool ProductMethod::serves(const Settings& settings, const Scene& scene) {
+  return !scene.emitters().empty() && !is_for_light_points(settings, scene) &&
+         is_product_scene(scene, settings.sampling.length.max_depth);
+}
+
 std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& settings,
-                                                         const Scene& scene,
-                                                         double rays_per_pixel,
+                                                         const Scene& scene, double rays_per_pixel,
                                                          RenderContext& context) {
   const ProductSettings& sampling = settings.sampling;
   if (scene.emitters().empty()) return nullptr;
-  if (!is_product_scene(scene, sampling.max_depth)) {
-    const bool is_bounce = sampling.max_depth > 2 && is_product_scene(scene, 2);
+  if (!is_product_scene(scene, sampling.length.max_depth)) {
+    const bool is_bounce = sampling.length.max_depth > 2 && is_product_scene(scene, 2);
     log_warn(
         std::string("an emitter doesn't offer what importance 'product' needs") +
         (is_bounce ? " for light after a bounce (emission_density; max_depth 2 needs none)" : "") +
@@ -59,7 +63,7 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
   const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
   Cells cells = std::make_shared<const DistantCells>();
   if (scene.environment()) {
-    const bool alone = scene.emitters().size() == 1 && sampling.max_depth == 2;
+    const bool alone = scene.emitters().size() == 1 && sampling.length.max_depth == 2;
     uint32_t count = alone ? settings.cells : std::min(settings.cells, kMostCellsBesideOthers);
     if (sampling.fewer_cells && rays_per_pixel < kFewRays && !is_plain(scene)) {
       count = std::max(count / 2, 1u);

@@ -22,6 +22,8 @@ class ProductMethod final : public ClusteredMethod {
   /// an emitter lacks is logged as a warning. rays_per_pixel: as far as is known; infinity: not.
   static std::unique_ptr<const ProductMethod> make(const Settings& settings, const Scene& scene,
                                                    double rays_per_pixel, RenderContext& context);
+  /// True where make() has one: says nothing, and does nothing else.
+  static bool serves(const Settings& settings, const Scene& scene);
   /// What a render() of that sensor takes.
   static double rays_per_pixel(const Settings& settings, const Sensor& sensor);
 

@@ -104,10 +104,10 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
                                                    const ProductSettings& settings, uint64_t seed,
                                                    RenderContext& context) {
   const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
-  if (others == 0 && settings.max_depth < LocalLight::kBounceDepth) return nullptr;
+  if (others == 0 && settings.length.max_depth < LocalLight::kBounceDepth) return nullptr;
   const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
   LocalLight::Settings local;
-  local.max_depth = settings.max_depth;
+  local.length = settings.length;
   local.bounce_cells = settings.bounce_cells;
   local.caustics = Caustics::serves(sensor);
   // Where rays are few, points are, too: each takes about as long as two. Until an error is
@@ -125,7 +125,7 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
       std::min<double>(rays / (kRaysPerExtendedPoint * parts), LocalLight::kMostExtendedPoints));
   std::vector<SurfaceInteraction> seen;
   if (settings.light_guide &&
-      (scene.has_surface_emitters() || settings.max_depth >= LocalLight::kBounceDepth)) {
+      (scene.has_surface_emitters() || settings.length.max_depth >= LocalLight::kBounceDepth)) {
     seen = places_seen(scene, sensor, std::max(kLeastPlaces, local.points / kPointsPerPlace), seed,
                        context);
   }
@@ -317,6 +317,7 @@ CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel) cons
   if (local_) local_points = local_->draw(hash_words(own, 1), context_);
   CellLight light(cells_, scene_.environment(), std::move(points), local_.get(),
                   std::move(local_points));
+  light.length = settings_.length;
   light.horizon_terms = settings_.control_variate && settings_.horizon_terms;
   return light;
 }

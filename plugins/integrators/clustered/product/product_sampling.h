@@ -7,6 +7,7 @@
 #include "kinome/inspection.h"
 #include "kinome/integrator.h"
 #include "kinome/render_context.h"
+#include "path_parameters.h"
 
 namespace kinome {
 
@@ -19,8 +20,8 @@ struct ProductSettings {
   double rays_per_pixel = 48;
   /// Cells of distant light are half as many where rays are few, but in plain scenes and passes.
   bool fewer_cells = true;
-  /// Segments of a path: 2 is direct light, 3 adds one bounce.
-  uint32_t max_depth = 2;
+  /// Of paths: 2 edges are direct light, 3 add one bounce.
+  PathLength length{2, 5};
   /// Cells that light after a bounce is divided into, at most.
   uint32_t bounce_cells = 256;
   bool hide_emitters = false;
@@ -31,14 +32,14 @@ struct ProductSettings {
   int remembered_pixels = 1 << 18;
 
   // Parts that can be left out, to see what they are worth. Estimates stay unbiased.
-  bool control_variate = true;  ///< what is known of visible light is added without rays
-  bool learned_sigma = true;    ///< rays go where visibility is uncertain
-  bool checked_sigma = true;    ///< how uncertain it is, the pilot's rays tell
-  bool adaptive = true;         ///< rays go to the pixels that need them
-  bool smooth_plan = true;      ///< which those are, pixels around tell, where the pilot is small
-  bool horizon_terms = true;    ///< also in cells at the horizon of flat surfaces
+  bool control_variate = true;    ///< what is known of visible light is added without rays
+  bool learned_sigma = true;      ///< rays go where visibility is uncertain
+  bool checked_sigma = true;      ///< how uncertain it is, the pilot's rays tell
+  bool adaptive = true;           ///< rays go to the pixels that need them
+  bool smooth_plan = true;        ///< which those are, pixels around tell, where the pilot is small
+  bool horizon_terms = true;      ///< also in cells at the horizon of flat surfaces
   bool shared_candidates = true;  ///< pixels share glossy directions where they reflect alike
-  bool light_guide = true;      ///< light points go to what the camera sees the light of
+  bool light_guide = true;        ///< light points go to what the camera sees the light of
 };
 
 /// What the film's layer 1 says of each pixel, on average over passes by their weight: camera rays;
@@ -46,20 +47,21 @@ struct ProductSettings {
 /// the cells' light that is believed to arrive (0 where nothing is learned).
 inline constexpr const char* kProductChannels[] = {"samples", "cost", "visibility"};
 
-/// True where `product` renders all light of the scene, up to paths of max_depth segments, 2 or 3:
-/// any mixture of an environment with an Emitter::cell_grid, surface emitters, and emitters that
-/// are no surface; for one bounce, the latter with Emitter::emission_density. Not where the flux
+/// True where `product` renders all light of the scene, up to paths of max_depth edges: any mixture
+/// of an environment with an Emitter::cell_grid, surface emitters, and emitters that are no
+/// surface; for light after bounces, the latter with Emitter::emission_density. Not where the flux
 /// that is followed is beyond 1e34.
 bool is_product_scene(const Scene& scene, uint32_t max_depth);
 
 /// Renders the light of an environment's cells (none: the environment is black, or there isn't
-/// any), that of the scene's other emitters, and for max_depth 3 what surfaces send on of all of
-/// it, into the sensor's film. Light that lamps without extent send by way of a mirror is in it,
-/// too, where the sensor can be connected to (see Caustics), though `path` doesn't find it. A pilot
-/// learns how visible each cell is from each patch of surface; then the picture is made by
+/// any), that of the scene's other emitters, and for max_depth 3 and more what surfaces send on of
+/// all of it, into the sensor's film. Light that lamps without extent send by way of a mirror is in
+/// it, too, where the sensor can be connected to (see Caustics), though `path` doesn't find it. A
+/// pilot learns how visible each cell is from each patch of surface; then the picture is made by
 /// estimates that know. What the pilot saw is not part of the picture.
 ///
-/// Unbiased: the expectation of every pixel is what `direct` converges to, with any filter. Stages:
+/// Unbiased: the expectation of every pixel is what `direct`, or
+/// `path` of the same depth, converges to, with any filter. Stages:
 /// points, pilot, plan, main, film.
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
                     std::shared_ptr<const DistantCells> cells, const ProductSettings& settings);

@@ -1,0 +1,118 @@
+#include "clustered/product/eye_paths.h"
+
+#include <algorithm>
+
+#include "clustered/product/spread.h"
+#include "kinome/block_points.h"
+#include "transport/rays.h"
+
+namespace kinome {
+namespace {
+
+/// Paths that go on together.
+constexpr size_t kPaths = 1024;
+
+/// Independent numbers: paths have nothing in common that strata could be made of.
+class Numbers final : public Sampler {
+ public:
+  float value_1d(const SampleKey& key, uint32_t dimension) const override {
+    return random_float(seed_of(key), dimension);
+  }
+  Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
+    const uint64_t seed = seed_of(key);
+    return {random_float(seed, dimension), random_float(seed, dimension + 1)};
+  }
+  std::shared_ptr<Sampler> with_sample_count(uint32_t) const override {
+    return std::make_shared<Numbers>();
+  }
+
+ private:
+  static uint64_t seed_of(const SampleKey& key) {
+    return static_cast<uint64_t>(key.y) << 32 | key.x;
+  }
+};
+
+}  // namespace
+
+struct EyePaths::Block {
+  Numbers numbers;
+  transport::SceneTable table;
+  transport::Paths paths;
+  transport::Surfaces met;
+  transport::Arena per_path{kPaths}, per_point;
+  RayHit16* rays;
+  Columns3 radiance;
+  uint32_t* owner;
+  Columns3 throughput;
+  uint32_t x[kPaths], y[kPaths];  ///< halves of the seeds
+
+  Block(const Scene& scene, const PathLength& length)
+      : table(scene),
+        paths(table, numbers, length, kPaths),
+        met(table, kPaths),
+        per_point(transport::Surfaces::most_points(table, kPaths)),
+        rays(per_path.ray_hits()),
+        radiance(per_path.three()),
+        owner(per_point.indices()),
+        throughput(per_point.three()) {}
+};
+
+EyePaths::EyePaths(const Scene& scene, const PathLength& length, uint32_t edges_before,
+                   const LocalLight* light)
+    : scene_(scene), length_(length), edges_before_(edges_before), light_(light) {}
+EyePaths::~EyePaths() = default;
+
+void EyePaths::trace(RenderCounters& counters) {
+  for (size_t begin = 0; begin < waiting_.size(); begin += kPaths) {
+    trace({&waiting_[begin], std::min(kPaths, waiting_.size() - begin)}, counters);
+  }
+  waiting_.clear();
+}
+
+/// Of what the place sends on; light points have the rest.
+float EyePaths::share_of_path(const Begin& path, const SurfaceInteraction& z,
+                              float distance) const {
+  if (!light_ || !std::isfinite(path.density) || !is_plain(z)) return 1;
+  const LocalLight::Place place = light_->third_place(z);
+  const float geometry = std::abs(glm::dot(z.n, path.ray.d)) / sqr(distance);
+  const float odds = path.density * geometry * place.eye_ratio / path.rates[place.cell];
+  return odds < kInfinity ? odds / (1 + odds) : 1.f;
+}
+
+void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
+  if (!block_) block_ = std::make_unique<Block>(scene_, length_);
+  Block& block = *block_;
+  for (size_t i = 0; i < paths.size(); ++i) {
+    const Ray& from = paths[i].ray;
+    Ray16& to = block.rays[i / kBlockLanes].ray;
+    const size_t lane = i % kBlockLanes;
+    to.ox[lane] = from.o.x, to.oy[lane] = from.o.y, to.oz[lane] = from.o.z;
+    to.dx[lane] = from.d.x, to.dy[lane] = from.d.y, to.dz[lane] = from.d.z;
+    to.tmin[lane] = from.tmin, to.tmax[lane] = from.tmax;
+    block.x[i] = static_cast<uint32_t>(paths[i].seed);
+    block.y[i] = static_cast<uint32_t>(paths[i].seed >> 32);
+    block.radiance.set(i, Rgb(0.f));
+  }
+  for (size_t i = paths.size(); i < padded(paths.size()); ++i) {
+    block.rays[i / kBlockLanes].ray.tmax[i % kBlockLanes] = -1;
+  }
+  transport::clear_hits(block.rays, paths.size());
+  scene_.intersect(block.rays, padded(paths.size()) / kBlockLanes, Coherence::kIncoherent,
+                   counters);
+  counters[RayKind::kBsdf] += paths.size();
+  block.met.find(block.rays, paths.size(), transport::Surfaces::Which::kAll);
+  const uint32_t* const ray = block.met.points().ray;
+  for (size_t i = 0; i < block.met.reflecting(); ++i) {
+    const uint32_t k = ray[i];
+    const float distance = block.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes];
+    const SurfaceInteraction z = interaction_of(block.met.points(), i);
+    block.owner[i] = k;
+    block.throughput.set(i, paths[k].throughput * share_of_path(paths[k], z, distance));
+  }
+  block.paths.go_on({block.x, block.y, paths.size(), 0, 1, 0},
+                    {&block.met, block.owner, block.throughput}, edges_before_ + 1,
+                    {block.radiance, block.radiance}, counters);
+  for (size_t i = 0; i < paths.size(); ++i) *paths[i].sum += block.radiance.at(i);
+}
+
+}  // namespace kinome

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "clustered/product/local_light.h"
+#include "kinome/scene.h"
+#include "transport/paths.h"
+
+namespace kinome {
+
+/// Paths that go on along rays toward surfaces: what these reflect of light from emitter and BSDF
+/// samples (transport::Paths). They wait until trace(). One per thread; not thread-safe.
+class EyePaths {
+ public:
+  /// `edges_before`: from the camera to where the rays begin. `light`: points of which may look at
+  /// the surfaces, too, and have a share (Begin::rates); nullptr: there are none. It must outlive
+  /// this.
+  EyePaths(const Scene& scene, const PathLength& length, uint32_t edges_before,
+           const LocalLight* light);
+  ~EyePaths();
+
+  struct Begin {
+    Ray ray;
+    Rgb throughput{0.f};
+    float density = kInfinity;  ///< of the ray's direction; infinite: of a delta lobe
+    /// Of the tile that it is for: expected number of looks at a light point of each cell.
+    std::span<const float> rates;
+    uint64_t seed = 0;  ///< of the random numbers
+    Rgb* sum = nullptr;
+  };
+  /// Adds throughput x the radiance that comes along the ray, that of emitters which the ray meets
+  /// itself left out, to `sum`. That and `rates` must stay where they are until trace().
+  void push(const Begin& path) { waiting_.push_back(path); }
+  bool empty() const { return waiting_.empty(); }
+  void trace(RenderCounters& counters);
+
+ private:
+  struct Block;
+
+  float share_of_path(const Begin& path, const SurfaceInteraction& z, float distance) const;
+  void trace(std::span<const Begin> paths, RenderCounters& counters);
+
+  const Scene& scene_;
+  const PathLength length_;
+  const uint32_t edges_before_;
+  const LocalLight* const light_;
+  std::vector<Begin> waiting_;
+  std::unique_ptr<Block> block_;  ///< nullptr until paths are traced, which some threads never do
+};
+
+}  // namespace kinome

@@ -1,0 +1,109 @@
+// `clustered` with importance = product has the expectation of `path` at any depth: z-tests over
+// tiles of pixels and over the picture, for each kind of light and material. Every z-test alarms
+// falsely at a rate of 1e-4.
+#include <gtest/gtest.h>
+
+#include "path_scenes.h"
+#include "product_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+const std::string kLamp =
+    shape_xml("rectangle",
+              "<scale value=\".6\"/><rotate x=\"1\" angle=\"90\"/><translate x=\".3\" y=\"2.5\"/>",
+              area_xml("6 5 4"));
+const std::string kSpot =
+    "<emitter type=\"spot\"><rgb name=\"intensity\" value=\"30 25 20\"/>" +
+    number("cutoff_angle", 25) + number("beam_width", 15) +
+    "<transform name=\"to_world\"><lookat origin=\"2,3,2\" target=\".5,0,.3\" up=\"0,1,0\"/>"
+    "</transform></emitter>";
+
+struct Case {
+  const char* name;
+  std::string light;
+  std::string material;
+  int max_depth;
+  std::string floor = "";  ///< over the one of that material
+};
+
+const std::string kStone =
+    shape_xml("rectangle",
+              "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\".01\"/>", kGrey);
+
+Arrangement setup_of(const Case& c) {
+  Arrangement s;
+  s.light = c.light;
+  s.max_depth = c.max_depth;
+  // Two walls of stone around the shapes, which are near one another and the floor.
+  s.shapes = shapes_xml(c.material) + c.floor +
+             shape_xml("rectangle", "<scale value=\"4\"/><translate z=\"-1.6\"/>", kGrey) +
+             shape_xml("rectangle",
+                       "<scale value=\"4\"/><rotate y=\"1\" angle=\"90\"/><translate x=\"-1.8\"/>",
+                       diffuse_xml(".7 .3 .2"));
+  s.rays = 48;
+  s.direct_samples = 64;
+  return s;
+}
+
+class DeepLight : public testing::TestWithParam<Case> {};
+TEST_P(DeepLight, IsUnbiased) {
+  expect_unbiased(setup_of(GetParam()));
+}
+
+const std::string kMirror = bsdf("twosided", bsdf("conductor"));
+const std::string kPlastic = bsdf("twosided", bsdf("roughplastic", number("alpha", .2)));
+
+std::string name_of(const testing::TestParamInfo<Case>& info) {
+  return info.param.name;
+}
+INSTANTIATE_TEST_SUITE_P(
+    Cases, DeepLight,
+    testing::Values(
+        Case{"LampDepth4", kLamp, kGrey, 4}, Case{"LampDepth6", kLamp, kGrey, 6},
+        Case{"LampAnyDepth", kLamp, kGrey, -1}, Case{"SkyDepth4", sun_xml(), kGrey, 4},
+        Case{"SkyAnyDepth", sun_xml(), kGrey, -1}, Case{"SpotDepth4", kSpot, kGrey, 4},
+        Case{"SpotAnyDepth", kSpot, kGrey, -1}, Case{"LampOnPlastic", kLamp, kPlastic, -1},
+        Case{"SpotOnPlastic", kSpot, kPlastic, 4}, Case{"LampOnMetal", kLamp, metal(.3), -1},
+        Case{"LampOnNarrowMetal", kLamp, metal(.1), -1},
+        Case{"SkyOnMirrors", constant_xml("1 .9 .8"), kMirror, -1},
+        Case{"LampOnMirrors", kLamp, kMirror, 5},
+        Case{"LampOnGlass", kLamp, bsdf("dielectric"), 8, kStone},
+        Case{"LampOnGroundGlass", kLamp, bsdf("roughdielectric", number("alpha", .3)), 8, kStone},
+        Case{"SkyAndSpotOnGroundGlass", constant_xml(".4 .5 .6") + kSpot,
+             bsdf("roughdielectric", number("alpha", .2)), 2},
+        Case{"EverythingOnAMask", kLamp + kSpot + constant_xml(".2 .2 .3"),
+             bsdf("mask", number("opacity", .6) + bsdf("twosided", kGrey)), -1}),
+    name_of);
+
+/// Roulette ends paths earlier, and changes no expectation.
+TEST(DeepLightPaths, EndByRouletteUnbiased) {
+  Arrangement s = setup_of({"", kLamp, kPlastic, -1});
+  s.parameters = integer("rr_depth", 1);
+  expect_unbiased(s);
+}
+
+/// Walls that take nothing away: light bounces on until roulette ends it. Seen from within, every
+/// point of a closed sphere that emits e and reflects rho has e / (1 - rho).
+TEST(DeepLightPaths, FillAFurnace) {
+  for (const double rho : {0.5, 0.9}) {
+    const std::string grey = std::to_string(rho);
+    const auto scene = scene_from(
+        "<scene version=\"3.0.0\">" +
+        integrator_xml("clustered", -1, number("rays_per_pixel", 48)) +
+        sensor_xml("perspective", look_at("0 0 0", "0 0 1", "0 1 0"), 4, 4) +
+        "<shape type=\"sphere\"><boolean name=\"flip_normals\" value=\"true\"/>" +
+        diffuse_xml(grey + " " + grey + " " + grey) + area_xml("1 1 1") + "</shape></scene>");
+    const auto picture = estimate_pixels(*scene, 24);
+    expect_equal(picture, std::vector<Estimate>(picture.size(), {1 / (1 - rho), 0}), 1e-4, grey);
+  }
+}
+
+/// The same bits at any number of threads.
+TEST(DeepLightPaths, DoNotDependOnThreads) {
+  const auto scene = product_scene(setup_of({"", kLamp + kSpot, kPlastic, -1}));
+  EXPECT_EQ(render_scene(*scene, 7, 1).data, render_scene(*scene, 7, 3).data);
+}
+
+}  // namespace
+}  // namespace kinome::test
