@@ -211,7 +211,7 @@ TEST(LocalStrata, AndEyeRaysShareTheLight) {
         stage->shoot(group, kEyeRays, hits, Answers{&sum}, rays);
       });
       EyeRays eye_rays(*light);
-      eye_rays.begin_tile(tile.scene(), choice.rates(), tile.counters());
+      eye_rays.begin_tile(tile.scene(), choice, hash_words(seed, 84), tile.counters());
       EXPECT_TRUE(eye_rays.applies(group));
       eye_rays.send(group, kEyeRays, hash_words(seed, 83), sum);
       EXPECT_FALSE(eye_rays.empty());
@@ -279,8 +279,11 @@ TEST(EyeRays, OfMirrorsFindWhatTheyShow) {
                     <emitter type="area"><rgb name="radiance" value="3 2 1"/></emitter></shape>)");
   const GroupView group = tile.view(0);
   const CellLight light = tile.light(1);
+  LocalChoice choice;
+  choice.choose(*light.local, light.local_points, tile.patches(), tile.visibility(),
+                light.first_local(), tile.primaries().size(), 1);
   EyeRays eye_rays(light);
-  eye_rays.begin_tile(tile.scene(), std::vector<float>(light.local->size(), 1.f), tile.counters());
+  eye_rays.begin_tile(tile.scene(), choice, 1, tile.counters());
   EXPECT_FALSE(eye_rays.applies(group)) << "there is no lobe to send rays by";
   StageTimes times;
   ShadowRays rays(times);
