@@ -259,6 +259,7 @@ TEST(Values, PluginsSayWhatTheirColoursMeasure) {
                                               {"metallic", Quantity::kUnitless},
                                               {"roughness", Quantity::kUnitless},
                                               {"sheen", Quantity::kUnitless},
+                                              {"sigma_a", Quantity::kUnitless},
                                               {"sheen_tint", Quantity::kUnitless},
                                               {"spec_tint", Quantity::kUnitless},
                                               {"spec_trans", Quantity::kUnitless},
