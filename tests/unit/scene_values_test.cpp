@@ -258,6 +258,7 @@ TEST(Values, PluginsSayWhatTheirColoursMeasure) {
                                               {"flatness", Quantity::kUnitless},
                                               {"metallic", Quantity::kUnitless},
                                               {"roughness", Quantity::kUnitless},
+                                              {"albedo", Quantity::kReflectance},
                                               {"sheen", Quantity::kUnitless},
                                               {"sigma_a", Quantity::kUnitless},
                                               {"sheen_tint", Quantity::kUnitless},
