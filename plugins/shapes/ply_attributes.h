@@ -48,7 +48,7 @@ inline std::vector<NamedNumbers> find_attributes(const PlyElement& element,
     const auto [name, postfix] = part_at(i);
     const auto* const sequence =
         std::find_if(std::begin(kSequences), std::end(kSequences),
-                     [&](std::string_view s) { return postfix != '\0' && s.front() == postfix; });
+                     [end = postfix](std::string_view s) { return end != '\0' && s.front() == end; });
     size_t end = i + 1;
     if (sequence == std::end(kSequences) || known.count(name)) {
       i = end;
