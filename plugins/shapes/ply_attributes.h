@@ -46,9 +46,9 @@ inline std::vector<NamedNumbers> find_attributes(const PlyElement& element,
   std::set<std::string_view> known;
   for (size_t i = 0; i < element.properties.size();) {
     const auto [name, postfix] = part_at(i);
-    const auto* const sequence =
-        std::find_if(std::begin(kSequences), std::end(kSequences),
-                     [end = postfix](std::string_view s) { return end != '\0' && s.front() == end; });
+    const auto* const sequence = std::find_if(
+        std::begin(kSequences), std::end(kSequences),
+        [letter = postfix](std::string_view s) { return letter != '\0' && s.front() == letter; });
     size_t end = i + 1;
     if (sequence == std::end(kSequences) || known.count(name)) {
       i = end;
