@@ -23,8 +23,9 @@ class DeviceErrors {
   std::string message_;
 };
 
-/// After queries: throws what shapes threw within them on this thread.
-void rethrow_from_shapes();
+/// After queries: throws what shapes threw within them on this thread. Exported for the copy of
+/// scene.cpp that tests/defects plants defects in.
+KINOME_EXPORT void rethrow_from_shapes();
 
 /// Embree's device and scene: one geometry for each shape, with the shape's index as its id; for
 /// the parts of an instance one together, with the index of the first, and a scene of its own for
