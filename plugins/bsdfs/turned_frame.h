@@ -5,7 +5,8 @@
 
 /// Turns the shading frame of a nested BSDF: what normal maps and bump maps share, after Mitsuba 3.
 ///
-/// Light only counts where the turned and the original surface agree on which side it comes from. A turned normal that faces away from the viewer is turned about the original one
+/// Light only counts where the turned and the original surface agree on which side it comes from. A
+/// turned normal that faces away from the viewer is turned about the original one
 /// (flip_invalid_normals), and the hard shadow edge that remains is softened by the shadowing of
 /// Estevez et al. 2019 ("A microfacet-based shadowing function to solve the bump terminator
 /// problem"; use_shadowing_function).

@@ -31,10 +31,10 @@ struct LobeReflectance {
   Rgb glossy{0.f};
 };
 
-/// Reflection at a surface, and transmission through it. Directions are unit vectors in the shading frame `si.frame`, away from
-/// the surface; si.wi points to the viewer. Renderers ask for blocks of points (shade_block,
-/// describe_block); a BSDF that has but the functions of single points is asked for one after
-/// another.
+/// Reflection at a surface, and transmission through it. Directions are unit vectors in the shading
+/// frame `si.frame`, away from the surface; si.wi points to the viewer. Renderers ask for blocks of
+/// points (shade_block, describe_block); a BSDF that has but the functions of single points is asked
+/// for one after another.
 class KINOME_EXPORT Bsdf : public Object {
  public:
   /// The lobes that any point of the surface may have.
