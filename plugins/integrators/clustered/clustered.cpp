@@ -174,7 +174,7 @@ class Clustered final : public Integrator {
 
   void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
                               RenderContext& context) const override {
-    // Of an environment alone there is no light after bounces.
+    // What light points render, by `product`'s stand-in or as asked for, ends after one bounce.
     const bool has_all =
         product_ && points_.options.local && ProductMethod::serves(*product_, scene);
     if (!has_all) kinome::warn_of_light_left_out(points_, scene, sensor, context);

@@ -204,14 +204,17 @@ void EyeRays::find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shado
   }
   if (local.max_depth() < LocalLight::kBounceDepth) return;
   const Bsdf& bsdf = y.shape->bsdf();
-  if (any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) {
-    const bool matters = local.has_extended() || local.has_glossy_caustics();
-    const LobeWidth width = matters ? lobe_width(y) : LobeWidth::kWide;
+  const bool scatters = any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy));
+  const bool matters = paths_ || local.has_extended() || local.has_glossy_caustics();
+  const LobeWidth width = scatters && matters ? lobe_width(y) : LobeWidth::kWide;
+  if (scatters) {
     find_arrival(ray, y, width, eye, shadow_rays);
     if (width != LobeWidth::kWide && local.has_extended()) follow(ray, y, width, eye);
   }
   if (any(bsdf.lobes() & Lobe::kDelta)) look_behind(y, eye);
-  if (paths_ && any(bsdf.lobes())) go_on(ray, y, eye, shadow_rays);
+  if (!paths_ || !any(bsdf.lobes())) return;
+  if (scatters) connect_point(ray, y, width, eye, shadow_rays);
+  go_on(ray, y, width, eye);
 }
 
 /// Light at a place that an eye ray found, from a source that is chosen.
@@ -297,12 +300,12 @@ void EyeRays::look_behind(const SurfaceInteraction& y, const EyeRay& eye) {
 }
 
 /// Of f, by which light that comes to y along wo is sent to the eye, what is left to eye rays.
-Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, const Vec3& wo, const Rgb& f,
-                       const EyeRay& eye) const {
+Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                       const Vec3& wo, const Rgb& f, const EyeRay& eye) const {
   if (wo.z * y.wi.z < 0) return f;
   const Bsdf& bsdf = y.shape->bsdf();
   const float odds = eye_odds(eye, y, ray, light_.local->deep_place(y, wo.z));
-  switch (lobe_width(y)) {
+  switch (width) {
     case LobeWidth::kWide:
       return f * share_of(1, 0, odds);
     case LobeWidth::kNarrow: {
@@ -316,11 +319,9 @@ Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, const Vec
   return f + bsdf.eval_pdf(y, Lobe::kDiffuse, wo).f * (share_of(1, 0, odds) - 1);
 }
 
-/// To light that comes to y by more than one edge: by a path that goes on, and from a light point
-/// that the tile looks at.
-void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye,
-                    ShadowRays& shadow_rays) {
-  connect_point(ray, y, eye, shadow_rays);
+/// To light that comes to y by more than one edge, of which connect_point() has its share.
+void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                    const EyeRay& eye) {
   const Vec2 u(random_float(eye.seed, kGoOn + 1), random_float(eye.seed, kGoOn + 2));
   const auto sample = y.shape->bsdf().sample(y, Lobe::kAll, random_float(eye.seed, kGoOn), u);
   if (!sample) return;
@@ -328,7 +329,7 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, const EyeRay
   Rgb throughput = eye.weight * sample->weight;
   if (!is_delta) {
     const Rgb f = sample->weight * sample->pdf;
-    throughput = eye.weight * eyes_part(ray, y, sample->wo, f, eye) / sample->pdf;
+    throughput = eye.weight * eyes_part(ray, y, width, sample->wo, f, eye) / sample->pdf;
   }
   const float survival = std::min(1.f, max_component(glm::abs(throughput)) / kSureThroughput);
   if (!(random_float(eye.seed, kSurvival) < survival)) return;
@@ -343,52 +344,56 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, const EyeRay
   paths_->push(begin);
 }
 
-/// One point of the block, chosen by about what it sends to y.
-void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye,
-                            ShadowRays& shadow_rays) {
-  const Bsdf& bsdf = y.shape->bsdf();
-  if (!any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
+/// One point of the tile's block, by about what it sends to y.
+std::optional<EyeRays::ChosenPoint> EyeRays::choose_point(const SurfaceInteraction& y,
+                                                          const EyeRay& eye) {
+  const bool transmits = y.shape->bsdf().transmits();
   const Tile& tile = tiles_[eye.tile];
   const std::span<const float> rates = rates_of(eye);
-  const auto geometry_of = [&](const LightPoint& point, const Vec3& d, float distance2) {
-    return std::abs(glm::dot(point.geometric, d)) / distance2;
-  };
   const float side = y.wi.z >= 0 ? 1.f : -1.f;
   lights_.clear();
   float sum = 0;
   for (size_t k = tile.points; k < tile.points_end; ++k) {
     const LightPoint& point = light_.local_points.points[points_[k]];
     const Vec3 to = point.position - y.p;
-    const float distance2 = glm::dot(to, to);
-    const Vec3 d = to / std::sqrt(distance2);
+    const float distance2 = glm::dot(to, to), distance = std::sqrt(distance2);
+    const Vec3 d = to / distance;
     const float cosine = side * glm::dot(y.frame.n, d);
-    const bool may = distance2 > 0 && glm::dot(point.normal, d) < 0 &&
-                     (cosine > 0 || bsdf.transmits()) && y.resolves(d, std::sqrt(distance2));
-    if (may) {
-      sum += std::abs(cosine) * mean_of(glm::abs(point.power)) *
-             geometry_of(point, d, distance2 + kSoftening * third_odds(point, rates)) /
-             rates[point.cell];
+    const bool may_reach = distance2 > 0 && glm::dot(point.normal, d) < 0 &&
+                           (cosine > 0 || transmits) && y.resolves(d, distance);
+    if (may_reach) {
+      const float softened = distance2 + kSoftening * third_odds(point, rates);
+      sum += std::abs(cosine * glm::dot(point.geometric, d)) * mean_of(glm::abs(point.power)) /
+             (softened * rates[point.cell]);
     }
     lights_.push_back(sum);
   }
-  if (!(sum > 0) || !std::isfinite(sum)) return;
+  if (!(sum > 0) || !std::isfinite(sum)) return std::nullopt;
   const float pick = random_float(eye.seed, kPoint) * sum;
   const auto found = std::upper_bound(lights_.begin(), lights_.end() - 1, pick);
-  const size_t k = static_cast<size_t>(found - lights_.begin());
-  const float share = (lights_[k] - (k > 0 ? lights_[k - 1] : 0)) / sum;
-  if (!(share > 0)) return;
-  const LightPoint& point = light_.local_points.points[points_[tile.points + k]];
+  const auto k = static_cast<size_t>(found - lights_.begin());
+  const float probability = (lights_[k] - (k > 0 ? lights_[k - 1] : 0)) / sum;
+  if (!(probability > 0)) return std::nullopt;
+  return ChosenPoint{light_.local_points.points[points_[tile.points + k]], probability};
+}
+
+void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                            const EyeRay& eye, ShadowRays& shadow_rays) {
+  const auto chosen = choose_point(y, eye);
+  if (!chosen) return;
+  const LightPoint& point = chosen->point;
+  const std::span<const float> rates = rates_of(eye);
   const Vec3 to = point.position - y.p;
   const float distance = glm::length(to);
   const Vec3 d = to / distance, wo = y.frame.to_local(d);
-  const BsdfValue value = bsdf.eval_pdf(y, Lobe::kAll, wo);
-  const float geometry = geometry_of(point, d, sqr(distance));
+  const BsdfValue value = y.shape->bsdf().eval_pdf(y, Lobe::kAll, wo);
+  const float geometry = std::abs(glm::dot(point.geometric, d)) / sqr(distance);
   const float odds = value.pdf * geometry * third_odds(point, rates);
   const Rgb power = point.reflection == LightPoint::kLambertian
                         ? point.power
                         : light_.local_points.reflections[point.reflection].toward(-d).radiance;
-  const Rgb light = eye.weight * eyes_part(ray, y, wo, value.f, eye) * power *
-                    (geometry / ((1 + odds) * share * rates[point.cell]));
+  const Rgb light = eye.weight * eyes_part(ray, y, width, wo, value.f, eye) * power *
+                    (geometry / ((1 + odds) * chosen->probability * rates[point.cell]));
   if (is_black(light)) return;
   const Vec3 end = point.end_of_ray(d) - y.p;
   const float reach = glm::length(end);

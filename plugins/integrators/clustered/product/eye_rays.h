@@ -63,6 +63,10 @@ class EyeRays {
   struct Tile {
     size_t rates, points, points_end;
   };
+  struct ChosenPoint {
+    const LightPoint& point;
+    float probability;
+  };
   /// What a ray from a surface meets.
   struct Met {
     RayHit ray;
@@ -77,12 +81,12 @@ class EyeRays {
   std::optional<Met> meet(const SurfaceInteraction& y, const Vec3& wo);
   void follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
   void look_behind(const SurfaceInteraction& y, const EyeRay& eye);
-  void go_on(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye,
-             ShadowRays& shadow_rays);
-  void connect_point(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye,
-                     ShadowRays& shadow_rays);
-  Rgb eyes_part(const RayHit& ray, const SurfaceInteraction& y, const Vec3& wo, const Rgb& f,
-                const EyeRay& eye) const;
+  void go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
+  std::optional<ChosenPoint> choose_point(const SurfaceInteraction& y, const EyeRay& eye);
+  void connect_point(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                     const EyeRay& eye, ShadowRays& shadow_rays);
+  Rgb eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const Vec3& wo,
+                const Rgb& f, const EyeRay& eye) const;
   float third_odds(const LightPoint& point, std::span<const float> rates) const;
   std::span<const float> rates_of(const EyeRay& eye) const {
     return {rates_.data() + tiles_[eye.tile].rates, light_.local->size()};
