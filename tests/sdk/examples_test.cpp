@@ -139,7 +139,7 @@ TEST_F(Sdk, WidePluginsAreBuiltForEachInstructionSet) {
 TEST_F(Sdk, WideBsdfShowsWhatPointsDo) {
   const std::string source =
       read_text(std::string(KINOME_TEST_SOURCE) + "/tests/sdk/project/wide_minnaert.cpp");
-  EXPECT_LE(std::count(source.begin(), source.end(), '\n'), 60);  // as the README says
+  EXPECT_LE(std::count(source.begin(), source.end(), '\n'), 60);  // as docs/writing-plugins.md says
   const fs::path folder = fs::path(plugins()) / "bsdf";
   EXPECT_FALSE(fs::exists(folder / to_string(InstructionSet::kX86V3) / "minnaert.so"));
   const std::string light = "<emitter type='constant'/>";

@@ -1,4 +1,4 @@
-"""validation/report/summary.md, which the README quotes, and the raw numbers as CSV."""
+"""validation/report/summary.md, which docs/results.md quotes, and the raw numbers as CSV."""
 import csv
 import io
 
