@@ -15,6 +15,7 @@
 #include "kinome/error.h"
 #include "kinome/log.h"
 #include "line_width.h"
+#include "option_pages.h"
 
 namespace kinome::app {
 namespace {
@@ -292,13 +293,25 @@ struct OptionsParser::Language {
     declare_plugin_options(app, options);
     if (lists_plugins) {
       app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
-      app.add_flag("--markdown", options.markdown, "As a table for the README")
+      app.add_flag("--markdown", options.markdown, "As a table in Markdown; of one plugin, a page")
           ->disable_flag_override();
       app.add_flag("--mitsuba", options.mitsuba, "All of Mitsuba's plugins: which there are here")
           ->disable_flag_override();
     } else {
       declare(app, options, raw);
+      declare_page("--man", "Print the manual page, for man -l", man_page);
+      declare_page("--completion", "Print what completes command lines in bash", bash_completion);
     }
+  }
+
+  /// A flag that prints a page about all options and ends the program.
+  void declare_page(const std::string& name, const std::string& text,
+                    std::string (*page)(const CLI::App&, const CLI::App&)) {
+    const auto print = [this, page] {
+      std::cout << page(app, Language(true).app);
+      throw CLI::Success();
+    };
+    app.add_flag_callback(name, print, text)->disable_flag_override();
   }
 
   Options options;

@@ -104,6 +104,32 @@ void print_plugin(Category category, const std::string& name, const PluginDescri
   }
 }
 
+/// As a cell of a table: a bar would end it.
+std::string cell(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
+  return escaped;
+}
+
+/// A page about one plugin.
+void print_page(Category category, const std::string& name, const PluginDescriptor& plugin) {
+  fmt::print("# {}\n\n", name);
+  if (name != plugin.name) fmt::print("Another name for `{}`. ", plugin.name);
+  fmt::print("{}\n\n", one_line(plugin.doc));
+  if (plugin.parameters.empty()) {
+    fmt::print("This {} has no parameters.\n", to_string(category));
+    return;
+  }
+  fmt::print("| parameter | type | default | meaning |\n|---|---|---|---|\n");
+  for (const Parameter& p : plugin.parameters) {
+    const std::string value = default_text(p);
+    const char* const mark = p.type == ParameterType::kObject ? "*" : "`";
+    fmt::print("| {}{}{} | {} | {} | {} |\n", mark, p.name, mark, type_name(p),
+               p.required || value.empty() ? value : fmt::format("`{}`", value),
+               cell(one_line(p.doc)));
+  }
+}
+
 std::string parameters_in_markdown(const PluginDescriptor& plugin) {
   std::string text;
   for (const Parameter& p : plugin.parameters) {
@@ -157,7 +183,7 @@ int print_list(PluginRegistry& registry, const std::vector<Category>& categories
 }
 
 /// A plugin, or what there is of a category.
-int print_named(PluginRegistry& registry, const std::string& wanted) {
+int print_named(PluginRegistry& registry, const std::string& wanted, bool markdown) {
   std::vector<std::string> known;
   bool found = false;
   for (const Category category : all_categories()) {
@@ -170,8 +196,12 @@ int print_named(PluginRegistry& registry, const std::string& wanted) {
       known.push_back(name);
       if (wanted != name && wanted != full) continue;
       if (found) fmt::print("\n");
-      print_plugin(category, name, registry.find(category, name),
-                   registry.instruction_sets(category, name));
+      const PluginDescriptor& plugin = registry.find(category, name);
+      if (markdown) {
+        print_page(category, name, plugin);
+      } else {
+        print_plugin(category, name, plugin, registry.instruction_sets(category, name));
+      }
       found = true;
     }
   }
@@ -240,7 +270,9 @@ int plugins_command(const Options& options) {
   warn_of_missing_folders(options);
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
                           choose_instruction_set(options.isa));
-  if (!options.plugin_name.empty()) return print_named(registry, options.plugin_name);
+  if (!options.plugin_name.empty()) {
+    return print_named(registry, options.plugin_name, options.markdown);
+  }
   if (options.mitsuba) {
     print_mitsuba(registry, options.markdown);
     return 0;

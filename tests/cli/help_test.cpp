@@ -45,6 +45,20 @@ TEST_F(Help, ListsParametersOfAPlugin) {
   EXPECT_NE(kinome({"plugins", "ply"}).out.find("required"), std::string::npos);
 }
 
+/// What the site's pages are made of.
+TEST_F(Help, WritesAPluginsPage) {
+  const ProcessResult film = kinome({"plugins", "--markdown", "film/hdrfilm"});
+  EXPECT_EQ(film.status, 0) << film.err;
+  EXPECT_EQ(film.out.rfind("# hdrfilm\n\nFilm of linear radiance", 0), 0u) << film.out;
+  EXPECT_NE(film.out.find("\n| `width` | integer | `768` | "), std::string::npos) << film.out;
+  EXPECT_NE(film.out.find("\n| *rfilter* | rfilter |  | "), std::string::npos) << film.out;
+  EXPECT_NE(kinome({"plugins", "--markdown", "ply"}).out.find(" | required | "), std::string::npos);
+  EXPECT_NE(kinome({"plugins", "--markdown", "ldsampler"}).out.find("Another name for `sobol`. "),
+            std::string::npos);
+  EXPECT_NE(kinome({"plugins", "--markdown", "null"}).out.find("\n\nThis bsdf has no parameters.\n"),
+            std::string::npos);
+}
+
 TEST_F(Help, TakesOptionsOnEitherSideOfAPluginsName) {
   std::filesystem::create_directories(folder_.path("bsdf"));
   std::filesystem::copy_file(KINOME_TEST_PLUGINS "/bsdf/diffuse.so", folder_.path("bsdf/chalk.so"));
