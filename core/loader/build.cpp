@@ -136,15 +136,19 @@ void Builder::collect_ids(const Node& node) {
   for (const Node& child : node.children) collect_ids(child);
 }
 
+/// An alias names what stands above it, so that a chain of them ends.
+std::string Builder::unaliased(std::string id) const {
+  for (auto alias = expansion_.aliases.find(id); alias != expansion_.aliases.end();
+       alias = expansion_.aliases.find(id)) {
+    id = alias->second;
+  }
+  return id;
+}
+
 const Node* Builder::target_of(const Node& ref) {
   if (ref.is_broken) return nullptr;
   const Attribute& id = *ref.find("id");
-  std::string target = id.value;
-  // An alias names what stands above it, so that a chain of them ends.
-  for (auto alias = expansion_.aliases.find(target); alias != expansion_.aliases.end();
-       alias = expansion_.aliases.find(target)) {
-    target = alias->second;
-  }
+  const std::string target = unaliased(id.value);
   const auto found = ids_.find(target);
   if (found != ids_.end()) {
     if (!under_way_.count(found->second)) return found->second;
@@ -248,13 +252,23 @@ Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plu
     const bool has_name =
         child.is_broken ? has_certain(child, "name") : child.find("name") != nullptr;
     const std::string name = has_name ? child.value("name") : "";
+    if (has_name && node.is_given(name)) continue;
     if (is_object(child)) {
       add_object(child, has_name ? name : "_arg_" + std::to_string(unnamed++), plugin, make, parts);
     } else {
       add_value(child, name, plugin, parts);
     }
   }
+  add_given(node, plugin, parts);
   return parts;
+}
+
+/// What a program sets.
+void Builder::add_given(const Node& node, const PluginDescriptor& plugin, Parts& parts) {
+  for (const auto& [name, value, where] : node.given) {
+    if (!find_row(plugin, name) && is_of_mitsubas_working(parts.props.category(), name)) continue;
+    faults_.attempt([&] { parts.props.set(name, value, where); });
+  }
 }
 
 void Builder::add_value(const Node& child, const std::string& name, const PluginDescriptor& plugin,
@@ -352,6 +366,7 @@ std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_
   if (std::find(plugins_.begin(), plugins_.end(), name) == plugins_.end()) plugins_.push_back(name);
   add_default_children(props, plugin);
   auto object = registry_.create(props);
+  made_.push_back(name);
   if (const auto* const emitter = dynamic_cast<const Emitter*>(object.get())) {
     if (!emitter->is_surface()) check_no_attribute(*object, props.where());
   }

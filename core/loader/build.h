@@ -20,10 +20,6 @@ namespace kinome::loader {
 std::optional<Category> category_of_tag(const std::string& tag);
 /// Whether an object is of a plugin of Mitsuba's that isn't here.
 bool is_missing(const Node& node, const PluginRegistry& registry);
-/// Takes such objects out of a scene, or puts what Mitsuba has by default in their place, and adds a
-/// line for each to `left_out`.
-void leave_out_what_is_missing(Expansion& expansion, const PluginRegistry& registry,
-                               std::vector<std::string>& left_out);
 /// Rather than a value: objects, references to them, and what may have been meant as one.
 bool is_object(const Node& node);
 /// Made only where something refers to them: their files may be large.
@@ -45,6 +41,23 @@ class Builder {
   Scene::Contents scene(const Node& root);
   /// "category/name" of the plugins that objects were made of, in order, each once.
   const std::vector<std::string>& plugins() const { return plugins_; }
+  /// What an object of the scene is part of, and where it is referred to.
+  std::map<const Node*, std::vector<const Node*>> holders() const;
+  /// What a node is, or refers to; nullptr: nothing that is known.
+  const Node* resolved(const Node& node) const;
+  const Node* with_id(const std::string& id) const;
+  /// The value that the scene's text gives to an object's parameter; nullopt: none.
+  std::optional<Properties::Value> written(const Node& node, const Parameter& row);
+  /// What was made of a node; nullptr: nothing was.
+  std::shared_ptr<Object> made_of(const Node& node) const;
+  using Objects = std::unordered_map<const Node*, std::shared_ptr<Object>>;
+  const Objects& objects() const { return objects_; }
+  /// Goes back, or forgets: what isn't among these is made when it is next asked for.
+  void set_objects(Objects objects) { objects_ = std::move(objects); }
+  /// In place of the scene's integrator, whatever that is.
+  void set_integrator(const Node* node) { integrator_ = node; }
+  /// Those made since this was called last, as "category/name".
+  std::vector<std::string> take_made() { return std::exchange(made_, {}); }
   /// BSDFs and textures of the scene that were checked, but not made.
   const std::vector<Skipped>& skipped() const { return skipped_; }
 
@@ -60,6 +73,9 @@ class Builder {
 
   void collect_ids(const Node& node);
   const Node* target_of(const Node& ref);
+  std::string unaliased(std::string id) const;
+  void forget_scene();
+  void add_given(const Node& node, const PluginDescriptor& plugin, Parts& parts);
   std::shared_ptr<Object> make(const Node& node);
   const PluginDescriptor* find_plugin(const Node& node);
   void look_at_parts(const Node& node, const Maker& make);
@@ -76,7 +92,8 @@ class Builder {
   void add_default_children(Properties& props, const PluginDescriptor& plugin);
   void add_to_scene(const Node& child, const Node& target, const std::shared_ptr<Object>& object,
                     Scene::Contents& contents);
-  void set_parameter(const Node& child, Scene::Contents& contents);
+  void set_parameter(const std::string& name, const Properties::Value& value, const Location& where,
+                     Scene::Contents& contents);
   void complete_scene(const Location& where, Scene::Contents& contents);
   void complete_indirect_light(const Location& where, Scene::Contents& contents);
   std::shared_ptr<Object> default_sensor(const Location& where, const Scene::Contents& contents);
@@ -87,7 +104,9 @@ class Builder {
   PluginRegistry& registry_;
   Faults& faults_;
   std::map<std::string, const Node*> ids_;
-  std::unordered_map<const Node*, std::shared_ptr<Object>> objects_;
+  Objects objects_;
+  const Node* integrator_ = nullptr;
+  std::vector<std::string> made_;
   std::set<const Node*> under_way_;
   std::map<const void*, std::shared_ptr<const std::vector<std::string>>> folder_lists_;
   std::vector<std::string> plugins_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kinome/log.h"
 #include "kinome/mitsuba_plugins.h"
 #include "loader/build.h"
 
@@ -121,9 +122,17 @@ bool is_missing(const Node& node, const PluginRegistry& registry) {
   return std::find(names.begin(), names.end(), type->value) == names.end();
 }
 
-void leave_out_what_is_missing(Expansion& expansion, const PluginRegistry& registry,
-                               std::vector<std::string>& left_out) {
-  LeavingOut(registry, left_out).run(expansion);
+Expansion expand_scene(const std::string& text, const std::string& name, const LoadOptions& options,
+                       bool whole_scene, PluginRegistry& registry, RenderStats* stats,
+                       Faults& faults) {
+  Expansion expansion = expand(text, name, options, whole_scene, faults);
+  if (options.lenient) {
+    std::vector<std::string> left_out;
+    LeavingOut(registry, left_out).run(expansion);
+    for (const std::string& line : left_out) log_warn(line + " is left out");
+    if (stats) stats->left_out = left_out;
+  }
+  return expansion;
 }
 
 }  // namespace kinome::loader

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kinome/error.h"
+#include "kinome/object_description.h"
 #include "kinome/scene_loader.h"
 #include "loader/faults.h"
 
@@ -34,7 +35,10 @@ struct Node {
   /// It has a mistake, which is told: what it was to be, and whether some of it can still be looked
   /// at, is uncertain.
   bool is_broken = false;
+  /// Parameters that a program sets, in place of what the text says of them.
+  std::vector<ObjectDescription::Value> given = {};
 
+  bool is_given(std::string_view name) const;
   const Attribute* find(std::string_view name) const;
   Attribute* find(std::string_view name) {
     return const_cast<Attribute*>(std::as_const(*this).find(name));
@@ -90,6 +94,14 @@ struct Expansion {
 /// where the root is none.
 Expansion expand(const std::string& text, const std::string& name, const LoadOptions& options,
                  bool whole_scene, Faults& faults);
+
+/// The same of a scene file's text, or of what a program says, leniently where that is asked for:
+/// what is left out is logged, and goes to `stats`, which may be nullptr.
+Expansion expand_scene(const std::string& text, const std::string& name, const LoadOptions& options,
+                       bool whole_scene, PluginRegistry& registry, RenderStats* stats,
+                       Faults& faults);
+/// The nodes of what a program says.
+Node node_of(const ObjectDescription& said, Faults& faults);
 
 /// Working directory, -a, the scene's folder. (Mitsuba looks in its own installation between the
 /// first two, for data files that this program does not have.)

@@ -85,6 +85,13 @@ class Converter {
 
 }  // namespace
 
+bool Node::is_given(std::string_view name) const {
+  for (const ObjectDescription::Value& value : given) {
+    if (value.name == name) return true;
+  }
+  return false;
+}
+
 const Attribute* Node::find(std::string_view name) const {
   for (const Attribute& attribute : attributes) {
     if (attribute.name == name) return &attribute;

@@ -27,12 +27,32 @@ void Builder::check_unused(const Node& root) {
   }
 }
 
+/// What is of one scene alone, where several are made.
+void Builder::forget_scene() {
+  dark_lamps_ = 0;
+  checked_.clear();
+  named_by_unused_.clear();
+  in_scene_.clear();
+  top_emitters_.clear();
+  surface_emitters_.clear();
+  parameters_.clear();
+  skipped_.clear();
+}
+
 Scene::Contents Builder::scene(const Node& root) {
+  forget_scene();
   Scene::Contents contents;
+  if (integrator_) {
+    contents.integrator = std::dynamic_pointer_cast<Integrator>(object(*integrator_));
+  }
   std::map<std::string, Location> names;
   for (const Node& child : root.children) {
     if (!is_object(child)) {
-      if (!child.is_broken) faults_.attempt([&] { set_parameter(child, contents); });
+      if (child.is_broken) continue;
+      faults_.attempt([&] {
+        set_parameter(child.value("name"), convert(child, nullptr, *folders(child)), child.where,
+                      contents);
+      });
       continue;
     }
     if (const Attribute* name = child.find("name")) {
@@ -44,10 +64,15 @@ Scene::Contents Builder::scene(const Node& root) {
     }
     if (is_made_on_demand(child)) continue;
     const Node* const target = child.tag == "ref" ? target_of(child) : &child;
-    if (!target) continue;
+    if (!target || (integrator_ && target->tag == "integrator")) continue;
     if (const auto made = object(*target)) {
       faults_.attempt([&] { add_to_scene(child, *target, made, contents); });
     }
+  }
+  for (const auto& [name, value, where] : root.given) {
+    faults_.attempt([&, &name = name, &value = value, &where = where] {
+      set_parameter(name, value, where, contents);
+    });
   }
   check_unused(root);
   if (faults_.empty()) faults_.attempt([&] { complete_scene(root.where, contents); });
@@ -56,24 +81,23 @@ Scene::Contents Builder::scene(const Node& root) {
 
 /// The parameters that Mitsuba's scenes have: of ray tracing in Embree, and of accelerators that
 /// aren't used here.
-void Builder::set_parameter(const Node& child, Scene::Contents& contents) {
-  const std::string name = child.value("name");
+void Builder::set_parameter(const std::string& name, const Properties::Value& value,
+                            const Location& where, Scene::Contents& contents) {
   const bool is_of_others = name == "allow_thread_reordering" || name.rfind("kd_", 0) == 0;
   const bool is_robust = name == "embree_use_robust_intersections";
   if (!is_of_others && !is_robust) {
-    throw Error(child.where, "<scene> leaves unreferenced: '" + name + "'");
+    throw Error(where, "<scene> leaves unreferenced: '" + name + "'");
   }
-  if (const auto [other, is_new] = parameters_.emplace(name, child.where); !is_new) {
-    throw Error(child.where,
+  if (const auto [other, is_new] = parameters_.emplace(name, where); !is_new) {
+    throw Error(where,
                 "'" + name + "' is given twice (first at " + to_string(other->second) + ")");
   }
-  const Properties::Value value = convert(child, nullptr, *folders(child));
   if (is_of_others) {
-    log_info(Error(child.where, "'" + name + "' means nothing here, and is ignored").what());
+    log_info(Error(where, "'" + name + "' means nothing here, and is ignored").what());
   } else if (const bool* const robust = std::get_if<bool>(&value)) {
     contents.watertight = *robust;
   } else {
-    throw Error(child.where, "'" + name + "' must be a boolean");
+    throw Error(where, "'" + name + "' must be a boolean");
   }
 }
 

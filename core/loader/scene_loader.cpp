@@ -2,7 +2,6 @@
 
 #include <chrono>
 
-#include "kinome/log.h"
 #include "loader/build.h"
 
 namespace kinome {
@@ -22,13 +21,8 @@ void read(const std::string& text, const std::string& name, const LoadOptions& o
   loader::Faults faults;
   try {
     faults.attempt([&] {
-      loader::Expansion expansion = loader::expand(text, name, options, whole_scene, faults);
-      if (options.lenient) {
-        std::vector<std::string> left_out;
-        loader::leave_out_what_is_missing(expansion, registry, left_out);
-        for (const std::string& line : left_out) log_warn(line + " is left out");
-        if (stats) stats->left_out = left_out;
-      }
+      const loader::Expansion expansion =
+          loader::expand_scene(text, name, options, whole_scene, registry, stats, faults);
       loader::Builder builder(expansion, loader::base_folders(name, options), registry, faults);
       use(expansion, builder);
     });

@@ -30,6 +30,8 @@ const char* to_string(ParameterType type) {
       return "color texture";
     case ParameterType::kTransform:
       return "transform";
+    case ParameterType::kImage:
+      return "pixels";
     case ParameterType::kObject:
       return "object";
   }

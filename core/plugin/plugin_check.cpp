@@ -24,6 +24,12 @@ bool takes_textures(const Parameter& row) {
          (row.type == ParameterType::kObject && row.category == Category::kTexture);
 }
 
+bool has_pixels(const Properties& props) {
+  return std::any_of(props.entries().begin(), props.entries().end(), [](const auto& entry) {
+    return std::holds_alternative<std::shared_ptr<const Image>>(entry.second.value);
+  });
+}
+
 /// Whether a value without a name, or of a name that the plugin doesn't know, is meant for a
 /// parameter, most likely: it is not missing, too.
 bool is_there_by_another_name(const Parameter& row, const Properties& props,
@@ -143,6 +149,8 @@ std::vector<Error> check_parameters(const Properties& props, const PluginDescrip
   if (lost.anything) return faults;
   for (const Parameter& row : plugin.parameters) {
     if (!row.required || is_by_category(row) || props.has(row.name)) continue;
+    // A file that is needed may be given as its pixels.
+    if (row.type == ParameterType::kFile && has_pixels(props)) continue;
     if (lost.names.count(row.name) || is_there_by_another_name(row, props, plugin)) continue;
     faults.emplace_back(props.where(), plugin_title(props) + " needs parameter '" + row.name +
                                            "', " + describe(row.type));

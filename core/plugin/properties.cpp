@@ -183,6 +183,12 @@ std::shared_ptr<Texture> Properties::texture(const std::string& name) const {
   return make_uniform_texture(quantity == Quantity::kEmission ? as_light(*color) : c);
 }
 
+std::shared_ptr<const Image> Properties::image(const std::string& name) const {
+  const Entry* const entry = find(name);
+  if (!entry) return nullptr;
+  return get_as<std::shared_ptr<const Image>>(*this, name, entry->value, "an array of pixels");
+}
+
 int Properties::choice(const std::string& name, std::span<const char* const> choices) const {
   const std::string wanted = string(name);
   std::string list;

@@ -57,6 +57,7 @@ std::string describe(const Properties::Value& value) {
       return c.is_float ? "a float" : c.spectral ? "a spectrum" : "an rgb color";
     }
     std::string operator()(const Transform&) const { return "a transform"; }
+    std::string operator()(const std::shared_ptr<const Image>&) const { return "pixels"; }
     std::string operator()(const std::shared_ptr<Object>& object) const {
       const std::string name = to_string(category_of(*object));
       return (name[0] == 'e' || name[0] == 'i' ? "an " : "a ") + name;
@@ -82,6 +83,8 @@ std::string describe(ParameterType type) {
     case ParameterType::kUnitlessTexture:
     case ParameterType::kColorTexture:
       return "a texture, color or float";
+    case ParameterType::kImage:
+      return "an array of pixels";
     case ParameterType::kObject:
       return "an object";
     default:
@@ -112,6 +115,8 @@ bool accepts(ParameterType type, const Properties::Value& value) {
       return (takes_texture(type) && is_texture(value)) || as_uniform_color(value).has_value();
     case ParameterType::kTransform:
       return holds<Transform>(value);
+    case ParameterType::kImage:
+      return holds<std::shared_ptr<const Image>>(value);
     case ParameterType::kObject:
       return holds<std::shared_ptr<Object>>(value);
   }
@@ -153,6 +158,7 @@ Properties::Value parse_default(const Parameter& parameter) {
         return parse_vector_default(parameter.type, text);
       case ParameterType::kTransform:
         return parse_transform_default(text);
+      case ParameterType::kImage:
       case ParameterType::kObject:
         break;
     }

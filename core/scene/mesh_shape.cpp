@@ -157,6 +157,7 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
   // Stored normals are transformed as they are and still point outside; a mirrored triangle's
   // winding doesn't. Without stored normals the winding is all there is, and decides, as in
   // Mitsuba: a mirrored mesh is then turned inside out.
+  flip_normals_ = flip_normals;
   flip_geometric_normal_ = flip_normals;
   if (!mesh_.normals.empty() && to_world.flips_handedness()) {
     flip_geometric_normal_ = !flip_geometric_normal_;
@@ -171,27 +172,65 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
   for (const Vec3& p : mesh_.positions) {
     if (!is_finite(p)) fail("to_world moves a vertex beyond the range of float");
   }
+  measure();
+}
+
+std::function<void()> MeshShape::replace_mesh(TriangleMesh mesh, bool keep_normals,
+                                              const Location& where) {
+  if (const std::string fault = find_fault(mesh); !fault.empty()) throw Error(where, fault);
+  for (const MeshAttribute& attribute : mesh.attributes) {
+    const size_t places = attribute.is_of_faces() ? mesh.triangles.size() : mesh.positions.size();
+    if (attribute.values.size() == places * attribute.size) continue;
+    throw Error(where, "the attribute '" + attribute.name +
+                           "' that textures read has another number of " +
+                           (attribute.is_of_faces() ? "faces" : "vertices"));
+  }
+  const auto former = std::make_shared<TriangleMesh>(std::move(mesh_));
+  const auto put_back = [this, former, flips = flip_geometric_normal_] {
+    mesh_ = std::move(*former);
+    flip_geometric_normal_ = flips;
+    measure();
+  };
+  mesh_ = std::move(mesh);
+  if (keep_normals) {
+    for (Vec3& n : mesh_.normals) n = wide::formulas::safe_normalize(n, Vec3(0.f));
+  } else if (!mesh_.normals.empty()) {
+    mesh_.normals = angle_weighted_normals(mesh_);
+    if (flip_normals_) {
+      for (Vec3& n : mesh_.normals) n = -n;
+    }
+    flip_geometric_normal_ = flip_normals_;
+  }
+  measure();
+  return put_back;
+}
+
+/// What is known of the triangles once they are in their places.
+void MeshShape::measure() {
   double area = 0;
+  bounds_ = {};
   for (const glm::uvec3& triangle : mesh_.triangles) {
     area += triangle_area(mesh_, triangle);
     for (int i = 0; i < 3; ++i) bounds_.expand(mesh_.positions[triangle[i]]);
   }
   area_ = static_cast<float>(area);
   // Embree's loads and those of blocks are of 16 bytes.
-  for (std::vector<Vec3>* values : {&mesh_.positions, &mesh_.normals}) make_readable_beyond(*values);
+  make_readable_beyond(mesh_.positions);
+  make_readable_beyond(mesh_.normals);
+  by_area_ = std::make_unique<ByArea>();
 }
 
 const GridDistribution& MeshShape::by_area() const {
-  std::call_once(by_area_made_, [this] {
+  std::call_once(by_area_->made, [this] {
     std::vector<float> areas;
     areas.reserve(mesh_.triangles.size());
     for (const glm::uvec3& triangle : mesh_.triangles) {
       areas.push_back(static_cast<float>(triangle_area(mesh_, triangle)));
     }
     const auto count = static_cast<uint32_t>(areas.size());
-    by_area_ = GridDistribution(count, 1, std::move(areas));
+    by_area_->triangles = GridDistribution(count, 1, std::move(areas));
   });
-  return by_area_;
+  return by_area_->triangles;
 }
 
 SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {

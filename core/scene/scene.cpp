@@ -20,7 +20,8 @@ std::string describe(const Object& object, const char* kind, size_t index) {
 
 }  // namespace
 
-Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents)) {
+Scene::Scene(Contents contents, unsigned threads, const Scene* before)
+    : contents_(std::move(contents)) {
   replace_by_parts();
   std::vector<Emitter*> all;
   std::unordered_set<const Emitter*> known;
@@ -63,8 +64,13 @@ Scene::Scene(Contents contents, unsigned threads) : contents_(std::move(contents
     (emitter->is_indirect() ? indirect_emitters_ : emitters_).push_back(emitter);
   }
   check_bounces();
+  if (before && before->contents_.shapes == contents_.shapes &&
+      before->contents_.watertight == contents_.watertight) {
+    accelerator_ = before->accelerator_;
+    return;
+  }
   if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
-  accelerator_ = std::make_unique<Accelerator>(contents_, placed_, threads);
+  accelerator_ = std::make_shared<const Accelerator>(contents_, placed_, threads);
 }
 
 /// Parts may have parts, as a merge's instances have.

@@ -36,6 +36,11 @@ Shape::Shape(const Properties& props)
   }
 }
 
+void Shape::set_emitter(std::shared_ptr<Emitter> emitter) {
+  if (emitter && emitter->shape() != this) emitter->attach(*this);
+  emitter_ = std::move(emitter);
+}
+
 std::vector<std::string> Shape::wanted_attributes() const {
   std::vector<std::string> names;
   std::set<const Object*> known;  // a BSDF may be part of several

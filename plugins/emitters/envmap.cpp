@@ -34,6 +34,8 @@ constexpr Parameter kTable[] = {
      "The image, latitude-longitude: OpenEXR (its chromaticities, if any, are converted to "
      "Rec.709), PFM, or anything that OpenImageIO reads (HDR, PNG, JPEG, ...; of integers: sRGB).",
      true},
+    {"data", ParameterType::kImage, nullptr,
+     "Pixels that a program gives in place of the file: radiance, of one or three channels."},
     {"scale", ParameterType::kFloat, "1", "Factor of the image's radiance."},
     {"to_world", ParameterType::kTransform, "identity",
      "Rotation (or reflection) of the map. Unrotated, its upper row is +y and its centre column "
@@ -63,18 +65,22 @@ Image open_linear_image(const std::string& path, const Properties& props) {
   return image;
 }
 
-Image read_image(const std::string& path, const Properties& props) {
+/// Of the pixels that are given, or of the file `source`.
+Image read_image(const Location& source, const Properties& props) {
+  const std::string& path = source.file;
   const std::string extension = extension_of(path);
-  Image image = extension == ".exr"   ? read_exr(path)
+  const auto pixels = props.image("data");
+  Image image = pixels                ? *pixels
+                : extension == ".exr" ? read_exr(path)
                 : extension == ".pfm" ? read_pfm(path)
                                       : open_linear_image(path, props);
   const bool is_rgb = image.channel_count() >= 3 && image.channels[0] == "R" &&
                       image.channels[1] == "G" && image.channels[2] == "B";
   if (image.width < 1 || image.height < 1 || !(is_rgb || image.channel_count() == 1)) {
-    throw Error(Location{path}, "must have the channels R, G, B, or a single one");
+    throw Error(source, "must have the channels R, G, B, or a single one");
   }
   if (size_t(image.width) * size_t(image.height) > SphericalMap::kMostTexels) {
-    throw Error(Location{path}, "must have at most 2^28 texels");
+    throw Error(source, "must have at most 2^28 texels");
   }
   std::vector<std::string> unused;
   for (size_t c = is_rgb ? 3 : 1; c < image.channels.size(); ++c) {
@@ -85,7 +91,7 @@ Image read_image(const std::string& path, const Properties& props) {
 }
 
 /// Names the first texel that is no light, and counts those that are less than none.
-void check_texels(const Properties& props, const std::string& path, const Image& image,
+void check_texels(const Properties& props, const Location& source, const Image& image,
                   float scale) {
   constexpr float kTooMuch = 1e36f;  // sums of it must stay below the largest float
   const int channels = std::min(3, image.channel_count());
@@ -100,10 +106,10 @@ void check_texels(const Properties& props, const std::string& path, const Image&
         const std::string place = " at x = " + std::to_string(x) + ", y = " + std::to_string(y) +
                                   ", channel " + image.channels[c];
         if (std::isfinite(value)) {
-          throw Error(Location{path}, "has a texel that is too large" + place +
+          throw Error(source, "has a texel that is too large" + place +
                                           "; times 'scale', radiance must stay below 1e36");
         }
-        throw Error(Location{path}, "has a texel that is " +
+        throw Error(source, "has a texel that is " +
                                         std::string(std::isnan(value) ? "NaN" : "infinite") +
                                         place + "; radiance must be finite");
       }
@@ -111,7 +117,7 @@ void check_texels(const Properties& props, const std::string& path, const Image&
     }
   }
   if (negative > 0) {
-    props.warn("filename", "has " + std::to_string(negative) +
+    props.warn(props.has("data") ? "data" : "filename", "has " + std::to_string(negative) +
                                (negative == 1 ? " negative texel, which is kept"
                                               : " negative texels, which are kept"));
   }
@@ -126,10 +132,11 @@ float read_scale(const Properties& props) {
 }
 
 SphericalMap read_map(const Properties& props) {
-  const std::string path = props.file("filename");
-  const Image image = read_image(path, props);
+  const Location source = props.has("data") ? props.error("data", "").where()
+                                            : Location{props.file("filename"), 0, 0};
+  const Image image = read_image(source, props);
   const float scale = read_scale(props);
-  check_texels(props, path, image, scale);
+  check_texels(props, source, image, scale);
   return SphericalMap(image, scale, props.boolean("mis_compensation"));
 }
 

@@ -29,6 +29,8 @@ constexpr Parameter kParameters[] = {
      "OpenEXR (its chromaticities, if any, are converted to Rec.709), PFM, or anything that "
      "OpenImageIO reads (PNG, JPEG, TIFF, HDR, ...)",
      true},
+    {"data", ParameterType::kImage, nullptr,
+     "pixels that a program gives in place of the file: linear, of one or three channels"},
     {"filter_type", ParameterType::kString, "bilinear", "bilinear or nearest"},
     {"wrap_mode", ParameterType::kString, "repeat", "outside [0,1]: repeat, mirror or clamp"},
     {"raw", ParameterType::kBoolean, "false", "numbers, not colours: no sRGB decoding"},
@@ -44,7 +46,7 @@ constexpr const char* kWraps[] = {"repeat", "mirror", "clamp"};
 constexpr const char* kFormats[] = {"auto", "variant", "float16", "fp16", "uint8"};
 
 /// R, G, B or one channel of a float image.
-StoredImage pick_channels(const Image& image, const std::string& path) {
+StoredImage pick_channels(const Image& image, const Location& source) {
   const auto index = [&](const char* name) {
     const auto it = std::find(image.channels.begin(), image.channels.end(), name);
     return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
@@ -53,7 +55,7 @@ StoredImage pick_channels(const Image& image, const std::string& path) {
   if (picked[0] < 0 || picked[1] < 0 || picked[2] < 0) {
     const int grey = image.channel_count() == 1 ? 0 : index("Y");
     if (grey < 0) {
-      throw Error(Location{path}, "has no channels R, G, B, nor Y, nor a single one");
+      throw Error(source, "has no channels R, G, B, nor Y, nor a single one");
     }
     picked = {grey};
   }
@@ -62,7 +64,7 @@ StoredImage pick_channels(const Image& image, const std::string& path) {
     const bool is_picked = std::find(picked.begin(), picked.end(), c) != picked.end();
     if (!is_picked) unused.push_back("channel " + image.channels[static_cast<size_t>(c)]);
   }
-  log_unused(path, unused);
+  log_unused(source.file, unused);
   StoredImage stored;
   stored.width = image.width;
   stored.height = image.height;
@@ -82,10 +84,10 @@ StoredImage load_image(const std::string& path, const Properties& props) {
   std::array<char, 4> magic{};
   std::ifstream(path, std::ios::binary).read(magic.data(), magic.size());
   if (std::memcmp(magic.data(), "\x76\x2f\x31\x01", 4) == 0) {
-    return pick_channels(read_exr(path), path);
+    return pick_channels(read_exr(path), Location{path});
   }
   if (magic[0] == 'P' && (magic[1] == 'F' || magic[1] == 'f')) {
-    return pick_channels(read_pfm(path), path);
+    return pick_channels(read_pfm(path), Location{path});
   }
   return open_image(path, props);
 }
@@ -98,8 +100,10 @@ class Bitmap final : public Texture {
         to_uv_(props.transform("to_uv")) {
     props.choice("format", kFormats);
     const bool raw = props.boolean("raw");
-    const std::string path = props.file("filename");
-    image_ = load_image(path, props);
+    const std::shared_ptr<const Image> pixels = props.image("data");
+    const Location source =
+        pixels ? props.error("data", "").where() : Location{props.file("filename"), 0, 0};
+    image_ = pixels ? pick_channels(*pixels, source) : load_image(source.file, props);
     const bool decode = image_.is_encoded && !raw;
     for (size_t i = 0; i < decoded_.size(); ++i) {
       const float v = static_cast<float>(i) / 255;
@@ -110,7 +114,7 @@ class Bitmap final : public Texture {
         v = srgb_to_linear(v);
       }
     }
-    summarise(path, props);
+    summarise(source, props);
     // Three channels are read as four bytes.
     if (!image_.bytes.empty()) image_.bytes.insert(image_.bytes.end(), 3, 0);
   }
@@ -245,10 +249,10 @@ class Bitmap final : public Texture {
   }
 
   /// Mean and extremes; refuses texels that are no numbers, warns of negative ones.
-  void summarise(const std::string& path, const Properties& props) {
+  void summarise(const Location& source, const Properties& props) {
     Summary summary(image_.channels);
     if (image_.bytes.empty()) {
-      summarise_floats(path, summary);
+      summarise_floats(source, summary);
     } else {
       summarise_bytes(summary);
     }
@@ -260,7 +264,7 @@ class Bitmap final : public Texture {
       min_ = std::min(min_, summary.min[from]);
     }
     if (min_ < 0) {
-      props.warn("filename",
+      props.warn(props.has("data") ? "data" : "filename",
                  "has negative texels, which are kept: the smallest is " + std::to_string(min_));
     }
   }
@@ -278,7 +282,7 @@ class Bitmap final : public Texture {
     std::vector<float> min;
   };
 
-  void summarise_floats(const std::string& path, Summary& summary) const {
+  void summarise_floats(const Location& source, Summary& summary) const {
     const size_t channels = static_cast<size_t>(image_.channels);
     for (size_t i = 0; i < image_.floats.size(); i += channels) {
       for (size_t c = 0; c < channels; ++c) {
@@ -286,7 +290,7 @@ class Bitmap final : public Texture {
         if (!std::isfinite(v)) {
           const size_t texel = i / channels;
           const size_t width = static_cast<size_t>(image_.width);
-          throw Error(Location{path},
+          throw Error(source,
                       "has a NaN or infinite texel at x = " + std::to_string(texel % width) +
                           ", y = " + std::to_string(texel / width));
         }

@@ -21,6 +21,7 @@ enum class ParameterType {
   kUnitlessTexture,
   kColorTexture,
   kTransform,
+  kImage,   ///< pixels in memory, which no scene file can hold: see Properties::image
   kObject,  ///< a nested object of `category`, whatever name it has
 };
 KINOME_EXPORT const char* to_string(ParameterType type);

@@ -11,7 +11,7 @@
 #include "kinome/properties.h"
 
 /// Raised whenever a public header changes in a way that old binaries can't follow.
-#define KINOME_INTERFACE_VERSION 16
+#define KINOME_INTERFACE_VERSION 17
 
 #define KINOME_STRINGIFY_(x) #x
 #define KINOME_STRINGIFY(x) KINOME_STRINGIFY_(x)

@@ -14,6 +14,7 @@
 
 namespace kinome {
 
+struct Image;
 class Texture;
 
 /// A uniform colour or grey as the scene wrote it. `spectral` holds for <spectrum>, whose uniform
@@ -37,7 +38,7 @@ struct NamedNumber {
 class KINOME_EXPORT Properties {
  public:
   using Value = std::variant<bool, int64_t, double, std::string, Vec3, UniformColor, Transform,
-                             std::shared_ptr<Object>>;
+                             std::shared_ptr<const Image>, std::shared_ptr<Object>>;
   struct Entry {
     Value value;
     Location where;
@@ -80,6 +81,9 @@ class KINOME_EXPORT Properties {
   /// A <texture>, or a uniform value wrapped as one: where the parameter is an emission, as color()
   /// gives it. nullptr only where there is no default.
   std::shared_ptr<Texture> texture(const std::string& name) const;
+  /// Pixels that a program gives in place of a file, linear, of one or of three channels or more;
+  /// nullptr: it gives none.
+  std::shared_ptr<const Image> image(const std::string& name) const;
   /// The string parameter as an index into `choices`; an Error with a suggestion otherwise.
   int choice(const std::string& name, std::span<const char* const> choices) const;
 

@@ -32,7 +32,9 @@ class KINOME_EXPORT Scene {
     bool watertight = true;
   };
   /// Builds the acceleration structure with `threads` threads. Every shape must have its BSDF.
-  Scene(Contents contents, unsigned threads);
+  /// `before`: a scene whose structure is taken over if it is of the very same shapes, none of
+  /// which has changed its geometry since.
+  Scene(Contents contents, unsigned threads, const Scene* before = nullptr);
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
@@ -53,6 +55,11 @@ class KINOME_EXPORT Scene {
   const std::string& hash() const { return contents_.hash; }
   /// Of all shapes; empty for a scene without any.
   const Aabb& bounds() const { return bounds_; }
+
+  /// Whether it has the acceleration structure of another one.
+  bool shares_structure_with(const Scene& other) const {
+    return accelerator_ == other.accelerator_;
+  }
 
   /// Nearest hits of a batch. Adds the time inside Embree to `counters`; ray counts are the
   /// caller's business.
@@ -90,7 +97,7 @@ class KINOME_EXPORT Scene {
   const Emitter* environment_ = nullptr;
   bool has_surface_emitters_ = false;
   Aabb bounds_;
-  std::unique_ptr<Accelerator> accelerator_;
+  std::shared_ptr<const Accelerator> accelerator_;
 };
 
 }  // namespace kinome

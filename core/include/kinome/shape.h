@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -104,6 +105,9 @@ class KINOME_EXPORT Shape : public Object {
   const Bsdf& bsdf() const { return *bsdf_; }
   std::shared_ptr<Bsdf> bsdf_pointer() const { return bsdf_; }
   void set_bsdf(std::shared_ptr<Bsdf> bsdf) { bsdf_ = std::move(bsdf); }
+  /// Puts an emitter of surfaces, which no other shape has, in place of the one that it has. For
+  /// edits: not while anything is rendered, and nothing may ask the former one for its shape.
+  void set_emitter(std::shared_ptr<Emitter> emitter);
   const Emitter* emitter() const { return emitter_.get(); }
   std::shared_ptr<Emitter> emitter_pointer() const { return emitter_; }
   /// One that measures at this shape, or nullptr.
@@ -150,6 +154,13 @@ class KINOME_EXPORT MeshShape : public Shape {
   SurfaceInteraction sample_surface(const Vec2& u) const override;
   std::optional<AttributeArrays> attribute(const std::string& name) const override;
 
+  /// Puts other triangles, in world space, in place of its own. Where it has normals, these are
+  /// computed from the new positions unless `keep_normals`. For edits: not while anything is
+  /// rendered; a scene that has it must be built anew. An Error at `where`, and no change, where
+  /// arrays don't fit together; its attributes must still fit, too.
+  /// Returns what puts back those that it had.
+  std::function<void()> replace_mesh(TriangleMesh mesh, bool keep_normals, const Location& where);
+
  protected:
   explicit MeshShape(const Properties& props) : Shape(props) {}
   /// Validates (indices in range, at least one face, finite positions; Error at `filename` or at
@@ -167,12 +178,17 @@ class KINOME_EXPORT MeshShape : public Shape {
   TriangleMesh mesh_;
 
  private:
+  void measure();
   Aabb bounds_;
   float area_ = 0;
+  bool flip_normals_ = false;
   bool flip_geometric_normal_ = false;
   /// Made when the first sample is asked for, as few meshes are.
-  mutable std::once_flag by_area_made_;
-  mutable GridDistribution by_area_;
+  struct ByArea {
+    std::once_flag made;
+    GridDistribution triangles;
+  };
+  std::unique_ptr<ByArea> by_area_ = std::make_unique<ByArea>();
 };
 
 }  // namespace kinome

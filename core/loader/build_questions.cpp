@@ -1,0 +1,46 @@
+// What is asked of a scene's nodes and objects once it is built.
+
+#include <functional>
+
+#include "loader/build.h"
+#include "loader/convert.h"
+
+namespace kinome::loader {
+
+const Node* Builder::resolved(const Node& node) const {
+  return node.tag == "ref" ? with_id(node.value("id")) : &node;
+}
+
+const Node* Builder::with_id(const std::string& id) const {
+  const auto found = ids_.find(unaliased(id));
+  return found == ids_.end() ? nullptr : found->second;
+}
+
+std::optional<Properties::Value> Builder::written(const Node& node, const Parameter& row) {
+  for (const Node& child : node.children) {
+    if (!is_object(child) && child.value("name") == row.name) {
+      return convert(child, &row, *folders(child));
+    }
+  }
+  return std::nullopt;
+}
+
+std::map<const Node*, std::vector<const Node*>> Builder::holders() const {
+  std::map<const Node*, std::vector<const Node*>> all;
+  const std::function<void(const Node&)> look_at = [&](const Node& node) {
+    for (const Node& child : node.children) {
+      if (!is_object(child)) continue;
+      if (const Node* const part = resolved(child)) all[part].push_back(&node);
+      look_at(child);
+    }
+  };
+  look_at(expansion_.root);
+  return all;
+}
+
+std::shared_ptr<Object> Builder::made_of(const Node& node) const {
+  const auto found = objects_.find(&node);
+  return found == objects_.end() ? nullptr : found->second;
+}
+
+}  // namespace kinome::loader

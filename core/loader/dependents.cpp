@@ -1,0 +1,71 @@
+// What is to be made anew after an edit, and how a shape is given another material or light.
+
+#include <algorithm>
+
+#include "kinome/shape_group.h"
+#include "loader/edits.h"
+
+namespace kinome::loader {
+
+Dependents::Dependents(const Builder& builder) : builder_(builder), holders_(builder.holders()) {}
+
+/// Not what stands for several shapes in a scene, each with a BSDF of its own.
+bool Dependents::can_be_refitted(const Node& node) const {
+  const auto shape = std::dynamic_pointer_cast<const Shape>(builder_.made_of(node));
+  return shape && shape->parts().empty() && !std::dynamic_pointer_cast<const ShapeGroup>(shape);
+}
+
+void Dependents::add(const Node& node) {
+  if (node.tag == "scene" || !to_make_.insert(&node).second) return;
+  if (node.tag == "shape") {
+    // They know the one shape that they are part of.
+    for (const Node& child : node.children) {
+      const Node* const part = is_object(child) ? builder_.resolved(child) : nullptr;
+      if (part && (part->tag == "emitter" || part->tag == "sensor")) add(*part);
+    }
+  }
+  for (const Node* const holder : holders_[&node]) {
+    const bool is_fitting = node.tag == "bsdf" || node.tag == "emitter";
+    if (holder->tag == "shape" && is_fitting && can_be_refitted(*holder)) {
+      add_refitted(*holder);
+    } else {
+      add(*holder);
+    }
+  }
+}
+
+void Dependents::add_refitted(const Node& shape) {
+  if (!to_refit_.insert(&shape).second) return;
+  // Groups, and what is made of them, have taken over what it was.
+  for (const Node* const holder : holders_[&shape]) {
+    if (holder->tag == "shape") add(*holder);
+  }
+}
+
+std::function<void()> refit(Shape& shape, const Node& node, Builder& builder) {
+  const auto put_back = [&shape, bsdf = shape.bsdf_pointer(), emitter = shape.emitter_pointer(),
+                         plugin = shape.plugin(), nested = shape.nested()] {
+    shape.set_bsdf(bsdf);
+    shape.set_emitter(emitter);
+    shape.set_origin(plugin, nested);
+  };
+  std::vector<std::shared_ptr<const Object>> nested;
+  for (const Node& child : node.children) {
+    const Node* const part = is_object(child) ? builder.resolved(child) : nullptr;
+    const auto object = part ? builder.object(*part) : nullptr;
+    if (!object) continue;
+    nested.push_back(object);
+    if (const auto bsdf = std::dynamic_pointer_cast<Bsdf>(object)) shape.set_bsdf(bsdf);
+    if (const auto emitter = std::dynamic_pointer_cast<Emitter>(object)) shape.set_emitter(emitter);
+  }
+  shape.set_origin(shape.plugin(), std::move(nested));
+  const std::vector<std::string> wanted = shape.wanted_attributes();
+  if (std::all_of(wanted.begin(), wanted.end(),
+                  [&](const std::string& name) { return shape.attribute(name).has_value(); })) {
+    return put_back;
+  }
+  put_back();
+  return nullptr;
+}
+
+}  // namespace kinome::loader

@@ -1,0 +1,88 @@
+// A mesh's arrays as parameters.
+
+#include <cstring>
+
+#include "loader/edits.h"
+
+namespace kinome::loader {
+namespace {
+
+constexpr const char* kPositions = "vertex_positions";
+constexpr const char* kNormals = "vertex_normals";
+constexpr const char* kUvs = "vertex_texcoords";
+constexpr const char* kFaces = "faces";
+
+template <class Number, class Item>
+std::vector<Number> flat(const std::vector<Item>& items) {
+  std::vector<Number> numbers;
+  numbers.reserve(items.size() * Item::length());
+  for (const Item& item : items) {
+    for (glm::length_t i = 0; i < Item::length(); ++i) numbers.push_back(item[i]);
+  }
+  return numbers;
+}
+
+template <class Item, class Number>
+std::vector<Item> unflattened(const std::vector<Number>& numbers) {
+  std::vector<Item> items(numbers.size() / Item::length());
+  for (size_t i = 0; i < items.size() * Item::length(); ++i) {
+    items[i / Item::length()][static_cast<glm::length_t>(i % Item::length())] = numbers[i];
+  }
+  return items;
+}
+
+}  // namespace
+
+std::vector<const char*> mesh_arrays(const Object* shape) {
+  if (!dynamic_cast<const MeshShape*>(shape)) return {};
+  return {kPositions, kNormals, kUvs, kFaces};
+}
+
+EditedValue mesh_array(const Object& shape, const std::string& name) {
+  const TriangleMesh& mesh = *dynamic_cast<const MeshShape&>(shape).mesh();
+  if (name == kFaces) return flat<uint32_t>(mesh.triangles);
+  return name == kPositions ? flat<float>(mesh.positions)
+         : name == kNormals ? flat<float>(mesh.normals)
+                            : flat<float>(mesh.uvs);
+}
+
+void check_mesh_array(const std::string& name, const EditedValue& value, const Location& where) {
+  const bool is_of_faces = name == kFaces;
+  const size_t each = name == kUvs ? 2 : 3;
+  const auto* const floats = std::get_if<std::vector<float>>(&value);
+  const auto* const integers = std::get_if<std::vector<uint32_t>>(&value);
+  if (is_of_faces ? !integers : !floats) {
+    throw Error(where,
+                "'" + name + "' must be an array of " + (is_of_faces ? "indices" : "floats"));
+  }
+  const size_t size = floats ? floats->size() : integers->size();
+  if (size % each == 0) return;
+  throw Error(where, "'" + name + "' must have " + std::to_string(each) + " numbers for each " +
+                         (is_of_faces ? "face" : "vertex") + ", got " + std::to_string(size));
+}
+
+std::function<void()> edit_mesh(Object& shape, const MeshEdits& edits, const Location& where) {
+  auto& edited = dynamic_cast<MeshShape&>(shape);
+  TriangleMesh mesh = *edited.mesh();
+  bool has_normals = false;
+  for (const auto& [name, value] : edits) {
+    if (name == kFaces) {
+      mesh.triangles = unflattened<glm::uvec3>(std::get<std::vector<uint32_t>>(value));
+      continue;
+    }
+    const auto& floats = std::get<std::vector<float>>(value);
+    if (name == kPositions) mesh.positions = unflattened<Vec3>(floats);
+    if (name == kUvs) mesh.uvs = unflattened<Vec2>(floats);
+    if (name != kNormals) continue;
+    mesh.normals = unflattened<Vec3>(floats);
+    has_normals = true;
+  }
+  // Texture coordinates alone leave the normals as they are.
+  const bool is_same_shape = !edits.count(kPositions) && !edits.count(kFaces);
+  if (!has_normals && !is_same_shape && !mesh.normals.empty()) {
+    mesh.normals.resize(mesh.positions.size(), Vec3(0.f));
+  }
+  return edited.replace_mesh(std::move(mesh), has_normals || is_same_shape, where);
+}
+
+}  // namespace kinome::loader
