@@ -16,6 +16,10 @@ kinome_python=python3
 # What validation/kinome-compare and its tests need beside kinome_packages.
 kinome_compare_packages="python3-openimageio python3-scipy python3-matplotlib"
 
+# What the Python module needs beside kinome_packages; nanobind is not among Debian 12's.
+kinome_module_packages="python3-dev python3-venv"
+kinome_nanobind=nanobind==3.1.0
+
 # One question for all packages; those that are not fully installed, one a line.
 kinome_missing_packages() {
   # shellcheck disable=SC2086
@@ -50,6 +54,23 @@ kinome_install_packages() {
   # shellcheck disable=SC2086
   $as_root env DEBIAN_FRONTEND=noninteractive \
     apt-get install -q -y --no-install-recommends $missing
+}
+
+# A virtual environment with nanobind in the build folder, where python/CMakeLists.txt looks for it;
+# does nothing where it is there already. Where it can't be had, the module isn't built.
+kinome_python_environment() {
+  environment=$build/python-env
+  [ "$(cat "$environment/requirements.txt" 2>/dev/null)" != "$kinome_nanobind" ] || return 0
+  rm -rf "$environment"
+  mkdir -p "$build"
+  if "$kinome_python" -m venv "$environment" &&
+    "$environment/bin/pip" install -q --disable-pip-version-check "$kinome_nanobind"; then
+    echo "$kinome_nanobind" >"$environment/requirements.txt"
+    [ ! -f "$build/build.ninja" ] || cmake "$build"
+  else
+    rm -rf "$environment"
+    echo "$kinome_nanobind can't be installed: the Python module is left out" >&2
+  fi
 }
 
 # kinome_configure [CMAKE ARGUMENT...]: once a build folder, and again where KINOME_WERROR is asked

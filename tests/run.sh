@@ -64,6 +64,7 @@ done
 build=${KINOME_BUILD:-$root/build${sanitizer:+-$sanitizer}}
 . "$root/scenes/setup.sh"
 kinome_packages="$kinome_packages $kinome_report_packages $kinome_compare_packages"
+[ -n "$sanitizer" ] || kinome_packages="$kinome_packages $kinome_module_packages"
 
 finish() {
   echo "$1 passed, $2 failed"
@@ -146,6 +147,7 @@ fuzz() {
 
 [ "$sanitizer" != fuzz ] || kinome_packages="$kinome_packages clang libclang-rt-14-dev"
 require kinome_install_packages
+[ -n "$sanitizer" ] || kinome_python_environment
 require configure
 if [ -n "$stability" ]; then
   require ninja -C "$build" kinome_renderer kinome-stability

@@ -15,9 +15,17 @@ class ResampledSensor final : public Sensor {
   Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
     return sensor_.sample_ray(film_position, aperture);
   }
+  void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
+                        RayHit16* out) const override {
+    sensor_.sample_ray_block(film_position, aperture, count, out);
+  }
   bool needs_aperture_sample() const override { return sensor_.needs_aperture_sample(); }
   std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
     return sensor_.connect(p, aperture);
+  }
+  void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
+                     const ConnectionBlock& out) const override {
+    sensor_.connect_block(p, aperture, count, out);
   }
 
  private:

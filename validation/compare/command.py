@@ -7,6 +7,8 @@ import os
 import pathlib
 import sys
 
+import OpenImageIO  # noqa: F401: that there is none is told before anything else
+
 from .errors import Errors, flip
 from .images import FEWEST, BadInput, files_of, has_variance, load
 from .output import check, whole

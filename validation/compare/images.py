@@ -10,7 +10,6 @@ import os
 import pathlib
 
 import numpy as np
-import OpenImageIO as oiio
 
 from .noise import TILE, tile_sums
 
@@ -94,6 +93,7 @@ def refuse_repeated(names):
 
 def has_variance(path):
     """Does the file say so, by its channels? Without reading its pixels."""
+    import OpenImageIO as oiio  # pictures in memory need none
     source = oiio.ImageInput.open(str(path))
     if source is None:
         return False  # read() says why
@@ -113,6 +113,7 @@ class Picture:
 
 def read(path):
     """The Picture in an EXR or PFM file."""
+    import OpenImageIO as oiio
     source = oiio.ImageInput.open(str(path))
     if source is None:
         reason = oiio.geterror().splitlines() or ["unknown format"]
@@ -198,7 +199,11 @@ def shared_noise(path, picture, variance):
 def load_mean(path, renders):
     """An estimate that is stored as such: channels R, G, B, variance.R, …, perhaps tile_variance.R,
     …, and perhaps mask."""
-    picture = read(path)
+    return mean_of(path, read(path), renders)
+
+
+def mean_of(path, picture, renders):
+    """The same of a picture that was read; `path` is what it is called."""
     channels = picture.channels
     mean, variance = colour(path, channels), colour(path, channels, "variance.")
     if variance is None:

@@ -1,0 +1,71 @@
+"""Dicts in Mitsuba's form, as what the compiled module takes for an object of a scene."""
+import numpy as np
+
+from . import _kinome
+from ._errors import Error
+from ._values import to_core
+
+TAGS = ("bsdf", "emitter", "film", "integrator", "rfilter", "sampler", "sensor", "shape", "texture")
+
+
+def fail(where, message):
+    raise Error(f"{where}: {message}", message, where, 0, 0)
+
+
+def tag_of(plugin, name, where):
+    """The category of a plugin; where there are several of this name, the one that the object is
+    named after."""
+    known = _kinome.plugin_names()
+    found = [tag for tag in TAGS if plugin in known[tag]]
+    if name in found:
+        return name
+    if not found:
+        # The core says what there is instead, if it is told what was meant.
+        if name in TAGS:
+            return name
+        fail(where, f"there is no plugin '{plugin}'")
+    return found[0]
+
+
+def spectrum(said, where):
+    """The text that stands for it in XML."""
+    value = said.get("value")
+    if value is None:
+        wavelengths, values = said.get("wavelengths"), said.get("values")
+        if wavelengths is None or values is None:
+            fail(where, "a spectrum needs a 'value'")
+        value = list(zip(wavelengths, values))
+    if np.ndim(value) == 0:
+        return str(value)
+    return ", ".join(f"{float(at)!r}:{float(power)!r}" for at, power in value)
+
+
+def describe(said, name="", where="scene", tag=None):
+    """`name`: the key that it has in the dict around it; `tag`: what it must be, if known."""
+    if not isinstance(said, dict) or not isinstance(said.get("type"), str):
+        fail(where, "must be a dict with a 'type'")
+    plugin = said["type"]
+    is_scene = plugin == "scene"
+    tag = "scene" if is_scene else tag or tag_of(plugin, name, where)
+    values, parts = [], []
+    for key, value in said.items():
+        place = f"{where}.{key}"
+        if key in ("type", "id"):
+            continue
+        if not isinstance(value, dict):
+            is_pixels = key in ("data", "bitmap") and not isinstance(value, str)
+            values.append(("data" if is_pixels else key,
+                           to_core(value, key, place, said.get("raw", False)), place))
+            continue
+        kind = value.get("type")
+        if kind == "rgb":
+            values.append((key, ("rgb", np.broadcast_to(value["value"], 3).tolist()), place))
+        elif kind == "spectrum":
+            parts.append(("spectrum", spectrum(value, place), key, "", place, [], []))
+        elif kind == "ref":
+            parts.append(("ref", "", "" if is_scene else key, value["id"], place, [], []))
+        else:
+            part = describe(value, key, place)
+            # In a scene, keys are what others refer to.
+            parts.append((*part[:3], part[3] or key, *part[4:]) if is_scene else part)
+    return tag, "" if is_scene else plugin, name, said.get("id", ""), where, values, parts

@@ -1,0 +1,128 @@
+"""Scenes, their parameters, and renders of them."""
+import collections
+import collections.abc
+
+from . import _kinome
+from ._describe import describe
+from ._picture import Picture
+from ._values import to_core, to_python
+
+Parameter = collections.namedtuple("Parameter", "path type plugin doc")
+Parameter.__doc__ = "What can be set: its path, type, the plugin that it is of, and what it means."
+
+Changes = collections.namedtuple("Changes", "made refitted has_new_structure")
+Changes.__doc__ = """What an update made anew: plugins of the objects that were made, the number of
+shapes that were kept and got other triangles or another material or light, and whether the ray
+tracer's structure was built again."""
+
+
+class Scene:
+    """What load_file() and load_dict() give. Rendered by one thread of Python's at a time."""
+
+    def __init__(self, editor):
+        self._editor = editor
+
+
+def load_file(path, lenient=False, search_paths=(), **defines):
+    """A scene file, each $name in it being what is given for it: load_file("scene.xml", spp=64).
+
+    lenient: leave out what of Mitsuba's isn't here. search_paths: more folders for its files.
+    """
+    texts = {key: str(value).lower() if isinstance(value, bool) else str(value)
+             for key, value in defines.items()}
+    return Scene(_kinome.Editor(str(path), texts, [str(p) for p in search_paths], lenient))
+
+
+def load_dict(scene, search_paths=()):
+    """A scene as a dict in Mitsuba's form: {"type": "scene", "ball": {"type": "sphere"}, …}."""
+    return Scene(_kinome.Editor(describe(scene), [str(p) for p in search_paths]))
+
+
+def _integrator(integrator):
+    if integrator is None:
+        return None
+    said = {"type": integrator} if isinstance(integrator, str) else integrator
+    return describe(said, "", "integrator", "integrator")
+
+
+def render(scene, integrator=None, sensor=0, spp=None, seed=0, time=None, error=None, variance=None,
+           threads=0, progress=None, on_pass=None):
+    """Renders a scene into a Picture, a float32 array (height, width, channels).
+
+    integrator: another one than the scene's, its name or a dict. sensor: an index or an id. spp:
+    samples a pixel, in place of the scene's. time: seconds that the render may take; error: the
+    relMSE to reach, by its own estimate; both as the program has them, where the first to be
+    reached ends the render. variance: from how many independent parts (4 or more) the picture's
+    variance is to be estimated, which adds channels "variance". threads: 0 is one for each core.
+
+    progress(fraction) is called some twenty times a second; on_pass(picture, samples) after each
+    pass over the whole picture, of 1, 1, 2, 4, … samples a pixel (up to spp, or for `time`), with
+    what there is by then. Both are called by the thread that called render(); what they throw ends
+    the render. Ctrl-C ends it, too, and gives the picture as it is, with stats["complete"] False.
+    """
+    if on_pass is not None and (error is not None or variance is not None):
+        raise ValueError("on_pass goes with spp and time, not with error or variance")
+    for name, value in (("spp", spp), ("time", time), ("error", error)):
+        if value is not None and not value > 0:
+            raise ValueError(f"{name} must be positive, got {value!r}")
+    if variance is not None and variance < 4:
+        raise ValueError(f"variance must be 4 or more, got {variance!r}")
+    for_pass = None
+    if on_pass is not None:
+        def for_pass(array, channels, samples):
+            on_pass(Picture(array, channels, {"complete": False, "samples": samples, "seed": seed}),
+                    samples)
+    array, channels, stats = scene._editor.render(
+        _integrator(integrator), str(sensor), spp or 0, seed, time or 0., error or 0.,
+        variance or 0, threads, progress, for_pass)
+    return Picture(array, channels, stats)
+
+
+def inspect(scene, x, y, integrator=None, sensor=0, seed=0):
+    """Where the light samples of the pixel at x, y go: for each set of light points a dict of the
+    place that is lit ("position", "normal"), its "clusters" and its "samples" (lists of dicts)."""
+    return scene._editor.inspect(_integrator(integrator), str(sensor), x, y, seed)
+
+
+class SceneParameters(collections.abc.MutableMapping):
+    """The parameters of a scene by their paths. Setting one is noted; update() makes it so."""
+
+    def __init__(self, scene):
+        self._editor = scene._editor
+
+    def __getitem__(self, path):
+        return to_python(self._editor.get(path))
+
+    def __setitem__(self, path, value):
+        name = path.rpartition(".")[2]
+        self._editor.set(path, to_core(value, name, path))
+
+    def __delitem__(self, path):
+        raise TypeError("a scene's parameters can be set, not deleted")
+
+    def __iter__(self):
+        return (parameter.path for parameter in self.parameters())
+
+    def __len__(self):
+        return len(self.parameters())
+
+    def __repr__(self):
+        rows = [(p.path, p.type, p.plugin) for p in self.parameters()]
+        width = max((len(row[0]) for row in rows), default=0)
+        return "\n".join(f"{path:<{width}}  {kind}, of {plugin}" for path, kind, plugin in rows)
+
+    def parameters(self):
+        """All of them, with what is known of each."""
+        return [Parameter(*row) for row in self._editor.parameters()]
+
+    def update(self, values=None):
+        """Sets `values`, if any, then makes anew what depends on all that was set: a Changes. Where
+        that can't be, an Error, and the scene is as it was."""
+        for path, value in (values or {}).items():
+            self[path] = value
+        return Changes(*self._editor.update())
+
+
+def traverse(scene):
+    """The scene's parameters, to look at and to set."""
+    return SceneParameters(scene)

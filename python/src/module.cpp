@@ -1,0 +1,289 @@
+// The Python module kinome._kinome: what kinome/__init__.py is made of.
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <mutex>
+
+#include "kinome/inspection.h"
+#include "kinome/log.h"
+#include "rendering.h"
+#include "values.h"
+
+namespace kinome::python {
+namespace {
+
+/// kinome.Error, once it is known.
+nb::object& error_class() {
+  static nb::object* const found = new nb::object(nb::none());
+  return *found;
+}
+
+nb::object as_python(const Error& error) {
+  return error_class()(error.what(), error.message(), error.where().file, error.where().line,
+                       error.where().column);
+}
+
+void translate(const std::exception_ptr& thrown, void*) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const Error& error) {
+    nb::object all = as_python(error);
+    if (const auto* const errors = dynamic_cast<const Errors*>(&error)) {
+      nb::list list;
+      for (const Error& one : errors->all()) list.append(as_python(one));
+      all.attr("all") = list;
+    }
+    PyErr_SetObject(error_class().ptr(), all.ptr());
+  }
+}
+
+/// One of the process, as plugins are never unloaded. Used by whoever has the mutex.
+struct Plugins {
+  std::mutex mutex;
+  std::vector<std::string> folders;
+  std::unique_ptr<PluginRegistry> registry;
+  PluginRegistry& get() {
+    if (!registry) {
+      registry = std::make_unique<PluginRegistry>(PluginRegistry::default_folders(folders));
+    }
+    return *registry;
+  }
+};
+Plugins& plugins() {
+  static Plugins* const all = new Plugins;
+  return *all;
+}
+
+/// Waits for a mutex without the interpreter's lock, and keeps to that.
+class Turn {
+ public:
+  explicit Turn(std::mutex& mutex) : lock_(mutex) {}
+
+ private:
+  nb::gil_scoped_release release_;
+  std::lock_guard<std::mutex> lock_;
+};
+
+/// A scene that is rendered or edited by one thread at a time.
+class Editor {
+ public:
+  Editor(const std::string& path, const std::map<std::string, std::string>& defines,
+         const std::vector<std::string>& folders, bool lenient) {
+    const Turn turn(plugins().mutex);
+    editor_ = std::make_unique<SceneEditor>(
+        path, LoadOptions{.defines = defines, .search_paths = folders, .lenient = lenient},
+        plugins().get(), &stats_);
+  }
+  Editor(nb::handle description, const std::vector<std::string>& folders) {
+    const ObjectDescription said = to_description(description);
+    const Turn turn(plugins().mutex);
+    editor_ = std::make_unique<SceneEditor>(
+        said, LoadOptions{.defines = {}, .search_paths = folders}, plugins().get(), &stats_);
+  }
+
+  nb::list parameters() const {
+    nb::list all;
+    for (const SceneParameter& p : editor_->parameters()) {
+      all.append(nb::make_tuple(p.path, p.type, p.plugin, p.doc));
+    }
+    return all;
+  }
+  nb::object get(const std::string& path) const { return from_value(editor_->get(path)); }
+  void set(const std::string& path, nb::handle value) {
+    editor_->set(path, to_value(value, Location{path}));
+  }
+  nb::tuple update() {
+    const auto busy = take();
+    SceneChanges changes;
+    {
+      const Turn turn(plugins().mutex);
+      changes = editor_->update();
+    }
+    return nb::make_tuple(changes.made, changes.refitted, changes.has_new_structure);
+  }
+
+  /// (array, names of channels, statistics)
+  nb::tuple render(nb::object integrator, const std::string& sensor, uint32_t samples,
+                   uint64_t seed, double seconds, double rel_mse, uint32_t lanes, unsigned threads,
+                   nb::object progress, nb::object on_pass) {
+    const auto busy = take();
+    RenderRequest request{
+        scene_for(integrator), nullptr,           samples, seed, threads, seconds, rel_mse, lanes,
+        std::move(progress),   std::move(on_pass)};
+    request.sensor = &find_sensor(*request.scene, sensor);
+    RenderStats stats;
+    Image image = render_for_python(request, stats);
+    nb::dict told;
+    told["complete"] = stats.complete;
+    told["samples"] = stats.samples;
+    told["seed"] = seed;
+    told["seconds"] = stats.render_seconds;
+    told["threads"] = stats.threads;
+    told["non_finite_samples"] = stats.non_finite_samples;
+    told["relmse"] = stats.rel_mse >= 0 ? nb::cast(stats.rel_mse) : nb::object(nb::none());
+    told["renders"] = stats.renders;
+    told["variance_of_mean"] = stats.variance_of_mean;
+    const std::vector<std::string> channels = image.channels;
+    return nb::make_tuple(picture_array(std::move(image)), channels, told);
+  }
+
+  nb::list inspect(nb::object integrator, const std::string& sensor, float x, float y,
+                   uint64_t seed) {
+    const auto busy = take();
+    const auto scene = scene_for(integrator);
+    const Sensor& seen_by = find_sensor(*scene, sensor);
+    std::vector<Inspection> found;
+    {
+      const nb::gil_scoped_release release;
+      RenderContext context({.seed = seed});
+      const Integrator& used = scene->integrator();
+      seen_by.film().prepare(used.layers(), used.channels());
+      found = used.inspect(*scene, seen_by, context, Vec2(x, y));
+    }
+    nb::list all;
+    for (const Inspection& one : found) all.append(as_dict(one));
+    return all;
+  }
+
+ private:
+  std::unique_lock<std::mutex> take() {
+    std::unique_lock lock(busy_, std::try_to_lock);
+    if (!lock) throw Error("this scene is being rendered or updated by another thread");
+    return lock;
+  }
+
+  std::shared_ptr<const Scene> scene_for(nb::handle integrator) {
+    if (integrator.is_none()) return editor_->scene();
+    const ObjectDescription said = to_description(integrator);
+    const Turn turn(plugins().mutex);
+    return editor_->scene_with(said);
+  }
+
+  static const Sensor& find_sensor(const Scene& scene, const std::string& wanted) {
+    for (size_t i = 0; i < scene.sensors().size(); ++i) {
+      const Sensor& sensor = *scene.sensors()[i];
+      if (sensor.id() == wanted || std::to_string(i) == wanted) return sensor;
+    }
+    throw Error(Location{scene.file(), 0, 0}, "there is no sensor '" + wanted + "'");
+  }
+
+  static nb::dict as_dict(const Inspection& one) {
+    const auto triple = [](const Vec3& v) { return nb::make_tuple(v.x, v.y, v.z); };
+    nb::dict told;
+    told["kind"] = one.kind == LightPoints::Kind::kDistant ? "distant" : "local";
+    told["position"] = triple(one.position);
+    told["normal"] = triple(one.normal);
+    nb::list clusters, samples;
+    for (const InspectedCluster& c : one.clusters) {
+      nb::dict row;
+      row["lo"] = triple(c.box.lo), row["hi"] = triple(c.box.hi), row["mean"] = triple(c.mean);
+      row["points"] = c.points, row["light"] = c.light, row["brdf"] = c.brdf;
+      row["geometric"] = c.geometric, row["probability"] = c.probability;
+      row["samples"] = c.samples, row["hits"] = c.hits, row["visibility"] = c.visibility;
+      clusters.append(row);
+    }
+    for (const InspectedSample& s : one.samples) {
+      nb::dict row;
+      row["position"] = triple(s.position), row["weight"] = s.weight, row["visible"] = s.visible;
+      samples.append(row);
+    }
+    told["clusters"] = clusters;
+    told["samples"] = samples;
+    return told;
+  }
+
+  RenderStats stats_;
+  std::unique_ptr<SceneEditor> editor_;
+  std::mutex busy_;
+};
+
+nb::list list_plugins() {
+  nb::list all;
+  const std::lock_guard lock(plugins().mutex);
+  PluginRegistry& registry = plugins().get();
+  for (int i = 0; i < kCategoryCount; ++i) {
+    const auto category = static_cast<Category>(i);
+    for (const std::string& name : registry.names(category)) {
+      const PluginDescriptor& plugin = registry.find(category, name);
+      nb::list rows;
+      for (const Parameter& p : plugin.parameters) {
+        nb::dict row;
+        row["name"] = p.name;
+        row["type"] = p.type == ParameterType::kObject ? to_string(p.category) : to_string(p.type);
+        row["default"] =
+            p.default_value ? nb::object(nb::str(p.default_value)) : nb::object(nb::none());
+        row["doc"] = p.doc;
+        row["required"] = p.required;
+        rows.append(row);
+      }
+      nb::dict one;
+      one["category"] = to_string(category);
+      one["name"] = name;
+      one["doc"] = plugin.doc;
+      one["parameters"] = rows;
+      all.append(one);
+    }
+  }
+  return all;
+}
+
+nb::dict plugin_names() {
+  const std::lock_guard lock(plugins().mutex);
+  nb::dict all;
+  for (int i = 0; i < kCategoryCount; ++i) {
+    const auto category = static_cast<Category>(i);
+    all[to_string(category)] = plugins().get().names(category);
+  }
+  return all;
+}
+
+void write_picture(const std::string& path, nb::object array,
+                   const std::vector<std::string>& channels,
+                   const std::map<std::string, std::string>& header) {
+  const auto pixels = nb::cast<nb::ndarray<const float, nb::c_contig, nb::ndim<3>>>(array);
+  Image image{static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), channels,
+              std::vector<float>(pixels.data(), pixels.data() + pixels.size())};
+  const nb::gil_scoped_release release;
+  const auto ends_with = [&](const char* ending) { return path.ends_with(ending); };
+  if (ends_with(".png")) return kinome::write_png(path, image, 0);
+  if (ends_with(".pfm")) return kinome::write_pfm(path, image);
+  if (!ends_with(".exr")) throw Error(Location{path, 0, 0}, "must end in .exr, .pfm or .png");
+  write_exr(path, image, ExrNumber::kFloat, header);
+}
+
+}  // namespace
+}  // namespace kinome::python
+
+NB_MODULE(_kinome, m) {
+  namespace nb = nanobind;
+  using namespace nb::literals;
+  using namespace kinome::python;
+  nb::set_leak_warnings(false);
+  nb::register_exception_translator(translate);
+  m.def("set_up", [](nb::object error, const std::vector<std::string>& folders) {
+    error_class() = std::move(error);
+    plugins().folders = folders;
+    kinome::set_log_level(kinome::LogLevel::kWarn);
+  });
+  m.def("set_log_level",
+        [](int level) { kinome::set_log_level(static_cast<kinome::LogLevel>(level)); });
+  m.def("plugins", &list_plugins);
+  m.def("plugin_names", &plugin_names);
+  m.def("write_picture", &write_picture);
+  nb::class_<Editor>(m, "Editor")
+      .def(nb::init<const std::string&, const std::map<std::string, std::string>&,
+                    const std::vector<std::string>&, bool>())
+      .def(nb::init<nb::handle, const std::vector<std::string>&>())
+      .def("parameters", &Editor::parameters)
+      .def("get", &Editor::get)
+      .def("set", &Editor::set)
+      .def("update", &Editor::update)
+      .def("render", &Editor::render, "integrator"_a.none(), "sensor"_a, "samples"_a, "seed"_a,
+           "seconds"_a, "rel_mse"_a, "lanes"_a, "threads"_a, "progress"_a.none(),
+           "on_pass"_a.none())
+      .def("inspect", &Editor::inspect, "integrator"_a.none(), "sensor"_a, "x"_a, "y"_a, "seed"_a);
+}
