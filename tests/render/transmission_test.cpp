@@ -149,15 +149,20 @@ TEST(Transmission, ClusteredAgreesWithPaths) {
                          "y=\"1.6\"/>",
                          area_xml("9 6 3"))},
       {"sky", constant_xml("1 2 3")},
+      {"sky, from behind", constant_xml("1 2 3")},
       {"point", point_xml("0.5 1.5 0.5", "2 2 3")},
   };
   for (const auto& [light, light_xml] : lights) {
+    const std::string turn = std::string(light) == "sky, from behind" ? "180" : "0";
     for (const Material& m : materials_and_masks()) {
       // A floor no larger than what is seen: what bounces off it has enough light points.
       const std::string scene =
           shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>",
                     diffuse_xml("0.5")) +
-          shape_xml("rectangle", "<scale value=\"0.6\"/><translate y=\"0.4\" z=\"0.3\"/>", m.xml) +
+          shape_xml("rectangle",
+                    "<scale value=\"0.6\"/><rotate y=\"1\" angle=\"" + turn +
+                        "\"/><translate y=\"0.4\" z=\"0.3\"/>",
+                    m.xml) +
           shape_xml("sphere", "<scale value=\"0.3\"/><translate y=\"0.3\" z=\"-0.4\"/>",
                     diffuse_xml("0.8 0.4 0.2")) +
           light_xml +

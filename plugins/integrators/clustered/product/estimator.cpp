@@ -178,12 +178,12 @@ void Estimator::shoot_mirrored(uint64_t seed, Rgb& sum) {
   });
 }
 
-/// Where other lobes than deltas let light through, primaries go on as those of `path` do: all that
-/// is known of light is of what comes to one side.
+/// Where other lobes than deltas let light through, or the viewer is behind what does, as behind a pane,
+/// primaries go on as those of `path` do: all that is known of light is of what comes to one side.
 template <class SumOf>
 void Estimator::follow_paths(const Unit& unit, const SumOf& sum_of) {
   for (uint32_t i = unit.first; i < unit.end; ++i) {
-    if (!primaries_->hit(i) || !primaries_->shape(i).bsdf().scatters_through()) continue;
+    if (!primaries_->goes_on(i)) continue;
     if (!paths_) paths_.emplace(*scene_, light_.length, 0, nullptr);
     EyePaths::Begin path;
     path.ray = primaries_->last_part(i);

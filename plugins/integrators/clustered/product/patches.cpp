@@ -74,10 +74,8 @@ namespace {
 
 /// False where the ray met nothing that reflects toward it.
 bool reflects(const TilePrimaries& primaries, size_t i) {
-  if (!primaries.hit(i)) return false;
-  const Bsdf& bsdf = primaries.shape(i).bsdf();
-  if (bsdf.scatters_through()) return false;  // Estimator::follow_paths
-  const Lobe lobes = bsdf.lobes();
+  if (!primaries.hit(i) || primaries.goes_on(i)) return false;  // Estimator::follow_paths
+  const Lobe lobes = primaries.shape(i).bsdf().lobes();
   if (!any(lobes) || !(glm::dot(primaries.normal(i), primaries.viewer(i)) > 0)) return false;
   if (any(lobes & Lobe::kDelta) || !is_black(primaries.diffuse(i))) return true;
   const BsdfForm* const kind = primaries.form_kind(i);

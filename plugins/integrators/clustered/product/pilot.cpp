@@ -140,7 +140,7 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
     Point& point = point_of(i);
     prober.points[i].lit = &point.lit;
     prober.points[i].followed = &point.followed;
-    point.is_followed = primaries.hit(i) && primaries.shape(i).bsdf().scatters_through();
+    point.is_followed = primaries.goes_on(i);
   }
   for (Patch& patch : patches) patch.glossy = patch.eye_rays = 0;
   const auto index = static_cast<uint64_t>(tile.index);

@@ -111,6 +111,14 @@ class TilePrimaries {
     return end - all_->negative_of(x, y, end - first(pixel));
   }
   bool hit(size_t ray) const { return point(ray) >= 0; }
+  /// Whether the ray goes on from what it met as one of `path` does: where other lobes than deltas let
+  /// light through, or the viewer is behind what does, for light is known on the side of normal() alone.
+  bool goes_on(size_t ray) const {
+    if (!hit(ray)) return false;
+    const Bsdf& bsdf = shape(ray).bsdf();
+    return bsdf.scatters_through() ||
+           (bsdf.transmits() && !(glm::dot(normal(ray), viewer(ray)) > 0));
+  }
   /// Light that the ray sees itself.
   Rgb emitted(size_t ray) const {
     const size_t i = tile_->first_ray + ray;
