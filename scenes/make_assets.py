@@ -25,7 +25,8 @@ PHOTOGRAPH = {"hebe": "sunset.exr", "car": "courtyard.exr", "grace": "sunrise.ex
               "room": "sunset.exr", "vases": "studio.exr", "chess": "interior.exr",
               "cobbles": "night.exr", "reeds": "courtyard.exr", "sponge": "city.exr",
               "tree": "sunset.exr", "focus": "sunrise.exr", "hammered": "interior.exr",
-              "mirror": "city.exr", "noon": None, "lamps": None}
+              "mirror": "city.exr", "noon": None, "lamps": None,
+              "sunroom": "courtyard.exr", "kitchen": None}
 SCENES = tuple(PHOTOGRAPH)
 
 

@@ -21,7 +21,7 @@ import numpy as np
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from compare.images import colour, read  # noqa: E402
 from program import ROOT, commit, machine, run_kinome  # noqa: E402
-from suite.tables import AREA, BOUNCE, SCENES, TOGETHER  # noqa: E402
+from suite.tables import AREA, BOUNCE, DEEP, SCENES, TOGETHER  # noqa: E402
 
 PARTS = {"all": {}, "no control variate": {"control_variate": "false"},
          "rays not by sigma": {"learned_sigma": "false"}, "not adaptive": {"adaptive": "false"},
@@ -59,6 +59,8 @@ def rivals(scene):
     """What product sampling stands against, of our own."""
     if scene.group in (BOUNCE, TOGETHER):
         return ("path", "ptracer")
+    if scene.group == DEEP:
+        return ("path",)
     return ("direct",)
 
 

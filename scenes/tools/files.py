@@ -1,4 +1,4 @@
-"""Writers: PLY, OBJ, GLB meshes, PNG and PFM images. The same input gives the same bytes."""
+"""Writers: PLY, OBJ, GLB meshes, PNG and PFM images, XML. The same input gives the same bytes."""
 
 import json
 import struct
@@ -32,6 +32,11 @@ def write_plys(folder, meshes):
     for name, mesh in meshes.items():
         write_ply(folder / f"{name}.ply", mesh)
     return sum(len(mesh["faces"]) for mesh in meshes.values())
+
+
+def scene_xml(elements):
+    """The text of a file to be included, of elements that are text."""
+    return '<scene version="3.0.0">\n' + "\n".join(elements) + "\n</scene>\n"
 
 
 def write_obj(path, mesh):

@@ -23,10 +23,6 @@ def places(count):
     return position, colour, 60 * (other[:, 2] - 0.5)
 
 
-def xml(elements):
-    return '<scene version="3.0.0">\n' + "\n".join(elements) + "\n</scene>\n"
-
-
 def area_lights(count):
     """Squares that cover a two-hundredth of the hall together, each tilted its own way."""
     side = 2 * HALF * np.sqrt(1 / 200 / count)
@@ -81,15 +77,15 @@ def make(folder, scale):
     """Writes the files; returns the number of triangles of the mesh."""
     for name, count, kind in (*((f"area{n}", n, area_lights) for n in AREA_LIGHTS),
                               *((f"spot{n}", n, spots) for n in SPOTS)):
-        (folder / f"{name}.xml").write_text(xml(kind(max(2, int(count / scale)))),
+        (folder / f"{name}.xml").write_text(files.scene_xml(kind(max(2, int(count / scale)))),
                                             encoding="ascii")
     mesh, image = glowing_mesh(max(4, int(QUADS / scale)))
     files.write_ply(folder / "glow.ply", mesh)
     files.write_pfm(folder / "glow.pfm", image)
-    (folder / "mesh.xml").write_text(xml([
+    (folder / "mesh.xml").write_text(files.scene_xml([
         '<shape type="ply"><string name="filename" value="glow.ply"/><emitter type="area">'
         '<texture type="bitmap" name="radiance"><string name="filename" value="glow.pfm"/>'
         '<string name="filter_type" value="nearest"/><boolean name="raw" value="true"/></texture>'
         '</emitter></shape>']), encoding="ascii")
-    (folder / "pillars.xml").write_text(xml(pillars()), encoding="ascii")
+    (folder / "pillars.xml").write_text(files.scene_xml(pillars()), encoding="ascii")
     return len(mesh["faces"])

@@ -1,5 +1,6 @@
-"""Renders the scenes of validation/scenes, and compares them with Mitsuba's pictures of the same
-files, which are in validation/references with a note each of how they were made.
+"""Renders the scenes of validation/scenes, and two of scenes whose meshes are made first, and compares
+them with Mitsuba's pictures of the same files, which are in validation/references with a note each of how
+they were made.
 
 One tenth of the false-alarm rate that kinome-compare has by itself, as there are many scenes. The
 seeds are fixed: what passes keeps passing until something changes.
@@ -21,9 +22,12 @@ from compare import compare, load  # noqa: E402
 
 KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
 SCENES = sorted((ROOT / "validation/scenes").glob("*.xml"))
+# Small pictures of these: the definitions are those of their references.
+WITH_ASSETS = [ROOT / f"scenes/{name}/scene.xml" for name in ("kitchen", "sunroom")]
 REFERENCES = ROOT / "validation/references"
 RENDERS = 16
 SAMPLES = 16
+SAMPLES_WITH_ASSETS = 64
 ALPHA = 0.001
 
 
@@ -42,28 +46,32 @@ def render(scene, folder, arguments, samples):
     return load(folder / "*.exr")
 
 
+def name_of(scene):
+    return scene.parent.name if scene in WITH_ASSETS else scene.stem
+
+
 def note_of(scene):
-    return json.loads((REFERENCES / f"{scene.stem}.json").read_text(encoding="utf-8"))
+    return json.loads((REFERENCES / f"{name_of(scene)}.json").read_text(encoding="utf-8"))
 
 
 class References(unittest.TestCase):
     def test_every_scene_has_a_reference_of_its_present_text(self):
         self.assertGreaterEqual(len(SCENES), 12)
-        self.assertEqual([s.stem for s in SCENES],
+        self.assertEqual(sorted(map(name_of, SCENES + WITH_ASSETS)),
                          sorted(p.stem for p in REFERENCES.glob("*.exr")))
-        for scene in SCENES:
+        for scene in SCENES + WITH_ASSETS:
             note = note_of(scene)
             self.assertEqual(note["scene_sha256"], hashlib.sha256(scene.read_bytes()).hexdigest(),
                              f"{scene.name} has changed: run validation/references/make.py")
             self.assertGreaterEqual(note["seeds"], 16)
 
     def check(self, scene, *arguments, samples=SAMPLES):
-        with self.subTest(scene=scene.stem), tempfile.TemporaryDirectory() as folder:
+        with self.subTest(scene=name_of(scene)), tempfile.TemporaryDirectory() as folder:
             verdict = compare(render(scene, pathlib.Path(folder), arguments, samples),
-                              load(REFERENCES / f"{scene.stem}.exr"), ALPHA)
+                              load(REFERENCES / f"{name_of(scene)}.exr"), ALPHA)
             lines = [f"{'pass' if t.passed else 'FAIL'} {t.name}: p = {t.p:.3g}, {t.failed} of "
                      f"{t.values}, finds {t.detectable:.3%}; {t.worst}" for t in verdict.tests]
-            print(scene.stem, *arguments, *lines, *verdict.notes, sep="\n  ")
+            print(name_of(scene), *arguments, *lines, *verdict.notes, sep="\n  ")
             self.assertTrue(verdict.passed, "\n".join(lines))
 
     def test_every_scene_agrees(self):
@@ -78,6 +86,20 @@ class References(unittest.TestCase):
         for scene in by_path:
             samples = 8 * SAMPLES if scene.stem == "cornell" else SAMPLES
             self.check(scene, "-D", "integrator=clustered", samples=samples)
+
+    def test_scenes_with_assets_agree(self):
+        """Daylight through panes, which no light sample reaches, and a thousand lamps: more samples than
+        elsewhere, so that the variances tell enough of rare light."""
+        with tempfile.TemporaryDirectory() as made:
+            names = [name_of(scene) for scene in WITH_ASSETS]
+            subprocess.run([sys.executable, ROOT / "scenes/make_assets.py", "--output", made, *names],
+                           check=True, stdout=subprocess.DEVNULL)
+            for scene in WITH_ASSETS:
+                defines = note_of(scene)["defines"]
+                size = [f"{key}={defines[key]}" for key in ("width", "height")]
+                for integrator in ("path", "clustered"):
+                    self.check(scene, "-a", f"{made}/{name_of(scene)}", "-D", size[0], "-D", size[1],
+                               "-D", f"integrator={integrator}", samples=SAMPLES_WITH_ASSETS)
 
 
 if __name__ == "__main__":

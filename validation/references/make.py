@@ -4,7 +4,8 @@
 
 For each scene NAME.xml it writes NAME.exr (channels R, G, B of the mean and variance.R, variance.G,
 variance.B of the mean's variance; `mask` is 1 where a pixel has no value) and NAME.json (how it was
-made). kinome-compare reads the pair. Nothing is done for a scene whose reference is up to date.
+made); a scene of ../../scenes, NAME/scene.xml, is called NAME, too. kinome-compare reads the pair.
+Nothing is done for a scene whose reference is up to date.
 
 PYTHON has the package mitsuba 3.9.1 (python3 -m venv v && v/bin/pip install mitsuba==3.9.1 numpy).
 """
@@ -65,6 +66,11 @@ def in_mitsubas_python(python):
     except OSError as reason:
         print(f"make.py: {python}: {reason.strerror}", file=sys.stderr)
         return 1
+
+
+def name_of(scene):
+    """What its reference is called."""
+    return scene.resolve().parent.name if scene.stem == "scene" else scene.stem
 
 
 def wanted(scene, options, variant):
@@ -144,7 +150,7 @@ def main():
     options.output.mkdir(parents=True, exist_ok=True)
     failed = 0
     for scene in map(pathlib.Path, options.scenes):
-        picture, note = (options.output / (scene.stem + end) for end in (".exr", ".json"))
+        picture, note = (options.output / (name_of(scene) + end) for end in (".exr", ".json"))
         try:
             wish = wanted(scene, options, variant)
             if not options.force and is_current(picture, note, wish):

@@ -32,7 +32,7 @@ def parse(arguments=None):
                                      allow_abbrev=False)
     parser.add_argument("words", nargs="*", metavar="MODE, PART or SCENE",
                         help=f"first a mode ({', '.join(WORDS)}), then scenes or groups of them "
-                             f"({', '.join(GROUP_WORDS)}; {ALL_WORD}: all 26), of engine also "
+                             f"({', '.join(GROUP_WORDS)}; {ALL_WORD}: all 28), of engine also "
                              f"parts ({', '.join(ENGINE_PARTS)}); default: all modes but engine "
                              "and maps, all parts, and all scenes but those that are made for "
                              "asking (maps: six)")

@@ -20,7 +20,7 @@ from .peers import Unavailable, configurations
 from .problems import Problem
 from .schedule import Clock, Schedule
 from .store import digest, hash_of_files
-from .tables import BIASED_SAMPLERS, BOUNCE, METHODS, ROOT, THREADS
+from .tables import BIASED_SAMPLERS, BOUNCE, DEEP, METHODS, ROOT, THREADS
 from .truth import own_error
 
 FINALISTS = 2  # the least number of Mitsuba's configurations that are measured in full
@@ -61,7 +61,7 @@ class Benchmark:
         tried = self.search(scene, size, truth)
         clock.lap("search")
         finalists = analysis.finalists(tried, FINALISTS,
-                                       BIASED_SAMPLERS if scene.group == BOUNCE else ())
+                                       BIASED_SAMPLERS if scene.group in (BOUNCE, DEEP) else ())
         with contextlib.ExitStack() as ending:
             renderers = self.renderers(scene, size, finalists, truth, ending)
             curves = self.compete(scene, renderers, truth)

@@ -11,9 +11,10 @@ PLAIN = "nothing to learn"
 HARD = "hard"
 AREA = "area lights"
 TOGETHER = "sky and lamps"
+DEEP = "any number of bounces"
 # Words of the command line that stand for all scenes of a group.
 GROUP_WORDS = {"environment": ENVIRONMENT, "hard": HARD, "bounce": BOUNCE, "plain": PLAIN,
-               "area": AREA, "together": TOGETHER}
+               "area": AREA, "together": TOGETHER, "deep": DEEP}
 ALL_WORD = "all"  # all scenes of SCENES
 
 
@@ -81,6 +82,10 @@ SCENES = (
           asked=True),
     Scene("evening", "validation/scenes/benchmark/evening.xml", TOGETHER, (96, 72), "path",
           ("path", "ptracer"), asked=True),
+    Scene("sunroom", "scenes/sunroom/scene.xml", DEEP, (96, 72), "path", ("path",), envmap=True,
+          asked=True, timed_share=1),
+    Scene("kitchen", "scenes/kitchen/scene.xml", DEEP, (96, 72), "path", ("path",), asked=True,
+          timed_share=1),
 )
 
 
@@ -157,7 +162,7 @@ METHODS = (
     Method("direct", {"integrator": "direct"}, "mitsuba", (ENVIRONMENT, HARD, PLAIN, AREA), FAST),
     Method("direct, compensated", {"integrator": "direct", "mis_compensation": "true"}, "mitsuba",
            (ENVIRONMENT, HARD, PLAIN), FAST),
-    Method("path", {"integrator": "path"}, "mitsuba", (*ALL, HARD, AREA, TOGETHER), FAST),
+    Method("path", {"integrator": "path"}, "mitsuba", (*ALL, HARD, AREA, TOGETHER, DEEP), FAST),
     Method("ptracer", {"integrator": "ptracer"}, "mitsuba", (BOUNCE, TOGETHER), FAST,
            check_factor=4),
     Method("clustered joint", CLUSTERED | {"importance": "joint"}, "groundtruth", ALL, SLOW),
@@ -165,7 +170,7 @@ METHODS = (
            SLOW),
     Method("clustered brdf", CLUSTERED | {"importance": "brdf"}, "groundtruth", ALL, SLOW),
     Method("clustered product", {"integrator": "clustered", "importance": "product"}, "mitsuba",
-           (*ALL, HARD, AREA, TOGETHER), FAST[:-1], any_light=True, claimed=True),
+           (*ALL, HARD, AREA, TOGETHER, DEEP), FAST[:-1], any_light=True, claimed=True),
 )
 
 @dataclasses.dataclass(frozen=True)

@@ -26,7 +26,7 @@ class References:
         name = (f"{scene.name}-{size[0]}x{size[1]}-{scene.truth}-"
                 f"{'compensated-' if scene.truth_compensated else ''}{samples}x{seeds}-"
                 f"{scene_hash(scene.path)}")
-        return self.folder / name / f"{scene.path.stem}.exr"
+        return self.folder / name / f"{scene.name}.exr"
 
     def samples_and_seeds(self, scene, timed):
         """Where a picture is timed, tables.Scene.timed_share of what it takes to compare one."""
