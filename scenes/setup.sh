@@ -18,7 +18,7 @@ kinome_compare_packages="python3-openimageio python3-scipy python3-matplotlib"
 
 # What the Python module needs beside kinome_packages; nanobind is not among Debian 12's.
 kinome_module_packages="python3-dev python3-venv"
-kinome_nanobind=nanobind==3.1.0
+kinome_module_requirements="nanobind==3.1.0 scikit-build-core==1.1.2"
 
 # One question for all packages; those that are not fully installed, one a line.
 kinome_missing_packages() {
@@ -56,20 +56,23 @@ kinome_install_packages() {
     apt-get install -q -y --no-install-recommends $missing
 }
 
-# A virtual environment with nanobind in the build folder, where python/CMakeLists.txt looks for it;
-# does nothing where it is there already. Where it can't be had, the module isn't built.
+# A virtual environment in the build folder with what the module is built by, where
+# python/CMakeLists.txt looks for it; does nothing where it is there already. Where it can't be had,
+# the module isn't built.
 kinome_python_environment() {
   environment=$build/python-env
-  [ "$(cat "$environment/requirements.txt" 2>/dev/null)" != "$kinome_nanobind" ] || return 0
+  [ "$(cat "$environment/requirements.txt" 2>/dev/null)" != "$kinome_module_requirements" ] ||
+    return 0
   rm -rf "$environment"
   mkdir -p "$build"
-  if "$kinome_python" -m venv "$environment" &&
-    "$environment/bin/pip" install -q --disable-pip-version-check "$kinome_nanobind"; then
-    echo "$kinome_nanobind" >"$environment/requirements.txt"
+  # shellcheck disable=SC2086
+  if "$kinome_python" -m venv --system-site-packages "$environment" &&
+    "$environment/bin/pip" install -q --disable-pip-version-check $kinome_module_requirements; then
+    echo "$kinome_module_requirements" >"$environment/requirements.txt"
     [ ! -f "$build/build.ninja" ] || cmake "$build"
   else
     rm -rf "$environment"
-    echo "$kinome_nanobind can't be installed: the Python module is left out" >&2
+    echo "The Python module is left out: it needs $kinome_module_requirements" >&2
   fi
 }
 

@@ -13,9 +13,9 @@ from . import _kinome
 from ._errors import Error
 
 _here = _pathlib.Path(__file__).absolute().parent
-# In a build folder; an installed library finds its own.
-_folder = _here.parent.parent / "plugins"
-_kinome.set_up(Error, [str(_folder)] if (_folder / "bsdf").is_dir() else [])
+# Of a wheel, or of a build folder.
+_folders = [_here / "lib/kinome/plugins", _here.parent.parent / "plugins"]
+_kinome.set_up(Error, [str(_folder) for _folder in _folders if (_folder / "bsdf").is_dir()])
 
 from ._compare import compare  # noqa: E402
 from ._picture import Picture  # noqa: E402

@@ -1,0 +1,89 @@
+"""The wheel and the sdist: made of the build folder KINOME_BUILD, in which all is compiled already,
+installed where there is nothing else, and used there."""
+import os
+import pathlib
+import subprocess
+import sys
+import tarfile
+import tempfile
+import unittest
+import zipfile
+
+from scikit_build_core import build
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ["KINOME_BUILD"])
+
+
+class WheelTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(ROOT)
+
+    def run_program(self, *command, **options):
+        result = subprocess.run([str(word) for word in command], capture_output=True, text=True,
+                                check=False, **options)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return result.stdout
+
+    def test_wheel_is_whole(self):
+        module = next((BUILD / "python/kinome").glob("_kinome*.so"))
+        library = (BUILD / "lib/libkinome.so").resolve()
+        # Whoever uses the build folder next is to find it as it was.
+        self.addCleanup(self.run_program, "cmake", "-U", "SKBUILD*", "-U", "CMAKE_INSTALL_PREFIX",
+                        "-U", "Python_EXECUTABLE", BUILD)
+        before = module.stat().st_mtime_ns, library.stat().st_mtime_ns
+        name = build.build_wheel(str(self.folder), {
+            "build-dir": str(BUILD), "cmake.define.KINOME_BUILD_TESTS": "ON"})
+        self.assertEqual((module.stat().st_mtime_ns, library.stat().st_mtime_ns), before,
+                         "something was compiled again")
+        with zipfile.ZipFile(self.folder / name) as wheel:
+            files = wheel.namelist()
+        for file in ("kinome/__init__.py", "kinome/py.typed", "kinome/bin/kinome",
+                     "kinome/lib/libkinome.so.0", "kinome/lib/kinome/plugins/bsdf/diffuse.so",
+                     "kinome/lib/kinome/python/compare/verdict.py"):
+            self.assertIn(file, files)
+        self.assertFalse([file for file in files if "/include/" in file])
+
+        # With Debian's numpy and no more of what is on this machine than that.
+        self.run_program("/usr/bin/python3", "-m", "venv", "--system-site-packages",
+                         self.folder / "clean")
+        python = self.folder / "clean/bin/python"
+        self.run_program(python, "-m", "pip", "install", "--no-deps", "--no-index",
+                         "--disable-pip-version-check", self.folder / name)
+        clean = {key: value for key, value in os.environ.items()
+                 if key not in ("PYTHONPATH", "KINOME_PLUGIN_PATH")}
+        # Every test of the module, by the one that is installed.
+        self.run_program(python, ROOT / "tests/python/module_test.py", cwd=self.folder,
+                         env={**clean, "KINOME_PACKAGE": "installed"})
+        used = self.run_program(python, "-c", "import kinome; print(kinome.__file__)",
+                                cwd=self.folder, env=clean)
+        self.assertTrue(used.startswith(str(self.folder)), used)
+        version = self.run_program(python, "-m", "kinome", "--version", cwd=self.folder, env=clean)
+        self.assertIn("0.1.0", version)
+
+    def test_sdist_has_all_sources(self):
+        name = build.build_sdist(str(self.folder))
+        with tarfile.open(self.folder / name) as archive:
+            archive.extractall(self.folder)
+        source = self.folder / name.removesuffix(".tar.gz")
+        self.run_program("cmake", "-G", "Ninja", "-S", source, "-B", self.folder / "build",
+                         "-DKINOME_BUILD_TESTS=OFF", "-DKINOME_PYTHON_MODULE=ON",
+                         f"-Dnanobind_DIR={self.nanobind()}")
+        # CMake has looked for each source that is named; headers nobody names.
+        for folder in ("core", "plugins", "python", "validation/compare"):
+            for file in (ROOT / folder).rglob("*"):
+                if file.is_file() and "__pycache__" not in file.parts:
+                    self.assertTrue((source / file.relative_to(ROOT)).is_file(), file)
+
+    @staticmethod
+    def nanobind():
+        import nanobind
+        return nanobind.cmake_dir()
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main())
