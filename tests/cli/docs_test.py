@@ -1,60 +1,19 @@
 """Links of all Markdown in the repository lead somewhere: to a file or folder that is in it, and to a
-heading of that page."""
+heading of that page. So do those of the site's pages, as docs/site collects them; MkDocs isn't needed.
+"""
 import pathlib
 import re
-import subprocess
+import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(([^()\s]+)\)")
-CODE = re.compile(r"^```.*?^```$|`[^`\n]*`", re.DOTALL | re.MULTILINE)
-
-
-def pages(root):
-    """Of a clone, what git knows; of a copy without git, what isn't built."""
-    listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard", "*.md"],
-                            capture_output=True, text=True, check=False)
-    if listed.returncode == 0:
-        return sorted(path for path in (root / name for name in listed.stdout.splitlines())
-                      if path.is_file())
-    return sorted(path for path in root.rglob("*.md")
-                  if not re.match(r"build|out|\.", path.relative_to(root).parts[0]))
-
-
-def anchors(text):
-    """Of the headings, as GitHub and Python-Markdown make them."""
-    found, counts = set(), {}
-    for heading in re.findall(r"^#{1,6} +(.*?) *#*$", re.sub(r"^```.*?^```$", "", text,
-                                                            flags=re.DOTALL | re.MULTILINE),
-                              re.MULTILINE):
-        heading = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)
-        name = re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", heading).strip().lower())
-        count = counts[name] = counts.get(name, -1) + 1
-        found.add(f"{name}-{count}" if count else name)
-    return found
-
-
-def dead_links(root):
-    """'PAGE: TARGET' of each link that leads nowhere, and the number of those that do lead somewhere."""
-    dead, alive = [], 0
-    texts = {}
-    for page in pages(root):
-        for target in LINK.findall(CODE.sub("", page.read_text("utf-8"))):
-            if re.match(r"[a-z]+:", target):
-                continue
-            name, _, anchor = target.partition("#")
-            path = (page.parent / name).resolve() if name else page
-            inside = path.is_relative_to(root) and path.exists()
-            if inside and anchor:
-                if path not in texts:
-                    texts[path] = anchors(path.read_text("utf-8"))
-                inside = anchor in texts[path]
-            if inside:
-                alive += 1
-            else:
-                dead.append(f"{page.relative_to(root)}: {target}")
-    return dead, alive
+sys.path.insert(0, str(ROOT / "docs/site"))
+import collect  # noqa: E402
+import plugin_pictures  # noqa: E402
+import plugin_sources  # noqa: E402
+from links import dead_links  # noqa: E402
 
 
 class Links(unittest.TestCase):
@@ -77,6 +36,37 @@ class Links(unittest.TestCase):
         self.assertEqual([line.split(": ")[1] for line in dead],
                          ["gone.md", "other.md#gone", "gone.png", "#gone", "../other.md",
                           "gone-too.md"])
+
+
+class Site(unittest.TestCase):
+    def test_its_pages_link_each_other(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder).resolve() / "pages"
+            collect.Collection(root).add_all()
+            dead, alive = dead_links(root)
+            self.assertEqual(dead, [])
+            self.assertGreater(alive, 150)
+            source = root / "source/core/include/kinome/wide/numbers.h.md"
+            self.assertIn("\n```cpp\n", source.read_text("utf-8"))
+            navigation = (ROOT / "docs/mkdocs.yml").read_text("utf-8")
+            named = re.findall(r": (\S+\.md)$", navigation, re.MULTILINE)
+            self.assertEqual([name for name in named if not (root / name).is_file()], [])
+            # Every page about Kinome is in it.
+            ours = {f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
+            self.assertEqual(ours - set(named), set())
+
+    def test_every_plugin_has_an_example_and_a_picture(self):
+        found = plugin_sources.sources()
+        self.assertGreater(len(found), 80)
+        for (category, name), source in found.items():
+            with self.subTest(plugin=f"{category}/{name}"):
+                example = plugin_sources.example(source)
+                self.assertIsNotNone(example, "no XML in the comment at the top of its file")
+                xml.etree.ElementTree.fromstring(f"<scene>{example}</scene>")
+                scene = plugin_pictures.scene_of(category, name, example)
+                self.assertEqual(scene is None, (category, name) in plugin_pictures.WITHOUT)
+                if scene:
+                    xml.etree.ElementTree.fromstring(scene)
 
 
 if __name__ == "__main__":

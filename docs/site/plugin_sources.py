@@ -1,0 +1,38 @@
+"""What the sources say of plugins: where each of them is, and the example in its comment."""
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LINE = re.compile(r"^kinome_add_plugin\((\w+) (\w+) (\S+\.cpp)(.*)\)", re.MULTILINE)
+
+
+def sources(root=ROOT):
+    """The file of each (category, name), other names included, by the lines of CMake."""
+    found = {}
+    for lists in (root / "plugins").rglob("CMakeLists.txt"):
+        for category, name, file, rest in LINE.findall(lists.read_text("utf-8")):
+            aliases = re.search(r"ALIASES ((?:[a-z0-9_]+ ?)+)", rest)
+            for each in [name, *(aliases.group(1).split() if aliases else ())]:
+                found[category, each] = lists.parent / file
+    return found
+
+
+def example(source):
+    """The XML in the comment that a plugin's file has: its lines that are indented like XML, from the
+    first that begins with a tag. None if there is none."""
+    lines = []
+    indent = None
+    for line in source.read_text("utf-8").splitlines():
+        if not line.startswith("//"):
+            if lines:
+                break
+            continue
+        text = line.lstrip("/")
+        if indent is None and re.match(r" {2,}<\w", text):
+            indent = len(text) - len(text.lstrip())
+        if indent is None:
+            continue
+        if not text.startswith(" " * indent):
+            break
+        lines.append(text[indent:])
+    return "\n".join(lines) or None
