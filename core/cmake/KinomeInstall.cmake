@@ -3,16 +3,18 @@
 include(CMakePackageConfigHelpers)
 set(kinome_package_dir lib/cmake/kinome)
 
+# Two components: `runtime`, which is all that doesn't say otherwise, and `dev`, what plugins are built
+# with.
 set_target_properties(kinome PROPERTIES INSTALL_RPATH "$ORIGIN/../lib")
 install(TARGETS kinome kinome_core EXPORT KinomeTargets
   RUNTIME DESTINATION bin
-  LIBRARY DESTINATION lib)
-install(DIRECTORY include/kinome DESTINATION include)
+  LIBRARY DESTINATION lib NAMELINK_COMPONENT dev)
+install(DIRECTORY include/kinome DESTINATION include COMPONENT dev)
 # The comparison of pictures: the program looks for its package in ../lib/kinome/python.
 install(PROGRAMS "${PROJECT_SOURCE_DIR}/validation/kinome-compare" DESTINATION bin)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/validation/compare" DESTINATION lib/kinome/python
   FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
-install(EXPORT KinomeTargets NAMESPACE kinome:: DESTINATION "${kinome_package_dir}")
+install(EXPORT KinomeTargets NAMESPACE kinome:: DESTINATION "${kinome_package_dir}" COMPONENT dev)
 
 configure_package_config_file(cmake/KinomeConfig.cmake.in KinomeConfig.cmake
   INSTALL_DESTINATION "${kinome_package_dir}")
@@ -21,4 +23,37 @@ install(FILES
   "${CMAKE_CURRENT_BINARY_DIR}/KinomeConfig.cmake"
   "${CMAKE_CURRENT_BINARY_DIR}/KinomeConfigVersion.cmake"
   cmake/KinomePlugin.cmake
-  DESTINATION "${kinome_package_dir}")
+  DESTINATION "${kinome_package_dir}" COMPONENT dev)
+
+# A Python wheel has no place for the rest.
+if(SKBUILD)
+  return()
+endif()
+
+# The program prints its own manual page and completion.
+function(kinome_install_page option name folder)
+  set(page "${CMAKE_CURRENT_BINARY_DIR}/${name}")
+  install(CODE "execute_process(COMMAND \"$<TARGET_FILE:kinome>\" ${option}
+    OUTPUT_FILE \"${page}\" COMMAND_ERROR_IS_FATAL ANY)")
+  install(FILES "${page}" DESTINATION "${folder}" RENAME kinome${ARGN})
+endfunction()
+kinome_install_page(--man kinome.1 share/man/man1 .1)
+kinome_install_page(--completion completion share/bash-completion/completions)
+
+# Licence and docs keep their places relative to one another, so that their links lead somewhere.
+set(documents share/doc/kinome)
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" RENAME copyright DESTINATION "${documents}")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" RENAME copyright COMPONENT dev
+  DESTINATION "${documents}-dev")
+file(GLOB pages RELATIVE "${PROJECT_SOURCE_DIR}"
+  "${PROJECT_SOURCE_DIR}/*.md" "${PROJECT_SOURCE_DIR}/docs/*.md" "${PROJECT_SOURCE_DIR}/docs/*.jpg")
+foreach(page IN LISTS pages ITEMS LICENSE CITATION.cff scenes/README.md scenes/hebe/hebe.png
+    plugins/integrators/transport/ENGINE.md plugins/integrators/clustered/CLUSTERED.md
+    plugins/integrators/clustered/PRODUCT.md)
+  get_filename_component(folder "${page}" DIRECTORY)
+  install(FILES "${PROJECT_SOURCE_DIR}/${page}" DESTINATION "${documents}/${folder}")
+endforeach()
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/plugins/integrators/clustered/pictures"
+  DESTINATION "${documents}/plugins/integrators/clustered")
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/tests/sdk/project"
+  DESTINATION "${documents}-dev/tests/sdk" COMPONENT dev)

@@ -3,7 +3,8 @@ import re
 import subprocess
 
 LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(([^()\s]+)\)")
-CODE = re.compile(r"^```.*?^```$|`[^`\n]*`", re.DOTALL | re.MULTILINE)
+FENCED = re.compile(r"^(`{3,})[^\n]*\n.*?^\1 *$", re.DOTALL | re.MULTILINE)
+CODE = re.compile(FENCED.pattern + r"|`[^`\n]*`", re.DOTALL | re.MULTILINE)
 
 
 def pages(root):
@@ -20,9 +21,7 @@ def pages(root):
 def anchors(text):
     """Of the headings, as GitHub and Python-Markdown make them."""
     found, counts = set(), {}
-    for heading in re.findall(r"^#{1,6} +(.*?) *#*$", re.sub(r"^```.*?^```$", "", text,
-                                                            flags=re.DOTALL | re.MULTILINE),
-                              re.MULTILINE):
+    for heading in re.findall(r"^#{1,6} +(.*?) *#*$", FENCED.sub("", text), re.MULTILINE):
         heading = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)
         name = re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", heading).strip().lower())
         count = counts[name] = counts.get(name, -1) + 1

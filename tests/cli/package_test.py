@@ -1,0 +1,137 @@
+"""The Debian packages that CPack makes of this build: unpacked into a folder, they have the program, its
+licence, docs, manual page and completion, and what plugins are built with; and the program renders.
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")).resolve()
+
+SCENE = """<scene version="3.0.0">
+  <integrator type="path"/>
+  <sensor type="perspective">
+    <transform name="to_world"><lookat origin="0 0 5" target="0 0 0" up="0 1 0"/></transform>
+    <film type="hdrfilm"> <integer name="width" value="16"/> <integer name="height" value="16"/> </film>
+  </sensor>
+  <emitter type="constant"/> <shape type="sphere"/>
+</scene>
+"""
+
+
+def run(*words, **options):
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False,
+                          **options)
+    if done.returncode != 0:
+        raise AssertionError(f"{' '.join(map(str, words))}: {done.stdout}{done.stderr}")
+    return done.stdout
+
+
+class Packages(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        made = cls.folder / "made"
+        run("cpack", "-G", "DEB", "-B", made, "--config", BUILD / "CPackConfig.cmake", cwd=cls.folder)
+        cls.packages = {path.name.split("_")[0]: path for path in made.glob("*.deb")}
+        cls.root = cls.folder / "root"
+        for path in cls.packages.values():
+            run("dpkg", "-x", path, cls.root)
+        cls.usr = cls.root / "usr"
+
+    def field(self, package, name):
+        return run("dpkg-deb", "-f", self.packages[package], name).strip()
+
+    def test_say_what_they_are(self):
+        self.assertEqual(set(self.packages), {"kinome", "kinome-dev"})
+        version = run(BUILD / "bin/kinome", "--version").split()[-1]
+        for package in self.packages:
+            self.assertEqual(self.field(package, "Version"), version)
+        depends = self.field("kinome", "Depends")
+        for library in ("libc6", "libstdc++6", "libembree"):
+            self.assertIn(library, depends)
+        self.assertNotIn("libkinome", depends)
+        self.assertIn(f"kinome (= {version})", self.field("kinome-dev", "Depends"))
+
+    def test_share_no_file(self):
+        lists = [set(line.split(maxsplit=5)[5] for line in run("dpkg-deb", "-c", path).splitlines()
+                     if not line.startswith("d"))
+                 for path in self.packages.values()]
+        self.assertEqual(lists[0] & lists[1], set())
+
+    def test_hold_licence_docs_and_pages(self):
+        for name in ("copyright", "README.md", "CHANGELOG.md", "docs/command-line.md",
+                     "docs/equal-time.jpg", "plugins/integrators/clustered/PRODUCT.md"):
+            self.assertTrue((self.usr / "share/doc/kinome" / name).is_file(), name)
+        self.assertEqual((self.usr / "share/doc/kinome/copyright").read_bytes(),
+                         (ROOT / "LICENSE").read_bytes())
+
+    def test_render(self):
+        scene = self.folder / "scene.xml"
+        scene.write_text(SCENE, "utf-8")
+        # As it would find its library in /usr/lib; everything else it finds by its own place.
+        run(self.usr / "bin/kinome", "-q", scene, "-o", self.folder / "picture.exr")
+        self.assertGreater((self.folder / "picture.exr").stat().st_size, 0)
+        self.assertIn("plugins", run(self.usr / "bin/kinome", "plugins", "bsdf") + "plugins")
+        ours = {p.relative_to(BUILD) for p in (BUILD / "plugins").glob("*/*.so")}
+        theirs = {p.relative_to(self.usr / "lib/kinome")
+                  for p in (self.usr / "lib/kinome/plugins").glob("*/*.so")}
+        self.assertEqual(ours, theirs)
+        run(self.usr / "bin/kinome-compare", "--help")
+
+    def test_dev_is_found_by_cmake(self):
+        project = self.folder / "project"
+        project.mkdir()
+        (project / "CMakeLists.txt").write_text(
+            "cmake_minimum_required(VERSION 3.22)\nproject(found LANGUAGES CXX)\n"
+            "find_package(Kinome 0.1 REQUIRED)\n"
+            "get_target_property(where kinome::core IMPORTED_LOCATION_RELEASE)\n"
+            'message(STATUS "core: ${where}")\n', "utf-8")
+        said = run("cmake", "-G", "Ninja", "-S", project, "-B", self.folder / "configured",
+                   f"-DCMAKE_PREFIX_PATH={self.usr}")
+        self.assertIn(f"core: {self.usr}/lib/libkinome.so.", said)
+        self.assertTrue((self.usr / "lib/libkinome.so").exists())
+        self.assertTrue((self.usr / "share/doc/kinome-dev/tests/sdk/project/CMakeLists.txt").is_file())
+
+    def test_manual_page_has_every_option(self):
+        page = (self.usr / "share/man/man1/kinome.1").read_text("utf-8")
+        self.assertTrue(page.startswith(".TH KINOME 1 "))
+        program = BUILD / "bin/kinome"
+        options = set(re.findall(r"(?<![\w-])--?[a-zA-Z][a-z-]*", run(program, "--help")
+                                 + run(program, "plugins", "--help")))
+        self.assertGreater(len(options), 25)
+        shown = {name.replace("\\-", "-") for name in re.findall(r"\\fB(\S+?)\\fR", page)}
+        self.assertEqual({o for o in options if o.startswith("--")},
+                         {s for s in shown if s.startswith("--")})
+
+    def completed(self, *words):
+        """What bash offers for the last of these words."""
+        script = f"""
+            source {self.usr}/share/bash-completion/completions/kinome
+            compopt() {{ :; }}
+            COMP_WORDS=({' '.join(f"'{word}'" for word in words)}) COMP_CWORD={len(words) - 1}
+            _kinome
+            printf '%s\\n' "${{COMPREPLY[@]}}\""""
+        return run("bash", "--norc", "-c", script, cwd=self.folder).split()
+
+    def test_completion(self):
+        program = self.usr / "bin/kinome"
+        (self.folder / "mine.xml").touch()
+        (self.folder / "mine.txt").touch()
+        self.assertEqual(self.completed(program, "--che"), ["--checkpoint", "--check"])
+        self.assertEqual(self.completed(program, "mine"), ["mine.xml"])
+        self.assertEqual(self.completed(program, "plug"), ["plugins"])
+        self.assertEqual(sorted(self.completed(program, "-o", "mine")), ["mine.txt", "mine.xml"])
+        self.assertEqual(self.completed(program, "--seed", ""), [])
+        self.assertEqual(self.completed(program, "--isa", "x86-64-v3"), ["x86-64-v3"])
+        self.assertEqual(self.completed(program, "plugins", "roughd"), ["roughdielectric"])
+        self.assertEqual(self.completed(program, "plugins", "--mark"), ["--markdown"])
+
+
+if __name__ == "__main__":
+    unittest.main()
