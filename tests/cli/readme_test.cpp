@@ -108,7 +108,7 @@ TEST_F(Readme, EveryCommandRuns) {
       }
     }
   }
-  EXPECT_GE(commands, 25);
+  EXPECT_GE(commands, 24);
   for (const char* file : {"out/hebe.exr", "out/hebe.png", "out/car.exr", "out/car.png",
                            "out/grace.exr", "first.exr", "first.png", "path.exr"}) {
     EXPECT_TRUE(fs::exists(folder_.path(file))) << file;
