@@ -20,6 +20,7 @@ inline constexpr Stage kClusteredStages[] = {
     {"pilot", "looks at all of the picture by a few rays"},
     {"plan", "learns what is visible from where, and where rays are needed"},
     {"allocate", "deals out rays to pixels", true},
+    {"trial", "asks whether paths from the camera do as well"},
     {"main", "renders by what was learned"},
     part_of("main", kPrimaryStage),
     {"importance", "weighs clusters for each point"},

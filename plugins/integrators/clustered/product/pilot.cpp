@@ -105,7 +105,7 @@ void Pilot::probe(TileGrid::Rows rows, const CellLight& light, TileKnowledge& kn
       [&](int block, Prober& prober, RenderCounters& counters) {
         double untold = 0;  // the pilot is one stage
         prober.tracer.trace(
-            grid_, block, seed_, untold, counters,
+            grid_, block, seed_, untold, counters, [](const TileGrid::Tile&) { return true; },
             [&](int, int) { return static_cast<uint16_t>(effort_.primaries); },
             [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
               probe_tile(tile, primaries, knowledge, prober, counters);
@@ -186,11 +186,9 @@ void Pilot::plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Plan
                     std::copy(plan.control, plan.control + 9, &planner.controls[p * 9]);
                     patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
                   });
-  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
-    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
-      forecast_[grid_.pixel(x, y)] = forecast(patches, planner.controls.data(), x, y);
-    }
-  }
+  tile.for_each_pixel([&](int x, int y) {
+    forecast_[grid_.pixel(x, y)] = forecast(patches, planner.controls.data(), x, y);
+  });
 }
 
 PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* controls, int x,

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <optional>
 
+#include "clustered/product/method_trial.h"
 #include "clustered/product/pilot.h"
 #include "clustered/product/product_renderer.h"
 #include "clustered/product/spread.h"
 #include "kinome/primary_rays.h"
+#include "transport/path_integrator.h"
 
 namespace kinome {
 namespace {
@@ -16,7 +18,7 @@ constexpr double kMaxRaysOfPass = 512;
 /// Below so many rays a pixel nothing is learned.
 constexpr double kLeastToLearn = 10;
 /// Light points are one for so many rays.
-constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 8;
+constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16, kRaysPerDeepPath = 32;
 /// Passes of a render that is to take a time, or to reach an error.
 constexpr double kPartsOfBudget = 3;
 /// And paths from lamps to mirrors, where there are both.
@@ -38,45 +40,21 @@ constexpr double kRaysOfUnknown = 100;
 constexpr double kCarefulSpeed = 1e6;
 constexpr double kPilotShare = 0.4;
 constexpr double kCandidatesUnlearned = 16;  ///< for each ray
-/// What an unshadowed candidate takes, in rays.
-constexpr float kCandidateCost = 0.1f;
 /// Keeps the random numbers of passes apart from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
 constexpr uint64_t kCausticSeed = 0x63617573;
-/// Whatever is planned: surfaces that the pilot missed, such as thin ones, must not be left to
-/// control terms.
-constexpr uint32_t kLeastRays = 2;
+constexpr uint64_t kTrialSeed = 0x74726961;
+/// Of a trial: rays a pixel of product sampling, at most, and samples a pixel of paths.
+constexpr double kTrialRays = 32;
+constexpr uint32_t kTrialPaths = 16;
+/// What rays take, with all that is done for them, in units of a ray of `path`: 2.7 to 6.7 were
+/// measured on five scenes with light after many bounces.
+constexpr double kCostOfRay = 4, kCostOfLightRay = 4;
+/// Paths alone are chosen below this share of the work. More than 1: a trial sees few of the bright
+/// outliers, of which product sampling, with fewer camera rays, has more.
+constexpr double kMostWorkOfPaths = 1.4;
 
 }  // namespace
-
-/// What a thread renders a block with.
-struct ProductRenderer::Worker {
-  TileTracer tracer;
-  VisibilityLearner learner;
-  Estimator estimator;
-  /// What the sum over a unit's primaries counts for in its pixel. A unit has none where a narrow
-  /// film cuts off all that is negative of the filter.
-  struct Weight {
-    float share, primaries;
-    template <class Value>
-    Value of(const Value& sum) const {
-      return primaries > 0 ? share * (sum / primaries) : Value(0.f);
-    }
-  };
-
-  std::vector<Patch> patches;
-  std::vector<Visibility> visibility;
-  std::vector<Unit> units;    ///< pixels of a tile, or what is positive and negative of them
-  std::vector<Rgb> sums;      ///< of the same, of a block, tile by tile
-  std::vector<Weight> weights;  ///< of the same
-  std::vector<float> alphas;  ///< of a block's pixels
-  std::vector<Vec3> diagnostics;
-  std::vector<float> mean_visibility;  ///< of the patches of a tile
-
-  Worker(const Primaries::View& view, const CellLight& light, size_t padded_cells,
-         const CellNeighbours& neighbours)
-      : tracer(view), learner(padded_cells, &neighbours), estimator(light) {}
-};
 
 ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  std::shared_ptr<const DistantCells> cells,
@@ -121,8 +99,12 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   rays = std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
   local.points = static_cast<uint32_t>(
       std::clamp<double>(rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
+  // A path that goes on leaves several.
+  const double rays_per_path = settings.length.max_depth > LocalLight::kBounceDepth
+                                   ? kRaysPerDeepPath
+                                   : kRaysPerExtendedPoint;
   local.extended_points = static_cast<uint32_t>(
-      std::min<double>(rays / (kRaysPerExtendedPoint * parts), LocalLight::kMostExtendedPoints));
+      std::min<double>(rays / (rays_per_path * parts), LocalLight::kMostExtendedPoints));
   std::vector<SurfaceInteraction> seen;
   if (settings.light_guide &&
       (scene.has_surface_emitters() || settings.length.max_depth >= LocalLight::kBounceDepth)) {
@@ -137,144 +119,26 @@ Primaries::View ProductRenderer::view() const {
   return Primaries::view_of(table_, sensor_, filter_, settings_.hide_emitters);
 }
 
-/// What is known of each of the tile's patches.
-void ProductRenderer::find_visibilities(int tile, Worker& worker) {
-  worker.mean_visibility.clear();
-  for (size_t p = 0; p < worker.patches.size(); ++p) {
-    if (worker.visibility.size() == p) {
-      worker.visibility.emplace_back().resize(knowledge_.padded_cells());
-      worker.visibility.back().reset();
-    }
-    Patch& patch = worker.patches[p];
-    Visibility& visibility = worker.visibility[p];
-    knowledge_.recall(tile, p, patch, worker.learner, visibility);
-    if (settings_.diagnostics) {
-      worker.mean_visibility.push_back(mean_visibility(patch, visibility));
-    }
-    knowledge_.restrict(patch, visibility);
-  }
-}
-
-void ProductRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
-                                  const std::vector<PixelPlan>& plan, uint64_t seed, Worker& worker,
-                                  RenderCounters& counters) {
-  worker.patches = knowledge_.patches(tile.index);
-  assign_patches(primaries, worker.patches);
-  find_visibilities(tile.index, worker);
-  find_units(primaries, plan, seed, worker);
-  const std::span<const Unit> units = worker.units;
-  worker.estimator.begin_tile(scene_, primaries, worker.patches, worker.visibility,
-                              hash_words(seed, static_cast<uint64_t>(tile.index), 3), counters,
-                              settings_.shared_candidates ? units : units.first(0));
-  const size_t per_pixel = units_per_pixel();
-  for (size_t i = 0; i < units.size(); ++i) {
-    const Unit& unit = units[i];
-    Rgb& sum = worker.sums.emplace_back(0.f);
-    float hits = 0;
-    for (uint32_t k = unit.first; k < unit.end; ++k) {
-      sum += primaries.emitted(k);
-      hits += primaries.hit(k) ? 1.f : 0.f;
-    }
-    if (i % per_pixel == 0) worker.alphas.push_back(0.f);
-    worker.alphas.back() += worker.weights[worker.sums.size() - 1].of(hits);
-    worker.estimator.estimate(unit, sum);
-  }
-  if (settings_.diagnostics) find_diagnostics(primaries, plan, worker);
-}
-
-/// Each pixel of a tile; where the filter is negative in parts, first what is positive and then what
-/// is negative of it, by its share of the pixel's primaries.
-void ProductRenderer::find_units(const TilePrimaries& primaries,
-                                 const std::vector<PixelPlan>& plan, uint64_t seed,
-                                 Worker& worker) const {
-  const Rect& pixels = primaries.pixels();
-  const Rect region = view().region;
-  worker.units.clear();
-  for (int i = 0; i < pixels.area(); ++i) {
-    const int x = pixels.x0 + i % pixels.width(), y = pixels.y0 + i / pixels.width();
-    const size_t pixel = grid_.pixel(x, y);
-    const uint32_t ends[] = {primaries.first(i), primaries.first_negative(i),
-                             primaries.first(i + 1)};
-    const FilterSampler::Shares shares = filter_.shares(x, y, region);
-    const float of_sign[] = {shares.positive, -shares.negative};
-    for (size_t k = 0; k < units_per_pixel(); ++k) {
-      const uint32_t first = ends[k], end = ends[k + 1];
-      const float part = static_cast<float>(end - first) / static_cast<float>(ends[2] - ends[0]);
-      const auto rays = static_cast<uint32_t>(std::ceil(part * plan[pixel].rays));
-      worker.units.push_back({first, end, std::max<uint32_t>(rays, kLeastRays),
-                              part * plan[pixel].candidates, hash_words(seed, pixel, 2 + 2 * k)});
-      worker.weights.push_back({of_sign[k], static_cast<float>(end - first)});
-    }
-  }
-}
-
-/// Of the light that cells send to an unshadowed point, by what is learned.
-float ProductRenderer::mean_visibility(const Patch& patch, const Visibility& visibility) const {
-  double all = 0, visible = 0;
-  for (uint32_t c = 0; c < cells_.size(); ++c) {
-    const Vec3 axis(cells_.axis()[0][c], cells_.axis()[1][c], cells_.axis()[2][c]);
-    const double light = cells_.flux()[c] * std::max(0.f, glm::dot(axis, patch.normal));
-    all += light;
-    visible += light * visibility.v[c];
-  }
-  if (cells_.size() == 0) return patch.mean_visibility;
-  return all > 0 ? static_cast<float>(visible / all) : 0.f;
-}
-
-void ProductRenderer::find_diagnostics(const TilePrimaries& primaries,
-                                       const std::vector<PixelPlan>& plan, Worker& worker) const {
-  const Rect& pixels = primaries.pixels();
-  for (int i = 0; i < pixels.area(); ++i) {
-    const uint32_t first = primaries.first(i), end = primaries.first(i + 1);
-    float visible = 0, lit = 0;
-    for (uint32_t k = first; k < end; ++k) {
-      if (primaries.patch(k) < 0) continue;
-      visible += worker.mean_visibility[primaries.patch(k)];
-      lit += 1;
-    }
-    const PixelPlan& p =
-        plan[grid_.pixel(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width())];
-    const auto samples = static_cast<float>(end - first);
-    const float rays = lit > 0 ? static_cast<float>(std::max<uint32_t>(p.rays, kLeastRays)) : 0.f;
-    worker.diagnostics.emplace_back(
-        samples, samples + rays + (lit > 0 ? kCandidateCost * p.candidates : 0.f),
-        lit > 0 ? visible / lit : 0.f);
-  }
+PassView ProductRenderer::pass_view(const CellLight& light) const {
+  return {scene_, view(), grid_, cells_, knowledge_, neighbours_, settings_, light};
 }
 
 void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>& plan,
                            uint64_t seed, float weight) {
-  const auto make = [&] {
-    return std::make_unique<Worker>(view(), light, knowledge_.padded_cells(), neighbours_);
-  };
-  grid_.for_each_block<Worker>(
-      context_, grid_.all_rows(), "main", make,
-      [&](int block, Worker& worker, RenderCounters& counters) {
+  grid_.for_each_block<BlockRenderer>(
+      context_, grid_.all_rows(), "main",
+      [&] { return std::make_unique<BlockRenderer>(pass_view(light)); },
+      [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
         if (!context_.is_wanted(grid_.block(block), sensor_.film().first_layer())) return;
-        worker.sums.clear();
-        worker.sums.reserve(units_per_pixel() * TileGrid::kBlockSide * TileGrid::kBlockSide);
-        worker.weights.clear();
-        worker.alphas.clear();
-        worker.diagnostics.clear();
-        worker.tracer.trace(
-            grid_, block, seed, counters.stage_seconds["primary"], counters,
-            [&](int x, int y) {
-              // Of each sign one.
-              return std::max<uint16_t>(plan[grid_.pixel(x, y)].primaries,
-                                        static_cast<uint16_t>(units_per_pixel()));
-            },
-            [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
-              render_tile(tile, primaries, plan, seed, worker, counters);
-            });
-        worker.estimator.flush();
+        renderer.render(block, plan, seed, counters);
         const StageTimer timer(counters.stage_seconds["film"]);
-        add_to_film(block, seed, weight, worker, counters);
+        add_to_film(block, seed, weight, renderer, counters);
       });
 }
 
 /// At once, block by block: an interrupted render has what was finished.
-void ProductRenderer::add_to_film(int block, uint64_t seed, float weight, Worker& worker,
-                                  RenderCounters& counters) {
+void ProductRenderer::add_to_film(int block, uint64_t seed, float weight,
+                                  const BlockRenderer& renderer, RenderCounters& counters) {
   Film& film = sensor_.film();
   const Rect pixels = grid_.block(block);
   FilmTile colours = film.make_tile(pixels);
@@ -282,19 +146,16 @@ void ProductRenderer::add_to_film(int block, uint64_t seed, float weight, Worker
   if (settings_.diagnostics) diagnostics = film.make_tile(pixels, 1);
   size_t next = 0;
   grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-    for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
-      for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x, ++next) {
-        Rgb c(0.f);
-        for (size_t k = next * units_per_pixel(); k < (next + 1) * units_per_pixel(); ++k) {
-          c += worker.weights[k].of(worker.sums[k]);
-        }
-        const float values[4] = {c.x, c.y, c.z, worker.alphas[next]};
-        colours.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u}, weight);
-        if (!diagnostics) continue;
-        const Vec3& d = worker.diagnostics[next];
+    tile.for_each_pixel([&](int x, int y) {
+      const Rgb c = renderer.colour(next);
+      const float values[4] = {c.x, c.y, c.z, renderer.alpha(next)};
+      colours.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u}, weight);
+      if (diagnostics) {
+        const Vec3& d = renderer.diagnostics(next);
         diagnostics->add_pixel(x, y, std::array{d.x, d.y, d.z}, weight);
       }
-    }
+      ++next;
+    });
   });
   if (caustics_) {
     const double paths = std::ceil(weight * unit_ / kRaysPerCausticPath * pixels.area());
@@ -372,8 +233,84 @@ void ProductRenderer::learn_in_time(double seconds) {
 }
 
 double ProductRenderer::seconds_per_sample() const {
+  if (paths_) return paths_->seconds_per_sample();
   // A pilot that was given up leaves its time: of the least that there can be.
   return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRaysOfOne, pilot_rays_);
+}
+
+void ProductRenderer::try_paths(const MethodTrial& trial, uint64_t seed,
+                                std::vector<Rgb>& picture) const {
+  const Rect region = view().region;
+  grid_.for_each_block<EyePaths>(
+      context_, grid_.all_rows(), "trial",
+      [&] { return std::make_unique<EyePaths>(scene_, settings_.length, 0, nullptr); },
+      [&](int block, EyePaths& paths, RenderCounters& counters) {
+        const auto for_each_pixel = [&](const auto& fn) {
+          grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+            if (trial.is_wanted(tile)) tile.for_each_pixel(fn);
+          });
+        };
+        for_each_pixel([&](int x, int y) {
+          for (uint32_t k = 0; k < kTrialPaths; ++k) {
+            const uint64_t own = hash_words(seed, grid_.pixel(x, y), k);
+            const Vec2 place =
+                filter_.place(x, y, {random_float(own, 0), random_float(own, 1)}, region);
+            EyePaths::Begin path;
+            path.ray = sensor_.sample_ray(place, {random_float(own, 2), random_float(own, 3)});
+            path.throughput = Rgb(1.f);
+            path.seed = hash_words(own, 4);
+            path.sum = &picture[grid_.pixel(x, y)];
+            paths.push(path);
+          }
+        });
+        paths.trace(counters);
+        for_each_pixel([&](int x, int y) { picture[grid_.pixel(x, y)] /= kTrialPaths; });
+      });
+}
+
+void ProductRenderer::try_product(const MethodTrial& trial, uint64_t seed,
+                                  std::vector<Rgb>& picture) const {
+  const double rays = std::min(rays_left_, kTrialRays);
+  const CellLight light = make_light(hash_words(seed, 1), rays);
+  const std::vector<PixelPlan> plan = plan_pass(rays);
+  const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
+  grid_.for_each_block<BlockRenderer>(
+      context_, grid_.all_rows(), "trial",
+      [&] { return std::make_unique<BlockRenderer>(pass_view(light)); },
+      [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
+        renderer.render(block, plan, seed, counters, is_wanted);
+        size_t next = 0;
+        grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+          if (!is_wanted(tile)) return;
+          tile.for_each_pixel(
+              [&](int x, int y) { picture[grid_.pixel(x, y)] = renderer.colour(next++); });
+        });
+      });
+}
+
+/// Where most of the error is in light that comes by mirrors and glass, which paths from the camera
+/// alone can find, all that is known of other light is in vain.
+void ProductRenderer::choose_method() {
+  const bool is_deep = local_ && local_->max_depth() > LocalLight::kBounceDepth;
+  if (!is_deep || !local_->needs_eye_rays() || !allocation_) return;
+  // Paths don't find caustics of lamps, and have no diagnostics.
+  if (caustics_ || settings_.diagnostics) return;
+  const uint64_t seed = hash_words(seed_, kTrialSeed);
+  const MethodTrial trial(grid_, seed);
+  if (!trial.is_possible()) return;
+  // Light is followed once for all of the picture, and for more rays than those of the trial.
+  const double share = trial.share() * std::min(1., kTrialRays / std::max(rays_left_, 1.));
+  const MethodTrial::Way product{[&](uint64_t index, std::vector<Rgb>& picture) {
+                                   try_product(trial, hash_words(seed, 1, index), picture);
+                                 },
+                                 kCostOfRay, kCostOfLightRay * share};
+  const MethodTrial::Way paths{[&](uint64_t index, std::vector<Rgb>& picture) {
+    try_paths(trial, hash_words(seed, 2, index), picture);
+  }};
+  if (!(trial.compare(product, paths, context_) < kMostWorkOfPaths)) return;
+  context_.skip("product", "in a trial, paths from the camera alone did as well for less");
+  path_integrator_.emplace(PathSettings{settings_.length, settings_.hide_emitters});
+  paths_ = path_integrator_->begin(scene_, sensor_, context_, kInfinity);
 }
 
 std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
@@ -408,14 +345,26 @@ void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, 
   context_.set_progress_range(0, 1);
 }
 
+double ProductRenderer::samples() const {
+  return paths_ ? paths_->samples() : rays_left_ / kRaysPerSample;
+}
+
 double ProductRenderer::render(double samples) {
+  if (paths_) return paths_->render(samples);
   render_rays(kRaysPerSample * samples, 0, false);
   return samples;
 }
 
 void ProductRenderer::render_all() {
   learn_from_pilot(settings_.rays_per_pixel);
+  choose_method();
   const double asked = std::max(settings_.rays_per_pixel, 1.);
+  if (paths_) {
+    context_.set_progress_range(1 - rays_left_ / asked, 1);
+    paths_->render(paths_->samples());
+    context_.set_progress_range(0, 1);
+    return;
+  }
   if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked), true);
 }
 
@@ -442,6 +391,7 @@ std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
   } else {
     renderer->learn_from_pilot(budget.rel_mse > 0 ? kRaysOfUnknown : settings.rays_per_pixel);
   }
+  renderer->choose_method();
   return renderer;
 }
 

@@ -3,11 +3,13 @@
 #include <optional>
 #include <vector>
 
+#include "clustered/product/block_renderer.h"
 #include "clustered/product/caustics.h"
-#include "clustered/product/estimator.h"
+#include "clustered/product/method_trial.h"
 #include "clustered/product/plan.h"
 #include "clustered/product/product_sampling.h"
 #include "clustered/product/tile_knowledge.h"
+#include "transport/path_integrator.h"
 
 namespace kinome {
 
@@ -28,34 +30,28 @@ class ProductRenderer final : public Passes {
   /// the pilot, which is forgotten if it takes longer.
   void learn_in_time(double seconds);
 
-  double samples() const override { return rays_left_ / kRaysPerSample; }
+  /// Asks whether paths from the camera alone take clearly less work (MethodTrial), after the
+  /// pilot: passes are such paths then, as those of `path`.
+  void choose_method();
+
+  double samples() const override;
   double render(double samples) override;
   double seconds_per_sample() const override;
   /// All that the settings ask for.
   void render_all();
 
  private:
-  struct Worker;
-
   Primaries::View view() const;
+  PassView pass_view(const CellLight& light) const;
   CellLight make_light(uint64_t seed, double rays_per_pixel) const;
+  void try_paths(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const;
+  void try_product(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const;
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   /// `is_last`: nothing is rendered after this.
   void render_rays(double rays_per_pixel, double progress_begin, bool is_last);
   void pass(const CellLight& light, const std::vector<PixelPlan>& plan, uint64_t seed,
             float weight);
-  void render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
-                   const std::vector<PixelPlan>& plan, uint64_t seed, Worker& worker,
-                   RenderCounters& counters);
-  /// Of a pixel: two, where the filter is negative in parts.
-  size_t units_per_pixel() const { return filter_.has_negative() ? 2 : 1; }
-  void find_units(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan,
-                  uint64_t seed, Worker& worker) const;
-  void find_visibilities(int tile, Worker& worker);
-  float mean_visibility(const Patch& patch, const Visibility& visibility) const;
-  void find_diagnostics(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan,
-                        Worker& worker) const;
-  void add_to_film(int block, uint64_t seed, float weight, Worker& worker,
+  void add_to_film(int block, uint64_t seed, float weight, const BlockRenderer& renderer,
                    RenderCounters& counters);
 
   const Scene& scene_;
@@ -75,7 +71,9 @@ class ProductRenderer final : public Passes {
   std::optional<RayAllocation> allocation_;  ///< where there was a pilot
   uint32_t pilot_rays_ = 0;                  ///< of each pixel; 0: there was none
   double pilot_seconds_ = 0;
-  double rays_left_;  ///< of the settings' rays a pixel
+  double rays_left_;                                          ///< of the settings' rays a pixel
+  std::optional<transport::PathIntegrator> path_integrator_;  ///< where paths alone are chosen
+  std::unique_ptr<Passes> paths_;                             ///< of that
   uint64_t pass_ = 0;
   double unit_ = 0;  ///< rays a pixel of the first pass: they have weight 1
 };

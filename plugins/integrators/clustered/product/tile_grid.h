@@ -22,6 +22,14 @@ class TileGrid {
     int index;
     int place;  ///< in its block
     Rect pixels;
+
+    /// fn(x, y), row by row.
+    template <class Function>
+    void for_each_pixel(const Function& fn) const {
+      for (int y = pixels.y0; y < pixels.y1; ++y) {
+        for (int x = pixels.x0; x < pixels.x1; ++x) fn(x, y);
+      }
+    }
   };
   /// Rows of blocks, [first, end).
   struct Rows {

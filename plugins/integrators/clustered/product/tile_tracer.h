@@ -13,11 +13,13 @@ class TileTracer {
  public:
   explicit TileTracer(const Primaries::View& view) : primaries_(view) {}
 
-  /// Traces count_of(x, y) primaries of each pixel of a block, and calls fn(tile, its primaries)
-  /// for each tile. `seconds` gets what tracing takes.
-  template <class Counts, class Function>
+  /// Traces count_of(x, y) primaries of each pixel of a block's tiles, and calls
+  /// fn(tile, its primaries) for each: of those tiles that is_wanted(tile). `seconds` gets what
+  /// tracing takes.
+  template <class Wanted, class Counts, class Function>
   void trace(const TileGrid& grid, int block, uint64_t seed, double& seconds,
-             RenderCounters& counters, const Counts& count_of, const Function& fn) {
+             RenderCounters& counters, const Wanted& is_wanted, const Counts& count_of,
+             const Function& fn) {
     const auto shade_waiting = [&] {
       {
         const StageTimer timer(seconds);
@@ -31,10 +33,9 @@ class TileTracer {
       primaries_.clear();
     };
     grid.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      if (!is_wanted(tile)) return;
       counts_.clear();
-      for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
-        for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) counts_.push_back(count_of(x, y));
-      }
+      tile.for_each_pixel([&](int x, int y) { counts_.push_back(count_of(x, y)); });
       if (!primaries_.add(tile.pixels, counts_)) {
         shade_waiting();
         primaries_.add(tile.pixels, counts_);

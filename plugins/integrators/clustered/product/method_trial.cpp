@@ -1,0 +1,90 @@
+#include "clustered/product/method_trial.h"
+
+#include <algorithm>
+
+#include "clustered/product/spread.h"
+
+namespace kinome {
+namespace {
+
+/// One of so many tiles, and no more than these in all: a trial is to be a small part of the
+/// render.
+constexpr int kTilesPerTrial = 16, kMostTiles = 256, kLeastTiles = 24;
+
+double rays_of(const RenderCounters& counters, bool of_light) {
+  double sum = 0;
+  for (int kind = 0; kind < kRayKindCount; ++kind) {
+    const bool is_light = static_cast<RayKind>(kind) == RayKind::kLight;
+    if (is_light == of_light) sum += static_cast<double>(counters.rays[kind]);
+  }
+  return sum;
+}
+
+/// Mean of the channels' squares.
+double mean_square(const Rgb& c) {
+  return glm::dot(c, c) / 3.0;
+}
+
+}  // namespace
+
+MethodTrial::MethodTrial(const TileGrid& grid, uint64_t seed)
+    : grid_(grid),
+      seed_(seed),
+      stride_(static_cast<uint64_t>(
+          std::max(kTilesPerTrial, (grid.tiles() + kMostTiles - 1) / kMostTiles))) {}
+
+bool MethodTrial::is_possible() const {
+  return grid_.tiles() >= kLeastTiles * kTilesPerTrial;
+}
+
+bool MethodTrial::is_wanted(const TileGrid::Tile& tile) const {
+  return hash_words(seed_, static_cast<uint64_t>(tile.index)) % stride_ == 0;
+}
+
+MethodTrial::Renders MethodTrial::run(const Way& way, RenderContext& context) const {
+  Renders renders;
+  const RenderCounters& counters = context.stats().counters;
+  const double rays = rays_of(counters, false), light_rays = rays_of(counters, true);
+  for (uint64_t i = 0; i < 2; ++i) {
+    renders.pictures[i].assign(static_cast<size_t>(grid_.crop().area()), Rgb(0.f));
+    way.render(i, renders.pictures[i]);
+  }
+  renders.cost = (rays_of(counters, false) - rays) * way.cost_of_ray +
+                 (rays_of(counters, true) - light_rays) * way.cost_of_light;
+  return renders;
+}
+
+/// Of the tiles that are wanted.
+std::vector<size_t> MethodTrial::pixels() const {
+  std::vector<size_t> pixels;
+  for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
+    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      if (!is_wanted(tile)) return;
+      tile.for_each_pixel([&](int x, int y) { pixels.push_back(grid_.pixel(x, y)); });
+    });
+  }
+  return pixels;
+}
+
+double MethodTrial::compare(const Way& first, const Way& second, RenderContext& context) const {
+  const Renders a = run(first, context), b = run(second, context);
+  if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return kInfinity;
+  const std::vector<size_t> wanted = pixels();
+  // What all four have come to.
+  const auto mean_at = [&](size_t i) {
+    return 0.25f * (a.pictures[0][i] + a.pictures[1][i] + b.pictures[0][i] + b.pictures[1][i]);
+  };
+  double mean = 0;
+  for (const size_t i : wanted) mean += mean_of(mean_at(i));
+  if (!(mean > 0)) return kInfinity;
+  mean /= static_cast<double>(wanted.size());
+  double error_a = 0, error_b = 0;
+  for (const size_t i : wanted) {
+    const double weight = 1 / (mean_square(mean_at(i)) + 0.01 * mean * mean);
+    error_a += weight * mean_square(a.pictures[0][i] - a.pictures[1][i]);
+    error_b += weight * mean_square(b.pictures[0][i] - b.pictures[1][i]);
+  }
+  return error_a > 0 ? error_b * b.cost / (error_a * a.cost) : kInfinity;
+}
+
+}  // namespace kinome

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "kinome/integrator.h"
+#include "render_paths.h"
+#include "../stages.h"
+
+namespace kinome::transport {
+
+/// Path tracing from the camera: what the plugin `path` is, and what others leave a scene to.
+class PathIntegrator : public Integrator {
+ public:
+  explicit PathIntegrator(const PathSettings& settings) : settings_(settings) {}
+
+  std::vector<Stage> stages() const override {
+    return {kPrimaryStage, kBounceStage, kShadeStage, kShadowStage, kFilmStage};
+  }
+
+  void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
+    render_paths(settings_, scene, sensor, context);
+  }
+
+ private:
+  PathSettings settings_;
+};
+
+}  // namespace kinome::transport
