@@ -10,5 +10,7 @@ namespace kinome::app {
 int render_command(const Options& options, std::chrono::steady_clock::time_point start);
 int check_command(const Options& options);
 int plugins_command(const Options& options);
+int check_plugin_command(const Options& options);
+int new_plugin_command(const Options& options);
 
 }  // namespace kinome::app

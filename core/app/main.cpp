@@ -67,6 +67,10 @@ int main(int argc, char** argv) {
                               : kinome::app::render_command(*options, start);
       case kinome::app::Options::Command::kListPlugins:
         return kinome::app::plugins_command(*options);
+      case kinome::app::Options::Command::kCheckPlugin:
+        return kinome::app::check_plugin_command(*options);
+      case kinome::app::Options::Command::kNewPlugin:
+        return kinome::app::new_plugin_command(*options);
     }
   } catch (const kinome::Errors& errors) {
     return fail(errors);

@@ -57,6 +57,12 @@ std::string options_in_roff(const CLI::App& app) {
   return page;
 }
 
+std::string upper(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
 /// What completion knows of a set of options, as variables of bash.
 struct Words {
   std::string all;      ///< every name
@@ -85,7 +91,11 @@ Words words_of(const CLI::App& app) {
 
 }  // namespace
 
-std::string man_page(const CLI::App& render, const CLI::App& plugins) {
+std::string man_page(const CLI::App& render, const std::vector<const CLI::App*>& commands) {
+  std::string of_commands;
+  for (const CLI::App* command : commands) {
+    of_commands += ".SH OPTIONS OF " + upper(command->get_name()) + "\n" + options_in_roff(*command);
+  }
   return R"(.TH KINOME 1 "" "kinome )" KINOME_VERSION R"(" "User Commands"
 .SH NAME
 kinome \- renders scenes in Mitsuba's language
@@ -95,22 +105,32 @@ kinome \- renders scenes in Mitsuba's language
 .br
 .B kinome plugins
 .RI [ OPTION ]... " " [ NAME ]
+.br
+.B kinome check
+.RI [ OPTION ]... " PLUGIN"
+.br
+.B kinome new
+.RI [ OPTION ]... " CATEGORY NAME"
 .SH DESCRIPTION
 Renders a scene of Mitsuba 3, or of Mitsuba 0.4 to 0.6, into an OpenEXR or PFM file beside the scene
 file. What scenes are made of are plugins;
 .B kinome plugins
-lists them, those of a category, or the parameters of one.
+lists them, those of a category, or the parameters of one,
+.B kinome check
+finds what is wrong with one, and
+.B kinome new
+begins one.
 .SH OPTIONS
 )" + options_in_roff(render) +
-         R"(.SH OPTIONS OF KINOME PLUGINS
-)" + options_in_roff(plugins) +
-         R"(.SH EXIT STATUS
+         of_commands + R"(.SH EXIT STATUS
 .TP
 .B 0
 The picture is written.
 .TP
 .B 1
-A mistake in the command line, the scene or a file, or something that the machine lacks.
+A mistake in the command line, the scene or a file, or something that the machine lacks; of
+.BR "kinome check" ,
+a plugin that is wrong.
 .TP
 .B 3
 The picture is written, but a plugin gave impossible values; see
@@ -135,16 +155,27 @@ and the pages in share/doc/kinome beside the program's folder.
 )";
 }
 
-std::string bash_completion(const CLI::App& render, const CLI::App& plugins) {
-  const Words of_render = words_of(render), of_plugins = words_of(plugins);
+std::string bash_completion(const CLI::App& render, const std::vector<const CLI::App*>& commands) {
+  const Words of_render = words_of(render);
+  std::string words, cases;  // of the commands: their last words, and what options each has
+  for (const CLI::App* command : commands) {
+    const std::string name = command->get_name();
+    const std::string word = name.substr(name.rfind(' ') + 1);
+    words += (words.empty() ? "" : " ") + word;
+    cases += "        " + word + ") names='" + words_of(*command).all + "' ;;\n";
+  }
+  std::string any_word = words;
+  std::replace(any_word.begin(), any_word.end(), ' ', '|');
   // A pattern of nothing would match an empty word.
   const auto pattern = [](const std::string& names) { return names.empty() ? "-" : names; };
   return R"(# Completion of kinome's command lines: made by kinome --completion.
 _kinome() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} names
-  local lists= i
+  local command= i
   for ((i = 1; i < COMP_CWORD; ++i)); do
-    [ "${COMP_WORDS[i]}" != plugins ] || lists=yes
+    case ${COMP_WORDS[i]} in
+      )" + any_word + R"() command=${COMP_WORDS[i]} ;;
+    esac
   done
   COMPREPLY=()
   case $before in
@@ -156,10 +187,12 @@ _kinome() {
     )" + pattern(of_render.others) +
          R"() return ;;
   esac
-  if [ -n "$lists" ]; then
+  if [ -n "$command" ]; then
     case $word in
-      -*) names=')" +
-         of_plugins.all + R"(' ;;
+      -*)
+        case $command in
+)" + cases + R"(        esac
+        ;;
       *) names=$("${COMP_WORDS[0]}" plugins 2>/dev/null | sed -n 's/^ *\([a-z0-9_]*\).*/\1/p') ;;
     esac
     COMPREPLY=($(compgen -W "$names" -- "$word"))
@@ -171,7 +204,7 @@ _kinome() {
     *)
       compopt -o filenames
       COMPREPLY=($(compgen -f -X '!*.xml' -- "$word") $(compgen -d -- "$word"))
-      [ "$COMP_CWORD" -gt 1 ] || COMPREPLY+=($(compgen -W plugins -- "$word"))
+      [ "$COMP_CWORD" -gt 1 ] || COMPREPLY+=($(compgen -W ')" + words + R"(' -- "$word"))
       ;;
   esac
 }

@@ -69,18 +69,29 @@ std::string complaint_of(const CLI::App& app, const CLI::ParseError& error) {
   return has_extras && !left.empty() ? complaint_of_extra(app, left.front()) : complaint_of(error);
 }
 
-/// The place in argv of the word `plugins`, with which a command line begins that lists them, but
-/// for where to look and which to take; 0: it renders.
-int plugins_word(int argc, const char* const* argv) {
+/// The words with which command lines begin that don't render.
+struct CommandWord {
+  const char* word;
+  Options::Command command;
+};
+constexpr CommandWord kCommandWords[] = {{"plugins", Options::Command::kListPlugins},
+                                         {"check", Options::Command::kCheckPlugin},
+                                         {"new", Options::Command::kNewPlugin}};
+
+/// One of these and its place in argv, where it may come after where to look for plugins and which to
+/// take; "" and 0: the command line renders.
+std::pair<CommandWord, int> command_word(int argc, const char* const* argv) {
   int i = 1;
   while (i < argc) {
     const std::string_view word = argv[i];
-    if (word == "plugins") return i;
+    for (const CommandWord& known : kCommandWords) {
+      if (word == known.word) return {known, i};
+    }
     const std::string_view name = word.substr(0, word.find('='));
-    if (name != "--plugin-path" && name != "--isa") return 0;
+    if (name != "--plugin-path" && name != "--isa") break;
     i += word == name ? 2 : 1;
   }
-  return 0;
+  return {{"", Options::Command::kRender}, 0};
 }
 
 /// As text from CLI11, before it is checked and taken apart.
@@ -167,6 +178,45 @@ void declare_plugin_options(CLI::App& app, Options& options) {
                  "The best instruction set that plugins may use (x86-64-v2, x86-64-v3, x86-64-v4); "
                  "default: the processor's")
       ->type_name("NAME");
+}
+
+void declare_list(CLI::App& app, Options& options) {
+  app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
+  app.add_flag("--markdown", options.markdown, "As a table in Markdown; of one plugin, a page")
+      ->disable_flag_override();
+  app.add_flag("--mitsuba", options.mitsuba, "All of Mitsuba's plugins: which there are here")
+      ->disable_flag_override();
+}
+
+void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
+  app.add_option("PLUGIN", options.plugin_name, "Name, CATEGORY/NAME, or path of CATEGORY/NAME.so")
+      ->required();
+  app.add_option("-D,--define", raw.defines,
+                 "A parameter of the plugin; a VALUE that begins with '<' is XML (repeat)")
+      ->type_name("PARAMETER=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--only", options.only, "Of all checks this one (repeat)")
+      ->type_name("CHECK")
+      ->allow_extra_args(false);
+  app.add_option("--except", options.except, "All checks but this one (repeat)")
+      ->type_name("CHECK")
+      ->allow_extra_args(false);
+  app.add_option("--against", options.against,
+                 "Of an integrator: another one whose pictures are to be the same")
+      ->type_name("NAME");
+  app.add_option("--effort", options.effort, "Random samples, as a factor; default: 1")
+      ->type_name("FACTOR")
+      ->check(CLI::Range(0.01, 1000.));
+  app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
+}
+
+void declare_new(CLI::App& app, Options& options) {
+  app.add_option("CATEGORY", options.category,
+                 "bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture")
+      ->required();
+  app.add_option("NAME", options.plugin_name, "Of the plugin")->required();
+  app.add_option("--output", options.folder, "Folder to be made; default: NAME")
+      ->type_name("DIR");
 }
 
 void interpret_budget(const CLI::App& app, const RawOptions& raw, Options& options) {
@@ -258,13 +308,15 @@ void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
       throw Error("--stats: there are none with --inspect, which doesn't render");
     }
   }
+  if (options.command == Options::Command::kCheckPlugin) interpret_seed(app, raw, options);
   if (options.command == Options::Command::kRender) {
     check_that_none_is_empty(app);
     interpret_budget(app, raw, options);
     check_checkpoint(app, options);
     interpret_seed(app, raw, options);
   }
-  if (app.count("--isa") > 0 && options.isa.empty()) throw Error("--isa: its value is empty");
+  const bool has_isa = options.command != Options::Command::kNewPlugin && app.count("--isa") > 0;
+  if (has_isa && options.isa.empty()) throw Error("--isa: its value is empty");
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }
 
@@ -281,34 +333,54 @@ class WrappingFormatter final : public CLI::Formatter {
 
 }  // namespace
 
-/// `kinome` or `kinome plugins`. CLI11 writes into `options` and `raw`.
+/// What a command line may say. CLI11 writes into `options` and `raw`.
 struct OptionsParser::Language {
-  explicit Language(bool lists_plugins)
-      : app(lists_plugins ? "Lists all plugins, those of a category, or the\nparameters of one."
-                          : "Renders a scene.\nkinome plugins [NAME]: lists plugins, those of a\n"
-                            "category, or the parameters of one.",
-            lists_plugins ? "kinome plugins" : "kinome") {
+  explicit Language(Options::Command command) {
     app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
     app.formatter(std::make_shared<WrappingFormatter>());
-    declare_plugin_options(app, options);
-    if (lists_plugins) {
-      app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
-      app.add_flag("--markdown", options.markdown, "As a table in Markdown; of one plugin, a page")
-          ->disable_flag_override();
-      app.add_flag("--mitsuba", options.mitsuba, "All of Mitsuba's plugins: which there are here")
-          ->disable_flag_override();
-    } else {
-      declare(app, options, raw);
-      declare_page("--man", "Print the manual page, for man -l", man_page);
-      declare_page("--completion", "Print what completes command lines in bash", bash_completion);
+    if (command != Options::Command::kNewPlugin) declare_plugin_options(app, options);
+    switch (command) {
+      case Options::Command::kRender:
+        describe("kinome", "Renders a scene.\nkinome plugins [NAME]: lists plugins, those of a\n"
+                           "category, or the parameters of one.\nkinome check PLUGIN: whether a "
+                           "plugin is right.\nkinome new CATEGORY NAME: begins a plugin.");
+        declare(app, options, raw);
+        declare_page("--man", "Print the manual page, for man -l", man_page);
+        declare_page("--completion", "Print what completes command lines in bash", bash_completion);
+        break;
+      case Options::Command::kListPlugins:
+        describe("kinome plugins",
+                 "Lists all plugins, those of a category, or the\nparameters of one.");
+        declare_list(app, options);
+        break;
+      case Options::Command::kCheckPlugin:
+        describe("kinome check", "Whether a plugin does what its category must, one line a check;\n"
+                                 "exit status 1 where it doesn't.");
+        declare_check(app, options, raw);
+        break;
+      case Options::Command::kNewPlugin:
+        describe("kinome new", "Makes a folder with a plugin's source, CMakeLists.txt, a scene and\n"
+                               "a test, to begin with.");
+        declare_new(app, options);
+        break;
     }
+  }
+  void describe(const char* name, const char* what) {
+    app.name(name);
+    app.description(what);
   }
 
   /// A flag that prints a page about all options and ends the program.
   void declare_page(const std::string& name, const std::string& text,
-                    std::string (*page)(const CLI::App&, const CLI::App&)) {
+                    std::string (*page)(const CLI::App&, const std::vector<const CLI::App*>&)) {
     const auto print = [this, page] {
-      std::cout << page(app, Language(true).app);
+      std::vector<std::unique_ptr<Language>> others;
+      std::vector<const CLI::App*> commands;
+      for (const CommandWord& word : kCommandWords) {
+        others.push_back(std::make_unique<Language>(word.command));
+        commands.push_back(&others.back()->app);
+      }
+      std::cout << page(app, commands);
       throw CLI::Success();
     };
     app.add_flag_callback(name, print, text)->disable_flag_override();
@@ -323,25 +395,24 @@ OptionsParser::OptionsParser() = default;
 OptionsParser::~OptionsParser() = default;
 
 std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
-  // `kinome plugins` is told apart by its first word, so that a scene may come after any options.
-  const int plugins = plugins_word(argc, argv);
-  const bool lists_plugins = plugins > 0;
-  std::unique_ptr<Language>& language = lists_plugins ? plugins_ : render_;
-  if (!language) language = std::make_unique<Language>(lists_plugins);
+  // Commands are told apart by their first word, so that a scene may come after any options.
+  const auto [command, place] = command_word(argc, argv);
+  std::unique_ptr<Language>& language = languages_[command.command];
+  if (!language) language = std::make_unique<Language>(command.command);
   auto& [options, raw, app] = *language;
   options = {};
   raw = {};
-  if (lists_plugins) options.command = Options::Command::kListPlugins;
+  options.command = command.command;
   std::vector<const char*> words(argv, argv + argc);
-  if (lists_plugins) words.erase(words.begin() + plugins);
+  if (place > 0) words.erase(words.begin() + place);
   try {
     app.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::Success& asked) {
     app.exit(asked, std::cout, std::cerr);
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
-    throw Error(complaint_of(app, error) + " (kinome " + (lists_plugins ? "plugins " : "") +
-                "--help lists the options)");
+    throw Error(complaint_of(app, error) + " (kinome " +
+                (place > 0 ? std::string(command.word) + " " : "") + "--help lists the options)");
   }
   interpret(app, raw, options);
   return options;

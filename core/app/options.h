@@ -15,7 +15,7 @@ enum class StatsFormat { kNone, kText, kJson };
 
 /// What the command line asks for.
 struct Options {
-  enum class Command { kRender, kListPlugins };
+  enum class Command { kRender, kListPlugins, kCheckPlugin, kNewPlugin };
   Command command = Command::kRender;
 
   std::string scene;
@@ -43,9 +43,18 @@ struct Options {
   bool check = false;
   std::optional<Vec2> inspect;  ///< pixel whose clusters are shown in place of rendering
 
-  std::string plugin_name;  ///< of `kinome plugins NAME`; "": all of them
+  std::string plugin_name;  ///< of `kinome plugins NAME` ("": all of them), `check` and `new`
   bool markdown = false;
   bool mitsuba = false;
+
+  // Of `kinome check`; its -D are `defines`.
+  std::vector<std::string> only, except;  ///< names of checks
+  std::string against;                    ///< an integrator
+  double effort = 1;
+
+  // Of `kinome new`.
+  std::string category;
+  std::string folder;  ///< "": named as the plugin, in the current one
 };
 
 /// Reads any number of command lines, each as parse_options does. To declare all options takes
@@ -58,7 +67,7 @@ class OptionsParser {
 
  private:
   struct Language;
-  std::unique_ptr<Language> render_, plugins_;
+  std::map<Options::Command, std::unique_ptr<Language>> languages_;
 };
 
 /// nullopt where the command line asked for help or the version: it is printed already. Throws

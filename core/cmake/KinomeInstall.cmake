@@ -6,9 +6,12 @@ set(kinome_package_dir lib/cmake/kinome)
 # Two components: `runtime`, which is all that doesn't say otherwise, and `dev`, what plugins are built
 # with.
 set_target_properties(kinome PROPERTIES INSTALL_RPATH "$ORIGIN/../lib")
+set_target_properties(kinome_check PROPERTIES INSTALL_RPATH "$ORIGIN")
 install(TARGETS kinome kinome_core EXPORT KinomeTargets
   RUNTIME DESTINATION bin
   LIBRARY DESTINATION lib NAMELINK_COMPONENT dev)
+# For `kinome check` alone, as the templates are for `kinome new`.
+install(TARGETS kinome_check LIBRARY DESTINATION lib COMPONENT dev)
 install(DIRECTORY include/kinome DESTINATION include COMPONENT dev)
 # The comparison of pictures: the program looks for its package in ../lib/kinome/python.
 install(PROGRAMS "${PROJECT_SOURCE_DIR}/validation/kinome-compare" DESTINATION bin)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "kinome/instruction_set.h"
 #include "sdk.h"
@@ -40,7 +41,27 @@ TEST_F(Sdk, SkyGradientLightsAFloorAsDerived) {
   }
 }
 
-/// The same by cells, which the plugin's emitter offers: all of product sampling's stages run, and
+/// Closed form: at r from below a lamp of intensity I cos at height h, a floor of reflectance rho shows
+/// rho / pi I h² / (h² + r²)².
+TEST_F(Sdk, DownlightLightsAFloorAsDerived) {
+  const double half = 3 * std::tan(10 * std::numbers::pi / 180);  // of what the camera sees
+  constexpr int kSteps = 64;
+  double expected = 0;
+  for (int i = 0; i < kSteps * kSteps; ++i) {
+    const double x = half * (2 * (i % kSteps + .5) / kSteps - 1);
+    const double z = half * (2 * (i / kSteps + .5) / kSteps - 1);
+    expected += .5 * std::numbers::inv_pi * 4 / std::pow(4 + x * x + z * z, 2) / (kSteps * kSteps);
+  }
+  // 16384 samples of which each differs by less than 0.1 of the mean; 5 of the mean's deviations.
+  for (const char* integrator : {"direct", "path", "clustered"}) {
+    const std::string depth = std::string(integrator) == "direct" ? "" : kDirectLight;
+    const Rgb mean =
+        mean_of(render_text(floor_scene(integrator, "<emitter type='downlight'/>", depth)));
+    EXPECT_NEAR(mean.x, expected, expected * 0.1 * 5 / 128) << integrator;
+  }
+}
+
+/// The sky by cells, which the plugin's emitter offers: all of product sampling's stages run, and
 /// nothing is hidden, so that control terms leave hardly any noise.
 TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
   const std::string sky = R"(<emitter type="sky_gradient"><rgb name="zenith" value=".1 .4 2"/>

@@ -87,13 +87,13 @@ class Sdk : public ::testing::Test {
     folder_ = nullptr;
   }
 
-  static ProcessResult configure(const std::string& prefix, const std::string& build) {
+  static ProcessResult configure(const std::string& prefix, const std::string& build,
+                                 const std::string& source = std::string(KINOME_TEST_SOURCE) +
+                                                             "/tests/sdk/project") {
     std::string flags;
     if (std::string(KINOME_TEST_SANITIZER) == "asan") flags = "-fsanitize=address,undefined";
     if (std::string(KINOME_TEST_SANITIZER) == "tsan") flags = "-fsanitize=thread";
-    return run_process({KINOME_TEST_CMAKE, "-S",
-                        std::string(KINOME_TEST_SOURCE) + "/tests/sdk/project", "-B", build, "-G",
-                        "Ninja", "-DCMAKE_PREFIX_PATH=" + prefix,
+    return run_process({KINOME_TEST_CMAKE, "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_PREFIX_PATH=" + prefix,
                         "-DCMAKE_CXX_COMPILER=" KINOME_TEST_CXX, "-DCMAKE_CXX_FLAGS=" + flags});
   }
 

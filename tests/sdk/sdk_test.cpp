@@ -15,7 +15,8 @@ TEST_F(Sdk, InstallationRemovesWhatIsNoLongerBuilt) {
 TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
   for (const char* name :
        {"bin/kinome", "bin/kinome-compare", "lib/kinome/python/compare/command.py",
-        "lib/libkinome.so", "include/kinome/plugin.h", "lib/kinome/plugins/bsdf/diffuse.so",
+        "lib/libkinome.so", "lib/libkinome_check.so", "share/kinome/templates/CMakeLists.txt",
+        "share/kinome/templates/shape/ring.cpp", "share/kinome/templates/shape/scene.xml", "include/kinome/plugin.h", "lib/kinome/plugins/bsdf/diffuse.so",
         "lib/kinome/plugins/sampler/ldsampler.so", "lib/cmake/kinome/KinomeConfig.cmake",
         "lib/cmake/kinome/KinomeConfigVersion.cmake", "lib/cmake/kinome/KinomeTargets.cmake",
         "lib/cmake/kinome/KinomePlugin.cmake"}) {
@@ -65,6 +66,21 @@ TEST_F(Sdk, PluginsAreListed) {
   EXPECT_NE(one.out.find("emitter/sky_gradient"), std::string::npos) << one.out;
   EXPECT_NE(one.out.find("Radiance straight up."), std::string::npos) << one.out;
   EXPECT_NE(one.out.find("0.2 0.4 1"), std::string::npos) << one.out;
+}
+
+/// What `kinome new` makes builds against the installed package and passes its own tests as it is.
+/// Those of all categories are for tests/check/new_test.py.
+TEST_F(Sdk, NewPluginIsRightAsItIs) {
+  const std::string source = folder_->path("my_sky"), build = source + "/build";
+  expect_success(run_process({program(), "new", "emitter", "my_sky", "--output", source}));
+  EXPECT_NE(read_text(source + "/my_sky.cpp").find("class MySky final"), std::string::npos);
+  expect_success(configure(prefix_, build, source));
+  expect_success(run_process({KINOME_TEST_CMAKE, "--build", build}, 300));
+  const ProcessResult tests =
+      run_process({"ctest", "--test-dir", build, "--output-on-failure"}, 300);
+  expect_success(tests);
+  EXPECT_NE(tests.out.find("100% tests passed, 0 tests failed out of 2"), std::string::npos)
+      << tests.out;
 }
 
 TEST_F(Sdk, MistakesAreReportedAtTheirPlace) {

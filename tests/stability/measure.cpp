@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "kinome/render_context.h"
-#include "support/verdicts.h"
+#include "check/verdicts.h"
 
 namespace kinome::test {
 namespace {

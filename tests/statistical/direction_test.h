@@ -64,20 +64,4 @@ inline Verdict direction_test(const DirectionTest& test, double alpha) {
   return z_test(a, b, alpha);
 }
 
-/// The density of a direction: of all places that a ray from p meets, shapes that hide each other
-/// included.
-inline float density_along(const Scene& scene, const Vec3& p, const Vec3& d,
-                           const std::function<float(const SurfaceInteraction&)>& pdf) {
-  float sum = 0;
-  Vec3 o = p;
-  for (int i = 0; i < 8; ++i) {
-    const RayHit hit = trace(scene, o, d);
-    if (!hit.hit.valid()) break;
-    const SurfaceInteraction si = scene.interaction(hit);
-    sum += pdf(si);
-    o = si.ray_origin(d);
-  }
-  return sum;
-}
-
 }  // namespace kinome::test

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "check/bsdf_points.h"
 #include "kinome/bsdf.h"
 #include "support/render.h"
 
@@ -202,29 +203,9 @@ inline std::string case_name(const testing::TestParamInfo<BsdfCase>& c) {
   return c.param.name;
 }
 
-/// A point whose shading frame is the world's, seen from wi.
-inline SurfaceInteraction seen_from(const Vec3& wi) {
-  SurfaceInteraction si;
-  si.wi = glm::normalize(wi);
-  si.uv = Vec2(0.25f);
-  return si;
-}
-/// The same by angles in degrees.
-inline SurfaceInteraction seen_at(float theta, float phi) {
-  const float t = theta * kPi / 180;
-  const float p = phi * kPi / 180;
-  return seen_from(Vec3(std::sin(t) * std::cos(p), std::sin(t) * std::sin(p), std::cos(t)));
-}
-
-/// The lobe masks worth testing: each of the BSDF's own that is no mirror, and all together.
-inline std::vector<Lobe> masks_of(const Bsdf& bsdf) {
-  std::vector<Lobe> masks;
-  for (const Lobe lobe : {Lobe::kDiffuse, Lobe::kGlossy}) {
-    if (any(bsdf.lobes() & lobe)) masks.push_back(lobe);
-  }
-  masks.push_back(Lobe::kAll);
-  return masks;
-}
+using check::masks_of;
+using check::seen_at;
+using check::seen_from;
 
 class RandomDirections {
  public:

@@ -1,4 +1,4 @@
-#include "support/statistics.h"
+#include "check/statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "support/verdicts.h"
+#include "check/verdicts.h"
 
-namespace kinome::test {
+namespace kinome::check {
 
 namespace {
 
@@ -172,4 +172,4 @@ double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimat
   return (high + kNineOfTen) * std::sqrt(variance) / std::abs(sum);
 }
 
-}  // namespace kinome::test
+}  // namespace kinome::check

@@ -4,10 +4,10 @@
 #include <string>
 #include <utility>
 
-#include "support/statistics.h"
+#include "check/statistics.h"
 
 /// How tests come to their verdicts.
-namespace kinome::test {
+namespace kinome::check {
 
 inline Verdict fail(std::string text) {
   return {false, 0, std::move(text)};
@@ -18,4 +18,4 @@ inline double bonferroni(double p, double q) {
   return std::min(1., 2 * std::min(p, q));
 }
 
-}  // namespace kinome::test
+}  // namespace kinome::check

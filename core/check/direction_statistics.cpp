@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "support/statistics.h"
-#include "support/verdicts.h"
+#include "check/statistics.h"
+#include "check/verdicts.h"
 
-namespace kinome::test {
+namespace kinome::check {
 namespace {
 
 /// Direction at cos theta = z and azimuth phi.
@@ -21,10 +21,10 @@ Vec3 sphere_point(double z, double phi) {
 }
 
 /// A rectangle in (cos theta, phi), where the measure is solid angle.
-struct Patch {
+struct SpherePatch {
   double z0, z1, phi0, phi1;
 
-  Patch part(int i, int j, int n) const {
+  SpherePatch part(int i, int j, int n) const {
     const double dz = (z1 - z0) / n;
     const double dphi = (phi1 - phi0) / n;
     return {z0 + i * dz, z0 + (i + 1) * dz, phi0 + j * dphi, phi0 + (j + 1) * dphi};
@@ -38,11 +38,11 @@ class PatchIntegral {
   PatchIntegral(const std::function<float(const Vec3&)>& pdf, double tolerance)
       : pdf_(pdf), tolerance_(tolerance) {}
 
-  double operator()(const Patch& cell, int panels) const {
+  double operator()(const SpherePatch& cell, int panels) const {
     double sum = 0;
     for (int i = 0; i < panels; ++i) {
       for (int j = 0; j < panels; ++j) {
-        const Patch panel = cell.part(i, j, panels);
+        const SpherePatch panel = cell.part(i, j, panels);
         sum += refine(panel, gauss(panel), tolerance_ / panels, kMaxDepth);
       }
     }
@@ -53,7 +53,7 @@ class PatchIntegral {
   static constexpr int kMaxDepth = 7;
 
   /// Gauss-Legendre, 4 x 4 nodes.
-  double gauss(const Patch& p) const {
+  double gauss(const SpherePatch& p) const {
     static constexpr std::array kNode{0.06943184420297371, 0.33000947820757187, 0.66999052179242813,
                                       0.93056815579702629};
     static constexpr std::array kWeight{0.17392742256872693, 0.32607257743127307,
@@ -69,7 +69,7 @@ class PatchIntegral {
     return sum * (p.z1 - p.z0) * (p.phi1 - p.phi0);
   }
 
-  double refine(const Patch& p, double coarse, double tolerance, int depth) const {
+  double refine(const SpherePatch& p, double coarse, double tolerance, int depth) const {
     std::array<double, 4> parts;
     double fine = 0;
     for (int i = 0; i < 4; ++i) {
@@ -162,7 +162,7 @@ Verdict sphere_chi2_test(const SphereChi2& test, double alpha) {
   for (size_t i = 0; i < expected.size(); ++i) {
     const int row = static_cast<int>(i) / columns;
     const int column = static_cast<int>(i) % columns;
-    const Patch cell{2. * row / rows - 1, 2. * (row + 1) / rows - 1,
+    const SpherePatch cell{2. * row / rows - 1, 2. * (row + 1) / rows - 1,
                      2 * std::numbers::pi * column / columns,
                      2 * std::numbers::pi * (column + 1) / columns};
     // An error of 1 % of the noise of the cell's count adds nothing visible to the statistic.
@@ -250,4 +250,4 @@ Verdict jacobian_test(const std::function<std::optional<Vec3>(Vec2)>& sample,
                   median, high, worst, worst_u.x, worst_u.y)};
 }
 
-}  // namespace kinome::test
+}  // namespace kinome::check

@@ -1,0 +1,142 @@
+// `kinome new`: begins a plugin as the example of its category, under another name.
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "crash.h"
+#include "kinome/error.h"
+#include "kinome/object.h"
+
+namespace kinome::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// share/kinome/templates beside the program's folder.
+fs::path templates() {
+  std::error_code failed;
+  const fs::path program = fs::canonical("/proc/self/exe", failed).parent_path();
+  return program.parent_path() / "share/kinome/templates";
+}
+
+std::string read(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file) throw Error(fmt::format("'{}': can't be read", path.string()));
+  return text.str();
+}
+
+void write(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  if (!file.flush()) throw Error(fmt::format("'{}': can't be written", path.string()));
+}
+
+bool is_word_part(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+}
+
+/// Each `word` by itself, not as a part of another one.
+std::string replaced(const std::string& text, const std::string& word, const std::string& by) {
+  std::string result;
+  size_t begin = 0;
+  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+    const size_t end = at + word.size();
+    if ((at > 0 && is_word_part(text[at - 1])) || (end < text.size() && is_word_part(text[end]))) {
+      continue;
+    }
+    result += text.substr(begin, at - begin) + by;
+    begin = end;
+  }
+  return result + text.substr(begin);
+}
+
+/// "my_sky": "MySky".
+std::string class_name(const std::string& name) {
+  std::string result;
+  bool is_first = true;
+  for (const char c : name) {
+    if (c == '_') {
+      is_first = true;
+      continue;
+    }
+    result += is_first ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+    is_first = false;
+  }
+  return result;
+}
+
+void check_names(const Options& options) {
+  std::vector<std::string> categories;
+  for (int i = 0; i < kCategoryCount; ++i) {
+    categories.emplace_back(to_string(static_cast<Category>(i)));
+  }
+  if (std::find(categories.begin(), categories.end(), options.category) == categories.end()) {
+    const std::string near = nearest_name(options.category, categories);
+    throw Error(fmt::format("there is no category '{}'{}", options.category,
+                            near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+  }
+  const std::string& name = options.plugin_name;
+  if (name.empty() || !std::islower(static_cast<unsigned char>(name[0])) ||
+      !std::all_of(name.begin(), name.end(),
+                   [](char c) { return is_word_part(c) && !std::isupper(c); })) {
+    throw Error(fmt::format("'{}': a plugin's name is of small letters, digits and _, and begins "
+                            "with a letter",
+                            name));
+  }
+}
+
+/// The one source among a category's templates.
+fs::path example_of(const fs::path& folder) {
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    if (entry.path().extension() == ".cpp") return entry.path();
+  }
+  throw Error(fmt::format("'{}': there are no templates, which are installed with the program",
+                          folder.string()));
+}
+
+}  // namespace
+
+int new_plugin_command(const Options& options) {
+  set_activity("beginning a plugin");
+  check_names(options);
+  const std::string& name = options.plugin_name;
+  const fs::path from = templates() / options.category;
+  const fs::path example = example_of(from);
+  const fs::path to = options.folder.empty() ? name : options.folder;
+  if (fs::exists(to)) throw Error(fmt::format("'{}' is there already", to.string()));
+
+  std::string source = read(example);
+  const std::string registration = "KINOME_PLUGIN(";
+  const size_t begin = source.find(registration) + registration.size();
+  const std::string old_class = source.substr(begin, source.find(',', begin) - begin);
+  const std::string old_name = example.stem().string();
+  source = replaced(replaced(source, old_class, class_name(name)), old_name, name);
+  std::string build = read(templates() / "CMakeLists.txt");
+  const bool is_wide = source.find("<kinome/wide/") != std::string::npos;
+  if (is_wide) build = replaced(build, "@NAME@.cpp)", "@NAME@.cpp WIDE)");
+  build = replaced(replaced(build, "@NAME@", name), "@CATEGORY@", options.category);
+  std::error_code failed;
+  fs::create_directories(to, failed);
+  if (failed) throw Error(fmt::format("'{}': {}", to.string(), failed.message()));
+  write(to / (name + ".cpp"), source);
+  write(to / "CMakeLists.txt", build);
+  write(to / "scene.xml", replaced(read(from / "scene.xml"), old_name, name));
+  fmt::print("{}: {}.cpp (as the example {}), CMakeLists.txt, scene.xml\n"
+             "  cmake -S {} -B {}/build -DCMAKE_PREFIX_PATH={}\n"
+             "  cmake --build {}/build\n"
+             "  ctest --test-dir {}/build\n",
+             to.string(), name, old_name, to.string(), to.string(),
+             templates().parent_path().parent_path().parent_path().string(), to.string(),
+             to.string());
+  return 0;
+}
+
+}  // namespace kinome::app

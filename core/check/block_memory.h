@@ -1,0 +1,58 @@
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "kinome/columns.h"
+#include "kinome/math.h"
+
+/// Memory for functions over blocks, whose padding is poisoned.
+namespace kinome::check {
+
+inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+/// What lies behind a column's padding, and must stay there.
+inline constexpr float kGuard = 12345.678f;
+
+/// Columns of `count` values: all NaN, their padding included.
+class BlockMemory {
+ public:
+  explicit BlockMemory(size_t count) : length_(padded(count)) {}
+  BlockMemory(const BlockMemory&) = delete;
+  BlockMemory& operator=(const BlockMemory&) = delete;
+
+  float* one() {
+    columns_.push_back(std::make_unique<Lanes[]>(length_ / kBlockLanes + 1));
+    float* const values = columns_.back()[0].values;
+    std::fill(values, values + length_, kNan);
+    std::fill(values + length_, values + length_ + kBlockLanes, kGuard);
+    return values;
+  }
+  Columns2 two() { return {one(), one()}; }
+  Columns3 three() { return {one(), one(), one()}; }
+  /// Zeros.
+  uint32_t* indices() {
+    auto* const values = reinterpret_cast<uint32_t*>(one());
+    std::memset(values, 0, length_ * sizeof(uint32_t));
+    return values;
+  }
+  /// Whether something was written behind a column's padding.
+  bool is_overrun() const {
+    return std::any_of(columns_.begin(), columns_.end(), [&](const auto& column) {
+      const Lanes& guard = column[length_ / kBlockLanes];
+      return std::any_of(guard.values, guard.values + kBlockLanes,
+                         [](float value) { return value != kGuard; });
+    });
+  }
+
+ private:
+  struct alignas(kColumnAlignment) Lanes {
+    float values[kBlockLanes];
+  };
+  size_t length_;
+  std::vector<std::unique_ptr<Lanes[]>> columns_;
+};
+
+}  // namespace kinome::check

@@ -1,0 +1,48 @@
+// `kinome check`: which checks a plugin has, by its category.
+
+#include <fmt/format.h>
+
+#include "check/request.h"
+#include "check/subject.h"
+#include "kinome/error.h"
+#include "kinome/log.h"
+
+namespace kinome::check {
+
+namespace {
+
+void add_checks_of_category(const Subject& subject, Plan& plan) {
+  switch (subject.category()) {
+    case Category::kBsdf: return add_bsdf_checks(subject, plan);
+    case Category::kEmitter: return add_emitter_checks(subject, plan);
+    case Category::kFilm: return add_film_checks(subject, plan);
+    case Category::kIntegrator: return add_integrator_checks(subject, plan);
+    case Category::kReconstructionFilter: return add_filter_checks(subject, plan);
+    case Category::kSampler: return add_sampler_checks(subject, plan);
+    case Category::kSensor: return add_sensor_checks(subject, plan);
+    case Category::kShape: return add_shape_checks(subject, plan);
+    case Category::kTexture: return add_texture_checks(subject, plan);
+  }
+}
+
+}  // namespace
+
+int check_plugin(const Request& request) {
+  set_log_level(LogLevel::kQuiet);  // extremes of parameters may be warned of
+  const Subject subject(request);
+  fmt::print("{}: {}\n", subject.title(), subject.plugin().doc);
+  Plan plan(request);
+  add_parameter_checks(subject, plan);
+  try {
+    add_checks_of_category(subject, plan);
+  } catch (const Error&) {
+    // It can't be made as it is, which the first check tells.
+  }
+  return plan.run() == 0 ? 0 : 1;
+}
+
+}  // namespace kinome::check
+
+int kinome_check_plugin(const kinome::check::Request& request) {
+  return kinome::check::check_plugin(request);
+}

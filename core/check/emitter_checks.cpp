@@ -1,0 +1,415 @@
+// What makes an emitter right: light toward a point, and light that leaves it.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "check/audit_checks.h"
+#include "check/block_memory.h"
+#include "check/density_cells.h"
+#include "check/emitter_scene.h"
+#include "check/rays.h"
+#include "check/subject.h"
+#include "kinome/render_context.h"
+#include "kinome/warp.h"
+
+namespace kinome::check {
+namespace {
+
+const char* nonsense_of_sample(const DirectSample& sample) {
+  if (!(sample.pdf >= 0)) return "sample_direct() returns a density that is negative or no number";
+  if (sample.pdf == 0) return nullptr;
+  if (!is_finite(sample.d)) return "sample_direct() returns a direction that is not finite";
+  if (std::abs(glm::length(sample.d) - 1) > 1e-4f) {
+    return "sample_direct() returns directions that are not of unit length";
+  }
+  if (!(sample.distance > 0)) return "sample_direct() returns a distance that is not positive";
+  if (!is_finite(sample.radiance)) return "sample_direct() returns a radiance that is not finite";
+  return nullptr;
+}
+
+/// Photographs may be slightly negative, and so may channels of colours that no screen shows.
+std::string negative_of(float sum, float negative) {
+  const float share = -negative / sum;
+  return share > 0.01f ? fmt::format("radiance is negative: {:.3g} of the light", share) : "";
+}
+
+Outcome emitter_values(const Subject& subject) {
+  Outcome outcome;
+  const EmitterScene at(subject);
+  Random random(subject.request().seed + 1);
+  const int count = subject.samples(4000);
+  float sum = 0, negative = 0;  // of luminance
+  const float ends[] = {0, 0x1p-24f, 0.5f, kOneMinusEpsilon};
+  int had = 0;
+  for (int i = 0; i < count; ++i) {
+    const Vec2 u = i < 16 ? Vec2(ends[i / 4], ends[i % 4]) : random.unit2();
+    const auto sample = at.emitter().sample_direct(at.place(random), u);
+    if (!sample) continue;
+    if (const char* const fault = nonsense_of_sample(*sample)) {
+      outcome.fail(fmt::format("{}, for u = ({}, {})", fault, u.x, u.y));
+      return outcome;
+    }
+    had += sample->pdf > 0;
+    if (!(sample->pdf > 0)) continue;
+    const float light = luminance(sample->radiance) / sample->pdf;
+    sum += std::abs(light);
+    negative += std::min(light, 0.f);
+  }
+  for (int i = 0; at.emitter().is_environment() && i < count; ++i) {
+    Vec3 d = random.direction();
+    if (i < 6) d = Vec3(i / 2 == 0, i / 2 == 1, i / 2 == 2) * (i % 2 ? 1.f : -1.f);
+    const Rgb radiance = at.emitter().eval_environment(d);
+    const float pdf = at.emitter().pdf_environment(d);
+    const std::string where = fmt::format("toward ({}, {}, {})", d.x, d.y, d.z);
+    if (!is_finite(radiance)) outcome.fail("eval_environment() is not finite " + where);
+    if (!(pdf >= 0 && std::isfinite(pdf))) {
+      outcome.fail(fmt::format("pdf_environment() is {} {}", pdf, where));
+    }
+  }
+  const std::string fault = negative_of(sum, negative);
+  if (!fault.empty()) outcome.fail(fault);
+  outcome.measured = fmt::format("{} samples, {} with light: finite, not negative, unit directions",
+                                 count, had);
+  return outcome;
+}
+
+/// The middle of the ratios of the density that a sample has to the one that is told of it.
+Outcome emitter_density(const Subject& subject) {
+  Outcome outcome;
+  const EmitterScene at(subject);
+  Random random(subject.request().seed + 2);
+  std::vector<float> ratios;
+  for (int i = 0; i < subject.samples(2000); ++i) {
+    const Vec3 p = at.place(random);
+    const auto sample = at.emitter().sample_direct(p, random.unit2());
+    if (!sample || !(sample->pdf > 0)) continue;
+    const auto told = at.pdf_of(p, *sample);
+    if (told) ratios.push_back(sample->pdf / *told);
+  }
+  if (ratios.empty()) {
+    outcome.measured = "no samples to look at";
+    return outcome;
+  }
+  std::nth_element(ratios.begin(), ratios.begin() + static_cast<long>(ratios.size() / 2),
+                   ratios.end());
+  const float ratio = ratios[ratios.size() / 2];
+  outcome.measured =
+      fmt::format("a sample's density is {:.5g} times {}'s, bound 1 to 0.002", ratio, at.pdf_name());
+  if (!(std::abs(ratio - 1) <= 2e-3f)) {
+    outcome.fail(fmt::format("sample_direct() returns densities {:.4g} times those of {}", ratio,
+                             at.pdf_name()));
+  }
+  return outcome;
+}
+
+constexpr int kEmitterPlaces = 3;
+
+Outcome emitter_sampling(const Subject& subject, double alpha) {
+  Outcome outcome;
+  const EmitterScene at(subject);
+  const int places = at.emitter().is_environment() ? 1 : kEmitterPlaces;
+  for (int i = 0; i < places; ++i) {
+    Random around(subject.request().seed + 30 + static_cast<uint64_t>(i));
+    const Vec3 p = at.place(around);
+    DensityCells test;
+    test.sample = [&](Random& random) -> std::optional<Vec3> {
+      const auto sample = at.emitter().sample_direct(p, random.unit2());
+      if (!sample || !(sample->pdf > 0)) return std::nullopt;
+      return sample->d;
+    };
+    test.pdf = [&](const Vec3& d) { return at.pdf_along(p, d); };
+    test.samples = subject.samples(30000);
+    test.seed = subject.request().seed + 40 + static_cast<uint64_t>(i);
+    const DensityVerdict verdict = density_test(test, alpha);
+    if (outcome.passed) {
+      outcome.measured = fmt::format("{}; {} integrates to {:.4g}, {:.4g} of the tries gave a sample",
+                                     verdict.text, at.pdf_name(), verdict.mass, verdict.accepted);
+    }
+    if (!verdict.passed) outcome.fail(cause_of(verdict, at.pdf_name()));
+  }
+  return outcome;
+}
+
+/// Of a light that comes from one direction alone.
+Outcome emitter_delta(const Subject& subject) {
+  Outcome outcome;
+  const EmitterScene at(subject);
+  Random random(subject.request().seed + 3);
+  int seen = 0;
+  for (int i = 0; i < subject.samples(1000); ++i) {
+    const Vec3 p = at.place(random);
+    const auto a = at.emitter().sample_direct(p, Vec2(kNan));
+    const auto b = at.emitter().sample_direct(p, random.unit2());
+    if (a.has_value() != b.has_value()) outcome.fail("whether there is a sample depends on u");
+    if (!a || !b) continue;
+    ++seen;
+    if (!a->is_delta || a->pdf != 1) outcome.fail("its samples are not is_delta with a pdf of 1");
+    if (glm::length(a->d - b->d) > 1e-6f || a->radiance != b->radiance) {
+      outcome.fail("sample_direct() depends on u, which may be NaN here");
+    }
+  }
+  outcome.measured = fmt::format("one direction from each of {} places that it lights", seen);
+  return outcome;
+}
+
+// ---- light that leaves it
+
+/// Sums by the octant that light goes to.
+struct Octants {
+  Moments sums[8][3];
+  /// `weight` toward d; all other octants get nothing.
+  void add(const Vec3& d, const Rgb& weight) {
+    const int octant = (d.x > 0) + 2 * (d.y > 0) + 4 * (d.z > 0);
+    for (int i = 0; i < 8; ++i) {
+      for (int c = 0; c < 3; ++c) {
+        sums[i][c].add(i == octant ? static_cast<double>(weight[c]) : 0.);
+      }
+    }
+  }
+  std::vector<Estimate> estimates() const {
+    std::vector<Estimate> all;
+    for (const auto& octant : sums) {
+      for (const Moments& m : octant) all.push_back({m.mean(), m.variance_of_mean()});
+    }
+    return all;
+  }
+  double total() const {
+    double sum = 0;
+    for (const auto& octant : sums) {
+      for (const Moments& m : octant) sum += m.mean();
+    }
+    return sum;
+  }
+};
+
+Outcome emitter_emission(const Subject& subject, double alpha) {
+  Outcome outcome;
+  const EmitterScene at(subject);
+  Random random(subject.request().seed + 4);
+  const int count = subject.samples(40000);
+  Octants emitted, expected;
+  int had = 0;
+  Vec3 o(0.f);
+  for (int i = 0; i < count; ++i) {
+    const Vec2 position = random.unit2();
+    const auto ray = at.emitter().sample_emission(position, random.unit2());
+    if (!ray) {
+      emitted.add(Vec3(0, 0, 1), Rgb(0.f));
+      continue;
+    }
+    ++had;
+    o = ray->o;
+    if (!is_finite(ray->o) || !is_finite(ray->d) || std::abs(glm::length(ray->d) - 1) > 1e-4f) {
+      outcome.fail("sample_emission() returns a ray that is not finite, or not of unit length");
+      return outcome;
+    }
+    if (!is_finite(ray->power)) outcome.fail("sample_emission() returns power that is not finite");
+    const bool is_distant = ray->pdf_position > 0;
+    emitted.add(ray->d, is_distant ? ray->power * ray->pdf_position : ray->power);
+  }
+  if (had == 0) {
+    outcome.measured = "not offered: light tracing, and light after bounces by clustered, miss it";
+    return outcome;
+  }
+  for (int i = 0; i < count; ++i) {
+    const auto [d, power] = at.reference_emission(random, o);
+    expected.add(d, power);
+  }
+  if (expected.total() == 0 && at.emitter().is_surface()) {
+    outcome.measured = fmt::format("{} rays; eval_surface() is 0, as where light leaves along "
+                                   "single directions: there is nothing to compare with", had);
+    return outcome;
+  }
+  // A peak that few samples find is no fault of either side: its variance tells, roughly.
+  const Verdict verdict = z_test(emitted.estimates(), expected.estimates(), alpha);
+  outcome.measured = verdict.text;
+  if (!verdict.passed) {
+    outcome.fail(fmt::format("sample_emission() sends out {:.4g} times the light that {} has",
+                             emitted.total() / expected.total(), at.value_name()));
+  }
+  return outcome;
+}
+
+Outcome emitter_emission_density(const Subject& subject, double alpha) {
+  Outcome outcome;
+  const EmitterScene at(subject);
+  if (at.emitter().is_surface() || !at.emitter().emission_density(Vec3(0, 0, 1))) {
+    outcome.measured = "not told";
+    return outcome;
+  }
+  Random random(subject.request().seed + 5);
+  for (int i = 0; i < subject.samples(1000); ++i) {
+    const Vec2 position = random.unit2();
+    const auto ray = at.emitter().sample_emission(position, random.unit2());
+    if (!ray || ray->pdf_direction == 0) continue;
+    const auto told = at.emitter().emission_density(ray->d);
+    const float position_told = told ? told->position : 0;
+    if (std::abs(position_told - ray->pdf_position) > 2e-3f * ray->pdf_position) {
+      outcome.fail(fmt::format("sample_emission() has density {:.4g} of positions, and "
+                               "emission_density() {:.4g}",
+                               ray->pdf_position, position_told));
+    }
+  }
+  DensityCells test;
+  test.sample = [&](Random& numbers) -> std::optional<Vec3> {
+    const Vec2 position = numbers.unit2();
+    const auto ray = at.emitter().sample_emission(position, numbers.unit2());
+    if (!ray || !(ray->pdf_direction > 0)) return std::nullopt;
+    return ray->d;
+  };
+  test.pdf = [&](const Vec3& d) {
+    const auto told = at.emitter().emission_density(d);
+    return told ? double{told->direction} : 0.;
+  };
+  test.samples = subject.samples(30000);
+  test.seed = subject.request().seed + 6;
+  if (!test.sample(random)) {
+    outcome.measured = "parallel light: no density of directions";
+    return outcome;
+  }
+  const DensityVerdict verdict = density_test(test, alpha);
+  outcome.measured = verdict.text;
+  if (!verdict.passed) outcome.fail(cause_of(verdict, "emission_density()"));
+  return outcome;
+}
+
+/// Points that stand for all of its light: as `clustered` by the thesis's importances asks for them.
+Outcome emitter_light_points(const Subject& subject) {
+  Outcome outcome;
+  const EmitterScene at(subject);
+  RenderContext context({.threads = 1, .seed = subject.request().seed});
+  constexpr uint32_t kCount = 4096;
+  const auto points = at.emitter().light_points(at.scene(), context, kCount);
+  if (!points) {
+    outcome.measured = "not offered: clustered by the thesis's importances doesn't see it";
+    return outcome;
+  }
+  const size_t count = points->size();
+  const bool is_local = points->kind == LightPoints::Kind::kLocal;
+  if (points->power.size() != count || points->extent.size() != count ||
+      (is_local && points->normal.size() != count)) {
+    outcome.fail("light_points() has columns of different lengths");
+    return outcome;
+  }
+  for (size_t i = 0; i < count; ++i) {
+    if (!is_finite(points->position[i]) || !is_finite(points->power[i])) {
+      outcome.fail("light_points() has a value that is not finite");
+    }
+    if (!(points->extent[i] > 0)) outcome.fail("light_points() has an extent that is not positive");
+    const Vec3 direction = is_local ? points->normal[i] : points->position[i];
+    if (std::abs(glm::length(direction) - 1) > 1e-4f) {
+      outcome.fail("light_points() has a direction that is not of unit length");
+    }
+  }
+  outcome.measured = fmt::format("{} points", count);
+  return outcome;
+}
+
+// ---- blocks
+
+/// How often a block's answer is another than that of the point, up to rounding.
+struct EmitterDifferences {
+  int count = 0, different = 0;
+  void add(bool is_same) {
+    ++count;
+    different += !is_same;
+  }
+};
+
+bool is_near(const Vec3& a, const Vec3& b) {
+  const float most = std::max(max_component(glm::abs(a)), max_component(glm::abs(b)));
+  return max_component(glm::abs(a - b)) <= 2e-3f * most + 1e-12f;
+}
+
+Outcome emitter_blocks(const Subject& subject) {
+  Outcome outcome;
+  const EmitterScene at(subject);
+  const Emitter& emitter = at.emitter();
+  Random random(subject.request().seed + 7);
+  const auto count = static_cast<size_t>(subject.samples(2001));
+  BlockMemory memory(count);
+  const Columns3 p = memory.three(), d = memory.three();
+  const Columns2 u = memory.two();
+  for (size_t i = 0; i < count; ++i) {
+    p.set(i, at.place(random));
+    u.set(i, random.unit2());
+    d.set(i, random.direction());
+  }
+  const auto judge = [&](const EmitterDifferences& differences, const char* what) {
+    // What lies at an edge may fall to either side by rounding.
+    if (differences.different * 100 > differences.count) {
+      outcome.fail(fmt::format("{} differs at {} of {} points", what, differences.different,
+                               differences.count));
+    }
+  };
+  const DirectBlock direct{memory.three(), memory.one(), memory.one(), memory.three(),
+                           memory.one()};
+  emitter.sample_direct_block(p, u, count, direct);
+  EmitterDifferences samples;
+  for (size_t i = 0; i < count; ++i) {
+    const auto a = emitter.sample_direct(p.at(i), u.at(i));
+    const bool has = a && a->pdf > 0;
+    samples.add(has == (direct.pdf[i] > 0) &&
+                (!has || (is_near(a->d, direct.d.at(i)) &&
+                          is_near(Vec3(a->pdf), Vec3(direct.pdf[i])) &&
+                          is_near(a->radiance, direct.radiance.at(i)))));
+  }
+  judge(samples, "sample_direct_block() from sample_direct()");
+  if (emitter.is_environment()) {
+    const Columns3 radiance = memory.three();
+    float* const pdf = memory.one();
+    emitter.eval_environment_block(d, count, radiance, pdf);
+    std::vector<Vec3> directions(count);
+    std::vector<Rgb> batch(count);
+    std::vector<float> batch_pdf(count);
+    for (size_t i = 0; i < count; ++i) directions[i] = d.at(i);
+    emitter.eval_environment_batch(directions, batch, batch_pdf);
+    EmitterDifferences blocks, batches;
+    for (size_t i = 0; i < count; ++i) {
+      const Rgb value = emitter.eval_environment(directions[i]);
+      const float told = emitter.pdf_environment(directions[i]);
+      blocks.add(is_near(value, radiance.at(i)) && is_near(Vec3(told), Vec3(pdf[i])));
+      batches.add(is_near(value, batch[i]) && is_near(Vec3(told), Vec3(batch_pdf[i])));
+    }
+    judge(blocks, "eval_environment_block() from eval_environment()");
+    judge(batches, "eval_environment_batch() from eval_environment()");
+  }
+  if (memory.is_overrun()) outcome.fail("a block's function writes behind its columns");
+  outcome.measured = fmt::format("blocks of {} are as points, bound: 1 of 100 at edges", count);
+  return outcome;
+}
+
+bool is_of_grid(const std::string& fault) {
+  return fault.find("cell_grid") != std::string::npos;
+}
+
+}  // namespace
+
+void add_emitter_checks(const Subject& subject, Plan& plan) {
+  const auto emitter = subject.make<Emitter>();
+  if (emitter->is_indirect()) return;  // has no light of its own
+  plan.add("values", 0, [&](double) { return emitter_values(subject); });
+  if (emitter->is_delta()) {
+    plan.add("delta", 0, [&](double) { return emitter_delta(subject); });
+  } else {
+    plan.add("density", 0, [&](double) { return emitter_density(subject); });
+    plan.add("sampling", emitter->is_environment() ? 1 : kEmitterPlaces,
+             [&](double alpha) { return emitter_sampling(subject, alpha); });
+  }
+  plan.add("blocks", 0, [&](double) { return emitter_blocks(subject); });
+  plan.add("consistency", 0, [&](double) {
+    return audit(subject, [](const std::string& fault) { return !is_of_grid(fault); });
+  });
+  if (emitter->is_environment()) {
+    plan.add("cell_grid", 0, [&](double) { return audit(subject, is_of_grid); });
+  }
+  plan.add("emission", 1, [&](double alpha) { return emitter_emission(subject, alpha); });
+  plan.add("emission_density", 1,
+           [&](double alpha) { return emitter_emission_density(subject, alpha); });
+  plan.add("light_points", 0, [&](double) { return emitter_light_points(subject); });
+}
+
+}  // namespace kinome::check

@@ -1,0 +1,162 @@
+// Whatever a scene may give to a parameter: it is taken, or refused by one error that tells where.
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "check/subject.h"
+#include "check/surroundings.h"
+#include "kinome/error.h"
+#include "kinome/plugin_audit.h"
+
+namespace kinome::check {
+namespace {
+
+struct Values {
+  std::vector<std::string> extreme;  ///< to be taken or refused, whatever the plugin says of them
+  std::vector<std::string> nonsense;  ///< to be refused
+};
+
+const std::vector<std::string>& extreme_numbers() {
+  static const std::vector<std::string> numbers = {"0",     "1",    "-1",   "0.5",  "1e-10",
+                                                   "-1e-10", "1e10", "-1e10"};
+  return numbers;
+}
+
+Values values_of(const Parameter& parameter) {
+  switch (parameter.type) {
+    case ParameterType::kBoolean: return {{"true", "false"}, {"maybe", ""}};
+    case ParameterType::kInteger:
+      return {{"0", "1", "-1", "2", "1000003", "2147483647", "-2147483648"},
+              {"1.5", "one", "", "99999999999999999999"}};
+    case ParameterType::kFloat: return {extreme_numbers(), {"nan", "one", "", "1 2"}};
+    case ParameterType::kString: return {{"", "there is no such thing", "0"}, {}};
+    case ParameterType::kFloatOrName: return {extreme_numbers(), {"there is no such thing"}};
+    case ParameterType::kFile: return {{}, {"", "no/such/file", "/", "/dev/null"}};
+    case ParameterType::kVector:
+      return {{"0, 0, 0", "1, 0, 0", "0, 0, -1", "1e10, 1e10, 1e10", "1e-10, 0, 0"},
+              {"1 2", "nan, 0, 0", "up"}};
+    case ParameterType::kEmission:
+    case ParameterType::kEmissionTexture:
+    case ParameterType::kReflectanceTexture:
+    case ParameterType::kUnitlessTexture:
+    case ParameterType::kColorTexture: {
+      Values values{extreme_numbers(), {"nan", "red", "1, 2"}};
+      values.extreme.insert(values.extreme.end(), {"0, 0.5, 1", "1e10, 0, 0"});
+      return values;
+    }
+    case ParameterType::kTransform:
+      return {{"1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1", "0 1 0 3  1 0 0 4  0 0 1 5  0 0 0 1",
+               "1e5 0 0 0  0 1e5 0 0  0 0 1e5 0  0 0 0 1", "2 1 0 0  0 -1 0 0  0 0 1 1e4  0 0 0 1",
+               "0 0 0 0  0 0 0 0  0 0 0 0  0 0 0 1"},
+              {"1 2 3", "nan"}};
+    case ParameterType::kImage:
+    case ParameterType::kObject: return {};
+  }
+  return {};
+}
+
+/// What is wrong with a message; nullptr: nothing.
+const char* fault_of(const Error& error) {
+  if (error.message().empty()) return "an error without a message";
+  if (std::string(error.what()).find('\n') != std::string::npos) return "an error of several lines";
+  if (error.message().starts_with("plugin '")) return "an exception that is no kinome::Error";
+  const bool has_place = error.where().line > 0 || !error.askers().empty();
+  return has_place ? nullptr : "an error without a place";
+}
+
+/// Values that are nonsense, by looking at what the object makes of a few places.
+std::string nonsense_in(const Subject& subject, const std::string& xml) {
+  const std::string elements = surroundings(subject, xml);
+  if (elements.empty()) {
+    load_object_from_string(xml, Subject::kFile, {}, subject.registry());
+    return "";
+  }
+  const auto scene = subject.scene(elements);
+  constexpr uint32_t kPlaces = 32;
+  for (const PluginFault& fault :
+       audit_plugins(*scene, *scene->sensors()[0], subject.request().seed, kPlaces)) {
+    // Beside these, extremes may be right up to a rounding that is theirs.
+    if (fault.what.find("not finite") != std::string::npos ||
+        fault.what.find("negative") != std::string::npos || fault.what == "an exception") {
+      return fault.plugin + " gives " + fault.what;
+    }
+  }
+  return "";
+}
+
+struct Counts {
+  int taken = 0, refused = 0;
+};
+
+void try_value(const Subject& subject, const Parameter& parameter, const std::string& value,
+               bool may_be_taken, Counts& counts, Outcome& outcome) {
+  const std::string title = fmt::format("{} = \"{}\"", parameter.name, value);
+  note_attempt(title);
+  try {
+    const std::string fault =
+        nonsense_in(subject, subject.xml("", parameter.name, parameter_xml(parameter, value)));
+    ++counts.taken;
+    if (!may_be_taken) outcome.fail(title + " is nonsense, but is taken");
+    if (!fault.empty()) outcome.fail(title + " is taken, but then " + fault);
+  } catch (const Error& error) {
+    ++counts.refused;
+    if (const char* const fault = fault_of(error)) {
+      outcome.fail(fmt::format("{}: {} ({})", title, fault, error.what()));
+    }
+  } catch (const std::bad_alloc&) {
+    outcome.fail(title + " takes all memory");
+  }
+}
+
+/// What is wrong with a default; empty: nothing.
+void check_table(const Subject& subject, Outcome& outcome) {
+  for (const Parameter& parameter : subject.plugin().parameters) {
+    if (!parameter.default_value || parameter.type == ParameterType::kObject) continue;
+    // A default must be the same as if the scene gave it.
+    note_attempt(fmt::format("{} = \"{}\", its default", parameter.name, parameter.default_value));
+    const std::string written = parameter.default_value;
+    try {
+      load_object_from_string(
+          subject.xml("", parameter.name, parameter_xml(parameter, written)), Subject::kFile, {},
+          subject.registry());
+    } catch (const Error& error) {
+      // Some have a meaning only beside others.
+      if (error.message().find("leaves unreferenced") != std::string::npos) continue;
+      outcome.fail(fmt::format("the default of '{}', \"{}\", can't be written in a scene: {}",
+                               parameter.name, written, error.what()));
+    }
+  }
+}
+
+}  // namespace
+
+void add_parameter_checks(const Subject& subject, Plan& plan) {
+  plan.add("defaults", 0, [&subject](double) {
+    Outcome outcome;
+    const auto object =
+        load_object_from_string(subject.xml(), Subject::kFile, {}, subject.registry());
+    check_table(subject, outcome);
+    outcome.measured = fmt::format("{} parameters", subject.plugin().parameters.size());
+    return outcome;
+  });
+  plan.add("parameters", 0, [&subject](double) {
+    Outcome outcome;
+    Counts counts;
+    for (const Parameter& parameter : subject.plugin().parameters) {
+      const Values values = values_of(parameter);
+      for (const std::string& value : values.extreme) {
+        try_value(subject, parameter, value, true, counts, outcome);
+      }
+      for (const std::string& value : values.nonsense) {
+        try_value(subject, parameter, value, false, counts, outcome);
+      }
+    }
+    outcome.measured =
+        fmt::format("extremes and nonsense: {} values are taken, {} refused", counts.taken,
+                    counts.refused);
+    return outcome;
+  });
+}
+
+}  // namespace kinome::check

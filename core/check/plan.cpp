@@ -1,0 +1,148 @@
+#include "check/plan.h"
+
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinome/error.h"
+
+namespace kinome::check {
+namespace {
+
+/// Of a sound plugin, how often any of all its checks fails.
+constexpr double kFalseAlarms = 1e-4;
+constexpr unsigned kMostSeconds = 240;  ///< that a check may take
+
+/// What the process of a check tells: it stays when that process crashes.
+struct Shared {
+  bool is_done;
+  bool passed;
+  char attempt[400];
+  char measured[2000];
+  char cause[2000];
+};
+Shared* shared = nullptr;
+
+template <size_t N>
+void copy(const std::string& text, char (&to)[N]) {
+  const size_t length = std::min(text.size(), N - 1);
+  std::memcpy(to, text.data(), length);
+  to[length] = 0;
+}
+
+/// A text in one line.
+std::string line_of(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+Outcome outcome_of(const std::function<Outcome(double)>& run, double alpha) {
+  try {
+    return run(alpha);
+  } catch (const std::exception& error) {
+    Outcome outcome;
+    outcome.fail(std::string("an exception: ") + error.what());
+    return outcome;
+  } catch (...) {
+    Outcome outcome;
+    outcome.fail("an exception that is no std::exception");
+    return outcome;
+  }
+}
+
+/// What a process was at when a signal ended it.
+Outcome ended_by(int signal) {
+  Outcome outcome;
+  const std::string at = shared->attempt[0] ? std::string(" at ") + shared->attempt : "";
+  outcome.fail(signal == SIGALRM ? fmt::format("no end within {} seconds{}", kMostSeconds, at)
+                                 : fmt::format("a crash ({}){}", strsignal(signal), at));
+  return outcome;
+}
+
+Outcome run_apart(const std::function<Outcome(double)>& run, double alpha) {
+  std::memset(static_cast<void*>(shared), 0, sizeof *shared);
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child < 0) throw Error(std::string("can't start a process: ") + std::strerror(errno));
+  if (child == 0) {
+    alarm(kMostSeconds);
+    const Outcome outcome = outcome_of(run, alpha);
+    shared->passed = outcome.passed;
+    copy(outcome.measured, shared->measured);
+    copy(outcome.cause, shared->cause);
+    shared->is_done = true;
+    std::fflush(nullptr);
+    _exit(0);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFSIGNALED(status)) return ended_by(WTERMSIG(status));
+  if (!shared->is_done) {
+    Outcome outcome;
+    outcome.fail(fmt::format("the program ended{}{}", shared->attempt[0] ? " at " : "",
+                             shared->attempt));
+    return outcome;
+  }
+  return {shared->passed, shared->measured, shared->cause};
+}
+
+}  // namespace
+
+void note_attempt(const std::string& what) {
+  if (shared) copy(what, shared->attempt);
+}
+
+void Plan::add(std::string name, int tests, std::function<Outcome(double)> run) {
+  checks_.push_back({std::move(name), tests, std::move(run)});
+}
+
+int Plan::run() const {
+  void* const memory = mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE,
+                            MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw Error("out of memory");
+  shared = static_cast<Shared*>(memory);
+  std::vector<std::string> names;
+  int tests = 0;
+  for (const Check& check : checks_) {
+    names.push_back(check.name);
+    tests += check.tests;
+  }
+  for (const auto* chosen : {&request_.only, &request_.except}) {
+    for (const std::string& name : *chosen) {
+      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+      std::string list;
+      for (const std::string& known : names) list += (list.empty() ? "" : ", ") + known;
+      throw Error(fmt::format("there is no check '{}' of this plugin (there are {})", name, list));
+    }
+  }
+  int count = 0, failed = 0;
+  for (const Check& check : checks_) {
+    if (request_.except.count(check.name)) continue;
+    if (!request_.only.empty() && !request_.only.count(check.name)) continue;
+    const Outcome outcome = run_apart(check.run, kFalseAlarms / std::max(tests, 1));
+    ++count;
+    failed += !outcome.passed;
+    const std::string text =
+        outcome.passed ? outcome.measured
+                       : outcome.cause + (outcome.measured.empty() ? "" : ": " + outcome.measured);
+    fmt::print("  {:<5} {:<14} {}\n", outcome.passed ? "ok" : "FAULT", check.name, line_of(text));
+    std::fflush(stdout);
+  }
+  fmt::print("{} of {} checks failed; of a sound plugin one does in 1 of {:.0f} runs\n", failed,
+             count, 1 / kFalseAlarms);
+  munmap(memory, sizeof(Shared));
+  shared = nullptr;
+  return failed;
+}
+
+}  // namespace kinome::check

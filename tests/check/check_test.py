@@ -1,0 +1,194 @@
+"""`kinome check`: names what is wrong with plugins that are wrong on purpose, and finds nothing wrong
+with the project's own.
+"""
+import os
+import pathlib
+import re
+import struct
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
+PROGRAM = BUILD / "bin/kinome"
+WRONG = BUILD / "tests/check/plugins"
+
+# What is wrong, the check that must say so, and a part of what it says: one of several ways to.
+WRONG_PLUGINS = {
+    "emitter": [
+        ("scale of 0", "parameters", "scale = \"0\" is taken, but then"),
+        ("exception", "parameters", "an exception that is no kinome::Error"),
+        ("no message", "parameters", "an error without a message"),
+        ("negative", "values", "radiance is negative"),
+        ("length", "values", "not of unit length"),
+        ("twice the density", "density", "sample_direct() returns densities 2 times those of"),
+        ("half density", "sampling", "it is 0.5 times what it must be"),
+        ("one side", "sampling", "samples don't follow pdf_environment()"),
+        ("other radiance", "consistency", "a radiance from sample_direct() that is not"),
+        ("batch", "blocks", "eval_environment_batch() from eval_environment()"),
+        ("grid", "cell_grid", "quads are not bilinear as it says"),
+        ("emission", "emission", "sample_emission() sends out 1.1 times"),
+        ("emission direction", "emission_density", "emission_density()"),
+        ("emission density", "emission_density", "it is 2 times what it must be"),
+        ("extent", "light_points", "an extent that is not positive"),
+    ],
+    "bsdf": [
+        ("twice the density", "density", "sample() returns densities 2 times those of eval_pdf()"),
+        ("weight", "density", "sample() returns weights 1.1 times"),
+        ("half density", "sampling", "it is 0.5 times what it must be"),
+        ("uniform", "sampling", "samples don't follow eval_pdf()"),
+        ("viewer", "reciprocity", "f(wi, wo) isn't f(wo, wi)"),
+        ("too bright", "energy", "more light leaves than arrives: 1.2 times"),
+        ("through", "values", "which transmits_ denies"),
+        ("lobe", "values", "a lobe that is not in lobes_"),
+        ("reflectance", "reflectance", "there is no diffuse part"),
+        ("block", "blocks", "shade_block() has other values than eval_pdf()"),
+        # Sanitizers end the process by themselves.
+        ("crash", "values", "a crash (Segmentation fault)|the program ended"),
+    ],
+    "shape": [
+        ("elsewhere", "interactions", "a p that is not where the ray ends"),
+        ("normal", "interactions", "a normal n that is not of unit length"),
+        ("wi", "interactions", "a wi that is not where the ray came from"),
+        ("length", "segments", "another t for a direction of twice the length"),
+        ("area", "area", "area() is 1.25"),
+        ("quarter", "area", "sample_surface() is not uniform"),
+        ("beyond", "points", "bounds() leaves out"),
+        ("density", "solid_angle", "it is 1.2 times what it must be"),
+        ("block", "sample_blocks", "sample_solid_angle_block() differs"),
+    ],
+    "texture": [
+        ("mean", "mean", "mean() is (0.6, 0.6, 0.6), that of eval() (0.5"),
+        ("max", "values", "max()"),
+        ("uniform", "values", "is_uniform() is true of what isn't"),
+        ("block", "blocks", "eval_block() differs from eval()"),
+    ],
+    "sampler": [
+        ("one", "values", "outside of [0, 1)"),
+        ("uneven", "uniform", "value_1d(0) is not uniform"),
+        ("same dimensions", "independent", "samples of different dimensions are correlated"),
+        ("same pixels", "independent", "samples of different pixels are correlated"),
+        ("block", "blocks", "fill_1d_block()"),
+    ],
+    "rfilter": [
+        ("radius", "values", "beyond the radius"),
+        ("one side", "values", "it is to be symmetric"),
+        ("block", "values", "eval_block()"),
+    ],
+}
+
+# What the project's own plugins are given where they need something, and what they don't claim.
+OWN = {
+    "bsdf/hair": ["--except", "reciprocity"],  # its scales are tilted
+    "emitter/envmap": ["-D", "filename=FOLDER/image.pfm"],
+    "integrator/aov": ["-D", "aovs=depth:depth"],
+    "integrator/path": ["--against", "ptracer"],
+    "sensor/distant": ["-D", "film=ONE_PIXEL"],
+    "sensor/radiancemeter": ["-D", "film=ONE_PIXEL"],
+    "shape/bsplinecurve": ["-D", "filename=FOLDER/curves.txt"],
+    "shape/instance": ["-D", "group=<shape type='shapegroup'><shape type='cube'/></shape>"],
+    "shape/linearcurve": ["-D", "filename=FOLDER/curves.txt"],
+    "shape/obj": ["-D", "filename=FOLDER/mesh.obj"],
+    "shape/ply": ["-D", "filename=FOLDER/mesh.ply"],
+    "texture/bitmap": ["-D", "filename=FOLDER/image.pfm"],
+    "texture/blackbody": ["-D", "temperature=5000"],
+    "texture/irregular": ["-D", "wavelengths=400 500 700", "-D", "values=0.1 0.5 0.2"],
+    "texture/mesh_attribute": ["-D", "name=vertex_color"],
+    "texture/regular": ["-D", "wavelength_min=400", "-D", "wavelength_max=700",
+                        "-D", "values=0.1 0.5 0.2"],
+}
+# Made of what no test makes in a line: gltf and serialized have tests of their own.
+LEFT_OUT = {"shape/gltf", "shape/glb", "shape/serialized"}
+ONE_PIXEL = ("<film type='hdrfilm'><integer name='width' value='1'/><integer name='height' value='1'/>"
+             "</film>")
+
+
+def check(plugin, *options):
+    """(exit status, {name of a check: what it says, where it failed}, all that was printed)."""
+    result = subprocess.run([PROGRAM, "check", plugin, "--effort", "0.3", *options],
+                            capture_output=True, text=True, timeout=600)
+    faults = {}
+    for line in result.stdout.splitlines():
+        if line.startswith("  FAULT "):
+            name, text = line.split(None, 2)[1:]
+            faults[name] = text
+    return result.returncode, faults, result.stdout + result.stderr
+
+
+class WrongPlugins(unittest.TestCase):
+    def test_right_ones_pass(self):
+        for category in WRONG_PLUGINS:
+            with self.subTest(category):
+                status, faults, text = check(WRONG / category / "wrong.so")
+                self.assertEqual((status, faults), (0, {}), text)
+
+    def test_each_fault_is_named(self):
+        for category, rows in WRONG_PLUGINS.items():
+            for fault, name, said in rows:
+                with self.subTest(category=category, fault=fault):
+                    status, faults, text = check(WRONG / category / "wrong.so", "-D",
+                                                 f"fault={fault}", "--only", name)
+                    self.assertEqual(status, 1, text)
+                    self.assertEqual(list(faults), [name], text)
+                    self.assertTrue(any(way in faults[name] for way in said.split("|")), text)
+
+
+class OwnPlugins(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        texels = [(i * 7 % 15, i * 4 % 13, 100 if i == 8 else 1) for i in range(15)]
+        (self.folder / "image.pfm").write_bytes(
+            b"PF\n5 3\n-1.0\n" + b"".join(struct.pack("<3f", *texel) for texel in texels))
+        (self.folder / "mesh.obj").write_text(
+            "v -1 -1 0\nv 1 -1 0\nv 1 1 0.5\nv -1 1 0\nf 1 2 3\nf 1 3 4\n")
+        (self.folder / "mesh.ply").write_text(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+            "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            "0 0 0\n1 0 0\n0 1 1\n3 0 1 2\n")
+        (self.folder / "curves.txt").write_text(
+            "-1 0 0 0.2\n-0.5 0.5 0 0.2\n0.5 0 0.3 0.3\n1 0 0 0.2\n1.5 0.2 0 0.2\n")
+
+    def names(self):
+        listed = subprocess.run([PROGRAM, "plugins"], capture_output=True, text=True, check=True)
+        category = ""
+        for line in listed.stdout.splitlines():
+            if not line.startswith(" "):
+                category = line.strip()
+            elif re.match(r"  [a-z0-9_]+ ", line) and "another name for" not in line:
+                yield f"{category}/{line.split()[0]}"
+
+    def test_all_are_right(self):
+        names = [name for name in self.names() if name not in LEFT_OUT]
+        self.assertGreater(len(names), 60)
+        self.assertLessEqual(OWN.keys(), set(names))
+        for name in names:
+            options = [option.replace("FOLDER", str(self.folder)).replace("ONE_PIXEL", ONE_PIXEL)
+                       for option in OWN.get(name, [])]
+            with self.subTest(name):
+                status, faults, text = check(name, *options)
+                self.assertEqual((status, faults), (0, {}), text)
+
+
+class CommandLines(unittest.TestCase):
+    def test_mistakes_are_one_line(self):
+        for words, said in (
+                (["check", "diffus"], "no plugin is named 'diffus'; did you mean 'diffuse'?"),
+                (["check", "diffuse", "-D", "reflectans=1"], "did you mean 'reflectance'?"),
+                (["check", "diffuse", "--only", "enrgy"], "there is no check 'enrgy'"),
+                (["check", "nowhere/a.so"], "expected PLUGINS/CATEGORY/NAME.so"),
+                (["check", "envmap"], "needs a value for 'filename'"),
+                (["check"], "PLUGIN is required"),
+                (["new", "emiter", "sky"], "did you mean 'emitter'?"),
+                (["new", "emitter", "Sky"], "'Sky': a plugin's name is of small letters")):
+            with self.subTest(words=words):
+                result = subprocess.run([PROGRAM, *words], capture_output=True, text=True)
+                self.assertEqual(result.returncode, 1)
+                self.assertIn(said, result.stderr)
+                self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

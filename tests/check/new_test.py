@@ -1,0 +1,50 @@
+"""`kinome new`: a plugin of each category is right as it is begun: it builds against the installed
+package, and `kinome check` finds nothing wrong with it."""
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
+CATEGORIES = ("bsdf", "emitter", "film", "integrator", "rfilter", "sampler", "sensor", "shape",
+              "texture")
+
+
+class NewPlugins(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def run_program(self, *words):
+        result = subprocess.run(words, capture_output=True, text=True, timeout=600)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return result.stdout
+
+    def test_each_category(self):
+        prefix = self.folder / "prefix"
+        self.run_program("cmake", "--install", BUILD, "--prefix", prefix)
+        for category in CATEGORIES:
+            with self.subTest(category):
+                source = self.folder / category
+                self.run_program(prefix / "bin/kinome", "new", category, "my_own", "--output", source)
+                self.run_program("cmake", "-S", source, "-B", source / "build", "-G", "Ninja",
+                                 f"-DCMAKE_PREFIX_PATH={prefix}")
+                self.run_program("cmake", "--build", source / "build")
+                out = self.run_program("ctest", "--test-dir", source / "build",
+                                       "--output-on-failure")
+                self.assertIn("100% tests passed, 0 tests failed out of 2", out)
+
+    def test_nothing_is_overwritten(self):
+        folder = self.folder / "mine"
+        folder.mkdir()
+        result = subprocess.run([BUILD / "bin/kinome", "new", "bsdf", "mine", "--output", folder],
+                                capture_output=True, text=True)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("is there already", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

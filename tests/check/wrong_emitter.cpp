@@ -1,0 +1,105 @@
+// A sky that is the same all around, but for its fault.
+
+#include <cmath>
+#include <stdexcept>
+
+#include "kinome/emitter.h"
+#include "kinome/sphere_partition.h"
+#include "kinome/warp.h"
+#include "wrong.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr Parameter kTable[] = {
+    KINOME_WRONG_PARAMETER,
+    {"scale", ParameterType::kFloat, "1", "Of its light; not negative."},
+};
+
+class WrongSky final : public Emitter {
+ public:
+  explicit WrongSky(const Properties& props) : wrong_(props), scale_(props.real("scale")) {
+    if (wrong_.is("scale of 0")) scale_ = scale_ / scale_;
+    if (wrong_.is("exception") && scale_ < 0) throw std::out_of_range("scale");
+    if (wrong_.is("no message") && scale_ < 0) throw Error("");
+    if (scale_ < 0 && !wrong_.is("exception")) throw props.error("scale", "must not be negative");
+  }
+
+  bool is_environment() const override { return true; }
+  Rgb eval_environment(const Vec3& d) const override {
+    if (wrong_.is("negative")) return Rgb(d.x > 0.9f ? -scale_ : scale_ / 100);
+    // A step that the grid doesn't tell of.
+    if (wrong_.is("grid")) return Rgb(d.y > 0.3f ? 2 * scale_ : scale_);
+    return Rgb(scale_);
+  }
+  float pdf_environment(const Vec3& /*d*/) const override {
+    return kUniformSpherePdf * wrong_.or_wrong("half density", 1.f, 0.5f);
+  }
+  std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& u) const override {
+    DirectSample sample;
+    sample.d = square_to_uniform_sphere(u);
+    if (wrong_.is("one side")) sample.d.y = std::abs(sample.d.y);
+    sample.pdf = pdf_environment(sample.d) * wrong_.or_wrong("twice the density", 1.f, 2.f);
+    sample.radiance = eval_environment(sample.d) * wrong_.or_wrong("other radiance", 1.f, 1.05f);
+    sample.d *= wrong_.or_wrong("length", 1.f, 1.01f);
+    return sample;
+  }
+  void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
+                              std::span<float> pdf) const override {
+    Emitter::eval_environment_batch(d, radiance, pdf);
+    for (Rgb& value : radiance) value *= wrong_.or_wrong("batch", 1.f, 1.05f);
+  }
+  void prepare(const Aabb& bounds) override {
+    centre_ = bounds.centre();
+    radius_ = 0.51f * glm::length(bounds.extent());
+  }
+  std::optional<EmissionSample> sample_emission(const Vec2& position,
+                                                const Vec2& direction) const override {
+    EmissionSample ray;
+    const Vec3 toward = square_to_uniform_sphere(direction);
+    const Frame frame = Frame::from_normal(toward);
+    const Vec2 place = radius_ * square_to_disk_concentric(position);
+    ray.o = centre_ + radius_ * toward + frame.s * place.x + frame.t * place.y;
+    ray.d = -toward;
+    ray.pdf_direction = kUniformSpherePdf;
+    ray.pdf_position = 1 / (kPi * radius_ * radius_);
+    ray.power = eval_environment(toward) / (ray.pdf_direction * ray.pdf_position);
+    if (wrong_.is("emission")) ray.power *= 1.1f;
+    if (wrong_.is("emission direction")) ray.d = Vec3(ray.d.x, ray.d.y, std::abs(ray.d.z));
+    return ray;
+  }
+  std::optional<EmissionDensity> emission_density(const Vec3& /*d*/) const override {
+    return EmissionDensity{kUniformSpherePdf * wrong_.or_wrong("emission density", 1.f, 2.f),
+                           1 / (kPi * radius_ * radius_)};
+  }
+  std::optional<EnvironmentGrid> cell_grid() const override {
+    EnvironmentGrid grid;
+    grid.columns = 16;
+    grid.rows = 8;
+    grid.bilinear_quads = true;
+    return grid;
+  }
+  std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
+                                          uint32_t count) const override {
+    const SpherePartition cells(count);
+    LightPoints points;
+    points.extent.assign(count, wrong_.or_wrong("extent", cells.cell_solid_angle(), 0.f));
+    for (uint32_t i = 0; i < count; ++i) {
+      points.position.push_back(cells.centre(i));
+      points.power.push_back(Rgb(scale_ * cells.cell_solid_angle()));
+    }
+    return points;
+  }
+
+ private:
+  Wrong wrong_;
+  float scale_;
+  Vec3 centre_{0.f};
+  float radius_ = 1;
+};
+
+}  // namespace
+}  // namespace kinome::test
+
+KINOME_PLUGIN(kinome::test::WrongSky, kinome::Category::kEmitter, "wrong", "Has a fault.",
+              kinome::test::kTable);
