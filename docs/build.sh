@@ -3,7 +3,7 @@
 #
 #   sh docs/build.sh [MKDOCS OPTION...]
 #
-# Installs what is missing: Debian's packages, and MkDocs in a virtual environment in the build folder.
+# Takes some minutes, most of them for the pictures. Installs what is missing: Debian's packages, and MkDocs in a virtual environment in the build folder.
 # A dead link or a picture that can't be rendered ends it.
 #
 # KINOME_BUILD: build folder; default: build. KINOME_MKDOCS: an mkdocs that is there already.

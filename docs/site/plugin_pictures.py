@@ -88,7 +88,7 @@ INSTEAD = {
       <lookat origin="-1, -2, 4" target="0, 2.5, 1.5" up="0, 0, 1"/> </transform>
       <float name="intensity" value="120"/> <float name="cutoff_angle" value="30"/> </emitter> </emitter>""",
                                """<integrator type="clustered"> <string name="importance" value="joint"/>
-      <integer name="max_depth" value="3"/> </integrator>""", spp=16),
+      <integer name="max_depth" value="3"/> </integrator>""", spp=4),
     ("shape", "cube"): scene(FLOOR + standing('<shape type="cube"/>', 0.8, 0.8, 35, "z")),
     ("shape", "cylinder"): scene(FLOOR + standing("""<shape type="cylinder"> <point name="p0" value="0, 0, -1"/>
       <point name="p1" value="0, 0, 1"/> <float name="radius" value="0.6"/> </shape>""", 1)),
