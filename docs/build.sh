@@ -3,8 +3,9 @@
 #
 #   sh docs/build.sh [MKDOCS OPTION...]
 #
-# Takes some minutes, most of them for the pictures. Installs what is missing: Debian's packages, and MkDocs in a virtual environment in the build folder.
-# A dead link or a picture that can't be rendered ends it.
+# Takes some minutes, most of them for the pictures. Installs what is missing: Debian's packages, and
+# MkDocs in a virtual environment in the build folder. A dead link or a picture that can't be rendered
+# ends it.
 #
 # KINOME_BUILD: build folder; default: build. KINOME_MKDOCS: an mkdocs that is there already.
 set -eu
