@@ -77,7 +77,7 @@ kinome_python_environment() {
 }
 
 # kinome_configure [CMAKE ARGUMENT...]: once a build folder, and again where KINOME_WERROR is asked
-# for anew; CMake keeps it up to date by itself.
+# for anew; CMake keeps it up to date by itself. KINOME_ISAS: as CMake's option, see KinomePlugin.cmake.
 kinome_configure() {
   if [ -f "$build/build.ninja" ] &&
     { [ -z "${KINOME_WERROR:-}" ] ||
@@ -88,5 +88,5 @@ kinome_configure() {
     set -- -DCMAKE_CXX_COMPILER_LAUNCHER=ccache "$@"
   fi
   cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-    -DKINOME_WERROR="${KINOME_WERROR:-OFF}" "$@"
+    -DKINOME_WERROR="${KINOME_WERROR:-OFF}" ${KINOME_ISAS:+"-DKINOME_ISAS=$KINOME_ISAS"} "$@"
 }
