@@ -102,8 +102,9 @@ class Packages(unittest.TestCase):
         page = (self.usr / "share/man/man1/kinome.1").read_text("utf-8")
         self.assertTrue(page.startswith(".TH KINOME 1 "))
         program = BUILD / "bin/kinome"
-        options = set(re.findall(r"(?<![\w-])--?[a-zA-Z][a-z-]*", run(program, "--help")
-                                 + run(program, "plugins", "--help")))
+        helps = [run(program, *command, "--help")
+                 for command in ((), ("plugins",), ("check",), ("new",))]
+        options = set(re.findall(r"(?<![\w-])--?[a-zA-Z][a-z-]*", "".join(helps)))
         self.assertGreater(len(options), 25)
         shown = {name.replace("\\-", "-") for name in re.findall(r"\\fB(\S+?)\\fR", page)}
         self.assertEqual({o for o in options if o.startswith("--")},
