@@ -96,6 +96,8 @@ class Builder {
                      Scene::Contents& contents);
   void complete_scene(const Location& where, Scene::Contents& contents);
   void complete_indirect_light(const Location& where, Scene::Contents& contents);
+  std::shared_ptr<Object> default_object(Category category, const char* plugin,
+                                         const Location& where);
   std::shared_ptr<Object> default_sensor(const Location& where, const Scene::Contents& contents);
   std::shared_ptr<const std::vector<std::string>> folders(const Node& node);
 
@@ -107,6 +109,8 @@ class Builder {
   Objects objects_;
   const Node* integrator_ = nullptr;
   std::vector<std::string> made_;
+  /// What a scene is given that has none of its own, by its plugin: of all that are made.
+  std::map<std::string, std::shared_ptr<Object>> defaults_;
   std::set<const Node*> under_way_;
   std::map<const void*, std::shared_ptr<const std::vector<std::string>>> folder_lists_;
   std::vector<std::string> plugins_;

@@ -152,8 +152,8 @@ void Builder::add_to_scene(const Node& child, const Node& target,
 void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
   if (!contents.integrator) {
     log_info("the scene has no integrator: using 'direct'");
-    Properties props(Category::kIntegrator, "direct", where);
-    contents.integrator = std::dynamic_pointer_cast<Integrator>(create(props, where));
+    contents.integrator = std::dynamic_pointer_cast<Integrator>(
+        default_object(Category::kIntegrator, "direct", where));
   }
   for (const auto& [emitter, place] : top_emitters_) {
     for (const auto& child : emitter->children()) {
@@ -193,8 +193,19 @@ void Builder::complete_indirect_light(const Location& where, Scene::Contents& co
   log_debug("the integrator brings a '" + std::string(plugin) +
             "' along, for light after a bounce");
   // No line of the file is to blame for what it does.
-  Properties props(Category::kEmitter, plugin, Location{where.file});
-  contents.emitters.push_back(std::dynamic_pointer_cast<Emitter>(create(props, where)));
+  contents.emitters.push_back(std::dynamic_pointer_cast<Emitter>(
+      default_object(Category::kEmitter, plugin, Location{where.file, 0, 0})));
+}
+
+/// Made once, and without parameters.
+std::shared_ptr<Object> Builder::default_object(Category category, const char* plugin,
+                                                const Location& where) {
+  std::shared_ptr<Object>& object = defaults_[plugin];
+  if (!object) {
+    Properties props(category, plugin, where);
+    object = create(props, where);
+  }
+  return object;
 }
 
 /// Mitsuba's: in front of the scene (on its -z side), 45 degrees.
