@@ -28,5 +28,6 @@ if [ -z "${KINOME_MKDOCS:-}" ] && ! cmp -s "$root/docs/requirements.txt" "$folde
   cp "$root/docs/requirements.txt" "$folder/venv/requirements.txt"
 fi
 "$kinome_python" "$root/docs/site/collect.py" "$build" "$folder"
-NO_MKDOCS_2_WARNING=1 "$mkdocs" build -q --strict --clean -f "$folder/mkdocs.yml" "$@"
+# With -q, MkDocs would count no warnings, and --strict let dead links pass.
+NO_MKDOCS_2_WARNING=1 "$mkdocs" build --strict --clean -f "$folder/mkdocs.yml" "$@"
 echo "wrote $folder/site/index.html"
