@@ -91,13 +91,6 @@ Outcome bsdf_values(const Subject& subject) {
   return outcome;
 }
 
-/// The middle of some numbers.
-float middle_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// The middle of the ratios of what samples say of themselves to what eval_pdf() says.
 Outcome bsdf_density(const Subject& subject) {
   Outcome outcome;
@@ -110,9 +103,9 @@ Outcome bsdf_density(const Subject& subject) {
     const auto sample = bsdf->sample(si, Lobe::kAll, u1, random.unit2());
     if (!sample || sample->lobe == Lobe::kDelta || !(sample->pdf > 0)) continue;
     const BsdfValue value = bsdf->eval_pdf(si, Lobe::kAll, sample->wo);
-    densities.push_back(sample->pdf / value.pdf);
+    densities.push_back(ratio_of(sample->pdf, value.pdf));
     if (luminance(value.f) > 0) {
-      weights.push_back(luminance(sample->weight) * value.pdf / luminance(value.f));
+      weights.push_back(ratio_of(luminance(sample->weight) * value.pdf, luminance(value.f)));
     }
   }
   if (densities.empty() || weights.empty()) {

@@ -87,15 +87,13 @@ Outcome emitter_density(const Subject& subject) {
     const auto sample = at.emitter().sample_direct(p, random.unit2());
     if (!sample || !(sample->pdf > 0)) continue;
     const auto told = at.pdf_of(p, *sample);
-    if (told) ratios.push_back(sample->pdf / *told);
+    if (told) ratios.push_back(ratio_of(sample->pdf, *told));
   }
   if (ratios.empty()) {
     outcome.measured = "no samples to look at";
     return outcome;
   }
-  std::nth_element(ratios.begin(), ratios.begin() + static_cast<long>(ratios.size() / 2),
-                   ratios.end());
-  const float ratio = ratios[ratios.size() / 2];
+  const float ratio = middle_of(ratios);
   outcome.measured =
       fmt::format("a sample's density is {:.5g} times {}'s, bound 1 to 0.002", ratio, at.pdf_name());
   if (!(std::abs(ratio - 1) <= 2e-3f)) {

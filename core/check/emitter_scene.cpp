@@ -1,5 +1,6 @@
 #include "check/emitter_scene.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -70,6 +71,17 @@ std::pair<Vec3, Rgb> EmitterScene::reference_emission(Random& random, const Vec3
   if (!sample) return {d, Rgb(0.f)};
   if (!(sample->distance < kInfinity)) return {-sample->d, sample->radiance};
   return {d, sample->radiance * sqr(sample->distance) * (4 * kPi)};
+}
+
+float ratio_of(float a, float b) {
+  const float ratio = a / b;
+  return std::isnan(ratio) ? kInfinity : ratio;
+}
+
+float middle_of(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 std::string cause_of(const DensityVerdict& verdict, const std::string& pdf_name) {

@@ -39,6 +39,11 @@ class EmitterScene {
   bool is_surface_ = false;
 };
 
+/// a / b, or infinity where that is no number, so that ratios have an order.
+float ratio_of(float a, float b);
+/// The middle of some numbers, at least one.
+float middle_of(std::vector<float>& values);
+
 /// What is wrong where samples don't follow a density.
 std::string cause_of(const DensityVerdict& verdict, const std::string& pdf_name);
 

@@ -145,6 +145,7 @@ struct PlaceCells {
   size_t count() const { return static_cast<size_t>(kSide) * kSide * kSide * 8; }
   size_t operator()(const SurfaceInteraction& si) const {
     size_t cell = 0;
+    if (!is_finite(si.p)) return cell;
     for (int axis = 0; axis < 3; ++axis) {
       const float extent = std::max(box.hi[axis] - box.lo[axis], 1e-20f);
       // Off the middle of what is symmetrical, and edges not on those of cells.
@@ -284,12 +285,10 @@ Outcome shape_solid_angle(const Subject& subject, double alpha) {
       if (!sample) continue;
       SurfaceInteraction si = sample->si;
       si.shape = &shape;
-      ratios.push_back(sample->pdf / shape.pdf_solid_angle(p, si));
+      ratios.push_back(ratio_of(sample->pdf, shape.pdf_solid_angle(p, si)));
     }
     if (!ratios.empty()) {
-      std::nth_element(ratios.begin(), ratios.begin() + static_cast<long>(ratios.size() / 2),
-                       ratios.end());
-      const float ratio = ratios[ratios.size() / 2];
+      const float ratio = middle_of(ratios);
       if (!(std::abs(ratio - 1) < 2e-3f)) {
         outcome.fail(fmt::format("sample_solid_angle() returns densities {:.4g} times those of "
                                  "pdf_solid_angle()",

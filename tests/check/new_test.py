@@ -1,5 +1,8 @@
 """`kinome new`: a plugin of each category is right as it is begun: it builds against the installed
-package, and `kinome check` finds nothing wrong with it."""
+package, and `kinome check` finds nothing wrong with it. Run by hand, after a build:
+
+    python3 tests/check/new_test.py
+"""
 import os
 import pathlib
 import subprocess

@@ -58,6 +58,19 @@ struct EmissionDensity {
 };
 
 /// A light. Radiance is in scene units, linear Rec.709.
+///
+/// Of all its functions sample_direct() alone must be there. What else it needs depends on what is to
+/// see its light:
+/// - `direct`, `path`, and `clustered` for direct light: of an environment is_environment(),
+///   eval_environment() and pdf_environment(); of a surface is_surface(), eval_surface() and
+///   pdf_surface(); of light that comes to a point from one direction alone is_delta().
+/// - `clustered` by learned cells of an environment: cell_grid(). Without it, sample_direct() is asked.
+/// - `clustered` for light after bounces: sample_emission(), and emission_density() where it has no
+///   surface.
+/// - `ptracer`: sample_emission().
+/// - `groundtruth`, and `clustered` by other importances than `product`: light_points().
+///
+/// `kinome check` finds out whether those that are there fit together.
 class KINOME_EXPORT Emitter : public Object {
  public:
   /// Light from infinitely far, seen by rays that leave the scene. A scene has at most one.
