@@ -1,0 +1,268 @@
+"""Light after any number of bounces: how soon `clustered` and Mitsuba's fastest configuration reach an
+error, in processor time; writes validation/bounces/.
+
+    sh validation/run.sh benchmark blocks --quick      # builds, installs Mitsuba, makes the assets
+    /usr/bin/python3 validation/bounces.py [--build build] [--mitsuba PYTHON] [--seeds N] [--budget S] [SCENE...]
+
+max_depth is -1 in every scene. Time is processor time, user and system, of all threads, so that other
+programs on the machine do not lengthen it much. Mitsuba's is that of rendering alone, each picture rendered
+once before it is timed, so that loading and compilation are not in it. Ours is that of the whole process
+less that of a picture of 16x12 pixels of one sample by `path`: start-up, loading, writing.
+
+No reference is needed: error is the variance between seeds, as in ablation.py, over the square of what all
+pictures have on average. A bias is not seen by it: the pictures' means are compared beside it, and the test
+`references` compares pictures of these scenes or ones like them. Pictures and times are kept in the build
+folder: the same command goes on where the last one stopped. Scenes that are named replace what the page had.
+"""
+import argparse
+import dataclasses
+import math
+import pathlib
+import re
+import statistics
+import sys
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import bounces_page  # noqa: E402
+from program import ROOT, commit, machine  # noqa: E402
+from suite.kinome import Kinome, scene_hash, sized, with_parameters  # noqa: E402
+from suite.peers import Configuration, Mitsuba, version_hash  # noqa: E402
+from suite.problems import Log, Problem  # noqa: E402
+from suite.store import Store, digest, read_json, write_json  # noqa: E402
+from suite.tables import SAMPLERS, SCENES, Scene  # noqa: E402
+
+SIZE = (192, 144)
+NAMES = ("room", "corridor", "attic", "evening", "box", "plate", "cornell_diffuse", "cornell_metal",
+         "cornell_glass", "sunroom", "kitchen")
+# Light tracing does not see what glass shows, and hardly finds a room's window from outside.
+WITHOUT_PTRACER = ("room", "cornell_glass", "sunroom")
+OURS, THEIRS = (4, 16, 64, 256), (16, 64, 256)
+SEARCH_SAMPLES, SEARCH_SEEDS = 16, (101, 102)
+WARM_UP = 987654
+VARIANT = "llvm_ad_rgb"  # scalar_rgb is the same estimator, and took 2.6 to 3.7 times as long
+WORSE = 3  # times the least work (processor time x error) of all so far
+FLOOR = 0.01  # of the mean's square, as everywhere
+ENOUGH = 7e-4  # an error that needs no more samples
+BSDF = {"cornell_diffuse": '<ref id="white"/>',
+        "cornell_metal": '<bsdf type="roughconductor"> <string name="material" value="Al"/> '
+                         '<float name="alpha" value="0.1"/> </bsdf>'}
+BALLS = (r'<bsdf type="roughconductor">.*?</bsdf>', r'<bsdf type="dielectric"/>')
+
+
+def scene_of(name, folder):
+    """A tables.Scene; the Cornell boxes are made of the small scene, whose picture has a fixed size."""
+    peers = ("path",) if name in WITHOUT_PTRACER else ("path", "ptracer")
+    for scene in SCENES:
+        if scene.name == name:
+            return dataclasses.replace(scene, peers=peers)
+    source = ROOT / "validation/scenes/cornell.xml"
+    path = with_parameters(source, folder / name)
+    text = path.read_text(encoding="utf-8")
+    for pattern in BALLS:
+        if name in BSDF:
+            text = re.sub(pattern, BSDF[name], text)
+    for side, value in (("width", 64), ("height", 48)):
+        text = text.replace(f'name="{side}" value="{value}"', f'name="{side}" value="${side}"')
+    text = text.replace('<default name="spp"', '<default name="width" value="64"/>'
+                        '<default name="height" value="48"/><default name="file_format" '
+                        'value="openexr"/><default name="spp"')
+    text = text.replace('<rfilter type="box"/>', '<string name="file_format" value="$file_format"/>'
+                        '<string name="pixel_format" value="rgb"/><rfilter type="box"/>')
+    path.write_text(text, encoding="utf-8")
+    return Scene(name, str(path), "", SIZE, "path", peers)
+
+
+class Bounces:
+    def __init__(self, kinome, mitsuba, store, folder, options, log):
+        self.kinome, self.mitsuba, self.store, self.log = kinome, mitsuba, store, log
+        self.folder, self.options = folder, options
+        (folder / "pictures").mkdir(parents=True, exist_ok=True)
+
+    def measure(self, scene, who, samples, seed, render):
+        """{"processor", "samples"} and the picture, from the store or made now by `render`."""
+        key = {"bounces": scene.name, "scene": scene_hash(scene.path), "size": SIZE, "who": who,
+               "samples": samples, "seed": seed, "machine": machine()["processor"]}
+        path = self.folder / f"pictures/{digest(key)}.npy"
+        found = self.store.get(key)
+        if found is None or not path.is_file():
+            image, processor, used = render(samples, seed)
+            np.save(path, image.astype(np.float32))
+            found = {"processor": processor, "samples": used}
+            self.store.put(key, found)
+        return found | {"image": np.load(path).astype(np.float64)}
+
+    def ours(self, scene):
+        """(who, render)"""
+        defines = {"integrator": "clustered", "max_depth": -1, "sampler": "ldsampler",
+                   **sized(scene, SIZE)}
+        small = defines | {"integrator": "path", "width": 16, "height": 12, "spp": 1}
+        self.kinome.render(scene.path, small, 0)  # its files are in memory from here on
+        start = statistics.median(self.kinome.render(scene.path, small, seed).stats["processor_seconds"]
+                                  for seed in range(3))
+
+        def render(samples, seed):
+            made = self.kinome.render(scene.path, {**defines, "spp": samples}, seed)
+            return made.image, max(made.stats["processor_seconds"] - start, 1e-3), made.samples
+
+        return ["kinome", self.kinome.program], render
+
+    def theirs(self, scene, configuration):
+        warmed = set()
+
+        def render(samples, seed):
+            if samples not in warmed:
+                self.mitsuba.render(configuration, scene, SIZE, samples, WARM_UP)
+                warmed.add(samples)
+            made = self.mitsuba.render(configuration, scene, SIZE, samples, seed)
+            return made.image, made.processor, made.samples
+
+        return [configuration.name, version_hash()], render
+
+    def search(self, scene):
+        """Configurations by their work at few samples, the best first: rows of {"configuration", "name",
+        "processor", "relmse", "trimmed"}. Of an integrator that is WORSE with the first sampler the others
+        are not tried."""
+        found, left_behind = [], set()
+        for integrator in scene.peers:
+            for sampler in SAMPLERS:
+                for compensated in (False, True) if scene.envmap else (False,):
+                    if integrator in left_behind:
+                        continue
+                    one = Configuration(VARIANT, integrator, sampler, compensated, -1)
+                    who, render = self.theirs(scene, one)
+                    try:
+                        runs = [self.measure(scene, who, SEARCH_SAMPLES, seed, render)
+                                for seed in SEARCH_SEEDS]
+                    except Problem as reason:
+                        self.log.problem(f"{scene.name}: {reason}")
+                        left_behind.add(integrator)
+                        continue
+                    found.append((one, runs))
+                    rows = ranked(found)
+                    self.log.say(f"{scene.name}: {one.name}: {runs[0]['processor']:.2f} s")
+                    if work(next(r for r in rows if r["name"] == one.name)) > WORSE * work(rows[0]):
+                        left_behind.add(integrator)
+        if not found:
+            raise Problem(f"{scene.name}: Mitsuba renders it by no configuration")
+        return ranked(found)
+
+    def scene(self, scene):
+        """What the page has of it."""
+        rows = self.search(scene)
+        ours, theirs = self.ours(scene), self.theirs(scene, rows[0]["configuration"])
+        sides = {"ours": (*ours, OURS), "peer": (*theirs, THEIRS)}
+        runs = {side: {} for side in sides}
+        last = {side: max(counts) for side, (_, _, counts) in sides.items()}
+        for seed in range(1, self.options.seeds + 1):
+            for step in range(max(len(OURS), len(THEIRS))):
+                for side, (who, render, counts) in sides.items():
+                    if step >= len(counts) or counts[step] > last[side]:
+                        continue
+                    samples = counts[step]
+                    run = self.measure(scene, who, samples, seed, render)
+                    runs[side].setdefault(run["samples"], []).append(run)
+                    # Settled by the first seed, so that every count has all seeds or none.
+                    if seed == 1 and run["processor"] * 4 > self.options.budget:
+                        last[side] = samples
+            self.log.say(f"{scene.name}: seed {seed} of {self.options.seeds}")
+            if seed == 2:
+                self.stop_at_enough(runs["ours"], last)
+        return self.entry(rows, runs)
+
+    def stop_at_enough(self, runs, last):
+        """No larger counts of ours than the first whose error is ENOUGH."""
+        for samples, made in sorted(runs.items()):
+            images = [run["image"] for run in made]
+            if errors(images, np.mean(images, axis=0))["relmse"] < ENOUGH:
+                last["ours"] = samples
+                break
+
+    def entry(self, rows, runs):
+        best = {side: found[max(found)] for side, found in runs.items()}
+        weights, images = [], []
+        for made in best.values():
+            stack = [run["image"] for run in made]
+            weights.append(len(stack) / np.var(stack, axis=0, ddof=1).mean())
+            images.append(np.mean(stack, axis=0))
+        mean = np.average(images, axis=0, weights=weights)
+        means = {side: [float(run["image"].mean()) for run in made] for side, made in best.items()}
+        error = math.sqrt(sum(statistics.variance(m) / len(m) for m in means.values()))
+        middle = {side: statistics.fmean(m) for side, m in means.items()}
+        curves = {side: [{"samples": samples, "processor": [run["processor"] for run in made],
+                          **errors([run["image"] for run in made], mean)}
+                         for samples, made in sorted(found.items()) if len(made) > 1]
+                  for side, found in runs.items()}
+        return {"peer": rows[0]["name"], "curves": curves, "commit": commit(),
+                "difference": middle["ours"] / middle["peer"] - 1,
+                "difference_error": error / middle["peer"],
+                "tried": [{k: v for k, v in row.items() if k != "configuration"} for row in rows]}
+
+
+def ranked(found):
+    """See Bounces.search. `found`: pairs of a configuration and its runs."""
+    mean = np.mean([run["image"] for _, runs in found for run in runs], axis=0)
+    rows = ({"configuration": one, "name": one.name,
+             "processor": min(run["processor"] for run in runs),
+             **errors([run["image"] for run in runs], mean)} for one, runs in found)
+    return sorted(rows, key=work)
+
+
+def work(row):
+    """Without the worst thousandth, or else a bright pixel decides."""
+    return row["processor"] * row["trimmed"]
+
+
+def errors(images, mean):
+    """Variance between pictures over mean² + FLOOR x (the whole picture's mean)²: its mean over pixels and
+    channels, and that without the worst thousandth."""
+    values = np.sort((np.var(images, axis=0, ddof=1)
+                      / (mean ** 2 + FLOOR * mean.mean() ** 2)).ravel())
+    return {"relmse": float(values.mean()),
+            "trimmed": float(values[:-max(1, len(values) // 1000)].mean())}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join(NAMES))
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build")
+    parser.add_argument("--mitsuba", type=pathlib.Path, metavar="PYTHON",
+                        help="one that has Mitsuba 3.9.1; default: that of validation/run.sh")
+    parser.add_argument("--seeds", type=int, default=4, help="default: 4; 2 at least")
+    parser.add_argument("--budget", type=float, default=20.0, metavar="SECONDS",
+                        help="processor time that a render may take; default: 20")
+    options = parser.parse_args()
+    unknown = [name for name in options.scenes if name not in NAMES]
+    if unknown:
+        parser.error(f"no scene {', '.join(unknown)}: there are {', '.join(NAMES)}")
+    if options.seeds < 2:
+        parser.error("--seeds must be 2 at least: error is the variance between them")
+    log, work = Log(), options.build / "validation/bounces"
+    mitsuba = Mitsuba(options.mitsuba or options.build / "validation/mitsuba/bin/python",
+                      work / "mitsuba", log)
+    output = ROOT / "validation/bounces"
+    output.mkdir(exist_ok=True)
+    try:
+        measuring = Bounces(Kinome(options.build, work / "renders"), mitsuba,
+                            Store(work / "measurements.jsonl"), work, options, log)
+        for name in options.scenes or NAMES:
+            try:
+                one = measuring.scene(scene_of(name, work / "scenes"))
+            except Problem as reason:
+                log.problem(f"{name}: {reason}")
+                continue
+            found = (read_json(output / "bounces.json") or {"scenes": {}})["scenes"] | {name: one}
+            found = {n: found[n] for n in NAMES if n in found}
+            write_json(output / "bounces.json", {"machine": machine(), "scenes": found})
+            bounces_page.write(output, machine(), found, options)
+    except Problem as reason:
+        log.problem(reason)
+    finally:
+        mitsuba.close()
+    return 1 if log.problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
