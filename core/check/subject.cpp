@@ -129,7 +129,8 @@ Subject::Subject(const Request& request) : request_(request) {
     const bool is_element = value.starts_with('<');
     const bool is_known = std::any_of(
         plugin_->parameters.begin(), plugin_->parameters.end(),
-        [&](const Parameter& parameter) { return parameter.name == name; });
+        // As clang 14 can't capture parts of a pair by their names alone.
+        [&name = name](const Parameter& parameter) { return parameter.name == name; });
     if (is_element || is_known) continue;
     std::vector<std::string> names;
     for (const Parameter& parameter : plugin_->parameters) names.emplace_back(parameter.name);
@@ -187,7 +188,7 @@ std::string Subject::xml(const std::string& more, const std::string& changed,
   for (const auto& [name, value] : request_.parameters) {
     if (name == changed) continue;
     const auto row = std::find_if(plugin_->parameters.begin(), plugin_->parameters.end(),
-                                  [&](const Parameter& p) { return p.name == name; });
+                                  [&name = name](const Parameter& p) { return p.name == name; });
     text += row == plugin_->parameters.end() ? value : parameter_xml(*row, value);
   }
   for (const Parameter& parameter : plugin_->parameters) {
