@@ -86,9 +86,10 @@ void check_names(const Options& options) {
   if (name.empty() || !std::islower(static_cast<unsigned char>(name[0])) ||
       !std::all_of(name.begin(), name.end(),
                    [](char c) { return is_word_part(c) && !std::isupper(c); })) {
-    throw Error(fmt::format("'{}': a plugin's name is of small letters, digits and _, and begins "
-                            "with a letter",
-                            name));
+    throw Error(
+        fmt::format("'{}': a plugin's name is of small letters, digits and _, and begins "
+                    "with a letter",
+                    name));
   }
 }
 
@@ -129,13 +130,19 @@ int new_plugin_command(const Options& options) {
   write(to / (name + ".cpp"), source);
   write(to / "CMakeLists.txt", build);
   write(to / "scene.xml", replaced(read(from / "scene.xml"), old_name, name));
-  fmt::print("{}: {}.cpp (as the example {}), CMakeLists.txt, scene.xml\n"
-             "  cmake -S {} -B {}/build -DCMAKE_PREFIX_PATH={}\n"
-             "  cmake --build {}/build\n"
-             "  ctest --test-dir {}/build\n",
-             to.string(), name, old_name, to.string(), to.string(),
-             templates().parent_path().parent_path().parent_path().string(), to.string(),
-             to.string());
+  fmt::print("{}: {}.cpp (as the example {}), CMakeLists.txt, scene.xml\n", to.string(), name,
+             old_name);
+  fs::path prefix = templates().parent_path().parent_path().parent_path();
+  if (fs::exists(prefix / "CMakeCache.txt")) {  // a build folder, which offers nothing to others
+    const fs::path sdk = fs::absolute(to) / "kinome";
+    fmt::print("  cmake --install {} --prefix {}\n", prefix.string(), sdk.string());
+    prefix = sdk;
+  }
+  fmt::print(
+      "  cmake -S {0} -B {0}/build -DCMAKE_PREFIX_PATH={1}\n"
+      "  cmake --build {0}/build\n"
+      "  ctest --test-dir {0}/build\n",
+      to.string(), prefix.string());
   return 0;
 }
 
