@@ -20,12 +20,12 @@ constexpr Parameter kTable[] = {
     KINOME_SUNSKY_PARAMETERS,
     {"sun_direction", ParameterType::kVector, nullptr,
      "Toward the sun, in the world; in place of time and place."},
-    {"year", ParameterType::kInteger, "2010", ""},
-    {"month", ParameterType::kInteger, "7", ""},
-    {"day", ParameterType::kInteger, "10", ""},
+    {"year", ParameterType::kInteger, "2010", "The date, by the Gregorian calendar."},
+    {"month", ParameterType::kInteger, "7", "1 to 12."},
+    {"day", ParameterType::kInteger, "10", "From 1 on."},
     {"hour", ParameterType::kFloat, "15", "Of the place's clocks."},
-    {"minute", ParameterType::kFloat, "0", ""},
-    {"second", ParameterType::kFloat, "0", ""},
+    {"minute", ParameterType::kFloat, "0", "Added to the hour."},
+    {"second", ParameterType::kFloat, "0", "Added to the hour, too."},
 };
 
 class SunSkyEmitter final : public SunSky {
