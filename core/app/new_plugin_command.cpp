@@ -1,6 +1,7 @@
 // `kinome new`: begins a plugin as the example of its category, under another name.
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -57,11 +58,11 @@ std::string replaced(const std::string& text, const std::string& word, const std
   return result + text.substr(begin);
 }
 
-/// "my_sky": "MySky".
-std::string class_name(const std::string& name) {
+/// "my_sky", "emitter": "MySkyEmitter", which no class of the core is called.
+std::string class_name(const std::string& name, const std::string& category) {
   std::string result;
   bool is_first = true;
-  for (const char c : name) {
+  for (const char c : name + '_' + category) {
     if (c == '_') {
       is_first = true;
       continue;
@@ -70,6 +71,27 @@ std::string class_name(const std::string& name) {
     is_first = false;
   }
   return result;
+}
+
+/// The plugin's name where it stands for the plugin: the same word may be a parameter's, or that of
+/// what the plugin does.
+std::string renamed(std::string text, const std::string& name, const std::string& by) {
+  for (const char* before : {"type=\"", "plugins ", "<!-- ", "Category::k"}) {
+    for (size_t at = text.find(before); at != std::string::npos; at = text.find(before, at)) {
+      at += std::string_view(before).size();
+      size_t begin = at;
+      if (before[0] == 'C') {  // KINOME_PLUGIN(CLASS, Category::kEmitter, "NAME"
+        begin = text.find('"', at);
+        if (begin == std::string::npos) break;
+        ++begin;
+      }
+      const size_t end = begin + name.size();
+      if (text.compare(begin, name.size(), name) != 0) continue;
+      if (end < text.size() && is_word_part(text[end])) continue;
+      text.replace(begin, name.size(), by);
+    }
+  }
+  return text;
 }
 
 void check_names(const Options& options) {
@@ -119,7 +141,8 @@ int new_plugin_command(const Options& options) {
   const size_t begin = source.find(registration) + registration.size();
   const std::string old_class = source.substr(begin, source.find(',', begin) - begin);
   const std::string old_name = example.stem().string();
-  source = replaced(replaced(source, old_class, class_name(name)), old_name, name);
+  source = replaced(source, old_class, class_name(name, options.category));
+  source = renamed(source, old_name, name);
   std::string build = read(templates() / "CMakeLists.txt");
   const bool is_wide = source.find("<kinome/wide/") != std::string::npos;
   if (is_wide) build = replaced(build, "@NAME@.cpp)", "@NAME@.cpp WIDE)");
@@ -129,7 +152,7 @@ int new_plugin_command(const Options& options) {
   if (failed) throw Error(fmt::format("'{}': {}", to.string(), failed.message()));
   write(to / (name + ".cpp"), source);
   write(to / "CMakeLists.txt", build);
-  write(to / "scene.xml", replaced(read(from / "scene.xml"), old_name, name));
+  write(to / "scene.xml", renamed(read(from / "scene.xml"), old_name, name));
   fmt::print("{}: {}.cpp (as the example {}), CMakeLists.txt, scene.xml\n", to.string(), name,
              old_name);
   fs::path prefix = templates().parent_path().parent_path().parent_path();

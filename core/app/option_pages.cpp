@@ -150,7 +150,7 @@ As
 .B COLUMNS
 Where lines of help and lists are broken; by default, the width of the terminal.
 .SH SEE ALSO
-.BR kinome\-compare (1),
+.BR "kinome\-compare \-\-help" ,
 and the pages in share/doc/kinome beside the program's folder.
 )";
 }

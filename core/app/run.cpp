@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "base/clock.h"
 #include "commands.h"
 #include "crash.h"
 #include "inspect.h"
@@ -28,11 +29,6 @@ namespace kinome::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 void set_up_log(const Options& options) {
   if (options.quiet) {

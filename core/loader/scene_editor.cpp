@@ -1,9 +1,9 @@
 #include "kinome/scene_editor.h"
 
 #include <algorithm>
-#include <chrono>
 #include <functional>
 
+#include "base/clock.h"
 #include "loader/edits.h"
 #include "loader/object_paths.h"
 #include "plugin/property_types.h"
@@ -11,12 +11,7 @@
 namespace kinome {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using loader::Node;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// What an edit is to the object that it is of; arrays are none of these.
 std::optional<Properties::Value> as_property(const EditedValue& edited) {

@@ -1,17 +1,10 @@
 #include "kinome/scene_loader.h"
 
-#include <chrono>
-
+#include "base/clock.h"
 #include "loader/build.h"
 
 namespace kinome {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Everything that the text says and names, or all that is wrong with it. `use` gets the root and
 /// what makes objects of it.

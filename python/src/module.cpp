@@ -245,6 +245,10 @@ void write_picture(const std::string& path, nb::object array,
                    const std::vector<std::string>& channels,
                    const std::map<std::string, std::string>& header) {
   const auto pixels = nb::cast<nb::ndarray<const float, nb::c_contig, nb::ndim<3>>>(array);
+  if (pixels.shape(2) != channels.size()) {
+    throw Error("a picture of " + std::to_string(pixels.shape(2)) +
+                " channels can't be written: it has names for " + std::to_string(channels.size()));
+  }
   Image image{static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), channels,
               std::vector<float>(pixels.data(), pixels.data() + pixels.size())};
   const nb::gil_scoped_release release;

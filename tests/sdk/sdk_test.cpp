@@ -73,7 +73,7 @@ TEST_F(Sdk, PluginsAreListed) {
 TEST_F(Sdk, NewPluginIsRightAsItIs) {
   const std::string source = folder_->path("my_sky"), build = source + "/build";
   expect_success(run_process({program(), "new", "emitter", "my_sky", "--output", source}));
-  EXPECT_NE(read_text(source + "/my_sky.cpp").find("class MySky final"), std::string::npos);
+  EXPECT_NE(read_text(source + "/my_sky.cpp").find("class MySkyEmitter final"), std::string::npos);
   expect_success(configure(prefix_, build, source));
   expect_success(run_process({KINOME_TEST_CMAKE, "--build", build}, 300));
   const ProcessResult tests =

@@ -39,6 +39,8 @@ constexpr double kRaysOfUnknown = 100;
 /// has to be back all the same.
 constexpr double kCarefulSpeed = 1e6;
 constexpr double kPilotShare = 0.4;
+/// And that of a trial, which is given up if it takes longer.
+constexpr double kTrialShare = 0.1;
 constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 /// Keeps the random numbers of passes apart from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
@@ -290,11 +292,13 @@ void ProductRenderer::try_product(const MethodTrial& trial, uint64_t seed,
 
 /// Where most of the error is in light that comes by mirrors and glass, which paths from the camera
 /// alone can find, all that is known of other light is in vain.
-void ProductRenderer::choose_method() {
+void ProductRenderer::choose_method(double seconds) {
   const bool is_deep = local_ && local_->max_depth() > LocalLight::kBounceDepth;
   if (!is_deep || !local_->needs_eye_rays() || !allocation_) return;
-  // Paths don't find caustics of lamps, and have no diagnostics.
+  // Paths don't find caustics of lamps, and have no diagnostics; and the trial's have whole filters
+  // and see the emitters.
   if (caustics_ || settings_.diagnostics) return;
+  if (filter_.has_negative() || settings_.hide_emitters) return;
   const uint64_t seed = hash_words(seed_, kTrialSeed);
   const MethodTrial trial(grid_, seed);
   if (!trial.is_possible()) return;
@@ -307,7 +311,10 @@ void ProductRenderer::choose_method() {
   const MethodTrial::Way paths{[&](uint64_t index, std::vector<Rgb>& picture) {
     try_paths(trial, hash_words(seed, 2, index), picture);
   }};
-  if (!(trial.compare(product, paths, context_) < kMostWorkOfPaths)) return;
+  if (seconds < kInfinity) context_.set_deadline(context_.seconds() + kTrialShare * seconds);
+  const double work = trial.compare(product, paths, context_);
+  context_.set_deadline(kInfinity);
+  if (!(work < kMostWorkOfPaths)) return;
   context_.skip("product", "in a trial, paths from the camera alone did as well for less");
   path_integrator_.emplace(PathSettings{settings_.length, settings_.hide_emitters});
   paths_ = path_integrator_->begin(scene_, sensor_, context_, kInfinity);
@@ -357,7 +364,7 @@ double ProductRenderer::render(double samples) {
 
 void ProductRenderer::render_all() {
   learn_from_pilot(settings_.rays_per_pixel);
-  choose_method();
+  choose_method(kInfinity);
   const double asked = std::max(settings_.rays_per_pixel, 1.);
   if (paths_) {
     context_.set_progress_range(1 - rays_left_ / asked, 1);
@@ -391,7 +398,7 @@ std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
   } else {
     renderer->learn_from_pilot(budget.rel_mse > 0 ? kRaysOfUnknown : settings.rays_per_pixel);
   }
-  renderer->choose_method();
+  renderer->choose_method(budget.seconds > 0 ? seconds : kInfinity);
   return renderer;
 }
 

@@ -30,9 +30,10 @@ class ProductRenderer final : public Passes {
   /// the pilot, which is forgotten if it takes longer.
   void learn_in_time(double seconds);
 
-  /// Asks whether paths from the camera alone take clearly less work (MethodTrial), after the
-  /// pilot: passes are such paths then, as those of `path`.
-  void choose_method();
+  /// Asks whether paths from the camera alone take less work (MethodTrial), after the pilot: passes
+  /// are such paths then, as those of `path`. Its rays come on top of those that the settings ask
+  /// for. `seconds`: that there are for everything.
+  void choose_method(double seconds);
 
   double samples() const override;
   double render(double samples) override;
