@@ -265,9 +265,10 @@ Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plu
 
 /// What a program sets.
 void Builder::add_given(const Node& node, const PluginDescriptor& plugin, Parts& parts) {
-  for (const auto& [name, value, where] : node.given) {
-    if (!find_row(plugin, name) && is_of_mitsubas_working(parts.props.category(), name)) continue;
-    faults_.attempt([&] { parts.props.set(name, value, where); });
+  for (const ObjectDescription::Value& given : node.given) {
+    const bool is_known = find_row(plugin, given.name);
+    if (!is_known && is_of_mitsubas_working(parts.props.category(), given.name)) continue;
+    faults_.attempt([&] { parts.props.set(given.name, given.value, given.where); });
   }
 }
 

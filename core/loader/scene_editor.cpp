@@ -276,8 +276,9 @@ class SceneEditor::State {
       for (const auto& [node, edited] : meshes) {
         const auto shape = builder_->object(*node);
         faults_.check();
-        const auto edit = std::find_if(edits.begin(), edits.end(),
-                                       [&](const Edit& e) { return e.place.node == node; });
+        const auto edit = std::find_if(
+            edits.begin(), edits.end(),
+            [edited_node = node](const Edit& e) { return e.place.node == edited_node; });
         undo.add(loader::edit_mesh(*shape, edited, edit->where));
       }
       contents = contents_of_scene();
