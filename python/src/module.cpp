@@ -86,18 +86,23 @@ class Editor {
   }
 
   nb::list parameters() const {
+    expect_no_update();
     nb::list all;
     for (const SceneParameter& p : editor_->parameters()) {
       all.append(nb::make_tuple(p.path, p.type, p.plugin, p.doc));
     }
     return all;
   }
-  nb::object get(const std::string& path) const { return from_value(editor_->get(path)); }
+  nb::object get(const std::string& path) const {
+    expect_no_update();
+    return from_value(editor_->get(path));
+  }
   void set(const std::string& path, nb::handle value) {
+    expect_no_update();
     editor_->set(path, to_value(value, Location{path}));
   }
   nb::tuple update() {
-    const auto busy = take();
+    const Use use(*this);
     SceneChanges changes;
     {
       const Turn turn(plugins().mutex);
@@ -110,11 +115,12 @@ class Editor {
   nb::tuple render(nb::object integrator, const std::string& sensor, uint32_t samples,
                    uint64_t seed, double seconds, double rel_mse, uint32_t lanes, unsigned threads,
                    nb::object progress, nb::object on_pass) {
-    const auto busy = take();
+    const Use use(*this);
     RenderRequest request{
         scene_for(integrator), nullptr,           samples, seed, threads, seconds, rel_mse, lanes,
         std::move(progress),   std::move(on_pass)};
     request.sensor = &find_sensor(*request.scene, sensor);
+    state_ = State::kRendering;
     RenderStats stats;
     Image image = render_for_python(request, stats);
     nb::dict told;
@@ -133,7 +139,7 @@ class Editor {
 
   nb::list inspect(nb::object integrator, const std::string& sensor, float x, float y,
                    uint64_t seed) {
-    const auto busy = take();
+    const Use use(*this);
     const auto scene = scene_for(integrator);
     const Sensor& seen_by = find_sensor(*scene, sensor);
     std::vector<Inspection> found;
@@ -150,10 +156,27 @@ class Editor {
   }
 
  private:
-  std::unique_lock<std::mutex> take() {
-    std::unique_lock lock(busy_, std::try_to_lock);
-    if (!lock) throw Error("this scene is being rendered or updated by another thread");
-    return lock;
+  /// What is read and written while Python's lock is held, and so needs no other: a callback may
+  /// ask for it in the thread that renders.
+  enum class State { kFree, kUpdating, kRendering };
+
+  /// For as long as it lives nobody else may render or update.
+  class Use {
+   public:
+    explicit Use(Editor& editor) : editor_(editor) {
+      if (editor.state_ != State::kFree) throw Error("this scene is being rendered or updated");
+      editor.state_ = State::kUpdating;
+    }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+    ~Use() { editor_.state_ = State::kFree; }
+
+   private:
+    Editor& editor_;
+  };
+
+  void expect_no_update() const {
+    if (state_ == State::kUpdating) throw Error("this scene is being updated by another thread");
   }
 
   std::shared_ptr<const Scene> scene_for(nb::handle integrator) {
@@ -198,7 +221,7 @@ class Editor {
 
   RenderStats stats_;
   std::unique_ptr<SceneEditor> editor_;
-  std::mutex busy_;
+  State state_ = State::kFree;
 };
 
 nb::list list_plugins() {

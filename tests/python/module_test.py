@@ -192,6 +192,20 @@ class ModuleTest(unittest.TestCase):
         with self.assertRaisesRegex(ZeroDivisionError, "enough"):
             kinome.render(scene, spp=100000, progress=fail)
 
+    def test_a_callback_may_not_use_its_scene_but_may_ask_for_it(self):
+        scene = self.load(spp=4)
+        refused = []
+
+        def look(picture, samples):
+            for use in (lambda: kinome.render(scene, spp=1), lambda: kinome.traverse(scene).update()):
+                with self.assertRaisesRegex(kinome.Error, "is being rendered or updated"):
+                    use()
+                refused.append(samples)
+            self.assertTrue(list(kinome.traverse(scene)))
+        kinome.render(scene, on_pass=look)
+        self.assertTrue(refused)
+        kinome.render(scene, spp=1)  # and it is free again
+
     def test_ctrl_c_gives_what_there_is(self):
         scene = self.load()
         threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
