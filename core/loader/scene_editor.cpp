@@ -171,7 +171,7 @@ class SceneEditor::State {
     const std::vector<Edit> edits = std::exchange(pending_, {});
     if (edits.empty()) return {};
     Undo undo(*this);
-    std::set<const Node*> to_make, reshaped;
+    std::set<const Node*> to_make;
     std::map<Node*, loader::MeshEdits> meshes;
     for (const Edit& edit : edits) {
       if (edit.place.row) {
@@ -180,7 +180,6 @@ class SceneEditor::State {
         to_make.insert(edit.place.node);
       } else {
         meshes[edit.place.node][edit.place.name] = edit.value;
-        reshaped.insert(edit.place.node);
       }
     }
     SceneChanges changes;
