@@ -3,8 +3,7 @@ import numpy as np
 
 from ._transform import Transform
 
-ARRAYS = {"vertex_positions": np.float32, "vertex_normals": np.float32,
-          "vertex_texcoords": np.float32, "faces": np.uint32}
+FLOAT_ARRAYS = ("vertex_positions", "vertex_normals", "vertex_texcoords")
 
 
 def pixels(value, raw=False):
@@ -21,13 +20,25 @@ def pixels(value, raw=False):
     return "image", np.ascontiguousarray(image, np.float32)
 
 
+def indices(value, where):
+    """Numbers of vertices. What numpy would round or wrap around is an error."""
+    array = np.asarray(value).ravel()
+    limits = np.iinfo(np.uint32)
+    is_fine = array.size == 0 or (np.issubdtype(array.dtype, np.integer) and
+                                  array.min() >= limits.min and array.max() <= limits.max)
+    if not is_fine:
+        raise ValueError(f"{where}: numbers of vertices are whole and from 0 to {limits.max}")
+    return np.ascontiguousarray(array, np.uint32)
+
+
 def to_core(value, name, where, raw=False):
     """`name`: of the parameter; `where`: for messages."""
     if name in ("data", "bitmap"):
         return pixels(value, raw)
-    if name in ARRAYS:
-        kind = "indices" if name == "faces" else "floats"
-        return kind, np.ascontiguousarray(np.asarray(value).ravel(), ARRAYS[name])
+    if name == "faces":
+        return "indices", indices(value, where)
+    if name in FLOAT_ARRAYS:
+        return "floats", np.ascontiguousarray(np.asarray(value).ravel(), np.float32)
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     if isinstance(value, (int, np.integer)):
