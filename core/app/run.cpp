@@ -1,6 +1,5 @@
 // Renders a scene file, or looks for its faults: from options to files and an exit status.
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -15,7 +14,7 @@
 #include "kinome/checkpoint.h"
 #include "kinome/log.h"
 #include "kinome/plugin_audit.h"
-#include "kinome/render_context.h"
+#include "kinome/render.h"
 #include "kinome/scene_loader.h"
 #include "metadata.h"
 #include "output.h"
@@ -86,24 +85,6 @@ void warn_of_layers(const Scene& scene, const Film& film) {
     log_warn(
         "the scene's film writes .pfm files, which hold no channels but colour: those of its "
         "integrator are left out");
-  }
-}
-
-/// What was asked for and isn't kept.
-void warn_of_budget(const Options& options, const RenderStats& stats) {
-  if (options.seconds > 0 &&
-      stats.total_seconds > options.seconds + std::max(0.05, 0.05 * options.seconds)) {
-    log_warn(
-        fmt::format("--time {:g}: it took {:.3f} s to load, render {:.3g} samples a pixel and "
-                    "write",
-                    options.seconds, stats.total_seconds, stats.samples));
-  }
-  if (options.rel_mse > 0 && stats.complete && !(stats.rel_mse <= options.rel_mse)) {
-    log_warn(fmt::format(
-        "--error {:g} is not reached: {:.3g} by the estimate{}", options.rel_mse, stats.rel_mse,
-        options.seconds > 0
-            ? fmt::format(" when time was up, after {:.0f} samples a pixel", stats.samples)
-            : fmt::format(", and {:.0f} samples a pixel are the limit", stats.samples)));
   }
 }
 
@@ -290,7 +271,7 @@ int render_command(const Options& options, Clock::time_point start) {
                                                  registry, output, checkpoint.get());
   stats.total_seconds = seconds_since(start);
   stats.peak_memory_bytes = peak_memory_bytes();
-  warn_of_budget(options, stats);
+  warn_of_missed_budget(context.budget(), stats, stats.total_seconds, {});
   report(options, stats, summary);
   return exit_status(options, stats);
 }

@@ -36,8 +36,12 @@ constexpr double kEndShare = 0.01;
 
 class Progressive {
  public:
-  Progressive(Passes& passes, Film& film, RenderContext& context)
-      : passes_(passes), film_(film), context_(context), budget_(context.budget()) {}
+  Progressive(Passes& passes, Film& film, RenderContext& context, const PassCallback& on_pass)
+      : passes_(passes),
+        film_(film),
+        context_(context),
+        budget_(context.budget()),
+        on_pass_(on_pass) {}
 
   void run() {
     const bool has_time = budget_.seconds > 0, has_error = budget_.rel_mse > 0;
@@ -81,6 +85,7 @@ class Progressive {
   /// those that have the fewest.
   void round(double samples) {
     const double start = now(), before = done_, target = before + samples;
+    showing_seconds_ = 0;
     const auto [begin, end] = progress_of(start, samples);
     std::vector<uint32_t> order(film_.lanes());
     std::iota(order.begin(), order.end(), 0u);
@@ -98,11 +103,21 @@ class Progressive {
       const double rendered = passes_.render(std::max(1., own));
       samples_[lane] += rendered;
       done_ += rendered;
+      show();
     }
     context_.begin_pass(0, 0, 1);
     ++rounds_;
     last_ = done_ - before;
-    last_seconds_ = now() - start;
+    last_seconds_ = now() - start - showing_seconds_;
+  }
+
+  /// What a callback takes is part of the time, but says nothing of how fast samples are.
+  void show() {
+    if (!on_pass_ || context_.cancelled()) return;
+    const double start = now();
+    context_.stats().samples = done_;
+    on_pass_(develop(film_, budget_, context_.stats()), context_.stats());
+    showing_seconds_ += now() - start;
   }
 
   /// Shares of all work that are told before and after a round of `more` samples of all lanes. What
@@ -136,7 +151,7 @@ class Progressive {
       deadline_ = budget_.seconds - after - (now() - start);
       context_.set_deadline(*deadline_);
     }
-    const double left = *deadline_ - now();
+    const double left = *deadline_ - now() - showing_seconds_;
     if (left < kEndShare * budget_.seconds) return 0;
     const double fits = left * last_ / std::max(last_seconds_, 1e-9);
     const double wanted = fits * (fits > kUnsureGrowth * last_ ? kUnsureShare : kShare);
@@ -161,6 +176,7 @@ class Progressive {
   Film& film_;
   RenderContext& context_;
   const RenderBudget& budget_;
+  const PassCallback& on_pass_;
   uint64_t pass_ = 0;
   int rounds_ = 0;
   std::vector<double> samples_ = std::vector<double>(film_.lanes());  ///< of each lane
@@ -169,6 +185,7 @@ class Progressive {
   double told_ = 0;  ///< share of all work at the end of the last round
   double last_ = 0;  ///< samples of all lanes in the last round
   double last_seconds_ = 0;
+  double showing_seconds_ = 0;  ///< what callbacks took in the last round
   std::optional<double> deadline_;
 };
 
@@ -242,8 +259,9 @@ Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats) 
   return image;
 }
 
-void render_passes(Passes& passes, Film& film, RenderContext& context) {
-  Progressive(passes, film, context).run();
+void render_passes(Passes& passes, Film& film, RenderContext& context,
+                   const PassCallback& on_pass) {
+  Progressive(passes, film, context, on_pass).run();
 }
 
 }  // namespace kinome

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "kinome/integrator.h"
-#include "kinome/render_context.h"
+#include "kinome/render.h"
 
 namespace kinome {
 
@@ -22,7 +22,8 @@ KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
 ///   biased, far less than its noise. What is better than asked by 1.5 is told as info.
 /// - Time: rounds as large as the speed of the last one promises to be in time, smaller toward the
 ///   end. What is not in time all the same is cut short, tile by tile.
-KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& context);
+KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& context,
+                                 const PassCallback& on_pass = nullptr);
 
 /// What lanes say of the relMSE (see RenderBudget) of the picture that is their mean; nullopt where
 /// they can't tell. Differences of two lanes, relative to the brightness of the pixel: half by the

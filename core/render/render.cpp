@@ -1,6 +1,10 @@
 // From a scene and a sensor to a picture, by the scene's integrator.
 
-#include "kinome/render_context.h"
+#include "kinome/render.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
 
 #include "base/log_once.h"
 #include "image/fill_gaps.h"
@@ -18,6 +22,11 @@ void warn_without_emitters(const Scene& scene) {
 }
 
 Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
+  return render(scene, sensor, context, nullptr);
+}
+
+Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
+             const PassCallback& on_pass) {
   const WarningsOnce once;
   RenderStats& stats = context.stats();
   Image image;
@@ -35,10 +44,11 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
     if (checkpoint) checkpoint->begin(film);
     if (budget.any()) {
       const double left = budget.seconds > 0 ? budget.seconds - context.seconds() : kInfinity;
-      render_passes(*integrator.begin(scene, sensor, context, left), film, context);
+      render_passes(*integrator.begin(scene, sensor, context, left), film, context, on_pass);
     } else {
       integrator.render(scene, sensor, context);
       stats.samples = sensor.sampler().sample_count();
+      if (on_pass && !context.interrupted()) on_pass(develop(film, budget, stats), stats);
     }
     interrupted = context.interrupted();
     if (checkpoint && interrupted) checkpoint->close(film);
@@ -51,6 +61,23 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
   stats.peak_memory_bytes = peak_memory_bytes();
   stats.complete = !interrupted;
   return image;
+}
+
+void warn_of_missed_budget(const RenderBudget& budget, const RenderStats& stats, double seconds,
+                           const BudgetNames& names) {
+  if (budget.seconds > 0 && seconds > budget.seconds + std::max(0.05, 0.05 * budget.seconds)) {
+    const std::string samples = fmt::format("{:.3g} samples a pixel", stats.samples);
+    log_warn(fmt::format("{}{:g}: it took {:.3f} s to {}", names.seconds, budget.seconds, seconds,
+                         fmt::format(fmt::runtime(names.work), samples)));
+  }
+  if (budget.rel_mse > 0 && stats.complete && !(stats.rel_mse <= budget.rel_mse)) {
+    log_warn(fmt::format(
+        "{}{:g} is not reached: {:.3g} by the estimate{}", names.rel_mse, budget.rel_mse,
+        stats.rel_mse,
+        budget.seconds > 0
+            ? fmt::format(" when time was up, after {:.0f} samples a pixel", stats.samples)
+            : fmt::format(", and {:.0f} samples a pixel are the limit", stats.samples)));
+  }
 }
 
 }  // namespace kinome

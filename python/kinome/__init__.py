@@ -17,6 +17,8 @@ _here = _pathlib.Path(__file__).absolute().parent
 _folders = [_here / "lib/kinome/plugins", _here.parent.parent / "plugins"]
 _kinome.set_up(Error, [str(_folder) for _folder in _folders if (_folder / "bsdf").is_dir()])
 
+__version__ = _kinome.version
+
 from ._compare import compare  # noqa: E402
 from ._picture import Picture  # noqa: E402
 from ._scene import (Changes, Parameter, Scene, SceneParameters, inspect, load_dict,  # noqa: E402
@@ -36,4 +38,7 @@ def plugins():
 
 def set_log_level(level):
     """What is said on stderr: "quiet", "warn" (at first), "info" or "debug"."""
-    _kinome.set_log_level(("quiet", "warn", "info", "debug").index(level))
+    levels = ("quiet", "warn", "info", "debug")
+    if level not in levels:
+        raise ValueError(f"level takes one of {', '.join(map(repr, levels))}, got {level!r}")
+    _kinome.set_log_level(levels.index(level))

@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__version__: str
+
 class Error(Exception):
     """A mistake in a scene, a file or an argument. str() is "FILE:LINE:COLUMN: message"."""
     message: str
@@ -37,7 +39,10 @@ class Transform:
 
 class Picture(np.ndarray[Any, np.dtype[np.float32]]):
     """A float32 array (height, width, channels), linear Rec.709, rows from the top.
-    picture["albedo"] is a layer by its name, without a copy."""
+    picture["albedo"] is a layer by its name, without a copy. Crops, choices of channels, copies and
+    what arithmetic makes of it number by number are Pictures, too; anything else has no names."""
+    def __new__(cls, array: ArrayLike, channels: Sequence[str],
+                stats: Mapping[str, Any] | None = None) -> Picture: ...
     channels: list[str]
     """Their names: "R", "G", "B", "albedo.R", …"""
     stats: dict[str, Any]

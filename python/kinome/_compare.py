@@ -1,31 +1,64 @@
 """Do two pictures show the same? By the tests of the program kinome-compare."""
+import importlib
+import importlib.util
 import pathlib
 import sys
 
 import numpy as np
 
+from . import _arguments as check
+from ._picture import Picture
+
 HERE = pathlib.Path(__file__).absolute().parent
+# The program's own package: in a wheel, and beside this one in a build folder. Its name here is of
+# this package, so that it is nobody else's module of that name.
+FOLDERS = [HERE / "lib/kinome/python/compare", HERE.parent / "compare"]
+NAME = __package__ + "._comparison"
 
 
 def _package():
-    """The program's own, which is installed beside this module."""
-    for folder in (HERE / "lib/kinome/python", HERE.parent):
-        if (folder / "compare/verdict.py").is_file() and str(folder) not in sys.path:
-            sys.path.append(str(folder))
-    from compare import images, verdict
-    return images, verdict
+    if NAME not in sys.modules:
+        folder = next(folder for folder in FOLDERS if (folder / "verdict.py").is_file())
+        found = importlib.util.spec_from_file_location(
+            NAME, folder / "__init__.py", submodule_search_locations=[str(folder)])
+        package = sys.modules[NAME] = importlib.util.module_from_spec(found)
+        try:
+            found.loader.exec_module(package)
+        except BaseException:
+            del sys.modules[NAME]
+            raise
+    return (importlib.import_module(NAME + ".images"), importlib.import_module(NAME + ".verdict"))
+
+
+def _renders(said, images, name):
+    """The colours of several renders."""
+    if len(said) < images.FEWEST:
+        raise ValueError(f"{name}: {len(said)} renders, needs at least {images.FEWEST}")
+    colours = [np.asarray(picture.rgb if isinstance(picture, Picture) else picture)
+               for picture in said]
+    # The same seed twice would pass for a certainty that isn't there.
+    seeds = [picture.stats["seed"] for picture in said
+             if isinstance(picture, Picture) and "seed" in picture.stats]
+    if len(set(seeds)) < len(seeds):
+        twin = next(seed for seed in seeds if seeds.count(seed) > 1)
+        raise ValueError(f"{name} takes pictures of different seeds, got several of seed {twin}")
+    for colour in colours:
+        if colour.ndim != 3 or colour.dtype.kind not in "fiu" or colour.shape != colours[0].shape:
+            shapes = sorted({str(one.shape) for one in colours})
+            raise ValueError(f"{name} takes pictures of one shape (height, width, channels), got "
+                             f"{', '.join(shapes)}")
+    return colours
 
 
 def _estimate(images, said, name):
     if isinstance(said, (list, tuple)):
-        if len(said) < images.FEWEST:
-            raise ValueError(f"{name}: {len(said)} renders, needs at least {images.FEWEST}")
-        return images.Estimate.from_renders(
-            name, [np.asarray(getattr(picture, "rgb", picture)) for picture in said])
-    header = {}
-    if said.stats.get("renders"):
-        header["kinome:renders"] = str(said.stats["renders"])
-        header["kinome:variance_of_mean"] = " ".join(map(repr, said.stats["variance_of_mean"]))
+        return images.Estimate.from_renders(name, _renders(said, images, name))
+    takes = "a picture by render(variance=16), or a list of 4 or more pictures of different seeds"
+    check.instance(said, name, Picture, takes)
+    if not said.stats.get("renders"):
+        raise ValueError(f"{name} takes {takes}, got a picture without a variance, or a part of one")
+    header = {"kinome:renders": str(said.stats["renders"]),
+              "kinome:variance_of_mean": " ".join(map(repr, said.stats["variance_of_mean"]))}
     channels = {channel: np.asarray(said, np.float64)[:, :, i]
                 for i, channel in enumerate(said.channels)}
     try:
@@ -39,6 +72,8 @@ def compare(a, b, alpha=0.01):
     render(variance=16), or a list of 4 or more pictures of different seeds. Gives a verdict, which
     has `passed`, and `tests` with what each of them says. Two pictures that do have the same
     expectation fail at the rate `alpha`. Needs scipy."""
+    if not 0 < check.positive(alpha, "alpha") < 1:
+        raise check.fault(ValueError, "alpha", "a number between 0 and 1", alpha)
     images, verdict = _package()
     estimates = _estimate(images, a, "a"), _estimate(images, b, "b")
     if estimates[0].mean.shape != estimates[1].mean.shape:

@@ -3,7 +3,7 @@ import numpy as np
 
 from . import _kinome
 from ._errors import Error
-from ._values import to_core
+from ._values import numbers, to_core
 
 TAGS = ("bsdf", "emitter", "film", "integrator", "rfilter", "sampler", "sensor", "shape", "texture")
 
@@ -34,21 +34,38 @@ def spectrum(said, where):
         wavelengths, values = said.get("wavelengths"), said.get("values")
         if wavelengths is None or values is None:
             fail(where, "a spectrum needs a 'value'")
+        if np.ndim(wavelengths) != 1 or np.shape(wavelengths) != np.shape(values):
+            fail(where, "a spectrum needs as many 'values' as 'wavelengths'")
         value = list(zip(wavelengths, values))
     if np.ndim(value) == 0:
         return str(value)
-    return ", ".join(f"{float(at)!r}:{float(power)!r}" for at, power in value)
+    pairs = numbers(value)
+    if pairs is None or pairs.ndim != 2 or pairs.shape[1] != 2:
+        fail(where, "a spectrum's 'value' is a number, or pairs of a wavelength and a value")
+    return ", ".join(f"{at!r}:{power!r}" for at, power in pairs.tolist())
+
+
+def colour(value, where):
+    """Three numbers, or one for all."""
+    channels = None if value is None else numbers(value)
+    if channels is None or channels.shape not in ((), (1,), (3,)):
+        fail(where, "an rgb needs a 'value' of three numbers, or of one")
+    return np.broadcast_to(channels, 3).tolist()
 
 
 def describe(said, name="", where="scene", tag=None):
     """`name`: the key that it has in the dict around it; `tag`: what it must be, if known."""
     if not isinstance(said, dict) or not isinstance(said.get("type"), str):
-        fail(where, "must be a dict with a 'type'")
+        fail(where, "must be a dict with a 'type', a string")
+    if not isinstance(said.get("id", ""), str):
+        fail(where, "an 'id' is a string")
     plugin = said["type"]
     is_scene = plugin == "scene"
     tag = "scene" if is_scene else tag or tag_of(plugin, name, where)
     values, parts = [], []
     for key, value in said.items():
+        if not isinstance(key, str):
+            fail(where, f"keys are strings, {key!r} is none")
         place = f"{where}.{key}"
         if key in ("type", "id"):
             continue
@@ -59,10 +76,12 @@ def describe(said, name="", where="scene", tag=None):
             continue
         kind = value.get("type")
         if kind == "rgb":
-            values.append((key, ("rgb", np.broadcast_to(value["value"], 3).tolist()), place))
+            values.append((key, ("rgb", colour(value.get("value"), place)), place))
         elif kind == "spectrum":
             parts.append(("spectrum", spectrum(value, place), key, "", place, [], []))
         elif kind == "ref":
+            if not isinstance(value.get("id"), str):
+                fail(place, "a ref needs an 'id', a string")
             parts.append(("ref", "", "" if is_scene else key, value["id"], place, [], []))
         else:
             part = describe(value, key, place)

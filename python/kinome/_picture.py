@@ -1,7 +1,12 @@
 """What a render gives."""
 import numpy as np
 
+from . import _arguments as check
 from . import _kinome
+
+
+def _layer(channel):
+    return channel.rpartition(".")[0] or channel
 
 
 class Picture(np.ndarray):
@@ -10,49 +15,140 @@ class Picture(np.ndarray):
     picture["albedo"] is the part of the channels albedo.R, albedo.G, albedo.B, or the one channel
     of that name, without a copy; picture.rgb the colour. channels: their names. stats: how it was
     made, "complete" (whether nothing stopped it), "samples", "seconds", "relmse" (where error= asked).
+
+    What still has all of its axes is a Picture, too, and knows its channels: crops and choices of
+    channels (picture[10:20], picture[:, :, :3], picture[..., [0, 2]]), copies, and what arithmetic
+    makes of it number by number, alone or with other pictures of the same channels. Anything else has
+    no names. Picture(array, channels) names the channels of any array.
     """
 
-    def __new__(cls, array, channels, stats):
+    def __new__(cls, array, channels, stats=None):
         self = np.asarray(array).view(cls)
-        self.channels, self.stats = list(channels), dict(stats)
+        channels = [check.instance(name, "a channel's name", str, "a string") for name in channels]
+        if self.ndim != 3 or self.shape[2] != len(channels):
+            raise ValueError("array takes the shape (height, width, channels), with "
+                             f"{len(channels)} channels as there are names, got {self.shape}")
+        self.channels, self.stats = channels, dict(stats or {})
         return self
 
     def __array_finalize__(self, other):
-        self.channels = getattr(other, "channels", [])
-        self.stats = getattr(other, "stats", {})
+        # Whoever makes it says what it has: a shape doesn't tell which channels are left.
+        self.channels, self.stats = [], {}
 
     def __getitem__(self, key):
-        if not isinstance(key, str):
-            part = super().__getitem__(key)
-            return part.view(np.ndarray) if isinstance(part, Picture) else part
+        if isinstance(key, str):
+            return self._named(key)
+        part = super().__getitem__(key)
+        if not isinstance(part, Picture):
+            return part
+        names, is_whole = self._names_of(key)
+        if names is None or part.ndim != 3 or part.shape[2] != len(names):
+            return part.view(np.ndarray)
+        return Picture(part, names, self.stats if is_whole else _of_part(self.stats))
+
+    def _named(self, layer):
         found = [i for i, name in enumerate(self.channels)
-                 if name == key or name.startswith(key + ".")]
+                 if name == layer or name.startswith(layer + ".")]
         if not found:
-            layers = sorted({name.rpartition(".")[0] or name for name in self.channels})
-            raise KeyError(f"{key!r}: the picture has {', '.join(layers)}")
+            layers = ", ".join(sorted({_layer(name) for name in self.channels}))
+            raise KeyError(f"{layer!r}: the picture has {layers or 'no names of channels'}")
         part = self.view(np.ndarray)[:, :, found[0]:found[-1] + 1]
-        return part[:, :, 0] if self.channels[found[0]] == key else part
+        return part[:, :, 0] if self.channels[found[0]] == layer else part
+
+    def _names_of(self, key):
+        """The channels of self[key], None where its last axis is another; and whether it has all
+        of the pixels in their places."""
+        keys = list(key) if isinstance(key, tuple) else [key]
+        dots = [i for i, one in enumerate(keys) if one is Ellipsis]
+        if len(dots) > 1 or any(one is None for one in keys):
+            return None, False
+        at = dots[0] if dots else len(keys)
+        keys[at:at + 1] = [slice(None)] * (3 - len(keys) + bool(dots))
+        if len(keys) != 3 or not all(isinstance(one, slice) for one in keys[:2]):
+            return None, False
+        names = np.array(self.channels, object)[keys[2]] if self.channels else None
+        is_whole = all(one.indices(size) == (0, size, 1)
+                       for one, size in zip(keys, self.shape[:2]))
+        return names.tolist() if isinstance(names, np.ndarray) else None, is_whole
+
+    def __array_ufunc__(self, function, method, *inputs, out=None, **options):
+        def plain(values):
+            return [value.view(np.ndarray) if isinstance(value, Picture) else value
+                    for value in values]
+        if out is not None:
+            options["out"] = tuple(plain(out))
+        result = getattr(function, method)(*plain(inputs), **options)
+        if out is not None:
+            return out[0] if len(out) == 1 else out
+        pictures = [value for value in inputs if isinstance(value, Picture)]
+        by_number = method == "__call__" and function.signature is None
+        if (not by_number or not isinstance(result, np.ndarray) or
+                any(p.channels != self.channels or p.shape != result.shape for p in pictures)):
+            return result
+        return self._like(result)
+
+    def _like(self, array, stats=None):
+        """With the names of this one's channels, if it has any."""
+        if not self.channels:
+            return array
+        return Picture(array, self.channels, stats)
+
+    def copy(self, order="C"):
+        """With the names of its channels."""
+        return self._like(super().copy(order), self.stats)
+
+    def astype(self, dtype, *arguments, **options):
+        """With the names of its channels."""
+        return self._like(super().astype(dtype, *arguments, **options), self.stats)
+
+    def __copy__(self):
+        return self.copy()
+
+    def __deepcopy__(self, memo):
+        return self.copy()
+
+    def __reduce__(self):
+        # Pickled as what it is.
+        return _unpickled, (np.asarray(self), self.channels, self.stats)
 
     @property
     def rgb(self):
         """The colour, without alpha and layers."""
-        count = 3 if self.channels[:3] == ["R", "G", "B"] else 1
-        return self.view(np.ndarray)[:, :, :count]
+        for names in (["R", "G", "B"], ["Y"]):
+            if self.channels[:len(names)] == names:
+                return self.view(np.ndarray)[:, :, :len(names)]
+        raise ValueError("there is no colour among the channels of this array: "
+                         f"{', '.join(self.channels) or 'they have no names'}")
 
     @property
     def layers(self):
         """Names of what is beside the colour."""
-        return list(dict.fromkeys(name.rpartition(".")[0] or name for name in self.channels
+        return list(dict.fromkeys(_layer(name) for name in self.channels
                                   if name not in ("R", "G", "B", "A", "Y")))
 
     def write(self, path):
         """As .exr (with all channels, in single precision), .pfm or .png (8 bits, sRGB)."""
-        header = {"kinome:complete": "true" if self.stats.get("complete", True) else "false",
-                  "kinome:samples": f"{self.stats.get('samples', 0):g}",
-                  "kinome:seed": str(self.stats.get("seed", 0))}
+        if not self.channels:
+            raise ValueError("this array's channels have no names: Picture(array, channels) gives it "
+                             "some")
+        header = {}
+        if self.stats:
+            header = {"kinome:complete": "true" if self.stats.get("complete", True) else "false",
+                      "kinome:samples": f"{self.stats.get('samples', 0):g}",
+                      "kinome:seed": str(self.stats.get("seed", 0))}
         if self.stats.get("renders"):
             header["kinome:renders"] = str(self.stats["renders"])
             header["kinome:variance_of_mean"] = " ".join(
                 f"{v:.9g}" for v in self.stats["variance_of_mean"])
-        _kinome.write_picture(str(path), np.ascontiguousarray(self, np.float32), self.channels,
-                              header)
+        _kinome.write_picture(check.path(path, "path"), np.ascontiguousarray(self, np.float32),
+                              self.channels, header)
+
+
+def _of_part(stats):
+    """Without what is told of the picture as a whole."""
+    return {key: value for key, value in stats.items()
+            if key not in ("relmse", "renders", "variance_of_mean")}
+
+
+def _unpickled(array, channels, stats):
+    return Picture(array, channels, stats) if channels else array

@@ -2,6 +2,7 @@
 import collections
 import collections.abc
 
+from . import _arguments as check
 from . import _kinome
 from ._describe import describe
 from ._picture import Picture
@@ -14,6 +15,11 @@ Changes = collections.namedtuple("Changes", "made refitted has_new_structure")
 Changes.__doc__ = """What an update made anew: plugins of the objects that were made, the number of
 shapes that were kept and got other triangles or another material or light, and whether the ray
 tracer's structure was built again."""
+
+
+# Samples a pixel, as parameters of samplers have them; parts that a variance comes from, and
+# threads, as the program's options.
+MOST_SAMPLES, MOST_PARTS, MOST_THREADS = 2 ** 30, 1024, 4096
 
 
 class Scene:
@@ -30,19 +36,38 @@ def load_file(path, lenient=False, search_paths=(), **defines):
     """
     texts = {key: str(value).lower() if isinstance(value, bool) else str(value)
              for key, value in defines.items()}
-    return Scene(_kinome.Editor(str(path), texts, [str(p) for p in search_paths], lenient))
+    return Scene(_kinome.Editor(check.path(path, "path"), texts,
+                                check.paths(search_paths, "search_paths"), bool(lenient)))
 
 
 def load_dict(scene, search_paths=()):
     """A scene as a dict in Mitsuba's form: {"type": "scene", "ball": {"type": "sphere"}, …}."""
-    return Scene(_kinome.Editor(describe(scene), [str(p) for p in search_paths]))
+    return Scene(_kinome.Editor(describe(scene), check.paths(search_paths, "search_paths")))
+
+
+def _editor(scene):
+    check.instance(scene, "scene", Scene, "what load_file() or load_dict() gives")
+    return scene._editor
 
 
 def _integrator(integrator):
     if integrator is None:
         return None
+    check.instance(integrator, "integrator", (str, dict), "an integrator's name or a dict")
     said = {"type": integrator} if isinstance(integrator, str) else integrator
     return describe(said, "", "integrator", "integrator")
+
+
+def _sensor(sensor):
+    if isinstance(sensor, str):
+        return sensor
+    if not hasattr(sensor, "__index__"):
+        raise check.fault(TypeError, "sensor", "an index or an id", sensor)
+    return str(check.whole(sensor, "sensor", 0, 2 ** 31 - 1, ", or an id"))
+
+
+def _seed(seed):
+    return check.whole(seed, "seed", 0, 2 ** 64 - 1)
 
 
 def render(scene, integrator=None, sensor=0, spp=None, seed=0, time=None, error=None, variance=None,
@@ -56,45 +81,52 @@ def render(scene, integrator=None, sensor=0, spp=None, seed=0, time=None, error=
     variance is to be estimated, which adds channels "variance". threads: 0 is one for each core.
 
     progress(fraction) is called some twenty times a second; on_pass(picture, samples) after each
-    pass over the whole picture, of 1, 1, 2, 4, … samples a pixel (up to spp, or for `time`), with
-    what there is by then. Both are called by the thread that called render(); what they throw ends
-    the render. Ctrl-C ends it, too, and gives the picture as it is, with stats["complete"] False.
+    pass over the whole picture, with what there is by then: once for spp alone, for variance= after
+    each part, for error= and time= after passes that grow. It changes nothing in the picture, and
+    its time is part of time=. Both are called by the thread that called render(); what they throw
+    ends the render. Ctrl-C ends it, too, and gives the picture as it is, with stats["complete"]
+    False.
     """
-    if on_pass is not None and (error is not None or variance is not None):
-        raise ValueError("on_pass goes with spp and time, not with error or variance")
-    for name, value in (("spp", spp), ("time", time), ("error", error)):
-        if value is not None and not value > 0:
-            raise ValueError(f"{name} must be positive, got {value!r}")
-    if variance is not None and variance < 4:
-        raise ValueError(f"variance must be 4 or more, got {variance!r}")
-    for_pass = None
-    if on_pass is not None:
-        def for_pass(array, channels, samples):
-            on_pass(Picture(array, channels, {"complete": False, "samples": samples, "seed": seed}),
-                    samples)
-    array, channels, stats = scene._editor.render(
-        _integrator(integrator), str(sensor), spp or 0, seed, time or 0., error or 0.,
-        variance or 0, threads, progress, for_pass)
+    if spp is not None:
+        spp = check.whole(spp, "spp", 1, MOST_SAMPLES)
+    if variance is not None:
+        variance = check.whole(variance, "variance", 4, MOST_PARTS)
+    time, error = (None if value is None else check.positive(value, name)
+                   for value, name in ((time, "time"), (error, "error")))
+    check.function(progress, "progress")
+    check.function(on_pass, "on_pass")
+
+    def give(array, channels, stats):
+        on_pass(Picture(array, channels, stats), stats["samples"])
+    array, channels, stats = _editor(scene).render(
+        _integrator(integrator), _sensor(sensor), spp or 0, _seed(seed), time or 0., error or 0.,
+        variance or 0, check.whole(threads, "threads", 0, MOST_THREADS), progress,
+        None if on_pass is None else give)
     return Picture(array, channels, stats)
 
 
 def inspect(scene, x, y, integrator=None, sensor=0, seed=0):
     """Where the light samples of the pixel at x, y go: for each set of light points a dict of the
     place that is lit ("position", "normal"), its "clusters" and its "samples" (lists of dicts)."""
-    return scene._editor.inspect(_integrator(integrator), str(sensor), x, y, seed)
+    return _editor(scene).inspect(_integrator(integrator), _sensor(sensor), check.real(x, "x"),
+                                  check.real(y, "y"), _seed(seed))
+
+
+def _known(path):
+    return check.instance(path, "a parameter's path", str, "a string")
 
 
 class SceneParameters(collections.abc.MutableMapping):
     """The parameters of a scene by their paths. Setting one is noted; update() makes it so."""
 
     def __init__(self, scene):
-        self._editor = scene._editor
+        self._editor = _editor(scene)
 
     def __getitem__(self, path):
-        return to_python(self._editor.get(path))
+        return to_python(self._editor.get(_known(path)))
 
     def __setitem__(self, path, value):
-        name = path.rpartition(".")[2]
+        name = _known(path).rpartition(".")[2]
         self._editor.set(path, to_core(value, name, path))
 
     def __delitem__(self, path):
@@ -118,6 +150,8 @@ class SceneParameters(collections.abc.MutableMapping):
     def update(self, values=None):
         """Sets `values`, if any, then makes anew what depends on all that was set: a Changes. Where
         that can't be, an Error, and the scene is as it was."""
+        takes = "a dict of values by their paths"
+        check.instance(values, "values", (collections.abc.Mapping, type(None)), takes)
         for path, value in (values or {}).items():
             self[path] = value
         return Changes(*self._editor.update())

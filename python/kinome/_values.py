@@ -6,9 +6,20 @@ from ._transform import Transform
 FLOAT_ARRAYS = ("vertex_positions", "vertex_normals", "vertex_texcoords")
 
 
-def pixels(value, raw=False):
+def numbers(value):
+    """As an array of floats; None where it is something else."""
+    try:
+        return None if value is None else np.asarray(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def pixels(value, where, raw=False):
     """An image of floats. Bytes stand for sRGB-encoded values, unless they are `raw`."""
     image = np.asarray(value)
+    if image.dtype.kind not in "fiu" or image.ndim not in (2, 3):
+        raise TypeError(f"{where}: expected pixels, numbers of the shape (height, width) or "
+                        f"(height, width, channels), got {type(value).__name__}")
     is_bytes = image.dtype == np.uint8
     image = image.astype(np.float32)
     if is_bytes:
@@ -34,23 +45,25 @@ def indices(value, where):
 def to_core(value, name, where, raw=False):
     """`name`: of the parameter; `where`: for messages."""
     if name in ("data", "bitmap"):
-        return pixels(value, raw)
+        return pixels(value, where, raw)
     if name == "faces":
         return "indices", indices(value, where)
     if name in FLOAT_ARRAYS:
-        return "floats", np.ascontiguousarray(np.asarray(value).ravel(), np.float32)
+        array = numbers(value)
+        if array is None:
+            raise TypeError(f"{where}: expected an array of numbers, got {type(value).__name__}")
+        return "floats", np.ascontiguousarray(array.ravel(), np.float32)
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     if isinstance(value, (int, np.integer)):
+        if not -2 ** 63 <= value < 2 ** 63:
+            raise ValueError(f"{where}: {value} is too large a number")
         return int(value)
     if isinstance(value, str) or hasattr(value, "__fspath__"):
         return str(value)
     if hasattr(value, "matrix"):
         return "transform", Transform(value).matrix.ravel().tolist()
-    try:
-        array = np.asarray(value, np.float64)
-    except (TypeError, ValueError):
-        array = None
+    array = numbers(value)
     if array is not None and array.size == 1:
         return float(array.ravel()[0])
     if array is not None and array.size == 3:

@@ -224,39 +224,55 @@ class Editor {
   State state_ = State::kFree;
 };
 
-nb::list list_plugins() {
-  nb::list all;
-  const std::lock_guard lock(plugins().mutex);
+struct FoundPlugin {
+  Category category;
+  std::string name;
+  const PluginDescriptor* plugin;  ///< of its library, which is never unloaded
+};
+
+/// Another thread may be loading a scene: it is waited for without the interpreter's lock, and
+/// objects of Python are made only afterwards.
+std::vector<FoundPlugin> find_plugins() {
+  const Turn turn(plugins().mutex);
   PluginRegistry& registry = plugins().get();
+  std::vector<FoundPlugin> all;
   for (int i = 0; i < kCategoryCount; ++i) {
     const auto category = static_cast<Category>(i);
     for (const std::string& name : registry.names(category)) {
-      const PluginDescriptor& plugin = registry.find(category, name);
-      nb::list rows;
-      for (const Parameter& p : plugin.parameters) {
-        nb::dict row;
-        row["name"] = p.name;
-        row["type"] = p.type == ParameterType::kObject ? to_string(p.category) : to_string(p.type);
-        row["default"] =
-            p.default_value ? nb::object(nb::str(p.default_value)) : nb::object(nb::none());
-        row["doc"] = p.doc;
-        row["required"] = p.required;
-        rows.append(row);
-      }
-      nb::dict one;
-      one["category"] = to_string(category);
-      one["name"] = name;
-      one["doc"] = plugin.doc;
-      one["parameters"] = rows;
-      all.append(one);
+      all.push_back({category, name, &registry.find(category, name)});
     }
   }
   return all;
 }
 
-nb::dict plugin_names() {
-  const std::lock_guard lock(plugins().mutex);
-  nb::dict all;
+nb::list list_plugins() {
+  nb::list all;
+  for (const FoundPlugin& found : find_plugins()) {
+    nb::list rows;
+    for (const Parameter& p : found.plugin->parameters) {
+      nb::dict row;
+      row["name"] = p.name;
+      row["type"] = p.type == ParameterType::kObject ? to_string(p.category) : to_string(p.type);
+      row["default"] =
+          p.default_value ? nb::object(nb::str(p.default_value)) : nb::object(nb::none());
+      row["doc"] = p.doc;
+      row["required"] = p.required;
+      rows.append(row);
+    }
+    nb::dict one;
+    one["category"] = to_string(found.category);
+    one["name"] = found.name;
+    one["doc"] = found.plugin->doc;
+    one["parameters"] = rows;
+    all.append(one);
+  }
+  return all;
+}
+
+/// By category, without opening their libraries.
+std::map<std::string, std::vector<std::string>> plugin_names() {
+  const Turn turn(plugins().mutex);
+  std::map<std::string, std::vector<std::string>> all;
   for (int i = 0; i < kCategoryCount; ++i) {
     const auto category = static_cast<Category>(i);
     all[to_string(category)] = plugins().get().names(category);
@@ -298,6 +314,7 @@ NB_MODULE(_kinome, m) {
   });
   m.def("set_log_level",
         [](int level) { kinome::set_log_level(static_cast<kinome::LogLevel>(level)); });
+  m.attr("version") = KINOME_VERSION;
   m.def("plugins", &list_plugins);
   m.def("plugin_names", &plugin_names);
   m.def("write_picture", &write_picture);

@@ -10,6 +10,7 @@
 #include <optional>
 #include <thread>
 
+#include "kinome/log.h"
 #include "values.h"
 
 namespace kinome::python {
@@ -24,11 +25,13 @@ class Exchange {
   struct Pass {
     Image picture;
     double samples;
+    uint32_t renders;
+    std::vector<double> variance_of_mean;
   };
   void tell(double fraction) { fraction_ = fraction; }
   double fraction() const { return fraction_; }
-  /// Waits until it is taken, so that each is seen.
-  void give(Pass pass) {
+  /// Waits until it has been seen to the end: its time is part of the render's.
+  void show(Pass pass) {
     std::unique_lock lock(mutex_);
     pass_ = std::move(pass);
     changed_.notify_all();
@@ -39,13 +42,20 @@ class Exchange {
     is_done_ = true;
     changed_.notify_all();
   }
-  /// Whether the render has ended; `pass`: one that nobody has seen.
-  bool wait(std::optional<Pass>& pass) {
+  /// A pass that nobody has seen, which seen() is to follow; nullptr: there is none, or none yet.
+  Pass* wait() {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, kPatience, [&] { return is_done_ || pass_.has_value(); });
-    pass = std::exchange(pass_, std::nullopt);
+    return pass_ ? &*pass_ : nullptr;
+  }
+  void seen() {
+    const std::lock_guard lock(mutex_);
+    pass_.reset();
     changed_.notify_all();
-    return is_done_ && !pass;
+  }
+  bool is_done() {
+    const std::lock_guard lock(mutex_);
+    return is_done_;
   }
 
  private:
@@ -56,42 +66,56 @@ class Exchange {
   bool is_done_ = false;
 };
 
-/// Passes of 1, 1, 2, 4, … samples a pixel, so that each has seen half of what there is.
-Image render_by_passes(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                       double seconds, Exchange& exchange) {
-  const Integrator& integrator = scene.integrator();
-  Film& film = sensor.film();
-  film.prepare(integrator.layers(), integrator.channels());
-  RenderStats& stats = context.stats();
-  const StageTimer timer(stats.render_seconds);
-  const auto passes = integrator.begin(scene, sensor, context, seconds > 0 ? seconds : kInfinity);
-  const double wanted = seconds > 0 ? RenderBudget::kMostSamples : passes->samples();
-  if (seconds > 0) context.set_deadline(seconds);
-  double done = 0;
-  for (uint64_t i = 1; done < wanted - 0.5 && !context.cancelled(); ++i) {
-    const double next = std::min(std::max(1., done), wanted - done);
-    context.begin_pass(i, done / wanted, std::min(1., (done + next) / wanted));
-    done += passes->render(next);
-    if (!context.cancelled()) exchange.give({film.develop(), done});
-  }
-  context.begin_pass(0, 0, 1);
-  stats.samples = done;
-  stats.threads = context.threads();
-  stats.complete = !context.interrupted();
-  stats.non_finite_samples += film.non_finite();
-  return film.develop();
-}
-
-void call_back(const RenderRequest& request, double fraction, double& told,
-               std::optional<Exchange::Pass>& pass) {
+void call_back(const RenderRequest& request, double fraction, double& told, Exchange::Pass* pass) {
   if (!request.progress.is_none() && fraction > told) {
     told = fraction;
     request.progress(fraction);
   }
-  if (pass && !request.on_pass.is_none()) {
-    const std::vector<std::string> channels = pass->picture.channels;
-    request.on_pass(picture_array(std::move(pass->picture)), channels, pass->samples);
+  if (!pass) return;
+  nb::dict stats;
+  stats["complete"] = false;
+  stats["samples"] = pass->samples;
+  stats["seed"] = request.seed;
+  stats["renders"] = pass->renders;
+  stats["variance_of_mean"] = pass->variance_of_mean;
+  const std::vector<std::string> channels = pass->picture.channels;
+  request.on_pass(picture_array(std::move(pass->picture)), channels, stats);
+}
+
+/// As Python's arguments are called.
+constexpr BudgetNames kNames{"time=", "error=", "render {}"};
+
+/// The sensor for the samples that are asked for, if any; nullptr: it is as it should be.
+std::unique_ptr<Sensor> with_samples(const RenderRequest& request) {
+  if (request.samples == 0) return nullptr;
+  auto sensor = request.sensor->with_sample_count(request.samples);
+  const uint32_t count = sensor->sampler().sample_count();
+  if (count != request.samples && !(request.seconds > 0) && !(request.rel_mse > 0)) {
+    log_warn("spp=" + std::to_string(request.samples) + " is rounded up to " +
+             std::to_string(count) + ", as the sampler needs");
   }
+  return sensor;
+}
+
+Image render_in_this_thread(const RenderRequest& request, const std::atomic<bool>& cancel,
+                            Exchange& exchange, RenderStats& stats) {
+  const std::unique_ptr<Sensor> other = with_samples(request);
+  RenderContext context(
+      {.threads = request.threads,
+       .seed = request.seed,
+       .cancel = &cancel,
+       .progress = [&](double fraction) { exchange.tell(fraction); },
+       .budget = {.seconds = request.seconds, .rel_mse = request.rel_mse, .lanes = request.lanes}});
+  PassCallback on_pass;
+  if (!request.on_pass.is_none()) {
+    on_pass = [&](Image picture, const RenderStats& so_far) {
+      exchange.show({std::move(picture), so_far.samples, so_far.renders, so_far.variance_of_mean});
+    };
+  }
+  Image image = render(*request.scene, other ? *other : *request.sensor, context, on_pass);
+  warn_of_missed_budget(context.budget(), context.stats(), context.seconds(), kNames);
+  stats = std::move(context.stats());
+  return image;
 }
 
 }  // namespace
@@ -103,21 +127,7 @@ Image render_for_python(const RenderRequest& request, RenderStats& stats) {
   Image image;
   std::thread renderer([&] {
     try {
-      std::unique_ptr<Sensor> other;
-      if (request.samples > 0) other = request.sensor->with_sample_count(request.samples);
-      const Sensor& sensor = other ? *other : *request.sensor;
-      const bool by_passes = !request.on_pass.is_none();
-      RenderContext context({.threads = request.threads,
-                             .seed = request.seed,
-                             .cancel = &cancel,
-                             .progress = [&](double fraction) { exchange.tell(fraction); },
-                             .budget = {.seconds = by_passes ? 0 : request.seconds,
-                                        .rel_mse = request.rel_mse,
-                                        .lanes = request.lanes}});
-      image = by_passes
-                  ? render_by_passes(*request.scene, sensor, context, request.seconds, exchange)
-                  : render(*request.scene, sensor, context);
-      stats = std::move(context.stats());
+      image = render_in_this_thread(request, cancel, exchange, stats);
     } catch (...) {
       fault_of_render = std::current_exception();
     }
@@ -129,21 +139,26 @@ Image render_for_python(const RenderRequest& request, RenderStats& stats) {
   };
   double told = -1;
   for (bool is_done = false; !is_done;) {
-    std::optional<Exchange::Pass> pass;
+    Exchange::Pass* pass = nullptr;
     {
       const nb::gil_scoped_release release;
-      is_done = exchange.wait(pass);
+      pass = exchange.wait();
+      is_done = !pass && exchange.is_done();
     }
     try {
-      if (PyErr_CheckSignals() != 0) {
-        if (!PyErr_ExceptionMatches(PyExc_KeyboardInterrupt)) nb::raise_python_error();
-        PyErr_Clear();
-        cancel = true;
-      }
+      if (PyErr_CheckSignals() != 0) nb::raise_python_error();
       if (!cancel) call_back(request, is_done ? 1 : exchange.fraction(), told, pass);
+    } catch (const nb::python_error& error) {
+      // Ctrl-C ends the render alone, also in the midst of a callback.
+      if (error.matches(PyExc_KeyboardInterrupt)) {
+        cancel = true;
+      } else {
+        stop_for(std::current_exception());
+      }
     } catch (...) {
       stop_for(std::current_exception());
     }
+    if (pass) exchange.seen();
   }
   renderer.join();
   if (fault_of_python) std::rethrow_exception(fault_of_python);

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "kinome/image.h"
-#include "kinome/render_context.h"
+#include "kinome/render.h"
 
 namespace kinome::python {
 
@@ -24,7 +24,7 @@ struct RenderRequest {
   double rel_mse = 0;   ///< 0: not asked for
   uint32_t lanes = 0;   ///< 0: no variance
   nb::object progress;  ///< called with the share that is done; or None
-  nb::object on_pass;   ///< called with array, channels' names and samples; or None
+  nb::object on_pass;   ///< called with array, channels' names and stats; or None
 };
 
 /// Renders on other threads, while this one waits without the interpreter's lock, and looks for

@@ -4,9 +4,11 @@
 Of the build folder KINOME_BUILD, or, where KINOME_PACKAGE says so, as it is installed.
 """
 import contextlib
+import copy
 import io
 import os
 import pathlib
+import pickle
 import re
 import signal
 import subprocess
@@ -180,20 +182,69 @@ class ModuleTest(unittest.TestCase):
 
     def test_progress_and_passes(self):
         scene = self.load(spp=64)
-        fractions, passes = [], []
+        fractions = []
         picture = kinome.render(scene, progress=fractions.append)
         self.assertEqual(fractions, sorted(fractions))
         self.assertEqual(fractions[-1], 1)
-        last = kinome.render(scene, on_pass=lambda p, n: passes.append((n, p.copy())))
-        self.assertEqual(passes[-1][0], 64)
-        self.assertEqual(last.stats["samples"], 64)
-        np.testing.assert_array_equal(passes[-1][1], last)
-        np.testing.assert_allclose(np.mean(last), np.mean(picture), rtol=0.05)
+        # With a callback or without one: the same bits.
+        for options in ({}, {"spp": 10}, {"variance": 8}, {"error": 3e-3},
+                        {"integrator": "clustered", "error": 1e-2}):
+            seen = []
+            looked_at = kinome.render(scene, on_pass=lambda p, n: seen.append((n, p)), **options)
+            np.testing.assert_array_equal(looked_at, kinome.render(scene, **options))
+            numbers = [samples for samples, _ in seen]
+            self.assertEqual(numbers, sorted(set(numbers)))
+            self.assertEqual(numbers[-1], looked_at.stats["samples"])
+            self.assertEqual(len(numbers) == 1, not options.keys() & {"variance", "error"})
+            np.testing.assert_array_equal(seen[-1][1], looked_at)
+            self.assertEqual(seen[-1][1].channels, looked_at.channels)
+            self.assertEqual([p.stats["samples"] for _, p in seen], numbers)
+            self.assertFalse(seen[-1][1].stats["complete"])
+        np.testing.assert_allclose(np.mean(looked_at), np.mean(picture), rtol=0.05)
 
         def fail(fraction):
             raise ZeroDivisionError("enough")
         with self.assertRaisesRegex(ZeroDivisionError, "enough"):
             kinome.render(scene, spp=100000, progress=fail)
+        with self.assertRaisesRegex(ZeroDivisionError, "enough"):
+            kinome.render(scene, error=1e-9, on_pass=lambda picture, samples: fail(samples))
+
+    def test_budgets_are_kept_with_a_callback(self):
+        scene = self.load()
+        seen = []
+
+        def look(picture, samples):
+            seen.append(samples)
+            time.sleep(0.05)
+        picture = kinome.render(scene, time=0.6, on_pass=look)
+        self.assertGreater(len(seen), 1)
+        self.assertGreaterEqual(picture.stats["samples"], seen[-1])
+        self.assertGreater(picture.stats["seconds"], 0.2)
+        # Whatever time there is: a picture, and a warning where it was too little.
+        said = self.said_by("scene = kinome.load_file(sys.argv[1]); seen = []\n"
+                            "picture = kinome.render(scene, time=1e-6, integrator='clustered',\n"
+                            "    on_pass=lambda p, n: (seen.append(n), time.sleep(0.2)))\n"
+                            "assert picture.mean() > 0.1 and seen, (picture.mean(), seen)\n"
+                            "kinome.render(scene, error=1e-12, time=0.1)\n")
+        self.assertRegex(said, r"time=1e-06: it took 0\.\d+ s to render .* samples a pixel")
+        self.assertRegex(said, "error=1e-12 is not reached: .* when time was up")
+
+    def said_by(self, code):
+        """What a process of its own says on stderr."""
+        result = subprocess.run([sys.executable, "-c", "import sys, time, kinome\n" + code, self.path],
+                                env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+                                check=False, text=True, capture_output=True, timeout=120)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result.stderr
+
+    def test_samplers_that_round(self):
+        self.path.write_text(SCENE.replace('sampler type="independent"', 'sampler type="multijitter"'))
+        scene, seen = self.load(), []
+        picture = kinome.render(scene, spp=10, on_pass=lambda p, n: seen.append(n))
+        self.assertEqual((picture.stats["samples"], seen), (12, [12]))
+        np.testing.assert_array_equal(picture, kinome.render(scene, spp=12))
+        said = self.said_by("kinome.render(kinome.load_file(sys.argv[1]), spp=10)")
+        self.assertIn("spp=10 is rounded up to 12", said)
 
     def test_a_callback_may_not_use_its_scene_but_may_ask_for_it(self):
         scene = self.load(spp=4)
@@ -254,6 +305,148 @@ class ModuleTest(unittest.TestCase):
         subprocess.run([compare, "-q", "--alpha", "1e-6", self.folder / "a.exr",
                         self.folder / "b.exr"], check=True, stdout=subprocess.DEVNULL)
 
+    def test_channels_keep_their_names(self):
+        picture = kinome.render(self.load(), variance=4, integrator={
+            "type": "aov", "aovs": "dd:depth,sn:sh_normal", "nested": {"type": "path"}})
+        names = picture.channels
+        self.assertEqual(names[:3], ["R", "G", "B"])
+        for key, expected in (((slice(None), slice(None), slice(3)), names[:3]),
+                              ((Ellipsis, slice(None, None, -1)), names[::-1]),
+                              ((Ellipsis, [4, 0]), [names[4], names[0]]),
+                              ((Ellipsis, np.array([n.startswith("sn") for n in names])),
+                               [n for n in names if n.startswith("sn")]),
+                              (slice(2, 9), names), (Ellipsis, names)):
+            part = picture[key]
+            self.assertEqual(part.channels, expected, key)
+            self.assertEqual(part.shape[2], len(expected))
+            for i, name in enumerate(expected):
+                np.testing.assert_array_equal(part[..., i], np.asarray(picture)[key][..., i])
+        # Numbers of one channel, of one row, of another order: plain arrays, or without names.
+        for key in (0, (0, 0), (Ellipsis, 1), (slice(None), [1, 2]), picture[..., 0] > 0.5, None):
+            self.assertIs(type(picture[key]), np.ndarray, key)
+        for other in (picture.T, picture.reshape(-1), picture.swapaxes(0, 1)):
+            self.assertEqual((getattr(other, "channels", []), getattr(other, "stats", {})), ([], {}))
+        for other in (picture.mean(axis=2), picture.sum(axis=(0, 1)), np.asarray(picture)):
+            self.assertIs(type(other), np.ndarray)
+        self.assertIsInstance(picture.mean(), np.floating)
+        # What is told of a whole picture isn't true of a part, nor of twice the picture.
+        self.assertEqual(picture[...].stats, picture.stats)
+        self.assertNotIn("renders", picture[1:].stats)
+        self.assertTrue(picture[1:].stats["complete"])
+        half = (picture + picture.copy()) / 4
+        self.assertEqual((half.channels, half.stats), (names, {}))
+        np.testing.assert_array_equal(half.rgb, np.asarray(picture)[:, :, :3] / 2)
+        self.assertIs(type(picture @ np.eye(len(names), dtype=np.float32)), np.ndarray)
+        for same in (picture.copy(), picture.astype(np.float64), copy.deepcopy(picture),
+                     pickle.loads(pickle.dumps(picture))):
+            self.assertEqual((same.channels, same.stats), (names, picture.stats))
+            np.testing.assert_array_equal(same["dd"], picture["dd"])
+        before = picture.copy()
+        picture *= 2
+        self.assertEqual(picture.channels, names)
+        np.testing.assert_array_equal(picture, 2 * np.asarray(before))
+        half[:, :, :3].write(self.folder / "half.exr")
+        np.testing.assert_array_equal(read_exr(self.folder / "half.exr"), half.rgb)
+        self.assertEqual(kinome.Picture(np.ones((2, 3, 1)), ["Y"]).rgb.shape, (2, 3, 1))
+        for wrong, message in ((lambda: kinome.Picture(np.ones((2, 3, 2)), ["Y"]), "1 channel"),
+                               (lambda: picture[:, :, 3:].rgb, "no colour among"),
+                               (lambda: picture.T.write("x.exr"), "have no names")):
+            with self.assertRaisesRegex(ValueError, message):
+                wrong()
+
+    def test_arguments(self):
+        """What is wrong is one line, which names the argument and says what it takes."""
+        scene, parameters = self.load(), kinome.traverse(self.load())
+        pictures = [kinome.render(scene, spp=1) for _ in range(4)]
+        whole = "takes a whole number from"
+        turn = kinome.Transform()
+        for error, message, call in (
+                (TypeError, "^scene takes what load_file", lambda: kinome.render(None)),
+                (TypeError, "^scene takes what load_file", lambda: kinome.traverse(self.path)),
+                (TypeError, "^scene takes what load_file", lambda: kinome.inspect("x", 1, 1)),
+                (TypeError, f"^spp {whole} 1 to .*, got 1.5", lambda: kinome.render(scene, spp=1.5)),
+                (TypeError, f"^spp {whole} 1 to .*, got '4'", lambda: kinome.render(scene, spp="4")),
+                (ValueError, f"^spp {whole} 1 to .*, got 0", lambda: kinome.render(scene, spp=0)),
+                (ValueError, f"^spp {whole} 1 to", lambda: kinome.render(scene, spp=2 ** 40)),
+                (ValueError, f"^seed {whole} 0 to .*, got -1", lambda: kinome.render(scene, seed=-1)),
+                (ValueError, f"^seed {whole}", lambda: kinome.inspect(scene, 1, 1, seed=2 ** 64)),
+                (TypeError, f"^seed {whole}", lambda: kinome.render(scene, seed=None)),
+                (ValueError, f"^threads {whole}", lambda: kinome.render(scene, threads=-1)),
+                (ValueError, f"^variance {whole} 4", lambda: kinome.render(scene, variance=3)),
+                (TypeError, f"^variance {whole} 4", lambda: kinome.render(scene, variance=True)),
+                (ValueError, "^time takes a finite", lambda: kinome.render(scene, time=0)),
+                (TypeError, "^time takes a finite", lambda: kinome.render(scene, time="1")),
+                (ValueError, "^error takes", lambda: kinome.render(scene, error=float("nan"))),
+                (TypeError, "^sensor takes an index or", lambda: kinome.render(scene, sensor=1.5)),
+                (ValueError, "^sensor takes .* an id", lambda: kinome.render(scene, sensor=-1)),
+                (TypeError, "^integrator takes", lambda: kinome.render(scene, integrator=3)),
+                (TypeError, "^progress takes", lambda: kinome.render(scene, progress=True)),
+                (TypeError, "^on_pass takes", lambda: kinome.render(scene, on_pass=3)),
+                (TypeError, "^x takes", lambda: kinome.inspect(scene, "a", 1)),
+                (TypeError, "^a takes a picture by", lambda: kinome.compare(3, pictures)),
+                (ValueError, "^a takes .* without a vari", lambda: kinome.compare(pictures[0], 3)),
+                (ValueError, "^a takes .* of seed 0", lambda: kinome.compare(pictures, pictures)),
+                (ValueError, "^a: 1 renders", lambda: kinome.compare(pictures[:1], pictures)),
+                (ValueError, "^alpha takes", lambda: kinome.compare(pictures, pictures, alpha=2)),
+                (TypeError, "^path takes a path", lambda: kinome.load_file(3)),
+                (TypeError, "^search_paths takes a list",
+                 lambda: kinome.load_file(self.path, search_paths="textures")),
+                (TypeError, "^search_paths takes", lambda: kinome.load_dict(DICT, search_paths=3)),
+                (TypeError, "^path takes a path", lambda: pictures[0].write(None)),
+                (ValueError, "^level takes one of", lambda: kinome.set_log_level("loud")),
+                (TypeError, "^a parameter's path takes", lambda: parameters[3]),
+                (TypeError, "^values takes a dict", lambda: parameters.update([1])),
+                (TypeError, "^matrix takes a 4x4", lambda: kinome.Transform([1, 2, 3])),
+                (TypeError, "^offset takes three", lambda: turn.translate([1, 2])),
+                (TypeError, "^factor takes a number or three", lambda: turn.scale("a")),
+                (TypeError, "^angle takes", lambda: turn.rotate([0, 1, 0], "a")),
+                (ValueError, "^axis is the zero", lambda: turn.rotate([0, 0, 0], 1)),
+                (ValueError, "^up has", lambda: turn.look_at([0, 0, 0], [0, 1, 0], [0, 2, 0])),
+                (ValueError, "too large",
+                 lambda: kinome.load_dict(with_parts(DICT, s={"type": "sphere", "radius": 2**70}))),
+                (kinome.Error, "^scene.red.reflectance: an rgb needs", lambda: kinome.load_dict(
+                    with_parts(DICT, red={"type": "diffuse", "reflectance": {"type": "rgb"}}))),
+                (kinome.Error, "^scene.ball.bsdf: a ref needs an 'id'", lambda: kinome.load_dict(
+                    with_parts(DICT, ball={"type": "sphere", "bsdf": {"type": "ref"}})))):
+            with self.subTest(message), self.assertRaisesRegex(error, message) as caught:
+                call()
+            self.assertNotIn("\n", str(caught.exception))
+        for number in (np.int64(4), np.uint8(4)):
+            self.assertEqual(kinome.render(scene, spp=number).stats["samples"], 4)
+
+    def test_who_waits_for_plugins_lets_others_run(self):
+        """One thread loads a scene, another waits for what the first one uses, the third runs."""
+        balls = '<shape type="sphere"><ref id="red"/></shape>' * 20000
+        self.path.write_text(SCENE.replace("</scene>", balls + "</scene>"))
+        loads = threading.Thread(target=self.load)
+        waits = threading.Thread(target=kinome.plugins)
+        kinome.plugins()  # they are all open then
+        loads.start()
+        time.sleep(0.05)
+        waits.start()
+        steps = 0
+        while loads.is_alive():
+            steps += waits.is_alive()
+            time.sleep(0.001)
+        loads.join()
+        waits.join()
+        # With the lock it would have been a handful.
+        self.assertGreater(steps, 20)
+
+    def test_has_the_programs_version(self):
+        said = subprocess.run([sys.executable, "-m", "kinome", "--version"], check=True, text=True,
+                              env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+                              stdout=subprocess.PIPE).stdout
+        self.assertIn(f"kinome {kinome.__version__}", said)
+
+    def test_a_module_of_the_users_called_compare(self):
+        (self.folder / "compare.py").write_text("raise ImportError('the user has his own')")
+        self.said_by(f"sys.path.insert(0, {str(self.folder)!r})\n"
+                     "pictures = [kinome.render(kinome.load_file(sys.argv[1]), seed=i)\n"
+                     "            for i in range(8)]\n"
+                     "kinome.compare(pictures[:4], pictures[4:])\n"
+                     "assert 'compare' not in sys.modules\n")
+
     def test_plugins_and_inspection(self):
         tables = {(p["category"], p["name"]): p for p in kinome.plugins()}
         diffuse = {row["name"]: row for row in tables["bsdf", "diffuse"]["parameters"]}
@@ -278,30 +471,29 @@ class ModuleTest(unittest.TestCase):
             kinome.traverse(kinome.load_dict(DICT))["sensor.near_clp"] = 1.0
         with self.assertRaisesRegex(TypeError, "scene.red.reflectance"):
             kinome.load_dict(with_parts(DICT, red={"type": "diffuse", "reflectance": [1, 2]}))
-        with self.assertRaises(ValueError):
-            kinome.render(kinome.load_dict(DICT), spp=0)
 
 
 class Documentation(unittest.TestCase):
     def test_examples_run(self):
         """All of the page's, one after the other, of smaller pictures."""
+        import matplotlib
+        matplotlib.use("Agg")
         page = pathlib.Path(__file__).resolve().parents[2] / "docs/python.md"
         text = "\n".join(re.findall(r"^```python\n(.*?)^```", page.read_text("utf-8"),
                                      re.MULTILINE | re.DOTALL))
         for large, small in (('480, "height": 320', '48, "height": 32'), ("240, 160", "24, 16")):
             self.assertIn(large, text)
             text = text.replace(large, small)
-        shown = []
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "scene.xml").write_text(SCENE)
             before = os.getcwd()
             self.addCleanup(os.chdir, before)
             os.chdir(folder)
-            names = {"show": shown.append}
-            with contextlib.redirect_stdout(io.StringIO()):
+            names, printed = {}, io.StringIO()
+            with contextlib.redirect_stdout(printed):
                 exec(compile(text, str(page), "exec"), names)  # noqa: S102
             os.chdir(before)
-        self.assertEqual(len(shown), 9)
+        self.assertGreater(printed.getvalue().count("samples a pixel: "), 4)
         self.assertTrue(names["verdict"].passed)
         made = names["changes"].made
         self.assertEqual(set(made),

@@ -77,9 +77,12 @@ struct MadeUp {
   std::shared_ptr<Film> film;
   FakePasses passes;
   std::vector<double> told;  ///< of the progress
+  std::vector<double> seen;  ///< samples of the pictures that a callback was given
   RenderContext context;
+  /// `showing`: seconds that a callback takes; negative: there is none.
   MadeUp(int side, const RenderBudget& budget, double deviation, Speed speed = {},
-         uint64_t seed = 1, double start = 0, const std::atomic<bool>* cancel = nullptr)
+         uint64_t seed = 1, double start = 0, const std::atomic<bool>* cancel = nullptr,
+         double showing = -1)
       : film(film_of(side, side)),
         passes(*film, deviation, speed, seed),
         context({.threads = 1,
@@ -90,7 +93,15 @@ struct MadeUp {
     passes.now = start;
     film->prepare({{}}, lanes_for(budget, *film));
     passes.context = &context;
-    render_passes(passes, *film, context);
+    PassCallback on_pass;
+    if (showing >= 0) {
+      on_pass = [this, showing](const Image& picture, const RenderStats& stats) {
+        EXPECT_GT(picture.at(0, 0, 0), 0);
+        seen.push_back(stats.samples);
+        passes.now += showing;
+      };
+    }
+    render_passes(passes, *film, context, on_pass);
   }
   double samples() const { return std::accumulate(passes.sizes.begin(), passes.sizes.end(), 0.); }
   double rel_mse() const {
@@ -276,6 +287,41 @@ TEST(Lanes, DivideTheScenesSamples) {
     sum += image.at(i % 16, i / 16, 4) / (0.25 * r * r / 64);
   }
   EXPECT_NEAR(sum / 256, 1, 5 * std::sqrt(2. / (7 * 256)));
+}
+
+/// Each pass is seen, and the picture is, to the bit, the one that nobody looked at.
+TEST(Callback, ChangesNothing) {
+  for (const RenderBudget& budget : {RenderBudget{.rel_mse = 1e-3}, RenderBudget{.lanes = 8}}) {
+    MadeUp plain(8, budget, 0.5);
+    MadeUp seen(8, budget, 0.5, {}, 1, 0, nullptr, 0);
+    EXPECT_EQ(seen.passes.sizes, plain.passes.sizes);
+    EXPECT_EQ(seen.film->develop().data, plain.film->develop().data);
+    ASSERT_EQ(seen.seen.size(), seen.passes.sizes.size());
+    double sum = 0;
+    for (size_t i = 0; i < seen.seen.size(); ++i) {
+      sum += seen.passes.sizes[i];
+      EXPECT_EQ(seen.seen[i], sum);
+    }
+    EXPECT_EQ(seen.context.stats().samples, sum);
+  }
+}
+
+/// And the time is kept, and used: what a callback takes is not mistaken for that of samples.
+TEST(Callback, ItsTimeIsPartOfTheBudget) {
+  for (const double showing : {0., 0.01, 0.2}) {
+    for (const double forecast : {0., 1.}) {
+      MadeUp run(4, {.seconds = 2}, 0.1, {1e-3, 0, 0.02, forecast}, 1, 0, nullptr, showing);
+      EXPECT_LE(run.passes.now, 2.1) << showing << " " << forecast;
+      EXPECT_GE(run.passes.now, 1.9 - showing) << showing << " " << forecast;
+      const double shown = showing * static_cast<double>(run.seen.size());
+      EXPECT_GE(run.samples() * 1e-3, 0.9 * (1.9 - shown - showing)) << showing << " " << forecast;
+      EXPECT_FALSE(run.seen.empty());
+      EXPECT_LE(run.seen.size(), 6u) << showing << " " << forecast;
+    }
+  }
+  // The picture of the fewest samples is seen, whatever the time.
+  MadeUp late(4, {.seconds = 0.001}, 0.1, {0.05}, 1, 0.3, nullptr, 0);
+  EXPECT_EQ(late.seen, std::vector<double>{1});
 }
 
 TEST(Interrupted, BeginsNothingMore) {
