@@ -24,8 +24,10 @@ def _package():
         package = sys.modules[NAME] = importlib.util.module_from_spec(found)
         try:
             found.loader.exec_module(package)
-        except BaseException:
+        except BaseException as reason:
             del sys.modules[NAME]
+            if isinstance(reason, ModuleNotFoundError) and str(reason.name).startswith("scipy"):
+                raise ImportError("compare needs scipy: pip install scipy") from None
             raise
     return (importlib.import_module(NAME + ".images"), importlib.import_module(NAME + ".verdict"))
 
@@ -50,13 +52,16 @@ def _renders(said, images, name):
     return colours
 
 
+def _check(said, name):
+    takes = "a picture by render(variance=16), or a list of 4 or more pictures of different seeds"
+    check.instance(said, name, (Picture, list, tuple), takes)
+    if isinstance(said, Picture) and not said.stats.get("renders"):
+        raise ValueError(f"{name} takes {takes}, got a picture without a variance, or a part of one")
+
+
 def _estimate(images, said, name):
     if isinstance(said, (list, tuple)):
         return images.Estimate.from_renders(name, _renders(said, images, name))
-    takes = "a picture by render(variance=16), or a list of 4 or more pictures of different seeds"
-    check.instance(said, name, Picture, takes)
-    if not said.stats.get("renders"):
-        raise ValueError(f"{name} takes {takes}, got a picture without a variance, or a part of one")
     header = {"kinome:renders": str(said.stats["renders"]),
               "kinome:variance_of_mean": " ".join(map(repr, said.stats["variance_of_mean"]))}
     channels = {channel: np.asarray(said, np.float64)[:, :, i]
@@ -74,6 +79,8 @@ def compare(a, b, alpha=0.01):
     expectation fail at the rate `alpha`. Needs scipy."""
     if not 0 < check.positive(alpha, "alpha") < 1:
         raise check.fault(ValueError, "alpha", "a number between 0 and 1", alpha)
+    _check(a, "a")
+    _check(b, "b")
     images, verdict = _package()
     estimates = _estimate(images, a, "a"), _estimate(images, b, "b")
     if estimates[0].mean.shape != estimates[1].mean.shape:

@@ -444,6 +444,12 @@ class ModuleTest(unittest.TestCase):
         self.said_by(f"sys.path.insert(0, {str(self.folder)!r})\n"
                      "pictures = [kinome.render(kinome.load_file(sys.argv[1]), seed=i)\n"
                      "            for i in range(8)]\n"
+                     "sys.modules['scipy'] = None\n"
+                     "try:\n"
+                     "    raise SystemExit(kinome.compare(pictures[:4], pictures[4:]))\n"
+                     "except ImportError as reason:\n"
+                     "    assert 'compare needs scipy' in str(reason), reason\n"
+                     "del sys.modules['scipy']\n"
                      "kinome.compare(pictures[:4], pictures[4:])\n"
                      "assert 'compare' not in sys.modules\n")
 
