@@ -50,7 +50,7 @@ class Picture(np.ndarray):
         found = [i for i, name in enumerate(self.channels)
                  if name == layer or name.startswith(layer + ".")]
         if not found:
-            layers = ", ".join(sorted({_layer(name) for name in self.channels}))
+            layers = ", ".join(dict.fromkeys(map(_layer, self.channels)))
             raise KeyError(f"{layer!r}: the picture has {layers or 'no names of channels'}")
         part = self.view(np.ndarray)[:, :, found[0]:found[-1] + 1]
         return part[:, :, 0] if self.channels[found[0]] == layer else part

@@ -5,6 +5,7 @@ import collections.abc
 from . import _arguments as check
 from . import _kinome
 from ._describe import describe
+from ._errors import Error
 from ._picture import Picture
 from ._values import to_core, to_python
 
@@ -124,6 +125,17 @@ class SceneParameters(collections.abc.MutableMapping):
 
     def __getitem__(self, path):
         return to_python(self._editor.get(_known(path)))
+
+    def get(self, path, default=None):
+        """The value, or `default` where there is no such parameter."""
+        try:
+            return self[path]
+        except Error:
+            return default
+
+    def __contains__(self, path):
+        nothing = object()
+        return self.get(path, nothing) is not nothing
 
     def __setitem__(self, path, value):
         name = _known(path).rpartition(".")[2]

@@ -122,6 +122,8 @@ class ModuleTest(unittest.TestCase):
         scene = self.load()
         parameters = kinome.traverse(scene)
         self.assertIn("red.reflectance.value", parameters)
+        self.assertNotIn("red.reflectanc.value", parameters)
+        self.assertEqual(parameters.get("red.reflectanc.value", 3), 3)
         np.testing.assert_allclose(parameters["red.reflectance.value"], [0.6, 0.2, 0.1])
         parameters["red.reflectance.value"] = [0.25, 0.5, 0.75]
         parameters["ball.center"] = np.array([0, 0.5, 0])
