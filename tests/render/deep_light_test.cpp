@@ -69,12 +69,49 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"SkyOnMirrors", constant_xml("1 .9 .8"), kMirror, -1},
         Case{"LampOnMirrors", kLamp, kMirror, 5},
         Case{"LampOnGlass", kLamp, bsdf("dielectric"), 8, kStone},
+        Case{"SkyOnGlass", sun_xml(), bsdf("dielectric"), 8, kStone},
+        Case{"LampOnSmoothPlastic", kLamp, bsdf("twosided", bsdf("plastic")), -1},
         Case{"LampOnGroundGlass", kLamp, bsdf("roughdielectric", number("alpha", .3)), 8, kStone},
         Case{"SkyAndSpotOnGroundGlass", constant_xml(".4 .5 .6") + kSpot,
              bsdf("roughdielectric", number("alpha", .2)), 2},
         Case{"EverythingOnAMask", kLamp + kSpot + constant_xml(".2 .2 .3"),
              bsdf("mask", number("opacity", .6) + bsdf("twosided", kGrey)), -1}),
     name_of);
+
+/// Through a lens, shares of what glass shows go by the lens's centre: no more than a guess.
+TEST(DeepLightGlass, IsUnbiasedThroughALens) {
+  Arrangement s = setup_of({"", kLamp, bsdf("dielectric"), 8, kStone});
+  s.sensor = "thinlens";
+  s.optics += number("aperture_radius", .3) + number("focus_distance", 5);
+  expect_unbiased(s);
+}
+
+/// Paths from the lamp find the light that glass gathers on the floor, where `path` meets the lamp
+/// by chance.
+TEST(DeepLightGlass, IsFoundFromTheLamp) {
+  Arrangement s = setup_of({"",
+                            shape_xml("rectangle",
+                                      "<scale value=\".1\"/><rotate x=\"1\" angle=\"90\"/>"
+                                      "<translate y=\"4\" z=\"1\"/>",
+                                      area_xml("200 200 200")),
+                            kGrey, -1});
+  s.shapes = kStone +
+             "<shape type=\"sphere\"><point name=\"center\" x=\"0\" y=\"3\" z=\"1\"/>"
+             "<float name=\"radius\" value=\".6\"/>" +
+             bsdf("dielectric") + "</shape>";
+  const auto noise = [](const std::vector<Estimate>& tiles) {
+    double sum = 0;
+    for (const Estimate& tile : tiles) {
+      if (tile.mean > 0) sum += tile.variance_of_mean / (tile.mean * tile.mean);
+    }
+    return sum;
+  };
+  const double product = noise(estimate_tiles(*product_scene(s), 24, 4));
+  const double path = noise(estimate_tiles(*direct_scene(s), 24, 4, 5000));
+  EXPECT_LT(product, path / 4);
+  s.direct_samples = 512;
+  expect_unbiased(s);
+}
 
 /// Roulette ends paths earlier, and changes no expectation.
 TEST(DeepLightPaths, EndByRouletteUnbiased) {

@@ -35,8 +35,8 @@ DirectLight::Traced::Traced(const SceneTable& scene, size_t most_points, size_t 
       rays(per_ray.ray_hits()),
       met{{scene, most_rays}, {scene, most_rays}} {}
 
-DirectLight::DirectLight(const SceneTable& scene, const Sampler& sampler,
-                         const LightSamples& count, size_t rays)
+DirectLight::DirectLight(const SceneTable& scene, const Sampler& sampler, const LightSamples& count,
+                         size_t rays)
     : scene_(scene),
       sampler_(sampler),
       count_(count),
@@ -122,8 +122,8 @@ void DirectLight::add_emitter_samples(const Vertices& vertices, const Columns3& 
       Float weight = 1.f;
       if (count_.bsdf > 0) {
         const Mask is_delta = Float::load(sampled.is_delta + i) > 0.f;
-        weight = select(is_delta, weight,
-                        power_heuristic(pdf, Float::load(answer_.pdf + i) * n_bsdf));
+        weight =
+            select(is_delta, weight, power_heuristic(pdf, Float::load(answer_.pdf + i) * n_bsdf));
       }
       const wide::Rgb light = throughput(vertices, i) * wide::Rgb::load(answer_.f, i) *
                               wide::Rgb::load(sampled.radiance, i) * (weight / pdf);
@@ -177,6 +177,9 @@ void DirectLight::add_environment(const Vertices& vertices, const Columns3& radi
     find_directions(vertices);
     scene_.scene().environment()->eval_environment_block(d_, count, met_light_,
                                                          count_.emitter > 0 ? met_pdf_ : nullptr);
+    for (size_t i = 0; vertices.shown_share && i < count; ++i) {
+      if (answer_.is_delta[i] > 0) met_light_.set(i, met_light_.at(i) * shown_share(vertices, i));
+    }
     const float n_emitter = static_cast<float>(count_.emitter) * emitters_.pick_pdf();
     const float n_bsdf = static_cast<float>(count_.bsdf);
     for_lanes(count, [&](size_t i) {
@@ -234,10 +237,23 @@ void DirectLight::trace(const Vertices& vertices, Surfaces::Which which, const C
   traced_->met[current_].find(traced_->rays, on, which);
   add_met_surfaces(vertices, radiance);
   if (scene_.scene().environment()) add_met_environment(vertices, radiance);
+  if (vertices.shown_share) update_shown_shares(vertices);
 }
 
-float DirectLight::bsdf_weight(uint32_t point, float emitter_pdf) const {
-  if (answer_.is_delta[point] > 0 || count_.emitter == 0) return 1;
+void DirectLight::update_shown_shares(const Vertices& vertices) const {
+  for (size_t i = 0; i < vertices.surfaces->reflecting(); ++i) {
+    const uint32_t owner = vertices.owner[i];
+    if (!(answer_.is_delta[i] > 0)) vertices.shown_share[owner] = vertices.shown_share_later[owner];
+  }
+}
+
+float DirectLight::shown_share(const Vertices& vertices, size_t point) const {
+  return vertices.shown_share ? vertices.shown_share[vertices.owner[point]] : 1.f;
+}
+
+float DirectLight::bsdf_weight(const Vertices& vertices, uint32_t point, float emitter_pdf) const {
+  if (answer_.is_delta[point] > 0) return shown_share(vertices, point);
+  if (count_.emitter == 0) return 1;
   return power_heuristic(answer_.sample_pdf[point] * static_cast<float>(count_.bsdf),
                          emitter_pdf * emitters_.pick_pdf() * static_cast<float>(count_.emitter));
 }
@@ -258,7 +274,8 @@ void DirectLight::add_met_surfaces(const Vertices& vertices, const Columns3& rad
       const kinome::Rgb light = met_light_.at(i);
       if (is_black(light)) continue;
       const uint32_t owner = vertices.owner[k];
-      radiance.set(owner, radiance.at(owner) + carried_.at(k) * light * bsdf_weight(k, met_pdf_[i]));
+      radiance.set(owner, radiance.at(owner) +
+                              carried_.at(k) * light * bsdf_weight(vertices, k, met_pdf_[i]));
     }
   }
 }
@@ -272,7 +289,7 @@ void DirectLight::add_met_environment(const Vertices& vertices, const Columns3& 
   for (size_t i = 0; i < missed.size(); ++i) {
     const uint32_t k = from[missed[i]];
     const uint32_t owner = vertices.owner[k];
-    const float weight = bsdf_weight(k, count_.emitter > 0 ? met_pdf_[i] : 0);
+    const float weight = bsdf_weight(vertices, k, count_.emitter > 0 ? met_pdf_[i] : 0);
     radiance.set(owner, radiance.at(owner) + carried_.at(k) * met_light_.at(i) * weight);
   }
 }

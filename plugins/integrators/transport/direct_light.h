@@ -61,7 +61,9 @@ class DirectLight {
   void find_directions(const Vertices& vertices);
   void add_arriving(const Vertices& vertices, size_t count, bool are_neighbours,
                     const Columns3& radiance, RenderCounters& counters);
-  float bsdf_weight(uint32_t point, float emitter_pdf) const;
+  float bsdf_weight(const Vertices& vertices, uint32_t point, float emitter_pdf) const;
+  float shown_share(const Vertices& vertices, size_t point) const;
+  void update_shown_shares(const Vertices& vertices) const;
 
   /// BSDF rays in the order of their directions, and what they meet.
   struct Traced {
@@ -89,7 +91,7 @@ class DirectLight {
   Columns3 carried_;
   Columns3 light_;  ///< that arrives if nothing is in its ray's way
   Ray16* rays_;
-  Columns3 d_;  ///< of BSDF samples, in world space
+  Columns3 d_;                      ///< of BSDF samples, in world space
   std::unique_ptr<Traced> traced_;  ///< nullptr until trace() is called, which some never do
   int current_ = 0;
   Arena per_met_;

@@ -49,7 +49,8 @@ Vertices Paths::next(const Vertices& vertices, int buffer) {
     gather(vertices.owner, from).store(owner_[buffer] + i);
     gather(light_.carried(), from).store(throughput_[buffer], i);
   });
-  return {&met, owner_[buffer], throughput_[buffer]};
+  return {&met, owner_[buffer], throughput_[buffer], vertices.shown_share,
+          vertices.shown_share_later};
 }
 
 void Paths::add(const PixelSamples& samples, const Surfaces& seen, const RadianceByLength& light,

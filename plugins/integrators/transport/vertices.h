@@ -9,6 +9,11 @@ struct Vertices {
   const Surfaces* surfaces;
   const uint32_t* owner;  ///< of each point, the sample of the block that its path belongs to
   Columns3 throughput;    ///< what radiance toward the viewer counts as; nullptr: all of it
+  /// By owners: the share of the path in light of emitters that a delta lobe shows it, which others
+  /// look for, too; and what that becomes once another lobe has sent the path on, when DirectLight
+  /// puts it in the former's place. nullptr: all of it.
+  float* shown_share = nullptr;
+  const float* shown_share_later = nullptr;
 };
 
 }  // namespace kinome::transport

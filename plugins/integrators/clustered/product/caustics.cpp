@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "clustered/product/light_point_draw.h"
+#include "clustered/product/primaries.h"
 #include "clustered/product/spread.h"
 #include "kinome/primary_rays.h"
 #include "transport/adjoint.h"
@@ -14,11 +15,20 @@ namespace {
 /// Paths of one call to Embree.
 constexpr uint32_t kBatch = 1024;
 /// Random numbers of one path, beside those of its lamp.
-enum Number : uint32_t { kLobe, kLobeX, kLobeY, kLensX, kLensY };
+enum Number : uint32_t { kLobe, kLobeX, kLobeY, kLensX, kLensY, kSurvival };
 /// Of the paths that only teach: half as many as there are light points, which go with the budget.
 constexpr uint32_t kLeastPathsOfRound = 512, kMostPathsOfRound = 8192;
 /// By which rays a path are counted.
-constexpr uint32_t kPathsToCount = 512;
+constexpr uint32_t kPathsToCount = 2048;
+/// First to mirrors, then to where these send light that is seen.
+constexpr uint64_t kRounds = 3;
+/// Paths for each primary of a pixel, about: both go with the budget.
+constexpr double kPathsPerPrimary = 0.5;
+/// Light that rays can meet is left to them where paths from the emitters have less than this share
+/// of it: that of large lamps, or of the sky.
+constexpr double kLeastShare = 0.7;
+/// Of chains of mirrors that lose nothing.
+constexpr float kMostSurvival = 0.95f;
 enum Seed : uint64_t { kSeedOfRounds = 0x6361756c };
 
 }  // namespace
@@ -29,6 +39,11 @@ struct Caustics::Paths {
     uint32_t index = 0;
     LightOrigin origin;
     Rgb power{0.f};  ///< that arrives at the next point [W]
+    bool is_lamps = false;
+    bool is_chain = true;      ///< of delta lobes alone
+    bool is_mirrored = false;  ///< the last of its lobes was one
+    float density = 0;         ///< light_density
+    uint32_t edges = 1;        ///< with the one that it is on
   };
   std::vector<Path> paths;
   std::vector<RayHit> rays;  ///< of each path, to its next point
@@ -38,6 +53,9 @@ struct Caustics::Paths {
     Vec2 position;
     Rgb value;
     LightGuide::Use use;  ///< [W], where it starts from
+    float guided;         ///< LightOrigin::guided
+    float share;          ///< of paths from the emitter, which `value` has
+    bool is_chain;        ///< of delta lobes alone
   };
   std::vector<Splat> splats;  ///< what arrives if nothing is in the way
 };
@@ -53,55 +71,147 @@ bool Caustics::serves(const Sensor& sensor) {
 
 Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light, uint64_t seed,
                    RenderCounters& counters)
-    : scene_(scene), sensor_(sensor), light_(light), shares_(light.lamp_shares()) {
+    : scene_(scene),
+      sensor_(sensor),
+      light_(light),
+      finds_extended_(light.has_extended_caustics()) {
+  learn(hash_words(seed, kSeedOfRounds), counters);
+  if (finds_extended_ && !is_worth_finding(hash_words(seed, kSeedOfRounds, 1), counters)) {
+    finds_extended_ = false;
+    rates_.clear();
+    if (light.has_lamp_caustics()) learn(hash_words(seed, kSeedOfRounds, 2), counters);
+  }
+}
+
+/// fn(splat) for those that arrive.
+template <class Function>
+void Caustics::for_each_splat(uint64_t seed, uint32_t count, RenderCounters& counters,
+                              const Function& fn) const {
+  trace_paths(seed, count, counters, [&](const Paths& paths) {
+    for (size_t k = 0; k < paths.splats.size(); ++k) {
+      if (!paths.shadow_rays[k].is_occluded()) fn(paths.splats[k]);
+    }
+  });
+}
+
+/// What there is to know before any pass.
+void Caustics::learn(uint64_t seed, RenderCounters& counters) {
+  shares_ = light_.caustic_shares(finds_extended_);
+  ends_.clear();
   double end = 0;
   for (const float share : shares_) ends_.push_back(end += static_cast<double>(share));
+  guide_ = {};
   const uint32_t paths_of_round =
-      std::clamp(light.points_of_pass() / 2, kLeastPathsOfRound, kMostPathsOfRound);
-  // First to mirrors, then to where these send light that is seen.
-  for (const bool to_mirrors : {true, false}) {
+      std::clamp(light_.points_of_pass() / 2, kLeastPathsOfRound, kMostPathsOfRound);
+  for (uint64_t round = 0; round < kRounds; ++round) {
     std::vector<LightGuide::Use> uses;
-    trace_paths(hash_words(seed, kSeedOfRounds, to_mirrors), paths_of_round, counters,
-                [&](const Paths& paths) {
-                  if (to_mirrors) {
-                    uses.insert(uses.end(), paths.reflected.begin(), paths.reflected.end());
-                    return;
-                  }
-                  for (size_t k = 0; k < paths.splats.size(); ++k) {
-                    if (!paths.shadow_rays[k].is_occluded()) uses.push_back(paths.splats[k].use);
-                  }
-                });
+    const uint64_t own = hash_words(seed, round);
+    if (round == 0) {
+      trace_paths(own, paths_of_round, counters, [&](const Paths& paths) {
+        uses.insert(uses.end(), paths.reflected.begin(), paths.reflected.end());
+      });
+    } else {
+      for_each_splat(own, paths_of_round, counters,
+                     [&](const Paths::Splat& splat) { uses.push_back(splat.use); });
+    }
     if (uses.empty()) break;
     guide_ = LightGuide(shares_, uses, paths_of_round);
     if (!guide_.empty()) ends_ = guide_.ends();
   }
   const auto rays = [&] { return counters[RayKind::kLight] + counters[RayKind::kShadow]; };
   const auto before = rays();
-  trace_paths(hash_words(seed, kSeedOfRounds, 2), kPathsToCount, counters, [](const Paths&) {});
+  std::vector<double> used(shares_.size()), unguided(shares_.size());
+  for_each_splat(hash_words(seed, kRounds), kPathsToCount, counters,
+                 [&](const Paths::Splat& splat) {
+                   used[splat.use.source] += static_cast<double>(splat.use.use);
+                   unguided[splat.use.source] += static_cast<double>(splat.use.use / splat.guided);
+                 });
   rays_per_path_ = static_cast<double>(rays() - before) / kPathsToCount;
+  const double pixels = sensor_.film().crop().area();
+  for (size_t s = 0; s < shares_.size(); ++s) {
+    const double gain = unguided[s] > 0 ? used[s] / unguided[s] : 1.;
+    rates_.push_back(static_cast<float>(shares_[s] * kPathsPerPrimary * pixels * gain));
+  }
+}
+
+/// Of light of sources that rays can meet.
+bool Caustics::is_worth_finding(uint64_t seed, RenderCounters& counters) const {
+  double all = 0, by_light = 0;
+  for_each_splat(seed, kPathsToCount, counters, [&](const Paths::Splat& splat) {
+    if (light_.is_lamp(splat.use.source) || !splat.is_chain) return;
+    const auto value = static_cast<double>(mean_of(splat.value));
+    all += value / static_cast<double>(splat.share);
+    by_light += value;
+  });
+  return by_light > kLeastShare * all;
+}
+
+float Caustics::eye_density(const SurfaceInteraction& x, const Vec3& d) const {
+  if (!finds_extended_) return kInfinity;
+  // Not where in the lens: the rays of a pixel are all over it.
+  const auto connection = sensor_.connect(x.p, Vec2(0.5f));
+  if (!connection) return kInfinity;
+  SurfaceInteraction seen = x;
+  seen.wi = x.frame.to_local(connection->d);
+  const float pdf =
+      x.shape->bsdf().eval_pdf(seen, Lobe::kDiffuse | Lobe::kGlossy, x.frame.to_local(d)).pdf;
+  const float primaries = connection->weight * std::abs(glm::dot(x.n, connection->d));
+  const float density = primaries * pdf / std::abs(glm::dot(x.n, d));
+  return density >= 0 ? density : kInfinity;
+}
+
+float Caustics::light_density(const Emitter& emitter, const SurfaceInteraction* x,
+                              const Vec3& d) const {
+  const float rate = rates_.empty() ? 1 : rates_[light_.source_of(emitter)];
+  if (x) {
+    const float cosine = std::abs(glm::dot(x->n, d));
+    return rate * surface_emission_pdf(*x, d) / (emitter.shape()->area() * cosine);
+  }
+  const auto density = emitter.emission_density(d);
+  return density ? rate * density->direction * density->position : 0;
+}
+
+float Caustics::share_of_eye(float eye_density, float light_density) {
+  if (!std::isfinite(eye_density)) return 1;
+  if (!(light_density < kInfinity)) return 0;
+  return light_density > 0 ? eye_density / (eye_density + light_density) : 1.f;
 }
 
 /// From where the rays meet what mirrors; other paths end.
-void Caustics::reflect(uint64_t seed, Paths& paths) const {
+void Caustics::go_on(uint64_t seed, Paths& paths) const {
   size_t count = 0;
   for (size_t k = 0; k < paths.paths.size(); ++k) {
-    if (!paths.rays[k].hit.valid()) continue;
+    Paths::Path path = paths.paths[k];
+    // With the next edge, and the one to the camera.
+    const bool may_go_on = path.is_lamps ? path.edges == 1 : path.edges + 2 <= light_.max_depth();
+    if (!may_go_on || !paths.rays[k].hit.valid()) continue;
     const SurfaceInteraction si = scene_.interaction(paths.rays[k]);
     const Bsdf& bsdf = si.shape->bsdf();
     Lobe lobes = bsdf.lobes() & Lobe::kDelta;
-    if (light_.has_glossy_caustics() && lobe_width(si) == LobeWidth::kMirroring) {
+    if (path.is_lamps && light_.has_glossy_caustics() && lobe_width(si) == LobeWidth::kMirroring) {
       lobes = lobes | Lobe::kGlossy;
     }
+    if (!path.is_lamps && path.edges > 1) lobes = Lobe::kAll;
     if (!any(lobes)) continue;
-    Paths::Path path = paths.paths[k];
-    const uint64_t own = hash_words(seed, path.index);
+    const uint64_t own = hash_words(seed, path.index, path.edges);
     const auto sample =
         transport::sample_adjoint(si, lobes, random_float(own, kLobe),
                                   {random_float(own, kLobeX), random_float(own, kLobeY)});
     if (!sample) continue;
+    if (is_black(sample->weight)) continue;
+    path.is_mirrored = sample->is_delta || path.is_lamps;
+    path.is_chain = path.is_chain && path.is_mirrored;
+    if (!path.is_chain || path.edges >= light_.length().rr_depth) {
+      const float survival = std::min(
+          kMostSurvival, max_component(path.power * sample->weight) / max_component(path.power));
+      if (!(random_float(own, kSurvival) < survival)) continue;
+      path.power /= survival;
+    }
     path.power *= sample->weight;
-    if (is_black(path.power)) continue;
-    paths.reflected.push_back({path.origin.source, path.origin.numbers, mean_of(path.power)});
+    if (path.edges == 1) {
+      paths.reflected.push_back({path.origin.source, path.origin.numbers, mean_of(path.power)});
+    }
+    ++path.edges;
     paths.paths[count] = path;
     paths.rays[count++] = {si.shadow_ray(sample->to, kInfinity), Hit{}};
   }
@@ -109,19 +219,35 @@ void Caustics::reflect(uint64_t seed, Paths& paths) const {
   paths.rays.resize(count);
 }
 
+/// Where they have come to by a mirror.
 void Caustics::connect(uint64_t seed, Paths& paths) const {
   for (size_t k = 0; k < paths.paths.size(); ++k) {
-    if (!paths.rays[k].hit.valid()) continue;
-    const SurfaceInteraction si = scene_.interaction(paths.rays[k]);
     const Paths::Path& path = paths.paths[k];
-    const uint64_t own = hash_words(seed, path.index);
+    if (!path.is_mirrored || !paths.rays[k].hit.valid()) continue;
+    const SurfaceInteraction si = scene_.interaction(paths.rays[k]);
+    const uint64_t own = hash_words(seed, path.index, path.edges);
     const auto seen = transport::connect_point(
         sensor_, si, {random_float(own, kLensX), random_float(own, kLensY)});
     if (!seen || is_black(seen->factor)) continue;
+    float share = 1;
+    if (!path.is_lamps) {
+      const Bsdf& bsdf = si.shape->bsdf();
+      SurfaceInteraction viewed = si;
+      viewed.wi = si.frame.to_local(seen->shadow_ray.d);
+      if (goes_on_as_path(bsdf, bsdf.reflection_frame(viewed).n, seen->shadow_ray.d)) continue;
+      const float density = eye_density(si, si.frame.to_world(si.wi));
+      if (!(density < kInfinity)) continue;
+      if (path.is_chain) share -= share_of_eye(density, path.density);
+    }
+    if (!(share > 0)) continue;
+    const float use = share * mean_of(path.power);
     paths.shadow_rays.push_back(seen->shadow_ray);
     paths.splats.push_back({seen->film_position,
-                            path.power * seen->factor,
-                            {path.origin.source, path.origin.numbers, mean_of(path.power)}});
+                            path.power * seen->factor * share,
+                            {path.origin.source, path.origin.numbers, use},
+                            path.origin.guided,
+                            share,
+                            path.is_chain});
   }
 }
 
@@ -136,17 +262,24 @@ void Caustics::trace_paths(uint64_t seed, uint32_t count, RenderCounters& counte
       LightOrigin origin =
           LightNumbers(hash_words(seed, turn.source)).origin(turn.source, turn.number);
       origin.guided = guide_.warp(turn.source, origin.numbers);
-      const auto sample =
-          light_.emitter(turn.source).sample_emission(origin.position(), origin.direction());
-      if (!sample || is_black(sample->power)) continue;
-      const float density = shares_[turn.source] * origin.guided;
-      paths.paths.push_back({i, origin, sample->power / density});
-      paths.rays.push_back({sample->ray(), Hit{}});
+      const Emitter& emitter = light_.emitter(turn.source);
+      const auto leaving = leave_light(emitter, origin.position(), origin.direction());
+      if (!leaving || is_black(leaving->sample.power)) continue;
+      const float probability = shares_[turn.source] * origin.guided;
+      Paths::Path path{i, origin, leaving->sample.power / probability};
+      path.is_lamps = light_.is_lamp(turn.source);
+      if (!path.is_lamps) {
+        path.density =
+            light_density(emitter, leaving->x ? &*leaving->x : nullptr, leaving->sample.d);
+      }
+      paths.paths.push_back(path);
+      paths.rays.push_back({leaving->sample.ray(), Hit{}});
     }
-    for (const auto step : {&Caustics::reflect, &Caustics::connect}) {
+    while (!paths.rays.empty()) {
       scene_.intersect(paths.rays, Coherence::kIncoherent, counters);
       counters[RayKind::kLight] += paths.rays.size();
-      (this->*step)(seed, paths);
+      connect(seed, paths);
+      go_on(seed, paths);
     }
     scene_.occluded(paths.shadow_rays, Coherence::kIncoherent, counters);
     counters[RayKind::kShadow] += paths.shadow_rays.size();
@@ -159,15 +292,25 @@ void Caustics::trace_paths(uint64_t seed, uint32_t count, RenderCounters& counte
   }
 }
 
+std::vector<float> Caustics::variance(uint64_t seed, uint32_t tried, double count,
+                                      const TileGrid& grid, RenderCounters& counters) const {
+  std::vector<float> squares(static_cast<size_t>(grid.crop().area()));
+  const auto scale = static_cast<float>(1 / (tried * std::max(count, 1.)));
+  const Rect& crop = grid.crop();
+  for_each_splat(seed, tried, counters, [&](const Paths::Splat& splat) {
+    const auto x = static_cast<int>(std::floor(splat.position.x));
+    const auto y = static_cast<int>(std::floor(splat.position.y));
+    if (x < crop.x0 || x >= crop.x1 || y < crop.y0 || y >= crop.y1) return;
+    squares[grid.pixel(x, y)] += scale * glm::dot(splat.value, splat.value) * (1 / 3.f);
+  });
+  return squares;
+}
+
 void Caustics::trace(uint64_t seed, uint32_t count, FilmTile& film,
                      RenderCounters& counters) const {
   const StageTimer timer(counters.stage_seconds["caustics"]);
-  trace_paths(seed, count, counters, [&](const Paths& paths) {
-    for (size_t k = 0; k < paths.splats.size(); ++k) {
-      if (paths.shadow_rays[k].is_occluded()) continue;
-      film.add_splat(paths.splats[k].position, paths.splats[k].value);
-    }
-  });
+  for_each_splat(seed, count, counters,
+                 [&](const Paths::Splat& splat) { film.add_splat(splat.position, splat.value); });
   film.add_light_paths(count);
 }
 

@@ -6,6 +6,8 @@
 
 namespace kinome {
 
+class Caustics;
+
 /// Light of one pass: its cells and the points drawn of them. Cells of distant light are numbered
 /// first, those of local light from first_local() on. Immutable; thread-safe. What it is made of
 /// must outlive it.
@@ -19,6 +21,7 @@ struct CellLight {
   const LocalLight* local;  ///< nullptr: there is none
   LocalPoints local_points;
   simd::CellColumns columns;
+  const Caustics* caustics = nullptr;  ///< that have a share in what chains of mirrors show
   /// Whether cells at the horizon of a flat surface have control terms.
   bool horizon_terms = true;
   PathLength length{2, 5};  ///< of paths that are followed from the camera on

@@ -12,11 +12,11 @@
 #include "clustered/product/groups.h"
 #include "clustered/product/local_choice.h"
 #include "clustered/product/local_strata.h"
+#include "clustered/product/patches.h"
 #include "clustered/product/ray_comb.h"
 #include "clustered/product/shadow_rays.h"
 #include "clustered/product/stage_times.h"
 #include "clustered/product/unit.h"
-#include "clustered/product/patches.h"
 
 namespace kinome {
 
@@ -84,8 +84,9 @@ class Estimator {
   void for_each_mirroring(const Function& fn) const;
   void send_eye_rays(const Unit& unit, Rgb& sum);
   void shoot_mirrored(uint64_t seed, Rgb& sum);
-  template <class SumOf>
-  void follow_paths(const Unit& unit, const SumOf& sum_of);
+  template <class Follows, class SumOf>
+  void follow_paths(const Unit& unit, const Follows& follows, const SumOf& sum_of);
+  bool is_followed_by_pilot(uint32_t primary) const;
 
   const CellLight& light_;
   const Scene* scene_ = nullptr;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "clustered/product/spread.h"
+#include "clustered/product/path_numbers.h"
 #include "kinome/block_points.h"
 #include "transport/rays.h"
 
@@ -12,36 +12,17 @@ namespace {
 /// Paths that go on together.
 constexpr size_t kPaths = 1024;
 
-/// Independent numbers: paths have nothing in common that strata could be made of.
-class Numbers final : public Sampler {
- public:
-  float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    return random_float(seed_of(key), dimension);
-  }
-  Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    const uint64_t seed = seed_of(key);
-    return {random_float(seed, dimension), random_float(seed, dimension + 1)};
-  }
-  std::shared_ptr<Sampler> with_sample_count(uint32_t) const override {
-    return std::make_shared<Numbers>();
-  }
-
- private:
-  static uint64_t seed_of(const SampleKey& key) {
-    return static_cast<uint64_t>(key.y) << 32 | key.x;
-  }
-};
-
 }  // namespace
 
 struct EyePaths::Block {
-  Numbers numbers;
+  PathNumbers numbers;
   transport::SceneTable table;
   transport::Paths paths;
   transport::Surfaces met;
   transport::Arena per_path{kPaths}, per_point;
   RayHit16* rays;
   Columns3 radiance;
+  float *shown_share, *shown_share_later;
   uint32_t* owner;
   Columns3 throughput;
   uint32_t x[kPaths], y[kPaths];  ///< halves of the seeds
@@ -53,6 +34,8 @@ struct EyePaths::Block {
         per_point(transport::Surfaces::most_points(table, kPaths)),
         rays(per_path.ray_hits()),
         radiance(per_path.three()),
+        shown_share(per_path.floats()),
+        shown_share_later(per_path.floats()),
         owner(per_point.indices()),
         throughput(per_point.three()) {}
 };
@@ -70,13 +53,16 @@ void EyePaths::trace(RenderCounters& counters) {
 }
 
 /// Of what the place sends on; light points have the rest.
-float EyePaths::share_of_path(const Begin& path, const SurfaceInteraction& z,
-                              float distance) const {
-  if (!light_ || !std::isfinite(path.density) || !is_plain(z)) return 1;
+EyePaths::Shares EyePaths::shares_of_path(const Begin& path, const SurfaceInteraction& z,
+                                          float distance) const {
+  if (!light_ || !std::isfinite(path.density) || !is_plain(z)) return {};
   const LocalLight::Place place = light_->third_place(z);
   const float geometry = std::abs(glm::dot(z.n, path.ray.d)) / sqr(distance);
   const float odds = path.density * geometry * place.eye_ratio / path.rates[place.cell];
-  return odds < kInfinity ? odds / (1 + odds) : 1.f;
+  const float shown_odds = odds * LocalLight::kShownEyeShare;
+  if (!(odds < kInfinity)) return {};
+  // Of shown light what is to become of the other's share.
+  return {odds / (1 + odds), (1 + odds) * LocalLight::kShownEyeShare / (1 + shown_odds)};
 }
 
 void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
@@ -107,11 +93,15 @@ void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
     const float distance = block.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes];
     const SurfaceInteraction z = interaction_of(block.met.points(), i);
     block.owner[i] = k;
-    block.throughput.set(i, paths[k].throughput * share_of_path(paths[k], z, distance));
+    const Shares shares = shares_of_path(paths[k], z, distance);
+    block.throughput.set(i, paths[k].throughput * shares.all);
+    block.shown_share[k] = paths[k].shown_share * shares.shown;
+    block.shown_share_later[k] = paths[k].shown_share_later * shares.shown;
   }
-  block.paths.go_on({block.x, block.y, paths.size(), 0, 1, 0},
-                    {&block.met, block.owner, block.throughput}, edges_before_ + 1,
-                    {block.radiance, block.radiance}, counters);
+  block.paths.go_on(
+      {block.x, block.y, paths.size(), 0, 1, 0},
+      {&block.met, block.owner, block.throughput, block.shown_share, block.shown_share_later},
+      edges_before_ + 1, {block.radiance, block.radiance}, counters);
   for (size_t i = 0; i < paths.size(); ++i) *paths[i].sum += block.radiance.at(i);
 }
 

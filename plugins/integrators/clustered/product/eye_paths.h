@@ -24,6 +24,9 @@ class EyePaths {
     Ray ray;
     Rgb throughput{0.f};
     float density = kInfinity;  ///< of the ray's direction; infinite: of a delta lobe
+    /// In light of emitters that a chain of delta lobes shows which goes on with this ray, or
+    /// begins where it ends; and, if that is elsewhere, in what others show.
+    float shown_share = 1, shown_share_later = 1;
     /// Of the tile that it is for: expected number of looks at a light point of each cell.
     std::span<const float> rates;
     uint64_t seed = 0;  ///< of the random numbers
@@ -38,7 +41,12 @@ class EyePaths {
  private:
   struct Block;
 
-  float share_of_path(const Begin& path, const SurfaceInteraction& z, float distance) const;
+  /// Of what z sends on; light points have the rest.
+  struct Shares {
+    float all = 1;
+    float shown = 1;  ///< of light that delta lobes show there: times `all`
+  };
+  Shares shares_of_path(const Begin& path, const SurfaceInteraction& z, float distance) const;
   void trace(std::span<const Begin> paths, RenderCounters& counters);
 
   const Scene& scene_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clustered/product/caustics.h"
 #include "kinome/warp.h"
 
 namespace kinome {
@@ -20,7 +21,8 @@ enum MetNumber : uint32_t {
   kGoOn = 6,
   kSurvival = 9,
   kPath = 10,
-  kPoint = 11
+  kPoint = 11,
+  kChain = 12
 };
 /// From the camera to where paths go on.
 constexpr uint32_t kEdgesBefore = 2;
@@ -143,8 +145,11 @@ void EyeRays::send(const GroupView& group, float expected, uint64_t seed, Rgb& s
     Ray ray;
     ray.d = c.direction(k);
     ray.o = group.primaries.place(primary).ray_origin(ray.d);
+    const float chain_density =
+        light_.caustics ? light_.caustics->eye_density(group.primaries.interaction(primary), ray.d)
+                        : kInfinity;
     push(ray, {weight, density, static_cast<uint32_t>(tiles_.size() - 1),
-               hash_words(seed, primary, kNumbers), &sum});
+               hash_words(seed, primary, kNumbers), &sum, chain_density});
   }
 }
 
@@ -174,6 +179,7 @@ void EyeRays::trace(ShadowRays& shadow_rays) {
   }
   hits_.clear();
   rays_.clear();
+  chains_.trace(*scene_, *counters_);
   if (paths_) paths_->trace(*counters_);
 }
 
@@ -211,7 +217,9 @@ void EyeRays::find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shado
     find_arrival(ray, y, width, eye, shadow_rays);
     if (width != LobeWidth::kWide && local.has_extended()) follow(ray, y, width, eye);
   }
-  if (any(bsdf.lobes() & Lobe::kDelta)) look_behind(y, eye);
+  if (any(bsdf.lobes() & Lobe::kDelta)) {
+    chains_.push(y, {eye.weight, eye.chain_density, hash_words(eye.seed, kChain), eye.sum});
+  }
   if (!paths_ || !any(bsdf.lobes())) return;
   if (scatters) connect_point(ray, y, width, eye, shadow_rays);
   go_on(ray, y, width, eye);
@@ -290,24 +298,16 @@ void EyeRays::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth w
   *eye.sum += weight * share_of(ratio, ratio, odds) * eye.weight * met->radiance;
 }
 
-/// Light that a mirror shows to where an eye ray comes from: no light point is on a mirror.
-void EyeRays::look_behind(const SurfaceInteraction& y, const EyeRay& eye) {
-  const Vec2 u(random_float(eye.seed, kFollow), random_float(eye.seed, kFollow + 1));
-  const auto sample =
-      y.shape->bsdf().sample(y, Lobe::kDelta, random_float(eye.seed, kFollow + 2), u);
-  if (!sample || is_black(sample->weight)) return;
-  if (const auto met = meet(y, sample->wo)) *eye.sum += eye.weight * sample->weight * met->radiance;
-}
-
 /// Of f, by which light that comes to y along wo is sent to the eye, what is left to eye rays.
+/// is_shown: as LightPoint has it.
 Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
-                       const Vec3& wo, const Rgb& f, const EyeRay& eye) const {
+                       const Vec3& wo, const Rgb& f, const EyeRay& eye, bool is_shown) const {
   if (wo.z * y.wi.z < 0) return f;
   const Bsdf& bsdf = y.shape->bsdf();
   const float odds = eye_odds(eye, y, ray, light_.local->deep_place(y, wo.z));
   switch (width) {
     case LobeWidth::kWide:
-      return f * share_of(1, 0, odds);
+      return f * share_of(1, 0, is_shown ? LocalLight::kShownEyeShare * odds : odds);
     case LobeWidth::kNarrow: {
       const float ratio = bsdf.eval_pdf(y, Lobe::kGlossy, wo).pdf / kDeepDensity;
       return f * share_of(1 + ratio, ratio, odds);
@@ -317,6 +317,15 @@ Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth
   }
   // Light points send on what isn't glossy.
   return f + bsdf.eval_pdf(y, Lobe::kDiffuse, wo).f * (share_of(1, 0, odds) - 1);
+}
+
+/// What eyes_part is for light that delta lobes show, over what it is for other light.
+float EyeRays::shown_share(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                           const Vec3& wo, const EyeRay& eye) const {
+  if (width != LobeWidth::kWide || wo.z * y.wi.z < 0) return 1;
+  const float odds = eye_odds(eye, y, ray, light_.local->deep_place(y, wo.z));
+  const float all = share_of(1, 0, odds);
+  return all > 0 ? share_of(1, 0, LocalLight::kShownEyeShare * odds) / all : 1.f;
 }
 
 /// To light that comes to y by more than one edge, of which connect_point() has its share.
@@ -338,6 +347,11 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth wi
   begin.ray.o = y.ray_origin(begin.ray.d);
   begin.throughput = throughput / survival;
   begin.density = is_delta ? kInfinity : sample->pdf;
+  // EyeChains look for what a chain shows that goes on from a mirror.
+  begin.shown_share_later = !is_delta ? shown_share(ray, y, width, sample->wo, eye)
+                            : eye.chain_density < kInfinity ? 0
+                                                            : 1;
+  begin.shown_share = is_delta ? 0 : begin.shown_share_later;
   begin.rates = rates_of(eye);
   begin.seed = hash_words(eye.seed, kPath);
   begin.sum = eye.sum;
@@ -388,12 +402,13 @@ void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, Lobe
   const Vec3 d = to / distance, wo = y.frame.to_local(d);
   const BsdfValue value = y.shape->bsdf().eval_pdf(y, Lobe::kAll, wo);
   const float geometry = std::abs(glm::dot(point.geometric, d)) / sqr(distance);
-  const float odds = value.pdf * geometry * third_odds(point, rates);
+  const float shown = point.is_shown ? LocalLight::kShownEyeShare : 1.f;
+  const float odds = shown * value.pdf * geometry * third_odds(point, rates);
   const Rgb power = point.reflection == LightPoint::kLambertian
                         ? point.power
                         : light_.local_points.reflections[point.reflection].toward(-d).radiance;
-  const Rgb light = eye.weight * eyes_part(ray, y, width, wo, value.f, eye) * power *
-                    (geometry / ((1 + odds) * chosen->probability * rates[point.cell]));
+  const Rgb light = eye.weight * eyes_part(ray, y, width, wo, value.f, eye, point.is_shown) *
+                    power * (geometry / ((1 + odds) * chosen->probability * rates[point.cell]));
   if (is_black(light)) return;
   const Vec3 end = point.end_of_ray(d) - y.p;
   const float reach = glm::length(end);

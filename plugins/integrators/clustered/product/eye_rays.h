@@ -6,6 +6,7 @@
 
 #include "clustered/product/candidates.h"
 #include "clustered/product/cell_light.h"
+#include "clustered/product/eye_chains.h"
 #include "clustered/product/eye_paths.h"
 #include "clustered/product/local_choice.h"
 #include "clustered/product/shadow_rays.h"
@@ -31,7 +32,7 @@ std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si
 /// thread-safe. `light`, which has local light, must outlive it.
 class EyeRays {
  public:
-  explicit EyeRays(const CellLight& light) : light_(light) {}
+  explicit EyeRays(const CellLight& light) : light_(light), chains_(light) {}
 
   /// The tile that rays to come are sent from, and what it looks at.
   void begin_tile(const Scene& scene, const LocalChoice& choice, uint64_t seed,
@@ -58,6 +59,7 @@ class EyeRays {
     uint32_t tile;  ///< in tiles_
     uint64_t seed;
     Rgb* sum;
+    float chain_density = kInfinity;  ///< EyeChains::Begin::density
   };
   /// A tile that rays wait for: of rates_ and points_, where those of its choice begin.
   struct Tile {
@@ -80,13 +82,14 @@ class EyeRays {
                     const EyeRay& eye, ShadowRays& shadow_rays) const;
   std::optional<Met> meet(const SurfaceInteraction& y, const Vec3& wo);
   void follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
-  void look_behind(const SurfaceInteraction& y, const EyeRay& eye);
   void go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
   std::optional<ChosenPoint> choose_point(const SurfaceInteraction& y, const EyeRay& eye);
   void connect_point(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                      const EyeRay& eye, ShadowRays& shadow_rays);
   Rgb eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const Vec3& wo,
-                const Rgb& f, const EyeRay& eye) const;
+                const Rgb& f, const EyeRay& eye, bool is_shown = false) const;
+  float shown_share(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const Vec3& wo,
+                    const EyeRay& eye) const;
   float third_odds(const LightPoint& point, std::span<const float> rates) const;
   std::span<const float> rates_of(const EyeRay& eye) const {
     return {rates_.data() + tiles_[eye.tile].rates, light_.local->size()};
@@ -100,6 +103,7 @@ class EyeRays {
   LobeValues values_;
   std::vector<RayHit> hits_;
   std::vector<EyeRay> rays_;
+  EyeChains chains_;
   std::optional<EyePaths> paths_;  ///< where light comes by more than a bounce
   std::vector<Tile> tiles_;        ///< that rays wait for; the last is this one
   std::vector<float> rates_;

@@ -133,6 +133,7 @@ struct LightWalk {
   std::optional<SurfaceInteraction> x;  ///< where the first edge starts, if on a surface
   /// By mirrors alone, from a source that no ray can find: neither can paths from the eye.
   bool is_hidden = false;
+  bool is_shown = false;  ///< LightPoint::is_shown
 };
 
 /// What one thread draws.

@@ -119,7 +119,8 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
         std::any_of(scene.shapes().begin(), scene.shapes().end(),
                     [](const auto& shape) { return any(shape->bsdf().lobes() & Lobe::kDelta); });
     needs_eye_rays_ = needs_eye_rays_ || (mirrors && has_extended_);
-    has_caustics_ = has_glossy_caustics_ || (mirrors && finds_caustics_ && !lamps_.empty());
+    has_lamp_caustics_ = has_glossy_caustics_ || (mirrors && finds_caustics_ && !lamps_.empty());
+    has_extended_caustics_ = mirrors && finds_caustics_ && has_extended_;
   }
   const uint32_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
   for (auto* const column :

@@ -36,6 +36,9 @@ struct LightPoint {
   uint32_t edges = 0;
   /// All that the surface does with light is to send it on by wide lobes, on one side.
   bool is_plain = false;
+  /// Its light has left an emitter that rays can meet by delta lobes, straight after the emitter:
+  /// paths from the eye have LocalLight::kShownEyeShare of the odds of finding it.
+  bool is_shown = false;
 
   /// Where a ray along d, on its way to the point, is to end: before the surface. Light may leave
   /// it on the other side than it came to, for shading normals alone tell what is reflected.
@@ -92,7 +95,7 @@ struct LightWalk;
 struct LocalPoints {
   std::vector<LightPoint> points;
   std::vector<simd::LightPointRow> rows;  ///< of the same points
-  std::vector<uint32_t> first;  ///< of each cell of LocalLight; one more entry than cells
+  std::vector<uint32_t> first;            ///< of each cell of LocalLight; one more entry than cells
   std::vector<Reflection> reflections;
   bool has_bent_normals = false;  ///< some point's off_surface isn't 0
 };
@@ -117,6 +120,11 @@ class LocalLight {
   static constexpr uint32_t kBounceDepth = 3;
   /// Multiples of this many cells.
   static constexpr uint32_t kPadding = 16;
+
+  /// By what odds of paths from the eye, against light points, are multiplied in light that a chain
+  /// of delta lobes (mirrors, smooth glass) shows: they can but meet its source by chance, so that
+  /// what they find of it is rare and bright.
+  static constexpr float kShownEyeShare = 0.1f;
 
   /// True where all emitters offer what is needed for paths of so many segments, and their flux is
   /// no more than single precision holds.
@@ -158,13 +166,19 @@ class LocalLight {
   bool has_surfaces() const { return !surface_ends_.empty(); }
   /// There are sources that rays can meet.
   bool has_extended() const { return has_extended_; }
-  /// There may be light of lamps by way of mirrors.
-  bool has_caustics() const { return has_caustics_; }
+  /// There may be light by way of mirrors that paths from its sources are to look for: of lamps,
+  /// which nothing else finds, and of sources that rays can meet.
+  bool has_lamp_caustics() const { return has_lamp_caustics_; }
+  bool has_extended_caustics() const { return has_extended_caustics_; }
   /// The same of what nearly mirrors, to which light points of lamps leave it.
   bool has_glossy_caustics() const { return has_glossy_caustics_; }
-  /// Of all emitters, by which lamps are drawn: by their flux; 0 for others.
-  std::vector<float> lamp_shares() const;
+  /// Of all emitters, by which those are drawn whose light may come by mirrors, sources that rays
+  /// can meet among them or not: by their flux; 0 for others.
+  std::vector<float> caustic_shares(bool with_extended) const;
   const Emitter& emitter(uint32_t source) const { return *sources_[source].emitter; }
+  /// Of an emitter of the scene.
+  uint32_t source_of(const Emitter& emitter) const { return source_of_.at(&emitter); }
+  bool is_lamp(uint32_t source) const { return sources_[source].kind == Kind::kLamp; }
 
   /// Lamps of each cell: lamp_first()[c] to lamp_first()[c + 1] of lamps().
   const std::vector<const Emitter*>& lamps() const { return lamps_; }
@@ -264,7 +278,7 @@ class LocalLight {
   uint32_t surface_count_ = 0, bounce_count_ = 0;
   const bool finds_caustics_;
   bool has_extended_ = false, needs_eye_rays_ = false;
-  bool has_caustics_ = false, has_glossy_caustics_ = false;
+  bool has_lamp_caustics_ = false, has_glossy_caustics_ = false, has_extended_caustics_ = false;
   LocalCellColumns columns_;
   std::vector<Aabb> boxes_;
   /// Of each cell: mean of 1 / density of the guide, by which eye_ratio is to be multiplied.

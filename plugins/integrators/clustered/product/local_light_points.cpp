@@ -4,8 +4,8 @@
 
 #include "clustered/product/light_point_draw.h"
 #include "clustered/product/local_light.h"
-#include "clustered/product/spread.h"
 #include "clustered/product/patches.h"
+#include "clustered/product/spread.h"
 #include "kinome/render_context.h"
 
 namespace kinome {
@@ -218,9 +218,8 @@ std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInter
 }
 
 LocalLight::Place LocalLight::bounce_place(const Source& source, float probability,
-                                           const SurfaceInteraction* x,
-                                           const SurfaceInteraction& y, const Vec3& d,
-                                           float distance) const {
+                                           const SurfaceInteraction* x, const SurfaceInteraction& y,
+                                           const Vec3& d, float distance) const {
   const uint32_t cell = bounce_cell(y, glm::dot(y.frame.n, d) >= 0 ? 1.f : -1.f);
   return {cell, eye_factors_[cell] * eye_ratio(source, probability, x, y, -d, distance)};
 }
@@ -244,12 +243,16 @@ LocalLight::Found LocalLight::found_arrival(const SurfaceInteraction& si, const 
           probability * arrival_density(*source.emitter, x, si, d)};
 }
 
-std::vector<float> LocalLight::lamp_shares() const {
+std::vector<float> LocalLight::caustic_shares(bool with_extended) const {
   std::vector<float> shares;
   double all = 0;
-  for (const Source& source : sources_) all += source.kind == Kind::kLamp ? source.flux : 0;
+  const auto flux_of = [&](const Source& source) {
+    const bool has = source.kind == Kind::kLamp ? has_lamp_caustics_ : with_extended;
+    return has ? source.flux : 0.;
+  };
+  for (const Source& source : sources_) all += flux_of(source);
   for (const Source& source : sources_) {
-    shares.push_back(source.kind == Kind::kLamp ? static_cast<float>(source.flux / all) : 0.f);
+    shares.push_back(static_cast<float>(flux_of(source) / all));
   }
   return shares;
 }
@@ -268,8 +271,8 @@ Reflection::Sent Reflection::about(const Vec3& d) const {
   // Schlick's: what hardly reflects when it is seen along the normal is a mirror at grazing angles.
   const float grazing = 1 - std::clamp(glm::dot(half, d), 0.f, 1.f), grazing2 = grazing * grazing;
   const Rgb fresnel = glm::mix(reflectance.glossy, Rgb(1.f), grazing2 * grazing2 * grazing);
-  const Rgb f = reflectance.diffuse * kInvPi +
-                (density * masked) * fresnel + reflectance.glossy * (kFloor * kInvPi);
+  const Rgb f = reflectance.diffuse * kInvPi + (density * masked) * fresnel +
+                reflectance.glossy * (kFloor * kInvPi);
   Sent sent{f * in * incident, 0};
   // Visible normals' (Heitz 2018): G1 D / (4 cos).
   if (light_density > 0) sent.follow_ratio = 0.5f * density / (out + root(out)) / light_density;

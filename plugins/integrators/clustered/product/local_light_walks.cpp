@@ -88,6 +88,7 @@ void LocalLight::go_on(const LightWalk& walk, const SurfaceInteraction& si, Draw
   next.d = sample->to;
   next.power = walk.power * sample->weight / survival;
   const bool is_lamps = sources_[walk.origin.source].kind == Kind::kLamp;
+  next.is_shown = walk.edges == 1 ? sample->is_delta && !is_lamps : walk.is_shown;
   next.is_hidden = sample->is_delta && (walk.edges == 1 ? is_lamps : walk.is_hidden);
   Ray ray;
   ray.d = next.d;
@@ -148,6 +149,7 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
   if (is_black(point.power)) return;
   point.edges = walk.edges;
   point.is_plain = is_plain(si);
+  point.is_shown = walk.is_shown;
   // Off the surface: a ray that comes along it would else meet it just before its end.
   point.position = si.ray_origin(-walk.d);
   point.normal = si.frame.n * side;
@@ -158,6 +160,7 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
     point.eye_ratio = is_deep ? deep_ratios_[point.cell]
                               : eye_factors_[point.cell] *
                                     eye_ratio(source, probability, x, si, walk.d, distance);
+    if (walk.is_shown && lobe_width(si) == LobeWidth::kWide) point.eye_ratio *= kShownEyeShare;
   }
   if (!bsdf.is_lambertian()) {
     point.reflection = static_cast<uint32_t>(out.reflections.size());

@@ -50,7 +50,7 @@ MethodTrial::Renders MethodTrial::run(const Way& way, RenderContext& context) co
     way.render(i, renders.pictures[i]);
   }
   renders.cost = (rays_of(counters, false) - rays) * way.cost_of_ray +
-                 (rays_of(counters, true) - light_rays) * way.cost_of_light;
+                 (rays_of(counters, true) - light_rays) * way.cost_of_light + 2 * way.more_cost;
   return renders;
 }
 
@@ -78,12 +78,18 @@ double MethodTrial::compare(const Way& first, const Way& second, RenderContext& 
   for (const size_t i : wanted) mean += mean_of(mean_at(i));
   if (!(mean > 0)) return kInfinity;
   mean /= static_cast<double>(wanted.size());
-  double error_a = 0, error_b = 0;
-  for (const size_t i : wanted) {
-    const double weight = 1 / (mean_square(mean_at(i)) + 0.01 * mean * mean);
-    error_a += weight * mean_square(a.pictures[0][i] - a.pictures[1][i]);
-    error_b += weight * mean_square(b.pictures[0][i] - b.pictures[1][i]);
-  }
+  const auto error_of = [&](const Way& way, const Renders& renders) {
+    double error = 0;
+    for (const size_t i : wanted) {
+      const double weight = 1 / (mean_square(mean_at(i)) + 0.01 * mean * mean);
+      error += weight * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
+      // Of a difference it would be twice that.
+      if (!way.more_variance.empty())
+        error += weight * 2 * static_cast<double>(way.more_variance[i]);
+    }
+    return error;
+  };
+  const double error_a = error_of(first, a), error_b = error_of(second, b);
   return error_a > 0 ? error_b * b.cost / (error_a * a.cost) : kInfinity;
 }
 

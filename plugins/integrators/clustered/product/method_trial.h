@@ -28,10 +28,16 @@ class MethodTrial {
     std::function<void(uint64_t index, std::vector<Rgb>& picture)> render;
     double cost_of_ray = 1;    ///< of all but light rays
     double cost_of_light = 1;  ///< of light rays
+    /// What light that no tile has adds to each pixel's variance (mean of the channels), and what
+    /// it costs; may be empty.
+    std::vector<float> more_variance{};
+    double more_cost = 0;
   };
   /// Work of the second way to the same error, in units of the first one's. Where either has bright
   /// outliers, these count for less than they do in relMSE: few tiles have them.
   double compare(const Way& first, const Way& second, RenderContext& context) const;
+  /// Of all wanted tiles, in the grid.
+  std::vector<size_t> pixels() const;
 
  private:
   struct Renders {
@@ -39,7 +45,6 @@ class MethodTrial {
     double cost = 0;
   };
   Renders run(const Way& way, RenderContext& context) const;
-  std::vector<size_t> pixels() const;
 
   const TileGrid& grid_;
   const uint64_t seed_;

@@ -18,7 +18,7 @@ constexpr float kGlossyFactor = 2;
 /// Rays that an eye ray takes in all, the light of what it finds included.
 constexpr float kEyeRayCost = 2.5f;
 /// And a path that goes on from a primary.
-constexpr float kPathCost = 6;
+constexpr float kPathCost = 1;
 
 }  // namespace
 
@@ -207,6 +207,7 @@ PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* co
       value = std::max(
           0.f, kInvPi * glm::dot(light, point.reflected) + point.known * patch.mean_visibility);
       value += point.lit + std::max(0.f, point.lamps) * patch.lamp_visibility;
+      value += mean_of(point.followed);
       forecast.uncertainty += patch.uncertainty;
       const double deviation = point.glossy_deviation * patch.mean_visibility;
       glossy_variance += deviation * deviation * kGlossyFactor;
@@ -215,7 +216,10 @@ PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* co
       if (local_) forecast.mirrors += kEyeRayCost * expected_eye_rays(patch, *local_);
       forecast.sharp = forecast.sharp || mirrors || is_sharp(patch);
     }
-    if (point.is_followed) forecast.mirrors += kPathCost;
+    if (point.is_followed) {
+      forecast.mirrors += kPathCost;
+      forecast.sharp = true;
+    }
     followed += mean_of(glm::abs(point.followed));
     sum += value;
     squares += static_cast<double>(value) * value;

@@ -17,6 +17,17 @@ inline constexpr int kTileSide = 4;
 
 class TilePrimaries;
 
+/// Whether a camera ray goes on from what it met as one of `path` does: where other lobes than
+/// deltas let light through, or the viewer is behind what does, for light is known on the side of
+/// the normal (of Bsdf::reflection_frame) alone; and at smooth glass, behind which there is more of
+/// it.
+inline bool goes_on_as_path(const Bsdf& bsdf, const Vec3& normal, const Vec3& viewer) {
+  const bool is_smooth_glass = bsdf.transmits() && bsdf.relative_index() != 1 &&
+                               !any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy));
+  return is_smooth_glass || bsdf.scatters_through() ||
+         (bsdf.transmits() && !(glm::dot(normal, viewer) > 0));
+}
+
 /// Camera rays through tiles of pixels, several tiles at a time, each pixel with a number of rays
 /// of its own, and the points of surfaces that they meet: what product sampling shades. Points are
 /// in the order of Surfaces, by material and shape; most of them by columns that kernels read.
@@ -111,13 +122,9 @@ class TilePrimaries {
     return end - all_->negative_of(x, y, end - first(pixel));
   }
   bool hit(size_t ray) const { return point(ray) >= 0; }
-  /// Whether the ray goes on from what it met as one of `path` does: where other lobes than deltas let
-  /// light through, or the viewer is behind what does, for light is known on the side of normal() alone.
+  /// See goes_on_as_path.
   bool goes_on(size_t ray) const {
-    if (!hit(ray)) return false;
-    const Bsdf& bsdf = shape(ray).bsdf();
-    return bsdf.scatters_through() ||
-           (bsdf.transmits() && !(glm::dot(normal(ray), viewer(ray)) > 0));
+    return hit(ray) && goes_on_as_path(shape(ray).bsdf(), normal(ray), viewer(ray));
   }
   /// Light that the ray sees itself.
   Rgb emitted(size_t ray) const {

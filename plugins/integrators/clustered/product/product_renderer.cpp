@@ -51,10 +51,10 @@ constexpr double kTrialRays = 32;
 constexpr uint32_t kTrialPaths = 16;
 /// What rays take, with all that is done for them, in units of a ray of `path`: 2.7 to 6.7 were
 /// measured on five scenes with light after many bounces.
-constexpr double kCostOfRay = 4, kCostOfLightRay = 4;
+constexpr double kCostOfRay = 3, kCostOfLightRay = 4;
 /// Paths alone are chosen below this share of the work. More than 1: a trial sees few of the bright
 /// outliers, of which product sampling, with fewer camera rays, has more.
-constexpr double kMostWorkOfPaths = 1.4;
+constexpr double kMostWorkOfPaths = 1.2;
 
 }  // namespace
 
@@ -74,9 +74,10 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       local_(make_local_light(scene, sensor, settings, seed_, context)),
       knowledge_(grid_, cells_, local_.get(), settings_),
       rays_left_(settings.rays_per_pixel) {
-  if (local_ && local_->has_caustics()) {
+  if (local_ && (local_->has_lamp_caustics() || local_->has_extended_caustics())) {
     const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
     caustics_.emplace(scene, sensor, *local_, seed_, context.stats().counters);
+    if (!caustics_->finds_any()) caustics_.reset();
   }
 }
 
@@ -181,6 +182,7 @@ CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel) cons
   CellLight light(cells_, scene_.environment(), std::move(points), local_.get(),
                   std::move(local_points));
   light.length = settings_.length;
+  light.caustics = caustics_ ? &*caustics_ : nullptr;
   light.horizon_terms = settings_.control_variate && settings_.horizon_terms;
   return light;
 }
@@ -297,17 +299,25 @@ void ProductRenderer::choose_method(double seconds) {
   if (!is_deep || !local_->needs_eye_rays() || !allocation_) return;
   // Paths don't find caustics of lamps, and have no diagnostics; and the trial's have whole filters
   // and see the emitters.
-  if (caustics_ || settings_.diagnostics) return;
+  if (local_->has_lamp_caustics() || settings_.diagnostics) return;
   if (filter_.has_negative() || settings_.hide_emitters) return;
   const uint64_t seed = hash_words(seed_, kTrialSeed);
   const MethodTrial trial(grid_, seed);
   if (!trial.is_possible()) return;
   // Light is followed once for all of the picture, and for more rays than those of the trial.
   const double share = trial.share() * std::min(1., kTrialRays / std::max(rays_left_, 1.));
-  const MethodTrial::Way product{[&](uint64_t index, std::vector<Rgb>& picture) {
-                                   try_product(trial, hash_words(seed, 1, index), picture);
-                                 },
-                                 kCostOfRay, kCostOfLightRay * share};
+  MethodTrial::Way product{[&](uint64_t index, std::vector<Rgb>& picture) {
+                             try_product(trial, hash_words(seed, 1, index), picture);
+                           },
+                           kCostOfRay, kCostOfLightRay * share};
+  if (caustics_) {
+    const double count =
+        std::min(rays_left_, kTrialRays) / kRaysPerCausticPath * grid_.crop().area();
+    const auto tried = static_cast<uint32_t>(std::ceil(count * trial.share()));
+    product.more_variance =
+        caustics_->variance(hash_words(seed, 3), tried, count, grid_, context_.stats().counters);
+    product.more_cost = tried * caustics_->rays_per_path() * kCostOfLightRay;
+  }
   const MethodTrial::Way paths{[&](uint64_t index, std::vector<Rgb>& picture) {
     try_paths(trial, hash_words(seed, 2, index), picture);
   }};

@@ -17,8 +17,10 @@ inline constexpr uint32_t kPlastic = 3242174889u;
 inline uint32_t scaled(uint32_t share, uint32_t count) {
   return static_cast<uint32_t>(static_cast<uint64_t>(share) * count >> 32);
 }
+/// Of a well-mixed seed: its counter-based generator (Salmon et al. 2011), whose counter goes in
+/// steps of 2^64 / the golden ratio.
 inline uint32_t random_bits(uint64_t seed, uint32_t index) {
-  return static_cast<uint32_t>(hash_words(seed, index) >> 32);
+  return static_cast<uint32_t>(mix_bits(seed + (index + 1ull) * 0x9e3779b97f4a7c15u) >> 32);
 }
 inline float random_float(uint64_t seed, uint32_t index) {
   return to_unit_float(random_bits(seed, index));
