@@ -26,13 +26,16 @@ Clock::time_point program_start() {
   return Clock::now() - std::chrono::seconds(used.tv_sec) - std::chrono::nanoseconds(used.tv_nsec);
 }
 
-/// Whatever went wrong: one line, and exit status 1.
+/// The exit status when something went wrong.
+int failure_status = 1;
+
+/// Whatever went wrong: one line, and that status.
 int fail(std::string message) {
   for (char& c : message) {
     if (c == '\n' || c == '\r') c = ' ';
   }
   std::fprintf(stderr, "kinome: %s\n", message.c_str());
-  return 1;
+  return failure_status;
 }
 
 /// The first ten of a scene's mistakes, one line each.
@@ -43,7 +46,7 @@ int fail(const kinome::Errors& errors) {
   if (count > kMost) {
     fail("and " + std::to_string(count - kMost) + " more: --check lists them all");
   }
-  return 1;
+  return failure_status;
 }
 
 /// What no one has foreseen: most likely a plugin's doing.
@@ -58,6 +61,7 @@ int main(int argc, char** argv) {
   const Clock::time_point start = program_start();
   kinome::app::watch_throws();
   kinome::app::tell_of_crashes();
+  failure_status = kinome::app::failure_status_of(argc, argv);
   try {
     const auto options = kinome::app::parse_options(argc, argv);
     if (!options) return 0;
@@ -89,5 +93,5 @@ int main(int argc, char** argv) {
   } catch (...) {
     return fail_unexpectedly(nullptr, "something that is no std::exception was thrown");
   }
-  return 1;
+  return failure_status;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -12,6 +13,7 @@
 #include "crash.h"
 #include "kinome/error.h"
 #include "kinome/object.h"
+#include "kinome/plugin_registry.h"
 
 namespace kinome::app {
 namespace {
@@ -94,25 +96,41 @@ std::string renamed(std::string text, const std::string& name, const std::string
   return text;
 }
 
-void check_names(const Options& options) {
-  std::vector<std::string> categories;
+Category category_named(const std::string& name) {
+  std::vector<std::string> all;
   for (int i = 0; i < kCategoryCount; ++i) {
-    categories.emplace_back(to_string(static_cast<Category>(i)));
+    all.emplace_back(to_string(static_cast<Category>(i)));
+    if (name == all.back()) return static_cast<Category>(i);
   }
-  if (std::find(categories.begin(), categories.end(), options.category) == categories.end()) {
-    const std::string near = nearest_name(options.category, categories);
-    throw Error(fmt::format("there is no category '{}'{}", options.category,
-                            near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
-  }
-  const std::string& name = options.plugin_name;
+  const std::string near = nearest_name(name, all);
+  throw Error(fmt::format("there is no category '{}'{}", name,
+                          near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+}
+
+void check_name(const std::string& name, Category category) {
   if (name.empty() || !std::islower(static_cast<unsigned char>(name[0])) ||
       !std::all_of(name.begin(), name.end(),
                    [](char c) { return is_word_part(c) && !std::isupper(c); })) {
     throw Error(
-        fmt::format("'{}': a plugin's name is of small letters, digits and _, and begins "
+        fmt::format("'{}': a plugin's name consists of small letters, digits and _, and begins "
                     "with a letter",
                     name));
   }
+  // A scene that names it would get the one or the other, depending on the order of folders.
+  const auto taken = PluginRegistry(PluginRegistry::default_folders()).names(category);
+  if (std::find(taken.begin(), taken.end(), name) != taken.end()) {
+    throw Error(fmt::format("there is a plugin {}/{} already: choose another name",
+                            to_string(category), name));
+  }
+}
+
+/// As a word of a shell's command line.
+std::string quoted(const std::string& word) {
+  const auto is_plain = [](char c) { return is_word_part(c) || std::strchr("/.-+,:@%=", c); };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), is_plain)) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
 }
 
 /// The one source among a category's templates.
@@ -129,7 +147,7 @@ fs::path example_of(const fs::path& folder) {
 
 int new_plugin_command(const Options& options) {
   set_activity("beginning a plugin");
-  check_names(options);
+  check_name(options.plugin_name, category_named(options.category));
   const std::string& name = options.plugin_name;
   const fs::path from = templates() / options.category;
   const fs::path example = example_of(from);
@@ -158,14 +176,14 @@ int new_plugin_command(const Options& options) {
   fs::path prefix = templates().parent_path().parent_path().parent_path();
   if (fs::exists(prefix / "CMakeCache.txt")) {  // a build folder, which offers nothing to others
     const fs::path sdk = fs::absolute(to) / "kinome";
-    fmt::print("  cmake --install {} --prefix {}\n", prefix.string(), sdk.string());
+    fmt::print("  cmake --install {} --prefix {}\n", quoted(prefix.string()), quoted(sdk.string()));
     prefix = sdk;
   }
   fmt::print(
       "  cmake -S {0} -B {0}/build -DCMAKE_PREFIX_PATH={1}\n"
       "  cmake --build {0}/build\n"
       "  ctest --test-dir {0}/build\n",
-      to.string(), prefix.string());
+      quoted(to.string()), quoted(prefix.string()));
   return 0;
 }
 

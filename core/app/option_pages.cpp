@@ -6,6 +6,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "kinome/object.h"
+
 namespace kinome::app {
 namespace {
 
@@ -63,30 +65,44 @@ std::string upper(std::string text) {
   return text;
 }
 
-/// What completion knows of a set of options, as variables of bash.
-struct Words {
-  std::string all;      ///< every name
-  std::string files;    ///< a pattern of those whose value is a file
-  std::string folders;  ///< a pattern of those whose value is a folder
-  std::string others;   ///< a pattern of those with any other value
+std::string names_in_one(const CLI::App& app) {
+  std::string all;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : names_of(*option)) all += (all.empty() ? "" : " ") + name;
+  }
+  return all;
+}
+
+/// "plugins" of "kinome plugins", "" of "kinome".
+std::string word_of(const CLI::App& app) {
+  const std::string name = app.get_name();
+  const size_t space = name.rfind(' ');
+  return space == std::string::npos ? "" : name.substr(space + 1);
+}
+
+/// By what bash may complete the values of options: patterns of a command's word and an option.
+struct ValuePatterns {
+  std::string files;
+  std::string folders;
+  std::string others;
 };
 
-Words words_of(const CLI::App& app) {
-  Words words;
-  const auto add = [](std::string& list, const std::string& name, char separator) {
-    if (!list.empty()) list += separator;
-    list += name;
-  };
-  for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : names_of(*option)) {
-      add(words.all, name, ' ');
+ValuePatterns value_patterns(const std::vector<const CLI::App*>& commands) {
+  ValuePatterns patterns;
+  for (const CLI::App* command : commands) {
+    for (const CLI::Option* option : command->get_options()) {
       if (!takes_value(*option)) continue;
       const std::string type = option->get_type_name();
       const bool is_folder = type == "FOLDER" || type.starts_with("PATH");
-      add(type == "FILE" ? words.files : is_folder ? words.folders : words.others, name, '|');
+      std::string& list = type == "FILE" ? patterns.files
+                          : is_folder    ? patterns.folders
+                                         : patterns.others;
+      for (const std::string& name : names_of(*option)) {
+        list += (list.empty() ? "'" : "|'") + word_of(*command) + " " + name + "'";
+      }
     }
   }
-  return words;
+  return patterns;
 }
 
 }  // namespace
@@ -113,13 +129,13 @@ kinome \- renders scenes in Mitsuba's language
 .RI [ OPTION ]... " CATEGORY NAME"
 .SH DESCRIPTION
 Renders a scene of Mitsuba 3, or of Mitsuba 0.4 to 0.6, into an OpenEXR or PFM file beside the scene
-file. What scenes are made of are plugins;
+file. Scenes are made of plugins:
 .B kinome plugins
 lists them, those of a category, or the parameters of one,
 .B kinome check
-finds what is wrong with one, and
+finds out what is wrong with one, and
 .B kinome new
-begins one.
+starts a new one.
 .SH OPTIONS
 )" + options_in_roff(render) +
          of_commands + R"(.SH EXIT STATUS
@@ -128,9 +144,13 @@ begins one.
 The picture is written.
 .TP
 .B 1
-A mistake in the command line, the scene or a file, or something that the machine lacks; of
+A mistake in the command line, the scene or a file, or something that the machine lacks; for
 .BR "kinome check" ,
-a plugin that is wrong.
+the plugin is wrong.
+.TP
+.B 2
+.B kinome check
+couldn't check the plugin: a mistake in the command line, or something that the machine lacks.
 .TP
 .B 3
 The picture is written, but a plugin gave impossible values; see
@@ -148,7 +168,7 @@ As
 .BR \-\-isa .
 .TP
 .B COLUMNS
-Where lines of help and lists are broken; by default, the width of the terminal.
+The width to which help and lists are wrapped; by default, that of the terminal.
 .SH SEE ALSO
 .BR "kinome\-compare \-\-help" ,
 and the pages in share/doc/kinome beside the program's folder.
@@ -156,21 +176,24 @@ and the pages in share/doc/kinome beside the program's folder.
 }
 
 std::string bash_completion(const CLI::App& render, const std::vector<const CLI::App*>& commands) {
-  const Words of_render = words_of(render);
-  std::string words, cases;  // of the commands: their last words, and what options each has
-  for (const CLI::App* command : commands) {
-    const std::string name = command->get_name();
-    const std::string word = name.substr(name.rfind(' ') + 1);
-    words += (words.empty() ? "" : " ") + word;
-    cases += "        " + word + ") names='" + words_of(*command).all + "' ;;\n";
+  std::vector<const CLI::App*> all{&render};
+  all.insert(all.end(), commands.begin(), commands.end());
+  const ValuePatterns values = value_patterns(all);
+  std::string words, cases;  // of the commands: their words, and what options each has
+  for (const CLI::App* command : all) {
+    const std::string word = word_of(*command);
+    if (!word.empty()) words += (words.empty() ? "" : " ") + word;
+    cases += "        '" + word + "') names='" + names_in_one(*command) + "' ;;\n";
   }
   std::string any_word = words;
   std::replace(any_word.begin(), any_word.end(), ' ', '|');
-  // A pattern of nothing would match an empty word.
-  const auto pattern = [](const std::string& names) { return names.empty() ? "-" : names; };
+  std::string categories;
+  for (int i = 0; i < kCategoryCount; ++i) {
+    categories += (i > 0 ? " " : "") + std::string(to_string(static_cast<Category>(i)));
+  }
   return R"(# Completion of kinome's command lines: made by kinome --completion.
 _kinome() {
-  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} names
+  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} names=
   local command= i
   for ((i = 1; i < COMP_CWORD; ++i)); do
     case ${COMP_WORDS[i]} in
@@ -178,35 +201,41 @@ _kinome() {
     esac
   done
   COMPREPLY=()
-  case $before in
-    --isa) COMPREPLY=($(compgen -W 'x86-64-v2 x86-64-v3 x86-64-v4' -- "$word")); return ;;
-    )" + pattern(of_render.files) +
+  case "$command $before" in
+    *' --isa') COMPREPLY=($(compgen -W 'x86-64-v2 x86-64-v3 x86-64-v4' -- "$word")); return ;;
+    )" + values.files +
          R"() compopt -o filenames; COMPREPLY=($(compgen -f -- "$word")); return ;;
-    )" + pattern(of_render.folders) +
+    )" + values.folders +
          R"() compopt -o filenames; COMPREPLY=($(compgen -d -- "$word")); return ;;
-    )" + pattern(of_render.others) +
+    )" + values.others +
          R"() return ;;
   esac
-  if [ -n "$command" ]; then
-    case $word in
-      -*)
-        case $command in
-)" + cases + R"(        esac
-        ;;
-      *) names=$("${COMP_WORDS[0]}" plugins 2>/dev/null | sed -n 's/^ *\([a-z0-9_]*\).*/\1/p') ;;
-    esac
-    COMPREPLY=($(compgen -W "$names" -- "$word"))
-    return
-  fi
   case $word in
-    -*) COMPREPLY=($(compgen -W ')" +
-         of_render.all + R"(' -- "$word")) ;;
+    -*)
+      case $command in
+)" + cases + R"(      esac
+      COMPREPLY=($(compgen -W "$names" -- "$word"))
+      return
+      ;;
+  esac
+  case $command in
+    plugins | check)
+      # Plugins are indented by two blanks; of categories only the first of the two commands knows.
+      names=$("${COMP_WORDS[0]}" plugins 2>/dev/null | sed -n 's/^  \([a-z0-9_]\{1,\}\).*/\1/p')
+      [ "$command" = check ] || names="$names )" + categories + R"("
+      ;;
+    new) [ "$before" != new ] || names=')" + categories + R"(' ;;
     *)
       compopt -o filenames
       COMPREPLY=($(compgen -f -X '!*.xml' -- "$word") $(compgen -d -- "$word"))
-      [ "$COMP_CWORD" -gt 1 ] || COMPREPLY+=($(compgen -W ')" + words + R"(' -- "$word"))
+      [ "$COMP_CWORD" -gt 1 ] || names=')" + words + R"('
       ;;
   esac
+  COMPREPLY+=($(compgen -W "$names" -- "$word"))
+  if [ "$command" = check ]; then
+    compopt -o filenames
+    COMPREPLY+=($(compgen -f -X '!*.so' -- "$word") $(compgen -d -- "$word"))
+  fi
 }
 complete -F _kinome kinome
 )";

@@ -110,7 +110,7 @@ constexpr const char* kDefaultRenders = "16";
 
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene.xml", options.scene, "Scene file in Mitsuba's XML language")->required();
-  app.add_option("-D,--define", raw.defines, "Sets $KEY of the scene file (repeat)")
+  app.add_option("-D,--define", raw.defines, "Sets $KEY in the scene file (repeat for more)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   app.add_option("-o,--output", options.output,
@@ -121,26 +121,26 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
       ->check(CLI::Range(1, 1024));
   app.add_option("-s,--sensor", options.sensor, "Sensor to render, by index or id; default: 0")
       ->type_name("SENSOR");
-  app.add_option("-a,--append", raw.search_paths, "More folders to look for files in")
+  app.add_option("-a,--append", raw.search_paths, "More folders in which files are looked for")
       ->type_name("PATH;PATH")
       ->allow_extra_args(false);
   app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
   app.add_flag("-v,--verbose", options.verbosity, "Say more (repeat for still more)")
       ->disable_flag_override();
-  app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors, and why an exit status is 3")
+  app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors and the reason for an exit status of 3")
       ->disable_flag_override();
   app.add_option("-m,--mode", options.variant,
-                 "Mitsuba's variant: accepted and ignored, there is but one")
+                 "Mitsuba's variant: accepted and ignored, as there is only one")
       ->type_name("VARIANT");
   app.add_option("--time", options.seconds,
                  "Render as well as this time allows, from the program's start to the written file")
       ->type_name("SECONDS");
   app.add_option("--error", options.rel_mse,
-                 "Render until the relMSE is about this, by an estimate of its own")
+                 "Render until the picture's own estimate of its relMSE is about this")
       ->type_name("RELMSE");
   app.add_flag("--variance{" + std::string(kDefaultRenders) + "}", raw.variance,
-               "Render in COUNT independent parts (default: 16), and write the variance of the "
-               "picture that they tell as channels variance.R, .G, .B, for kinome-compare")
+               "Render in COUNT independent parts (default: 16), and write the picture's variance, "
+               "as they show it, as channels variance.R, .G, .B, for kinome-compare")
       ->type_name("[=COUNT]");
   app.add_option("--checkpoint", options.checkpoint,
                  "Keep what is finished in this file, until the picture is written")
@@ -148,30 +148,30 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--every", options.every, "Seconds between two checkpoints; default: 60")
       ->type_name("SECONDS");
   app.add_flag("--resume", options.resume,
-               "Go on from the checkpoint; without one, begin at the beginning")
+               "Continue from the checkpoint if there is one")
       ->disable_flag_override();
   app.add_flag("--lenient", options.lenient,
-               "Render without what of Mitsuba's isn't here; exit status 0, not 3, where plugins gave "
-               "values that can't be")
+               "Render without those of Mitsuba's features that aren't here; exit status 0, not 3, if "
+               "plugins gave impossible values")
       ->disable_flag_override();
   app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")
       ->type_name("[=json]");
   app.add_flag("--check", options.check,
-               "In place of rendering: list all mistakes in the scene and the files that it names, "
+               "Instead of rendering, list all mistakes in the scene and in the files that it names, "
                "with their places")
       ->disable_flag_override();
   app.add_option("--inspect", raw.inspect,
-                 "In place of rendering: where the pixel's light samples go, as picture and table")
+                 "Instead of rendering, show where the pixel's light samples go, as a picture and a table")
       ->type_name("X,Y");
   app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image")
       ->disable_flag_override();
-  app.add_option("--exposure", options.exposure, "Of the PNG, in stops; default: 0")
+  app.add_option("--exposure", options.exposure, "Exposure of the PNG, in stops; default: 0")
       ->type_name("STOPS");
 }
 
 void declare_plugin_options(CLI::App& app, Options& options) {
-  app.add_option("--plugin-path", options.plugin_paths, "Folder of more plugins (repeat)")
+  app.add_option("--plugin-path", options.plugin_paths, "Another folder of plugins (repeat for more)")
       ->type_name("FOLDER")
       ->allow_extra_args(false);
   app.add_option("--isa", options.isa,
@@ -182,29 +182,29 @@ void declare_plugin_options(CLI::App& app, Options& options) {
 
 void declare_list(CLI::App& app, Options& options) {
   app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
-  app.add_flag("--markdown", options.markdown, "As a table in Markdown; of one plugin, a page")
+  app.add_flag("--markdown", options.markdown, "Print a table in Markdown, or a page about one plugin")
       ->disable_flag_override();
-  app.add_flag("--mitsuba", options.mitsuba, "All of Mitsuba's plugins: which there are here")
+  app.add_flag("--mitsuba", options.mitsuba, "List all of Mitsuba's plugins, and which of them there are here")
       ->disable_flag_override();
 }
 
 void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
-  app.add_option("PLUGIN", options.plugin_name, "Name, CATEGORY/NAME, or path of CATEGORY/NAME.so")
+  app.add_option("PLUGIN", options.plugin_name, "Name, CATEGORY/NAME, or the path of CATEGORY/NAME.so")
       ->required();
   app.add_option("-D,--define", raw.defines,
-                 "A parameter of the plugin; a VALUE that begins with '<' is XML (repeat)")
+                 "A parameter of the plugin; a VALUE that begins with '<' is XML (repeat for more)")
       ->type_name("PARAMETER=VALUE")
       ->allow_extra_args(false);
-  app.add_option("--only", options.only, "Of all checks this one (repeat)")
+  app.add_option("--only", options.only, "Run only this check (repeat for more)")
       ->type_name("CHECK")
       ->allow_extra_args(false);
-  app.add_option("--except", options.except, "All checks but this one (repeat)")
+  app.add_option("--except", options.except, "Leave out this check (repeat for more)")
       ->type_name("CHECK")
       ->allow_extra_args(false);
   app.add_option("--against", options.against,
-                 "Of an integrator: another one whose pictures are to be the same")
+                 "For an integrator: another one whose pictures must show the same light")
       ->type_name("NAME");
-  app.add_option("--effort", options.effort, "Random samples, as a factor; default: 1")
+  app.add_option("--effort", options.effort, "Take this many times the usual number of random samples; default: 1")
       ->type_name("FACTOR")
       ->check(CLI::Range(0.01, 1000.));
   app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
@@ -214,9 +214,9 @@ void declare_new(CLI::App& app, Options& options) {
   app.add_option("CATEGORY", options.category,
                  "bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture")
       ->required();
-  app.add_option("NAME", options.plugin_name, "Of the plugin")->required();
-  app.add_option("--output", options.folder, "Folder to be made; default: NAME")
-      ->type_name("DIR");
+  app.add_option("NAME", options.plugin_name, "Name of the plugin")->required();
+  app.add_option("--output", options.folder, "Folder that is made; default: NAME")
+      ->type_name("FOLDER");
 }
 
 void interpret_budget(const CLI::App& app, const RawOptions& raw, Options& options) {
@@ -341,9 +341,9 @@ struct OptionsParser::Language {
     if (command != Options::Command::kNewPlugin) declare_plugin_options(app, options);
     switch (command) {
       case Options::Command::kRender:
-        describe("kinome", "Renders a scene.\nkinome plugins [NAME]: lists plugins, those of a\n"
-                           "category, or the parameters of one.\nkinome check PLUGIN: whether a "
-                           "plugin is right.\nkinome new CATEGORY NAME: begins a plugin.");
+        describe("kinome", "Renders a scene.\nkinome plugins [NAME]: lists all plugins, those of a\n"
+                           "category, or the parameters of one.\nkinome check PLUGIN: checks "
+                           "whether a plugin is right.\nkinome new CATEGORY NAME: starts a plugin.");
         declare(app, options, raw);
         declare_page("--man", "Print the manual page, for man -l", man_page);
         declare_page("--completion", "Print what completes command lines in bash", bash_completion);
@@ -354,13 +354,14 @@ struct OptionsParser::Language {
         declare_list(app, options);
         break;
       case Options::Command::kCheckPlugin:
-        describe("kinome check", "Whether a plugin does what its category must, one line a check;\n"
-                                 "exit status 1 where it doesn't.");
+        describe("kinome check", "Checks whether a plugin does what its category must, and prints\n"
+                                 "one line for each check; exit status 1 if any fails, 2 if the\n"
+                                 "command line is wrong.");
         declare_check(app, options, raw);
         break;
       case Options::Command::kNewPlugin:
-        describe("kinome new", "Makes a folder with a plugin's source, CMakeLists.txt, a scene and\n"
-                               "a test, to begin with.");
+        describe("kinome new", "Makes a folder with the source of a new plugin, a CMakeLists.txt,\n"
+                               "a scene and tests, to start from.");
         declare_new(app, options);
         break;
     }
@@ -420,6 +421,10 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
 
 std::optional<Options> parse_options(int argc, const char* const* argv) {
   return OptionsParser().parse(argc, argv);
+}
+
+int failure_status_of(int argc, const char* const* argv) {
+  return command_word(argc, argv).first.command == Options::Command::kCheckPlugin ? 2 : 1;
 }
 
 void warn_of_missing_folders(const Options& options) {

@@ -74,6 +74,10 @@ class OptionsParser {
 /// Error for a command line that makes no sense.
 std::optional<Options> parse_options(int argc, const char* const* argv);
 
+/// The exit status of a command that can't do what its command line asks for: 2 for `kinome check`,
+/// whose status 1 says that the plugin is wrong, and 1 for all others.
+int failure_status_of(int argc, const char* const* argv);
+
 /// Of each place to look for plugins or files that is no folder: a mistake as a rule, but a list of
 /// places may be meant for several machines.
 void warn_of_missing_folders(const Options& options);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "check/given_parameters.h"
 #include "check/request.h"
 #include "check/subject.h"
 #include "kinome/error.h"
@@ -30,14 +31,16 @@ void add_checks_of_category(const Subject& subject, Plan& plan) {
 int check_plugin(const Request& request) {
   set_log_level(LogLevel::kQuiet);  // extremes of parameters may be warned of
   const Subject subject(request);
-  fmt::print("{}: {}\n", subject.title(), subject.plugin().doc);
-  Plan plan(request);
-  add_parameter_checks(subject, plan);
-  try {
-    add_checks_of_category(subject, plan);
-  } catch (const Error&) {
-    // It can't be made as it is, which the first check tells.
+  Request asked = request;
+  const bool is_made = can_be_made(subject);
+  if (!is_made) {  // nothing else can be checked
+    asked.only = {"defaults"};
+    asked.except.clear();
   }
+  fmt::print("{}: {}\n", subject.title(), subject.plugin().doc);
+  Plan plan(asked);
+  add_parameter_checks(subject, plan);
+  if (is_made) add_checks_of_category(subject, plan);
   return plan.run() == 0 ? 0 : 1;
 }
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "check/given_parameters.h"
 #include "check/subject.h"
 #include "check/surroundings.h"
 #include "kinome/error.h"
@@ -60,7 +61,7 @@ Values values_of(const Parameter& parameter) {
 const char* fault_of(const Error& error) {
   if (error.message().empty()) return "an error without a message";
   if (std::string(error.what()).find('\n') != std::string::npos) return "an error of several lines";
-  if (error.message().starts_with("plugin '")) return "an exception that is no kinome::Error";
+  if (is_foreign_exception(error)) return "an exception that is no kinome::Error";
   const bool has_place = error.where().line > 0 || !error.askers().empty();
   return has_place ? nullptr : "an error without a place";
 }

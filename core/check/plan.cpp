@@ -32,6 +32,14 @@ struct Shared {
 };
 Shared* shared = nullptr;
 
+void share_memory() {
+  if (shared) return;
+  void* const memory = mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE,
+                            MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw Error("out of memory");
+  shared = static_cast<Shared*>(memory);
+}
+
 template <size_t N>
 void copy(const std::string& text, char (&to)[N]) {
   const size_t length = std::min(text.size(), N - 1);
@@ -45,9 +53,9 @@ std::string line_of(std::string text) {
   return text;
 }
 
-Outcome outcome_of(const std::function<Outcome(double)>& run, double alpha) {
+Outcome outcome_of(const std::function<Outcome()>& run) {
   try {
-    return run(alpha);
+    return run();
   } catch (const std::exception& error) {
     Outcome outcome;
     outcome.fail(std::string("an exception: ") + error.what());
@@ -68,14 +76,21 @@ Outcome ended_by(int signal) {
   return outcome;
 }
 
-Outcome run_apart(const std::function<Outcome(double)>& run, double alpha) {
+}  // namespace
+
+void note_attempt(const std::string& what) {
+  if (shared) copy(what, shared->attempt);
+}
+
+Outcome run_apart(const std::function<Outcome()>& run) {
+  share_memory();
   std::memset(static_cast<void*>(shared), 0, sizeof *shared);
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child < 0) throw Error(std::string("can't start a process: ") + std::strerror(errno));
   if (child == 0) {
     alarm(kMostSeconds);
-    const Outcome outcome = outcome_of(run, alpha);
+    const Outcome outcome = outcome_of(run);
     shared->passed = outcome.passed;
     copy(outcome.measured, shared->measured);
     copy(outcome.cause, shared->cause);
@@ -96,21 +111,11 @@ Outcome run_apart(const std::function<Outcome(double)>& run, double alpha) {
   return {shared->passed, shared->measured, shared->cause};
 }
 
-}  // namespace
-
-void note_attempt(const std::string& what) {
-  if (shared) copy(what, shared->attempt);
-}
-
 void Plan::add(std::string name, int tests, std::function<Outcome(double)> run) {
   checks_.push_back({std::move(name), tests, std::move(run)});
 }
 
 int Plan::run() const {
-  void* const memory = mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE,
-                            MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) throw Error("out of memory");
-  shared = static_cast<Shared*>(memory);
   std::vector<std::string> names;
   int tests = 0;
   for (const Check& check : checks_) {
@@ -125,11 +130,12 @@ int Plan::run() const {
       throw Error(fmt::format("there is no check '{}' of this plugin (there are {})", name, list));
     }
   }
+  const double alpha = kFalseAlarms / std::max(tests, 1);
   int count = 0, failed = 0;
   for (const Check& check : checks_) {
     if (request_.except.count(check.name)) continue;
     if (!request_.only.empty() && !request_.only.count(check.name)) continue;
-    const Outcome outcome = run_apart(check.run, kFalseAlarms / std::max(tests, 1));
+    const Outcome outcome = run_apart([&] { return check.run(alpha); });
     ++count;
     failed += !outcome.passed;
     const std::string text =
@@ -140,8 +146,6 @@ int Plan::run() const {
   }
   fmt::print("{} of {} checks failed; of a sound plugin one does in 1 of {:.0f} runs\n", failed,
              count, 1 / kFalseAlarms);
-  munmap(memory, sizeof(Shared));
-  shared = nullptr;
   return failed;
 }
 

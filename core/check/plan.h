@@ -25,6 +25,10 @@ struct Outcome {
 /// Tells what is being tried, should the plugin crash at it.
 void note_attempt(const std::string& what);
 
+/// Runs it in a process of its own, where it may crash or never end: that, and an exception, is an
+/// outcome that failed.
+Outcome run_apart(const std::function<Outcome()>& run);
+
 /// The checks of one plugin.
 class Plan {
  public:

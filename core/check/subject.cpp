@@ -138,6 +138,16 @@ Subject::Subject(const Request& request) : request_(request) {
     throw Error(fmt::format("-D: {} has no parameter '{}'{}", title(), name,
                             near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
   }
+  if (!request.against.empty()) {
+    if (category_ != Category::kIntegrator) {
+      throw Error(fmt::format("--against: {} is no integrator", title()));
+    }
+    try {
+      registry_->find(category_, request.against);
+    } catch (const Error& error) {
+      throw Error("--against: " + error.message());
+    }
+  }
   for (const Parameter& parameter : plugin_->parameters) {
     if (parameter.required && !is_given(parameter) &&
         needed_xml(parameter).empty()) {
@@ -189,8 +199,10 @@ std::string Subject::xml(const std::string& more, const std::string& changed,
     if (name == changed) continue;
     const auto row = std::find_if(plugin_->parameters.begin(), plugin_->parameters.end(),
                                   [&name = name](const Parameter& p) { return p.name == name; });
+    text += '\n';
     text += row == plugin_->parameters.end() ? value : parameter_xml(*row, value);
   }
+  if (!request_.parameters.empty()) text += '\n';
   for (const Parameter& parameter : plugin_->parameters) {
     if (!parameter.required || parameter.name == changed) continue;
     // Of several BSDFs two, which is what those need that need more than one.

@@ -24,8 +24,8 @@ class Subject {
   PluginRegistry& registry() const { return *registry_; }
   int samples(int usual) const;
 
-  /// Its element, with the parameters of the request; `changed` is given another value, which is
-  /// XML as a whole (see parameter_xml), and `more` is nested in it.
+  /// Its element, with the parameters of the request, each on a line of its own; `changed` is given
+  /// another value, which is XML as a whole (see parameter_xml), and `more` is nested in it.
   std::string xml(const std::string& more = "", const std::string& changed = "",
                   const std::string& value_xml = "") const;
 

@@ -173,21 +173,45 @@ class OwnPlugins(unittest.TestCase):
 
 
 class CommandLines(unittest.TestCase):
-    def test_mistakes_are_one_line(self):
+    def mistake(self, words, status, said):
+        with self.subTest(words=words):
+            result = subprocess.run([PROGRAM, *words], capture_output=True, text=True)
+            self.assertEqual(result.returncode, status, result.stdout + result.stderr)
+            self.assertIn(said, result.stderr)
+            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+            self.assertNotIn("FAULT", result.stdout)
+
+    def test_what_check_cannot_check(self):
         for words, said in (
-                (["check", "diffus"], "no plugin is named 'diffus'; did you mean 'diffuse'?"),
-                (["check", "diffuse", "-D", "reflectans=1"], "did you mean 'reflectance'?"),
-                (["check", "diffuse", "--only", "enrgy"], "there is no check 'enrgy'"),
-                (["check", "nowhere/a.so"], "expected PLUGINS/CATEGORY/NAME.so"),
-                (["check", "envmap"], "needs a value for 'filename'"),
-                (["check"], "PLUGIN is required"),
-                (["new", "emiter", "sky"], "did you mean 'emitter'?"),
-                (["new", "emitter", "Sky"], "'Sky': a plugin's name is of small letters")):
-            with self.subTest(words=words):
-                result = subprocess.run([PROGRAM, *words], capture_output=True, text=True)
-                self.assertEqual(result.returncode, 1)
-                self.assertIn(said, result.stderr)
-                self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+                (["diffus"], "no plugin is named 'diffus'; did you mean 'diffuse'?"),
+                (["diffuse", "-D", "reflectans=1"], "did you mean 'reflectance'?"),
+                (["diffuse", "-D", "reflectance=red"], "-D reflectance=red: "),
+                (["sphere", "-D", "center=0 0 0", "-D", "radius=wide"], "-D radius=wide: "),
+                (["sphere", "-D", "center=0 0", "-D", "radius=1"], "-D center=0 0: "),
+                (["roughplastic", "-D", "alpha=-1"], "-D alpha=-1: 'alpha' must not be negative"),
+                (["roughplastic", "-D", "distribution=phong"], "-D distribution=phong: "),
+                (["bumpmap", "-D", "bsdf=<bsdf type='difuse'/>"],
+                 "-D bsdf=<bsdf type='difuse'/>: "),
+                (["bumpmap", "-D", "bsdf=<bsdf"], "malformed XML"),
+                (["hdrfilm", "-D", "crop_width=10", "-D", "crop_offset_x=5", "-D", "width=12"], "-D"),
+                (["ply", "-D", "filename=no/such.ply"], "-D filename=no/such.ply: "),
+                (["diffuse", "--against", "path"], "--against: bsdf/diffuse is no integrator"),
+                (["direct", "--against", "pathh"], "--against: "),
+                (["diffuse", "--only", "enrgy"], "there is no check 'enrgy'"),
+                (["diffuse", "--ony", "energy"], "did you mean '--only'?"),
+                (["diffuse", "-D", "reflectance"], "-D: expected KEY=VALUE"),
+                (["nowhere/a.so"], "expected PLUGINS/CATEGORY/NAME.so"),
+                (["envmap"], "needs a value for 'filename'"),
+                ([], "PLUGIN is required")):
+            self.mistake(["check", *words], 2, said)
+
+    def test_names_that_new_refuses(self):
+        for words, said in (
+                (["emiter", "sky"], "did you mean 'emitter'?"),
+                (["emitter", "Sky"], "'Sky': a plugin's name consists of small letters"),
+                (["bsdf", "diffuse"], "there is a plugin bsdf/diffuse already"),
+                (["sampler", "ldsampler"], "there is a plugin sampler/ldsampler already")):
+            self.mistake(["new", *words], 1, said)
 
 
 if __name__ == "__main__":

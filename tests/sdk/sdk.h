@@ -90,11 +90,14 @@ class Sdk : public ::testing::Test {
   static ProcessResult configure(const std::string& prefix, const std::string& build,
                                  const std::string& source = std::string(KINOME_TEST_SOURCE) +
                                                              "/tests/sdk/project") {
-    std::string flags;
-    if (std::string(KINOME_TEST_SANITIZER) == "asan") flags = "-fsanitize=address,undefined";
-    if (std::string(KINOME_TEST_SANITIZER) == "tsan") flags = "-fsanitize=thread";
     return run_process({KINOME_TEST_CMAKE, "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_PREFIX_PATH=" + prefix,
-                        "-DCMAKE_CXX_COMPILER=" KINOME_TEST_CXX, "-DCMAKE_CXX_FLAGS=" + flags});
+                        "-DCMAKE_CXX_COMPILER=" KINOME_TEST_CXX, "-DCMAKE_CXX_FLAGS=" + flags()});
+  }
+  /// What the compiler needs for the package's sanitizers.
+  static std::string flags() {
+    const std::string sanitizer = KINOME_TEST_SANITIZER;
+    if (sanitizer == "asan") return "-fsanitize=address,undefined";
+    return sanitizer == "tsan" ? "-fsanitize=thread" : "";
   }
 
   /// Of an instruction set that plugins usually are not built for.
