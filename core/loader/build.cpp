@@ -45,60 +45,12 @@ bool is_of_mitsubas_working(Category category, const std::string& name) {
   });
 }
 
-bool takes(const PluginDescriptor& plugin, Category category) {
-  return std::any_of(plugin.parameters.begin(), plugin.parameters.end(), [&](const auto& row) {
-    return row.type == ParameterType::kObject && row.category == category;
-  });
-}
-
 /// The parameter that a texture of any name, or none, is meant for.
 std::optional<std::string> row_of_any_texture(const PluginDescriptor& plugin) {
   for (const Parameter& row : plugin.parameters) {
     if (row.type == ParameterType::kObject && row.category == Category::kTexture) return row.name;
   }
   return std::nullopt;
-}
-
-bool has_object(const Properties& props, Category category) {
-  return std::any_of(props.entries().begin(), props.entries().end(), [&](const auto& entry) {
-    const auto* object = std::get_if<std::shared_ptr<Object>>(&entry.second.value);
-    return object && category_of(**object) == category;
-  });
-}
-
-/// Why a lamp gives no light, though nothing is wrong with its numbers; "": it does.
-const char* why_dark(const Shape& shape) {
-  constexpr float kLeastSize = 0x1p-22f;  // four units of rounding, at most, at a distance of 1
-  if (!(shape.area() > 0)) return "this lamp has no area: it gives no light";
-  const Aabb box = shape.bounds();
-  const float distance = max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi)));
-  if (max_component(box.extent()) > kLeastSize * distance) return "";
-  return "this lamp is so small, as far from the origin as it is, that rounding decides whether it "
-         "gives any light";
-}
-
-/// Of the attributes that textures of the shape read.
-void check_attributes(const Shape& shape, const Location& where) {
-  for (const std::string& name : shape.wanted_attributes()) {
-    const auto found = shape.attribute(name);
-    const std::string reads = "a texture of this shape reads the attribute '" + name + "', which ";
-    if (!found) throw Error(where, reads + "the shape doesn't have");
-    const uint32_t size = found->attribute->size;
-    if (size != 1 && size != 3) {
-      throw Error(where, reads + "has " + std::to_string(size) + " numbers, expected 1 or 3");
-    }
-  }
-}
-
-/// Of a texture that a light without a surface has.
-void check_no_attribute(const Object& object, const Location& where) {
-  for (const auto& part : object.nested()) {
-    const auto* const texture = dynamic_cast<const Texture*>(part.get());
-    if (texture && !texture->attribute().empty()) {
-      throw Error(where, "this emitter is no surface of a mesh, whose attribute '" +
-                             texture->attribute() + "' its texture could read");
-    }
-  }
 }
 
 }  // namespace
@@ -350,65 +302,6 @@ std::shared_ptr<Object> Builder::stand_in(const Node& node) {
   check(node);
   if (category_of_tag(node.tag) == Category::kBsdf) return make_black_bsdf();
   return make_uniform_texture(Rgb(kStandIn));
-}
-
-void Builder::warn_of_dark_lamp(const Shape& shape, const Location& where) {
-  constexpr int kMostTold = 5;
-  const std::string why = why_dark(shape);
-  if (why.empty() || ++dark_lamps_ > kMostTold + 1) return;
-  const bool is_last = dark_lamps_ > kMostTold;
-  log_warn(Error(where, is_last ? why + "; what else is so is not told" : why).what());
-}
-
-std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_where) {
-  const PluginDescriptor& plugin =
-      registry_.find(props.category(), props.plugin_name(), type_where);
-  const std::string name = std::string(to_string(props.category())) + "/" + props.plugin_name();
-  if (std::find(plugins_.begin(), plugins_.end(), name) == plugins_.end()) plugins_.push_back(name);
-  add_default_children(props, plugin);
-  auto object = registry_.create(props);
-  made_.push_back(name);
-  if (const auto* const emitter = dynamic_cast<const Emitter*>(object.get())) {
-    if (!emitter->is_surface()) check_no_attribute(*object, props.where());
-  }
-  if (props.category() != Category::kShape) return object;
-
-  auto& shape = dynamic_cast<Shape&>(*object);
-  // What it is made of has its own.
-  if (dynamic_cast<const ShapeGroup*>(&shape) || !shape.parts().empty()) return object;
-  check_attributes(shape, props.where());
-  if (shape.emitter()) warn_of_dark_lamp(shape, props.where());
-  if (shape.bsdf_pointer()) return object;
-  if (shape.emitter()) {
-    shape.set_bsdf(make_black_bsdf());
-  } else {
-    Properties diffuse(Category::kBsdf, "diffuse", props.where());
-    shape.set_bsdf(std::dynamic_pointer_cast<Bsdf>(create(diffuse, props.where())));
-  }
-  return object;
-}
-
-/// What Mitsuba gives to a sensor or film that lacks it, as if the scene said so.
-void Builder::add_default_children(Properties& props, const PluginDescriptor& plugin) {
-  struct Default {
-    Category parent;
-    Category child;
-    const char* plugin;
-  };
-  constexpr Default kDefaults[] = {
-      {Category::kSensor, Category::kFilm, "hdrfilm"},
-      {Category::kSensor, Category::kSampler, "independent"},
-      {Category::kFilm, Category::kReconstructionFilter, "gaussian"},
-  };
-  for (const Default& missing : kDefaults) {
-    if (missing.parent != props.category() || !takes(plugin, missing.child) ||
-        has_object(props, missing.child)) {
-      continue;
-    }
-    Properties child(missing.child, missing.plugin, props.where());
-    props.set("_default_" + std::string(to_string(missing.child)), create(child, props.where()),
-              props.where());
-  }
 }
 
 std::shared_ptr<const std::vector<std::string>> Builder::folders(const Node& node) {
