@@ -1,35 +1,18 @@
 #include "options.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <iostream>
-#include <limits>
-#include <set>
 
 // CLI11 takes longer to compile than the rest of the program: nothing else includes it.
 #include <CLI/CLI.hpp>
 
+#include "interpret_options.h"
 #include "kinome/error.h"
-#include "kinome/log.h"
 #include "line_width.h"
 #include "option_pages.h"
 
 namespace kinome::app {
 namespace {
-
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  size_t begin = 0;
-  while (begin <= text.size()) {
-    const size_t end = std::min(text.find(separator, begin), text.size());
-    if (end > begin) parts.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
-}
 
 /// CLI11's own messages may span lines; a mistake on the command line takes one.
 std::string first_line(const std::string& text) {
@@ -94,18 +77,6 @@ std::pair<CommandWord, int> command_word(int argc, const char* const* argv) {
   return {{"", Options::Command::kRender}, 0};
 }
 
-/// As text from CLI11, before it is checked and taken apart.
-struct RawOptions {
-  std::vector<std::string> defines;
-  std::vector<std::string> search_paths;
-  std::string stats;
-  std::string inspect;
-  std::string variance;
-  std::string seed;
-};
-
-constexpr uint32_t kLeastRenders = 4;  ///< with fewer, a variance says next to nothing
-constexpr uint32_t kMostRenders = 1024;
 constexpr const char* kDefaultRenders = "16";
 
 void declare(CLI::App& app, Options& options, RawOptions& raw) {
@@ -219,107 +190,6 @@ void declare_new(CLI::App& app, Options& options) {
       ->type_name("FOLDER");
 }
 
-void interpret_budget(const CLI::App& app, const RawOptions& raw, Options& options) {
-  const auto check = [&](const std::string& name, double value) {
-    if (app.count(name) == 0) return;
-    if (!(value > 0 && std::isfinite(value))) {
-      throw Error(name + ": must be a finite number greater than 0, got " +
-                  app.get_option(name)->results().back());
-    }
-    if (options.inspect) throw Error(name + ": there is nothing to render with --inspect");
-  };
-  check("--time", options.seconds);
-  check("--error", options.rel_mse);
-  if (app.count("--variance") == 0) return;
-  const char* const end = raw.variance.data() + raw.variance.size();
-  const auto [rest, error] = std::from_chars(raw.variance.data(), end, options.renders);
-  if (error != std::errc{} || rest != end || options.renders < kLeastRenders ||
-      options.renders > kMostRenders) {
-    throw Error("--variance: must be a number from " + std::to_string(kLeastRenders) + " to " +
-                std::to_string(kMostRenders) + ", got '" + raw.variance + "'");
-  }
-  if (options.inspect) throw Error("--variance: there is nothing to render with --inspect");
-}
-
-void check_checkpoint(const CLI::App& app, const Options& options) {
-  if (app.count("--checkpoint") == 0) {
-    for (const char* name : {"--every", "--resume"}) {
-      if (app.count(name) > 0) throw Error(std::string(name) + ": needs --checkpoint FILE");
-    }
-    return;
-  }
-  if (options.checkpoint.empty()) throw Error("--checkpoint: needs the name of a file");
-  if (options.inspect) throw Error("--checkpoint: there is nothing to render with --inspect");
-  if (options.seconds > 0) {
-    throw Error("--checkpoint: what --time renders depends on the clock, and can't be resumed");
-  }
-  if (!(options.every >= 0)) throw Error("--every: must be a number of seconds, 0 or more");
-}
-
-/// Not by CLI11, which takes the nearest number for what is none, or none that fits.
-void interpret_seed(const CLI::App& app, const RawOptions& raw, Options& options) {
-  if (app.count("--seed") == 0) return;
-  const char* const end = raw.seed.data() + raw.seed.size();
-  const auto [rest, error] = std::from_chars(raw.seed.data(), end, options.seed);
-  if (error == std::errc{} && rest == end) return;
-  throw Error("--seed takes an integer from 0 to " +
-              std::to_string(std::numeric_limits<uint64_t>::max()) + ", got '" + raw.seed + "'");
-}
-
-/// CLI11 takes an empty value for 0, or for none.
-void check_that_none_is_empty(const CLI::App& app) {
-  for (const char* const name : {"--output", "--every", "--exposure", "--sensor", "--inspect"}) {
-    if (app.count(name) > 0 && app.get_option(name)->results().back().empty()) {
-      throw Error(std::string(name) + ": its value is empty");
-    }
-  }
-}
-
-void interpret(const CLI::App& app, const RawOptions& raw, Options& options) {
-  for (const std::string& define : raw.defines) {
-    const size_t equals = define.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw Error("-D: expected KEY=VALUE, got '" + define + "'");
-    }
-    const std::string key = define.substr(0, equals);
-    if (!options.defines.emplace(key, define.substr(equals + 1)).second) {
-      throw Error("-D: '" + key + "' is given twice");
-    }
-  }
-  for (const std::string& paths : raw.search_paths) {
-    for (std::string& path : split(paths, ';')) options.search_paths.push_back(std::move(path));
-  }
-  if (raw.stats == "json") {
-    options.stats = StatsFormat::kJson;
-  } else if (raw.stats == "text" || raw.stats == "true") {
-    options.stats = StatsFormat::kText;
-  } else if (!raw.stats.empty()) {
-    throw Error("--stats: expected 'text' or 'json', got '" + raw.stats + "'");
-  }
-  if (!raw.inspect.empty()) {
-    int x = 0, y = 0, used = 0;
-    if (std::sscanf(raw.inspect.c_str(), "%d,%d%n", &x, &y, &used) != 2 ||
-        used != static_cast<int>(raw.inspect.size())) {
-      throw Error("--inspect: expected a pixel as X,Y, got '" + raw.inspect + "'");
-    }
-    options.inspect = Vec2(x, y);
-    if (options.check) throw Error("--inspect: there is nothing to look at with --check");
-    if (options.stats != StatsFormat::kNone) {
-      throw Error("--stats: there are none with --inspect, which doesn't render");
-    }
-  }
-  if (options.command == Options::Command::kCheckPlugin) interpret_seed(app, raw, options);
-  if (options.command == Options::Command::kRender) {
-    check_that_none_is_empty(app);
-    interpret_budget(app, raw, options);
-    check_checkpoint(app, options);
-    interpret_seed(app, raw, options);
-  }
-  const bool has_isa = options.command != Options::Command::kNewPlugin && app.count("--isa") > 0;
-  if (has_isa && options.isa.empty()) throw Error("--isa: its value is empty");
-  if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
-}
-
 /// Breaks what options mean between words, so that it ends where lines do.
 class WrappingFormatter final : public CLI::Formatter {
  public:
@@ -415,7 +285,13 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
     throw Error(complaint_of(app, error) + " (kinome " +
                 (place > 0 ? std::string(command.word) + " " : "") + "--help lists the options)");
   }
-  interpret(app, raw, options);
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->count() == 0) continue;
+    for (const std::string& name : option->get_lnames()) {
+      raw.given["--" + name] = option->results().back();
+    }
+  }
+  interpret(raw, options);
   return options;
 }
 
@@ -425,25 +301,6 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
 
 int failure_status_of(int argc, const char* const* argv) {
   return command_word(argc, argv).first.command == Options::Command::kCheckPlugin ? 2 : 1;
-}
-
-void warn_of_missing_folders(const Options& options) {
-  std::set<std::string> known;
-  const auto check = [&known](const std::string& from, const std::vector<std::string>& folders) {
-    for (const std::string& folder : folders) {
-      std::error_code failed;
-      if (std::filesystem::is_directory(folder, failed) || !known.insert(folder).second) continue;
-      const bool exists = std::filesystem::exists(folder, failed);
-      log_warn(from + " '" + folder + "': " +
-               (exists   ? "this is no folder"
-                : failed ? failed.message()
-                         : "there is no such folder"));
-    }
-  };
-  check("--plugin-path", options.plugin_paths);
-  const char* const variable = std::getenv("KINOME_PLUGIN_PATH");
-  check("KINOME_PLUGIN_PATH", split(variable ? variable : "", ':'));
-  check("--append", options.search_paths);
 }
 
 }  // namespace kinome::app
