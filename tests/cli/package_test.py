@@ -132,6 +132,12 @@ class Packages(unittest.TestCase):
         self.assertEqual(self.completed(program, "--isa", "x86-64-v3"), ["x86-64-v3"])
         self.assertEqual(self.completed(program, "plugins", "roughd"), ["roughdielectric"])
         self.assertEqual(self.completed(program, "plugins", "--mark"), ["--markdown"])
+        self.assertEqual(self.completed(program, "plugins", "bsd"), ["bsdf"])
+        self.assertEqual(self.completed(program, "check", "roughd"), ["roughdielectric"])
+        self.assertEqual(self.completed(program, "check", "bsd"), [])
+        self.assertEqual(self.completed(program, "check", "--only", ""), [])
+        self.assertEqual(self.completed(program, "new", "em"), ["emitter"])
+        self.assertEqual(self.completed(program, "new", "emitter", ""), [])
 
 
 if __name__ == "__main__":
