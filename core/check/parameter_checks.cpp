@@ -20,7 +20,7 @@ struct Values {
 
 const std::vector<std::string>& extreme_numbers() {
   static const std::vector<std::string> numbers = {"0",     "1",    "-1",   "0.5",  "1e-10",
-                                                   "-1e-10", "1e10", "-1e10"};
+                                                   "-1e-10", "1e10", "-1e10", "1e30", "-1e30"};
   return numbers;
 }
 

@@ -68,6 +68,27 @@ inline std::shared_ptr<Texture> nonnegative_texture(const Properties& props,
   return texture;
 }
 
+/// Roughnesses beyond it, whose fourth powers would overflow, are mistakes: at 1e6 microfacets reflect
+/// next to nothing.
+inline constexpr float kMaxRoughness = 1e6f;
+
+inline void check_roughness(const Properties& props, const std::string& name, float least,
+                            float most) {
+  if (!(least >= 0)) {
+    throw props.error(name, "must not be negative, got " + std::to_string(least));
+  }
+  if (!(most <= kMaxRoughness)) {
+    throw props.error(name, "must be at most 1e6, got " + std::to_string(most));
+  }
+}
+/// The alpha of microfacets, or the square root of it.
+inline std::shared_ptr<Texture> roughness_texture(const Properties& props,
+                                                  const std::string& name) {
+  auto texture = props.texture(name);
+  check_roughness(props, name, texture->min(), texture->max());
+  return texture;
+}
+
 /// A direction about the normal, of the diffuse lobe of lobes.
 template <class F, class Lobes>
 KINOME_WIDE BsdfSampleOf<F> diffuse_sample(const Lobes& lobes, const Vec2Of<F>& u2) {

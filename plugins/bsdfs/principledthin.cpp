@@ -34,7 +34,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
 
   explicit PrincipledThin(const Properties& props)
       : base_color_(reflectance_texture(props, "base_color")),
-        roughness_(nonnegative_texture(props, "roughness")),
+        roughness_(roughness_texture(props, "roughness")),
         anisotropic_(share_texture(props, "anisotropic")),
         spec_trans_(share_texture(props, "spec_trans")),
         spec_tint_(share_texture(props, "spec_tint")),

@@ -25,7 +25,7 @@ namespace kinome {
 /// `name`, which comes together with `other`, or alpha.
 inline std::shared_ptr<Texture> alpha_texture(const Properties& props, const char* name,
                                               const char* other) {
-  if (!props.has(name) && !props.has(other)) return nonnegative_texture(props, "alpha");
+  if (!props.has(name) && !props.has(other)) return roughness_texture(props, "alpha");
   if (props.has("alpha")) {
     throw props.error("alpha", "excludes alpha_u and alpha_v: give either, not both");
   }
@@ -34,7 +34,7 @@ inline std::shared_ptr<Texture> alpha_texture(const Properties& props, const cha
       throw props.error(wanted, "is missing: alpha_u and alpha_v come together");
     }
   }
-  return nonnegative_texture(props, name);
+  return roughness_texture(props, name);
 }
 
 }  // namespace kinome

@@ -89,9 +89,7 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
  private:
   static float valid_alpha(const Properties& props) {
     const float alpha = props.real("alpha");
-    if (!(alpha >= 0) || !std::isfinite(alpha)) {
-      throw props.error("alpha", "must not be negative, got " + std::to_string(alpha));
-    }
+    check_roughness(props, "alpha", alpha, alpha);
     return alpha;
   }
 

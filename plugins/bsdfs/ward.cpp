@@ -162,8 +162,8 @@ class Ward final : public wide::FormulaBsdf<Ward> {
   };
 
   static std::shared_ptr<Texture> alpha(const Properties& props, const char* name) {
-    auto common = nonnegative_texture(props, "alpha");
-    return props.has(name) ? nonnegative_texture(props, name) : common;
+    auto common = roughness_texture(props, "alpha");
+    return props.has(name) ? roughness_texture(props, name) : common;
   }
 
   ReflectancePair reflectances_;
