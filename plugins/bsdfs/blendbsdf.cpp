@@ -29,8 +29,7 @@ class Blend final : public Bsdf {
   }
 
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
-    const float weight = clamped_share(weight_.at(si));
-    const float second = second_probability(mask, weight);
+    const auto [weight, second] = shares_of(mask, weight_.at(si));
     const BsdfValue a = nested_[0]->eval_pdf(si, mask, wo), b = nested_[1]->eval_pdf(si, mask, wo);
     BsdfValue value{a.f * (1 - weight) + b.f * weight, a.pdf * (1 - second) + b.pdf * second};
     if (!(value.pdf > 0)) return {};
@@ -39,8 +38,7 @@ class Blend final : public Bsdf {
 
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                    const Vec2& u2) const override {
-    const float weight = clamped_share(weight_.at(si));
-    const float second = second_probability(mask, weight);
+    const auto [weight, second] = shares_of(mask, weight_.at(si));
     const bool is_second = u1 < second;
     const float own = is_second ? u1 / second : (u1 - second) / (1 - second);
     auto sample =
@@ -100,11 +98,17 @@ class Blend final : public Bsdf {
     return {nested[0], nested[1]};
   }
 
-  /// Of a sample of the lobes in `mask`.
+  /// What the second BSDF has of the light, and of the samples.
   template <class F>
-  F second_probability(Lobe mask, const F& weight) const {
-    if (!any(mask & nested_[1]->lobes())) return F(0.f);
-    return any(mask & nested_[0]->lobes()) ? weight : F(1.f);
+  struct Shares {
+    F weight, probability;
+  };
+  /// By the value of the texture; of samples of the lobes in `mask`.
+  template <class F>
+  Shares<F> shares_of(Lobe mask, const F& value) const {
+    const F weight = clamped_share(value);
+    if (!any(mask & nested_[1]->lobes())) return {weight, F(0.f)};
+    return {weight, any(mask & nested_[0]->lobes()) ? weight : F(1.f)};
   }
 
   /// Both at query.wo.
@@ -122,8 +126,7 @@ class Blend final : public Bsdf {
     nested_[0]->shade_block(points, asked, first);
     nested_[1]->shade_block(points, asked, other);
     wide::for_lanes(points.count, [&](size_t i) {
-      const Float weight = clamped_share(weights[i]);
-      const Float second = second_probability(query.lobes, weight);
+      const auto [weight, second] = shares_of(query.lobes, weights[i]);
       const Float sum =
           Float::load(pdf + i) * (1.f - second) + Float::load(other.pdf + i) * second;
       const wide::Rgb value =
@@ -146,7 +149,7 @@ class Blend final : public Bsdf {
     asked.u1 = columns[12];
     for (const bool is_second : {false, true}) {
       wide::for_lanes(points.count, [&](size_t i) {
-        const Float split = second_probability(query.lobes, clamped_share(weights[i]));
+        const Float split = shares_of(query.lobes, weights[i]).probability;
         const Float u1 = Float::load(query.u1 + i);
         const Float own = is_second ? u1 / split : (u1 - split) / (1.f - split);
         // Of the other's samples, which nobody takes, any number.
@@ -155,7 +158,7 @@ class Blend final : public Bsdf {
       nested_[is_second]->shade_block(points, asked, is_second ? second : answer);
     }
     wide::for_lanes(points.count, [&](size_t i) {
-      const Float split = second_probability(query.lobes, clamped_share(weights[i]));
+      const Float split = shares_of(query.lobes, weights[i]).probability;
       const wide::Mask take = Float::load(query.u1 + i) < split;
       const auto choose_of = [&](float* to, const float* from) {
         select(take, Float::load(from + i), Float::load(to + i)).store(to + i);
@@ -172,8 +175,7 @@ class Blend final : public Bsdf {
     sampled.wo = answer.wo;
     evaluate_block(points, sampled, weights, f, pdf);
     wide::for_lanes(points.count, [&](size_t i) {
-      const Float weight = clamped_share(weights[i]);
-      const Float split = second_probability(query.lobes, weight);
+      const auto [weight, split] = shares_of(query.lobes, weights[i]);
       const wide::Mask is_second = Float::load(query.u1 + i) < split;
       const Float share = select(is_second, weight / split, (1.f - weight) / (1.f - split));
       const wide::Mask is_delta = Float::load(answer.is_delta + i) > 0.f;

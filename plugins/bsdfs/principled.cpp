@@ -35,29 +35,21 @@ class Principled final : public wide::FormulaBsdf<Principled> {
   static constexpr bool kSeenFromBehind = true;
 
   explicit Principled(const Properties& props)
-      : base_color_(reflectance_texture(props, "base_color")),
-        roughness_(roughness_texture(props, "roughness")),
-        anisotropic_(share_texture(props, "anisotropic")),
-        spec_trans_(share_texture(props, "spec_trans")),
-        spec_tint_(share_texture(props, "spec_tint")),
-        sheen_(nonnegative_texture(props, "sheen")),
-        sheen_tint_(share_texture(props, "sheen_tint")),
-        flatness_(share_texture(props, "flatness")),
+      : common_(props),
         metallic_(share_texture(props, "metallic")),
         clearcoat_(nonnegative_texture(props, "clearcoat")),
         clearcoat_gloss_(share_texture(props, "clearcoat_gloss")),
         diffuse_rate_(sampling_rate(props, "diffuse_reflectance_sampling_rate")),
         main_rate_(sampling_rate(props, "main_specular_sampling_rate")),
         clearcoat_rate_(sampling_rate(props, "clearcoat_sampling_rate")) {
-    transmits_ = scatters_through_ = spec_trans_->max() > 0 && metallic_->min() < 1;
+    transmits_ = scatters_through_ = common_.spec_trans->max() > 0 && metallic_->min() < 1;
     eta_ = read_eta(props, transmits_);
     if (transmits_) relative_index_ = eta_;
     lobes_ = metallic_->min() < 1 ? Lobe::kDiffuse | Lobe::kGlossy : Lobe::kGlossy;
   }
 
   auto inputs() const {
-    return std::tie(base_color_, roughness_, anisotropic_, spec_trans_, spec_tint_, sheen_,
-                    sheen_tint_, flatness_, metallic_, clearcoat_, clearcoat_gloss_);
+    return std::tuple_cat(common_.tied(), std::tie(metallic_, clearcoat_, clearcoat_gloss_));
   }
   template <class F, class Fn>
   void with_lobes(Lobe mask, const Fn& fn) const {
@@ -66,18 +58,18 @@ class Principled final : public wide::FormulaBsdf<Principled> {
                     const F& sheen_tint, const F& flatness, const F& metallic, const F& clearcoat,
                     const F& clearcoat_gloss) {
       return Lobes<F>(*this, mask, wi,
-                      {base_color, roughness, anisotropic, clamped_share(spec_trans), spec_tint,
-                       sheen, sheen_tint, flatness, clamped_share(metallic), clearcoat,
-                       clamped_share(clearcoat_gloss)});
+                      {{base_color, roughness, anisotropic, clamped_share(spec_trans), spec_tint,
+                        sheen, sheen_tint, flatness},
+                       clamped_share(metallic), clearcoat, clamped_share(clearcoat_gloss)});
     });
   }
 
-  Rgb albedo(const SurfaceInteraction& si) const override { return base_color_.at(si); }
+  Rgb albedo(const SurfaceInteraction& si) const override { return common_.base_color.at(si); }
   /// Estimates by the cosine with the surface.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    const Rgb base = base_color_.at(si);
+    const Rgb base = common_.base_color.at(si);
     const float metallic = clamped_share(metallic_.at(si));
-    const float spec_trans = clamped_share(spec_trans_.at(si));
+    const float spec_trans = clamped_share(common_.spec_trans.at(si));
     const float glass = (1 - metallic) * spec_trans;
     const float cosine = std::clamp(si.wi.z, -1.f, 1.f);
     const float mirrored = dielectric_boundary(cosine, eta_).reflectance;
@@ -85,7 +77,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
     const auto bounded = [](const Rgb& c) { return glm::min(c, Rgb(1.f)); };
     if (!(cosine > 0)) return {Rgb(0.f), bounded(Rgb(glass * mirrored) + through)};
     // Sheen and coat reflect little but at grazing angles.
-    return {bounded((1 - metallic) * ((1 - spec_trans) * base + Rgb(0.1f * sheen_.at(si)))),
+    return {bounded((1 - metallic) * ((1 - spec_trans) * base + Rgb(0.1f * common_.sheen.at(si)))),
             bounded((1 - metallic) * Rgb(mirrored) + metallic * base + through +
                     Rgb(0.01f * clearcoat_.at(si) + 0.01f * mirrored))};
   }
@@ -117,10 +109,8 @@ class Principled final : public wide::FormulaBsdf<Principled> {
   }
 
   template <class F>
-  struct Point {
-    RgbOf<F> base_color;
-    F roughness, anisotropic, spec_trans, spec_tint, sheen, sheen_tint, flatness, metallic,
-        clearcoat, clearcoat_gloss;
+  struct Point : principled::Point<F> {
+    F metallic, clearcoat, clearcoat_gloss;
   };
 
   template <class F>
@@ -280,9 +270,8 @@ class Principled final : public wide::FormulaBsdf<Principled> {
     F diffuse_probability_, main_probability_, coat_probability_;
   };
 
-  ColorInput base_color_;
-  NumberInput roughness_, anisotropic_, spec_trans_, spec_tint_, sheen_, sheen_tint_, flatness_,
-      metallic_, clearcoat_, clearcoat_gloss_;
+  principled::Inputs common_;
+  NumberInput metallic_, clearcoat_, clearcoat_gloss_;
   float diffuse_rate_, main_rate_, clearcoat_rate_;
   float eta_ = 1;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "batch.h"
@@ -53,6 +54,33 @@ inline float sampling_rate(const Properties& props, const char* name) {
 }
 
 namespace principled {
+
+/// The textures of both plugins.
+struct Inputs {
+  explicit Inputs(const Properties& props)
+      : base_color(reflectance_texture(props, "base_color")),
+        roughness(roughness_texture(props, "roughness")),
+        anisotropic(share_texture(props, "anisotropic")),
+        spec_trans(share_texture(props, "spec_trans")),
+        spec_tint(share_texture(props, "spec_tint")),
+        sheen(nonnegative_texture(props, "sheen")),
+        sheen_tint(share_texture(props, "sheen_tint")),
+        flatness(share_texture(props, "flatness")) {}
+
+  auto tied() const {
+    return std::tie(base_color, roughness, anisotropic, spec_trans, spec_tint, sheen, sheen_tint,
+                    flatness);
+  }
+
+  ColorInput base_color;
+  NumberInput roughness, anisotropic, spec_trans, spec_tint, sheen, sheen_tint, flatness;
+};
+/// Their values at a point.
+template <class F>
+struct Point {
+  RgbOf<F> base_color;
+  F roughness, anisotropic, spec_trans, spec_tint, sheen, sheen_tint, flatness;
+};
 
 /// (1 - cosine)^5, of Schlick's approximation to Fresnel's formulas.
 template <class F>

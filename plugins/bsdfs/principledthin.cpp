@@ -33,29 +33,21 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
   static constexpr bool kSeenFromBehind = true;
 
   explicit PrincipledThin(const Properties& props)
-      : base_color_(reflectance_texture(props, "base_color")),
-        roughness_(roughness_texture(props, "roughness")),
-        anisotropic_(share_texture(props, "anisotropic")),
-        spec_trans_(share_texture(props, "spec_trans")),
-        spec_tint_(share_texture(props, "spec_tint")),
-        sheen_(nonnegative_texture(props, "sheen")),
-        sheen_tint_(share_texture(props, "sheen_tint")),
-        flatness_(share_texture(props, "flatness")),
+      : common_(props),
         diff_trans_(share_texture(props, "diff_trans", 2)),
         eta_(eta_texture(props)),
         diffuse_rates_{sampling_rate(props, "diffuse_reflectance_sampling_rate"),
                        sampling_rate(props, "diffuse_transmittance_sampling_rate")},
         glossy_rates_{sampling_rate(props, "specular_reflectance_sampling_rate"),
                       sampling_rate(props, "specular_transmittance_sampling_rate")} {
-    const bool is_glossy = spec_trans_->max() > 0;
+    const bool is_glossy = common_.spec_trans->max() > 0;
     transmits_ = scatters_through_ = is_glossy || diff_trans_->max() > 0;
     lobes_ = (is_glossy ? Lobe::kGlossy : Lobe::kNone) |
-             (spec_trans_->min() < 1 ? Lobe::kDiffuse : Lobe::kNone);
+             (common_.spec_trans->min() < 1 ? Lobe::kDiffuse : Lobe::kNone);
   }
 
   auto inputs() const {
-    return std::tie(base_color_, roughness_, anisotropic_, spec_trans_, spec_tint_, sheen_,
-                    sheen_tint_, flatness_, diff_trans_, eta_);
+    return std::tuple_cat(common_.tied(), std::tie(diff_trans_, eta_));
   }
   template <class F, class Fn>
   void with_lobes(Lobe mask, const Fn& fn) const {
@@ -63,21 +55,22 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
                     const F& anisotropic, const F& spec_trans, const F& spec_tint, const F& sheen,
                     const F& sheen_tint, const F& flatness, const F& diff_trans, const F& eta) {
       return Lobes<F>(*this, mask, wi,
-                      {base_color, roughness, anisotropic, clamped_share(spec_trans), spec_tint,
-                       sheen, sheen_tint, flatness, clamped_share(0.5f * diff_trans), eta});
+                      {{base_color, roughness, anisotropic, clamped_share(spec_trans), spec_tint,
+                        sheen, sheen_tint, flatness},
+                       clamped_share(0.5f * diff_trans), eta});
     });
   }
 
-  Rgb albedo(const SurfaceInteraction& si) const override { return base_color_.at(si); }
+  Rgb albedo(const SurfaceInteraction& si) const override { return common_.base_color.at(si); }
   /// Of both sides, as light comes from both.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    const Rgb base = base_color_.at(si);
-    const float glossy = clamped_share(spec_trans_.at(si));
+    const Rgb base = common_.base_color.at(si);
+    const float glossy = clamped_share(common_.spec_trans.at(si));
     const float mirrored =
         fresnel_dielectric(std::min(std::abs(si.wi.z), 1.f), eta_.at(si));
     const auto bounded = [](const Rgb& c) { return glm::min(c, Rgb(1.f)); };
     // Sheen reflects little but at grazing angles.
-    return {bounded((1 - glossy) * (base + Rgb(0.1f * sheen_.at(si)))),
+    return {bounded((1 - glossy) * (base + Rgb(0.1f * common_.sheen.at(si)))),
             bounded(glossy * (Rgb(mirrored + 1e-3f) + (1 - mirrored) * base))};
   }
   Frame reflection_frame(const SurfaceInteraction& si) const override {
@@ -102,9 +95,8 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
   }
 
   template <class F>
-  struct Point {
-    RgbOf<F> base_color;
-    F roughness, anisotropic, spec_trans, spec_tint, sheen, sheen_tint, flatness, diff_trans, eta;
+  struct Point : principled::Point<F> {
+    F diff_trans, eta;
   };
 
   template <class F>
@@ -240,9 +232,8 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
         diffuse_through_probability_;
   };
 
-  ColorInput base_color_;
-  NumberInput roughness_, anisotropic_, spec_trans_, spec_tint_, sheen_, sheen_tint_, flatness_,
-      diff_trans_, eta_;
+  principled::Inputs common_;
+  NumberInput diff_trans_, eta_;
   Rates diffuse_rates_, glossy_rates_;
 };
 

@@ -85,12 +85,8 @@ Count leaving_rays(const Scene& scene, const Placement& placement, int points, b
     EXPECT_GT(si.p_error, 0);
     const float side = glm::dot(si.n, o - si.p) > 0 ? 1.f : -1.f;
     if (outside_only && side < 0) continue;
-    const Frame frame = Frame::from_normal(si.n * side);
     for (int k = 0; k < 4; ++k) {
-      const float z = std::pow(10.f, random.between(-5, 0));
-      const float phi = random.between(0, 2 * kPi);
-      const float r = safe_sqrt(1 - z * z);
-      const Vec3 d = frame.to_world({r * std::cos(phi), r * std::sin(phi), z});
+      const Vec3 d = grazing_direction(random, si.n * side, -5);
       // Rounding of d may have turned a ray of 1e-5 into the surface.
       if (glm::dot(glm::dvec3(d), glm::dvec3(si.n * side)) <= 1e-6) continue;
       batch.push_back(ray_hit(si.ray_origin(d), d));
