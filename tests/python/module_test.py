@@ -419,19 +419,21 @@ class ModuleTest(unittest.TestCase):
 
     def test_who_waits_for_plugins_lets_others_run(self):
         """One thread loads a scene, another waits for what the first one uses, the third runs."""
-        balls = '<shape type="sphere"><ref id="red"/></shape>' * 20000
+        balls = '<shape type="sphere"><ref id="red"/></shape>' * 10000
         self.path.write_text(SCENE.replace("</scene>", balls + "</scene>"))
         loads = threading.Thread(target=self.load)
-        waits = threading.Thread(target=kinome.plugins)
+
+        def look():
+            while loads.is_alive():
+                kinome.plugins()
+        waits = threading.Thread(target=look)
         kinome.plugins()  # they are all open then
         loads.start()
-        time.sleep(0.05)
         waits.start()
         steps = 0
         while loads.is_alive():
-            steps += waits.is_alive()
+            steps += 1
             time.sleep(0.001)
-        loads.join()
         waits.join()
         # With the lock it would have been a handful.
         self.assertGreater(steps, 20)
