@@ -20,7 +20,7 @@ constexpr Parameter kTable[] = {
     KINOME_SUNSKY_PARAMETERS,
     {"sun_direction", ParameterType::kVector, nullptr,
      "Toward the sun, in the world; in place of time and place."},
-    {"year", ParameterType::kInteger, "2010", "The date, by the Gregorian calendar."},
+    {"year", ParameterType::kInteger, "2010", "The date, in the Gregorian calendar."},
     {"month", ParameterType::kInteger, "7", "1 to 12."},
     {"day", ParameterType::kInteger, "10", "From 1 on."},
     {"hour", ParameterType::kFloat, "15", "Of the place's clocks."},
@@ -60,4 +60,4 @@ class SunSkyEmitter final : public SunSky {
 }  // namespace kinome::sunsky
 
 KINOME_PLUGIN(kinome::sunsky::SunSkyEmitter, kinome::Category::kEmitter, "sunsky",
-              "The sun and a cloudless sky, by place and time.", kinome::sunsky::kTable);
+              "The sun and a cloudless sky, for a place and time.", kinome::sunsky::kTable);

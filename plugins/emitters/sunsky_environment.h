@@ -18,7 +18,7 @@ namespace kinome::sunsky {
     {"sun_scale", ParameterType::kFloat, "1", "Factor of the sun's radiance."}, \
     {"sky_scale", ParameterType::kFloat, "1", "Factor of the sky's radiance."}, \
     {"sun_aperture", ParameterType::kFloat, "0.5358", \
-     "Angle that the sun takes in the sky, in degrees; its light is as much at any."}, \
+     "Angle that the sun takes up in the sky, in degrees; its light is the same."},\
     {"complex_sun", ParameterType::kBoolean, "false", \
      "A sun darker at its edge: not here, must be false."}, \
     {"to_world", ParameterType::kTransform, "identity", \

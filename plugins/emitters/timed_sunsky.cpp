@@ -16,15 +16,15 @@ namespace {
 constexpr Parameter kTable[] = {
     KINOME_SUNSKY_PARAMETERS,
     {"window_start_time", ParameterType::kFloat, "7", "Hour at which days begin."},
-    {"window_end_time", ParameterType::kFloat, "19", "Hour at which days end: nobody sees it."},
-    {"start_year", ParameterType::kInteger, "2025", "The first day, by the Gregorian calendar."},
+    {"window_end_time", ParameterType::kFloat, "19", "Hour at which days end; it is only checked."},
+    {"start_year", ParameterType::kInteger, "2025", "The first day, in the Gregorian calendar."},
     {"start_month", ParameterType::kInteger, "1", "1 to 12."},
     {"start_day", ParameterType::kInteger, "1", "From 1 on."},
-    {"end_year", ParameterType::kInteger, nullptr, "Nobody sees it, as the rest of the end."},
-    {"end_month", ParameterType::kInteger, nullptr, "Nobody sees it."},
-    {"end_day", ParameterType::kInteger, nullptr, "Nobody sees it."},
+    {"end_year", ParameterType::kInteger, nullptr, "The last day; it has no effect."},
+    {"end_month", ParameterType::kInteger, nullptr, "It has no effect."},
+    {"end_day", ParameterType::kInteger, nullptr, "It has no effect."},
     {"shutter_open", ParameterType::kFloat, "0", "When the sensor's shutter opens."},
-    {"shutter_close", ParameterType::kFloat, "1", "Nobody sees it."},
+    {"shutter_close", ParameterType::kFloat, "1", "It has no effect."},
 };
 
 class TimedSunSkyEmitter final : public SunSky {

@@ -26,7 +26,7 @@ constexpr Parameter kTable[] = {
     {"bsdf_samples", ParameterType::kInteger, nullptr,
      "BSDF samples alone (default: shading_samples). Not together with shading_samples."},
     {"hide_emitters", ParameterType::kBoolean, "false",
-     "The camera sees no light itself: it looks through surfaces that emit, at a black sky."},
+     "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black."},
 };
 
 void add_light(transport::DirectLight& light, const Scene& scene,

@@ -20,7 +20,7 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"integrator", ParameterType::kObject, nullptr,
-     "What renders; second moments are taken of each.", true, Category::kIntegrator, 16},
+     "What renders; each one's second moments are computed.", true, Category::kIntegrator, 16},
 };
 
 class MomentIntegrator final : public NestingIntegrator {

@@ -11,7 +11,7 @@ namespace {
 constexpr Parameter kTable[] = {
     KINOME_PATH_PARAMETERS,
     {"hide_emitters", ParameterType::kBoolean, "false",
-     "The camera sees no light itself: it looks through surfaces that emit, at a black sky."},
+     "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black."},
 };
 
 class PathPlugin final : public transport::PathIntegrator {

@@ -22,7 +22,7 @@ namespace {
 constexpr Parameter kTable[] = {
     KINOME_PATH_PARAMETERS,
     {"hide_emitters", ParameterType::kBoolean, "false",
-     "Light itself is black to the camera, and hides what lies behind it."},
+     "Emitters look black to the camera, and hide what lies behind them."},
 };
 
 /// Light paths between two passes: bounds the memory of splats that wait for their turn.

@@ -15,7 +15,7 @@ namespace kinome {
 
 inline constexpr Parameter kCurveParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
-     "A text file: x, y, z and radius of a control point a line, blank lines between curves.",
+     "A text file: on each line x, y, z and radius of a control point; blank lines between curves.",
      true},
     {"to_world", ParameterType::kTransform, "identity",
      "From object to world space; radii stay as they are."},

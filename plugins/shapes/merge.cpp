@@ -36,4 +36,4 @@ class Merge final : public Shape {
 }  // namespace
 }  // namespace kinome
 
-KINOME_PLUGIN(kinome::Merge, kinome::Category::kShape, "merge", "Several shapes.", kinome::kTable);
+KINOME_PLUGIN(kinome::Merge, kinome::Category::kShape, "merge", "Several shapes as one.", kinome::kTable);

@@ -1,4 +1,4 @@
-// A spectrum by values at any wavelengths. Mitsuba's RGB variants read it, but refuse to render
+// A spectrum given by values at any wavelengths. Mitsuba's RGB variants read it, but refuse to render
 // with it; here it becomes the colour that a <spectrum> by wavelengths becomes.
 //
 //   <spectrum type="irregular" name="radiance">
@@ -32,4 +32,4 @@ class IrregularSpectrum final : public SpectrumColor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::IrregularSpectrum, kinome::Category::kTexture, "irregular",
-              "A spectrum by values at any wavelengths.", kinome::kTable);
+              "A spectrum given by values at any wavelengths.", kinome::kTable);

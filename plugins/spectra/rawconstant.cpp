@@ -1,4 +1,4 @@
-// A number or three, which are taken as they are, whatever they measure.
+// One number or three, which are taken as they are, whatever they measure.
 //
 //   <texture type="rawconstant" name="alpha"><float name="value" value="0.3"/></texture>
 //   <texture type="rawconstant" name="eta"><vector name="value" value="0.2 0.9 1.1"/></texture>
@@ -28,4 +28,4 @@ class RawConstant final : public OneColor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::RawConstant, kinome::Category::kTexture, "rawconstant",
-              "A number or three, as they are.", kinome::kTable);
+              "One number or three, taken as they are.", kinome::kTable);

@@ -1,4 +1,4 @@
-// A spectrum by values at equal distances. Mitsuba's RGB variants read it, but refuse to render
+// A spectrum given by values at equally spaced wavelengths. Mitsuba's RGB variants read it, but refuse to render
 // with it; here it becomes the colour that a <spectrum> by wavelengths becomes.
 //
 //   <spectrum type="regular" name="radiance">
@@ -35,4 +35,4 @@ class RegularSpectrum final : public SpectrumColor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::RegularSpectrum, kinome::Category::kTexture, "regular",
-              "A spectrum by values at equal distances.", kinome::kTable);
+              "A spectrum given by values at equally spaced wavelengths.", kinome::kTable);

@@ -27,7 +27,7 @@ namespace kinome {
        "Bound on cos cos'/d² between surfaces [1/area], which loses light in corners; 0: none."}, \
   {                                                                                               \
     "hide_emitters", ParameterType::kBoolean, "false",                                            \
-        "The camera sees no light itself: it looks through surfaces that emit, at a black sky."   \
+        "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black."\
   }
 
 /// Of the paths that are rendered, in edges.
