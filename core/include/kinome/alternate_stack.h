@@ -4,9 +4,9 @@
 
 namespace kinome {
 
-/// A stack for signal handlers (SA_ONSTACK) of this thread, as long as it lives: they can then tell
-/// of a stack overflow. The render context's threads have one each. Where there is no memory for
-/// it, or the thread has one, there is none.
+/// A stack on which this thread's signal handlers (SA_ONSTACK) run as long as the object lives, so
+/// that they can report a stack overflow. The render context's threads have one each. There is none
+/// if there is no memory for it, or if the thread has another.
 class KINOME_EXPORT AlternateStack {
  public:
   AlternateStack();

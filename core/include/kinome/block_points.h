@@ -6,7 +6,7 @@
 
 namespace kinome {
 
-/// Point i of a block by itself; its t isn't known.
+/// The interaction at point i of a block; its t isn't known.
 KINOME_EXPORT SurfaceInteraction interaction_of(const SurfaceBlock& points, size_t i);
 
 /// A block of one point.

@@ -17,8 +17,8 @@
 
 namespace kinome {
 
-/// Where a pixel lies along an axis. Adding alone would, far from the origin, round up to the next
-/// pixel's edge now and then, and leave a pixel without its sample.
+/// The places along an axis that belong to a pixel. Mere addition would sometimes, far from the
+/// origin, round up to the next pixel's edge, and leave a pixel without its sample.
 class PixelRange {
  public:
   explicit PixelRange(int pixel)
@@ -50,11 +50,11 @@ struct FilmChannel {
   int value = 0;
   int power = 1;  ///< 1, or a higher one: splats don't count for those
 };
-/// One for each of the layers' own values, in their order.
+/// A channel for each of the layers' own values, in their order.
 KINOME_EXPORT std::vector<FilmChannel> channels_of(
     const std::vector<std::vector<std::string>>& layers);
 
-/// What a layer takes the mean of beside its samples' values: a power of one of them, counted from
+/// What a layer averages besides its samples' values: a power of one of them, counted from
 /// their first (a film's R), or of X, Y or Z (FilmChannel::kX, kY, kZ).
 struct FilmPower {
   int value;

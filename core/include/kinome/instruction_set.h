@@ -6,9 +6,9 @@
 
 #include "kinome/export.h"
 
-/// The least level that has all that the compiler of this file may use by itself. No level has what
-/// came after AVX-512's first parts, which -march=native lets it use where the compiler's own
-/// processor has it.
+/// The lowest level that includes all instructions that the compiler of this file may use by itself.
+/// No level includes what came after the first parts of AVX-512, which the compiler may use by
+/// -march=native if its own processor has it.
 #if !defined(__x86_64__)
 #define KINOME_ABI_ISA "baseline"
 #elif defined(__AVX512VNNI__) || defined(__AVX512VBMI__) || defined(__AVX512VBMI2__) ||     \

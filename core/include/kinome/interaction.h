@@ -9,8 +9,8 @@ namespace kinome {
 
 class Shape;
 
-/// Where a ray toward d starts that leaves the point p of a surface whose normal is n: `error` off
-/// the surface, to the side of d. V is Vec3 or wide::Vec3, F their number.
+/// The origin of a ray toward d that leaves a surface at p, where its normal is n: `error` off the
+/// surface, on the side of d. V is Vec3 or wide::Vec3, F their number.
 template <class V, class F>
 V origin_off_surface(const V& p, const V& n, const F& error, const V& d) {
   using std::copysign;

@@ -15,8 +15,8 @@ KINOME_EXPORT LogLevel log_level();
 KINOME_EXPORT void log_warn(const std::string& message);
 KINOME_EXPORT void log_info(const std::string& message);
 KINOME_EXPORT void log_debug(const std::string& message);
-/// What a reader leaves aside of what a file holds, as by log_info: "FILE: not used: A, B". Told
-/// but once of a file, however often it is read; nothing where `what` is empty.
+/// Logs, as log_info does, what in a file its reader doesn't use: "FILE: not used: A, B". Only once
+/// for each file, however often it is read; not at all if `what` is empty.
 KINOME_EXPORT void log_unused(const std::string& file, const std::vector<std::string>& what);
 
 }  // namespace kinome

@@ -37,7 +37,7 @@ inline bool is_finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// What formulas over plain or wide numbers want of plain ones; kinome/wide has the rest.
+/// What formulas over plain or wide numbers need of plain ones; kinome/wide has the rest.
 namespace plain {
 template <class T>
 T select(bool m, const T& a, const std::type_identity_t<T>& b) {

@@ -8,8 +8,8 @@
 
 namespace kinome {
 
-/// An object of a scene as a program says it, in place of XML: what `<bsdf type="…" id="…">` and
-/// all that stands in it would say. Whatever is wrong with it is told by its `where`.
+/// An object of a scene as a program describes it, in place of XML: what `<bsdf type="…" id="…">` and
+/// all that it contains would say. Errors in it name its `where`.
 struct ObjectDescription {
   /// "bsdf", "shape", …: the tag; "scene" for a whole one, "ref" for what has the same `id`, and
   /// "spectrum" for a value by wavelengths, whose `type` is its text ("400:0.1, 700:0.9").

@@ -19,7 +19,7 @@ constexpr uint32_t shift_right(uint32_t v) {
 }
 }  // namespace bits
 
-/// Least significant bit first.
+/// The bits of v in reverse order.
 template <class U>
 U reverse_bits(U v) {
   using bits::shift_left, bits::shift_right;

@@ -10,7 +10,8 @@
 #include "kinome/parameter.h"
 #include "kinome/properties.h"
 
-/// Raised whenever a public header changes in a way that old binaries can't follow.
+/// The version of all public headers, raised whenever one changes in a way that old binaries can't
+/// follow.
 #define KINOME_INTERFACE_VERSION 17
 
 #define KINOME_STRINGIFY_(x) #x

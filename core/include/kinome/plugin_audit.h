@@ -8,8 +8,8 @@
 
 namespace kinome {
 
-/// Looks at what the plugins of a scene say at some random places that the sensor sees, and tells
-/// of what can't be: values that aren't finite, densities that are negative, exceptions; and at the
+/// Checks what the plugins of a scene return at some random places that the sensor sees, and lists
+/// what is impossible: values that aren't finite, densities that are negative, exceptions; and at the
 /// first 256 places, what doesn't fit together: samples and the densities and values of their
 /// directions, directions that are not of unit length, single values and batches, an environment
 /// and its cell_grid(), densities that samples don't follow. Agreement is up to rounding

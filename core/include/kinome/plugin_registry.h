@@ -11,7 +11,7 @@
 
 namespace kinome {
 
-/// A library that is there and can't be used. However many objects ask for it, it is told once.
+/// A plugin's library exists but can't be used. Reported once, however many objects ask for it.
 class KINOME_EXPORT UnusablePlugin : public Error {
  public:
   using Error::Error;

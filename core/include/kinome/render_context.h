@@ -136,7 +136,7 @@ class KINOME_EXPORT RenderContext {
   std::mutex commit_mutex_;
 };
 
-/// A warning where the scene has no emitter at all: for integrators that show nothing but light.
+/// Warns if the scene has no emitter at all: for integrators that show nothing but light.
 KINOME_EXPORT void warn_without_emitters(const Scene& scene);
 
 /// Prepares the film, renders with the scene's integrator until the context's budget is spent (or

@@ -25,7 +25,7 @@ struct KINOME_EXPORT RenderCounters {
   uint64_t& operator[](RayKind kind) { return rays[static_cast<int>(kind)]; }
 };
 
-/// What people are told of a stage whose time RenderCounters::stage_seconds has. Texts are
+/// How a stage whose time is in RenderCounters::stage_seconds is described to users. Texts are
 /// literals.
 struct Stage {
   const char* name;
@@ -56,8 +56,8 @@ struct Skipped {
   std::string why;
 };
 
-/// What a plugin said that can't be, at `count` of the `looks` places where it was asked after the
-/// render.
+/// Something impossible that a plugin returned at `count` of the `looks` places where it was asked
+/// after the render.
 struct PluginFault {
   std::string plugin;  ///< "bsdf/ward", and the object's id
   std::string what;

@@ -8,7 +8,8 @@
 
 namespace kinome {
 
-/// A fixed number of zeros. Of a large array, what nobody has written takes no memory.
+/// An array of fixed size that holds zeros at first. If it is large, what nobody has written to
+/// takes no memory.
 template <class T>
 class ZeroedArray {
   static_assert(std::is_arithmetic_v<T>);

@@ -7,10 +7,10 @@
 
 namespace kinome {
 
-/// Zeros. Of much memory, what nobody has written takes addresses alone: the system gives pages of
-/// zeros when they are touched. It is asked for huge ones, of 2 MB: small ones take it ten times as
-/// long, most of the time of a small render. What would leave most of a huge page unused is made of
-/// small ones.
+/// Memory that holds zeros at first. If it is large, what nobody has written to takes up addresses
+/// alone: the system supplies pages of zeros when they are touched. It is asked for huge pages, of
+/// 2 MB: small ones take it ten times as long, most of the time of a small render. What would leave
+/// most of a huge page unused consists of small ones.
 class KINOME_EXPORT ZeroedMemory {
  public:
   static constexpr size_t kHugePage = size_t{1} << 21;
