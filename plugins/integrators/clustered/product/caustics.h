@@ -11,14 +11,13 @@ namespace kinome {
 
 /// Light that emitters send to mirrors, and these to what the camera sees, found by paths from the
 /// emitters, which are connected to the sensor where they end (Veach 1997, 10.1; as `ptracer`):
-/// - of lamps without extent, by one mirror or what nearly is one (LocalLight::kBounceDepth): no
-///   ray from the camera meets the lamp, nor is a light point seen by the mirror's lobe;
-/// - of surfaces that emit, and the sky's, by any number of delta lobes, smooth glass included.
-/// Rays
-///   from the camera's surface point find the same (EyeChains). Both have a share, by the balance
-///   heuristic of about the densities that either has: what beams of delta lobes keep, but for the
-///   factor of the media's indices, is area x cosine x solid angle, so that the densities at either
-///   end of a chain can be compared as they are.
+/// - of lamps without extent, by one mirror or what nearly is one (LocalLight::kBounceDepth). No ray
+///   from the camera meets the lamp, and the mirror's lobe shows no light point.
+/// - of surfaces that emit, and of the sky, by any number of delta lobes, those of smooth glass
+///   included. Rays from the camera's surface point find the same (EyeChains). Each has a share, by
+///   the balance heuristic of their approximate densities. Along a chain of delta lobes a beam keeps
+///   its area x cosine x solid angle (but for a factor of the media's indices), so that the
+///   densities at both ends can be compared as they are.
 /// Paths are guided to where earlier ones, which count for nothing else, came to be seen.
 /// Immutable; thread-safe.
 class Caustics {
@@ -33,18 +32,17 @@ class Caustics {
   /// Of all kinds, on average.
   double rays_per_path() const { return rays_per_path_; }
 
-  /// Of light that comes to x, which a ray from the camera meets, along -d (unit, away from x): how
-  /// densely EyeChains look for it, per area x cosine x solid angle, for each primary of a pixel.
-  /// About that: a function of x and d alone. Infinite where nobody but they can find it.
+  /// How densely EyeChains look for light that comes to x, which a ray from the camera meets, along
+  /// -d (unit, away from x): approximately, per area x cosine x solid angle, for one primary of each
+  /// pixel. A function of x and d alone. Infinite where only EyeChains can find the light.
   float eye_density(const SurfaceInteraction& x, const Vec3& d) const;
-  /// The same of paths from the emitter; x: where the light leaves (nullptr:
-  /// the sky), along d.
+  /// The same of paths from the emitter; x: where the light leaves along d (nullptr: the sky).
   float light_density(const Emitter& emitter, const SurfaceInteraction* x, const Vec3& d) const;
   /// Of light that has these densities, what EyeChains are to count.
   static float share_of_eye(float eye_density, float light_density);
 
-  /// Squared deviation of each channel's mean that `count` paths leave, about, told by `tried`
-  /// paths of its own: of the grid's pixels, whose filter is taken to be a box.
+  /// Estimate of each pixel's variance (mean of the channels) after `count` paths, from `tried` paths
+  /// of its own. By the grid's pixels, whose filter is taken to be a box.
   std::vector<float> variance(uint64_t seed, uint32_t tried, double count, const TileGrid& grid,
                               RenderCounters& counters) const;
   /// So many paths, whose light, and number, `film` is told.
