@@ -18,8 +18,8 @@ constexpr uint32_t kBatch = 1024;
 enum Number : uint32_t { kLobe, kLobeX, kLobeY, kLensX, kLensY, kSurvival };
 /// Of the paths that only teach: half as many as there are light points, which go with the budget.
 constexpr uint32_t kLeastPathsOfRound = 512, kMostPathsOfRound = 8192;
-/// By which rays a path are counted.
-constexpr uint32_t kPathsToCount = 2048;
+/// Of those by which rays a path and shares are told, no more than of a round.
+constexpr uint32_t kMostPathsToTell = 2048;
 /// First to mirrors, then to where these send light that is seen.
 constexpr uint64_t kRounds = 3;
 /// Paths for each primary of a pixel, about: both go with the budget.
@@ -94,6 +94,14 @@ void Caustics::for_each_splat(uint64_t seed, uint32_t count, RenderCounters& cou
   });
 }
 
+uint32_t Caustics::paths_of_round() const {
+  return std::clamp(light_.points_of_pass() / 2, kLeastPathsOfRound, kMostPathsOfRound);
+}
+
+uint32_t Caustics::paths_to_tell() const {
+  return std::min(paths_of_round(), kMostPathsToTell);
+}
+
 /// What there is to know before any pass.
 void Caustics::learn(uint64_t seed, RenderCounters& counters) {
   shares_ = light_.caustic_shares(finds_extended_);
@@ -101,32 +109,30 @@ void Caustics::learn(uint64_t seed, RenderCounters& counters) {
   double end = 0;
   for (const float share : shares_) ends_.push_back(end += static_cast<double>(share));
   guide_ = {};
-  const uint32_t paths_of_round =
-      std::clamp(light_.points_of_pass() / 2, kLeastPathsOfRound, kMostPathsOfRound);
   for (uint64_t round = 0; round < kRounds; ++round) {
     std::vector<LightGuide::Use> uses;
     const uint64_t own = hash_words(seed, round);
     if (round == 0) {
-      trace_paths(own, paths_of_round, counters, [&](const Paths& paths) {
+      trace_paths(own, paths_of_round(), counters, [&](const Paths& paths) {
         uses.insert(uses.end(), paths.reflected.begin(), paths.reflected.end());
       });
     } else {
-      for_each_splat(own, paths_of_round, counters,
+      for_each_splat(own, paths_of_round(), counters,
                      [&](const Paths::Splat& splat) { uses.push_back(splat.use); });
     }
     if (uses.empty()) break;
-    guide_ = LightGuide(shares_, uses, paths_of_round);
+    guide_ = LightGuide(shares_, uses, paths_of_round());
     if (!guide_.empty()) ends_ = guide_.ends();
   }
   const auto rays = [&] { return counters[RayKind::kLight] + counters[RayKind::kShadow]; };
   const auto before = rays();
   std::vector<double> used(shares_.size()), unguided(shares_.size());
-  for_each_splat(hash_words(seed, kRounds), kPathsToCount, counters,
+  for_each_splat(hash_words(seed, kRounds), paths_to_tell(), counters,
                  [&](const Paths::Splat& splat) {
                    used[splat.use.source] += static_cast<double>(splat.use.use);
                    unguided[splat.use.source] += static_cast<double>(splat.use.use / splat.guided);
                  });
-  rays_per_path_ = static_cast<double>(rays() - before) / kPathsToCount;
+  rays_per_path_ = static_cast<double>(rays() - before) / paths_to_tell();
   const double pixels = sensor_.film().crop().area();
   for (size_t s = 0; s < shares_.size(); ++s) {
     const double gain = unguided[s] > 0 ? used[s] / unguided[s] : 1.;
@@ -137,7 +143,7 @@ void Caustics::learn(uint64_t seed, RenderCounters& counters) {
 /// Of light of sources that rays can meet.
 bool Caustics::is_worth_finding(uint64_t seed, RenderCounters& counters) const {
   double all = 0, by_light = 0;
-  for_each_splat(seed, kPathsToCount, counters, [&](const Paths::Splat& splat) {
+  for_each_splat(seed, paths_to_tell(), counters, [&](const Paths::Splat& splat) {
     if (light_.is_lamp(splat.use.source) || !splat.is_chain) return;
     const auto value = static_cast<double>(mean_of(splat.value));
     all += value / static_cast<double>(splat.share);
