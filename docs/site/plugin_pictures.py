@@ -18,6 +18,7 @@ FLOOR = """<shape type="rectangle"> <transform name="to_world"> <scale value="12
   <bsdf type="diffuse"> <texture type="checkerboard" name="reflectance">
     <rgb name="color0" value="0.55, 0.53, 0.5"/> <rgb name="color1" value="0.28, 0.29, 0.31"/>
     <transform name="to_uv"> <scale value="12"/> </transform> </texture> </bsdf> </shape>"""
+WIDE_FLOOR = FLOOR.replace('value="12"', 'value="24"')
 BALL = '<shape type="sphere"> <point name="center" x="0" y="0" z="1"/> %s </shape>'
 CLAY = '<bsdf type="roughplastic"> <rgb name="diffuse_reflectance" value="0.6, 0.3, 0.15"/> </bsdf>'
 GROUP = """<shape type="sphere"> <point name="center" x="-0.9" y="0.6" z="0.8"/> <float name="radius" value="0.8"/>
@@ -79,8 +80,11 @@ INSTEAD = {
       <float name="scale" value="40"/> </emitter>"""),
     ("emitter", "directional"): scene(FLOOR + GROUP, DIM + """<emitter type="directional">
       <vector name="direction" x="1" y="1" z="-1.5"/> <rgb name="irradiance" value="3, 2.9, 2.5"/> </emitter>"""),
-    ("emitter", "sunsky"): scene(FLOOR + GROUP, """<emitter type="sunsky"> <float name="hour" value="17.5"/>
+    # Their sky is black below the horizon: the floor fills the picture.
+    ("emitter", "sunsky"): scene(WIDE_FLOOR + GROUP, """<emitter type="sunsky"> <float name="hour" value="15"/>
       <float name="turbidity" value="4"/> </emitter>"""),
+    ("emitter", "timed_sunsky"): scene(WIDE_FLOOR + GROUP, """<emitter type="timed_sunsky">
+      <float name="window_start_time" value="9"/> </emitter>"""),
     ("emitter", "vpl"): scene(FLOOR + GROUP + """<shape type="rectangle"> <transform name="to_world">
       <rotate x="1" angle="90"/> <scale value="4"/> <translate y="2.5"/> </transform> <bsdf type="diffuse">
       <rgb name="reflectance" value="0.7, 0.3, 0.2"/> </bsdf> </shape>""", """<emitter type="vpl">
@@ -251,8 +255,9 @@ def make_files(folder):
     images(folder)
 
 
-# In stops, where the picture would be too bright.
-EXPOSURE = {"blackbody": -14, "d65": -1.5, "depth": -3}
+# In stops, where the picture would be too bright or too dark.
+EXPOSURE = {"blackbody": -14, "d65": -1.5, "depth": -3, "sunsky": 1.5,
+            "timed_sunsky": 1.5}
 
 
 def render(program, files, category, name, example, picture):

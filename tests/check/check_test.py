@@ -6,77 +6,19 @@ import pathlib
 import re
 import struct
 import subprocess
+import sys
 import tempfile
 import unittest
 
+from wrong_plugins import WRONG_PLUGINS, planted
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "docs"))
+import checks  # noqa: E402
+
 BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
 PROGRAM = BUILD / "bin/kinome"
 WRONG = BUILD / "tests/check/plugins"
-
-# What is wrong, the check that must say so, and a part of what it says: one of several ways to.
-WRONG_PLUGINS = {
-    "emitter": [
-        ("scale of 0", "parameters", "scale = \"0\" is taken, but then"),
-        ("exception", "parameters", "an exception that is no kinome::Error"),
-        ("no message", "parameters", "an error without a message"),
-        ("negative", "values", "radiance is negative"),
-        ("length", "values", "not of unit length"),
-        ("twice the density", "density", "sample_direct() returns densities 2 times those of"),
-        ("half density", "sampling", "it is 0.5 times what it must be"),
-        ("one side", "sampling", "samples don't follow pdf_environment()"),
-        ("other radiance", "consistency", "a radiance from sample_direct() that is not"),
-        ("batch", "blocks", "eval_environment_batch() from eval_environment()"),
-        ("grid", "cell_grid", "quads are not bilinear as it says"),
-        ("emission", "emission", "sample_emission() sends out 1.1 times"),
-        ("emission direction", "emission_density", "emission_density()"),
-        ("emission density", "emission_density", "it is 2 times what it must be"),
-        ("extent", "light_points", "an extent that is not positive"),
-    ],
-    "bsdf": [
-        ("twice the density", "density", "sample() returns densities 2 times those of eval_pdf()"),
-        ("weight", "density", "sample() returns weights 1.1 times"),
-        ("half density", "sampling", "it is 0.5 times what it must be"),
-        ("uniform", "sampling", "samples don't follow eval_pdf()"),
-        ("viewer", "reciprocity", "f(wi, wo) isn't f(wo, wi)"),
-        ("too bright", "energy", "more light leaves than arrives: 1.2 times"),
-        ("through", "values", "which transmits_ denies"),
-        ("lobe", "values", "a lobe that is not in lobes_"),
-        ("reflectance", "reflectance", "there is no diffuse part"),
-        ("block", "blocks", "shade_block() has other values than eval_pdf()"),
-        # Sanitizers end the process by themselves.
-        ("crash", "values", "a crash (Segmentation fault)|the program ended"),
-    ],
-    "shape": [
-        ("elsewhere", "interactions", "a p that is not where the ray ends"),
-        ("normal", "interactions", "a normal n that is not of unit length"),
-        ("wi", "interactions", "a wi that is not where the ray came from"),
-        ("length", "segments", "another t for a direction of twice the length"),
-        ("area", "area", "area() is 1.25"),
-        ("quarter", "area", "sample_surface() is not uniform"),
-        ("beyond", "points", "bounds() leaves out"),
-        ("density", "solid_angle", "it is 1.2 times what it must be"),
-        ("block", "sample_blocks", "sample_solid_angle_block() differs"),
-    ],
-    "texture": [
-        ("mean", "mean", "mean() is (0.6, 0.6, 0.6), that of eval() (0.5"),
-        ("max", "values", "max()"),
-        ("uniform", "values", "is_uniform() is true of what isn't"),
-        ("block", "blocks", "eval_block() differs from eval()"),
-    ],
-    "sampler": [
-        ("one", "values", "outside of [0, 1)"),
-        ("uneven", "uniform", "value_1d(0) is not uniform"),
-        ("same dimensions", "independent", "samples of different dimensions are correlated"),
-        ("same pixels", "independent", "samples of different pixels are correlated"),
-        ("block", "blocks", "fill_1d_block()"),
-    ],
-    "rfilter": [
-        ("radius", "values", "beyond the radius"),
-        ("one side", "values", "it is to be symmetric"),
-        ("block", "values", "eval_block()"),
-    ],
-}
 
 # What the project's own plugins are given where they need something, and what they don't claim.
 OWN = {
@@ -125,13 +67,43 @@ class WrongPlugins(unittest.TestCase):
 
     def test_each_fault_is_named(self):
         for category, rows in WRONG_PLUGINS.items():
-            for fault, name, said in rows:
+            for fault, _, name, said in rows:
                 with self.subTest(category=category, fault=fault):
                     status, faults, text = check(WRONG / category / "wrong.so", "-D",
                                                  f"fault={fault}", "--only", name)
                     self.assertEqual(status, 1, text)
                     self.assertEqual(list(faults), [name], text)
                     self.assertTrue(any(way in faults[name] for way in said.split("|")), text)
+
+
+def without_numbers(text):
+    return re.sub(r"[\d.]+", "0", text)
+
+
+class Page(unittest.TestCase):
+    """docs/checks.md, but for the numbers that were measured for it."""
+
+    def test_faults_are_those_of_the_sources(self):
+        self.assertEqual({category: {row[0] for row in rows}
+                          for category, rows in WRONG_PLUGINS.items()}, planted())
+
+    def test_table_is_that_of_the_faults(self):
+        page = (ROOT / "docs/checks.md").read_text("utf-8")
+        shown = checks.rows_of(page)
+        self.assertEqual([row[:4] for row in shown],
+                         [(category, *row[:3]) for category, rows in WRONG_PLUGINS.items()
+                          for row in rows], "python3 docs/checks.py writes the page")
+        for (*_, printed), said in zip(shown, (row[3] for rows in WRONG_PLUGINS.values() for row in rows)):
+            self.assertTrue(any(without_numbers(way) in without_numbers(printed)
+                                for way in said.split("|")), printed)
+
+    def test_transcript_has_the_checks_of_today(self):
+        page = (ROOT / "docs/checks.md").read_text("utf-8")
+        _, _, text = check(WRONG / "emitter/wrong.so")
+        names = re.findall("^  ok +([a-z_]+) ", text, re.MULTILINE)
+        self.assertGreater(len(names), 8)
+        shown = re.findall("^  (?:ok|FAULT) +([a-z_]+) ", page, re.MULTILINE)
+        self.assertEqual(shown, 2 * names, "python3 docs/checks.py writes the page")
 
 
 class OwnPlugins(unittest.TestCase):

@@ -1,0 +1,160 @@
+"""Writes docs/checks.md: what `kinome check` prints of a new plugin, and of plugins that are wrong on
+purpose.
+
+    ninja -C build kinome_renderer tests_check
+    python3 docs/checks.py [BUILD]
+
+BUILD: the build folder; default: build. Takes some ten seconds, most of them for the new plugin's build.
+"""
+import html
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests/check"))
+from wrong_plugins import WRONG_PLUGINS  # noqa: E402
+
+PAGE = ROOT / "docs/checks.md"
+TITLES = {"emitter": "Emitters", "bsdf": "BSDFs", "shape": "Shapes", "texture": "Textures",
+          "sampler": "Samplers", "rfilter": "Filters"}
+SUBJECTS = {"emitter": "A sky that is the same all around", "bsdf": "A white diffuse surface",
+            "shape": "A square", "texture": "A ramp from 0 to 1", "sampler": "Independent random numbers",
+            "rfilter": "A tent"}
+
+BEGIN = """# What `kinome check` finds
+
+<!-- Written by docs/checks.py, which says how. -->
+
+[`kinome check`](writing-plugins.md#is-it-right) tests what a plugin's functions promise: that samples follow
+the density that is told of them, that a block of points has the values of single ones, and so on. This
+page shows what it prints of a sound plugin, and of {count} plugins with a fault each. All of it is real
+output, in which only the folder's path is written as `~`.
+
+## A new plugin
+
+In the folder of a clone that is built, with the tests' plugins (`ninja -C build tests_check`):
+
+"""
+
+WRONG = """
+The first test that `ctest` runs is `kinome check`. By itself, it prints what it measured:
+
+"""
+
+FAULT = """
+## A plugin that is wrong
+
+This sky is sampled evenly, and tells half the density that its samples have. A renderer divides by the
+density, so all that this sky lights would be twice as bright. The check `sampling` names the fault;
+`consistency` and `emission` compare the same density with other functions.
+
+"""
+
+TABLES = """
+The exit status is 1, so that `ctest` fails.
+
+## Every fault that the tests plant
+
+Each of these plugins is right but for the fault that its parameter `fault` names, such as
+`-D 'fault=half density'`. Their sources are {sources}.
+A test runs each of them, and fails if the check below doesn't name the fault, or if it finds one in the
+plugin without it. A fault may fail other checks, too. The numbers are of one run.
+"""
+
+
+class Shell:
+    """Runs commands in a folder, and keeps them with what they print."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def run(self, command, status=0):
+        done = subprocess.run(["sh", "-c", command], cwd=self.folder, text=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, check=False)
+        if done.returncode != status:
+            sys.exit(f"{command}: exit status {done.returncode}\n{done.stdout}")
+        return f"$ {command}\n{done.stdout}".replace(str(self.folder), "~")
+
+    def block(self, *commands, status=0):
+        return "```text\n" + "".join(self.run(command, status) for command in commands) + "```\n"
+
+
+def transcript(build):
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name).resolve()
+        (folder / "build").symlink_to(build)
+        shell = Shell(folder)
+        begun = shell.block(
+            "cmake --install build --prefix kinome-sdk >install.log",
+            "kinome-sdk/bin/kinome new emitter my_sky",
+            "cmake -S my_sky -B my_sky/build -DCMAKE_PREFIX_PATH=$PWD/kinome-sdk",
+            "cmake --build my_sky/build",
+            "ctest --test-dir my_sky/build")
+        right = shell.block("kinome-sdk/bin/kinome check my_sky/build/plugins/emitter/my_sky.so")
+        wrong = shell.block("kinome-sdk/bin/kinome check build/tests/check/plugins/emitter/wrong.so "
+                            "-D 'fault=half density'", status=1)
+    return begun + WRONG + right + FAULT + wrong
+
+
+def sentence_of(build, category, fault, check):
+    command = [str(build / "bin/kinome"), "check",
+               str(build / "tests/check/plugins" / category / "wrong.so"), "-D", f"fault={fault}",
+               "--only", check]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    found = re.search(f"^  FAULT {check} +(.*)$", done.stdout, re.MULTILINE)
+    if not found:
+        sys.exit(f"{shlex.join(command)}: names no fault\n{done.stdout}{done.stderr}")
+    return found.group(1)
+
+
+def cell(text):
+    """Of a table, as it is printed: neither Markdown nor HTML may see anything in it."""
+    return re.sub(r"([\\|*_`\[\]])", r"\\\1", html.escape(text, quote=False))
+
+
+def uncell(text):
+    return html.unescape(re.sub(r"\\(.)", r"\1", text))
+
+
+def tables(build):
+    text = ""
+    for category, rows in WRONG_PLUGINS.items():
+        text += (f"\n### {TITLES[category]}\n\n{SUBJECTS[category]}.\n\n"
+                 "| `fault` | what is wrong | the check | what it prints |\n|---|---|---|---|\n")
+        for fault, wrong, check, _ in rows:
+            printed = cell(sentence_of(build, category, fault, check))
+            text += f"| {fault} | {wrong} | `{check}` | {printed} |\n"
+    return text
+
+
+def rows_of(page):
+    """(category, fault, what is wrong, check, what is printed) of all tables of the page."""
+    rows = []
+    categories = {title: category for category, title in TITLES.items()}
+    for part in re.split("^### ", page, flags=re.MULTILINE)[1:]:
+        category = categories[part.partition("\n")[0]]
+        for line in re.findall(r"^\| (.*) \|$", part, re.MULTILINE)[1:]:
+            fault, wrong, check, printed = line.split(" | ")
+            rows.append((category, fault, wrong, check.strip("`"), uncell(printed)))
+    return rows
+
+
+def main():
+    build = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else
+                         os.environ.get("KINOME_BUILD", ROOT / "build")).resolve()
+    sources = ", ".join(f"[wrong_{category}.cpp](../tests/check/wrong_{category}.cpp)"
+                        for category in WRONG_PLUGINS)
+    count = sum(len(rows) for rows in WRONG_PLUGINS.values())
+    page = (BEGIN.format(count=count) + transcript(build) + TABLES.format(sources=sources)
+            + tables(build))
+    PAGE.write_text(page, "utf-8")
+    print(f"wrote {PAGE}")
+
+
+if __name__ == "__main__":
+    main()
