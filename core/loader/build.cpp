@@ -204,7 +204,7 @@ Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plu
     const bool has_name =
         child.is_broken ? has_certain(child, "name") : child.find("name") != nullptr;
     const std::string name = has_name ? child.value("name") : "";
-    if (has_name && node.is_given(name)) continue;
+    if (has_name && node.is_overridden(name)) continue;
     if (is_object(child)) {
       add_object(child, has_name ? name : "_arg_" + std::to_string(unnamed++), plugin, make, parts);
     } else {

@@ -48,6 +48,8 @@ class Builder {
   const Node* with_id(const std::string& id) const;
   /// The value that the scene's text gives to an object's parameter; nullopt: none.
   std::optional<Properties::Value> written(const Node& node, const Parameter& row);
+  /// The file that a parameter of the node names; "": none is found.
+  std::string file_of(const Node& node, const std::string& name);
   /// What was made of a node; nullptr: nothing was.
   std::shared_ptr<Object> made_of(const Node& node) const;
   using Objects = std::unordered_map<const Node*, std::shared_ptr<Object>>;

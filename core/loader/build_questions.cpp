@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "base/file_search.h"
 #include "loader/build.h"
 #include "loader/convert.h"
 
@@ -23,6 +24,14 @@ std::optional<Properties::Value> Builder::written(const Node& node, const Parame
     }
   }
   return std::nullopt;
+}
+
+std::string Builder::file_of(const Node& node, const std::string& name) {
+  try {
+    return find_file(name, *folders(node), node.where);
+  } catch (const Error&) {
+    return "";
+  }
 }
 
 std::map<const Node*, std::vector<const Node*>> Builder::holders() const {

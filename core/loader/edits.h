@@ -32,7 +32,7 @@ class Dependents {
   std::set<const Node*> to_refit_;
 };
 
-/// Arrays that were set for a mesh.
+/// Arrays that are set for a mesh at once.
 using MeshEdits = std::map<std::string, EditedValue>;
 /// Names of the arrays that a shape has as parameters; none where it is no mesh.
 std::vector<const char*> mesh_arrays(const Object* shape);
@@ -40,8 +40,27 @@ std::vector<const char*> mesh_arrays(const Object* shape);
 EditedValue mesh_array(const Object& shape, const std::string& name);
 /// An Error where the value is none that array `name` could have.
 void check_mesh_array(const std::string& name, const EditedValue& value, const Location& where);
-/// The mesh as edited; returns what undoes that.
-std::function<void()> edit_mesh(Object& shape, const MeshEdits& edits, const Location& where);
+
+/// Which arrays of a mesh are not those of its file any more.
+struct EditedMesh {
+  bool has_positions = false;
+  bool has_uvs = false;
+  bool has_faces = false;
+  /// Whether normals were computed from edited positions or faces.
+  bool has_computed_normals = false;
+  /// Those that were set last, as they were set (a shape normalises them), with nothing computed
+  /// since; nullptr: none were.
+  std::shared_ptr<const std::vector<Vec3>> normals;
+};
+
+/// The mesh as edited; returns what undoes that. `edited`: what was edited so far, which this adds
+/// to.
+std::function<void()> edit_mesh(Object& shape, const MeshEdits& edits, EditedMesh& edited,
+                                const Location& where);
+/// The same edits of a shape that is made once more, from the shape that it was; returns what undoes
+/// that. An Error where they don't fit it any more.
+std::function<void()> carry_over(const Object& former, const EditedMesh& edited, Object& shape,
+                                 const Location& where);
 
 /// Gives to a shape what was made anew of its BSDF and emitter; returns what undoes that. Empty,
 /// and nothing done, where their textures read attributes that the shape hasn't read from its file.

@@ -41,7 +41,8 @@ class Expander {
     if (whole_scene && root.tag != "scene") {
       throw Error(root.where, "the root must be <scene>, not " + quoted_tag(root));
     }
-    upgrade(root, whole_scene, faults_);
+    result_.is_of_old_version |= upgrade(root, whole_scene, faults_);
+    result_.texts[name_] = text;
     files_.push_back(name_);
     const bool is_fine = check_node(root, nullptr, faults_);
     result_.root = expand_node(root, true, is_fine);
@@ -165,7 +166,9 @@ class Expander {
     faults_.note_include(path, attribute.where);
     add_to_hash(text);
     Node root = parse(text, path, faults_);
-    upgrade(root, true, faults_);
+    result_.is_of_old_version |= upgrade(root, true, faults_);
+    result_.texts[path] = text;
+    result_.found[to_string(attribute.where)] = path;
     const bool is_fine = check_node(root, nullptr, faults_);
 
     const auto outer_folders = folders_;
@@ -193,6 +196,7 @@ class Expander {
     for (const std::string& folder : folders) {
       const fs::path path = fs::path(folder) / attribute.value;
       if (!fs::is_directory(path, failed)) continue;
+      result_.found[to_string(attribute.where)] = path.string();
       result_.paths.insert(result_.paths.begin(), path.string());
       return;
     }

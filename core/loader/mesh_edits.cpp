@@ -61,28 +61,66 @@ void check_mesh_array(const std::string& name, const EditedValue& value, const L
                          (is_of_faces ? "face" : "vertex") + ", got " + std::to_string(size));
 }
 
-std::function<void()> edit_mesh(Object& shape, const MeshEdits& edits, const Location& where) {
-  auto& edited = dynamic_cast<MeshShape&>(shape);
-  TriangleMesh mesh = *edited.mesh();
+std::function<void()> edit_mesh(Object& shape, const MeshEdits& edits, EditedMesh& edited,
+                                const Location& where) {
+  auto& mesh_shape = dynamic_cast<MeshShape&>(shape);
+  TriangleMesh mesh = *mesh_shape.mesh();
+  EditedMesh after = edited;
   bool has_normals = false;
   for (const auto& [name, value] : edits) {
     if (name == kFaces) {
       mesh.triangles = unflattened<glm::uvec3>(std::get<std::vector<uint32_t>>(value));
+      after.has_faces = true;
       continue;
     }
     const auto& floats = std::get<std::vector<float>>(value);
-    if (name == kPositions) mesh.positions = unflattened<Vec3>(floats);
-    if (name == kUvs) mesh.uvs = unflattened<Vec2>(floats);
-    if (name != kNormals) continue;
-    mesh.normals = unflattened<Vec3>(floats);
-    has_normals = true;
+    if (name == kPositions) {
+      mesh.positions = unflattened<Vec3>(floats);
+      after.has_positions = true;
+    } else if (name == kUvs) {
+      mesh.uvs = unflattened<Vec2>(floats);
+      after.has_uvs = true;
+    } else {
+      mesh.normals = unflattened<Vec3>(floats);
+      after.normals = std::make_shared<const std::vector<Vec3>>(mesh.normals);
+      has_normals = true;
+    }
   }
   // Texture coordinates alone leave the normals as they are.
   const bool is_same_shape = !edits.count(kPositions) && !edits.count(kFaces);
-  if (!has_normals && !is_same_shape && !mesh.normals.empty()) {
+  const bool computes = !has_normals && !is_same_shape && !mesh.normals.empty();
+  if (computes) {
     mesh.normals.resize(mesh.positions.size(), Vec3(0.f));
+    after.has_computed_normals = true;
+    after.normals = nullptr;
   }
-  return edited.replace_mesh(std::move(mesh), has_normals || is_same_shape, where);
+  auto undo = mesh_shape.replace_mesh(std::move(mesh), !computes, where);
+  edited = std::move(after);
+  return undo;
+}
+
+std::function<void()> carry_over(const Object& former, const EditedMesh& edited, Object& shape,
+                                 const Location& where) {
+  auto& mesh_shape = dynamic_cast<MeshShape&>(shape);
+  const TriangleMesh& before = *dynamic_cast<const MeshShape&>(former).mesh();
+  TriangleMesh mesh = *mesh_shape.mesh();
+  if (edited.has_positions) mesh.positions = before.positions;
+  if (edited.has_uvs) mesh.uvs = before.uvs;
+  if (edited.has_faces) mesh.triangles = before.triangles;
+  const bool computes = edited.has_computed_normals;
+  // Any will do where they are computed, or replaced below.
+  if (computes) mesh.normals.assign(mesh.positions.size(), Vec3(0.f));
+  if (edited.normals && !computes) mesh.normals = *edited.normals;
+  auto undo = mesh_shape.replace_mesh(std::move(mesh), !computes, where);
+  if (!edited.normals || !computes) return undo;
+  // Computing them has decided which side is outside: see MeshShape::replace_mesh().
+  mesh = *mesh_shape.mesh();
+  mesh.normals = *edited.normals;
+  const auto undo_normals = mesh_shape.replace_mesh(std::move(mesh), true, where);
+  return [undo, undo_normals] {
+    undo_normals();
+    undo();
+  };
 }
 
 }  // namespace kinome::loader

@@ -37,8 +37,12 @@ struct Node {
   bool is_broken = false;
   /// Parameters that a program sets, in place of what the text says of them.
   std::vector<ObjectDescription::Value> given = {};
+  /// Parameters that a program takes away, whatever the text says of them.
+  std::vector<std::string> taken = {};
 
   bool is_given(std::string_view name) const;
+  /// Whether what the text says of a parameter doesn't count.
+  bool is_overridden(std::string_view name) const;
   const Attribute* find(std::string_view name) const;
   Attribute* find(std::string_view name) {
     return const_cast<Attribute*>(std::as_const(*this).find(name));
@@ -75,9 +79,9 @@ TagKind kind_of(const Node& node);
 /// whether all is well.
 bool check_node(const Node& node, const Node* parent, Faults& faults);
 
-/// Takes the version off the root and translates files older than 2.0.0. `required`: a mistake
-/// where the root has none.
-void upgrade(Node& root, bool required, Faults& faults);
+/// Takes the version off the root and translates files older than 2.0.0: whether it is one.
+/// `required`: a mistake where the root has none.
+bool upgrade(Node& root, bool required, Faults& faults);
 
 /// A file's nodes with everything textual done.
 struct Expansion {
@@ -85,6 +89,12 @@ struct Expansion {
   std::map<std::string, std::string> aliases;  ///< name -> id or alias
   std::vector<std::string> paths;              ///< of <path>, the latest first
   std::string hash;                            ///< of all text and -D, 16 hex digits
+  /// Of the scene's file and its includes, by the names that places have; empty: a program said it.
+  std::map<std::string, std::string> texts;
+  /// What <include> and <path> name: the place of the name, as to_string() has it, to the file or
+  /// folder that was found.
+  std::map<std::string, std::string> found;
+  bool is_of_old_version = false;  ///< some file is older than 2.0.0, and was translated
   /// By mistakes that are told, these ids are of nothing, and there may be others that nobody
   /// knows.
   std::set<std::string> lost_ids;

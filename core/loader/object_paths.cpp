@@ -1,13 +1,10 @@
 #include "loader/object_paths.h"
 
-#include <functional>
-#include <set>
-
 namespace kinome::loader {
 namespace {
 
 /// An object that stands in another one.
-struct Part {
+struct PartOfNode {
   std::string name;   ///< as it is listed
   std::string given;  ///< by the scene, or ""
   const Node* node;
@@ -18,63 +15,93 @@ std::string numbered(const std::string& name, int i) {
 }
 
 /// Textures go by the parameter that they are of, all else by its category, and what stands in the
-/// scene itself by its id.
-std::vector<Part> parts_of(const Node& node, const Builder& builder) {
-  std::vector<Part> parts;
-  std::map<std::string, int> counts;
+/// scene itself by its id. No two have the same name.
+std::vector<PartOfNode> parts_of(const Node& node, const Builder& builder) {
+  const bool is_scene = node.tag == "scene";
+  std::vector<PartOfNode> parts;
+  std::set<std::string> used;
   for (const Node& child : node.children) {
     if (!is_object(child) || child.is_broken) continue;
+    const std::string given = child.value("name");
+    if (!given.empty() && node.is_overridden(given)) continue;
     const Node* const target = builder.resolved(child);
     if (!target) continue;
-    const std::string given = child.value("name");
+    const std::string id = target->value("id");
     std::string name = target->tag == "texture" ? given : "";
-    if (node.tag == "scene") name = target->value("id").empty() ? given : target->value("id");
-    if (name.empty()) name = numbered(target->tag, counts[target->tag]++);
-    parts.push_back({std::move(name), given, target});
+    if (is_scene) name = id.empty() ? given : id;
+    // What is referred to twice is one object, by one name.
+    const bool is_free = used.insert(name).second || (is_scene && name == id);
+    parts.push_back({is_free ? std::move(name) : "", given, target});
+  }
+  std::map<std::string, int> counts;
+  for (PartOfNode& part : parts) {
+    while (part.name.empty()) {
+      std::string name = numbered(part.node->tag, counts[part.node->tag]++);
+      const Node* const other = is_scene ? builder.with_id(name) : nullptr;
+      if ((!other || other == part.node) && used.insert(name).second) part.name = std::move(name);
+    }
   }
   return parts;
 }
 
 }  // namespace
 
-std::vector<ObjectPaths::Place> ObjectPaths::all() const {
-  std::vector<Place> places;
-  std::set<const Node*> known;
-  const std::function<void(const Node&, const std::string&)> look_at =
-      [&](const Node& node, const std::string& path) {
-        if (!builder_.made_of(node) || !known.insert(&node).second) return;
-        places.push_back({path, &node});
-        for (const Part& part : parts_of(node, builder_)) {
-          const std::string id = part.node->value("id");
-          look_at(*part.node, id.empty() ? path + "." + part.name : id);
-        }
-      };
-  for (const Part& part : parts_of(root_, builder_)) look_at(*part.node, part.name);
-  return places;
+ObjectPaths::ObjectPaths(const Node& root, const Builder& builder)
+    : root_(root), builder_(builder) {
+  add_names(root);
+  for (const PartOfNode& part : parts_of(root, builder)) look_at(*part.node, part.name);
+}
+
+void ObjectPaths::look_at(const Node& node, const std::string& path) {
+  if (!builder_.made_of(node) || !known_.insert(&node).second) return;
+  all_.push_back({unused_path(path, node), &node});
+  listed_.emplace(all_.back().path, &node);
+  const std::string own = all_.back().path;
+  add_names(node);
+  for (const PartOfNode& part : parts_of(node, builder_)) {
+    const std::string id = part.node->value("id");
+    look_at(*part.node, id.empty() ? own + "." + part.name : id);
+  }
+}
+
+/// As names and ids may have dots, "a.b" may be an id, and b in a.
+std::string ObjectPaths::unused_path(const std::string& path, const Node& node) const {
+  for (int i = 0;; ++i) {
+    std::string wanted = numbered(path, i);
+    const Node* const named = builder_.with_id(wanted);
+    if (!listed_.count(wanted) && (!named || named == &node)) return wanted;
+  }
+}
+
+void ObjectPaths::add_names(const Node& node) {
+  Names& names = names_[&node];
+  const std::vector<PartOfNode> parts = parts_of(node, builder_);
+  for (const PartOfNode& part : parts) names.emplace(part.name, part.node);
+  int bsdfs = 0;
+  for (const PartOfNode& part : parts) {
+    if (!part.given.empty()) names.emplace(part.given, part.node);
+    if (part.node->tag != "bsdf" || node.tag != "bsdf") continue;
+    // As Mitsuba calls them.
+    for (const char* const name : {"bsdf_", "brdf_"}) {
+      names.emplace(name + std::to_string(bsdfs), part.node);
+    }
+    ++bsdfs;
+  }
 }
 
 const Node* ObjectPaths::find(const Node& from, std::string_view path) const {
   if (path.empty()) return &from;
-  const std::vector<Part> parts = parts_of(from, builder_);
-  // Names may have dots.
+  const auto names = names_.find(&from);
   for (size_t end = path.size(); end != std::string_view::npos && end > 0;
        end = path.rfind('.', end - 1)) {
     const std::string_view name = path.substr(0, end);
     const std::string_view rest = end == path.size() ? "" : path.substr(end + 1);
-    int bsdfs = 0;
-    for (const Part& part : parts) {
-      bool is_it = name == part.name || (!part.given.empty() && name == part.given);
-      if (part.node->tag == "bsdf" && from.tag == "bsdf") {
-        // As Mitsuba calls them.
-        const bool is_numbered = name.starts_with("bsdf_") || name.starts_with("brdf_");
-        is_it |= is_numbered && name.substr(5) == std::to_string(bsdfs);
-        ++bsdfs;
-      }
-      const Node* const found = is_it ? find(*part.node, rest) : nullptr;
-      if (found) return found;
+    const Node* named = nullptr;
+    if (names != names_.end()) {
+      const auto found = names->second.find(name);
+      if (found != names->second.end()) named = found->second;
     }
-    if (&from != &root_) continue;
-    const Node* const named = builder_.with_id(std::string(name));
+    if (!named && &from == &root_) named = builder_.with_id(std::string(name));
     const Node* const found = named ? find(*named, rest) : nullptr;
     if (found) return found;
   }
@@ -86,9 +113,10 @@ std::vector<std::pair<const Node*, std::string>> ObjectPaths::candidates(
   std::vector<std::pair<const Node*, std::string>> found;
   for (size_t end = path.rfind('.'); end != std::string::npos && end > 0;
        end = path.rfind('.', end - 1)) {
-    if (const Node* const node = find(root_, std::string_view(path).substr(0, end))) {
-      found.emplace_back(node, path.substr(end + 1));
-    }
+    const std::string_view object = std::string_view(path).substr(0, end);
+    const auto listed = listed_.find(object);
+    const Node* const node = listed != listed_.end() ? listed->second : find(root_, object);
+    if (node) found.emplace_back(node, path.substr(end + 1));
   }
   return found;
 }

@@ -1,42 +1,17 @@
 // From the text of a scene file to nodes that know their line and column.
 
+#include <algorithm>
+
 #include <pugixml.hpp>
 
 #include "loader/node.h"
+#include "loader/source_places.h"
 
 namespace kinome::loader {
 namespace {
 
 /// Nodes may be nested this deep in one file: recursion below stays shallow whatever is read.
 constexpr int kDeepestNesting = 100;
-
-/// Turns offsets into lines and columns. Offsets must grow, so that one pass is enough.
-class Places {
- public:
-  Places(const std::string& text, const std::string& file) : text_(text), file_(file) {
-    if (text.starts_with("\xEF\xBB\xBF")) offset_ = 3;  // a byte order mark is no column
-  }
-
-  Location at(size_t offset) {
-    for (; offset_ < offset && offset_ < text_.size(); ++offset_) {
-      const auto c = static_cast<unsigned char>(text_[offset_]);
-      if (c == '\n') {
-        ++line_;
-        column_ = 1;
-      } else if ((c & 0xc0) != 0x80) {  // the later bytes of a UTF-8 character don't count
-        ++column_;
-      }
-    }
-    return {file_, line_, column_};
-  }
-
- private:
-  const std::string& text_;
-  const std::string& file_;
-  size_t offset_ = 0;
-  int line_ = 1;
-  int column_ = 1;
-};
 
 class Converter {
  public:
@@ -79,7 +54,7 @@ class Converter {
   }
 
   const std::string& text_;
-  Places places_;
+  SourcePlaces places_;
   Faults& faults_;
 };
 
@@ -90,6 +65,10 @@ bool Node::is_given(std::string_view name) const {
     if (value.name == name) return true;
   }
   return false;
+}
+
+bool Node::is_overridden(std::string_view name) const {
+  return is_given(name) || std::find(taken.begin(), taken.end(), name) != taken.end();
 }
 
 const Attribute* Node::find(std::string_view name) const {
@@ -122,7 +101,7 @@ Node parse(const std::string& text, const std::string& file, Faults& faults) {
     throw Error(Location{file, 1, 1}, "the file is UTF-16, expected UTF-8");
   }
   if (const size_t nul = text.find('\0'); nul != std::string::npos) {
-    throw Error(Places(text, file).at(nul), "not XML: a byte that is zero");
+    throw Error(SourcePlaces(text, file).at(nul), "not XML: a byte that is zero");
   }
   // As a fragment, which keeps text outside of the root, too.
   constexpr unsigned kFlags = pugi::parse_default | pugi::parse_fragment;
@@ -131,7 +110,7 @@ Node parse(const std::string& text, const std::string& file, Faults& faults) {
       document.load_buffer(text.data(), text.size(), kFlags, pugi::encoding_utf8);
   if (!result) {
     const size_t offset = result.offset > 0 ? static_cast<size_t>(result.offset) : 0;
-    throw Error(Places(text, file).at(offset),
+    throw Error(SourcePlaces(text, file).at(offset),
                 std::string("malformed XML: ") + result.description());
   }
   const pugi::xml_node root = document.document_element();
@@ -140,11 +119,11 @@ Node parse(const std::string& text, const std::string& file, Faults& faults) {
     if (node == root) continue;
     const auto offset = static_cast<size_t>(node.offset_debug());
     throw Error(
-        Places(text, file).at(is_element ? offset - 1 : text.find_first_not_of(" \t\r\n", offset)),
+        SourcePlaces(text, file).at(is_element ? offset - 1 : text.find_first_not_of(" \t\r\n", offset)),
         is_element ? "malformed XML: a second root element"
                    : "malformed XML: text outside of the root element");
   }
-  if (!root) throw Error(Places(text, file).at(0), "malformed XML: no element");
+  if (!root) throw Error(SourcePlaces(text, file).at(0), "malformed XML: no element");
   return Converter(text, file, faults).convert(root, 1);
 }
 

@@ -1,11 +1,11 @@
 #include "kinome/scene_editor.h"
 
-#include <algorithm>
 #include <functional>
 
 #include "base/clock.h"
-#include "loader/edits.h"
-#include "loader/object_paths.h"
+#include "loader/scene_parameters.h"
+#include "loader/scene_update.h"
+#include "loader/scene_writer.h"
 #include "plugin/property_types.h"
 
 namespace kinome {
@@ -13,52 +13,24 @@ namespace {
 
 using loader::Node;
 
-/// What an edit is to the object that it is of; arrays are none of these.
-std::optional<Properties::Value> as_property(const EditedValue& edited) {
-  return std::visit(
-      [](const auto& value) -> std::optional<Properties::Value> {
-        if constexpr (std::is_constructible_v<Properties::Value, decltype(value)>) {
-          return Properties::Value(value);
-        } else {
-          return std::nullopt;
-        }
-      },
-      edited);
-}
-
-EditedValue as_edited(const Properties::Value& property) {
-  return std::visit(
-      [](const auto& value) -> EditedValue {
-        if constexpr (std::is_constructible_v<EditedValue, decltype(value)>) {
-          return value;
-        } else {
-          throw Error("an object is no value");
-        }
-      },
-      property);
-}
-
 /// What can't be, as far as it can be told without the plugin.
-void check_value(const Properties& object, std::span<const Parameter> table, const Parameter& row,
-                 const EditedValue& edited, const Location& where) {
-  const auto value = as_property(edited);
+void check_value(const PluginDescriptor& plugin, const Parameter& row, const EditedValue& edited,
+                 const Location& where) {
+  const auto value = loader::as_property(edited);
   if (!value || !accepts(row.type, *value)) {
     throw Error(where, std::string("'") + row.name + "' must be " + describe(row.type) + ", got " +
                            (value ? describe(*value) : "an array"));
   }
-  Properties alone(object.category(), object.plugin_name(), where);
-  alone.set_table(table);
+  Properties alone(plugin.category, plugin.name, where);
+  alone.set_table(plugin.parameters);
   alone.set(row.name, *value, where);
   if (takes_texture(row.type)) alone.texture(row.name);
   if (row.type == ParameterType::kTransform) alone.transform(row.name);
 }
 
-bool is_shown_as_value(const Parameter& row) {
-  return takes_texture(row.type);
-}
-
 }  // namespace
 
+/// The scene's nodes, what was made of them, and edits that wait for update().
 class SceneEditor::State {
  public:
   State(const LoadOptions& options, PluginRegistry& registry)
@@ -71,12 +43,13 @@ class SceneEditor::State {
     const double plugin_seconds_before = registry_.seconds();
     name_ = name;
     Scene::Contents contents;
-    attempt([&] {
+    loader::run_or_throw(faults_, [&] {
       expansion_ = expand(faults_);
       builder_ = std::make_unique<loader::Builder>(expansion_, loader::base_folders(name, options_),
                                                    registry_, faults_);
       contents = contents_of_scene();
     });
+    parameters_ = std::make_unique<loader::ParameterList>(expansion_.root, *builder_, registry_, name);
     const double load_seconds = seconds_since(start);
     const Clock::time_point build_start = Clock::now();
     scene_ = std::make_shared<const Scene>(std::move(contents), options_.threads);
@@ -102,7 +75,7 @@ class SceneEditor::State {
       builder_->take_made();
     };
     try {
-      attempt([&] {
+      loader::run_or_throw(faults_, [&] {
         node = loader::node_of(integrator, faults_);
         if (node.tag != "integrator") throw Error(node.where, "must be an integrator");
         faults_.check();
@@ -117,234 +90,62 @@ class SceneEditor::State {
     return std::make_shared<const Scene>(std::move(contents), options_.threads, scene_.get());
   }
 
-  std::vector<SceneParameter> parameters() const {
-    std::vector<SceneParameter> all;
-    for (const auto& [path, node] : paths().all()) {
-      const PluginDescriptor& plugin = plugin_of(*node);
-      const std::string name = node->tag + "/" + plugin.name;
-      for (const Parameter& row : plugin.parameters) {
-        if (!has_value(*node, row)) continue;
-        all.push_back({path + "." + row.name + (is_shown_as_value(row) ? ".value" : ""),
-                       to_string(row.type), name, row.doc});
-      }
-      for (const char* const array : loader::mesh_arrays(builder_->made_of(*node).get())) {
-        all.push_back({path + "." + array, "array", name,
-                       std::string(array) == "faces" ? "three vertices of each face, from 0"
-                                                     : "of each vertex, in world space"});
-      }
-    }
-    return all;
-  }
+  const loader::ParameterList& parameters() const { return *parameters_; }
 
-  EditedValue get(const std::string& path) const {
-    const Place place = find(path);
+  std::optional<EditedValue> get(const std::string& path) const {
+    const loader::ParameterList::Place place = parameters_->find(path);
     for (auto edit = pending_.rbegin(); edit != pending_.rend(); ++edit) {
-      if (edit->place.node == place.node && edit->place.name == place.name) return edit->value;
+      if (edit->place == place) return edit->value;
     }
-    if (!place.row) return loader::mesh_array(*builder_->made_of(*place.node), place.name);
-    for (const auto& [name, value, where] : place.node->given) {
-      if (name == place.name) return as_edited(value);
-    }
-    if (const auto value = builder_->written(*place.node, *place.row)) return as_edited(*value);
-    if (holds_object(*place.node, place.name)) {
-      throw Error(place.node->where, "'" + path + "' is a texture");
-    }
-    if (place.row->default_value) return as_edited(parse_default(*place.row));
-    if (place.row->type == ParameterType::kTransform) return Transform();
-    throw Error(place.node->where, "'" + path + "' has no value");
+    return parameters_->value(place);
   }
 
   void set(const std::string& path, EditedValue value) {
-    Place place = find(path);
-    const Location where = where_of(place);
+    loader::ParameterList::Place place = parameters_->find(path);
+    const Location where = loader::ParameterList::where(place);
     if (place.row) {
-      const PluginDescriptor& plugin = plugin_of(*place.node);
-      check_value(Properties(plugin.category, plugin.name, where), plugin.parameters, *place.row,
-                  value, where);
+      check_value(parameters_->plugin_of(*place.node), *place.row, value, where);
     } else {
       loader::check_mesh_array(place.name, value, where);
+    }
+    // Inverted as a file's matrix is, so that a file that says the same gives the same picture.
+    if (auto* const transform = std::get_if<Transform>(&value)) {
+      *transform = Transform(transform->matrix());
     }
     pending_.push_back({std::move(place), std::move(value), where});
   }
 
   SceneChanges update() {
-    const std::vector<Edit> edits = std::exchange(pending_, {});
+    const std::vector<loader::Edit> edits = std::exchange(pending_, {});
     if (edits.empty()) return {};
-    Undo undo(*this);
-    std::set<const Node*> to_make;
-    std::map<Node*, loader::MeshEdits> meshes;
-    for (const Edit& edit : edits) {
-      if (edit.place.row) {
-        undo.keep_given(*edit.place.node);
-        give(*edit.place.node, edit);
-        to_make.insert(edit.place.node);
-      } else {
-        meshes[edit.place.node][edit.place.name] = edit.value;
-      }
+    loader::SceneUpdate update(*builder_, meshes_, faults_);
+    for (const loader::Edit& edit : edits) {
+      update.add(edit, parameters_->plugin_of(*edit.place.node).parameters);
     }
+    Scene::Contents contents = update.make([&] { return contents_of_scene(); });
+    const Scene* const before = update.has_mesh_edits() ? nullptr : scene_.get();
+    auto scene = std::make_shared<const Scene>(std::move(contents), options_.threads, before);
     SceneChanges changes;
-    // Once more where a shape must read its file again, for attributes that it had no use for.
-    while (!make(to_make, meshes, edits, undo, changes)) undo.undo_shapes();
     changes.made = builder_->take_made();
-    undo.commit();
+    changes.refitted = update.refitted();
+    changes.has_new_structure = !scene->shares_structure_with(*scene_);
+    scene_ = std::move(scene);
+    parameters_->forget();
+    update.commit();
     return changes;
   }
 
- private:
-  struct Place {
-    Node* node = nullptr;
-    const Parameter* row = nullptr;  ///< nullptr: an array of a mesh
-    std::string name;
-  };
-  struct Edit {
-    Place place;
-    EditedValue value;
-    Location where;
-  };
-
-  /// Goes back to what was before an update, unless that is through.
-  class Undo {
-   public:
-    explicit Undo(State& state) : state_(state), objects_(state.builder_->objects()) {}
-    ~Undo() {
-      if (is_through_) return;
-      undo_shapes();
-      for (auto& [node, given] : given_) node->given = std::move(given);
-      state_.builder_->take_made();
-    }
-    Undo(const Undo&) = delete;
-    Undo& operator=(const Undo&) = delete;
-    void keep_given(Node& node) { given_.emplace(&node, node.given); }
-    void add(std::function<void()> undo) { shapes_.push_back(std::move(undo)); }
-    void undo_shapes() {
-      for (auto undo = shapes_.rbegin(); undo != shapes_.rend(); ++undo) (*undo)();
-      shapes_.clear();
-      state_.builder_->set_objects(objects_);
-    }
-    void commit() { is_through_ = true; }
-
-   private:
-    State& state_;
-    loader::Builder::Objects objects_;
-    std::map<Node*, std::vector<ObjectDescription::Value>> given_;
-    std::vector<std::function<void()>> shapes_;
-    bool is_through_ = false;
-  };
-
-  template <class Function>
-  void attempt(const Function& function) {
-    faults_ = {};
-    try {
-      faults_.attempt(function);
-    } catch (const loader::Faults::Stop&) {
-    }
-    faults_.check();
+  void save(const std::string& path) const {
+    loader::SavedScene saved(expansion_.root, *builder_, *parameters_, meshes_, path);
+    loader::save_scene(expansion_, name_, options_.defines, saved, path);
   }
 
+ private:
   Scene::Contents contents_of_scene() {
     Scene::Contents contents = builder_->scene(expansion_.root);
     contents.hash = expansion_.hash;
     contents.file = name_;
     return contents;
-  }
-
-  /// False where shapes were added to `to_make`, and all is to be done again.
-  bool make(std::set<const Node*>& to_make, const std::map<Node*, loader::MeshEdits>& meshes,
-            const std::vector<Edit>& edits, Undo& undo, SceneChanges& changes) {
-    loader::Dependents dependents(*builder_);
-    for (const Node* const node : to_make) dependents.add(*node);
-    for (const auto& [node, edited] : meshes) dependents.add_refitted(*node);
-    auto objects = builder_->objects();
-    for (const Node* const node : dependents.to_make()) objects.erase(node);
-    builder_->set_objects(std::move(objects));
-    builder_->take_made();
-    changes.refitted = 0;
-    const size_t before = to_make.size();
-    Scene::Contents contents;
-    attempt([&] {
-      for (const Node* const node : dependents.to_refit()) {
-        if (dependents.to_make().count(node)) continue;
-        const auto shape = std::dynamic_pointer_cast<Shape>(builder_->made_of(*node));
-        auto put_back = loader::refit(*shape, *node, *builder_);
-        if (!put_back) to_make.insert(node);
-        if (put_back) undo.add(std::move(put_back));
-        ++changes.refitted;
-      }
-      faults_.check();
-      if (to_make.size() != before) return;
-      for (const auto& [node, edited] : meshes) {
-        const auto shape = builder_->object(*node);
-        faults_.check();
-        const auto edit = std::find_if(
-            edits.begin(), edits.end(),
-            [edited_node = node](const Edit& e) { return e.place.node == edited_node; });
-        undo.add(loader::edit_mesh(*shape, edited, edit->where));
-      }
-      contents = contents_of_scene();
-    });
-    if (to_make.size() != before) return false;
-    auto scene = std::make_shared<const Scene>(std::move(contents), options_.threads,
-                                               meshes.empty() ? scene_.get() : nullptr);
-    changes.has_new_structure = !scene->shares_structure_with(*scene_);
-    scene_ = std::move(scene);
-    return true;
-  }
-
-  static void give(Node& node, const Edit& edit) {
-    std::erase_if(node.given, [&](const auto& other) { return other.name == edit.place.name; });
-    node.given.push_back({edit.place.name, *as_property(edit.value), edit.where});
-  }
-
-  loader::ObjectPaths paths() const { return {expansion_.root, *builder_}; }
-
-  const PluginDescriptor& plugin_of(const Node& node) const {
-    return registry_.find(*loader::category_of_tag(node.tag), node.value("type"));
-  }
-
-  Place find(const std::string& path) const {
-    for (const auto& [found, rest] : paths().candidates(path)) {
-      if (!builder_->made_of(*found)) continue;
-      const size_t dot = rest.rfind(".value");
-      const bool has_suffix = dot != std::string::npos && dot + 6 == rest.size();
-      const std::string name = has_suffix ? rest.substr(0, dot) : rest;
-      Node* const node = const_cast<Node*>(found);
-      const Parameter* const row = find_row(plugin_of(*node), name);
-      if (row && row->type != ParameterType::kObject && has_suffix <= is_shown_as_value(*row)) {
-        return {node, row, name};
-      }
-      for (const char* const array : loader::mesh_arrays(builder_->made_of(*node).get())) {
-        if (rest == array) return {node, nullptr, array};
-      }
-    }
-    std::vector<std::string> known;
-    for (const SceneParameter& parameter : parameters()) known.push_back(parameter.path);
-    throw Error(Location{name_}, "there is no parameter '" + path + "'" +
-                                     loader::did_you_mean(nearest_name(path, known)));
-  }
-
-  bool holds_object(const Node& node, const std::string& name) const {
-    return !node.is_given(name) &&
-           std::any_of(node.children.begin(), node.children.end(), [&](const Node& child) {
-             return loader::is_object(child) && child.value("name") == name;
-           });
-  }
-
-  bool has_value(const Node& node, const Parameter& row) const {
-    if (row.type == ParameterType::kObject || holds_object(node, row.name)) return false;
-    return row.default_value || row.type == ParameterType::kTransform || node.is_given(row.name) ||
-           std::any_of(node.children.begin(), node.children.end(),
-                       [&](const Node& child) { return child.value("name") == row.name; });
-  }
-
-  /// Where the scene says what is set, or would say it.
-  static Location where_of(const Place& place) {
-    for (const Node& child : place.node->children) {
-      if (child.value("name") == place.name) return child.where;
-    }
-    for (const auto& given : place.node->given) {
-      if (given.name == place.name) return given.where;
-    }
-    return place.node->where;
   }
 
   LoadOptions options_;
@@ -353,8 +154,10 @@ class SceneEditor::State {
   loader::Faults faults_;
   loader::Expansion expansion_;
   std::unique_ptr<loader::Builder> builder_;
+  std::unique_ptr<loader::ParameterList> parameters_;
+  loader::EditedMeshes meshes_;
   std::shared_ptr<const Scene> scene_;
-  std::vector<Edit> pending_;
+  std::vector<loader::Edit> pending_;
 };
 
 SceneEditor::SceneEditor(const std::string& path, const LoadOptions& options,
@@ -393,9 +196,9 @@ std::shared_ptr<const Scene> SceneEditor::scene_with(const ObjectDescription& in
   return state_->scene_with(integrator);
 }
 std::vector<SceneParameter> SceneEditor::parameters() const {
-  return state_->parameters();
+  return state_->parameters().all();
 }
-EditedValue SceneEditor::get(const std::string& path) const {
+std::optional<EditedValue> SceneEditor::get(const std::string& path) const {
   return state_->get(path);
 }
 void SceneEditor::set(const std::string& path, EditedValue value) {
@@ -403,6 +206,9 @@ void SceneEditor::set(const std::string& path, EditedValue value) {
 }
 SceneChanges SceneEditor::update() {
   return state_->update();
+}
+void SceneEditor::save(const std::string& path) const {
+  state_->save(path);
 }
 
 }  // namespace kinome

@@ -86,22 +86,25 @@ int64_t major_version(const Attribute& version) {
 
 }  // namespace
 
-void upgrade(Node& root, bool required, Faults& faults) {
+bool upgrade(Node& root, bool required, Faults& faults) {
   const Attribute* found = root.find("version");
   if (!found) {
-    if (!required) return;
+    if (!required) return false;
     for (const Attribute& attribute : root.attributes) {
       // That it is none of the root's is told when the root is checked.
-      if (!nearest_name(attribute.name, std::array{"version"}).empty()) return;
+      if (!nearest_name(attribute.name, std::array{"version"}).empty()) return false;
     }
     faults.add(root.where, quoted_tag(root) + " needs an attribute 'version', such as '3.0.0'");
-    return;
+    return false;
   }
   const Attribute version = *found;
   root.attributes.erase(root.attributes.begin() + (found - root.attributes.data()));
+  bool is_old = false;
   faults.attempt([&] {
-    if (major_version(version) < 2) upgrade_node(root, faults);
+    is_old = major_version(version) < 2;
+    if (is_old) upgrade_node(root, faults);
   });
+  return is_old;
 }
 
 }  // namespace kinome::loader

@@ -58,19 +58,20 @@ Scene::Scene(Contents contents, unsigned threads, const Scene* before)
       has_surface_emitters_ = true;
     }
   }
-  for (const auto& sensor : contents_.sensors) sensor->set_scene_bounds(bounds_);
   for (Emitter* emitter : all) {
-    emitter->prepare(bounds_);
     (emitter->is_indirect() ? indirect_emitters_ : emitters_).push_back(emitter);
   }
   check_bounces();
   if (before && before->contents_.shapes == contents_.shapes &&
       before->contents_.watertight == contents_.watertight) {
     accelerator_ = before->accelerator_;
-    return;
+  } else {
+    if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
+    accelerator_ = std::make_shared<const Accelerator>(contents_, placed_, threads);
   }
-  if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
-  accelerator_ = std::make_shared<const Accelerator>(contents_, placed_, threads);
+  // Last: of what a former scene has, too, nothing may change where this one can't be.
+  for (const auto& sensor : contents_.sensors) sensor->set_scene_bounds(bounds_);
+  for (Emitter* emitter : all) emitter->prepare(bounds_);
 }
 
 /// Parts may have parts, as a merge's instances have.

@@ -95,7 +95,8 @@ class Editor {
   }
   nb::object get(const std::string& path) const {
     expect_no_update();
-    return from_value(editor_->get(path));
+    const auto value = editor_->get(path);
+    return value ? from_value(*value) : nb::object(nb::none());
   }
   void set(const std::string& path, nb::handle value) {
     expect_no_update();

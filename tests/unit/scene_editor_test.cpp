@@ -235,7 +235,7 @@ TEST_F(SceneEdits, AddUp) {
   const auto editor = open();
   editor->set("sensor.fov", 55.0);
   editor->set("red.bsdf.reflectance", UniformColor{Rgb(0.1f, 0.5f, 0.3f), false, false});
-  EXPECT_EQ(std::get<double>(editor->get("sensor.fov")), 55);
+  EXPECT_EQ(std::get<double>(*editor->get("sensor.fov")), 55);
   editor->update();
   EXPECT_TRUE(editor->update().made.empty());
   // The shape is made anew, and its lamp with it.
@@ -297,7 +297,7 @@ TEST_F(SceneEdits, AreOfWhatIsListed) {
         "floor.bsdf.reflectance.to_uv", "lamp.emitter.radiance.value", "near.to_world"}) {
     EXPECT_EQ(std::count(paths.begin(), paths.end(), path), 1) << path;
   }
-  EXPECT_EQ(std::get<std::vector<uint32_t>>(editor->get("mesh.faces")),
+  EXPECT_EQ(std::get<std::vector<uint32_t>>(*editor->get("mesh.faces")),
             (std::vector<uint32_t>{0, 1, 2, 0, 2, 3}));
   EXPECT_THROW(editor->get("floor.bsdf.reflectance"), Error);
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -16,12 +18,24 @@ using EditedValue =
     std::variant<bool, int64_t, double, std::string, Vec3, UniformColor, Transform,
                  std::shared_ptr<const Image>, std::vector<float>, std::vector<uint32_t>>;
 
-/// One that can be set.
+/// A parameter that can be set, and what a program needs to show it and to let people enter it.
 struct SceneParameter {
-  std::string path;    ///< as "floor.bsdf.reflectance.value"
-  std::string type;    ///< in words: "float", "reflectance texture", "array"
+  std::string path;  ///< as "floor.bsdf.reflectance.value"; no two are the same
+  /// What it takes; nullopt: an array of a mesh.
+  std::optional<ParameterType> kind;
+  std::string type;    ///< the same in words: "float", "reflectance texture", "array"
   std::string plugin;  ///< of the object that it is of: "bsdf/diffuse"
-  std::string doc;
+  std::string doc;     ///< what it means, in a sentence; for choices of a name, which ones
+  /// What it is now: what was set, or what the scene says, or its default. nullopt: nothing of
+  /// these, or an array of a mesh or of pixels, which may be large: see SceneEditor::get().
+  std::optional<EditedValue> value;
+  /// What it is where nothing is set; nullopt: the plugin then does without, or must have it.
+  std::optional<EditedValue> default_value;
+  bool is_set = false;  ///< by the scene or by an edit: otherwise `value` is the default
+  /// What its type allows: [0,1] for each channel of a reflectance. Plugins may allow less, which
+  /// update() tells.
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
 };
 
 /// What an update has made anew; everything else is what it was before.
@@ -66,18 +80,30 @@ class KINOME_EXPORT SceneEditor {
   /// The scene as it is, with another integrator: it shares all else. Throws Errors.
   std::shared_ptr<const Scene> scene_with(const ObjectDescription& integrator);
 
-  /// All that can be set, by the scene's order.
+  /// All that can be set, by the scene's order: of each object all that its plugin's table has, be
+  /// it in the scene's file or not, but for what another object stands for (a texture, whose own
+  /// parameters are listed).
   std::vector<SceneParameter> parameters() const;
-  /// What it was set to, or what the scene says, or its default. Error where there is none of this
-  /// path, or it has no value.
-  EditedValue get(const std::string& path) const;
+  /// What it was set to, or what the scene says, or its default; nullopt where it is none of these.
+  /// Error where there is no parameter of this path, or it is a texture.
+  std::optional<EditedValue> get(const std::string& path) const;
   /// Notes a value for update(). Error, and nothing noted, where there is no parameter of this
-  /// path, or its plugin doesn't take such a value. Arrays of a mesh stay until a parameter of its own is
-  /// set.
+  /// path, or its plugin doesn't take such a value. Pixels (`data`) take the place of a file
+  /// (`filename`), and the other way round. Arrays of a mesh stay until a parameter of its own
+  /// (`to_world`, `filename`, ...) is set.
   void set(const std::string& path, EditedValue value);
   /// Makes the scene anew. Throws Errors where what was set can't be; then the scene is as it was,
   /// and what was noted is forgotten.
   SceneChanges update();
+
+  /// Writes the scene, as it is by the last update, as a file that gives the same picture, to the
+  /// bit. It is the text of the scene's own file, with comments and all that wasn't edited as they
+  /// stand there, but for names of files, which are made relative to the new place; -D become
+  /// values of <default>. Edited meshes and pixels are written beside it, as PLY and EXR files
+  /// "STEM-PATH.ply", and so are includes that hold edits. What can't be said so (a scene that a
+  /// program says, files older than 2.0.0) is written without comments and includes. Throws Error
+  /// where a file can't be written.
+  void save(const std::string& path) const;
 
  private:
   class State;

@@ -1,0 +1,148 @@
+#include "loader/saved_scene.h"
+
+#include <filesystem>
+
+#include "kinome/image.h"
+#include "loader/saved_mesh.h"
+
+namespace kinome::loader {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// For a name of a file: what is no letter, digit or dot becomes an underscore.
+std::string plain_name(const std::string& text) {
+  std::string plain;
+  for (const char c : text) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                          (c >= '0' && c <= '9') || c == '.' || c == '-';
+    plain += is_plain ? c : '_';
+  }
+  return plain.substr(0, 100);
+}
+
+}  // namespace
+
+SavedScene::SavedScene(const Node& root, Builder& builder, const ParameterList& parameters,
+                       const EditedMeshes& meshes, const std::string& path)
+    : builder_(builder), parameters_(parameters), meshes_(meshes) {
+  const fs::path folder = fs::path(path).parent_path();
+  folder_ = (folder.empty() ? fs::path(".") : folder).string();
+  stem_ = fs::path(path).stem().string();
+  for (const auto& [object, node] : parameters.objects()) paths_[node] = object;
+  find_read_files(root);
+  look_at(root);
+}
+
+void SavedScene::find_read_files(const Node& node) {
+  const auto add_file = [&](const std::string& parameter, const std::string& name) {
+    const Parameter* const known = row(node, parameter);
+    if (!known || known->type != ParameterType::kFile) return;
+    std::error_code failed;
+    const std::string file = builder_.file_of(node, name);
+    if (!file.empty()) read_.insert(fs::weakly_canonical(file, failed).string());
+  };
+  for (const Node& child : node.children) {
+    const std::string name = child.value("name");
+    if (is_object(child)) {
+      find_read_files(child);
+    } else if (child.tag == "string" && !node.is_overridden(name) && !meshes_.count(&node)) {
+      add_file(name, child.value("value"));
+    }
+  }
+  for (const auto& given : node.given) {
+    const auto* const text = std::get_if<std::string>(&given.value);
+    if (text && !meshes_.count(&node)) add_file(given.name, *text);
+  }
+}
+
+void SavedScene::look_at(const Node& node) {
+  if (node.tag == "scene" || (node.tag != "ref" && category_of_tag(node.tag))) add(node);
+  for (const Node& child : node.children) look_at(child);
+}
+
+void SavedScene::add(const Node& node) {
+  const auto mesh = meshes_.find(&node);
+  if (mesh == meshes_.end() && node.given.empty() && node.taken.empty()) return;
+  const auto known = paths_.find(&node);
+  const std::string path = known != paths_.end() ? known->second : node.tag;
+  Said said{node.value("type"), {}, {node.taken.begin(), node.taken.end()}};
+  if (mesh != meshes_.end()) {
+    // Its other parameters have done what they do.
+    said.type = "ply";
+    for (const Node& child : node.children) {
+      if (!is_object(child)) said.unsaid.insert(child.value("name"));
+    }
+    const std::string name = new_name(path, ".ply");
+    const auto shape = builder_.made_of(node);
+    said.values = save_mesh(dynamic_cast<const MeshShape&>(*shape), mesh->second,
+                            (fs::path(folder_) / name).string(), name);
+  } else {
+    for (const ObjectDescription::Value& given : node.given) {
+      const auto* const pixels = std::get_if<std::shared_ptr<const Image>>(&given.value);
+      said.unsaid.insert(given.name);
+      if (!pixels) {
+        said.values.push_back(given);
+        auto* const text = std::get_if<std::string>(&said.values.back().value);
+        if (text) *text = relocated_value(node, given.name, *text);
+        continue;
+      }
+      const std::string name = new_name(path, ".exr");
+      write_exr((fs::path(folder_) / name).string(), **pixels, ExrNumber::kFloat, {});
+      said.unsaid.insert("filename");
+      said.values.push_back({"filename", name, given.where});
+    }
+  }
+  for (const auto& value : said.values) said.unsaid.insert(value.name);
+  for (const auto& value : said.values) {
+    const auto* const text = std::get_if<std::string>(&value.value);
+    if (text && text->find('$') != std::string::npos) {
+      throw Error(value.where, "a scene file can't say '" + *text + "': a $ begins a name there");
+    }
+  }
+  said_.emplace(&node, std::move(said));
+}
+
+const SavedScene::Said* SavedScene::find(const Node& node) const {
+  const auto found = said_.find(&node);
+  return found == said_.end() ? nullptr : &found->second;
+}
+
+const Parameter* SavedScene::row(const Node& node, const std::string& name) const {
+  if (!category_of_tag(node.tag)) return nullptr;
+  const PluginDescriptor* const plugin = parameters_.known_plugin_of(node);
+  return plugin ? find_row(*plugin, name) : nullptr;
+}
+
+std::string SavedScene::relocated(const std::string& name, const std::string& found) const {
+  std::error_code failed;
+  if (found.empty() || fs::path(name).is_absolute()) return name;
+  if (fs::equivalent(fs::path(folder_) / name, found, failed)) return name;
+  const fs::path from = fs::weakly_canonical(fs::absolute(folder_, failed), failed);
+  const fs::path to = fs::weakly_canonical(fs::absolute(found, failed), failed);
+  const fs::path way = to.lexically_relative(from);
+  return (way.empty() ? to : way).generic_string();
+}
+
+std::string SavedScene::relocated_value(const Node& node, const std::string& parameter,
+                                        const std::string& name) const {
+  const Parameter* const known = row(node, parameter);
+  if (!known || known->type != ParameterType::kFile) return name;
+  return relocated(name, builder_.file_of(node, name));
+}
+
+std::string SavedScene::new_name(const std::string& name, const std::string& ending) {
+  // What was written beside the same scene before keeps its name.
+  const std::string wanted = (name.starts_with(stem_ + "-") ? "" : stem_ + "-") + plain_name(name);
+  std::string unused = wanted + ending;
+  const auto is_read = [&] {
+    std::error_code failed;
+    return read_.count(fs::weakly_canonical(fs::path(folder_) / unused, failed).string()) > 0;
+  };
+  for (int i = 1; is_read() || !names_.insert(unused).second; ++i) {
+    unused = wanted + "_" + std::to_string(i) + ending;
+  }
+  return unused;
+}
+
+}  // namespace kinome::loader

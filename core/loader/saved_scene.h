@@ -1,0 +1,65 @@
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "loader/scene_parameters.h"
+#include "loader/scene_update.h"
+
+namespace kinome::loader {
+
+/// What an edited scene is to say in a file: for each object, which parameters are not what its
+/// text says of them. Arrays (meshes, pixels) are written to files beside the scene's own, and the
+/// scene then says the names of those. All that it refers to must outlive it.
+class SavedScene {
+ public:
+  /// Writes those files. `path`: of the scene's file. Throws Error where they can't be written.
+  SavedScene(const Node& root, Builder& builder, const ParameterList& parameters,
+             const EditedMeshes& meshes, const std::string& path);
+
+  /// What an object says other than its text.
+  struct Said {
+    std::string type;  ///< its plugin
+    std::vector<ObjectDescription::Value> values;
+    std::set<std::string> unsaid;  ///< of the text: what is one of `values` or is left out
+  };
+  /// nullptr: all is as its text says.
+  const Said* find(const Node& node) const;
+  const std::map<const Node*, Said>& all() const { return said_; }
+  const Parameter* row(const Node& node, const std::string& name) const;
+
+  /// A name of a file, as the scene's text or an edit has it, that the saved scene finds, too:
+  /// `found` is the file that it named, "" if there was none.
+  std::string relocated(const std::string& name, const std::string& found) const;
+  /// The same of a value of an object's, where its parameter is a file; otherwise `name`.
+  std::string relocated_value(const Node& node, const std::string& parameter,
+                              const std::string& name) const;
+  /// The same of a file that a <spectrum> names.
+  std::string relocated_file(const Node& node, const std::string& name) const {
+    return relocated(name, builder_.file_of(node, name));
+  }
+  /// Of the scene, or of an include, for what follows.
+  void set_folder(const std::string& folder) { folder_ = folder; }
+  const std::string& folder() const { return folder_; }
+  /// Of a file beside the saved scene, "STEM-NAME.ending", which no other one has.
+  std::string new_name(const std::string& name, const std::string& ending);
+
+ private:
+  void look_at(const Node& node);
+  void add(const Node& node);
+  void find_read_files(const Node& node);
+
+  Builder& builder_;
+  const ParameterList& parameters_;
+  const EditedMeshes& meshes_;
+  std::string folder_;  ///< with which the names of files begin; "." for the working directory
+  std::string stem_;
+  std::map<const Node*, std::string> paths_;
+  std::map<const Node*, Said> said_;
+  std::set<std::string> names_;
+  std::set<std::string> read_;  ///< files that the scene goes on reading: none is written over
+};
+
+}  // namespace kinome::loader

@@ -1,0 +1,175 @@
+#include "loader/scene_parameters.h"
+
+#include <algorithm>
+#include <set>
+
+#include "loader/edits.h"
+#include "plugin/property_types.h"
+
+namespace kinome::loader {
+namespace {
+
+EditedValue as_edited(const Properties::Value& property) {
+  return std::visit(
+      [](const auto& value) -> EditedValue {
+        if constexpr (std::is_constructible_v<EditedValue, decltype(value)>) {
+          return value;
+        } else {
+          throw Error("an object is no value");
+        }
+      },
+      property);
+}
+
+/// Whether a nested object stands for the parameter.
+bool holds_object(const Node& node, const std::string& name) {
+  return !node.is_overridden(name) &&
+         std::any_of(node.children.begin(), node.children.end(), [&](const Node& child) {
+           return is_object(child) && child.value("name") == name;
+         });
+}
+
+std::string listed_name(const Parameter& row) {
+  return row.name + std::string(takes_texture(row.type) ? ".value" : "");
+}
+
+}  // namespace
+
+std::optional<Properties::Value> as_property(const EditedValue& edited) {
+  return std::visit(
+      [](const auto& value) -> std::optional<Properties::Value> {
+        if constexpr (std::is_constructible_v<Properties::Value, decltype(value)>) {
+          return Properties::Value(value);
+        } else {
+          return std::nullopt;
+        }
+      },
+      edited);
+}
+
+const ObjectPaths& ParameterList::paths() const {
+  if (!paths_) paths_ = std::make_unique<const ObjectPaths>(root_, builder_);
+  return *paths_;
+}
+
+const PluginDescriptor& ParameterList::plugin_of(const Node& node) const {
+  return registry_.find(*category_of_tag(node.tag), node.value("type"));
+}
+
+const PluginDescriptor* ParameterList::known_plugin_of(const Node& node) const {
+  try {
+    return &plugin_of(node);
+  } catch (const Error&) {
+    return nullptr;
+  }
+}
+
+/// Of meshes from files: what others have may be drawn by formulas of their own, which know nothing
+/// of other vertices.
+std::vector<const char*> ParameterList::arrays_of(const Node& node) const {
+  const std::vector<const char*> arrays = mesh_arrays(builder_.made_of(node).get());
+  const auto is_file = [](const Parameter& row) { return row.type == ParameterType::kFile; };
+  const auto table = arrays.empty() ? std::span<const Parameter>() : plugin_of(node).parameters;
+  return std::any_of(table.begin(), table.end(), is_file) ? arrays : std::vector<const char*>();
+}
+
+std::optional<EditedValue> ParameterList::said(const Node& node, const Parameter& row) const {
+  for (const auto& [name, value, where] : node.given) {
+    if (name == row.name) return as_edited(value);
+  }
+  if (node.is_overridden(row.name)) return std::nullopt;
+  const auto written = builder_.written(node, row);
+  return written ? std::optional(as_edited(*written)) : std::nullopt;
+}
+
+SceneParameter ParameterList::described(const Node& node, const Parameter& row) const {
+  SceneParameter parameter;
+  parameter.kind = row.type;
+  parameter.type = to_string(row.type);
+  parameter.doc = row.doc;
+  if (row.default_value) {
+    parameter.default_value = as_edited(parse_default(row));
+  } else if (row.type == ParameterType::kTransform) {
+    parameter.default_value = Transform();
+  }
+  parameter.value = said(node, row);
+  parameter.is_set = parameter.value.has_value();
+  if (!parameter.value) parameter.value = parameter.default_value;
+  if (quantity_of(row.type) == Quantity::kReflectance) {
+    parameter.low = 0;
+    parameter.high = 1;
+  }
+  return parameter;
+}
+
+std::vector<SceneParameter> ParameterList::all() const {
+  std::vector<SceneParameter> all;
+  std::set<std::string> used;
+  const auto add = [&](const Node& node, const std::string& path, SceneParameter parameter) {
+    parameter.path = path;
+    parameter.plugin = node.tag + "/" + node.value("type");
+    all.push_back(std::move(parameter));
+  };
+  for (const auto& [path, node] : paths().all()) {
+    for (const Parameter& row : plugin_of(*node).parameters) {
+      if (row.type == ParameterType::kObject || holds_object(*node, row.name)) continue;
+      std::string own = path + "." + listed_name(row);
+      // An object of this path and a parameter "value" is called so already.
+      if (!used.insert(own).second) own = path + "." + row.name;
+      SceneParameter parameter = described(*node, row);
+      if (row.type == ParameterType::kImage) parameter.value.reset();
+      add(*node, own, std::move(parameter));
+    }
+    for (const char* const array : arrays_of(*node)) {
+      SceneParameter parameter;
+      parameter.type = "array";
+      parameter.doc = std::string(array) == "faces" ? "three vertices of each face, from 0"
+                                                    : "of each vertex, in world space";
+      used.insert(path + "." + array);
+      add(*node, path + "." + array, std::move(parameter));
+    }
+  }
+  return all;
+}
+
+ParameterList::Place ParameterList::find(const std::string& path) const {
+  for (const auto& [found, rest] : paths().candidates(path)) {
+    if (!builder_.made_of(*found)) continue;
+    const size_t dot = rest.rfind(".value");
+    const bool has_suffix = dot != std::string::npos && dot + 6 == rest.size();
+    const std::string name = has_suffix ? rest.substr(0, dot) : rest;
+    // All nodes are the scene's own.
+    Node* const node = const_cast<Node*>(found);
+    const Parameter* const row = find_row(plugin_of(*node), name);
+    if (row && row->type != ParameterType::kObject && has_suffix <= takes_texture(row->type)) {
+      return {node, row, name};
+    }
+    for (const char* const array : arrays_of(*node)) {
+      if (rest == array) return {node, nullptr, array};
+    }
+  }
+  std::vector<std::string> known;
+  for (const SceneParameter& parameter : all()) known.push_back(parameter.path);
+  throw Error(Location{file_}, "there is no parameter '" + path + "'" +
+                                   did_you_mean(nearest_name(path, known)));
+}
+
+std::optional<EditedValue> ParameterList::value(const Place& place) const {
+  if (!place.row) return mesh_array(*builder_.made_of(*place.node), place.name);
+  if (holds_object(*place.node, place.name)) {
+    throw Error(where(place), "'" + place.name + "' is a texture");
+  }
+  return described(*place.node, *place.row).value;
+}
+
+Location ParameterList::where(const Place& place) {
+  for (const Node& child : place.node->children) {
+    if (child.value("name") == place.name) return child.where;
+  }
+  for (const auto& given : place.node->given) {
+    if (given.name == place.name) return given.where;
+  }
+  return place.node->where;
+}
+
+}  // namespace kinome::loader

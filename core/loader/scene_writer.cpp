@@ -1,0 +1,117 @@
+// A scene's file from its nodes.
+
+#include "loader/scene_writer.h"
+
+#include <fmt/format.h>
+
+#include "base/file_writer.h"
+#include "loader/patched_scene.h"
+#include "loader/written_values.h"
+
+namespace kinome::loader {
+namespace {
+
+void write_text(const std::string& path, const std::string& text) {
+  FileWriter writer(path);
+  writer.write(text.data(), text.size());
+  writer.commit();
+}
+
+class SceneGenerator {
+ public:
+  SceneGenerator(const Expansion& expansion, const SavedScene& saved)
+      : expansion_(expansion), saved_(saved) {}
+
+  std::string run() {
+    if (const SavedScene::Said* const said = saved_.find(expansion_.root)) {
+      add_values(expansion_.root, *said, "  ");
+    }
+    for (const Node& child : expansion_.root.children) add(child, expansion_.root, 1);
+    return "<scene version=\"3.0.0\">\n" + kept_ + text_ + "</scene>\n";
+  }
+
+ private:
+  void add_values(const Node& node, const SavedScene::Said& said, const std::string& indent) {
+    for (const auto& [name, value, where] : said.values) {
+      text_ += indent + value_element(name, value, saved_.row(node, name)) + "\n";
+    }
+  }
+
+  void add(const Node& node, const Node& owner, int depth) {
+    const std::string name = node.value("name");
+    const SavedScene::Said* const outer = saved_.find(owner);
+    if (outer && !name.empty() && outer->unsaid.count(name)) {
+      // What others may refer to goes on standing somewhere.
+      if (is_object(node) && node.tag != "ref") keep_elsewhere(node);
+      return;
+    }
+    add_element(node, owner, depth, true);
+  }
+
+  void add_element(const Node& node, const Node& owner, int depth, bool has_name) {
+    const SavedScene::Said* const said = saved_.find(node);
+    const std::string indent(static_cast<size_t>(2 * depth), ' ');
+    text_ += indent + "<" + node.tag;
+    for (const Attribute& attribute : node.attributes) {
+      if (attribute.name == "name" && !has_name) continue;
+      text_ += fmt::format(" {}=\"{}\"", attribute.name,
+                           escaped(value_of(node, owner, attribute, said)));
+    }
+    if (node.children.empty() && (!said || said->values.empty())) {
+      text_ += "/>\n";
+      return;
+    }
+    text_ += ">\n";
+    if (said) add_values(node, *said, indent + "  ");
+    for (const Node& child : node.children) add(child, node, depth + 1);
+    text_ += indent + "</" + node.tag + ">\n";
+  }
+
+  std::string value_of(const Node& node, const Node& owner, const Attribute& attribute,
+                       const SavedScene::Said* said) const {
+    if (attribute.name == "type" && said) return said->type;
+    if (attribute.name == "id" && node.tag == "ref") {
+      std::string id = attribute.value;
+      for (auto alias = expansion_.aliases.find(id); alias != expansion_.aliases.end();
+           alias = expansion_.aliases.find(id)) {
+        id = alias->second;
+      }
+      return id;
+    }
+    if (attribute.name == "filename") return saved_.relocated_file(node, attribute.value);
+    if (attribute.name == "value" && node.tag == "string") {
+      return saved_.relocated_value(owner, node.value("name"), attribute.value);
+    }
+    return attribute.value;
+  }
+
+  void keep_elsewhere(const Node& node) {
+    const std::string before = std::exchange(text_, "");
+    add_element(node, expansion_.root, 1, false);
+    kept_ += std::exchange(text_, before);
+  }
+
+  const Expansion& expansion_;
+  const SavedScene& saved_;
+  std::string text_;
+  std::string kept_;
+};
+
+}  // namespace
+
+std::string generated_scene(const Expansion& expansion, const SavedScene& saved) {
+  return SceneGenerator(expansion, saved).run();
+}
+
+void save_scene(const Expansion& expansion, const std::string& name,
+                const std::map<std::string, std::string>& defines, SavedScene& saved,
+                const std::string& path) {
+  PatchedScene patches(expansion, name, defines, saved);
+  const auto patched_text = patches.text();
+  if (patched_text) {
+    for (const auto& [include, text] : patches.includes()) write_text(include, text);
+  }
+  write_text(path, patched_text ? *patched_text : generated_scene(expansion, saved));
+}
+
+}  // namespace kinome::loader
