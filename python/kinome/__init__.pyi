@@ -65,6 +65,15 @@ class Parameter(NamedTuple):
     type: str
     plugin: str
     doc: str
+    value: Any
+    """What it is now; None: nothing, or an array, which is got by its path."""
+    default: Any
+    """What it is where nothing sets it; None: nothing."""
+    is_set: bool
+    """By the scene or by an edit."""
+    low: float
+    high: float
+    """What its type allows (of a texture, of each channel); plugins may allow less."""
 
 class Changes(NamedTuple):
     """What an update made anew."""
@@ -87,6 +96,9 @@ class SceneParameters(MutableMapping[str, Any]):
     def update(self, values: Mapping[str, Any] | None = None) -> Changes:  # type: ignore[override]
         """Sets `values`, if any, then makes anew what depends on all that was set. Where that
         can't be, an Error, and the scene is as it was."""
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the scene, as the last update made it, as an XML file that gives the same picture,
+        with edited meshes, pixels and includes beside it."""
 
 def load_file(path: str | os.PathLike[str], lenient: bool = False,
               search_paths: Sequence[str | os.PathLike[str]] = (), **defines: object) -> Scene:

@@ -9,8 +9,11 @@ from ._errors import Error
 from ._picture import Picture
 from ._values import to_core, to_python
 
-Parameter = collections.namedtuple("Parameter", "path type plugin doc")
-Parameter.__doc__ = "What can be set: its path, type, the plugin that it is of, and what it means."
+Parameter = collections.namedtuple("Parameter",
+                                   "path type plugin doc value default is_set low high")
+Parameter.__doc__ = """What can be set: its path, type, the plugin that it is of, and what it means;
+its value (None: none, or an array, which is got by its path) and its default (None: none); whether
+the scene or an edit sets it; the range that its type allows (of a texture, of each channel)."""
 
 Changes = collections.namedtuple("Changes", "made refitted has_new_structure")
 Changes.__doc__ = """What an update made anew: plugins of the objects that were made, the number of
@@ -145,10 +148,10 @@ class SceneParameters(collections.abc.MutableMapping):
         raise TypeError("a scene's parameters can be set, not deleted")
 
     def __iter__(self):
-        return (parameter.path for parameter in self.parameters())
+        return (row[0] for row in self._editor.parameters())
 
     def __len__(self):
-        return len(self.parameters())
+        return len(self._editor.parameters())
 
     def __repr__(self):
         rows = [(p.path, p.type, p.plugin) for p in self.parameters()]
@@ -157,7 +160,14 @@ class SceneParameters(collections.abc.MutableMapping):
 
     def parameters(self):
         """All of them, with what is known of each."""
-        return [Parameter(*row) for row in self._editor.parameters()]
+        return [Parameter(*row[:4], to_python(row[4]), to_python(row[5]), *row[6:])
+                for row in self._editor.parameters()]
+
+    def save(self, path):
+        """Writes the scene, as the last update made it, as an XML file that gives the same picture:
+        its own file with comments and all that wasn't edited as they were. Edited meshes, pixels and
+        includes are written beside it."""
+        self._editor.save(str(path))
 
     def update(self, values=None):
         """Sets `values`, if any, then makes anew what depends on all that was set: a Changes. Where

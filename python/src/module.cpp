@@ -89,7 +89,10 @@ class Editor {
     expect_no_update();
     nb::list all;
     for (const SceneParameter& p : editor_->parameters()) {
-      all.append(nb::make_tuple(p.path, p.type, p.plugin, p.doc));
+      const auto value = p.value ? from_value(*p.value) : nb::object(nb::none());
+      const auto usual = p.default_value ? from_value(*p.default_value) : nb::object(nb::none());
+      all.append(nb::make_tuple(p.path, p.type, p.plugin, p.doc, value, usual, p.is_set, p.low,
+                                p.high));
     }
     return all;
   }
@@ -101,6 +104,10 @@ class Editor {
   void set(const std::string& path, nb::handle value) {
     expect_no_update();
     editor_->set(path, to_value(value, Location{path}));
+  }
+  void save(const std::string& path) const {
+    expect_no_update();
+    editor_->save(path);
   }
   nb::tuple update() {
     const Use use(*this);
@@ -326,6 +333,7 @@ NB_MODULE(_kinome, m) {
       .def("parameters", &Editor::parameters)
       .def("get", &Editor::get)
       .def("set", &Editor::set)
+      .def("save", &Editor::save)
       .def("update", &Editor::update)
       .def("render", &Editor::render, "integrator"_a.none(), "sensor"_a, "samples"_a, "seed"_a,
            "seconds"_a, "rel_mse"_a, "lanes"_a, "threads"_a, "progress"_a.none(),
