@@ -2,6 +2,7 @@
 
 #include "loader/patched_scene.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "loader/written_values.h"
@@ -44,11 +45,23 @@ TextPatch removal(const std::string& text, size_t begin, size_t end) {
   return {before == std::string::npos ? 0 : before, end, ""};
 }
 
+TextPatch replacement(const SourceElement::Attribute& attribute, const std::string& value) {
+  return {attribute.value_begin, attribute.value_end, said_text(value, attribute.where)};
+}
+
+bool is_within(const SourceElement::Attribute& attribute, const std::vector<TextPatch>& patches) {
+  return std::any_of(patches.begin(), patches.end(), [&](const TextPatch& patch) {
+    return patch.begin < attribute.value_end && patch.end > attribute.value_begin;
+  });
+}
+
 }  // namespace
 
 PatchedScene::PatchedScene(const Expansion& expansion, const std::string& name,
                            const std::map<std::string, std::string>& defines, SavedScene& saved)
     : expansion_(expansion), name_(name), saved_(saved), defines_(defines) {
+  // The saved scene may go on reading them, and the one that it was read from is the user's.
+  for (const auto& [file, text] : expansion.texts) saved.add_read_file(file);
   is_possible_ = !expansion.texts.empty() && !expansion.is_of_old_version;
   if (!is_possible_) return;
   note_places(expansion.root);
@@ -88,10 +101,12 @@ std::optional<std::string> PatchedScene::text() {
   const File& root = file(name_);
   Patches patches;
   patch(root, root.root, nullptr, patches);
-  // What is to be said before all else.
+  // What is to be said before all else: of several defaults of a name the first counts.
   std::vector<std::string> first;
   for (const auto& [name, value] : defines_) {
-    first.push_back("<default name=\"" + escaped(name) + "\" value=\"" + escaped(value) + "\"/>");
+    const Location where{name_, 0, 0};
+    first.push_back("<default name=\"" + said_text(name, where) + "\" value=\"" +
+                    said_text(value, where) + "\"/>");
   }
   first.insert(first.end(), kept_.begin(), kept_.end());
   insert(root, root.root, first, patches);
@@ -103,7 +118,7 @@ std::optional<std::string> PatchedScene::text() {
 void PatchedScene::patch(const File& file, const SourceElement& element, Owner* owner,
                          Patches& patches) {
   const Node* const node = node_at(element.where);
-  if (element.tag == "default") return patch_default(file, element, patches);
+  if (element.tag == "default") return;
   if (element.tag == "include") return patch_include(file, element, owner, patches);
   if (element.tag == "path") {
     const SourceElement::Attribute* const value = element.find("value");
@@ -112,7 +127,7 @@ void PatchedScene::patch(const File& file, const SourceElement& element, Owner* 
     if (found == expansion_.found.end()) return;
     const std::string name = file.text.substr(value->value_begin, value->length());
     const std::string now = saved_.relocated(name, found->second);
-    if (now != name) patches.push_back({value->value_begin, value->value_end, escaped(now)});
+    if (now != name) patches.push_back(replacement(*value, now));
     return;
   }
   if (!node) return patch_children(file, element, owner, patches);  // the root of an include
@@ -137,7 +152,8 @@ void PatchedScene::patch_object(const File& file, const SourceElement& element, 
   }
   std::vector<std::string> missing;
   for (const auto& [name, value, where] : said->values) {
-    if (!own.said.count(name)) missing.push_back(value_element(name, value, saved_.row(node, name)));
+    if (own.said.count(name)) continue;
+    missing.push_back(value_element(name, value, saved_.row(node, name)));
   }
   insert(file, element, missing, patches);
 }
@@ -173,7 +189,7 @@ bool PatchedScene::patch_value(const File& file, const SourceElement& element, c
   const std::string named = node.value(attribute);
   const std::string now = is_spectrum ? saved_.relocated_file(node, named)
                                       : saved_.relocated_value(*owner.node, name, named);
-  if (now != named) patches.push_back({value->value_begin, value->value_end, escaped(now)});
+  if (now != named) patches.push_back(replacement(*value, now));
   return true;
 }
 
@@ -186,50 +202,54 @@ void PatchedScene::keep_elsewhere(const File& file, const SourceElement& element
   if (const SourceElement::Attribute* const name = element.find("name")) {
     patches.push_back({name->begin - 1, name->value_end + 1, ""});  // with the blank before it
   }
+  say_expanded(file, element, patches);
   kept_.push_back(patched(file.text, element.begin, element.end, std::move(patches)));
 }
 
-/// The first value of a name counts, and -D before all.
-void PatchedScene::patch_default(const File& file, const SourceElement& element,
-                                 Patches& patches) {
-  const SourceElement::Attribute* const name = element.find("name");
-  const SourceElement::Attribute* const value = element.find("value");
-  if (!name || !value || has_included_) return;  // an include may have had one before
-  const auto define = defines_.find(file.text.substr(name->value_begin, name->length()));
-  if (define == defines_.end()) return;
-  patches.push_back({value->value_begin, value->value_end, escaped(define->second)});
-  defines_.erase(define);
+/// What $ stands for, as the element is to stand before the defaults that say so.
+void PatchedScene::say_expanded(const File& file, const SourceElement& element, Patches& patches) {
+  const Node* const node = node_at(element.where);
+  if (!node) {
+    is_possible_ = false;  // an include or a default, which others after it may need where it is
+    return;
+  }
+  for (const SourceElement::Attribute& attribute : element.attributes) {
+    const std::string written = file.text.substr(attribute.value_begin, attribute.length());
+    if (written.find('$') == std::string::npos || is_within(attribute, patches)) continue;
+    patches.push_back(replacement(attribute, node->value(attribute.name)));
+  }
+  for (const SourceElement& child : element.children) say_expanded(file, child, patches);
 }
 
 /// An include that says what it did where it is stays there.
 void PatchedScene::patch_include(const File& file, const SourceElement& element, Owner* owner,
                                  Patches& patches) {
   const SourceElement::Attribute* const filename = element.find("filename");
-  const auto found = filename ? expansion_.found.find(to_string(filename->where))
-                              : expansion_.found.end();
+  const auto found =
+      filename ? expansion_.found.find(to_string(filename->where)) : expansion_.found.end();
   if (found == expansion_.found.end()) return;
-  has_included_ = true;
   const std::string& path = found->second;
   const std::string folder = saved_.folder();
   const auto kept = kept_;
   const auto includes = includes_;
+  const auto names = saved_.names();
   Owner unused{owner ? owner->node : nullptr};
   saved_.set_folder(folder_of_file(path));
-  const bool stays =
-      included_text(path, owner ? &unused : nullptr) == expansion_.texts.at(path);
+  const bool stays = included_text(path, owner ? &unused : nullptr) == expansion_.texts.at(path);
   saved_.set_folder(folder);
   kept_ = kept;
   includes_ = includes;
+  saved_.set_names(names);
   std::string now = file.text.substr(filename->value_begin, filename->length());
   if (stays) {
     const std::string moved = saved_.relocated(now, path);
     if (moved == now) return;
     now = moved;
   } else {
-    now = saved_.new_name(fs::path(path).stem().string(), ".xml");
+    now = saved_.new_name(fs::path(path).stem().string(), ".xml", path);
     includes_[(fs::path(folder) / now).string()] = included_text(path, owner);
   }
-  patches.push_back({filename->value_begin, filename->value_end, escaped(now)});
+  patches.push_back(replacement(*filename, now));
 }
 
 std::string PatchedScene::included_text(const std::string& path, Owner* owner) {

@@ -13,15 +13,15 @@ namespace kinome::loader {
 
 /// An edited scene as XML: the text that it was read from, with what was edited in place of what
 /// stood there, so that comments, order and the form of all else stay. An include that holds edits
-/// goes beside the scene, which includes that in its place. What -D said becomes the value of its
-/// <default>. All that it refers to must outlive it.
+/// goes beside the scene, which includes that in its place. What -D said becomes <default>s
+/// before all else. All that it refers to must outlive it.
 class PatchedScene {
  public:
   /// `name`: the scene's file, as it was read.
   PatchedScene(const Expansion& expansion, const std::string& name,
                const std::map<std::string, std::string>& defines, SavedScene& saved);
-  /// The scene's own text. nullopt: the edits can't be said so, as of a file that is included twice,
-  /// of an old version, or of what stands in for a plugin that isn't here.
+  /// The scene's own text. nullopt: the edits can't be said so, as of a file that is included
+  /// twice, of an old version, or of what stands in for a plugin that isn't here.
   std::optional<std::string> text();
   /// After text(): the texts of includes that go with it, by their paths.
   const std::map<std::string, std::string>& includes() const { return includes_; }
@@ -49,7 +49,7 @@ class PatchedScene {
   bool patch_value(const File& file, const SourceElement& element, const Node& node, Owner& owner,
                    Patches& patches);
   void keep_elsewhere(const File& file, const SourceElement& element, const Node& node);
-  void patch_default(const File& file, const SourceElement& element, Patches& patches);
+  void say_expanded(const File& file, const SourceElement& element, Patches& patches);
   void patch_include(const File& file, const SourceElement& element, Owner* owner,
                      Patches& patches);
   std::string included_text(const std::string& path, Owner* owner);
@@ -60,11 +60,10 @@ class PatchedScene {
   const std::string& name_;
   SavedScene& saved_;
   bool is_possible_ = true;
-  std::map<std::string, const Node*> nodes_;    ///< by their places
-  std::set<std::string> twice_;                 ///< places of several nodes
-  std::set<std::string> referred_;              ///< ids
-  std::map<std::string, std::string> defines_;  ///< those that nothing says yet
-  bool has_included_ = false;
+  std::map<std::string, const Node*> nodes_;  ///< by their places
+  std::set<std::string> twice_;               ///< places of several nodes
+  std::set<std::string> referred_;            ///< ids
+  const std::map<std::string, std::string>& defines_;
   std::map<std::string, File> files_;
   std::vector<std::string> kept_;  ///< elements that are gone from where they stood, for references
   std::map<std::string, std::string> includes_;

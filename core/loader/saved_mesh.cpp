@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "base/file_writer.h"
 #include "kinome/wide/mesh.h"
 
 namespace kinome::loader {
@@ -75,7 +74,8 @@ class PlyText {
 /// "vertex_heat" is read of properties heat_0, heat_1, …
 void add_properties(const MeshAttribute& attribute, PlyText& ply) {
   const std::string name = attribute.name.substr(attribute.name.find('_') + 1);
-  for (uint32_t k = 0; k < attribute.size; ++k) ply.line(fmt::format("property float {}_{}", name, k));
+  for (uint32_t k = 0; k < attribute.size; ++k)
+    ply.line(fmt::format("property float {}_{}", name, k));
 }
 
 std::string ply_of(const TriangleMesh& mesh, const std::vector<Vec3>& normals) {
@@ -114,8 +114,7 @@ std::string ply_of(const TriangleMesh& mesh, const std::vector<Vec3>& normals) {
 
 }  // namespace
 
-std::vector<ObjectDescription::Value> save_mesh(const MeshShape& shape, const EditedMesh& edited,
-                                                const std::string& path, const std::string& name) {
+SavedMesh saved_mesh(const MeshShape& shape, const EditedMesh& edited, const std::string& name) {
   const TriangleMesh& mesh = *shape.mesh();
   const bool flips = is_inside_out(shape);
   // Those that were computed from its positions are computed once more.
@@ -128,14 +127,10 @@ std::vector<ObjectDescription::Value> save_mesh(const MeshShape& shape, const Ed
       if (flips) n = -n;  // which the shape turns back
     }
   }
-  const std::string bytes = ply_of(mesh, normals);
-  FileWriter writer(path);
-  writer.write(bytes.data(), bytes.size());
-  writer.commit();
   std::vector<ObjectDescription::Value> values{{"filename", name, {}}};
   if (mesh.normals.empty()) values.push_back({"face_normals", true, {}});
   if (flips) values.push_back({"flip_normals", true, {}});
-  return values;
+  return {std::move(values), ply_of(mesh, normals)};
 }
 
 }  // namespace kinome::loader

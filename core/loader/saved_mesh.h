@@ -9,10 +9,12 @@
 
 namespace kinome::loader {
 
-/// Writes an edited mesh as a binary PLY file, in world space, and returns the parameters of a
-/// "ply" shape that make it once more of that file, bit for bit; "filename" among them, as `name`.
-/// Throws Error where the file can't be written.
-std::vector<ObjectDescription::Value> save_mesh(const MeshShape& shape, const EditedMesh& edited,
-                                                const std::string& path, const std::string& name);
+struct SavedMesh {
+  /// Parameters of a "ply" shape that make the mesh once more of the file, bit for bit.
+  std::vector<ObjectDescription::Value> values;
+  std::string bytes;  ///< of the file
+};
+/// An edited mesh as a binary PLY file, in world space. `name`: of that file, for "filename".
+SavedMesh saved_mesh(const MeshShape& shape, const EditedMesh& edited, const std::string& name);
 
 }  // namespace kinome::loader

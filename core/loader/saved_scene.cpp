@@ -2,8 +2,10 @@
 
 #include <filesystem>
 
+#include "base/file_writer.h"
 #include "kinome/image.h"
 #include "loader/saved_mesh.h"
+#include "loader/written_values.h"
 
 namespace kinome::loader {
 namespace {
@@ -34,25 +36,30 @@ SavedScene::SavedScene(const Node& root, Builder& builder, const ParameterList& 
   look_at(root);
 }
 
+void SavedScene::add_read_file(const std::string& path) {
+  std::error_code failed;
+  read_.insert(fs::weakly_canonical(path, failed).string());
+}
+
+/// That of an edited mesh, too: this session makes the shape of it once more, before its edits.
 void SavedScene::find_read_files(const Node& node) {
   const auto add_file = [&](const std::string& parameter, const std::string& name) {
     const Parameter* const known = row(node, parameter);
     if (!known || known->type != ParameterType::kFile) return;
-    std::error_code failed;
     const std::string file = builder_.file_of(node, name);
-    if (!file.empty()) read_.insert(fs::weakly_canonical(file, failed).string());
+    if (!file.empty()) add_read_file(file);
   };
   for (const Node& child : node.children) {
     const std::string name = child.value("name");
     if (is_object(child)) {
       find_read_files(child);
-    } else if (child.tag == "string" && !node.is_overridden(name) && !meshes_.count(&node)) {
+    } else if (child.tag == "string" && !node.is_overridden(name)) {
       add_file(name, child.value("value"));
     }
   }
   for (const auto& given : node.given) {
     const auto* const text = std::get_if<std::string>(&given.value);
-    if (text && !meshes_.count(&node)) add_file(given.name, *text);
+    if (text) add_file(given.name, *text);
   }
 }
 
@@ -75,8 +82,9 @@ void SavedScene::add(const Node& node) {
     }
     const std::string name = new_name(path, ".ply");
     const auto shape = builder_.made_of(node);
-    said.values = save_mesh(dynamic_cast<const MeshShape&>(*shape), mesh->second,
-                            (fs::path(folder_) / name).string(), name);
+    SavedMesh saved = saved_mesh(dynamic_cast<const MeshShape&>(*shape), mesh->second, name);
+    said.values = std::move(saved.values);
+    arrays_.push_back({(fs::path(folder_) / name).string(), std::move(saved.bytes), nullptr});
   } else {
     for (const ObjectDescription::Value& given : node.given) {
       const auto* const pixels = std::get_if<std::shared_ptr<const Image>>(&given.value);
@@ -88,19 +96,31 @@ void SavedScene::add(const Node& node) {
         continue;
       }
       const std::string name = new_name(path, ".exr");
-      write_exr((fs::path(folder_) / name).string(), **pixels, ExrNumber::kFloat, {});
+      arrays_.push_back({(fs::path(folder_) / name).string(), "", *pixels});
       said.unsaid.insert("filename");
       said.values.push_back({"filename", name, given.where});
     }
   }
   for (const auto& value : said.values) said.unsaid.insert(value.name);
   for (const auto& value : said.values) {
-    const auto* const text = std::get_if<std::string>(&value.value);
-    if (text && text->find('$') != std::string::npos) {
-      throw Error(value.where, "a scene file can't say '" + *text + "': a $ begins a name there");
+    expect_no_name(value.name, value.where);
+    if (const auto* const text = std::get_if<std::string>(&value.value)) {
+      expect_no_name(*text, value.where);
     }
   }
   said_.emplace(&node, std::move(said));
+}
+
+void SavedScene::write_arrays() const {
+  for (const Array& array : arrays_) {
+    if (array.pixels) {
+      write_exr(array.path, *array.pixels, ExrNumber::kFloat, {});
+      continue;
+    }
+    FileWriter writer(array.path);
+    writer.write(array.bytes.data(), array.bytes.size());
+    writer.commit();
+  }
 }
 
 const SavedScene::Said* SavedScene::find(const Node& node) const {
@@ -131,13 +151,16 @@ std::string SavedScene::relocated_value(const Node& node, const std::string& par
   return relocated(name, builder_.file_of(node, name));
 }
 
-std::string SavedScene::new_name(const std::string& name, const std::string& ending) {
-  // What was written beside the same scene before keeps its name.
+std::string SavedScene::new_name(const std::string& name, const std::string& ending,
+                                 const std::string& replaced) {
+  // What was written beside the same scene before keeps its name, unless it is still read.
   const std::string wanted = (name.starts_with(stem_ + "-") ? "" : stem_ + "-") + plain_name(name);
   std::string unused = wanted + ending;
+  std::error_code failed;
+  const fs::path own = replaced.empty() ? fs::path() : fs::weakly_canonical(replaced, failed);
   const auto is_read = [&] {
-    std::error_code failed;
-    return read_.count(fs::weakly_canonical(fs::path(folder_) / unused, failed).string()) > 0;
+    const fs::path path = fs::weakly_canonical(fs::path(folder_) / unused, failed);
+    return path != own && read_.count(path.string()) > 0;
   };
   for (int i = 1; is_read() || !names_.insert(unused).second; ++i) {
     unused = wanted + "_" + std::to_string(i) + ending;

@@ -15,7 +15,7 @@ namespace kinome::loader {
 /// scene then says the names of those. All that it refers to must outlive it.
 class SavedScene {
  public:
-  /// Writes those files. `path`: of the scene's file. Throws Error where they can't be written.
+  /// `path`: of the scene's file. Writes nothing. Throws Error where a file can't say the edits.
   SavedScene(const Node& root, Builder& builder, const ParameterList& parameters,
              const EditedMeshes& meshes, const std::string& path);
 
@@ -43,10 +43,24 @@ class SavedScene {
   /// Of the scene, or of an include, for what follows.
   void set_folder(const std::string& folder) { folder_ = folder; }
   const std::string& folder() const { return folder_; }
-  /// Of a file beside the saved scene, "STEM-NAME.ending", which no other one has.
-  std::string new_name(const std::string& name, const std::string& ending);
+  /// None of these is written over.
+  void add_read_file(const std::string& path);
+  /// Of a file beside the saved scene, "STEM-NAME.ending", which no other one has. `replaced`: the
+  /// file that the saved scene reads it in place of, which it may be.
+  std::string new_name(const std::string& name, const std::string& ending,
+                       const std::string& replaced = "");
+  /// All that new_name() has given, to go back to by set_names() after a trial.
+  const std::set<std::string>& names() const { return names_; }
+  void set_names(std::set<std::string> names) { names_ = std::move(names); }
+  /// Writes the files of arrays. Throws Error where they can't be written.
+  void write_arrays() const;
 
  private:
+  struct Array {
+    std::string path;
+    std::string bytes;                    ///< of a mesh's file
+    std::shared_ptr<const Image> pixels;  ///< nullptr: a mesh
+  };
   void look_at(const Node& node);
   void add(const Node& node);
   void find_read_files(const Node& node);
@@ -58,6 +72,7 @@ class SavedScene {
   std::string stem_;
   std::map<const Node*, std::string> paths_;
   std::map<const Node*, Said> said_;
+  std::vector<Array> arrays_;
   std::set<std::string> names_;
   std::set<std::string> read_;  ///< files that the scene goes on reading: none is written over
 };

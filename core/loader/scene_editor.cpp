@@ -49,7 +49,8 @@ class SceneEditor::State {
                                                    registry_, faults_);
       contents = contents_of_scene();
     });
-    parameters_ = std::make_unique<loader::ParameterList>(expansion_.root, *builder_, registry_, name);
+    parameters_ =
+        std::make_unique<loader::ParameterList>(expansion_.root, *builder_, registry_, name);
     const double load_seconds = seconds_since(start);
     const Clock::time_point build_start = Clock::now();
     scene_ = std::make_shared<const Scene>(std::move(contents), options_.threads);
@@ -113,6 +114,16 @@ class SceneEditor::State {
       *transform = Transform(transform->matrix());
     }
     pending_.push_back({std::move(place), std::move(value), where});
+  }
+
+  void set(std::vector<std::pair<std::string, EditedValue>> values) {
+    const auto before = static_cast<std::ptrdiff_t>(pending_.size());
+    try {
+      for (auto& [path, value] : values) set(path, std::move(value));
+    } catch (...) {
+      pending_.erase(pending_.begin() + before, pending_.end());
+      throw;
+    }
   }
 
   SceneChanges update() {
@@ -203,6 +214,9 @@ std::optional<EditedValue> SceneEditor::get(const std::string& path) const {
 }
 void SceneEditor::set(const std::string& path, EditedValue value) {
   state_->set(path, std::move(value));
+}
+void SceneEditor::set(std::vector<std::pair<std::string, EditedValue>> values) {
+  state_->set(std::move(values));
 }
 SceneChanges SceneEditor::update() {
   return state_->update();

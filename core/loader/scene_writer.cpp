@@ -2,6 +2,8 @@
 
 #include "loader/scene_writer.h"
 
+#include <filesystem>
+
 #include <fmt/format.h>
 
 #include "base/file_writer.h"
@@ -55,7 +57,7 @@ class SceneGenerator {
     for (const Attribute& attribute : node.attributes) {
       if (attribute.name == "name" && !has_name) continue;
       text_ += fmt::format(" {}=\"{}\"", attribute.name,
-                           escaped(value_of(node, owner, attribute, said)));
+                           said_text(value_of(node, owner, attribute, said), attribute.where));
     }
     if (node.children.empty() && (!said || said->values.empty())) {
       text_ += "/>\n";
@@ -106,12 +108,23 @@ std::string generated_scene(const Expansion& expansion, const SavedScene& saved)
 void save_scene(const Expansion& expansion, const std::string& name,
                 const std::map<std::string, std::string>& defines, SavedScene& saved,
                 const std::string& path) {
+  for (const auto& [file, text] : expansion.texts) {
+    std::error_code failed;
+    if (file != name && std::filesystem::equivalent(file, path, failed)) {
+      throw Error("cannot write '" + path + "': the scene includes it");
+    }
+  }
+  // All texts before any file; the scene last, so that it never names what isn't there yet.
   PatchedScene patches(expansion, name, defines, saved);
   const auto patched_text = patches.text();
+  const std::string text = patched_text ? *patched_text : generated_scene(expansion, saved);
+  FileWriter scene(path);
+  scene.write(text.data(), text.size());
+  saved.write_arrays();
   if (patched_text) {
-    for (const auto& [include, text] : patches.includes()) write_text(include, text);
+    for (const auto& [include, included] : patches.includes()) write_text(include, included);
   }
-  write_text(path, patched_text ? *patched_text : generated_scene(expansion, saved));
+  scene.commit();
 }
 
 }  // namespace kinome::loader

@@ -11,8 +11,9 @@ namespace kinome::loader {
 std::string generated_scene(const Expansion& expansion, const SavedScene& saved);
 
 /// Writes an edited scene as the file `path`, with its includes and arrays beside it, as a patched
-/// text if that can be, otherwise as a generated one. `name`: the file that it was read from. Throws
-/// Error where that can't be; files beside it may be there then, but `path` is what it was.
+/// text if that can be, otherwise as a generated one. `name`: the file that it was read from.
+/// Throws Error where that can't be, and nothing is written then; where the disk fails, files
+/// beside it may be there, but `path` is what it was.
 void save_scene(const Expansion& expansion, const std::string& name,
                 const std::map<std::string, std::string>& defines, SavedScene& saved,
                 const std::string& path);

@@ -86,6 +86,9 @@ std::string escaped(const std::string& text) {
       case '"':
         result += "&quot;";
         break;
+      case '\'':
+        result += "&apos;";
+        break;
       case '\n':
       case '\t':
       case '\r':
@@ -96,6 +99,16 @@ std::string escaped(const std::string& text) {
     }
   }
   return result;
+}
+
+void expect_no_name(const std::string& text, const Location& where) {
+  if (text.find('$') == std::string::npos) return;
+  throw Error(where, "a scene file can't say '" + text + "': a $ begins a name there");
+}
+
+std::string said_text(const std::string& text, const Location& where) {
+  expect_no_name(text, where);
+  return escaped(text);
 }
 
 std::string value_element(const std::string& name, const Properties::Value& value,

@@ -2,6 +2,8 @@
 import collections
 import collections.abc
 
+import numpy as np
+
 from . import _arguments as check
 from . import _kinome
 from ._describe import describe
@@ -120,6 +122,13 @@ def _known(path):
     return check.instance(path, "a parameter's path", str, "a string")
 
 
+def _are_same(a, b):
+    """Of values as the compiled module takes them."""
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return a[0] == b[0] and np.array_equal(a[1], b[1])
+    return type(a) is type(b) and a == b
+
+
 class SceneParameters(collections.abc.MutableMapping):
     """The parameters of a scene by their paths. Setting one is noted; update() makes it so."""
 
@@ -141,8 +150,11 @@ class SceneParameters(collections.abc.MutableMapping):
         return self.get(path, nothing) is not nothing
 
     def __setitem__(self, path, value):
-        name = _known(path).rpartition(".")[2]
-        self._editor.set(path, to_core(value, name, path))
+        self._editor.set(path, self._core_value(path, value))
+
+    @staticmethod
+    def _core_value(path, value):
+        return to_core(value, _known(path).rpartition(".")[2], path)
 
     def __delitem__(self, path):
         raise TypeError("a scene's parameters can be set, not deleted")
@@ -167,15 +179,34 @@ class SceneParameters(collections.abc.MutableMapping):
         """Writes the scene, as the last update made it, as an XML file that gives the same picture:
         its own file with comments and all that wasn't edited as they were. Edited meshes, pixels and
         includes are written beside it."""
-        self._editor.save(str(path))
+        self._editor.save(check.path(path, "path"))
+
+    def _to_set(self, values):
+        """Pairs of paths and values, without those that are there though nothing says them."""
+        pairs, unsaid, nothing = [], None, object()
+        for path, value in values.items():
+            now = self.get(path, nothing)  # nothing: a texture, or a mistake
+            if value is None and now is None:
+                continue
+            new = self._core_value(path, value)
+            is_there = now is not None and now is not nothing
+            if is_there and _are_same(new, self._core_value(path, now)):
+                if unsaid is None:
+                    unsaid = {row[0] for row in self._editor.parameters()
+                              if not row[6] and row[1] != "array"}
+                if path in unsaid:
+                    continue
+            pairs.append((path, new))
+        return pairs
 
     def update(self, values=None):
         """Sets `values`, if any, then makes anew what depends on all that was set: a Changes. Where
-        that can't be, an Error, and the scene is as it was."""
+        that can't be, an Error, and the scene is as it was, with none of `values` noted. Defaults and
+        None stay unsaid where they are what is there: a whole dict of values can be given back."""
         takes = "a dict of values by their paths"
         check.instance(values, "values", (collections.abc.Mapping, type(None)), takes)
-        for path, value in (values or {}).items():
-            self[path] = value
+        if values:
+            self._editor.set_all(self._to_set(values))
         return Changes(*self._editor.update())
 
 

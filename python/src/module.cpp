@@ -91,8 +91,8 @@ class Editor {
     for (const SceneParameter& p : editor_->parameters()) {
       const auto value = p.value ? from_value(*p.value) : nb::object(nb::none());
       const auto usual = p.default_value ? from_value(*p.default_value) : nb::object(nb::none());
-      all.append(nb::make_tuple(p.path, p.type, p.plugin, p.doc, value, usual, p.is_set, p.low,
-                                p.high));
+      all.append(
+          nb::make_tuple(p.path, p.type, p.plugin, p.doc, value, usual, p.is_set, p.low, p.high));
     }
     return all;
   }
@@ -104,6 +104,16 @@ class Editor {
   void set(const std::string& path, nb::handle value) {
     expect_no_update();
     editor_->set(path, to_value(value, Location{path}));
+  }
+  /// Pairs of paths and values: all of them, or none.
+  void set_all(const nb::list& pairs) {
+    expect_no_update();
+    std::vector<std::pair<std::string, EditedValue>> values;
+    for (const nb::handle pair : pairs) {
+      const auto path = nb::cast<std::string>(pair[0]);
+      values.emplace_back(path, to_value(pair[1], Location{path}));
+    }
+    editor_->set(std::move(values));
   }
   void save(const std::string& path) const {
     expect_no_update();
@@ -333,6 +343,7 @@ NB_MODULE(_kinome, m) {
       .def("parameters", &Editor::parameters)
       .def("get", &Editor::get)
       .def("set", &Editor::set)
+      .def("set_all", &Editor::set_all)
       .def("save", &Editor::save)
       .def("update", &Editor::update)
       .def("render", &Editor::render, "integrator"_a.none(), "sensor"_a, "samples"_a, "seed"_a,

@@ -147,7 +147,9 @@ Image render_for_python(const RenderRequest& request, RenderStats& stats) {
     }
     try {
       if (PyErr_CheckSignals() != 0) nb::raise_python_error();
-      if (!cancel) call_back(request, is_done ? 1 : exchange.fraction(), told, pass);
+      // A render that failed has come to no end that could be told.
+      const bool has_failed = is_done && fault_of_render;
+      if (!cancel && !has_failed) call_back(request, is_done ? 1 : exchange.fraction(), told, pass);
     } catch (const nb::python_error& error) {
       // Ctrl-C ends the render alone, also in the midst of a callback.
       if (error.matches(PyExc_KeyboardInterrupt)) {

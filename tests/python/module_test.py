@@ -211,6 +211,20 @@ class ModuleTest(unittest.TestCase):
         with self.assertRaisesRegex(ZeroDivisionError, "enough"):
             kinome.render(scene, error=1e-9, on_pass=lambda picture, samples: fail(samples))
 
+    def test_a_render_that_fails_has_no_end_to_tell(self):
+        # A film that there is no memory for.
+        self.path.write_text(SCENE.replace('"40"', '"16000"').replace('"30"', '"16000"'))
+        self.said_by("import resource\n"
+                     "scene = kinome.load_file(sys.argv[1]); seen = []\n"
+                     "size = int(open('/proc/self/statm').read().split()[0])\n"
+                     "limit = size * resource.getpagesize() + (512 << 20)\n"
+                     "resource.setrlimit(resource.RLIMIT_AS, (limit, limit))\n"
+                     "try:\n"
+                     "    kinome.render(scene, threads=1, progress=seen.append)\n"
+                     "    raise SystemExit('it was rendered')\n"
+                     "except (MemoryError, kinome.Error):\n"
+                     "    assert 1 not in seen, seen\n")
+
     def test_budgets_are_kept_with_a_callback(self):
         scene = self.load()
         seen = []

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "kinome/scene_editor.h"
@@ -282,6 +286,54 @@ TEST_F(SceneEdits, ThatCantBeLeaveTheSceneAsItWas) {
   EXPECT_NE(message("sensor.film.rfilter.stddev", -1.0), "");
   EXPECT_TRUE(editor->update().made.empty());
   expect_same(*editor->scene(), *open()->scene());
+}
+
+TEST_F(SceneEdits, AreNotedTogetherOrNotAtAll) {
+  const auto editor = open();
+  editor->set("sensor.fov", 50.0);
+  EXPECT_THROW(editor->set({{"sensor.fov", 60.0}, {"ball.radius", 0.2}, {"ball.radiu", 0.3}}),
+               Error);
+  EXPECT_EQ(std::get<double>(*editor->get("sensor.fov")), 50);
+  EXPECT_EQ(std::get<double>(*editor->get("ball.radius")), 0.5);
+  editor->set({{"sensor.fov", 60.0}, {"ball.radius", 0.2}});
+  editor->update();
+  EXPECT_EQ(std::get<double>(*editor->get("sensor.fov")), 60);
+  EXPECT_EQ(std::get<double>(*editor->get("ball.radius")), 0.2);
+}
+
+TEST_F(SceneEdits, ThatAFileCantSayAreNotSaved) {
+  const auto editor = open();
+  folder_.write("a$b.ply", mesh_text(3));
+  editor->set({{"mesh.filename", std::string("a$b.ply")}, {"sensor.fov", 50.0}});
+  editor->update();
+  try {
+    editor->save(folder_.path("new.xml"));
+    ADD_FAILURE() << "it was saved";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("can't say 'a$b.ply': a $ begins a name"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_.path("new.xml")));
+  // And what it can say is, in quotes of either kind.
+  folder_.write("it's.ply", mesh_text(3));
+  editor->set("mesh.filename", std::string("it's.ply"));
+  editor->update();
+  editor->save(folder_.path("new.xml"));
+  expect_same(*editor->scene(), *SceneEditor(folder_.path("new.xml"), {}, registry()).scene());
+}
+
+TEST_F(SceneEdits, AreSavedWithMeshesBesideThoseThatAreRead) {
+  folder_.write("scene-mesh.ply", mesh_text(2));
+  const auto editor = open({.mesh = "scene-mesh.ply"});
+  editor->set("mesh.vertex_positions",
+              std::vector<float>{-2, 0, -1, 2, 0, -1, 2, 2.5f, -1.5f, -2, 3, -1});
+  editor->update();
+  editor->save(folder_.path("scene.xml"));
+  expect_same(*editor->scene(), *SceneEditor(folder_.path("scene.xml"), {}, registry()).scene());
+  EXPECT_TRUE(std::filesystem::exists(folder_.path("scene-mesh_1.ply")));
+  std::ifstream own(folder_.path("scene-mesh.ply"));
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(own), {}), mesh_text(2));
 }
 
 TEST_F(SceneEdits, AreOfWhatIsListed) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -68,8 +69,8 @@ class KINOME_EXPORT SceneEditor {
   SceneEditor(const std::string& xml, const std::string& name, const LoadOptions& options,
               PluginRegistry& registry, RenderStats* stats = nullptr);
   /// A scene that a program says.
-  SceneEditor(const ObjectDescription& scene, const LoadOptions& options,
-              PluginRegistry& registry, RenderStats* stats = nullptr);
+  SceneEditor(const ObjectDescription& scene, const LoadOptions& options, PluginRegistry& registry,
+              RenderStats* stats = nullptr);
   ~SceneEditor();
   SceneEditor(const SceneEditor&) = delete;
   SceneEditor& operator=(const SceneEditor&) = delete;
@@ -92,6 +93,8 @@ class KINOME_EXPORT SceneEditor {
   /// (`filename`), and the other way round. Arrays of a mesh stay until a parameter of its own
   /// (`to_world`, `filename`, ...) is set.
   void set(const std::string& path, EditedValue value);
+  /// Notes several, in their order: where one of them can't be noted, none is.
+  void set(std::vector<std::pair<std::string, EditedValue>> values);
   /// Makes the scene anew. Throws Errors where what was set can't be; then the scene is as it was,
   /// and what was noted is forgotten.
   SceneChanges update();
@@ -99,10 +102,10 @@ class KINOME_EXPORT SceneEditor {
   /// Writes the scene, as it is by the last update, as a file that gives the same picture, to the
   /// bit. It is the text of the scene's own file, with comments and all that wasn't edited as they
   /// stand there, but for names of files, which are made relative to the new place; -D become
-  /// values of <default>. Edited meshes and pixels are written beside it, as PLY and EXR files
-  /// "STEM-PATH.ply", and so are includes that hold edits. What can't be said so (a scene that a
-  /// program says, files older than 2.0.0) is written without comments and includes. Throws Error
-  /// where a file can't be written.
+  /// <default>s before all else. Edited meshes and pixels are written beside it, as PLY and EXR
+  /// files "STEM-PATH.ply", and so are includes that hold edits. What can't be said so (a scene
+  /// that a program says, files older than 2.0.0) is written without comments and includes. Throws
+  /// Error where a file can't be written.
   void save(const std::string& path) const;
 
  private:
