@@ -425,7 +425,9 @@ class EditingTest(unittest.TestCase):
         # The second session makes a shape of the very file that it would write for its edits.
         self.path = self.folder / "new.xml"
         write_mesh(self.folder / "new-meter.ply", 2)
-        self.load(self.path.read_text().replace('"parts/mesh.ply"', '"new-meter.ply"', 1))
+        before, of_meter, after = self.path.read_text().partition('id="meter"')
+        self.load(before + of_meter + after.replace('"parts/mesh.ply"', '"new-meter.ply"', 1))
+        vertices = self.parameters["meter.vertex_positions"]
         own = (self.folder / "new-meter.ply").read_bytes()
         for i in range(2):
             self.parameters.update({"meter.vertex_positions":
@@ -437,6 +439,9 @@ class EditingTest(unittest.TestCase):
         self.assertEqual((self.folder / "new-meter.ply").read_bytes(), own)
         self.assertEqual((self.folder / "new-lamp.ply").read_bytes(), first)
         self.assertTrue((self.folder / "new-meter_1.ply").exists())
+        # A parameter of its own takes the edits away.
+        self.parameters.update({"meter.face_normals": True})
+        np.testing.assert_array_equal(self.parameters["meter.vertex_positions"], vertices)
 
     def test_a_save_that_fails_writes_nothing(self):
         edits = {"lamp.vertex_positions": self.parameters["lamp.vertex_positions"] + np.float32(1),
