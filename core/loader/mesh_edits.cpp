@@ -86,9 +86,13 @@ std::function<void()> edit_mesh(Object& shape, const MeshEdits& edits, EditedMes
       has_normals = true;
     }
   }
-  // Texture coordinates alone leave the normals as they are.
+  // Texture coordinates alone leave the normals as they are: those that were computed are computed
+  // once more, and those that were set are set once more, as normalising what is normalised would
+  // change some by a bit.
   const bool is_same_shape = !edits.count(kPositions) && !edits.count(kFaces);
-  const bool computes = !has_normals && !is_same_shape && !mesh.normals.empty();
+  const bool were_computed = after.has_computed_normals && !after.normals;
+  const bool computes = !has_normals && (!is_same_shape || were_computed) && !mesh.normals.empty();
+  if (!has_normals && is_same_shape && after.normals) mesh.normals = *after.normals;
   if (computes) {
     mesh.normals.resize(mesh.positions.size(), Vec3(0.f));
     after.has_computed_normals = true;
