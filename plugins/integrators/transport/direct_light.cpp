@@ -241,9 +241,12 @@ void DirectLight::trace(const Vertices& vertices, Surfaces::Which which, const C
 }
 
 void DirectLight::update_shown_shares(const Vertices& vertices) const {
+  const float* const live = vertices.surfaces->live();
   for (size_t i = 0; i < vertices.surfaces->reflecting(); ++i) {
+    // Padding has some point's owner, but no answer.
+    if (!(live[i] > 0) || answer_.is_delta[i] > 0) continue;
     const uint32_t owner = vertices.owner[i];
-    if (!(answer_.is_delta[i] > 0)) vertices.shown_share[owner] = vertices.shown_share_later[owner];
+    vertices.shown_share[owner] = vertices.shown_share_later[owner];
   }
 }
 

@@ -23,6 +23,8 @@ namespace kinome {
 /// Immutable; thread-safe.
 class Caustics {
  public:
+  /// Chains of mirrors that lose nothing end by roulette from so many edges on, whatever is asked.
+  static constexpr uint32_t kMostSureEdges = 64;
   /// Whether surface points can be connected to the sensor.
   static bool serves(const Sensor& sensor);
   Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light, uint64_t seed,

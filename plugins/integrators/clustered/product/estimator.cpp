@@ -181,10 +181,10 @@ void Estimator::shoot_mirrored(uint64_t seed, Rgb& sum) {
 /// Where other lobes than deltas let light through, or the viewer is behind what does, as behind a
 /// pane, primaries go on as those of `path` do: all that is known of light is of what comes to one
 /// side.
-template <class Follows, class SumOf>
-void Estimator::follow_paths(const Unit& unit, const Follows& follows, const SumOf& sum_of) {
+template <class SumOf>
+void Estimator::follow_paths(const Unit& unit, const SumOf& sum_of) {
   for (uint32_t i = unit.first; i < unit.end; ++i) {
-    if (!follows(i)) continue;
+    if (!primaries_->goes_on(i)) continue;
     if (!paths_) paths_.emplace(*scene_, light_.length, 0, nullptr);
     EyePaths::Begin path;
     path.ray = primaries_->last_part(i);
@@ -195,19 +195,9 @@ void Estimator::follow_paths(const Unit& unit, const Follows& follows, const Sum
   }
 }
 
-/// Also where mirrors alone are seen, and more than the sky may be in them.
-bool Estimator::is_followed_by_pilot(uint32_t i) const {
-  if (primaries_->goes_on(i)) return true;
-  const bool is_deep = light_.local && light_.local->max_depth() > LocalLight::kBounceDepth;
-  if (!is_deep || !primaries_->hit(i)) return false;
-  const Lobe lobes = primaries_->shape(i).bsdf().lobes();
-  return any(lobes & Lobe::kDelta) && !any(lobes & (Lobe::kDiffuse | Lobe::kGlossy));
-}
-
 void Estimator::estimate(const Unit& unit, Rgb& sum) {
   const Answers answers{&sum};
-  follow_paths(
-      unit, [&](uint32_t i) { return primaries_->goes_on(i); }, [&](uint32_t) { return &sum; });
+  follow_paths(unit, [&](uint32_t) { return &sum; });
   begin_unit(unit);
   if (groups_.empty()) return;
   Rgb control(0.f);
@@ -230,9 +220,7 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
                       std::span<std::vector<VisibilityRecord>> records) {
   times_.count_nowhere();
   const Answers answers{nullptr, records.data(), points.data()};
-  follow_paths(
-      unit, [&](uint32_t i) { return is_followed_by_pilot(i); },
-      [&](uint32_t i) { return points[i].followed; });
+  follow_paths(unit, [&](uint32_t i) { return points[i].followed; });
   begin_unit(unit);
   if (groups_.empty()) return;
   for (uint32_t g = 0; g < groups_.size(); ++g) {
@@ -244,7 +232,6 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
   shoot(unit, answers);
   const uint64_t seed = hash_words(unit.seed, kMirrors);
   for_each_mirroring([&](uint32_t i) {
-    if (is_followed_by_pilot(i)) return;
     const auto mirrored = mirrored_sky(light_, primaries_->interaction(i), i, seed);
     if (mirrored) points[i].mirrored = mean_of(mirrored->weight);
   });

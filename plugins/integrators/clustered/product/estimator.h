@@ -84,9 +84,8 @@ class Estimator {
   void for_each_mirroring(const Function& fn) const;
   void send_eye_rays(const Unit& unit, Rgb& sum);
   void shoot_mirrored(uint64_t seed, Rgb& sum);
-  template <class Follows, class SumOf>
-  void follow_paths(const Unit& unit, const Follows& follows, const SumOf& sum_of);
-  bool is_followed_by_pilot(uint32_t primary) const;
+  template <class SumOf>
+  void follow_paths(const Unit& unit, const SumOf& sum_of);
 
   const CellLight& light_;
   const Scene* scene_ = nullptr;

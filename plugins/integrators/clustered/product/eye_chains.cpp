@@ -1,5 +1,7 @@
 #include "clustered/product/eye_chains.h"
 
+#include <algorithm>
+
 #include "clustered/product/caustics.h"
 #include "clustered/product/spread.h"
 
@@ -28,7 +30,7 @@ void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, uint32_t 
   if (!sample || is_black(sample->weight)) return;
   Begin next = begin;
   next.weight *= sample->weight;
-  if (edges >= light_.local->length().rr_depth) {
+  if (edges >= std::min(light_.local->length().rr_depth, Caustics::kMostSureEdges)) {
     const float survival = survival_probability(next.weight);
     if (!(random_float(own, kSurvival) < survival)) return;
     next.weight /= survival;

@@ -207,7 +207,6 @@ PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* co
       value = std::max(
           0.f, kInvPi * glm::dot(light, point.reflected) + point.known * patch.mean_visibility);
       value += point.lit + std::max(0.f, point.lamps) * patch.lamp_visibility;
-      value += mean_of(point.followed);
       forecast.uncertainty += patch.uncertainty;
       const double deviation = point.glossy_deviation * patch.mean_visibility;
       glossy_variance += deviation * deviation * kGlossyFactor;

@@ -19,13 +19,13 @@ class TilePrimaries;
 
 /// Whether a camera ray goes on from what it met as one of `path` does: where other lobes than
 /// deltas let light through, or the viewer is behind what does, for light is known on the side of
-/// the normal (of Bsdf::reflection_frame) alone; and at smooth glass, behind which there is more of
-/// it.
+/// the normal (of Bsdf::reflection_frame) alone.
 inline bool goes_on_as_path(const Bsdf& bsdf, const Vec3& normal, const Vec3& viewer) {
-  const bool is_smooth_glass = bsdf.transmits() && bsdf.relative_index() != 1 &&
-                               !any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy));
-  return is_smooth_glass || bsdf.scatters_through() ||
-         (bsdf.transmits() && !(glm::dot(normal, viewer) > 0));
+  return bsdf.scatters_through() || (bsdf.transmits() && !(glm::dot(normal, viewer) > 0));
+}
+/// Mirrors, and smooth glass.
+inline bool has_deltas_alone(const Bsdf& bsdf) {
+  return any(bsdf.lobes() & Lobe::kDelta) && !any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy));
 }
 
 /// Camera rays through tiles of pixels, several tiles at a time, each pixel with a number of rays
@@ -40,6 +40,8 @@ class Primaries {
     const FilterSampler& filter;
     Rect region;  ///< where film positions may lie
     bool hide_emitters = false;
+    /// Rays that meet what has_deltas_alone() go on as those of `path` do, too.
+    bool follows_mirrors = false;
   };
   /// The whole film of the sensor.
   static View view_of(const transport::SceneTable& scene, const Sensor& sensor,
@@ -122,9 +124,12 @@ class TilePrimaries {
     return end - all_->negative_of(x, y, end - first(pixel));
   }
   bool hit(size_t ray) const { return point(ray) >= 0; }
-  /// See goes_on_as_path.
+  /// See goes_on_as_path, and View::follows_mirrors.
   bool goes_on(size_t ray) const {
-    return hit(ray) && goes_on_as_path(shape(ray).bsdf(), normal(ray), viewer(ray));
+    if (!hit(ray)) return false;
+    const Bsdf& bsdf = shape(ray).bsdf();
+    return goes_on_as_path(bsdf, normal(ray), viewer(ray)) ||
+           (all_->view_.follows_mirrors && has_deltas_alone(bsdf));
   }
   /// Light that the ray sees itself.
   Rgb emitted(size_t ray) const {

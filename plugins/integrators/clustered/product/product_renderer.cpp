@@ -119,7 +119,10 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
 }
 
 Primaries::View ProductRenderer::view() const {
-  return Primaries::view_of(table_, sensor_, filter_, settings_.hide_emitters);
+  Primaries::View view = Primaries::view_of(table_, sensor_, filter_, settings_.hide_emitters);
+  // What they show may be lit by anything, which paths find by emitter and BSDF samples.
+  view.follows_mirrors = local_ != nullptr;
+  return view;
 }
 
 PassView ProductRenderer::pass_view(const CellLight& light) const {
