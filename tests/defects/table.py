@@ -211,7 +211,7 @@ DEFECTS = [Defect(*row) for row in (
      "bsdf_block", "*mask*"),
     ("glass_always_mirrors_or_never", "plugins/integrators/clustered/product/eye_rays.cpp",
      "random_float(hash_words(seed, primary), 0)", "0.5f",
-     "transmission", "Transmission.ClusteredAgreesWithPaths"),
+     "deep_light", "*SkyOnMaskedPlastic"),
 
     # One bounce by light points.
     ("places_and_lamps_share_their_numbers", "plugins/emitters/vpl.cpp",
@@ -322,7 +322,7 @@ DEFECTS = [Defect(*row) for row in (
      "product_local", "Direct/*/Spot"),
     ("sky_in_mirrors_forgotten", CLUSTERED + "product/eye_rays.cpp",
      "eye.weight * light_.environment->eval_environment(ray.ray.d)", "eye.weight * 0.f",
-     "product_local", "Direct/*/MirrorUnderTheSky"),
+     "deep_light", "*SkyOnMaskedPlastic"),
     ("guided_points_weigh_as_if_they_were_not", CLUSTERED + "product/local_light_walks.cpp",
      "source.bounce_share * walk.origin.guided", "source.bounce_share",
      "product_local", "Bounce/*/Slit"),

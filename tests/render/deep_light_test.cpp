@@ -71,6 +71,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"LampOnGlass", kLamp, bsdf("dielectric"), 8, kStone},
         Case{"SkyOnGlass", sun_xml(), bsdf("dielectric"), 8, kStone},
         Case{"LampOnSmoothPlastic", kLamp, bsdf("twosided", bsdf("plastic")), -1},
+        Case{"SkyOnMaskedPlastic", constant_xml("1 .9 .8"),
+             bsdf("mask", number("opacity", .5) + bsdf("twosided", bsdf("plastic"))), 3, kStone},
         Case{"LampOnGroundGlass", kLamp, bsdf("roughdielectric", number("alpha", .3)), 8, kStone},
         Case{"SkyAndSpotOnGroundGlass", constant_xml(".4 .5 .6") + kSpot,
              bsdf("roughdielectric", number("alpha", .2)), 2},
