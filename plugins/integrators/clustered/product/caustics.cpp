@@ -183,7 +183,8 @@ float Caustics::share_of_eye(float eye_density, float light_density) {
   return light_density > 0 ? eye_density / (eye_density + light_density) : 1.f;
 }
 
-/// From where the rays meet what mirrors; other paths end.
+/// Of lamps, from the first place, if it mirrors. Of other sources, by a delta lobe first, and then
+/// by any.
 void Caustics::go_on(uint64_t seed, Paths& paths) const {
   size_t count = 0;
   for (size_t k = 0; k < paths.paths.size(); ++k) {
@@ -203,8 +204,7 @@ void Caustics::go_on(uint64_t seed, Paths& paths) const {
     const auto sample =
         transport::sample_adjoint(si, lobes, random_float(own, kLobe),
                                   {random_float(own, kLobeX), random_float(own, kLobeY)});
-    if (!sample) continue;
-    if (is_black(sample->weight)) continue;
+    if (!sample || is_black(sample->weight)) continue;
     path.is_mirrored = sample->is_delta || path.is_lamps;
     path.is_chain = path.is_chain && path.is_mirrored;
     if (!path.is_chain || path.edges >= std::min(light_.length().rr_depth, kMostSureEdges)) {

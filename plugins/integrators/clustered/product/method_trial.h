@@ -36,8 +36,6 @@ class MethodTrial {
   /// Work of the second way to the same error, in units of the first one's. Where either has bright
   /// outliers, these count for less than they do in relMSE: few tiles have them.
   double compare(const Way& first, const Way& second, RenderContext& context) const;
-  /// Of all wanted tiles, in the grid.
-  std::vector<size_t> pixels() const;
 
  private:
   struct Renders {
@@ -45,6 +43,7 @@ class MethodTrial {
     double cost = 0;
   };
   Renders run(const Way& way, RenderContext& context) const;
+  std::vector<size_t> pixels() const;
 
   const TileGrid& grid_;
   const uint64_t seed_;
