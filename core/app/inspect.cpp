@@ -7,11 +7,13 @@
 
 #include <fmt/format.h>
 
-#include "canvas.h"
+#include "drawing/canvas.h"
 #include "kinome/image.h"
 
 namespace kinome::app {
 namespace {
+
+using drawing::Canvas;
 
 constexpr int kMapWidth = 1024;
 constexpr int kMapHeight = 512;

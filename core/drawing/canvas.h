@@ -5,7 +5,7 @@
 #include "kinome/color.h"
 #include "kinome/image.h"
 
-namespace kinome::app {
+namespace kinome::drawing {
 
 /// A picture to draw into; what lies outside is left out.
 struct Canvas {
@@ -27,4 +27,4 @@ struct Canvas {
   void extend(int rows);
 };
 
-}  // namespace kinome::app
+}  // namespace kinome::drawing

@@ -1,8 +1,8 @@
-#include "small_font.h"
+#include "drawing/small_font.h"
 
 #include <string_view>
 
-namespace kinome::app {
+namespace kinome::drawing {
 namespace {
 
 /// Glyphs side by side, six columns each, the last of them a gap.
@@ -82,4 +82,4 @@ bool has_ink(char c, int x, int y) {
   return false;
 }
 
-}  // namespace kinome::app
+}  // namespace kinome::drawing

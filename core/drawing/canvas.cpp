@@ -1,8 +1,8 @@
-#include "canvas.h"
+#include "drawing/canvas.h"
 
-#include "small_font.h"
+#include "drawing/small_font.h"
 
-namespace kinome::app {
+namespace kinome::drawing {
 
 void Canvas::disk(const Vec2& centre, float radius, const Rgb& color) {
   for (int y = static_cast<int>(centre.y - radius); y <= static_cast<int>(centre.y + radius); ++y) {
@@ -50,4 +50,4 @@ void Canvas::extend(int rows) {
   image.data.resize(static_cast<size_t>(image.width) * image.height * 3);
 }
 
-}  // namespace kinome::app
+}  // namespace kinome::drawing
