@@ -45,6 +45,8 @@ NAMED_IN_CORE = {
     ("core/include/kinome/inspection.h", "learned"): "what `kinome inspect` is told and shows",
     ("core/app/inspect.cpp", "cluster"): "what `kinome inspect` is told and shows",
     ("core/app/inspect.cpp", "learned"): "what `kinome inspect` is told and shows",
+    ("core/drawing/inspection_picture.cpp", "cluster"): "what `kinome inspect` is told and shows",
+    ("core/drawing/inspection_picture.cpp", "learned"): "what `kinome inspect` is told and shows",
     ("core/include/kinome/wide/functions.h", "product"): "of numbers",
 }
 

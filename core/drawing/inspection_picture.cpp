@@ -1,0 +1,249 @@
+#include "drawing/inspection_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace kinome::drawing {
+namespace {
+
+constexpr int kLeastSceneSide = 768;  ///< of the longer one
+constexpr uint32_t kNone = ~0u;
+
+const Rgb kOutline(0.9f, 0.8f, 0.1f);
+const Rgb kLit(1, 0.05f, 0.02f);
+const Rgb kShadowed(0.1f, 0.3f, 1);
+const Rgb kPoint(0.1f, 1, 0.2f);
+
+/// How large a sample is drawn: a disk's area tells how much it counts, within reason.
+float sample_radius(const Inspection& report, double weight) {
+  const double unit = report.is_learned ? 4 : 1.5;
+  return static_cast<float>(std::clamp(unit * std::sqrt(weight), 1.5, 6.));
+}
+
+Rgb hidden_color(const Rgb& color) {
+  return 0.15f * color + Rgb(0, 0.01f, 0.08f);
+}
+
+/// The smallest of the boxes that hold the place, give or take `slack`; or kNone.
+uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& place, float slack) {
+  uint32_t found = kNone;
+  float smallest = kInfinity;
+  for (uint32_t c = 0; c < clusters.size(); ++c) {
+    const Aabb& box = clusters[c].box;
+    if (glm::any(glm::lessThan(place, box.lo - slack)) ||
+        glm::any(glm::greaterThan(place, box.hi + slack))) {
+      continue;
+    }
+    const float size = glm::length(box.extent());
+    if (size < smallest) {
+      smallest = size;
+      found = c;
+    }
+  }
+  return found;
+}
+
+void outline_clusters(const Inspection& report, InspectionView& view) {
+  const int width = view.canvas.image.width, height = view.canvas.image.height;
+  std::vector<uint32_t> cluster(view.place.size(), kNone);
+  for (size_t i = 0; i < cluster.size(); ++i) {
+    if (!view.valid[i]) continue;
+    cluster[i] = report.cluster_at ? report.cluster_at(view.place[i])
+                                   : cluster_at(report.clusters, view.place[i], view.slack);
+  }
+  if (report.is_learned) {  // what is hidden turns dark blue
+    for (size_t i = 0; i < cluster.size(); ++i) {
+      if (cluster[i] == kNone) continue;
+      const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+      const auto visibility = static_cast<float>(report.clusters[cluster[i]].visibility);
+      Rgb color;
+      for (int c = 0; c < 3; ++c) color[c] = view.canvas.image.at(x, y, c);
+      view.canvas.set(x, y, glm::mix(hidden_color(color), color, visibility));
+    }
+  }
+  for (int y = 0; y + 1 < height; ++y) {
+    for (int x = 0; x + 1 < width; ++x) {
+      const size_t i = static_cast<size_t>(y) * width + x;
+      if (cluster[i] != cluster[i + 1] || cluster[i] != cluster[i + width]) {
+        view.canvas.set(x, y, kOutline);
+      }
+    }
+  }
+}
+
+/// Lines below the picture, each a sign with what it means.
+class Legend {
+ public:
+  Legend(Canvas& canvas, int lines)
+      : canvas_(canvas), scale_(canvas.image.width >= 700 ? 2 : 1), top_(canvas.image.height) {
+    canvas.extend(lines * height() + height());
+    canvas.fill({0, top_, canvas.image.width, canvas.image.height}, Rgb(0.012f));
+    top_ += height() / 2;
+  }
+  int height() const { return 11 * scale_ + 2; }
+  void title(const std::string& text) {
+    canvas_.text(kLeft, top_, scale_, text, Rgb(0.9f));
+    top_ += height();
+  }
+  /// `sign` draws into a box.
+  template <class Sign>
+  void line(const Sign& sign, const std::string& text) {
+    sign(Rect{kLeft, top_, kLeft + sign_width(), top_ + 7 * scale_});
+    canvas_.text(kLeft + sign_width() + 8 * scale_, top_, scale_, text, Rgb(0.55f));
+    top_ += height();
+  }
+
+ private:
+  static constexpr int kLeft = 12;
+  int sign_width() const { return 40 * scale_; }
+  Canvas& canvas_;
+  int scale_;
+  int top_;
+};
+
+Vec2 centre_of(const Rect& box) {
+  return 0.5f * Vec2(box.x0 + box.x1, box.y0 + box.y1);
+}
+
+/// Radiance L is drawn as L / (1 + L): a bar of all that there is, with marks at 1/4, 1 and 4.
+void draw_radiance_bar(const Rect& box, Canvas& canvas) {
+  const auto place = [&](float share) {
+    return box.x0 + static_cast<int>(share * static_cast<float>(box.width()));
+  };
+  for (int x = box.x0; x < box.x1; ++x) {
+    const float share = (static_cast<float>(x - box.x0) + 0.5f) / static_cast<float>(box.width());
+    canvas.fill({x, box.y0, x + 1, box.y1}, Rgb(share));
+  }
+  for (const float radiance : {0.25f, 1.f, 4.f}) {
+    const int x = place(radiance / (1 + radiance));
+    canvas.fill({x, box.y0 - 3, x + 2, box.y1 + 3}, Rgb(0.9f, 0.4f, 0.1f));
+  }
+  canvas.frame({box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}, Rgb(0.3f));
+}
+
+}  // namespace
+
+Vec3 map_direction(float x, float y) {
+  const float phi = 2 * kPi * x / kMapWidth;
+  const float theta = kPi * y / kMapHeight;
+  return {std::sin(phi) * std::sin(theta), std::cos(theta), -std::cos(phi) * std::sin(theta)};
+}
+Vec2 map_position(const Vec3& d) {
+  float phi = std::atan2(d.x, -d.z) / (2 * kPi);
+  if (phi < 0) phi += 1;
+  return {phi * kMapWidth, std::acos(std::clamp(d.y, -1.f, 1.f)) * kInvPi * kMapHeight};
+}
+
+InspectionView environment_view(const Scene& scene) {
+  InspectionView view{Canvas(kMapWidth, kMapHeight), {}, {}};
+  for (int y = 0; y < kMapHeight; ++y) {
+    for (int x = 0; x < kMapWidth; ++x) {
+      const Vec3 d = map_direction(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      view.place.push_back(d);
+      view.valid.push_back(1);
+      Rgb light(0.f);
+      if (scene.environment()) light = glm::max(scene.environment()->eval_environment(d), 0.f);
+      view.canvas.set(x, y, light / (1.f + light));
+    }
+  }
+  return view;
+}
+
+InspectionView scene_view(const Scene& scene, const Sensor& sensor) {
+  const Vec2 film(sensor.film().width(), sensor.film().height());
+  const float enlarged = std::max(1.f, kLeastSceneSide / std::max(film.x, film.y));
+  const int width = std::max(1, static_cast<int>(std::lround(enlarged * film.x)));
+  const int height = std::max(1, static_cast<int>(std::lround(enlarged * film.y)));
+  InspectionView view{Canvas(width, height),
+                      {},
+                      {},
+                      Vec2(width, height) / film,
+                      1e-4f * glm::length(scene.bounds().extent())};
+  std::vector<RayHit> rays;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const Vec2 position = film_position(x, y, Vec2(0.5f)) / view.scale;
+      rays.push_back({sensor.sample_ray(position, Vec2(0.5f)), {}});
+    }
+  }
+  RenderCounters counters;
+  scene.intersect(rays, Coherence::kCoherent, counters);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    Vec3 p(0.f);
+    const bool hit = rays[i].hit.valid();
+    if (hit) {
+      const SurfaceInteraction si = scene.interaction(rays[i]);
+      p = si.p;
+      const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+      view.canvas.set(x, y, Rgb(0.05f + 0.35f * std::abs(glm::dot(si.frame.n, rays[i].ray.d))));
+    }
+    view.place.push_back(p);
+    view.valid.push_back(hit);
+  }
+  return view;
+}
+
+std::optional<Vec2> InspectionView::find(const Sensor& sensor, const Vec3& position) const {
+  const auto connection = sensor.connect(position, Vec2(0.5f));
+  if (!connection) return std::nullopt;
+  return connection->film_position * scale;
+}
+
+void draw_inspection(const Inspection& report, const Sensor& sensor, InspectionView& view) {
+  const bool distant = report.kind == LightPoints::Kind::kDistant;
+  outline_clusters(report, view);
+  for (const InspectedSample& sample : report.samples) {
+    const auto at = distant ? map_position(sample.position) : view.find(sensor, sample.position);
+    if (!at) continue;
+    view.canvas.disk(*at, sample_radius(report, sample.weight), sample.visible ? kLit : kShadowed);
+  }
+  if (distant) return;
+  const auto at = view.find(sensor, report.position);
+  if (at) view.canvas.disk(*at, 4, kPoint);
+}
+
+void add_legend(const Inspection& report, const Vec2& pixel, Canvas& canvas) {
+  const bool distant = report.kind == LightPoints::Kind::kDistant;
+  Legend legend(canvas, 5 + (report.is_learned ? 1 : 0) + (distant ? 0 : 1));
+  legend.title(fmt::format("pixel {},{}: {} samples among {} clusters of {}", pixel.x, pixel.y,
+                           report.samples.size(), report.clusters.size(),
+                           distant ? "the sky" : "surfaces"));
+  if (distant) {
+    legend.line([&](const Rect& box) { draw_radiance_bar(box, canvas); },
+                "the sky, +y up: marks at radiance 1/4, 1 and 4");
+  } else {
+    legend.line([&](const Rect& box) { canvas.fill(box, Rgb(0.25f)); },
+                "the scene, lit from the camera");
+    legend.line([&](const Rect& box) { canvas.disk(centre_of(box), 4, kPoint); },
+                "the point that is lit");
+  }
+  legend.line(
+      [&](const Rect& box) {
+        canvas.frame(box, kOutline);
+        canvas.fill({(box.x0 + box.x1) / 2, box.y0, (box.x0 + box.x1) / 2 + 1, box.y1}, kOutline);
+      },
+      "borders of clusters, one of which is chosen");
+  if (report.is_learned) {
+    legend.line([&](const Rect& box) { canvas.fill(box, hidden_color(Rgb(0.4f))); },
+                "the bluer, the less of it is visible, as learned");
+  }
+  // Of the sizes that there are: see sample_radius().
+  const auto weights = report.is_learned ? std::array{0.25, 1., 2.} : std::array{1., 4., 16.};
+  const auto samples = [&](const Rgb& color) {
+    return [&, color](const Rect& box) {
+      for (int i = 0; i < 3; ++i) {
+        const float x = static_cast<float>(box.x0) +
+                        static_cast<float>(box.width()) * (static_cast<float>(i) + 0.5f) / 3;
+        canvas.disk({x, centre_of(box).y}, sample_radius(report, weights[i]), color);
+      }
+    };
+  };
+  legend.line(samples(kLit), fmt::format("light arrives: counts {} times the mean",
+                                         report.is_learned ? "1/4, 1 and 2" : "1, 4 and 16"));
+  legend.line(samples(kShadowed), "light is hidden");
+}
+
+}  // namespace kinome::drawing
