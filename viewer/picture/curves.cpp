@@ -1,0 +1,91 @@
+#include "picture/curves.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace kinome::viewer {
+namespace {
+
+ColorMap make_map(Rgb (*color)(float), float low) {
+  ColorMap map;
+  for (int i = 0; i < 256; ++i) {
+    const Rgb value = color(low + (1 - low) * static_cast<float>(i) / 255);
+    for (int c = 0; c < 3; ++c) {
+      map[i][c] = static_cast<uint8_t>(std::lround(255 * std::clamp(value[c], 0.f, 1.f)));
+    }
+  }
+  return map;
+}
+
+}  // namespace
+
+Rgb cubehelix(float t) {
+  t = std::clamp(t, 0.f, 1.f);
+  const float angle = 2 * kPi * (0.5f / 3 + 1 - 1.5f * t);
+  const float amplitude = t * (1 - t) / 2;
+  const float c = amplitude * std::cos(angle), s = amplitude * std::sin(angle);
+  return glm::clamp(
+      Rgb(t - 0.14861f * c + 1.78277f * s, t - 0.29227f * c - 0.90649f * s, t + 1.97294f * c), 0.f,
+      1.f);
+}
+
+Rgb signed_color(float t) {
+  const float a = std::min(std::abs(t), 1.f);
+  // The first two thirds to the full colour, the rest toward white.
+  const float strong = std::min(1.5f * a, 1.f), pale = std::max(0.f, 3 * a - 2);
+  const Rgb hue = t < 0 ? Rgb(0.1f, 0.45f, 1) : Rgb(1, 0.3f, 0.1f);
+  return glm::mix(strong * hue, Rgb(1), 0.75f * pale);
+}
+
+const ColorMap& cubehelix_map() {
+  static const ColorMap map = make_map(cubehelix, 0);
+  return map;
+}
+
+const ColorMap& signed_map() {
+  static const ColorMap map = [] {
+    ColorMap made = make_map(signed_color, -1);
+    made[127] = made[128] = {0, 0, 0};
+    return made;
+  }();
+  return map;
+}
+
+std::vector<LegendMark> legend_marks(const ColorRange& range) {
+  std::vector<LegendMark> marks;
+  if (!(range.high > range.low) || (range.is_logarithmic && !(range.low > 0))) return marks;
+  const auto add = [&](double value) {
+    const float place = range.place(static_cast<float>(value));
+    if (place >= -1e-4f && place <= 1 + 1e-4f)
+      marks.push_back({place, fmt::format("{:.4g}", value)});
+  };
+  if (range.is_logarithmic) {
+    const double decades = std::log10(range.high / range.low);
+    const int first = static_cast<int>(std::floor(std::log10(range.low)));
+    const int last = static_cast<int>(std::ceil(std::log10(range.high)));
+    const int step = std::max(1, static_cast<int>(std::ceil(decades / 8)));
+    for (int power = first; power <= last; power += step) {
+      const double value = std::pow(10, power);
+      add(value);
+      if (decades < 4) add(2 * value);
+      if (decades < 4) add(5 * value);
+    }
+    return marks;
+  }
+  // 1, 2 or 5 times a power of ten apart, five to ten of them.
+  const double span = static_cast<double>(range.high) - range.low;
+  double step = std::pow(10, std::floor(std::log10(span / 5)));
+  for (const double factor : {5., 2.}) {
+    if (span / (step * factor) >= 4) {
+      step *= factor;
+      break;
+    }
+  }
+  for (double i = std::ceil(range.low / step - 1e-6); i * step <= range.high + 1e-6 * span; ++i) {
+    add(i * step + 0.);  // no "-0"
+  }
+  return marks;
+}
+
+}  // namespace kinome::viewer
