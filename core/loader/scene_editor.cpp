@@ -93,6 +93,13 @@ class SceneEditor::State {
 
   const loader::ParameterList& parameters() const { return *parameters_; }
 
+  std::string path_of(const Object& object) const {
+    for (const auto& [path, node] : parameters_->objects()) {
+      if (builder_->made_of(*node).get() == &object) return path;
+    }
+    return "";
+  }
+
   std::optional<EditedValue> get(const std::string& path) const {
     const loader::ParameterList::Place place = parameters_->find(path);
     for (auto edit = pending_.rbegin(); edit != pending_.rend(); ++edit) {
@@ -208,6 +215,9 @@ std::shared_ptr<const Scene> SceneEditor::scene_with(const ObjectDescription& in
 }
 std::vector<SceneParameter> SceneEditor::parameters() const {
   return state_->parameters().all();
+}
+std::string SceneEditor::path_of(const Object& object) const {
+  return state_->path_of(object);
 }
 std::optional<EditedValue> SceneEditor::get(const std::string& path) const {
   return state_->get(path);

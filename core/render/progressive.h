@@ -1,8 +1,5 @@
 #pragma once
 
-#include <optional>
-#include <span>
-
 #include "kinome/integrator.h"
 #include "kinome/render.h"
 
@@ -24,14 +21,6 @@ KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
 ///   end. What is not in time all the same is cut short, tile by tile.
 KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& context,
                                  const PassCallback& on_pass = nullptr);
-
-/// What lanes say of the relMSE (see RenderBudget) of the picture that is their mean; nullopt where
-/// they can't tell. Differences of two lanes, relative to the brightness of the pixel: half by the
-/// mean of all lanes, which sparks among the two raise, so that it alone would make errors too
-/// small; half by that of the others, which being noisier alone would make them too large.
-/// `samples`: of each lane.
-KINOME_EXPORT std::optional<double> estimate_rel_mse(const Film& film,
-                                                     std::span<const double> samples);
 
 /// The film's picture. Where the budget asks for variances, with their channels; what else is known
 /// of them goes to RenderStats::renders and variance_of_mean.

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <span>
 
 #include "kinome/image.h"
 #include "kinome/render_context.h"
@@ -20,6 +22,14 @@ using PassCallback = std::function<void(Image picture, const RenderStats& stats)
 /// pixel.
 KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
                            const PassCallback& on_pass);
+
+/// What lanes say of the relMSE (see RenderBudget) of the picture that is their mean; nullopt where
+/// they can't tell. Differences of two lanes, relative to the brightness of the pixel: half by the
+/// mean of all lanes, which sparks among the two raise, so that it alone would make errors too
+/// small; half by that of the others, which being noisier alone would make them too large.
+/// `samples`: of each lane.
+KINOME_EXPORT std::optional<double> estimate_rel_mse(const Film& film,
+                                                     std::span<const double> samples);
 
 /// How the user calls a RenderBudget, for messages.
 struct BudgetNames {

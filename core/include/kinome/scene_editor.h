@@ -85,6 +85,9 @@ class KINOME_EXPORT SceneEditor {
   /// it in the scene's file or not, but for what another object stands for (a texture, whose own
   /// parameters are listed).
   std::vector<SceneParameter> parameters() const;
+  /// What the paths of an object's parameters begin with; "": it has none, as what stands in where
+  /// the scene says nothing.
+  std::string path_of(const Object& object) const;
   /// What it was set to, or what the scene says, or its default; nullopt where it is none of these.
   /// Error where there is no parameter of this path, or it is a texture.
   std::optional<EditedValue> get(const std::string& path) const;

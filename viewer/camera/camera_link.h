@@ -1,0 +1,34 @@
+#pragma once
+
+#include "camera/camera_controls.h"
+#include "session/render_session.h"
+
+namespace kinome::viewer {
+
+/// Keeps camera controls and the sensor of a session together: each follows the other. Of the
+/// window's thread.
+class CameraLink {
+ public:
+  /// Once a frame: takes over what was set by others (undo, another sensor, a file that was loaded
+  /// anew).
+  void follow(const RenderSession& session, const std::shared_ptr<const SceneInfo>& info);
+  /// Whether there is a camera that can be moved.
+  bool can_move() const { return !path_.empty(); }
+  bool is_orthographic() const { return is_orthographic_; }
+  CameraControls& controls() { return controls_; }
+  const CameraControls& controls() const { return controls_; }
+  /// Sets the sensor's to_world as the controls have it.
+  void send(RenderSession& session);
+  /// The target becomes what is seen in the middle of the picture.
+  void aim(const RenderSession& session);
+
+ private:
+  CameraControls controls_;
+  std::string path_;  ///< of the sensor; "": it has none
+  uint64_t edition_ = 0;
+  Transform sent_;
+  bool is_orthographic_ = false;
+  Rect crop_;
+};
+
+}  // namespace kinome::viewer

@@ -1,0 +1,141 @@
+// kinome-view: looks at a scene while it is rendered and edited.
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <thread>
+
+#include "kinome/error.h"
+#include "kinome/image.h"
+#include "session/script.h"
+#include "window/viewer_window.h"
+
+namespace {
+
+using kinome::Error;
+using kinome::viewer::RenderSession;
+using kinome::viewer::run_script;
+using kinome::viewer::ViewerWindow;
+
+struct Arguments {
+  RenderSession::Options session;
+  ViewerWindow::Options window;
+  std::string script;  ///< "": a window is opened
+};
+
+/// After the window is closed: whoever waits for the program won't wait for a plugin that doesn't
+/// look for the end of a render.
+constexpr std::chrono::milliseconds kMostAfterClosing{200};
+
+void add_defines(const std::vector<std::string>& given, kinome::LoadOptions& load) {
+  for (const std::string& define : given) {
+    const size_t equals = define.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw Error("-D: expected KEY=VALUE, got '" + define + "'");
+    }
+    load.defines[define.substr(0, equals)] = define.substr(equals + 1);
+  }
+}
+
+/// nullopt: there is nothing left to do, but to end with this status.
+std::optional<Arguments> parse(int argc, char** argv, int& status) {
+  Arguments all;
+  CLI::App app("Shows a scene while it is rendered, and while it is edited.", "kinome-view");
+  std::vector<std::string> defines;
+  std::string size;
+  RenderSession::Options& session = all.session;
+  app.add_option("scene.xml", session.scene, "Scene file in Mitsuba's XML language")->required();
+  app.add_option("-D,--define", defines, "Sets $KEY in the scene file (repeat for more)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--integrator", session.integrator,
+                 "Plugin that renders; default: the scene's own")
+      ->type_name("NAME");
+  app.add_option("-t,--threads", session.threads, "Threads; default: one per core")->type_name("N");
+  app.add_option("--size", size, "Size of the picture; default: the scene's")->type_name("WxH");
+  app.add_option("-s,--sensor", session.sensor, "Sensor, by index or id; default: 0")
+      ->type_name("SENSOR");
+  app.add_option("-a,--append", session.load.search_paths,
+                 "More folders in which files are looked for")
+      ->allow_extra_args(false);
+  app.add_option("--plugin-path", session.plugin_folders,
+                 "Another folder of plugins (repeat for more)")
+      ->allow_extra_args(false);
+  app.add_option("--seed", session.seed, "Seed of all random numbers; default: 0")->type_name("N");
+  app.add_flag("--lenient", session.load.lenient,
+               "Leave out what of Mitsuba's plugins isn't there");
+  app.add_option("--screenshot", all.window.screenshot,
+                 "File that the key F12 writes; default: kinome-view.png")
+      ->type_name("FILE");
+  app.add_flag("--trace", all.window.trace, "Print a line for each picture that is shown");
+  app.add_option("--script", all.script,
+                 "Do what this file says, in place of opening a window ('-': standard input)")
+      ->type_name("FILE");
+  app.set_version_flag("--version", "kinome-view " KINOME_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    status = app.exit(error);
+    return std::nullopt;
+  }
+  add_defines(defines, session.load);
+  session.load.threads = session.threads;
+  int used = 0;
+  if (!size.empty() &&
+      (std::sscanf(size.c_str(), "%dx%d%n", &session.width, &session.height, &used) != 2 ||
+       used != static_cast<int>(size.size()) || session.width < 1 || session.height < 1)) {
+    throw Error("--size: expected WxH in pixels, such as 640x480, got '" + size + "'");
+  }
+  all.window.title = session.scene + " - kinome-view";
+  return all;
+}
+
+void view(Arguments all) {
+  // The session asks for new frames from its first moment on, which may be before there is a
+  // window.
+  static std::atomic<bool> has_window = false;
+  all.session.on_change = [] {
+    if (has_window) ViewerWindow::wake();
+  };
+  RenderSession session(all.session);
+  {
+    ViewerWindow window(all.window);
+    has_window = true;
+    window.run(session);
+    has_window = false;
+    std::thread([] {
+      std::this_thread::sleep_for(kMostAfterClosing);
+      kinome::remove_temporary_files();
+      _exit(0);
+    }).detach();
+    session.close();
+  }
+}
+
+/// As if someone at the window did it.
+int follow_script(const Arguments& all) {
+  RenderSession session(all.session);
+  if (all.script == "-") return run_script(std::cin, "-", session) > 0 ? 1 : 0;
+  std::ifstream file(all.script);
+  if (!file) throw Error(kinome::Location{all.script}, "can't be read");
+  return run_script(file, all.script, session) > 0 ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    int status = 0;
+    auto all = parse(argc, argv, status);
+    if (!all) return status;
+    if (!all->script.empty()) return follow_script(*all);
+    view(std::move(*all));
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "kinome-view: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,120 @@
+#include "panels/lamp_panel.h"
+
+#include <imgui.h>
+
+#include <cmath>
+
+namespace kinome::viewer {
+namespace {
+
+constexpr float kHandle = 7;  ///< radius in pixels of the window
+
+bool is_lamp(const std::string& plugin) {
+  for (const char* const one :
+       {"emitter/point", "emitter/spot", "emitter/area", "emitter/projector", "emitter/directional",
+        "emitter/directionalarea"}) {
+    if (plugin == one) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+/// Those that the scene has, with their places as they are now.
+void LampPanel::find_lamps(Frame& frame) {
+  lamps_.clear();
+  const SceneInfo& info = *frame.info;
+  for (const SceneParameter& parameter : info.parameters) {
+    const std::string object = object_of(parameter.path);
+    if (!is_lamp(parameter.plugin) || (!lamps_.empty() && lamps_.back().object == object)) continue;
+    Lamp lamp;
+    lamp.object = object;
+    // A surface that shines is placed by its shape.
+    const bool is_surface = parameter.plugin.ends_with("area");
+    const std::string placed = is_surface ? object_of(object) : object;
+    for (const char* const name : {".position", ".center", ".to_world"}) {
+      const SceneParameter* const by = placed.empty() ? nullptr : info.find(placed + name);
+      if (!by || (std::string(name) == ".to_world" && parameter.plugin == "emitter/directional")) {
+        continue;
+      }
+      const auto value = widgets_.value(*by);
+      if (value && std::holds_alternative<Vec3>(*value)) {
+        lamp.place = std::get<Vec3>(*value);
+      } else if (value && std::holds_alternative<Transform>(*value)) {
+        lamp.place = Vec3(std::get<Transform>(*value).matrix()[3]);
+      } else {
+        continue;
+      }
+      lamp.path = by->path;
+      break;
+    }
+    if (!lamp.path.empty()) lamp.seen = frame.session.project(lamp.place);
+    lamps_.push_back(std::move(lamp));
+  }
+}
+
+void LampPanel::draw(Frame& frame) {
+  if (!frame.info) return;
+  if (lamps_.empty()) return ImGui::TextDisabled("The scene has none.");
+  ImGui::Checkbox("handles in the picture, to be dragged", &has_handles_);
+  for (const Lamp& lamp : lamps_) {
+    if (!ImGui::TreeNode(lamp.object.c_str())) continue;
+    widgets_.draw_all(frame.session, *frame.info, {lamp.object});
+    ImGui::TreePop();
+  }
+}
+
+void LampPanel::draw_over_picture(Frame& frame) {
+  widgets_.begin(frame.info);
+  if (!frame.info || !frame.picture) return;
+  if (info_ != frame.info || generation_ != frame.picture->generation) {
+    info_ = frame.info;
+    generation_ = frame.picture->generation;
+    find_lamps(frame);
+  }
+  if (!has_handles_) return;
+  ImDrawList* const list = ImGui::GetWindowDrawList();
+  for (const Lamp& lamp : lamps_) {
+    if (!lamp.seen) continue;
+    const Vec2 at = frame.view.area().to_window(*lamp.seen);
+    list->AddCircle({at.x, at.y}, kHandle, IM_COL32(0, 0, 0, 255), 0, 4);
+    list->AddCircle({at.x, at.y}, kHandle, IM_COL32(255, 220, 80, 255), 0, 2);
+  }
+}
+
+bool LampPanel::press(Frame& frame, const PictureClick& click) {
+  if (!has_handles_ || click.button != 0) return false;
+  for (size_t i = 0; i < lamps_.size(); ++i) {
+    if (!lamps_[i].seen) continue;
+    const float distance = glm::length(*lamps_[i].seen - click.film) * frame.view.area().scale;
+    if (distance > kHandle + 2) continue;
+    dragged_ = i;
+    grabbed_ = lamps_[i].place;
+    return true;
+  }
+  return false;
+}
+
+/// In the plane through where it was that is at right angles to the line of sight.
+void LampPanel::drag(Frame& frame, const Vec2& film) {
+  if (dragged_ >= lamps_.size()) return;
+  const auto ray = frame.session.ray(film);
+  const SceneParameter* const parameter = frame.info->find(lamps_[dragged_].path);
+  if (!ray || !parameter) return;
+  const Vec3& forward = frame.camera.controls().forward();
+  const float cosine = glm::dot(ray->d, forward);
+  if (!(cosine > 1e-3f)) return;
+  const Vec3 place = ray->at(glm::dot(grabbed_ - ray->o, forward) / cosine);
+  auto value = widgets_.value(*parameter);
+  if (!value || !is_finite(place)) return;
+  if (auto* const transform = std::get_if<Transform>(&*value)) {
+    Mat4 m = transform->matrix();
+    m[3] = glm::vec4(place, 1.f);
+    *transform = Transform(m);
+  } else {
+    value = place;
+  }
+  widgets_.set(frame.session, parameter->path, std::move(*value), true);
+}
+
+}  // namespace kinome::viewer

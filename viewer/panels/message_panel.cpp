@@ -1,0 +1,48 @@
+#include "panels/message_panel.h"
+
+#include <imgui.h>
+
+namespace kinome::viewer {
+namespace {
+
+constexpr size_t kMostShown = 30;
+const ImVec4 kErrorColor(1, 0.45f, 0.4f, 1);
+
+}  // namespace
+
+void MessagePanel::read(const Frame& frame) {
+  for (Message& message : frame.session.messages(known_.size())) {
+    known_.push_back(std::move(message));
+  }
+}
+
+void MessagePanel::draw(Frame& frame) {
+  read(frame);
+  if (known_.empty()) return ImGui::TextDisabled("none");
+  ImGui::PushTextWrapPos(0);
+  for (size_t i = known_.size(); i > 0 && known_.size() - i < kMostShown; --i) {
+    const Message& message = known_[i - 1];
+    if (message.is_error) ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
+    ImGui::TextUnformatted(message.text.c_str());
+    if (message.is_error) ImGui::PopStyleColor();
+  }
+  ImGui::PopTextWrapPos();
+}
+
+void MessagePanel::draw_over_picture(Frame& frame) {
+  read(frame);
+  size_t latest = known_.size();
+  while (latest > seen_ && !known_[latest - 1].is_error) --latest;
+  if (latest <= seen_) return;
+  const PictureArea& area = frame.view.area();
+  ImGui::SetCursorScreenPos({area.low.x + 8, area.low.y + 8});
+  ImGui::PushTextWrapPos(area.high.x - 8);
+  ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
+  ImGui::TextUnformatted(known_[latest - 1].text.c_str());
+  ImGui::PopStyleColor();
+  ImGui::PopTextWrapPos();
+  ImGui::SetCursorScreenPos({area.low.x + 8, ImGui::GetCursorScreenPos().y});
+  if (ImGui::SmallButton("OK")) seen_ = known_.size();
+}
+
+}  // namespace kinome::viewer

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "panels/panel.h"
+
+namespace kinome::viewer {
+
+/// What went wrong, and what else there is to know, the latest first.
+class MessagePanel final : public Panel {
+ public:
+  const char* title() const override { return "Messages"; }
+  bool is_open_at_first() const override { return true; }
+  void draw(Frame& frame) override;
+  /// The latest error, until it is clicked away.
+  void draw_over_picture(Frame& frame) override;
+
+ private:
+  void read(const Frame& frame);
+
+  std::vector<Message> known_;
+  size_t seen_ = 0;  ///< of those, the first so many were clicked away
+};
+
+}  // namespace kinome::viewer

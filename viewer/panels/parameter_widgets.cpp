@@ -1,0 +1,312 @@
+#include "panels/parameter_widgets.h"
+
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace kinome::viewer {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kMostFiles = 200;
+
+bool is_word_character(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+}
+
+/// The place of a name at the end of the dots.
+std::string last_name(const std::string& path) {
+  const std::string whole = path.ends_with(".value") ? path.substr(0, path.size() - 6) : path;
+  return whole.substr(whole.rfind('.') + 1);
+}
+
+/// Faster for what is larger.
+float speed_of(float value) {
+  return std::max(0.002f, 0.005f * std::abs(value));
+}
+
+bool edit_number(const SceneParameter& parameter, const char* name, double& value) {
+  auto number = static_cast<float>(value);
+  bool is_new;
+  if (std::isfinite(parameter.low) && std::isfinite(parameter.high)) {
+    is_new = ImGui::SliderFloat(name, &number, static_cast<float>(parameter.low),
+                                static_cast<float>(parameter.high), "%.3f");
+  } else {
+    is_new = ImGui::DragFloat(name, &number, speed_of(number), 0, 0, "%.4g");
+  }
+  if (is_new) value = number;
+  return is_new;
+}
+
+bool edit_color(const SceneParameter& parameter, const char* name, UniformColor& color) {
+  if (color.is_float) {
+    double grey = color.value.x;
+    if (!edit_number(parameter, name, grey)) return false;
+    color.value = Rgb(static_cast<float>(grey));
+    return true;
+  }
+  const bool is_limited = std::isfinite(parameter.high);
+  const ImGuiColorEditFlags flags =
+      ImGuiColorEditFlags_Float | (is_limited ? 0 : ImGuiColorEditFlags_HDR);
+  if (!ImGui::ColorEdit3(name, &color.value.x, flags)) return false;
+  color.spectral = false;
+  return true;
+}
+
+/// What is offered for a parameter that has no value; nullopt: it can't be entered.
+std::optional<EditedValue> first_value(const SceneParameter& parameter) {
+  if (!parameter.kind) return std::nullopt;
+  switch (*parameter.kind) {
+    case ParameterType::kBoolean:
+      return true;
+    case ParameterType::kInteger:
+      return int64_t{1};
+    case ParameterType::kFloat:
+    case ParameterType::kFloatOrName:
+      return 1.0;
+    case ParameterType::kVector:
+      return Vec3(0.f);
+    case ParameterType::kTransform:
+      return Transform();
+    case ParameterType::kEmission:
+    case ParameterType::kEmissionTexture:
+    case ParameterType::kReflectanceTexture:
+    case ParameterType::kColorTexture:
+      return UniformColor{Rgb(0.5f)};
+    case ParameterType::kUnitlessTexture:
+      return UniformColor{Rgb(0.5f), false, true};
+    case ParameterType::kString:
+    case ParameterType::kFile:
+    case ParameterType::kImage:
+    case ParameterType::kObject:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+/// Place, turn and size, as changes of what it is.
+bool edit_transform(const char* name, Transform& transform) {
+  Mat4 m = transform.matrix();
+  bool is_new = false;
+  Vec3 place(m[3]);
+  if (ImGui::DragFloat3(name, &place.x, speed_of(glm::length(place)), 0, 0, "%.4g")) {
+    m[3] = glm::vec4(place, 1.f);
+    is_new = true;
+  }
+  Vec3 angles(0.f);
+  if (ImGui::DragFloat3("turn by", &angles.x, 0.5f, 0, 0, "%.1f")) {
+    for (int i = 0; i < 3; ++i) {
+      Vec3 axis(0.f);
+      axis[i] = 1;
+      const Mat4 turn = glm::rotate(Mat4(1.f), glm::radians(angles[i]), axis);
+      const glm::vec4 where = m[3];
+      m = turn * m;
+      m[3] = where;
+    }
+    is_new = true;
+  }
+  float size = 1;
+  if (ImGui::DragFloat("size times", &size, 0.005f, 0.5f, 2, "%.3f") && size > 0) {
+    m = m * glm::scale(Mat4(1.f), Vec3(size));
+    is_new = true;
+  }
+  if (is_new) transform = Transform(m);
+  return is_new;
+}
+
+}  // namespace
+
+std::string object_of(const std::string& path) {
+  const std::string whole = path.ends_with(".value") ? path.substr(0, path.size() - 6) : path;
+  const size_t dot = whole.rfind('.');
+  return dot == std::string::npos ? "" : whole.substr(0, dot);
+}
+
+std::vector<std::string> choices_of(const SceneParameter& parameter) {
+  const auto* const usual =
+      parameter.default_value ? std::get_if<std::string>(&*parameter.default_value) : nullptr;
+  if (!usual || parameter.kind != ParameterType::kString) return {};
+  // "A, B or C", one of which is the default.
+  const std::string& text = parameter.doc;
+  for (size_t at = text.find(" or "); at != std::string::npos; at = text.find(" or ", at + 1)) {
+    const auto word_before = [&](size_t end) {
+      size_t begin = end;
+      while (begin > 0 && is_word_character(text[begin - 1])) --begin;
+      return text.substr(begin, end - begin);
+    };
+    std::vector<std::string> names;
+    size_t end = at;
+    while (true) {
+      names.insert(names.begin(), word_before(end));
+      const size_t begin = end - names.front().size();
+      if (begin < 2 || text.compare(begin - 2, 2, ", ") != 0) break;
+      end = begin - 2;
+    }
+    size_t after = at + 4;
+    while (after < text.size() && is_word_character(text[after])) ++after;
+    names.push_back(text.substr(at + 4, after - at - 4));
+    std::erase(names, "");
+    if (std::find(names.begin(), names.end(), *usual) != names.end()) return names;
+  }
+  return {};
+}
+
+std::vector<std::string> files_beside(const std::string& file, const std::string& scene) {
+  std::error_code fault;
+  const fs::path own(file);
+  const fs::path folder =
+      own.is_absolute() ? own.parent_path() : fs::path(scene).parent_path() / own.parent_path();
+  std::vector<std::string> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, fault)) {
+    const std::string ending = entry.path().extension().string();
+    const bool is_image = ending == ".exr" || ending == ".hdr" || ending == ".pfm" ||
+                          ending == ".png" || ending == ".jpg";
+    if (ending != own.extension() && !(is_image && own.extension() != ".ply")) continue;
+    // Named as the scene names its own.
+    found.push_back((own.parent_path() / entry.path().filename()).string());
+    if (found.size() == kMostFiles) break;
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+void ParameterWidgets::begin(const std::shared_ptr<const SceneInfo>& info) {
+  if (info_ == info || ImGui::IsAnyItemActive()) return;
+  info_ = info;
+  entered_.clear();
+}
+
+std::optional<EditedValue> ParameterWidgets::value(const SceneParameter& parameter) const {
+  const auto found = entered_.find(parameter.path);
+  return found != entered_.end() ? std::optional(found->second) : parameter.value;
+}
+
+void ParameterWidgets::set(RenderSession& session, const std::string& path, EditedValue value,
+                           bool is_moving) {
+  entered_[path] = value;
+  session.set({{path, std::move(value)}}, is_moving);
+}
+
+bool ParameterWidgets::edit_text(const SceneParameter& parameter, const char* name,
+                                 std::string& text) {
+  const std::vector<std::string> choices = choices_of(parameter);
+  if (!choices.empty()) {
+    bool is_new = false;
+    if (!ImGui::BeginCombo(name, text.c_str())) return false;
+    for (const std::string& choice : choices) {
+      if (!ImGui::Selectable(choice.c_str(), choice == text)) continue;
+      text = choice;
+      is_new = true;
+    }
+    ImGui::EndCombo();
+    return is_new;
+  }
+  // What is typed counts once it is whole.
+  const auto [typed, is_first] = typed_.emplace(parameter.path, text);
+  const bool is_done = ImGui::InputText(name, &typed->second, ImGuiInputTextFlags_EnterReturnsTrue);
+  const std::string entered = typed->second;
+  if (!ImGui::IsItemActive()) typed_.erase(typed);
+  if (!is_done || entered == text) return false;
+  text = entered;
+  return true;
+}
+
+bool ParameterWidgets::edit_file(const char* name, std::string& file) {
+  bool is_new = false;
+  ImGui::SameLine();
+  if (!ImGui::BeginCombo((std::string("##files") + name).c_str(), "", ImGuiComboFlags_NoPreview)) {
+    return false;
+  }
+  for (const std::string& other : files_beside(file, info_ ? info_->file : "")) {
+    if (!ImGui::Selectable(other.c_str(), other == file)) continue;
+    file = other;
+    is_new = true;
+  }
+  ImGui::EndCombo();
+  return is_new;
+}
+
+bool ParameterWidgets::edit(const SceneParameter& parameter, const char* name, EditedValue& value) {
+  if (auto* const flag = std::get_if<bool>(&value)) return ImGui::Checkbox(name, flag);
+  if (auto* const integer = std::get_if<int64_t>(&value)) {
+    auto number = static_cast<int>(std::clamp<int64_t>(*integer, INT32_MIN, INT32_MAX));
+    if (!ImGui::InputInt(name, &number)) return false;
+    *integer = number;
+    return true;
+  }
+  if (auto* const number = std::get_if<double>(&value)) {
+    return edit_number(parameter, name, *number);
+  }
+  if (auto* const text = std::get_if<std::string>(&value)) {
+    bool is_new = edit_text(parameter, name, *text);
+    if (parameter.kind == ParameterType::kFile) is_new |= edit_file(name, *text);
+    if (is_new && parameter.kind == ParameterType::kFloatOrName) {
+      double number = 0;
+      const char* const end = text->data() + text->size();
+      const auto [rest, error] = std::from_chars(text->data(), end, number);
+      if (error == std::errc{} && rest == end) value = number;
+    }
+    return is_new;
+  }
+  if (auto* const v = std::get_if<Vec3>(&value)) {
+    return ImGui::DragFloat3(name, &v->x, speed_of(glm::length(*v)), 0, 0, "%.4g");
+  }
+  if (auto* const color = std::get_if<UniformColor>(&value)) {
+    return edit_color(parameter, name, *color);
+  }
+  if (auto* const transform = std::get_if<Transform>(&value))
+    return edit_transform(name, *transform);
+  ImGui::TextDisabled("%s: %s", name, parameter.type.c_str());
+  return false;
+}
+
+void ParameterWidgets::draw(RenderSession& session, const SceneParameter& parameter) {
+  const std::string name = last_name(parameter.path);
+  ImGui::PushID(parameter.path.c_str());
+  if (auto now = value(parameter)) {
+    ImGui::BeginGroup();
+    const bool is_new = edit(parameter, name.c_str(), *now);
+    ImGui::EndGroup();
+    if (ImGui::IsItemHovered() && !ImGui::IsAnyItemActive()) {
+      ImGui::SetTooltip("%s%s", parameter.doc.c_str(), parameter.is_set ? "" : " (default)");
+    }
+    if (is_new) set(session, parameter.path, std::move(*now), ImGui::IsAnyItemActive());
+  } else {
+    ImGui::TextDisabled("%s: %s, not set", name.c_str(), parameter.type.c_str());
+    auto first = first_value(parameter);
+    if (first) {
+      ImGui::SameLine();
+      if (ImGui::SmallButton("set")) set(session, parameter.path, std::move(*first), false);
+    }
+  }
+  ImGui::PopID();
+}
+
+bool ParameterWidgets::draw_all(RenderSession& session, const SceneInfo& info,
+                                const std::vector<std::string>& objects) {
+  bool has_any = false;
+  for (const std::string& object : objects) {
+    bool is_first = true;
+    for (const SceneParameter& parameter : info.parameters) {
+      if (object_of(parameter.path) != object) continue;
+      if (std::exchange(is_first, false)) {
+        ImGui::TextColored(ImVec4(0.6f, 0.8f, 1, 1), "%s", object.c_str());
+        ImGui::SameLine();
+        ImGui::TextDisabled("%s", parameter.plugin.c_str());
+        ImGui::Indent(8);
+        has_any = true;
+      }
+      draw(session, parameter);
+    }
+    if (!is_first) ImGui::Unindent(8);
+  }
+  return has_any;
+}
+
+}  // namespace kinome::viewer

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "session/render_session.h"
+
+namespace kinome::viewer {
+
+/// Path of the object that a parameter with this path is of.
+std::string object_of(const std::string& path);
+
+/// The names that a parameter's description says it may have ("beckmann or ggx"), where it is one
+/// of a few; else none.
+std::vector<std::string> choices_of(const SceneParameter& parameter);
+
+/// Files beside the one of a parameter that end as it does, by name; itself among them. `scene`:
+/// the scene's file, by whose folder names are meant.
+std::vector<std::string> files_beside(const std::string& file, const std::string& scene);
+
+/// Widgets of a scene's parameters, each of its type, and what was entered until the scene has it.
+/// Of the window's thread.
+class ParameterWidgets {
+ public:
+  /// Once a frame, before any are drawn.
+  void begin(const std::shared_ptr<const SceneInfo>& info);
+  /// A widget by the name of the parameter without its object's path; sets what is entered.
+  void draw(RenderSession& session, const SceneParameter& parameter);
+  /// All parameters of the objects with these paths, beneath their names. False: there are none.
+  bool draw_all(RenderSession& session, const SceneInfo& info,
+                const std::vector<std::string>& objects);
+  /// What it is, or what was entered for it.
+  std::optional<EditedValue> value(const SceneParameter& parameter) const;
+  /// Sets it, and shows it so from now on.
+  void set(RenderSession& session, const std::string& path, EditedValue value, bool is_moving);
+
+ private:
+  bool edit(const SceneParameter& parameter, const char* name, EditedValue& value);
+  bool edit_file(const char* name, std::string& file);
+  bool edit_text(const SceneParameter& parameter, const char* name, std::string& text);
+
+  std::shared_ptr<const SceneInfo> info_;
+  std::map<std::string, EditedValue> entered_;
+  std::map<std::string, std::string> typed_;  ///< texts that are being typed
+};
+
+}  // namespace kinome::viewer

@@ -1,0 +1,33 @@
+#include "panels/save_panel.h"
+
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <filesystem>
+
+namespace kinome::viewer {
+
+void SavePanel::draw(Frame& frame) {
+  if (!frame.info) return;
+  if (scene_.empty()) {
+    const std::filesystem::path file(frame.info->file);
+    scene_ = (file.parent_path() / (file.stem().string() + "-edited.xml")).string();
+    picture_ = file.stem().string() + ".exr";
+  }
+  ImGui::InputText("##scene", &scene_);
+  ImGui::SameLine();
+  if (ImGui::Button("Save scene")) frame.session.save(scene_);
+  ImGui::InputText("##picture", &picture_);
+  ImGui::SameLine();
+  if (ImGui::Button("Save picture") && frame.picture) {
+    try {
+      write_picture(picture_, *frame.picture);
+      frame.session.say(false, "wrote " + picture_ +
+                                   (frame.picture->is_preview ? ", which is but a preview" : ""));
+    } catch (const std::exception& fault) {
+      frame.session.say(true, fault.what());
+    }
+  }
+}
+
+}  // namespace kinome::viewer

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "panels/panel.h"
+
+namespace kinome::viewer {
+
+/// Writes the scene as XML, and the picture as EXR and PNG.
+class SavePanel final : public Panel {
+ public:
+  const char* title() const override { return "Save"; }
+  void draw(Frame& frame) override;
+
+ private:
+  std::string scene_, picture_;
+};
+
+}  // namespace kinome::viewer

@@ -1,0 +1,78 @@
+#include "session/live_render.h"
+
+#include <algorithm>
+
+#include "kinome/render.h"
+
+namespace kinome::viewer {
+namespace {
+
+/// The fewest that tell an error.
+constexpr uint32_t kLanes = 4;
+/// Between two pictures: a pass is also what "pause" waits for.
+constexpr double kMostSeconds = 1;
+
+}  // namespace
+
+std::optional<Image> render_once(const Scene& scene, const Sensor& sensor, RenderContext& context) {
+  const Integrator& integrator = scene.integrator();
+  Film& film = sensor.film();
+  context.stats() = {};
+  context.begin_pass(0, 0, 1);
+  context.stats().threads = context.threads();
+  film.prepare(integrator.layers(), integrator.channels());
+  {
+    const StageTimer timer(context.stats().render_seconds);
+    integrator.render(scene, sensor, context);
+  }
+  if (context.interrupted()) return std::nullopt;
+  context.stats().samples = sensor.sampler().sample_count();
+  context.stats().non_finite_samples += film.non_finite();
+  return film.develop();
+}
+
+LiveRender::LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& context)
+    : context_(context), film_(sensor.film()), lane_samples_(kLanes) {
+  const double start = context.seconds();
+  const Integrator& integrator = scene.integrator();
+  context.stats() = {};
+  context.stats().threads = context.threads();
+  context.begin_pass(0, 0, 1);
+  film_.prepare(integrator.layers(), integrator.channels(), kLanes);
+  passes_ = integrator.begin(scene, sensor, context, kInfinity);
+  seconds_ = context.seconds() - start;
+}
+
+bool LiveRender::pass() {
+  const double start = context_.seconds();
+  const auto least = std::min_element(lane_samples_.begin(), lane_samples_.end());
+  // In the first round each lane gets a single sample: they are to be seen soon.
+  double samples = pass_ < kLanes ? 1 : std::max(1., done_ / kLanes);
+  if (last_seconds_ > 0) {
+    samples = std::min(samples, std::max(1., kMostSeconds * last_samples_ / last_seconds_));
+  }
+  film_.set_lane(static_cast<uint32_t>(least - lane_samples_.begin()));
+  // Seeds 1, 2, ...: none is that of the scene's own samples.
+  context_.begin_pass(++pass_, 0, 1);
+  const double rendered = passes_->render(samples);
+  if (context_.interrupted()) return false;
+  *least += rendered;
+  done_ += rendered;
+  last_samples_ = rendered;
+  last_seconds_ = context_.seconds() - start;
+  seconds_ += last_seconds_;
+  context_.stats().samples = done_;
+  context_.stats().render_seconds = seconds_;
+  context_.stats().non_finite_samples = film_.non_finite();
+  return true;
+}
+
+Image LiveRender::develop() const {
+  return film_.develop();
+}
+
+double LiveRender::rel_mse() const {
+  return estimate_rel_mse(film_, lane_samples_).value_or(-1);
+}
+
+}  // namespace kinome::viewer

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "kinome/integrator.h"
+#include "kinome/render_context.h"
+
+namespace kinome::viewer {
+
+/// Renders the scene's samples, as kinome::render() does without a budget, to the bit; but where it
+/// is interrupted, nothing is done to fill what is missing, and there is no picture.
+std::optional<Image> render_once(const Scene& scene, const Sensor& sensor, RenderContext& context);
+
+/// A picture that gets better for as long as passes are asked for. It goes on in lanes of the film
+/// (see FilmNoise), by which its error is estimated. All that it is given must outlive it.
+class LiveRender {
+ public:
+  LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& context);
+
+  /// Adds a pass: small ones first, of a quarter of all samples later on, and none of more than a
+  /// second. False: it was interrupted, and the picture is of no use.
+  bool pass();
+  Image develop() const;
+  double samples() const { return done_; }  ///< a pixel
+  double seconds() const { return seconds_; }
+  /// As estimated; negative: there is no telling yet.
+  double rel_mse() const;
+
+ private:
+  RenderContext& context_;
+  Film& film_;
+  std::unique_ptr<Passes> passes_;
+  std::vector<double> lane_samples_;
+  double done_ = 0;
+  double seconds_ = 0;
+  double last_seconds_ = 0, last_samples_ = 0;
+  uint64_t pass_ = 0;
+};
+
+}  // namespace kinome::viewer

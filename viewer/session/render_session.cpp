@@ -1,0 +1,97 @@
+#include "session/render_session.h"
+
+#include <algorithm>
+
+#include "session/worker.h"
+
+namespace kinome::viewer {
+
+const SceneParameter* SceneInfo::find(const std::string& path) const {
+  const auto found = std::find_if(parameters.begin(), parameters.end(),
+                                  [&](const SceneParameter& p) { return p.path == path; });
+  return found == parameters.end() ? nullptr : &*found;
+}
+
+RenderSession::RenderSession(Options options)
+    : worker_(std::make_unique<Worker>(std::move(options))) {}
+RenderSession::~RenderSession() = default;
+
+PicturePointer RenderSession::picture() const {
+  const std::lock_guard lock(worker_->mutex);
+  return worker_->shown.picture;
+}
+std::shared_ptr<const SceneInfo> RenderSession::info() const {
+  const std::lock_guard lock(worker_->mutex);
+  return worker_->shown.info;
+}
+Status RenderSession::status() const {
+  const std::lock_guard lock(worker_->mutex);
+  Status status = worker_->shown.status;
+  status.fraction = worker_->fraction;
+  status.integrator = worker_->shown.integrator;
+  return status;
+}
+std::vector<Message> RenderSession::messages(size_t known) const {
+  const std::lock_guard lock(worker_->mutex);
+  const auto& all = worker_->shown.messages;
+  return {all.begin() + static_cast<std::ptrdiff_t>(std::min(known, all.size())), all.end()};
+}
+void RenderSession::say(bool is_error, std::string text) {
+  worker_->say(is_error, std::move(text));
+}
+
+void RenderSession::set(Edits edits, bool is_moving, bool is_undoable) {
+  if (edits.empty()) return;
+  worker_->request(true, [&](Requests& wanted) {
+    add_change(wanted.changes, {std::move(edits), is_undoable});
+    wanted.is_moving = is_moving;
+    wanted.last_change = std::chrono::steady_clock::now();
+  });
+}
+void RenderSession::undo() {
+  worker_->request(true, [&](Requests& wanted) { ++wanted.undos; });
+}
+void RenderSession::set_integrator(std::string name) {
+  worker_->request(true, [&](Requests& wanted) { wanted.integrator = std::move(name); });
+}
+void RenderSession::set_sensor(size_t index) {
+  worker_->request(true, [&](Requests& wanted) { wanted.sensor = index; });
+}
+void RenderSession::set_paused(bool is_paused) {
+  worker_->request(false, [&](Requests& wanted) { wanted.is_paused = is_paused; });
+}
+void RenderSession::restart() {
+  worker_->request(true, [&](Requests& wanted) { wanted.restart = true; });
+}
+void RenderSession::render(uint32_t samples) {
+  worker_->request(true, [&](Requests& wanted) { wanted.exact_samples = std::max(1u, samples); });
+}
+void RenderSession::reload() {
+  worker_->request(true, [&](Requests& wanted) { wanted.reload = true; });
+}
+void RenderSession::run(Task task) {
+  worker_->request(false, [&](Requests& wanted) { wanted.tasks.push_back(std::move(task)); });
+}
+void RenderSession::save(std::string path) {
+  run([this, path = std::move(path)](const Access& access) {
+    access.editor.save(path);
+    say(false, "saved " + path);
+  });
+}
+void RenderSession::close() {
+  worker_->close();
+}
+void RenderSession::wait() const {
+  worker_->wait();
+}
+std::optional<Pick> RenderSession::pick(const Vec2& film_position) const {
+  return worker_->pick(film_position);
+}
+std::optional<Ray> RenderSession::ray(const Vec2& film_position) const {
+  return worker_->ray(film_position);
+}
+std::optional<Vec2> RenderSession::project(const Vec3& point) const {
+  return worker_->project(point);
+}
+
+}  // namespace kinome::viewer

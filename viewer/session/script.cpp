@@ -1,0 +1,231 @@
+#include "session/script.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+#include "camera/camera_link.h"
+
+namespace kinome::viewer {
+namespace {
+
+std::vector<double> numbers_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<double> numbers;
+  for (double number; stream >> number;) numbers.push_back(number);
+  if (!stream.eof()) throw Error("'" + text + "' is no list of numbers");
+  return numbers;
+}
+
+std::vector<double> numbers_of(const std::string& text, size_t count) {
+  auto numbers = numbers_of(text);
+  if (numbers.size() != count) {
+    throw Error("expected " + std::to_string(count) + " numbers, got '" + text + "'");
+  }
+  return numbers;
+}
+
+Vec3 triple_of(const std::string& text) {
+  const auto n = numbers_of(text, 3);
+  return Vec3(n[0], n[1], n[2]);
+}
+
+/// Bytes that are resident now.
+long resident_bytes() {
+  long pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return resident * sysconf(_SC_PAGESIZE);
+}
+
+/// One script at work.
+class Script {
+ public:
+  explicit Script(RenderSession& session) : session_(session) {}
+
+  void run(const std::string& command, const std::string& rest) {
+    if (command == "set") {
+      const size_t space = rest.find(' ');
+      if (space == std::string::npos) throw Error("expected: set PATH VALUE");
+      set(rest.substr(0, space), rest.substr(space + 1));
+    } else if (command == "undo") {
+      session_.undo();
+    } else if (command == "integrator") {
+      session_.set_integrator(rest);
+    } else if (command == "lookat") {
+      std::printf("%s\n", camera().controls().lookat().c_str());
+    } else if (move(command, rest)) {
+      camera().send(session_);
+    } else if (command == "pick") {
+      pick(rest);
+    } else if (command == "render") {
+      session_.render(static_cast<uint32_t>(numbers_of(rest, 1)[0]));
+    } else if (command == "wait") {
+      wait();
+    } else if (command == "picture") {
+      wait();
+      const PicturePointer picture = session_.picture();
+      if (!picture) return fail("there is no picture");
+      write_picture(rest, *picture);
+    } else if (command == "save") {
+      session_.save(rest);
+      wait();
+    } else if (command == "parameters") {
+      for (const SceneParameter& parameter : info().parameters) {
+        std::printf("%s\t%s\t%s\n", parameter.path.c_str(), parameter.type.c_str(),
+                    parameter.plugin.c_str());
+      }
+    } else if (command == "memory") {
+      std::printf("memory %ld\n", resident_bytes());
+    } else {
+      throw Error("there is no command '" + command + "'");
+    }
+  }
+
+  int wait() {
+    session_.wait();
+    for (const Message& message : session_.messages(known_)) {
+      ++known_;
+      if (message.is_error) fail(message.text);
+    }
+    return errors_;
+  }
+
+ private:
+  const SceneInfo& info() {
+    wait();
+    info_ = session_.info();
+    if (!info_) throw Error("the scene isn't loaded");
+    return *info_;
+  }
+
+  /// What parameters there are doesn't change by edits.
+  void set(const std::string& path, const std::string& text) {
+    const SceneInfo& known = info_ ? *info_ : info();
+    const SceneParameter* const parameter = known.find(path);
+    if (!parameter) return fail("there is no parameter '" + path + "'");
+    try {
+      session_.set({{path, parse_value(*parameter, text)}});
+    } catch (const Error& error) {
+      fail(path + ": " + error.what());
+    }
+  }
+
+  CameraLink& camera() {
+    if (!info_) info();
+    camera_.follow(session_, info_);
+    if (!camera_.can_move()) throw Error("the sensor can't be moved");
+    return camera_;
+  }
+
+  /// False: this is no command of a camera's.
+  bool move(const std::string& command, const std::string& rest) {
+    if (command == "orbit" || command == "look") {
+      const auto n = numbers_of(rest, 2);
+      const Vec2 angle = glm::radians(Vec2(n[0], n[1]));
+      CameraControls& controls = camera().controls();
+      command == "orbit" ? controls.orbit(angle.x, angle.y) : controls.look(angle.x, angle.y);
+    } else if (command == "move") {
+      const Vec3 way = triple_of(rest);
+      camera().controls().move(way.x, way.y, way.z);
+    } else if (command == "dolly") {
+      camera().controls().dolly(static_cast<float>(numbers_of(rest, 1)[0]),
+                                camera().is_orthographic());
+    } else if (command == "home") {
+      camera().controls().reset();
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  void pick(const std::string& rest) {
+    wait();
+    const auto n = numbers_of(rest, 2);
+    const auto found = session_.pick(Vec2(n[0], n[1]));
+    if (!found) {
+      std::printf("nothing\n");
+      return;
+    }
+    std::printf("%g %g %g", found->point.x, found->point.y, found->point.z);
+    for (const std::string& material : found->materials) std::printf(" %s", material.c_str());
+    std::printf("\n");
+  }
+
+  void fail(const std::string& text) {
+    std::printf("error: %s\n", text.c_str());
+    ++errors_;
+  }
+
+  RenderSession& session_;
+  std::shared_ptr<const SceneInfo> info_;
+  CameraLink camera_;
+  size_t known_ = 0;
+  int errors_ = 0;
+};
+
+}  // namespace
+
+EditedValue parse_value(const SceneParameter& parameter, const std::string& text) {
+  if (!parameter.kind) throw Error("an array can't be set so");
+  switch (*parameter.kind) {
+    case ParameterType::kBoolean:
+      if (text != "true" && text != "false") throw Error("expected true or false");
+      return text == "true";
+    case ParameterType::kInteger:
+      return static_cast<int64_t>(numbers_of(text, 1)[0]);
+    case ParameterType::kFloat:
+      return numbers_of(text, 1)[0];
+    case ParameterType::kString:
+    case ParameterType::kFile:
+      return text;
+    case ParameterType::kFloatOrName:
+      try {
+        return numbers_of(text, 1)[0];
+      } catch (const Error&) {
+        return text;
+      }
+    case ParameterType::kVector:
+      return triple_of(text);
+    case ParameterType::kEmission:
+    case ParameterType::kEmissionTexture:
+    case ParameterType::kReflectanceTexture:
+    case ParameterType::kUnitlessTexture:
+    case ParameterType::kColorTexture: {
+      const auto n = numbers_of(text);
+      if (n.size() == 1) return UniformColor{Rgb(n[0]), false, true};
+      return UniformColor{triple_of(text)};
+    }
+    case ParameterType::kTransform: {
+      const auto n = numbers_of(text, 16);
+      Mat4 m;
+      for (int i = 0; i < 16; ++i) m[i % 4][i / 4] = static_cast<float>(n[static_cast<size_t>(i)]);
+      return Transform(m);
+    }
+    case ParameterType::kImage:
+    case ParameterType::kObject:
+      break;
+  }
+  throw Error("it can't be set by a text");
+}
+
+int run_script(std::istream& script, const std::string& name, RenderSession& session) {
+  Script at_work(session);
+  std::string line;
+  for (int number = 1; std::getline(script, line); ++number) {
+    const size_t begin = line.find_first_not_of(" \t");
+    if (begin == std::string::npos || line[begin] == '#') continue;
+    const size_t end = std::min(line.find(' ', begin), line.size());
+    const size_t rest = line.find_first_not_of(' ', end);
+    try {
+      at_work.run(line.substr(begin, end - begin),
+                  rest == std::string::npos ? "" : line.substr(rest));
+    } catch (const Error& error) {
+      throw error.where().file.empty() ? Error(Location{name, number, 1}, error.message()) : error;
+    }
+  }
+  return at_work.wait();
+}
+
+}  // namespace kinome::viewer

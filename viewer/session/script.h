@@ -1,0 +1,37 @@
+#pragma once
+
+#include <istream>
+#include <string>
+
+#include "session/render_session.h"
+
+namespace kinome::viewer {
+
+/// Does what a script says with a session, as someone at the window would, and prints what comes of
+/// it. One command a line:
+///
+///     set PATH VALUE        a parameter, as XML would write its value; a transform by 16 numbers
+///     undo
+///     integrator [NAME]     none: the scene's own
+///     orbit RIGHT UP        the camera, in degrees; as CameraControls has it, so are
+///     look RIGHT UP
+///     move RIGHT UP FORWARD
+///     dolly FACTOR
+///     home                  the camera goes back to where it was
+///     lookat                prints where it is
+///     pick X Y              prints what is seen there, in pixels of the film
+///     render SAMPLES        as RenderSession::render()
+///     wait                  until all of that is done
+///     picture FILE          writes the picture, as write_picture()
+///     save FILE             the scene as XML
+///     parameters            prints their paths, types and plugins
+///     memory                prints how much memory is resident [bytes]
+///
+/// Errors are printed as "error: ..."; the session goes on. Returns how many there were. Throws
+/// Error for a line that is no command.
+int run_script(std::istream& script, const std::string& name, RenderSession& session);
+
+/// The value of a parameter as a text says it. Throws Error.
+EditedValue parse_value(const SceneParameter& parameter, const std::string& text);
+
+}  // namespace kinome::viewer

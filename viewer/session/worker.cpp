@@ -1,0 +1,408 @@
+#include "session/worker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "kinome/render.h"
+#include "session/preview_sensor.h"
+
+namespace kinome::viewer {
+namespace {
+
+/// Without a change for so long, what was moved stands still.
+constexpr std::chrono::milliseconds kStill{150};
+/// Of the first preview, a side's share of the film's.
+constexpr double kFirstScale = 0.25;
+constexpr double kLeastScale = 1. / 16;
+
+std::string name_of(const Integrator& integrator) {
+  const std::string& plugin = integrator.plugin();
+  return plugin.substr(plugin.find('/') + 1);
+}
+
+uint64_t rays_of(const RenderStats& stats) {
+  return std::accumulate(stats.counters.rays.begin(), stats.counters.rays.end(), uint64_t{0});
+}
+
+void add_materials(const Object& object, const SceneEditor& editor,
+                   std::vector<std::string>& paths) {
+  const std::string path = editor.path_of(object);
+  if (!path.empty() && std::find(paths.begin(), paths.end(), path) == paths.end()) {
+    paths.push_back(path);
+  }
+  for (const auto& part : object.nested()) add_materials(*part, editor, paths);
+}
+
+}  // namespace
+
+RenderSession::Worker::Worker(Options options) : options_(std::move(options)) {
+  shown.integrator = integrator_ = options_.integrator;
+  thread_ = std::thread([this] { work(); });
+}
+
+RenderSession::Worker::~Worker() {
+  close();
+}
+
+void RenderSession::Worker::close() {
+  {
+    const std::lock_guard lock(mutex);
+    is_closing_ = true;
+    cancel_ = true;
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+void RenderSession::Worker::request(bool ends_render, const std::function<void(Requests&)>& add) {
+  const std::lock_guard lock(mutex);
+  add(requests_);
+  ++asked_;
+  if (ends_render && may_be_ended_) cancel_ = true;
+  changed_.notify_all();
+}
+
+void RenderSession::Worker::say(bool is_error, std::string text) {
+  {
+    const std::lock_guard lock(mutex);
+    shown.messages.push_back({is_error, std::move(text)});
+  }
+  notify();
+}
+
+void RenderSession::Worker::wait() {
+  std::unique_lock lock(mutex);
+  const uint64_t last = asked_;
+  changed_.wait(lock, [&] { return served_ >= last || is_closing_; });
+}
+
+void RenderSession::Worker::set_activity(Activity activity) {
+  const std::lock_guard lock(mutex);
+  shown.status.activity = activity;
+  shown.status.is_exact = exact_samples_.has_value();
+  shown.integrator = integrator_;
+}
+
+bool RenderSession::Worker::has_work() const {
+  if (!scene_ || scene_->sensors().empty()) return false;
+  return wants_preview_ || (!is_done_ && !is_paused_);
+}
+
+void RenderSession::Worker::work() {
+  context_ = std::make_unique<RenderContext>(
+      RenderContext::Options{.threads = options_.threads,
+                             .seed = options_.seed,
+                             .cancel = &cancel_,
+                             .progress = [this](double done) { fraction = done; }});
+  load();
+  notify();
+  while (true) {
+    Requests requests;
+    {
+      std::unique_lock lock(mutex);
+      may_be_ended_ = false;
+      if (!exact_samples_ || is_done_) {
+        served_ = taken_;
+        changed_.notify_all();
+      }
+      // Nothing but previews as long as something moves.
+      if (is_moving_ && !wants_preview_) {
+        changed_.wait_until(lock, last_change_ + kStill,
+                            [this] { return is_closing_ || requests_.any(); });
+      }
+      if (!has_work() && !requests_.any() && !is_closing_) {
+        changed_.wait(lock, [this] { return is_closing_ || requests_.any(); });
+      }
+      if (is_closing_) break;
+      requests = std::exchange(requests_, {});
+      taken_ = asked_;
+      // Whoever wants an end of what is rendered from here on sets it again.
+      cancel_ = false;
+    }
+    try {
+      if (requests.any()) {
+        make(std::move(requests));
+        notify();
+        continue;
+      }
+      is_moving_ = is_moving_ && Clock::now() - last_change_ < kStill;
+      if (wants_preview_) {
+        preview();
+      } else if (!is_moving_) {
+        publish_info();
+        {
+          // A change that came since is made first.
+          const std::lock_guard lock(mutex);
+          if (requests_.any()) continue;
+          may_be_ended_ = true;
+        }
+        exact_samples_ ? render_exactly() : improve();
+      }
+    } catch (const std::exception& fault) {
+      say(true, text_of(fault));
+      live_.reset();
+      wants_preview_ = false;
+      is_done_ = true;
+      set_activity(Activity::kFailed);
+    }
+    notify();
+  }
+  live_.reset();
+}
+
+void RenderSession::Worker::load() {
+  set_activity(Activity::kLoading);
+  live_.reset();
+  try {
+    if (!registry_) {
+      registry_ = std::make_unique<PluginRegistry>(
+          PluginRegistry::default_folders(options_.plugin_folders));
+    }
+    const std::lock_guard lock(scene_mutex_);
+    scene_.reset();
+    editor_.reset();
+    history_.forget();
+    editor_ = std::make_unique<SceneEditor>(options_.scene, options_.load, *registry_);
+    scene_ = with_integrator(integrator_);
+    choose_sensor();
+    ++edition_;
+    wants_preview_ = options_.is_live;
+    is_done_ = !options_.is_live;
+  } catch (const std::exception& fault) {
+    say(true, text_of(fault));
+    set_activity(Activity::kFailed);
+    return;
+  }
+  publish_info();
+}
+
+std::shared_ptr<const Scene> RenderSession::Worker::with_integrator(const std::string& name) {
+  if (name.empty()) return editor_->scene();
+  ObjectDescription said;
+  said.tag = "integrator";
+  said.type = name;
+  said.where = Location{"integrator " + name};
+  return editor_->scene_with(said);
+}
+
+/// As the options say, with the film's size that they ask for.
+void RenderSession::Worker::choose_sensor() {
+  const auto& sensors = scene_->sensors();
+  if (sensors.empty()) throw Error(Location{options_.scene}, "the scene has no sensor");
+  size_t index = sensors.size();
+  for (size_t i = 0; i < sensors.size() && index == sensors.size(); ++i) {
+    if (sensors[i]->id() == options_.sensor || std::to_string(i) == options_.sensor) index = i;
+  }
+  if (index == sensors.size()) {
+    throw Error(Location{options_.scene}, "there is no sensor '" + options_.sensor + "'");
+  }
+  sensor_ = index;
+  if (options_.width <= 0 || options_.height <= 0) return;
+  const std::string film = editor_->path_of(sensor().film());
+  if (film.empty()) throw Error(Location{options_.scene}, "the sensor has no film to be resized");
+  editor_->set(
+      {{film + ".width", int64_t{options_.width}}, {film + ".height", int64_t{options_.height}}});
+  editor_->update();
+  scene_ = with_integrator(integrator_);
+}
+
+void RenderSession::Worker::make(Requests requests) {
+  if (requests.reload) {
+    load();
+    if (!scene_) return;
+  }
+  if (!editor_ || !scene_) return;
+  const auto tell = [this](const std::string& text) { say(true, text); };
+  bool has_changed = requests.restart;
+  {
+    const std::lock_guard lock(scene_mutex_);
+    bool is_new = history_.make(*editor_, requests.changes, tell);
+    for (; requests.undos > 0; --requests.undos) is_new |= history_.undo(*editor_, tell);
+    if (is_new) {
+      has_changed = true;
+      ++edition_;
+    }
+    if (requests.integrator) {
+      try {
+        const auto scene = with_integrator(*requests.integrator);
+        integrator_ = *requests.integrator;
+        scene_ = scene;
+        has_changed = true;
+      } catch (const std::exception& fault) {
+        tell(text_of(fault));
+      }
+    }
+    if (is_new) scene_ = with_integrator(integrator_);
+    if (requests.sensor && *requests.sensor < scene_->sensors().size()) {
+      sensor_ = *requests.sensor;
+      has_changed = true;
+      info_edition_ = ~uint64_t{0};
+    }
+  }
+  if (has_changed) {
+    exact_samples_.reset();
+    is_done_ = !options_.is_live;
+    wants_preview_ = options_.is_live;
+  }
+  if (requests.exact_samples) {
+    exact_samples_ = requests.exact_samples;
+    is_done_ = false;
+    is_paused_ = false;
+  }
+  // What is half rendered can't go on by another scene, nor beside another render in its film.
+  if (has_changed || exact_samples_) live_.reset();
+  if (!requests.changes.empty()) {
+    is_moving_ = requests.is_moving;
+    last_change_ = requests.last_change;
+  }
+  if (requests.is_paused) is_paused_ = *requests.is_paused;
+  if (!options_.is_live) publish_info();
+  set_activity(is_done_     ? Activity::kFinished
+               : is_paused_ ? Activity::kPaused
+                            : Activity::kRendering);
+  run_tasks(requests.tasks);
+}
+
+void RenderSession::Worker::run_tasks(const std::vector<Task>& tasks) {
+  const std::lock_guard lock(scene_mutex_);
+  for (const Task& task : tasks) {
+    try {
+      task({*editor_, *scene_, sensor(), context_->threads()});
+    } catch (const std::exception& fault) {
+      say(true, text_of(fault));
+    }
+  }
+}
+
+/// Of as many pixels as can be rendered in time, by what the last one took.
+void RenderSession::Worker::preview() {
+  set_activity(Activity::kPreview);
+  const double start = context_->seconds();
+  const Rect crop = sensor().film().crop();
+  double scale = kFirstScale;
+  if (seconds_per_pixel_ > 0) {
+    scale = std::sqrt(options_.preview_seconds / (seconds_per_pixel_ * std::max(1, crop.area())));
+  }
+  scale = std::clamp(scale, kLeastScale, 1.);
+  const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels * scale + 0.5)); };
+  const int width = side(crop.width()), height = side(crop.height());
+  const auto film_sensor = with_own_film(sensor(), width, height, 1);
+  auto image = render_once(*scene_, *film_sensor, *context_);
+  const double seconds = context_->seconds() - start;
+  seconds_per_pixel_ = seconds / (static_cast<double>(width) * height);
+  wants_preview_ = false;
+  if (image) publish(std::move(*image), true, false, seconds, -1);
+}
+
+void RenderSession::Worker::improve() {
+  set_activity(Activity::kRendering);
+  if (!live_) live_ = std::make_unique<LiveRender>(*scene_, sensor(), *context_);
+  if (cancel_ || !live_->pass()) {
+    live_.reset();
+    return;
+  }
+  is_done_ = live_->samples() >= options_.most_samples;
+  publish(live_->develop(), false, is_done_, live_->seconds(), live_->rel_mse());
+  if (is_done_) set_activity(Activity::kFinished);
+}
+
+void RenderSession::Worker::render_exactly() {
+  set_activity(Activity::kRendering);
+  const auto samples = sensor().with_sample_count(*exact_samples_);
+  sensor().film().set_lane(0);
+  scene_->integrator().warn_of_light_left_out(*scene_, sensor(), *context_);
+  auto image = render_once(*scene_, *samples, *context_);
+  if (!image) return;
+  is_done_ = true;
+  publish(std::move(*image), false, true, context_->stats().render_seconds, -1);
+  set_activity(Activity::kFinished);
+}
+
+void RenderSession::Worker::publish(Image image, bool is_preview, bool is_final, double seconds,
+                                    double rel_mse) {
+  auto picture = std::make_shared<Picture>();
+  picture->image = std::move(image);
+  picture->stats = context_->stats();
+  picture->generation = ++generation_;
+  picture->edition = edition_;
+  picture->crop = sensor().film().crop();
+  picture->is_preview = is_preview;
+  picture->is_final = is_final;
+  picture->integrator = name_of(scene_->integrator());
+  picture->samples = picture->stats.samples;
+  picture->seconds = seconds;
+  picture->rel_mse = rel_mse;
+  picture->rays_per_second =
+      seconds > 0 ? static_cast<double>(rays_of(picture->stats)) / seconds : 0;
+  tell_of_samples_that_are_not_finite(picture->stats);
+  const std::lock_guard lock(mutex);
+  shown.picture = std::move(picture);
+}
+
+void RenderSession::Worker::tell_of_samples_that_are_not_finite(const RenderStats& stats) {
+  if (stats.non_finite_samples == 0 || told_edition_ == edition_) return;
+  told_edition_ = edition_;
+  say(true, "samples that were not finite, and were dropped: " +
+                std::to_string(stats.non_finite_samples) + " so far");
+}
+
+void RenderSession::Worker::publish_info() {
+  if (info_edition_ == edition_) return;
+  info_edition_ = edition_;
+  const std::lock_guard scene_lock(scene_mutex_);
+  auto info = std::make_shared<SceneInfo>();
+  info->edition = edition_;
+  info->file = options_.scene;
+  info->parameters = editor_->parameters();
+  for (size_t i = 0; i < scene_->sensors().size(); ++i) {
+    const std::string& id = scene_->sensors()[i]->id();
+    info->sensors.push_back(id.empty() ? std::to_string(i) : id);
+  }
+  info->integrators = registry_->names(Category::kIntegrator);
+  info->own_integrator = name_of(editor_->scene()->integrator());
+  info->sensor = sensor_;
+  info->sensor_path = editor_->path_of(sensor());
+  info->film_path = editor_->path_of(sensor().film());
+  info->bounds = scene_->bounds();
+  info->crop = sensor().film().crop();
+  info->can_undo = history_.can_undo();
+  const std::lock_guard lock(mutex);
+  shown.info = std::move(info);
+}
+
+std::optional<Pick> RenderSession::Worker::pick(const Vec2& film_position) {
+  const std::lock_guard lock(scene_mutex_);
+  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
+  RayHit hit;
+  hit.ray = sensor().sample_ray(film_position, Vec2(0.5f));
+  RenderCounters counters;
+  scene_->intersect({&hit, 1}, Coherence::kIncoherent, counters);
+  if (!hit.hit.valid()) return std::nullopt;
+  const SurfaceInteraction si = scene_->interaction(hit);
+  Pick pick;
+  pick.origin = hit.ray.o;
+  pick.direction = hit.ray.d;
+  pick.point = si.p;
+  pick.normal = si.frame.n;
+  pick.distance = hit.ray.tmax;
+  pick.shape = editor_->path_of(*si.shape);
+  add_materials(si.shape->bsdf(), *editor_, pick.materials);
+  if (si.shape->emitter()) pick.emitter = editor_->path_of(*si.shape->emitter());
+  return pick;
+}
+
+std::optional<Ray> RenderSession::Worker::ray(const Vec2& film_position) {
+  const std::lock_guard lock(scene_mutex_);
+  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
+  return sensor().sample_ray(film_position, Vec2(0.5f));
+}
+
+std::optional<Vec2> RenderSession::Worker::project(const Vec3& point) {
+  const std::lock_guard lock(scene_mutex_);
+  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
+  const auto seen = sensor().connect(point, Vec2(0.5f));
+  return seen ? std::optional(seen->film_position) : std::nullopt;
+}
+
+}  // namespace kinome::viewer

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "kinome/render_context.h"
+#include "session/changes.h"
+#include "session/live_render.h"
+#include "session/render_session.h"
+
+namespace kinome::viewer {
+
+/// What was asked for and is still to be done.
+struct Requests {
+  std::vector<Change> changes;
+  std::chrono::steady_clock::time_point last_change{};
+  bool is_moving = false;
+  int undos = 0;
+  bool restart = false, reload = false;
+  std::optional<std::string> integrator;
+  std::optional<size_t> sensor;
+  std::optional<uint32_t> exact_samples;
+  std::optional<bool> is_paused;
+  std::vector<RenderSession::Task> tasks;
+
+  bool any() const {
+    return !changes.empty() || undos > 0 || restart || reload || integrator || sensor ||
+           exact_samples || is_paused || !tasks.empty();
+  }
+};
+
+/// The session's thread, and what it shares with others: by `mutex` but for what says otherwise.
+class RenderSession::Worker {
+ public:
+  explicit Worker(Options options);
+  ~Worker();
+
+  /// `ends_render`: what is rendered isn't wanted any more, unless it is a preview.
+  void request(bool ends_render, const std::function<void(Requests&)>& add);
+  void say(bool is_error, std::string text);
+  void wait();
+  void close();
+  std::optional<Pick> pick(const Vec2& film_position);
+  std::optional<Ray> ray(const Vec2& film_position);
+  std::optional<Vec2> project(const Vec3& point);
+
+  mutable std::mutex mutex;
+  struct Shown {
+    PicturePointer picture;
+    std::shared_ptr<const SceneInfo> info;
+    Status status;
+    std::string integrator;
+    std::vector<Message> messages;
+  } shown;
+  std::atomic<double> fraction = 0;  ///< needs no mutex
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void work();
+  void load();
+  void make(Requests requests);
+  void choose_sensor();
+  void run_tasks(const std::vector<Task>& tasks);
+  bool has_work() const;
+  void preview();
+  void improve();
+  void render_exactly();
+  void publish(Image image, bool is_preview, bool is_final, double seconds, double rel_mse);
+  void publish_info();
+  void set_activity(Activity activity);
+  void tell_of_samples_that_are_not_finite(const RenderStats& stats);
+  std::shared_ptr<const Scene> with_integrator(const std::string& name);
+  const Sensor& sensor() const { return *scene_->sensors()[sensor_]; }
+  void notify() const {
+    if (options_.on_change) options_.on_change();
+  }
+
+  const Options options_;
+
+  // By the mutex.
+  Requests requests_;
+  std::condition_variable changed_;
+  bool is_closing_ = false;
+  /// Requests are counted, loading is the first; those up to `served_` are done with.
+  uint64_t asked_ = 1, taken_ = 1, served_ = 0;
+  bool may_be_ended_ = false;  ///< what is rendered now
+  std::atomic<bool> cancel_ = false;
+
+  /// Held while the scene is changed, and by who else looks at it: before `mutex`.
+  std::mutex scene_mutex_;
+  std::shared_ptr<const Scene> scene_;  ///< with the chosen integrator
+  size_t sensor_ = 0;
+
+  // Of the thread.
+  std::unique_ptr<PluginRegistry> registry_;
+  std::unique_ptr<SceneEditor> editor_;
+  std::unique_ptr<RenderContext> context_;
+  ChangeHistory history_;
+  std::unique_ptr<LiveRender> live_;
+  std::string integrator_;  ///< that was asked for
+  uint64_t edition_ = 0;
+  uint64_t generation_ = 0;
+  uint64_t told_edition_ = ~uint64_t{0};  ///< for which samples were told not to be finite
+  uint64_t info_edition_ = ~uint64_t{0};
+  bool wants_preview_ = false;
+  bool is_paused_ = false;
+  bool is_moving_ = false;
+  Clock::time_point last_change_{};
+  std::optional<uint32_t> exact_samples_;  ///< to be rendered, and shown from then on
+  bool is_done_ = false;                   ///< there is nothing left to render
+  double seconds_per_pixel_ = 0;           ///< of previews; 0: unknown
+
+  std::thread thread_;
+};
+
+}  // namespace kinome::viewer

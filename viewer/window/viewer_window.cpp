@@ -1,0 +1,226 @@
+#include "window/viewer_window.h"
+
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <cstdio>
+
+#include "kinome/color.h"
+#include "kinome/error.h"
+
+namespace kinome::viewer {
+namespace {
+
+constexpr float kSideBar = 380;
+/// ImGui needs some frames after an event until everything has its place.
+constexpr int kFramesAfterEvent = 3;
+/// Without any event: numbers change all the same.
+constexpr double kPatience = 0.25;
+/// Between two frames of a flight [s].
+constexpr double kFlightStep = 0.02;
+/// Distances of the target a second.
+constexpr float kFlightSpeed = 0.7f;
+
+std::string& glfw_fault() {
+  static std::string text;
+  return text;
+}
+
+}  // namespace
+
+ViewerWindow::ViewerWindow(Options options) : options_(std::move(options)) {
+  glfwSetErrorCallback([](int, const char* text) { glfw_fault() = text; });
+  if (!glfwInit()) throw Error("no window can be opened: " + glfw_fault());
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+  window_ =
+      glfwCreateWindow(options_.width, options_.height, options_.title.c_str(), nullptr, nullptr);
+  if (!window_) {
+    glfwTerminate();
+    throw Error("no window can be opened: " + glfw_fault());
+  }
+  glfwMakeContextCurrent(window_);
+  glfwSwapInterval(1);
+  glfwSetWindowUserPointer(window_, this);
+  // Before ImGui's, which call it in turn.
+  glfwSetKeyCallback(window_, on_key);
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;
+  ImGui::StyleColorsDark();
+  ImGui_ImplGlfw_InitForOpenGL(window_, true);
+  ImGui_ImplOpenGL3_Init("#version 330 core");
+  view_ = std::make_unique<PictureView>();
+  panels_ = make_panels();
+}
+
+ViewerWindow::~ViewerWindow() {
+  panels_.clear();
+  view_.reset();
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+  glfwDestroyWindow(window_);
+  glfwTerminate();
+}
+
+void ViewerWindow::wake() {
+  glfwPostEmptyEvent();
+}
+
+void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int) {
+  auto& self = *static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window));
+  if (action != GLFW_PRESS || ImGui::GetIO().WantTextInput) return;
+  if (key == GLFW_KEY_F12) self.wants_screenshot_ = true;
+}
+
+void ViewerWindow::run(RenderSession& session) {
+  glfwShowWindow(window_);
+  while (!glfwWindowShouldClose(window_)) {
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    Frame frame{session,        *view_,           camera_,   session.picture(),
+                session.info(), session.status(), selection_};
+    camera_.follow(session, frame.info);
+    fly(frame);
+    draw(frame);
+    ImGui::Render();
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_, &width, &height);
+    glViewport(0, 0, width, height);
+    glClearColor(0.1f, 0.1f, 0.1f, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    if (std::exchange(wants_screenshot_, false)) take_screenshot(session);
+    glfwSwapBuffers(window_);
+    if (options_.trace) trace(frame);
+    if (is_flying_) {
+      glfwWaitEventsTimeout(kFlightStep);
+    } else if (frames_wanted_ > 0) {
+      --frames_wanted_;
+      glfwPollEvents();
+    } else {
+      glfwWaitEventsTimeout(kPatience);
+      frames_wanted_ = kFramesAfterEvent - 1;
+    }
+  }
+  glfwHideWindow(window_);
+  glfwPollEvents();
+}
+
+void ViewerWindow::draw(Frame& frame) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                                      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                                      ImGuiWindowFlags_NoBringToFrontOnFocus;
+  const float side = std::min(kSideBar, 0.5f * size.x);
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize({size.x - side, size.y});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0);
+  ImGui::Begin("picture", nullptr,
+               kFixed | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse |
+                   ImGuiWindowFlags_NoBackground);
+  ImGui::PopStyleVar(2);
+  draw_picture(frame);
+  ImGui::End();
+  ImGui::SetNextWindowPos({size.x - side, 0});
+  ImGui::SetNextWindowSize({side, size.y});
+  ImGui::Begin("panels", nullptr, kFixed);
+  draw_side_bar(frame);
+  ImGui::End();
+}
+
+void ViewerWindow::draw_picture(Frame& frame) {
+  frame.view.draw(frame.picture);
+  for (const auto& panel : panels_) panel->draw_over_picture(frame);
+  mouse_.update(frame, panels_);
+}
+
+void ViewerWindow::draw_side_bar(Frame& frame) {
+  // Room for the names beside the widgets.
+  ImGui::PushItemWidth(-130);
+  for (const auto& panel : panels_) {
+    const auto flags = panel->is_open_at_first() ? ImGuiTreeNodeFlags_DefaultOpen : 0;
+    if (!ImGui::CollapsingHeader(panel->title(), flags)) continue;
+    ImGui::PushID(panel.get());
+    panel->draw(frame);
+    ImGui::PopID();
+  }
+  ImGui::PopItemWidth();
+}
+
+/// By keys that are held.
+void ViewerWindow::fly(Frame& frame) {
+  const auto now = std::chrono::steady_clock::now();
+  const float seconds = std::chrono::duration<float>(now - last_frame_).count();
+  last_frame_ = now;
+  const auto pressed = [&](int key) { return glfwGetKey(window_, key) == GLFW_PRESS ? 1.f : 0.f; };
+  const Vec3 way(pressed(GLFW_KEY_D) - pressed(GLFW_KEY_A),
+                 pressed(GLFW_KEY_E) - pressed(GLFW_KEY_Q),
+                 pressed(GLFW_KEY_W) - pressed(GLFW_KEY_S));
+  const bool was_flying = is_flying_;
+  is_flying_ = way != Vec3(0.f) && frame.camera.can_move() && !ImGui::GetIO().WantTextInput &&
+               pressed(GLFW_KEY_LEFT_CONTROL) == 0;
+  if (!is_flying_) return;
+  // The frame before may be long ago.
+  const float step = was_flying ? std::min(seconds, 0.25f) : static_cast<float>(kFlightStep);
+  const Vec3 length = way * step * kFlightSpeed * frame.camera.controls().distance();
+  frame.camera.controls().move(length.x, length.y, length.z);
+  frame.camera.send(frame.session);
+}
+
+void ViewerWindow::take_screenshot(RenderSession& session) {
+  int width = 0, height = 0;
+  glfwGetFramebufferSize(window_, &width, &height);
+  std::vector<uint8_t> bytes(3 * static_cast<size_t>(width) * height);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, bytes.data());
+  Image image{width, height, {"R", "G", "B"}, std::vector<float>(bytes.size())};
+  const size_t row = 3 * static_cast<size_t>(width);
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    // OpenGL counts rows from below.
+    const size_t from = (static_cast<size_t>(height) - 1 - i / row) * row + i % row;
+    image.data[i] = srgb_to_linear(static_cast<float>(bytes[from]) / 255);
+  }
+  const std::string file = options_.screenshot.empty() ? "kinome-view.png" : options_.screenshot;
+  try {
+    write_png(file, image, 0);
+    session.say(false, "wrote " + file);
+  } catch (const std::exception& fault) {
+    session.say(true, fault.what());
+  }
+}
+
+/// A line for each new picture and each message, for tests and for measuring.
+void ViewerWindow::trace(const Frame& frame) {
+  const double now =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - options_.start).count();
+  if (traced_generation_ == 0 && !frame.picture) {
+    std::printf("%.3f window\n", now);
+    traced_generation_ = ~uint64_t{0};
+  }
+  for (const Message& message : frame.session.messages(traced_messages_)) {
+    std::printf("%.3f %s %s\n", now, message.is_error ? "error" : "note", message.text.c_str());
+    ++traced_messages_;
+  }
+  const PicturePointer& picture = frame.picture;
+  if (picture && picture->generation != traced_generation_) {
+    traced_generation_ = picture->generation;
+    std::printf("%.3f picture %llu edition %llu %dx%d %s %.0f samples %.3f s relmse %.3g\n", now,
+                static_cast<unsigned long long>(picture->generation),
+                static_cast<unsigned long long>(picture->edition), picture->image.width,
+                picture->image.height,
+                picture->is_preview ? "preview"
+                : picture->is_final ? "final"
+                                    : "pass",
+                picture->samples, picture->seconds, picture->rel_mse);
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace kinome::viewer

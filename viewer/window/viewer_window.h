@@ -1,0 +1,62 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "panels/panel.h"
+#include "window/picture_mouse.h"
+
+struct GLFWwindow;
+
+namespace kinome::viewer {
+
+/// The window: the picture, and beside it the panels. Of the main thread, as GLFW wants it.
+class ViewerWindow {
+ public:
+  struct Options {
+    std::string title;
+    int width = 1280, height = 800;
+    std::string screenshot;  ///< file that F12 writes; "": kinome-view.png
+    bool trace = false;      ///< tells the standard output what is shown
+    /// For times in the trace.
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  };
+
+  /// Throws Error where no window can be opened.
+  explicit ViewerWindow(Options options);
+  ~ViewerWindow();
+  ViewerWindow(const ViewerWindow&) = delete;
+  ViewerWindow& operator=(const ViewerWindow&) = delete;
+
+  /// Shows the session until the window is closed.
+  void run(RenderSession& session);
+  /// Has the window look for what is new; from any thread, while there is a window.
+  static void wake();
+
+ private:
+  void draw(Frame& frame);
+  void draw_picture(Frame& frame);
+  void draw_side_bar(Frame& frame);
+  void fly(Frame& frame);
+  void take_screenshot(RenderSession& session);
+  void trace(const Frame& frame);
+  static void on_key(GLFWwindow* window, int key, int scancode, int action, int mods);
+
+  Options options_;
+  GLFWwindow* window_ = nullptr;
+  std::unique_ptr<PictureView> view_;
+  std::vector<std::unique_ptr<Panel>> panels_;
+  PictureMouse mouse_;
+  CameraLink camera_;
+  std::shared_ptr<const Pick> selection_;
+  bool wants_screenshot_ = false;
+  int frames_wanted_ = 0;
+  bool is_flying_ = false;
+  std::chrono::steady_clock::time_point last_frame_ = std::chrono::steady_clock::now();
+  uint64_t traced_generation_ = 0;
+  size_t traced_messages_ = 0;
+};
+
+}  // namespace kinome::viewer
