@@ -116,6 +116,11 @@ void check_name(const std::string& name, Category category) {
                     "with a letter",
                     name));
   }
+  constexpr size_t kLongestName = 64;  // files and libraries have longer ones made of it
+  if (name.size() > kLongestName) {
+    throw Error(fmt::format("a plugin's name of {} characters is too long: at most {}", name.size(),
+                            kLongestName));
+  }
   // A scene that names it would get the one or the other, depending on the order of folders.
   const auto taken = PluginRegistry(PluginRegistry::default_folders()).names(category);
   if (std::find(taken.begin(), taken.end(), name) != taken.end()) {

@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <iostream>
 
 // CLI11 takes longer to compile than the rest of the program: nothing else includes it.
@@ -177,7 +178,11 @@ void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("NAME");
   app.add_option("--effort", options.effort, "Take this many times the usual number of random samples; default: 1")
       ->type_name("FACTOR")
-      ->check(CLI::Range(0.01, 1000.));
+      ->check([](const std::string& text) {
+        const double factor = std::strtod(text.c_str(), nullptr);
+        const bool is_inside = factor >= 0.01 && factor <= 1000;  // NaN isn't
+        return is_inside ? std::string() : text + " is no number from 0.01 to 1000";
+      });
   app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
 }
 

@@ -71,6 +71,15 @@ void print_wrapped(const std::string& head, const std::string& text, size_t widt
   end_line();
 }
 
+/// With the names that it may be, where its description doesn't say them all.
+std::string meaning(const Parameter& p) {
+  const std::string doc = one_line(p.doc);
+  const bool says_all = std::all_of(p.choices.begin(), p.choices.end(), [&](const char* name) {
+    return doc.find(name) != std::string::npos;
+  });
+  return says_all ? doc : fmt::format("{} (one of {})", doc, fmt::join(p.choices, ", "));
+}
+
 void print_plugin(Category category, const std::string& name, const PluginDescriptor& plugin,
                   const std::vector<InstructionSet>& sets) {
   fmt::print("{}/{}", to_string(category), name);
@@ -87,7 +96,7 @@ void print_plugin(Category category, const std::string& name, const PluginDescri
   }
   std::vector<std::vector<std::string>> rows = {{"parameter", "type", "default", "meaning"}};
   for (const Parameter& p : plugin.parameters) {
-    rows.push_back({p.name, type_name(p), default_text(p), one_line(p.doc)});
+    rows.push_back({p.name, type_name(p), default_text(p), meaning(p)});
   }
   if (rows.size() == 1) {
     fmt::print("  no parameters\n");
@@ -125,8 +134,7 @@ void print_page(Category category, const std::string& name, const PluginDescript
     const std::string value = default_text(p);
     const char* const mark = p.type == ParameterType::kObject ? "*" : "`";
     fmt::print("| {}{}{} | {} | {} | {} |\n", mark, p.name, mark, type_name(p),
-               p.required || value.empty() ? value : fmt::format("`{}`", value),
-               cell(one_line(p.doc)));
+               p.required || value.empty() ? value : fmt::format("`{}`", value), cell(meaning(p)));
   }
 }
 
@@ -161,7 +169,8 @@ void print_markdown(PluginRegistry& registry) {
   }
 }
 
-/// Of these categories. One library that can't be loaded must not hide the others; the exit status tells.
+/// Of these categories. One library that can't be loaded must not hide the others; the exit status
+/// tells.
 int print_list(PluginRegistry& registry, const std::vector<Category>& categories) {
   int status = 0;
   for (const Category category : categories) {
@@ -220,8 +229,8 @@ Here is_here(const std::map<std::string, std::vector<std::string>>& names,
   // As in Mitsuba, spectra are textures of one colour.
   const bool is_spectrum = std::string_view(plugin.category) == "spectrum";
   const auto known = names.find(is_spectrum ? "texture" : plugin.category);
-  if (known == names.end() || std::find(known->second.begin(), known->second.end(), plugin.name) ==
-                                  known->second.end()) {
+  if (known == names.end() ||
+      std::find(known->second.begin(), known->second.end(), plugin.name) == known->second.end()) {
     return Here::kNo;
   }
   return plugin.lacks ? Here::kPartly : Here::kYes;

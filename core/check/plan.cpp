@@ -130,11 +130,17 @@ int Plan::run() const {
       throw Error(fmt::format("there is no check '{}' of this plugin (there are {})", name, list));
     }
   }
+  const auto is_chosen = [&](const Check& check) {
+    return !request_.except.count(check.name) &&
+           (request_.only.empty() || request_.only.count(check.name));
+  };
+  if (std::none_of(checks_.begin(), checks_.end(), is_chosen)) {
+    throw Error("--only and --except leave no check to run");
+  }
   const double alpha = kFalseAlarms / std::max(tests, 1);
   int count = 0, failed = 0;
   for (const Check& check : checks_) {
-    if (request_.except.count(check.name)) continue;
-    if (!request_.only.empty() && !request_.only.count(check.name)) continue;
+    if (!is_chosen(check)) continue;
     const Outcome outcome = run_apart([&] { return check.run(alpha); });
     ++count;
     failed += !outcome.passed;

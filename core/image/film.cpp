@@ -129,21 +129,47 @@ void Film::commit(const FilmTile& tile) {
   }
 }
 
+namespace {
+
+/// For each of [begin, end): the inverse of the filter's integral around it over [low, high).
+std::vector<double> inverse_integrals(const ReconstructionFilter& filter, int begin, int end,
+                                      int low, int high) {
+  std::vector<double> inverse;
+  const auto margin = static_cast<int>(std::ceil(filter.radius() + 0.5f));
+  const double whole = 1 / filter.integral(-filter.radius(), filter.radius());
+  for (int i = begin; i < end; ++i) {
+    const bool is_inside = i - low >= margin && high - i > margin;
+    inverse.push_back(is_inside ? whole : 1 / filter.integral(low - i - 0.5, high - i - 0.5));
+  }
+  return inverse;
+}
+
+}  // namespace
+
 ZeroedArray<double>& Film::splats_of(Sums& sums) {
   if (sums.splats.empty()) {
     sums.splats = ZeroedArray<double>(static_cast<size_t>(crop_.area()) * 3);
     // A pixel's weighted mean divides by the filter's integral over its samples; a splat has to.
-    splat_norm_ = 1 / (filter_->integral() * filter_->integral());
+    const Rect from = sampled();
+    splat_columns_ = inverse_integrals(*filter_, crop_.x0, crop_.x1, from.x0, from.x1);
+    splat_rows_ = inverse_integrals(*filter_, crop_.y0, crop_.y1, from.y0, from.y1);
   }
   return sums.splats;
 }
 
 void Film::commit_splats(const FilmTile& tile) {
   ZeroedArray<double>& splats = splats_of(lanes_.at(lane_).at(tile.layer_));
+  const Rect from = sampled();
   for (const FilmTile::Splat& splat : tile.splats_) {
+    const Vec2& p = splat.position;
+    if (p.x < static_cast<float>(from.x0) || p.x >= static_cast<float>(from.x1) ||
+        p.y < static_cast<float>(from.y0) || p.y >= static_cast<float>(from.y1)) {
+      continue;
+    }
     for_each_pixel(splat.position, *filter_, crop_, [&](int x, int y, float w) {
       double* const pixel = &splats[pixel_offset(crop_, x, y, 3)];
-      for (int i = 0; i < 3; ++i) pixel[i] += w * splat_norm_ * splat.value[i];
+      const double weight = w * splat_columns_[x - crop_.x0] * splat_rows_[y - crop_.y0];
+      for (int i = 0; i < 3; ++i) pixel[i] += weight * splat.value[i];
     });
   }
 }
@@ -209,8 +235,8 @@ Rgb Film::color(size_t layer, size_t pixel, size_t first, size_t end) const {
     for (int c = 0; c < 3; ++c) splats[c] += of.splats[3 * pixel + c];
   }
   // Not by its inverse: a single sample of a pixel is to come out as it is.
-  const glm::dvec3 radiance = sum / (weight == 0 ? double{kInfinity} : weight) +
-                              splats * splat_scale(layer, first, end);
+  const glm::dvec3 radiance =
+      sum / (weight == 0 ? double{kInfinity} : weight) + splats * splat_scale(layer, first, end);
   return Rgb(radiance * double{response_});
 }
 

@@ -1,14 +1,18 @@
 #include "kinome/reconstruction_filter.h"
 
+#include <algorithm>
+
 namespace kinome {
 
 // The midpoint rule: exact for box and tent, and far below float's accuracy for smooth filters that
 // end at zero.
-double ReconstructionFilter::integral() const {
+double ReconstructionFilter::integral(double low, double high) const {
   constexpr int kSteps = 4096;
-  const double step = 2.0 * radius_ / kSteps;
+  const double radius = radius_;
+  const double begin = std::clamp(low, -radius, radius);
+  const double step = (std::clamp(high, -radius, radius) - begin) / kSteps;
   double sum = 0;
-  for (int i = 0; i < kSteps; ++i) sum += eval(static_cast<float>((i + 0.5) * step - radius_));
+  for (int i = 0; i < kSteps; ++i) sum += eval(static_cast<float>(begin + (i + 0.5) * step));
   return sum * step;
 }
 

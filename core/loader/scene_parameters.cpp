@@ -87,6 +87,7 @@ SceneParameter ParameterList::described(const Node& node, const Parameter& row) 
   parameter.kind = row.type;
   parameter.type = to_string(row.type);
   parameter.doc = row.doc;
+  parameter.choices.assign(row.choices.begin(), row.choices.end());
   if (row.default_value) {
     parameter.default_value = as_edited(parse_default(row));
   } else if (row.type == ParameterType::kTransform) {

@@ -189,13 +189,16 @@ std::shared_ptr<const Image> Properties::image(const std::string& name) const {
   return get_as<std::shared_ptr<const Image>>(*this, name, entry->value, "an array of pixels");
 }
 
-int Properties::choice(const std::string& name, std::span<const char* const> choices) const {
+int Properties::choice(const std::string& name) const {
+  const std::span<const char* const> choices = parameter(name).choices;
   const std::string wanted = string(name);
   std::string list;
   for (size_t i = 0; i < choices.size(); ++i) {
     if (wanted == choices[i]) return static_cast<int>(i);
     list += (list.empty() ? "'" : ", '") + std::string(choices[i]) + "'";
   }
+  constexpr size_t kMostListed = 16;
+  if (choices.size() > kMostListed) list = std::to_string(choices.size()) + " names";
   const std::string nearest = nearest_name(wanted, choices);
   throw error(name, "must be one of " + list + ", got '" + wanted + "'" +
                         (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));

@@ -138,7 +138,7 @@ RenderContext::RenderContext(Options options) : options_(std::move(options)) {
 RenderContext::~RenderContext() = default;
 
 void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
-  const std::vector<Rect> tiles = tiles_of(film.sample_border() ? film.reach() : film.crop());
+  const std::vector<Rect> tiles = tiles_of(film.sampled());
   Sequencer sequencer(*this, film);
   left_out_.clear();
   if (!gaps_.empty()) {

@@ -1,13 +1,21 @@
 #pragma once
 
+#include <array>
+#include <iterator>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "batch.h"
 #include "conductor_presets.h"
 
 namespace kinome {
+
+/// What `material` may be: none, or a preset.
+inline constexpr auto kConductorNames = [] {
+  std::array<const char*, std::size(kConductorPresets) + 1> names{"none"};
+  for (size_t i = 1; i < names.size(); ++i) names[i] = kConductorPresets[i - 1].name;
+  return names;
+}();
 
 /// Complex index of refraction of a conductor: a preset, or eta and k.
 class ConductorIndex {
@@ -24,19 +32,9 @@ class ConductorIndex {
         throw props.error(name, "excludes 'material': give either, not both");
       }
     }
-    std::vector<std::string> names{"none"};
-    for (const ConductorPreset& preset : kConductorPresets) {
-      if (material == preset.name) {
-        eta_ = ColorInput(make_uniform_texture(preset.eta));
-        k_ = ColorInput(make_uniform_texture(preset.k));
-        return;
-      }
-      names.emplace_back(preset.name);
-    }
-    const std::string nearest = nearest_name(material, names);
-    throw props.error("material",
-                      "must be the name of a known conductor, got '" + material + "'" +
-                          (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+    const ConductorPreset& preset = kConductorPresets[props.choice("material") - 1];
+    eta_ = ColorInput(make_uniform_texture(preset.eta));
+    k_ = ColorInput(make_uniform_texture(preset.k));
   }
 
   /// The textures, whose values are to go through bounded().
@@ -58,12 +56,12 @@ class ConductorIndex {
 };
 
 /// The rows of a plugin's table that ConductorIndex reads.
-#define KINOME_CONDUCTOR_PARAMETERS                                                     \
-  {"material", ::kinome::ParameterType::kString, "none",                                \
-   "a preset such as Au, Ag, Cu, Al, Cr, W; none: eta and k"},                          \
+#define KINOME_CONDUCTOR_PARAMETERS                                                    \
+  ::kinome::choice_of("material", ::kinome::kConductorNames, "none",                   \
+                      "a preset such as Au, Ag, Cu, Al, Cr, W; none: eta and k"),      \
       {"eta", ::kinome::ParameterType::kUnitlessTexture, "0",                          \
-       "real part of the index of refraction (0 with k = 1: a perfect mirror)"},        \
-  {                                                                                     \
+       "real part of the index of refraction (0 with k = 1: a perfect mirror)"},       \
+  {                                                                                    \
     "k", ::kinome::ParameterType::kUnitlessTexture, "1", "imaginary part of the index" \
   }
 

@@ -31,7 +31,7 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
         specular_(reflectance_texture(props, "specular_reflectance")),
         alpha_u_(alpha_texture(props, "alpha_u", "alpha_v")),
         alpha_v_(alpha_texture(props, "alpha_v", "alpha_u")),
-        type_(static_cast<MicrofacetType>(props.choice("distribution", kMicrofacetTypes))),
+        type_(static_cast<MicrofacetType>(props.choice("distribution"))),
         sample_visible_(props.boolean("sample_visible")) {
     lobes_ = Lobe::kGlossy;
   }

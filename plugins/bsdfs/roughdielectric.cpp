@@ -38,7 +38,7 @@ class RoughDielectric final : public wide::FormulaBsdf<RoughDielectric> {
         transmittance_(reflectance_texture(props, "specular_transmittance")),
         alpha_u_(alpha_texture(props, "alpha_u", "alpha_v")),
         alpha_v_(alpha_texture(props, "alpha_v", "alpha_u")),
-        type_(static_cast<MicrofacetType>(props.choice("distribution", kMicrofacetTypes))),
+        type_(static_cast<MicrofacetType>(props.choice("distribution"))),
         sample_visible_(props.boolean("sample_visible")) {
     relative_index_ = bending_ior(props);
     lobes_ = Lobe::kGlossy;

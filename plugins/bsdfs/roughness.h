@@ -9,17 +9,17 @@
 namespace kinome {
 
 /// Rows of a plugin's table: the distribution of microfacets and their roughness.
-#define KINOME_MICROFACET_PARAMETERS                                                               \
-  {"distribution", ::kinome::ParameterType::kString, "beckmann",                                   \
-   "of microfacet slopes: beckmann or ggx"},                                                       \
-      {"alpha", ::kinome::ParameterType::kUnitlessTexture, "0.1",                                  \
-       "roughness, root mean square of the slopes; at least 1e-4 is used"},                        \
-      {"alpha_u", ::kinome::ParameterType::kUnitlessTexture, nullptr,                              \
-       "along dp_du, together with alpha_v"},                                                      \
-      {"alpha_v", ::kinome::ParameterType::kUnitlessTexture, nullptr,                              \
-       "along dp_dv, together with alpha_u"},                                                      \
-  {                                                                                                \
-    "sample_visible", ::kinome::ParameterType::kBoolean, "true", "sample visible normals only"     \
+#define KINOME_MICROFACET_PARAMETERS                                                           \
+  ::kinome::choice_of("distribution", ::kinome::kMicrofacetTypes, "beckmann",                  \
+                      "of microfacet slopes: beckmann or ggx"),                                \
+      {"alpha", ::kinome::ParameterType::kUnitlessTexture, "0.1",                              \
+       "roughness, root mean square of the slopes; at least 1e-4 is used"},                    \
+      {"alpha_u", ::kinome::ParameterType::kUnitlessTexture, nullptr,                          \
+       "along dp_du, together with alpha_v"},                                                  \
+      {"alpha_v", ::kinome::ParameterType::kUnitlessTexture, nullptr,                          \
+       "along dp_dv, together with alpha_u"},                                                  \
+  {                                                                                            \
+    "sample_visible", ::kinome::ParameterType::kBoolean, "true", "sample visible normals only" \
   }
 
 /// `name`, which comes together with `other`, or alpha.

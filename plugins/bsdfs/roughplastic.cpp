@@ -21,10 +21,12 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     {"diffuse_reflectance", ParameterType::kReflectanceTexture, "0.5", "albedo of the base"},
-    {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the coat's reflection"},
+    {"specular_reflectance", ParameterType::kReflectanceTexture, "1",
+     "factor on the coat's reflection"},
     {"int_ior", ParameterType::kFloatOrName, "polypropylene", "index of refraction of the coat"},
     {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},
-    {"distribution", ParameterType::kString, "beckmann", "of microfacet slopes: beckmann or ggx"},
+    choice_of("distribution", kMicrofacetTypes, "beckmann",
+              "of microfacet slopes: beckmann or ggx"),
     {"alpha", ParameterType::kFloat, "0.1", "roughness; at least 1e-4 is used"},
     {"sample_visible", ParameterType::kBoolean, "true", "sample visible normals only"},
     {"nonlinear", ParameterType::kBoolean, "false", "colour shifts by bounces inside the coat"},
@@ -36,7 +38,7 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
       : diffuse_(reflectance_texture(props, "diffuse_reflectance")),
         specular_(reflectance_texture(props, "specular_reflectance")),
         eta_(relative_ior(props)),
-        type_(static_cast<MicrofacetType>(props.choice("distribution", kMicrofacetTypes))),
+        type_(static_cast<MicrofacetType>(props.choice("distribution"))),
         alpha_(valid_alpha(props)),
         sample_visible_(props.boolean("sample_visible")),
         nonlinear_(props.boolean("nonlinear")),
@@ -122,9 +124,9 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
 
     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const {
       const auto is_glossy = u1 < glossy_probability_;
-      const VecOf<F> wo =
-          choose(is_glossy, [&] { return reflection_.sample(u2); },
-                 [&] { return warp::square_to_cosine_hemisphere<VecOf<F>>(u2); });
+      const VecOf<F> wo = choose(
+          is_glossy, [&] { return reflection_.sample(u2); },
+          [&] { return warp::square_to_cosine_hemisphere<VecOf<F>>(u2); });
       return weighted_sample<F>(*this, wo,
                                 select(is_glossy, IntOf<F>(lobe_number(Lobe::kGlossy)),
                                        IntOf<F>(lobe_number(Lobe::kDiffuse))));

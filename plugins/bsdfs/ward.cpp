@@ -23,7 +23,7 @@ enum Variant { kBalanced, kWard, kWardDuer };
 constexpr const char* kVariants[] = {"balanced", "ward", "ward-duer"};
 
 constexpr Parameter kParameters[] = {
-    {"variant", ParameterType::kString, "balanced", "balanced, ward or ward-duer"},
+    choice_of("variant", kVariants, "balanced", "balanced, ward or ward-duer"),
     {"alpha", ParameterType::kUnitlessTexture, "0.1", "default of alpha_u and alpha_v"},
     {"alpha_u", ParameterType::kUnitlessTexture, nullptr,
      "roughness along dp_du; at least 1e-4 is used"},
@@ -51,8 +51,11 @@ class WardLobe {
   };
   Value operator()(const VecOf<F>& wo) const {
     const VecOf<F> h = wi_ + wo;
-    return choose(wo.z > 0.f && h.z > 1e-12f, [&] { return above(wo, h); },
-                  [] { return Value{0.f, 0.f}; });
+    return choose(
+        wo.z > 0.f && h.z > 1e-12f, [&] { return above(wo, h); },
+        [] {
+          return Value{0.f, 0.f};
+        });
   }
   friend Value select(const MaskOf<F>& m, const Value& a, const Value& b) {
     return {select(m, a.f_cos, b.f_cos), select(m, a.pdf, b.pdf)};
@@ -62,8 +65,8 @@ class WardLobe {
   template <class Lobes>
   BsdfSampleOf<F> sample(const Lobes& lobes, const Vec2Of<F>& u2) const {
     const VecOf<F> m = Microfacet<MicrofacetType::kBeckmann, F>(au_, av_).sample_all(u2);
-    auto sample = weighted_sample<F>(lobes, normalize(mirrored_at(wi_, m)),
-                                     lobe_number(Lobe::kGlossy));
+    auto sample =
+        weighted_sample<F>(lobes, normalize(mirrored_at(wi_, m)), lobe_number(Lobe::kGlossy));
     sample.pdf = select(dot(wi_, m) > 0.f, sample.pdf, F(0.f));
     return sample;
   }
@@ -84,7 +87,8 @@ class WardLobe {
     // exp / (4 pi au av (m . wi) m.z³) for the unit normal m = H / |H|, with H . wi = |H|² / 2.
     const F pdf = 0.5f * kInvPi * inv_au_ * inv_av_ * e * h2 * inv_hz * inv_hz * inv_hz;
     const auto counts = e > 1e-30f;
-    return {select(counts, min(f, F(kMaxPdf)), F(0.f)), select(counts, min(pdf, F(kMaxPdf)), F(0.f))};
+    return {select(counts, min(f, F(kMaxPdf)), F(0.f)),
+            select(counts, min(pdf, F(kMaxPdf)), F(0.f))};
   }
 
   int variant_;
@@ -98,7 +102,7 @@ class Ward final : public wide::FormulaBsdf<Ward> {
  public:
   explicit Ward(const Properties& props)
       : reflectances_(props),
-        variant_(props.choice("variant", kVariants)),
+        variant_(props.choice("variant")),
         alpha_u_(alpha(props, "alpha_u")),
         alpha_v_(alpha(props, "alpha_v")) {
     lobes_ = reflectances_.lobes();
@@ -113,12 +117,11 @@ class Ward final : public wide::FormulaBsdf<Ward> {
     fn([this, mask](const VecOf<F>& wi, const RgbOf<F>& diffuse, const RgbOf<F>& specular,
                     const F& alpha_u, const F& alpha_v) {
       const float scale = reflectances_.scale();
-      return Lobes<F>{
-          {variant_, max(alpha_u, F(kMinAlpha)), max(alpha_v, F(kMinAlpha)), wi},
-          any(mask & Lobe::kGlossy),
-          reflectances_.glossy_probability(mask),
-          any(mask & Lobe::kDiffuse) ? scale * diffuse : RgbOf<F>(0.f),
-          scale * specular};
+      return Lobes<F>{{variant_, max(alpha_u, F(kMinAlpha)), max(alpha_v, F(kMinAlpha)), wi},
+                      any(mask & Lobe::kGlossy),
+                      reflectances_.glossy_probability(mask),
+                      any(mask & Lobe::kDiffuse) ? scale * diffuse : RgbOf<F>(0.f),
+                      scale * specular};
     });
   }
 
@@ -156,8 +159,9 @@ class Ward final : public wide::FormulaBsdf<Ward> {
       return value;
     }
     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const {
-      return choose(u1 < glossy_probability, [&] { return lobe.sample(*this, u2); },
-                    [&] { return diffuse_sample<F>(*this, u2); });
+      return choose(
+          u1 < glossy_probability, [&] { return lobe.sample(*this, u2); },
+          [&] { return diffuse_sample<F>(*this, u2); });
     }
   };
 

@@ -24,12 +24,16 @@ namespace {
 
 constexpr int kMaxChildren = 1 << 20;
 
+constexpr const char* kPlacements[] = {"surface", "traced"};
+
 constexpr Parameter kTable[] = {
     {"emitter", ParameterType::kObject, nullptr,
      "Emitters whose bounce is offered; all of the scene's if none is given.", false,
      Category::kEmitter, kMaxChildren},
-    {"placement", ParameterType::kString, "surface",
-     "'surface': uniform over all surfaces; 'traced': where light traced from the emitters lands."},
+    choice_of(
+        "placement", kPlacements, "surface",
+        "'surface': uniform over all surfaces; 'traced': where light traced from the emitters "
+        "lands."),
     {"light_samples", ParameterType::kInteger, "0",
      "Places on surfaces ('surface') or rays of light ('traced') that are tried: those that bring "
      "light to where it is reflected are points. 0: as many as the integrator's own "
@@ -276,8 +280,7 @@ class VirtualPointLights final : public Emitter {
     for (const auto& child : children_) {
       if (child->is_indirect()) throw props.error("emitter", "must not offer a bounce itself");
     }
-    static constexpr const char* kPlacements[] = {"surface", "traced"};
-    traced_ = props.choice("placement", kPlacements) == 1;
+    traced_ = props.choice("placement") == 1;
     count_ = props.integer("light_samples", 0, 1 << 24);
   }
 

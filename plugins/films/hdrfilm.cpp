@@ -22,25 +22,6 @@ constexpr int64_t kMaxSide = 1 << 16;
 /// Of the rendered window: the renderer counts its pixels in int.
 constexpr int64_t kMaxPixels = std::numeric_limits<int>::max();
 
-const Parameter kTable[] = {
-    {"width", ParameterType::kInteger, "768", "pixels of the full film"},
-    {"height", ParameterType::kInteger, "576", "pixels of the full film"},
-    {"crop_offset_x", ParameterType::kInteger, "0", "left edge of the rendered window"},
-    {"crop_offset_y", ParameterType::kInteger, "0", "upper edge of the rendered window"},
-    {"crop_width", ParameterType::kInteger, nullptr, "its width; the film's if not given"},
-    {"crop_height", ParameterType::kInteger, nullptr, "its height; the film's if not given"},
-    {"file_format", ParameterType::kString, "openexr", "openexr, pfm or rgbe"},
-    {"pixel_format", ParameterType::kString, "rgb", 
-     "luminance, luminance_alpha, rgb, rgba, xyz or xyza"},
-    {"component_format", ParameterType::kString, "float16",
-     "float16, float32 or uint32 (of which the largest is 1); pfm is always float32"},
-    {"sample_border", ParameterType::kBoolean, "false",
-     "also sample the border that the filter reaches, so that pixels at the edge are as good"},
-    {"compensate", ParameterType::kBoolean, "false", "accepted and ignored, as in Mitsuba 3"},
-    {"rfilter", ParameterType::kObject, nullptr, "reconstruction filter; gaussian if not given",
-     false, Category::kReconstructionFilter},
-};
-
 enum class FileFormat { kExr, kPfm, kRgbe };
 constexpr const char* kFileFormats[] = {"openexr", "exr", "pfm", "rgbe"};
 constexpr FileFormat kFormatOfName[] = {FileFormat::kExr, FileFormat::kExr, FileFormat::kPfm,
@@ -50,6 +31,25 @@ constexpr const char* kPixelFormats[] = {"luminance", "luminance_alpha", "rgb",
                                          "rgba",      "xyz",             "xyza"};
 constexpr int kFirstRgb = 2, kFirstXyz = 4;
 constexpr const char* kComponentFormats[] = {"float16", "float32", "uint32"};  // by ExrNumber
+
+const Parameter kTable[] = {
+    {"width", ParameterType::kInteger, "768", "pixels of the full film"},
+    {"height", ParameterType::kInteger, "576", "pixels of the full film"},
+    {"crop_offset_x", ParameterType::kInteger, "0", "left edge of the rendered window"},
+    {"crop_offset_y", ParameterType::kInteger, "0", "upper edge of the rendered window"},
+    {"crop_width", ParameterType::kInteger, nullptr, "its width; the film's if not given"},
+    {"crop_height", ParameterType::kInteger, nullptr, "its height; the film's if not given"},
+    choice_of("file_format", kFileFormats, "openexr", "openexr, pfm or rgbe"),
+    choice_of("pixel_format", kPixelFormats, "rgb",
+              "luminance, luminance_alpha, rgb, rgba, xyz or xyza"),
+    choice_of("component_format", kComponentFormats, "float16",
+              "float16, float32 or uint32 (of which the largest is 1); pfm is always float32"),
+    {"sample_border", ParameterType::kBoolean, "false",
+     "also sample the border that the filter reaches, so that pixels at the edge are as good"},
+    {"compensate", ParameterType::kBoolean, "false", "accepted and ignored, as in Mitsuba 3"},
+    {"rfilter", ParameterType::kObject, nullptr, "reconstruction filter; gaussian if not given",
+     false, Category::kReconstructionFilter},
+};
 
 /// Linear Rec.709 to CIE XYZ.
 constexpr float kToXyz[3][3] = {{0.412453f, 0.357580f, 0.180423f},
@@ -78,7 +78,7 @@ int choice(const Properties& props, const char* name, std::span<const char* cons
   for (size_t i = 0; i < choices.size(); ++i) {
     if (given == choices[i]) return static_cast<int>(i);
   }
-  return props.choice(name, choices);  // throws, with a suggestion
+  return props.choice(name);  // throws, with a suggestion
 }
 
 class HdrFilm : public Film {

@@ -101,9 +101,4 @@ KINOME_WIDE wide::Uint reverse_bits(wide::Uint v) {
 #endif
 }
 
-/// As to_unit_float.
-KINOME_WIDE wide::Float to_unit(wide::Uint bits) {
-  return to_float(as_int(wide::shift_right<8>(bits))) * 0x1p-24f;
-}
-
 }  // namespace kinome

@@ -13,6 +13,7 @@
 
 #include "kinome/plugin.h"
 #include "kinome/owen.h"
+#include "kinome/wide/random.h"
 #include "pixel_keys.h"
 #include "sampler_common.h"
 
@@ -113,7 +114,7 @@ class Sobol : public Sampler {
   }
   template <class OfPixel>
   static wide::Float first(wide::Uint index, const PixelKeys& key, const OfPixel& of_pixel) {
-    return to_unit(
+    return to_unit_float(
         reverse_bits(scramble_reversed(index, of_pixel(key.low()), of_pixel(key.high()))));
   }
 };

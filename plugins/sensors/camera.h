@@ -25,14 +25,15 @@ namespace kinome {
         Category::kSampler                                                                         \
   }
 
+inline constexpr const char* kFovAxes[] = {"x", "y", "diagonal", "smaller", "larger"};
+
 /// Rows for cameras with a field of view.
-#define KINOME_FOV_PARAMETERS                                                                     \
-  {"fov", ParameterType::kFloat, nullptr,                                                         \
-   "field of view in degrees along fov_axis; in place of focal_length"},                          \
-      {"focal_length", ParameterType::kString, "50mm", "of a 36 x 24 mm camera, such as 50mm"}, { \
-    "fov_axis", ParameterType::kString, "x",                                                      \
-        "x, y, diagonal, smaller or larger: the film's side that fov spans"                       \
-  }
+#define KINOME_FOV_PARAMETERS                                                                   \
+  {"fov", ParameterType::kFloat, nullptr,                                                       \
+   "field of view in degrees along fov_axis; in place of focal_length"},                        \
+      {"focal_length", ParameterType::kString, "50mm", "of a 36 x 24 mm camera, such as 50mm"}, \
+      choice_of("fov_axis", kFovAxes, "x",                                                      \
+                "x, y, diagonal, smaller or larger: the film's side that fov spans")
 
 struct ClipRange {
   float near = 0;
@@ -113,9 +114,8 @@ inline float read_half_width(const Properties& props, float aspect) {
     throw props.error(
         "fov", "must be greater than 0 and less than 180 degrees, got " + std::to_string(fov));
   }
-  constexpr const char* kAxes[] = {"x", "y", "diagonal", "smaller", "larger"};
   const double tangent = std::tan(double{fov} * std::numbers::pi / 360);
-  const int axis = props.choice("fov_axis", kAxes);
+  const int axis = props.choice("fov_axis");
   if (axis == 2) return from_diagonal(tangent);
   const bool is_wide = aspect > 1;
   const bool along_y = axis == 1 || (axis == 3 && is_wide) || (axis == 4 && !is_wide);
@@ -244,7 +244,7 @@ Connection<wide::NumberOf<V>> connect_to_lens(const V& p, const V& lens, const V
   const F cosine = p.z / distance;
   return {film_position, normalize(turn(to_world, to_lens)), distance - clip.near / cosine,
           1.f / (plane.pixel_area() * cosine * cosine * cosine * distance2),
-          p.z >= clip.near && p.z <= clip.far && contains(film.reach(), film_position)};
+          p.z >= clip.near && p.z <= clip.far && contains(film.sampled(), film_position)};
 }
 
 /// Base of cameras that are formulas over numbers F, float or wide::Float: it makes of them the

@@ -51,7 +51,7 @@ class Orthographic final : public FormulaSensor<Orthographic> {
     const F distance = local.z * scale_;
     const auto film_position = plane_.film_position(Vec2Of<F>(local.x, local.y));
     return {film_position, VecOf<F>(-direction_), distance - near_, F(inverse_pixel_area_),
-            distance >= near_ && distance <= far_ && contains(film_->reach(), film_position)};
+            distance >= near_ && distance <= far_ && contains(film_->sampled(), film_position)};
   }
 
  private:

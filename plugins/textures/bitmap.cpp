@@ -24,6 +24,10 @@
 namespace kinome {
 namespace {
 
+constexpr const char* kFilters[] = {"bilinear", "nearest"};
+constexpr const char* kWraps[] = {"repeat", "mirror", "clamp"};
+constexpr const char* kFormats[] = {"auto", "variant", "float16", "fp16", "uint8"};
+
 constexpr Parameter kParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
      "OpenEXR (its chromaticities, if any, are converted to Rec.709), PFM, or anything that "
@@ -31,20 +35,18 @@ constexpr Parameter kParameters[] = {
      true},
     {"data", ParameterType::kImage, nullptr,
      "pixels that a program gives in place of the file: linear, of one or three channels"},
-    {"filter_type", ParameterType::kString, "bilinear", "bilinear or nearest"},
-    {"wrap_mode", ParameterType::kString, "repeat", "outside [0,1]: repeat, mirror or clamp"},
+    choice_of("filter_type", kFilters, "bilinear", "bilinear or nearest"),
+    choice_of("wrap_mode", kWraps, "repeat", "outside [0,1]: repeat, mirror or clamp"),
     {"raw", ParameterType::kBoolean, "false", "numbers, not colours: no sRGB decoding"},
-    {"format", ParameterType::kString, "variant",
-     "auto, variant, float16, fp16 or uint8: how Mitsuba keeps it in memory; here it means nothing"},
+    choice_of(
+        "format", kFormats, "variant",
+        "auto, variant, float16, fp16 or uint8: how Mitsuba keeps it in memory; here it means "
+        "nothing"),
     {"to_uv", ParameterType::kTransform, "identity", "from surface to image coordinates"},
 };
 
 enum class Filter { kBilinear, kNearest };
 enum class Wrap { kRepeat, kMirror, kClamp };
-constexpr const char* kFilters[] = {"bilinear", "nearest"};
-constexpr const char* kWraps[] = {"repeat", "mirror", "clamp"};
-constexpr const char* kFormats[] = {"auto", "variant", "float16", "fp16", "uint8"};
-
 /// R, G, B or one channel of a float image.
 StoredImage pick_channels(const Image& image, const Location& source) {
   const auto index = [&](const char* name) {
@@ -95,10 +97,10 @@ StoredImage load_image(const std::string& path, const Properties& props) {
 class Bitmap final : public Texture {
  public:
   explicit Bitmap(const Properties& props)
-      : filter_(static_cast<Filter>(props.choice("filter_type", kFilters))),
-        wrap_(static_cast<Wrap>(props.choice("wrap_mode", kWraps))),
+      : filter_(static_cast<Filter>(props.choice("filter_type"))),
+        wrap_(static_cast<Wrap>(props.choice("wrap_mode"))),
         to_uv_(props.transform("to_uv")) {
-    props.choice("format", kFormats);
+    props.choice("format");
     const bool raw = props.boolean("raw");
     const std::shared_ptr<const Image> pixels = props.image("data");
     const Location source =
@@ -133,8 +135,7 @@ class Bitmap final : public Texture {
     });
   }
   Vec2 eval_1_gradient(const Vec2& uv) const override { return gradient_at<float>(uv); }
-  void eval_1_gradient_block(const Columns2& uv, size_t count,
-                             const Columns2& out) const override {
+  void eval_1_gradient_block(const Columns2& uv, size_t count, const Columns2& out) const override {
     if (!has_short_indices()) return Texture::eval_1_gradient_block(uv, count, out);
     wide::for_lanes(
         count, [&](size_t i) { gradient_at<wide::Float>(wide::Vec2::load(uv, i)).store(out, i); });
@@ -154,8 +155,7 @@ class Bitmap final : public Texture {
     if (filter_ == Filter::kNearest) return texel(to_int(floor(x)), to_int(floor(y)));
     const Corner<F> at(x, y);
     return (1.f - at.wy) * ((1.f - at.wx) * texel(at.i, at.j) + at.wx * texel(at.i + 1, at.j)) +
-           at.wy *
-               ((1.f - at.wx) * texel(at.i, at.j + 1) + at.wx * texel(at.i + 1, at.j + 1));
+           at.wy * ((1.f - at.wx) * texel(at.i, at.j + 1) + at.wx * texel(at.i + 1, at.j + 1));
   }
 
   /// Of four texels, the first, and how far the place lies towards the others.

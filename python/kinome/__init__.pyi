@@ -65,6 +65,8 @@ class Parameter(NamedTuple):
     type: str
     plugin: str
     doc: str
+    choices: list[str]
+    """All names that it may be; empty: it is no such name."""
     value: Any
     """What it is now; None: nothing, or an array, which is got by its path."""
     default: Any

@@ -12,8 +12,9 @@ from ._picture import Picture
 from ._values import to_core, to_python
 
 Parameter = collections.namedtuple("Parameter",
-                                   "path type plugin doc value default is_set low high")
+                                   "path type plugin doc choices value default is_set low high")
 Parameter.__doc__ = """What can be set: its path, type, the plugin that it is of, and what it means;
+the names of which it is one, if it is a name (an empty list: it isn't, or any string will do);
 its value (None: none, or an array, which is got by its path) and its default (None: none); whether
 the scene or an edit sets it; the range that its type allows (of a texture, of each channel)."""
 

@@ -92,7 +92,8 @@ class Editor {
       const auto value = p.value ? from_value(*p.value) : nb::object(nb::none());
       const auto usual = p.default_value ? from_value(*p.default_value) : nb::object(nb::none());
       all.append(
-          nb::make_tuple(p.path, p.type, p.plugin, p.doc, value, usual, p.is_set, p.low, p.high));
+          nb::make_tuple(p.path, p.type, p.plugin, p.doc, p.choices, value, usual,
+                                p.is_set, p.low, p.high));
     }
     return all;
   }
@@ -275,6 +276,7 @@ nb::list list_plugins() {
           p.default_value ? nb::object(nb::str(p.default_value)) : nb::object(nb::none());
       row["doc"] = p.doc;
       row["required"] = p.required;
+      row["choices"] = std::vector<std::string>(p.choices.begin(), p.choices.end());
       rows.append(row);
     }
     nb::dict one;

@@ -170,6 +170,9 @@ class CommandLines(unittest.TestCase):
                 (["diffuse", "--against", "path"], "--against: bsdf/diffuse is no integrator"),
                 (["direct", "--against", "pathh"], "--against: "),
                 (["diffuse", "--only", "enrgy"], "there is no check 'enrgy'"),
+                (["diffuse", "--only", "energy", "--except", "energy"], "leave no check to run"),
+                (["diffuse", "--effort", "nan"], "nan is no number from 0.01 to 1000"),
+                (["diffuse", "--effort", "0"], "0 is no number from 0.01 to 1000"),
                 (["diffuse", "--ony", "energy"], "did you mean '--only'?"),
                 (["diffuse", "-D", "reflectance"], "-D: expected KEY=VALUE"),
                 (["nowhere/a.so"], "expected PLUGINS/CATEGORY/NAME.so"),
@@ -181,6 +184,7 @@ class CommandLines(unittest.TestCase):
         for words, said in (
                 (["emiter", "sky"], "did you mean 'emitter'?"),
                 (["emitter", "Sky"], "'Sky': a plugin's name consists of small letters"),
+                (["emitter", "s" * 65], "name of 65 characters is too long: at most 64"),
                 (["bsdf", "diffuse"], "there is a plugin bsdf/diffuse already"),
                 (["sampler", "ldsampler"], "there is a plugin sampler/ldsampler already")):
             self.mistake(["new", *words], 1, said)

@@ -5,6 +5,7 @@
 
 #include "path_scenes.h"
 #include "product_scenes.h"
+#include "support/plugin_sets.h"
 
 namespace kinome::test {
 namespace {
@@ -168,6 +169,28 @@ TEST(DeepLightPaths, AreThoseOfPathWhereLightComesThroughGlass) {
 TEST(DeepLightPaths, DoNotDependOnThreads) {
   const auto scene = product_scene(setup_of({"", kLamp + kSpot, kPlastic, -1}));
   EXPECT_EQ(render_scene(*scene, 7, 1).data, render_scene(*scene, 7, 3).data);
+}
+
+/// Under an even sky, glass shows as much light as it hides. Every ball has a BSDF of its own, so
+/// that most blocks of paths are partly filled: what their other lanes hold counts for nothing, on
+/// vectors of any width.
+TEST(DeepLightPaths, LeaveUnusedLanesOut) {
+  std::string balls;
+  for (int i = 0; i < 60; ++i) {
+    const auto at = [](int k, double step) { return std::to_string(k * step - 1.2); };
+    balls += "<shape type=\"sphere\"><point name=\"center\" x=\"" + at(i % 5, .6) + "\" y=\"" +
+             at(i / 5 % 4, .7) + "\" z=\"" + at(i / 20, 1.1) + "\"/>" + number("radius", .28) +
+             bsdf("dielectric") + "</shape>";
+  }
+  const std::string xml = "<scene version=\"3.0.0\">" +
+                          integrator_xml("clustered", 12, number("rays_per_pixel", 48)) +
+                          sensor_xml("perspective", look_at("0 0 6", "0 0 0", "0 1 0"), 16, 16) +
+                          constant_xml("1 1 1") + balls + "</scene>";
+  for (const InstructionSet set : instruction_sets()) {
+    const auto scene = load_scene_from_string(xml, "balls.xml", {}, registry_of(set));
+    const auto tiles = estimate_tiles(*scene, 16, 4);
+    expect_equal(tiles, std::vector<Estimate>(tiles.size(), {16, 0}), 1e-4, to_string(set));
+  }
 }
 
 }  // namespace

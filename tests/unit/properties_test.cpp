@@ -8,7 +8,9 @@
 namespace kinome {
 namespace {
 
+constexpr const char* kWords[] = {"beckmann", "ggx"};
 constexpr Parameter kTable[] = {
+    choice_of("word", kWords, "ggx", ""),
     {"flag", ParameterType::kBoolean, "true", ""},
     {"count", ParameterType::kInteger, "-3", ""},
     {"size", ParameterType::kFloat, "2.5", ""},
@@ -127,14 +129,14 @@ TEST(Properties, BordersOfTheUnitIntervalAreInside) {
 }
 
 TEST(Properties, ChoicesSuggestTheNearest) {
-  static constexpr const char* kChoices[] = {"beckmann", "ggx"};
   Properties props = make();
-  props.set("name", std::string("ggx"), kWhere);
-  EXPECT_EQ(props.choice("name", kChoices), 1);
+  EXPECT_EQ(props.choice("word"), 1);
+  props.set("word", std::string("beckmann"), kWhere);
+  EXPECT_EQ(props.choice("word"), 0);
   Properties wrong = make();
-  wrong.set("name", std::string("bekman"), kWhere);
-  EXPECT_EQ(error_of([&] { wrong.choice("name", kChoices); }),
-            "f.xml:2:5: 'name' must be one of 'beckmann', 'ggx', got 'bekman' (did you mean "
+  wrong.set("word", std::string("bekman"), kWhere);
+  EXPECT_EQ(error_of([&] { wrong.choice("word"); }),
+            "f.xml:2:5: 'word' must be one of 'beckmann', 'ggx', got 'bekman' (did you mean "
             "'beckmann'?)");
 }
 

@@ -16,14 +16,15 @@ constexpr const char* kCrop =
     R"(<film type="hdrfilm"><integer name="width" value="300"/><integer name="height" value="200"/>)"
     R"(<integer name="crop_offset_x" value="40"/><integer name="crop_offset_y" value="100"/>)"
     R"(<integer name="crop_width" value="120"/><integer name="crop_height" value="90"/>)"
-    R"(<rfilter type="gaussian"/></film></sensor>)";
+    R"(<rfilter type="gaussian"/>)";
+constexpr const char* kBorder = R"(<boolean name="sample_border" value="true"/>)";
 
 std::shared_ptr<Sensor> camera(const std::string& type, const std::string& body,
-                               const std::string& scale = "") {
+                               const std::string& scale = "", const std::string& film = kBorder) {
   return make<Sensor>(
       "<sensor type=\"" + type + "\">" + body +
       R"(<float name="near_clip" value="0.5"/><float name="far_clip" value="20"/>)" +
-      "<transform name=\"to_world\">" + scale + kView + kCrop);
+      "<transform name=\"to_world\">" + scale + kView + kCrop + film + "</film></sensor>");
 }
 
 std::vector<std::shared_ptr<Sensor>> cameras() {
@@ -133,6 +134,24 @@ TEST(SensorConnect, SeesNothingOutsideItsPicture) {
     EXPECT_FALSE(sees({100, 97.9f}, 0.5f));
     EXPECT_FALSE(sees({100, 192.1f}, 0.5f));
     EXPECT_FALSE(sensor->connect(Vec3(std::numeric_limits<float>::quiet_NaN()), middle));
+  }
+}
+
+TEST(SensorConnect, SeesTheCropWindowAloneWhereNoBorderIsSampled) {
+  for (const char* type : {"perspective", "thinlens", "orthographic"}) {
+    const std::string lens =
+        type == std::string("thinlens") ? R"(<float name="aperture_radius" value="0.05"/>)" : "";
+    const auto sensor = camera(type, lens, "", "");
+    const auto sees = [&](const Vec2& position) {
+      const Ray ray = sensor->sample_ray(position, Vec2(0.5f));
+      return sensor->connect(ray.at(0.5f * (ray.tmin + ray.tmax)), Vec2(0.5f)).has_value();
+    };
+    EXPECT_TRUE(sees({40.1f, 100.1f}));
+    EXPECT_TRUE(sees({159.9f, 189.9f}));
+    EXPECT_FALSE(sees({39.9f, 150}));
+    EXPECT_FALSE(sees({160.1f, 150}));
+    EXPECT_FALSE(sees({100, 99.9f}));
+    EXPECT_FALSE(sees({100, 190.1f}));
   }
 }
 

@@ -85,7 +85,8 @@ class KINOME_EXPORT FilmTile {
   void add_sums(int x, int y, std::span<const float> sums, float weight);
   void count_non_finite(uint64_t samples) { non_finite_ += samples; }
   /// Adds light that arrives at any `position` of the full film, inside this tile or not, whatever
-  /// has been sampled there: pixels add it to their weighted means. Layers with colour only.
+  /// has been sampled there: pixels add it to their weighted means, by the filter's weight over its
+  /// integral over Film::sampled(), as samples' means have it. Layers with colour only.
   void add_splat(const Vec2& position, const Rgb& value);
   /// Says how many light paths more the film's splats come from: what they are divided by in the
   /// end. Before it is said at all, by 1.
@@ -144,6 +145,9 @@ class KINOME_EXPORT Film : public Object {
   /// The crop window, grown by the border that the filter reaches: a sample in any other pixel
   /// counts for none that is rendered.
   Rect reach() const;
+  /// Which pixels of the full film samples are taken in: reach() with sample_border(), otherwise
+  /// the crop window. Light that arrives anywhere else counts for no pixel either.
+  Rect sampled() const { return sample_border_ ? reach() : crop_; }
 
   /// Forgets all samples. Layer 0 holds the film's colour channels ("R", "G", "B", and "A" where
   /// the pixel format has alpha; "Y" for luminance) followed by the names in layers[0]; further
@@ -239,7 +243,9 @@ class KINOME_EXPORT Film : public Object {
   };
   /// Of a layer that isn't counted from first_layer_, as all that follows.
   int values_of(size_t layer) const;
-  size_t stride_of(size_t layer) const { return values_of(layer) + layers_[layer].powers.size() + 1; }
+  size_t stride_of(size_t layer) const {
+    return values_of(layer) + layers_[layer].powers.size() + 1;
+  }
   int place_of(const FilmChannel& channel) const;
   void commit_splats(const FilmTile& tile);
   /// Those that there are, or zeros for them.
@@ -262,7 +268,8 @@ class KINOME_EXPORT Film : public Object {
   std::vector<Lane> lanes_ = std::vector<Lane>(1);
   uint32_t lane_ = 0;
   float response_ = 1;
-  double splat_norm_ = 1;  ///< 1 / the filter's integral over the plane
+  /// Of the crop window's columns and rows: 1 / the filter's integral over what is sampled.
+  std::vector<double> splat_columns_, splat_rows_;
   uint64_t non_finite_ = 0;
   uint64_t commits_ = 0;
 };

@@ -54,6 +54,16 @@ struct Parameter {
   bool required = false;
   Category category = Category::kBsdf;  ///< of a kObject
   int max_count = 1;                    ///< of a kObject
+  /// Of a kString: all that it may be (Properties::choice); empty: any string.
+  std::span<const char* const> choices = {};
 };
+
+/// A row for a string that is one of some names, which must live as long as the plugin.
+constexpr Parameter choice_of(const char* name, std::span<const char* const> choices,
+                              const char* default_value, const char* doc) {
+  Parameter row{name, ParameterType::kString, default_value, doc};
+  row.choices = choices;
+  return row;
+}
 
 }  // namespace kinome

@@ -84,8 +84,8 @@ class KINOME_EXPORT Properties {
   /// Pixels that a program gives in place of a file, linear, of one or of three channels or more;
   /// nullptr: it gives none.
   std::shared_ptr<const Image> image(const std::string& name) const;
-  /// The string parameter as an index into `choices`; an Error with a suggestion otherwise.
-  int choice(const std::string& name, std::span<const char* const> choices) const;
+  /// The string as an index into its row's choices; an Error with a suggestion otherwise.
+  int choice(const std::string& name) const;
 
   /// All nested objects of class T (Bsdf, Film, …), in the order of the file.
   template <class T>

@@ -12,8 +12,8 @@ class KINOME_EXPORT ReconstructionFilter : public Object {
   virtual float eval(float x) const = 0;
   /// eval of each x (columns.h). Default: one by one.
   virtual void eval_block(const float* x, size_t count, float* out) const;
-  /// Of eval over the real line, numerically.
-  double integral() const;
+  /// Of eval over [low, high], numerically; both may be infinite.
+  double integral(double low, double high) const;
 
  protected:
   float radius_ = 0.5f;

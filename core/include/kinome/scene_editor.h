@@ -26,7 +26,8 @@ struct SceneParameter {
   std::optional<ParameterType> kind;
   std::string type;    ///< the same in words: "float", "reflectance texture", "array"
   std::string plugin;  ///< of the object that it is of: "bsdf/diffuse"
-  std::string doc;     ///< what it means, in a sentence; for choices of a name, which ones
+  std::string doc;     ///< what it means, in a sentence
+  std::vector<std::string> choices;  ///< all names that it may be; empty: it is no such name
   /// What it is now: what was set, or what the scene says, or its default. nullopt: nothing of
   /// these, or an array of a mesh or of pixels, which may be large: see SceneEditor::get().
   std::optional<EditedValue> value;

@@ -14,7 +14,7 @@ namespace kinome {
 /// How the camera sees a point: for light tracing.
 struct SensorConnection {
   Vec2 film_position{0.f};
-  Vec3 d{0, 0, 1};     ///< unit, from the point toward the lens
+  Vec3 d{0, 0, 1};  ///< unit, from the point toward the lens
   /// From the point to where the near clip begins, world units: what lies beyond can't hide it.
   float distance = 0;
   /// What radiant intensity toward the lens [W/sr] counts as pixel radiance: 1 / (solid angle of a
@@ -46,7 +46,7 @@ class KINOME_EXPORT Sensor : public Object {
   /// True where `aperture` matters.
   virtual bool needs_aperture_sample() const { return false; }
   /// Where p is seen, through a sampled point of the lens; nullopt where it isn't (behind the
-  /// camera, out of the clip range, outside Film::reach()). Visibility is the caller's business.
+  /// camera, out of the clip range, outside Film::sampled()). Visibility is the caller's business.
   virtual std::optional<SensorConnection> connect(const Vec3& /*p*/,
                                                   const Vec2& /*aperture*/) const {
     return std::nullopt;

@@ -32,13 +32,16 @@ namespace {
 
 using namespace kinome;
 
+constexpr const char* kImportances[] = {"joint", "luminance", "brdf", "product"};
+constexpr const char* kCriteria[] = {"variance", "luminance"};
+
 constexpr Parameter kParameters[] = {
-    {"importance", ParameterType::kString, "product",
-     "What light is chosen by: 'product' (light x BRDF x learned visibility, of the environment "
-     "itself), or as in the thesis, of light points, 'joint' (light, BRDF and form factor), "
-     "'luminance' or 'brdf'. Where an emitter doesn't offer what 'product' needs, as all of "
-     "Kinome's own do, or light points are asked for that are to be some emitters' alone or "
-     "bounded (max_geometry_term), 'product' is 'joint'."},
+    choice_of("importance", kImportances, "product",
+              "What light is chosen by: 'product' (light x BRDF x learned visibility, of the "
+              "environment itself), or as in the thesis, of light points, 'joint' (light, BRDF and "
+              "form factor), 'luminance' or 'brdf'. Where an emitter doesn't offer what 'product' "
+              "needs, as all of Kinome's own do, or light points are asked for that are to be some "
+              "emitters' alone or bounded (max_geometry_term), 'product' is 'joint'."),
     {"rays_per_pixel", ParameterType::kFloat, "0",
      "'product': rays of all kinds that a pixel gets on average; 0: three for each of the "
      "sampler's samples, which is what 'direct' takes."},
@@ -68,8 +71,8 @@ constexpr Parameter kParameters[] = {
      "'product': Russian roulette ends paths from the camera from this many surface points on."},
     KINOME_POINT_LIGHT_PARAMETERS,
     {"cut_size", ParameterType::kInteger, "512", "Clusters in the cut."},
-    {"cut_criterion", ParameterType::kString, "variance",
-     "Which cell of the tree is split next: that of the highest 'variance' or 'luminance'."},
+    choice_of("cut_criterion", kCriteria, "variance",
+              "Which cell of the tree is split next: that of the highest 'variance' or 'luminance'."),
     {"emitter_samples", ParameterType::kInteger, "128",
      "Light points drawn for each camera ray; rounded up as the sampler needs."},
     {"brdf_samples", ParameterType::kInteger, "32",
@@ -111,8 +114,7 @@ ThesisSettings read_thesis_settings(const Properties& props, const PointLightOpt
   settings.cut_size = props.integer("cut_size", 1, 1 << 20);
   settings.emitter_samples = props.integer("emitter_samples", 1, 1 << 20);
   settings.brdf_samples = props.integer("brdf_samples", 0, 1 << 16);
-  static constexpr const char* kCriteria[] = {"variance", "luminance"};
-  settings.criterion = static_cast<CutCriterion>(props.choice("cut_criterion", kCriteria));
+  settings.criterion = static_cast<CutCriterion>(props.choice("cut_criterion"));
   return settings;
 }
 
@@ -146,8 +148,7 @@ ProductMethod::Settings read_product_settings(const Properties& props,
 class Clustered final : public Integrator {
  public:
   explicit Clustered(const Properties& props) : points_(read_point_light_parameters(props)) {
-    static constexpr const char* kImportances[] = {"joint", "luminance", "brdf", "product"};
-    const int importance = props.choice("importance", kImportances);
+    const int importance = props.choice("importance");
     const bool is_product = importance == 3;
     thesis_ =
         read_thesis_settings(props, points_.options,

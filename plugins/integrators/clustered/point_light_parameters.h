@@ -3,22 +3,24 @@
 #include <string>
 
 #include "clustered/light_left_out.h"
-#include "transport/render_paths.h"
 #include "clustered/points/point_lights.h"
 #include "kinome/plugin.h"
+#include "transport/render_paths.h"
 
 /// What `clustered` and `groundtruth` have in common.
 namespace kinome {
+
+inline constexpr const char* kModes[] = {"auto", "distant", "local", "both"};
 
 #define KINOME_POINT_LIGHT_PARAMETERS                                                             \
   {"max_depth", ParameterType::kInteger, "-1",                                                    \
    "Longest path, in edges: 1 is emission alone, 2 direct light, 3 one bounce; -1: no limit. "    \
    "Of light points ('groundtruth', and 'clustered' unless importance is 'product'), 3 is the "   \
    "most: a warning tells how much light is left out beyond."},                                   \
-      {"mode", ParameterType::kString, "auto",                                                    \
-       "Light that is made of points: 'distant' (environments), 'local' (a bounce, and emitters " \
-       "within the scene that offer points), 'both', or 'auto': all that the scene has. Without " \
-       "'local' there is no indirect light."},                                                    \
+      choice_of("mode", kModes, "auto",                                                           \
+                "Light that is made of points: 'distant' (environments), 'local' (a bounce, and " \
+                "emitters within the scene that offer points), 'both', or 'auto': all that the "  \
+                "scene has. Without 'local' there is no indirect light."),                        \
       {"light_samples", ParameterType::kInteger, "32768",                                         \
        "Points that an environment's light is made of, all of them lit; and places on surfaces "  \
        "that a 'vpl' without light_samples of its own tries, of which those that light reaches "  \
@@ -27,7 +29,8 @@ namespace kinome {
        "Bound on cos cos'/d² between surfaces [1/area], which loses light in corners; 0: none."}, \
   {                                                                                               \
     "hide_emitters", ParameterType::kBoolean, "false",                                            \
-        "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black."\
+        "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is "   \
+        "black."                                                                                  \
   }
 
 /// Of the paths that are rendered, in edges.
@@ -44,8 +47,7 @@ inline PointLightSettings read_point_light_parameters(const Properties& props) {
   PointLightSettings settings;
   settings.light_samples = props.integer("light_samples", 1, 1 << 24);
   PointLightOptions& options = settings.options;
-  static constexpr const char* kModes[] = {"auto", "distant", "local", "both"};
-  const int mode = props.choice("mode", kModes);
+  const int mode = props.choice("mode");
   options.distant = mode != 2;
   options.local = mode != 1;
   options.hide_emitters = props.boolean("hide_emitters");

@@ -7,6 +7,7 @@
 namespace kinome {
 namespace {
 
+constexpr const char* kChoices[] = {"beckmann", "ggx"};
 constexpr Parameter kTable[] = {
     {"boolean", ParameterType::kBoolean, "true", ""},
     {"integer", ParameterType::kInteger, "7", ""},
@@ -20,7 +21,7 @@ constexpr Parameter kTable[] = {
     {"unbounded", ParameterType::kUnitlessTexture, "2", ""},
     {"lamp", ParameterType::kEmissionTexture, "1", ""},
     {"optional", ParameterType::kReflectanceTexture, nullptr, ""},
-    {"choice", ParameterType::kString, "beckmann", ""},
+    choice_of("choice", kChoices, "beckmann", ""),
     {"unread", ParameterType::kFloat, "0", "which the plugin never asks for"},
     {"broken", ParameterType::kBoolean, "false", "makes the constructor throw"},
     {"bsdf", ParameterType::kObject, nullptr, "", false, Category::kBsdf, 2},
@@ -29,7 +30,6 @@ constexpr Parameter kTable[] = {
 class ProbeTexture final : public test::Probe {
  public:
   explicit ProbeTexture(const Properties& props) {
-    static constexpr const char* kChoices[] = {"beckmann", "ggx"};
     boolean = props.boolean("boolean");
     integer = props.integer("integer");
     real = props.real("real");
@@ -42,7 +42,7 @@ class ProbeTexture final : public test::Probe {
     unbounded = props.texture("unbounded");
     lamp = props.texture("lamp");
     optional = props.texture("optional");
-    choice = props.choice("choice", kChoices);
+    choice = props.choice("choice");
     for (auto& bsdf : props.objects<Bsdf>()) objects.push_back(bsdf);
     if (props.boolean("broken")) throw Error("from deep inside");
   }

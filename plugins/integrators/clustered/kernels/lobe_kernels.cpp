@@ -8,6 +8,7 @@
 #include "kinome/wide/bsdf.h"
 #include "kinome/wide/fresnel.h"
 #include "kinome/wide/microfacet.h"
+#include "kinome/wide/random.h"
 
 namespace kinome::simd {
 namespace {
@@ -31,9 +32,8 @@ KINOME_WIDE Int points_of(const PointGroup& group, const uint32_t* member) {
   return as_int(wide::gather(group.points, Int::load(member)));
 }
 
-/// As to_unit_float.
 KINOME_WIDE Float unit_floats(const uint32_t* numbers, uint32_t shift) {
-  return to_float(as_int(wide::shift_right<8>(Uint::load(numbers) ^ Uint(shift)))) * 0x1p-24f;
+  return to_unit_float(Uint::load(numbers) ^ Uint(shift));
 }
 
 /// What microfacets know of v beside its cosine, see Microfacet::over_alpha2; `tangent` is asked

@@ -28,8 +28,6 @@ enum MetNumber : uint32_t {
 constexpr uint32_t kEdgesBefore = 2;
 /// Of a tile's seed.
 constexpr uint32_t kTileBlock = 7;
-/// Of where paths and light points find as much, so much is added to what points are chosen by.
-constexpr float kSoftening = 0.3f;
 /// Paths go on surely if they carry so much of the radiance that they find to the pixel.
 constexpr float kSureThroughput = 0.5f;
 /// Below this roughness, all primaries whose lobe is glossy send one.
@@ -76,21 +74,9 @@ void EyeRays::begin_tile(const Scene& scene, const LocalChoice& choice, uint64_t
     rates_.clear();
     points_.clear();
   }
-  Tile tile{rates_.size(), points_.size(), 0};
+  Tile tile{rates_.size(), {}};
   rates_.insert(rates_.end(), choice.rates().begin(), choice.rates().end());
-  if (paths_) {
-    const LocalChoice::Block block = choice.block(random_bits(seed, kTileBlock));
-    for (uint32_t i = 0; i < block.size; ++i) {
-      const bool is_padding = block.columns.power[0][i] == 0 && block.columns.power[1][i] == 0 &&
-                              block.columns.power[2][i] == 0;
-      const LightPoint& point = light_.local_points.points[block.point[i]];
-      if (is_padding || !point.is_plain) continue;
-      if (point.edges + kEdgesBefore + 1 <= light_.local->max_depth()) {
-        points_.push_back(block.point[i]);
-      }
-    }
-  }
-  tile.points_end = points_.size();
+  if (paths_) tile.points = points_.take(choice, random_bits(seed, kTileBlock), kEdgesBefore + 1);
   tiles_.push_back(tile);
 }
 
@@ -358,52 +344,20 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth wi
   paths_->push(begin);
 }
 
-/// One point of the tile's block, by about what it sends to y.
-std::optional<EyeRays::ChosenPoint> EyeRays::choose_point(const SurfaceInteraction& y,
-                                                          const EyeRay& eye) {
-  const bool transmits = y.shape->bsdf().transmits();
-  const Tile& tile = tiles_[eye.tile];
-  const std::span<const float> rates = rates_of(eye);
-  const float side = y.wi.z >= 0 ? 1.f : -1.f;
-  lights_.clear();
-  float sum = 0;
-  for (size_t k = tile.points; k < tile.points_end; ++k) {
-    const LightPoint& point = light_.local_points.points[points_[k]];
-    const Vec3 to = point.position - y.p;
-    const float distance2 = glm::dot(to, to), distance = std::sqrt(distance2);
-    const Vec3 d = to / distance;
-    const float cosine = side * glm::dot(y.frame.n, d);
-    const bool may_reach = distance2 > 0 && glm::dot(point.normal, d) < 0 &&
-                           (cosine > 0 || transmits) && y.resolves(d, distance);
-    if (may_reach) {
-      const float softened = distance2 + kSoftening * third_odds(point, rates);
-      sum += std::abs(cosine * glm::dot(point.geometric, d)) * mean_of(glm::abs(point.power)) /
-             (softened * rates[point.cell]);
-    }
-    lights_.push_back(sum);
-  }
-  if (!(sum > 0) || !std::isfinite(sum)) return std::nullopt;
-  const float pick = random_float(eye.seed, kPoint) * sum;
-  const auto found = std::upper_bound(lights_.begin(), lights_.end() - 1, pick);
-  const auto k = static_cast<size_t>(found - lights_.begin());
-  const float probability = (lights_[k] - (k > 0 ? lights_[k - 1] : 0)) / sum;
-  if (!(probability > 0)) return std::nullopt;
-  return ChosenPoint{light_.local_points.points[points_[tile.points + k]], probability};
-}
-
 void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                             const EyeRay& eye, ShadowRays& shadow_rays) {
-  const auto chosen = choose_point(y, eye);
+  const std::span<const float> rates = rates_of(eye);
+  const auto chosen =
+      points_.choose(y, tiles_[eye.tile].points, rates, random_float(eye.seed, kPoint));
   if (!chosen) return;
   const LightPoint& point = chosen->point;
-  const std::span<const float> rates = rates_of(eye);
   const Vec3 to = point.position - y.p;
   const float distance = glm::length(to);
   const Vec3 d = to / distance, wo = y.frame.to_local(d);
   const BsdfValue value = y.shape->bsdf().eval_pdf(y, Lobe::kAll, wo);
   const float geometry = std::abs(glm::dot(point.geometric, d)) / sqr(distance);
   const float shown = point.is_shown ? LocalLight::kShownEyeShare : 1.f;
-  const float odds = shown * value.pdf * geometry * third_odds(point, rates);
+  const float odds = shown * value.pdf * geometry * points_.third_odds(point, rates);
   const Rgb power = point.reflection == LightPoint::kLambertian
                         ? point.power
                         : light_.local_points.reflections[point.reflection].toward(-d).radiance;
@@ -413,12 +367,6 @@ void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, Lobe
   const Vec3 end = point.end_of_ray(d) - y.p;
   const float reach = glm::length(end);
   shadow_rays.push(y, end / std::max(reach, 1e-30f), reach, {light, 0, -1}, {eye.sum}, {});
-}
-
-/// Odds for a path from the eye to find the point as its third, against points that are looked at:
-/// to be multiplied by the density of places there.
-float EyeRays::third_odds(const LightPoint& point, std::span<const float> rates) const {
-  return light_.local->third_ratio(point.cell) / rates[point.cell];
 }
 
 }  // namespace kinome

@@ -9,6 +9,7 @@
 #include "clustered/product/eye_chains.h"
 #include "clustered/product/eye_paths.h"
 #include "clustered/product/local_choice.h"
+#include "clustered/product/point_choice.h"
 #include "clustered/product/shadow_rays.h"
 
 namespace kinome {
@@ -32,7 +33,7 @@ std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si
 /// thread-safe. `light`, which has local light, must outlive it.
 class EyeRays {
  public:
-  explicit EyeRays(const CellLight& light) : light_(light), chains_(light) {}
+  explicit EyeRays(const CellLight& light) : light_(light), chains_(light), points_(light) {}
 
   /// The tile that rays to come are sent from, and what it looks at.
   void begin_tile(const Scene& scene, const LocalChoice& choice, uint64_t seed,
@@ -61,13 +62,10 @@ class EyeRays {
     Rgb* sum;
     float chain_density = kInfinity;  ///< EyeChains::Begin::density
   };
-  /// A tile that rays wait for: of rates_ and points_, where those of its choice begin.
+  /// A tile that rays wait for.
   struct Tile {
-    size_t rates, points, points_end;
-  };
-  struct ChosenPoint {
-    const LightPoint& point;
-    float probability;
+    size_t rates;  ///< of its choice: where they begin in rates_
+    PointChoice::Block points;
   };
   /// What a ray from a surface meets.
   struct Met {
@@ -83,14 +81,12 @@ class EyeRays {
   std::optional<Met> meet(const SurfaceInteraction& y, const Vec3& wo);
   void follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
   void go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
-  std::optional<ChosenPoint> choose_point(const SurfaceInteraction& y, const EyeRay& eye);
   void connect_point(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                      const EyeRay& eye, ShadowRays& shadow_rays);
   Rgb eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const Vec3& wo,
                 const Rgb& f, const EyeRay& eye, bool is_shown = false) const;
   float shown_share(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const Vec3& wo,
                     const EyeRay& eye) const;
-  float third_odds(const LightPoint& point, std::span<const float> rates) const;
   std::span<const float> rates_of(const EyeRay& eye) const {
     return {rates_.data() + tiles_[eye.tile].rates, light_.local->size()};
   }
@@ -107,8 +103,7 @@ class EyeRays {
   std::optional<EyePaths> paths_;  ///< where light comes by more than a bounce
   std::vector<Tile> tiles_;        ///< that rays wait for; the last is this one
   std::vector<float> rates_;
-  std::vector<uint32_t> points_;  ///< in the pass's local points: a block of each tile's choice
-  std::vector<float> lights_;  ///< running sums of what the points of a block send, or about that
+  PointChoice points_;  ///< a block for each tile
   // Of the group that sends:
   Candidates directions_;
   std::vector<uint32_t> chosen_, numbers_[2];

@@ -4,6 +4,7 @@
 
 #include "kinome/owen.h"
 #include "kinome/sampler.h"
+#include "kinome/wide/random.h"
 #include "kinome/wide/vectors.h"
 
 namespace kinome {
@@ -22,7 +23,7 @@ class PathNumbers final : public Sampler {
     wide::for_lanes(samples.pixels, [&](size_t i) {
       const wide::Uint bits =
           bits_of(wide::Uint::load(samples.x + i), wide::Uint::load(samples.y + i), dimension);
-      (to_float(as_int(wide::shift_right<8>(bits))) * 0x1p-24f).store(out + i);
+      to_unit_float(bits).store(out + i);
     });
   }
   void fill_2d_block(const PixelSamples& samples, uint32_t dimension,

@@ -25,7 +25,7 @@ Columns3 three(Column<float> (&columns)[3]) {
 Primaries::View Primaries::view_of(const transport::SceneTable& scene, const Sensor& sensor,
                                    const FilterSampler& filter, bool hide_emitters) {
   const Film& film = sensor.film();
-  return {scene, sensor, filter, film.sample_border() ? film.reach() : film.crop(), hide_emitters};
+  return {scene, sensor, filter, film.sampled(), hide_emitters};
 }
 
 Primaries::Primaries(const View& view) : view_(view) {

@@ -7,6 +7,7 @@
 #include "clustered/product/pilot.h"
 #include "clustered/product/product_renderer.h"
 #include "clustered/product/spread.h"
+#include "clustered/product/trial_paths.h"
 #include "kinome/primary_rays.h"
 #include "transport/path_integrator.h"
 
@@ -46,11 +47,10 @@ constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 constexpr uint64_t kPassSeed = 0x70617373;
 constexpr uint64_t kCausticSeed = 0x63617573;
 constexpr uint64_t kTrialSeed = 0x74726961;
-/// Of a trial: rays a pixel of product sampling, at most, and samples a pixel of paths.
+/// Of a trial: rays a pixel of product sampling, at most.
 constexpr double kTrialRays = 32;
-constexpr uint32_t kTrialPaths = 16;
-/// What rays take, with all that is done for them, in units of a ray of `path`; about 3 was measured
-/// among balls of glass, where most of them belong to paths.
+/// What rays take, with all that is done for them, in units of a ray of `path`; about 3 was
+/// measured among balls of glass, where most of them belong to paths.
 constexpr double kCostOfRay = 3, kCostOfLightRay = 4;
 /// Paths alone are chosen below this share of the work. More than 1: a trial sees few of the bright
 /// outliers, of which product sampling, with fewer camera rays, has more.
@@ -245,36 +245,6 @@ double ProductRenderer::seconds_per_sample() const {
   return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRaysOfOne, pilot_rays_);
 }
 
-void ProductRenderer::try_paths(const MethodTrial& trial, uint64_t seed,
-                                std::vector<Rgb>& picture) const {
-  const Rect region = view().region;
-  grid_.for_each_block<EyePaths>(
-      context_, grid_.all_rows(), "trial",
-      [&] { return std::make_unique<EyePaths>(scene_, settings_.length, 0, nullptr); },
-      [&](int block, EyePaths& paths, RenderCounters& counters) {
-        const auto for_each_pixel = [&](const auto& fn) {
-          grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-            if (trial.is_wanted(tile)) tile.for_each_pixel(fn);
-          });
-        };
-        for_each_pixel([&](int x, int y) {
-          for (uint32_t k = 0; k < kTrialPaths; ++k) {
-            const uint64_t own = hash_words(seed, grid_.pixel(x, y), k);
-            const Vec2 place =
-                filter_.place(x, y, {random_float(own, 0), random_float(own, 1)}, region);
-            EyePaths::Begin path;
-            path.ray = sensor_.sample_ray(place, {random_float(own, 2), random_float(own, 3)});
-            path.throughput = Rgb(1.f);
-            path.seed = hash_words(own, 4);
-            path.sum = &picture[grid_.pixel(x, y)];
-            paths.push(path);
-          }
-        });
-        paths.trace(counters);
-        for_each_pixel([&](int x, int y) { picture[grid_.pixel(x, y)] /= kTrialPaths; });
-      });
-}
-
 void ProductRenderer::try_product(const MethodTrial& trial, uint64_t seed,
                                   std::vector<Rgb>& picture) const {
   const double rays = std::min(rays_left_, kTrialRays);
@@ -321,8 +291,9 @@ void ProductRenderer::choose_method(double seconds) {
         caustics_->variance(hash_words(seed, 3), tried, count, grid_, context_.stats().counters);
     product.more_cost = tried * caustics_->rays_per_path() * kCostOfLightRay;
   }
+  const TrialPaths trial_paths(scene_, sensor_, grid_, filter_, settings_.length, context_);
   const MethodTrial::Way paths{[&](uint64_t index, std::vector<Rgb>& picture) {
-    try_paths(trial, hash_words(seed, 2, index), picture);
+    trial_paths.trace(trial, hash_words(seed, 2, index), picture);
   }};
   if (seconds < kInfinity) context_.set_deadline(context_.seconds() + kTrialShare * seconds);
   const double work = trial.compare(product, paths, context_);

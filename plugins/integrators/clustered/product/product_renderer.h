@@ -45,7 +45,6 @@ class ProductRenderer final : public Passes {
   Primaries::View view() const;
   PassView pass_view(const CellLight& light) const;
   CellLight make_light(uint64_t seed, double rays_per_pixel) const;
-  void try_paths(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const;
   void try_product(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const;
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   /// `is_last`: nothing is rendered after this.
