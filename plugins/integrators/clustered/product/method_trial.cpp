@@ -54,38 +54,42 @@ MethodTrial::Renders MethodTrial::run(const Way& way, RenderContext& context) co
   return renders;
 }
 
-/// Of the tiles that are wanted.
-std::vector<size_t> MethodTrial::pixels() const {
-  std::vector<size_t> pixels;
-  for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
-    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-      if (!is_wanted(tile)) return;
-      tile.for_each_pixel([&](int x, int y) { pixels.push_back(grid_.pixel(x, y)); });
-    });
-  }
-  return pixels;
-}
-
 double MethodTrial::compare(const Way& first, const Way& second, RenderContext& context) const {
   const Renders a = run(first, context), b = run(second, context);
   if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return kInfinity;
-  const std::vector<size_t> wanted = pixels();
-  // What all four have come to.
-  const auto mean_at = [&](size_t i) {
-    return 0.25f * (a.pictures[0][i] + a.pictures[1][i] + b.pictures[0][i] + b.pictures[1][i]);
+  // Of each tile that is wanted: its pixels, and the mean of what all four have come to.
+  struct Part {
+    std::vector<size_t> pixels;
+    Rgb mean{0.f};
   };
+  std::vector<Part> parts;
   double mean = 0;
-  for (const size_t i : wanted) mean += mean_of(mean_at(i));
+  for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
+    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      if (!is_wanted(tile)) return;
+      Part part;
+      tile.for_each_pixel([&](int x, int y) { part.pixels.push_back(grid_.pixel(x, y)); });
+      for (const size_t i : part.pixels) {
+        part.mean += a.pictures[0][i] + a.pictures[1][i] + b.pictures[0][i] + b.pictures[1][i];
+      }
+      part.mean *= 0.25f / static_cast<float>(part.pixels.size());
+      mean += mean_of(part.mean);
+      parts.push_back(std::move(part));
+    });
+  }
   if (!(mean > 0)) return kInfinity;
-  mean /= static_cast<double>(wanted.size());
+  mean /= static_cast<double>(parts.size());
   const auto error_of = [&](const Way& way, const Renders& renders) {
     double error = 0;
-    for (const size_t i : wanted) {
-      const double weight = 1 / (mean_square(mean_at(i)) + 0.01 * mean * mean);
-      error += weight * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
-      // Of a difference it would be twice that.
-      if (!way.more_variance.empty())
-        error += weight * 2 * static_cast<double>(way.more_variance[i]);
+    for (const Part& part : parts) {
+      const double weight = 1 / (mean_square(part.mean) + 0.01 * mean * mean);
+      for (const size_t i : part.pixels) {
+        error += weight * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
+        // Of a difference it would be twice that.
+        if (!way.more_variance.empty()) {
+          error += weight * 2 * static_cast<double>(way.more_variance[i]);
+        }
+      }
     }
     return error;
   };

@@ -33,8 +33,9 @@ class MethodTrial {
     std::vector<float> more_variance{};
     double more_cost = 0;
   };
-  /// Work of the second way to the same error, in units of the first one's. Where either has bright
-  /// outliers, these count for less than they do in relMSE: few tiles have them.
+  /// Work of the second way to the same error, in units of the first one's. The error is relative
+  /// to how bright a tile is; that of pixels would say little of bright outliers, each of which
+  /// makes its own pixel bright.
   double compare(const Way& first, const Way& second, RenderContext& context) const;
 
  private:
@@ -43,7 +44,6 @@ class MethodTrial {
     double cost = 0;
   };
   Renders run(const Way& way, RenderContext& context) const;
-  std::vector<size_t> pixels() const;
 
   const TileGrid& grid_;
   const uint64_t seed_;
