@@ -7,7 +7,8 @@
 #include <limits>
 
 #include "image_helpers.h"
-#include "picture/comparison.h"
+#include "picture/display.h"
+#include "picture/inspector.h"
 #include "support/render.h"
 
 namespace kinome::viewer {
@@ -158,6 +159,85 @@ TEST(SplitView, HasAPartOfEach) {
     const auto shown = split_view(mapper, black, white, split);
     for (int i = 0; i < 8; ++i) EXPECT_EQ(shown[4 * i], i % 4 < split ? 0 : 255) << split;
   }
+}
+
+TEST(Display, ShowsThePictureBesideItsReference) {
+  const Image black{4, 2, {"R", "G", "B"}, std::vector<float>(24, 0.f)};
+  const Image white{4, 2, {"R", "G", "B"}, std::vector<float>(24, 1.f)};
+  Display display;
+  display.reference = std::make_shared<Reference>(white, "white.exr");
+  const auto row = [&](const Image& picture) {
+    std::vector<uint8_t> rgba;
+    display.map(picture, rgba);
+    std::vector<int> reds;
+    for (int x = 0; x < picture.width; ++x) reds.push_back(rgba[4 * x]);
+    return reds;
+  };
+  EXPECT_EQ(row(black), (std::vector{0, 0, 0, 0}));
+  display.shown = Shown::kReference;
+  EXPECT_EQ(row(black), (std::vector{255, 255, 255, 255}));
+  display.shown = Shown::kSplit;
+  display.split = 0.25f;
+  EXPECT_EQ(row(black), (std::vector{0, 255, 255, 255}));
+  // A preview of another size.
+  const Image small{2, 1, {"R", "G", "B"}, std::vector<float>(6, 0.f)};
+  display.split = 0.5f;
+  EXPECT_EQ(row(small), (std::vector{0, 255}));
+  display.shown = Shown::kDifference;
+  EXPECT_EQ(row(black), (std::vector{0, 0, 0, 0}));  // there is none yet
+  const Comparison comparison = compare(black, *display.reference, Difference::kSigned, {});
+  EXPECT_EQ(comparison.fault, "");
+  EXPECT_GT(comparison.flip, 0.9);
+  display.difference = comparison.difference;
+  display.difference_tone = tone_of(Difference::kSigned, 1);
+  EXPECT_EQ(row(black)[0], signed_map()[0][0]);
+  EXPECT_EQ(row(small), (std::vector{0, 0}));
+  EXPECT_NE(compare(small, *display.reference, Difference::kSigned, {}).fault, "");
+
+  const Image steps{4, 2, {"Y"}, {0, 1, 2, 3, 4, 5, 6, 7}};
+  EXPECT_EQ(resampled(steps, 2, 1).data, (std::vector<float>{5, 7}));
+  EXPECT_EQ(resampled(steps, 4, 2).data, steps.data);
+}
+
+/// A sky over a floor, half of it behind a wall.
+constexpr const char* kScene = R"(<scene version="3.0.0">
+  <integrator type="clustered"><integer name="cut_size" value="60"/>
+    <integer name="light_samples" value="2000"/><integer name="max_depth" value="3"/></integrator>
+  <sensor type="perspective"><transform name="to_world">
+      <lookat origin="0,1,3.5" target="0,.2,0" up="0,1,0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="40"/><integer name="height" value="30"/></film>
+  </sensor>
+  <emitter type="constant"/>
+  <emitter type="spot"><transform name="to_world">
+    <lookat origin="-.8,1,.5" target="1,1.2,-.5" up="0,1,0"/></transform></emitter>
+  <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/></transform></shape>
+  <shape type="rectangle"><transform name="to_world"><rotate y="1" angle="-90"/>
+    <translate x="1" y="1"/></transform></shape>
+</scene>)";
+
+TEST(Inspector, ShowsWhereSamplesGoByEachImportance) {
+  SceneEditor editor(kScene, "room.xml", LoadOptions{}, test::registry());
+  const Sensor& sensor = *editor.scene()->sensors()[0];
+  for (const char* importance : {"joint", "luminance", "brdf", "product"}) {
+    const InspectedPixel found = inspect_pixel(editor, sensor, 2, {20.7f, 22.2f}, importance);
+    ASSERT_EQ(found.fault, "") << importance;
+    EXPECT_EQ(found.pixel, Vec2(20, 22));
+    ASSERT_EQ(found.sets.size(), 2u) << importance;
+    for (const InspectedSet& set : found.sets) {
+      const bool distant = set.report.kind == LightPoints::Kind::kDistant;
+      EXPECT_EQ(set.report.is_learned, importance == std::string("product"));
+      // The scene's own cut_size; of product it is but a rough number.
+      EXPECT_TRUE(set.report.is_learned || set.report.clusters.size() == 60);
+      EXPECT_TRUE(!distant || set.picture.width == 1024);
+      ASSERT_TRUE(set.marks.point.has_value());
+      EXPECT_NEAR(set.marks.point->x, 20.5f, 0.6f);
+      EXPECT_NEAR(set.marks.point->y, 22.5f, 0.6f);
+      EXPECT_FALSE(set.marks.lines.empty()) << importance;
+      EXPECT_EQ(set.marks.edges.empty(), distant);
+    }
+  }
+  // The sky is seen in the upper corner.
+  EXPECT_NE(inspect_pixel(editor, sensor, 2, {1, 1}, "joint").fault, "");
 }
 
 }  // namespace
