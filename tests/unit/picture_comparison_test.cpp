@@ -223,6 +223,7 @@ TEST(Inspector, ShowsWhereSamplesGoByEachImportance) {
     ASSERT_EQ(found.fault, "") << importance;
     EXPECT_EQ(found.pixel, Vec2(20, 22));
     ASSERT_EQ(found.sets.size(), 2u) << importance;
+    size_t lines = 0;
     for (const InspectedSet& set : found.sets) {
       const bool distant = set.report.kind == LightPoints::Kind::kDistant;
       EXPECT_EQ(set.report.is_learned, importance == std::string("product"));
@@ -230,11 +231,13 @@ TEST(Inspector, ShowsWhereSamplesGoByEachImportance) {
       EXPECT_TRUE(set.report.is_learned || set.report.clusters.size() == 60);
       EXPECT_TRUE(!distant || set.picture.width == 1024);
       ASSERT_TRUE(set.marks.point.has_value());
-      EXPECT_NEAR(set.marks.point->x, 20.5f, 0.6f);
-      EXPECT_NEAR(set.marks.point->y, 22.5f, 0.6f);
-      EXPECT_FALSE(set.marks.lines.empty()) << importance;
+      // As far from the pixel as its filter may look.
+      EXPECT_NEAR(set.marks.point->x, 20.5f, 2.5f);
+      EXPECT_NEAR(set.marks.point->y, 22.5f, 2.5f);
+      lines += set.marks.lines.size();
       EXPECT_EQ(set.marks.edges.empty(), distant);
     }
+    EXPECT_GT(lines, 10u) << importance;
   }
   // The sky is seen in the upper corner.
   EXPECT_NE(inspect_pixel(editor, sensor, 2, {1, 1}, "joint").fault, "");

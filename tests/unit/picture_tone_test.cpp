@@ -165,6 +165,8 @@ TEST(Tone, RisesWithTheLight) {
 
 TEST(Tone, MarksWhatIsNoLight) {
   const Image image = row({kNan, 1, 1, kInf, -1, 1, -1, 1, 1, 1, 1, 1}, {"R", "G", "B"});
+  const float most = std::numeric_limits<float>::max();
+  const Image replaced = row({0, 1, 1, most, 0, 1, 0, 1, 1, 1, 1, 1}, {"R", "G", "B"});
   const auto pixel = [](const std::vector<uint8_t>& shown, int i) {
     return std::array<uint8_t, 3>{shown[4 * i], shown[4 * i + 1], shown[4 * i + 2]};
   };
@@ -172,22 +174,30 @@ TEST(Tone, MarksWhatIsNoLight) {
   for (const Curve curve : {Curve::kSrgb, Curve::kFilmic, Curve::kFalseColor}) {
     Tone marked = tone(curve);
     marked.range = {0.01f, 1, true};
+    marked.marks_negative = true;
     const auto shown = ToneMapper(marked).map(image);
     EXPECT_EQ(pixel(shown, 0), kNanColor);
     EXPECT_EQ(pixel(shown, 1), kInfiniteColor);
     EXPECT_EQ(pixel(shown, 2), kNegativeColor);
     EXPECT_EQ(pixel(shown, 3) == white, curve != Curve::kFilmic);
-    marked.marks = false;
-    EXPECT_NE(pixel(ToneMapper(marked).map(image), 0), kNanColor);
+    marked.marks = marked.marks_negative = false;
+    if (curve == Curve::kFalseColor) continue;  // of a colour's luminance, all channels together
+    const auto unmarked = ToneMapper(marked).map(image);
+    for (const int i : {0, 1, 2}) {
+      EXPECT_EQ(pixel(unmarked, i), pixel(ToneMapper(marked).map(replaced), i));
+    }
   }
   Tone with_sign = tone(Curve::kSigned);
+  with_sign.marks_negative = true;
   with_sign.range.high = 1;
   const auto shown = ToneMapper(with_sign).map(image);
   EXPECT_EQ(pixel(shown, 0), kNanColor);
   EXPECT_NE(pixel(shown, 2), kNegativeColor);
   // A part of the picture, and one without channels.
   std::vector<uint8_t> part(8);
-  ToneMapper(tone(Curve::kSrgb)).map(image, {2, 0, 4, 1}, part.data(), 8);
+  Tone marked = tone(Curve::kSrgb);
+  marked.marks_negative = true;
+  ToneMapper(marked).map(image, {2, 0, 4, 1}, part.data(), 8);
   EXPECT_EQ(pixel(part, 0), kNegativeColor);
   EXPECT_EQ(pixel(part, 1), white);
   EXPECT_EQ(ToneMapper(with_sign).map(Image{}).size(), 0u);

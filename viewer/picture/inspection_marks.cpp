@@ -43,6 +43,12 @@ void add_box(const Sensor& sensor, const Aabb& box, float share, InspectionMarks
 
 }  // namespace
 
+void InspectionMarks::move(const Vec2& offset) {
+  if (point) *point += offset;
+  for (Line& line : lines) line.from += offset, line.to += offset;
+  for (Edge& edge : edges) edge.from += offset, edge.to += offset;
+}
+
 InspectionMarks marks_of(const Inspection& report, const Sensor& sensor) {
   InspectionMarks marks;
   marks.point = find(sensor, report.position);

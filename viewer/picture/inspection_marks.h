@@ -24,6 +24,9 @@ struct InspectionMarks {
   /// Of local light: from the point to the samples.
   std::vector<Line> lines;
   std::vector<Edge> edges;  ///< of local light's clusters that are chosen, the likeliest 200
+
+  /// By an offset on the film.
+  void move(const Vec2& offset);
 };
 InspectionMarks marks_of(const Inspection& report, const Sensor& sensor);
 

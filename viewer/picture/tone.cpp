@@ -26,10 +26,10 @@ void put(const std::array<uint8_t, 3>& color, uint8_t* out) {
   std::copy(color.begin(), color.end(), out);
 }
 
-void mark(Badness bad, uint8_t* out) {
-  if (bad == kNan) put(kNanColor, out);
-  if (bad == kInfinite) put(kInfiniteColor, out);
-  if (bad == kNegative) put(kNegativeColor, out);
+void mark(Badness bad, const Tone& tone, uint8_t* out) {
+  if (bad == kNan && tone.marks) put(kNanColor, out);
+  if (bad == kInfinite && tone.marks) put(kInfiniteColor, out);
+  if (bad == kNegative && tone.marks_negative) put(kNegativeColor, out);
 }
 
 CurveTable table_of(const Tone& tone) {
@@ -97,12 +97,13 @@ void ToneMapper::map_colors(const float* in, int channels, const ChannelGroup& g
   // Two channels are red and green.
   const int r = group.index[0], g = group.count > 1 ? group.index[1] : r;
   const int b = group.count > 2 ? group.index[2] : group.count == 1 ? r : -1;
+  const bool has_marks = tone_.marks || tone_.marks_negative;
   for (int i = 0; i < count; ++i, in += channels, out += 4) {
     out[0] = table_.level(factor_ * in[r]);
     out[1] = table_.level(factor_ * in[g]);
     out[2] = b < 0 ? 0 : table_.level(factor_ * in[b]);
     out[3] = 255;
-    if (tone_.marks) mark(badness(in, group), out);
+    if (has_marks) mark(badness(in, group), tone_, out);
   }
 }
 
@@ -114,6 +115,7 @@ void ToneMapper::map_values(const float* in, int channels, const ChannelGroup& g
   const float low = is_signed ? -range.high : range.low;
   const bool is_linear = is_signed || !range.is_logarithmic;
   const bool has_negative = is_linear && low < 0;
+  const bool has_marks = tone_.marks || tone_.marks_negative;
   for (int i = 0; i < count; ++i, in += channels, out += 4) {
     float value = in[group.index[0]];
     if (group.count == 3) {
@@ -121,9 +123,9 @@ void ToneMapper::map_values(const float* in, int channels, const ChannelGroup& g
     }
     put(colors[is_linear ? linear_level(value, low, range.high) : table_.level(value)], out);
     out[3] = 255;
-    if (!tone_.marks) continue;
+    if (!has_marks) continue;
     const Badness bad = badness(in, group);
-    if (bad != kNegative || !has_negative) mark(bad, out);
+    if (bad != kNegative || !has_negative) mark(bad, tone_, out);
   }
 }
 

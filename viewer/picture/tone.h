@@ -28,10 +28,12 @@ struct Tone {
   float exposure = 0;            ///< in stops; not of false colours, which have a range
   Curve curve = Curve::kSrgb;
   ColorRange range;
-  /// Values that can't be shown stand out: NaN in magenta, infinite ones in cyan, negative ones in
-  /// green (not of curves whose range has negative numbers). Otherwise they are as 0, infinite ones
-  /// as the brightest.
+  /// Values that can't be shown stand out: NaN in magenta, infinite ones in cyan. Otherwise they
+  /// are as 0, or as the brightest.
   bool marks = true;
+  /// Negative ones in green, unless the range has negative numbers. Control variates and filters
+  /// make some that are right.
+  bool marks_negative = false;
 
   bool operator==(const Tone&) const = default;
 };

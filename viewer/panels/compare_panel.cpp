@@ -1,0 +1,176 @@
+#include "panels/compare_panel.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+
+#include "panels/picture_overlay.h"
+
+namespace kinome::viewer {
+namespace {
+
+constexpr std::chrono::milliseconds kBetween{1000};
+/// Pixels of the window by which the line may be missed.
+constexpr float kNear = 8;
+const ImVec4 kErrorColor(1, 0.45f, 0.4f, 1);
+
+}  // namespace
+
+void ComparePanel::draw(Frame& frame) {
+  draw_reference(frame);
+  if (!display_->reference) {
+    ImGui::TextDisabled("no reference yet");
+    return;
+  }
+  draw_shown(frame);
+  draw_errors();
+}
+
+void ComparePanel::draw_reference(Frame& frame) {
+  ImGui::InputTextWithHint("reference", "file.exr", path_, sizeof path_);
+  if (ImGui::Button("Load")) {
+    try {
+      set_reference(frame, std::make_shared<const Reference>(std::string(path_)));
+    } catch (const std::exception& fault) {
+      fault_ = fault.what();
+    }
+  }
+  ImGui::SameLine();
+  if (ImGui::Button("Keep this picture") && frame.picture) {
+    try {
+      set_reference(frame, std::make_shared<const Reference>(frame.picture->image, "kept picture"));
+    } catch (const std::exception& fault) {
+      fault_ = fault.what();
+    }
+  }
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("As the reference for what follows");
+  if (display_->reference) {
+    ImGui::SameLine();
+    if (ImGui::Button("None")) set_reference(frame, nullptr);
+  }
+  if (fault_.empty()) return;
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextColored(kErrorColor, "%s", fault_.c_str());
+  ImGui::PopTextWrapPos();
+}
+
+void ComparePanel::set_reference(Frame& frame, std::shared_ptr<const Reference> reference) {
+  display_->reference = std::move(reference);
+  display_->difference = nullptr;
+  display_->shown = display_->reference ? Shown::kSplit : Shown::kPicture;
+  has_found_ = false;
+  fault_.clear();
+  frame.view.refresh();
+}
+
+void ComparePanel::draw_shown(Frame& frame) {
+  constexpr const char* kNames[] = {"picture", "reference", "split", "difference"};
+  for (int i = 0; i < 4; ++i) {
+    if (i > 0) ImGui::SameLine();
+    if (!ImGui::RadioButton(kNames[i], static_cast<int>(display_->shown) == i)) continue;
+    display_->shown = static_cast<Shown>(i);
+    update_tone(frame);
+  }
+  if (display_->shown != Shown::kDifference) return;
+  for (const Difference kind : {Difference::kSigned, Difference::kRelative, Difference::kFlip}) {
+    if (kind != Difference::kSigned) ImGui::SameLine();
+    if (!ImGui::RadioButton(to_string(kind), kind_ == kind)) continue;
+    if (kind != kind_) display_->difference = nullptr;  // of another kind
+    kind_ = kind;
+    update_tone(frame);
+  }
+  if (kind_ != Difference::kFlip &&
+      ImGui::SliderFloat("range", &range_, 0.001f, 100, "%.3g", ImGuiSliderFlags_Logarithmic)) {
+    update_tone(frame);
+  }
+}
+
+void ComparePanel::update_tone(Frame& frame) {
+  display_->difference_tone = tone_of(kind_, range_);
+  frame.view.refresh();
+}
+
+void ComparePanel::draw_errors() const {
+  if (!has_found_) return ImGui::TextDisabled("comparing");
+  if (!found_.fault.empty()) {
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextColored(kErrorColor, "%s", found_.fault.c_str());
+    ImGui::PopTextWrapPos();
+    return;
+  }
+  ImGui::Text("relMSE %.4g, FLIP %.4f", found_.errors.rel_mse, found_.flip);
+  ImGui::TextDisabled("largest value of the relMSE %.4g", found_.errors.largest);
+  if (found_.errors.left_out > 0) {
+    ImGui::TextColored(kErrorColor, "%zu pixels left out: not finite", found_.errors.left_out);
+  }
+}
+
+void ComparePanel::follow(Frame& frame) {
+  using std::chrono::steady_clock;
+  if (running_.valid()) {
+    if (running_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    found_ = running_.get();
+    // What was asked for in the meantime may be something else.
+    has_found_ = asked_reference_ == display_->reference.get();
+    if (has_found_ && asked_kind_ == kind_) {
+      display_->difference = found_.difference;
+      update_tone(frame);
+    }
+  }
+  const PicturePointer& picture = frame.picture;
+  if (!display_->reference || !picture || picture->is_preview) return;
+  const bool is_other = asked_reference_ != display_->reference.get() || asked_kind_ != kind_ ||
+                        !(asked_tone_ == display_->tone);
+  if (!is_other && asked_generation_ == picture->generation) return;
+  if (!is_other && steady_clock::now() - asked_at_ < kBetween) return;
+  asked_generation_ = picture->generation;
+  asked_kind_ = kind_;
+  asked_tone_ = display_->tone;
+  asked_reference_ = display_->reference.get();
+  asked_at_ = steady_clock::now();
+  running_ = std::async(std::launch::async, [picture, reference = display_->reference, kind = kind_,
+                                             tone = display_->tone] {
+    return compare(picture->image, *reference, kind, tone);
+  });
+}
+
+float ComparePanel::split_at(const Frame& frame) const {
+  const PictureArea& area = frame.view.area();
+  return area.corner.x + area.scale * display_->split * static_cast<float>(area.crop.width());
+}
+
+void ComparePanel::draw_over_picture(Frame& frame) {
+  follow(frame);
+  if (!display_->reference || !frame.picture) return;
+  const PictureArea& area = frame.view.area();
+  ImDrawList* const list = ImGui::GetWindowDrawList();
+  if (display_->shown == Shown::kSplit) {
+    const float x = split_at(frame), top = std::max(area.low.y, area.corner.y);
+    const float bottom =
+        std::min(area.high.y, area.corner.y + area.scale * static_cast<float>(area.crop.height()));
+    list->AddLine({x, top}, {x, bottom}, IM_COL32(255, 200, 60, 255), 2);
+    list->AddCircleFilled({x, 0.5f * (top + bottom)}, 6, IM_COL32(255, 200, 60, 255));
+    list->AddText({x - 8 - ImGui::CalcTextSize("picture").x, top + 6}, IM_COL32(255, 200, 60, 255),
+                  "picture");
+    list->AddText({x + 8, top + 6}, IM_COL32(255, 200, 60, 255), "reference");
+  } else if (display_->shown == Shown::kDifference && display_->difference) {
+    constexpr const char* kTexts[] = {"picture - reference",
+                                      "(picture - reference) by the reference", "FLIP"};
+    draw_color_legend(area, display_->difference_tone, kTexts[static_cast<int>(kind_)]);
+  }
+}
+
+bool ComparePanel::press(Frame& frame, const PictureClick& click) {
+  if (!display_->reference || display_->shown != Shown::kSplit || click.button != 0) return false;
+  return std::abs(frame.view.area().to_window(click.film).x - split_at(frame)) <= kNear;
+}
+
+void ComparePanel::drag(Frame& frame, const Vec2& film) {
+  const Rect& crop = frame.view.area().crop;
+  const float share =
+      (film.x - static_cast<float>(crop.x0)) / static_cast<float>(std::max(1, crop.width()));
+  display_->split = std::clamp(share, 0.f, 1.f);
+  frame.view.refresh();
+}
+
+}  // namespace kinome::viewer
