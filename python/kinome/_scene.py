@@ -161,7 +161,7 @@ class SceneParameters(collections.abc.MutableMapping):
         raise TypeError("a scene's parameters can be set, not deleted")
 
     def __iter__(self):
-        return (row[0] for row in self._editor.parameters())
+        return (row.path for row in self._rows())
 
     def __len__(self):
         return len(self._editor.parameters())
@@ -173,8 +173,12 @@ class SceneParameters(collections.abc.MutableMapping):
 
     def parameters(self):
         """All of them, with what is known of each."""
-        return [Parameter(*row[:4], to_python(row[4]), to_python(row[5]), *row[6:])
-                for row in self._editor.parameters()]
+        return [row._replace(value=to_python(row.value), default=to_python(row.default))
+                for row in self._rows()]
+
+    def _rows(self):
+        """Values as the core has them."""
+        return [Parameter(*row) for row in self._editor.parameters()]
 
     def save(self, path):
         """Writes the scene, as the last update made it, as an XML file that gives the same picture:
@@ -193,8 +197,8 @@ class SceneParameters(collections.abc.MutableMapping):
             is_there = now is not None and now is not nothing
             if is_there and _are_same(new, self._core_value(path, now)):
                 if unsaid is None:
-                    unsaid = {row[0] for row in self._editor.parameters()
-                              if not row[6] and row[1] != "array"}
+                    unsaid = {row.path for row in self._rows()
+                              if not row.is_set and row.type != "array"}
                 if path in unsaid:
                     continue
             pairs.append((path, new))
