@@ -47,11 +47,7 @@ std::string inspect(const Scene& scene, const Sensor& sensor, RenderContext& con
                             film.height() - 1, pixel.x, pixel.y));
   }
   const auto reports = scene.integrator().inspect(scene, sensor, context, pixel + 0.5f);
-  if (reports.empty()) {
-    throw Error(
-        "no emitter offers light points: environments do, and lamps by their bounce, with "
-        "a max_depth of 3 or more");
-  }
+  if (reports.empty()) throw Error(drawing::kNoLightPoints);
   std::string names;
   for (size_t i = 0; i < reports.size(); ++i) {
     const std::string name = i == 0 ? stem : fmt::format("{}-{}", stem, i + 1);

@@ -22,6 +22,11 @@ struct InspectionView {
   std::optional<Vec2> find(const Sensor& sensor, const Vec3& position) const;
 };
 
+/// Where Integrator::inspect() tells of no light at all: why.
+inline constexpr const char* kNoLightPoints =
+    "no emitter offers light points: environments do, and lamps by their bounce, with a max_depth of "
+    "3 or more";
+
 /// Size of a map of all directions by longitude (to the right) and latitude, +Y up; -Z is at the
 /// left and the right edge.
 inline constexpr int kMapWidth = 1024;

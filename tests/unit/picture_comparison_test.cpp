@@ -131,6 +131,11 @@ TEST(Reference, ShowsDifferences) {
   const Image flip = against.difference_of(other, Difference::kFlip, {});
   EXPECT_EQ(flip.channels, std::vector<std::string>{"Y"});
   EXPECT_GT(flip.data[0], 0.05f);
+  const auto bright_reference = image_of(bright(picture(true)));
+  expect_values(Reference(bright_reference, "a.exr")
+                    .difference_of(image_of(bright(picture(false))), Difference::kHdrFlip, {})
+                    .data,
+                kHdrFlipAt);
   // Of grey pictures, and of a black reference.
   const Image grey{2, 1, {"Y"}, {0, 0}}, lighter{2, 1, {"Y"}, {0.1f, 0}};
   EXPECT_NEAR(Reference(grey, "a.exr").errors_of(lighter).rel_mse, 0.005, 1e-8);

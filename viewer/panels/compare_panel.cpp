@@ -72,7 +72,8 @@ void ComparePanel::draw_shown(Frame& frame) {
     update_tone(frame);
   }
   if (display_->shown != Shown::kDifference) return;
-  for (const Difference kind : {Difference::kSigned, Difference::kRelative, Difference::kFlip}) {
+  for (const Difference kind :
+       {Difference::kSigned, Difference::kRelative, Difference::kFlip, Difference::kHdrFlip}) {
     if (kind != Difference::kSigned) ImGui::SameLine();
     if (!ImGui::RadioButton(to_string(kind), kind_ == kind)) continue;
     if (kind != kind_) display_->difference = nullptr;  // of another kind
@@ -155,7 +156,7 @@ void ComparePanel::draw_over_picture(Frame& frame) {
     list->AddText({x + 8, top + 6}, IM_COL32(255, 200, 60, 255), "reference");
   } else if (display_->shown == Shown::kDifference && display_->difference) {
     constexpr const char* kTexts[] = {"picture - reference",
-                                      "(picture - reference) by the reference", "FLIP"};
+                                      "(picture - reference) by the reference", "FLIP", "HDR-FLIP"};
     draw_color_legend(area, display_->difference_tone, kTexts[static_cast<int>(kind_)]);
   }
 }

@@ -22,7 +22,7 @@ constexpr ImU32 kLit = IM_COL32(255, 50, 30, 150), kShadowed = IM_COL32(70, 130,
 bool InspectorPanel::click(Frame& frame, const PictureClick& click) {
   if (!click.alt || click.button != 0) return false;
   pixel_ = glm::floor(click.film);
-  has_window_ = true;
+  has_window_ = turns_ = true;
   ask(frame);
   return true;
 }
@@ -136,10 +136,26 @@ void InspectorPanel::draw_numbers(const InspectedSet& set) const {
   }
 }
 
+/// Of the first set, which is that of distant light where there is any.
+void InspectorPanel::turn_to_samples() {
+  if (shown_->sets.empty()) return;
+  const Inspection& report = shown_->sets.front().report;
+  Vec3 sum(0.f);
+  for (const InspectedSample& sample : report.samples) {
+    sum += static_cast<float>(sample.weight) * sample.position;
+  }
+  if (report.kind != LightPoints::Kind::kDistant || sum == Vec3(0.f)) return;
+  const Vec3 d = glm::normalize(sum);
+  // Nearly from above, one would no more see where up is.
+  orbit_ = {std::atan2(d.x, d.z), std::clamp(std::asin(std::clamp(d.y, -1.f, 1.f)), -1.f, 1.f)};
+  turns_ = false;
+}
+
 void InspectorPanel::draw_over_picture(Frame& frame) {
   if (auto latest = take(); latest != shown_) {
     shown_ = std::move(latest);
     map_of_ = sphere_of_ = nullptr;
+    if (turns_) turn_to_samples();
   }
   if (follows_ && pixel_ && frame.info && frame.info->edition != edition_) ask(frame);
   const InspectedSet* const set = set_shown();
@@ -175,7 +191,8 @@ void InspectorPanel::draw_marks(const Frame& frame, const InspectionMarks& marks
 
 /// Of its own, beside the picture's.
 void InspectorPanel::draw_window(Frame& frame) {
-  ImGui::SetNextWindowPos({12, 12}, ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowPos({12, std::max(12.f, ImGui::GetIO().DisplaySize.y - 502)},
+                          ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSize({420, 490}, ImGuiCond_FirstUseEver);
   if (!ImGui::Begin("Inspector", &has_window_)) return ImGui::End();
   ImGui::SetNextItemWidth(120);

@@ -34,6 +34,7 @@ class InspectorPanel final : public Panel {
   std::shared_ptr<const InspectedPixel> take();
   void draw_choices(Frame& frame);
   void draw_numbers(const InspectedSet& set) const;
+  void turn_to_samples();
   void draw_importances(Frame& frame);
   void draw_fault() const;
   void draw_sets();
@@ -54,6 +55,7 @@ class InspectorPanel final : public Panel {
   /// Of what is in the window: a sphere, or a map or picture of the scene.
   bool is_sphere_ = true;
   Orbit orbit_{0.6f, 0.5f};
+  bool turns_ = false;  ///< toward the samples, once they are known
   ImageTexture map_, sphere_;
   const InspectedSet* map_of_ = nullptr;     ///< what map_ shows
   const InspectedSet* sphere_of_ = nullptr;  ///< and sphere_, from sphere_orbit_

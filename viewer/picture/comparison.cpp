@@ -51,10 +51,24 @@ double floor_of(const Image& image, const ChannelGroup& colors, const std::vecto
   return mean != 0 ? 0.01 * mean * mean : 1;
 }
 
+/// What isn't finite or is negative counts as 0.
+LinearPicture radiance_of(const Image& image) {
+  const ChannelGroup colors = colors_of(image);
+  LinearPicture picture{image.width, image.height, {}};
+  picture.pixels.reserve(static_cast<size_t>(image.width) * image.height);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const Rgb color = color_at(image, colors, x, y);
+      picture.pixels.push_back(is_finite(color) ? glm::max(color, 0.f) : Rgb(0.f));
+    }
+  }
+  return picture;
+}
+
 }  // namespace
 
 const char* to_string(Difference difference) {
-  constexpr const char* kNames[] = {"signed", "relative", "FLIP"};
+  constexpr const char* kNames[] = {"signed", "relative", "FLIP", "HDR-FLIP"};
   return kNames[static_cast<int>(difference)];
 }
 
@@ -131,6 +145,10 @@ Image Reference::difference_of(const Image& picture, Difference kind, const Tone
             {"Y"},
             flip.differences(displayed_picture(picture, tone.exposure, curve))};
   }
+  if (kind == Difference::kHdrFlip) {
+    return {
+        picture.width, picture.height, {"Y"}, hdr_flip(radiance_of(image_), radiance_of(picture))};
+  }
   const ChannelGroup colors = colors_of(picture);
   const double floor =
       kind == Difference::kRelative ? floor_of(image_, colors_, counted(picture)) : 0;
@@ -153,8 +171,9 @@ Image Reference::difference_of(const Image& picture, Difference kind, const Tone
 
 Tone tone_of(Difference kind, float range) {
   Tone tone;
-  tone.curve = kind == Difference::kFlip ? Curve::kFalseColor : Curve::kSigned;
-  tone.range = {0, kind == Difference::kFlip ? 1 : range, false};
+  const bool is_flip = kind == Difference::kFlip || kind == Difference::kHdrFlip;
+  tone.curve = is_flip ? Curve::kFalseColor : Curve::kSigned;
+  tone.range = {0, is_flip ? 1 : range, false};
   return tone;
 }
 

@@ -14,6 +14,7 @@ enum class Difference {
   kSigned,    ///< picture - reference, for each channel of colour
   kRelative,  ///< the same by sqrt(reference² + 0.01 mean²): the mean of its square is the relMSE
   kFlip,      ///< FLIP of what is shown, from 0 to 1
+  kHdrFlip,   ///< the largest FLIP over all exposures, whatever is shown: some seconds
 };
 const char* to_string(Difference difference);
 
@@ -39,8 +40,8 @@ class Reference {
   const Image& image() const { return image_; }
   /// Throws Error where the picture has another size or no colours.
   PictureErrors errors_of(const Image& picture) const;
-  /// Channels "R", "G", "B", or "Y" for kFlip, of which `tone`'s curve and exposure say what is
-  /// seen. kSrgb is in place of false colours. Throws Error as errors_of().
+  /// Channels "R", "G", "B", or "Y" for kFlip and kHdrFlip; of kFlip `tone`'s curve and exposure
+  /// say what is seen. kSrgb is in place of false colours. Throws Error as errors_of().
   Image difference_of(const Image& picture, Difference kind, const Tone& tone) const;
 
  private:

@@ -51,7 +51,7 @@ InspectedPixel inspect_pixel(SceneEditor& editor, const Sensor& sensor, unsigned
          scene->integrator().inspect(*scene, sensor, context, found.pixel + 0.5f)) {
       found.sets.push_back(draw(std::move(report), *scene, sensor));
     }
-    if (found.sets.empty()) found.fault = "no emitter of the scene offers light points";
+    if (found.sets.empty()) found.fault = drawing::kNoLightPoints;
   } catch (const std::exception& fault) {
     found.sets.clear();
     found.fault = fault.what();
