@@ -77,7 +77,8 @@ void interpret_seed(const RawOptions& raw, Options& options) {
 
 /// CLI11 takes an empty value for 0, or for none.
 void check_that_none_is_empty(const RawOptions& raw) {
-  for (const char* const name : {"--output", "--every", "--exposure", "--sensor", "--inspect"}) {
+  for (const char* const name : {"--output", "--every", "--exposure", "--sensor", "--inspect",
+                                "--display"}) {
     const auto found = raw.given.find(name);
     if (found != raw.given.end() && found->second.empty()) {
       throw Error(std::string(name) + ": its value is empty");
@@ -116,6 +117,7 @@ void interpret(const RawOptions& raw, Options& options) {
     }
     options.inspect = Vec2(x, y);
     if (options.check) throw Error("--inspect: there is nothing to look at with --check");
+    if (!options.display.empty()) throw Error("--display: there is nothing to show with --inspect");
     if (options.stats != StatsFormat::kNone) {
       throw Error("--stats: there are none with --inspect, which doesn't render");
     }

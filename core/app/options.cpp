@@ -122,6 +122,10 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_flag("--resume", options.resume,
                "Continue from the checkpoint if there is one")
       ->disable_flag_override();
+  app.add_option("--display", options.display,
+                 "Show the picture in the making in the viewer tev, which listens there (by itself at "
+                 "localhost:14158)")
+      ->type_name("HOST:PORT");
   app.add_flag("--lenient", options.lenient,
                "Render without those of Mitsuba's features that aren't here; exit status 0, not 3, if "
                "plugins gave impossible values")

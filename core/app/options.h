@@ -39,6 +39,7 @@ struct Options {
   std::string checkpoint;  ///< "": none is kept
   double every = 60;       ///< seconds between two checkpoints
   bool resume = false;
+  std::string display;  ///< HOST:PORT; "": none
   bool lenient = false;
   bool check = false;
   std::optional<Vec2> inspect;  ///< pixel whose clusters are shown in place of rendering

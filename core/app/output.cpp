@@ -59,7 +59,7 @@ Output choose_output(const Options& options, const Film& film) {
 }
 
 double writing_seconds(const Options& options, const Film& film, const Image& picture,
-                       const std::string& output) {
+                       const Output& output) {
   constexpr int kRows = 64;
   Image strip{picture.width,
               std::min(picture.height, std::max(kRows, picture.height / 16)),
@@ -75,10 +75,12 @@ double writing_seconds(const Options& options, const Film& film, const Image& pi
     std::error_code ignored;
     fs::remove(path, ignored);
   };
-  const fs::path stem = fs::path(output).replace_extension("");
-  time(stem.string() + ".timing" + film.file_extension(),
-       [&](const std::string& path) { film.write(path, strip, {}); });
-  if (options.png) {
+  const fs::path stem = fs::path(output.name()).replace_extension("");
+  if (!output.picture.empty()) {
+    time(stem.string() + ".timing" + film.file_extension(),
+         [&](const std::string& path) { film.write(path, strip, {}); });
+  }
+  if (!output.png.empty()) {
     time(stem.string() + ".timing.png",
          [&](const std::string& path) { write_png(path, strip, options.exposure); });
   }
@@ -89,8 +91,8 @@ double writing_seconds(const Options& options, const Film& film, const Image& pi
 void write_picture(const Options& options, Film& film, const Image& image,
                    const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint) {
   try {
-    film.write(output.picture, image, metadata);
-    if (options.png) write_png(output.png, image, options.exposure);
+    if (!output.picture.empty()) film.write(output.picture, image, metadata);
+    if (!output.png.empty()) write_png(output.png, image, options.exposure);
   } catch (...) {
     if (checkpoint) checkpoint->close(film);  // nothing is lost but the picture
     throw;

@@ -11,12 +11,14 @@ namespace kinome::app {
 
 /// Where the picture goes, and with --png the PNG beside it.
 struct Output {
-  std::string picture;
-  std::string png;  ///< "": none
+  std::string picture;  ///< "": nowhere, there is only the PNG
+  std::string png;      ///< "": none
 
   std::vector<std::string> files() const {
+    if (picture.empty()) return {png};
     return png.empty() ? std::vector{picture} : std::vector{picture, png};
   }
+  const std::string& name() const { return picture.empty() ? png : picture; }
 };
 
 /// Before anything is loaded: the film will choose the extension, but not the folder. Throws Error
@@ -27,7 +29,7 @@ void check_output_folder(const Options& options);
 Output choose_output(const Options& options, const Film& film);
 /// Seconds that it will take to write such a picture: by what it takes to write some of its rows.
 double writing_seconds(const Options& options, const Film& film, const Image& picture,
-                       const std::string& output);
+                       const Output& output);
 /// Where it can't be written, the checkpoint, if there is one, is left as it is.
 void write_picture(const Options& options, Film& film, const Image& image,
                    const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint);

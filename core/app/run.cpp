@@ -1,8 +1,6 @@
 // Renders a scene file, or looks for its faults: from options to files and an exit status.
 
-#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -13,13 +11,10 @@
 #include "inspect.h"
 #include "kinome/checkpoint.h"
 #include "kinome/log.h"
-#include "kinome/plugin_audit.h"
 #include "kinome/render.h"
-#include "kinome/scene_loader.h"
 #include "metadata.h"
-#include "output.h"
+#include "picture.h"
 #include "progress.h"
-#include "report.h"
 #include "say.h"
 #include "signals.h"
 #include "used_instruction_set.h"
@@ -28,41 +23,6 @@ namespace kinome::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-void set_up_log(const Options& options) {
-  if (options.quiet) {
-    set_log_level(LogLevel::kQuiet);
-  } else {
-    set_log_level(options.verbosity == 0   ? LogLevel::kWarn
-                  : options.verbosity == 1 ? LogLevel::kInfo
-                                           : LogLevel::kDebug);
-  }
-}
-
-LoadOptions load_options(const Options& options) {
-  return {
-      .defines = options.defines, .search_paths = options.search_paths, .threads = options.threads,
-      .lenient = options.lenient};
-}
-
-const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {
-  const auto& sensors = scene.sensors();
-  const Location where{scene.file()};
-  if (sensors.empty()) throw Error(where, "the scene has no sensor");
-  std::vector<std::string> ids;
-  for (const auto& sensor : sensors) {
-    if (sensor->id() == wanted) return *sensor;
-    if (!sensor->id().empty()) ids.push_back(sensor->id());
-  }
-  size_t index = 0;
-  const char* end = wanted.data() + wanted.size();
-  const auto [rest, error] = std::from_chars(wanted.data(), end, index);
-  if (error == std::errc{} && rest == end && index < sensors.size()) return *sensors[index];
-  const std::string near = nearest_name(wanted, ids);
-  throw Error(where, fmt::format("no sensor '{}': expected an index from 0 to {}{}", wanted,
-                                 sensors.size() - 1,
-                                 near.empty() ? " or a sensor's id" : " or '" + near + "'"));
-}
 
 /// Before anything is loaded. nullptr: no checkpoints are asked for.
 std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
@@ -76,73 +36,6 @@ std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
     say("there is no {}: beginning at the beginning\n", options.checkpoint);
   }
   return checkpoint;
-}
-
-/// Of channels that are rendered for nothing.
-void warn_of_layers(const Scene& scene, const Film& film) {
-  if (film.file_extension() != ".pfm") return;
-  if (!scene.integrator().channels().empty()) {
-    log_warn(
-        "the scene's film writes .pfm files, which hold no channels but colour: those of its "
-        "integrator are left out");
-  }
-}
-
-/// Where plugins are audited: always, and where samples were not finite.
-constexpr uint32_t kPlaces = 256;
-constexpr uint32_t kPlacesOfSuspects = 1 << 15;
-
-/// Of a picture that was written though a plugin is at fault.
-constexpr int kFaultyStatus = 3;
-
-void warn_of_faults(const RenderStats& stats) {
-  if (stats.non_finite_samples > 0) {
-    log_warn(fmt::format("samples that were not finite, and were dropped: {}",
-                         stats.non_finite_samples));
-  }
-  for (const PluginFault& fault : stats.faults) {
-    log_warn(fmt::format("plugin {} is at fault: {}, at {} of {} places", fault.plugin, fault.what,
-                         fault.count, fault.looks));
-  }
-}
-
-int exit_status(const Options& options, const RenderStats& stats) {
-  const bool is_faulty = stats.non_finite_samples > 0 || !stats.faults.empty();
-  const int signal_status = signal_exit_status();
-  return signal_status == 0 && is_faulty && !options.lenient ? kFaultyStatus : signal_status;
-}
-
-/// Of what was interrupted.
-std::string incompleteness(const RenderStats& stats) {
-  const auto percent = [](double share) { return std::ceil(100 * share); };
-  std::string text = stats.complete ? "" : ", incomplete";
-  if (stats.filled > 0) {
-    text += fmt::format(", {} % of it by one sample a pixel", percent(stats.filled));
-  }
-  if (stats.missing > 0) {
-    text += fmt::format(", {} % of it missing (where an EXR's alpha is 0)", percent(stats.missing));
-  }
-  return text;
-}
-
-void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
-  // With --quiet, too, where it makes the exit status: it must be said why.
-  if (options.quiet && exit_status(options, stats) == kFaultyStatus) {
-    set_log_level(LogLevel::kWarn);
-  }
-  warn_of_faults(stats);
-  if (!options.quiet) {
-    say("wrote {}{} ({:.2f} s)\n", summary.output, incompleteness(stats), stats.total_seconds);
-    if (!options.checkpoint.empty() && !stats.complete) {
-      say("--resume goes on from {}\n", options.checkpoint);
-    }
-  }
-  if (options.stats == StatsFormat::kText) {
-    say("{}", stats_text(stats, summary));
-  } else if (options.stats == StatsFormat::kJson) {
-    fmt::print("{}", stats_json(stats, summary));
-    if (std::fflush(stdout) != 0) throw Error("--stats=json: stdout can't be written");
-  }
 }
 
 void run_inspection(const Options& options, const Scene& scene, const Sensor& sensor,
@@ -160,39 +53,28 @@ void run_inspection(const Options& options, const Scene& scene, const Sensor& se
   if (!options.quiet) say("wrote {}\n", names);
 }
 
-/// Renders the picture and writes it; whatever else there is to know of it goes to the statistics.
-RenderSummary render_and_write(const Options& options, const Scene& scene, const Sensor& sensor,
-                               RenderContext& context, Progress& progress,
-                               const PluginRegistry& registry, const Output& output,
-                               Checkpoint* checkpoint) {
-  Film& film = sensor.film();
-  RenderStats& stats = context.stats();
-  begin_interruptible_render();
-  progress.begin();
-  log_info(fmt::format("rendering {}x{} pixels of {} on {} threads", film.crop().width(),
-                       film.crop().height(), options.scene, context.threads()));
-  const Image image = render(scene, sensor, context);
-  progress.finish();
+/// Of what was interrupted.
+std::string incompleteness(const RenderStats& stats) {
+  const auto percent = [](double share) { return std::ceil(100 * share); };
+  std::string text = stats.complete ? "" : ", incomplete";
+  if (stats.filled > 0) {
+    text += fmt::format(", {} % of it by one sample a pixel", percent(stats.filled));
+  }
+  if (stats.missing > 0) {
+    text += fmt::format(", {} % of it missing (where an EXR's alpha is 0)", percent(stats.missing));
+  }
+  return text;
+}
 
-  stats.plugins = registry.loaded();
-  stats.instruction_set = to_string(used_instruction_set(registry));
-  const std::string integrator = integrator_names(stats.plugins);
-  const Clock::time_point write_start = Clock::now();
-  set_activity("writing the picture");
-  write_picture(options, film, image, metadata_of(scene, context, integrator, stats), output,
-                checkpoint);
-  if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
-  stats.write_seconds = seconds_since(write_start);
-  set_activity("checking plugins");
-  stats.faults = audit_plugins(scene, sensor, options.seed,
-                               stats.non_finite_samples > 0 ? kPlacesOfSuspects : kPlaces);
-  return {.scene = options.scene,
-          .output = output.picture,
-          .integrator = integrator,
-          .width = image.width,
-          .height = image.height,
-          .samples = static_cast<unsigned>(std::lround(stats.samples)),
-          .seed = options.seed};
+void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
+  tell_faults(options, stats);
+  if (!options.quiet) {
+    say("wrote {}{} ({:.2f} s)\n", summary.output, incompleteness(stats), stats.total_seconds);
+    if (!options.checkpoint.empty() && !stats.complete) {
+      say("--resume goes on from {}\n", options.checkpoint);
+    }
+  }
+  tell_statistics(options, stats, summary);
 }
 
 }  // namespace
@@ -201,8 +83,9 @@ RenderSummary render_and_write(const Options& options, const Scene& scene, const
 int check_command(const Options& options) {
   set_up_log(options);
   const bool has_sensor = options.sensor != Options().sensor;
-  for (const auto& [name, is_given] : {std::pair("-o", !options.output.empty()),
-                                       std::pair("-s", has_sensor), std::pair("--png", options.png)}) {
+  for (const auto& [name, is_given] :
+       {std::pair("-o", !options.output.empty()), std::pair("-s", has_sensor),
+        std::pair("--png", options.png), std::pair("--display", !options.display.empty())}) {
     if (is_given) log_warn(fmt::format("{} is ignored: --check renders nothing", name));
   }
   warn_of_missing_folders(options);
@@ -224,13 +107,14 @@ int render_command(const Options& options, Clock::time_point start) {
   }
   warn_of_missing_folders(options);
   check_output_folder(options);
+  if (!options.display.empty()) split_address(options.display);
   const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(options);
 
   Progress progress(options.quiet);
   const Film* film_to_write = nullptr;
   Output output;
   const auto seconds_to_write = [&](const Image& picture) {
-    return writing_seconds(options, *film_to_write, picture, output.picture);
+    return writing_seconds(options, *film_to_write, picture, output);
   };
   RenderContext context({.threads = options.threads,
                          .seed = options.seed,
@@ -257,18 +141,25 @@ int render_command(const Options& options, Clock::time_point start) {
       throw Error(
           fmt::format("--checkpoint {}: this is where the picture goes", checkpoint->path()));
     }
-    checkpoint->set_identity(
-        identity_of(options, *scene, sensor, used_instruction_set(registry)));
+    checkpoint->set_identity(identity_of(options, *scene, sensor, used_instruction_set(registry)));
     context.set_checkpoint(checkpoint.get());
   }
 
-  set_activity("rendering");
   if (options.inspect) {
+    set_activity("rendering");
     run_inspection(options, *scene, sensor, context, output.picture);
     return 0;
   }
-  const RenderSummary summary = render_and_write(options, *scene, sensor, context, progress,
-                                                 registry, output, checkpoint.get());
+  std::unique_ptr<Display> display;
+  if (!options.display.empty()) {
+    display = std::make_unique<Display>(options.display, output.picture);
+  }
+  begin_interruptible_render();
+  progress.begin();
+  const Image image = render_picture(options, *scene, sensor, context, display.get());
+  progress.finish();
+  const RenderSummary summary =
+      finish_picture(options, *scene, sensor, context, registry, image, output, checkpoint.get());
   stats.total_seconds = seconds_since(start);
   stats.peak_memory_bytes = peak_memory_bytes();
   warn_of_missed_budget(context.budget(), stats, stats.total_seconds, {});

@@ -274,20 +274,22 @@ float Film::value_of(const FilmChannel& channel, size_t pixel) const {
   return mean_color[value - FilmChannel::kR];
 }
 
-Image Film::develop() const {
-  Image image{crop_.width(), crop_.height(), channels(), {}};
-  const size_t pixels = static_cast<size_t>(crop_.area());
-  image.data.assign(pixels * image.channels.size(), 0.f);
+Image Film::develop(const Rect& pixels) const {
+  Image image{pixels.width(), pixels.height(), channels(), {}};
+  image.data.assign(static_cast<size_t>(pixels.area()) * image.channels.size(), 0.f);
   float* to = image.data.data();
-  for (size_t p = 0; p < pixels; ++p) {
-    const Rgb mean_color = color(0, p, 0, lanes_.size());
-    if (is_luminance_) {
-      *to++ = luminance(mean_color);
-    } else {
-      for (int c = 0; c < 3; ++c) *to++ = mean_color[c];
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
+      const size_t p = pixel_offset(crop_, x, y, 1);
+      const Rgb mean_color = color(0, p, 0, lanes_.size());
+      if (is_luminance_) {
+        *to++ = luminance(mean_color);
+      } else {
+        for (int c = 0; c < 3; ++c) *to++ = mean_color[c];
+      }
+      if (has_alpha_) *to++ = static_cast<float>(mean(0, p, 3));
+      for (const FilmChannel& channel : channels_) *to++ = value_of(channel, p);
     }
-    if (has_alpha_) *to++ = static_cast<float>(mean(0, p, 3));
-    for (const FilmChannel& channel : channels_) *to++ = value_of(channel, p);
   }
   return image;
 }

@@ -8,6 +8,7 @@
 
 #include "base/numbers.h"
 #include "kinome/log.h"
+#include "kinome/look_at.h"
 #include "loader/convert.h"
 
 namespace kinome::loader {
@@ -37,7 +38,6 @@ DMat4 rotation(const Node& node) {
   return glm::rotate(DMat4(1), glm::radians(*degrees), glm::normalize(axis));
 }
 
-/// A camera at `origin` looks along +z of the result; +x is left, +y up.
 DMat4 look_at(const Node& node) {
   const DVec3 origin(convert_triple(node, *node.find("origin")));
   const DVec3 target(convert_triple(node, *node.find("target")));
@@ -49,17 +49,9 @@ DMat4 look_at(const Node& node) {
   if (up_attribute) up = DVec3(convert_triple(node, *up_attribute));
   // Any axis will do where none is given.
   if (glm::length(up) == 0) up = DVec3(Frame::from_normal(Vec3(direction)).s);
-  const DVec3 left = glm::cross(glm::normalize(up), direction);
-  if (!(glm::length(left) > 1e-6)) {
-    throw Error(up_attribute->where, "'up' is parallel to the viewing direction");
-  }
-  const DVec3 unit_left = glm::normalize(left);
-  DMat4 m(1);
-  m[0] = glm::dvec4(unit_left, 0);
-  m[1] = glm::dvec4(glm::cross(direction, unit_left), 0);
-  m[2] = glm::dvec4(direction, 0);
-  m[3] = glm::dvec4(origin, 1);
-  return m;
+  const auto place = kinome::look_at(origin, target, up);
+  if (!place) throw Error(up_attribute->where, "'up' is parallel to the viewing direction");
+  return *place;
 }
 
 DMat4 matrix(const Node& node) {

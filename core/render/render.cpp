@@ -42,6 +42,9 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
     integrator.warn_of_light_left_out(scene, sensor, context);
     const double begun = context.seconds();
     if (checkpoint) checkpoint->begin(film);
+    if (checkpoint && checkpoint->resumes() && context.commit_callback()) {
+      context.commit_callback()(film, film.crop());
+    }
     if (budget.any()) {
       const double left = budget.seconds > 0 ? budget.seconds - context.seconds() : kInfinity;
       render_passes(*integrator.begin(scene, sensor, context, left), film, context, on_pass);

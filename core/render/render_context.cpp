@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "image/film_pixels.h"
 #include "kinome/checkpoint.h"
 #include "render/thread_pool.h"
 
@@ -188,6 +189,14 @@ void RenderContext::commit(Film& film, size_t item, std::initializer_list<const 
     if (!tile) continue;
     film.commit(*tile);
     ++commits;
+  }
+  if (on_commit_) {
+    for (const FilmTile* tile : tiles) {
+      if (!tile) continue;
+      const Rect& crop = film.crop();
+      const Rect pixels = tile->has_splats() ? crop : intersection(tile->pixels(), crop);
+      if (pixels.area() > 0) on_commit_(film, pixels);
+    }
   }
   if (checkpoint_) checkpoint_->add(film, item, commits);
 }

@@ -92,6 +92,7 @@ class KINOME_EXPORT FilmTile {
   /// end. Before it is said at all, by 1.
   void add_light_paths(double count) { light_paths_ += count; }
   const Rect& pixels() const { return pixels_; }
+  bool has_splats() const { return !splats_.empty(); }
   uint64_t non_finite() const { return non_finite_; }
 
  private:
@@ -205,7 +206,9 @@ class KINOME_EXPORT Film : public Object {
   /// made of light paths alone: those show all of it at once.
   std::vector<bool> gaps(int layer) const;
   /// Weighted means so far, of all lanes together, plus splats; pixels without either are 0.
-  Image develop() const;
+  Image develop() const { return develop(crop_); }
+  /// A part of it: `pixels`, which lie in the crop window.
+  Image develop(const Rect& pixels) const;
   /// What develop() would make of one lane: R, G, B, or luminance in all three; nullopt where the
   /// lane has no samples. `pixel` counts those of the crop window, row by row.
   std::optional<Rgb> lane_color(size_t pixel, uint32_t lane) const;

@@ -31,6 +31,11 @@ struct Tile {
 /// Called from time to time by one thread at a time, with the share of tiles done.
 using ProgressCallback = std::function<void(double fraction)>;
 
+/// Called whenever samples have come to the film, by one thread at a time, which holds a lock that
+/// keeps others from adding to it: to be quick, and not to call the context. `pixels` is where
+/// they count, but for their filter's border; all of the crop window where there are splats.
+using CommitCallback = std::function<void(const Film& film, const Rect& pixels)>;
+
 /// When a picture is good enough, where that isn't the scene's number of samples. Any of the three
 /// may be asked for together; where time and error both are, whichever comes first ends the render.
 struct RenderBudget {
@@ -92,6 +97,9 @@ class KINOME_EXPORT RenderContext {
   /// Keeps what is finished, and leaves out what was: before a render. nullptr: nothing is kept.
   void set_checkpoint(Checkpoint* checkpoint) { checkpoint_ = checkpoint; }
   Checkpoint* checkpoint() const { return checkpoint_; }
+  /// Sees the film fill, before a render; nullptr: no one does. Results do not depend on it.
+  void set_commit_callback(CommitCallback callback) { on_commit_ = std::move(callback); }
+  const CommitCallback& commit_callback() const { return on_commit_; }
   /// The part of the whole work that the next for_each or for_each_tile is: what progress counts
   /// as. 0 to 1 unless said, which is right for a single pass.
   void set_progress_range(double begin, double end);
@@ -134,6 +142,7 @@ class KINOME_EXPORT RenderContext {
   std::vector<std::vector<bool>> gaps_;  ///< of each layer; none: all is to be rendered
   std::vector<bool> left_out_;           ///< items of the for_each at work
   std::mutex commit_mutex_;
+  CommitCallback on_commit_;
 };
 
 /// Warns if the scene has no emitter at all: for integrators that show nothing but light.

@@ -1,0 +1,152 @@
+// Pictures, from a scene to files, as commands that render make them.
+
+#include "picture.h"
+
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "base/clock.h"
+#include "crash.h"
+#include "kinome/log.h"
+#include "kinome/plugin_audit.h"
+#include "kinome/render.h"
+#include "metadata.h"
+#include "say.h"
+#include "signals.h"
+#include "used_instruction_set.h"
+
+namespace kinome::app {
+namespace {
+
+/// Where plugins are audited: always, and where samples were not finite.
+constexpr uint32_t kPlaces = 256;
+constexpr uint32_t kPlacesOfSuspects = 1 << 15;
+
+/// Of a picture that was written though a plugin is at fault.
+constexpr int kFaultyStatus = 3;
+
+}  // namespace
+
+void set_up_log(const Options& options) {
+  if (options.quiet) {
+    set_log_level(LogLevel::kQuiet);
+  } else {
+    set_log_level(options.verbosity == 0   ? LogLevel::kWarn
+                  : options.verbosity == 1 ? LogLevel::kInfo
+                                           : LogLevel::kDebug);
+  }
+}
+
+LoadOptions load_options(const Options& options) {
+  return {.defines = options.defines,
+          .search_paths = options.search_paths,
+          .threads = options.threads,
+          .lenient = options.lenient};
+}
+
+const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {
+  const auto& sensors = scene.sensors();
+  const Location where{scene.file()};
+  if (sensors.empty()) throw Error(where, "the scene has no sensor");
+  std::vector<std::string> ids;
+  for (const auto& sensor : sensors) {
+    if (sensor->id() == wanted) return *sensor;
+    if (!sensor->id().empty()) ids.push_back(sensor->id());
+  }
+  size_t index = 0;
+  const char* end = wanted.data() + wanted.size();
+  const auto [rest, error] = std::from_chars(wanted.data(), end, index);
+  if (error == std::errc{} && rest == end && index < sensors.size()) return *sensors[index];
+  const std::string near = nearest_name(wanted, ids);
+  throw Error(where, fmt::format("no sensor '{}': expected an index from 0 to {}{}", wanted,
+                                 sensors.size() - 1,
+                                 near.empty() ? " or a sensor's id" : " or '" + near + "'"));
+}
+
+void warn_of_layers(const Scene& scene, const Film& film) {
+  if (film.file_extension() != ".pfm") return;
+  if (!scene.integrator().channels().empty()) {
+    log_warn(
+        "the scene's film writes .pfm files, which hold no channels but colour: those of its "
+        "integrator are left out");
+  }
+}
+
+Image render_picture(const Options& options, const Scene& scene, const Sensor& sensor,
+                     RenderContext& context, Display* display) {
+  const Film& film = sensor.film();
+  PassCallback on_pass;
+  if (display) {
+    context.set_commit_callback(
+        [display](const Film& shown, const Rect& pixels) { display->show(shown, pixels); });
+    on_pass = [display](const Image& picture, const RenderStats&) { display->show(picture); };
+  }
+  log_info(fmt::format("rendering {}x{} pixels of {} on {} threads", film.crop().width(),
+                       film.crop().height(), options.scene, context.threads()));
+  set_activity("rendering");
+  Image image = render(scene, sensor, context, on_pass);
+  if (display) display->show(image);
+  return image;
+}
+
+RenderSummary finish_picture(const Options& options, const Scene& scene, const Sensor& sensor,
+                             RenderContext& context, const PluginRegistry& registry,
+                             const Image& image, const Output& output, Checkpoint* checkpoint) {
+  RenderStats& stats = context.stats();
+  stats.plugins = registry.loaded();
+  stats.instruction_set = to_string(used_instruction_set(registry));
+  const std::string integrator = integrator_names(stats.plugins);
+  const Clock::time_point write_start = Clock::now();
+  set_activity("writing the picture");
+  write_picture(options, sensor.film(), image, metadata_of(scene, context, integrator, stats),
+                output, checkpoint);
+  if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
+  stats.write_seconds = seconds_since(write_start);
+  set_activity("checking plugins");
+  stats.faults = audit_plugins(scene, sensor, context.seed(),
+                               stats.non_finite_samples > 0 ? kPlacesOfSuspects : kPlaces);
+  return {.scene = options.scene,
+          .output = output.name(),
+          .integrator = integrator,
+          .width = image.width,
+          .height = image.height,
+          .samples = static_cast<unsigned>(std::lround(stats.samples)),
+          .seed = context.seed()};
+}
+
+void tell_faults(const Options& options, const RenderStats& stats) {
+  // With --quiet, too, where it makes the exit status: it must be said why.
+  if (options.quiet && exit_status(options, stats) == kFaultyStatus) {
+    set_log_level(LogLevel::kWarn);
+  }
+  if (stats.non_finite_samples > 0) {
+    log_warn(fmt::format("samples that were not finite, and were dropped: {}",
+                         stats.non_finite_samples));
+  }
+  for (const PluginFault& fault : stats.faults) {
+    log_warn(fmt::format("plugin {} is at fault: {}, at {} of {} places", fault.plugin, fault.what,
+                         fault.count, fault.looks));
+  }
+}
+
+void tell_statistics(const Options& options, const RenderStats& stats,
+                     const RenderSummary& summary) {
+  if (options.stats == StatsFormat::kText) {
+    say("{}", stats_text(stats, summary));
+  } else if (options.stats == StatsFormat::kJson) {
+    fmt::print("{}", stats_json(stats, summary));
+    if (std::fflush(stdout) != 0) throw Error("--stats=json: stdout can't be written");
+  }
+}
+
+int exit_status(const Options& options, const RenderStats& stats) {
+  const bool is_faulty = stats.non_finite_samples > 0 || !stats.faults.empty();
+  const int signal_status = signal_exit_status();
+  return signal_status == 0 && is_faulty && !options.lenient ? kFaultyStatus : signal_status;
+}
+
+}  // namespace kinome::app
