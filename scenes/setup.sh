@@ -16,6 +16,9 @@ kinome_python=python3
 # What validation/kinome-compare and its tests need beside kinome_packages.
 kinome_compare_packages="python3-openimageio python3-scipy python3-matplotlib"
 
+# What makes videos of films, for the test of `kinome film`; without it films are PNG frames.
+kinome_film_packages="ffmpeg"
+
 # What the Python module needs beside kinome_packages; nanobind is not among Debian 12's.
 kinome_module_packages="python3-dev python3-venv"
 kinome_module_requirements="nanobind==3.1.0 scikit-build-core==1.1.2"

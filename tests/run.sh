@@ -64,6 +64,7 @@ done
 build=${KINOME_BUILD:-$root/build${sanitizer:+-$sanitizer}}
 . "$root/scenes/setup.sh"
 kinome_packages="$kinome_packages $kinome_report_packages $kinome_compare_packages"
+kinome_packages="$kinome_packages $kinome_film_packages"
 [ -n "$sanitizer" ] || kinome_packages="$kinome_packages $kinome_module_packages"
 
 finish() {

@@ -308,7 +308,7 @@ void Display::show(const Film& film, const Rect& pixels) {
   const bool is_whole = pixels.area() == crop.area() && pixels.area() > kCell * kCell;
   if (is_whole && !sender_->is_time_for_a_whole()) return;
   sender_->put(film.develop(pixels), pixels.x0 - crop.x0, pixels.y0 - crop.y0, crop.width(),
-                   crop.height());
+               crop.height());
 }
 
 void Display::show(const Image& picture) {

@@ -123,12 +123,13 @@ void interpret(const RawOptions& raw, Options& options) {
     }
   }
   if (options.command == Options::Command::kCheckPlugin) interpret_seed(raw, options);
-  if (options.command == Options::Command::kRender) {
+  if (options.command == Options::Command::kRender || options.command == Options::Command::kFilm) {
     check_that_none_is_empty(raw);
     interpret_budget(raw, options);
     check_checkpoint(raw, options);
     interpret_seed(raw, options);
   }
+  if (options.command == Options::Command::kFilm) interpret_film(raw, options.film);
   if (raw.given.count("--isa") > 0 && options.isa.empty()) throw Error("--isa: its value is empty");
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }

@@ -16,11 +16,14 @@ struct RawOptions {
   std::string inspect;
   std::string variance;
   std::string seed;
+  std::string frame, range, target, up, angles;  ///< of `kinome film`
   std::map<std::string, std::string> given;  ///< by "--NAME": the last value of each that is there
 };
 
 /// Takes apart what is text, and adds it to `options`. Throws Error for values that make no sense, by
 /// themselves or together.
 void interpret(const RawOptions& raw, Options& options);
+/// What is said of a film alone.
+void interpret_film(const RawOptions& raw, FilmOptions& film);
 
 }  // namespace kinome::app

@@ -69,6 +69,8 @@ int main(int argc, char** argv) {
       case kinome::app::Options::Command::kRender:
         return options->check ? kinome::app::check_command(*options)
                               : kinome::app::render_command(*options, start);
+      case kinome::app::Options::Command::kFilm:
+        return kinome::app::film_command(*options, start);
       case kinome::app::Options::Command::kListPlugins:
         return kinome::app::plugins_command(*options);
       case kinome::app::Options::Command::kCheckPlugin:

@@ -49,9 +49,11 @@ std::string options_in_roff(const CLI::App& app) {
       page += (i > 0 ? ", \\fB" : "\\fB") + roff(names[i]) + "\\fR";
     }
     // A flag that may have a value has its "[=COUNT]" for a type.
-    // Of "COUNT:INT in [1 - 1024]" the check is left out.
+    // Of "COUNT:INT in [1 - 1024]" the check is left out; "HOST:PORT" has none.
     std::string type = option->get_type_name();
-    type = type.substr(0, type.find(':'));
+    if (const size_t check = type.find(" in ["); check != std::string::npos) {
+      type = type.substr(0, type.rfind(':', check));
+    }
     const bool is_shown = takes_value(*option) || type.starts_with("[=");
     if (is_shown) page += (takes_value(*option) ? " \\fI" : "\\fI") + roff(type) + "\\fR";
     page += "\n" + roff(option->get_description()) + "\n";
@@ -119,6 +121,9 @@ kinome \- renders scenes in Mitsuba's language
 .B kinome
 .RI [ OPTION ]... " SCENE.xml"
 .br
+.B kinome film
+.RI [ OPTION ]... " SCENE.xml"
+.br
 .B kinome plugins
 .RI [ OPTION ]... " " [ NAME ]
 .br
@@ -129,7 +134,9 @@ kinome \- renders scenes in Mitsuba's language
 .RI [ OPTION ]... " CATEGORY NAME"
 .SH DESCRIPTION
 Renders a scene of Mitsuba 3, or of Mitsuba 0.4 to 0.6, into an OpenEXR or PFM file beside the scene
-file. Scenes are made of plugins:
+file.
+.B kinome film
+renders a film of a scene. Scenes are made of plugins:
 .B kinome plugins
 lists them, those of a category, or the parameters of one,
 .B kinome check

@@ -58,7 +58,8 @@ struct CommandWord {
   const char* word;
   Options::Command command;
 };
-constexpr CommandWord kCommandWords[] = {{"plugins", Options::Command::kListPlugins},
+constexpr CommandWord kCommandWords[] = {{"film", Options::Command::kFilm},
+                                         {"plugins", Options::Command::kListPlugins},
                                          {"check", Options::Command::kCheckPlugin},
                                          {"new", Options::Command::kNewPlugin}};
 
@@ -80,14 +81,12 @@ std::pair<CommandWord, int> command_word(int argc, const char* const* argv) {
 
 constexpr const char* kDefaultRenders = "16";
 
-void declare(CLI::App& app, Options& options, RawOptions& raw) {
+/// Of all commands that render.
+void declare_render(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene.xml", options.scene, "Scene file in Mitsuba's XML language")->required();
   app.add_option("-D,--define", raw.defines, "Sets $KEY in the scene file (repeat for more)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  app.add_option("-o,--output", options.output,
-                 "Image file; default: the scene's name, beside the scene file")
-      ->type_name("FILE");
   app.add_option("-t,--threads", options.threads, "Threads; default: one per core")
       ->type_name("COUNT")
       ->check(CLI::Range(1, 1024));
@@ -114,16 +113,8 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
                "Render in COUNT independent parts (default: 16), and write the picture's variance, "
                "as they show it, as channels variance.R, .G, .B, for kinome-compare")
       ->type_name("[=COUNT]");
-  app.add_option("--checkpoint", options.checkpoint,
-                 "Keep what is finished in this file, until the picture is written")
-      ->type_name("FILE");
-  app.add_option("--every", options.every, "Seconds between two checkpoints; default: 60")
-      ->type_name("SECONDS");
-  app.add_flag("--resume", options.resume,
-               "Continue from the checkpoint if there is one")
-      ->disable_flag_override();
   app.add_option("--display", options.display,
-                 "Show the picture in the making in the viewer tev, which listens there (by itself at "
+                 "Show the picture in the making in the viewer tev, which listens there (by default at "
                  "localhost:14158)")
       ->type_name("HOST:PORT");
   app.add_flag("--lenient", options.lenient,
@@ -133,6 +124,24 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")
       ->type_name("[=json]");
+  app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image")
+      ->disable_flag_override();
+  app.add_option("--exposure", options.exposure, "Exposure of the PNG, in stops; default: 0")
+      ->type_name("STOPS");
+}
+
+void declare_picture(CLI::App& app, Options& options, RawOptions& raw) {
+  app.add_option("-o,--output", options.output,
+                 "Image file; default: the scene's name, beside the scene file")
+      ->type_name("FILE");
+  app.add_option("--checkpoint", options.checkpoint,
+                 "Keep what is finished in this file, until the picture is written")
+      ->type_name("FILE");
+  app.add_option("--every", options.every, "Seconds between two checkpoints; default: 60")
+      ->type_name("SECONDS");
+  app.add_flag("--resume", options.resume,
+               "Continue from the checkpoint if there is one")
+      ->disable_flag_override();
   app.add_flag("--check", options.check,
                "Instead of rendering, list all mistakes in the scene and in the files that it names, "
                "with their places")
@@ -140,10 +149,37 @@ void declare(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--inspect", raw.inspect,
                  "Instead of rendering, show where the pixel's light samples go, as a picture and a table")
       ->type_name("X,Y");
-  app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image")
-      ->disable_flag_override();
-  app.add_option("--exposure", options.exposure, "Exposure of the PNG, in stops; default: 0")
-      ->type_name("STOPS");
+}
+
+void declare_film(CLI::App& app, Options& options, RawOptions& raw) {
+  FilmOptions& film = options.film;
+  app.add_option("-o,--output", options.output,
+                 "The film: FILE.mp4, or names of its frames with a number, as frames/%04d.exr or "
+                 ".png; default: the scene's name with .mp4, beside the scene file")
+      ->type_name("FILE");
+  app.add_option("--path", film.path,
+                 "Where the camera goes: orbit (round its target), ellipse (on a sphere about its "
+                 "target), or a JSON file of keys of the camera and of other parameters")
+      ->type_name("orbit|ellipse|FILE")
+      ->required();
+  app.add_option("--frames", film.frames, "How many frames the film has")
+      ->type_name("COUNT")
+      ->required();
+  app.add_option("--fps", film.rate, "Frames a second; default: 25")->type_name("RATE");
+  app.add_option("--frame", raw.frame, "Render only this frame, counted from 0")->type_name("I");
+  app.add_option("--range", raw.range, "Render only these frames, both included")
+      ->type_name("FIRST:LAST");
+  app.add_option("--target", raw.target,
+                 "What orbit and ellipse look at; default: what the middle of the scene's own "
+                 "picture shows")
+      ->type_name("X,Y,Z");
+  app.add_option("--up", raw.up,
+                 "The direction that is up; default: the axis that is nearest to the camera's")
+      ->type_name("X,Y,Z");
+  app.add_option("--angles", raw.angles,
+                 "Half axes of the ellipse in degrees as seen from the target, to the side and up; "
+                 "default: 30,10")
+      ->type_name("A,B");
 }
 
 void declare_plugin_options(CLI::App& app, Options& options) {
@@ -220,12 +256,21 @@ struct OptionsParser::Language {
     if (command != Options::Command::kNewPlugin) declare_plugin_options(app, options);
     switch (command) {
       case Options::Command::kRender:
-        describe("kinome", "Renders a scene.\nkinome plugins [NAME]: lists all plugins, those of a\n"
+        describe("kinome", "Renders a scene.\nkinome film SCENE: renders a film of one.\n"
+                           "kinome plugins [NAME]: lists all plugins, those of a\n"
                            "category, or the parameters of one.\nkinome check PLUGIN: checks "
                            "whether a plugin is right.\nkinome new CATEGORY NAME: starts a plugin.");
-        declare(app, options, raw);
+        declare_render(app, options, raw);
+        declare_picture(app, options, raw);
         declare_page("--man", "Print the manual page, for man -l", man_page);
         declare_page("--completion", "Print what completes command lines in bash", bash_completion);
+        break;
+      case Options::Command::kFilm:
+        describe("kinome film", "Renders a scene from a camera that moves, and with parameters that\n"
+                                "change: frames, and a video of them. A film that was interrupted\n"
+                                "goes on with the frames that are missing.");
+        declare_film(app, options, raw);
+        declare_render(app, options, raw);
         break;
       case Options::Command::kListPlugins:
         describe("kinome plugins",

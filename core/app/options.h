@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "film_options.h"
 #include "kinome/math.h"
 
 namespace kinome::app {
@@ -15,7 +16,7 @@ enum class StatsFormat { kNone, kText, kJson };
 
 /// What the command line asks for.
 struct Options {
-  enum class Command { kRender, kListPlugins, kCheckPlugin, kNewPlugin };
+  enum class Command { kRender, kFilm, kListPlugins, kCheckPlugin, kNewPlugin };
   Command command = Command::kRender;
 
   std::string scene;
@@ -43,6 +44,8 @@ struct Options {
   bool lenient = false;
   bool check = false;
   std::optional<Vec2> inspect;  ///< pixel whose clusters are shown in place of rendering
+
+  FilmOptions film;  ///< of `kinome film`
 
   std::string plugin_name;  ///< of `kinome plugins NAME` ("": all of them), `check` and `new`
   bool markdown = false;

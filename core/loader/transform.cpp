@@ -39,16 +39,16 @@ DMat4 rotation(const Node& node) {
 }
 
 DMat4 look_at(const Node& node) {
-  const DVec3 origin(convert_triple(node, *node.find("origin")));
-  const DVec3 target(convert_triple(node, *node.find("target")));
+  const Vec3 origin = convert_triple(node, *node.find("origin"));
+  const Vec3 target = convert_triple(node, *node.find("target"));
+  if (origin == target) throw Error(node.where, "origin and target are the same point");
   const Attribute* const up_attribute = node.find("up");
-  const DVec3 direction = glm::normalize(target - origin);
-  if (!(glm::length(direction) > 0))
-    throw Error(node.where, "origin and target are the same point");
-  DVec3 up(0);
-  if (up_attribute) up = DVec3(convert_triple(node, *up_attribute));
+  Vec3 up(0);
+  if (up_attribute) up = convert_triple(node, *up_attribute);
   // Any axis will do where none is given.
-  if (glm::length(up) == 0) up = DVec3(Frame::from_normal(Vec3(direction)).s);
+  if (glm::length(up) == 0) {
+    up = Frame::from_normal(Vec3(glm::normalize(DVec3(target) - DVec3(origin)))).s;
+  }
   const auto place = kinome::look_at(origin, target, up);
   if (!place) throw Error(up_attribute->where, "'up' is parallel to the viewing direction");
   return *place;

@@ -17,7 +17,7 @@ import plugin_pictures
 from links import CODE, LINK, pages
 from plugin_sources import ROOT, example, sources
 
-STATIC = {".png", ".jpg", ".csv", ".json", ".html", ".css", ".svg", ".ipynb"}
+STATIC = {".png", ".jpg", ".csv", ".json", ".html", ".css", ".svg", ".ipynb", ".mp4"}
 LANGUAGES = {".h": "cpp", ".cpp": "cpp", ".inc": "cpp", ".py": "python", ".sh": "sh", ".xml": "xml",
              ".txt": "cmake", ".cmake": "cmake"}
 TITLES = {"bsdf": "BSDFs", "emitter": "Emitters", "film": "Films", "integrator": "Integrators",

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import socket
 import subprocess
 import sys
 import tempfile
@@ -114,10 +115,9 @@ class Display(unittest.TestCase):
         self.shown("-D", "integrator=ptracer")
 
     def test_one_warning_where_no_one_listens(self):
-        with Receiver() as receiver:
-            address = receiver.address
-            receiver.listener.close()
-        self.check_warning(address, "refused")
+        with socket.socket() as unheard:  # bound to a port, but not listening
+            unheard.bind(("127.0.0.1", 0))
+            self.check_warning("127.0.0.1:%d" % unheard.getsockname()[1], "refused")
 
     def test_one_warning_of_a_display_that_goes_away(self):
         with Receiver(leave_after=1) as receiver:

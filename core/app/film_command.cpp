@@ -1,0 +1,256 @@
+// `kinome film`: frames of a scene that changes, and a video of them.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/clock.h"
+#include "base/fnv1a.h"
+#include "commands.h"
+#include "crash.h"
+#include "film_edits.h"
+#include "film_frames.h"
+#include "kinome/log.h"
+#include "kinome/render.h"
+#include "metadata.h"
+#include "picture.h"
+#include "progress.h"
+#include "say.h"
+#include "signals.h"
+#include "used_instruction_set.h"
+#include "video.h"
+
+namespace kinome::app {
+namespace {
+
+/// Told apart from seeds that others derive.
+constexpr uint64_t kFrameSeed = 0x66696c6d;
+
+/// Of the noise of a frame: it has none in common with another's.
+uint64_t seed_of(const Options& options, int frame) {
+  return hash_words(options.seed, static_cast<uint64_t>(frame), kFrameSeed);
+}
+
+std::string hash_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  Fnv1a hash;
+  hash.add(text.data(), text.size());
+  return fmt::format("{:016x}", hash.value());
+}
+
+std::string text_of(const std::optional<glm::dvec3>& v) {
+  return v ? fmt::format("{:g},{:g},{:g}", v->x, v->y, v->z) : "the scene's";
+}
+
+class FilmCommand {
+ public:
+  FilmCommand(const Options& options, Clock::time_point start)
+      : options_(options),
+        film_(options.film),
+        start_(start),
+        frames_(options.output, options.scene),
+        registry_(PluginRegistry::default_folders(options.plugin_paths),
+                  choose_instruction_set(options.isa)),
+        progress_(options.quiet) {}
+
+  int run() {
+    load();
+    list_missing();
+    if (!options_.display.empty()) {
+      const std::string& name = frames_.video().empty() ? frames_.pattern() : frames_.video();
+      display_ = std::make_unique<Display>(options_.display, name);
+    }
+    begin_interruptible_render();
+    progress_.begin();
+    for (const int frame : missing_) {
+      if (cancel_flag() || !render(frame)) break;
+      ++done_;
+    }
+    progress_.finish();
+    return finish();
+  }
+
+ private:
+  /// All that can be wrong is found before the first frame.
+  void load() {
+    if (!options_.display.empty()) split_address(options_.display);
+    if (film_.path != "orbit" && film_.path != "ellipse") keys_.emplace(film_.path);
+    if (!frames_.video().empty() && !has_ffmpeg()) {
+      log_warn(
+          fmt::format("there is no ffmpeg, which makes videos: the film will be PNG frames, {}",
+                      frames_.pattern()));
+    }
+    set_activity("loading the scene");
+    editor_.emplace(options_.scene, load_options(options_), registry_, &load_stats_);
+    warn_of_unused_instruction_set(options_, registry_);
+    const auto scene = editor_->scene();
+    const Sensor& sensor = choose_sensor(*scene, options_.sensor);
+    while (scene->sensors()[sensor_].get() != &sensor) ++sensor_;
+    if (!frames_.are_png()) warn_of_layers(*scene, sensor.film());
+    edits_.emplace(film_, keys_ ? &*keys_ : nullptr, *editor_, sensor_);
+    try {
+      for (const FilmEdits::Values& values : edits_->at_keys()) {
+        editor_->set(values);
+        editor_->update();
+      }
+    } catch (const Error& error) {
+      throw Error(Location{film_.path}, error.what());
+    }
+    frames_.make_folder();
+    output(0);  // which must be what the scene's film writes
+    frames_.claim(identity(*scene, sensor), film_.frames);
+  }
+
+  Checkpoint::Identity identity(const Scene& scene, const Sensor& sensor) const {
+    Checkpoint::Identity identity =
+        identity_of(options_, scene, sensor, used_instruction_set(registry_));
+    identity["--path"] = film_.path;
+    if (keys_) identity["keys (by their text)"] = hash_of_file(film_.path);
+    identity["--frames"] = std::to_string(film_.frames);
+    identity["--time"] = fmt::format("{:g}", options_.seconds);
+    identity["--angles"] = fmt::format("{:g},{:g}", film_.angles.x, film_.angles.y);
+    identity["--target"] = text_of(film_.target);
+    identity["--up"] = text_of(film_.up);
+    if (frames_.are_png() || options_.png) {
+      identity["--exposure"] = fmt::format("{:g}", options_.exposure);
+    }
+    return identity;
+  }
+
+  Output output(int frame) const {
+    return frames_.output(frame, options_, editor_->scene()->sensors()[sensor_]->film());
+  }
+
+  void list_missing() {
+    for (int frame = film_.first; frame <= film_.last; ++frame) {
+      if (!FilmFrames::are_there(output(frame))) missing_.push_back(frame);
+    }
+    const size_t wanted = static_cast<size_t>(film_.last) - film_.first + 1;
+    if (!options_.quiet && missing_.size() < wanted) {
+      say("{} of {} frames are there: going on with the others\n", wanted - missing_.size(),
+          wanted);
+    }
+  }
+
+  /// False where it was interrupted, and isn't written.
+  bool render(int frame) {
+    const Clock::time_point start = Clock::now();
+    set_activity("loading the scene");
+    editor_->set(edits_->at_frame(frame));
+    const SceneChanges changes = editor_->update();
+    log_debug(fmt::format("frame {}: made anew: {}{}", frame, fmt::join(changes.made, " "),
+                          changes.has_new_structure ? " and what rays are traced in" : ""));
+    const auto scene = editor_->scene();
+    const Sensor& sensor = *scene->sensors()[sensor_];
+    const Output files = output(frame);
+    const auto seconds_to_write = [&](const Image& picture) {
+      return writing_seconds(options_, sensor.film(), picture, files);
+    };
+    RenderContext context({.threads = options_.threads,
+                           .seed = seed_of(options_, frame),
+                           .cancel = &cancel_flag(),
+                           .progress = [&](double fraction) { tell_progress(fraction); },
+                           .start = start,
+                           .budget = {.seconds = options_.seconds,
+                                      .rel_mse = options_.rel_mse,
+                                      .lanes = options_.renders,
+                                      .seconds_after = seconds_to_write}});
+    RenderStats& stats = context.stats();
+    stats.left_out = load_stats_.left_out;
+    stats.skipped = load_stats_.skipped;
+    // The scene is loaded once; what each frame changes of it is part of what that took.
+    const double update_seconds = seconds_since(start);
+    stats.load_seconds = update_seconds + std::exchange(load_stats_.load_seconds, 0);
+    stats.plugin_seconds = std::exchange(load_stats_.plugin_seconds, 0);
+    stats.build_seconds = std::exchange(load_stats_.build_seconds, 0);
+    const Image image = render_picture(options_, *scene, sensor, context, display_.get());
+    if (!stats.complete) return false;
+    const RenderSummary summary =
+        finish_picture(options_, *scene, sensor, context, registry_, image, files, nullptr);
+    stats.total_seconds = seconds_since(start);
+    stats.peak_memory_bytes = peak_memory_bytes();
+    log_info(fmt::format("wrote {} ({:.2f} s)", files.name(), stats.total_seconds));
+    tell(stats, summary, context.budget());
+    return true;
+  }
+
+  /// What is wrong with one frame is as a rule wrong with all.
+  void tell(const RenderStats& stats, const RenderSummary& summary, const RenderBudget& budget) {
+    const bool is_faulty = stats.non_finite_samples > 0 || !stats.faults.empty();
+    if (is_faulty && !is_faulty_) tell_faults(options_, stats);
+    is_faulty_ = is_faulty_ || is_faulty;
+    warn_of_missed_budget(budget, stats, stats.total_seconds, {.work = "render {} and write"});
+    tell_statistics(options_, stats, summary);
+  }
+
+  void tell_progress(double fraction) {
+    const double done = (done_ + fraction) / static_cast<double>(missing_.size());
+    told_ = std::max(told_, done);  // passes over a frame may begin anew
+    progress_.update(told_);
+  }
+
+  int finish() {
+    if (display_) display_->finish();
+    std::vector<Output> all;
+    for (int frame = 0; frame < film_.frames; ++frame) all.push_back(output(frame));
+    const auto there = std::count_if(all.begin(), all.end(), &FilmFrames::are_there);
+    const bool is_whole = there == film_.frames;
+    std::string written = frames_.pattern();
+    if (is_whole && !frames_.video().empty() && has_ffmpeg() && !cancel_flag()) {
+      set_activity("making the video");
+      make_video(frames_.pattern(), film_.rate, frames_.video());
+      frames_.remove(all);
+      written = frames_.video();
+    }
+    if (!options_.quiet) {
+      if (is_whole && signal_exit_status() == 0) {
+        say("wrote {}: {} frames, {:g} s ({:.2f} s)\n", written, film_.frames,
+            film_.frames / film_.rate, seconds_since(start_));
+      } else {
+        say("{}: {} of {} frames are there{}\n", written, there, film_.frames,
+            signal_exit_status() == 0 ? "" : ", incomplete: the same command goes on");
+      }
+    }
+    RenderStats stats;
+    stats.non_finite_samples = is_faulty_ ? 1 : 0;
+    return exit_status(options_, stats);
+  }
+
+  const Options& options_;
+  const FilmOptions& film_;
+  const Clock::time_point start_;
+  FilmFrames frames_;
+  PluginRegistry registry_;
+  Progress progress_;
+  RenderStats load_stats_;
+  std::optional<FilmKeys> keys_;
+  std::optional<SceneEditor> editor_;
+  std::optional<FilmEdits> edits_;
+  size_t sensor_ = 0;
+  std::unique_ptr<Display> display_;
+  std::vector<int> missing_;  ///< frames that are to be rendered
+  size_t done_ = 0;           ///< of these
+  double told_ = 0;
+  bool is_faulty_ = false;
+};
+
+}  // namespace
+
+int film_command(const Options& options, Clock::time_point start) {
+  set_up_log(options);
+  install_signal_handlers(options.quiet);
+  if (!options.variant.empty()) {
+    log_warn(fmt::format("-m {} is ignored: kinome has one variant, RGB in single precision",
+                         options.variant));
+  }
+  warn_of_missing_folders(options);
+  return FilmCommand(options, start).run();
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,79 @@
+"""The film of docs/film.md: ten seconds along the thesis's ellipse about the marble statue.
+
+    /usr/bin/python3 docs/hebe_film.py [--samples 16] [--frames 250] [--output docs/hebe-film.mp4]
+
+Renders what is missing of the frames (PNGs in build/hebe-film), and makes of them a video of less than
+2 MB and, beside it, a contact sheet (.jpg). Needs the scene's meshes (scenes/make_assets.py hebe), ffmpeg
+and Debian's python3-pil.
+"""
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+from PIL import Image
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
+WIDTH, HEIGHT = 480, 270
+RATE = 25
+# The scene is made for a square picture: a wider view shows as much of the statue's height. The target is
+# at its middle; the camera stays above the floor.
+KEYS = {"camera": "ellipse", "parameters": {"sensor.fov": [[0, 37]]}}
+PATH = ["--target", "-0.06,1.28,0", "--angles", "55,6"]
+COLUMNS, ROWS = 5, 5
+LEAST_QUALITY, MOST_BYTES = 34, 2_000_000
+
+
+def render(folder, frames, samples):
+    folder.mkdir(parents=True, exist_ok=True)
+    keys = folder / "keys.json"
+    keys.write_text(json.dumps(KEYS))
+    subprocess.run([BUILD / "bin/kinome", "film", ROOT / "scenes/hebe/scene.xml", "--path", keys, *PATH,
+                    "--frames", str(frames), "-D", f"width={WIDTH}", "-D", f"height={HEIGHT}", "-D",
+                    f"spp={samples}", "-o", folder / "%04d.png"], check=True)
+
+
+def make_video(folder, output):
+    """By the best quality that fits: smaller numbers are better ones."""
+    for quality in range(20, LEAST_QUALITY):
+        subprocess.run(["ffmpeg", "-nostdin", "-y", "-loglevel", "error", "-framerate", str(RATE), "-i",
+                        folder / "%04d.png", "-vf", "scale=out_color_matrix=bt709:out_range=tv,"
+                        "format=yuv420p", "-c:v", "libx264", "-preset", "veryslow", "-crf", str(quality),
+                        "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
+                        "iec61966-2-1", "-movflags", "+faststart", output], check=True)
+        if output.stat().st_size <= MOST_BYTES:
+            return quality
+    sys.exit(f"hebe_film: no quality makes {output} smaller than {MOST_BYTES} bytes")
+
+
+def make_contact_sheet(folder, frames, output):
+    width, height = WIDTH // 2, HEIGHT // 2
+    sheet = Image.new("RGB", (COLUMNS * width, ROWS * height))
+    for i in range(COLUMNS * ROWS):
+        frame = Image.open(folder / f"{i * frames // (COLUMNS * ROWS):04d}.png").convert("RGB")
+        sheet.paste(frame.resize((width, height), Image.LANCZOS),
+                    (i % COLUMNS * width, i // COLUMNS * height))
+    for quality in range(90, 30, -5):
+        sheet.save(output, quality=quality, optimize=True)
+        if output.stat().st_size <= 150_000:
+            return
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--samples", type=int, default=16)
+    parser.add_argument("--frames", type=int, default=250)
+    parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs/hebe-film.mp4")
+    options = parser.parse_args()
+    folder = BUILD / "hebe-film"
+    render(folder, options.frames, options.samples)
+    quality = make_video(folder, options.output)
+    make_contact_sheet(folder, options.frames, options.output.with_suffix(".jpg"))
+    print(f"wrote {options.output} ({options.output.stat().st_size} bytes, CRF {quality})")
+
+
+if __name__ == "__main__":
+    main()
