@@ -15,7 +15,6 @@ class TonePanel final : public Panel {
  public:
   explicit TonePanel(std::shared_ptr<Display> display) : display_(std::move(display)) {}
   const char* title() const override { return "Tone"; }
-  bool is_open_at_first() const override { return true; }
   void draw(Frame& frame) override;
   void draw_over_picture(Frame& frame) override;
 
