@@ -118,20 +118,20 @@ void FilmEdits::add_parameters(double share, Values& values) const {
   }
 }
 
+void FilmEdits::add_camera(const CameraView& camera, const std::string& where,
+                           Values& values) const {
+  const auto to_world = camera.to_world();
+  if (!to_world) {
+    throw Error(fmt::format("--path {}: {} the camera looks along its 'up', or is at its target",
+                            options_.path, where));
+  }
+  values.emplace_back(sensor_path_ + ".to_world", *to_world);
+  if (camera.fov) values.emplace_back(sensor_path_ + ".fov", *camera.fov);
+}
+
 FilmEdits::Values FilmEdits::at_frame(int frame) const {
   Values values;
-  if (moves_camera()) {
-    const CameraView camera = view(frame);
-    const auto to_world = camera.to_world();
-    if (!to_world) {
-      throw Error(
-          fmt::format("--path {}: in frame {} the camera looks along its 'up', or is at its "
-                      "target",
-                      options_.path, frame));
-    }
-    values.emplace_back(sensor_path_ + ".to_world", *to_world);
-    if (camera.fov) values.emplace_back(sensor_path_ + ".fov", *camera.fov);
-  }
+  if (moves_camera()) add_camera(view(frame), fmt::format("in frame {}", frame), values);
   if (keys_) add_parameters(share(frame), values);
   return values;
 }
@@ -139,7 +139,11 @@ FilmEdits::Values FilmEdits::at_frame(int frame) const {
 std::vector<FilmEdits::Values> FilmEdits::at_keys() const {
   std::vector<Values> all;
   if (!keys_) return all;
-  for (const double share : keys_->key_shares()) add_parameters(share, all.emplace_back());
+  for (const double share : keys_->key_shares()) {
+    Values& values = all.emplace_back();
+    if (kind_ == Kind::kKeys) add_camera(keys_->camera(share, start_.up), "at a key", values);
+    add_parameters(share, values);
+  }
   return all;
 }
 

@@ -23,7 +23,7 @@ class FilmEdits {
 
   using Values = std::vector<std::pair<std::string, EditedValue>>;
   Values at_frame(int frame) const;
-  /// At all keys of parameters: where values may be more than a plugin takes.
+  /// At all keys: where values may be more than a plugin takes.
   std::vector<Values> at_keys() const;
   bool moves_camera() const { return kind_ != Kind::kStill; }
 
@@ -34,6 +34,7 @@ class FilmEdits {
   CameraView view(int frame) const;
   /// From 0 at the first frame to 1 at the last.
   double share(int frame) const;
+  void add_camera(const CameraView& camera, const std::string& where, Values& values) const;
   void add_parameters(double share, Values& values) const;
 
   const FilmOptions& options_;

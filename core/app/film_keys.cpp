@@ -43,6 +43,8 @@ json parse(const std::string& path) {
   const std::string text = read(path);
   try {
     return json::parse(text);
+  } catch (const json::out_of_range&) {
+    throw Error(Location{path}, "a number is too large");
   } catch (const json::parse_error& error) {
     // Its own words, without its number and place.
     std::string what = error.what();
@@ -229,11 +231,13 @@ EditedValue FilmKeys::value(const Track& track, double share, const Before& befo
 
 std::vector<double> FilmKeys::key_shares() const {
   std::set<double> shares;
-  for (const Track& track : tracks_) {
-    for (const Key& key : track.curve.keys()) {
+  const auto add = [&](const KeyedCurve& curve) {
+    for (const Key& key : curve.keys()) {
       shares.insert(last_ > first_ ? (key.time - first_) / (last_ - first_) : 0);
     }
-  }
+  };
+  if (position_) add(*position_);
+  for (const Track& track : tracks_) add(track.curve);
   return {shares.begin(), shares.end()};
 }
 

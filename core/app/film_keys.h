@@ -41,7 +41,7 @@ class FilmKeys {
     std::optional<EditedValue> value;
   };
   EditedValue value(const Track& track, double share, const Before& before) const;
-  /// Shares of all keys of all parameters: where they are at their extremes.
+  /// Shares of all keys: where values are at their extremes, but for what a spline swings beyond.
   std::vector<double> key_shares() const;
 
  private:

@@ -12,6 +12,8 @@
 namespace kinome::app {
 namespace {
 
+constexpr int kMostFrames = 1'000'000;
+
 /// "1,2.5,-3": nullopt where it isn't so many finite numbers.
 std::optional<std::vector<double>> numbers(const std::string& text, size_t count, char separator) {
   std::vector<double> found;
@@ -70,8 +72,9 @@ void interpret_range(const RawOptions& raw, FilmOptions& film) {
 
 void interpret_film(const RawOptions& raw, FilmOptions& film) {
   interpret_path(film);
-  if (film.frames < 1) {
-    throw Error(fmt::format("--frames: must be 1 or more, got {}", raw.given.at("--frames")));
+  if (film.frames < 1 || film.frames > kMostFrames) {
+    throw Error(fmt::format("--frames: must be from 1 to {}, got {}", kMostFrames,
+                            raw.given.at("--frames")));
   }
   if (!(film.rate > 0 && film.rate <= 1000)) {
     throw Error(

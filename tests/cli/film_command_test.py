@@ -295,7 +295,7 @@ class Film(unittest.TestCase):
                 ("--path: expected orbit, ellipse or a file of keys, got 'orbti' (did you mean 'orbit'?)",
                  ["--path", "orbti", "--frames", 2]),
                 ("got 'none.json', which isn't there", ["--path", "none.json", "--frames", 2]),
-                ("--frames: must be 1 or more, got 0", ["--path", "orbit", "--frames", 0]),
+                ("--frames: must be from 1 to 1000000, got 0", ["--path", "orbit", "--frames", 0]),
                 ("--fps: must be more than 0", [*orbit, "--fps", 0]),
                 ("--frame: expected one of the frames 0 to 1, got '2'", [*orbit, "--frame", 2]),
                 ("--range: expected FIRST:LAST of the frames 0 to 1, got '1:0'",
@@ -347,7 +347,9 @@ class Film(unittest.TestCase):
                 ("the axis of a rotation can't be zero",
                  {"parameters": {"sky.to_world": {"axis": [0, 0, 0], "degrees": [[0, 1]]}}}),
                 ("'degrees' is missing", {"parameters": {"sky.to_world": {"axis": [0, 0, 1]}}}),
+                ("too large", '{"camera": [{"time": 1e999}]}'),
                 # Told before a frame is rendered, though only the last one has it.
+                ("keys.json: ", {"camera": [key | {"fov": 40}, key | {"time": 1, "fov": 300}]}),
                 ("keys.json: ", {"parameters": {"floor.bsdf.reflectance": [[0, 0.5], [1, 1.5]]}})]:
             with self.subTest(keys=keys):
                 self.check_mistake(words, "--path", self.keys(keys), "--frames", 3, "-o", "%d.exr")
