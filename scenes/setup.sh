@@ -23,6 +23,9 @@ kinome_film_packages="ffmpeg"
 kinome_module_packages="python3-dev python3-venv"
 kinome_module_requirements="nanobind==3.1.0 scikit-build-core==1.1.2"
 
+# What kinome-view needs beside kinome_packages, and its tests.
+kinome_viewer_packages="libglfw3-dev libimgui-dev xvfb xauth xdotool libgl1-mesa-dri python3-pil"
+
 # One question for all packages; those that are not fully installed, one a line.
 kinome_missing_packages() {
   # shellcheck disable=SC2086

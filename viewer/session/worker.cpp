@@ -16,6 +16,13 @@ constexpr std::chrono::milliseconds kStill{150};
 constexpr double kFirstScale = 0.25;
 constexpr double kLeastScale = 1. / 16;
 
+constexpr const char* kPreviewIntegrator = "path";
+
+/// Integrators that learn, or prepare otherwise, for longer than a preview may take.
+bool is_slow_to_begin(const std::string& integrator) {
+  return integrator == "clustered" || integrator == "groundtruth";
+}
+
 std::string name_of(const Integrator& integrator) {
   const std::string& plugin = integrator.plugin();
   return plugin.substr(plugin.find('/') + 1);
@@ -89,6 +96,10 @@ bool RenderSession::Worker::has_work() const {
   return wants_preview_ || (!is_done_ && !is_paused_);
 }
 
+bool RenderSession::Worker::is_still() const {
+  return Clock::now() - last_change_ > kStill;
+}
+
 void RenderSession::Worker::work() {
   context_ = std::make_unique<RenderContext>(
       RenderContext::Options{.threads = options_.threads,
@@ -98,6 +109,7 @@ void RenderSession::Worker::work() {
   load();
   notify();
   while (true) {
+    if (scene_ && !wants_preview_ && (!is_moving_ || is_still())) publish_info();
     Requests requests;
     {
       std::unique_lock lock(mutex);
@@ -126,11 +138,10 @@ void RenderSession::Worker::work() {
         notify();
         continue;
       }
-      is_moving_ = is_moving_ && Clock::now() - last_change_ < kStill;
+      is_moving_ = is_moving_ && !is_still();
       if (wants_preview_) {
         preview();
       } else if (!is_moving_) {
-        publish_info();
         {
           // A change that came since is made first.
           const std::lock_guard lock(mutex);
@@ -160,6 +171,7 @@ void RenderSession::Worker::load() {
           PluginRegistry::default_folders(options_.plugin_folders));
     }
     const std::lock_guard lock(scene_mutex_);
+    preview_scene_.reset();
     scene_.reset();
     editor_.reset();
     history_.forget();
@@ -184,6 +196,31 @@ std::shared_ptr<const Scene> RenderSession::Worker::with_integrator(const std::s
   said.type = name;
   said.where = Location{"integrator " + name};
   return editor_->scene_with(said);
+}
+
+/// Previews are by path tracing where the integrator takes its time before the first samples: they
+/// are of the same number of bounces.
+const Scene& RenderSession::Worker::preview_scene() {
+  const Integrator& own = scene_->integrator();
+  if (!is_slow_to_begin(name_of(own))) return *scene_;
+  if (preview_scene_) return *preview_scene_;
+  ObjectDescription said;
+  said.tag = "integrator";
+  said.type = kPreviewIntegrator;
+  said.where = Location{"preview"};
+  const std::string path = editor_->path_of(own);
+  for (const char* const name : {"max_depth", "hide_emitters"}) {
+    if (path.empty()) break;
+    const auto value = editor_->get(path + "." + name);
+    if (!value) continue;
+    if (const auto* const number = std::get_if<int64_t>(&*value)) {
+      said.values.push_back({name, *number, said.where});
+    } else if (const auto* const flag = std::get_if<bool>(&*value)) {
+      said.values.push_back({name, *flag, said.where});
+    }
+  }
+  preview_scene_ = editor_->scene_with(said);
+  return *preview_scene_;
 }
 
 /// As the options say, with the film's size that they ask for.
@@ -213,6 +250,7 @@ void RenderSession::Worker::make(Requests requests) {
     if (!scene_) return;
   }
   if (!editor_ || !scene_) return;
+  const auto before = scene_;  // what is half rendered refers to it
   const auto tell = [this](const std::string& text) { say(true, text); };
   bool has_changed = requests.restart;
   {
@@ -222,12 +260,16 @@ void RenderSession::Worker::make(Requests requests) {
     if (is_new) {
       has_changed = true;
       ++edition_;
+      preview_scene_.reset();
+    } else if (!requests.changes.empty()) {
+      info_edition_ = ~uint64_t{0};  // whoever shows what was asked for is to see what is
     }
     if (requests.integrator) {
       try {
         const auto scene = with_integrator(*requests.integrator);
         integrator_ = *requests.integrator;
         scene_ = scene;
+        preview_scene_.reset();
         has_changed = true;
       } catch (const std::exception& fault) {
         tell(text_of(fault));
@@ -257,7 +299,6 @@ void RenderSession::Worker::make(Requests requests) {
     last_change_ = requests.last_change;
   }
   if (requests.is_paused) is_paused_ = *requests.is_paused;
-  if (!options_.is_live) publish_info();
   set_activity(is_done_     ? Activity::kFinished
                : is_paused_ ? Activity::kPaused
                             : Activity::kRendering);
@@ -288,11 +329,16 @@ void RenderSession::Worker::preview() {
   const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels * scale + 0.5)); };
   const int width = side(crop.width()), height = side(crop.height());
   const auto film_sensor = with_own_film(sensor(), width, height, 1);
-  auto image = render_once(*scene_, *film_sensor, *context_);
+  const Scene* scene = nullptr;
+  {
+    const std::lock_guard lock(scene_mutex_);
+    scene = &preview_scene();
+  }
+  auto image = render_once(*scene, *film_sensor, *context_);
   const double seconds = context_->seconds() - start;
   seconds_per_pixel_ = seconds / (static_cast<double>(width) * height);
   wants_preview_ = false;
-  if (image) publish(std::move(*image), true, false, seconds, -1);
+  if (image) publish(*scene, std::move(*image), true, false, seconds, -1);
 }
 
 void RenderSession::Worker::improve() {
@@ -303,7 +349,7 @@ void RenderSession::Worker::improve() {
     return;
   }
   is_done_ = live_->samples() >= options_.most_samples;
-  publish(live_->develop(), false, is_done_, live_->seconds(), live_->rel_mse());
+  publish(*scene_, live_->develop(), false, is_done_, live_->seconds(), live_->rel_mse());
   if (is_done_) set_activity(Activity::kFinished);
 }
 
@@ -315,12 +361,12 @@ void RenderSession::Worker::render_exactly() {
   auto image = render_once(*scene_, *samples, *context_);
   if (!image) return;
   is_done_ = true;
-  publish(std::move(*image), false, true, context_->stats().render_seconds, -1);
+  publish(*scene_, std::move(*image), false, true, context_->stats().render_seconds, -1);
   set_activity(Activity::kFinished);
 }
 
-void RenderSession::Worker::publish(Image image, bool is_preview, bool is_final, double seconds,
-                                    double rel_mse) {
+void RenderSession::Worker::publish(const Scene& scene, Image image, bool is_preview, bool is_final,
+                                    double seconds, double rel_mse) {
   auto picture = std::make_shared<Picture>();
   picture->image = std::move(image);
   picture->stats = context_->stats();
@@ -329,7 +375,7 @@ void RenderSession::Worker::publish(Image image, bool is_preview, bool is_final,
   picture->crop = sensor().film().crop();
   picture->is_preview = is_preview;
   picture->is_final = is_final;
-  picture->integrator = name_of(scene_->integrator());
+  picture->integrator = name_of(scene.integrator());
   picture->samples = picture->stats.samples;
   picture->seconds = seconds;
   picture->rel_mse = rel_mse;

@@ -65,14 +65,17 @@ class RenderSession::Worker {
   void choose_sensor();
   void run_tasks(const std::vector<Task>& tasks);
   bool has_work() const;
+  bool is_still() const;
   void preview();
   void improve();
   void render_exactly();
-  void publish(Image image, bool is_preview, bool is_final, double seconds, double rel_mse);
+  void publish(const Scene& scene, Image image, bool is_preview, bool is_final, double seconds,
+               double rel_mse);
   void publish_info();
   void set_activity(Activity activity);
   void tell_of_samples_that_are_not_finite(const RenderStats& stats);
   std::shared_ptr<const Scene> with_integrator(const std::string& name);
+  const Scene& preview_scene();
   const Sensor& sensor() const { return *scene_->sensors()[sensor_]; }
   void notify() const {
     if (options_.on_change) options_.on_change();
@@ -100,7 +103,8 @@ class RenderSession::Worker {
   std::unique_ptr<RenderContext> context_;
   ChangeHistory history_;
   std::unique_ptr<LiveRender> live_;
-  std::string integrator_;  ///< that was asked for
+  std::string integrator_;                      ///< that was asked for
+  std::shared_ptr<const Scene> preview_scene_;  ///< nullptr: to be made
   uint64_t edition_ = 0;
   uint64_t generation_ = 0;
   uint64_t told_edition_ = ~uint64_t{0};  ///< for which samples were told not to be finite

@@ -71,10 +71,14 @@ void ViewerWindow::wake() {
   glfwPostEmptyEvent();
 }
 
-void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int) {
+void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int mods) {
   auto& self = *static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window));
   if (action != GLFW_PRESS || ImGui::GetIO().WantTextInput) return;
   if (key == GLFW_KEY_F12) self.wants_screenshot_ = true;
+  if (key == GLFW_KEY_R && (mods & GLFW_MOD_CONTROL) != 0) self.wants_reload_ = true;
+  if (key == GLFW_KEY_Q && (mods & GLFW_MOD_CONTROL) != 0) {
+    glfwSetWindowShouldClose(window, GLFW_TRUE);
+  }
 }
 
 void ViewerWindow::run(RenderSession& session) {
@@ -85,6 +89,7 @@ void ViewerWindow::run(RenderSession& session) {
     ImGui::NewFrame();
     Frame frame{session,        *view_,           camera_,   session.picture(),
                 session.info(), session.status(), selection_};
+    if (std::exchange(wants_reload_, false)) session.reload();
     camera_.follow(session, frame.info);
     fly(frame);
     draw(frame);
@@ -107,6 +112,10 @@ void ViewerWindow::run(RenderSession& session) {
       glfwWaitEventsTimeout(kPatience);
       frames_wanted_ = kFramesAfterEvent - 1;
     }
+  }
+  if (options_.trace) {
+    std::printf("closed\n");
+    std::fflush(stdout);
   }
   glfwHideWindow(window_);
   glfwPollEvents();
@@ -200,13 +209,18 @@ void ViewerWindow::take_screenshot(RenderSession& session) {
 void ViewerWindow::trace(const Frame& frame) {
   const double now =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - options_.start).count();
-  if (traced_generation_ == 0 && !frame.picture) {
-    std::printf("%.3f window\n", now);
-    traced_generation_ = ~uint64_t{0};
-  }
+  if (!std::exchange(has_traced_window_, true)) std::printf("%.3f window\n", now);
   for (const Message& message : frame.session.messages(traced_messages_)) {
     std::printf("%.3f %s %s\n", now, message.is_error ? "error" : "note", message.text.c_str());
     ++traced_messages_;
+  }
+  if (selection_ != traced_selection_) {
+    traced_selection_ = selection_;
+    std::printf("%.3f selected", now);
+    if (selection_) {
+      for (const std::string& path : selection_->materials) std::printf(" %s", path.c_str());
+    }
+    std::printf("\n");
   }
   const PicturePointer& picture = frame.picture;
   if (picture && picture->generation != traced_generation_) {

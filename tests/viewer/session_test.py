@@ -1,0 +1,169 @@
+#!/usr/bin/python3
+"""What kinome-view does with a scene, by scripts in place of a window: edits while it renders, what
+they leave behind, and what it saves. Of the build folder KINOME_BUILD.
+"""
+import pathlib
+import random
+import re
+import subprocess
+import tempfile
+import unittest
+
+import numpy as np
+
+from scenes import BUILD, PROGRAM, SCENE, write_scene
+
+EDITS = 200
+MEMORY_EDITS = 1000
+
+
+class SessionTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.scene = write_scene(self.folder)
+
+    def run_script(self, lines, scene=None, errors=0):
+        """What a script prints; how many errors there are is known."""
+        result = subprocess.run(
+            [PROGRAM, scene or self.scene, "-t", "2", "--script", "-"], cwd=self.folder,
+            input="\n".join(lines), text=True, capture_output=True, timeout=200)
+        told = [line for line in result.stdout.splitlines() if line.startswith("error: ")]
+        self.assertEqual(len(told), errors, result.stdout + result.stderr)
+        self.assertEqual(result.returncode, 1 if errors else 0, result.stderr)
+        return result.stdout
+
+    def random_edits(self, count, seed):
+        """Lines of a script that set parameters of all kinds, each once the one before is made."""
+        dice = random.Random(seed)
+        rows = [line.split("\t") for line in self.run_script(["parameters"]).splitlines()]
+        makers = {
+            "float": lambda: f"{dice.uniform(0.05, 2):.6f}",
+            "transform": lambda: f"1 0 0 {dice.uniform(-1, 1):.4f} 0 1 0 0 0 0 1 0 0 0 0 1",
+            "boolean": lambda: dice.choice(["true", "false"]),
+            "emission": lambda: " ".join(f"{dice.uniform(0, 5):.6f}" for _ in range(3)),
+            "reflectance texture": lambda: " ".join(f"{dice.uniform(0, 1):.6f}" for _ in range(3)),
+            "vector": lambda: " ".join(f"{dice.uniform(0.5, 1.5):.6f}" for _ in range(3)),
+        }
+        left_out = re.compile(r"film|sampler|clip|shutter|principal|camera.to_world")
+        usable = [(path, kind) for path, kind, _ in rows
+                  if kind in makers and not left_out.search(path)]
+        self.assertGreater(len(usable), 15)
+        lines = []
+        for _ in range(count):
+            if dice.random() < 0.2:
+                lines += [f"orbit {dice.uniform(-20, 20):.4f} {dice.uniform(-5, 5):.4f}", "wait"]
+                continue
+            path, kind = dice.choice(usable)
+            lines += [f"set {path} {makers[kind]()}", "wait"]
+        return lines
+
+    def picture(self, path):
+        import OpenImageIO as oiio
+        pixels = oiio.ImageBuf(str(self.folder / path)).get_pixels(oiio.FLOAT)
+        self.assertGreater(np.std(pixels[..., :3]), 0)
+        return pixels
+
+    def test_edits_end_in_the_picture_of_the_scene_that_is_saved(self):
+        lines = self.random_edits(EDITS, 1)
+        out = subprocess.run(
+            [PROGRAM, self.scene, "-t", "2", "--script", "-"], cwd=self.folder, text=True,
+            input="\n".join([*lines, "save saved.xml", "render 3", "picture a.exr"]),
+            capture_output=True, timeout=200)
+        # Some values no plugin takes: those edits are told of, and are as if they had not been.
+        self.assertLess(out.stdout.count("error: "), EDITS // 4, out.stdout)
+        self.run_script(["render 3", "picture b.exr"], scene="saved.xml")
+        self.assertEqual((self.folder / "a.exr").read_bytes(), (self.folder / "b.exr").read_bytes())
+        # And that of the program for the command line.
+        saved = (self.folder / "saved.xml").read_text()
+        self.assertIn("<!-- Kept by whoever saves it. -->", saved)
+        (self.folder / "saved.xml").write_text(
+            saved.replace('name="sample_count" value="2"', 'name="sample_count" value="3"'))
+        subprocess.run([BUILD / "bin/kinome", "saved.xml", "-t", "1", "-q", "-o", "c.exr"],
+                       cwd=self.folder, check=True, timeout=100)
+        a, c = self.picture("a.exr"), self.picture("c.exr")
+        np.testing.assert_array_equal(a, c)
+        # It can tell: another edit is another picture.
+        self.run_script(["set red.reflectance.value 0.1 0.9 0.1", "set ball.radius 0.7", "render 3",
+                         "picture d.exr"], scene="saved.xml")
+        self.assertFalse(np.array_equal(a, self.picture("d.exr")))
+
+    def test_memory_does_not_grow_by_edits(self):
+        lines = self.random_edits(MEMORY_EDITS, 2)
+        some = len(lines) // 4
+        # Among the edits are those that no plugin takes.
+        out = subprocess.run(
+            [PROGRAM, self.scene, "-t", "2", "--script", "-"], cwd=self.folder, text=True,
+            input="\n".join([*lines[:some], "memory", *lines[some:], "wait", "memory"]),
+            capture_output=True, timeout=250)
+        before, after = [int(n) for n in re.findall(r"memory (\d+)", out.stdout)]
+        # A film of 32 x 24 pixels for each edit would be more than ten times as much.
+        self.assertLess(after - before, 8e6, out.stderr)
+
+    def test_what_cannot_be_leaves_the_scene_as_it_was(self):
+        self.run_script(["render 2", "picture a.exr"])
+        out = self.run_script(["set sky.filename nowhere.exr", "wait", "set red.reflectance.value 2",
+                               "set camera.fov -3", "set ball.radius nan", "integrator nonsense",
+                               "wait", "render 2", "picture b.exr"], errors=5)
+        self.assertIn("nowhere.exr", out)
+        self.assertEqual((self.folder / "a.exr").read_bytes(), (self.folder / "b.exr").read_bytes())
+
+    def test_edits_are_taken_back(self):
+        self.run_script(["render 2", "picture a.exr", "set ball.radius 0.5", "wait",
+                         "set red.reflectance.value 0 1 0", "wait", "undo", "undo", "wait",
+                         "render 2", "picture b.exr"])
+        self.assertEqual((self.folder / "a.exr").read_bytes(), (self.folder / "b.exr").read_bytes())
+
+    def lookats(self, lines):
+        out = self.run_script(lines)
+        number = r"([-\d.e]+)"
+        triple = ", ".join([number] * 3)
+        found = re.findall(f'<lookat origin="{triple}" target="{triple}" up="{triple}"/>', out)
+        return [np.array(one, float).reshape(3, 3) for one in found]
+
+    def test_cameras_move_as_they_are_told(self):
+        start, right, up, pole, panned, near, home = self.lookats([
+            "lookat", "orbit 90 0", "lookat", "home", "orbit 0 30", "lookat", "orbit 0 170",
+            "lookat", "home", "move 1 2 0", "lookat", "home", "dolly 0.5", "lookat", "home",
+            "lookat"])
+        # The target is where the ball is hit.
+        np.testing.assert_allclose(start, [[0, 1, 5], [0, 1, 0.8], [0, 1, 0]], atol=1e-3)
+        np.testing.assert_allclose(right[0], [4.2, 1, 0.8], atol=1e-3)
+        np.testing.assert_allclose(right[1:], start[1:], atol=1e-3)
+        np.testing.assert_allclose(up[0], [0, 1 + 2.1, 0.8 + 4.2 * 3 ** 0.5 / 2], atol=1e-3)
+        for one in (right, up, pole):
+            self.assertAlmostEqual(np.linalg.norm(one[0] - one[1]), 4.2, delta=1e-3)
+            self.assertGreaterEqual(one[2][1], 0, "upside down")
+        np.testing.assert_allclose(panned, start + [[1, 2, 0], [1, 2, 0], [0, 0, 0]], atol=1e-3)
+        np.testing.assert_allclose(near[0], [0, 1, 0.8 + 2.1], atol=1e-3)
+        np.testing.assert_allclose(home, start, atol=1e-5)
+
+    def test_a_moved_camera_is_that_of_its_lookat(self):
+        line = self.run_script(["orbit 40 20", "move 0.2 0.1 -0.5", "lookat", "render 2",
+                                "picture a.exr"]).strip()
+        text = SCENE.format(width=32, height=24)
+        (self.folder / "moved.xml").write_text(re.sub("<lookat.*/>", line, text, count=1))
+        self.run_script(["render 2", "picture b.exr"], scene="moved.xml")
+        # Its numbers have six digits.
+        a, b = self.picture("a.exr"), self.picture("b.exr")
+        self.assertLess(np.mean(np.abs(a - b) > 1e-2), 0.05)
+        self.run_script(["render 2", "picture c.exr"])
+        self.assertGreater(np.mean(np.abs(a - self.picture("c.exr")) > 1e-2), 0.3)
+
+    def test_what_is_seen_is_picked(self):
+        ball, sky = self.run_script(["pick 16 12", "pick 16 0.5"]).splitlines()
+        *point, material = ball.split()
+        np.testing.assert_allclose(np.array(point, float), [0, 1, 0.8], atol=1e-3)
+        self.assertEqual(material, "red")
+        self.assertEqual(sky, "nothing")
+
+    def test_a_script_that_makes_no_sense_is_one_line(self):
+        result = subprocess.run([PROGRAM, self.scene, "--script", "-"], input="\nturn 3\n",
+                                text=True, capture_output=True, timeout=60)
+        self.assertEqual(result.stderr, "kinome-view: -:2:1: there is no command 'turn'\n")
+        self.assertEqual(result.returncode, 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

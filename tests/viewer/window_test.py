@@ -1,0 +1,211 @@
+#!/usr/bin/python3
+"""The window of kinome-view, by clicks, drags and keys as people use it. To be run where there is an X
+display without a window manager (xvfb-run). Of the build folder KINOME_BUILD.
+"""
+import ctypes
+import pathlib
+import re
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+from PIL import Image
+
+from scenes import PROGRAM, write_scene
+
+# Seconds; other programs may be at work beside this one.
+PATIENCE = 60
+# What closing the window may take at most [s]. It is 0.3 on a machine that has nothing else to do; on
+# one that has, the system alone may take two to clear a program away. What isn't interrupted would
+# take minutes.
+CLOSED = 6
+
+
+def xdotool(*arguments):
+    subprocess.run(["xdotool", *map(str, arguments)], check=True, timeout=PATIENCE)
+
+
+class Viewer:
+    """A viewer at work, and the lines of its trace."""
+
+    def __init__(self, test, *arguments):
+        self.folder = test.folder
+        self.shot = self.folder / "shot.png"
+        self.process = subprocess.Popen(
+            [PROGRAM, *map(str, arguments), "-t", "2", "--trace", "--screenshot", self.shot],
+            cwd=self.folder, stdout=subprocess.PIPE, text=True)
+        test.addCleanup(self.end)
+        self.lines = []
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+
+    def read(self):
+        for line in self.process.stdout:
+            self.lines.append(line.rstrip("\n"))
+
+    def end(self):
+        self.process.kill()
+        self.process.wait()
+        self.reader.join()
+        self.process.stdout.close()
+
+    def wait_for(self, pattern, after=0):
+        """The first line after so many that holds a pattern."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            for line in self.lines[after:]:
+                found = re.search(pattern, line)
+                if found:
+                    return found
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.01)
+        raise AssertionError(f"no '{pattern}' in {self.lines[after:]}")
+
+    def screenshot(self):
+        before = len(self.lines)
+        xdotool("key", "F12")
+        self.wait_for("note wrote", before)
+        return np.asarray(Image.open(self.shot).convert("RGB")).astype(float)
+
+    def drag(self, x, y, dx, dy, steps=10, button=1):
+        xdotool("mousemove", x, y, "mousedown", button)
+        for _ in range(steps):
+            xdotool("mousemove_relative", "--", dx // steps, dy // steps)
+            time.sleep(0.03)
+        xdotool("mouseup", button)
+
+    def close(self):
+        """As a window manager does it: asks the window to be closed. Returns the seconds until the
+        program has ended."""
+        window = int(subprocess.run(["xdotool", "search", "--name", "kinome-view"], check=True,
+                                    capture_output=True, text=True).stdout.split()[0])
+        ask_to_close(window)
+        start = time.monotonic()
+        self.process.wait(timeout=PATIENCE)
+        return time.monotonic() - start
+
+
+def ask_to_close(window):
+    """Sends WM_DELETE_WINDOW."""
+    class ClientMessage(ctypes.Structure):
+        _fields_ = [("type", ctypes.c_int), ("serial", ctypes.c_ulong), ("send_event", ctypes.c_int),
+                    ("display", ctypes.c_void_p), ("window", ctypes.c_ulong),
+                    ("message_type", ctypes.c_ulong), ("format", ctypes.c_int),
+                    ("data", ctypes.c_long * 5), ("padding", ctypes.c_long * 24)]
+    x11 = ctypes.CDLL("libX11.so.6")
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    x11.XInternAtom.restype = ctypes.c_ulong
+    display = ctypes.c_void_p(x11.XOpenDisplay(None))
+    protocols = x11.XInternAtom(display, b"WM_PROTOCOLS", 0)
+    delete = x11.XInternAtom(display, b"WM_DELETE_WINDOW", 0)
+    event = ClientMessage(type=33, window=window, message_type=protocols, format=32)
+    event.data[0] = delete
+    x11.XSendEvent(display, ctypes.c_ulong(window), 0, ctypes.c_long(0), ctypes.byref(event))
+    x11.XFlush(display)
+    x11.XCloseDisplay(display)
+
+
+class WindowTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def open(self, width=160, height=120, *arguments):
+        scene = write_scene(self.folder, width, height)
+        viewer = Viewer(self, scene, *arguments)
+        viewer.wait_for("pass [2-9]")
+        return viewer
+
+    def middle(self, shot):
+        return shot[380:420, 430:470].reshape(-1, 3).mean(axis=0)
+
+    def test_a_surface_is_clicked_on_and_edited(self):
+        viewer = self.open()
+        shot = viewer.screenshot()
+        red, green, _ = self.middle(shot)
+        self.assertGreater(red, 2 * green)
+        before = len(viewer.lines)
+        xdotool("mousemove", 450, 400, "click", 1)
+        viewer.wait_for("selected red$", before)
+        # Its colour stands in the side bar, and left of it the numbers of red, green and blue.
+        # They are dragged to and fro.
+        side = viewer.screenshot()[:, 900:]
+        ys, xs = np.nonzero((abs(side - [178, 13, 13]) < 8).all(axis=2))
+        self.assertGreater(len(xs), 50)
+        x, y = 900 + int(np.median(xs)) - 185, int(np.median(ys))
+        before = len(viewer.lines)
+        viewer.drag(x, y, -300, 0)
+        viewer.wait_for("preview", before)
+        before = len(viewer.lines)
+        viewer.wait_for("pass [2-9]", before)
+        red, green, _ = self.middle(viewer.screenshot())
+        self.assertLess(red, 1.5 * green)
+        # "Undo" takes back the whole drag.
+        before = len(viewer.lines)
+        xdotool("mousemove", 925, int(np.median(ys)) - 37, "click", 1)
+        viewer.wait_for("preview", before)
+        viewer.wait_for("pass [2-9]", before)
+        np.testing.assert_allclose(self.middle(viewer.screenshot()), self.middle(shot), atol=12)
+
+    def test_the_camera_is_dragged_and_flown(self):
+        viewer = self.open()
+        picture = viewer.screenshot()[100:700, 50:850]
+        before = len(viewer.lines)
+        viewer.drag(200, 200, 100, 50)
+        viewer.wait_for("preview", before)
+        before = len(viewer.lines)
+        viewer.wait_for("pass [2-9]", before)
+        orbited = viewer.screenshot()[100:700, 50:850]
+        self.assertGreater(np.mean(abs(picture - orbited) > 12), 0.2)
+        # The ball, around which it goes, stays in the middle.
+        np.testing.assert_allclose(orbited[280:320, 380:420].mean(axis=(0, 1))[0],
+                                   picture[280:320, 380:420].mean(axis=(0, 1))[0], atol=60)
+        for move in (["keydown", "w", "sleep", 0.3, "keyup", "w"], ["click", 4]):
+            before = len(viewer.lines)
+            xdotool(*move)
+            viewer.wait_for("preview", before)
+        viewer.wait_for("pass [2-9]", before)
+        nearer = viewer.screenshot()[100:700, 50:850]
+        is_red = [np.mean(p[..., 0] > 2 * p[..., 1]) for p in (orbited, nearer)]
+        self.assertGreater(is_red[1], 1.05 * is_red[0])
+        self.assertLess(viewer.close(), CLOSED)
+
+    def test_closing_ends_a_render(self):
+        viewer = self.open(1200, 900)
+        # All samples at once, which takes minutes: the button is in the row of the number.
+        before = len(viewer.lines)
+        xdotool("mousemove", 945, 180, "click", "--repeat", 2, 1, "key", "ctrl+a", "type", "100000\n")
+        xdotool("mousemove", 1103, 180, "click", 1)
+        time.sleep(0.5)
+        self.assertLess(viewer.close(), CLOSED)
+        self.assertEqual(viewer.process.returncode, 0)
+        self.assertFalse([line for line in viewer.lines[before:] if "error" in line])
+
+    def test_the_first_picture_comes_soon(self):
+        viewer = self.open(640, 480)
+        at = [float(viewer.wait_for(f"^([0-9.]+) {what}")[1]) for what in ("window", "picture 1 ")]
+        # 0.2 s on a machine that has nothing else to do.
+        self.assertLess(at[1] - at[0], 1)
+
+    def test_errors_are_shown_and_survived(self):
+        scene = write_scene(self.folder)
+        scene.write_text(scene.read_text().replace("sky.pfm", "nowhere.pfm"))
+        viewer = Viewer(self, scene)
+        viewer.wait_for("error .*scene.xml:.*nowhere.pfm")
+        shot = viewer.screenshot()
+        self.assertGreater(np.mean(shot[:60, :850, 0] > 200), 0.002, "no text in red")
+        # The file is mended, and loaded anew.
+        write_scene(self.folder)
+        before = len(viewer.lines)
+        xdotool("key", "ctrl+r")
+        viewer.wait_for("pass [2-9]", before)
+        self.assertLess(viewer.close(), CLOSED)
+
+
+if __name__ == "__main__":
+    unittest.main()
