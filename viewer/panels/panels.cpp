@@ -16,11 +16,11 @@ std::vector<std::unique_ptr<Panel>> make_panels() {
   std::vector<std::unique_ptr<Panel>> panels;
   panels.push_back(std::make_unique<RenderPanel>());
   panels.push_back(std::make_unique<CameraPanel>());
+  panels.push_back(std::make_unique<MaterialPanel>());
   const auto display = std::make_shared<Display>();
   panels.push_back(std::make_unique<TonePanel>(display));
   panels.push_back(std::make_unique<ComparePanel>(display));
   panels.push_back(std::make_unique<InspectorPanel>());
-  panels.push_back(std::make_unique<MaterialPanel>());
   panels.push_back(std::make_unique<EnvironmentPanel>());
   panels.push_back(std::make_unique<LampPanel>());
   panels.push_back(std::make_unique<ParameterPanel>());

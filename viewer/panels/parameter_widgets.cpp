@@ -16,10 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMostFiles = 200;
 
-bool is_word_character(char c) {
-  return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
-}
-
 /// The place of a name at the end of the dots.
 std::string last_name(const std::string& path) {
   const std::string whole = path.ends_with(".value") ? path.substr(0, path.size() - 6) : path;
@@ -128,35 +124,6 @@ std::string object_of(const std::string& path) {
   return dot == std::string::npos ? "" : whole.substr(0, dot);
 }
 
-std::vector<std::string> choices_of(const SceneParameter& parameter) {
-  const auto* const usual =
-      parameter.default_value ? std::get_if<std::string>(&*parameter.default_value) : nullptr;
-  if (!usual || parameter.kind != ParameterType::kString) return {};
-  // "A, B or C", one of which is the default.
-  const std::string& text = parameter.doc;
-  for (size_t at = text.find(" or "); at != std::string::npos; at = text.find(" or ", at + 1)) {
-    const auto word_before = [&](size_t end) {
-      size_t begin = end;
-      while (begin > 0 && is_word_character(text[begin - 1])) --begin;
-      return text.substr(begin, end - begin);
-    };
-    std::vector<std::string> names;
-    size_t end = at;
-    while (true) {
-      names.insert(names.begin(), word_before(end));
-      const size_t begin = end - names.front().size();
-      if (begin < 2 || text.compare(begin - 2, 2, ", ") != 0) break;
-      end = begin - 2;
-    }
-    size_t after = at + 4;
-    while (after < text.size() && is_word_character(text[after])) ++after;
-    names.push_back(text.substr(at + 4, after - at - 4));
-    std::erase(names, "");
-    if (std::find(names.begin(), names.end(), *usual) != names.end()) return names;
-  }
-  return {};
-}
-
 std::vector<std::string> files_beside(const std::string& file, const std::string& scene) {
   std::error_code fault;
   const fs::path own(file);
@@ -195,7 +162,7 @@ void ParameterWidgets::set(RenderSession& session, const std::string& path, Edit
 
 bool ParameterWidgets::edit_text(const SceneParameter& parameter, const char* name,
                                  std::string& text) {
-  const std::vector<std::string> choices = choices_of(parameter);
+  const std::vector<std::string>& choices = parameter.choices;
   if (!choices.empty()) {
     bool is_new = false;
     if (!ImGui::BeginCombo(name, text.c_str())) return false;

@@ -12,10 +12,6 @@ namespace kinome::viewer {
 /// Path of the object that a parameter with this path is of.
 std::string object_of(const std::string& path);
 
-/// The names that a parameter's description says it may have ("beckmann or ggx"), where it is one
-/// of a few; else none.
-std::vector<std::string> choices_of(const SceneParameter& parameter);
-
 /// Files beside the one of a parameter that end as it does, by name; itself among them. `scene`:
 /// the scene's file, by whose folder names are meant.
 std::vector<std::string> files_beside(const std::string& file, const std::string& scene);

@@ -84,7 +84,7 @@ class RenderSession {
     uint64_t seed = 0;
     /// Samples a pixel at which it is left alone.
     double most_samples = 16384;
-    /// What a preview may take [s].
+    /// What a preview may take, together with the change that it shows [s].
     double preview_seconds = 0.07;
     /// Render by itself; false: only what render() asks for.
     bool is_live = true;

@@ -13,7 +13,7 @@ namespace {
 /// Without a change for so long, what was moved stands still.
 constexpr std::chrono::milliseconds kStill{150};
 /// Of the first preview, a side's share of the film's.
-constexpr double kFirstScale = 0.25;
+constexpr double kFirstScale = 0.18;
 constexpr double kLeastScale = 1. / 16;
 
 constexpr const char* kPreviewIntegrator = "path";
@@ -250,6 +250,7 @@ void RenderSession::Worker::make(Requests requests) {
     if (!scene_) return;
   }
   if (!editor_ || !scene_) return;
+  const double start = context_->seconds();
   const auto before = scene_;  // what is half rendered refers to it
   const auto tell = [this](const std::string& text) { say(true, text); };
   bool has_changed = requests.restart;
@@ -299,6 +300,7 @@ void RenderSession::Worker::make(Requests requests) {
     last_change_ = requests.last_change;
   }
   if (requests.is_paused) is_paused_ = *requests.is_paused;
+  change_seconds_ = context_->seconds() - start;
   set_activity(is_done_     ? Activity::kFinished
                : is_paused_ ? Activity::kPaused
                             : Activity::kRendering);
@@ -323,26 +325,40 @@ void RenderSession::Worker::preview() {
   const Rect crop = sensor().film().crop();
   double scale = kFirstScale;
   if (seconds_per_pixel_ > 0) {
-    scale = std::sqrt(options_.preview_seconds / (seconds_per_pixel_ * std::max(1, crop.area())));
+    // What it takes to make the change is part of the time.
+    const double left =
+        std::max(0.3 * options_.preview_seconds, options_.preview_seconds - change_seconds_);
+    scale = std::sqrt(left / (seconds_per_pixel_ * std::max(1, crop.area())));
   }
   scale = std::clamp(scale, kLeastScale, 1.);
   const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels * scale + 0.5)); };
-  const int width = side(crop.width()), height = side(crop.height());
-  const auto film_sensor = with_own_film(sensor(), width, height, 1);
+  const double pixels = preview_of(side(crop.width()), side(crop.height()), start);
+  seconds_per_pixel_ = (context_->seconds() - start) / pixels;
+  wants_preview_ = false;
+  // Where it takes long until there is another picture.
+  wants_whole_preview_ = scale < 1 && is_slow_to_begin(name_of(scene_->integrator()));
+}
+
+/// One sample of each of so many pixels. Returns how many there are.
+double RenderSession::Worker::preview_of(int width, int height, double start) {
   const Scene* scene = nullptr;
   {
     const std::lock_guard lock(scene_mutex_);
     scene = &preview_scene();
   }
+  const auto film_sensor = with_own_film(sensor(), width, height, 1);
   auto image = render_once(*scene, *film_sensor, *context_);
-  const double seconds = context_->seconds() - start;
-  seconds_per_pixel_ = seconds / (static_cast<double>(width) * height);
-  wants_preview_ = false;
-  if (image) publish(*scene, std::move(*image), true, false, seconds, -1);
+  if (image) publish(*scene, std::move(*image), true, false, context_->seconds() - start, -1);
+  return static_cast<double>(width) * height;
 }
 
 void RenderSession::Worker::improve() {
   set_activity(Activity::kRendering);
+  if (std::exchange(wants_whole_preview_, false)) {
+    const Rect crop = sensor().film().crop();
+    preview_of(crop.width(), crop.height(), context_->seconds());
+    return;
+  }
   if (!live_) live_ = std::make_unique<LiveRender>(*scene_, sensor(), *context_);
   if (cancel_ || !live_->pass()) {
     live_.reset();

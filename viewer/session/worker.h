@@ -67,6 +67,7 @@ class RenderSession::Worker {
   bool has_work() const;
   bool is_still() const;
   void preview();
+  double preview_of(int width, int height, double start);
   void improve();
   void render_exactly();
   void publish(const Scene& scene, Image image, bool is_preview, bool is_final, double seconds,
@@ -110,11 +111,13 @@ class RenderSession::Worker {
   uint64_t told_edition_ = ~uint64_t{0};  ///< for which samples were told not to be finite
   uint64_t info_edition_ = ~uint64_t{0};
   bool wants_preview_ = false;
+  bool wants_whole_preview_ = false;
   bool is_paused_ = false;
   bool is_moving_ = false;
   Clock::time_point last_change_{};
   std::optional<uint32_t> exact_samples_;  ///< to be rendered, and shown from then on
   bool is_done_ = false;                   ///< there is nothing left to render
+  double change_seconds_ = 0;              ///< that the last change took to be made
   double seconds_per_pixel_ = 0;           ///< of previews; 0: unknown
 
   std::thread thread_;
