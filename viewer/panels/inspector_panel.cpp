@@ -35,8 +35,8 @@ void InspectorPanel::ask(Frame& frame) {
     const std::lock_guard lock(findings_->mutex);
     question = ++findings_->asked;
   }
-  frame.session.run([findings = findings_, pixel = *pixel_, importance = importance_,
-                     question](const RenderSession::Access& access) {
+  frame.session.run([findings = findings_, pixel = *pixel_, importance = importance_, question,
+                     edition = edition_](const RenderSession::Access& access) {
     {
       const std::lock_guard lock(findings->mutex);
       if (findings->asked != question) return;
@@ -53,12 +53,19 @@ void InspectorPanel::ask(Frame& frame) {
     for (InspectedSet& set : found->sets) set.marks.move(corner);
     const std::lock_guard lock(findings->mutex);
     findings->latest = std::move(found);
+    findings->edition = edition;
   });
 }
 
-std::shared_ptr<const InspectedPixel> InspectorPanel::take() {
-  const std::lock_guard lock(findings_->mutex);
-  return findings_->latest;
+void InspectorPanel::take() {
+  {
+    const std::lock_guard lock(findings_->mutex);
+    if (findings_->latest == shown_) return;
+    shown_ = findings_->latest;
+    shown_edition_ = findings_->edition;
+  }
+  map_of_ = sphere_of_ = nullptr;
+  if (turns_) turn_to_samples();
 }
 
 const InspectedSet* InspectorPanel::set_shown() const {
@@ -152,14 +159,15 @@ void InspectorPanel::turn_to_samples() {
 }
 
 void InspectorPanel::draw_over_picture(Frame& frame) {
-  if (auto latest = take(); latest != shown_) {
-    shown_ = std::move(latest);
-    map_of_ = sphere_of_ = nullptr;
-    if (turns_) turn_to_samples();
-  }
-  if (follows_ && pixel_ && frame.info && frame.info->edition != edition_) ask(frame);
+  take();
+  const uint64_t edition = frame.info ? frame.info->edition : 0;
+  // While the scene is changed again and again, there are nothing but previews, which must not
+  // wait.
+  const bool is_at_rest =
+      frame.picture && !frame.picture->is_preview && frame.picture->edition == edition;
+  if (follows_ && pixel_ && edition != edition_ && is_at_rest) ask(frame);
   const InspectedSet* const set = set_shown();
-  if (set && marks_scene_) draw_marks(frame, set->marks);
+  if (set && marks_scene_ && shown_edition_ == edition) draw_marks(frame, set->marks);
   if (shown_ && has_window_) draw_window(frame);
 }
 

@@ -26,12 +26,13 @@ class InspectorPanel final : public Panel {
   struct Findings {
     std::mutex mutex;
     std::shared_ptr<const InspectedPixel> latest;
-    uint64_t asked = 0;  ///< counts questions: only the last is of interest
+    uint64_t edition = 0;  ///< of the scene that it is of
+    uint64_t asked = 0;    ///< counts questions: only the last is of interest
   };
 
   void ask(Frame& frame);
-  /// The findings that there are; nullptr: none.
-  std::shared_ptr<const InspectedPixel> take();
+  /// The findings that there are.
+  void take();
   void draw_choices(Frame& frame);
   void draw_numbers(const InspectedSet& set) const;
   void turn_to_samples();
@@ -47,8 +48,9 @@ class InspectorPanel final : public Panel {
   std::shared_ptr<const InspectedPixel> shown_;
   std::optional<Vec2> pixel_;
   std::string importance_ = "product";
-  uint64_t edition_ = 0;  ///< of the scene, that was asked about
-  bool follows_ = true;   ///< asks again where the scene has changed
+  uint64_t edition_ = 0;        ///< of the scene, that was asked about
+  uint64_t shown_edition_ = 0;  ///< that shown_ is of
+  bool follows_ = true;         ///< asks again where the scene has changed
   bool marks_scene_ = true;
   bool has_window_ = true;
   size_t set_ = 0;
