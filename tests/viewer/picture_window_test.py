@@ -1,0 +1,105 @@
+#!/usr/bin/python3
+"""What the window of kinome-view shows of a picture: false colours, a reference beside it, and where a
+pixel's samples go. As window_test.py, whose Viewer it uses.
+"""
+import pathlib
+import tempfile
+import time
+import unittest
+
+import numpy as np
+
+from scenes import write_scene
+from window_test import PATIENCE, Viewer, xdotool
+
+# Of the headings of panels, while all above them are closed but "Render".
+TONE, COMPARE = (960, 226), (960, 249)
+# Of the line between picture and reference, and of the inspected point.
+LINE, POINT = (255, 200, 60), (50, 255, 80)
+
+
+def click(x, y):
+    xdotool("mousemove", x, y, "sleep", 0.5, "mousedown", 1, "sleep", 0.5, "mouseup", 1)
+
+
+def places(shot, colour):
+    """(x, y) of the pixels of a colour over the picture."""
+    ys, xs = np.nonzero((abs(shot[:, :890] - colour) < 12).all(axis=2))
+    return np.stack([xs, ys], axis=1)
+
+
+class PictureWindowTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.viewer = Viewer(self, write_scene(self.folder, 160, 120))
+        self.viewer.wait_for("pass [2-9]")
+
+    def see(self, condition, act=lambda: None):
+        """The screenshot in which it is true, after doing something once or, as clicks may be missed
+        by a window that has little time, several times."""
+        end = time.monotonic() + PATIENCE
+        again = 0
+        while time.monotonic() < end:
+            if time.monotonic() > again:
+                act()
+                again = time.monotonic() + PATIENCE / 6
+            shot = self.viewer.screenshot()
+            if condition(shot):
+                return shot
+        raise AssertionError("not seen")
+
+    def open_panel(self, x, y):
+        """The screenshot before."""
+        before = self.viewer.screenshot()
+        click(x, y)
+        self.see(lambda s: np.mean(abs(s - before)[y + 14:y + 32, 905:1260] > 12) > 0.05)
+        return before
+
+    def test_false_colours_have_a_legend(self):
+        plain = self.open_panel(*TONE)
+        shot = self.see(lambda s: np.mean(abs(s - plain)[200:600, 100:800] > 12) > 0.5,
+                        lambda: click(1049, 249))
+        # From black to white, along a line at the lower edge.
+        bar = shot[763, 29:386]
+        self.assertLess(bar[:4].mean(), 30)
+        self.assertGreater(bar[-4:].mean(), 225)
+        brightness = bar @ [0.3, 0.59, 0.11]
+        self.assertGreater(np.mean(np.diff(brightness) > -3), 0.98)
+
+    def test_a_reference_is_beside_the_picture(self):
+        self.open_panel(*COMPARE)
+        shot = self.see(lambda s: len(places(s, LINE)) > 500, lambda: click(1030, 295))
+        self.assertAlmostEqual(np.median(places(shot, LINE)[:, 0]), 450, delta=2)
+        xdotool("mousemove", 450, 250, "sleep", 0.5, "mousedown", 1)
+        for x in (430, 400, 350):
+            xdotool("sleep", 0.5, "mousemove", x, 250)
+        xdotool("sleep", 0.5, "mouseup", 1)
+        moved = self.see(lambda s: abs(np.median(places(s, LINE)[:, 0]) - 350) < 3)
+        # The camera stays where it is.
+        np.testing.assert_allclose(moved[380:420, 500:540].mean(axis=(0, 1)),
+                                   shot[380:420, 500:540].mean(axis=(0, 1)), atol=12)
+
+    def test_samples_of_a_pixel_are_shown(self):
+        before = self.viewer.screenshot()
+        self.assertEqual(len(places(before, POINT)), 0)
+
+        def inspect():
+            xdotool("mousemove", 600, 620, "sleep", 0.3, "keydown", "alt", "sleep", 0.5,
+                    "mousedown", 1, "sleep", 0.5, "mouseup", 1, "sleep", 0.5, "keyup", "alt")
+        shot = self.see(lambda s: len(places(s, POINT)) > 20, inspect)
+        # The filter of the film may look beyond the pixel.
+        np.testing.assert_allclose(np.median(places(shot, POINT), axis=0), (600, 620), atol=15)
+        # Samples are red, in the scene and on the sphere in the inspector's window.
+        is_red = (shot[..., 0] > 150) & (shot[..., 0] > 2 * shot[..., 1])
+        self.assertGreater(np.sum(is_red[520:620, 540:660] & (before[520:620, 540:660, 1] > 90)), 20)
+        self.assertGreater(np.sum(is_red[400:780, 20:400]), 20)
+        # The same pixel is inspected anew once the camera has moved.
+        self.viewer.drag(640, 180, 0, 60)
+        self.see(lambda s: abs(s - shot)[100:250, 500:840].mean() > 3 and
+                 len(places(s, POINT)) > 20)
+
+
+if __name__ == "__main__":
+    unittest.main()
