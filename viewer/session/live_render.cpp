@@ -12,14 +12,20 @@ constexpr uint32_t kLanes = 4;
 /// Between two pictures: a pass is also what "pause" waits for.
 constexpr double kMostSeconds = 1;
 
+/// Nothing is left of the render before, even if an exception has ended it.
+void begin(RenderContext& context) {
+  context.stats() = {};
+  context.stats().threads = context.threads();
+  context.set_deadline(kInfinity);
+  context.begin_pass(0, 0, 1);
+}
+
 }  // namespace
 
 std::optional<Image> render_once(const Scene& scene, const Sensor& sensor, RenderContext& context) {
   const Integrator& integrator = scene.integrator();
   Film& film = sensor.film();
-  context.stats() = {};
-  context.begin_pass(0, 0, 1);
-  context.stats().threads = context.threads();
+  begin(context);
   film.prepare(integrator.layers(), integrator.channels());
   {
     const StageTimer timer(context.stats().render_seconds);
@@ -35,9 +41,7 @@ LiveRender::LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& 
     : context_(context), film_(sensor.film()), lane_samples_(kLanes) {
   const double start = context.seconds();
   const Integrator& integrator = scene.integrator();
-  context.stats() = {};
-  context.stats().threads = context.threads();
-  context.begin_pass(0, 0, 1);
+  begin(context);
   film_.prepare(integrator.layers(), integrator.channels(), kLanes);
   passes_ = integrator.begin(scene, sensor, context, kInfinity);
   seconds_ = context.seconds() - start;
