@@ -3,9 +3,11 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "kinome/error.h"
@@ -106,8 +108,10 @@ void view(Arguments all) {
     has_window = true;
     window.run(session);
     has_window = false;
-    std::thread([] {
-      std::this_thread::sleep_for(kMostAfterClosing);
+    std::thread([&session] {
+      do {
+        std::this_thread::sleep_for(kMostAfterClosing);
+      } while (session.is_to_save());
       kinome::remove_temporary_files();
       _exit(0);
     }).detach();

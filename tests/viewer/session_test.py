@@ -122,6 +122,15 @@ class SessionTest(unittest.TestCase):
         found = re.findall(f'<lookat origin="{triple}" target="{triple}" up="{triple}"/>', out)
         return [np.array(one, float).reshape(3, 3) for one in found]
 
+    def test_all_is_done_in_its_order(self):
+        """What comes while something else is at work waits, and keeps its order."""
+        red = "red.reflectance.value"
+        self.run_script([f"set {red} 0.3 0.1 0.1", "wait", "undo", f"set {red} 0.61 0.1 0.1",
+                         "save a.xml", "undo", "save b.xml", f"set {red} 0.2 0.1 0.1"])
+        self.assertIn("0.61", (self.folder / "a.xml").read_text())
+        self.assertNotIn("0.61", (self.folder / "b.xml").read_text())
+        self.assertNotIn("0.2 0.1 0.1", (self.folder / "b.xml").read_text())
+
     def test_cameras_move_as_they_are_told(self):
         start, right, up, pole, panned, near, home = self.lookats([
             "lookat", "orbit 90 0", "lookat", "home", "orbit 0 30", "lookat", "orbit 0 170",
@@ -157,6 +166,13 @@ class SessionTest(unittest.TestCase):
         np.testing.assert_allclose(np.array(point, float), [0, 1, 0.8], atol=1e-3)
         self.assertEqual(material, "red")
         self.assertEqual(sky, "nothing")
+
+    def test_numbers_that_make_no_sense(self):
+        for line in ("render -1", "render 1.5", "render 1e300"):
+            result = subprocess.run([PROGRAM, self.scene, "--script", "-"], input=line, text=True,
+                                    capture_output=True, timeout=60)
+            self.assertIn("expected a whole number from 1 to 1048576", result.stderr)
+            self.assertEqual(result.returncode, 1)
 
     def test_a_script_that_makes_no_sense_is_one_line(self):
         result = subprocess.run([PROGRAM, self.scene, "--script", "-"], input="\nturn 3\n",

@@ -15,7 +15,8 @@ float distance_of(const Transform& to_world, const Aabb& bounds) {
 
 void CameraLink::follow(const RenderSession& session,
                         const std::shared_ptr<const SceneInfo>& info) {
-  if (!info || (info->edition == edition_ && info->sensor_path == path_)) return;
+  if (!info || info->served < sent_number_) return;  // of before what was sent
+  if (info->edition == edition_ && info->sensor_path == path_) return;
   edition_ = info->edition;
   crop_ = info->crop;
   const SceneParameter* const found =
@@ -38,7 +39,7 @@ void CameraLink::follow(const RenderSession& session,
 void CameraLink::send(RenderSession& session) {
   if (!can_move()) return;
   sent_ = controls_.to_world();
-  session.set({{path_ + ".to_world", sent_}}, true, false);
+  sent_number_ = session.set({{path_ + ".to_world", sent_}}, true, false);
 }
 
 void CameraLink::aim(const RenderSession& session) {

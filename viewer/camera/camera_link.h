@@ -27,6 +27,7 @@ class CameraLink {
   std::string path_;  ///< of the sensor; "": it has none
   uint64_t edition_ = 0;
   Transform sent_;
+  uint64_t sent_number_ = 0;  ///< RenderSession::set's
   bool is_orthographic_ = false;
   Rect crop_;
 };

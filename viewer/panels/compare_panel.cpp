@@ -112,7 +112,7 @@ void ComparePanel::follow(Frame& frame) {
     if (running_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
     found_ = running_.get();
     // What was asked for in the meantime may be something else.
-    has_found_ = asked_reference_ == display_->reference.get();
+    has_found_ = asked_reference_ == display_->reference;
     if (has_found_ && asked_kind_ == kind_) {
       display_->difference = found_.difference;
       update_tone(frame);
@@ -120,14 +120,14 @@ void ComparePanel::follow(Frame& frame) {
   }
   const PicturePointer& picture = frame.picture;
   if (!display_->reference || !picture || picture->is_preview) return;
-  const bool is_other = asked_reference_ != display_->reference.get() || asked_kind_ != kind_ ||
+  const bool is_other = asked_reference_ != display_->reference || asked_kind_ != kind_ ||
                         !(asked_tone_ == display_->tone);
   if (!is_other && asked_generation_ == picture->generation) return;
   if (!is_other && steady_clock::now() - asked_at_ < kBetween) return;
   asked_generation_ = picture->generation;
   asked_kind_ = kind_;
   asked_tone_ = display_->tone;
-  asked_reference_ = display_->reference.get();
+  asked_reference_ = display_->reference;
   asked_at_ = steady_clock::now();
   running_ = std::async(std::launch::async, [picture, reference = display_->reference, kind = kind_,
                                              tone = display_->tone] {

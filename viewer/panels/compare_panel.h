@@ -45,7 +45,7 @@ class ComparePanel final : public Panel {
   uint64_t asked_generation_ = 0;
   Difference asked_kind_ = Difference::kRelative;
   Tone asked_tone_;
-  const Reference* asked_reference_ = nullptr;
+  std::shared_ptr<const Reference> asked_reference_;
   std::chrono::steady_clock::time_point asked_at_;
 };
 

@@ -3,30 +3,14 @@
 #include <imgui.h>
 
 #include <glm/gtc/matrix_transform.hpp>
-#include <set>
 
 namespace kinome::viewer {
-namespace {
-
-bool is_environment(const std::string& plugin) {
-  static const std::set<std::string> all = {"emitter/envmap", "emitter/constant",
-                                            "emitter/sunsky", "emitter/sky",
-                                            "emitter/sun",    "emitter/timed_sunsky"};
-  return all.contains(plugin);
-}
-
-}  // namespace
 
 void EnvironmentPanel::draw(Frame& frame) {
   widgets_.begin(frame.info);
   if (!frame.info) return;
-  std::vector<std::string> objects;
-  for (const SceneParameter& parameter : frame.info->parameters) {
-    if (!is_environment(parameter.plugin)) continue;
-    const std::string object = object_of(parameter.path);
-    if (objects.empty() || objects.back() != object) objects.push_back(object);
-  }
-  if (objects.empty()) return ImGui::TextDisabled("The scene has none.");
+  if (frame.info->environment.empty()) return ImGui::TextDisabled("The scene has none.");
+  const std::vector<std::string> objects{frame.info->environment};
   for (const std::string& object : objects) {
     ImGui::PushID(object.c_str());
     draw_turn(frame, object);

@@ -9,15 +9,6 @@ namespace {
 
 constexpr float kHandle = 7;  ///< radius in pixels of the window
 
-bool is_lamp(const std::string& plugin) {
-  for (const char* const one :
-       {"emitter/point", "emitter/spot", "emitter/area", "emitter/projector", "emitter/directional",
-        "emitter/directionalarea"}) {
-    if (plugin == one) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 /// Those that the scene has, with their places as they are now.
@@ -26,7 +17,11 @@ void LampPanel::find_lamps(Frame& frame) {
   const SceneInfo& info = *frame.info;
   for (const SceneParameter& parameter : info.parameters) {
     const std::string object = object_of(parameter.path);
-    if (!is_lamp(parameter.plugin) || (!lamps_.empty() && lamps_.back().object == object)) continue;
+    const bool is_emitter = parameter.plugin.starts_with("emitter/");
+    if (!is_emitter || object == info.environment ||
+        (!lamps_.empty() && lamps_.back().object == object)) {
+      continue;
+    }
     Lamp lamp;
     lamp.object = object;
     // A surface that shines is placed by its shape.

@@ -127,10 +127,12 @@ std::string object_of(const std::string& path) {
 std::vector<std::string> files_beside(const std::string& file, const std::string& scene) {
   std::error_code fault;
   const fs::path own(file);
-  const fs::path folder =
+  fs::path folder =
       own.is_absolute() ? own.parent_path() : fs::path(scene).parent_path() / own.parent_path();
+  if (folder.empty()) folder = ".";
   std::vector<std::string> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, fault)) {
+  for (fs::directory_iterator at(folder, fault), end; !fault && at != end; at.increment(fault)) {
+    const fs::directory_entry& entry = *at;
     const std::string ending = entry.path().extension().string();
     const bool is_image = ending == ".exr" || ending == ".hdr" || ending == ".pfm" ||
                           ending == ".png" || ending == ".jpg";
@@ -145,6 +147,7 @@ std::vector<std::string> files_beside(const std::string& file, const std::string
 
 void ParameterWidgets::begin(const std::shared_ptr<const SceneInfo>& info) {
   if (info_ == info || ImGui::IsAnyItemActive()) return;
+  if (info && info->served < entered_number_) return;  // of before what was entered
   info_ = info;
   entered_.clear();
 }
@@ -157,7 +160,7 @@ std::optional<EditedValue> ParameterWidgets::value(const SceneParameter& paramet
 void ParameterWidgets::set(RenderSession& session, const std::string& path, EditedValue value,
                            bool is_moving) {
   entered_[path] = value;
-  session.set({{path, std::move(value)}}, is_moving);
+  entered_number_ = session.set({{path, std::move(value)}}, is_moving);
 }
 
 bool ParameterWidgets::edit_text(const SceneParameter& parameter, const char* name,

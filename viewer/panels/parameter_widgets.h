@@ -39,6 +39,7 @@ class ParameterWidgets {
 
   std::shared_ptr<const SceneInfo> info_;
   std::map<std::string, EditedValue> entered_;
+  uint64_t entered_number_ = 0;               ///< RenderSession::set's, of the last one
   std::map<std::string, std::string> typed_;  ///< texts that are being typed
 };
 

@@ -28,7 +28,7 @@ const char* words_of(const Status& status) {
 void RenderPanel::draw(Frame& frame) {
   draw_numbers(frame);
   draw_integrators(frame);
-  const bool is_paused = frame.status.activity == Activity::kPaused;
+  const bool is_paused = frame.status.is_paused;
   if (ImGui::Button(is_paused ? "Go on" : "Pause")) frame.session.set_paused(!is_paused);
   ImGui::SameLine();
   if (ImGui::Button("Restart")) frame.session.restart();

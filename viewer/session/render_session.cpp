@@ -40,43 +40,46 @@ void RenderSession::say(bool is_error, std::string text) {
   worker_->say(is_error, std::move(text));
 }
 
-void RenderSession::set(Edits edits, bool is_moving, bool is_undoable) {
-  if (edits.empty()) return;
-  worker_->request(true, [&](Requests& wanted) {
-    add_change(wanted.changes, {std::move(edits), is_undoable});
-    wanted.is_moving = is_moving;
-    wanted.last_change = std::chrono::steady_clock::now();
-  });
+uint64_t RenderSession::set(Edits edits, bool is_moving, bool is_undoable) {
+  if (edits.empty()) return 0;
+  return worker_->request(
+      true,
+      Settings{{{std::move(edits), is_undoable}}, is_moving, std::chrono::steady_clock::now()});
 }
 void RenderSession::undo() {
-  worker_->request(true, [&](Requests& wanted) { ++wanted.undos; });
+  worker_->request(true, Undo{});
 }
 void RenderSession::set_integrator(std::string name) {
-  worker_->request(true, [&](Requests& wanted) { wanted.integrator = std::move(name); });
+  worker_->request(true, UseIntegrator{std::move(name)});
 }
 void RenderSession::set_sensor(size_t index) {
-  worker_->request(true, [&](Requests& wanted) { wanted.sensor = index; });
+  worker_->request(true, UseSensor{index});
 }
 void RenderSession::set_paused(bool is_paused) {
-  worker_->request(false, [&](Requests& wanted) { wanted.is_paused = is_paused; });
+  worker_->request(false, Pause{is_paused});
 }
 void RenderSession::restart() {
-  worker_->request(true, [&](Requests& wanted) { wanted.restart = true; });
+  worker_->request(true, Restart{});
 }
 void RenderSession::render(uint32_t samples) {
-  worker_->request(true, [&](Requests& wanted) { wanted.exact_samples = std::max(1u, samples); });
+  worker_->request(true, RenderExactly{std::max(1u, samples)});
 }
 void RenderSession::reload() {
-  worker_->request(true, [&](Requests& wanted) { wanted.reload = true; });
+  worker_->request(true, Reload{});
 }
 void RenderSession::run(Task task) {
-  worker_->request(false, [&](Requests& wanted) { wanted.tasks.push_back(std::move(task)); });
+  worker_->request(false, RunTask{std::move(task)});
 }
 void RenderSession::save(std::string path) {
-  run([this, path = std::move(path)](const Access& access) {
-    access.editor.save(path);
-    say(false, "saved " + path);
-  });
+  ++worker_->saves_to_come;
+  worker_->request(false, RunTask{[this, path = std::move(path)](const Access& access) {
+                                    access.editor.save(path);
+                                    say(false, "saved " + path);
+                                  },
+                                  true});
+}
+bool RenderSession::is_to_save() const {
+  return worker_->saves_to_come > 0;
 }
 void RenderSession::close() {
   worker_->close();

@@ -19,6 +19,7 @@ using Edits = std::vector<std::pair<std::string, EditedValue>>;
 /// What there is to know of a scene besides its pictures. Never changed once it is published.
 struct SceneInfo {
   uint64_t edition = 0;  ///< counts the changes that were made of it
+  uint64_t served = 0;   ///< up to this number, what set() was given is part of it
   std::string file;
   std::vector<SceneParameter> parameters;
   std::vector<std::string> sensors;      ///< ids, or indices where they have none
@@ -27,8 +28,9 @@ struct SceneInfo {
   size_t sensor = 0;                     ///< the one that is rendered
   std::string sensor_path;               ///< as the paths of its parameters begin; "": it has none
   std::string film_path;
-  Aabb bounds;  ///< of all shapes
-  Rect crop;    ///< of the sensor's film: what a picture shows, in pixels
+  std::string environment;  ///< path of the emitter that surrounds the scene; "": none, or no path
+  Aabb bounds;              ///< of all shapes
+  Rect crop;                ///< of the sensor's film: what a picture shows, in pixels
   bool can_undo = false;
 
   /// nullptr: there is none of this path.
@@ -54,6 +56,7 @@ struct Status {
   Activity activity = Activity::kLoading;
   double fraction = 0;     ///< of the pass, or of all samples that render() was asked for
   bool is_exact = false;   ///< render() is at work, or its picture is there
+  bool is_paused = false;  ///< by set_paused(), whatever it is at
   std::string integrator;  ///< the one that is chosen; "": the scene's own
 };
 
@@ -112,7 +115,8 @@ class RenderSession {
   /// made, the last of the same path counts. `is_moving`: more of the kind will follow at once, as
   /// while something is dragged, so that nothing but previews is worth while; `is_undoable`: undo()
   /// takes it back.
-  void set(Edits edits, bool is_moving = false, bool is_undoable = true);
+  /// Returns its number, by which SceneInfo::served tells that it was made, or refused.
+  uint64_t set(Edits edits, bool is_moving = false, bool is_undoable = true);
   /// Takes back the last set(). Those of the same paths that followed on each other count as one.
   void undo();
   /// By its plugin's name; "": the scene's own.
@@ -138,12 +142,14 @@ class RenderSession {
   using Task = std::function<void(const Access&)>;
   /// Has the session's thread do something between two passes, once all that was set before is
   /// made: the picture isn't begun anew. What it throws becomes a message. It must not call pick(),
-  /// ray() or project().
+  /// ray(), project(), wait() or close().
   void run(Task task);
-  /// Saves the scene as XML: SceneEditor::save().
+  /// Saves the scene as XML, as it is by all that was asked for before: SceneEditor::save().
   void save(std::string path);
-  /// Ends what is being rendered, without waiting for it to be finished, and the session's thread.
-  /// What there is may still be looked at.
+  /// A save is still to be done.
+  bool is_to_save() const;
+  /// Ends what is being rendered, without waiting for it to be finished, does the saves that wait,
+  /// and ends the session's thread. What there is may still be looked at. By one thread.
   void close();
   /// Waits until all that was asked for is done: changes and tasks are made, and what render() asks
   /// for is rendered.

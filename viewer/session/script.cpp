@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
@@ -25,6 +26,19 @@ std::vector<double> numbers_of(const std::string& text, size_t count) {
     throw Error("expected " + std::to_string(count) + " numbers, got '" + text + "'");
   }
   return numbers;
+}
+
+/// Doubles have all whole numbers up to this.
+constexpr int64_t kMostWhole = int64_t{1} << 53;
+
+int64_t whole_number_of(const std::string& text, int64_t low, int64_t high) {
+  const double number = numbers_of(text, 1)[0];
+  if (!(number >= static_cast<double>(low) && number <= static_cast<double>(high)) ||
+      number != std::floor(number)) {
+    throw Error("expected a whole number from " + std::to_string(low) + " to " +
+                std::to_string(high) + ", got '" + text + "'");
+  }
+  return static_cast<int64_t>(number);
 }
 
 Vec3 triple_of(const std::string& text) {
@@ -60,7 +74,7 @@ class Script {
     } else if (command == "pick") {
       pick(rest);
     } else if (command == "render") {
-      session_.render(static_cast<uint32_t>(numbers_of(rest, 1)[0]));
+      session_.render(static_cast<uint32_t>(whole_number_of(rest, 1, 1 << 20)));
     } else if (command == "wait") {
       wait();
     } else if (command == "picture") {
@@ -174,7 +188,7 @@ EditedValue parse_value(const SceneParameter& parameter, const std::string& text
       if (text != "true" && text != "false") throw Error("expected true or false");
       return text == "true";
     case ParameterType::kInteger:
-      return static_cast<int64_t>(numbers_of(text, 1)[0]);
+      return whole_number_of(text, -kMostWhole, kMostWhole);
     case ParameterType::kFloat:
       return numbers_of(text, 1)[0];
     case ParameterType::kString:

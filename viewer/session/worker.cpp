@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "kinome/render.h"
+#include "session/names.h"
 #include "session/preview_sensor.h"
 
 namespace kinome::viewer {
@@ -23,22 +24,8 @@ bool is_slow_to_begin(const std::string& integrator) {
   return integrator == "clustered" || integrator == "groundtruth";
 }
 
-std::string name_of(const Integrator& integrator) {
-  const std::string& plugin = integrator.plugin();
-  return plugin.substr(plugin.find('/') + 1);
-}
-
 uint64_t rays_of(const RenderStats& stats) {
   return std::accumulate(stats.counters.rays.begin(), stats.counters.rays.end(), uint64_t{0});
-}
-
-void add_materials(const Object& object, const SceneEditor& editor,
-                   std::vector<std::string>& paths) {
-  const std::string path = editor.path_of(object);
-  if (!path.empty() && std::find(paths.begin(), paths.end(), path) == paths.end()) {
-    paths.push_back(path);
-  }
-  for (const auto& part : object.nested()) add_materials(*part, editor, paths);
 }
 
 }  // namespace
@@ -62,12 +49,21 @@ void RenderSession::Worker::close() {
   if (thread_.joinable()) thread_.join();
 }
 
-void RenderSession::Worker::request(bool ends_render, const std::function<void(Requests&)>& add) {
+uint64_t RenderSession::Worker::request(bool ends_render, Request asked) {
   const std::lock_guard lock(mutex);
-  add(requests_);
+  auto* const settings = std::get_if<Settings>(&asked);
+  auto* const before = requests_.empty() ? nullptr : std::get_if<Settings>(&requests_.back());
+  if (settings && before) {
+    for (Change& change : settings->changes) add_change(before->changes, std::move(change));
+    before->is_moving = settings->is_moving;
+    before->when = settings->when;
+  } else {
+    requests_.push_back(std::move(asked));
+  }
   ++asked_;
   if (ends_render && may_be_ended_) cancel_ = true;
   changed_.notify_all();
+  return asked_;
 }
 
 void RenderSession::Worker::say(bool is_error, std::string text) {
@@ -88,6 +84,7 @@ void RenderSession::Worker::set_activity(Activity activity) {
   const std::lock_guard lock(mutex);
   shown.status.activity = activity;
   shown.status.is_exact = exact_samples_.has_value();
+  shown.status.is_paused = is_paused_;
   shown.integrator = integrator_;
 }
 
@@ -101,16 +98,27 @@ bool RenderSession::Worker::is_still() const {
 }
 
 void RenderSession::Worker::work() {
-  context_ = std::make_unique<RenderContext>(
-      RenderContext::Options{.threads = options_.threads,
-                             .seed = options_.seed,
-                             .cancel = &cancel_,
-                             .progress = [this](double done) { fraction = done; }});
-  load();
+  const auto guarded = [this](const auto& function) {
+    try {
+      function();
+    } catch (const std::exception& fault) {
+      say(true, text_of(fault));
+    }
+  };
+  guarded([&] {
+    context_ = std::make_unique<RenderContext>(
+        RenderContext::Options{.threads = options_.threads,
+                               .seed = options_.seed,
+                               .cancel = &cancel_,
+                               .progress = [this](double done) { fraction = done; }});
+    load();
+  });
   notify();
   while (true) {
-    if (scene_ && !wants_preview_ && (!is_moving_ || is_still())) publish_info();
-    Requests requests;
+    if (scene_ && !wants_preview_ && (!is_moving_ || is_still())) {
+      guarded([&] { publish_info(); });
+    }
+    std::vector<Request> requests;
     {
       std::unique_lock lock(mutex);
       may_be_ended_ = false;
@@ -121,10 +129,10 @@ void RenderSession::Worker::work() {
       // Nothing but previews as long as something moves.
       if (is_moving_ && !wants_preview_) {
         changed_.wait_until(lock, last_change_ + kStill,
-                            [this] { return is_closing_ || requests_.any(); });
+                            [this] { return is_closing_ || !requests_.empty(); });
       }
-      if (!has_work() && !requests_.any() && !is_closing_) {
-        changed_.wait(lock, [this] { return is_closing_ || requests_.any(); });
+      if (!has_work() && requests_.empty() && !is_closing_) {
+        changed_.wait(lock, [this] { return is_closing_ || !requests_.empty(); });
       }
       if (is_closing_) break;
       requests = std::exchange(requests_, {});
@@ -133,7 +141,7 @@ void RenderSession::Worker::work() {
       cancel_ = false;
     }
     try {
-      if (requests.any()) {
+      if (!requests.empty()) {
         make(std::move(requests));
         notify();
         continue;
@@ -145,7 +153,7 @@ void RenderSession::Worker::work() {
         {
           // A change that came since is made first.
           const std::lock_guard lock(mutex);
-          if (requests_.any()) continue;
+          if (!requests_.empty()) continue;
           may_be_ended_ = true;
         }
         exact_samples_ ? render_exactly() : improve();
@@ -159,43 +167,64 @@ void RenderSession::Worker::work() {
     }
     notify();
   }
+  guarded([&] { make_at_the_end(); });
   live_.reset();
 }
 
+/// What was asked to be saved is, with all that was changed before it.
+void RenderSession::Worker::make_at_the_end() {
+  std::vector<Request> requests;
+  {
+    const std::lock_guard lock(mutex);
+    requests = std::exchange(requests_, {});
+  }
+  const auto is_save = [](const Request& request) {
+    const auto* const run = std::get_if<RunTask>(&request);
+    return run && run->is_save;
+  };
+  while (!requests.empty() && !is_save(requests.back())) requests.pop_back();
+  std::erase_if(requests, [&](const Request& request) {
+    return std::holds_alternative<RunTask>(request) && !is_save(request);
+  });
+  make(std::move(requests));
+}
+
+/// Where it can't be loaded, what there was before stays.
 void RenderSession::Worker::load() {
   set_activity(Activity::kLoading);
-  live_.reset();
   try {
     if (!registry_) {
       registry_ = std::make_unique<PluginRegistry>(
           PluginRegistry::default_folders(options_.plugin_folders));
     }
+    auto editor = std::make_unique<SceneEditor>(options_.scene, options_.load, *registry_);
+    const size_t sensor = choose_sensor(*editor);
+    auto scene = with_integrator(*editor, integrator_);
     const std::lock_guard lock(scene_mutex_);
+    live_.reset();
     preview_scene_.reset();
-    scene_.reset();
-    editor_.reset();
     history_.forget();
-    editor_ = std::make_unique<SceneEditor>(options_.scene, options_.load, *registry_);
-    scene_ = with_integrator(integrator_);
-    choose_sensor();
+    scene_ = std::move(scene);
+    editor_ = std::move(editor);
+    sensor_ = sensor;
     ++edition_;
-    wants_preview_ = options_.is_live;
-    is_done_ = !options_.is_live;
   } catch (const std::exception& fault) {
     say(true, text_of(fault));
-    set_activity(Activity::kFailed);
+    if (!scene_) set_activity(Activity::kFailed);
     return;
   }
+  begin_anew();
   publish_info();
 }
 
-std::shared_ptr<const Scene> RenderSession::Worker::with_integrator(const std::string& name) {
-  if (name.empty()) return editor_->scene();
+std::shared_ptr<const Scene> RenderSession::Worker::with_integrator(SceneEditor& editor,
+                                                                    const std::string& name) const {
+  if (name.empty()) return editor.scene();
   ObjectDescription said;
   said.tag = "integrator";
   said.type = name;
   said.where = Location{"integrator " + name};
-  return editor_->scene_with(said);
+  return editor.scene_with(said);
 }
 
 /// Previews are by path tracing where the integrator takes its time before the first samples: they
@@ -219,13 +248,18 @@ const Scene& RenderSession::Worker::preview_scene() {
       said.values.push_back({name, *flag, said.where});
     }
   }
-  preview_scene_ = editor_->scene_with(said);
+  try {
+    preview_scene_ = editor_->scene_with(said);
+  } catch (const Error&) {
+    preview_scene_ = scene_;  // without it, previews take longer
+  }
   return *preview_scene_;
 }
 
 /// As the options say, with the film's size that they ask for.
-void RenderSession::Worker::choose_sensor() {
-  const auto& sensors = scene_->sensors();
+size_t RenderSession::Worker::choose_sensor(SceneEditor& editor) const {
+  const std::shared_ptr<const Scene> scene = editor.scene();
+  const auto& sensors = scene->sensors();
   if (sensors.empty()) throw Error(Location{options_.scene}, "the scene has no sensor");
   size_t index = sensors.size();
   for (size_t i = 0; i < sensors.size() && index == sensors.size(); ++i) {
@@ -234,88 +268,112 @@ void RenderSession::Worker::choose_sensor() {
   if (index == sensors.size()) {
     throw Error(Location{options_.scene}, "there is no sensor '" + options_.sensor + "'");
   }
-  sensor_ = index;
-  if (options_.width <= 0 || options_.height <= 0) return;
-  const std::string film = editor_->path_of(sensor().film());
+  if (options_.width <= 0 || options_.height <= 0) return index;
+  const std::string film = editor.path_of(sensors[index]->film());
   if (film.empty()) throw Error(Location{options_.scene}, "the sensor has no film to be resized");
-  editor_->set(
+  editor.set(
       {{film + ".width", int64_t{options_.width}}, {film + ".height", int64_t{options_.height}}});
-  editor_->update();
-  scene_ = with_integrator(integrator_);
+  editor.update();
+  return index;
 }
 
-void RenderSession::Worker::make(Requests requests) {
-  if (requests.reload) {
-    load();
-    if (!scene_) return;
-  }
-  if (!editor_ || !scene_) return;
-  const double start = context_->seconds();
-  const auto before = scene_;  // what is half rendered refers to it
-  const auto tell = [this](const std::string& text) { say(true, text); };
-  bool has_changed = requests.restart;
-  {
-    const std::lock_guard lock(scene_mutex_);
-    bool is_new = history_.make(*editor_, requests.changes, tell);
-    for (; requests.undos > 0; --requests.undos) is_new |= history_.undo(*editor_, tell);
-    if (is_new) {
-      has_changed = true;
-      ++edition_;
-      preview_scene_.reset();
-    } else if (!requests.changes.empty()) {
-      info_edition_ = ~uint64_t{0};  // whoever shows what was asked for is to see what is
+/// In their order. What is half rendered refers to the scene that there was before.
+void RenderSession::Worker::make(std::vector<Request> requests) {
+  const auto before = scene_;
+  for (Request& request : requests) {
+    if (!scene_ && !std::holds_alternative<Reload>(request)) {
+      if (std::holds_alternative<RunTask>(request)) say(true, "there is no scene");
+      if (const auto* run = std::get_if<RunTask>(&request); run && run->is_save) --saves_to_come;
+      continue;
     }
-    if (requests.integrator) {
-      try {
-        const auto scene = with_integrator(*requests.integrator);
-        integrator_ = *requests.integrator;
-        scene_ = scene;
-        preview_scene_.reset();
-        has_changed = true;
-      } catch (const std::exception& fault) {
-        tell(text_of(fault));
-      }
-    }
-    if (is_new) scene_ = with_integrator(integrator_);
-    if (requests.sensor && *requests.sensor < scene_->sensors().size()) {
-      sensor_ = *requests.sensor;
-      has_changed = true;
-      info_edition_ = ~uint64_t{0};
-    }
+    std::visit([this](auto& asked) { serve(asked); }, request);
   }
-  if (has_changed) {
-    exact_samples_.reset();
-    is_done_ = !options_.is_live;
-    wants_preview_ = options_.is_live;
-  }
-  if (requests.exact_samples) {
-    exact_samples_ = requests.exact_samples;
-    is_done_ = false;
-    is_paused_ = false;
-  }
-  // What is half rendered can't go on by another scene, nor beside another render in its film.
-  if (has_changed || exact_samples_) live_.reset();
-  if (!requests.changes.empty()) {
-    is_moving_ = requests.is_moving;
-    last_change_ = requests.last_change;
-  }
-  if (requests.is_paused) is_paused_ = *requests.is_paused;
-  change_seconds_ = context_->seconds() - start;
+  if (!scene_) return;
   set_activity(is_done_     ? Activity::kFinished
                : is_paused_ ? Activity::kPaused
                             : Activity::kRendering);
-  run_tasks(requests.tasks);
 }
 
-void RenderSession::Worker::run_tasks(const std::vector<Task>& tasks) {
-  const std::lock_guard lock(scene_mutex_);
-  for (const Task& task : tasks) {
-    try {
-      task({*editor_, *scene_, sensor(), context_->threads()});
-    } catch (const std::exception& fault) {
-      say(true, text_of(fault));
-    }
+void RenderSession::Worker::serve(Settings& settings) {
+  bool is_new = false;
+  {
+    const std::lock_guard lock(scene_mutex_);
+    is_new = history_.make(*editor_, settings.changes,
+                           [this](const std::string& text) { say(true, text); });
   }
+  if (is_new) {
+    take_edited_scene();
+  } else {
+    info_edition_ = ~uint64_t{0};  // whoever shows what was asked for is to see what is
+  }
+  is_moving_ = settings.is_moving;
+  last_change_ = settings.when;
+}
+
+void RenderSession::Worker::serve(Undo&) {
+  bool is_new = false;
+  {
+    const std::lock_guard lock(scene_mutex_);
+    is_new = history_.undo(*editor_, [this](const std::string& text) { say(true, text); });
+  }
+  if (is_new) take_edited_scene();
+}
+
+void RenderSession::Worker::take_edited_scene() {
+  {
+    const std::lock_guard lock(scene_mutex_);
+    scene_ = with_integrator(*editor_, integrator_);
+    preview_scene_.reset();
+    ++edition_;
+  }
+  begin_anew();
+}
+
+void RenderSession::Worker::serve(UseIntegrator& use) {
+  try {
+    const std::lock_guard lock(scene_mutex_);
+    scene_ = with_integrator(*editor_, use.name);
+    integrator_ = use.name;
+    preview_scene_.reset();
+  } catch (const std::exception& fault) {
+    return say(true, text_of(fault));
+  }
+  begin_anew();
+}
+
+void RenderSession::Worker::serve(UseSensor& use) {
+  if (use.index >= scene_->sensors().size()) return;
+  {
+    const std::lock_guard lock(scene_mutex_);
+    sensor_ = use.index;
+  }
+  info_edition_ = ~uint64_t{0};
+  begin_anew();
+}
+
+void RenderSession::Worker::serve(RenderExactly& exactly) {
+  exact_samples_ = exactly.samples;
+  is_done_ = false;
+  is_paused_ = false;
+  live_.reset();  // its film is needed
+}
+
+void RenderSession::Worker::serve(RunTask& run) {
+  try {
+    const std::lock_guard lock(scene_mutex_);
+    run.task({*editor_, *scene_, sensor(), context_->threads()});
+  } catch (const std::exception& fault) {
+    say(true, text_of(fault));
+  }
+  if (run.is_save) --saves_to_come;
+}
+
+/// The picture, as after each change of the scene: what is half rendered can't go on.
+void RenderSession::Worker::begin_anew() {
+  live_.reset();
+  exact_samples_.reset();
+  is_done_ = !options_.is_live;
+  wants_preview_ = options_.is_live;
 }
 
 /// Of as many pixels as can be rendered in time, by what the last one took.
@@ -337,6 +395,7 @@ void RenderSession::Worker::preview() {
   wants_preview_ = false;
   // Where it takes long until there is another picture.
   wants_whole_preview_ = scale < 1 && is_slow_to_begin(name_of(scene_->integrator()));
+  if (is_paused_) set_activity(Activity::kPaused);
 }
 
 /// One sample of each of so many pixels. Returns how many there are.
@@ -407,64 +466,6 @@ void RenderSession::Worker::tell_of_samples_that_are_not_finite(const RenderStat
   told_edition_ = edition_;
   say(true, "samples that were not finite, and were dropped: " +
                 std::to_string(stats.non_finite_samples) + " so far");
-}
-
-void RenderSession::Worker::publish_info() {
-  if (info_edition_ == edition_) return;
-  info_edition_ = edition_;
-  const std::lock_guard scene_lock(scene_mutex_);
-  auto info = std::make_shared<SceneInfo>();
-  info->edition = edition_;
-  info->file = options_.scene;
-  info->parameters = editor_->parameters();
-  for (size_t i = 0; i < scene_->sensors().size(); ++i) {
-    const std::string& id = scene_->sensors()[i]->id();
-    info->sensors.push_back(id.empty() ? std::to_string(i) : id);
-  }
-  info->integrators = registry_->names(Category::kIntegrator);
-  info->own_integrator = name_of(editor_->scene()->integrator());
-  info->sensor = sensor_;
-  info->sensor_path = editor_->path_of(sensor());
-  info->film_path = editor_->path_of(sensor().film());
-  info->bounds = scene_->bounds();
-  info->crop = sensor().film().crop();
-  info->can_undo = history_.can_undo();
-  const std::lock_guard lock(mutex);
-  shown.info = std::move(info);
-}
-
-std::optional<Pick> RenderSession::Worker::pick(const Vec2& film_position) {
-  const std::lock_guard lock(scene_mutex_);
-  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
-  RayHit hit;
-  hit.ray = sensor().sample_ray(film_position, Vec2(0.5f));
-  RenderCounters counters;
-  scene_->intersect({&hit, 1}, Coherence::kIncoherent, counters);
-  if (!hit.hit.valid()) return std::nullopt;
-  const SurfaceInteraction si = scene_->interaction(hit);
-  Pick pick;
-  pick.origin = hit.ray.o;
-  pick.direction = hit.ray.d;
-  pick.point = si.p;
-  pick.normal = si.frame.n;
-  pick.distance = hit.ray.tmax;
-  pick.shape = editor_->path_of(*si.shape);
-  add_materials(si.shape->bsdf(), *editor_, pick.materials);
-  if (si.shape->emitter()) pick.emitter = editor_->path_of(*si.shape->emitter());
-  return pick;
-}
-
-std::optional<Ray> RenderSession::Worker::ray(const Vec2& film_position) {
-  const std::lock_guard lock(scene_mutex_);
-  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
-  return sensor().sample_ray(film_position, Vec2(0.5f));
-}
-
-std::optional<Vec2> RenderSession::Worker::project(const Vec3& point) {
-  const std::lock_guard lock(scene_mutex_);
-  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
-  const auto seen = sensor().connect(point, Vec2(0.5f));
-  return seen ? std::optional(seen->film_position) : std::nullopt;
 }
 
 }  // namespace kinome::viewer

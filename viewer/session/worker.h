@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <variant>
 
 #include "kinome/render_context.h"
 #include "session/changes.h"
@@ -12,24 +13,33 @@
 
 namespace kinome::viewer {
 
-/// What was asked for and is still to be done.
-struct Requests {
+/// What the session is asked for: all of it is done in the order in which it was asked for.
+struct Settings {
   std::vector<Change> changes;
-  std::chrono::steady_clock::time_point last_change{};
   bool is_moving = false;
-  int undos = 0;
-  bool restart = false, reload = false;
-  std::optional<std::string> integrator;
-  std::optional<size_t> sensor;
-  std::optional<uint32_t> exact_samples;
-  std::optional<bool> is_paused;
-  std::vector<RenderSession::Task> tasks;
-
-  bool any() const {
-    return !changes.empty() || undos > 0 || restart || reload || integrator || sensor ||
-           exact_samples || is_paused || !tasks.empty();
-  }
+  std::chrono::steady_clock::time_point when{};  ///< of the last one
 };
+struct Undo {};
+struct Restart {};
+struct Reload {};
+struct UseIntegrator {
+  std::string name;
+};
+struct UseSensor {
+  size_t index;
+};
+struct Pause {
+  bool is_paused;
+};
+struct RenderExactly {
+  uint32_t samples;
+};
+struct RunTask {
+  RenderSession::Task task;
+  bool is_save = false;  ///< is done, too, where the session is closed before
+};
+using Request = std::variant<Settings, Undo, Restart, Reload, UseIntegrator, UseSensor, Pause,
+                             RenderExactly, RunTask>;
 
 /// The session's thread, and what it shares with others: by `mutex` but for what says otherwise.
 class RenderSession::Worker {
@@ -38,7 +48,8 @@ class RenderSession::Worker {
   ~Worker();
 
   /// `ends_render`: what is rendered isn't wanted any more, unless it is a preview.
-  void request(bool ends_render, const std::function<void(Requests&)>& add);
+  /// Returns its number.
+  uint64_t request(bool ends_render, Request asked);
   void say(bool is_error, std::string text);
   void wait();
   void close();
@@ -54,16 +65,28 @@ class RenderSession::Worker {
     std::string integrator;
     std::vector<Message> messages;
   } shown;
-  std::atomic<double> fraction = 0;  ///< needs no mutex
+  std::atomic<double> fraction = 0;    ///< needs no mutex
+  std::atomic<int> saves_to_come = 0;  ///< needs no mutex
 
  private:
   using Clock = std::chrono::steady_clock;
 
   void work();
   void load();
-  void make(Requests requests);
-  void choose_sensor();
-  void run_tasks(const std::vector<Task>& tasks);
+  void make(std::vector<Request> requests);
+  void make_at_the_end();
+  void serve(Settings& settings);
+  void serve(Undo&);
+  void serve(Restart&) { begin_anew(); }
+  void serve(Reload&) { load(); }
+  void serve(UseIntegrator& use);
+  void serve(UseSensor& use);
+  void serve(Pause& pause) { is_paused_ = pause.is_paused; }
+  void serve(RenderExactly& exactly);
+  void serve(RunTask& run);
+  void take_edited_scene();
+  void begin_anew();
+  size_t choose_sensor(SceneEditor& editor) const;
   bool has_work() const;
   bool is_still() const;
   void preview();
@@ -75,7 +98,7 @@ class RenderSession::Worker {
   void publish_info();
   void set_activity(Activity activity);
   void tell_of_samples_that_are_not_finite(const RenderStats& stats);
-  std::shared_ptr<const Scene> with_integrator(const std::string& name);
+  std::shared_ptr<const Scene> with_integrator(SceneEditor& editor, const std::string& name) const;
   const Scene& preview_scene();
   const Sensor& sensor() const { return *scene_->sensors()[sensor_]; }
   void notify() const {
@@ -85,7 +108,7 @@ class RenderSession::Worker {
   const Options options_;
 
   // By the mutex.
-  Requests requests_;
+  std::vector<Request> requests_;
   std::condition_variable changed_;
   bool is_closing_ = false;
   /// Requests are counted, loading is the first; those up to `served_` are done with.

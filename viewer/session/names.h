@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "kinome/integrator.h"
+
+namespace kinome::viewer {
+
+/// Its plugin's, without the category: "path".
+inline std::string name_of(const Integrator& integrator) {
+  const std::string& plugin = integrator.plugin();
+  return plugin.substr(plugin.find('/') + 1);
+}
+
+}  // namespace kinome::viewer

@@ -1,0 +1,82 @@
+// What a RenderSession tells of its scene.
+
+#include <algorithm>
+
+#include "session/names.h"
+#include "session/worker.h"
+
+namespace kinome::viewer {
+namespace {
+
+void add_materials(const Object& object, const SceneEditor& editor,
+                   std::vector<std::string>& paths) {
+  const std::string path = editor.path_of(object);
+  if (!path.empty() && std::find(paths.begin(), paths.end(), path) == paths.end()) {
+    paths.push_back(path);
+  }
+  for (const auto& part : object.nested()) add_materials(*part, editor, paths);
+}
+
+}  // namespace
+
+void RenderSession::Worker::publish_info() {
+  if (info_edition_ == edition_) return;
+  info_edition_ = edition_;
+  const std::lock_guard scene_lock(scene_mutex_);
+  auto info = std::make_shared<SceneInfo>();
+  info->edition = edition_;
+  info->file = options_.scene;
+  info->parameters = editor_->parameters();
+  for (size_t i = 0; i < scene_->sensors().size(); ++i) {
+    const std::string& id = scene_->sensors()[i]->id();
+    info->sensors.push_back(id.empty() ? std::to_string(i) : id);
+  }
+  info->integrators = registry_->names(Category::kIntegrator);
+  info->own_integrator = name_of(editor_->scene()->integrator());
+  info->sensor = sensor_;
+  info->sensor_path = editor_->path_of(sensor());
+  info->film_path = editor_->path_of(sensor().film());
+  info->bounds = scene_->bounds();
+  info->crop = sensor().film().crop();
+  info->can_undo = history_.can_undo();
+  if (scene_->environment()) info->environment = editor_->path_of(*scene_->environment());
+  const std::lock_guard lock(mutex);
+  info->served = taken_;
+  shown.info = std::move(info);
+}
+
+std::optional<Pick> RenderSession::Worker::pick(const Vec2& film_position) {
+  const std::lock_guard lock(scene_mutex_);
+  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
+  RayHit hit;
+  hit.ray = sensor().sample_ray(film_position, Vec2(0.5f));
+  RenderCounters counters;
+  scene_->intersect({&hit, 1}, Coherence::kIncoherent, counters);
+  if (!hit.hit.valid()) return std::nullopt;
+  const SurfaceInteraction si = scene_->interaction(hit);
+  Pick pick;
+  pick.origin = hit.ray.o;
+  pick.direction = hit.ray.d;
+  pick.point = si.p;
+  pick.normal = si.frame.n;
+  pick.distance = hit.ray.tmax;
+  pick.shape = editor_->path_of(*si.shape);
+  add_materials(si.shape->bsdf(), *editor_, pick.materials);
+  if (si.shape->emitter()) pick.emitter = editor_->path_of(*si.shape->emitter());
+  return pick;
+}
+
+std::optional<Ray> RenderSession::Worker::ray(const Vec2& film_position) {
+  const std::lock_guard lock(scene_mutex_);
+  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
+  return sensor().sample_ray(film_position, Vec2(0.5f));
+}
+
+std::optional<Vec2> RenderSession::Worker::project(const Vec3& point) {
+  const std::lock_guard lock(scene_mutex_);
+  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
+  const auto seen = sensor().connect(point, Vec2(0.5f));
+  return seen ? std::optional(seen->film_position) : std::nullopt;
+}
+
+}  // namespace kinome::viewer
