@@ -12,8 +12,10 @@ import numpy as np
 from scenes import write_scene
 from window_test import PATIENCE, Viewer, xdotool
 
-# Of the headings of panels, while all above them are closed but "Render".
-TONE, COMPARE = (960, 226), (960, 249)
+# Of the headings of panels as the window has them at first, and of what is in them when they are
+# opened.
+TONE, COMPARE = (960, 283), (960, 306)
+FALSE_COLOUR, KEEP = (1049, 306), (1030, 352)
 # Of the line between picture and reference, and of the inspected point.
 LINE, POINT = (255, 200, 60), (50, 255, 80)
 
@@ -60,7 +62,7 @@ class PictureWindowTest(unittest.TestCase):
     def test_false_colours_have_a_legend(self):
         plain = self.open_panel(*TONE)
         shot = self.see(lambda s: np.mean(abs(s - plain)[200:600, 100:800] > 12) > 0.5,
-                        lambda: click(1049, 249))
+                        lambda: click(*FALSE_COLOUR))
         # From black to white, along a line at the lower edge.
         bar = shot[763, 29:386]
         self.assertLess(bar[:4].mean(), 30)
@@ -70,7 +72,7 @@ class PictureWindowTest(unittest.TestCase):
 
     def test_a_reference_is_beside_the_picture(self):
         self.open_panel(*COMPARE)
-        shot = self.see(lambda s: len(places(s, LINE)) > 500, lambda: click(1030, 295))
+        shot = self.see(lambda s: len(places(s, LINE)) > 500, lambda: click(*KEEP))
         self.assertAlmostEqual(np.median(places(shot, LINE)[:, 0]), 450, delta=2)
         xdotool("mousemove", 450, 250, "sleep", 0.5, "mousedown", 1)
         for x in (430, 400, 350):

@@ -27,7 +27,7 @@ void ComparePanel::draw(Frame& frame) {
 }
 
 void ComparePanel::draw_reference(Frame& frame) {
-  ImGui::InputTextWithHint("reference", "file.exr", path_, sizeof path_);
+  ImGui::InputTextWithHint("reference##file", "file.exr", path_, sizeof path_);
   if (ImGui::Button("Load")) {
     try {
       set_reference(frame, std::make_shared<const Reference>(std::string(path_)));

@@ -31,9 +31,8 @@ void MessagePanel::draw(Frame& frame) {
 
 void MessagePanel::draw_over_picture(Frame& frame) {
   read(frame);
-  size_t latest = known_.size();
-  while (latest > seen_ && !known_[latest - 1].is_error) --latest;
-  if (latest <= seen_) return;
+  const size_t latest = known_.size();
+  if (latest <= seen_ || !known_[latest - 1].is_error) return;
   const PictureArea& area = frame.view.area();
   ImGui::SetCursorScreenPos({area.low.x + 8, area.low.y + 8});
   ImGui::PushTextWrapPos(area.high.x - 8);

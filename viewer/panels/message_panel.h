@@ -10,7 +10,7 @@ class MessagePanel final : public Panel {
   const char* title() const override { return "Messages"; }
   bool is_open_at_first() const override { return true; }
   void draw(Frame& frame) override;
-  /// The latest error, until it is clicked away.
+  /// An error, until it is clicked away or something else is told.
   void draw_over_picture(Frame& frame) override;
 
  private:

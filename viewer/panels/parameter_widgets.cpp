@@ -43,6 +43,13 @@ bool edit_number(const SceneParameter& parameter, const char* name, double& valu
 bool edit_color(const SceneParameter& parameter, const char* name, UniformColor& color) {
   if (color.is_float) {
     double grey = color.value.x;
+    if (parameter.kind != ParameterType::kUnitlessTexture) {
+      if (ImGui::SmallButton("colour")) {
+        color.is_float = false;
+        return true;
+      }
+      ImGui::SameLine();
+    }
     if (!edit_number(parameter, name, grey)) return false;
     color.value = Rgb(static_cast<float>(grey));
     return true;

@@ -38,7 +38,7 @@ void RenderPanel::draw(Frame& frame) {
   ImGui::InputInt("samples", &samples_, 16, 64);
   samples_ = std::clamp(samples_, 1, 1 << 20);
   ImGui::SameLine();
-  if (ImGui::Button("Render")) frame.session.render(static_cast<uint32_t>(samples_));
+  if (ImGui::Button("Render##samples")) frame.session.render(static_cast<uint32_t>(samples_));
   if (ImGui::IsItemHovered()) {
     ImGui::SetTooltip("The picture that `kinome` renders with so many samples a pixel");
   }

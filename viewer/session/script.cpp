@@ -144,8 +144,9 @@ class Script {
       const Vec3 way = triple_of(rest);
       camera().controls().move(way.x, way.y, way.z);
     } else if (command == "dolly") {
-      camera().controls().dolly(static_cast<float>(numbers_of(rest, 1)[0]),
-                                camera().is_orthographic());
+      const double factor = numbers_of(rest, 1)[0];
+      if (!(factor >= 0.001 && factor <= 1000)) throw Error("expected a factor from 0.001 to 1000");
+      camera().controls().dolly(static_cast<float>(factor), camera().is_orthographic());
     } else if (command == "home") {
       camera().controls().reset();
     } else {
@@ -228,6 +229,7 @@ int run_script(std::istream& script, const std::string& name, RenderSession& ses
   Script at_work(session);
   std::string line;
   for (int number = 1; std::getline(script, line); ++number) {
+    if (line.ends_with('\r')) line.pop_back();
     const size_t begin = line.find_first_not_of(" \t");
     if (begin == std::string::npos || line[begin] == '#') continue;
     const size_t end = std::min(line.find(' ', begin), line.size());

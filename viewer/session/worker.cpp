@@ -90,7 +90,7 @@ void RenderSession::Worker::set_activity(Activity activity) {
 
 bool RenderSession::Worker::has_work() const {
   if (!scene_ || scene_->sensors().empty()) return false;
-  return wants_preview_ || (!is_done_ && !is_paused_);
+  return wants_preview_ || (!is_done_ && (!is_paused_ || is_coarse_));
 }
 
 bool RenderSession::Worker::is_still() const {
@@ -213,6 +213,7 @@ void RenderSession::Worker::load() {
     if (!scene_) set_activity(Activity::kFailed);
     return;
   }
+  if (edition_ > 1) say(false, "loaded " + options_.scene);
   begin_anew();
   publish_info();
 }
@@ -373,7 +374,7 @@ void RenderSession::Worker::begin_anew() {
   live_.reset();
   exact_samples_.reset();
   is_done_ = !options_.is_live;
-  wants_preview_ = options_.is_live;
+  wants_preview_ = is_coarse_ = options_.is_live;
 }
 
 /// Of as many pixels as can be rendered in time, by what the last one took.
@@ -423,9 +424,10 @@ void RenderSession::Worker::improve() {
     live_.reset();
     return;
   }
+  is_coarse_ = false;
   is_done_ = live_->samples() >= options_.most_samples;
   publish(*scene_, live_->develop(), false, is_done_, live_->seconds(), live_->rel_mse());
-  if (is_done_) set_activity(Activity::kFinished);
+  if (is_done_ || is_paused_) set_activity(is_done_ ? Activity::kFinished : Activity::kPaused);
 }
 
 void RenderSession::Worker::render_exactly() {

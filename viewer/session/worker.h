@@ -134,6 +134,8 @@ class RenderSession::Worker {
   uint64_t told_edition_ = ~uint64_t{0};  ///< for which samples were told not to be finite
   uint64_t info_edition_ = ~uint64_t{0};
   bool wants_preview_ = false;
+  bool is_coarse_ =
+      false;  ///< what is shown: a preview, which is followed by a pass, paused or not
   bool wants_whole_preview_ = false;
   bool is_paused_ = false;
   bool is_moving_ = false;
