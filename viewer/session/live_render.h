@@ -20,7 +20,7 @@ class LiveRender {
   LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
   /// Adds a pass: small ones first, of a quarter of all samples later on, and none of more than a
-  /// second. False: it was interrupted, and the picture is of no use.
+  /// second but for those of a single sample. False: it was interrupted, and the picture is of no use.
   bool pass();
   Image develop() const;
   double samples() const { return done_; }  ///< a pixel
