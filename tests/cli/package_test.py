@@ -103,7 +103,7 @@ class Packages(unittest.TestCase):
         self.assertTrue(page.startswith(".TH KINOME 1 "))
         program = BUILD / "bin/kinome"
         helps = [run(program, *command, "--help")
-                 for command in ((), ("plugins",), ("check",), ("new",))]
+                 for command in ((), ("plugins",), ("check",), ("new",), ("film",))]
         options = set(re.findall(r"(?<![\w-])--?[a-zA-Z][a-z-]*", "".join(helps)))
         self.assertGreater(len(options), 25)
         shown = {name.replace("\\-", "-") for name in re.findall(r"\\fB(\S+?)\\fR", page)}
