@@ -10,7 +10,7 @@ import unittest
 import numpy as np
 
 from scenes import write_scene
-from window_test import PATIENCE, Viewer, xdotool
+from window_test import PATIENCE, Viewer, click, xdotool
 
 # Of the headings of panels as the window has them at first, and of what is in them when they are
 # opened.
@@ -18,10 +18,6 @@ TONE, COMPARE = (960, 283), (960, 306)
 FALSE_COLOUR, KEEP = (1049, 306), (1030, 352)
 # Of the line between picture and reference, and of the inspected point.
 LINE, POINT = (255, 200, 60), (50, 255, 80)
-
-
-def click(x, y):
-    xdotool("mousemove", x, y, "sleep", 0.5, "mousedown", 1, "sleep", 0.5, "mouseup", 1)
 
 
 def places(shot, colour):

@@ -28,6 +28,11 @@ def xdotool(*arguments):
     subprocess.run(["xdotool", *map(str, arguments)], check=True, timeout=PATIENCE)
 
 
+def click(x, y):
+    """Long enough for a window that has little time to see it."""
+    xdotool("mousemove", x, y, "sleep", 0.5, "mousedown", 1, "sleep", 0.5, "mouseup", 1)
+
+
 class Viewer:
     """A viewer at work, and the lines of its trace."""
 
@@ -130,7 +135,7 @@ class WindowTest(unittest.TestCase):
         red, green, _ = self.middle(shot)
         self.assertGreater(red, 2 * green)
         before = len(viewer.lines)
-        xdotool("mousemove", 450, 400, "click", 1)
+        click(450, 400)
         viewer.wait_for("selected red$", before)
         # Its colour stands in the side bar, and left of it the numbers of red, green and blue.
         # They are dragged to and fro.
@@ -147,7 +152,7 @@ class WindowTest(unittest.TestCase):
         self.assertLess(red, 1.5 * green)
         # "Undo" takes back the whole drag.
         before = len(viewer.lines)
-        xdotool("mousemove", 925, int(np.median(ys)) - 37, "click", 1)
+        click(925, int(np.median(ys)) - 37)
         viewer.wait_for("preview", before)
         viewer.wait_for("pass [2-9]", before)
         np.testing.assert_allclose(self.middle(viewer.screenshot()), self.middle(shot), atol=12)
@@ -180,7 +185,7 @@ class WindowTest(unittest.TestCase):
         # All samples at once, which takes minutes: the button is in the row of the number.
         before = len(viewer.lines)
         xdotool("mousemove", 945, 180, "click", "--repeat", 2, 1, "key", "ctrl+a", "type", "100000\n")
-        xdotool("mousemove", 1103, 180, "click", 1)
+        click(1103, 180)
         time.sleep(0.5)
         self.assertLess(viewer.close(), CLOSED)
         self.assertEqual(viewer.process.returncode, 0)
