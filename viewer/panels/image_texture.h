@@ -17,7 +17,6 @@ class ImageTexture {
 
   /// By sRGB, of channels R, G and B.
   void set(const Image& image);
-  bool is_set() const { return name_ != 0; }
   ImTextureID id() const;
   int width() const { return width_; }
   int height() const { return height_; }

@@ -26,8 +26,6 @@ class CurveTable {
     while (level + 1 < kLevels && bits >= least_[level + 1]) ++level;
     return static_cast<uint8_t>(level);
   }
-  /// The least number of a level; infinite where the curve doesn't reach it.
-  float least(int level) const { return std::bit_cast<float>(least_[level]); }
 
  private:
   /// Floats > 0 are ordered as their bits are: each run of them that share the upper bits knows the

@@ -7,10 +7,6 @@
 
 namespace kinome::viewer {
 
-const Tone& Display::shown_tone() const {
-  return shown == Shown::kDifference && reference && difference ? difference_tone : tone;
-}
-
 void Display::map(const Image& picture, std::vector<uint8_t>& rgba) const {
   const ToneMapper mapper(tone);
   const auto has_size_of = [&](const Image& other) {

@@ -20,8 +20,6 @@ struct Display {
   std::shared_ptr<const Image> difference;     ///< nullptr: none yet
   Tone difference_tone;
 
-  /// The tone of what is seen in the picture's place.
-  const Tone& shown_tone() const;
   /// sRGB, 4 bytes for each of the picture's pixels. A reference of another size, as beside a
   /// preview, is resampled; a difference of another size isn't shown, but the picture.
   void map(const Image& picture, std::vector<uint8_t>& rgba) const;
@@ -36,7 +34,6 @@ struct Comparison {
   double flip = 0;  ///< mean over the picture
   std::shared_ptr<const Image> difference;
   std::string fault;  ///< why there is none of these; "": they are there
-  uint64_t generation = 0;
 };
 
 /// Compares what is shown by `tone`; takes a tenth of a second for 640x480 pixels. Throws nothing.

@@ -53,7 +53,6 @@ class PictureView {
   void zoom(float factor, const Vec2& window_position);
   void move(const Vec2& window_offset) { offset_ += window_offset; }
   void reset_zoom() { zoom_ = 1, offset_ = Vec2(0.f); }
-  float zoom() const { return zoom_; }
 
  private:
   void upload(const Picture& picture);
