@@ -243,13 +243,7 @@ class FilmCommand {
 }  // namespace
 
 int film_command(const Options& options, Clock::time_point start) {
-  set_up_log(options);
-  install_signal_handlers(options.quiet);
-  if (!options.variant.empty()) {
-    log_warn(fmt::format("-m {} is ignored: kinome has one variant, RGB in single precision",
-                         options.variant));
-  }
-  warn_of_missing_folders(options);
+  begin_to_render(options);
   return FilmCommand(options, start).run();
 }
 

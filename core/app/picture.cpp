@@ -41,6 +41,16 @@ void set_up_log(const Options& options) {
   }
 }
 
+void begin_to_render(const Options& options) {
+  set_up_log(options);
+  install_signal_handlers(options.quiet);
+  if (!options.variant.empty()) {
+    log_warn(fmt::format("-m {} is ignored: kinome has one variant, RGB in single precision",
+                         options.variant));
+  }
+  warn_of_missing_folders(options);
+}
+
 LoadOptions load_options(const Options& options) {
   return {.defines = options.defines,
           .search_paths = options.search_paths,

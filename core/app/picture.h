@@ -14,6 +14,8 @@
 namespace kinome::app {
 
 void set_up_log(const Options& options);
+/// Log and signals; warns of options that mean nothing and of folders that aren't there.
+void begin_to_render(const Options& options);
 LoadOptions load_options(const Options& options);
 /// By index or id. Throws Error where there is none.
 const Sensor& choose_sensor(const Scene& scene, const std::string& wanted);

@@ -99,13 +99,7 @@ int check_command(const Options& options) {
 }
 
 int render_command(const Options& options, Clock::time_point start) {
-  set_up_log(options);
-  install_signal_handlers(options.quiet);
-  if (!options.variant.empty()) {
-    log_warn(fmt::format("-m {} is ignored: kinome has one variant, RGB in single precision",
-                         options.variant));
-  }
-  warn_of_missing_folders(options);
+  begin_to_render(options);
   check_output_folder(options);
   if (!options.display.empty()) split_address(options.display);
   const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(options);
