@@ -129,6 +129,13 @@ void interpret(const RawOptions& raw, Options& options) {
     check_checkpoint(raw, options);
     interpret_seed(raw, options);
   }
+  if (raw.given.count("--mpi") > 0) {
+    const std::map<std::string, Options::Mpi> modes = {
+        {"auto", Options::Mpi::kAuto}, {"on", Options::Mpi::kOn}, {"off", Options::Mpi::kOff}};
+    const auto mode = modes.find(raw.mpi);
+    if (mode == modes.end()) throw Error("--mpi: expected auto, on or off, got '" + raw.mpi + "'");
+    options.mpi = mode->second;
+  }
   if (options.command == Options::Command::kFilm) interpret_film(raw, options.film);
   if (raw.given.count("--isa") > 0 && options.isa.empty()) throw Error("--isa: its value is empty");
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");

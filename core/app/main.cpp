@@ -10,6 +10,7 @@
 
 #include "commands.h"
 #include "crash.h"
+#include "group.h"
 #include "kinome/error.h"
 #include "options.h"
 #include "throw_site.h"
@@ -65,6 +66,17 @@ int main(int argc, char** argv) {
   try {
     const auto options = kinome::app::parse_options(argc, argv);
     if (!options) return 0;
+    // Under a launcher, what doesn't render one picture together is done once.
+    const bool is_picture =
+        options->command == kinome::app::Options::Command::kRender && !options->check;
+    if (!is_picture && options->mpi != kinome::app::Options::Mpi::kOff) {
+      const int rank = kinome::app::rank_by_launcher();
+      if (rank > 0) return 0;
+      if (rank == 0 && options->command == kinome::app::Options::Command::kFilm) {
+        throw kinome::Error("a film is not rendered by MPI: its frames can be rendered by processes "
+                            "of their own (--range)");
+      }
+    }
     switch (options->command) {
       case kinome::app::Options::Command::kRender:
         return options->check ? kinome::app::check_command(*options)

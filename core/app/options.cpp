@@ -142,6 +142,10 @@ void declare_picture(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_flag("--resume", options.resume,
                "Continue from the checkpoint if there is one")
       ->disable_flag_override();
+  app.add_option("--mpi", raw.mpi,
+                 "Render one picture with all processes that a launcher of MPI (mpirun, srun) has "
+                 "started: auto, if one has; on; off; default: auto")
+      ->type_name("auto|on|off");
   app.add_flag("--check", options.check,
                "Instead of rendering, list all mistakes in the scene and in the files that it names, "
                "with their places")

@@ -41,6 +41,8 @@ struct Options {
   double every = 60;       ///< seconds between two checkpoints
   bool resume = false;
   std::string display;  ///< HOST:PORT; "": none
+  enum class Mpi { kAuto, kOn, kOff };
+  Mpi mpi = Mpi::kAuto;
   bool lenient = false;
   bool check = false;
   std::optional<Vec2> inspect;  ///< pixel whose clusters are shown in place of rendering

@@ -10,7 +10,7 @@ namespace {
 
 /// Wall-clock time inside Embree, as a share of the render: its seconds are summed over threads.
 double embree_share(const RenderStats& stats) {
-  const double thread_seconds = stats.render_seconds * std::max(1u, stats.threads);
+  const double thread_seconds = stats.render_seconds * std::max(1u, stats.threads * stats.processes);
   return thread_seconds > 0 ? stats.counters.embree_seconds / thread_seconds : 0;
 }
 
@@ -44,20 +44,34 @@ std::string ray_table(const RenderStats& stats) {
   return text;
 }
 
+/// What processes have sent each other; empty where there is but one.
+std::string traffic_table(const RenderStats& stats) {
+  std::string text;
+  for (const auto& [what, traffic] : stats.traffic) {
+    text += fmt::format("  {:<20} {:9} messages {:11.3f} MB {:9.3f} s of all processes\n",
+                        "sent: " + what, traffic.messages, static_cast<double>(traffic.bytes) / 1e6,
+                        traffic.seconds);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
   std::string text =
       fmt::format("{}: {}x{} pixels, {} samples each, {}, {} threads{}\n", summary.scene,
-                  summary.width, summary.height, summary.samples, summary.integrator, stats.threads,
+                  summary.width, summary.height, summary.samples, summary.integrator,
+                  stats.processes > 1 ? fmt::format("{} processes, {}", stats.processes, stats.threads)
+                                      : std::to_string(stats.threads),
                   stats.complete ? "" : ", incomplete");
   text += time_table(stats);
   text += fmt::format("  {:<20} {:9.3f} s           after the program's start\n", "first tile",
                       stats.first_tile_seconds);
   text += fmt::format("  {:<20} {:9.3f} s           of each thread: {:.0f} % of the render\n",
-                      "in Embree", stats.counters.embree_seconds / std::max(1u, stats.threads),
+                      "in Embree", stats.counters.embree_seconds / std::max(1u, stats.threads * stats.processes),
                       100 * embree_share(stats));
   text += ray_table(stats);
+  text += traffic_table(stats);
   if (stats.rel_mse >= 0) {
     text +=
         fmt::format("  {:<20} {:9.3g}    by the render's own estimate\n", "relMSE", stats.rel_mse);
@@ -96,6 +110,10 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
                       {"count", fault.count},
                       {"places", fault.looks}});
   }
+  json traffic = json::object();
+  for (const auto& [what, sent] : stats.traffic) {
+    traffic[what] = {{"messages", sent.messages}, {"bytes", sent.bytes}, {"seconds", sent.seconds}};
+  }
   const json report = {
       {"scene", summary.scene},
       {"output", summary.output},
@@ -104,7 +122,9 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"height", summary.height},
       {"samples", summary.samples},
       {"seed", summary.seed},
+      {"processes", stats.processes},
       {"threads", stats.threads},
+      {"traffic", traffic},
       {"complete", stats.complete},
       {"filled", stats.filled},
       {"missing", stats.missing},

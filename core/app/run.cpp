@@ -8,6 +8,7 @@
 #include "base/clock.h"
 #include "commands.h"
 #include "crash.h"
+#include "group.h"
 #include "inspect.h"
 #include "kinome/checkpoint.h"
 #include "kinome/log.h"
@@ -98,11 +99,19 @@ int check_command(const Options& options) {
   return faults.empty() ? 0 : 1;
 }
 
-int render_command(const Options& options, Clock::time_point start) {
+namespace {
+
+/// `group` may be nullptr.
+int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::time_point start) {
   begin_to_render(options);
-  check_output_folder(options);
-  if (!options.display.empty()) split_address(options.display);
-  const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(options);
+  const bool is_root = !group || group->is_root();
+  std::unique_ptr<Checkpoint> checkpoint;
+  together(group, [&] {
+    if (!is_root) return;
+    check_output_folder(options);
+    if (!options.display.empty()) split_address(options.display);
+    checkpoint = open_checkpoint(options);
+  });
 
   Progress progress(options.quiet);
   const Film* film_to_write = nullptr;
@@ -118,30 +127,38 @@ int render_command(const Options& options, Clock::time_point start) {
                          .budget = {.seconds = options.seconds,
                                     .rel_mse = options.rel_mse,
                                     .lanes = options.renders,
-                                    .seconds_after = seconds_to_write}});
+                                    .seconds_after = seconds_to_write},
+                         .group = group});
   RenderStats& stats = context.stats();
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
                           choose_instruction_set(options.isa));
   set_activity("loading the scene");
-  const auto scene = load_scene(options.scene, load_options(options), registry, &stats);
-  warn_of_unused_instruction_set(options, registry);
-  const Sensor& sensor = choose_sensor(*scene, options.sensor);
-  film_to_write = &sensor.film();
-  output = choose_output(options, sensor.film());
-  warn_of_layers(*scene, sensor.film());
-  if (checkpoint) {
+  std::shared_ptr<const Scene> scene;
+  const Sensor* sensor = nullptr;
+  Checkpoint::Identity identity;
+  together(group, [&] {
+    scene = load_scene(options.scene, load_options(options), registry, &stats);
+    warn_of_unused_instruction_set(options, registry);
+    sensor = &choose_sensor(*scene, options.sensor);
+    identity = identity_of(options, *scene, *sensor, used_instruction_set(registry));
+    film_to_write = &sensor->film();
+    if (is_root) output = choose_output(options, sensor->film());
+    warn_of_layers(*scene, sensor->film());
     for (const std::string& written : output.files()) {
-      if (!checkpoint->is_written_to(written)) continue;
+      if (!checkpoint || !checkpoint->is_written_to(written)) continue;
       throw Error(
           fmt::format("--checkpoint {}: this is where the picture goes", checkpoint->path()));
     }
-    checkpoint->set_identity(identity_of(options, *scene, sensor, used_instruction_set(registry)));
+  });
+  if (group) check_alike(*group, identity);
+  if (checkpoint) {
+    checkpoint->set_identity(identity);
     context.set_checkpoint(checkpoint.get());
   }
 
   if (options.inspect) {
     set_activity("rendering");
-    run_inspection(options, *scene, sensor, context, output.picture);
+    run_inspection(options, *scene, *sensor, context, output.picture);
     return 0;
   }
   std::unique_ptr<Display> display;
@@ -150,15 +167,31 @@ int render_command(const Options& options, Clock::time_point start) {
   }
   begin_interruptible_render();
   progress.begin();
-  const Image image = render_picture(options, *scene, sensor, context, display.get());
+  const Image image = render_picture(options, *scene, *sensor, context, display.get());
   progress.finish();
-  const RenderSummary summary =
-      finish_picture(options, *scene, sensor, context, registry, image, output, checkpoint.get());
-  stats.total_seconds = seconds_since(start);
-  stats.peak_memory_bytes = peak_memory_bytes();
-  warn_of_missed_budget(context.budget(), stats, stats.total_seconds, {});
-  report(options, stats, summary);
-  return exit_status(options, stats);
+  int status = 0;
+  together(group, [&] {
+    if (!is_root) return;
+    const RenderSummary summary = finish_picture(options, *scene, *sensor, context, registry, image,
+                                                 output, checkpoint.get());
+    stats.total_seconds = seconds_since(start);
+    stats.peak_memory_bytes = peak_memory_bytes();
+    warn_of_missed_budget(context.budget(), stats, stats.total_seconds, {});
+    report(options, stats, summary);
+    status = exit_status(options, stats);
+  });
+  return status;
+}
+
+}  // namespace
+
+int render_command(const Options& options, Clock::time_point start) {
+  const std::unique_ptr<ProcessGroup> group = join_group(options);
+  if (!group) return render_picture_of_scene(options, nullptr, start);
+  return run_in_group(*group, [&] {
+    if (options.inspect) throw AgreedError("--inspect: one process does it alone, without mpirun");
+    return render_picture_of_scene(options_in(*group, options), group.get(), start);
+  });
 }
 
 }  // namespace kinome::app

@@ -27,7 +27,7 @@ void add_rest(Row& row, const std::string& phrase) {
 /// The integrator's stages that are part of `within`, with parts of their own.
 std::vector<Row> stages_within(const RenderStats& stats, std::string_view within) {
   const auto& seconds = stats.counters.stage_seconds;
-  const double threads = std::max(1u, stats.threads);
+  const double threads = std::max(1u, stats.threads * stats.processes);
   std::vector<Row> rows;
   for (const Stage& stage : stats.stages) {
     const auto found = seconds.find(stage.name);

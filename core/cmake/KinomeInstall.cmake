@@ -12,6 +12,10 @@ install(TARGETS kinome kinome_core EXPORT KinomeTargets
   LIBRARY DESTINATION lib NAMELINK_COMPONENT dev)
 # For `kinome check` alone, as the templates are for `kinome new`.
 install(TARGETS kinome_check LIBRARY DESTINATION lib COMPONENT dev)
+if(TARGET kinome_mpi)
+  set_target_properties(kinome_mpi PROPERTIES INSTALL_RPATH "$ORIGIN")
+  install(TARGETS kinome_mpi LIBRARY DESTINATION lib)
+endif()
 install(DIRECTORY include/kinome DESTINATION include COMPONENT dev)
 # The comparison of pictures: the program looks for its package in ../lib/kinome/python.
 install(PROGRAMS "${PROJECT_SOURCE_DIR}/validation/kinome-compare" DESTINATION bin)

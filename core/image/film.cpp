@@ -111,6 +111,16 @@ FilmTile Film::make_tile(const Rect& pixels, int layer) const {
                   layers_.at(first_layer_ + layer).powers);
 }
 
+void FilmTile::transfer(const std::function<void(void* bytes, size_t count)>& io) {
+  io(data_.data(), data_.size() * sizeof(double));
+  uint64_t splats = splats_.size();
+  io(&splats, sizeof splats);
+  splats_.resize(splats);
+  io(splats_.data(), splats_.size() * sizeof(Splat));
+  io(&light_paths_, sizeof light_paths_);
+  io(&non_finite_, sizeof non_finite_);
+}
+
 void Film::commit(const FilmTile& tile) {
   ++commits_;
   non_finite_ += tile.non_finite_;

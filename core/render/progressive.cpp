@@ -46,7 +46,7 @@ class Progressive {
   void run() {
     const bool has_time = budget_.seconds > 0, has_error = budget_.rel_mse > 0;
     const double least = film_.lanes();
-    double next = has_time ? first_in_time() : has_error ? least : passes_.samples();
+    double next = has_time ? context_.agree(first_in_time()) : has_error ? least : passes_.samples();
     if (has_error) next = std::min(next, least);
     next = std::max(least, next);
     while (true) {

@@ -11,9 +11,40 @@
 #include "kinome/checkpoint.h"
 #include "kinome/error.h"
 #include "kinome/log.h"
+#include "kinome/process_group.h"
+#include "kinome/shared_items.h"
 #include "render/progressive.h"
 
 namespace kinome {
+namespace {
+
+/// What all processes of the group have sent so far. Collective.
+void add_traffic(ProcessGroup& group, RenderStats& stats) {
+  SharedBytes own;
+  auto of_this = group.traffic();
+  auto kinds = static_cast<uint32_t>(of_this.size());
+  own.value(kinds);
+  for (auto& [name, traffic] : of_this) {
+    std::vector<char> letters(name.begin(), name.end());
+    own.vector(letters);
+    own.value(traffic);
+  }
+  for (const std::string& said : group.gather(own.written(), "agreement")) {
+    SharedBytes theirs(said);
+    for (theirs.value(kinds); kinds > 0; --kinds) {
+      std::vector<char> letters;
+      GroupTraffic traffic;
+      theirs.vector(letters);
+      theirs.value(traffic);
+      GroupTraffic& sum = stats.traffic[std::string(letters.begin(), letters.end())];
+      sum.messages += traffic.messages;
+      sum.bytes += traffic.bytes;
+      sum.seconds += traffic.seconds;
+    }
+  }
+}
+
+}  // namespace
 
 void warn_without_emitters(const Scene& scene) {
   if (!scene.emitters().empty()) return;
@@ -39,14 +70,18 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
     const RenderBudget& budget = context.budget();
     film.prepare(integrator.layers(), integrator.channels(), lanes_for(budget, film));
     Checkpoint* const checkpoint = context.checkpoint();
-    integrator.warn_of_light_left_out(scene, sensor, context);
+    context.set_film(film);
+    if (context.is_root()) integrator.warn_of_light_left_out(scene, sensor, context);
     const double begun = context.seconds();
-    if (checkpoint) checkpoint->begin(film);
+    together(context.group(), [&] {
+      if (checkpoint) checkpoint->begin(film);
+    });
     if (checkpoint && checkpoint->resumes() && context.commit_callback()) {
       context.commit_callback()(film, film.crop());
     }
     if (budget.any()) {
-      const double left = budget.seconds > 0 ? budget.seconds - context.seconds() : kInfinity;
+      const double left =
+          budget.seconds > 0 ? context.agree(budget.seconds - context.seconds()) : kInfinity;
       render_passes(*integrator.begin(scene, sensor, context, left), film, context, on_pass);
     } else {
       integrator.render(scene, sensor, context);
@@ -54,15 +89,17 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
       if (on_pass && !context.interrupted()) on_pass(develop(film, budget, stats), stats);
     }
     interrupted = context.interrupted();
+    stats.threads = context.threads();
+    stats.complete = !interrupted;
+    if (ProcessGroup* const group = context.group()) add_traffic(*group, stats);
+    if (!context.is_root()) return image;
     if (checkpoint && interrupted) checkpoint->close(film);
     if (interrupted) fill_gaps(scene, sensor, context, begun);
     image = develop(film, budget, stats);
     if (interrupted) mark_gaps(film, image);
     stats.non_finite_samples += film.non_finite();
   }
-  stats.threads = context.threads();
   stats.peak_memory_bytes = peak_memory_bytes();
-  stats.complete = !interrupted;
   return image;
 }
 

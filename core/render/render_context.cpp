@@ -1,74 +1,23 @@
 #include "kinome/render_context.h"
 
-#include <exception>
-#include <map>
 #include <mutex>
 #include <numeric>
 #include <thread>
 #include <vector>
 
+#include "base/denormals.h"
 #include "image/film_pixels.h"
 #include "kinome/checkpoint.h"
+#include "kinome/process_group.h"
+#include "kinome/shared_items.h"
+#include "render/commits.h"
+#include "render/group_pass.h"
 #include "render/thread_pool.h"
 
 namespace kinome {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-/// The exception of the lowest index among those thrown, and whether there is any.
-class FirstException {
- public:
-  bool any() const { return any_.load(std::memory_order_relaxed); }
-  void capture(size_t index) {
-    const std::lock_guard lock(mutex_);
-    if (!exception_ || index < index_) {
-      exception_ = std::current_exception();
-      index_ = index;
-    }
-    any_.store(true, std::memory_order_relaxed);
-  }
-  void rethrow() const {
-    if (exception_) std::rethrow_exception(exception_);
-  }
-
- private:
-  std::atomic<bool> any_{false};
-  std::mutex mutex_;
-  size_t index_ = 0;
-  std::exception_ptr exception_;
-};
-
-/// Commits tiles to a film in the order of their indices, whatever order they are finished in.
-class Sequencer {
- public:
-  Sequencer(RenderContext& context, Film& film) : context_(context), film_(film) {}
-  void finish(size_t index, FilmTile tile) {
-    const std::lock_guard lock(mutex_);
-    waiting_.emplace(index, std::move(tile));
-    while (!waiting_.empty()) {
-      // Those that a resumed render brought along will not come.
-      while (context_.is_committed(next_)) ++next_;
-      const auto first = waiting_.begin();
-      if (first->first != next_) break;
-      context_.commit(film_, next_, {&first->second});
-      waiting_.erase(first);
-      ++next_;
-    }
-  }
-  /// What waits for a tile that will not come any more.
-  void commit_rest() {
-    for (const auto& [index, tile] : waiting_) film_.commit(tile);
-    waiting_.clear();
-  }
-
- private:
-  RenderContext& context_;
-  Film& film_;
-  std::mutex mutex_;
-  std::map<size_t, FilmTile> waiting_;
-  size_t next_ = 0;
-};
 
 /// Tells how far a pass is. A thread that finds another one telling does not wait for it.
 class Progress {
@@ -128,6 +77,13 @@ std::vector<size_t> tile_order(size_t count, uint64_t seed) {
 RenderContext::RenderContext(Options options) : options_(std::move(options)) {
   if (options_.threads == 0) options_.threads = std::max(1u, std::thread::hardware_concurrency());
   stats_.threads = options_.threads;
+  all_threads_ = options_.threads;
+  if (ProcessGroup* const group = options_.group) {
+    stats_.processes = static_cast<unsigned>(group->size());
+    uint64_t threads = options_.threads;
+    add_up({&threads, 1});
+    all_threads_ = static_cast<unsigned>(threads);
+  }
   pool_ = std::make_unique<ThreadPool>(options_.threads);
   if (!options_.clock) {
     options_.clock = [start = options_.start] {
@@ -140,29 +96,17 @@ RenderContext::~RenderContext() = default;
 
 void RenderContext::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
   const std::vector<Rect> tiles = tiles_of(film.sampled());
-  Sequencer sequencer(*this, film);
   left_out_.clear();
   if (!gaps_.empty()) {
     for (const Rect& tile : tiles) left_out_.push_back(!is_wanted(tile, film.first_layer() + layer));
   }
-  try {
-    for_each(tiles.size(), [&](size_t index, RenderCounters& counters) {
-      FilmTile film_tile = film.make_tile(tiles[index], layer);
-      Tile tile{tiles[index], film_tile, counters};
-      fn(tile);
-      sequencer.finish(index, std::move(film_tile));
-    });
-  } catch (...) {
-    left_out_.clear();
-    if (checkpoint_) checkpoint_->abandon();
-    sequencer.commit_rest();
-    throw;
-  }
-  // Sums are to be made in the tiles' order whenever the render goes on: no checkpoint has the
-  // rest.
-  if (checkpoint_ && cancelled()) checkpoint_->close(film);
-  sequencer.commit_rest();
-  left_out_.clear();
+  for_each(tiles.size(), [&](size_t index, RenderCounters& counters) {
+    std::vector<FilmTile> film_tiles;
+    film_tiles.push_back(film.make_tile(tiles[index], layer));
+    Tile tile{tiles[index], film_tiles[0], counters};
+    fn(tile);
+    commit(film, index, std::move(film_tiles));
+  });
 }
 
 void RenderContext::set_gaps(const Rect& crop, std::vector<std::vector<bool>> gaps) {
@@ -182,23 +126,26 @@ bool RenderContext::is_wanted(const Rect& pixels, int layer) const {
   return false;
 }
 
-void RenderContext::commit(Film& film, size_t item, std::initializer_list<const FilmTile*> tiles) {
-  const std::lock_guard lock(commit_mutex_);
-  uint64_t commits = 0;
-  for (const FilmTile* tile : tiles) {
-    if (!tile) continue;
-    film.commit(*tile);
-    ++commits;
+void RenderContext::commit(Film& film, size_t item, std::vector<FilmTile> tiles) {
+  if (!is_root()) {
+    options_.group->send(Commits::pack(item, std::move(tiles)));
+  } else if (commits_) {
+    commits_->finish(film, item, std::move(tiles));
+  } else {
+    add(film, item, tiles);
   }
+}
+
+void RenderContext::add(Film& film, size_t item, const std::vector<FilmTile>& tiles) {
+  for (const FilmTile& tile : tiles) film.commit(tile);
   if (on_commit_) {
-    for (const FilmTile* tile : tiles) {
-      if (!tile) continue;
+    for (const FilmTile& tile : tiles) {
       const Rect& crop = film.crop();
-      const Rect pixels = tile->has_splats() ? crop : intersection(tile->pixels(), crop);
+      const Rect pixels = tile.has_splats() ? crop : intersection(tile.pixels(), crop);
       if (pixels.area() > 0) on_commit_(film, pixels);
     }
   }
-  if (checkpoint_) checkpoint_->add(film, item, commits);
+  if (checkpoint_) checkpoint_->add(film, item, tiles.size());
 }
 
 bool RenderContext::is_committed(size_t item) const {
@@ -207,38 +154,144 @@ bool RenderContext::is_committed(size_t item) const {
 }
 
 double RenderContext::decide(const std::function<double()>& decide) {
-  return checkpoint_ ? checkpoint_->decide(decide) : decide();
+  if (!is_root()) return agree(0);
+  return agree(checkpoint_ ? checkpoint_->decide(decide) : decide());
 }
 
-void RenderContext::for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn) {
+double RenderContext::agree(double value) {
+  if (!options_.group) return value;
+  SharedBytes own;
+  own.value(value);
+  const std::string said = options_.group->broadcast(own.written(), "decisions");
+  SharedBytes(said).value(value);
+  return value;
+}
+
+void RenderContext::add_up(std::span<uint64_t> numbers) {
+  if (!options_.group) return;
+  SharedBytes own;
+  own.items(numbers);
+  const std::vector<std::string> all = options_.group->gather(own.written(), "sums");
+  std::fill(numbers.begin(), numbers.end(), 0);
+  for (const std::string& bytes : all) {
+    SharedBytes theirs(bytes);
+    for (uint64_t& number : numbers) {
+      uint64_t more = 0;
+      theirs.value(more);
+      number += more;
+    }
+  }
+}
+
+bool RenderContext::is_root() const {
+  return !options_.group || options_.group->is_root();
+}
+
+bool RenderContext::interrupted() const {
+  if (!options_.group) return is_interrupted_here();
+  return group_interrupted_ || (group_at_work_ && is_interrupted_here());
+}
+
+bool RenderContext::cancelled() const {
+  if (!options_.group) return is_interrupted_here() || is_late_here();
+  return interrupted() || (group_at_work_ ? is_late_here() : group_late_.load());
+}
+
+void RenderContext::set_deadline(double seconds) {
+  deadline_ = seconds;
+  group_late_ = false;
+}
+
+/// In the order in which they are handed out. All of a group's processes find the same.
+std::vector<size_t> RenderContext::items_to_do(size_t count) {
   std::vector<size_t> order = tile_order(count, options_.tile_order_seed);
-  if (checkpoint_) {
-    checkpoint_->begin_pass(count);
+  if (ProcessGroup* const group = options_.group) {
+    // What is in the film already is for the root to know.
+    std::string done;
+    for (size_t item = 0; is_root() && checkpoint_ && item < count; ++item) {
+      done.push_back(is_committed(item) ? 1 : 0);
+    }
+    done = group->broadcast(done, "decisions");
+    if (!is_root()) left_out_.assign(done.begin(), done.end());
   }
   std::erase_if(order, [&](size_t item) { return is_committed(item); });
+  return order;
+}
+
+void RenderContext::for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn,
+                             SharedItems* shared) {
+  ProcessGroup* const group = options_.group;
+  if (checkpoint_) checkpoint_->begin_pass(count);
+  std::vector<size_t> order = items_to_do(count);
+  const size_t to_do = order.size();
+  const bool stays = group && shared && !shared->stay().empty();
+  if (stays) {
+    std::erase_if(order, [&](size_t item) { return shared->stay()[item] != group->rank(); });
+  }
   const auto threads = static_cast<unsigned>(std::clamp<size_t>(order.size(), 1, options_.threads));
   const auto told = [&](double share) { return pass_begin_ + (pass_end_ - pass_begin_) * share; };
-  Progress progress(options_.progress, count, count - order.size(), told(progress_begin_),
+  Progress progress(options_.progress, count, count - to_do, told(progress_begin_),
                     told(progress_end_));
   FirstException exception;
   std::vector<RenderCounters> counters(threads);
   std::atomic<size_t> next{0};
   if (stats_.first_tile_seconds == 0) stats_.first_tile_seconds = seconds();
+  commits_ = std::make_unique<Commits>(*this);
+  std::optional<GroupPass> pass;
+  if (group) {
+    pass.emplace(*group, shared, count);
+    group->begin_pass([&](int, std::string_view bytes) {
+      const DenormalGuard guard;
+      commits_->receive(*film_, bytes);
+      progress.one_done();
+    });
+    group_at_work_ = true;
+  }
   pool_->run(threads, [&](unsigned thread) {
     while (!exception.any() && !cancelled()) {
-      const size_t turn = next.fetch_add(1, std::memory_order_relaxed);
+      const size_t turn =
+          group && !stays ? group->next() : next.fetch_add(1, std::memory_order_relaxed);
       if (turn >= order.size()) return;
       const size_t index = order[turn];
       try {
         fn(index, counters[thread]);
+        if (pass) pass->made(index);
         progress.one_done();
       } catch (...) {
         exception.capture(index);
       }
     }
+    if (group && (exception.any() || cancelled())) group->stop();
   });
-  for (const RenderCounters& c : counters) stats_.counters.add(c);
-  exception.rethrow();
+  RenderCounters sum;
+  for (const RenderCounters& c : counters) sum.add(c);
+  try {
+    if (pass) {
+      const GroupPass::Outcome outcome =
+          pass->end(is_interrupted_here(), is_late_here(), std::move(sum), exception);
+      group_at_work_ = false;
+      group_interrupted_ = group_interrupted_ || outcome.interrupted;
+      group_late_ = outcome.late;
+      sum = outcome.counters;
+    }
+    stats_.counters.add(sum);
+    exception.rethrow();
+  } catch (...) {
+    group_at_work_ = false;
+    if (checkpoint_ && commits_->film()) checkpoint_->abandon();
+    end_pass();
+    throw;
+  }
+  // Sums are to be made in the items' order whenever the render goes on: no checkpoint has the
+  // rest.
+  if (checkpoint_ && commits_->film() && cancelled()) checkpoint_->close(*commits_->film());
+  end_pass();
+}
+
+void RenderContext::end_pass() {
+  left_out_.clear();
+  commits_->commit_rest();
+  commits_.reset();
 }
 
 void RenderContext::set_progress_range(double begin, double end) {

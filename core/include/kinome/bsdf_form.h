@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -40,9 +41,13 @@ struct BsdfForm {
 
   /// Nothing but colours, roughness and the turned normal differs.
   bool same_kind(const BsdfForm& other) const {
-    return transmittance == other.transmittance && glossy == other.glossy &&
-           is_conductor == other.is_conductor && eta == other.eta && k == other.k &&
-           is_turned == other.is_turned;
+    return glossy == other.glossy && is_conductor == other.is_conductor && eta == other.eta &&
+           k == other.k && is_turned == other.is_turned &&
+           same_table(transmittance, other.transmittance);
+  }
+  /// Of the same values, wherever they are.
+  static bool same_table(const float* a, const float* b) {
+    return a == b || (a && b && std::equal(a, a + kTableSize, b));
   }
 };
 

@@ -92,6 +92,11 @@ class KINOME_EXPORT FilmTile {
   /// end. Before it is said at all, by 1.
   void add_light_paths(double count) { light_paths_ += count; }
   const Rect& pixels() const { return pixels_; }
+  /// Of the film's, Film::first_layer() being 0.
+  int layer() const { return layer_; }
+  /// Hands all that was added to `io`, piece by piece: to be sent, or to be replaced by what
+  /// another process has sent of the same tile.
+  void transfer(const std::function<void(void* bytes, size_t count)>& io);
   bool has_splats() const { return !splats_.empty(); }
   uint64_t non_finite() const { return non_finite_; }
 

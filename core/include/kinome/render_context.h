@@ -3,9 +3,8 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
-#include <initializer_list>
 #include <memory>
-#include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,6 +15,9 @@
 namespace kinome {
 
 class Checkpoint;
+class Commits;
+class ProcessGroup;
+class SharedItems;
 class ThreadPool;
 
 /// Side of a tile in pixels (Åkerlund 2008, 4.4.1).
@@ -68,6 +70,9 @@ class KINOME_EXPORT RenderContext {
     RenderBudget budget = {};
     /// Seconds since `start`. Called by many threads.
     std::function<double()> clock = nullptr;
+    /// Which render the same picture, with the same options but threads, progress and clock;
+    /// nullptr: this process is alone. Must outlive the context.
+    ProcessGroup* group = nullptr;
   };
   /// Starts the threads, which sleep until they are needed: make it ahead of loading the scene, not
   /// right before the render (see ThreadPool).
@@ -80,10 +85,16 @@ class KINOME_EXPORT RenderContext {
   void for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer = 0);
   /// Calls fn(i, counters) for i < count on all threads (denormals flushed), as for_each_tile does
   /// with tiles: progress is told, exceptions are rethrown, a cancelled context hands out no more.
-  void for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn);
+  ///
+  /// Of a group of processes each does some of the items, and all must call this. What fn leaves in
+  /// the film, by commit, comes to the group's root; what it leaves anywhere else must be handed on
+  /// by `shared` (see there), or stays where it was made.
+  void for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn,
+                SharedItems* shared = nullptr);
   /// Adds to the film what an item of the for_each at work has made, once for each item: the whole
-  /// of it at once, which is what checkpoints count by (nullptr: no tile). Thread-safe.
-  void commit(Film& film, size_t item, std::initializer_list<const FilmTile*> tiles);
+  /// of it at once, which is what checkpoints count by. Items are added in their own order, and
+  /// wait for those before them. Thread-safe.
+  void commit(Film& film, size_t item, std::vector<FilmTile> tiles);
   /// An item of the for_each at work is in the film already.
   bool is_committed(size_t item) const;
   /// Renders no more than what covers one of these pixels, for each layer of the film
@@ -92,8 +103,19 @@ class KINOME_EXPORT RenderContext {
   /// Whether pixels are to be rendered: all are, unless there are gaps to be filled.
   bool is_wanted(const Rect& pixels, int layer = 0) const;
   /// What `decide` says. To be asked for what depends on the film's contents: in a resumed render
-  /// these are of a later time, and the answer is that of the render before.
+  /// these are of a later time, and the answer is that of the render before. In a group of
+  /// processes, where all must ask, it is that of the root, which has the film.
   double decide(const std::function<double()>& decide);
+  /// The root's `value`, for what processes know each by themselves, such as the time. All of a
+  /// group must ask.
+  double agree(double value);
+  /// Makes of each number the sum of what all processes of a group have. All must ask.
+  void add_up(std::span<uint64_t> numbers);
+  /// Has the film, and the last word: one process of a group, or this one, alone.
+  bool is_root() const;
+  ProcessGroup* group() const { return options_.group; }
+  /// Where the root adds what other processes commit: before a render.
+  void set_film(Film& film) { film_ = &film; }
   /// Keeps what is finished, and leaves out what was: before a render. nullptr: nothing is kept.
   void set_checkpoint(Checkpoint* checkpoint) { checkpoint_ = checkpoint; }
   Checkpoint* checkpoint() const { return checkpoint_; }
@@ -107,22 +129,23 @@ class KINOME_EXPORT RenderContext {
   /// is progress from 0 to 1 in the pass is told as `begin` to `end`.
   void begin_pass(uint64_t index, double begin, double end);
   /// From this time of the clock on cancelled() is true; infinite: never.
-  void set_deadline(double seconds) { deadline_ = seconds; }
+  void set_deadline(double seconds);
   /// Calls fn(i) for i < count on all threads; for set-up work. Results must not depend on order.
   void parallel_for(size_t count, const std::function<void(size_t)>& fn) const;
 
   /// Mixed into every SampleKey.
   uint64_t seed() const { return pass_ == 0 ? options_.seed : hash_words(options_.seed, pass_); }
   unsigned threads() const { return options_.threads; }
+  /// Of all processes of the group.
+  unsigned all_threads() const { return all_threads_; }
   const RenderBudget& budget() const { return options_.budget; }
   /// Of Options::clock.
   double seconds() const { return options_.clock(); }
-  /// By whoever wants the render to end.
-  bool interrupted() const { return options_.cancel && options_.cancel->load(); }
-  /// Interrupted, or out of time: what there is is the picture.
-  bool cancelled() const {
-    return interrupted() || (deadline_ < kInfinity && seconds() > deadline_);
-  }
+  /// By whoever wants the render to end. In a group of processes, whoever is interrupted
+  /// interrupts all, at the end of the for_each at work: outside of it, all say the same.
+  bool interrupted() const;
+  /// Interrupted, or out of time: what there is is the picture. In a group as interrupted().
+  bool cancelled() const;
   RenderStats& stats() { return stats_; }
   /// Notes for `--stats` that work was skipped, and why.
   void skip(std::string what, std::string why);
@@ -137,12 +160,25 @@ class KINOME_EXPORT RenderContext {
   double progress_end_ = 1;
   RenderStats stats_;
   std::unique_ptr<ThreadPool> pool_;
+  unsigned all_threads_ = 0;
   Checkpoint* checkpoint_ = nullptr;
   Rect gaps_crop_;
   std::vector<std::vector<bool>> gaps_;  ///< of each layer; none: all is to be rendered
   std::vector<bool> left_out_;           ///< items of the for_each at work
-  std::mutex commit_mutex_;
+  friend class Commits;
+  /// Adds an item to the film, whose turn it is.
+  void add(Film& film, size_t item, const std::vector<FilmTile>& tiles);
+  bool is_interrupted_here() const { return options_.cancel && options_.cancel->load(); }
+  bool is_late_here() const { return deadline_ < kInfinity && seconds() > deadline_; }
+  std::vector<size_t> items_to_do(size_t count);
+  void end_pass();
+
   CommitCallback on_commit_;
+  std::unique_ptr<Commits> commits_;  ///< of the for_each at work
+  Film* film_ = nullptr;
+  /// What all of a group have agreed on at the end of the last for_each; while one is at work, each
+  /// process looks by itself.
+  std::atomic<bool> group_interrupted_{false}, group_late_{false}, group_at_work_{false};
 };
 
 /// Warns if the scene has no emitter at all: for integrators that show nothing but light.

@@ -56,6 +56,13 @@ struct Skipped {
   std::string why;
 };
 
+/// What processes that render together have sent each other.
+struct GroupTraffic {
+  uint64_t messages = 0;
+  uint64_t bytes = 0;  ///< each as often as there is a process that gets it
+  double seconds = 0;  ///< until all was there, summed over processes: waiting for others counts
+};
+
 /// Something impossible that a plugin returned at `count` of the `looks` places where it was asked
 /// after the render.
 struct PluginFault {
@@ -81,7 +88,9 @@ struct KINOME_EXPORT RenderStats {
   std::vector<Stage> stages;  ///< those that the integrator tells of, as they run
   std::vector<std::string> plugins;
   std::string instruction_set;  ///< the best that plugins may use, see to_string(InstructionSet)
-  unsigned threads = 0;
+  unsigned threads = 0;    ///< of each process
+  unsigned processes = 1;  ///< that made the picture together
+  std::map<std::string, GroupTraffic> traffic;  ///< of all of them, by what it was about
   uint64_t peak_memory_bytes = 0;
   uint64_t non_finite_samples = 0;
   std::vector<PluginFault> faults;

@@ -21,8 +21,7 @@ class FaultyIntegrator final : public Integrator {
     fault_.crash_if("in render");
     if (fault_.is("crash in the core")) {
       Film* const volatile none = nullptr;
-      const FilmTile tile = sensor.film().make_tile({0, 0, 1, 1});
-      context.commit(*none, 0, {&tile});
+      context.commit(*none, 0, {sensor.film().make_tile({0, 0, 1, 1})});
     }
     if (fault_.is("preparing")) {
       context.parallel_for(1000, [&](size_t) { fault_.throw_if("preparing", "prepare"); });

@@ -49,7 +49,8 @@ struct Pilot::Planner {
 
 Pilot::Pilot(const Scene& scene, const Primaries::View& view, const TileGrid& grid,
              const CellNeighbours& neighbours, const LocalLight* local,
-             const ProductSettings& settings, uint64_t seed, RenderContext& context)
+             const ProductSettings& settings, uint64_t seed, RenderContext& context,
+             BsdfAddresses& addresses)
     : scene_(scene),
       view_(view),
       grid_(grid),
@@ -57,7 +58,8 @@ Pilot::Pilot(const Scene& scene, const Primaries::View& view, const TileGrid& gr
       local_(local),
       settings_(settings),
       seed_(hash_words(seed, kPilotSeed)),
-      context_(context) {}
+      context_(context),
+      addresses_(addresses) {}
 
 int Pilot::rows_of_band() const {
   const int pixels = std::min(settings_.remembered_pixels, kPixelsOfBand);
@@ -86,20 +88,31 @@ std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort, d
   const int rows = rows_of_band(), bands = (grid_.blocks_y() + rows - 1) / rows;
   const size_t pixels = static_cast<size_t>(rows) * TileGrid::kBlockSide * crop.width();
   forecast_.assign(static_cast<size_t>(crop.area()), {});
+  std::vector<int> makers;  // of the band before
   for (int i = 0; i <= bands && !context_.cancelled(); ++i) {
     context_.set_progress_range(progress_end * i / (bands + 1),
                                 progress_end * (i + 1) / (bands + 1));
+    std::vector<int> probed;
     if (i < bands) {
       points_[i % 2].assign(pixels * effort_.primaries, {});
-      probe(band(i), light, knowledge);
+      probed = probe(band(i), light, knowledge);
     }
-    if (i > 0 && !context_.cancelled()) plan(band(i - 1), light, knowledge);
+    if (i > 0 && !context_.cancelled()) plan(band(i - 1), std::move(makers), light, knowledge);
+    makers = std::move(probed);
   }
   for (auto& points : points_) points = {};
   return std::move(forecast_);
 }
 
-void Pilot::probe(TileGrid::Rows rows, const CellLight& light, TileKnowledge& knowledge) {
+std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
+                              TileKnowledge& knowledge) {
+  // Neighbours learn from records. Points are for the plan alone, and stay where they are.
+  SharedItems shared([&](size_t item, SharedBytes& bytes) {
+    grid_.for_each_tile(grid_.first_block(rows) + static_cast<int>(item),
+                        [&](const TileGrid::Tile& tile) {
+                          knowledge.transfer_kept(tile.index, bytes, addresses_);
+                        });
+  });
   grid_.for_each_block<Prober>(
       context_, rows, "pilot", [&] { return std::make_unique<Prober>(view_, light); },
       [&](int block, Prober& prober, RenderCounters& counters) {
@@ -114,7 +127,9 @@ void Pilot::probe(TileGrid::Rows rows, const CellLight& light, TileKnowledge& kn
         grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
           knowledge.keep(tile.index, prober.records[tile.place]);
         });
-      });
+      },
+      &shared);
+  return shared.makers();
 }
 
 void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
@@ -166,14 +181,24 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
   }
 }
 
-void Pilot::plan(TileGrid::Rows rows, const CellLight& light, TileKnowledge& knowledge) {
+void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& light,
+                 TileKnowledge& knowledge) {
+  SharedItems shared([&](size_t item, SharedBytes& bytes) {
+    grid_.for_each_tile(
+        grid_.first_block(rows) + static_cast<int>(item), [&](const TileGrid::Tile& tile) {
+          knowledge.transfer_learned(tile.index, bytes);
+          tile.for_each_pixel([&](int x, int y) { bytes.value(forecast_[grid_.pixel(x, y)]); });
+        });
+  });
+  shared.stay_with(std::move(makers));
   grid_.for_each_block<Planner>(
       context_, rows, "plan",
       [&] { return std::make_unique<Planner>(light, knowledge.padded_cells(), neighbours_); },
       [&](int block, Planner& planner, RenderCounters&) {
         grid_.for_each_tile(
             block, [&](const TileGrid::Tile& tile) { plan_tile(tile, knowledge, planner); });
-      });
+      },
+      &shared);
 }
 
 void Pilot::plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Planner& planner) {

@@ -23,7 +23,8 @@ class Pilot {
   /// All must outlive it.
   Pilot(const Scene& scene, const Primaries::View& view, const TileGrid& grid,
         const CellNeighbours& neighbours, const LocalLight* local, const ProductSettings& settings,
-        uint64_t seed, RenderContext& context);
+        uint64_t seed, RenderContext& context,
+        BsdfAddresses& addresses);
 
   /// Band by band of blocks, each of which is planned when the next one has been seen, so that the
   /// points of no more than two are kept; that may be stopped by `context`, and what is known is
@@ -50,10 +51,12 @@ class Pilot {
   TileGrid::Rows band(int index) const;
   /// Of a pixel, of the band at work or the one before.
   Point* points_of(int x, int y);
-  void probe(TileGrid::Rows rows, const CellLight& light, TileKnowledge& knowledge);
+  /// Returns which process has probed which block: the one that plans it.
+  std::vector<int> probe(TileGrid::Rows rows, const CellLight& light, TileKnowledge& knowledge);
   void probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, TileKnowledge& knowledge,
                   Prober& prober, RenderCounters& counters);
-  void plan(TileGrid::Rows rows, const CellLight& light, TileKnowledge& knowledge);
+  void plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& light,
+            TileKnowledge& knowledge);
   void plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Planner& planner);
   PixelForecast forecast(const std::vector<Patch>& patches, const float* controls, int x, int y);
 
@@ -65,6 +68,7 @@ class Pilot {
   const ProductSettings& settings_;
   const uint64_t seed_;
   RenderContext& context_;
+  BsdfAddresses& addresses_;
   Effort effort_;
   std::vector<Point> points_[2];  ///< of bands of even and odd number
   std::vector<PixelForecast> forecast_;

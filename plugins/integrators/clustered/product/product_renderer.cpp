@@ -74,6 +74,7 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       filter_(sensor.film().filter()),
       seed_(key_seed(context, sensor.sampler())),
       local_(make_local_light(scene, sensor, settings, seed_, context)),
+      addresses_(scene),
       knowledge_(grid_, cells_, local_.get(), settings_),
       rays_left_(settings.rays_per_pixel) {
   if (local_ && (local_->has_lamp_caustics() || local_->has_extended_caustics())) {
@@ -98,7 +99,7 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   double rays = settings.rays_per_pixel * sensor.film().crop().area(), parts = 1;
   if (context.budget().any()) {
     const double seconds = context.budget().seconds;
-    rays = seconds > 0 ? seconds * kCarefulSpeed * context.threads() : kInfinity;
+    rays = seconds > 0 ? seconds * kCarefulSpeed * context.all_threads() : kInfinity;
     parts = kPartsOfBudget;
   }
   rays = std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
@@ -149,18 +150,20 @@ void ProductRenderer::add_to_film(int block, uint64_t seed, float weight,
                                   const BlockRenderer& renderer, RenderCounters& counters) {
   Film& film = sensor_.film();
   const Rect pixels = grid_.block(block);
-  FilmTile colours = film.make_tile(pixels);
-  std::optional<FilmTile> diagnostics;
-  if (settings_.diagnostics) diagnostics = film.make_tile(pixels, 1);
+  std::vector<FilmTile> tiles;
+  for (int layer = 0; layer < (settings_.diagnostics ? 2 : 1); ++layer) {
+    tiles.push_back(film.make_tile(pixels, layer));
+  }
+  FilmTile& colours = tiles[0];
   size_t next = 0;
   grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
     tile.for_each_pixel([&](int x, int y) {
       const Rgb c = renderer.colour(next);
       const float values[4] = {c.x, c.y, c.z, renderer.alpha(next)};
       colours.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u}, weight);
-      if (diagnostics) {
+      if (settings_.diagnostics) {
         const Vec3& d = renderer.diagnostics(next);
-        diagnostics->add_pixel(x, y, std::array{d.x, d.y, d.z}, weight);
+        tiles[1].add_pixel(x, y, std::array{d.x, d.y, d.z}, weight);
       }
       ++next;
     });
@@ -170,8 +173,7 @@ void ProductRenderer::add_to_film(int block, uint64_t seed, float weight,
     caustics_->trace(hash_words(seed, static_cast<uint64_t>(block), kCausticSeed),
                      static_cast<uint32_t>(paths), colours, counters);
   }
-  context_.commit(film, static_cast<size_t>(block),
-                  {&colours, diagnostics ? &*diagnostics : nullptr});
+  context_.commit(film, static_cast<size_t>(block), std::move(tiles));
 }
 
 CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel) const {
@@ -209,8 +211,10 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
   const CellLight light = make_light(0, rays);
   const auto forecast =
-      Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_)
+      Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_,
+            addresses_)
           .learn(light, effort, rays / std::max<double>(rays_per_pixel, 1), knowledge_);
+  knowledge_.add_up(context_);
   knowledge_.finish();
   if (!context_.cancelled()) {
     const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
@@ -228,7 +232,7 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
 void ProductRenderer::learn_in_time(double seconds) {
   context_.set_deadline(context_.seconds() + kPilotShare * seconds);
   if (!context_.cancelled()) {
-    learn_from_pilot(seconds * kCarefulSpeed * context_.threads() /
+    learn_from_pilot(seconds * kCarefulSpeed * context_.all_threads() /
                      std::max(1, grid_.crop().area()));
   }
   if (context_.cancelled()) {
@@ -253,6 +257,9 @@ void ProductRenderer::try_product(const MethodTrial& trial, uint64_t seed,
   const CellLight light = make_light(hash_words(seed, 1), rays);
   const std::vector<PixelPlan> plan = plan_pass(rays);
   const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
+  SharedItems shared([&](size_t block, SharedBytes& bytes) {
+    transfer_tiles(picture, grid_, static_cast<int>(block), is_wanted, bytes);
+  });
   grid_.for_each_block<BlockRenderer>(
       context_, grid_.all_rows(), "trial",
       [&] { return std::make_unique<BlockRenderer>(pass_view(light)); },
@@ -264,7 +271,8 @@ void ProductRenderer::try_product(const MethodTrial& trial, uint64_t seed,
           tile.for_each_pixel(
               [&](int x, int y) { picture[grid_.pixel(x, y)] = renderer.colour(next++); });
         });
-      });
+      },
+      &shared);
 }
 
 /// Where most of the error is in light that comes by mirrors and glass, which paths from the camera

@@ -67,6 +67,7 @@ class ProductRenderer final : public Passes {
   const std::unique_ptr<const LocalLight> local_;  ///< nullptr: there is none
   std::optional<Caustics> caustics_;               ///< where there may be some
   CellNeighbours neighbours_;                      ///< where there is a pilot
+  BsdfAddresses addresses_;                        ///< of what other processes have found
   TileKnowledge knowledge_;
   std::optional<RayAllocation> allocation_;  ///< where there was a pilot
   uint32_t pilot_rays_ = 0;                  ///< of each pixel; 0: there was none

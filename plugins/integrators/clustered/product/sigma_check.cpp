@@ -46,6 +46,16 @@ void SigmaCheck::tell(float v, float sigma, bool visible) {
   add(sums.found, double{off} * off);
 }
 
+void SigmaCheck::add_up(RenderContext& context) {
+  std::vector<uint64_t> numbers;
+  for (const Sums& sums : sums_) numbers.insert(numbers.end(), {sums.expected, sums.found});
+  context.add_up(numbers);
+  for (size_t i = 0; i < sums_.size(); ++i) {
+    sums_[i].expected = numbers[2 * i];
+    sums_[i].found = numbers[2 * i + 1];
+  }
+}
+
 void SigmaCheck::finish() {
   for (int side = 0; side < kSides; ++side) {
     for (int step = 0; step < kSteps; ++step) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "clustered/product/visibility.h"
+#include "kinome/render_context.h"
 
 namespace kinome {
 
@@ -21,6 +22,8 @@ class SigmaCheck {
   void forget();
   /// A ray to a cell that has been learned without it: v in [0, 1], sigma in (0, 1.1].
   void tell(float v, float sigma, bool visible);
+  /// Makes of the sums those of all processes of a group.
+  void add_up(RenderContext& context);
   /// All have been told.
   void finish();
   /// Makes of each sigma what rays found; sigma_mixed, which is for v = 0, stays as it is. Before

@@ -6,6 +6,7 @@
 #include "clustered/product/primaries.h"
 #include "kinome/film.h"
 #include "kinome/render_context.h"
+#include "kinome/shared_items.h"
 #include "transport/blocks_of_tile.h"
 
 namespace kinome {
@@ -73,10 +74,11 @@ class TileGrid {
   }
 
   /// fn(block, worker, counters) for each block of these rows, on many threads, each with a worker
-  /// that `make` has made for it; their time is that of `stage`.
+  /// that `make` has made for it; their time is that of `stage`. `shared`: of the blocks, counted
+  /// from those rows' first.
   template <class Worker, class Make, class Function>
   void for_each_block(RenderContext& context, Rows rows, const char* stage, const Make& make,
-                      const Function& fn) const {
+                      const Function& fn, SharedItems* shared = nullptr) const {
     const size_t first = static_cast<size_t>(blocks_x()) * rows.first;
     const size_t blocks = static_cast<size_t>(blocks_x()) * (rows.end - rows.first);
     transport::Workers<Worker> workers;
@@ -85,8 +87,9 @@ class TileGrid {
         const StageTimer timer(counters.stage_seconds[stage]);
         fn(static_cast<int>(first + item), worker, counters);
       });
-    });
+    }, shared);
   }
+  int first_block(Rows rows) const { return blocks_x() * rows.first; }
 
  private:
   Rect crop_;

@@ -93,6 +93,26 @@ void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord
   }
 }
 
+void TileKnowledge::transfer_kept(int index, SharedBytes& bytes, BsdfAddresses& addresses) {
+  Tile& tile = tiles_[index];
+  bytes.resize(tile.patches);
+  for (Patch& patch : tile.patches) transfer(patch, bytes, addresses);
+  if (bytes.reads()) {
+    tile.sources.clear();
+    for (const Patch& patch : tile.patches) {
+      tile.sources.push_back({patch.bsdf, patch.normal, patch.position, 0, 0});
+    }
+  }
+  for (Source& source : tile.sources) bytes.values(source.first_record, source.records);
+  bytes.vector(tile.records);
+}
+
+void TileKnowledge::transfer_learned(int index, SharedBytes& bytes) {
+  Tile& tile = tiles_[index];
+  for (Patch& patch : tile.patches) transfer_plan(patch, bytes);
+  if (bytes.reads()) tile.learned.clear();
+}
+
 /// From the pilot's records of the tiles around, on surfaces that go on as the patch does.
 void TileKnowledge::learn_from_around(int index, const Patch& patch, VisibilityLearner& learner,
                                       Visibility& out, Own own) const {
@@ -193,7 +213,7 @@ void TileKnowledge::restore(int index, size_t p, Patch& patch, VisibilityLearner
                             Visibility& out) const {
   const Tile& tile = tiles_[index];
   const bool is_of_pilot = p < tile.patches.size();
-  if (is_of_pilot && remembers()) {
+  if (is_of_pilot && !tile.learned.empty()) {
     const uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
     for (size_t c = 0; c < padded_cells_; ++c) {
       Learned{kept[c], kept[padded_cells_ + c]}.restore(out, c);

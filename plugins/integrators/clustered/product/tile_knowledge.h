@@ -6,6 +6,7 @@
 #include "clustered/product/local_light.h"
 #include "clustered/product/patches.h"
 #include "clustered/product/product_sampling.h"
+#include "clustered/product/shared_knowledge.h"
 #include "clustered/product/sigma_check.h"
 #include "clustered/product/tile_grid.h"
 
@@ -45,10 +46,20 @@ class TileKnowledge {
     }
   }
 
-  /// All tiles have been learned. Only what recall() says is corrected by it: plan and trust were
+  /// Hands what was kept of a tile, its patches included, to the bytes, or replaces it.
+  void transfer_kept(int tile, SharedBytes& bytes, BsdfAddresses& addresses);
+  /// The same of what was learned, but for visibilities: recall() learns them anew where another
+  /// process has, which takes less than to send them.
+  void transfer_learned(int tile, SharedBytes& bytes);
+
+  /// All tiles have been learned, by whatever process of a group. Only what recall() says is corrected by it: plan and trust were
   /// made before.
   void finish() {
     if (checks_sigma()) sigma_check_.finish();
+  }
+  /// Before that, of a group of processes: what all of them have found of sigma.
+  void add_up(RenderContext& context) {
+    if (checks_sigma()) sigma_check_.add_up(context);
   }
 
   /// The same of patch number `index` of a tile, which later passes may have found, in 8 bits: as
@@ -74,7 +85,7 @@ class TileKnowledge {
       return std::span(records).subspan(source.first_record, source.records);
     }
     /// Of each patch: v, then the root of sigma, of each cell, in 8 bits. Empty where the picture
-    /// is so large that each pass learns them again.
+    /// is so large that each pass learns them again, or where another process has learned them.
     std::vector<uint8_t> learned;
   };
 

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "clustered/product/eye_paths.h"
+#include "clustered/product/shared_knowledge.h"
 #include "clustered/product/spread.h"
 #include "kinome/film.h"
 
@@ -15,6 +16,10 @@ constexpr uint32_t kPaths = 16;  ///< of each pixel
 
 void TrialPaths::trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const {
   const Rect region = sensor_.film().sampled();
+  SharedItems shared([&](size_t block, SharedBytes& bytes) {
+    const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
+    transfer_tiles(picture, grid_, static_cast<int>(block), is_wanted, bytes);
+  });
   grid_.for_each_block<EyePaths>(
       context_, grid_.all_rows(), "trial",
       [&] { return std::make_unique<EyePaths>(scene_, length_, 0, nullptr); },
@@ -39,7 +44,8 @@ void TrialPaths::trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>
         });
         paths.trace(counters);
         for_each_pixel([&](int x, int y) { picture[grid_.pixel(x, y)] /= kPaths; });
-      });
+      },
+      &shared);
 }
 
 }  // namespace kinome

@@ -1,0 +1,150 @@
+#include "group.h"
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+#include <vector>
+
+#include <dlfcn.h>
+#include <sched.h>
+
+#include <fmt/format.h>
+
+#include "kinome/error.h"
+
+namespace kinome::app {
+namespace {
+
+/// Number in the environment; -1: there is none.
+int number(const char* name) {
+  const char* const text = std::getenv(name);
+  return text && *text ? std::atoi(text) : -1;
+}
+
+struct Launcher {
+  const char* rank;
+  const char* size;
+};
+/// Open MPI; what speaks PMI (MPICH, Intel MPI, Slurm's pmi2); what speaks PMIx, which leaves the
+/// number of processes to Slurm.
+constexpr Launcher kLaunchers[] = {{"OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"},
+                                   {"PMI_RANK", "PMI_SIZE"},
+                                   {"PMIX_RANK", "SLURM_STEP_NUM_TASKS"}};
+
+using Join = ProcessGroup* (*)(const char* version);
+
+/// Which processors this process may run on, as text: equal for those that share them.
+std::pair<std::string, unsigned> processors() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (sched_getaffinity(0, sizeof set, &set) != 0) {
+    return {"", std::max(1u, std::thread::hardware_concurrency())};
+  }
+  return {std::string(reinterpret_cast<const char*>(&set), sizeof set),
+          static_cast<unsigned>(std::max(1, CPU_COUNT(&set)))};
+}
+
+unsigned share_of_processors(ProcessGroup& group) {
+  const auto [own, count] = processors();
+  const std::string place = group.machine() + '\0' + own;
+  unsigned sharing = 0;
+  for (const std::string& theirs : group.gather(place, "agreement")) sharing += theirs == place;
+  return std::max(1u, count / std::max(1u, sharing));
+}
+
+/// Names and values, each with an end of its own.
+std::string text_of(const Checkpoint::Identity& identity) {
+  std::string text;
+  for (const auto& [name, value] : identity) text += name + '\0' + value + '\0';
+  return text;
+}
+
+Checkpoint::Identity identity_of(const std::string& text) {
+  Checkpoint::Identity identity;
+  for (size_t begin = 0; begin < text.size();) {
+    const std::string name = text.c_str() + begin;
+    begin += name.size() + 1;
+    const std::string value = text.c_str() + begin;
+    begin += value.size() + 1;
+    identity[name] = value;
+  }
+  return identity;
+}
+
+}  // namespace
+
+int rank_by_launcher() {
+  for (const Launcher& launcher : kLaunchers) {
+    if (number(launcher.rank) >= 0 && number(launcher.size) > 1) return number(launcher.rank);
+  }
+  return -1;
+}
+
+std::unique_ptr<ProcessGroup> join_group(const Options& options) {
+  const int rank = rank_by_launcher();
+  if (options.mpi == Options::Mpi::kOff) return nullptr;
+  if (options.mpi == Options::Mpi::kAuto && rank < 0) return nullptr;
+  // Found as the core's library is. Never closed: MPI would not stand it.
+  void* const library = dlopen("libkinome_mpi.so", RTLD_NOW | RTLD_GLOBAL);
+  if (!library) {
+    const std::string why = dlerror();
+    // One line is enough.
+    if (rank > 0) std::exit(1);
+    throw Error("--mpi: this program is to render with others, but can't load MPI, which it may "
+                "have been built without: " +
+                why);
+  }
+  const auto join = reinterpret_cast<Join>(dlsym(library, "kinome_join_mpi_group"));
+  if (!join) throw Error("--mpi: libkinome_mpi.so is of another version");
+  return std::unique_ptr<ProcessGroup>(join(KINOME_VERSION));
+}
+
+Options options_in(ProcessGroup& group, Options options) {
+  if (options.threads == 0) options.threads = share_of_processors(group);
+  if (group.is_root()) return options;
+  options.quiet = true;
+  options.stats = StatsFormat::kNone;
+  options.display.clear();
+  options.checkpoint.clear();
+  options.png = false;
+  return options;
+}
+
+void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity) {
+  const std::vector<std::string> texts = group.gather(text_of(identity), "agreement");
+  const std::vector<std::string> machines = group.gather(group.machine(), "agreement");
+  const Checkpoint::Identity first = identity_of(texts[0]);
+  for (size_t rank = 1; rank < texts.size(); ++rank) {
+    for (const auto& [name, value] : identity_of(texts[rank])) {
+      const auto found = first.find(name);
+      const std::string other = found == first.end() ? "" : found->second;
+      if (other == value) continue;
+      throw AgreedError(fmt::format("rank {} on {} would render another picture: its {} is '{}', "
+                                    "and that of rank 0 on {} is '{}'",
+                                    rank, machines[rank], name, value, machines[0], other));
+    }
+  }
+}
+
+int run_in_group(ProcessGroup& group, const std::function<int()>& fn) {
+  try {
+    const int status = std::atoi(group.broadcast(std::to_string(fn()), "agreement").c_str());
+    group.finish();
+    return status;
+  } catch (const AgreedError&) {
+    group.finish();
+    if (group.is_root()) throw;
+    return 1;
+  } catch (const std::exception& error) {
+    // What all do alike they fail at alike, and one line is enough: the first that gets there ends
+    // the others.
+    std::this_thread::sleep_for(std::chrono::milliseconds(100 * group.rank()));
+    std::fprintf(stderr, "kinome: rank %d on %s: %s\n", group.rank(), group.machine().c_str(),
+                 error.what());
+    group.abort(1);
+    return 1;
+  }
+}
+
+}  // namespace kinome::app

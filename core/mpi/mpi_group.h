@@ -1,0 +1,88 @@
+#pragma once
+
+#include <deque>
+#include <exception>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include <mpi.h>
+
+#include "kinome/process_group.h"
+
+namespace kinome {
+
+/// The processes of MPI_COMM_WORLD. MPI is asked by one thread at a time; whoever waits for others
+/// sleeps in between, as there may be more processes than processors.
+class MpiGroup final : public ProcessGroup {
+ public:
+  /// Initialises MPI, for the whole of the program. Error where it can't serve several threads.
+  MpiGroup();
+  /// After finish().
+  ~MpiGroup() override;
+  MpiGroup(const MpiGroup&) = delete;
+  MpiGroup& operator=(const MpiGroup&) = delete;
+
+  int rank() const override { return rank_; }
+  int size() const override { return size_; }
+  std::string machine() const override { return machine_; }
+  int size_on_machine() const override { return size_on_machine_; }
+
+  std::vector<std::string> gather(std::string_view own, const char* what) override;
+  std::string broadcast(std::string_view bytes, const char* what) override;
+  void begin_pass(Receive receive) override;
+  uint64_t next() override;
+  void stop() override;
+  void send(std::string bytes) override;
+  std::vector<std::string> end_pass(std::string_view own) override;
+  std::map<std::string, GroupTraffic> traffic() const override;
+  void finish() override;
+  [[noreturn]] void abort(int status) override;
+
+ private:
+  /// A message on its way; MPI has its address until it is done.
+  struct Message {
+    std::string bytes;
+    MPI_Request request = MPI_REQUEST_NULL;
+    int rank = 0;
+  };
+  void serve();
+  /// Both return whether anything has happened.
+  bool go_on_sending();
+  bool go_on_receiving(std::vector<Message>& arrived);
+  void hand_on(const Message& message);
+  uint64_t take(uint64_t count);
+  void count(const char* what, uint64_t messages, uint64_t bytes, double seconds);
+  /// Until `is_done`, which is asked with the lock held.
+  template <class Condition>
+  void wait_until(const Condition& is_done) const;
+  void wait(MPI_Request& request) const;
+  int tag() const { return static_cast<int>(pass_ % 32768); }
+
+  int rank_ = 0;
+  int size_ = 1;
+  int size_on_machine_ = 1;
+  std::string machine_;
+  bool is_finished_ = false;
+
+  mutable std::mutex mpi_;  ///< guards MPI, and all below
+  MPI_Comm comm_ = MPI_COMM_NULL;
+  MPI_Comm items_ = MPI_COMM_NULL;  ///< for what is sent to the root
+  /// The root's counters: of passes of even and of odd number.
+  MPI_Win window_ = MPI_WIN_NULL;
+  uint64_t* counters_ = nullptr;
+  uint64_t pass_ = 0;
+  uint64_t sent_ = 0;  ///< in this pass
+  std::list<Message> sending_;
+  std::list<Message> receiving_;
+  bool receives_ = false;
+  Receive receive_;
+  std::vector<uint64_t> received_;  ///< in this pass, from each rank
+  std::exception_ptr failure_;      ///< of receive_
+  std::map<std::string, GroupTraffic> traffic_;
+
+  std::jthread service_;  ///< carries messages on while this process renders
+};
+
+}  // namespace kinome

@@ -1,0 +1,48 @@
+#include "kinome/process_group.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace kinome {
+namespace {
+
+/// All of a scene's mistakes, a line each.
+std::string message_of(const std::exception& error) {
+  const auto* const errors = dynamic_cast<const Errors*>(&error);
+  if (!errors) return error.what();
+  std::string text;
+  for (const Error& one : errors->all()) {
+    if (!text.empty()) text += '\n';
+    text += one.what();
+  }
+  return text;
+}
+
+}  // namespace
+
+void together(ProcessGroup* group, const std::function<void()>& fn) {
+  if (!group) {
+    fn();
+    return;
+  }
+  std::string failure;
+  try {
+    fn();
+  } catch (const std::bad_alloc&) {
+    failure = "out of memory";
+  } catch (const std::exception& error) {
+    failure = message_of(error);
+  }
+  const std::vector<std::string> failures = group->gather(failure, "agreement");
+  const std::vector<std::string> machines = group->gather(group->machine(), "agreement");
+  const auto failed = [](const std::string& text) { return !text.empty(); };
+  const auto first = std::find_if(failures.begin(), failures.end(), failed);
+  if (first == failures.end()) return;
+  const bool by_all = std::all_of(failures.begin(), failures.end(), failed);
+  const auto rank = static_cast<size_t>(first - failures.begin());
+  if (by_all || rank == 0) throw AgreedError(*first);
+  throw AgreedError(fmt::format("rank {} on {}: {}", rank, machines[rank], *first));
+}
+
+}  // namespace kinome
