@@ -21,6 +21,7 @@
 #include "picture.h"
 #include "progress.h"
 #include "say.h"
+#include "sensor_index.h"
 #include "signals.h"
 #include "used_instruction_set.h"
 #include "video.h"
@@ -90,8 +91,8 @@ class FilmCommand {
     editor_.emplace(options_.scene, load_options(options_), registry_, &load_stats_);
     warn_of_unused_instruction_set(options_, registry_);
     const auto scene = editor_->scene();
-    const Sensor& sensor = choose_sensor(*scene, options_.sensor);
-    while (scene->sensors()[sensor_].get() != &sensor) ++sensor_;
+    sensor_ = sensor_index(*scene, options_.sensor);
+    const Sensor& sensor = *scene->sensors()[sensor_];
     if (!frames_.are_png()) warn_of_layers(*scene, sensor.film());
     edits_.emplace(film_, keys_ ? &*keys_ : nullptr, *editor_, sensor_);
     try {

@@ -6,25 +6,10 @@
 #include <fmt/format.h>
 
 #include "kinome/error.h"
+#include "kinome/look_at.h"
 #include "kinome/scene.h"
 
 namespace kinome::app {
-namespace {
-
-/// Of the six directions along an axis the one that `up` is nearest to: a camera that looks up or
-/// down a little has an `up` of its own that is no more the scene's.
-glm::dvec3 nearest_axis(const Vec3& up) {
-  glm::dvec3 axis(0.);
-  int most = 0;
-  for (int i = 1; i < 3; ++i) {
-    if (std::abs(up[i]) > std::abs(up[most])) most = i;
-  }
-  axis[most] = up[most] < 0 ? -1 : 1;
-  return axis;
-}
-
-}  // namespace
-
 FilmEdits::FilmEdits(const FilmOptions& options, const FilmKeys* keys, const SceneEditor& editor,
                      size_t sensor)
     : options_(options), keys_(keys) {
@@ -36,7 +21,7 @@ FilmEdits::FilmEdits(const FilmOptions& options, const FilmKeys* keys, const Sce
   if (moves_camera()) {
     sensor_path_ = editor.path_of(*scene->sensors()[sensor]);
     const Transform to_world = place_of_sensor(editor);
-    start_.up = options.up ? *options.up : nearest_axis(to_world.vector({0, 1, 0}));
+    start_.up = options.up ? *options.up : glm::dvec3(nearest_axis(to_world.vector({0, 1, 0})));
     if (kind_ != Kind::kKeys) {
       start_.position = glm::dvec3(to_world.point({0, 0, 0}));
       start_.target =

@@ -88,17 +88,23 @@ void check_that_none_is_empty(const RawOptions& raw) {
 
 }  // namespace
 
-void interpret(const RawOptions& raw, Options& options) {
-  for (const std::string& define : raw.defines) {
+std::map<std::string, std::string> parse_defines(const std::vector<std::string>& given) {
+  std::map<std::string, std::string> defines;
+  for (const std::string& define : given) {
     const size_t equals = define.find('=');
     if (equals == std::string::npos || equals == 0) {
       throw Error("-D: expected KEY=VALUE, got '" + define + "'");
     }
     const std::string key = define.substr(0, equals);
-    if (!options.defines.emplace(key, define.substr(equals + 1)).second) {
+    if (!defines.emplace(key, define.substr(equals + 1)).second) {
       throw Error("-D: '" + key + "' is given twice");
     }
   }
+  return defines;
+}
+
+void interpret(const RawOptions& raw, Options& options) {
+  options.defines = parse_defines(raw.defines);
   for (const std::string& paths : raw.search_paths) {
     for (std::string& path : split(paths, ';')) options.search_paths.push_back(std::move(path));
   }

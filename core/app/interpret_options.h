@@ -21,6 +21,9 @@ struct RawOptions {
   std::map<std::string, std::string> given;  ///< by "--NAME": the last value of each that is there
 };
 
+/// Of -D: KEY=VALUE. Throws Error.
+std::map<std::string, std::string> parse_defines(const std::vector<std::string>& given);
+
 /// Takes apart what is text, and adds it to `options`. Throws Error for values that make no sense, by
 /// themselves or together.
 void interpret(const RawOptions& raw, Options& options);

@@ -2,7 +2,6 @@
 
 #include "picture.h"
 
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -16,6 +15,7 @@
 #include "kinome/render.h"
 #include "metadata.h"
 #include "say.h"
+#include "sensor_index.h"
 #include "signals.h"
 #include "used_instruction_set.h"
 
@@ -59,22 +59,7 @@ LoadOptions load_options(const Options& options) {
 }
 
 const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {
-  const auto& sensors = scene.sensors();
-  const Location where{scene.file()};
-  if (sensors.empty()) throw Error(where, "the scene has no sensor");
-  std::vector<std::string> ids;
-  for (const auto& sensor : sensors) {
-    if (sensor->id() == wanted) return *sensor;
-    if (!sensor->id().empty()) ids.push_back(sensor->id());
-  }
-  size_t index = 0;
-  const char* end = wanted.data() + wanted.size();
-  const auto [rest, error] = std::from_chars(wanted.data(), end, index);
-  if (error == std::errc{} && rest == end && index < sensors.size()) return *sensors[index];
-  const std::string near = nearest_name(wanted, ids);
-  throw Error(where, fmt::format("no sensor '{}': expected an index from 0 to {}{}", wanted,
-                                 sensors.size() - 1,
-                                 near.empty() ? " or a sensor's id" : " or '" + near + "'"));
+  return *scene.sensors()[sensor_index(scene, wanted)];
 }
 
 void warn_of_layers(const Scene& scene, const Film& film) {

@@ -11,6 +11,7 @@
 
 #include "base/log_once.h"
 #include "kinome/error.h"
+#include "kinome/log_listener.h"
 
 namespace kinome {
 namespace {
@@ -59,7 +60,33 @@ bool is_told_already(const std::string& warning) {
   return told().scopes > 0 && !told().warnings.insert(warning).second;
 }
 
+/// Those that live. Never destroyed, either.
+struct Listeners {
+  std::mutex mutex;
+  std::vector<LogListener*> all;
+};
+Listeners& listeners() {
+  static Listeners* const instance = new Listeners;
+  return *instance;
+}
+
 }  // namespace
+
+void tell_listeners(const std::string& warning) {
+  const std::lock_guard lock(listeners().mutex);
+  for (LogListener* const listener : listeners().all) listener->hear_(warning);
+}
+
+LogListener::LogListener(std::function<void(const std::string& warning)> hear)
+    : hear_(std::move(hear)) {
+  const std::lock_guard lock(listeners().mutex);
+  listeners().all.push_back(this);
+}
+
+LogListener::~LogListener() {
+  const std::lock_guard lock(listeners().mutex);
+  std::erase(listeners().all, this);
+}
 
 WarningsOnce::WarningsOnce() {
   const std::lock_guard lock(told().mutex);
@@ -89,7 +116,9 @@ LogLevel log_level() {
 }
 
 void log_warn(const std::string& message) {
-  if (!is_told_already(message)) logger().warn("warning: {}", message);
+  if (is_told_already(message)) return;
+  logger().warn("warning: {}", message);
+  tell_listeners(message);
 }
 void log_info(const std::string& message) {
   logger().info("{}", message);
