@@ -211,6 +211,10 @@ Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plu
       add_value(child, name, plugin, parts);
     }
   }
+  for (const auto& put : node.put) add_object(*put, put->value("name"), plugin, make, parts);
+  if (node.inner) {
+    add_object(*node.inner, "_arg_" + std::to_string(unnamed), plugin, make, parts);
+  }
   add_given(node, plugin, parts);
   return parts;
 }

@@ -56,6 +56,8 @@ class Builder {
   const Objects& objects() const { return objects_; }
   /// Goes back, or forgets: what isn't among these is made when it is next asked for.
   void set_objects(Objects objects) { objects_ = std::move(objects); }
+  /// Forgets what was made of nodes that are no more part of the scene.
+  void forget_gone();
   /// In place of the scene's integrator, whatever that is.
   void set_integrator(const Node* node) { integrator_ = node; }
   /// Those made since this was called last, as "category/name".

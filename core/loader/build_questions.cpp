@@ -37,14 +37,24 @@ std::string Builder::file_of(const Node& node, const std::string& name) {
 std::map<const Node*, std::vector<const Node*>> Builder::holders() const {
   std::map<const Node*, std::vector<const Node*>> all;
   const std::function<void(const Node&)> look_at = [&](const Node& node) {
-    for (const Node& child : node.children) {
-      if (!is_object(child)) continue;
+    for_each_part(node, [&](const Node& child) {
+      if (!is_object(child)) return;
       if (const Node* const part = resolved(child)) all[part].push_back(&node);
       look_at(child);
-    }
+    });
   };
   look_at(expansion_.root);
   return all;
+}
+
+void Builder::forget_gone() {
+  std::set<const Node*> there;
+  const std::function<void(const Node&)> look_at = [&](const Node& node) {
+    there.insert(&node);
+    for_each_part(node, look_at);
+  };
+  look_at(expansion_.root);
+  std::erase_if(objects_, [&](const auto& made) { return !there.count(made.first); });
 }
 
 std::shared_ptr<Object> Builder::made_of(const Node& node) const {

@@ -24,7 +24,7 @@ class Describing {
     if (said.tag != "ref" && !said.id.empty() && !ids_.insert(said.id).second) {
       faults_.add(said.where, "the id '" + said.id + "' is given twice");
     }
-    node.given = said.values;
+    node.given = node.described = said.values;
     for (const ObjectDescription& part : said.parts) node.children.push_back(node_of(part, &node));
     return node;
   }
@@ -36,8 +36,8 @@ class Describing {
 
 }  // namespace
 
-Node node_of(const ObjectDescription& said, Faults& faults) {
-  return Describing(faults).node_of(said, nullptr);
+Node node_of(const ObjectDescription& said, Faults& faults, const Node* parent) {
+  return Describing(faults).node_of(said, parent);
 }
 
 }  // namespace kinome::loader

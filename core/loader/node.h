@@ -39,6 +39,17 @@ struct Node {
   std::vector<ObjectDescription::Value> given = {};
   /// Parameters that a program takes away, whatever the text says of them.
   std::vector<std::string> taken = {};
+  /// Objects that a program puts in place of values, by their names.
+  std::vector<std::shared_ptr<Node>> put = {};
+  /// What a program has put this one around, as a bump map is around another BSDF; nullptr:
+  /// nothing.
+  std::shared_ptr<Node> inner = nullptr;
+  /// How transforms among `given` are said, where that isn't by a matrix: their elements.
+  std::vector<std::shared_ptr<const Node>> steps = {};
+  /// No text says it: a program has put it there.
+  bool is_put = false;
+  /// `given`, as it was when a program described the object.
+  std::vector<ObjectDescription::Value> described = {};
 
   bool is_given(std::string_view name) const;
   /// Whether what the text says of a parameter doesn't count.
@@ -50,6 +61,15 @@ struct Node {
   /// Value of an attribute that check_node() has seen, or "".
   std::string value(std::string_view name) const;
 };
+
+/// Calls a function with all nodes that stand in one: those of the text, or of a description, and
+/// what a program has put there.
+template <class Fn>
+void for_each_part(const Node& node, const Fn& fn) {
+  for (const Node& child : node.children) fn(child);
+  for (const auto& put : node.put) fn(*put);
+  if (node.inner) fn(*node.inner);
+}
 
 /// Whether a node, be it broken, has this attribute, and with the value that was meant.
 bool has_certain(const Node& node, std::string_view attribute);
@@ -110,8 +130,8 @@ Expansion expand(const std::string& text, const std::string& name, const LoadOpt
 Expansion expand_scene(const std::string& text, const std::string& name, const LoadOptions& options,
                        bool whole_scene, PluginRegistry& registry, RenderStats* stats,
                        Faults& faults);
-/// The nodes of what a program says.
-Node node_of(const ObjectDescription& said, Faults& faults);
+/// The nodes of what a program says. `parent`: what it is to stand in; nullptr: nothing.
+Node node_of(const ObjectDescription& said, Faults& faults, const Node* parent = nullptr);
 
 /// Working directory, -a, the scene's folder. (Mitsuba looks in its own installation between the
 /// first two, for data files that this program does not have.)

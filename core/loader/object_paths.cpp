@@ -1,5 +1,7 @@
 #include "loader/object_paths.h"
 
+#include <algorithm>
+
 namespace kinome::loader {
 namespace {
 
@@ -20,19 +22,21 @@ std::vector<PartOfNode> parts_of(const Node& node, const Builder& builder) {
   const bool is_scene = node.tag == "scene";
   std::vector<PartOfNode> parts;
   std::set<std::string> used;
-  for (const Node& child : node.children) {
-    if (!is_object(child) || child.is_broken) continue;
+  for_each_part(node, [&](const Node& child) {
+    if (!is_object(child) || child.is_broken) return;
     const std::string given = child.value("name");
-    if (!given.empty() && node.is_overridden(given)) continue;
+    const bool is_put = std::any_of(node.put.begin(), node.put.end(),
+                                    [&](const auto& put) { return put.get() == &child; });
+    if (!given.empty() && !is_put && node.is_overridden(given)) return;
     const Node* const target = builder.resolved(child);
-    if (!target) continue;
+    if (!target) return;
     const std::string id = target->value("id");
     std::string name = target->tag == "texture" ? given : "";
     if (is_scene) name = id.empty() ? given : id;
     // What is referred to twice is one object, by one name.
     const bool is_free = used.insert(name).second || (is_scene && name == id);
     parts.push_back({is_free ? std::move(name) : "", given, target});
-  }
+  });
   std::map<std::string, int> counts;
   for (PartOfNode& part : parts) {
     while (part.name.empty()) {
@@ -108,14 +112,17 @@ const Node* ObjectPaths::find(const Node& from, std::string_view path) const {
   return nullptr;
 }
 
+const Node* ObjectPaths::object(const std::string& path) const {
+  const auto listed = listed_.find(path);
+  return listed != listed_.end() ? listed->second : find(root_, path);
+}
+
 std::vector<std::pair<const Node*, std::string>> ObjectPaths::candidates(
     const std::string& path) const {
   std::vector<std::pair<const Node*, std::string>> found;
   for (size_t end = path.rfind('.'); end != std::string::npos && end > 0;
        end = path.rfind('.', end - 1)) {
-    const std::string_view object = std::string_view(path).substr(0, end);
-    const auto listed = listed_.find(object);
-    const Node* const node = listed != listed_.end() ? listed->second : find(root_, object);
+    const Node* const node = object(path.substr(0, end));
     if (node) found.emplace_back(node, path.substr(end + 1));
   }
   return found;

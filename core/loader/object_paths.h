@@ -25,6 +25,8 @@ class ObjectPaths {
   };
   /// All objects that are made, each once, by the scene's order.
   const std::vector<Place>& all() const { return all_; }
+  /// The object that a path means; nullptr: none.
+  const Node* object(const std::string& path) const;
   /// The object and the name of its parameter that a path may mean, the longest object first.
   std::vector<std::pair<const Node*, std::string>> candidates(const std::string& path) const;
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include <fmt/format.h>
+
 #include "loader/written_values.h"
 
 namespace kinome::loader {
@@ -26,7 +28,7 @@ void collect_references(const Node& node, std::set<std::string>& ids,
     }
     ids.insert(id);
   }
-  for (const Node& child : node.children) collect_references(child, ids, aliases);
+  for_each_part(node, [&](const Node& child) { collect_references(child, ids, aliases); });
 }
 
 bool holds_one_of(const Node& node, const std::set<std::string>& ids) {
@@ -71,12 +73,14 @@ PatchedScene::PatchedScene(const Expansion& expansion, const std::string& name,
 
 void PatchedScene::note_places(const Node& node) {
   const std::string place = to_string(node.where);
-  if (!nodes_.emplace(place, &node).second) twice_.insert(place);
-  for (const Node& child : node.children) note_places(child);
+  if (!node.is_put && !nodes_.emplace(place, &node).second) twice_.insert(place);
+  if (node.inner) around_[node.inner.get()] = &node;
+  for_each_part(node, [this](const Node& child) { note_places(child); });
 }
 
 /// Of an object that says other than its text.
 void PatchedScene::check(const Node& node) {
+  if (node.is_put) return;
   bool is_there_once = !twice_.count(to_string(node.where));
   for (const Node& child : node.children) {
     is_there_once &= !twice_.count(to_string(child.where));
@@ -142,6 +146,7 @@ void PatchedScene::patch_object(const File& file, const SourceElement& element, 
   const SavedScene::Said* const said = saved_.find(node);
   Owner own{&node};
   patch_children(file, element, &own, patches);
+  if (around_.count(&node)) patch_around(file, element, node, patches);
   if (!said) return;
   const SourceElement::Attribute* const type = element.find("type");
   // Something else may stand in for what its text says.
@@ -151,11 +156,40 @@ void PatchedScene::patch_object(const File& file, const SourceElement& element, 
     patches.push_back({type->value_begin, type->value_end, said->type});
   }
   std::vector<std::string> missing;
-  for (const auto& [name, value, where] : said->values) {
-    if (own.said.count(name)) continue;
-    missing.push_back(value_element(name, value, saved_.row(node, name)));
+  for (const auto& [name, text] : saved_.elements(node)) {
+    if (!own.said.count(name)) missing.push_back(text);
   }
   insert(file, element, missing, patches);
+}
+
+/// What a program has put around a BSDF has its id and its name.
+void PatchedScene::patch_around(const File& file, const SourceElement& element, const Node& node,
+                                Patches& patches) const {
+  std::string moved;
+  for (const char* const name : {"id", "name"}) {
+    const SourceElement::Attribute* const attribute = element.find(name);
+    if (!attribute) continue;
+    // With its quotes, and with the blank before it.
+    const size_t begin = attribute->begin - 1, end = attribute->value_end + 1;
+    moved += ' ';
+    moved.append(file.text, attribute->begin, end - attribute->begin);
+    patches.push_back({begin, end, ""});
+  }
+  const bool has_line = begins_line(file.text, element.begin);
+  const std::string line =
+      has_line ? fmt::format("\n{}", indentation_at(file.text, element.begin)) : "";
+  std::string before, after;
+  for (auto at = around_.find(&node); at != around_.end(); at = around_.find(at->second)) {
+    const Node& outer = *at->second;
+    // The outermost one has them.
+    const std::string own = around_.count(&outer) ? "" : moved;
+    before = fmt::format("<{} type=\"{}\"{}>{}{}{}", outer.tag,
+                         said_text(outer.value("type"), outer.where), own, saved_.contents(outer),
+                         line, before);
+    after += fmt::format("</{}>", outer.tag);
+  }
+  patches.push_back({element.begin, element.begin, before});
+  patches.push_back({element.end, element.end, after});
 }
 
 void PatchedScene::patch_children(const File& file, const SourceElement& element, Owner* owner,
@@ -170,11 +204,10 @@ bool PatchedScene::patch_value(const File& file, const SourceElement& element, c
   const SavedScene::Said* const said = saved_.find(*owner.node);
   if (said && !name.empty() && said->unsaid.count(name)) {
     if (is_object(node)) keep_elsewhere(file, element, node);
-    for (const auto& [said_name, value, where] : said->values) {
+    for (const auto& [said_name, text] : saved_.elements(*owner.node)) {
       if (said_name != name) continue;
       owner.said.insert(name);
-      patches.push_back(
-          {element.begin, element.end, value_element(name, value, saved_.row(*owner.node, name))});
+      patches.push_back({element.begin, element.end, text});
       return true;
     }
     patches.push_back(removal(file.text, element.begin, element.end));

@@ -46,6 +46,8 @@ class PatchedScene {
                     Patches& patches);
   void patch_children(const File& file, const SourceElement& element, Owner* owner,
                       Patches& patches);
+  void patch_around(const File& file, const SourceElement& element, const Node& node,
+                    Patches& patches) const;
   bool patch_value(const File& file, const SourceElement& element, const Node& node, Owner& owner,
                    Patches& patches);
   void keep_elsewhere(const File& file, const SourceElement& element, const Node& node);
@@ -62,6 +64,7 @@ class PatchedScene {
   bool is_possible_ = true;
   std::map<std::string, const Node*> nodes_;  ///< by their places
   std::set<std::string> twice_;               ///< places of several nodes
+  std::map<const Node*, const Node*> around_;  ///< of BSDFs, what a program has put around them
   std::set<std::string> referred_;            ///< ids
   const std::map<std::string, std::string>& defines_;
   std::map<std::string, File> files_;

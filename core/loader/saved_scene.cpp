@@ -1,5 +1,6 @@
 #include "loader/saved_scene.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "base/file_writer.h"
@@ -21,6 +22,11 @@ std::string plain_name(const std::string& text) {
     plain += is_plain ? c : '_';
   }
   return plain.substr(0, 100);
+}
+
+/// It, and what it was put around, and so on: no text says any of it.
+bool is_put_alone(const Node& node) {
+  return node.is_put && (!node.inner || is_put_alone(*node.inner));
 }
 
 }  // namespace
@@ -49,14 +55,14 @@ void SavedScene::find_read_files(const Node& node) {
     const std::string file = builder_.file_of(node, name);
     if (!file.empty()) add_read_file(file);
   };
-  for (const Node& child : node.children) {
+  for_each_part(node, [&](const Node& child) {
     const std::string name = child.value("name");
     if (is_object(child)) {
       find_read_files(child);
     } else if (child.tag == "string" && !node.is_overridden(name)) {
       add_file(name, child.value("value"));
     }
-  }
+  });
   for (const auto& given : node.given) {
     const auto* const text = std::get_if<std::string>(&given.value);
     if (text) add_file(given.name, *text);
@@ -65,7 +71,7 @@ void SavedScene::find_read_files(const Node& node) {
 
 void SavedScene::look_at(const Node& node) {
   if (node.tag == "scene" || (node.tag != "ref" && category_of_tag(node.tag))) add(node);
-  for (const Node& child : node.children) look_at(child);
+  for_each_part(node, [this](const Node& child) { look_at(child); });
 }
 
 void SavedScene::add(const Node& node) {
@@ -73,7 +79,8 @@ void SavedScene::add(const Node& node) {
   if (mesh == meshes_.end() && node.given.empty() && node.taken.empty()) return;
   const auto known = paths_.find(&node);
   const std::string path = known != paths_.end() ? known->second : node.tag;
-  Said said{node.value("type"), {}, {node.taken.begin(), node.taken.end()}};
+  Said said{node.value("type"), {}, {}, {node.taken.begin(), node.taken.end()}};
+  for (const auto& put : node.put) said.objects.push_back(put.get());
   if (mesh != meshes_.end()) {
     // Its other parameters have done what they do.
     said.type = "ply";
@@ -126,6 +133,39 @@ void SavedScene::write_arrays() const {
 const SavedScene::Said* SavedScene::find(const Node& node) const {
   const auto found = said_.find(&node);
   return found == said_.end() ? nullptr : &found->second;
+}
+
+std::vector<std::pair<std::string, std::string>> SavedScene::elements(const Node& node) const {
+  std::vector<std::pair<std::string, std::string>> all;
+  const Said* const said = find(node);
+  if (!said) return all;
+  for (const auto& [name, value, where] : said->values) {
+    const auto steps = std::find_if(node.steps.begin(), node.steps.end(),
+                                    [&](const auto& one) { return one->value("name") == name; });
+    all.emplace_back(name, steps != node.steps.end() ? element(**steps)
+                                                     : value_element(name, value, row(node, name)));
+  }
+  for (const Node* const put : said->objects) all.emplace_back(put->value("name"), element(*put));
+  return all;
+}
+
+std::string SavedScene::element(const Node& node) const {
+  std::string text = "<" + node.tag;
+  for (const Attribute& attribute : node.attributes) {
+    text += " " + attribute.name + "=\"" + said_text(attribute.value, attribute.where) + "\"";
+  }
+  const std::string inside = contents(node);
+  return text + (inside.empty() ? "/>" : ">" + inside + "</" + node.tag + ">");
+}
+
+std::string SavedScene::contents(const Node& node) const {
+  std::string text;
+  for (const auto& [name, said] : elements(node)) text += said;
+  for (const Node& child : node.children) {
+    if (!node.is_overridden(child.value("name"))) text += element(child);
+  }
+  if (node.inner && is_put_alone(*node.inner)) text += element(*node.inner);
+  return text;
 }
 
 const Parameter* SavedScene::row(const Node& node, const std::string& name) const {

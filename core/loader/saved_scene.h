@@ -23,11 +23,18 @@ class SavedScene {
   struct Said {
     std::string type;  ///< its plugin
     std::vector<ObjectDescription::Value> values;
+    std::vector<const Node*> objects;  ///< in place of values: see element()
     std::set<std::string> unsaid;  ///< of the text: what is one of `values` or is left out
   };
   /// nullptr: all is as its text says.
   const Said* find(const Node& node) const;
   const std::map<const Node*, Said>& all() const { return said_; }
+  /// Everything that it says, as elements in one line, by their parameters' names.
+  std::vector<std::pair<std::string, std::string>> elements(const Node& node) const;
+  /// What a program has put into the scene, but for what it put a BSDF around.
+  std::string element(const Node& node) const;
+  /// What stands in that.
+  std::string contents(const Node& node) const;
   const Parameter* row(const Node& node, const std::string& name) const;
 
   /// A name of a file, as the scene's text or an edit has it, that the saved scene finds, too:

@@ -1,8 +1,11 @@
 #include "kinome/scene_editor.h"
 
+#include <algorithm>
 #include <functional>
 
 #include "base/clock.h"
+#include "loader/convert.h"
+#include "loader/placed_transform.h"
 #include "loader/scene_parameters.h"
 #include "loader/scene_update.h"
 #include "loader/scene_writer.h"
@@ -102,13 +105,20 @@ class SceneEditor::State {
 
   std::optional<EditedValue> get(const std::string& path) const {
     const loader::ParameterList::Place place = parameters_->find(path);
-    for (auto edit = pending_.rbegin(); edit != pending_.rend(); ++edit) {
-      if (edit->place == place) return edit->value;
-    }
-    return parameters_->value(place);
+    const EditedValue* const edit = pending_edit(place);
+    if (!edit) return parameters_->value(place);
+    if (loader::is_value(*edit)) return *edit;
+    return std::nullopt;
+  }
+
+  EditedValue edit_of(const std::string& path) const {
+    const loader::ParameterList::Place place = parameters_->find_with_bsdfs(path);
+    const EditedValue* const edit = pending_edit(place);
+    return edit ? *edit : parameters_->edit_of(place);
   }
 
   void set(const std::string& path, EditedValue value) {
+    if (!loader::is_value(value)) return set_other(path, std::move(value));
     loader::ParameterList::Place place = parameters_->find(path);
     const Location where = loader::ParameterList::where(place);
     if (place.row) {
@@ -159,6 +169,36 @@ class SceneEditor::State {
   }
 
  private:
+  const EditedValue* pending_edit(const loader::ParameterList::Place& place) const {
+    const auto edit = std::find_if(pending_.rbegin(), pending_.rend(),
+                                   [&](const loader::Edit& one) { return one.place == place; });
+    return edit == pending_.rend() ? nullptr : &edit->value;
+  }
+
+  /// What is no value.
+  void set_other(const std::string& path, EditedValue edited) {
+    loader::ParameterList::Place place = parameters_->find_with_bsdfs(path);
+    const Location where = loader::ParameterList::where(place);
+    if (!place.row && !place.is_object()) throw Error(where, "arrays can be set to arrays alone");
+    std::shared_ptr<Node> put;
+    if (const auto* const placed = std::get_if<Placed>(&edited)) {
+      if (!place.row || place.row->type != ParameterType::kTransform) {
+        throw Error(where, "'" + path + "' is no transform");
+      }
+      put = loader::placed_transform(loader::written_transform(place), place.name,
+                                     placed->transform.matrix(), where);
+      if (!put) return set(path, placed->transform);
+      edited = loader::convert_transform(*put);
+    } else if (const auto* const said = std::get_if<ObjectDescription>(&edited)) {
+      if (place.row && !takes_texture(place.row->type)) {
+        throw Error(where, "'" + place.name + "' must be " + describe(place.row->type) +
+                               ": no texture can stand for it");
+      }
+      put = loader::node_to_put(*said, place, *builder_, faults_);
+    }
+    pending_.push_back({std::move(place), std::move(edited), where, std::move(put)});
+  }
+
   Scene::Contents contents_of_scene() {
     Scene::Contents contents = builder_->scene(expansion_.root);
     contents.hash = expansion_.hash;
@@ -215,6 +255,19 @@ std::shared_ptr<const Scene> SceneEditor::scene_with(const ObjectDescription& in
 }
 std::vector<SceneParameter> SceneEditor::parameters() const {
   return state_->parameters().all();
+}
+std::vector<SceneParameter> SceneEditor::textured_parameters() const {
+  return state_->parameters().textured();
+}
+std::vector<SceneObject> SceneEditor::objects() const {
+  std::vector<SceneObject> all;
+  for (const auto& [path, node] : state_->parameters().objects()) {
+    all.push_back({path, node->tag + "/" + node->value("type"), node->inner != nullptr});
+  }
+  return all;
+}
+EditedValue SceneEditor::edit_of(const std::string& path) const {
+  return state_->edit_of(path);
 }
 std::string SceneEditor::path_of(const Object& object) const {
   return state_->path_of(object);

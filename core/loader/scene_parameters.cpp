@@ -1,6 +1,7 @@
 #include "loader/scene_parameters.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "loader/edits.h"
@@ -21,12 +22,16 @@ EditedValue as_edited(const Properties::Value& property) {
       property);
 }
 
-/// Whether a nested object stands for the parameter.
-bool holds_object(const Node& node, const std::string& name) {
-  return !node.is_overridden(name) &&
-         std::any_of(node.children.begin(), node.children.end(), [&](const Node& child) {
-           return is_object(child) && child.value("name") == name;
-         });
+/// The nested object that stands for the parameter; nullptr: there is none.
+const Node* held_object(const Node& node, const std::string& name) {
+  for (const auto& put : node.put) {
+    if (put->value("name") == name) return put.get();
+  }
+  if (node.is_overridden(name)) return nullptr;
+  for (const Node& child : node.children) {
+    if (is_object(child) && child.value("name") == name) return &child;
+  }
+  return nullptr;
 }
 
 std::string listed_name(const Parameter& row) {
@@ -34,6 +39,35 @@ std::string listed_name(const Parameter& row) {
 }
 
 }  // namespace
+
+ObjectDescription described(const Node& node) {
+  ObjectDescription said{.tag = node.tag,
+                         .type = node.value(node.tag == "spectrum" ? "value" : "type"),
+                         .name = node.value("name"),
+                         .id = node.tag == "ref" ? node.value("id") : "",
+                         .where = node.where};
+  said.values = node.given;
+  for (const Node& child : node.children) {
+    if (node.is_overridden(child.value("name"))) continue;
+    said.parts.push_back(described(child));
+    if (child.inner) said.parts.back().parts.push_back(described(*child.inner));
+  }
+  for (const auto& put : node.put) said.parts.push_back(described(*put));
+  return said;
+}
+
+const Node* written_transform(const ParameterList::Place& place) {
+  for (const Node& child : place.node->children) {
+    if (child.tag == "transform" && child.value("name") == place.name) return &child;
+  }
+  return nullptr;
+}
+
+bool is_value(const EditedValue& edited) {
+  return !std::holds_alternative<ObjectDescription>(edited) &&
+         !std::holds_alternative<Unset>(edited) && !std::holds_alternative<AsWritten>(edited) &&
+         !std::holds_alternative<Placed>(edited);
+}
 
 std::optional<Properties::Value> as_property(const EditedValue& edited) {
   return std::visit(
@@ -95,6 +129,7 @@ SceneParameter ParameterList::described(const Node& node, const Parameter& row) 
   }
   parameter.value = said(node, row);
   parameter.is_set = parameter.value.has_value();
+  parameter.is_edited = node.is_overridden(row.name);
   if (!parameter.value) parameter.value = parameter.default_value;
   if (quantity_of(row.type) == Quantity::kReflectance) {
     parameter.low = 0;
@@ -113,7 +148,7 @@ std::vector<SceneParameter> ParameterList::all() const {
   };
   for (const auto& [path, node] : paths().all()) {
     for (const Parameter& row : plugin_of(*node).parameters) {
-      if (row.type == ParameterType::kObject || holds_object(*node, row.name)) continue;
+      if (row.type == ParameterType::kObject || held_object(*node, row.name)) continue;
       std::string own = path + "." + listed_name(row);
       // An object of this path and a parameter "value" is called so already.
       if (!used.insert(own).second) own = path + "." + row.name;
@@ -133,7 +168,27 @@ std::vector<SceneParameter> ParameterList::all() const {
   return all;
 }
 
-ParameterList::Place ParameterList::find(const std::string& path) const {
+std::vector<SceneParameter> ParameterList::textured() const {
+  std::vector<SceneParameter> all;
+  std::map<const Node*, const std::string*> known;
+  for (const auto& [path, node] : paths().all()) known[node] = &path;
+  for (const auto& [path, node] : paths().all()) {
+    for (const Parameter& row : plugin_of(*node).parameters) {
+      const Node* const held = takes_texture(row.type) ? held_object(*node, row.name) : nullptr;
+      const Node* const texture = held ? builder_.resolved(*held) : nullptr;
+      if (!texture || !known.count(texture)) continue;
+      SceneParameter parameter = described(*node, row);
+      parameter.path = path + "." + listed_name(row);
+      parameter.plugin = node->tag + "/" + node->value("type");
+      parameter.value.reset();
+      parameter.texture = *known.at(texture);
+      all.push_back(std::move(parameter));
+    }
+  }
+  return all;
+}
+
+std::optional<ParameterList::Place> ParameterList::look_for(const std::string& path) const {
   for (const auto& [found, rest] : paths().candidates(path)) {
     if (!builder_.made_of(*found)) continue;
     const size_t dot = rest.rfind(".value");
@@ -143,24 +198,61 @@ ParameterList::Place ParameterList::find(const std::string& path) const {
     Node* const node = const_cast<Node*>(found);
     const Parameter* const row = find_row(plugin_of(*node), name);
     if (row && row->type != ParameterType::kObject && has_suffix <= takes_texture(row->type)) {
-      return {node, row, name};
+      return Place{node, row, name};
     }
     for (const char* const array : arrays_of(*node)) {
-      if (rest == array) return {node, nullptr, array};
+      if (rest == array) return Place{node, nullptr, array};
     }
   }
+  return std::nullopt;
+}
+
+ParameterList::Place ParameterList::find(const std::string& path) const {
+  auto place = look_for(path);
+  if (!place) fail(path, all());
+  return std::move(*place);
+}
+
+ParameterList::Place ParameterList::find_with_bsdfs(const std::string& path) const {
+  auto place = look_for(path);
+  if (place) return std::move(*place);
+  const Node* const object = paths().object(path);
+  const bool is_bsdf = object && object->tag == "bsdf" && builder_.made_of(*object);
+  if (is_bsdf) return {const_cast<Node*>(object)};
+  fail(path, all());
+}
+
+void ParameterList::fail(const std::string& path, const std::vector<SceneParameter>& all) const {
   std::vector<std::string> known;
-  for (const SceneParameter& parameter : all()) known.push_back(parameter.path);
+  for (const SceneParameter& parameter : all) known.push_back(parameter.path);
   throw Error(Location{file_}, "there is no parameter '" + path + "'" +
                                    did_you_mean(nearest_name(path, known)));
 }
 
 std::optional<EditedValue> ParameterList::value(const Place& place) const {
   if (!place.row) return mesh_array(*builder_.made_of(*place.node), place.name);
-  if (holds_object(*place.node, place.name)) {
+  if (held_object(*place.node, place.name)) {
     throw Error(where(place), "'" + place.name + "' is a texture");
   }
   return described(*place.node, *place.row).value;
+}
+
+EditedValue ParameterList::edit_of(const Place& place) const {
+  const Node& node = *place.node;
+  if (place.is_object()) return node.inner ? EditedValue(loader::described(node)) : Unset{};
+  if (!place.row) return mesh_array(*builder_.made_of(node), place.name);
+  for (const auto& given : node.given) {
+    if (given.name != place.name) continue;
+    const bool is_placed = std::any_of(node.steps.begin(), node.steps.end(), [&](const auto& one) {
+      return one->value("name") == place.name;
+    });
+    if (is_placed) return Placed{std::get<Transform>(given.value)};
+    return as_edited(given.value);
+  }
+  for (const auto& put : node.put) {
+    if (put->value("name") == place.name) return loader::described(*put);
+  }
+  return node.is_overridden(place.name) ? EditedValue(Unset{}) : AsWritten{};
 }
 
 Location ParameterList::where(const Place& place) {

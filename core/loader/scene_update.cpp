@@ -1,8 +1,44 @@
 #include "loader/scene_update.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace kinome::loader {
+
+namespace {
+
+/// What stands in it is said by no text; its files are looked for where its holder's are.
+void finish(Node& node, const Node& holder, const Builder& builder) {
+  node.is_put = true;
+  node.folders = holder.folders;
+  if (node.tag != "ref" && node.find("id")) throw Error(node.where, "what is put has no id");
+  if (node.tag == "ref") {
+    // Not by an alias, which what is saved may not have.
+    const Node* const target = builder.resolved(node);
+    if (!target) throw Error(node.where, "nothing has the id '" + node.value("id") + "'");
+    node.find("id")->value = target->value("id");
+  }
+  for (Node& child : node.children) finish(child, holder, builder);
+}
+
+}  // namespace
+
+std::shared_ptr<Node> node_to_put(const ObjectDescription& said, const ParameterList::Place& place,
+                                  const Builder& builder, Faults& faults) {
+  const char* const expected = place.is_object() ? "bsdf" : "texture";
+  const bool is_fine =
+      said.tag == expected || (said.tag == "ref" && !place.is_object() && !said.id.empty());
+  if (!is_fine) {
+    throw Error(said.where,
+                "only a " + std::string(expected) + " can be put there, not a <" + said.tag + ">");
+  }
+  ObjectDescription named = said;
+  named.name = place.name;
+  auto node = std::make_shared<Node>();
+  run_or_throw(faults, [&] { *node = node_of(named, faults, place.node); });
+  finish(*node, *place.node, builder);
+  return node;
+}
 
 void run_or_throw(Faults& faults, const std::function<void()>& function) {
   faults = {};
@@ -24,11 +60,19 @@ SceneUpdate::SceneUpdate(Builder& builder, EditedMeshes& meshes, Faults& faults)
 SceneUpdate::~SceneUpdate() {
   if (is_through_) return;
   undo_shapes();
+  for (auto undo = undo_around_.rbegin(); undo != undo_around_.rend(); ++undo) (*undo)();
   for (auto& [node, text] : texts_before_) {
     node->given = std::move(text.given);
     node->taken = std::move(text.taken);
+    node->put = std::move(text.put);
+    node->steps = std::move(text.steps);
   }
   builder_.take_made();
+}
+
+void SceneUpdate::commit() {
+  is_through_ = true;
+  builder_.forget_gone();
 }
 
 void SceneUpdate::undo_shapes() {
@@ -38,42 +82,103 @@ void SceneUpdate::undo_shapes() {
   meshes_ = meshes_before_;
 }
 
+/// Of a file and pixels in its place, the one that is set last counts: names of the others.
+std::vector<std::string> SceneUpdate::replaced_sources(const Edit& edit,
+                                                       std::span<const Parameter> table) {
+  const auto is_source = [](const Parameter& row) {
+    return row.type == ParameterType::kImage || row.type == ParameterType::kFile;
+  };
+  const bool has_pixels = std::any_of(table.begin(), table.end(), [](const Parameter& row) {
+    return row.type == ParameterType::kImage;
+  });
+  if (!has_pixels || !is_source(*edit.place.row) || std::holds_alternative<Unset>(edit.value)) {
+    return {};
+  }
+  std::vector<std::string> replaced;
+  for (const Parameter& row : table) {
+    if (is_source(row) && row.name != edit.place.name) replaced.emplace_back(row.name);
+  }
+  return replaced;
+}
+
 void SceneUpdate::add(const Edit& edit, std::span<const Parameter> table) {
   Node& node = *edit.place.node;
+  if (edit.place.is_object()) {
+    around_.push_back(&edit);
+    return;
+  }
   if (!edit.place.row) {
     mesh_edits_[&node][edit.place.name] = edit.value;
     mesh_places_.emplace(&node, edit.where);
     return;
   }
-  texts_before_.emplace(&node, Text{node.given, node.taken});
-  // Of a file and pixels in its place, the one that is set last counts.
-  constexpr ParameterType kSources[] = {ParameterType::kImage, ParameterType::kFile};
-  const auto has = [&](ParameterType type) {
-    return std::any_of(table.begin(), table.end(), [&](const auto& r) { return r.type == type; });
-  };
-  const auto* const own = std::find(std::begin(kSources), std::end(kSources), edit.place.row->type);
-  std::vector<std::string> replaced;
-  for (const Parameter& row : table) {
-    if (own == std::end(kSources) || !has(ParameterType::kImage) || &row == edit.place.row) continue;
-    if (row.type == kSources[0] || row.type == kSources[1]) replaced.emplace_back(row.name);
-  }
-  std::erase_if(node.given, [&](const auto& other) {
-    return other.name == edit.place.name ||
-           std::find(replaced.begin(), replaced.end(), other.name) != replaced.end();
-  });
-  std::erase_if(node.taken, [&](const std::string& name) {
+  texts_before_.emplace(&node, Text{node.given, node.taken, node.put, node.steps});
+  const std::vector<std::string> replaced = replaced_sources(edit, table);
+  const auto is_meant = [&](const std::string& name) {
     return name == edit.place.name ||
            std::find(replaced.begin(), replaced.end(), name) != replaced.end();
-  });
-  node.taken.insert(node.taken.end(), replaced.begin(), replaced.end());
-  node.given.push_back({edit.place.name, *as_property(edit.value), edit.where});
+  };
+  std::erase_if(node.given, [&](const auto& other) { return is_meant(other.name); });
+  std::erase_if(node.taken, is_meant);
+  std::erase_if(node.put, [&](const auto& put) { return is_meant(put->value("name")); });
+  std::erase_if(node.steps, [&](const auto& steps) { return is_meant(steps->value("name")); });
+  if (std::holds_alternative<AsWritten>(edit.value)) {
+    std::copy_if(node.described.begin(), node.described.end(), std::back_inserter(node.given),
+                 [&](const auto& value) { return is_meant(value.name); });
+  } else if (std::holds_alternative<Unset>(edit.value)) {
+    node.taken.push_back(edit.place.name);
+  } else if (std::holds_alternative<ObjectDescription>(edit.value)) {
+    node.taken.push_back(edit.place.name);
+    node.put.push_back(edit.put);
+  } else {
+    node.taken.insert(node.taken.end(), replaced.begin(), replaced.end());
+    node.given.push_back({edit.place.name, *as_property(edit.value), edit.where});
+    if (edit.put) node.steps.push_back(edit.put);
+  }
   to_make_.insert(&node);
   // What it is then is what its own parameters say.
   mesh_edits_.erase(&node);
   meshes_after_.erase(&node);
 }
 
+/// The node stays what all others know, and becomes the BSDF around what it was.
+void SceneUpdate::put_around(const Edit& edit) {
+  Node& node = *edit.place.node;
+  to_make_.insert(&node);
+  if (node.inner) take_off(node);
+  if (!edit.put) return;
+  const auto inner = std::make_shared<Node>(std::move(node));
+  node = *edit.put;
+  const auto before = inner->attributes;
+  for (const char* const name : {"id", "name"}) {
+    if (const Attribute* const moved = inner->find(name)) node.attributes.push_back(*moved);
+  }
+  std::erase_if(inner->attributes,
+                [](const Attribute& a) { return a.name == "id" || a.name == "name"; });
+  node.inner = inner;
+  undo_around_.push_back([&node, inner, before] {
+    node = std::move(*inner);
+    node.attributes = before;
+  });
+}
+
+void SceneUpdate::take_off(Node& node) {
+  const auto outer = std::make_shared<Node>(std::move(node));
+  Node& inner = *outer->inner;
+  const auto before = inner.attributes;
+  node = std::move(inner);
+  for (const char* const name : {"id", "name"}) {
+    if (const Attribute* const moved = outer->find(name)) node.attributes.push_back(*moved);
+  }
+  undo_around_.push_back([&node, outer, before] {
+    *outer->inner = std::move(node);
+    outer->inner->attributes = before;
+    node = std::move(*outer);
+  });
+}
+
 Scene::Contents SceneUpdate::make(const std::function<Scene::Contents()>& contents) {
+  for (const Edit* const edit : around_) put_around(*edit);
   Scene::Contents result;
   // Once more where a shape must read its file again, for attributes that it had no use for.
   while (!try_to_make(contents, result)) undo_shapes();

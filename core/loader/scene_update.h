@@ -18,7 +18,13 @@ struct Edit {
   ParameterList::Place place;
   EditedValue value;
   Location where;
+  std::shared_ptr<Node> put = nullptr;  ///< of a description: what it says; of Placed: its steps
 };
+
+/// The nodes of an object that is to stand in a scene, in place of a parameter's value or around a
+/// BSDF. Throws Errors where it can't.
+std::shared_ptr<Node> node_to_put(const ObjectDescription& said, const ParameterList::Place& place,
+                                  const Builder& builder, Faults& faults);
 
 /// Meshes that have been edited, by the nodes of their shapes.
 using EditedMeshes = std::map<const Node*, EditedMesh>;
@@ -35,13 +41,14 @@ class SceneUpdate {
   SceneUpdate(const SceneUpdate&) = delete;
   SceneUpdate& operator=(const SceneUpdate&) = delete;
 
-  /// In the order in which they were set. `table`: of the object's plugin.
+  /// In the order in which they were set. `table`: of the object's plugin. `edit` must outlive
+  /// this.
   void add(const Edit& edit, std::span<const Parameter> table);
   /// Makes anew what depends on the edits, and then the scene's contents, by `contents`. Throws
   /// Errors.
   Scene::Contents make(const std::function<Scene::Contents()>& contents);
   /// Once the scene is as it should be.
-  void commit() { is_through_ = true; }
+  void commit();
 
   /// Shapes that were kept, and got another BSDF or emitter, or other triangles.
   size_t refitted() const { return refitted_; }
@@ -53,10 +60,16 @@ class SceneUpdate {
   void edit_meshes();
   std::shared_ptr<Object> made(const Node& node);
   void undo_shapes();
+  static std::vector<std::string> replaced_sources(const Edit& edit,
+                                                   std::span<const Parameter> table);
+  void put_around(const Edit& edit);
+  void take_off(Node& node);
 
   struct Text {
     std::vector<ObjectDescription::Value> given;
     std::vector<std::string> taken;
+    std::vector<std::shared_ptr<Node>> put;
+    std::vector<std::shared_ptr<const Node>> steps;
   };
 
   Builder& builder_;
@@ -70,6 +83,8 @@ class SceneUpdate {
   std::map<const Node*, MeshEdits> mesh_edits_;
   std::map<const Node*, Location> mesh_places_;  ///< of their first edits
   std::vector<std::function<void()>> undo_;
+  std::vector<const Edit*> around_;  ///< after all others, whose paths are those of before
+  std::vector<std::function<void()>> undo_around_;
   size_t refitted_ = 0;
   bool is_through_ = false;
 };

@@ -25,18 +25,14 @@ class SceneGenerator {
       : expansion_(expansion), saved_(saved) {}
 
   std::string run() {
-    if (const SavedScene::Said* const said = saved_.find(expansion_.root)) {
-      add_values(expansion_.root, *said, "  ");
-    }
+    add_values(expansion_.root, "  ");
     for (const Node& child : expansion_.root.children) add(child, expansion_.root, 1);
     return "<scene version=\"3.0.0\">\n" + kept_ + text_ + "</scene>\n";
   }
 
  private:
-  void add_values(const Node& node, const SavedScene::Said& said, const std::string& indent) {
-    for (const auto& [name, value, where] : said.values) {
-      text_ += indent + value_element(name, value, saved_.row(node, name)) + "\n";
-    }
+  void add_values(const Node& node, const std::string& indent) {
+    for (const auto& [name, element] : saved_.elements(node)) text_ += indent + element + "\n";
   }
 
   void add(const Node& node, const Node& owner, int depth) {
@@ -59,13 +55,14 @@ class SceneGenerator {
       text_ += fmt::format(" {}=\"{}\"", attribute.name,
                            said_text(value_of(node, owner, attribute, said), attribute.where));
     }
-    if (node.children.empty() && (!said || said->values.empty())) {
+    if (node.children.empty() && !node.inner && saved_.elements(node).empty()) {
       text_ += "/>\n";
       return;
     }
     text_ += ">\n";
-    if (said) add_values(node, *said, indent + "  ");
+    add_values(node, indent + "  ");
     for (const Node& child : node.children) add(child, node, depth + 1);
+    if (node.inner) add_element(*node.inner, node, depth + 1, true);
     text_ += indent + "</" + node.tag + ">\n";
   }
 

@@ -7,10 +7,9 @@
 #include <fmt/format.h>
 
 namespace kinome::loader {
-namespace {
 
-/// The shortest that is read as the same number, which is read as a double first.
-std::string written(double value) {
+/// It is read as a double first.
+std::string written_number(double value) {
   const auto single = static_cast<float>(value);
   const std::string text = fmt::format("{}", single);
   const double read = std::strtod(text.c_str(), nullptr);
@@ -18,15 +17,17 @@ std::string written(double value) {
   return is_single && static_cast<float>(read) == single ? text : fmt::format("{}", value);
 }
 
-std::string written(const Vec3& v) {
-  return written(v.x) + ", " + written(v.y) + ", " + written(v.z);
+std::string written_triple(const Vec3& v) {
+  return written_number(v.x) + ", " + written_number(v.y) + ", " + written_number(v.z);
 }
 
+namespace {
+
 std::string written(const Mat4& m) {
-  std::string text = written(m[0][0]);
+  std::string text = written_number(m[0][0]);
   for (int i = 1; i < 16; ++i) {
     text += ' ';
-    text += written(m[i % 4][i / 4]);
+    text += written_number(m[i % 4][i / 4]);
   }
   return text;
 }
@@ -47,18 +48,18 @@ struct ValueElement {
     const bool is_real = is_colour(row) || (row && row->type == ParameterType::kFloat);
     return plain(is_real ? "float" : "integer", std::to_string(value));
   }
-  std::string operator()(double value) const { return plain("float", written(value)); }
+  std::string operator()(double value) const { return plain("float", written_number(value)); }
   std::string operator()(const std::string& value) const { return plain("string", value); }
   std::string operator()(const Vec3& value) const {
     // Mitsuba takes either of these for places and directions.
-    return plain(is_colour(row) ? "rgb" : "point", written(value));
+    return plain(is_colour(row) ? "rgb" : "point", written_triple(value));
   }
   std::string operator()(const UniformColor& value) const {
     const Rgb& c = value.value;
     const bool is_grey = c.x == c.y && c.y == c.z;
-    if (is_grey && value.is_float) return plain("float", written(c.x));
-    if (is_grey && value.spectral) return plain("spectrum", written(c.x));
-    return plain("rgb", written(c));
+    if (is_grey && value.is_float) return plain("float", written_number(c.x));
+    if (is_grey && value.spectral) return plain("spectrum", written_number(c.x));
+    return plain("rgb", written_triple(c));
   }
   std::string operator()(const Transform& value) const {
     return fmt::format(R"(<transform name="{}"><matrix value="{}"/></transform>)", escaped(name),

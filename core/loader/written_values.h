@@ -6,6 +6,10 @@
 
 namespace kinome::loader {
 
+/// The shortest that is read as the same number.
+std::string written_number(double value);
+/// Three of them, with commas between.
+std::string written_triple(const Vec3& value);
 /// With what XML wants escaped in an attribute, whichever quotes that has.
 std::string escaped(const std::string& text);
 /// Throws Error where a text has a $, which a scene file takes for the beginning of a name.

@@ -53,6 +53,18 @@ def colour(value, where):
     return np.broadcast_to(channels, 3).tolist()
 
 
+def description_of(said, where):
+    """Of what is set as a parameter in place of a value: a texture, a reference, a BSDF, a colour."""
+    kind = said.get("type")
+    if kind == "rgb":
+        return "rgb", colour(said.get("value"), where)
+    if kind == "ref":
+        if not isinstance(said.get("id"), str):
+            fail(where, "a ref needs an 'id', a string")
+        return "object", ("ref", "", "", said["id"], where, [], [])
+    return "object", describe(said, "", where)
+
+
 def describe(said, name="", where="scene", tag=None):
     """`name`: the key that it has in the dict around it; `tag`: what it must be, if known."""
     if not isinstance(said, dict) or not isinstance(said.get("type"), str):

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import _arguments as check
 from . import _kinome
-from ._describe import describe
+from ._describe import describe, description_of
 from ._errors import Error
 from ._picture import Picture
 from ._values import to_core, to_python
@@ -131,10 +131,32 @@ def _are_same(a, b):
 
 
 class SceneParameters(collections.abc.MutableMapping):
-    """The parameters of a scene by their paths. Setting one is noted; update() makes it so."""
+    """The parameters of a scene by their paths. Setting one is noted; update() makes it so.
+
+    A dict of a texture takes the place of a value: {"type": "bitmap", "filename": "wood.png"}, or
+    {"type": "ref", "id": "wood"}. A dict of a BSDF, set at the path of a BSDF, is put around that,
+    as {"type": "normalmap", "normalmap": {"type": "bitmap", …}} is.
+    """
 
     def __init__(self, scene):
         self._editor = _editor(scene)
+
+    def objects(self):
+        """All objects that have paths: pairs of the path and the plugin, as "bsdf/diffuse"."""
+        return [(path, plugin) for path, plugin, _ in self._editor.objects()]
+
+    def textures(self):
+        """The parameters that textures stand for, with the paths of those: a dict."""
+        return dict(self._editor.textures())
+
+    def unset(self, path):
+        """Has nothing said of a parameter: its default counts. Of a BSDF: what was put around it is
+        taken off. Noted for update()."""
+        self._editor.unset(_known(path))
+
+    def revert(self, path):
+        """Has a parameter be again what the scene's file, or dict, says. Noted for update()."""
+        self._editor.revert(_known(path))
 
     def __getitem__(self, path):
         return to_python(self._editor.get(_known(path)))
@@ -155,10 +177,12 @@ class SceneParameters(collections.abc.MutableMapping):
 
     @staticmethod
     def _core_value(path, value):
+        if isinstance(value, dict):
+            return description_of(value, _known(path))
         return to_core(value, _known(path).rpartition(".")[2], path)
 
     def __delitem__(self, path):
-        raise TypeError("a scene's parameters can be set, not deleted")
+        raise TypeError("a scene's parameters can be set and unset, not deleted")
 
     def __iter__(self):
         return (row.path for row in self._rows())

@@ -116,6 +116,30 @@ class Editor {
     }
     editor_->set(std::move(values));
   }
+  void unset(const std::string& path) {
+    expect_no_update();
+    editor_->set(path, Unset());
+  }
+  void revert(const std::string& path) {
+    expect_no_update();
+    editor_->set(path, AsWritten());
+  }
+  nb::list objects() const {
+    expect_no_update();
+    nb::list all;
+    for (const SceneObject& o : editor_->objects()) {
+      all.append(nb::make_tuple(o.path, o.plugin, o.is_around));
+    }
+    return all;
+  }
+  nb::list textures() const {
+    expect_no_update();
+    nb::list all;
+    for (const SceneParameter& p : editor_->textured_parameters()) {
+      all.append(nb::make_tuple(p.path, p.texture));
+    }
+    return all;
+  }
   void save(const std::string& path) const {
     expect_no_update();
     editor_->save(path);
@@ -346,6 +370,10 @@ NB_MODULE(_kinome, m) {
       .def("get", &Editor::get)
       .def("set", &Editor::set)
       .def("set_all", &Editor::set_all)
+      .def("unset", &Editor::unset)
+      .def("revert", &Editor::revert)
+      .def("objects", &Editor::objects)
+      .def("textures", &Editor::textures)
       .def("save", &Editor::save)
       .def("update", &Editor::update)
       .def("render", &Editor::render, "integrator"_a.none(), "sensor"_a, "samples"_a, "seed"_a,

@@ -57,6 +57,11 @@ struct Maker {
   nb::object operator()(const T& value) const {
     return nb::cast(value);
   }
+  // What is no value is never got.
+  nb::object operator()(const ObjectDescription&) const { return nb::none(); }
+  nb::object operator()(const Unset&) const { return nb::none(); }
+  nb::object operator()(const AsWritten&) const { return nb::none(); }
+  nb::object operator()(const Placed&) const { return nb::none(); }
   nb::object operator()(const Vec3& v) const {
     return nb::make_tuple("vector", std::vector<float>{v.x, v.y, v.z});
   }
@@ -118,6 +123,7 @@ EditedValue to_value(nb::handle value, const Location& where) {
     const auto array = nb::cast<FloatArray>(what);
     return std::vector<float>(array.data(), array.data() + array.size());
   }
+  if (kind == "object") return to_description(what);
   const auto array = nb::cast<IndexArray>(what);
   return std::vector<uint32_t>(array.data(), array.data() + array.size());
 }

@@ -13,7 +13,7 @@ namespace nb = nanobind;
 /// From what kinome/_values.py makes of a Python value: bool, int, float, str, or a pair of a word
 /// and what it is: ("rgb", [r, g, b]), ("vector", [x, y, z]), ("transform", 16 numbers by rows),
 /// ("image", float32 array (height, width, channels)), ("floats", float32 array), ("indices",
-/// uint32 array).
+/// uint32 array), ("object", as to_description() takes it).
 EditedValue to_value(nb::handle value, const Location& where);
 /// The other way round.
 nb::object from_value(const EditedValue& value);

@@ -67,10 +67,42 @@ class RandomEdits:
             return dice.choice(row.choices or ["no such"])
         raise AssertionError(f"a parameter of unknown type: {row}")
 
+    def texture(self):
+        dice = self.dice
+        return dice.choice([
+            {"type": "bitmap", "filename": str(self.parts / "wood.ppm"), "raw": dice.random() < 0.5},
+            {"type": "checkerboard", "color0": dice.random(), "color1": [0.2, 0.5, 0.9]},
+            {"type": "bitmap", "data": self.noise.uniform(0, 1, (2, 3, 3)).astype(np.float32)},
+            {"type": "bitmap", "filename": "nowhere.png"},
+            {"type": "ref", "id": "wood"}])
+
+    def put_or_take(self):
+        """Textures, maps around BSDFs, and what is taken back or away."""
+        dice = self.dice
+        rows = self.parameters.parameters()
+        slots = [row.path for row in rows if "texture" in row.type] + list(self.parameters.textures())
+        bsdfs = [path for path, plugin in self.parameters.objects() if plugin.startswith("bsdf/")]
+        do = dice.random()
+        if do < 0.4:
+            self.parameters[dice.choice(slots)] = self.texture()
+        elif do < 0.6:
+            self.parameters[dice.choice(bsdfs)] = dice.choice([
+                {"type": "bumpmap", "any": self.texture(), "scale": 0.3},
+                {"type": "normalmap", "normalmap": self.texture()}])
+        elif do < 0.7:
+            self.parameters.unset(dice.choice(bsdfs))
+        elif do < 0.85:
+            large = (".width", ".height", ".sample_count")  # by default
+            self.parameters.unset(dice.choice([r.path for r in rows if not r.path.endswith(large)]))
+        else:
+            self.parameters.revert(dice.choice([row.path for row in rows if row.type != "array"]))
+
     def step(self):
         """One to three values, then an update."""
         rows = self.parameters.parameters()
         try:
+            if self.dice.random() < 0.25:
+                self.put_or_take()
             for row in self.dice.choices(rows, k=self.dice.randint(1, 3)):
                 value = self.value(row)
                 if value is not None:
@@ -136,6 +168,73 @@ class EditingTest(SessionTest):
         # Until a parameter of its own says what it is.
         self.parameters.update({"meter.face_normals": True})
         self.assertFalse(np.array_equal(self.parameters["meter.vertex_positions"], edited))
+
+    def test_textures_and_maps_are_put_and_taken_back(self):
+        first = kinome.render(self.scene)
+        text = self.path.read_text()
+        bitmap = {"type": "bitmap", "filename": "parts/wood.ppm"}
+        normals = {"type": "normalmap", "normalmap": {**bitmap, "raw": True}}
+        edits = {
+            "shiny.alpha": {**bitmap, "raw": True},
+            "shape.bsdf.diffuse_reflectance": {"type": "checkerboard", "color0": bitmap},
+            "shape_1.bsdf": normals,
+            "shape_2.bsdf": {"type": "bumpmap", "any": {"type": "ref", "id": "wood"}},
+            "camera.to_world": kinome.Transform().look_at([0, 3, 6], [0, 0, 0], [0, 1, 0]),
+        }
+        pictures = [first]
+        for path, value in edits.items():
+            self.parameters.update({path: value})
+            pictures.append(kinome.render(self.scene))
+            self.assertFalse(np.array_equal(*pictures[-2:]), path)
+            self.expect_saved(self.folder / "new.xml")
+        # The one around it has its path: what was in it is one step further in.
+        self.assertEqual(self.parameters.textures()["shiny.normalmap.value"], "shiny.normalmap")
+        self.assertEqual(self.parameters.textures()["shiny.bsdf.alpha.value"], "shiny.bsdf.alpha")
+        self.parameters.update({"shiny.bsdf.alpha.wrap_mode": "mirror", "shiny.normalmap.raw": False})
+        self.expect_saved(self.folder / "new.xml")
+        self.assertIn('<bsdf type="normalmap" id="shiny">', (self.folder / "new-materials.xml").read_text())
+        # What was put is as good as what was read.
+        saved = kinome.load_file(self.folder / "new.xml")
+        self.assertEqual(sorted(path for path, _ in kinome.traverse(saved).objects()),
+                         sorted(path for path, _ in self.parameters.objects()))
+        self.parameters.unset("shiny")
+        self.parameters.update()
+        for path in edits:
+            if path == "shape_2.bsdf":
+                self.parameters.unset(path)
+            elif path != "shape_1.bsdf":
+                self.parameters.revert(path)
+        self.parameters.update()
+        np.testing.assert_array_equal(kinome.render(self.scene), first)
+        self.parameters.save(self.folder / "back.xml")
+        self.assertEqual((self.folder / "back.xml").read_text(), text)
+
+    def test_what_cannot_be_put_is_told(self):
+        first = kinome.render(self.scene)
+        bitmap = {"type": "bitmap", "filename": "parts/wood.ppm"}
+        for path, value, message in (
+                ("camera.fov", bitmap, "no texture can stand for it"),
+                ("shiny.alpha", {"type": "diffuse"}, "only a texture can be put there"),
+                ("shiny", bitmap, "only a bsdf can be put there"),
+                ("shiny", {"type": "diffuse"}, "takes no bsdf"),
+                ("shiny.alpha", {"type": "ref", "id": "wod"}, "nothing has the id 'wod'"),
+                ("shiny.alpha", {"type": "ref", "id": "shiny"}, "."),
+                ("shiny.alpha", {**bitmap, "id": "own"}, "has no id"),
+                ("shiny.alpha", {**bitmap, "filename": "nowhere.png"}, "nowhere.png"),
+                ("mesh.faces", bitmap, "arrays")):
+            with self.assertRaisesRegex(kinome.Error, message):
+                self.parameters.update({path: value})
+            self.assertEqual(self.parameters.update(), ([], 0, False), path)
+        with self.assertRaisesRegex(kinome.Error, "there is no parameter"):
+            self.parameters.unset("mesh")
+        np.testing.assert_array_equal(kinome.render(self.scene), first)
+
+    def test_a_value_that_excludes_another_is_taken_away(self):
+        self.parameters.unset("shiny.alpha")
+        self.parameters.update({"shiny.alpha_u": 0.1, "shiny.alpha_v": 0.4})
+        self.assertEqual(self.parameters["shiny.alpha_v"], 0.4)
+        self.expect_saved(self.folder / "new.xml")
+        self.assertNotIn('name="alpha"', (self.folder / "new-materials.xml").read_text())
 
     def test_texture_coordinates_alone_leave_normals_as_they_are(self):
         def edit(array, amount):

@@ -501,7 +501,7 @@ class ModuleTest(unittest.TestCase):
 class Documentation(unittest.TestCase):
     def test_examples_run(self):
         """All of the page's, one after the other, of smaller pictures."""
-        import matplotlib
+        import matplotlib.image
         matplotlib.use("Agg")
         page = pathlib.Path(__file__).resolve().parents[2] / "docs/python.md"
         text = "\n".join(re.findall(r"^```python\n(.*?)^```", page.read_text("utf-8"),
@@ -511,6 +511,7 @@ class Documentation(unittest.TestCase):
             text = text.replace(large, small)
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "scene.xml").write_text(SCENE)
+            matplotlib.image.imsave(pathlib.Path(folder) / "wood.png", np.eye(4))
             before = os.getcwd()
             self.addCleanup(os.chdir, before)
             os.chdir(folder)

@@ -301,6 +301,46 @@ TEST_F(SceneEdits, AreNotedTogetherOrNotAtAll) {
   EXPECT_EQ(std::get<double>(*editor->get("ball.radius")), 0.2);
 }
 
+/// Cameras and lamps that are moved are saved as people write them.
+TEST_F(SceneEdits, OfPlacesAreSaidByTheStepsOfTheFile) {
+  const auto editor = open();
+  const auto moved = [&](const char* path, const Mat4& by) {
+    const Mat4 before = std::get<Transform>(*editor->get(path)).matrix();
+    editor->set(path, Placed{Transform(by * before)});
+    editor->update();
+    const Mat4 now = std::get<Transform>(*editor->get(path)).matrix();
+    for (int i = 0; i < 16; ++i) {
+      EXPECT_NEAR(now[i / 4][i % 4], (by * before)[i / 4][i % 4], 5e-5f) << path << ' ' << i;
+    }
+  };
+  const Mat4 way = glm::translate(Mat4(1.f), Vec3(0.3f, -0.1f, 0.7f));
+  const Mat4 turn = glm::rotate(Mat4(1.f), 0.4f, glm::normalize(Vec3(0.2f, 1, 0.1f)));
+  moved("sensor.to_world", way * turn);
+  moved("lamp.to_world", way);
+  moved("floor.to_world", way);
+  moved("box.to_world", turn);  // by no steps of its own
+  moved("ball.to_world", way);
+  editor->save(folder_.path("new.xml"));
+  expect_same(*editor->scene(), *SceneEditor(folder_.path("new.xml"), {}, registry()).scene());
+  std::ifstream file(folder_.path("new.xml"));
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const auto has = [&](const char* part) { return text.find(part) != std::string::npos; };
+  EXPECT_TRUE(has(R"(<transform name="to_world"><lookat origin=")")) << text;
+  EXPECT_TRUE(has(R"(<rotate x="1" angle="90"/><translate x="0.3" y="2.9" z="0.7"/>)")) << text;
+  EXPECT_TRUE(has(R"(<rotate x="1" angle="-90"/><translate x="0.3")")) << text;
+  EXPECT_TRUE(has(R"(<transform name="to_world"><translate x="0.3")")) << text;
+  EXPECT_EQ(text.find("<matrix"), text.rfind("<matrix")) << text;
+  // What goes back to where it was stands there as it was.
+  for (const char* const path :
+       {"sensor.to_world", "lamp.to_world", "floor.to_world", "box.to_world", "ball.to_world"}) {
+    editor->set(path, AsWritten{});
+  }
+  editor->update();
+  editor->save(folder_.path("back.xml"));
+  std::ifstream back(folder_.path("back.xml"));
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(back), {}), scene_text({}));
+}
+
 TEST_F(SceneEdits, ThatAFileCantSayAreNotSaved) {
   const auto editor = open();
   folder_.write("a$b.ply", mesh_text(3));

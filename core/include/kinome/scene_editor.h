@@ -13,11 +13,25 @@
 
 namespace kinome {
 
+/// In place of a value: nothing is said of the parameter, so that its default counts. Of a BSDF:
+/// what was put around it is taken off.
+struct Unset {};
+/// In place of a value: the parameter is again what the scene's file says.
+struct AsWritten {};
+/// A transform that is said as the scene's file says its own, if it can be by a change of its last
+/// step: a `<lookat>`, or a `<translate>`, which is added where the last is neither. It is rounded
+/// for that to what such a file has (some millionths); otherwise it is set as it is.
+struct Placed {
+  Transform transform;
+};
+
 /// What a parameter of a scene is, and may be set to: arrays are those of meshes, three numbers (or
-/// two, of texture coordinates) for each vertex, three vertices for each face.
+/// two, of texture coordinates) for each vertex, three vertices for each face. The last four are
+/// what it may be set to in place of a value; see SceneEditor::set().
 using EditedValue =
     std::variant<bool, int64_t, double, std::string, Vec3, UniformColor, Transform,
-                 std::shared_ptr<const Image>, std::vector<float>, std::vector<uint32_t>>;
+                 std::shared_ptr<const Image>, std::vector<float>, std::vector<uint32_t>,
+                 ObjectDescription, Unset, AsWritten, Placed>;
 
 /// A parameter that can be set, and what a program needs to show it and to let people enter it.
 struct SceneParameter {
@@ -34,10 +48,20 @@ struct SceneParameter {
   /// What it is where nothing is set; nullopt: the plugin then does without, or must have it.
   std::optional<EditedValue> default_value;
   bool is_set = false;  ///< by the scene or by an edit: otherwise `value` is the default
+  bool is_edited = false;  ///< not by the scene's file
   /// What its type allows: [0,1] for each channel of a reflectance. Plugins may allow less, which
   /// update() tells.
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
+  /// Path of the texture that stands in place of a value, of SceneEditor::textured_parameters().
+  std::string texture;
+};
+
+/// An object of a scene.
+struct SceneObject {
+  std::string path;
+  std::string plugin;      ///< "bsdf/diffuse"
+  bool is_around = false;  ///< was put around another one: SceneEditor::set() of Unset takes it off
 };
 
 /// What an update has made anew; everything else is what it was before.
@@ -86,16 +110,31 @@ class KINOME_EXPORT SceneEditor {
   /// it in the scene's file or not, but for what another object stands for (a texture, whose own
   /// parameters are listed).
   std::vector<SceneParameter> parameters() const;
+  /// All that a texture stands for, which set() may give a value or another texture; they have
+  /// none.
+  std::vector<SceneParameter> textured_parameters() const;
+  /// All objects that have paths, by the scene's order.
+  std::vector<SceneObject> objects() const;
   /// What the paths of an object's parameters begin with; "": it has none, as what stands in where
   /// the scene says nothing.
   std::string path_of(const Object& object) const;
   /// What it was set to, or what the scene says, or its default; nullopt where it is none of these.
   /// Error where there is no parameter of this path, or it is a texture.
   std::optional<EditedValue> get(const std::string& path) const;
+  /// What set() takes to make it what it is now: a value that was set, the texture that was put in
+  /// its place, Unset, or AsWritten where it wasn't edited. Of a BSDF's path: what was put around
+  /// it, or Unset. Error as get().
+  EditedValue edit_of(const std::string& path) const;
   /// Notes a value for update(). Error, and nothing noted, where there is no parameter of this
   /// path, or its plugin doesn't take such a value. Pixels (`data`) take the place of a file
   /// (`filename`), and the other way round. Arrays of a mesh stay until a parameter of its own
   /// (`to_world`, `filename`, ...) is set.
+  ///
+  /// A description of a texture, or a "ref" to one, takes the place of a value that textures can
+  /// stand for. One of a BSDF, for the path of a BSDF, is put around that, as a bump map is: all
+  /// that has that BSDF has the one around it instead, which takes over its path and its id. It
+  /// takes the place of what was put there before. Neither has ids of its own. What is in them has
+  /// paths once update() has made them.
   void set(const std::string& path, EditedValue value);
   /// Notes several, in their order: where one of them can't be noted, none is.
   void set(std::vector<std::pair<std::string, EditedValue>> values);

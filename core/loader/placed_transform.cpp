@@ -1,0 +1,83 @@
+#include "loader/placed_transform.h"
+
+#include <algorithm>
+
+#include "loader/convert.h"
+#include "loader/written_values.h"
+
+namespace kinome::loader {
+namespace {
+
+/// Of the largest number of an axis, or of the place: what the last digits of a file's numbers come
+/// to.
+constexpr float kNear = 1e-5f;
+
+bool are_near(const Mat4& a, const Mat4& b) {
+  for (int column = 0; column < 4; ++column) {
+    const float size = max_component(glm::abs(Vec3(a[column])));
+    const float off = max_component(glm::abs(Vec3(a[column]) - Vec3(b[column])));
+    if (!(off <= kNear * size)) return false;
+  }
+  return true;
+}
+
+Node step(const char* tag, std::vector<std::pair<const char*, std::string>> attributes,
+          const Location& where) {
+  Node node;
+  node.tag = tag;
+  node.where = where;
+  for (auto& [name, value] : attributes) node.attributes.push_back({name, std::move(value), where});
+  return node;
+}
+
+/// It looks as an axis system's z axis does, from its origin.
+Node lookat(const Mat4& m, float distance, const Location& where) {
+  const Vec3 origin(m[3]), target = origin + distance * glm::normalize(Vec3(m[2]));
+  return step("lookat",
+              {{"origin", written_triple(origin)},
+               {"target", written_triple(target)},
+               {"up", written_triple(Vec3(m[1]))}},
+              where);
+}
+
+Node translate(const Mat4& m, const Location& where) {
+  const Vec3 way(m[3]);
+  return step(
+      "translate",
+      {{"x", written_number(way.x)}, {"y", written_number(way.y)}, {"z", written_number(way.z)}},
+      where);
+}
+
+/// From where a <lookat> is to what it looks at.
+float distance_of(const Node& lookat) {
+  return glm::length(convert_triple(lookat, *lookat.find("target")) -
+                     convert_triple(lookat, *lookat.find("origin")));
+}
+
+}  // namespace
+
+std::shared_ptr<Node> placed_transform(const Node* written, const std::string& name,
+                                       const Mat4& matrix, const Location& where) {
+  auto said = std::make_shared<Node>(step("transform", {{"name", name}}, where));
+  if (written) said->children = written->children;
+  const std::string last = said->children.empty() ? "" : said->children.back().tag;
+  float distance = 1;
+  if (last == "lookat") distance = distance_of(said->children.back());
+  if (last == "lookat" || last == "translate") said->children.pop_back();
+  const Transform before = convert_transform(*said);
+  if (!before.is_invertible()) return nullptr;
+  const Mat4 rest = matrix * before.inverse().matrix();
+  // The farther away the target is, the better is the direction told by rounded numbers.
+  const float far = max_component(glm::abs(Vec3(rest[3])));
+  for (const float length : {distance, 10 * far, 1000 * far}) {
+    said->children.push_back(last == "lookat" ? lookat(rest, length, where)
+                                              : translate(rest, where));
+    const Node& added = said->children.back();
+    const bool is_place = last != "lookat" || added.value("origin") != added.value("target");
+    if (is_place && are_near(matrix, convert_transform(*said).matrix())) return said;
+    said->children.pop_back();
+  }
+  return nullptr;
+}
+
+}  // namespace kinome::loader
