@@ -10,6 +10,7 @@
 #include <optional>
 #include <thread>
 
+#include "app/interpret_options.h"
 #include "kinome/error.h"
 #include "kinome/image.h"
 #include "session/script.h"
@@ -31,16 +32,6 @@ struct Arguments {
 /// After the window is closed: whoever waits for the program won't wait for a plugin that doesn't
 /// look for the end of a render.
 constexpr std::chrono::milliseconds kMostAfterClosing{200};
-
-void add_defines(const std::vector<std::string>& given, kinome::LoadOptions& load) {
-  for (const std::string& define : given) {
-    const size_t equals = define.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw Error("-D: expected KEY=VALUE, got '" + define + "'");
-    }
-    load.defines[define.substr(0, equals)] = define.substr(equals + 1);
-  }
-}
 
 /// nullopt: there is nothing left to do, but to end with this status.
 std::optional<Arguments> parse(int argc, char** argv, int& status) {
@@ -83,7 +74,7 @@ std::optional<Arguments> parse(int argc, char** argv, int& status) {
     status = app.exit(error);
     return std::nullopt;
   }
-  add_defines(defines, session.load);
+  session.load.defines = kinome::app::parse_defines(defines);
   session.load.threads = session.threads;
   int used = 0;
   if (!size.empty() &&

@@ -40,6 +40,7 @@ def write_scene(folder, width=32, height=24):
     import numpy as np
     sky = np.random.default_rng(3).uniform(0.2, 0.6, (4, 8, 3)).astype("<f4")
     (folder / "sky.pfm").write_bytes(b"PF\n8 4\n-1\n" + sky.tobytes())
+    (folder / "bumps.ppm").write_bytes(b"P6 4 4 255\n" + np.random.default_rng(4).bytes(48))
     path = folder / "scene.xml"
     path.write_text(SCENE.format(width=width, height=height))
     return path

@@ -29,10 +29,10 @@ class SessionTest(unittest.TestCase):
         result = subprocess.run(
             [PROGRAM, scene or self.scene, "-t", "2", "--script", "-"], cwd=self.folder,
             input="\n".join(lines), text=True, capture_output=True, timeout=200)
-        told = [line for line in result.stdout.splitlines() if line.startswith("error: ")]
+        told = [line for line in result.stderr.splitlines() if line.startswith("kinome-view: -:")]
         self.assertEqual(len(told), errors, result.stdout + result.stderr)
         self.assertEqual(result.returncode, 1 if errors else 0, result.stderr)
-        return result.stdout
+        return result.stdout + (result.stderr if errors else "")
 
     def random_edits(self, count, seed):
         """Lines of a script that set parameters of all kinds, each once the one before is made."""
@@ -50,14 +50,38 @@ class SessionTest(unittest.TestCase):
         usable = [(path, kind) for path, kind, _ in rows
                   if kind in makers and not left_out.search(path)]
         self.assertGreater(len(usable), 15)
-        lines = []
+        lines, around = [], set()
+
+        def now(path):
+            """What is in a BSDF that has a map around it has a path through that."""
+            bsdf, _, rest = path.partition(".")
+            return f"{bsdf}.bsdf.{rest}" if bsdf in around else path
         for _ in range(count):
             if dice.random() < 0.2:
                 lines += [f"orbit {dice.uniform(-20, 20):.4f} {dice.uniform(-5, 5):.4f}", "wait"]
-                continue
-            path, kind = dice.choice(usable)
-            lines += [f"set {path} {makers[kind]()}", "wait"]
+            elif dice.random() < 0.2:
+                lines += [self.random_put(dice, now, around), "wait"]
+            else:
+                path, kind = dice.choice(usable)
+                lines += [f"set {now(path)} {makers[kind]()}", "wait"]
         return lines
+
+    @staticmethod
+    def random_put(dice, now, around):
+        """A line that puts a texture or a map, or takes one away."""
+        image = dice.choice(["bumps.ppm", "sky.pfm"])
+        bsdf = dice.choice(["red", "grey"])
+        texture = dice.choice(["red.reflectance", "grey.diffuse_reflectance", "grey.specular_reflectance"])
+        do = dice.randrange(4)
+        if do == 0:
+            return f"texture {now(texture)} {dice.choice([image, 'checkerboard'])}"
+        if do == 1:
+            around.add(bsdf)
+            return f"{dice.choice(['normalmap', 'bumpmap'])} {bsdf} {image}"
+        if do == 2:
+            around.discard(bsdf)
+            return f"unset {bsdf}"
+        return f"{dice.choice(['unset', 'revert'])} {now(texture)}"
 
     def picture(self, path):
         import OpenImageIO as oiio
@@ -115,6 +139,37 @@ class SessionTest(unittest.TestCase):
                          "render 2", "picture b.exr"])
         self.assertEqual((self.folder / "a.exr").read_bytes(), (self.folder / "b.exr").read_bytes())
 
+    def test_textures_and_maps_are_put_and_taken_back(self):
+        text = self.scene.read_text()
+        edits = ["texture red.reflectance.value bumps.ppm", "bumpmap red bumps.ppm",
+                 "set red.bsdf.reflectance.to_uv 4 0 0 0 0 4 0 0 0 0 1 0 0 0 0 1",
+                 "texture grey.specular_reflectance.value bumps.ppm", "normalmap grey bumps.ppm",
+                 "set red.bsdf.reflectance.value 0.1 0.2 0.3", "unset grey.bsdf.specular_reflectance.value"]
+        shown = [line for i, edit in enumerate(edits)
+                 for line in (edit, "render 2", f"picture {i}.exr", f"save {i}.xml")]
+        back = [line for i in range(len(edits)) for line in ("undo", "wait")]
+        self.run_script(["render 2", "picture first.exr", *shown, *back, "render 2",
+                         "picture last.exr", "save last.xml"])
+        pictures = [(self.folder / f"{i}.exr").read_bytes() for i in ["first", *range(len(edits))]]
+        self.assertEqual(len(set(pictures)), len(pictures))
+        self.assertEqual((self.folder / "last.exr").read_bytes(), pictures[0])
+        self.assertEqual((self.folder / "last.xml").read_text(), text)
+        self.run_script(["render 2", "picture again.exr"], scene="6.xml")
+        self.assertEqual((self.folder / "again.exr").read_bytes(), pictures[-1])
+
+    def test_parameters_that_said_nothing_say_nothing_again(self):
+        text = self.scene.read_text()
+        self.run_script(["set camera.near_clip 0.5", "wait", "undo", "unset sky.filename", "wait",
+                         "set grey.nonlinear true", "wait", "undo", "save a.xml"], errors=1)
+        self.assertEqual((self.folder / "a.xml").read_text(), text)
+
+    def test_what_is_refused_costs_no_samples(self):
+        samples = [int(s) for s in re.findall(r"samples (\d+)", self.run_script([
+            "wait", "sleep 2.5", "samples", "undo", "set red.reflectance.value 2", "wait",
+            "sleep 0.3", "samples"], errors=1))]
+        self.assertGreater(samples[0], 8)
+        self.assertGreaterEqual(samples[1], samples[0])
+
     def lookats(self, lines):
         out = self.run_script(lines)
         number = r"([-\d.e]+)"
@@ -159,6 +214,27 @@ class SessionTest(unittest.TestCase):
         self.assertLess(np.mean(np.abs(a - b) > 1e-2), 0.05)
         self.run_script(["render 2", "picture c.exr"])
         self.assertGreater(np.mean(np.abs(a - self.picture("c.exr")) > 1e-2), 0.3)
+
+    def test_it_is_installed_where_it_is_built(self):
+        for component in ("viewer", "runtime"):
+            subprocess.run(["cmake", "--install", BUILD, "--component", component, "--prefix",
+                            self.folder / "installed"], check=True, capture_output=True, timeout=100)
+        program = self.folder / "installed/bin/kinome-view"
+        out = subprocess.run([program, self.scene, "--script", "-"], input="render 1\npicture a.exr\n",
+                             cwd=self.folder, text=True, capture_output=True, timeout=60)
+        self.assertEqual((out.returncode, out.stderr), (0, ""))
+        self.assertGreater((self.folder / "a.exr").stat().st_size, 0)
+
+    def test_cameras_are_saved_as_they_were_given(self):
+        text = self.scene.read_text()
+        self.run_script(["orbit 30 10", "dolly 0.9", "render 2", "picture a.exr", "save a.xml",
+                         "home", "wait", "save home.xml"])
+        moved = (self.folder / "a.xml").read_text()
+        self.assertRegex(moved, r'<transform name="to_world"><lookat origin="[^"]+" target="[^"]+" up="')
+        self.assertNotIn("<matrix", moved)
+        self.run_script(["render 2", "picture b.exr"], scene="a.xml")
+        self.assertEqual((self.folder / "a.exr").read_bytes(), (self.folder / "b.exr").read_bytes())
+        self.assertEqual((self.folder / "home.xml").read_text(), text)
 
     def test_what_is_seen_is_picked(self):
         ball, sky = self.run_script(["pick 16 12", "pick 16 0.5"]).splitlines()

@@ -18,10 +18,10 @@ from scenes import PROGRAM, write_scene
 
 # Seconds; other programs may be at work beside this one.
 PATIENCE = 60
-# What closing the window may take at most [s]. It is 0.3 on a machine that has nothing else to do; on
-# one that has, the system alone may take two to clear a program away. What isn't interrupted would
-# take minutes.
-CLOSED = 6
+# What closing the window may take at most [s], of several times the least: what else the machine has to
+# do only adds to it. What isn't interrupted would take minutes.
+CLOSED = 0.5
+CLOSINGS = 5
 
 
 def xdotool(*arguments):
@@ -152,7 +152,7 @@ class WindowTest(unittest.TestCase):
         self.assertLess(red, 1.5 * green)
         # "Undo" takes back the whole drag.
         before = len(viewer.lines)
-        click(925, int(np.median(ys)) - 37)
+        xdotool("key", "ctrl+z")
         viewer.wait_for("preview", before)
         viewer.wait_for("pass [2-9]", before)
         np.testing.assert_allclose(self.middle(viewer.screenshot()), self.middle(shot), atol=12)
@@ -178,18 +178,31 @@ class WindowTest(unittest.TestCase):
         nearer = viewer.screenshot()[100:700, 50:850]
         is_red = [np.mean(p[..., 0] > 2 * p[..., 1]) for p in (orbited, nearer)]
         self.assertGreater(is_red[1], 1.05 * is_red[0])
-        self.assertLess(viewer.close(), CLOSED)
+        viewer.close()
 
     def test_closing_ends_a_render(self):
+        """At once, but for what waits to be saved."""
+        seconds = []
+        while len(seconds) < CLOSINGS and min(seconds, default=CLOSED) >= CLOSED:
+            seconds.append(self.close_while_it_renders())
+        self.assertLess(min(seconds), CLOSED, seconds)
+
+    def close_while_it_renders(self):
+        (self.folder / "scene-edited.xml").unlink(missing_ok=True)
         viewer = self.open(1200, 900)
         # All samples at once, which takes minutes: the button is in the row of the number.
         before = len(viewer.lines)
         xdotool("mousemove", 945, 180, "click", "--repeat", 2, 1, "key", "ctrl+a", "type", "100000\n")
         click(1103, 180)
         time.sleep(0.5)
-        self.assertLess(viewer.close(), CLOSED)
+        # What waits to be saved is.
+        xdotool("key", "ctrl+s")
+        seconds = viewer.close()
         self.assertEqual(viewer.process.returncode, 0)
         self.assertFalse([line for line in viewer.lines[before:] if "error" in line])
+        self.assertEqual((self.folder / "scene-edited.xml").read_text(),
+                         (self.folder / "scene.xml").read_text())
+        return seconds
 
     def test_the_first_picture_comes_soon(self):
         viewer = self.open(640, 480)
@@ -209,7 +222,7 @@ class WindowTest(unittest.TestCase):
         before = len(viewer.lines)
         xdotool("key", "ctrl+r")
         viewer.wait_for("pass [2-9]", before)
-        self.assertLess(viewer.close(), CLOSED)
+        viewer.close()
 
 
 if __name__ == "__main__":

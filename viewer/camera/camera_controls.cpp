@@ -3,20 +3,13 @@
 #include <cstdio>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "kinome/look_at.h"
+
 namespace kinome::viewer {
 namespace {
 
 /// From a pole; nearer to it, left and right would be lost.
 constexpr float kLeastPolarAngle = 0.02f;
-
-/// The axis of the world that is nearest to a direction.
-Vec3 nearest_axis(const Vec3& d) {
-  const Vec3 size = glm::abs(d);
-  const int i = size.y >= size.x && size.y >= size.z ? 1 : size.x >= size.z ? 0 : 2;
-  Vec3 axis(0.f);
-  axis[i] = d[i] < 0 ? -1.f : 1.f;
-  return axis;
-}
 
 Vec3 turned(const Vec3& v, float angle, const Vec3& axis) {
   return Vec3(glm::rotate(Mat4(1.f), angle, axis) * glm::vec4(v, 0.f));

@@ -36,6 +36,7 @@ class CameraControls {
   Vec3 up() const { return world_up_; }
   float distance() const { return distance_; }
   Transform to_world() const;
+  const Transform& home() const { return home_.to_world; }  ///< what reset() goes back to
   /// As Mitsuba's XML has it: `<lookat origin="…" target="…" up="…"/>`. What else its to_world did
   /// (a mirror, a scale) isn't part of it.
   std::string lookat() const;

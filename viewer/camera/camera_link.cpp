@@ -1,5 +1,7 @@
 #include "camera/camera_link.h"
 
+#include "session/transforms.h"
+
 namespace kinome::viewer {
 namespace {
 
@@ -15,10 +17,10 @@ float distance_of(const Transform& to_world, const Aabb& bounds) {
 
 void CameraLink::follow(const RenderSession& session,
                         const std::shared_ptr<const SceneInfo>& info) {
+  take_aim();
   if (!info || info->served < sent_number_) return;  // of before what was sent
   if (info->edition == edition_ && info->sensor_path == path_) return;
   edition_ = info->edition;
-  crop_ = info->crop;
   const SceneParameter* const found =
       info->sensor_path.empty() ? nullptr : info->find(info->sensor_path + ".to_world");
   const Transform* const now =
@@ -27,26 +29,40 @@ void CameraLink::follow(const RenderSession& session,
   is_orthographic_ = found->plugin == "sensor/orthographic";
   const bool is_other = info->sensor_path != path_;
   path_ = info->sensor_path;
-  if (!is_other && now->matrix() == sent_.matrix()) return;
+  if (!is_other && are_alike(now->matrix(), sent_.matrix())) return;
   sent_ = *now;
   const float distance = is_other ? distance_of(*now, info->bounds) : controls_.distance();
   if (!is_other) return controls_.take(*now, distance);
   controls_.take_home(*now, distance);
-  aim(session);
-  controls_.take_home(*now, controls_.distance());
+  home_ = controls_.to_world();
+  is_home_written_ = !found->is_edited;
+  const Rect& crop = info->crop;
+  const Vec2 middle(0.5f * static_cast<float>(crop.x0 + crop.x1),
+                    0.5f * static_cast<float>(crop.y0 + crop.y1));
+  aiming_ = session.ask_pick(middle);
+  take_aim();
+}
+
+/// The target becomes what is seen in the middle of the picture.
+void CameraLink::take_aim() {
+  if (!aiming_ || !aiming_->is_there()) return;
+  const std::optional<Pick> pick = aiming_->pick();
+  aiming_.reset();
+  // It may have been moved meanwhile: then what is in the middle isn't what was.
+  if (!pick || controls_.to_world().matrix() != home_.matrix()) return;
+  const float distance = glm::dot(pick->point - controls_.origin(), controls_.forward());
+  if (!(distance > 0)) return;
+  controls_.take_home(controls_.home(), distance);
+  home_ = controls_.to_world();
 }
 
 void CameraLink::send(RenderSession& session) {
   if (!can_move()) return;
   sent_ = controls_.to_world();
-  sent_number_ = session.set({{path_ + ".to_world", sent_}}, true, false);
-}
-
-void CameraLink::aim(const RenderSession& session) {
-  const Vec2 middle(0.5f * static_cast<float>(crop_.x0 + crop_.x1),
-                    0.5f * static_cast<float>(crop_.y0 + crop_.y1));
-  const auto pick = session.pick(middle);
-  if (pick) controls_.set_distance(glm::dot(pick->point - controls_.origin(), controls_.forward()));
+  // What the file says is left as it stands there.
+  const bool is_as_written = is_home_written_ && sent_.matrix() == home_.matrix();
+  const EditedValue value = is_as_written ? EditedValue(AsWritten{}) : Placed{sent_};
+  sent_number_ = session.set({{path_ + ".to_world", value}}, true, false);
 }
 
 }  // namespace kinome::viewer

@@ -12,24 +12,29 @@ class CameraLink {
   /// Once a frame: takes over what was set by others (undo, another sensor, a file that was loaded
   /// anew).
   void follow(const RenderSession& session, const std::shared_ptr<const SceneInfo>& info);
+  /// Whether the target is what is seen in the middle of the picture, as far as that is known.
+  bool is_aimed() const { return !aiming_; }
   /// Whether there is a camera that can be moved.
   bool can_move() const { return !path_.empty(); }
   bool is_orthographic() const { return is_orthographic_; }
   CameraControls& controls() { return controls_; }
   const CameraControls& controls() const { return controls_; }
-  /// Sets the sensor's to_world as the controls have it.
+  /// Sets the sensor's to_world as the controls have it; back where it was at first, it is what the
+  /// scene's file says.
   void send(RenderSession& session);
-  /// The target becomes what is seen in the middle of the picture.
-  void aim(const RenderSession& session);
 
  private:
+  void take_aim();
+
   CameraControls controls_;
   std::string path_;  ///< of the sensor; "": it has none
   uint64_t edition_ = 0;
   Transform sent_;
   uint64_t sent_number_ = 0;  ///< RenderSession::set's
   bool is_orthographic_ = false;
-  Rect crop_;
+  std::shared_ptr<const PickAnswer> aiming_;  ///< nullptr: it is done
+  Transform home_;                            ///< as the controls have it
+  bool is_home_written_ = false;              ///< it is what the scene's file says
 };
 
 }  // namespace kinome::viewer

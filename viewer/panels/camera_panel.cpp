@@ -40,13 +40,19 @@ bool CameraPanel::click(Frame& frame, const PictureClick& click) {
     frame.session.say(true, "this sensor has no focus");
     return true;
   }
-  // The plane in focus is at right angles to the line of sight.
-  if (const auto pick = frame.session.pick(click.film)) {
-    const CameraControls& camera = frame.camera.controls();
-    const float depth = glm::dot(pick->point - camera.origin(), camera.forward());
-    frame.session.set({{path, double{depth}}});
-  }
+  focus_ = frame.session.ask_pick(click.film);
   return true;
+}
+
+void CameraPanel::draw_over_picture(Frame& frame) {
+  if (!focus_ || !focus_->is_there()) return;
+  const std::optional<Pick> pick = focus_->pick();
+  focus_.reset();
+  if (!pick || !frame.info) return;
+  // The plane in focus is at right angles to the line of sight.
+  const CameraControls& camera = frame.camera.controls();
+  const float depth = glm::dot(pick->point - camera.origin(), camera.forward());
+  frame.session.set({{frame.info->sensor_path + ".focus_distance", double{depth}}});
 }
 
 }  // namespace kinome::viewer

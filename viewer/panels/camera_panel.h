@@ -11,6 +11,10 @@ class CameraPanel final : public Panel {
   void draw(Frame& frame) override;
   /// With Ctrl: focuses a thin lens on what was clicked on.
   bool click(Frame& frame, const PictureClick& click) override;
+  void draw_over_picture(Frame& frame) override;
+
+ private:
+  std::shared_ptr<const PickAnswer> focus_;  ///< what is to be focused on
 };
 
 }  // namespace kinome::viewer

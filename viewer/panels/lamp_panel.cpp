@@ -3,6 +3,7 @@
 #include <imgui.h>
 
 #include <cmath>
+#include <utility>
 
 namespace kinome::viewer {
 namespace {
@@ -12,9 +13,8 @@ constexpr float kHandle = 7;  ///< radius in pixels of the window
 }  // namespace
 
 /// Those that the scene has, with their places as they are now.
-void LampPanel::find_lamps(Frame& frame) {
+void LampPanel::find_lamps(const SceneInfo& info) {
   lamps_.clear();
-  const SceneInfo& info = *frame.info;
   for (const SceneParameter& parameter : info.parameters) {
     const std::string object = object_of(parameter.path);
     const bool is_emitter = parameter.plugin.starts_with("emitter/");
@@ -43,12 +43,12 @@ void LampPanel::find_lamps(Frame& frame) {
       lamp.path = by->path;
       break;
     }
-    if (!lamp.path.empty()) lamp.seen = frame.session.project(lamp.place);
     lamps_.push_back(std::move(lamp));
   }
 }
 
 void LampPanel::draw(Frame& frame) {
+  is_drawn_ = true;
   if (!frame.info) return;
   if (lamps_.empty()) return ImGui::TextDisabled("The scene has none.");
   ImGui::Checkbox("handles in the picture, to be dragged", &has_handles_);
@@ -60,12 +60,17 @@ void LampPanel::draw(Frame& frame) {
 }
 
 void LampPanel::draw_over_picture(Frame& frame) {
+  is_open_ = std::exchange(is_drawn_, false);  // the side bar is drawn after the picture
+  if (!is_open_) return;
   widgets_.begin(frame.info);
   if (!frame.info || !frame.picture) return;
   if (info_ != frame.info || generation_ != frame.picture->generation) {
     info_ = frame.info;
     generation_ = frame.picture->generation;
-    find_lamps(frame);
+    find_lamps(*frame.info);
+    for (Lamp& lamp : lamps_) {
+      if (!lamp.path.empty()) lamp.seen = place_on_film(*frame.picture, lamp.place);
+    }
   }
   if (!has_handles_) return;
   ImDrawList* const list = ImGui::GetWindowDrawList();
@@ -78,7 +83,7 @@ void LampPanel::draw_over_picture(Frame& frame) {
 }
 
 bool LampPanel::press(Frame& frame, const PictureClick& click) {
-  if (!has_handles_ || click.button != 0) return false;
+  if (!is_open_ || !has_handles_ || click.button != 0) return false;
   for (size_t i = 0; i < lamps_.size(); ++i) {
     if (!lamps_[i].seen) continue;
     const float distance = glm::length(*lamps_[i].seen - click.film) * frame.view.area().scale;
@@ -93,7 +98,7 @@ bool LampPanel::press(Frame& frame, const PictureClick& click) {
 /// In the plane through where it was that is at right angles to the line of sight.
 void LampPanel::drag(Frame& frame, const Vec2& film) {
   if (dragged_ >= lamps_.size()) return;
-  const auto ray = frame.session.ray(film);
+  const auto ray = frame.picture ? ray_through(*frame.picture, film) : std::nullopt;
   const SceneParameter* const parameter = frame.info->find(lamps_[dragged_].path);
   if (!ray || !parameter) return;
   const Vec3& forward = frame.camera.controls().forward();
@@ -105,7 +110,7 @@ void LampPanel::drag(Frame& frame, const Vec2& film) {
   if (auto* const transform = std::get_if<Transform>(&*value)) {
     Mat4 m = transform->matrix();
     m[3] = glm::vec4(place, 1.f);
-    *transform = Transform(m);
+    value = Placed{Transform(m)};
   } else {
     value = place;
   }

@@ -3,26 +3,48 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
+#include <algorithm>
+
 namespace kinome::viewer {
 namespace {
 
 constexpr int kMostShown = 200;
+
+/// What was clicked on, with what has been put into it or around it since.
+std::vector<std::string> materials_now(const SceneInfo& info, const Pick& pick) {
+  std::vector<std::string> paths;
+  const auto add = [&](const std::string& path) {
+    const bool is_known = std::find(paths.begin(), paths.end(), path) != paths.end();
+    if (!is_known && info.find_object(path)) paths.push_back(path);
+  };
+  for (const std::string& material : pick.materials) {
+    add(material);
+    for (const SceneObject& object : info.objects) {
+      if (object.path.starts_with(material + ".")) add(object.path);
+    }
+  }
+  // Textures that have ids of their own.
+  for (size_t i = 0; i < paths.size(); ++i) {
+    for (const SceneParameter& parameter : info.textured) {
+      if (object_of(parameter.path) == paths[i]) add(parameter.texture);
+    }
+  }
+  return paths;
+}
 
 }  // namespace
 
 void MaterialPanel::draw(Frame& frame) {
   widgets_.begin(frame.info);
   if (!frame.info) return;
-  if (frame.info->can_undo) {
-    if (ImGui::Button("Undo")) frame.session.undo();
-  } else {
-    ImGui::TextDisabled("Undo");
-  }
+  ImGui::BeginDisabled(!frame.info->can_undo);
+  if (ImGui::Button("Undo")) frame.session.undo();
+  ImGui::EndDisabled();
+  ImGui::SameLine();
   if (!frame.selection) return ImGui::TextDisabled("Click on a surface.");
   const Pick& pick = *frame.selection;
-  ImGui::SameLine();
-  ImGui::TextDisabled("at %.3g, %.3g, %.3g", pick.point.x, pick.point.y, pick.point.z);
-  if (!widgets_.draw_all(frame.session, *frame.info, pick.materials)) {
+  ImGui::TextDisabled("   selected: %.3g, %.3g, %.3g", pick.point.x, pick.point.y, pick.point.z);
+  if (!widgets_.draw_all(frame.session, *frame.info, materials_now(*frame.info, pick))) {
     ImGui::TextDisabled("The scene says no material for this shape.");
   }
   if (!pick.emitter.empty()) widgets_.draw_all(frame.session, *frame.info, {pick.emitter});

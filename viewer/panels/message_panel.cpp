@@ -11,17 +11,18 @@ const ImVec4 kErrorColor(1, 0.45f, 0.4f, 1);
 }  // namespace
 
 void MessagePanel::read(const Frame& frame) {
-  for (Message& message : frame.session.messages(known_.size())) {
+  for (Message& message : frame.session.messages(known_.empty() ? 0 : known_.back().number)) {
     known_.push_back(std::move(message));
   }
+  while (known_.size() > kMostShown) known_.pop_front();
 }
 
 void MessagePanel::draw(Frame& frame) {
   read(frame);
   if (known_.empty()) return ImGui::TextDisabled("none");
   ImGui::PushTextWrapPos(0);
-  for (size_t i = known_.size(); i > 0 && known_.size() - i < kMostShown; --i) {
-    const Message& message = known_[i - 1];
+  for (auto at = known_.rbegin(); at != known_.rend(); ++at) {
+    const Message& message = *at;
     if (message.is_error) ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
     ImGui::TextUnformatted(message.text.c_str());
     if (message.is_error) ImGui::PopStyleColor();
@@ -31,17 +32,16 @@ void MessagePanel::draw(Frame& frame) {
 
 void MessagePanel::draw_over_picture(Frame& frame) {
   read(frame);
-  const size_t latest = known_.size();
-  if (latest <= seen_ || !known_[latest - 1].is_error) return;
+  if (known_.empty() || known_.back().number <= seen_ || !known_.back().is_error) return;
   const PictureArea& area = frame.view.area();
   ImGui::SetCursorScreenPos({area.low.x + 8, area.low.y + 8});
   ImGui::PushTextWrapPos(area.high.x - 8);
   ImGui::PushStyleColor(ImGuiCol_Text, kErrorColor);
-  ImGui::TextUnformatted(known_[latest - 1].text.c_str());
+  ImGui::TextUnformatted(known_.back().text.c_str());
   ImGui::PopStyleColor();
   ImGui::PopTextWrapPos();
   ImGui::SetCursorScreenPos({area.low.x + 8, ImGui::GetCursorScreenPos().y});
-  if (ImGui::SmallButton("OK")) seen_ = known_.size();
+  if (ImGui::SmallButton("OK")) seen_ = known_.back().number;
 }
 
 }  // namespace kinome::viewer

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <deque>
+
 #include "panels/panel.h"
 
 namespace kinome::viewer {
@@ -16,8 +18,8 @@ class MessagePanel final : public Panel {
  private:
   void read(const Frame& frame);
 
-  std::vector<Message> known_;
-  size_t seen_ = 0;  ///< of those, the first so many were clicked away
+  std::deque<Message> known_;
+  uint64_t seen_ = 0;  ///< number of the last one that was clicked away
 };
 
 }  // namespace kinome::viewer

@@ -18,9 +18,11 @@ struct Frame {
   Status status;
   /// What was clicked on last; nullptr: nothing, or nothing that is there any more.
   std::shared_ptr<const Pick>& selection;
+  bool wants_save = false;  ///< Ctrl+S was pressed
 };
 
-/// The mouse button was pressed and released over the picture, without a drag.
+/// A mouse button was pressed over the picture, with these keys held; for Panel::click(), it was
+/// released again without a drag.
 struct PictureClick {
   Vec2 film{0.f};  ///< position [pixels of the full film]
   int button = 0;  ///< 0: left

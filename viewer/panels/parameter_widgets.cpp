@@ -4,10 +4,14 @@
 #include <imgui_stdlib.h>
 
 #include <algorithm>
+#include <cfloat>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
+
+#include "session/put_objects.h"
+#include "session/transforms.h"
 
 namespace kinome::viewer {
 namespace {
@@ -15,6 +19,13 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kMostFiles = 200;
+const ImVec4 kNameColor(0.6f, 0.8f, 1, 1);
+
+bool is_image(const fs::path& file) {
+  const std::string ending = file.extension().string();
+  return ending == ".exr" || ending == ".hdr" || ending == ".pfm" || ending == ".png" ||
+         ending == ".jpg" || ending == ".ppm";
+}
 
 /// The place of a name at the end of the dots.
 std::string last_name(const std::string& path) {
@@ -93,33 +104,17 @@ std::optional<EditedValue> first_value(const SceneParameter& parameter) {
   return std::nullopt;
 }
 
-/// Place, turn and size, as changes of what it is.
-bool edit_transform(const char* name, Transform& transform) {
-  Mat4 m = transform.matrix();
-  bool is_new = false;
-  Vec3 place(m[3]);
-  if (ImGui::DragFloat3(name, &place.x, speed_of(glm::length(place)), 0, 0, "%.4g")) {
-    m[3] = glm::vec4(place, 1.f);
+/// Of a light: how much of it there is, and its colour, which is brightest at 1.
+bool edit_light(const char* name, UniformColor& color) {
+  Rgb& c = color.value;
+  float power = max_component(c);
+  Rgb hue = power > 0 ? c / power : Rgb(1.f);
+  bool is_new = ImGui::DragFloat(name, &power, speed_of(power), 0, FLT_MAX, "%.4g");
+  if (ImGui::ColorEdit3("colour", &hue.x, ImGuiColorEditFlags_Float)) {
     is_new = true;
+    color.spectral = color.is_float = false;
   }
-  Vec3 angles(0.f);
-  if (ImGui::DragFloat3("turn by", &angles.x, 0.5f, 0, 0, "%.1f")) {
-    for (int i = 0; i < 3; ++i) {
-      Vec3 axis(0.f);
-      axis[i] = 1;
-      const Mat4 turn = glm::rotate(Mat4(1.f), glm::radians(angles[i]), axis);
-      const glm::vec4 where = m[3];
-      m = turn * m;
-      m[3] = where;
-    }
-    is_new = true;
-  }
-  float size = 1;
-  if (ImGui::DragFloat("size times", &size, 0.005f, 0.5f, 2, "%.3f") && size > 0) {
-    m = m * glm::scale(Mat4(1.f), Vec3(size));
-    is_new = true;
-  }
-  if (is_new) transform = Transform(m);
+  if (is_new) c = std::max(0.f, power) * hue;
   return is_new;
 }
 
@@ -141,14 +136,28 @@ std::vector<std::string> files_beside(const std::string& file, const std::string
   for (fs::directory_iterator at(folder, fault), end; !fault && at != end; at.increment(fault)) {
     const fs::directory_entry& entry = *at;
     const std::string ending = entry.path().extension().string();
-    const bool is_image = ending == ".exr" || ending == ".hdr" || ending == ".pfm" ||
-                          ending == ".png" || ending == ".jpg";
-    if (ending != own.extension() && !(is_image && own.extension() != ".ply")) continue;
+    if (ending != own.extension() && !(is_image(entry.path()) && own.extension() != ".ply")) {
+      continue;
+    }
     // Named as the scene names its own.
     found.push_back((own.parent_path() / entry.path().filename()).string());
     if (found.size() == kMostFiles) break;
   }
   std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::vector<std::string> image_files(const SceneInfo& info) {
+  std::vector<std::string> found = files_beside("x.png", info.file);
+  for (const SceneParameter& parameter : info.parameters) {
+    const auto* const file =
+        parameter.value ? std::get_if<std::string>(&*parameter.value) : nullptr;
+    if (parameter.kind != ParameterType::kFile || !file || !is_image(*file)) continue;
+    const auto beside = files_beside(*file, info.file);
+    found.insert(found.end(), beside.begin(), beside.end());
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
 
@@ -161,7 +170,14 @@ void ParameterWidgets::begin(const std::shared_ptr<const SceneInfo>& info) {
 
 std::optional<EditedValue> ParameterWidgets::value(const SceneParameter& parameter) const {
   const auto found = entered_.find(parameter.path);
-  return found != entered_.end() ? std::optional(found->second) : parameter.value;
+  if (found != entered_.end()) {
+    if (const auto* const placed = std::get_if<Placed>(&found->second)) return placed->transform;
+  }
+  const bool is_value = found != entered_.end() &&
+                        !std::holds_alternative<ObjectDescription>(found->second) &&
+                        !std::holds_alternative<Unset>(found->second) &&
+                        !std::holds_alternative<AsWritten>(found->second);
+  return is_value ? std::optional(found->second) : parameter.value;
 }
 
 void ParameterWidgets::set(RenderSession& session, const std::string& path, EditedValue value,
@@ -209,6 +225,37 @@ bool ParameterWidgets::edit_file(const char* name, std::string& file) {
   return is_new;
 }
 
+bool ParameterWidgets::edit_transform(const SceneParameter& parameter, Transform& transform) {
+  Turn& turn = turns_[parameter.path];
+  // Set by someone else.
+  if (!are_alike(turn.now, transform.matrix())) turn = {transform.matrix(), transform.matrix()};
+  Mat4 m = turn.now;
+  bool is_new = false;
+  Vec3 place(m[3]);
+  if (ImGui::DragFloat3("place", &place.x, speed_of(glm::length(place)), 0, 0, "%.4g")) {
+    is_new = true;
+  }
+  is_new |= ImGui::DragFloat3("turn", &turn.degrees.x, 0.5f, -360, 360, "%.1f");
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("degrees around x, y and z");
+  // What shines or looks from a point has none.
+  const bool has_size =
+      !parameter.plugin.starts_with("emitter/") && !parameter.plugin.starts_with("sensor/");
+  if (has_size) is_new |= ImGui::DragFloat("size", &turn.size, 0.005f, 0.01f, 100, "%.3f");
+  if (!is_new || !(turn.size > 0)) return false;
+  m = turn.base;
+  m[3] = glm::vec4(0, 0, 0, 1);
+  m = m * glm::scale(Mat4(1.f), Vec3(turn.size));
+  for (int i = 0; i < 3; ++i) {
+    Vec3 axis(0.f);
+    axis[i] = 1;
+    if (turn.degrees[i] != 0) m = glm::rotate(Mat4(1.f), glm::radians(turn.degrees[i]), axis) * m;
+  }
+  m[3] = glm::vec4(place, 1.f);
+  turn.now = m;
+  transform = Transform(m);
+  return true;
+}
+
 bool ParameterWidgets::edit(const SceneParameter& parameter, const char* name, EditedValue& value) {
   if (auto* const flag = std::get_if<bool>(&value)) return ImGui::Checkbox(name, flag);
   if (auto* const integer = std::get_if<int64_t>(&value)) {
@@ -235,25 +282,119 @@ bool ParameterWidgets::edit(const SceneParameter& parameter, const char* name, E
     return ImGui::DragFloat3(name, &v->x, speed_of(glm::length(*v)), 0, 0, "%.4g");
   }
   if (auto* const color = std::get_if<UniformColor>(&value)) {
-    return edit_color(parameter, name, *color);
+    const bool is_light = parameter.kind == ParameterType::kEmission ||
+                          parameter.kind == ParameterType::kEmissionTexture;
+    return is_light ? edit_light(name, *color) : edit_color(parameter, name, *color);
   }
-  if (auto* const transform = std::get_if<Transform>(&value))
-    return edit_transform(name, *transform);
+  if (auto* const transform = std::get_if<Transform>(&value)) {
+    return edit_transform(parameter, *transform);
+  }
   ImGui::TextDisabled("%s: %s", name, parameter.type.c_str());
   return false;
+}
+
+std::optional<std::string> ParameterWidgets::choose_image(const char* title) {
+  if (!ImGui::BeginMenu(title)) return std::nullopt;
+  std::optional<std::string> chosen;
+  if (images_.empty() && info_) images_ = image_files(*info_);
+  for (const std::string& file : images_) {
+    if (ImGui::MenuItem(file.c_str())) chosen = file;
+  }
+  if (ImGui::InputTextWithHint("##file", "another file, Enter", &file_,
+                               ImGuiInputTextFlags_EnterReturnsTrue) &&
+      !file_.empty()) {
+    chosen = file_;
+    ImGui::CloseCurrentPopup();
+  }
+  ImGui::EndMenu();
+  if (chosen) images_.clear();
+  return chosen;
+}
+
+/// What a parameter can be, besides a value that is entered.
+void ParameterWidgets::draw_menu(RenderSession& session, const SceneParameter& parameter) {
+  if (ImGui::SmallButton("=")) {
+    images_.clear();
+    ImGui::OpenPopup("menu");
+  }
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("texture, default, ...");
+  ImGui::SameLine();
+  if (!ImGui::BeginPopup("menu")) return;
+  const bool takes = parameter.kind && takes_texture(*parameter.kind);
+  if (takes) {
+    const auto file = choose_image("texture from a file");
+    if (file) set(session, parameter.path, bitmap(*file, *parameter.kind), false);
+    if (ImGui::MenuItem("checkerboard")) set(session, parameter.path, checkerboard(), false);
+  }
+  const auto first = first_value(parameter);
+  if (!parameter.texture.empty() && first && ImGui::MenuItem("value in place of the texture")) {
+    set(session, parameter.path, *first, false);
+  }
+  const bool has_any = parameter.is_set || !parameter.texture.empty();
+  const char* const title = parameter.default_value ? "default" : "none";
+  if (ImGui::MenuItem(title, nullptr, false, has_any)) {
+    set(session, parameter.path, Unset{}, false);
+  }
+  if (ImGui::MenuItem("as in the scene's file", nullptr, false, parameter.is_edited)) {
+    set(session, parameter.path, AsWritten{}, false);
+  }
+  ImGui::EndPopup();
+}
+
+/// Of an object, with what can be put around it, if it is a material.
+void ParameterWidgets::draw_name(RenderSession& session, const SceneInfo& info,
+                                 const std::string& object, const std::string& plugin) {
+  if (plugin.starts_with("bsdf/")) {
+    if (ImGui::SmallButton("+")) {
+      images_.clear();
+      ImGui::OpenPopup("around");
+    }
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("normal map, bump map");
+    ImGui::SameLine();
+    if (ImGui::BeginPopup("around")) {
+      const auto normals = choose_image("normal map from a file");
+      if (normals) session.set({{object, normal_map(*normals)}});
+      const auto bumps = choose_image("bump map from a file");
+      if (bumps) session.set({{object, bump_map(*bumps)}});
+      const SceneObject* const known = info.find_object(object);
+      if (ImGui::MenuItem("take this map off", nullptr, false, known && known->is_around)) {
+        session.set({{object, Unset{}}});
+      }
+      ImGui::EndPopup();
+    }
+  }
+  ImGui::TextColored(kNameColor, "%s", object.c_str());
+  ImGui::SameLine();
+  ImGui::TextDisabled("%s", plugin.c_str());
+}
+
+void ParameterWidgets::draw_textured(RenderSession& session, const SceneInfo& info,
+                                     const SceneParameter& parameter) {
+  ImGui::PushID(parameter.path.c_str());
+  draw_menu(session, parameter);
+  const SceneObject* const texture = info.find_object(parameter.texture);
+  ImGui::Text("%s: %s", last_name(parameter.path).c_str(),
+              texture ? texture->plugin.c_str() : parameter.texture.c_str());
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", parameter.doc.c_str());
+  ImGui::PopID();
 }
 
 void ParameterWidgets::draw(RenderSession& session, const SceneParameter& parameter) {
   const std::string name = last_name(parameter.path);
   ImGui::PushID(parameter.path.c_str());
+  draw_menu(session, parameter);
   if (auto now = value(parameter)) {
     ImGui::BeginGroup();
     const bool is_new = edit(parameter, name.c_str(), *now);
     ImGui::EndGroup();
     if (ImGui::IsItemHovered() && !ImGui::IsAnyItemActive()) {
-      ImGui::SetTooltip("%s%s", parameter.doc.c_str(), parameter.is_set ? "" : " (default)");
+      ImGui::SetTooltip("%s: %s%s", last_name(parameter.path).c_str(), parameter.doc.c_str(),
+                        parameter.is_set ? "" : " (default)");
     }
-    if (is_new) set(session, parameter.path, std::move(*now), ImGui::IsAnyItemActive());
+    if (is_new) {
+      if (const auto* const transform = std::get_if<Transform>(&*now)) now = Placed{*transform};
+      set(session, parameter.path, std::move(*now), ImGui::IsAnyItemActive());
+    }
   } else {
     ImGui::TextDisabled("%s: %s, not set", name.c_str(), parameter.type.c_str());
     auto first = first_value(parameter);
@@ -269,19 +410,20 @@ bool ParameterWidgets::draw_all(RenderSession& session, const SceneInfo& info,
                                 const std::vector<std::string>& objects) {
   bool has_any = false;
   for (const std::string& object : objects) {
-    bool is_first = true;
-    for (const SceneParameter& parameter : info.parameters) {
-      if (object_of(parameter.path) != object) continue;
-      if (std::exchange(is_first, false)) {
-        ImGui::TextColored(ImVec4(0.6f, 0.8f, 1, 1), "%s", object.c_str());
-        ImGui::SameLine();
-        ImGui::TextDisabled("%s", parameter.plugin.c_str());
-        ImGui::Indent(8);
-        has_any = true;
-      }
-      draw(session, parameter);
+    const SceneObject* const known = info.find_object(object);
+    if (!known) continue;
+    has_any = true;
+    ImGui::PushID(object.c_str());
+    draw_name(session, info, object, known->plugin);
+    ImGui::Indent(8);
+    for (const SceneParameter& parameter : info.textured) {
+      if (object_of(parameter.path) == object) draw_textured(session, info, parameter);
     }
-    if (!is_first) ImGui::Unindent(8);
+    for (const SceneParameter& parameter : info.parameters) {
+      if (object_of(parameter.path) == object) draw(session, parameter);
+    }
+    ImGui::Unindent(8);
+    ImGui::PopID();
   }
   return has_any;
 }

@@ -7,13 +7,23 @@
 
 namespace kinome::viewer {
 
+/// Of before any is entered.
+void SavePanel::set_names(const SceneInfo& info) {
+  if (!scene_.empty()) return;
+  const std::filesystem::path file(info.file);
+  scene_ = (file.parent_path() / (file.stem().string() + "-edited.xml")).string();
+  picture_ = file.stem().string() + ".exr";
+}
+
+void SavePanel::draw_over_picture(Frame& frame) {
+  if (!frame.wants_save || !frame.info) return;
+  set_names(*frame.info);
+  frame.session.save(scene_);
+}
+
 void SavePanel::draw(Frame& frame) {
   if (!frame.info) return;
-  if (scene_.empty()) {
-    const std::filesystem::path file(frame.info->file);
-    scene_ = (file.parent_path() / (file.stem().string() + "-edited.xml")).string();
-    picture_ = file.stem().string() + ".exr";
-  }
+  set_names(*frame.info);
   ImGui::InputText("##scene", &scene_);
   ImGui::SameLine();
   if (ImGui::Button("Save scene")) frame.session.save(scene_);

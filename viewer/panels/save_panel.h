@@ -9,8 +9,11 @@ class SavePanel final : public Panel {
  public:
   const char* title() const override { return "Save"; }
   void draw(Frame& frame) override;
+  void draw_over_picture(Frame& frame) override;
 
  private:
+  void set_names(const SceneInfo& info);
+
   std::string scene_, picture_;
 };
 

@@ -16,14 +16,21 @@ bool are_of_same_paths(const Edits& a, const Edits& b) {
                     [](const auto& x, const auto& y) { return x.first == y.first; });
 }
 
-/// What a change would replace; parameters that have no value yet can't be given it back.
-Edits values_before(const SceneEditor& editor, const Change& change) {
+/// What sets all back that a change sets.
+Edits edits_before(const SceneEditor& editor, const Change& change) {
   Edits before;
   if (!change.is_undoable) return before;
-  for (const auto& [path, value] : change.edits) {
-    if (auto old = editor.get(path)) before.emplace_back(path, std::move(*old));
-  }
+  for (const auto& [path, value] : change.edits) before.emplace_back(path, editor.edit_of(path));
   return before;
+}
+
+/// Whether there may be other objects afterwards, and other paths.
+bool puts_or_takes(const Change& change) {
+  return std::any_of(change.edits.begin(), change.edits.end(), [](const auto& edit) {
+    return std::holds_alternative<ObjectDescription>(edit.second) ||
+           std::holds_alternative<Unset>(edit.second) ||
+           std::holds_alternative<AsWritten>(edit.second);
+  });
 }
 
 }  // namespace
@@ -53,21 +60,25 @@ void add_change(std::vector<Change>& waiting, Change change) {
 bool ChangeHistory::make(SceneEditor& editor, const std::vector<Change>& changes,
                          const std::function<void(const std::string&)>& tell) {
   if (changes.empty()) return false;
-  try {
-    std::vector<Edits> before;
-    Edits all;
-    for (const Change& change : changes) {
-      before.push_back(values_before(editor, change));
-      all.insert(all.end(), change.edits.begin(), change.edits.end());
-    }
-    editor.set(std::move(all));
-    editor.update();
-    for (Edits& one : before) note(std::move(one));
-    return true;
-  } catch (const std::exception& fault) {
-    if (changes.size() == 1) {
-      tell(text_of(fault));
-      return false;
+  const bool is_one_by_one =
+      changes.size() > 1 && std::any_of(changes.begin(), changes.end(), puts_or_takes);
+  if (!is_one_by_one) {
+    try {
+      std::vector<Edits> before;
+      Edits all;
+      for (const Change& change : changes) {
+        before.push_back(edits_before(editor, change));
+        all.insert(all.end(), change.edits.begin(), change.edits.end());
+      }
+      editor.set(std::move(all));
+      editor.update();
+      for (Edits& one : before) note(std::move(one));
+      return true;
+    } catch (const std::exception& fault) {
+      if (changes.size() == 1) {
+        tell(text_of(fault));
+        return false;
+      }
     }
   }
   bool has_changed = false;

@@ -9,6 +9,9 @@ namespace {
 
 /// The fewest that tell an error.
 constexpr uint32_t kLanes = 4;
+/// Of rendering, from which on a picture is kept where a pass of its own is interrupted: to begin
+/// anew is as quick before.
+constexpr double kWorthKeeping = 0.5;
 /// Between two pictures: a pass is also what "pause" waits for.
 constexpr double kMostSeconds = 1;
 
@@ -58,8 +61,14 @@ bool LiveRender::pass() {
   film_.set_lane(static_cast<uint32_t>(least - lane_samples_.begin()));
   // Seeds 1, 2, ...: none is that of the scene's own samples.
   context_.begin_pass(++pass_, 0, 1);
+  // A film can't be put back to where a lane had no light paths yet.
+  const bool is_kept = seconds_ > kWorthKeeping && pass_ > kLanes;
+  if (is_kept) keep_film();
   const double rendered = passes_->render(samples);
-  if (context_.interrupted()) return false;
+  if (context_.interrupted()) {
+    is_whole_ = is_kept && put_film_back();
+    return false;
+  }
   *least += rendered;
   done_ += rendered;
   last_samples_ = rendered;
@@ -69,6 +78,22 @@ bool LiveRender::pass() {
   context_.stats().render_seconds = seconds_;
   context_.stats().non_finite_samples = film_.non_finite();
   return true;
+}
+
+void LiveRender::keep_film() {
+  kept_.clear();
+  film_.transfer([this](void* bytes, size_t count) {
+    const char* const begin = static_cast<const char*>(bytes);
+    kept_.insert(kept_.end(), begin, begin + count);
+  });
+}
+
+bool LiveRender::put_film_back() {
+  size_t at = 0;
+  return film_.transfer([&](void* bytes, size_t count) {
+    std::copy_n(kept_.data() + at, count, static_cast<char*>(bytes));
+    at += count;
+  });
 }
 
 Image LiveRender::develop() const {

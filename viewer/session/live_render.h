@@ -20,8 +20,11 @@ class LiveRender {
   LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
   /// Adds a pass: small ones first, of a quarter of all samples later on, and none of more than a
-  /// second but for those of a single sample. False: it was interrupted, and the picture is of no use.
+  /// second but for those of a single sample. False: it was interrupted; whether the picture is as
+  /// it was before, is_whole() tells.
   bool pass();
+  /// Nothing is left in the picture of a pass that was interrupted: further ones may be added.
+  bool is_whole() const { return is_whole_; }
   Image develop() const;
   double samples() const { return done_; }  ///< a pixel
   double seconds() const { return seconds_; }
@@ -29,6 +32,9 @@ class LiveRender {
   double rel_mse() const;
 
  private:
+  void keep_film();
+  bool put_film_back();
+
   RenderContext& context_;
   Film& film_;
   std::unique_ptr<Passes> passes_;
@@ -37,6 +43,8 @@ class LiveRender {
   double seconds_ = 0;
   double last_seconds_ = 0, last_samples_ = 0;
   uint64_t pass_ = 0;
+  bool is_whole_ = true;
+  std::vector<char> kept_;  ///< the film, as it was before a pass
 };
 
 }  // namespace kinome::viewer

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "kinome/image.h"
+#include "kinome/sensor.h"
 #include "kinome/stats.h"
 
 namespace kinome::viewer {
@@ -27,8 +29,16 @@ struct Picture {
   /// there is no telling.
   double rel_mse = -1;
   double rays_per_second = 0;
+  /// What it is seen by; nullptr: a sensor that is part of a shape, which may change meanwhile.
+  std::shared_ptr<const Sensor> sensor;
 };
 using PicturePointer = std::shared_ptr<const Picture>;
+
+/// From the camera, through a place of the film [pixels] and the middle of the lens; nullopt: there
+/// is no telling.
+std::optional<Ray> ray_through(const Picture& picture, const Vec2& film_position);
+/// Where a point is seen on the film, whatever hides it; nullopt: it isn't.
+std::optional<Vec2> place_on_film(const Picture& picture, const Vec3& point);
 
 /// Writes a picture by the ending of its name: .exr (all channels, as numbers of single precision)
 /// or .png (sRGB). Throws Error.

@@ -6,10 +6,25 @@
 
 namespace kinome::viewer {
 
+namespace {
+
+template <class T>
+const T* with_path(const std::vector<T>& all, const std::string& path) {
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const T& one) { return one.path == path; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
 const SceneParameter* SceneInfo::find(const std::string& path) const {
-  const auto found = std::find_if(parameters.begin(), parameters.end(),
-                                  [&](const SceneParameter& p) { return p.path == path; });
-  return found == parameters.end() ? nullptr : &*found;
+  return with_path(parameters, path);
+}
+const SceneParameter* SceneInfo::find_textured(const std::string& path) const {
+  return with_path(textured, path);
+}
+const SceneObject* SceneInfo::find_object(const std::string& path) const {
+  return with_path(objects, path);
 }
 
 RenderSession::RenderSession(Options options)
@@ -31,10 +46,12 @@ Status RenderSession::status() const {
   status.integrator = worker_->shown.integrator;
   return status;
 }
-std::vector<Message> RenderSession::messages(size_t known) const {
+std::vector<Message> RenderSession::messages(uint64_t known) const {
   const std::lock_guard lock(worker_->mutex);
   const auto& all = worker_->shown.messages;
-  return {all.begin() + static_cast<std::ptrdiff_t>(std::min(known, all.size())), all.end()};
+  const auto first = std::find_if(all.begin(), all.end(),
+                                  [&](const Message& message) { return message.number > known; });
+  return {first, all.end()};
 }
 void RenderSession::say(bool is_error, std::string text) {
   worker_->say(is_error, std::move(text));
@@ -90,11 +107,8 @@ void RenderSession::wait() const {
 std::optional<Pick> RenderSession::pick(const Vec2& film_position) const {
   return worker_->pick(film_position);
 }
-std::optional<Ray> RenderSession::ray(const Vec2& film_position) const {
-  return worker_->ray(film_position);
-}
-std::optional<Vec2> RenderSession::project(const Vec3& point) const {
-  return worker_->project(point);
+std::shared_ptr<const PickAnswer> RenderSession::ask_pick(const Vec2& film_position) const {
+  return worker_->ask_pick(film_position);
 }
 
 }  // namespace kinome::viewer

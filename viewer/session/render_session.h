@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -22,6 +23,8 @@ struct SceneInfo {
   uint64_t served = 0;   ///< up to this number, what set() was given is part of it
   std::string file;
   std::vector<SceneParameter> parameters;
+  std::vector<SceneParameter> textured;  ///< SceneEditor::textured_parameters()
+  std::vector<SceneObject> objects;
   std::vector<std::string> sensors;      ///< ids, or indices where they have none
   std::vector<std::string> integrators;  ///< names of all plugins that there are
   std::string own_integrator;            ///< the scene's
@@ -35,6 +38,9 @@ struct SceneInfo {
 
   /// nullptr: there is none of this path.
   const SceneParameter* find(const std::string& path) const;
+  /// Of those that textures stand for.
+  const SceneParameter* find_textured(const std::string& path) const;
+  const SceneObject* find_object(const std::string& path) const;
 };
 
 /// What is seen at a place of the picture.
@@ -49,6 +55,23 @@ struct Pick {
   std::string emitter;                 ///< path of its emitter; "": none
 };
 
+/// The answer to a question, which may come later: asked and read by one thread.
+class PickAnswer {
+ public:
+  bool is_there() const { return is_there_; }
+  /// Once it is there. nullopt: no surface.
+  const std::optional<Pick>& pick() const { return pick_; }
+  /// By whoever answers, once.
+  void give(std::optional<Pick> pick) {
+    pick_ = std::move(pick);
+    is_there_ = true;
+  }
+
+ private:
+  std::optional<Pick> pick_;
+  std::atomic<bool> is_there_ = false;
+};
+
 /// What the session is at.
 enum class Activity { kLoading, kFailed, kPreview, kRendering, kPaused, kFinished };
 
@@ -60,10 +83,11 @@ struct Status {
   std::string integrator;  ///< the one that is chosen; "": the scene's own
 };
 
-/// Of an error or of something to know, in the order in which they came up.
+/// Of an error or of something to know.
 struct Message {
   bool is_error = false;
   std::string text;
+  uint64_t number = 0;  ///< counts them from 1, in the order in which they came up
 };
 
 /// A scene that is rendered again and again while it is edited: a thread of its own renders, and
@@ -71,9 +95,9 @@ struct Message {
 /// can be rendered in a short time, then by pictures of all pixels that get better pass by pass,
 /// until the next change.
 ///
-/// All of its functions may be called by any thread, and none of them waits for a render; pick(),
-/// ray() and project() may wait for a change or a task. What goes wrong is told by messages(), and
-/// leaves the scene as it was.
+/// All of its functions may be called by any thread. None of them waits for a render, and none but
+/// pick(), wait() and close() for anything that takes its time. What goes wrong is told by
+/// messages(), and leaves the scene as it was.
 class RenderSession {
  public:
   struct Options {
@@ -107,8 +131,9 @@ class RenderSession {
   /// nullptr while the scene is loaded. May be a little older than the picture.
   std::shared_ptr<const SceneInfo> info() const;
   Status status() const;
-  /// All since the first `known` ones.
-  std::vector<Message> messages(size_t known = 0) const;
+  /// The latest ones, some hundred at most, of those with greater numbers than this. Warnings are
+  /// among them.
+  std::vector<Message> messages(uint64_t known = 0) const;
   void say(bool is_error, std::string text);
 
   /// Sets parameters: all of these, or, where one of them can't be, none. Of those that wait to be
@@ -142,7 +167,7 @@ class RenderSession {
   using Task = std::function<void(const Access&)>;
   /// Has the session's thread do something between two passes, once all that was set before is
   /// made: the picture isn't begun anew. What it throws becomes a message. It must not call pick(),
-  /// ray(), project(), wait() or close().
+  /// wait() or close().
   void run(Task task);
   /// Saves the scene as XML, as it is by all that was asked for before: SceneEditor::save().
   void save(std::string path);
@@ -156,12 +181,10 @@ class RenderSession {
   void wait() const;
 
   /// What is seen at a place of the sensor's film [pixels]; nullopt: no surface.
+  /// May wait for a change or a task.
   std::optional<Pick> pick(const Vec2& film_position) const;
-  /// From the camera, through a place of the film and the middle of the lens; nullopt: there is no
-  /// scene yet.
-  std::optional<Ray> ray(const Vec2& film_position) const;
-  /// Where a point is seen on the film, whatever hides it; nullopt: it isn't.
-  std::optional<Vec2> project(const Vec3& point) const;
+  /// The same without waiting: where the session is at a change or a task, it answers after that.
+  std::shared_ptr<const PickAnswer> ask_pick(const Vec2& film_position) const;
 
  private:
   class Worker;

@@ -9,6 +9,8 @@ namespace kinome::viewer {
 
 uint64_t RenderSession::Worker::request(bool ends_render, Request asked) {
   const std::lock_guard lock(mutex);
+  const bool is_first = requests_.empty();
+  const bool is_undo = std::holds_alternative<Undo>(asked);
   auto* const settings = std::get_if<Settings>(&asked);
   auto* const before = requests_.empty() ? nullptr : std::get_if<Settings>(&requests_.back());
   if (settings && before) {
@@ -19,7 +21,9 @@ uint64_t RenderSession::Worker::request(bool ends_render, Request asked) {
     requests_.push_back(std::move(asked));
   }
   ++asked_;
-  if (ends_render && may_be_ended_) cancel_ = true;
+  // There may be nothing to be undone: what waits may change that.
+  const bool is_in_vain = is_undo && is_first && !can_undo_;
+  if (ends_render && may_be_ended_ && !is_in_vain) cancel_ = true;
   changed_.notify_all();
   return asked_;
 }
@@ -49,9 +53,11 @@ void RenderSession::Worker::make(std::vector<Request> requests) {
     if (!scene_ && !std::holds_alternative<Reload>(request)) {
       if (std::holds_alternative<RunTask>(request)) say(true, "there is no scene");
       if (const auto* run = std::get_if<RunTask>(&request); run && run->is_save) --saves_to_come;
+      if (const auto* ask = std::get_if<AskPick>(&request)) ask->answer->give(std::nullopt);
       continue;
     }
     std::visit([this](auto& asked) { serve(asked); }, request);
+    can_undo_ = history_.can_undo();
   }
   if (!scene_) return;
   set_activity(is_done_     ? Activity::kFinished
@@ -76,6 +82,7 @@ void RenderSession::Worker::serve(Settings& settings) {
 }
 
 void RenderSession::Worker::serve(Undo&) {
+  if (!history_.can_undo()) return;
   bool is_new = false;
   {
     const std::lock_guard lock(scene_mutex_);
@@ -131,6 +138,11 @@ void RenderSession::Worker::serve(RunTask& run) {
     say(true, text_of(fault));
   }
   if (run.is_save) --saves_to_come;
+}
+
+void RenderSession::Worker::serve(AskPick& ask) {
+  const std::lock_guard lock(scene_mutex_);
+  ask.answer->give(picked(ask.film_position));
 }
 
 /// The picture, as after each change of the scene: what is half rendered can't go on.

@@ -27,6 +27,8 @@ void RenderSession::Worker::publish_info() {
   info->edition = edition_;
   info->file = options_.scene;
   info->parameters = editor_->parameters();
+  info->textured = editor_->textured_parameters();
+  info->objects = editor_->objects();
   for (size_t i = 0; i < scene_->sensors().size(); ++i) {
     const std::string& id = scene_->sensors()[i]->id();
     info->sensors.push_back(id.empty() ? std::to_string(i) : id);
@@ -47,6 +49,22 @@ void RenderSession::Worker::publish_info() {
 
 std::optional<Pick> RenderSession::Worker::pick(const Vec2& film_position) {
   const std::lock_guard lock(scene_mutex_);
+  return picked(film_position);
+}
+
+std::shared_ptr<const PickAnswer> RenderSession::Worker::ask_pick(const Vec2& film_position) {
+  auto answer = std::make_shared<PickAnswer>();
+  const std::unique_lock lock(scene_mutex_, std::try_to_lock);
+  if (lock) {
+    answer->give(picked(film_position));
+  } else {
+    request(false, AskPick{film_position, answer});
+  }
+  return answer;
+}
+
+/// To be asked with the scene's mutex held.
+std::optional<Pick> RenderSession::Worker::picked(const Vec2& film_position) const {
   if (!scene_ || scene_->sensors().empty()) return std::nullopt;
   RayHit hit;
   hit.ray = sensor().sample_ray(film_position, Vec2(0.5f));
@@ -64,19 +82,6 @@ std::optional<Pick> RenderSession::Worker::pick(const Vec2& film_position) {
   add_materials(si.shape->bsdf(), *editor_, pick.materials);
   if (si.shape->emitter()) pick.emitter = editor_->path_of(*si.shape->emitter());
   return pick;
-}
-
-std::optional<Ray> RenderSession::Worker::ray(const Vec2& film_position) {
-  const std::lock_guard lock(scene_mutex_);
-  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
-  return sensor().sample_ray(film_position, Vec2(0.5f));
-}
-
-std::optional<Vec2> RenderSession::Worker::project(const Vec3& point) {
-  const std::lock_guard lock(scene_mutex_);
-  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
-  const auto seen = sensor().connect(point, Vec2(0.5f));
-  return seen ? std::optional(seen->film_position) : std::nullopt;
 }
 
 }  // namespace kinome::viewer

@@ -6,8 +6,10 @@
 #include <cstdio>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include "camera/camera_link.h"
+#include "session/put_objects.h"
 
 namespace kinome::viewer {
 namespace {
@@ -56,15 +58,19 @@ long resident_bytes() {
 /// One script at work.
 class Script {
  public:
-  explicit Script(RenderSession& session) : session_(session) {}
+  Script(std::string name, RenderSession& session) : name_(std::move(name)), session_(session) {}
 
-  void run(const std::string& command, const std::string& rest) {
+  void run(int line, const std::string& command, const std::string& rest) {
+    line_ = line;
     if (command == "set") {
       const size_t space = rest.find(' ');
       if (space == std::string::npos) throw Error("expected: set PATH VALUE");
       set(rest.substr(0, space), rest.substr(space + 1));
+    } else if (put(command, rest)) {
+      return;
     } else if (command == "undo") {
       session_.undo();
+      has_other_parameters_ = true;
     } else if (command == "integrator") {
       session_.set_integrator(rest);
     } else if (command == "lookat") {
@@ -90,6 +96,13 @@ class Script {
         std::printf("%s\t%s\t%s\n", parameter.path.c_str(), parameter.type.c_str(),
                     parameter.plugin.c_str());
       }
+    } else if (command == "samples") {
+      const PicturePointer picture = session_.picture();
+      std::printf("samples %.0f\n", picture ? picture->samples : 0);
+    } else if (command == "sleep") {
+      const double seconds = numbers_of(rest, 1)[0];
+      if (!(seconds >= 0 && seconds <= 3600)) throw Error("expected seconds, from 0 to 3600");
+      std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
     } else if (command == "memory") {
       std::printf("memory %ld\n", resident_bytes());
     } else {
@@ -100,7 +113,7 @@ class Script {
   int wait() {
     session_.wait();
     for (const Message& message : session_.messages(known_)) {
-      ++known_;
+      known_ = message.number;
       if (message.is_error) fail(message.text);
     }
     return errors_;
@@ -110,15 +123,60 @@ class Script {
   const SceneInfo& info() {
     wait();
     info_ = session_.info();
+    // It is told with the picture, or after it.
+    while (info_ && info_->served < put_number_) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      info_ = session_.info();
+    }
     if (!info_) throw Error("the scene isn't loaded");
+    has_other_parameters_ = false;
     return *info_;
   }
 
-  /// What parameters there are doesn't change by edits.
+  const SceneParameter* find(const std::string& path) {
+    // What parameters there are doesn't change by values.
+    const SceneInfo& known = info_ && !has_other_parameters_ ? *info_ : info();
+    for (const std::string& whole : {path, path + ".value"}) {
+      if (const SceneParameter* const found = known.find(whole)) return found;
+      if (const SceneParameter* const found = known.find_textured(whole)) return found;
+    }
+    return nullptr;
+  }
+
+  /// What isn't set to a value. False: this is no such command.
+  bool put(const std::string& command, const std::string& rest) {
+    const size_t space = std::min(rest.find(' '), rest.size());
+    const std::string path = rest.substr(0, space);
+    const std::string file = space < rest.size() ? rest.substr(space + 1) : "";
+    const bool takes_file = command == "texture" || command == "normalmap" || command == "bumpmap";
+    if (!takes_file && command != "unset" && command != "revert") return false;
+    if (path.empty() || takes_file == file.empty()) {
+      throw Error("expected: " + command + " PATH" + (takes_file ? " FILE" : ""));
+    }
+    if (command == "texture") {
+      const SceneParameter* const parameter = find(path);
+      if (!parameter || !parameter->kind) {
+        fail("there is no parameter '" + path + "'");
+        return true;
+      }
+      put(path, file == "checkerboard" ? checkerboard() : bitmap(file, *parameter->kind));
+    } else if (takes_file) {
+      put(path, command == "normalmap" ? normal_map(file) : bump_map(file));
+    } else {
+      put(path, command == "unset" ? EditedValue(Unset{}) : AsWritten{});
+    }
+    return true;
+  }
+
+  void put(const std::string& path, EditedValue value) {
+    put_number_ = session_.set({{path, std::move(value)}});
+    has_other_parameters_ = true;
+  }
+
   void set(const std::string& path, const std::string& text) {
-    const SceneInfo& known = info_ ? *info_ : info();
-    const SceneParameter* const parameter = known.find(path);
+    const SceneParameter* const parameter = find(path);
     if (!parameter) return fail("there is no parameter '" + path + "'");
+    has_other_parameters_ |= !parameter->texture.empty();
     try {
       session_.set({{path, parse_value(*parameter, text)}});
     } catch (const Error& error) {
@@ -129,6 +187,10 @@ class Script {
   CameraLink& camera() {
     if (!info_) info();
     camera_.follow(session_, info_);
+    while (!camera_.is_aimed()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      camera_.follow(session_, info_);
+    }
     if (!camera_.can_move()) throw Error("the sensor can't be moved");
     return camera_;
   }
@@ -169,14 +231,18 @@ class Script {
   }
 
   void fail(const std::string& text) {
-    std::printf("error: %s\n", text.c_str());
+    std::fprintf(stderr, "kinome-view: %s\n", Error(Location{name_, line_, 1}, text).what());
     ++errors_;
   }
 
+  const std::string name_;
+  int line_ = 0;  ///< that it has come to
   RenderSession& session_;
   std::shared_ptr<const SceneInfo> info_;
+  bool has_other_parameters_ = false;  ///< than info_ tells
+  uint64_t put_number_ = 0;            ///< RenderSession::set's, of what put or took objects last
   CameraLink camera_;
-  size_t known_ = 0;
+  uint64_t known_ = 0;
   int errors_ = 0;
 };
 
@@ -226,7 +292,7 @@ EditedValue parse_value(const SceneParameter& parameter, const std::string& text
 }
 
 int run_script(std::istream& script, const std::string& name, RenderSession& session) {
-  Script at_work(session);
+  Script at_work(name, session);
   std::string line;
   for (int number = 1; std::getline(script, line); ++number) {
     if (line.ends_with('\r')) line.pop_back();
@@ -235,7 +301,7 @@ int run_script(std::istream& script, const std::string& name, RenderSession& ses
     const size_t end = std::min(line.find(' ', begin), line.size());
     const size_t rest = line.find_first_not_of(' ', end);
     try {
-      at_work.run(line.substr(begin, end - begin),
+      at_work.run(number, line.substr(begin, end - begin),
                   rest == std::string::npos ? "" : line.substr(rest));
     } catch (const Error& error) {
       throw error.where().file.empty() ? Error(Location{name, number, 1}, error.message()) : error;

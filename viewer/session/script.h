@@ -11,6 +11,11 @@ namespace kinome::viewer {
 /// it. One command a line:
 ///
 ///     set PATH VALUE        a parameter, as XML would write its value; a transform by 16 numbers
+///     texture PATH FILE     a bitmap of this file in place of a value; or "checkerboard"
+///     normalmap PATH FILE   puts one around a BSDF, with a bitmap of this file
+///     bumpmap PATH FILE
+///     unset PATH            says nothing of a parameter; takes off what was put around a BSDF
+///     revert PATH           a parameter is again what the scene's file says
 ///     undo
 ///     integrator [NAME]     none: the scene's own
 ///     orbit RIGHT UP        the camera, in degrees; as CameraControls has it, so are
@@ -25,9 +30,12 @@ namespace kinome::viewer {
 ///     picture FILE          writes the picture, as write_picture()
 ///     save FILE             the scene as XML
 ///     parameters            prints their paths, types and plugins
+///     samples               prints how many samples a pixel the picture has
+///     sleep SECONDS         waits for so long
 ///     memory                prints how much memory is resident [bytes]
 ///
-/// Errors are printed as "error: ..."; the session goes on. Returns how many there were. Throws
+/// Errors go to stderr, with the line that the script has come to when they are known: "wait" has
+/// those of what was asked for before it. The session goes on. Returns how many there were. Throws
 /// Error for a line that is no command.
 int run_script(std::istream& script, const std::string& name, RenderSession& session);
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "app/sensor_index.h"
+#include "kinome/primary_rays.h"
 #include "kinome/render.h"
 #include "session/names.h"
 #include "session/preview_sensor.h"
@@ -16,12 +18,18 @@ constexpr std::chrono::milliseconds kStill{150};
 /// Of the first preview, a side's share of the film's.
 constexpr double kFirstScale = 0.18;
 constexpr double kLeastScale = 1. / 16;
+constexpr size_t kMostMessages = 200;
 
 constexpr const char* kPreviewIntegrator = "path";
 
-/// Integrators that learn, or prepare otherwise, for longer than a preview may take.
-bool is_slow_to_begin(const std::string& integrator) {
-  return integrator == "clustered" || integrator == "groundtruth";
+/// Whether an integrator learns, or prepares otherwise, before it looks through the camera: that
+/// takes longer than a preview may.
+bool is_slow_to_begin(const Integrator& integrator) {
+  for (const Stage& stage : integrator.stages()) {
+    if (std::string_view(stage.name) == kPrimaryStage.name) return false;
+    if (stage.is_alone) return true;
+  }
+  return false;
 }
 
 uint64_t rays_of(const RenderStats& stats) {
@@ -52,9 +60,23 @@ void RenderSession::Worker::close() {
 void RenderSession::Worker::say(bool is_error, std::string text) {
   {
     const std::lock_guard lock(mutex);
-    shown.messages.push_back({is_error, std::move(text)});
+    shown.messages.push_back({is_error, std::move(text), ++told_});
+    if (shown.messages.size() > kMostMessages) shown.messages.pop_front();
   }
   notify();
+}
+
+/// Not again and again, as renders and updates give them.
+void RenderSession::Worker::warn(const std::string& text) {
+  const std::string whole = "warning: " + text;
+  {
+    const std::lock_guard lock(mutex);
+    const bool is_known =
+        std::any_of(shown.messages.begin(), shown.messages.end(),
+                    [&](const Message& message) { return message.text == whole; });
+    if (is_known) return;
+  }
+  say(false, whole);
 }
 
 void RenderSession::Worker::wait() {
@@ -197,7 +219,7 @@ std::shared_ptr<const Scene> RenderSession::Worker::with_integrator(SceneEditor&
 /// are of the same number of bounces.
 const Scene& RenderSession::Worker::preview_scene() {
   const Integrator& own = scene_->integrator();
-  if (!is_slow_to_begin(name_of(own))) return *scene_;
+  if (!is_slow_to_begin(own)) return *scene_;
   if (preview_scene_) return *preview_scene_;
   ObjectDescription said;
   said.tag = "integrator";
@@ -225,17 +247,9 @@ const Scene& RenderSession::Worker::preview_scene() {
 /// As the options say, with the film's size that they ask for.
 size_t RenderSession::Worker::choose_sensor(SceneEditor& editor) const {
   const std::shared_ptr<const Scene> scene = editor.scene();
-  const auto& sensors = scene->sensors();
-  if (sensors.empty()) throw Error(Location{options_.scene}, "the scene has no sensor");
-  size_t index = sensors.size();
-  for (size_t i = 0; i < sensors.size() && index == sensors.size(); ++i) {
-    if (sensors[i]->id() == options_.sensor || std::to_string(i) == options_.sensor) index = i;
-  }
-  if (index == sensors.size()) {
-    throw Error(Location{options_.scene}, "there is no sensor '" + options_.sensor + "'");
-  }
+  const size_t index = app::sensor_index(*scene, options_.sensor);
   if (options_.width <= 0 || options_.height <= 0) return index;
-  const std::string film = editor.path_of(sensors[index]->film());
+  const std::string film = editor.path_of(scene->sensors()[index]->film());
   if (film.empty()) throw Error(Location{options_.scene}, "the sensor has no film to be resized");
   editor.set(
       {{film + ".width", int64_t{options_.width}}, {film + ".height", int64_t{options_.height}}});
@@ -261,7 +275,7 @@ void RenderSession::Worker::preview() {
   seconds_per_pixel_ = (context_->seconds() - start) / pixels;
   wants_preview_ = false;
   // Where it takes long until there is another picture.
-  wants_whole_preview_ = scale < 1 && is_slow_to_begin(name_of(scene_->integrator()));
+  wants_whole_preview_ = scale < 1 && is_slow_to_begin(scene_->integrator());
   if (is_paused_) set_activity(Activity::kPaused);
 }
 
@@ -286,8 +300,9 @@ void RenderSession::Worker::improve() {
     return;
   }
   if (!live_) live_ = std::make_unique<LiveRender>(*scene_, sensor(), *context_);
-  if (cancel_ || !live_->pass()) {
-    live_.reset();
+  if (cancel_) return live_.reset();  // perhaps while it was begun
+  if (!live_->pass()) {
+    if (!live_->is_whole()) live_.reset();
     return;
   }
   is_coarse_ = false;
@@ -320,6 +335,7 @@ void RenderSession::Worker::publish(const Scene& scene, Image image, bool is_pre
   picture->is_final = is_final;
   picture->integrator = name_of(scene.integrator());
   picture->samples = picture->stats.samples;
+  if (!sensor().is_surface()) picture->sensor = scene_->sensors()[sensor_];
   picture->seconds = seconds;
   picture->rel_mse = rel_mse;
   picture->rays_per_second =

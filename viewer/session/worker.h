@@ -2,10 +2,12 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <deque>
 #include <mutex>
 #include <thread>
 #include <variant>
 
+#include "kinome/log_listener.h"
 #include "kinome/render_context.h"
 #include "session/changes.h"
 #include "session/live_render.h"
@@ -38,8 +40,12 @@ struct RunTask {
   RenderSession::Task task;
   bool is_save = false;  ///< is done, too, where the session is closed before
 };
+struct AskPick {
+  Vec2 film_position;
+  std::shared_ptr<PickAnswer> answer;
+};
 using Request = std::variant<Settings, Undo, Restart, Reload, UseIntegrator, UseSensor, Pause,
-                             RenderExactly, RunTask>;
+                             RenderExactly, RunTask, AskPick>;
 
 /// The session's thread, and what it shares with others: by `mutex` but for what says otherwise.
 class RenderSession::Worker {
@@ -51,11 +57,11 @@ class RenderSession::Worker {
   /// Returns its number.
   uint64_t request(bool ends_render, Request asked);
   void say(bool is_error, std::string text);
+  void warn(const std::string& text);
   void wait();
   void close();
   std::optional<Pick> pick(const Vec2& film_position);
-  std::optional<Ray> ray(const Vec2& film_position);
-  std::optional<Vec2> project(const Vec3& point);
+  std::shared_ptr<const PickAnswer> ask_pick(const Vec2& film_position);
 
   mutable std::mutex mutex;
   struct Shown {
@@ -63,7 +69,7 @@ class RenderSession::Worker {
     std::shared_ptr<const SceneInfo> info;
     Status status;
     std::string integrator;
-    std::vector<Message> messages;
+    std::deque<Message> messages;  ///< the latest ones
   } shown;
   std::atomic<double> fraction = 0;    ///< needs no mutex
   std::atomic<int> saves_to_come = 0;  ///< needs no mutex
@@ -84,6 +90,8 @@ class RenderSession::Worker {
   void serve(Pause& pause) { is_paused_ = pause.is_paused; }
   void serve(RenderExactly& exactly);
   void serve(RunTask& run);
+  void serve(AskPick& ask);
+  std::optional<Pick> picked(const Vec2& film_position) const;
   void take_edited_scene();
   void begin_anew();
   size_t choose_sensor(SceneEditor& editor) const;
@@ -115,6 +123,7 @@ class RenderSession::Worker {
   uint64_t asked_ = 1, taken_ = 1, served_ = 0;
   bool may_be_ended_ = false;  ///< what is rendered now
   std::atomic<bool> cancel_ = false;
+  std::atomic<bool> can_undo_ = false;  ///< needs no mutex
 
   /// Held while the scene is changed, and by who else looks at it: before `mutex`.
   std::mutex scene_mutex_;
@@ -145,6 +154,8 @@ class RenderSession::Worker {
   double change_seconds_ = 0;              ///< that the last change took to be made
   double seconds_per_pixel_ = 0;           ///< of previews; 0: unknown
 
+  uint64_t told_ = 0;  ///< messages; by the mutex
+  const LogListener listener_{[this](const std::string& warning) { warn(warning); }};
   std::thread thread_;
 };
 

@@ -4,6 +4,16 @@
 
 namespace kinome::viewer {
 
+std::optional<Ray> ray_through(const Picture& picture, const Vec2& film_position) {
+  if (!picture.sensor) return std::nullopt;
+  return picture.sensor->sample_ray(film_position, Vec2(0.5f));
+}
+
+std::optional<Vec2> place_on_film(const Picture& picture, const Vec3& point) {
+  const auto seen = picture.sensor ? picture.sensor->connect(point, Vec2(0.5f)) : std::nullopt;
+  return seen ? std::optional(seen->film_position) : std::nullopt;
+}
+
 void write_picture(const std::string& path, const Picture& picture) {
   if (path.ends_with(".png")) return write_png(path, picture.image, 0);
   if (!path.ends_with(".exr")) throw Error(Location{path}, "must end in .exr or .png");

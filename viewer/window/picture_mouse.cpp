@@ -30,6 +30,7 @@ PictureClick click_at(const Frame& frame, const Vec2& position, int button) {
 }  // namespace
 
 void PictureMouse::update(Frame& frame, const std::vector<std::unique_ptr<Panel>>& panels) {
+  take_selection(frame);
   const bool is_over = ImGui::IsWindowHovered() && !ImGui::IsAnyItemHovered();
   for (int button = 0; button < 3 && button_ < 0; ++button) {
     if (is_over && ImGui::IsMouseClicked(button)) press(frame, panels, button);
@@ -48,9 +49,9 @@ void PictureMouse::press(Frame& frame, const std::vector<std::unique_ptr<Panel>>
   is_drag_ = false;
   taker_ = nullptr;
   pressed_at_ = mouse_position();
-  const PictureClick click = click_at(frame, pressed_at_, button);
+  pressed_ = click_at(frame, pressed_at_, button);
   for (const auto& panel : panels) {
-    if (panel->press(frame, click)) {
+    if (panel->press(frame, pressed_)) {
       taker_ = panel.get();
       return;
     }
@@ -58,16 +59,19 @@ void PictureMouse::press(Frame& frame, const std::vector<std::unique_ptr<Panel>>
 }
 
 void PictureMouse::release(Frame& frame, const std::vector<std::unique_ptr<Panel>>& panels) {
-  const int button = std::exchange(button_, -1);
-  if (is_drag_) return;
-  const PictureClick click = click_at(frame, pressed_at_, button);
-  if (!frame.view.area().shows(click.film)) return;
+  button_ = -1;
+  if (is_drag_ || !frame.view.area().shows(pressed_.film)) return;
   for (const auto& panel : panels) {
-    if (panel->click(frame, click)) return;
+    if (panel->click(frame, pressed_)) return;
   }
-  if (button != 0) return;
-  const auto pick = frame.session.pick(click.film);
+  if (pressed_.button == 0) selecting_ = frame.session.ask_pick(pressed_.film);
+}
+
+void PictureMouse::take_selection(Frame& frame) {
+  if (!selecting_ || !selecting_->is_there()) return;
+  const auto& pick = selecting_->pick();
   frame.selection = pick ? std::make_shared<const Pick>(*pick) : nullptr;
+  selecting_.reset();
 }
 
 void PictureMouse::drag(Frame& frame) {

@@ -15,11 +15,14 @@ class PictureMouse {
   void release(Frame& frame, const std::vector<std::unique_ptr<Panel>>& panels);
   void drag(Frame& frame);
   void turn_wheel(Frame& frame);
+  void take_selection(Frame& frame);
 
   int button_ = -1;  ///< that was pressed over the picture and is held
   bool is_drag_ = false;
   Panel* taker_ = nullptr;  ///< of what is dragged; nullptr: the camera
   Vec2 pressed_at_{0.f};
+  PictureClick pressed_;  ///< with the keys that were held then
+  std::shared_ptr<const PickAnswer> selecting_;
 };
 
 }  // namespace kinome::viewer

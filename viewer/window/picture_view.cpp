@@ -6,31 +6,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kinome/color.h"
+#include "picture/tone.h"
 
 namespace kinome::viewer {
 namespace {
 
 constexpr float kMostZoom = 256;
 
-uint8_t to_byte(float linear) {
-  // Negative: what is no number, too.
-  if (!(linear > 0)) return 0;
-  return static_cast<uint8_t>(std::lround(255 * std::min(1.f, linear_to_srgb(linear))));
-}
-
 void to_srgb(const Picture& picture, std::vector<uint8_t>& rgba) {
-  const Image& image = picture.image;
-  const size_t pixels = static_cast<size_t>(image.width) * image.height;
-  const size_t channels = image.channels.size();
-  const bool is_grey = channels < 3 || image.channels[0] == "Y";
-  rgba.resize(4 * pixels);
-  for (size_t p = 0; p < pixels; ++p) {
-    for (size_t c = 0; c < 3; ++c) {
-      rgba[4 * p + c] = channels == 0 ? 0 : to_byte(image.data[p * channels + (is_grey ? 0 : c)]);
-    }
-    rgba[4 * p + 3] = 255;
-  }
+  static const ToneMapper plain{Tone()};
+  rgba = plain.map(picture.image);
 }
 
 }  // namespace

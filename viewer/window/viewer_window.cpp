@@ -76,6 +76,8 @@ void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int mods
   if (action != GLFW_PRESS || ImGui::GetIO().WantTextInput) return;
   if (key == GLFW_KEY_F12) self.wants_screenshot_ = true;
   if (key == GLFW_KEY_R && (mods & GLFW_MOD_CONTROL) != 0) self.wants_reload_ = true;
+  if (key == GLFW_KEY_S && (mods & GLFW_MOD_CONTROL) != 0) self.wants_save_ = true;
+  if (key == GLFW_KEY_Z && (mods & GLFW_MOD_CONTROL) != 0) self.wants_undo_ = true;
   if (key == GLFW_KEY_Q && (mods & GLFW_MOD_CONTROL) != 0) {
     glfwSetWindowShouldClose(window, GLFW_TRUE);
   }
@@ -87,9 +89,10 @@ void ViewerWindow::run(RenderSession& session) {
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
-    Frame frame{session,        *view_,           camera_,   session.picture(),
-                session.info(), session.status(), selection_};
+    Frame frame{session,        *view_,           camera_,    session.picture(),
+                session.info(), session.status(), selection_, std::exchange(wants_save_, false)};
     if (std::exchange(wants_reload_, false)) session.reload();
+    if (std::exchange(wants_undo_, false)) session.undo();
     camera_.follow(session, frame.info);
     fly(frame);
     draw(frame);
@@ -212,7 +215,7 @@ void ViewerWindow::trace(const Frame& frame) {
   if (!std::exchange(has_traced_window_, true)) std::printf("%.3f window\n", now);
   for (const Message& message : frame.session.messages(traced_messages_)) {
     std::printf("%.3f %s %s\n", now, message.is_error ? "error" : "note", message.text.c_str());
-    ++traced_messages_;
+    traced_messages_ = message.number;
   }
   if (selection_ != traced_selection_) {
     traced_selection_ = selection_;

@@ -53,12 +53,14 @@ class ViewerWindow {
   std::shared_ptr<const Pick> selection_;
   bool wants_screenshot_ = false;
   bool wants_reload_ = false;
+  bool wants_undo_ = false;
+  bool wants_save_ = false;
   int frames_wanted_ = 0;
   bool is_flying_ = false;
   std::chrono::steady_clock::time_point last_frame_ = std::chrono::steady_clock::now();
   bool has_traced_window_ = false;
   uint64_t traced_generation_ = 0;
-  size_t traced_messages_ = 0;
+  uint64_t traced_messages_ = 0;
   std::shared_ptr<const Pick> traced_selection_;
 };
 
