@@ -9,6 +9,7 @@ namespace kinome::app {
 /// Each returns the program's exit status, and throws Error for a user's mistake.
 int render_command(const Options& options, std::chrono::steady_clock::time_point start);
 int film_command(const Options& options, std::chrono::steady_clock::time_point start);
+int merge_command(const Options& options, std::chrono::steady_clock::time_point start);
 int check_command(const Options& options);
 int plugins_command(const Options& options);
 int check_plugin_command(const Options& options);

@@ -11,6 +11,7 @@
 
 #include "kinome/error.h"
 #include "kinome/log.h"
+#include "kinome/parts.h"
 
 namespace kinome::app {
 namespace {
@@ -75,6 +76,33 @@ void interpret_seed(const RawOptions& raw, Options& options) {
               std::to_string(std::numeric_limits<uint64_t>::max()) + ", got '" + raw.seed + "'");
 }
 
+/// "3/16", or "all/16".
+void interpret_part(const RawOptions& raw, Options& options) {
+  if (raw.given.count("--part") == 0) return;
+  const std::string& text = raw.part;
+  const size_t slash = std::min(text.find('/'), text.size());
+  const bool is_all = text.substr(0, slash) == "all";
+  const auto read = [](const char* begin, const char* end, uint32_t& number) {
+    const auto [rest, error] = std::from_chars(begin, end, number);
+    return error == std::errc{} && rest == end && number > 0;
+  };
+  const char* const begin = text.data();
+  const char* const end = begin + text.size();
+  const bool is_read = slash < text.size() && read(begin + slash + 1, end, options.parts) &&
+                       (is_all || read(begin, begin + slash, options.part));
+  if (!is_read || options.part > options.parts || options.parts > PicturePart::kMost) {
+    throw Error("--part: expected I/N, as 3/16 for the third of 16 parts (" +
+                std::to_string(PicturePart::kMost) + " are the most), or all/N; got '" + text + "'");
+  }
+  if (options.inspect) throw Error("--part: there is nothing to render with --inspect");
+  for (const auto& [name, why] :
+       {std::pair("--time", "parts have the same number of samples each, and not what a clock allows"),
+        std::pair("--error", "a part can't know how good all of them together are"),
+        std::pair("--variance", "parts are rendered one at a time")}) {
+    if (raw.given.count(name) > 0) throw Error(std::string(name) + ": not with --part: " + why);
+  }
+}
+
 /// CLI11 takes an empty value for 0, or for none.
 void check_that_none_is_empty(const RawOptions& raw) {
   for (const char* const name : {"--output", "--every", "--exposure", "--sensor", "--inspect",
@@ -134,6 +162,7 @@ void interpret(const RawOptions& raw, Options& options) {
     interpret_budget(raw, options);
     check_checkpoint(raw, options);
     interpret_seed(raw, options);
+    interpret_part(raw, options);
   }
   if (raw.given.count("--mpi") > 0) {
     const std::map<std::string, Options::Mpi> modes = {
@@ -142,6 +171,7 @@ void interpret(const RawOptions& raw, Options& options) {
     if (mode == modes.end()) throw Error("--mpi: expected auto, on or off, got '" + raw.mpi + "'");
     options.mpi = mode->second;
   }
+  if (options.command == Options::Command::kMerge) check_that_none_is_empty(raw);
   if (options.command == Options::Command::kFilm) interpret_film(raw, options.film);
   if (raw.given.count("--isa") > 0 && options.isa.empty()) throw Error("--isa: its value is empty");
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");

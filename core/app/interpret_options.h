@@ -17,6 +17,7 @@ struct RawOptions {
   std::string variance;
   std::string seed;
   std::string mpi;
+  std::string part;
   std::string frame, range, target, up, angles;  ///< of `kinome film`
   std::map<std::string, std::string> given;  ///< by "--NAME": the last value of each that is there
 };

@@ -83,6 +83,8 @@ int main(int argc, char** argv) {
                               : kinome::app::render_command(*options, start);
       case kinome::app::Options::Command::kFilm:
         return kinome::app::film_command(*options, start);
+      case kinome::app::Options::Command::kMerge:
+        return kinome::app::merge_command(*options, start);
       case kinome::app::Options::Command::kListPlugins:
         return kinome::app::plugins_command(*options);
       case kinome::app::Options::Command::kCheckPlugin:

@@ -7,6 +7,12 @@
 
 namespace kinome::app {
 
+std::string part_text(const Options& options) {
+  if (options.parts == 0) return "";
+  return (options.part == 0 ? "all" : std::to_string(options.part)) + "/" +
+         std::to_string(options.parts);
+}
+
 Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor,
                                  InstructionSet instruction_set) {
   size_t index = 0;
@@ -19,6 +25,7 @@ Checkpoint::Identity identity_of(const Options& options, const Scene& scene, con
           {"seed", std::to_string(options.seed)},
           {"--variance", std::to_string(options.renders)},
           {"--error", fmt::format("{}", options.rel_mse)},
+          {"--part", part_text(options)},
           {"--isa", to_string(instruction_set)}};
 }
 

@@ -17,6 +17,9 @@ namespace kinome::app {
 ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
                           const std::string& integrator, const RenderStats& stats);
 
+/// "3/16" or "all/16", as --part says; "": it isn't given.
+std::string part_text(const Options& options);
+
 /// All that the bits of the picture depend on, but for the files that the scene names.
 Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor,
                                  InstructionSet instruction_set);

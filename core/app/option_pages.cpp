@@ -124,6 +124,9 @@ kinome \- renders scenes in Mitsuba's language
 .B kinome film
 .RI [ OPTION ]... " SCENE.xml"
 .br
+.B kinome merge
+.RI [ OPTION ]... " PART.exr... " \-o " FILE"
+.br
 .B kinome plugins
 .RI [ OPTION ]... " " [ NAME ]
 .br
@@ -136,7 +139,11 @@ kinome \- renders scenes in Mitsuba's language
 Renders a scene of Mitsuba 3, or of Mitsuba 0.4 to 0.6, into an OpenEXR or PFM file beside the scene
 file.
 .B kinome film
-renders a film of a scene. Scenes are made of plugins:
+renders a film of a scene, and
+.B kinome merge
+(or
+.BR kinome\-merge )
+adds the parts of a picture that were rendered by themselves. Scenes are made of plugins:
 .B kinome plugins
 lists them, those of a category, or the parameters of one,
 .B kinome check
@@ -231,6 +238,10 @@ _kinome() {
       names=$("${COMP_WORDS[0]}" plugins 2>/dev/null | sed -n 's/^  \([a-z0-9_]\{1,\}\).*/\1/p')
       [ "$command" = check ] || names="$names )" + categories + R"("
       ;;
+    merge)
+      compopt -o filenames
+      COMPREPLY=($(compgen -f -X '!*.exr' -- "$word") $(compgen -d -- "$word"))
+      ;;
     new) [ "$before" != new ] || names=')" + categories + R"(' ;;
     *)
       compopt -o filenames
@@ -245,6 +256,13 @@ _kinome() {
   fi
 }
 complete -F _kinome kinome
+_kinome_merge() {
+  # As the arguments of `kinome merge`.
+  COMP_WORDS=(kinome merge "${COMP_WORDS[@]:1}")
+  ((++COMP_CWORD))
+  _kinome
+}
+complete -F _kinome_merge kinome-merge
 )";
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 
 // CLI11 takes longer to compile than the rest of the program: nothing else includes it.
@@ -58,7 +59,9 @@ struct CommandWord {
   const char* word;
   Options::Command command;
 };
+constexpr CommandWord kMergeWord = {"merge", Options::Command::kMerge};
 constexpr CommandWord kCommandWords[] = {{"film", Options::Command::kFilm},
+                                         kMergeWord,
                                          {"plugins", Options::Command::kListPlugins},
                                          {"check", Options::Command::kCheckPlugin},
                                          {"new", Options::Command::kNewPlugin}};
@@ -66,6 +69,8 @@ constexpr CommandWord kCommandWords[] = {{"film", Options::Command::kFilm},
 /// One of these and its place in argv, where it may come after where to look for plugins and which to
 /// take; "" and 0: the command line renders.
 std::pair<CommandWord, int> command_word(int argc, const char* const* argv) {
+  // The name of a link to the program, for farms' scripts.
+  if (argc > 0 && std::filesystem::path(argv[0]).filename() == "kinome-merge") return {kMergeWord, 0};
   int i = 1;
   while (i < argc) {
     const std::string_view word = argv[i];
@@ -80,6 +85,20 @@ std::pair<CommandWord, int> command_word(int argc, const char* const* argv) {
 }
 
 constexpr const char* kDefaultRenders = "16";
+
+/// Of all commands that write pictures.
+void declare_verbosity(CLI::App& app, Options& options) {
+  app.add_flag("-v,--verbose", options.verbosity, "Say more (repeat for still more)")
+      ->disable_flag_override();
+  app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors and the reason for an exit status of 3")
+      ->disable_flag_override();
+}
+void declare_png(CLI::App& app, Options& options) {
+  app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image")
+      ->disable_flag_override();
+  app.add_option("--exposure", options.exposure, "Exposure of the PNG, in stops; default: 0")
+      ->type_name("STOPS");
+}
 
 /// Of all commands that render.
 void declare_render(CLI::App& app, Options& options, RawOptions& raw) {
@@ -96,10 +115,7 @@ void declare_render(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("PATH;PATH")
       ->allow_extra_args(false);
   app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
-  app.add_flag("-v,--verbose", options.verbosity, "Say more (repeat for still more)")
-      ->disable_flag_override();
-  app.add_flag("-q,--quiet", options.quiet, "Say nothing but errors and the reason for an exit status of 3")
-      ->disable_flag_override();
+  declare_verbosity(app, options);
   app.add_option("-m,--mode", options.variant,
                  "Mitsuba's variant: accepted and ignored, as there is only one")
       ->type_name("VARIANT");
@@ -124,16 +140,17 @@ void declare_render(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_flag("--stats", raw.stats,
                "Where the time went, on stderr; --stats=json: one JSON object on stdout")
       ->type_name("[=json]");
-  app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image")
-      ->disable_flag_override();
-  app.add_option("--exposure", options.exposure, "Exposure of the PNG, in stops; default: 0")
-      ->type_name("STOPS");
+  declare_png(app, options);
 }
 
 void declare_picture(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("-o,--output", options.output,
                  "Image file; default: the scene's name, beside the scene file")
       ->type_name("FILE");
+  app.add_option("--part", raw.part,
+                 "Render the I-th of N parts of the samples, into a file for kinome merge; all/N: all of "
+                 "them, into the picture that merging makes")
+      ->type_name("I/N");
   app.add_option("--checkpoint", options.checkpoint,
                  "Keep what is finished in this file, until the picture is written")
       ->type_name("FILE");
@@ -184,6 +201,16 @@ void declare_film(CLI::App& app, Options& options, RawOptions& raw) {
                  "Half axes of the ellipse in degrees as seen from the target, to the side and up; "
                  "default: 30,10")
       ->type_name("A,B");
+}
+
+void declare_merge(CLI::App& app, Options& options) {
+  app.add_option("PART.exr", options.files, "Files of all parts, in any order")->required();
+  app.add_option("-o,--output", options.output, "Image file")->type_name("FILE")->required();
+  app.add_flag("--allow-missing", options.allow_missing,
+               "Make a picture of the parts that are there, though some are missing or were interrupted")
+      ->disable_flag_override();
+  declare_verbosity(app, options);
+  declare_png(app, options);
 }
 
 void declare_plugin_options(CLI::App& app, Options& options) {
@@ -261,6 +288,7 @@ struct OptionsParser::Language {
     switch (command) {
       case Options::Command::kRender:
         describe("kinome", "Renders a scene.\nkinome film SCENE: renders a film of one.\n"
+                           "kinome merge PART.exr...: adds the parts of a picture.\n"
                            "kinome plugins [NAME]: lists all plugins, those of a\n"
                            "category, or the parameters of one.\nkinome check PLUGIN: checks "
                            "whether a plugin is right.\nkinome new CATEGORY NAME: starts a plugin.");
@@ -275,6 +303,12 @@ struct OptionsParser::Language {
                                 "goes on with the frames that are missing.");
         declare_film(app, options, raw);
         declare_render(app, options, raw);
+        break;
+      case Options::Command::kMerge:
+        describe("kinome merge", "Adds the parts of a picture, as kinome --part renders them, to the\n"
+                                 "picture that one program would have made of all. kinome-merge is\n"
+                                 "another name for it.");
+        declare_merge(app, options);
         break;
       case Options::Command::kListPlugins:
         describe("kinome plugins",
@@ -341,7 +375,7 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
     throw Error(complaint_of(app, error) + " (kinome " +
-                (place > 0 ? std::string(command.word) + " " : "") + "--help lists the options)");
+                (*command.word != 0 ? std::string(command.word) + " " : "") + "--help lists the options)");
   }
   for (const CLI::Option* option : app.get_options()) {
     if (option->count() == 0) continue;

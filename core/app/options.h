@@ -16,7 +16,7 @@ enum class StatsFormat { kNone, kText, kJson };
 
 /// What the command line asks for.
 struct Options {
-  enum class Command { kRender, kFilm, kListPlugins, kCheckPlugin, kNewPlugin };
+  enum class Command { kRender, kFilm, kMerge, kListPlugins, kCheckPlugin, kNewPlugin };
   Command command = Command::kRender;
 
   std::string scene;
@@ -40,6 +40,8 @@ struct Options {
   std::string checkpoint;  ///< "": none is kept
   double every = 60;       ///< seconds between two checkpoints
   bool resume = false;
+  /// --part: of a picture in so many, this one, counted from 1; 0: all of them. 0 parts: not given.
+  uint32_t part = 0, parts = 0;
   std::string display;  ///< HOST:PORT; "": none
   enum class Mpi { kAuto, kOn, kOff };
   Mpi mpi = Mpi::kAuto;
@@ -48,6 +50,10 @@ struct Options {
   std::optional<Vec2> inspect;  ///< pixel whose clusters are shown in place of rendering
 
   FilmOptions film;  ///< of `kinome film`
+
+  // Of `kinome merge`; its -o is `output`.
+  std::vector<std::string> files;  ///< of parts
+  bool allow_missing = false;
 
   std::string plugin_name;  ///< of `kinome plugins NAME` ("": all of them), `check` and `new`
   bool markdown = false;

@@ -13,10 +13,20 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
+/// "-part03of16", so that the order of names is that of parts.
+std::string suffix_of_part(const Options& options) {
+  if (options.part == 0) return "";
+  const size_t digits = std::to_string(options.parts).size();
+  return fmt::format("-part{:0{}}of{}", options.part, digits, options.parts);
+}
+
 /// Where the picture goes: beside the scene file, or as -o says, with the film's extension. Another
 /// image format's extension is a mistake: what is written would not be what the name says.
 std::string output_path(const Options& options, const std::string& extension) {
-  if (options.output.empty()) return fs::path(options.scene).replace_extension(extension).string();
+  if (options.output.empty()) {
+    const std::string stem = fs::path(options.scene).replace_extension("").string();
+    return stem + suffix_of_part(options) + extension;
+  }
   static const std::set<std::string> kImages = {".exr", ".pfm", ".png",  ".jpg", ".jpeg",
                                                 ".hdr", ".tif", ".tiff", ".bmp", ".rgbe"};
   const std::string given = fs::path(options.output).extension().string();
@@ -89,9 +99,14 @@ double writing_seconds(const Options& options, const Film& film, const Image& pi
 }
 
 void write_picture(const Options& options, Film& film, const Image& image,
-                   const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint) {
+                   const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint,
+                   const PartRender* part) {
   try {
-    if (!output.picture.empty()) film.write(output.picture, image, metadata);
+    if (part) {
+      part->write(output.picture, image, metadata);
+    } else if (!output.picture.empty()) {
+      film.write(output.picture, image, metadata);
+    }
     if (!output.png.empty()) write_png(output.png, image, options.exposure);
   } catch (...) {
     if (checkpoint) checkpoint->close(film);  // nothing is lost but the picture

@@ -5,6 +5,7 @@
 
 #include "kinome/checkpoint.h"
 #include "kinome/film.h"
+#include "kinome/parts.h"
 #include "options.h"
 
 namespace kinome::app {
@@ -30,9 +31,11 @@ Output choose_output(const Options& options, const Film& film);
 /// Seconds that it will take to write such a picture: by what it takes to write some of its rows.
 double writing_seconds(const Options& options, const Film& film, const Image& picture,
                        const Output& output);
-/// Where it can't be written, the checkpoint, if there is one, is left as it is.
+/// Where it can't be written, the checkpoint, if there is one, is left as it is. `part`: that the picture
+/// is; nullptr: it is whole.
 void write_picture(const Options& options, Film& film, const Image& image,
-                   const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint);
+                   const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint,
+                   const PartRender* part = nullptr);
 /// Of a picture that is whole, and written: once that is on the disk.
 void remove_checkpoint(Checkpoint& checkpoint, const Output& output);
 

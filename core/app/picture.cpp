@@ -72,7 +72,7 @@ void warn_of_layers(const Scene& scene, const Film& film) {
 }
 
 Image render_picture(const Options& options, const Scene& scene, const Sensor& sensor,
-                     RenderContext& context, Display* display) {
+                     RenderContext& context, Display* display, const PartRender* part) {
   const Film& film = sensor.film();
   PassCallback on_pass;
   if (display) {
@@ -83,22 +83,26 @@ Image render_picture(const Options& options, const Scene& scene, const Sensor& s
   log_info(fmt::format("rendering {}x{} pixels of {} on {} threads", film.crop().width(),
                        film.crop().height(), options.scene, context.threads()));
   set_activity("rendering");
-  Image image = render(scene, sensor, context, on_pass);
+  Image image = part                ? part->render(context)
+                : options.parts > 0 ? render_all_parts(scene, sensor, context, options.parts)
+                                    : render(scene, sensor, context, on_pass);
   if (display) display->show(image);
   return image;
 }
 
 RenderSummary finish_picture(const Options& options, const Scene& scene, const Sensor& sensor,
                              RenderContext& context, const PluginRegistry& registry,
-                             const Image& image, const Output& output, Checkpoint* checkpoint) {
+                             const Image& image, const Output& output, Checkpoint* checkpoint,
+                             const PartRender* part) {
   RenderStats& stats = context.stats();
   stats.plugins = registry.loaded();
   stats.instruction_set = to_string(used_instruction_set(registry));
   const std::string integrator = integrator_names(stats.plugins);
   const Clock::time_point write_start = Clock::now();
   set_activity("writing the picture");
-  write_picture(options, sensor.film(), image, metadata_of(scene, context, integrator, stats),
-                output, checkpoint);
+  ImageMetadata metadata = metadata_of(scene, context, integrator, stats);
+  if (options.parts > 0 && !part) metadata.merge(metadata_of_parts(options.parts));
+  write_picture(options, sensor.film(), image, metadata, output, checkpoint, part);
   if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
   stats.write_seconds = seconds_since(write_start);
   set_activity("checking plugins");

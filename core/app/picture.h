@@ -3,6 +3,7 @@
 #include <string>
 
 #include "display.h"
+#include "kinome/parts.h"
 #include "kinome/plugin_registry.h"
 #include "kinome/render_context.h"
 #include "kinome/scene_loader.h"
@@ -22,14 +23,16 @@ const Sensor& choose_sensor(const Scene& scene, const std::string& wanted);
 /// Of channels that are rendered for nothing.
 void warn_of_layers(const Scene& scene, const Film& film);
 
-/// Renders a picture, which a display (may be nullptr) shows in the making.
+/// Renders a picture, or a `part` of it (may be nullptr), which a display (may be nullptr) shows in the
+/// making.
 Image render_picture(const Options& options, const Scene& scene, const Sensor& sensor,
-                     RenderContext& context, Display* display);
+                     RenderContext& context, Display* display, const PartRender* part = nullptr);
 /// Writes it, with the checkpoint (may be nullptr) removed where it is whole, and asks plugins how
 /// they did. Whatever else there is to know of it goes to the context's statistics.
 RenderSummary finish_picture(const Options& options, const Scene& scene, const Sensor& sensor,
                              RenderContext& context, const PluginRegistry& registry,
-                             const Image& image, const Output& output, Checkpoint* checkpoint);
+                             const Image& image, const Output& output, Checkpoint* checkpoint,
+                             const PartRender* part = nullptr);
 
 /// Warns of what plugins did wrong.
 void tell_faults(const Options& options, const RenderStats& stats);

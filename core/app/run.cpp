@@ -86,7 +86,8 @@ int check_command(const Options& options) {
   const bool has_sensor = options.sensor != Options().sensor;
   for (const auto& [name, is_given] :
        {std::pair("-o", !options.output.empty()), std::pair("-s", has_sensor),
-        std::pair("--png", options.png), std::pair("--display", !options.display.empty())}) {
+        std::pair("--png", options.png), std::pair("--display", !options.display.empty()),
+        std::pair("--part", options.parts > 0)}) {
     if (is_given) log_warn(fmt::format("{} is ignored: --check renders nothing", name));
   }
   warn_of_missing_folders(options);
@@ -100,6 +101,18 @@ int check_command(const Options& options) {
 }
 
 namespace {
+
+/// nullptr: the whole picture is asked for, or all of its parts.
+std::unique_ptr<const PartRender> part_to_render(const Options& options, const Scene& scene,
+                                                 const Sensor& sensor) {
+  if (options.part == 0) return nullptr;
+  try {
+    return std::make_unique<const PartRender>(scene, sensor,
+                                              PicturePart{options.part - 1, options.parts});
+  } catch (const Error& error) {
+    throw Error(fmt::format("--part {}: {}", part_text(options), error.what()));
+  }
+}
 
 /// `group` may be nullptr.
 int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::time_point start) {
@@ -135,6 +148,7 @@ int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::
   set_activity("loading the scene");
   std::shared_ptr<const Scene> scene;
   const Sensor* sensor = nullptr;
+  std::unique_ptr<const PartRender> part;
   Checkpoint::Identity identity;
   together(group, [&] {
     scene = load_scene(options.scene, load_options(options), registry, &stats);
@@ -143,6 +157,7 @@ int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::
     identity = identity_of(options, *scene, *sensor, used_instruction_set(registry));
     film_to_write = &sensor->film();
     if (is_root) output = choose_output(options, sensor->film());
+    part = part_to_render(options, *scene, *sensor);
     warn_of_layers(*scene, sensor->film());
     for (const std::string& written : output.files()) {
       if (!checkpoint || !checkpoint->is_written_to(written)) continue;
@@ -167,13 +182,14 @@ int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::
   }
   begin_interruptible_render();
   progress.begin();
-  const Image image = render_picture(options, *scene, *sensor, context, display.get());
+  const Image image = render_picture(options, *scene, *sensor, context, display.get(),
+                                     part.get());
   progress.finish();
   int status = 0;
   together(group, [&] {
     if (!is_root) return;
     const RenderSummary summary = finish_picture(options, *scene, *sensor, context, registry, image,
-                                                 output, checkpoint.get());
+                                                 output, checkpoint.get(), part.get());
     stats.total_seconds = seconds_since(start);
     stats.peak_memory_bytes = peak_memory_bytes();
     warn_of_missed_budget(context.budget(), stats, stats.total_seconds, {});

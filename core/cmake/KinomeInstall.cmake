@@ -37,6 +37,8 @@ if(SKBUILD)
   return()
 endif()
 
+install(FILES "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/kinome-merge" DESTINATION bin)  # a link to kinome
+
 # The program prints its own manual page and completion.
 function(kinome_install_page option name folder)
   set(page "${CMAKE_CURRENT_BINARY_DIR}/${name}")
@@ -55,6 +57,7 @@ install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" RENAME copyright COMPONENT dev
 file(GLOB pages RELATIVE "${PROJECT_SOURCE_DIR}"
   "${PROJECT_SOURCE_DIR}/*.md" "${PROJECT_SOURCE_DIR}/docs/*.md" "${PROJECT_SOURCE_DIR}/docs/*.jpg")
 foreach(page IN LISTS pages ITEMS LICENSE CITATION.cff scenes/README.md scenes/hebe/hebe.png
+    scenes/farm/parts.slurm scenes/farm/parts.sh scenes/farm/parts_dask.py
     plugins/integrators/transport/ENGINE.md plugins/integrators/clustered/CLUSTERED.md
     plugins/integrators/clustered/PRODUCT.md)
   get_filename_component(folder "${page}" DIRECTORY)

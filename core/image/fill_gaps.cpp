@@ -41,6 +41,10 @@ double predicted_seconds(RenderContext& context, double begun, double rays) {
 
 }  // namespace
 
+double share_of_gaps(const Integrator& integrator, const Film& film) {
+  return count(gaps_of(film, integrator.layers().size())) / std::max(1, film.crop().area());
+}
+
 void fill_gaps(const Scene& scene, const Sensor& sensor, RenderContext& context, double begun) {
   const Integrator& integrator = scene.integrator();
   Film& film = sensor.film();

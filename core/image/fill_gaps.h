@@ -12,8 +12,11 @@ namespace kinome {
 /// RenderStats::filled and missing.
 void fill_gaps(const Scene& scene, const Sensor& sensor, RenderContext& context, double begun);
 
+/// The share of the pixels that lack samples of any layer.
+double share_of_gaps(const Integrator& integrator, const Film& film);
+
 /// Marks what has no samples, if there is any, in the picture's alpha channel, which it is given
 /// where it has none.
-void mark_gaps(const Film& film, Image& picture);
+KINOME_EXPORT void mark_gaps(const Film& film, Image& picture);
 
 }  // namespace kinome

@@ -4,7 +4,6 @@
 #include <ImfChromaticities.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
@@ -17,7 +16,7 @@
 #include <filesystem>
 #include <set>
 
-#include "base/file_writer.h"
+#include "image/exr_files.h"
 #include "image/image_exr_check.h"
 #include "kinome/image.h"
 #include "kinome/log.h"
@@ -26,33 +25,6 @@ namespace kinome {
 namespace {
 
 constexpr float kLargestHalf = 65504;
-
-constexpr const char* kNoMemory = "it needs more memory than there is";
-
-/// Lets OpenEXR write through a FileWriter. Also tells whether parts of the picture are missing: where memory ends in one of OpenEXR's own
-/// threads, it writes what it has, and says nothing.
-class WriterStream : public Imf::OStream {
- public:
-  WriterStream(FileWriter& writer, const std::string& path)
-      : Imf::OStream(path.c_str()), writer_(writer) {}
-  void write(const char bytes[], int count) override {
-    constexpr int kOffset = 8;  // bytes, and 0 where there is no such part
-    has_holes_ |= is_in_table_ && count == kOffset &&
-                  std::all_of(bytes, bytes + count, [](char byte) { return byte == 0; });
-    writer_.write(bytes, static_cast<size_t>(count));
-  }
-  uint64_t tellp() override { return writer_.position(); }
-  /// Only to write the table of the parts' offsets, at the end.
-  void seekp(uint64_t position) override {
-    is_in_table_ = true;
-    writer_.seek(position);
-  }
-  bool has_holes() const { return has_holes_; }
-
- private:
-  bool is_in_table_ = false, has_holes_ = false;
-  FileWriter& writer_;
-};
 
 /// R, G, B, A first, the others in the file's (alphabetic) order.
 std::vector<std::string> ordered_channels(const Imf::ChannelList& list) {
@@ -69,14 +41,6 @@ std::vector<std::string> ordered_channels(const Imf::ChannelList& list) {
     }
   }
   return names;
-}
-
-void read_metadata(const Imf::Header& header, ImageMetadata& metadata) {
-  for (auto it = header.begin(); it != header.end(); ++it) {
-    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute())) {
-      metadata[it.name()] = text->value();
-    }
-  }
 }
 
 /// Slices of interleaved floats whose first pixel is the data window's corner.
@@ -238,27 +202,15 @@ Image read_exr(const std::string& path, const Location& asker, ImageMetadata* me
   }
   try {
     return read_checked(path, metadata);
-  } catch (const std::bad_alloc&) {
-    throw fail(kNoMemory);
   } catch (const std::exception& e) {
-    std::string why = e.what();
-    // OpenEXR puts the path in front, and the end of a file is one of several texts of its own.
-    for (const char* text : {"end of file", "Early end", "missing", "corrupt"}) {
-      if (why.find(text) != std::string::npos && why.find("truncated") == std::string::npos) {
-        why = "truncated or damaged OpenEXR file (" + why + ")";
-      }
-    }
-    throw fail(why);
+    throw fail(why_unreadable(e));
   }
 }
 
 void write_exr(const std::string& path, const Image& image, ExrNumber number,
                const ImageMetadata& metadata, Vec2 crop_offset, Vec2 full_size) {
   check_image(path, image);
-  FileWriter writer(path);
-  std::string why;
-  WriterStream stream(writer, path);
-  try {
+  write_by_openexr(path, [&](Imf::OStream& stream) {
     const Imf::Header header = make_header(image, number, metadata, crop_offset, full_size);
     Imf::OutputFile file(stream, header);
     const Imath::Box2i& window = header.dataWindow();
@@ -283,17 +235,7 @@ void write_exr(const std::string& path, const Image& image, ExrNumber number,
     }
     file.setFrameBuffer(buffer);
     file.writePixels(image.height);
-  } catch (const std::bad_alloc&) {
-    why = kNoMemory;
-  } catch (const std::exception& e) {
-    why = e.what();
-  }
-  if (why.empty() && stream.has_holes()) why = kNoMemory;
-  // A failed write comes first: what OpenEXR says is a consequence of it.
-  if (!why.empty() && !writer.failed()) {
-    throw Error(fmt::format("cannot write '{}': {}", path, why));
-  }
-  writer.commit();
+  });
 }
 
 }  // namespace kinome

@@ -14,6 +14,7 @@
 #include "kinome/process_group.h"
 #include "kinome/shared_items.h"
 #include "render/progressive.h"
+#include "render/render_by.h"
 
 namespace kinome {
 namespace {
@@ -58,6 +59,28 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
 
 Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
              const PassCallback& on_pass) {
+  const RenderBudget& budget = context.budget();
+  RenderWay way;
+  way.lanes = lanes_for(budget, sensor.film());
+  way.render = [&] {
+    const Integrator& integrator = scene.integrator();
+    RenderStats& stats = context.stats();
+    Film& film = sensor.film();
+    if (budget.any()) {
+      const double left =
+          budget.seconds > 0 ? context.agree(budget.seconds - context.seconds()) : kInfinity;
+      render_passes(*integrator.begin(scene, sensor, context, left), film, context, on_pass);
+    } else {
+      integrator.render(scene, sensor, context);
+      stats.samples = sensor.sampler().sample_count();
+      if (on_pass && !context.interrupted()) on_pass(develop(film, budget, stats), stats);
+    }
+  };
+  return render_by(way, scene, sensor, context);
+}
+
+Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
+                RenderContext& context) {
   const WarningsOnce once;
   RenderStats& stats = context.stats();
   Image image;
@@ -68,7 +91,7 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
     stats.stages = integrator.stages();
     Film& film = sensor.film();
     const RenderBudget& budget = context.budget();
-    film.prepare(integrator.layers(), integrator.channels(), lanes_for(budget, film));
+    film.prepare(integrator.layers(), integrator.channels(), way.lanes);
     Checkpoint* const checkpoint = context.checkpoint();
     context.set_film(film);
     if (context.is_root()) integrator.warn_of_light_left_out(scene, sensor, context);
@@ -79,24 +102,17 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
     if (checkpoint && checkpoint->resumes() && context.commit_callback()) {
       context.commit_callback()(film, film.crop());
     }
-    if (budget.any()) {
-      const double left =
-          budget.seconds > 0 ? context.agree(budget.seconds - context.seconds()) : kInfinity;
-      render_passes(*integrator.begin(scene, sensor, context, left), film, context, on_pass);
-    } else {
-      integrator.render(scene, sensor, context);
-      stats.samples = sensor.sampler().sample_count();
-      if (on_pass && !context.interrupted()) on_pass(develop(film, budget, stats), stats);
-    }
+    way.render();
     interrupted = context.interrupted();
     stats.threads = context.threads();
     stats.complete = !interrupted;
     if (ProcessGroup* const group = context.group()) add_traffic(*group, stats);
     if (!context.is_root()) return image;
     if (checkpoint && interrupted) checkpoint->close(film);
-    if (interrupted) fill_gaps(scene, sensor, context, begun);
+    if (interrupted && way.fills_gaps) fill_gaps(scene, sensor, context, begun);
+    if (interrupted && !way.fills_gaps) stats.missing = share_of_gaps(integrator, film);
     image = develop(film, budget, stats);
-    if (interrupted) mark_gaps(film, image);
+    if (interrupted && way.fills_gaps) mark_gaps(film, image);
     stats.non_finite_samples += film.non_finite();
   }
   stats.peak_memory_bytes = peak_memory_bytes();

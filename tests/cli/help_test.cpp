@@ -115,7 +115,7 @@ TEST_F(Help, HelpNamesEveryOption) {
   for (const char* option :
        {"--define", "--output", "--threads", "--sensor", "--append", "--seed", "--verbose",
         "--quiet", "--mode", "--stats", "--png", "--time", "--error", "--variance", "--exposure",
-        "--check", "--display", "--plugin-path", "--isa", "--version"}) {
+        "--check", "--display", "--part", "--plugin-path", "--isa", "--version"}) {
     EXPECT_NE(help.out.find(option), std::string::npos) << option;
   }
   EXPECT_EQ(kinome({"--help"}).out, help.out);

@@ -83,6 +83,9 @@ class Packages(unittest.TestCase):
                   for p in (self.usr / "lib/kinome/plugins").glob("*/*.so")}
         self.assertEqual(ours, theirs)
         run(self.usr / "bin/kinome-compare", "--help")
+        run(self.usr / "bin/kinome", "-q", scene, "--part", "1/1", "-o", self.folder / "part.exr")
+        run(self.usr / "bin/kinome-merge", "-q", self.folder / "part.exr", "-o",
+            self.folder / "merged.exr")
 
     def test_dev_is_found_by_cmake(self):
         project = self.folder / "project"
@@ -103,7 +106,7 @@ class Packages(unittest.TestCase):
         self.assertTrue(page.startswith(".TH KINOME 1 "))
         program = BUILD / "bin/kinome"
         helps = [run(program, *command, "--help")
-                 for command in ((), ("plugins",), ("check",), ("new",), ("film",))]
+                 for command in ((), ("plugins",), ("check",), ("new",), ("film",), ("merge",))]
         options = set(re.findall(r"(?<![\w-])--?[a-zA-Z][a-z-]*", "".join(helps)))
         self.assertGreater(len(options), 25)
         shown = {name.replace("\\-", "-") for name in re.findall(r"\\fB(\S+?)\\fR", page)}
@@ -127,6 +130,9 @@ class Packages(unittest.TestCase):
         self.assertEqual(self.completed(program, "--che"), ["--checkpoint", "--check"])
         self.assertEqual(self.completed(program, "mine"), ["mine.xml"])
         self.assertEqual(self.completed(program, "plug"), ["plugins"])
+        (self.folder / "mine.exr").touch()
+        self.assertEqual(self.completed(program, "merge", "mine"), ["mine.exr"])
+        (self.folder / "mine.exr").unlink()
         self.assertEqual(sorted(self.completed(program, "-o", "mine")), ["mine.txt", "mine.xml"])
         self.assertEqual(self.completed(program, "--seed", ""), [])
         self.assertEqual(self.completed(program, "--isa", "x86-64-v3"), ["x86-64-v3"])

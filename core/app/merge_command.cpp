@@ -1,0 +1,88 @@
+// `kinome merge`: adds the files of parts to one picture.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "base/clock.h"
+#include "commands.h"
+#include "crash.h"
+#include "kinome/log.h"
+#include "kinome/parts.h"
+#include "kinome/plugin_registry.h"
+#include "picture.h"
+#include "say.h"
+
+namespace kinome::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Throws Error where nothing can be written there, or a part is.
+Output output_of(const Options& options) {
+  Output output;
+  const std::string extension = fs::path(options.output).extension().string();
+  if (extension == ".png") {
+    throw Error(fmt::format("-o {}: what is merged is an .exr file; --png adds a PNG beside it",
+                            options.output));
+  }
+  output.picture = options.output + (extension == ".exr" ? "" : ".exr");
+  if (options.png) output.png = fs::path(output.picture).replace_extension(".png").string();
+  for (const std::string& file : output.files()) check_writable(file);
+  for (const std::string& part : options.files) {
+    std::error_code ignored;
+    if (!fs::equivalent(part, output.picture, ignored)) continue;
+    throw Error(fmt::format("-o {}: this is one of the parts", output.picture));
+  }
+  return output;
+}
+
+/// Of what there is no picture of.
+std::string incompleteness(const MergedParts& merged) {
+  std::string text;
+  const auto add = [&](const std::vector<uint32_t>& parts, const std::string& attribute,
+                       const char* what) {
+    if (parts.empty()) return;
+    const std::string& numbers = merged.metadata.at(attribute);
+    text += fmt::format("; part{} {} {} {}", parts.size() == 1 ? "" : "s",
+                        numbers, parts.size() == 1 ? "is" : "are", what);
+  };
+  add(merged.missing, "kinome:missing_parts", "missing");
+  add(merged.incomplete, "kinome:incomplete_parts", "incomplete");
+  if (merged.gaps > 0) {
+    text += fmt::format(", {} % of it missing (where its alpha is 0)", std::ceil(100 * merged.gaps));
+  }
+  return text;
+}
+
+}  // namespace
+
+int merge_command(const Options& options, Clock::time_point start) {
+  set_up_log(options);
+  warn_of_missing_folders(options);
+  const Output output = output_of(options);
+  set_activity("merging parts");
+  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
+                          choose_instruction_set(options.isa));
+  const MergedParts merged = merge_parts(options.files, options.allow_missing, registry);
+  if (merged.is_mixed) {
+    log_warn(fmt::format("the parts were rendered with several instruction sets ({}): no single "
+                         "machine would come to the same bits; --isa gives all of them one",
+                         merged.metadata.at("kinome:isa")));
+  }
+  if (merged.non_finite > 0) {
+    log_warn(fmt::format("samples that were not finite, and were dropped: {}", merged.non_finite));
+  }
+  set_activity("writing the picture");
+  write_picture(options, *merged.film, merged.image, merged.metadata, output, nullptr);
+  if (!options.quiet) {
+    say("wrote {}: {} of {} parts{} ({:.2f} s)\n", output.picture,
+        merged.count - merged.missing.size(), merged.count, incompleteness(merged),
+        seconds_since(start));
+  }
+  return 0;
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,316 @@
+#include "image/part_file.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfMultiPartOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
+#include <ImfStringAttribute.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <filesystem>
+
+#include "base/fnv1a.h"
+#include "image/exr_files.h"
+#include "image/film_sums.h"
+#include "image/image_exr_check.h"
+#include "kinome/error.h"
+#include "kinome/scene_loader.h"
+
+namespace kinome {
+namespace {
+
+constexpr const char* kPartAttribute = "kinome:part";
+constexpr const char* kFilmAttribute = "kinome:part_film";
+constexpr const char* kComponents[] = {"float16", "float32", "uint32"};
+constexpr Imf::PixelType kComponentTypes[] = {Imf::HALF, Imf::FLOAT, Imf::UINT};
+/// Bytes of sums that are read at once, about.
+constexpr size_t kBlockBytes = size_t{1} << 24;
+/// OpenEXR compresses so many rows at a time.
+constexpr int kRowsTogether = 16;
+
+/// Numbers of each pixel that lie side by side: a layer's values, or its splats.
+struct SumColumns {
+  std::string name;  ///< of the first channel, but for its number
+  double* data;
+  size_t stride;  ///< numbers of a pixel
+};
+
+std::vector<SumColumns> columns_of(const std::vector<FilmSums>& sums, size_t pixels) {
+  std::vector<SumColumns> columns;
+  for (size_t l = 0; l < sums.size(); ++l) {
+    const FilmSums& of = sums[l];
+    columns.push_back({fmt::format("{}.", l), of.values.data(), of.values.size() / pixels});
+    if (of.splats.empty()) continue;
+    columns.push_back({fmt::format("{}.splats.", l), of.splats.data(), of.splats.size() / pixels});
+  }
+  return columns;
+}
+
+/// The channels of the sums: fn(name, the half's offset within a number, column, which of its numbers).
+template <class Function>
+void for_each_half(const std::vector<SumColumns>& columns, const Function& fn) {
+  for (const SumColumns& column : columns) {
+    for (size_t i = 0; i < column.stride; ++i) {
+      // As numbers lie in the memory of the machines that there are: the lower half first.
+      fn(fmt::format("{}{}.low", column.name, i), 0, column, i);
+      fn(fmt::format("{}{}.high", column.name, i), sizeof(uint32_t), column, i);
+    }
+  }
+}
+
+/// Where the halves of such rows lie, of which `origin` is the first pixel.
+Imf::FrameBuffer half_slices(const std::vector<SumColumns>& columns, const Imath::V2i& origin,
+                             int width, int rows) {
+  Imf::FrameBuffer buffer;
+  for_each_half(columns, [&](const std::string& name, size_t offset, const SumColumns& column,
+                             size_t number) {
+    const size_t pixel_bytes = column.stride * sizeof(double);
+    auto* const first = reinterpret_cast<char*>(column.data + number) + offset;
+    buffer.insert(name, Imf::Slice::Make(Imf::UINT, first, origin, width, rows, pixel_bytes,
+                                         pixel_bytes * static_cast<size_t>(width)));
+  });
+  return buffer;
+}
+
+/// Row by row, so that they may come in blocks of any number.
+void add_rows(Fnv1a& hash, const std::vector<SumColumns>& columns, int width, int rows) {
+  for (int y = 0; y < rows; ++y) {
+    for (const SumColumns& column : columns) {
+      const size_t row = column.stride * static_cast<size_t>(width);
+      hash.add(column.data + static_cast<size_t>(y) * row, row * sizeof(double));
+    }
+  }
+}
+
+/// "3/16"; both are from 1 on.
+PicturePart part_of(const std::string& text) {
+  uint32_t number = 0, count = 0;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, number);
+  const bool is_half = first.ec == std::errc{} && first.ptr != end && *first.ptr == '/';
+  const auto second = std::from_chars(is_half ? first.ptr + 1 : end, end, count);
+  if (second.ec != std::errc{} || second.ptr != end || number < 1 || number > count ||
+      count > PicturePart::kMost) {
+    throw std::runtime_error("damaged: its attribute kinome:part makes no sense");
+  }
+  return {number - 1, count};
+}
+
+Error part_error(const std::string& path, const std::string& why) {
+  return Error(Location{path}, why);
+}
+
+/// `read` may throw anything.
+template <class Read>
+auto reading(const std::string& path, const Read& read) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    throw part_error(path, std::filesystem::exists(path, ignored)
+                               ? "can't be read: it is not a file"
+                               : "can't be read: no such file");
+  }
+  try {
+    return read();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw part_error(path, "can't be read: " + why_unreadable(error));
+  }
+}
+
+PartHeader header_of(const std::string& path) {
+  check_exr(path);
+  const Imf::MultiPartInputFile file(path.c_str());
+  const Imf::Header& picture = file.header(0);
+  PartHeader header;
+  header.path = path;
+  read_metadata(picture, header.metadata);
+  const auto part = header.metadata.extract(kPartAttribute);
+  const auto film = header.metadata.extract(kFilmAttribute);
+  if (part.empty() || film.empty()) {
+    throw part_error(path, "it is a picture, but no part of one, as kinome --part writes them");
+  }
+  if (file.parts() != 2 || file.header(1).dataWindow() != picture.dataWindow()) {
+    throw std::runtime_error("damaged: its sums are missing");
+  }
+  header.part = part_of(part.mapped());
+  header.film = part_film_of(film.mapped());
+  for (const char* own : {"name", "type"}) header.metadata.erase(own);  // of a file of two pictures
+  const Imath::Box2i& window = picture.dataWindow();
+  const Imath::Box2i& whole = picture.displayWindow();
+  header.crop = {window.min.x, window.min.y, window.max.x + 1, window.max.y + 1};
+  header.width = whole.max.x + 1;
+  header.height = whole.max.y + 1;
+  return header;
+}
+
+/// Calls fn(rows that were read) for block after block of the file's sums; all lie where `columns` say,
+/// which have room for `rows` of them.
+template <class Function>
+void read_sums(const PartHeader& header, const std::vector<SumColumns>& columns, int rows,
+               const Function& fn) {
+  check_exr(header.path);
+  Imf::MultiPartInputFile file(header.path.c_str());
+  Imf::InputPart part(file, 1);
+  size_t channels = 0;
+  for_each_half(columns, [&](const std::string& name, size_t, const SumColumns&, size_t) {
+    const Imf::Channel* const channel = part.header().channels().findChannel(name);
+    if (!channel || channel->type != Imf::UINT) {
+      throw std::runtime_error("damaged: its sums are of another film than it says");
+    }
+    ++channels;
+  });
+  const Rect& crop = header.crop;
+  for (int y = crop.y0; y < crop.y1; y += rows) {
+    const int count = std::min(rows, crop.y1 - y);
+    part.setFrameBuffer(half_slices(columns, {crop.x0, y}, crop.width(), count));
+    part.readPixels(y, y + count - 1);
+    fn(y - crop.y0, count);
+  }
+}
+
+}  // namespace
+
+PartHeader read_part_header(const std::string& path) {
+  return reading(path, [&] { return header_of(path); });
+}
+
+std::shared_ptr<Film> make_film_of_part(const PartHeader& header, PluginRegistry& registry) {
+  const auto integer = [](const char* name, int value) {
+    return fmt::format("<integer name=\"{}\" value=\"{}\"/>", name, value);
+  };
+  const auto choice = [&](const char* name, const std::string& value) {
+    // It comes from a file, and goes into XML.
+    if (!std::all_of(value.begin(), value.end(), [](unsigned char c) {
+          return std::isalnum(c) != 0 || c == '_';
+        })) {
+      throw part_error(header.path, "it is damaged: its attribute kinome:part_film makes no sense");
+    }
+    return fmt::format("<string name=\"{}\" value=\"{}\"/>", name, value);
+  };
+  const Rect& crop = header.crop;
+  const std::string xml = "<film type=\"hdrfilm\">" + integer("width", header.width) +
+                          integer("height", header.height) + integer("crop_offset_x", crop.x0) +
+                          integer("crop_offset_y", crop.y0) + integer("crop_width", crop.width()) +
+                          integer("crop_height", crop.height()) +
+                          choice("pixel_format", header.film.colors) +
+                          choice("component_format", header.film.component) +
+                          "<rfilter type=\"box\"/></film>";
+  const auto object = load_object_from_string(xml, header.path, {}, registry);
+  const auto film = std::dynamic_pointer_cast<Film>(object);
+  if (!film) throw part_error(header.path, "it is damaged: it has no film");
+  film->prepare(header.film.layers, header.film.channels, 1);
+  film->set_response(header.film.response);
+  return film;
+}
+
+void add_part(const PartHeader& header, Film& film) {
+  uint64_t* non_finite = nullptr;
+  const std::vector<FilmSums> sums = sums_of(film, header.film.has_splats, &non_finite);
+  const auto width = static_cast<size_t>(header.crop.width());
+  const auto pixels = width * static_cast<size_t>(header.crop.height());
+  // Where the sums go that the file has, and of the same form, what a block of it holds.
+  std::vector<FilmSums> of_file = sums;
+  for (size_t l = 0; l < sums.size(); ++l) {
+    if (!header.film.has_splats[l]) of_file[l].splats = {};
+  }
+  const std::vector<SumColumns> to = columns_of(of_file, pixels);
+  size_t numbers = 0;  // of a pixel
+  for (const SumColumns& column : to) numbers += column.stride;
+  const size_t row_bytes = std::max<size_t>(1, numbers * width * sizeof(double));
+  const int rows =
+      kRowsTogether * static_cast<int>(std::max<size_t>(1, kBlockBytes / row_bytes / kRowsTogether));
+  const auto height = static_cast<size_t>(std::min(rows, header.crop.height()));
+  std::vector<double> block(numbers * width * height);
+  std::vector<SumColumns> from = to;
+  double* next = block.data();
+  for (SumColumns& column : from) {
+    column.data = next;
+    next += column.stride * width * height;
+  }
+  Fnv1a hash;
+  reading(header.path, [&] {
+    read_sums(header, from, static_cast<int>(height), [&](int y, int count) {
+      add_rows(hash, from, static_cast<int>(width), count);
+      for (size_t c = 0; c < to.size(); ++c) {
+        const size_t row = to[c].stride * width;
+        double* const sum = to[c].data + static_cast<size_t>(y) * row;
+        for (size_t i = 0; i < row * static_cast<size_t>(count); ++i) sum[i] += from[c].data[i];
+      }
+    });
+  });
+  if (hash.value() != header.film.hash) {
+    throw part_error(header.path, "it is damaged: the checksum of its sums is wrong");
+  }
+  for (size_t l = 0; l < sums.size(); ++l) *sums[l].light_paths += header.film.light_paths[l];
+  *non_finite += header.film.non_finite;
+}
+
+void write_part_file(const std::string& path, Film& film, PartFilm of, const PicturePart& part,
+                     const Image& image, ImageMetadata metadata) {
+  const Rect& crop = film.crop();
+  uint64_t* non_finite = nullptr;
+  const std::vector<FilmSums> sums = sums_of(film, {}, &non_finite);
+  of.non_finite = *non_finite;
+  for (const FilmSums& layer : sums) {
+    of.light_paths.push_back(*layer.light_paths);
+    of.has_splats.push_back(!layer.splats.empty());
+  }
+  const std::vector<SumColumns> columns = columns_of(sums, static_cast<size_t>(crop.area()));
+  Fnv1a hash;
+  add_rows(hash, columns, crop.width(), crop.height());
+  of.hash = hash.value();
+
+  // The picture is the film's own business: its file is copied as it is.
+  const std::string picture_path = path + ".picture.exr";
+  struct Removal {
+    const std::string& path;
+    ~Removal() {
+      std::error_code ignored;
+      std::filesystem::remove(path, ignored);
+    }
+  } const removal{picture_path};
+  film.write(picture_path, image, metadata);
+  Imf::InputFile picture(picture_path.c_str());
+  Imf::Header headers[2] = {picture.header(), picture.header()};
+  const Imf::ChannelList& written = headers[0].channels();
+  const auto type = std::find(std::begin(kComponentTypes), std::end(kComponentTypes),
+                              written.begin().channel().type);
+  of.component = kComponents[type - kComponentTypes];
+  of.colors = film.channels()[0] == "Y" ? "luminance" : written.findChannel("R") ? "rgb" : "xyz";
+  const bool is_luminance = of.colors == "luminance";
+  const std::vector<std::string> names = film.channels();
+  const size_t alpha = is_luminance ? 1 : 3;
+  if (names.size() > alpha && names[alpha] == "A") of.colors += is_luminance ? "_alpha" : "a";
+  headers[0].setName("picture");
+  headers[0].setType(Imf::SCANLINEIMAGE);
+  headers[0].insert(kPartAttribute,
+                    Imf::StringAttribute(fmt::format("{}/{}", part.index + 1, part.count)));
+  headers[0].insert(kFilmAttribute, Imf::StringAttribute(text_of(of)));
+  Imf::Header& halves = headers[1];
+  halves = Imf::Header(picture.header().displayWindow(), picture.header().dataWindow());
+  halves.compression() = Imf::ZIP_COMPRESSION;
+  halves.setName("sums");
+  halves.setType(Imf::SCANLINEIMAGE);
+  for_each_half(columns, [&](const std::string& name, size_t, const SumColumns&, size_t) {
+    halves.channels().insert(name, Imf::Channel(Imf::UINT));
+  });
+  write_by_openexr(path, [&](Imf::OStream& stream) {
+    Imf::MultiPartOutputFile file(stream, headers, 2);
+    Imf::OutputPart first(file, 0), second(file, 1);
+    first.copyPixels(picture);
+    second.setFrameBuffer(
+        half_slices(columns, halves.dataWindow().min, crop.width(), crop.height()));
+    second.writePixels(crop.height());
+  });
+}
+
+}  // namespace kinome
