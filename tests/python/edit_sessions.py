@@ -11,6 +11,8 @@ import numpy as np
 BUILD = pathlib.Path(os.environ["KINOME_BUILD"])
 sys.path.insert(0, str(BUILD / "python"))
 import kinome  # noqa: E402
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from noise_images import write_pfm, write_ppm  # noqa: E402
 
 SCENE = """\
 <?xml version="1.0" encoding="utf-8"?>
@@ -124,10 +126,8 @@ def write_files(folder, scene=SCENE):
     write_mesh(parts / "mesh.ply")
     write_mesh(parts / "other.ply", 1)
     write_obj(parts / "sheet.obj")
-    dice = np.random.default_rng(3)
-    (parts / "wood.ppm").write_bytes(b"P6 4 4 255\n" + dice.bytes(48))
-    sky = dice.uniform(0, 1, (4, 8, 3)).astype("<f4")
-    (parts / "sky.pfm").write_bytes(b"PF\n8 4\n-1\n" + sky.tobytes())
+    write_ppm(parts / "wood.ppm", 4, 4, 3)
+    write_pfm(parts / "sky.pfm", 8, 4, 3)
     (parts / "materials.xml").write_text(MATERIALS)
     (folder / "scene.xml").write_text(scene)
     return folder / "scene.xml"

@@ -14,8 +14,8 @@ from window_test import PATIENCE, Viewer, click, xdotool
 
 # Of the headings of panels as the window has them at first, and of what is in them when they are
 # opened.
-TONE, COMPARE = (960, 283), (960, 306)
-FALSE_COLOUR, KEEP = (1049, 306), (1030, 352)
+TONE, COMPARE = (960, 289), (960, 312)
+FALSE_COLOUR, KEEP = (1049, 312), (1030, 358)
 # Of the line between picture and reference, and of the inspected point.
 LINE, POINT = (255, 200, 60), (50, 255, 80)
 

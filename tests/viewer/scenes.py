@@ -1,6 +1,10 @@
 """A small scene for tests of the viewer: a red ball on a grey floor, beneath a lamp and a sky."""
 import os
 import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from noise_images import write_pfm, write_ppm  # noqa: E402
 
 BUILD = pathlib.Path(os.environ["KINOME_BUILD"])
 PROGRAM = str(BUILD / "bin/kinome-view")
@@ -36,11 +40,9 @@ SCENE = """\
 
 
 def write_scene(folder, width=32, height=24):
-    """The scene's file, and beside it that of its sky."""
-    import numpy as np
-    sky = np.random.default_rng(3).uniform(0.2, 0.6, (4, 8, 3)).astype("<f4")
-    (folder / "sky.pfm").write_bytes(b"PF\n8 4\n-1\n" + sky.tobytes())
-    (folder / "bumps.ppm").write_bytes(b"P6 4 4 255\n" + np.random.default_rng(4).bytes(48))
+    """The scene's file, and beside it those of its sky and of a texture."""
+    write_pfm(folder / "sky.pfm", 8, 4, 3, 0.2, 0.6)
+    write_ppm(folder / "bumps.ppm", 4, 4, 4)
     path = folder / "scene.xml"
     path.write_text(SCENE.format(width=width, height=height))
     return path

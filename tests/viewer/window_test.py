@@ -142,7 +142,7 @@ class WindowTest(unittest.TestCase):
         side = viewer.screenshot()[:, 900:]
         ys, xs = np.nonzero((abs(side - [178, 13, 13]) < 8).all(axis=2))
         self.assertGreater(len(xs), 50)
-        x, y = 900 + int(np.median(xs)) - 185, int(np.median(ys))
+        x, y = 900 + int(np.median(xs)) - 150, int(np.median(ys))
         before = len(viewer.lines)
         viewer.drag(x, y, -300, 0)
         viewer.wait_for("preview", before)
@@ -156,6 +156,14 @@ class WindowTest(unittest.TestCase):
         viewer.wait_for("preview", before)
         viewer.wait_for("pass [2-9]", before)
         np.testing.assert_allclose(self.middle(viewer.screenshot()), self.middle(shot), atol=12)
+        # A checkerboard takes the place of the colour, by the menu at the left end of its row.
+        for place in ((921, y), (960, y + 31)):
+            before = len(viewer.lines)
+            click(*place)
+        viewer.wait_for("preview", before)
+        viewer.wait_for("pass [2-9]", before)
+        red, green, _ = self.middle(viewer.screenshot())
+        self.assertLess(red, 1.5 * green)
 
     def test_the_camera_is_dragged_and_flown(self):
         viewer = self.open()
@@ -219,9 +227,12 @@ class WindowTest(unittest.TestCase):
         self.assertGreater(np.mean(shot[:60, :850, 0] > 200), 0.002, "no text in red")
         # The file is mended, and loaded anew.
         write_scene(self.folder)
+        scene.write_text(scene.read_text().replace(
+            '<film type="hdrfilm">', '<film type="hdrfilm"><boolean name="compensate" value="true"/>'))
         before = len(viewer.lines)
         xdotool("key", "ctrl+r")
         viewer.wait_for("pass [2-9]", before)
+        viewer.wait_for("note warning: .*'compensate' has no effect", before)
         viewer.close()
 
 

@@ -40,9 +40,9 @@ void MaterialPanel::draw(Frame& frame) {
   ImGui::BeginDisabled(!frame.info->can_undo);
   if (ImGui::Button("Undo")) frame.session.undo();
   ImGui::EndDisabled();
-  ImGui::SameLine();
   if (!frame.selection) return ImGui::TextDisabled("Click on a surface.");
   const Pick& pick = *frame.selection;
+  ImGui::SameLine();
   ImGui::TextDisabled("   selected: %.3g, %.3g, %.3g", pick.point.x, pick.point.y, pick.point.z);
   if (!widgets_.draw_all(frame.session, *frame.info, materials_now(*frame.info, pick))) {
     ImGui::TextDisabled("The scene says no material for this shape.");

@@ -155,7 +155,7 @@ void ViewerWindow::draw_picture(Frame& frame) {
 
 void ViewerWindow::draw_side_bar(Frame& frame) {
   // Room for the names beside the widgets.
-  ImGui::PushItemWidth(-130);
+  ImGui::PushItemWidth(-150);
   for (const auto& panel : panels_) {
     const auto flags = panel->is_open_at_first() ? ImGuiTreeNodeFlags_DefaultOpen : 0;
     if (!ImGui::CollapsingHeader(panel->title(), flags)) continue;
