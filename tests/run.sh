@@ -1,28 +1,33 @@
 #!/bin/sh
 # Builds and runs the tests; ends with one line `N passed, M failed` and that exit status.
 #
-#   sh tests/run.sh [--all] [--asan | --tsan] [-R REGEX] [--only "NAME..."] [CTEST OPTION...]
+#   sh tests/run.sh [--all] [--asan | --tsan] [-R REGEX] [--only "NAME..." [--plugins "NAME..."]]
+#                   [CTEST OPTION...]
 #   sh tests/run.sh --stability
 #   sh tests/run.sh --fuzz [SECONDS] [--only "NAME..."]
 #
 # --all:          also what takes long, and the test of the tests (as do --asan, --tsan and --only)
-# --asan, --tsan: with the address and undefined-behaviour sanitizers, or the thread sanitizer, in
-#                 a build folder of their own
+# --asan:         with the address and undefined-behaviour sanitizers, by clang, in the build folder
+#                 of --fuzz
+# --tsan:         with the thread sanitizer, in a build folder of its own
 # -R REGEX:       the tests whose names match
 # --only NAMES:   build and run just these areas (`unit` is all of tests/unit) and test programs
 #                 (`film` is tests/…/film_test.cpp)
+# --plugins NAMES: and of the plugins just these (`bsdf_diffuse`), in place of all
 # --stability:    renders every hard case by every integrator with every material, for some minutes,
 #                 and writes tests/STABILITY.md (`--only stability` is its short form)
 # --fuzz SECONDS: so long for each program of tests/fuzz (60), or for those that are named, with
 #                 clang's libFuzzer and sanitizers; see tests/fuzz/README.md
 #
-# KINOME_BUILD: build folder; default: build, build-asan, build-tsan or build-fuzz.
+# KINOME_BUILD: build folder; default: build, build-tsan or build-fuzz.
 set -u
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 sanitizer=
 only=
+plugins=
 left_out='-LE \.long\.'
 stability=
+fuzz=
 fuzz_seconds=60
 # Ours are taken out, wherever they stand; the others go round to the end.
 arguments=$#
@@ -33,13 +38,18 @@ while [ "$arguments" -gt 0 ]; do
       exit
       ;;
     --all) left_out= ;;
-    --asan | --tsan)
-      sanitizer=${1#--}
+    --asan)
+      sanitizer=fuzz
+      left_out=
+      ;;
+    --tsan)
+      sanitizer=tsan
       left_out=
       ;;
     --stability) stability=yes ;;
     --fuzz)
       sanitizer=fuzz
+      fuzz=yes
       case ${2:-} in
         '' | *[!0-9]*) ;;
         *)
@@ -53,6 +63,12 @@ while [ "$arguments" -gt 0 ]; do
       [ "$arguments" -ge 2 ] || { echo "tests/run.sh: --only needs names" >&2; exit 1; }
       only=$2
       left_out=
+      shift
+      arguments=$((arguments - 1))
+      ;;
+    --plugins)
+      [ "$arguments" -ge 2 ] || { echo "tests/run.sh: --plugins needs names" >&2; exit 1; }
+      plugins=$2
       shift
       arguments=$((arguments - 1))
       ;;
@@ -154,11 +170,15 @@ if [ -n "$stability" ]; then
   require ninja -C "$build" kinome_renderer kinome-stability
   exec "$build/bin/kinome-stability" --page "$root/tests/STABILITY.md"
 fi
-[ "$sanitizer" != fuzz ] || fuzz
+[ -z "$fuzz" ] || fuzz
 targets=all
 [ -n "$left_out" ] || targets="all tests_defects"
 if [ -n "$only" ]; then
   targets=kinome_renderer
+  [ -z "$plugins" ] || targets=kinome
+  for name in $plugins; do
+    targets="$targets kinome_$name"
+  done
   labels=
   for name in $only; do
     if [ -d "$root/tests/$name" ]; then

@@ -18,8 +18,11 @@ if(KINOME_WERROR)
   target_compile_options(kinome_options INTERFACE -Werror)
 endif()
 include(KinomeMachine)
-if(KINOME_SANITIZER STREQUAL "asan")
+if(KINOME_SANITIZER MATCHES "^(asan|fuzz)$")
   set(flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  if(KINOME_SANITIZER STREQUAL "fuzz")
+    list(APPEND flags -fsanitize=fuzzer-no-link)  # clang's alone; tests/fuzz links libFuzzer itself
+  endif()
   # Each wide file is compiled but once (see kinome_list_isas): for several lanes, if that can be. Before
   # any target's own options, which may ask for another instruction set.
   kinome_machine_has(x86-64-v3 has_lanes)
@@ -28,10 +31,6 @@ if(KINOME_SANITIZER STREQUAL "asan")
   endif()
 elseif(KINOME_SANITIZER STREQUAL "tsan")
   set(flags -fsanitize=thread)
-elseif(KINOME_SANITIZER STREQUAL "fuzz")
-  # clang's alone; the targets of tests/fuzz link libFuzzer itself.
-  set(flags -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=all
-            -fno-omit-frame-pointer)
 elseif(KINOME_SANITIZER)
   message(FATAL_ERROR
     "KINOME_SANITIZER must be asan, tsan, fuzz or empty, not '${KINOME_SANITIZER}'")

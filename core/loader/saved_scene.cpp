@@ -140,8 +140,8 @@ std::vector<std::pair<std::string, std::string>> SavedScene::elements(const Node
   const Said* const said = find(node);
   if (!said) return all;
   for (const auto& [name, value, where] : said->values) {
-    const auto steps = std::find_if(node.steps.begin(), node.steps.end(),
-                                    [&](const auto& one) { return one->value("name") == name; });
+    const auto is_of_it = [&of = name](const auto& one) { return one->value("name") == of; };
+    const auto steps = std::find_if(node.steps.begin(), node.steps.end(), is_of_it);
     all.emplace_back(name, steps != node.steps.end() ? element(**steps)
                                                      : value_element(name, value, row(node, name)));
   }

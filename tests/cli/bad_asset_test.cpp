@@ -90,7 +90,7 @@ TEST_P(BadMeshTest, IsOneErrorThatNamesTheFile) {
   const std::string path = folder_.write(mesh.file, mesh.contents);
   // Absurd counts must not be believed: the address space is enough for the program, but not for
   // gigabytes.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef KINOME_HAS_SANITIZER
   const std::string limit = "exec \"$@\"";  // sanitizers reserve terabytes of it
 #else
   const std::string limit = "ulimit -v 1500000; exec \"$@\"";

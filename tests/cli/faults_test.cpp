@@ -73,7 +73,7 @@ TEST_F(Faults, TwoRunsOfOneFile) {
   EXPECT_EQ(other_files({scene_, image_}).size(), 3u);  // the logs
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef KINOME_HAS_SANITIZER
 /// From too little for the program to begin, to enough for all: one line, or the picture.
 TEST_F(Faults, MemoryEndsAnywhere) {
   std::string xml = small_scene();  // without a bounce, whose light points take long
@@ -230,7 +230,7 @@ TEST_F(Faults, FilesThatShrinkWhileTheyAreRead) {
   }
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they tell of crashes
+#ifndef KINOME_HAS_SANITIZER  // they tell of crashes
 /// Wherever it crashes. A preloaded library does so when a picture is whole, but has not its own
 /// name yet.
 TEST_F(Faults, CrashesRemoveTemporaryFiles) {

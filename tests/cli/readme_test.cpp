@@ -78,9 +78,10 @@ class Readme : public Cli {
   }
   /// Runs a shell script in that folder.
   ProcessResult shell(const std::string& script) {
+    const std::string sanitizer = KINOME_TEST_SANITIZER;
     std::string flags;
-    if (std::string(KINOME_TEST_SANITIZER) == "asan") flags = "-fsanitize=address,undefined";
-    if (std::string(KINOME_TEST_SANITIZER) == "tsan") flags = "-fsanitize=thread";
+    if (sanitizer == "asan" || sanitizer == "fuzz") flags = "-fsanitize=address,undefined";
+    if (sanitizer == "tsan") flags = "-fsanitize=thread";
     return run_process({"env", "CXX=" KINOME_TEST_CXX, "CXXFLAGS=" + flags, "sh", "-c",
                         "cd \"$1\" && eval \"$2\"", "sh", folder_.folder(), script},
                        600);

@@ -17,7 +17,7 @@ class Security : public Cli {
  protected:
   /// A second of processor time and a gigabyte of memory, beyond which the program is killed.
   static ProcessResult bounded(std::vector<std::string> arguments) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef KINOME_HAS_SANITIZER
     const std::string limits;  // sanitizers are slow, and reserve terabytes
 #else
     const std::string limits = "ulimit -t 1; ulimit -v 1048576; ";

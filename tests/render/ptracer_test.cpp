@@ -6,12 +6,14 @@
 
 #include "kinome/bsdf.h"
 #include "path_scenes.h"
+#include "support/sanitizer.h"
 
 namespace kinome::test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // of each z-test; there are about 50
 constexpr double kPiD = std::numbers::pi;
+constexpr int kSamples = kHasSanitizer ? 64 : 256;  // of most pictures, in each of the renders
 
 /// Each pixel, and the whole picture, of light paths and of camera paths.
 void expect_same_light(const std::string& scene, int max_depth, const std::string& name) {
@@ -88,7 +90,7 @@ TEST(LightTracing, EvaluatesMaterialsAsPathsDo) {
                                         "value=\"0.5\"/></bsdf></bsdf></bsdf>"},
   };
   const std::string camera =
-      sensor_xml("perspective", look_at("0 0.2 0.9", "0.2 -0.3 -0.4", "0 1 0"), 4, 256);
+      sensor_xml("perspective", look_at("0 0.2 0.9", "0.2 -0.3 -0.4", "0 1 0"), 4, kSamples);
   for (const auto& [name, bsdf] : materials) {
     expect_same_light(
         room_xml() + octahedron(folder, bsdf) + point_xml("0.6 0.5 0.6", "1 1 1") + camera, 3,
@@ -101,7 +103,9 @@ TEST(LightTracing, FindsTheFilmOfEveryCamera) {
   for (const char* const filter : {"box", "tent", "gaussian"}) {
     // One pixel, since neighbours share samples under a wide filter.
     const std::string film =
-        "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"128\"/></sampler>"
+        "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"" +
+        std::to_string(kSamples / 2) +
+        "\"/></sampler>"
         "<film type=\"hdrfilm\"><integer name=\"width\" value=\"3\"/><integer name=\"height\" "
         "value=\"2\"/><integer name=\"crop_offset_x\" value=\"1\"/><integer name=\"crop_width\" "
         "value=\"1\"/><integer name=\"crop_height\" value=\"1\"/><boolean name=\"sample_border\" "
@@ -136,7 +140,7 @@ TEST(LightTracing, ScattersDeltaAndOtherLobesOfOneMaterial) {
                     "<scale value=\"0.5\"/><rotate y=\"1\" angle=\"-90\"/><rotate z=\"1\" "
                     "angle=\"30\"/><translate x=\"0.5\" y=\"2\"/>",
                     area_xml("5 5 5")) +
-          sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, 256),
+          sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, kSamples),
       3, "plastic");
 }
 
@@ -163,7 +167,7 @@ TEST(LightTracing, ScattersByNormalsThatTurnToTheViewer) {
                 "name=\"to_world\">" +
                 look_at("0.8 1.2 " + std::string(z), "-1.2 1.2 0", "0 1 0") +
                 "</transform></emitter>" +
-                sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, 256),
+                sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, kSamples),
             3, std::string(name) + ", " + tilt + ", lamp at " + z);
       }
     }
@@ -189,7 +193,7 @@ TEST(LightTracing, MirrorsByNormalsAsTheViewerSeesThem) {
               shape_xml("rectangle",
                         "<scale value=\"0.5\"/>" + look_at(lamp, "-1.2 0.6 0", "0 1 0"),
                         area_xml("5 5 5")) +
-              sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, 256),
+              sensor_xml("orthographic", look_at("0 1 0", "0 0 0", "0 0 1"), 3, kSamples),
           3, std::string(mirror) + ", lamp at " + lamp);
     }
   }
@@ -250,7 +254,7 @@ TEST(LightTracing, OneBounceBetweenPlatesIsItsIntegral) {
                 diffuse_xml(std::to_string(Plates::kCeiling))) +
       point_xml("0 0 0.4", "1 1 1") +
       // Below the ceiling, and 2 x 2 as the floor.
-      sensor_xml("orthographic", look_at("0 0 0.9", "0 0 0", "0 1 0"), 4, 256);
+      sensor_xml("orthographic", look_at("0 0 0.9", "0 0 0", "0 1 0"), 4, kSamples);
   std::vector<Estimate> expected;
   constexpr int kSteps = 20;
   for (int pixel = 0; pixel < 16; ++pixel) {

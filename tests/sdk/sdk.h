@@ -96,7 +96,7 @@ class Sdk : public ::testing::Test {
   /// What the compiler needs for the package's sanitizers.
   static std::string flags() {
     const std::string sanitizer = KINOME_TEST_SANITIZER;
-    if (sanitizer == "asan") return "-fsanitize=address,undefined";
+    if (sanitizer == "asan" || sanitizer == "fuzz") return "-fsanitize=address,undefined";
     return sanitizer == "tsan" ? "-fsanitize=thread" : "";
   }
 

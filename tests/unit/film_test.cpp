@@ -206,7 +206,8 @@ TEST(Film, FilterValuesAreMitsubas) {
 
 /// Mitsuba 3.9.1: mi.load_dict({"type": "mitchell"}).eval(x), and so on.
 TEST(Film, NegativeFilterValuesAreMitsubas) {
-  constexpr float kPlaces[] = {0, .25f, .5f, .75f, 1, 1.25f, 1.5f, 1.75f, 1.99f, 2, 2.5f, 2.99f};
+  static constexpr float kPlaces[] = {0,    .25f,  .5f,   .75f, 1,    1.25f,
+                                      1.5f, 1.75f, 1.99f, 2,    2.5f, 2.99f};
   struct Case {
     const char* xml;
     float values[std::size(kPlaces)];

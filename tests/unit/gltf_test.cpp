@@ -332,7 +332,8 @@ TEST_F(Gltf, SurvivesRandomDamage) {
     std::string damaged = files[static_cast<size_t>(i % 2)];
     for (int k = 0; k < 2; ++k) {
       const auto place = static_cast<size_t>(random.unit() * static_cast<float>(damaged.size()));
-      damaged[place] = static_cast<char>(k == 0 ? '0' + 10 * random.unit() : 256 * random.unit());
+      const float byte = k == 0 ? '0' + 10 * random.unit() : 256 * random.unit();
+      damaged[place] = static_cast<char>(static_cast<int>(byte));
     }
     error_of([&] { load(std::to_string(i) + "damaged.gltf", damaged); });
   }

@@ -15,6 +15,7 @@
 #include "kernel_helpers.h"
 #include "kinome/sensor.h"
 #include "support/render.h"
+#include "support/sanitizer.h"
 
 /// What stages of the estimator are tried with: a tile of a small scene.
 namespace kinome::test {
@@ -142,7 +143,7 @@ class StageTile {
   /// Light of the sky that the lobes of a group's members reflect, summed, if nothing is in its
   /// way: by the midpoint rule.
   Rgb reflected_sky(const GroupView& group, Lobe lobes) const {
-    constexpr int kRows = 256;
+    constexpr int kRows = kHasSanitizer ? 64 : 256;
     Rgb sum(0.f);
     for (uint32_t k = 0; k < group.group.count; ++k) {
       const SurfaceInteraction& si = group.interaction(k);
@@ -223,7 +224,7 @@ class MeanRgb {
   Moments of_[3];
 };
 
-inline constexpr int kDraws = 400;
+inline constexpr int kDraws = kHasSanitizer ? 100 : 400;
 inline constexpr size_t kRays = 24;
 
 /// Mean over draws of what add(seed, strata) says and what shoot(seed, hits, answers, rays) finds.
