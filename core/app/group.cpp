@@ -85,19 +85,22 @@ std::unique_ptr<ProcessGroup> join_group(const Options& options) {
   const int rank = rank_by_launcher();
   if (options.mpi == Options::Mpi::kOff) return nullptr;
   if (options.mpi == Options::Mpi::kAuto && rank < 0) return nullptr;
+  // One line is enough.
+  const auto fail = [&](const std::string& why) {
+    if (rank > 0) std::exit(1);
+    throw Error("--mpi: " + why);
+  };
   // Found as the core's library is. Never closed: MPI would not stand it.
   void* const library = dlopen("libkinome_mpi.so", RTLD_NOW | RTLD_GLOBAL);
   if (!library) {
     const std::string why = dlerror();
-    // One line is enough.
-    if (rank > 0) std::exit(1);
-    throw Error("--mpi: this program is to render with others, but can't load MPI, which it may "
-                "have been built without: " +
-                why);
+    fail("this program is to render with others, but can't load what it needs for that, which it "
+         "may have been built without: " + why);
   }
   const auto join = reinterpret_cast<Join>(dlsym(library, "kinome_join_mpi_group"));
-  if (!join) throw Error("--mpi: libkinome_mpi.so is of another version");
-  return std::unique_ptr<ProcessGroup>(join(KINOME_VERSION));
+  std::unique_ptr<ProcessGroup> group(join ? join(KINOME_VERSION) : nullptr);
+  if (!group) fail("libkinome_mpi.so is of another version");
+  return group;
 }
 
 Options options_in(ProcessGroup& group, Options options) {

@@ -10,6 +10,8 @@ namespace {
 
 /// As long as someone who has ended a program will wait for it.
 constexpr double kMostSeconds = 2;
+/// And as a launcher of several processes waits.
+constexpr double kMostSecondsInGroup = 0.3;
 /// Its random numbers are none that the render would have used.
 constexpr uint64_t kFillSeed = 0x66696c6c;
 
@@ -57,13 +59,14 @@ void fill_gaps(const Scene& scene, const Sensor& sensor, RenderContext& context,
   if (missing == 0) return;
   const auto once = sensor.with_sample_count(1);
   const double rays = missing * once->sampler().sample_count();
-  if (!(predicted_seconds(context, begun, rays) < kMostSeconds)) return;
+  const double most = context.group() ? kMostSecondsInGroup : kMostSeconds;
+  if (!(predicted_seconds(context, begun, rays) < most)) return;
   RenderContext::Options options;
   options.threads = context.threads();
   options.seed = hash_words(context.seed(), kFillSeed);
   options.clock = [&context] { return context.seconds(); };
   RenderContext filler(options);
-  filler.set_deadline(context.seconds() + kMostSeconds);
+  filler.set_deadline(context.seconds() + most);
   filler.set_gaps(film.crop(), std::move(gaps));
   film.set_lane(0);
   integrator.render(scene, *once, filler);

@@ -341,8 +341,8 @@ void MpiGroup::abort(int status) {
 
 }  // namespace kinome
 
-/// What the program looks for in this library. The group, to be deleted by the caller.
-extern "C" kinome::ProcessGroup* kinome_join_mpi_group(const char* version) {
-  (void)version;
-  return new kinome::MpiGroup;
+/// What the program looks for in this library: the group, to be deleted by the caller; nullptr where
+/// the program is of another version.
+extern "C" KINOME_EXPORT kinome::ProcessGroup* kinome_join_mpi_group(const char* version) {
+  return std::strcmp(version, KINOME_VERSION) == 0 ? new kinome::MpiGroup : nullptr;
 }

@@ -1,5 +1,6 @@
 #include "render/commits.h"
 
+#include "kinome/checkpoint.h"
 #include "kinome/render_context.h"
 #include "kinome/shared_items.h"
 
@@ -53,6 +54,11 @@ std::string Commits::pack(size_t item, std::vector<FilmTile> tiles) {
     transfer(tile, bytes);
   }
   return bytes.written();
+}
+
+void Commits::save(Checkpoint& checkpoint) {
+  const std::lock_guard lock(mutex_);
+  if (film_) checkpoint.save(*film_);
 }
 
 void Commits::commit_rest() {

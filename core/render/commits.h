@@ -10,6 +10,7 @@
 
 namespace kinome {
 
+class Checkpoint;
 class RenderContext;
 
 /// What the items of a pass have made, on its way to the film: in the order of their numbers,
@@ -23,6 +24,8 @@ class Commits {
   void receive(Film& film, std::string_view bytes);
   static std::string pack(size_t item, std::vector<FilmTile> tiles);
 
+  /// What is in the film so far.
+  void save(Checkpoint& checkpoint);
   /// What waits for an item that will not come any more.
   void commit_rest();
   /// nullptr: there was nothing to commit.

@@ -72,6 +72,9 @@ std::vector<size_t> tile_order(size_t count, uint64_t seed) {
   return order;
 }
 
+/// Thrown out of an item that is not to be finished.
+struct GivenUp {};
+
 }  // namespace
 
 RenderContext::RenderContext(Options options) : options_(std::move(options)) {
@@ -197,6 +200,10 @@ bool RenderContext::cancelled() const {
   return interrupted() || (group_at_work_ ? is_late_here() : group_late_.load());
 }
 
+void RenderContext::give_up_if_asked() const {
+  if (options_.group && interrupted()) throw GivenUp();
+}
+
 void RenderContext::set_deadline(double seconds) {
   deadline_ = seconds;
   group_late_ = false;
@@ -257,6 +264,8 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
         fn(index, counters[thread]);
         if (pass) pass->made(index);
         progress.one_done();
+      } catch (const GivenUp&) {
+        break;
       } catch (...) {
         exception.capture(index);
       }
@@ -265,6 +274,8 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
   });
   RenderCounters sum;
   for (const RenderCounters& c : counters) sum.add(c);
+  // The others may be gone, and this process's time be short.
+  if (group && checkpoint_ && is_interrupted_here()) commits_->save(*checkpoint_);
   try {
     if (pass) {
       const GroupPass::Outcome outcome =

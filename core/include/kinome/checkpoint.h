@@ -64,6 +64,10 @@ class KINOME_EXPORT Checkpoint {
   /// What `decide` says, or said when the render that is being resumed came here.
   double decide(const std::function<double()>& decide);
 
+  /// Writes the file, whether it is time to or not. As add().
+  void save(Film& film) {
+    if (!closed_) write(film);
+  }
   /// Writes the file, and nothing after that. As add(), and only once.
   void close(Film& film);
   /// Nothing is written any more: the film holds what no pass accounts for.

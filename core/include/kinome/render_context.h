@@ -146,6 +146,10 @@ class KINOME_EXPORT RenderContext {
   bool interrupted() const;
   /// Interrupted, or out of time: what there is is the picture. In a group as interrupted().
   bool cancelled() const;
+  /// To be called between the parts of an item that takes long. In a group of processes that is
+  /// interrupted, throws what for_each catches: the item is given up, as launchers kill processes
+  /// that don't end within a second. Alone, a process finishes what it has begun.
+  void give_up_if_asked() const;
   RenderStats& stats() { return stats_; }
   /// Notes for `--stats` that work was skipped, and why.
   void skip(std::string what, std::string why);

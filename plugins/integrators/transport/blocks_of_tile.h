@@ -83,7 +83,10 @@ void render_tiles(const Sensor& sensor, RenderContext& context, int layer, const
         const auto render = [&](Tile& tile) {
           workers.with_one(make, [&](Worker& worker) {
             for_each_block(tile.pixels, first, count, seed,
-                           [&](const PixelSamples& samples) { fn(worker, samples, tile); });
+                           [&](const PixelSamples& samples) {
+                             context.give_up_if_asked();
+                             fn(worker, samples, tile);
+                           });
           });
         };
         context.for_each_tile(sensor.film(), render, layer);

@@ -1,0 +1,192 @@
+"""Several processes that render one picture over MPI: the same bits as one, whatever their number;
+what is lost where one of them is killed, and what is said where they can't go on together."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
+CORNELL = ROOT / "validation/scenes/cornell.xml"
+# As root only where it is told to be sure; any number of processes, whatever the machine has.
+MPI = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+MPIRUN = ["mpirun", "--oversubscribe", "--mca", "btl", "self,vader"]
+
+# Bright and dark sides, a rough floor and a ball: the pilot of `clustered` has what to learn, and
+# its trial of methods what to compare (which needs 6,144 pixels).
+SCENE = """<scene version="3.0.0">
+  <default name="integrator" value="clustered"/> <default name="spp" value="8"/>
+  <integrator type="$integrator"/>
+  <sensor type="perspective">
+    <float name="fov" value="40"/>
+    <transform name="to_world"> <lookat origin="0.3,1.1,5" target="0,0,0" up="0,1,0"/> </transform>
+    <sampler type="ldsampler"> <integer name="sample_count" value="$spp"/> </sampler>
+    <film type="hdrfilm"> <integer name="width" value="112"/> <integer name="height" value="72"/>
+      <string name="component_format" value="float32"/> </film>
+  </sensor>
+  <emitter type="sunsky"/>
+  <shape type="sphere"> <bsdf type="roughplastic"/> </shape>
+  <shape type="cube"> <transform name="to_world"> <translate x="2.2"/> </transform>
+    <bsdf type="dielectric"/> </shape>
+  <shape type="rectangle">
+    <transform name="to_world"> <rotate x="1" angle="-90"/> <scale value="9"/>
+      <translate y="-1"/> </transform>
+    <bsdf type="roughconductor"> <float name="alpha" value="0.3"/> </bsdf>
+  </shape>
+  <shape type="rectangle">
+    <transform name="to_world"> <scale value="0.3"/> <translate x="-1" y="1.5" z="1"/> </transform>
+    <emitter type="area"> <rgb name="radiance" value="9"/> </emitter>
+  </shape>
+</scene>
+"""
+
+
+def run(*arguments, launcher=(), **options):
+    options = {"capture_output": True, "text": True, "timeout": 120, "env": MPI} | options
+    return subprocess.run([*launcher, str(PROGRAM), *map(str, arguments)], **options)
+
+
+def processes(count):
+    return [*MPIRUN, "-n", str(count)]
+
+
+class MpiTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.scene = self.folder / "scene.xml"
+        self.scene.write_text(SCENE)
+
+    def picture(self, name, *arguments, launcher=()):
+        """The bytes of the file: its header has them in common, too."""
+        path = self.folder / name
+        done = run(*arguments, "-q", "-o", path, launcher=launcher)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return path.read_bytes()
+
+    def assert_same_bits(self, arguments, *groups):
+        alone = self.picture("alone.exr", *arguments)
+        for count, threads in groups:
+            with self.subTest(arguments=arguments, processes=count, threads=threads):
+                together = self.picture("together.exr", *arguments, "-t", threads,
+                                        launcher=processes(count))
+                self.assertEqual(alone, together)
+
+    def test_clustered_has_the_same_bits(self):
+        self.assert_same_bits([self.scene], (2, 1), (3, 2))
+        # Passes and lanes; and a scene whose trial may choose paths.
+        self.assert_same_bits([self.scene, "--variance=4"], (3, 1))
+        self.assert_same_bits([CORNELL, "-Dintegrator=clustered"], (4, 1))
+
+    def test_other_integrators_have_the_same_bits(self):
+        self.assert_same_bits([CORNELL], (3, 2))
+        self.assert_same_bits([CORNELL, "-Dintegrator=ptracer"], (3, 1))
+        self.assert_same_bits([CORNELL, "--error=0.1"], (2, 1))
+        self.assert_same_bits([ROOT / "validation/scenes/moment.xml"], (2, 2))
+
+    def test_more_processes_than_work(self):
+        self.assert_same_bits([CORNELL, "-Dspp=1"], (12, 1))
+
+    def test_time_is_kept_and_the_report_counts_all(self):
+        done = run(self.scene, "--time=3", "--stats", "-o", self.folder / "a.exr",
+                   launcher=processes(2))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("2 processes, ", done.stderr)
+        self.assertRegex(done.stderr, r"sent: items +[1-9]\d* messages")
+        self.assertEqual(done.stderr.count("wrote "), 1)
+
+    def test_resumes_after_a_kill_with_another_number_of_processes(self):
+        scene = [CORNELL, "-Dspp=1024"]
+        alone = self.picture("alone.exr", *scene)
+        for victim in range(2):
+            kept = self.folder / f"{victim}.ck"
+            keep = [*scene, "--checkpoint", kept, "--every=0.05", "-t1"]
+            with subprocess.Popen([*processes(3), PROGRAM, *map(str, keep), "-q", "-o",
+                                   self.folder / "killed.exr"], env=MPI,
+                                  stderr=subprocess.PIPE, text=True) as job:
+                while not kept.exists() and job.poll() is None:
+                    time.sleep(0.01)
+                found = subprocess.run(["pgrep", "-f", f"^{PROGRAM}.*{kept}"], text=True,
+                                       capture_output=True, check=False).stdout.split()
+                self.assertEqual(len(found), 3, "the picture was done before one could be killed")
+                os.kill(int(sorted(found)[victim]), signal.SIGKILL)
+                message = job.communicate(timeout=60)[1]
+            self.assertNotEqual(job.returncode, 0)
+            self.assertRegex(message, "process rank [0-2] .*Killed")
+            resumed = self.picture("resumed.exr", *keep, "--resume", launcher=processes(2))
+            self.assertEqual(alone, resumed)
+
+    def test_an_interrupted_launcher_leaves_a_picture(self):
+        path = self.folder / "interrupted.exr"
+        with subprocess.Popen([*processes(2), PROGRAM, CORNELL, "-Dspp=65536", "-t1", "-o", path],
+                              env=MPI, stderr=subprocess.PIPE, text=True) as job:
+            time.sleep(3)
+            job.send_signal(signal.SIGINT)
+            message = job.communicate(timeout=60)[1]
+        self.assertNotEqual(job.returncode, 0)
+        self.assertEqual(message.count("wrote "), 1, message)
+        self.assertTrue(path.exists())
+
+    def assert_refused(self, done, what):
+        self.assertNotEqual(done.returncode, 0)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("kinome: ")]
+        self.assertEqual(len(lines), 1, done.stderr)
+        self.assertRegex(lines[0], what)
+
+    def together(self, *lines):
+        """Processes with different command lines."""
+        command = list(MPIRUN)
+        for line in lines:
+            command += [*([":"] if len(command) > len(MPIRUN) else []), "-n", "1", str(PROGRAM),
+                        *map(str, line)]
+        return subprocess.run(command, env=MPI, capture_output=True, text=True, timeout=120,
+                              check=False)
+
+    def test_what_cannot_be_rendered_together_is_refused(self):
+        output = ["-o", self.folder / "a.exr"]
+        missing = self.folder / "missing.xml"
+        self.assert_refused(self.together([CORNELL, *output], [missing, *output]),
+                            "rank 1 on .*missing.xml")
+        self.assert_refused(self.together([missing, *output], [missing, *output]), "missing.xml")
+        self.assert_refused(self.together([CORNELL, *output], [self.scene, *output]),
+                            "rank 1 on .* would render another picture: its .*'112x72'")
+        self.assert_refused(
+            self.together([CORNELL, *output], [CORNELL, "--seed=1", *output]),
+            "rank 1 .* its seed is '1', and that of rank 0 on .* is '0'")
+        self.assertFalse((self.folder / "a.exr").exists())
+        self.assert_refused(
+            run(CORNELL, "-o", self.folder / "nowhere/a.exr", launcher=processes(2)), "nowhere")
+        self.assert_refused(run(CORNELL, "--inspect=1,1", launcher=processes(2)), "--inspect")
+        self.assert_refused(
+            run("film", CORNELL, "--path=orbit", "--frames=2", launcher=processes(2)), "film")
+
+    def test_a_full_disk_is_one_error(self):
+        command = f"ulimit -f 1; exec {PROGRAM} {CORNELL} -o {self.folder}/a.exr"
+        done = subprocess.run([*processes(2), "sh", "-c", command], env=MPI, capture_output=True,
+                              text=True, timeout=120, check=False)
+        self.assert_refused(done, "a.exr")
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["scene.xml"])
+
+    def test_mpi_is_loaded_only_where_it_is_needed(self):
+        loads = MPI | {"LD_DEBUG": "files"}
+        done = run(CORNELL, "-Dspp=1", "-o", self.folder / "a.exr", env=loads)
+        self.assertNotIn("libmpi", done.stderr)
+        done = run(CORNELL, "-Dspp=1", "--mpi=off", "-o", self.folder / "a.exr",
+                   launcher=processes(1), env=loads)
+        self.assertNotIn("libkinome_mpi", done.stderr)
+        alone = self.picture("alone.exr", CORNELL)
+        self.assertEqual(alone, self.picture("one.exr", CORNELL, "--mpi=on"))
+
+    def test_plugins_are_listed_once(self):
+        done = run("plugins", "path", launcher=processes(3))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout, run("plugins", "path").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
