@@ -26,6 +26,9 @@ kinome_module_requirements="nanobind==3.1.0 scikit-build-core==1.1.2"
 # What kinome-view needs beside kinome_packages, and its tests.
 kinome_viewer_packages="libglfw3-dev libimgui-dev xvfb xauth xdotool libgl1-mesa-dri python3-pil"
 
+# What rendering with several processes needs beside kinome_packages, and its test.
+kinome_mpi_packages="libopenmpi-dev openmpi-bin"
+
 # One question for all packages; those that are not fully installed, one a line.
 kinome_missing_packages() {
   # shellcheck disable=SC2086

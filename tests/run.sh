@@ -81,7 +81,8 @@ build=${KINOME_BUILD:-$root/build${sanitizer:+-$sanitizer}}
 . "$root/scenes/setup.sh"
 kinome_packages="$kinome_packages $kinome_report_packages $kinome_compare_packages"
 kinome_packages="$kinome_packages $kinome_film_packages"
-[ -n "$sanitizer" ] || kinome_packages="$kinome_packages $kinome_module_packages $kinome_viewer_packages"
+[ -n "$sanitizer" ] || kinome_packages="$kinome_packages $kinome_module_packages $kinome_viewer_packages \
+  $kinome_mpi_packages"
 
 finish() {
   echo "$1 passed, $2 failed"

@@ -14,7 +14,7 @@ install(TARGETS kinome kinome_core EXPORT KinomeTargets
 install(TARGETS kinome_check LIBRARY DESTINATION lib COMPONENT dev)
 if(TARGET kinome_mpi)
   set_target_properties(kinome_mpi PROPERTIES INSTALL_RPATH "$ORIGIN")
-  install(TARGETS kinome_mpi LIBRARY DESTINATION lib)
+  install(TARGETS kinome_mpi LIBRARY DESTINATION lib COMPONENT mpi)
 endif()
 install(DIRECTORY include/kinome DESTINATION include COMPONENT dev)
 # The comparison of pictures: the program looks for its package in ../lib/kinome/python.

@@ -29,4 +29,12 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "kinome (= ${PROJECT_VERSION}), libglm-dev, libhwy-dev, cmake (>= 3.22)")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers, CMake's package and examples for plugins of Kinome.")
+# A package of its own: MPI is large, and few need it.
+if(TARGET kinome_mpi)
+  list(APPEND CPACK_COMPONENTS_ALL mpi)
+  set(CPACK_DEBIAN_MPI_PACKAGE_NAME kinome-mpi)
+  set(CPACK_DEBIAN_MPI_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "kinome (= ${PROJECT_VERSION})")
+  set(CPACK_COMPONENT_MPI_DESCRIPTION "Renders one picture with several processes, by Kinome and MPI.")
+endif()
 include(CPack)
