@@ -6,8 +6,12 @@ CORE: the library of the core's copies, which is preloaded, so that its function
 PLUGINS: folder of the plugins' copies, which are found before the real ones. With the name of a
 defect, the tests that are to notice it must fail (not crash) while it is planted; without one, all
 that the program's defects name must pass, so that it is the defect that they notice.
+
+The first assertion that fails ends the program, by SIGTRAP: what comes after it proves no more.
 """
 import os
+import resource
+import signal
 import subprocess
 import sys
 
@@ -18,13 +22,14 @@ def run(core, plugins, program, pattern, defect):
     environment = {**os.environ, "LD_PRELOAD": core, "KINOME_PLUGIN_PATH": plugins,
                    "KINOME_DEFECT": defect}
     return subprocess.run([program, f"--gtest_filter={pattern}",
-                           f"--gtest_fail_fast={1 if defect else 0}"],
+                           "--gtest_break_on_failure"],
                           env=environment, capture_output=True, text=True, check=False)
 
 
 def main(core, plugins, program, name=""):
     test = os.path.basename(program).removeprefix("test_")
     patterns = dict.fromkeys(d.pattern for d in DEFECTS if d.test == test and name in ("", d.name))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     result = run(core, plugins, program, ":".join(patterns), name)
     output = f"\n{result.stdout}{result.stderr}"
     if not name:
@@ -32,7 +37,7 @@ def main(core, plugins, program, name=""):
             sys.exit(f"{test}: fails, or runs no test, while no defect is planted:{output}")
     elif result.returncode == 0:
         sys.exit(f"{name}: goes unnoticed by {' '.join(patterns)}{output}")
-    elif result.returncode != 1 or "[  FAILED  ]" not in result.stdout:
+    elif result.returncode != -signal.SIGTRAP or ": Failure\n" not in result.stdout:
         sys.exit(f"{name}: {test} does not fail as a test does:{output}")
     print("passes" if not name else "caught by " + " ".join(patterns))
 

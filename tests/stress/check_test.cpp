@@ -40,6 +40,14 @@ CheckReport check(const std::string& scene, bool is_valid, const std::vector<Met
   return check_scene(scene, folder.folder(), task);
 }
 
+/// For what some hundred renders tell as thousands do: what is black, and what is met so seldom that
+/// it is as open after either.
+CheckTask fewer_renders() {
+  CheckTask task;
+  task.repeated = {32, 128};
+  return task;
+}
+
 TEST(Check, PassesWhatIsRight) {
   const CheckReport report =
       check(small_scene(), true, {kDirect, path("path", xml::integer("max_depth", 2))});
@@ -65,7 +73,8 @@ TEST(Check, FindsAMethodThatIsBlackWhereItIsTheStandard) {
   Method black{"black", path("", xml::integer("max_depth", 1)).integrator, ""};
   Method direct = kDirect;
   direct.against = "black";
-  const CheckReport report = check(small_scene("roughplastic"), true, {direct, black});
+  const CheckReport report =
+      check(small_scene("roughplastic"), true, {direct, black}, fewer_renders());
   ASSERT_EQ(report.findings.size(), 1u);
   EXPECT_EQ(report.findings[0].kind, "differs");
 }
@@ -73,12 +82,12 @@ TEST(Check, FindsAMethodThatIsBlackWhereItIsTheStandard) {
 TEST(Check, FindsLightTracingThatIsBlackUnlessTheSceneIsVast) {
   const Method black = path("ptracer", xml::integer("max_depth", 1));
   std::string scene = small_scene();
-  const CheckReport report = check(scene, true, {kDirect, black});
+  const CheckReport report = check(scene, true, {kDirect, black}, fewer_renders());
   ASSERT_EQ(report.findings.size(), 1u);
   EXPECT_EQ(report.findings[0].kind, "differs");
   scene.insert(scene.find("<emitter"),
                "<shape type=\"sphere\"><point name=\"center\" value=\"1e8 0 0\"/></shape>");
-  const CheckReport vast = check(scene, true, {kDirect, black});
+  const CheckReport vast = check(scene, true, {kDirect, black}, fewer_renders());
   EXPECT_TRUE(vast.findings.empty()) << vast.findings[0].text;
   EXPECT_EQ(vast.open, 1);
   // Nor where the other's picture has no noise at all.
@@ -86,7 +95,7 @@ TEST(Check, FindsLightTracingThatIsBlackUnlessTheSceneIsVast) {
   scene.replace(lamp, std::string::npos,
                 "<emitter type=\"directional\"><vector name=\"direction\" value=\"0 0 -1\"/>"
                 "</emitter></scene>");
-  const CheckReport even = check(scene, true, {kDirect, black});
+  const CheckReport even = check(scene, true, {kDirect, black}, fewer_renders());
   EXPECT_TRUE(even.findings.empty()) << even.findings[0].text;
   EXPECT_EQ(even.open, 1);
 }
@@ -102,7 +111,7 @@ TEST(Check, LeavesOpenWhatCameraRaysHardlyMeet) {
     const Method light{"ptracer", xml::integrator("ptracer", xml::integer("max_depth", 2)),
                        "black"};
     const Method black{"black", path("", xml::integer("max_depth", 1)).integrator, ""};
-    const CheckReport report = check(scene, true, {light, black});
+    const CheckReport report = check(scene, true, {light, black}, fewer_renders());
     EXPECT_EQ(report.comparisons, 1);
     EXPECT_EQ(report.refused, "");
     EXPECT_EQ(report.findings.size(), is_speck ? 0u : 1u);
@@ -121,7 +130,8 @@ TEST(Check, FindsPathsThatLackABounce) {
     const CheckReport report =
         check(small_scene(), true,
               {method("path, one bounce", 2 - bright), method("product, one bounce", 1 + bright),
-               method("ptracer, one bounce", 1 + bright)});
+               method("ptracer, one bounce", 1 + bright)},
+              fewer_renders());
     EXPECT_EQ(report.comparisons, 2);
     EXPECT_EQ(report.findings.size(), 2u);
     EXPECT_EQ(report.open, 0);
@@ -145,10 +155,7 @@ TEST(Check, LeavesOpenWhatPathsMeetOnceInAMillion) {
                                        xml::number("rays_per_pixel", kRaysPerPixel) +
                                        xml::integer("max_depth", 3)),
       black.name};
-  // One that is met so seldom is as open after some hundred renders as after thousands.
-  CheckTask fewer;
-  fewer.repeated = {32, 128};
-  const CheckReport report = check(scene, true, {black, product}, fewer);
+  const CheckReport report = check(scene, true, {black, product}, fewer_renders());
   EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;
   EXPECT_EQ(report.excuses.size(), 1u);
   EXPECT_EQ(report.open, 1);
