@@ -46,13 +46,14 @@ std::string incompleteness(const MergedParts& merged) {
                        const char* what) {
     if (parts.empty()) return;
     const std::string& numbers = merged.metadata.at(attribute);
-    text += fmt::format("; part{} {} {} {}", parts.size() == 1 ? "" : "s",
-                        numbers, parts.size() == 1 ? "is" : "are", what);
+    text += fmt::format("; part{} {} {} {}", parts.size() == 1 ? "" : "s", numbers,
+                        parts.size() == 1 ? "is" : "are", what);
   };
   add(merged.missing, "kinome:missing_parts", "missing");
   add(merged.incomplete, "kinome:incomplete_parts", "incomplete");
   if (merged.gaps > 0) {
-    text += fmt::format(", {} % of it missing (where its alpha is 0)", std::ceil(100 * merged.gaps));
+    text +=
+        fmt::format(", {} % of it missing (where its alpha is 0)", std::ceil(100 * merged.gaps));
   }
   return text;
 }
@@ -68,9 +69,10 @@ int merge_command(const Options& options, Clock::time_point start) {
                           choose_instruction_set(options.isa));
   const MergedParts merged = merge_parts(options.files, options.allow_missing, registry);
   if (merged.is_mixed) {
-    log_warn(fmt::format("the parts were rendered with several instruction sets ({}): no single "
-                         "machine would come to the same bits; --isa gives all of them one",
-                         merged.metadata.at("kinome:isa")));
+    log_warn(
+        fmt::format("the parts were rendered with several instruction sets ({}): no single "
+                    "machine would come to the same bits; --isa gives all of them one",
+                    merged.metadata.at("kinome:isa")));
   }
   if (merged.non_finite > 0) {
     log_warn(fmt::format("samples that were not finite, and were dropped: {}", merged.non_finite));

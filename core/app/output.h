@@ -31,8 +31,8 @@ Output choose_output(const Options& options, const Film& film);
 /// Seconds that it will take to write such a picture: by what it takes to write some of its rows.
 double writing_seconds(const Options& options, const Film& film, const Image& picture,
                        const Output& output);
-/// Where it can't be written, the checkpoint, if there is one, is left as it is. `part`: that the picture
-/// is; nullptr: it is whole.
+/// Where it can't be written, the checkpoint, if there is one, is left as it is. `part`: that the
+/// picture is; nullptr: it is whole.
 void write_picture(const Options& options, Film& film, const Image& image,
                    const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint,
                    const PartRender* part = nullptr);

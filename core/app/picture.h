@@ -23,8 +23,8 @@ const Sensor& choose_sensor(const Scene& scene, const std::string& wanted);
 /// Of channels that are rendered for nothing.
 void warn_of_layers(const Scene& scene, const Film& film);
 
-/// Renders a picture, or a `part` of it (may be nullptr), which a display (may be nullptr) shows in the
-/// making.
+/// Renders a picture, or a `part` of it (may be nullptr), which a display (may be nullptr) shows in
+/// the making.
 Image render_picture(const Options& options, const Scene& scene, const Sensor& sensor,
                      RenderContext& context, Display* display, const PartRender* part = nullptr);
 /// Writes it, with the checkpoint (may be nullptr) removed where it is whole, and asks plugins how

@@ -182,8 +182,7 @@ int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::
   }
   begin_interruptible_render();
   progress.begin();
-  const Image image = render_picture(options, *scene, *sensor, context, display.get(),
-                                     part.get());
+  const Image image = render_picture(options, *scene, *sensor, context, display.get(), part.get());
   progress.finish();
   int status = 0;
   together(group, [&] {

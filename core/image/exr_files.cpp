@@ -12,8 +12,8 @@ namespace {
 
 constexpr const char* kNoMemory = "it needs more memory than there is";
 
-/// Lets OpenEXR write through a FileWriter. Also tells whether parts of the picture are missing: where
-/// memory ends in one of OpenEXR's own threads, it writes what it has, and says nothing.
+/// Lets OpenEXR write through a FileWriter. Also tells whether parts of the picture are missing:
+/// where memory ends in one of OpenEXR's own threads, it writes what it has, and says nothing.
 class WriterStream : public Imf::OStream {
  public:
   WriterStream(FileWriter& writer, const std::string& path)

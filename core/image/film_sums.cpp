@@ -7,7 +7,16 @@ namespace kinome {
 std::vector<FilmSums> sums_of(Film& film, const std::vector<bool>& with_splats,
                               uint64_t** non_finite) {
   // In the order of Film::transfer.
-  enum class Next { kNonFinite, kLanes, kLightPaths, kSize, kValues, kHasSplats, kSplatSize, kSplats };
+  enum class Next {
+    kNonFinite,
+    kLanes,
+    kLightPaths,
+    kSize,
+    kValues,
+    kHasSplats,
+    kSplatSize,
+    kSplats
+  };
   std::vector<FilmSums> sums;
   Next next = Next::kNonFinite;
   film.transfer([&](void* bytes, size_t count) {

@@ -75,17 +75,20 @@ void check_same_picture(const PartHeader& one, const PartHeader& other) {
     const auto& [name, value] = expected[i];
     const std::string& there = found[i].second;
     if (value == there) continue;
-    const std::string what = fmt::format("it is no part of the picture of {}: its {} ", one.path, name);
+    const std::string what =
+        fmt::format("it is no part of the picture of {}: its {} ", one.path, name);
     if (name == "scene") {
       throw Error(Location{other.path},
                   what + fmt::format("({}) is another one, or has another text or other -D",
                                      attribute(other, "kinome:scene")));
     }
-    throw Error(Location{other.path}, what + fmt::format("is {}, and there it is {}", there, value));
+    throw Error(Location{other.path},
+                what + fmt::format("is {}, and there it is {}", there, value));
   }
 }
 
-/// By their numbers, whatever the order of the paths. Throws Error where they don't belong together.
+/// By their numbers, whatever the order of the paths. Throws Error where they don't belong
+/// together.
 std::vector<PartHeader> read_headers(const std::vector<std::string>& paths) {
   if (paths.empty()) throw Error("there are no parts to merge");
   std::vector<PartHeader> parts;
@@ -124,7 +127,8 @@ void refuse_missing(const MergedParts& merged) {
   const auto refuse = [&](const std::vector<uint32_t>& parts, const char* what) {
     if (parts.empty()) return;
     throw Error(fmt::format("{} {} {}: --allow-missing makes a picture of what is there",
-                            parts_text(parts, merged.count), parts.size() == 1 ? "is" : "are", what));
+                            parts_text(parts, merged.count), parts.size() == 1 ? "is" : "are",
+                            what));
   };
   refuse(merged.missing, "missing");
   refuse(merged.incomplete, "incomplete, having been interrupted");
@@ -159,7 +163,8 @@ ImageMetadata merged_metadata(const std::vector<PartHeader>& parts, MergedParts&
   metadata[kComplete] = is_complete ? "true" : "false";
   metadata.merge(metadata_of_parts(merged.count));
   if (!merged.missing.empty()) metadata["kinome:missing_parts"] = ranges_of(merged.missing);
-  if (!merged.incomplete.empty()) metadata["kinome:incomplete_parts"] = ranges_of(merged.incomplete);
+  if (!merged.incomplete.empty())
+    metadata["kinome:incomplete_parts"] = ranges_of(merged.incomplete);
   return metadata;
 }
 

@@ -54,7 +54,8 @@ std::vector<SumColumns> columns_of(const std::vector<FilmSums>& sums, size_t pix
   return columns;
 }
 
-/// The channels of the sums: fn(name, the half's offset within a number, column, which of its numbers).
+/// The channels of the sums: fn(name, the half's offset within a number, column, which of its
+/// numbers).
 template <class Function>
 void for_each_half(const std::vector<SumColumns>& columns, const Function& fn) {
   for (const SumColumns& column : columns) {
@@ -152,28 +153,37 @@ PartHeader header_of(const std::string& path) {
   return header;
 }
 
-/// Calls fn(rows that were read) for block after block of the file's sums; all lie where `columns` say,
-/// which have room for `rows` of them.
+/// Calls fn(first row, number of rows, where they lie) for block after block of the file's sums,
+/// whose columns are named and as wide as `form`.
 template <class Function>
-void read_sums(const PartHeader& header, const std::vector<SumColumns>& columns, int rows,
-               const Function& fn) {
+void read_sums(const PartHeader& header, const std::vector<SumColumns>& form, const Function& fn) {
   check_exr(header.path);
   Imf::MultiPartInputFile file(header.path.c_str());
   Imf::InputPart part(file, 1);
-  size_t channels = 0;
-  for_each_half(columns, [&](const std::string& name, size_t, const SumColumns&, size_t) {
+  for_each_half(form, [&](const std::string& name, size_t, const SumColumns&, size_t) {
     const Imf::Channel* const channel = part.header().channels().findChannel(name);
-    if (!channel || channel->type != Imf::UINT) {
-      throw std::runtime_error("damaged: its sums are of another film than it says");
-    }
-    ++channels;
+    if (channel && channel->type == Imf::UINT) return;
+    throw std::runtime_error("damaged: its sums are of another film than it says");
   });
   const Rect& crop = header.crop;
+  const auto width = static_cast<size_t>(crop.width());
+  size_t numbers = 0;  // of a pixel
+  for (const SumColumns& column : form) numbers += column.stride;
+  const size_t fitting = kBlockBytes / std::max<size_t>(1, numbers * width * sizeof(double));
+  const int rows = std::min(crop.height(), std::max(static_cast<int>(fitting), kRowsTogether) /
+                                               kRowsTogether * kRowsTogether);
+  std::vector<double> block(numbers * width * static_cast<size_t>(rows));
+  std::vector<SumColumns> columns = form;
+  double* next = block.data();
+  for (SumColumns& column : columns) {
+    column.data = next;
+    next += column.stride * width * static_cast<size_t>(rows);
+  }
   for (int y = crop.y0; y < crop.y1; y += rows) {
     const int count = std::min(rows, crop.y1 - y);
     part.setFrameBuffer(half_slices(columns, {crop.x0, y}, crop.width(), count));
     part.readPixels(y, y + count - 1);
-    fn(y - crop.y0, count);
+    fn(y - crop.y0, count, columns);
   }
 }
 
@@ -189,21 +199,19 @@ std::shared_ptr<Film> make_film_of_part(const PartHeader& header, PluginRegistry
   };
   const auto choice = [&](const char* name, const std::string& value) {
     // It comes from a file, and goes into XML.
-    if (!std::all_of(value.begin(), value.end(), [](unsigned char c) {
-          return std::isalnum(c) != 0 || c == '_';
-        })) {
+    if (!std::all_of(value.begin(), value.end(),
+                     [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; })) {
       throw part_error(header.path, "it is damaged: its attribute kinome:part_film makes no sense");
     }
     return fmt::format("<string name=\"{}\" value=\"{}\"/>", name, value);
   };
   const Rect& crop = header.crop;
-  const std::string xml = "<film type=\"hdrfilm\">" + integer("width", header.width) +
-                          integer("height", header.height) + integer("crop_offset_x", crop.x0) +
-                          integer("crop_offset_y", crop.y0) + integer("crop_width", crop.width()) +
-                          integer("crop_height", crop.height()) +
-                          choice("pixel_format", header.film.colors) +
-                          choice("component_format", header.film.component) +
-                          "<rfilter type=\"box\"/></film>";
+  const std::string xml =
+      "<film type=\"hdrfilm\">" + integer("width", header.width) +
+      integer("height", header.height) + integer("crop_offset_x", crop.x0) +
+      integer("crop_offset_y", crop.y0) + integer("crop_width", crop.width()) +
+      integer("crop_height", crop.height()) + choice("pixel_format", header.film.colors) +
+      choice("component_format", header.film.component) + "<rfilter type=\"box\"/></film>";
   const auto object = load_object_from_string(xml, header.path, {}, registry);
   const auto film = std::dynamic_pointer_cast<Film>(object);
   if (!film) throw part_error(header.path, "it is damaged: it has no film");
@@ -217,29 +225,16 @@ void add_part(const PartHeader& header, Film& film) {
   const std::vector<FilmSums> sums = sums_of(film, header.film.has_splats, &non_finite);
   const auto width = static_cast<size_t>(header.crop.width());
   const auto pixels = width * static_cast<size_t>(header.crop.height());
-  // Where the sums go that the file has, and of the same form, what a block of it holds.
+  // Where the sums go that the file has.
   std::vector<FilmSums> of_file = sums;
   for (size_t l = 0; l < sums.size(); ++l) {
     if (!header.film.has_splats[l]) of_file[l].splats = {};
   }
   const std::vector<SumColumns> to = columns_of(of_file, pixels);
-  size_t numbers = 0;  // of a pixel
-  for (const SumColumns& column : to) numbers += column.stride;
-  const size_t row_bytes = std::max<size_t>(1, numbers * width * sizeof(double));
-  const int rows =
-      kRowsTogether * static_cast<int>(std::max<size_t>(1, kBlockBytes / row_bytes / kRowsTogether));
-  const auto height = static_cast<size_t>(std::min(rows, header.crop.height()));
-  std::vector<double> block(numbers * width * height);
-  std::vector<SumColumns> from = to;
-  double* next = block.data();
-  for (SumColumns& column : from) {
-    column.data = next;
-    next += column.stride * width * height;
-  }
   Fnv1a hash;
   reading(header.path, [&] {
-    read_sums(header, from, static_cast<int>(height), [&](int y, int count) {
-      add_rows(hash, from, static_cast<int>(width), count);
+    read_sums(header, to, [&](int y, int count, const std::vector<SumColumns>& from) {
+      add_rows(hash, from, header.crop.width(), count);
       for (size_t c = 0; c < to.size(); ++c) {
         const size_t row = to[c].stride * width;
         double* const sum = to[c].data + static_cast<size_t>(y) * row;

@@ -95,8 +95,9 @@ PartFilm read(const std::string& text) {
 }  // namespace
 
 std::string text_of(const PartFilm& film) {
-  std::string text = fmt::format("sensor {}\nformat {} {}\nresponse {}\nnon_finite {}\n", film.sensor,
-                                 film.colors, film.component, film.response, film.non_finite);
+  std::string text =
+      fmt::format("sensor {}\nformat {} {}\nresponse {}\nnon_finite {}\n", film.sensor, film.colors,
+                  film.component, film.response, film.non_finite);
   for (size_t l = 0; l < film.layers.size(); ++l) {
     text += fmt::format("layer {} {}\n", film.light_paths.at(l), film.has_splats.at(l) ? 1 : 0);
     for (const std::string& name : film.layers[l]) text += "value " + name + "\n";

@@ -25,9 +25,16 @@ Image render_range(const Scene& scene, const Sensor& sensor, RenderContext& cont
   const std::unique_ptr<Sensor> of_part = sensor_of_part(sensor, count);
   const uint32_t samples = of_part->sampler().sample_count();
   const uint64_t all = uint64_t{samples} * count;
-  if (all != sensor.sampler().sample_count()) {
-    log_info(fmt::format("{} parts of {} samples each are {}: the scene asks for {}", count, samples,
-                         all, sensor.sampler().sample_count()));
+  const uint32_t asked = sensor.sampler().sample_count();
+  if (all != asked) {
+    const std::string text =
+        fmt::format("{} parts of {} sample{} each have {} together: the scene asks for {}", count,
+                    samples, samples == 1 ? "" : "s", all, asked);
+    if (count > asked) {
+      log_warn(text);
+    } else {
+      log_info(text);
+    }
   }
   RenderWay way;
   way.lanes = end - first;
@@ -61,8 +68,7 @@ PartRender::PartRender(const Scene& scene, const Sensor& sensor, const PicturePa
 }
 
 Image PartRender::render(RenderContext& context) const {
-  return render_range(scene_, sensor_, context, part_.index, part_.index + 1, part_.count,
-                      false);
+  return render_range(scene_, sensor_, context, part_.index, part_.index + 1, part_.count, false);
 }
 
 void PartRender::write(const std::string& path, const Image& image,

@@ -15,8 +15,8 @@ struct RenderWay {
   bool fills_gaps = true;
 };
 
-/// What all renders have in common: the film is made ready and developed, with checkpoints, warnings
-/// and statistics.
+/// What all renders have in common: the film is made ready and developed, with checkpoints,
+/// warnings and statistics.
 Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
                 RenderContext& context);
 

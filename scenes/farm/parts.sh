@@ -25,7 +25,7 @@ missing() {
 set -- "$KINOME" -q "$scene" --part "{}/$count" -o "$folder/part-{}.exr" \
   --checkpoint "$folder/part-{}.checkpoint" --resume "$@"
 if command -v parallel >/dev/null 2>&1; then
-  missing | parallel --will-cite --halt soon,fail=1 --jobs "$JOBS" "$@"
+  missing | parallel --will-cite --quote --halt soon,fail=1 --jobs "$JOBS" "$@"
 else
   missing | xargs -P "$JOBS" -I "{}" "$@"
 fi

@@ -91,7 +91,9 @@ class Parts(unittest.TestCase):
                          ("3", "6", "5"))
 
     def test_a_part_is_a_picture_that_says_what_it_is(self):
-        self.assertIn("wrote scene-part03of12.exr", self.render("3/12", "--png"))
+        says = self.render("3/12", "--png")
+        self.assertIn("12 parts of 1 sample each have 12 together: the scene asks for 6", says)
+        self.assertIn("wrote scene-part03of12.exr", says)
         path = self.folder / "scene-part03of12.exr"
         found = header(path)
         self.assertEqual((found["kinome:part"], found["kinome:samples"], found["kinome:complete"]),

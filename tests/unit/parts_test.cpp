@@ -53,9 +53,12 @@ class Parts : public ::testing::Test {
     return RenderContext({.threads = 2, .seed = seed, .cancel = cancel});
   }
   ImageMetadata metadata(uint64_t seed = kSeed) const {
-    return {{"kinome:version", "1"}, {"kinome:scene", "s.xml"},
-            {"kinome:scene_hash", "5"}, {"kinome:samples", "3"},
-            {"kinome:seed", std::to_string(seed)}, {"kinome:complete", "true"}};
+    return {{"kinome:version", "1"},
+            {"kinome:scene", "s.xml"},
+            {"kinome:scene_hash", "5"},
+            {"kinome:samples", "3"},
+            {"kinome:seed", std::to_string(seed)},
+            {"kinome:complete", "true"}};
   }
   /// Renders the I-th of N, counted from 1, and returns the name of its file.
   std::string part(const Scene& scene, uint32_t i, uint32_t n, uint64_t seed = kSeed) {
@@ -96,7 +99,8 @@ TEST_F(Parts, MergedHaveTheBitsOfTheWhole) {
       {R"(<integrator type="ptracer"/>)", R"(<string name="pixel_format" value="xyz"/>)"},
       {R"(<integrator type="clustered"><integer name="max_depth" value="2"/></integrator>)",
        R"(<string name="pixel_format" value="luminance"/>)"},
-      {R"(<integrator type="clustered"><boolean name="diagnostics" value="true"/></integrator>)", ""},
+      {R"(<integrator type="clustered"><boolean name="diagnostics" value="true"/></integrator>)",
+       ""},
       {R"(<integrator type="aov"><string name="aovs" value="n:sh_normal"/>
             <integrator type="path"/> <integrator type="ptracer"/></integrator>)",
        R"(<string name="pixel_format" value="luminance_alpha"/>)"},
@@ -108,8 +112,7 @@ TEST_F(Parts, MergedHaveTheBitsOfTheWhole) {
     RenderContext own = context();
     const Image whole = render_all_parts(*scene, *scene->sensors()[0], own, 3);
     EXPECT_EQ(own.stats().samples, 9);
-    const MergedParts merged =
-        merge({part(*scene, 3, 3), part(*scene, 1, 3), part(*scene, 2, 3)});
+    const MergedParts merged = merge({part(*scene, 3, 3), part(*scene, 1, 3), part(*scene, 2, 3)});
     EXPECT_EQ(merged.image.channels, whole.channels);
     EXPECT_EQ(merged.image.data, whole.data);
     EXPECT_EQ(merged.count, 3u);
@@ -128,8 +131,8 @@ TEST_F(Parts, MergedHaveTheBitsOfTheWhole) {
   }
 }
 
-/// Which rounding would lead to other bits. Pictures of single precision seldom show it, so that the
-/// sums themselves are compared.
+/// Which rounding would lead to other bits. Pictures of single precision seldom show it, so that
+/// the sums themselves are compared.
 TEST_F(Parts, AreAddedInTheirOrder) {
   const auto scene = scene_with(R"(<integrator type="ptracer"/>)");
   std::vector<std::string> paths;
@@ -156,7 +159,8 @@ TEST_F(Parts, AreAddedInTheirOrder) {
 
 /// The picture is the mean of those that are there, and says how many samples it has.
 TEST_F(Parts, MissingOnesAreLeftOutOfTheMean) {
-  for (const char* integrator : {R"(<integrator type="path"/>)", R"(<integrator type="ptracer"/>)"}) {
+  for (const char* integrator :
+       {R"(<integrator type="path"/>)", R"(<integrator type="ptracer"/>)"}) {
     SCOPED_TRACE(integrator);
     const auto scene = scene_with(integrator);
     images_.clear();
@@ -185,8 +189,8 @@ TEST_F(Parts, InterruptedOnesCountAsFarAsTheyGo) {
   const std::string whole = part(*scene, 1, 2);
   const PartRender second(*scene, *scene->sensors()[0], {1, 2});
   std::atomic<bool> cancel{false};
-  RenderContext own({.threads = 1, .seed = kSeed, .cancel = &cancel,
-                     .progress = [&](double) { cancel = true; }});
+  RenderContext own(
+      {.threads = 1, .seed = kSeed, .cancel = &cancel, .progress = [&](double) { cancel = true; }});
   const Image image = second.render(own);
   EXPECT_GT(own.stats().missing, 0.01);
   EXPECT_EQ(own.stats().filled, 0);
@@ -204,8 +208,8 @@ TEST_F(Parts, InterruptedOnesCountAsFarAsTheyGo) {
   // Where the second has nothing, the picture is the first one's.
   size_t equal = 0, others = 0;
   for (size_t p = 0; p < last.image.data.size() / 4; ++p) {
-    const bool is_same = std::equal(&both.image.data[3 * p], &both.image.data[3 * p] + 3,
-                                    &first.image.data[3 * p]);
+    const bool is_same =
+        std::equal(&both.image.data[3 * p], &both.image.data[3 * p] + 3, &first.image.data[3 * p]);
     EXPECT_TRUE(is_same || last.image.data[4 * p + 3] != 0);
     (is_same ? equal : others) += 1;
   }
@@ -222,10 +226,28 @@ TEST_F(Parts, OthersAreRefusedByName) {
   expect_refused({a, a}, "1of2-3.exr: it is part 1 of 2, and so is ", true);
   expect_refused({a, part(*scene, 2, 2, 4)}, "its seed is 4, and there it is 3");
   expect_refused({a, part(*scene, 3, 3)}, "its number of parts is 3, and there it is 2", true);
-  const auto other = scene_with(R"(<integrator type="path"/>)",
-                                R"(<string name="pixel_format" value="rgba"/>)");
+  const auto other =
+      scene_with(R"(<integrator type="path"/>)", R"(<string name="pixel_format" value="rgba"/>)");
   expect_refused({a, part(*other, 2, 2, kSeed)}, "its format is rgba float32");
   expect_refused({}, "there are no parts");
+}
+
+/// By machines of several kinds: the picture is right, though none of them would have made it.
+TEST_F(Parts, OfSeveralInstructionSetsAreMerged) {
+  const auto scene = scene_with(R"(<integrator type="path"/>)");
+  std::vector<std::string> paths;
+  for (uint32_t i = 0; i < 3; ++i) {
+    const PartRender part(*scene, *scene->sensors()[0], {i, 3});
+    RenderContext own = context();
+    ImageMetadata says = metadata();
+    says["kinome:isa"] = i == 1 ? "old" : "new";
+    paths.push_back(folder_.path(std::to_string(i) + ".exr"));
+    part.write(paths.back(), part.render(own), says);
+  }
+  const MergedParts merged = merge(paths);
+  EXPECT_TRUE(merged.is_mixed);
+  EXPECT_EQ(merged.metadata.at("kinome:isa"), "new old");
+  EXPECT_FALSE(merge({paths[2], paths[0]}, true).is_mixed);
 }
 
 /// Wherever they are cut off, or a byte of them is another.
@@ -255,8 +277,8 @@ TEST_F(Parts, DamagedOnesAreOneClearError) {
 }
 
 TEST_F(Parts, OfFilmsThatCantBeMergedAreRefused) {
-  const auto scene = scene_with(R"(<integrator type="path"/>)",
-                                R"(<string name="file_format" value="pfm"/>)");
+  const auto scene =
+      scene_with(R"(<integrator type="path"/>)", R"(<string name="file_format" value="pfm"/>)");
   EXPECT_THROW(PartRender(*scene, *scene->sensors()[0], {0, 2}), Error);
 }
 
