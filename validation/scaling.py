@@ -2,7 +2,7 @@
 validation/scaling/.
 
     sh scenes/render.sh                                  # builds, and makes the scenes' meshes
-    /usr/bin/python3 validation/scaling.py [--build build] [SCENE...]
+    /usr/bin/python3 validation/scaling.py [--build build] [--root] [SCENE...]
 
 Bytes and messages are counted by the program (--stats), with 1, 2, 4 and 8 processes of one thread on this
 machine, whatever it has. A model is fitted to those of the two smaller pictures, up to 4 processes, and
@@ -16,6 +16,7 @@ import json
 import math
 import os
 import pathlib
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -43,21 +44,30 @@ PICTURE, PICTURE_SAMPLES, CORES = (1920, 1080), 256, 16
 NETWORKS = {"10 Gbit/s": 1.25e9, "100 Gbit/s": 12.5e9}
 LATENCY = 2e-6  # seconds of a message, of common networks of clusters
 EFFICIENCY = 0.8
+# Of the measurements that need root: rates in Mbit/s, and a process that is so many times slower.
+RATES, REPEATS = (100, 20), 3
+SLOWER, SLOW_SAMPLES = 4, 256
 MOST = 4096
 MPI = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
-def render(build, scene, size, processes, folder):
-    """The program's statistics."""
-    command = ["mpirun", "--oversubscribe", "-n", str(processes)] if processes > 1 else []
-    command += [build / "bin/kinome", ROOT / scene.file, "-q", "--stats=json", "-t", "1",
-                "-o", folder / "picture.exr", f"-Dspp={SAMPLES}", f"-Dwidth={size[0]}",
-                f"-Dheight={size[1]}", "-Dintegrator=clustered"]
+def kinome(build, scene, size, folder, samples=SAMPLES):
+    return [build / "bin/kinome", ROOT / scene.file, "-q", "--stats=json", "-t", "1", "-o",
+            pathlib.Path(folder) / "picture.exr", f"-Dspp={samples}", f"-Dwidth={size[0]}",
+            f"-Dheight={size[1]}", "-Dintegrator=clustered"]
+
+
+def statistics_of(command):
     done = subprocess.run(list(map(str, command)), check=False, capture_output=True, text=True,
                           env=MPI)
     if done.returncode != 0:
         raise SystemExit(f"{' '.join(map(str, command))} failed:\n{done.stderr}")
     return json.loads(done.stdout)
+
+
+def render(build, scene, size, processes, folder):
+    launcher = ["mpirun", "--oversubscribe", "-n", str(processes)] if processes > 1 else []
+    return statistics_of([*launcher, *kinome(build, scene, size, folder)])
 
 
 def measure(build, names):
@@ -68,13 +78,56 @@ def measure(build, names):
                 continue
             for size, counts in PROCESSES.items():
                 for processes in counts:
-                    stats = render(build, scene, size, processes, pathlib.Path(folder))
+                    stats = render(build, scene, size, processes, folder)
                     runs.append({"scene": scene.name, "width": size[0], "height": size[1],
                                  "processes": processes, "seconds": stats["seconds"],
                                  "traffic": stats["traffic"]})
                     print(f"{scene.name} {size[0]}x{size[1]}, {processes} processes",
                           file=sys.stderr)
     return runs
+
+
+def seconds_of(command):
+    return statistics_of(command)["seconds"]["render"]
+
+
+def measure_network(build, scene):
+    """[(Mbit/s, seconds)] with two processes whose packets go through a device of that rate; 0: of none.
+    A network of its own, as root has it, with Linux's token bucket filter."""
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        command = ["mpirun", "--mca", "btl", "self,tcp", "--mca", "btl_tcp_if_include", "lo",
+                   "--mca", "pml", "ob1", "--oversubscribe", "-n", "2",
+                   *kinome(build, scene, MIDDLE, folder)]
+        for rate in (0, *RATES):
+            limit = f"tc qdisc add dev lo root tbf rate {rate}mbit burst 64k latency 100ms" if rate \
+                else "true"
+            shell = ["unshare", "-n", "sh", "-c", f'ip link set lo up && {limit} && exec "$@"', "sh"]
+            found.append((rate, statistics.median(seconds_of([*shell, *command])
+                                                  for _ in range(REPEATS))))
+            print(f"network, {rate or 'no'} limit: {found[-1][1]:.2f} s", file=sys.stderr)
+    return found
+
+
+def measure_imbalance(build, scene):
+    """Seconds of one process of one thread, and of two, one of which has a quarter of a processor."""
+    group = pathlib.Path("/sys/fs/cgroup/cpu/kinome-scaling")
+    group.mkdir(exist_ok=True)
+    (group / "cpu.cfs_period_us").write_text("20000", encoding="utf-8")
+    (group / "cpu.cfs_quota_us").write_text(str(20000 // SLOWER), encoding="utf-8")
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            command = list(map(str, kinome(build, scene, MIDDLE, folder, SLOW_SAMPLES)))
+            slow = ["sh", "-c", f'echo $$ > {group}/cgroup.procs; exec "$@"', "sh", *command]
+            alone, together = [], []
+            for _ in range(REPEATS):
+                alone.append(seconds_of(command))
+                together.append(seconds_of(["mpirun", "--oversubscribe", "--bind-to", "none", "-n",
+                                            "1", *command, ":", "-n", "1", *slow]))
+                print(f"imbalance: {alone[-1]:.2f} s, {together[-1]:.2f} s", file=sys.stderr)
+            return statistics.median(alone), statistics.median(together)
+    finally:
+        group.rmdir()
 
 
 def pixels_of(run):
@@ -174,7 +227,32 @@ def draw(of_scene, path):
     figure.savefig(path, dpi=110)
 
 
-def page(of_scene):
+def network_page(runs, name, found):
+    """Against the model: what all processes send goes through one device."""
+    run = next(r for r in runs if r["processes"] == 2 and (r["width"], r["height"]) == MIDDLE)
+    sent_bytes = sum(kind["bytes"] for kind in run["traffic"].values())
+    free = found[0][1]
+    lines = ["## On a slow network", "",
+             f"`{name}`, {MIDDLE[0]}x{MIDDLE[1]}, two processes, whose packets go through a device of a limited "
+             f"rate (Linux's token bucket filter in a network of its own); medians of {REPEATS}. The model: "
+             f"the {sent_bytes / 1e6:.1f} MB that are sent, at that rate, on top of the time without a limit.",
+             "", "| Mbit/s | render, s | model, s |", "|---|---|---|",
+             f"| no limit | {free:.2f} | |"]
+    for rate, seconds in found[1:]:
+        lines.append(f"| {rate} | {seconds:.2f} | {free + 8e-6 * sent_bytes / rate:.2f} |")
+    return [*lines, ""]
+
+
+def imbalance_page(name, alone, together):
+    ideal = alone / (1 + 1 / SLOWER)
+    return ["## A slow process", "",
+            f"`{name}`, {MIDDLE[0]}x{MIDDLE[1]}, {SLOW_SAMPLES} samples: one process of one thread renders for "
+            f"{alone:.2f} s. With another one beside it that has 1/{SLOWER} of a processor, {together:.2f} s; "
+            f"ideal would be {ideal:.2f} s: {together / ideal - 1:+.0%} (medians of {REPEATS}). The goal "
+            "was at most +15 %.", ""]
+
+
+def page(of_scene, more):
     where = machine()
     lines = ["# Communication of several processes", "",
              "Made by `validation/scaling.py`; the raw figures are in `measurements.csv`. "
@@ -223,6 +301,7 @@ def page(of_scene):
               "system serves all machines alike; what each process repeats takes as long for the large "
               "picture. The start of the launcher and of MPI (0.3 to 1 s) is left "
               "out.", ""]
+    lines += more
     (FOLDER / "README.md").write_text("\n".join(lines), encoding="utf-8")
 
 
@@ -230,9 +309,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build")
+    parser.add_argument("--root", action="store_true", help="also on a slow network and with a slow "
+                        "process, which needs root, tc and control groups")
     parser.add_argument("scenes", nargs="*", default=NAMES)
     options = parser.parse_args()
-    runs = measure(options.build.resolve(), options.scenes)
+    build = options.build.resolve()
+    runs = measure(build, options.scenes)
     of_scene = {}
     for name in options.scenes:
         own = [r for r in runs if r["scene"] == name]
@@ -249,7 +331,13 @@ def main():
             for kind, seconds in work(own).items():
                 writer.writerow([name, *MIDDLE, 1, f"seconds {kind}", "", f"{seconds:.3f}"])
     draw(of_scene, FOLDER / "plot.png")
-    page(of_scene)
+    more = []
+    if options.root:
+        scene = next(scene for scene in SCENES if scene.name == options.scenes[0])
+        own = of_scene[scene.name][0]
+        more += network_page(own, scene.name, measure_network(build, scene))
+        more += imbalance_page(scene.name, *measure_imbalance(build, scene))
+    page(of_scene, more)
 
 
 if __name__ == "__main__":
