@@ -3,6 +3,7 @@
 display without a window manager (xvfb-run). Of the build folder KINOME_BUILD.
 """
 import ctypes
+import os
 import pathlib
 import re
 import subprocess
@@ -18,10 +19,10 @@ from scenes import PROGRAM, write_scene
 
 # Seconds; other programs may be at work beside this one.
 PATIENCE = 60
-# What closing the window may take at most [s], of several times the least: what else the machine has to
-# do only adds to it. What isn't interrupted would take minutes.
+# What closing the window may take at most [s] on a machine that has nothing else to do, of several
+# times the least: what else there is only adds to it. What isn't interrupted would take minutes.
 CLOSED = 0.5
-CLOSINGS = 5
+CLOSINGS = 3
 
 
 def xdotool(*arguments):
@@ -190,10 +191,12 @@ class WindowTest(unittest.TestCase):
 
     def test_closing_ends_a_render(self):
         """At once, but for what waits to be saved."""
-        seconds = []
-        while len(seconds) < CLOSINGS and min(seconds, default=CLOSED) >= CLOSED:
-            seconds.append(self.close_while_it_renders())
-        self.assertLess(min(seconds), CLOSED, seconds)
+        shares = []
+        while len(shares) < CLOSINGS and min(shares, default=CLOSED) >= CLOSED:
+            seconds = self.close_while_it_renders()
+            # Programs that wait for a processor, of which the viewer is one, take turns.
+            shares.append(seconds / max(1, os.getloadavg()[0] / os.cpu_count()))
+        self.assertLess(min(shares), CLOSED, shares)
 
     def close_while_it_renders(self):
         (self.folder / "scene-edited.xml").unlink(missing_ok=True)

@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "session/put_objects.h"
 #include "session/transforms.h"
 
 namespace kinome::viewer {
@@ -19,19 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kMostFiles = 200;
-const ImVec4 kNameColor(0.6f, 0.8f, 1, 1);
-
-bool is_image(const fs::path& file) {
-  const std::string ending = file.extension().string();
-  return ending == ".exr" || ending == ".hdr" || ending == ".pfm" || ending == ".png" ||
-         ending == ".jpg" || ending == ".ppm";
-}
-
-/// The place of a name at the end of the dots.
-std::string last_name(const std::string& path) {
-  const std::string whole = path.ends_with(".value") ? path.substr(0, path.size() - 6) : path;
-  return whole.substr(whole.rfind('.') + 1);
-}
 
 /// Faster for what is larger.
 float speed_of(float value) {
@@ -73,37 +59,6 @@ bool edit_color(const SceneParameter& parameter, const char* name, UniformColor&
   return true;
 }
 
-/// What is offered for a parameter that has no value; nullopt: it can't be entered.
-std::optional<EditedValue> first_value(const SceneParameter& parameter) {
-  if (!parameter.kind) return std::nullopt;
-  switch (*parameter.kind) {
-    case ParameterType::kBoolean:
-      return true;
-    case ParameterType::kInteger:
-      return int64_t{1};
-    case ParameterType::kFloat:
-    case ParameterType::kFloatOrName:
-      return 1.0;
-    case ParameterType::kVector:
-      return Vec3(0.f);
-    case ParameterType::kTransform:
-      return Transform();
-    case ParameterType::kEmission:
-    case ParameterType::kEmissionTexture:
-    case ParameterType::kReflectanceTexture:
-    case ParameterType::kColorTexture:
-      return UniformColor{Rgb(0.5f)};
-    case ParameterType::kUnitlessTexture:
-      return UniformColor{Rgb(0.5f), false, true};
-    case ParameterType::kString:
-    case ParameterType::kFile:
-    case ParameterType::kImage:
-    case ParameterType::kObject:
-      return std::nullopt;
-  }
-  return std::nullopt;
-}
-
 /// Of a light: how much of it there is, and its colour, which is brightest at 1.
 bool edit_light(const char* name, UniformColor& color) {
   Rgb& c = color.value;
@@ -126,6 +81,17 @@ std::string object_of(const std::string& path) {
   return dot == std::string::npos ? "" : whole.substr(0, dot);
 }
 
+bool is_image(const std::string& file) {
+  const std::string ending = fs::path(file).extension().string();
+  return ending == ".exr" || ending == ".hdr" || ending == ".pfm" || ending == ".png" ||
+         ending == ".jpg" || ending == ".ppm";
+}
+
+std::string ParameterWidgets::last_name(const std::string& path) {
+  const std::string whole = path.ends_with(".value") ? path.substr(0, path.size() - 6) : path;
+  return whole.substr(whole.rfind('.') + 1);
+}
+
 std::vector<std::string> files_beside(const std::string& file, const std::string& scene) {
   std::error_code fault;
   const fs::path own(file);
@@ -136,7 +102,8 @@ std::vector<std::string> files_beside(const std::string& file, const std::string
   for (fs::directory_iterator at(folder, fault), end; !fault && at != end; at.increment(fault)) {
     const fs::directory_entry& entry = *at;
     const std::string ending = entry.path().extension().string();
-    if (ending != own.extension() && !(is_image(entry.path()) && own.extension() != ".ply")) {
+    if (ending != own.extension() &&
+        !(is_image(entry.path().string()) && own.extension() != ".ply")) {
       continue;
     }
     // Named as the scene names its own.
@@ -144,20 +111,6 @@ std::vector<std::string> files_beside(const std::string& file, const std::string
     if (found.size() == kMostFiles) break;
   }
   std::sort(found.begin(), found.end());
-  return found;
-}
-
-std::vector<std::string> image_files(const SceneInfo& info) {
-  std::vector<std::string> found = files_beside("x.png", info.file);
-  for (const SceneParameter& parameter : info.parameters) {
-    const auto* const file =
-        parameter.value ? std::get_if<std::string>(&*parameter.value) : nullptr;
-    if (parameter.kind != ParameterType::kFile || !file || !is_image(*file)) continue;
-    const auto beside = files_beside(*file, info.file);
-    found.insert(found.end(), beside.begin(), beside.end());
-  }
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
 
@@ -291,92 +244,6 @@ bool ParameterWidgets::edit(const SceneParameter& parameter, const char* name, E
   }
   ImGui::TextDisabled("%s: %s", name, parameter.type.c_str());
   return false;
-}
-
-std::optional<std::string> ParameterWidgets::choose_image(const char* title) {
-  if (!ImGui::BeginMenu(title)) return std::nullopt;
-  std::optional<std::string> chosen;
-  if (images_.empty() && info_) images_ = image_files(*info_);
-  for (const std::string& file : images_) {
-    if (ImGui::MenuItem(file.c_str())) chosen = file;
-  }
-  if (ImGui::InputTextWithHint("##file", "another file, Enter", &file_,
-                               ImGuiInputTextFlags_EnterReturnsTrue) &&
-      !file_.empty()) {
-    chosen = file_;
-    ImGui::CloseCurrentPopup();
-  }
-  ImGui::EndMenu();
-  if (chosen) images_.clear();
-  return chosen;
-}
-
-/// What a parameter can be, besides a value that is entered.
-void ParameterWidgets::draw_menu(RenderSession& session, const SceneParameter& parameter) {
-  if (ImGui::SmallButton("=")) {
-    images_.clear();
-    ImGui::OpenPopup("menu");
-  }
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("texture, default, ...");
-  ImGui::SameLine();
-  if (!ImGui::BeginPopup("menu")) return;
-  const bool takes = parameter.kind && takes_texture(*parameter.kind);
-  if (takes) {
-    const auto file = choose_image("texture from a file");
-    if (file) set(session, parameter.path, bitmap(*file, *parameter.kind), false);
-    if (ImGui::MenuItem("checkerboard")) set(session, parameter.path, checkerboard(), false);
-  }
-  const auto first = first_value(parameter);
-  if (!parameter.texture.empty() && first && ImGui::MenuItem("value in place of the texture")) {
-    set(session, parameter.path, *first, false);
-  }
-  const bool has_any = parameter.is_set || !parameter.texture.empty();
-  const char* const title = parameter.default_value ? "default" : "none";
-  if (ImGui::MenuItem(title, nullptr, false, has_any)) {
-    set(session, parameter.path, Unset{}, false);
-  }
-  if (ImGui::MenuItem("as in the scene's file", nullptr, false, parameter.is_edited)) {
-    set(session, parameter.path, AsWritten{}, false);
-  }
-  ImGui::EndPopup();
-}
-
-/// Of an object, with what can be put around it, if it is a material.
-void ParameterWidgets::draw_name(RenderSession& session, const SceneInfo& info,
-                                 const std::string& object, const std::string& plugin) {
-  if (plugin.starts_with("bsdf/")) {
-    if (ImGui::SmallButton("+")) {
-      images_.clear();
-      ImGui::OpenPopup("around");
-    }
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("normal map, bump map");
-    ImGui::SameLine();
-    if (ImGui::BeginPopup("around")) {
-      const auto normals = choose_image("normal map from a file");
-      if (normals) session.set({{object, normal_map(*normals)}});
-      const auto bumps = choose_image("bump map from a file");
-      if (bumps) session.set({{object, bump_map(*bumps)}});
-      const SceneObject* const known = info.find_object(object);
-      if (ImGui::MenuItem("take this map off", nullptr, false, known && known->is_around)) {
-        session.set({{object, Unset{}}});
-      }
-      ImGui::EndPopup();
-    }
-  }
-  ImGui::TextColored(kNameColor, "%s", object.c_str());
-  ImGui::SameLine();
-  ImGui::TextDisabled("%s", plugin.c_str());
-}
-
-void ParameterWidgets::draw_textured(RenderSession& session, const SceneInfo& info,
-                                     const SceneParameter& parameter) {
-  ImGui::PushID(parameter.path.c_str());
-  draw_menu(session, parameter);
-  const SceneObject* const texture = info.find_object(parameter.texture);
-  ImGui::Text("%s: %s", last_name(parameter.path).c_str(),
-              texture ? texture->plugin.c_str() : parameter.texture.c_str());
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", parameter.doc.c_str());
-  ImGui::PopID();
 }
 
 void ParameterWidgets::draw(RenderSession& session, const SceneParameter& parameter) {

@@ -16,6 +16,8 @@ std::string object_of(const std::string& path);
 /// the scene's file, by whose folder names are meant.
 std::vector<std::string> files_beside(const std::string& file, const std::string& scene);
 
+/// By the ending of its name.
+bool is_image(const std::string& file);
 /// Images in the scene's folder, and beside those that the scene reads, as it would name them.
 std::vector<std::string> image_files(const SceneInfo& info);
 
@@ -40,6 +42,10 @@ class ParameterWidgets {
                  const std::string& plugin);
   void draw_textured(RenderSession& session, const SceneInfo& info,
                      const SceneParameter& parameter);
+  /// What is offered for a parameter that has no value; nullopt: it can't be entered.
+  static std::optional<EditedValue> first_value(const SceneParameter& parameter);
+  /// Its name, without the object's.
+  static std::string last_name(const std::string& path);
   /// Place, turn and size.
   bool edit_transform(const SceneParameter& parameter, Transform& transform);
   void draw_menu(RenderSession& session, const SceneParameter& parameter);

@@ -73,7 +73,10 @@ void ViewerWindow::wake() {
 
 void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int mods) {
   auto& self = *static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window));
+  // Ctrl+S doesn't fly, whichever of the two is released first.
+  if (action == GLFW_RELEASE) self.held_.erase(key);
   if (action != GLFW_PRESS || ImGui::GetIO().WantTextInput) return;
+  if ((mods & GLFW_MOD_CONTROL) == 0) self.held_.insert(key);
   if (key == GLFW_KEY_F12) self.wants_screenshot_ = true;
   if (key == GLFW_KEY_R && (mods & GLFW_MOD_CONTROL) != 0) self.wants_reload_ = true;
   if (key == GLFW_KEY_S && (mods & GLFW_MOD_CONTROL) != 0) self.wants_save_ = true;
@@ -171,13 +174,12 @@ void ViewerWindow::fly(Frame& frame) {
   const auto now = std::chrono::steady_clock::now();
   const float seconds = std::chrono::duration<float>(now - last_frame_).count();
   last_frame_ = now;
-  const auto pressed = [&](int key) { return glfwGetKey(window_, key) == GLFW_PRESS ? 1.f : 0.f; };
+  const auto pressed = [&](int key) { return held_.count(key) ? 1.f : 0.f; };
   const Vec3 way(pressed(GLFW_KEY_D) - pressed(GLFW_KEY_A),
                  pressed(GLFW_KEY_E) - pressed(GLFW_KEY_Q),
                  pressed(GLFW_KEY_W) - pressed(GLFW_KEY_S));
   const bool was_flying = is_flying_;
-  is_flying_ = way != Vec3(0.f) && frame.camera.can_move() && !ImGui::GetIO().WantTextInput &&
-               pressed(GLFW_KEY_LEFT_CONTROL) == 0;
+  is_flying_ = way != Vec3(0.f) && frame.camera.can_move() && !ImGui::GetIO().WantTextInput;
   if (!is_flying_) return;
   // The frame before may be long ago.
   const float step = was_flying ? std::min(seconds, 0.25f) : static_cast<float>(kFlightStep);

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,7 @@ class ViewerWindow {
   bool wants_reload_ = false;
   bool wants_undo_ = false;
   bool wants_save_ = false;
+  std::set<int> held_;  ///< keys that were pressed without Ctrl
   int frames_wanted_ = 0;
   bool is_flying_ = false;
   std::chrono::steady_clock::time_point last_frame_ = std::chrono::steady_clock::now();

@@ -1,0 +1,149 @@
+// What a parameter can be, and what a material can have around it, besides values that are entered.
+
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+
+#include "panels/parameter_widgets.h"
+#include "session/put_objects.h"
+
+namespace kinome::viewer {
+namespace {
+
+const ImVec4 kNameColor(0.6f, 0.8f, 1, 1);
+
+}  // namespace
+
+/// What is offered for a parameter that has no value; nullopt: it can't be entered.
+std::optional<EditedValue> ParameterWidgets::first_value(const SceneParameter& parameter) {
+  if (!parameter.kind) return std::nullopt;
+  switch (*parameter.kind) {
+    case ParameterType::kBoolean:
+      return true;
+    case ParameterType::kInteger:
+      return int64_t{1};
+    case ParameterType::kFloat:
+    case ParameterType::kFloatOrName:
+      return 1.0;
+    case ParameterType::kVector:
+      return Vec3(0.f);
+    case ParameterType::kTransform:
+      return Transform();
+    case ParameterType::kEmission:
+    case ParameterType::kEmissionTexture:
+    case ParameterType::kReflectanceTexture:
+    case ParameterType::kColorTexture:
+      return UniformColor{Rgb(0.5f)};
+    case ParameterType::kUnitlessTexture:
+      return UniformColor{Rgb(0.5f), false, true};
+    case ParameterType::kString:
+    case ParameterType::kFile:
+    case ParameterType::kImage:
+    case ParameterType::kObject:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> image_files(const SceneInfo& info) {
+  std::vector<std::string> found = files_beside("x.png", info.file);
+  for (const SceneParameter& parameter : info.parameters) {
+    const auto* const file =
+        parameter.value ? std::get_if<std::string>(&*parameter.value) : nullptr;
+    if (parameter.kind != ParameterType::kFile || !file || !is_image(*file)) continue;
+    const auto beside = files_beside(*file, info.file);
+    found.insert(found.end(), beside.begin(), beside.end());
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+std::optional<std::string> ParameterWidgets::choose_image(const char* title) {
+  if (!ImGui::BeginMenu(title)) return std::nullopt;
+  std::optional<std::string> chosen;
+  if (images_.empty() && info_) images_ = image_files(*info_);
+  for (const std::string& file : images_) {
+    if (ImGui::MenuItem(file.c_str())) chosen = file;
+  }
+  if (ImGui::InputTextWithHint("##file", "another file, Enter", &file_,
+                               ImGuiInputTextFlags_EnterReturnsTrue) &&
+      !file_.empty()) {
+    chosen = file_;
+    ImGui::CloseCurrentPopup();
+  }
+  ImGui::EndMenu();
+  if (chosen) images_.clear();
+  return chosen;
+}
+
+/// What a parameter can be, besides a value that is entered.
+void ParameterWidgets::draw_menu(RenderSession& session, const SceneParameter& parameter) {
+  if (ImGui::SmallButton("=")) {
+    images_.clear();
+    ImGui::OpenPopup("menu");
+  }
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("texture, default, ...");
+  ImGui::SameLine();
+  if (!ImGui::BeginPopup("menu")) return;
+  const bool takes = parameter.kind && takes_texture(*parameter.kind);
+  if (takes) {
+    const auto file = choose_image("texture from a file");
+    if (file) set(session, parameter.path, bitmap(*file, *parameter.kind), false);
+    if (ImGui::MenuItem("checkerboard")) set(session, parameter.path, checkerboard(), false);
+  }
+  const auto first = first_value(parameter);
+  if (!parameter.texture.empty() && first && ImGui::MenuItem("value in place of the texture")) {
+    set(session, parameter.path, *first, false);
+  }
+  const bool has_any = parameter.is_set || !parameter.texture.empty();
+  const char* const title = parameter.default_value ? "default" : "none";
+  if (ImGui::MenuItem(title, nullptr, false, has_any)) {
+    set(session, parameter.path, Unset{}, false);
+  }
+  if (ImGui::MenuItem("as in the scene's file", nullptr, false, parameter.is_edited)) {
+    set(session, parameter.path, AsWritten{}, false);
+  }
+  ImGui::EndPopup();
+}
+
+/// Of an object, with what can be put around it, if it is a material.
+void ParameterWidgets::draw_name(RenderSession& session, const SceneInfo& info,
+                                 const std::string& object, const std::string& plugin) {
+  if (plugin.starts_with("bsdf/")) {
+    if (ImGui::SmallButton("+")) {
+      images_.clear();
+      ImGui::OpenPopup("around");
+    }
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("normal map, bump map");
+    ImGui::SameLine();
+    if (ImGui::BeginPopup("around")) {
+      const auto normals = choose_image("normal map from a file");
+      if (normals) session.set({{object, normal_map(*normals)}});
+      const auto bumps = choose_image("bump map from a file");
+      if (bumps) session.set({{object, bump_map(*bumps)}});
+      const SceneObject* const known = info.find_object(object);
+      if (ImGui::MenuItem("take this map off", nullptr, false, known && known->is_around)) {
+        session.set({{object, Unset{}}});
+      }
+      ImGui::EndPopup();
+    }
+  }
+  ImGui::TextColored(kNameColor, "%s", object.c_str());
+  ImGui::SameLine();
+  ImGui::TextDisabled("%s", plugin.c_str());
+}
+
+void ParameterWidgets::draw_textured(RenderSession& session, const SceneInfo& info,
+                                     const SceneParameter& parameter) {
+  ImGui::PushID(parameter.path.c_str());
+  draw_menu(session, parameter);
+  const SceneObject* const texture = info.find_object(parameter.texture);
+  ImGui::Text("%s: %s", last_name(parameter.path).c_str(),
+              texture ? texture->plugin.c_str() : parameter.texture.c_str());
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", parameter.doc.c_str());
+  ImGui::PopID();
+}
+
+}  // namespace kinome::viewer
