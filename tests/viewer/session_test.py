@@ -216,14 +216,17 @@ class SessionTest(unittest.TestCase):
         self.assertGreater(np.mean(np.abs(a - self.picture("c.exr")) > 1e-2), 0.3)
 
     def test_it_is_installed_where_it_is_built(self):
-        for component in ("viewer", "runtime"):
-            subprocess.run(["cmake", "--install", BUILD, "--component", component, "--prefix",
-                            self.folder / "installed"], check=True, capture_output=True, timeout=100)
-        program = self.folder / "installed/bin/kinome-view"
-        out = subprocess.run([program, self.scene, "--script", "-"], input="render 1\npicture a.exr\n",
-                             cwd=self.folder, text=True, capture_output=True, timeout=60)
-        self.assertEqual((out.returncode, out.stderr), (0, ""))
-        self.assertGreater((self.folder / "a.exr").stat().st_size, 0)
+        """And finds its library by its own place."""
+        installed = self.folder / "installed"
+        subprocess.run(["cmake", "--install", BUILD, "--component", "viewer", "--prefix", installed],
+                       check=True, capture_output=True, timeout=100)
+        program = installed / "bin/kinome-view"
+        for status in (127, 0):
+            result = subprocess.run([program, "--version"], text=True, capture_output=True, timeout=60)
+            self.assertEqual(result.returncode, status, result.stderr)
+            if status != 0:
+                (installed / "lib").symlink_to(BUILD.resolve() / "lib")
+        self.assertRegex(result.stdout, r"^kinome-view \d")
 
     def test_cameras_are_saved_as_they_were_given(self):
         text = self.scene.read_text()
