@@ -1,5 +1,6 @@
 #include "group.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -72,6 +73,17 @@ Checkpoint::Identity identity_of(const std::string& text) {
   return identity;
 }
 
+/// Each line a mistake of its own.
+std::vector<Error> lines_of(const std::string& text) {
+  std::vector<Error> lines;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    lines.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
 }  // namespace
 
 int rank_by_launcher() {
@@ -104,7 +116,9 @@ std::unique_ptr<ProcessGroup> join_group(const Options& options) {
 }
 
 Options options_in(ProcessGroup& group, Options options) {
-  if (options.threads == 0) options.threads = share_of_processors(group);
+  // All ask, whether they need the answer or not.
+  const unsigned share = share_of_processors(group);
+  if (options.threads == 0) options.threads = share;
   if (group.is_root()) return options;
   options.quiet = true;
   options.stats = StatsFormat::kNone;
@@ -131,23 +145,30 @@ void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity) {
 }
 
 int run_in_group(ProcessGroup& group, const std::function<int()>& fn) {
+  // No one waits longer for one that can't go on.
+  constexpr int kMostTurns = 10;
+  const auto fail = [&](const char* why) {
+    // What all do alike they fail at alike, and one line is enough: the first that gets there ends
+    // the others.
+    std::this_thread::sleep_for(std::chrono::milliseconds(100 * std::min(group.rank(), kMostTurns)));
+    std::fprintf(stderr, "kinome: rank %d on %s: %s\n", group.rank(), group.machine().c_str(), why);
+    group.abort(1);
+  };
   try {
     const int status = std::atoi(group.broadcast(std::to_string(fn()), "agreement").c_str());
     group.finish();
     return status;
-  } catch (const AgreedError&) {
+  } catch (const AgreedError& error) {
     group.finish();
-    if (group.is_root()) throw;
-    return 1;
+    if (group.is_root()) throw Errors(lines_of(error.lines()));
+  } catch (const std::bad_alloc&) {
+    fail("out of memory");
   } catch (const std::exception& error) {
-    // What all do alike they fail at alike, and one line is enough: the first that gets there ends
-    // the others.
-    std::this_thread::sleep_for(std::chrono::milliseconds(100 * group.rank()));
-    std::fprintf(stderr, "kinome: rank %d on %s: %s\n", group.rank(), group.machine().c_str(),
-                 error.what());
-    group.abort(1);
-    return 1;
+    fail(error.what());
+  } catch (...) {
+    fail("something that is no std::exception was thrown");
   }
+  return 1;
 }
 
 }  // namespace kinome::app

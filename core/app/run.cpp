@@ -204,6 +204,12 @@ int render_command(const Options& options, Clock::time_point start) {
   const std::unique_ptr<ProcessGroup> group = join_group(options);
   if (!group) return render_picture_of_scene(options, nullptr, start);
   return run_in_group(*group, [&] {
+    // What decides where processes wait for each other.
+    check_alike(*group, {{"--inspect", options.inspect ? "given" : ""},
+                         {"--time", fmt::format("{}", options.seconds)},
+                         {"--error", fmt::format("{}", options.rel_mse)},
+                         {"--variance", std::to_string(options.renders)},
+                         {"--part", std::to_string(options.parts)}});
     if (options.inspect) throw AgreedError("--inspect: one process does it alone, without mpirun");
     return render_picture_of_scene(options_in(*group, options), group.get(), start);
   });

@@ -38,7 +38,9 @@ double predicted_seconds(RenderContext& context, double begun, double rays) {
   const auto so_far = static_cast<double>(stats.counters.rays[static_cast<int>(RayKind::kCamera)]);
   if (!(so_far > 0)) return kInfinity;
   const double first = stats.first_tile_seconds;
-  return (first - begun) + (context.seconds() - first) * rays / so_far;
+  // Of a group, all have rendered so far, and one is left to fill.
+  const double slower = static_cast<double>(context.all_threads()) / context.threads();
+  return (first - begun) + (context.seconds() - first) * slower * rays / so_far;
 }
 
 }  // namespace

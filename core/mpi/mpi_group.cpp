@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <limits>
 
 #include "kinome/shared_items.h"
 
@@ -127,16 +128,16 @@ std::map<std::string, GroupTraffic> MpiGroup::traffic() const {
 
 std::vector<std::string> MpiGroup::gather(std::string_view own, const char* what) {
   const Clock::time_point start = Clock::now();
-  const auto start_of = [&](MPI_Request& request, const auto& begin) {
+  const auto begin_call = [&](MPI_Request& request, const auto& call) {
     const std::lock_guard lock(mpi_);
-    begin(request);
+    call(request);
   };
   const auto all = static_cast<size_t>(size_);
   const auto others = static_cast<uint64_t>(size_ - 1);
   uint64_t size = own.size();
   std::vector<uint64_t> sizes(all);
   MPI_Request request = MPI_REQUEST_NULL;
-  start_of(request, [&](MPI_Request& r) {
+  begin_call(request, [&](MPI_Request& r) {
     MPI_Iallgather(&size, 1, MPI_UINT64_T, sizes.data(), 1, MPI_UINT64_T, comm_, &r);
   });
   wait(request);
@@ -155,7 +156,7 @@ std::vector<std::string> MpiGroup::gather(std::string_view own, const char* what
     }
     std::string bytes(static_cast<size_t>(end), '\0');
     const char* const from = own.data() + std::min<uint64_t>(begin, own.size());
-    start_of(request, [&](MPI_Request& r) {
+    begin_call(request, [&](MPI_Request& r) {
       MPI_Iallgatherv(from, counts[rank_], MPI_BYTE, bytes.data(), counts.data(), places.data(),
                       MPI_BYTE, comm_, &r);
     });
@@ -238,6 +239,9 @@ void MpiGroup::stop() {
 }
 
 void MpiGroup::send(std::string bytes) {
+  if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max())) {
+    throw Error("a tile takes more than the 2 GB that MPI sends at once: fewer samples of it do");
+  }
   const std::lock_guard lock(mpi_);
   Message& message = sending_.emplace_back();
   message.bytes = std::move(bytes);
@@ -297,6 +301,8 @@ void MpiGroup::hand_on(const Message& message) {
   } catch (...) {
     failure = std::current_exception();
   }
+  // The picture is lost: no one renders on for it.
+  if (failure) stop();
   const std::lock_guard lock(mpi_);
   ++received_[static_cast<size_t>(message.rank)];
   if (!failure_) failure_ = failure;
@@ -335,6 +341,9 @@ void MpiGroup::finish() {
 }
 
 void MpiGroup::abort(int status) {
+  // Whoever has the lock may wait for ever.
+  std::unique_lock lock(mpi_, std::defer_lock);
+  for (int i = 0; i < 100 && !lock.try_lock(); ++i) std::this_thread::sleep_for(kMostSleep);
   MPI_Abort(MPI_COMM_WORLD, status);
   std::_Exit(status);
 }

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <deque>
 #include <exception>
 #include <list>
-#include <memory>
 #include <mutex>
 #include <thread>
 
@@ -47,7 +45,6 @@ class MpiGroup final : public ProcessGroup {
     MPI_Request request = MPI_REQUEST_NULL;
     int rank = 0;
   };
-  void serve();
   /// Both return whether anything has happened.
   bool go_on_sending();
   bool go_on_receiving(std::vector<Message>& arrived);

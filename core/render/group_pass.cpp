@@ -50,6 +50,8 @@ void FirstException::capture(size_t item) {
 std::string FirstException::message() const {
   try {
     rethrow();
+  } catch (const std::bad_alloc&) {
+    return "out of memory";
   } catch (const std::exception& error) {
     return error.what();
   } catch (...) {

@@ -7,6 +7,8 @@
 namespace kinome {
 namespace {
 
+constexpr char kMark = '!';
+
 /// All of a scene's mistakes, a line each.
 std::string message_of(const std::exception& error) {
   const auto* const errors = dynamic_cast<const Errors*>(&error);
@@ -26,13 +28,16 @@ void together(ProcessGroup* group, const std::function<void()>& fn) {
     fn();
     return;
   }
+  // Behind a mark: a mistake may have nothing to say.
   std::string failure;
   try {
     fn();
   } catch (const std::bad_alloc&) {
-    failure = "out of memory";
+    failure = kMark + std::string("out of memory");
   } catch (const std::exception& error) {
-    failure = message_of(error);
+    failure = kMark + message_of(error);
+  } catch (...) {
+    failure = kMark + std::string("something that is no std::exception was thrown");
   }
   const std::vector<std::string> failures = group->gather(failure, "agreement");
   const std::vector<std::string> machines = group->gather(group->machine(), "agreement");
@@ -41,8 +46,9 @@ void together(ProcessGroup* group, const std::function<void()>& fn) {
   if (first == failures.end()) return;
   const bool by_all = std::all_of(failures.begin(), failures.end(), failed);
   const auto rank = static_cast<size_t>(first - failures.begin());
-  if (by_all || rank == 0) throw AgreedError(*first);
-  throw AgreedError(fmt::format("rank {} on {}: {}", rank, machines[rank], *first));
+  const std::string why = first->substr(1);
+  if (by_all || rank == 0) throw AgreedError(why);
+  throw AgreedError(fmt::format("rank {} on {}: {}", rank, machines[rank], why));
 }
 
 }  // namespace kinome

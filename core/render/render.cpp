@@ -107,7 +107,10 @@ Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
     stats.threads = context.threads();
     stats.complete = !interrupted;
     if (ProcessGroup* const group = context.group()) add_traffic(*group, stats);
-    if (!context.is_root()) return image;
+    if (!context.is_root()) {
+      if (film.commits() == 0) return image;
+      throw Error("the integrator adds to the film by itself, which a group of processes can't know of");
+    }
     if (checkpoint && interrupted) checkpoint->close(film);
     if (interrupted && way.fills_gaps) fill_gaps(scene, sensor, context, begun);
     if (interrupted && !way.fills_gaps) stats.missing = share_of_gaps(integrator, film);

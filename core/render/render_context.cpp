@@ -24,8 +24,8 @@ class Progress {
  public:
   Progress(const ProgressCallback& callback, size_t total, size_t done, double begin, double end)
       : callback_(callback), total_(total), begin_(begin), end_(end), done_(done) {}
-  void one_done() {
-    const size_t done = 1 + done_.fetch_add(1, std::memory_order_relaxed);
+  void one_done() { tell(1 + done_.fetch_add(1, std::memory_order_relaxed)); }
+  void tell(size_t done) {
     if (!callback_) return;
     // The last one waits: the end is always told.
     std::unique_lock lock(mutex_, std::defer_lock);
@@ -130,6 +130,9 @@ bool RenderContext::is_wanted(const Rect& pixels, int layer) const {
 }
 
 void RenderContext::commit(Film& film, size_t item, std::vector<FilmTile> tiles) {
+  if (!is_root() && !commits_) {
+    throw std::logic_error("in a group of processes, only items of a for_each are committed");
+  }
   if (!is_root()) {
     options_.group->send(Commits::pack(item, std::move(tiles)));
   } else if (commits_) {
@@ -250,7 +253,6 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
     group->begin_pass([&](int, std::string_view bytes) {
       const DenormalGuard guard;
       commits_->receive(*film_, bytes);
-      progress.one_done();
     });
     group_at_work_ = true;
   }
@@ -263,7 +265,12 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
       try {
         fn(index, counters[thread]);
         if (pass) pass->made(index);
-        progress.one_done();
+        if (group) {
+          // Of a pass of all processes: what has been handed out so far, about.
+          progress.tell(count - to_do + (turn + 1) * to_do / order.size());
+        } else {
+          progress.one_done();
+        }
       } catch (const GivenUp&) {
         break;
       } catch (...) {
@@ -284,6 +291,7 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
       group_interrupted_ = group_interrupted_ || outcome.interrupted;
       group_late_ = outcome.late;
       sum = outcome.counters;
+      if (!cancelled()) progress.tell(count);
     }
     stats_.counters.add(sum);
     exception.rethrow();

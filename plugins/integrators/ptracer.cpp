@@ -68,7 +68,10 @@ class LightTracingIntegrator final : public Integrator {
         workers.with_one(make, [&](transport::LightPaths& paths) {
           transport::for_each_block(
               tile.pixels, done, of_pass, seed,
-              [&](const PixelSamples& samples) { paths.trace(samples, tile); });
+              [&](const PixelSamples& samples) {
+                context.give_up_if_asked();
+                paths.trace(samples, tile);
+              });
         });
         // By each tile, so that a render that is cut short has the brightness of its paths so far.
         tile.film.add_light_paths(static_cast<double>(tile.pixels.area()) * of_pass);

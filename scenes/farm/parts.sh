@@ -22,7 +22,7 @@ missing() {
     [ -e "$folder/part-$i.exr" ] && [ ! -e "$folder/part-$i.checkpoint" ] || echo "$i"
   done
 }
-set -- "$KINOME" -q "$scene" --part "{}/$count" -o "$folder/part-{}.exr" \
+set -- "$KINOME" -q "$scene" --mpi off --part "{}/$count" -o "$folder/part-{}.exr" \
   --checkpoint "$folder/part-{}.checkpoint" --resume "$@"
 if command -v parallel >/dev/null 2>&1; then
   missing | parallel --will-cite --quote --halt soon,fail=1 --jobs "$JOBS" "$@"

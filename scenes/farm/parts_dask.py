@@ -20,7 +20,7 @@ def render(number, count, scene, folder, options):
     path = pathlib.Path(folder, f"part-{number}.exr")
     checkpoint = path.with_suffix(".checkpoint")  # beside it as long as it isn't whole
     if checkpoint.exists() or not path.exists():
-        subprocess.run([PROGRAM, "-q", scene, "--part", f"{number}/{count}", "-o", str(path),
+        subprocess.run([PROGRAM, "-q", scene, "--mpi", "off", "--part", f"{number}/{count}", "-o", str(path),
                         "--checkpoint", str(checkpoint), "--resume", *options], check=True)
     return str(path)
 

@@ -16,7 +16,12 @@ namespace kinome {
 /// What all processes of a group throw together, with the same text: none of them waits for others.
 class KINOME_EXPORT AgreedError : public Error {
  public:
-  using Error::Error;
+  /// Of several mistakes each is a line.
+  explicit AgreedError(const std::string& lines) : Error(lines), lines_(lines) {}
+  const std::string& lines() const { return lines_; }
+
+ private:
+  std::string lines_;
 };
 
 /// Processes that render one picture together, on one machine or many, as the launcher of a cluster

@@ -93,7 +93,7 @@ class KINOME_EXPORT RenderContext {
                 SharedItems* shared = nullptr);
   /// Adds to the film what an item of the for_each at work has made, once for each item: the whole
   /// of it at once, which is what checkpoints count by. Items are added in their own order, and
-  /// wait for those before them. Thread-safe.
+  /// wait for those before them: behind one that is slow, in memory. Thread-safe.
   void commit(Film& film, size_t item, std::vector<FilmTile> tiles);
   /// An item of the for_each at work is in the film already.
   bool is_committed(size_t item) const;

@@ -118,7 +118,11 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
       [&](int block, Prober& prober, RenderCounters& counters) {
         double untold = 0;  // the pilot is one stage
         prober.tracer.trace(
-            grid_, block, seed_, untold, counters, [](const TileGrid::Tile&) { return true; },
+            grid_, block, seed_, untold, counters, 
+            [&](const TileGrid::Tile&) {
+              context_.give_up_if_asked();
+              return true;
+            },
             [&](int, int) { return static_cast<uint16_t>(effort_.primaries); },
             [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
               probe_tile(tile, primaries, knowledge, prober, counters);
@@ -196,7 +200,10 @@ void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& 
       [&] { return std::make_unique<Planner>(light, knowledge.padded_cells(), neighbours_); },
       [&](int block, Planner& planner, RenderCounters&) {
         grid_.for_each_tile(
-            block, [&](const TileGrid::Tile& tile) { plan_tile(tile, knowledge, planner); });
+            block, [&](const TileGrid::Tile& tile) {
+              context_.give_up_if_asked();
+              plan_tile(tile, knowledge, planner);
+            });
       },
       &shared);
 }

@@ -40,22 +40,20 @@ constexpr double kRaysOfUnknown = 100;
 /// has to be back all the same.
 constexpr double kCarefulSpeed = 1e6;
 constexpr double kPilotShare = 0.4;
-/// And that of a trial, which is given up if it takes longer.
-constexpr double kTrialShare = 0.1;
+constexpr double kTrialShare = 0.1;  ///< the same of a trial
 constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 /// Keeps the random numbers of passes apart from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
 constexpr uint64_t kCausticSeed = 0x63617573;
 constexpr uint64_t kTrialSeed = 0x74726961;
-/// Of a trial: rays a pixel of product sampling, at most.
-constexpr double kTrialRays = 32;
+constexpr double kTrialRays = 32;  ///< of a trial: a pixel's, by product sampling, at most
 /// What rays take, with all that is done for them, in units of a ray of `path`; about 3 was
 /// measured among balls of glass, where most of them belong to paths.
 constexpr double kCostOfRay = 3, kCostOfLightRay = 4;
 /// Paths alone are chosen below this share of the work. More than 1: a trial sees few of the bright
-/// outliers, of which product sampling, with fewer camera rays, has more. Between what trials say
-/// of a Cornell box with a ball of glass, where product sampling takes less work (1.0 to 5.2,
-/// median 2.9), and of `sunroom`, where it takes 5 times as much (.4 to 1.4, median .8).
+/// outliers, of which product sampling has more. Between what trials say of a Cornell box with a
+/// ball of glass, where it takes less work (1.0 to 5.2, median 2.9), and of `sunroom`, where it
+/// takes 5 times as much (.4 to 1.4, median .8).
 constexpr double kMostWorkOfPaths = 1.5;
 
 }  // namespace
@@ -139,7 +137,10 @@ void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>&
       [&] { return std::make_unique<BlockRenderer>(pass_view(light)); },
       [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
         if (!context_.is_wanted(grid_.block(block), sensor_.film().first_layer())) return;
-        renderer.render(block, plan, seed, counters);
+        renderer.render(block, plan, seed, counters, [&](const TileGrid::Tile&) {
+          context_.give_up_if_asked();
+          return true;
+        });
         const StageTimer timer(counters.stage_seconds["film"]);
         add_to_film(block, seed, weight, renderer, counters);
       });

@@ -52,8 +52,8 @@ class TileKnowledge {
   /// process has, which takes less than to send them.
   void transfer_learned(int tile, SharedBytes& bytes);
 
-  /// All tiles have been learned, by whatever process of a group. Only what recall() says is corrected by it: plan and trust were
-  /// made before.
+  /// All tiles have been learned, by whatever process of a group. Only what recall() says is
+  /// corrected by it: plan and trust were made before.
   void finish() {
     if (checks_sigma()) sigma_check_.finish();
   }
