@@ -28,7 +28,8 @@ for argument in "$@"; do
     -o | --output) output=yes is_value=yes ;;
     -o?* | --output=*) output=yes ;;
     -D | --define | -t | --threads | -s | --sensor | -a | --append | --seed | -m | --mode | \
-      --exposure | --plugin-path | --inspect | --time | --error | --checkpoint | --every)
+      --exposure | --plugin-path | --inspect | --time | --error | --checkpoint | --every | \
+      --display | --isa | --mpi | --part)
       is_value=yes
       ;;
     -h | --help | --version) listing=yes ;;

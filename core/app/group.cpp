@@ -97,21 +97,24 @@ std::unique_ptr<ProcessGroup> join_group(const Options& options) {
   const int rank = rank_by_launcher();
   if (options.mpi == Options::Mpi::kOff) return nullptr;
   if (options.mpi == Options::Mpi::kAuto && rank < 0) return nullptr;
-  // One line is enough.
-  const auto fail = [&](const std::string& why) {
-    if (rank > 0) std::exit(1);
-    throw Error("--mpi: " + why);
-  };
+  const auto fail = [](const std::string& why) { throw Error("--mpi: " + why); };
   // Found as the core's library is. Never closed: MPI would not stand it.
   void* const library = dlopen("libkinome_mpi.so", RTLD_NOW | RTLD_GLOBAL);
   if (!library) {
     const std::string why = dlerror();
-    fail("this program is to render with others, but can't load what it needs for that, which it "
-         "may have been built without: " + why);
+    fail("this program is to render with others, but can't load what it needs for that (the package "
+         "kinome-mpi, or a build where MPI was there): " +
+         why);
   }
   const auto join = reinterpret_cast<Join>(dlsym(library, "kinome_join_mpi_group"));
   std::unique_ptr<ProcessGroup> group(join ? join(KINOME_VERSION) : nullptr);
   if (!group) fail("libkinome_mpi.so is of another version");
+  if (rank >= 0 && group->size() == 1) {
+    group->finish();
+    fail("a launcher has started several processes, but to the MPI that this program was built with "
+         "each is alone: it is another one's, or another version's (--mpi off renders each by "
+         "itself)");
+  }
   return group;
 }
 
@@ -137,6 +140,12 @@ void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity) {
       const auto found = first.find(name);
       const std::string other = found == first.end() ? "" : found->second;
       if (other == value) continue;
+      if (name == Checkpoint::kScene) {
+        throw AgreedError(fmt::format("rank {} on {} would render another picture: its scene is "
+                                      "another one than that of rank 0 on {}, by the text of its "
+                                      "files or by -D",
+                                      rank, machines[rank], machines[0]));
+      }
       throw AgreedError(fmt::format("rank {} on {} would render another picture: its {} is '{}', "
                                     "and that of rank 0 on {} is '{}'",
                                     rank, machines[rank], name, value, machines[0], other));

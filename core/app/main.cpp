@@ -7,6 +7,7 @@
 #include <new>
 #include <string>
 #include <system_error>
+#include <thread>
 
 #include "commands.h"
 #include "crash.h"
@@ -32,6 +33,10 @@ int failure_status = 1;
 
 /// Whatever went wrong: one line, and that status.
 int fail(std::string message) {
+  // What several processes do alike is said by the first, whose end is that of the others.
+  if (const int rank = kinome::app::rank_by_launcher(); rank > 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100 * std::min(rank, 10)));
+  }
   for (char& c : message) {
     if (c == '\n' || c == '\r') c = ' ';
   }

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include "crash.h"
 #include "kinome/log.h"
 #include "kinome/plugin_audit.h"
+#include "kinome/process_group.h"
 #include "kinome/render.h"
 #include "metadata.h"
 #include "say.h"
@@ -80,8 +82,10 @@ Image render_picture(const Options& options, const Scene& scene, const Sensor& s
         [display](const Film& shown, const Rect& pixels) { display->show(shown, pixels); });
     on_pass = [display](const Image& picture, const RenderStats&) { display->show(picture); };
   }
-  log_info(fmt::format("rendering {}x{} pixels of {} on {} threads", film.crop().width(),
-                       film.crop().height(), options.scene, context.threads()));
+  const ProcessGroup* const group = context.group();
+  log_info(fmt::format("rendering {}x{} pixels of {} on {} threads{}", film.crop().width(),
+                       film.crop().height(), options.scene, context.threads(),
+                       group ? fmt::format(" of each of {} processes", group->size()) : ""));
   set_activity("rendering");
   Image image = part                ? part->render(context)
                 : options.parts > 0 ? render_all_parts(scene, sensor, context, options.parts)
@@ -144,7 +148,9 @@ void tell_statistics(const Options& options, const RenderStats& stats,
 
 int exit_status(const Options& options, const RenderStats& stats) {
   const bool is_faulty = stats.non_finite_samples > 0 || !stats.faults.empty();
-  const int signal_status = signal_exit_status();
+  // In a group of processes, it may have been another one that got the signal.
+  const int signal_status =
+      stats.complete || signal_exit_status() != 0 ? signal_exit_status() : 128 + SIGINT;
   return signal_status == 0 && is_faulty && !options.lenient ? kFaultyStatus : signal_status;
 }
 

@@ -180,7 +180,7 @@ int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::
   if (!options.display.empty()) {
     display = std::make_unique<Display>(options.display, output.picture);
   }
-  begin_interruptible_render();
+  begin_interruptible_render(group != nullptr);
   progress.begin();
   const Image image = render_picture(options, *scene, *sensor, context, display.get(), part.get());
   progress.finish();

@@ -18,6 +18,7 @@ constexpr int kInterrupts[] = {SIGINT, SIGTERM, SIGHUP};
 std::atomic<bool> cancelled{false};
 std::atomic<bool> rendering{false};
 std::atomic<bool> silent{false};
+std::atomic<bool> in_group{false};
 std::atomic<int> received{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
@@ -29,11 +30,14 @@ extern "C" void handle_signal(int signal) {
   }
   cancelled = true;
   if (!silent) {
-    constexpr std::string_view kNote =
+    constexpr std::string_view kAlone =
         "\ninterrupted: finishing the tiles at hand (once more to stop at once)\n";
+    constexpr std::string_view kInGroup =
+        "\ninterrupted: writing what there is, if the launcher leaves the time for it\n";
+    const std::string_view note = in_group ? kInGroup : kAlone;
     // write() fails on a terminal that is closed; what the signal came between must not see that.
     const int error = errno;
-    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kNote.data(), kNote.size());
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, note.data(), note.size());
     errno = error;
   }
 }
@@ -57,7 +61,8 @@ void install_signal_handlers(bool quiet) {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
-void begin_interruptible_render() {
+void begin_interruptible_render(bool of_group) {
+  in_group = of_group;
   rendering = true;
 }
 const std::atomic<bool>& cancel_flag() {

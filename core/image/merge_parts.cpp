@@ -101,6 +101,7 @@ std::vector<PartHeader> read_headers(const std::vector<std::string>& paths) {
   });
   for (size_t i = 1; i < parts.size(); ++i) {
     if (parts[i].part.index != parts[i - 1].part.index) continue;
+    if (parts[i].path == parts[i - 1].path) throw Error(Location{parts[i].path}, "it is given twice");
     throw Error(Location{parts[i].path},
                 fmt::format("it is part {} of {}, and so is {}", parts[i].part.index + 1,
                             parts[i].part.count, parts[i - 1].path));

@@ -225,6 +225,23 @@ class MpiTest(unittest.TestCase):
         alone = self.picture("alone.exr", CORNELL)
         self.assertEqual(alone, self.picture("one.exr", CORNELL, "--mpi=on"))
 
+    def test_an_interrupted_process_is_everyones(self):
+        path = self.folder / "interrupted.exr"
+        with subprocess.Popen([*processes(2), PROGRAM, CORNELL, "-Dspp=65536", "-t1", "-v", "-o", path],
+                              env=MPI, stderr=subprocess.PIPE, text=True) as job:
+            wait_for(job, "kinome: rendering ")
+            time.sleep(1)
+            os.kill(self.processes_of(path)[1], signal.SIGINT)
+            message = job.communicate(timeout=60)[1]
+        self.assertEqual(job.returncode, 130, message)
+        self.assertIn("incomplete", message)
+
+    def test_a_launcher_of_another_mpi_is_refused(self):
+        # As where the environment tells of two, and MPI, which doesn't know that launcher, of one.
+        done = run(CORNELL, "-o", self.folder / "a.exr",
+                   env=MPI | {"PMI_RANK": "0", "PMI_SIZE": "2"})
+        self.assert_refused(done.returncode, done.stderr, "another one's")
+
     def test_plugins_are_listed_once(self):
         done = run("plugins", "path", launcher=processes(3))
         self.assertEqual(done.returncode, 0, done.stderr)

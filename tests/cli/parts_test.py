@@ -118,7 +118,7 @@ class Parts(unittest.TestCase):
         found = header(self.folder / "a.exr")
         self.assertEqual((found["kinome:missing_parts"], found["kinome:samples"],
                           found["kinome:complete"]), ("3 and 5", "6", "false"))
-        self.refused("2.exr: it is part 2 of 5, and so is 2.exr", "merge", *parts, "2.exr", "-o", "b")
+        self.refused("2.exr: it is given twice", "merge", *parts, "2.exr", "-o", "b")
         # Of other pictures, by what they differ in.
         for words, *options in [("its seed is 1, and there it is 0", "--seed", 1),
                                 ("its scene (scene.xml) is another one, or has another text or other -D",
@@ -199,10 +199,10 @@ class Parts(unittest.TestCase):
                                   count=3)
         self.assertEqual(self.bytes("out/picture.exr"), whole)
         # What is missing, and nothing else, is rendered again.
-        before = (self.folder / "out/part-1.exr").stat().st_mtime_ns
-        (self.folder / "out/part-2.exr").unlink()
+        before = (self.folder / "out/part-1of3.exr").stat().st_mtime_ns
+        (self.folder / "out/part-2of3.exr").unlink()
         self.check_script("sh", ROOT / "scenes/farm/parts.sh", "scene.xml", 3, "out", count=3)
-        self.assertEqual((self.folder / "out/part-1.exr").stat().st_mtime_ns, before)
+        self.assertEqual((self.folder / "out/part-1of3.exr").stat().st_mtime_ns, before)
         self.assertEqual(self.bytes("out/picture.exr"), whole)
 
     def test_the_script_for_dask(self):
