@@ -59,7 +59,7 @@ def kinome(build, scene, size, folder, samples=SAMPLES):
 
 def statistics_of(command):
     done = subprocess.run(list(map(str, command)), check=False, capture_output=True, text=True,
-                          env=MPI)
+                          env=MPI, timeout=300)
     if done.returncode != 0:
         raise SystemExit(f"{' '.join(map(str, command))} failed:\n{done.stderr}")
     return json.loads(done.stdout)
@@ -100,9 +100,9 @@ def measure_network(build, scene):
                    "--mca", "pml", "ob1", "--oversubscribe", "-n", "2",
                    *kinome(build, scene, MIDDLE, folder)]
         for rate in (0, *RATES):
-            limit = f"tc qdisc add dev lo root tbf rate {rate}mbit burst 64k latency 100ms" if rate \
+            limit = f"tc qdisc add dev lo root tbf rate {rate}mbit burst 32k latency 100ms" if rate \
                 else "true"
-            shell = ["unshare", "-n", "sh", "-c", f'ip link set lo up && {limit} && exec "$@"', "sh"]
+            shell = ["unshare", "-n", "sh", "-c", f'ip link set lo up mtu 1500 && {limit} && exec "$@"', "sh"]
             found.append((rate, statistics.median(seconds_of([*shell, *command])
                                                   for _ in range(REPEATS))))
             print(f"network, {rate or 'no'} limit: {found[-1][1]:.2f} s", file=sys.stderr)
