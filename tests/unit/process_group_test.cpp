@@ -196,7 +196,7 @@ constexpr const char* kScene = R"(
   <shape type="rectangle">
     <transform name="to_world"> <rotate x="1" angle="-90"/> <scale value="9"/>
       <translate y="-1"/> </transform>
-    <bsdf type="roughconductor"> <float name="alpha" value="0.3"/> </bsdf>
+    <bsdf type="roughconductor"> <float name="alpha" value="0.05"/> </bsdf>
   </shape>
   <shape type="rectangle">
     <transform name="to_world"> <scale value="0.3"/> <translate x="-1" y="1.5" z="1"/> </transform>
