@@ -223,7 +223,7 @@ TEST_F(Parts, OthersAreRefusedByName) {
   const std::string copy = folder_.path("copy.exr");
   std::filesystem::copy_file(a, copy);
   expect_refused({a, b, copy}, "copy.exr: it is part 1 of 2, and so is " + a);
-  expect_refused({a, a}, "1of2-3.exr: it is part 1 of 2, and so is ", true);
+  expect_refused({a, a}, "1of2-3.exr: it is given twice", true);
   expect_refused({a, part(*scene, 2, 2, 4)}, "its seed is 4, and there it is 3");
   expect_refused({a, part(*scene, 3, 3)}, "its number of parts is 3, and there it is 2", true);
   const auto other =
