@@ -164,12 +164,14 @@ int run_in_group(ProcessGroup& group, const std::function<int()>& fn) {
     group.abort(1);
   };
   try {
-    const int status = std::atoi(group.broadcast(std::to_string(fn()), "agreement").c_str());
+    const int status = fn();
     group.finish();
-    return status;
+    return group.is_root() ? status : 0;
   } catch (const AgreedError& error) {
     group.finish();
-    if (group.is_root()) throw Errors(lines_of(error.lines()));
+    // The root has yet to say what: a launcher kills it as soon as another one fails.
+    if (!group.is_root()) return 0;
+    throw Errors(lines_of(error.lines()));
   } catch (const std::bad_alloc&) {
     fail("out of memory");
   } catch (const std::exception& error) {

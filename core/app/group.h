@@ -24,8 +24,9 @@ Options options_in(ProcessGroup& group, Options options);
 /// the same.
 void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity);
 
-/// What fn() returns on the root. Of what all have agreed that goes wrong the root alone throws an
-/// exception; where anything else does, one process says so and ends all.
+/// What fn() returns on the root; 0 on others, so that the job's status is the root's. Of what all
+/// have agreed that goes wrong the root alone throws an exception; where anything else does, one
+/// process says so and ends all.
 int run_in_group(ProcessGroup& group, const std::function<int()>& fn);
 
 }  // namespace kinome::app
