@@ -58,9 +58,9 @@ class Viewer:
         self.reader.join()
         self.process.stdout.close()
 
-    def wait_for(self, pattern, after=0):
+    def wait_for(self, pattern, after=0, patience=PATIENCE):
         """The first line after so many that holds a pattern."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + patience
         while time.monotonic() < end:
             for line in self.lines[after:]:
                 found = re.search(pattern, line)
@@ -145,8 +145,15 @@ class WindowTest(unittest.TestCase):
         self.assertGreater(len(xs), 50)
         x, y = 900 + int(np.median(xs)) - 150, int(np.median(ys))
         before = len(viewer.lines)
-        viewer.drag(x, y, -300, 0)
-        viewer.wait_for("preview", before)
+        # A drag whose events all come between two frames of a busy machine isn't seen: once more.
+        for patience in (PATIENCE / 4, PATIENCE / 4, PATIENCE):
+            try:
+                viewer.drag(x, y, -300, 0)
+                viewer.wait_for("preview", before, patience)
+                break
+            except AssertionError:
+                if patience == PATIENCE:
+                    raise
         before = len(viewer.lines)
         viewer.wait_for("pass [2-9]", before)
         red, green, _ = self.middle(viewer.screenshot())
