@@ -52,10 +52,6 @@ MpiGroup::MpiGroup() {
   int length = 0;
   MPI_Get_processor_name(name, &length);
   machine_.assign(name, static_cast<size_t>(length));
-  MPI_Comm here = MPI_COMM_NULL;
-  MPI_Comm_split_type(comm_, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &here);
-  MPI_Comm_size(here, &size_on_machine_);
-  MPI_Comm_free(&here);
   const MPI_Aint bytes = is_root() ? 2 * sizeof(uint64_t) : 0;
   MPI_Win_allocate(bytes, sizeof(uint64_t), MPI_INFO_NULL, comm_, &counters_, &window_);
   MPI_Win_lock_all(0, window_);

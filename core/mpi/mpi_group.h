@@ -25,7 +25,6 @@ class MpiGroup final : public ProcessGroup {
   int rank() const override { return rank_; }
   int size() const override { return size_; }
   std::string machine() const override { return machine_; }
-  int size_on_machine() const override { return size_on_machine_; }
 
   std::vector<std::string> gather(std::string_view own, const char* what) override;
   std::string broadcast(std::string_view bytes, const char* what) override;
@@ -59,7 +58,6 @@ class MpiGroup final : public ProcessGroup {
 
   int rank_ = 0;
   int size_ = 1;
-  int size_on_machine_ = 1;
   std::string machine_;
   bool is_finished_ = false;
 

@@ -48,7 +48,6 @@ class ThreadGroups {
     int rank() const override { return rank_; }
     int size() const override { return shared_.size; }
     std::string machine() const override { return "here"; }
-    int size_on_machine() const override { return shared_.size; }
 
     std::vector<std::string> gather(std::string_view own, const char* what) override {
       shared_.said[static_cast<size_t>(rank_)] = own;

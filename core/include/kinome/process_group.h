@@ -38,9 +38,8 @@ class KINOME_EXPORT ProcessGroup {
   virtual int rank() const = 0;
   virtual int size() const = 0;
   bool is_root() const { return rank() == 0; }
-  /// Name of this process's machine, and how many of the group's processes run there.
+  /// Name of this process's machine.
   virtual std::string machine() const = 0;
-  virtual int size_on_machine() const = 0;
 
   /// Collective: what each process has to say, by rank. `what` it is about is for traffic().
   virtual std::vector<std::string> gather(std::string_view own, const char* what) = 0;
