@@ -11,13 +11,6 @@ namespace {
 
 constexpr uint64_t kNoItem = std::numeric_limits<uint64_t>::max();
 
-void transfer(std::string& text, SharedBytes& bytes) {
-  auto size = static_cast<uint32_t>(text.size());
-  bytes.value(size);
-  text.resize(size);
-  bytes.bytes(text.data(), size);
-}
-
 void transfer(RenderCounters& counters, SharedBytes& bytes) {
   bytes.values(counters.rays, counters.embree_seconds, counters.skipped_shadow_rays);
   auto stages = static_cast<uint32_t>(counters.stage_seconds.size());
@@ -26,7 +19,7 @@ void transfer(RenderCounters& counters, SharedBytes& bytes) {
   for (; stages > 0; --stages) {
     std::string name = bytes.reads() ? "" : next->first;
     double seconds = bytes.reads() ? 0 : next->second;
-    transfer(name, bytes);
+    bytes.text(name);
     bytes.value(seconds);
     if (bytes.reads()) {
       counters.stage_seconds[name] = seconds;
@@ -72,7 +65,7 @@ std::string GroupPass::report(bool interrupted, bool late, RenderCounters& count
   uint64_t failed = exception.any() ? exception.item() : kNoItem;
   std::string message = exception.message();
   bytes.values(interrupted, late, failed);
-  transfer(message, bytes);
+  bytes.text(message);
   transfer(counters, bytes);
   for (uint64_t item : made_) {
     bytes.value(item);
@@ -96,7 +89,7 @@ GroupPass::Outcome GroupPass::end(bool interrupted, bool late, RenderCounters co
     std::string message;
     RenderCounters theirs;
     bytes.values(is_interrupted, is_late, failed);
-    transfer(message, bytes);
+    bytes.text(message);
     transfer(theirs, bytes);
     outcome.interrupted = outcome.interrupted || is_interrupted;
     outcome.late = outcome.late || is_late;

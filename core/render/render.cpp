@@ -25,19 +25,19 @@ void add_traffic(ProcessGroup& group, RenderStats& stats) {
   auto of_this = group.traffic();
   auto kinds = static_cast<uint32_t>(of_this.size());
   own.value(kinds);
-  for (auto& [name, traffic] : of_this) {
-    std::vector<char> letters(name.begin(), name.end());
-    own.vector(letters);
+  for (auto& [what, traffic] : of_this) {
+    std::string name = what;
+    own.text(name);
     own.value(traffic);
   }
   for (const std::string& said : group.gather(own.written(), "agreement")) {
     SharedBytes theirs(said);
     for (theirs.value(kinds); kinds > 0; --kinds) {
-      std::vector<char> letters;
+      std::string name;
       GroupTraffic traffic;
-      theirs.vector(letters);
+      theirs.text(name);
       theirs.value(traffic);
-      GroupTraffic& sum = stats.traffic[std::string(letters.begin(), letters.end())];
+      GroupTraffic& sum = stats.traffic[name];
       sum.messages += traffic.messages;
       sum.bytes += traffic.bytes;
       sum.seconds += traffic.seconds;

@@ -59,6 +59,12 @@ class SharedBytes {
     value(size);
     if (reads_) all.resize(size);
   }
+  void text(std::string& text) {
+    auto size = static_cast<uint32_t>(text.size());
+    value(size);
+    text.resize(size);
+    bytes(text.data(), size);
+  }
   bool at_end() const { return left_.empty(); }
   const std::string& written() const { return written_; }
 
