@@ -1,14 +1,16 @@
 // OpenEXR files, read and written.
 
+#include <ImfArray.h>
 #include <ImfChannelList.h>
-#include <ImfChromaticities.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfInputFile.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
 #include <ImfOutputFile.h>
-#include <ImfStandardAttributes.h>
+#include <ImfRgbaFile.h>
 #include <ImfStringAttribute.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <half.h>
 #include <algorithm>
@@ -16,6 +18,7 @@
 #include <filesystem>
 #include <set>
 
+#include "image/exr_colors.h"
 #include "image/exr_files.h"
 #include "image/image_exr_check.h"
 #include "kinome/image.h"
@@ -26,19 +29,13 @@ namespace {
 
 constexpr float kLargestHalf = 65504;
 
-/// R, G, B, A first, the others in the file's (alphabetic) order.
-std::vector<std::string> ordered_channels(const Imf::ChannelList& list) {
-  std::vector<std::string> names;
-  for (const char* name : {"R", "G", "B", "A"}) {
-    if (list.findChannel(name)) names.emplace_back(name);
-  }
-  const size_t colors = names.size();
+/// The colour's channels first, the others in the file's (alphabetic) order.
+std::vector<std::string> ordered_channels(const Imf::ChannelList& list, const ExrColor& color) {
+  std::vector<std::string> names = color.channels;
   for (auto it = list.begin(); it != list.end(); ++it) {
-    const std::string name = it.name();
-    if (std::find(names.begin(), names.begin() + static_cast<long>(colors), name) ==
-        names.begin() + static_cast<long>(colors)) {
-      names.push_back(name);
-    }
+    const bool is_color = std::find(color.channels.begin(), color.channels.end(), it.name()) !=
+                          color.channels.end();
+    if (!is_color) names.emplace_back(it.name());
   }
   return names;
 }
@@ -55,68 +52,81 @@ Imf::FrameBuffer float_slices(Image& image, const Imath::Box2i& window) {
   return buffer;
 }
 
-/// Of two sets of primaries and white: by so little they may differ and still be meant to be the
-/// same (Mitsuba 3's measure: such files keep their values there as well).
-bool are_same(const Imf::Chromaticities& a, const Imf::Chromaticities& b) {
-  constexpr float kSquaredDistance = 1e-6f;
-  return (a.red - b.red).length2() + (a.green - b.green).length2() + (a.blue - b.blue).length2() +
-             (a.white - b.white).length2() <
-         kSquaredDistance;
-}
-
-/// From the file's colours to linear Rec.709 (OpenEXR multiplies rows by it). Both whites have
-/// Y = 1 and keep their colour: no adaptation. Throws a text for primaries that span no colours.
-Imath::M44f matrix_to_rec709(const Imf::Chromaticities& file) {
-  // Of colour spaces in use, values stay within [-0.1, 1.1], and areas are 0.1 (as Rec.709's) or
-  // more. Within these limits, floats tell a triangle from a line.
-  constexpr float kMost = 10;
-  constexpr float kLeast = 1e-4f;
-  bool is_usable = true;
-  for (const Imath::V2f& v : {file.red, file.green, file.blue, file.white}) {
-    is_usable = is_usable && std::abs(v.x) <= kMost && std::abs(v.y) <= kMost;
+/// The part of a file whose colour is the best, and that colour. Throws a text if the file has
+/// several parts and none has a colour.
+struct ChosenPart {
+  explicit ChosenPart(const std::string& path, const Imf::MultiPartInputFile& file) {
+    std::vector<std::string> others;
+    for (int i = 0; i < file.parts(); ++i) {
+      ExrColor found = find_exr_color(file.header(i).channels());
+      if (i > 0 && found.kind >= color.kind) continue;
+      index = i;
+      color = std::move(found);
+    }
+    if (file.parts() > 1 && color.kind == ExrColorKind::kNone) {
+      throw std::runtime_error(
+          fmt::format("none of its {} parts has a colour: channels R, G, B, or X, Y, Z, or Y",
+                      file.parts()));
+    }
+    for (int i = 0; i < file.parts(); ++i) {
+      const Imf::Header& header = file.header(i);
+      if (i != index) others.push_back("part " + (header.hasName() ? header.name() : ""));
+    }
+    log_unused(path, others);
+    if (!color.other_layers.empty()) {
+      log_warn(fmt::format("'{}' has several layers of colour: that of '{}' is used, not {}", path,
+                           color.channels[0], fmt::join(color.other_layers, ", ")));
+    }
   }
-  const float twice_area = (file.green - file.red).cross(file.blue - file.red);
-  if (!is_usable || !(std::abs(twice_area) >= kLeast) || !(std::abs(file.white.y) >= kLeast)) {
-    throw std::runtime_error(fmt::format(
-        "its attribute 'chromaticities' describes no colours: red ({}, {}), green ({}, {}), blue "
-        "({}, {}), white ({}, {}); the primaries must span a triangle, and white's y not be 0",
-        file.red.x, file.red.y, file.green.x, file.green.y, file.blue.x, file.blue.y, file.white.x,
-        file.white.y));
-  }
-  return Imf::RGBtoXYZ(file, 1) * Imf::XYZtoRGB(Imf::Chromaticities(), 1);
-}
+  int index = 0;
+  ExrColor color;
+};
 
-/// Colours of other primaries than Rec.709's become linear Rec.709. R, G, B only: further layers
-/// may be anything but colours.
-void convert_to_rec709(const Imf::Header& header, Image& image) {
-  const bool is_rgb = image.channels.size() >= 3 && image.channels[0] == "R" &&
-                      image.channels[1] == "G" && image.channels[2] == "B";
-  if (!is_rgb || !Imf::hasChromaticities(header)) return;
-  const Imf::Chromaticities& file = Imf::chromaticities(header);
-  if (are_same(file, Imf::Chromaticities())) return;
-  const Imath::M44f matrix = matrix_to_rec709(file);
-  for (size_t i = 0; i < image.data.size(); i += image.channels.size()) {
-    float* const pixel = &image.data[i];
-    const Imath::V3f color(pixel[0], pixel[1], pixel[2]);
-    for (int c = 0; c < 3; ++c) {
-      pixel[c] = color.x * matrix[0][c] + color.y * matrix[1][c] + color.z * matrix[2][c];
+/// Colours of a file with luminance and subsampled chroma, which OpenEXR reconstructs in half
+/// precision.
+void read_luminance_chroma(const std::string& path, int part, const Imath::Box2i& window,
+                           const ExrColor& color, Image& image) {
+  if (part != 0) {
+    throw std::runtime_error("luminance and chroma are only read from a file's first part");
+  }
+  Imf::RgbaInputFile file(path.c_str());
+  Imf::Array2D<Imf::Rgba> pixels(image.height, image.width);
+  // The address of pixel (0, 0), which may lie outside the window.
+  file.setFrameBuffer(&pixels[0][0] - window.min.x - ptrdiff_t{window.min.y} * image.width, 1,
+                      static_cast<size_t>(image.width));
+  file.readPixels(window.min.y, window.max.y);
+  image.channels = color.names;
+  image.data.reserve(static_cast<size_t>(image.width) * image.height * image.channels.size());
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const Imf::Rgba& p = pixels[y][x];
+      image.data.insert(image.data.end(), {p.r, p.g, p.b});
+      if (image.channels.size() == 4) image.data.push_back(p.a);
     }
   }
 }
 
 Image read_checked(const std::string& path, ImageMetadata* metadata) {
   check_exr(path);
-  Imf::InputFile file(path.c_str());
-  const Imf::Header& header = file.header();
+  Imf::MultiPartInputFile file(path.c_str());
+  const ChosenPart chosen(path, file);
+  const ExrColor& color = chosen.color;
+  const Imf::Header& header = file.header(chosen.index);
   const Imath::Box2i& window = header.dataWindow();
   Image image;
   image.width = window.max.x - window.min.x + 1;
   image.height = window.max.y - window.min.y + 1;
-  image.channels = ordered_channels(header.channels());
-  image.data.resize(static_cast<size_t>(image.width) * image.height * image.channels.size());
-  file.setFrameBuffer(float_slices(image, window));
-  file.readPixels(window.min.y, window.max.y);
-  convert_to_rec709(header, image);
+  if (color.kind == ExrColorKind::kLuminanceChroma) {
+    read_luminance_chroma(path, chosen.index, window, color, image);
+  } else {
+    image.channels = ordered_channels(header.channels(), color);
+    image.data.resize(static_cast<size_t>(image.width) * image.height * image.channels.size());
+    Imf::InputPart part(file, chosen.index);
+    part.setFrameBuffer(float_slices(image, window));
+    part.readPixels(window.min.y, window.max.y);
+    std::copy(color.names.begin(), color.names.end(), image.channels.begin());
+  }
+  convert_to_rec709(header, color.kind, image);
   if (metadata) read_metadata(header, *metadata);
   return image;
 }

@@ -138,9 +138,13 @@ void check_header(const Imf::Header& header, bool is_tiled, uint64_t file_size) 
   uint64_t channels = 0;
   for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
     ++channels;
-    if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
+    // Chroma usually has half of luminance's resolution along both axes.
+    const std::string name = it.name();
+    const int x = it.channel().xSampling, y = it.channel().ySampling;
+    const bool is_chroma = (name == "RY" || name == "BY") && x == 2 && y == 2;
+    if (!is_chroma && (x != 1 || y != 1)) {
       throw std::runtime_error(
-          fmt::format("channel '{}' is subsampled, expected one value a pixel", it.name()));
+          fmt::format("channel '{}' is subsampled, expected one value a pixel", name));
     }
   }
   if (channels == 0) throw std::runtime_error("it has no channels");

@@ -13,16 +13,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <memory>
 #include <string>
 
-#include "../textures/open_image.h"
+#include "../textures/stored_image.h"
 #include "emission.h"
 #include "environment.h"
 #include "kinome/color.h"
 #include "kinome/emitter.h"
-#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "spherical_map.h"
 
@@ -31,8 +29,7 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"filename", ParameterType::kFile, nullptr,
-     "The image, latitude-longitude: OpenEXR (its chromaticities, if any, are converted to "
-     "Rec.709), PFM, or anything that OpenImageIO reads (HDR, PNG, JPEG, ...; of integers: sRGB).",
+     "The image, latitude-longitude, in any format of the texture bitmap; integers are sRGB.",
      true},
     {"data", ParameterType::kImage, nullptr,
      "Pixels that a program gives in place of the file: radiance, of one or three channels."},
@@ -45,17 +42,8 @@ constexpr Parameter kTable[] = {
      "et al. 2019)."},
 };
 
-std::string extension_of(const std::string& path) {
-  const size_t dot = path.find_last_of("./");
-  if (dot == std::string::npos || path[dot] == '/') return "";
-  std::string extension = path.substr(dot);
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
-/// Linear values of what the core can't read.
-Image open_linear_image(const std::string& path, const Properties& props) {
-  StoredImage stored = open_image(path, props);
+/// Linear values.
+Image linear_image(StoredImage&& stored) {
   Image image{stored.width, stored.height, {"R", "G", "B"}, std::move(stored.floats)};
   if (stored.channels == 1) image.channels = {"Y"};
   for (const uint8_t byte : stored.bytes) image.data.push_back(static_cast<float>(byte) / 255);
@@ -65,61 +53,23 @@ Image open_linear_image(const std::string& path, const Properties& props) {
   return image;
 }
 
-/// Of the pixels that are given, or of the file `source`.
-Image read_image(const Location& source, const Properties& props) {
-  const std::string& path = source.file;
-  const std::string extension = extension_of(path);
-  const auto pixels = props.image("data");
-  Image image = pixels                ? *pixels
-                : extension == ".exr" ? read_exr(path)
-                : extension == ".pfm" ? read_pfm(path)
-                                      : open_linear_image(path, props);
-  const bool is_rgb = image.channel_count() >= 3 && image.channels[0] == "R" &&
-                      image.channels[1] == "G" && image.channels[2] == "B";
-  if (image.width < 1 || image.height < 1 || !(is_rgb || image.channel_count() == 1)) {
-    throw Error(source, "must have the channels R, G, B, or a single one");
-  }
+void check_size(const Location& source, const Image& image) {
   if (size_t(image.width) * size_t(image.height) > SphericalMap::kMostTexels) {
     throw Error(source, "must have at most 2^28 texels");
   }
-  std::vector<std::string> unused;
-  for (size_t c = is_rgb ? 3 : 1; c < image.channels.size(); ++c) {
-    unused.push_back("channel " + image.channels[c]);
-  }
-  log_unused(path, unused);
-  return image;
 }
 
-/// Names the first texel that is no light, and counts those that are less than none.
-void check_texels(const Properties& props, const Location& source, const Image& image,
-                  float scale) {
+void check_texels(const Location& source, const Image& image, float scale) {
   constexpr float kTooMuch = 1e36f;  // sums of it must stay below the largest float
-  const int channels = std::min(3, image.channel_count());
-  size_t negative = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
-      bool is_negative = false;
-      for (int c = 0; c < channels; ++c) {
-        const float value = image.at(x, y, c);
-        is_negative |= value < 0;
-        if (std::abs(value * scale) < kTooMuch) continue;
-        const std::string place = " at x = " + std::to_string(x) + ", y = " + std::to_string(y) +
-                                  ", channel " + image.channels[c];
-        if (std::isfinite(value)) {
-          throw Error(source, "has a texel that is too large" + place +
-                                          "; times 'scale', radiance must stay below 1e36");
-        }
-        throw Error(source, "has a texel that is " +
-                                        std::string(std::isnan(value) ? "NaN" : "infinite") +
-                                        place + "; radiance must be finite");
+      for (int c = 0; c < image.channel_count(); ++c) {
+        if (std::abs(image.at(x, y, c) * scale) < kTooMuch) continue;
+        throw Error(source, "has a texel that is too large at x = " + std::to_string(x) +
+                                ", y = " + std::to_string(y) + ", channel " + image.channels[c] +
+                                "; times 'scale', radiance must stay below 1e36");
       }
-      negative += is_negative;
     }
-  }
-  if (negative > 0) {
-    props.warn(props.has("data") ? "data" : "filename", "has " + std::to_string(negative) +
-                               (negative == 1 ? " negative texel, which is kept"
-                                              : " negative texels, which are kept"));
   }
 }
 
@@ -132,11 +82,11 @@ float read_scale(const Properties& props) {
 }
 
 SphericalMap read_map(const Properties& props) {
-  const Location source = props.has("data") ? props.error("data", "").where()
-                                            : Location{props.file("filename"), 0, 0};
-  const Image image = read_image(source, props);
+  LoadedImage loaded(props);
+  const Image image = linear_image(std::move(loaded.image));
+  check_size(loaded.source, image);
   const float scale = read_scale(props);
-  check_texels(props, source, image, scale);
+  check_texels(loaded.source, image, scale);
   return SphericalMap(image, scale, props.boolean("mis_compensation"));
 }
 

@@ -1,15 +1,11 @@
 #include <algorithm>
 #include <array>
-#include <cstring>
-#include <fstream>
 
-#include "kinome/image.h"
-#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/texture.h"
 #include "kinome/wide/bytes.h"
 #include "kinome/wide/vectors.h"
-#include "open_image.h"
+#include "stored_image.h"
 #include "to_uv.h"
 
 /// An image over (u, v), as Mitsuba 3's: row 0 lies at v = 0, texel (i, j) is centred at
@@ -30,8 +26,8 @@ constexpr const char* kFormats[] = {"auto", "variant", "float16", "fp16", "uint8
 
 constexpr Parameter kParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
-     "OpenEXR (its chromaticities, if any, are converted to Rec.709), PFM, or anything that "
-     "OpenImageIO reads (PNG, JPEG, TIFF, HDR, ...)",
+     "OpenEXR (XYZ, luminance with chroma, and other primaries are converted to Rec.709), PFM, "
+     "PNG, JPEG, Radiance (HDR), or anything that OpenImageIO reads (TIFF, TGA, ...)",
      true},
     {"data", ParameterType::kImage, nullptr,
      "pixels that a program gives in place of the file: linear, of one or three channels"},
@@ -47,52 +43,6 @@ constexpr Parameter kParameters[] = {
 
 enum class Filter { kBilinear, kNearest };
 enum class Wrap { kRepeat, kMirror, kClamp };
-/// R, G, B or one channel of a float image.
-StoredImage pick_channels(const Image& image, const Location& source) {
-  const auto index = [&](const char* name) {
-    const auto it = std::find(image.channels.begin(), image.channels.end(), name);
-    return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
-  };
-  std::vector<int> picked{index("R"), index("G"), index("B")};
-  if (picked[0] < 0 || picked[1] < 0 || picked[2] < 0) {
-    const int grey = image.channel_count() == 1 ? 0 : index("Y");
-    if (grey < 0) {
-      throw Error(source, "has no channels R, G, B, nor Y, nor a single one");
-    }
-    picked = {grey};
-  }
-  std::vector<std::string> unused;
-  for (int c = 0; c < image.channel_count(); ++c) {
-    const bool is_picked = std::find(picked.begin(), picked.end(), c) != picked.end();
-    if (!is_picked) unused.push_back("channel " + image.channels[static_cast<size_t>(c)]);
-  }
-  log_unused(source.file, unused);
-  StoredImage stored;
-  stored.width = image.width;
-  stored.height = image.height;
-  stored.channels = static_cast<int>(picked.size());
-  stored.floats.reserve(static_cast<size_t>(image.width) * image.height * picked.size());
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      for (const int c : picked) {
-        stored.floats.push_back(image.at(x, y, c));
-      }
-    }
-  }
-  return stored;
-}
-
-StoredImage load_image(const std::string& path, const Properties& props) {
-  std::array<char, 4> magic{};
-  std::ifstream(path, std::ios::binary).read(magic.data(), magic.size());
-  if (std::memcmp(magic.data(), "\x76\x2f\x31\x01", 4) == 0) {
-    return pick_channels(read_exr(path), Location{path});
-  }
-  if (magic[0] == 'P' && (magic[1] == 'F' || magic[1] == 'f')) {
-    return pick_channels(read_pfm(path), Location{path});
-  }
-  return open_image(path, props);
-}
 
 class Bitmap final : public Texture {
  public:
@@ -102,10 +52,7 @@ class Bitmap final : public Texture {
         to_uv_(props.transform("to_uv")) {
     props.choice("format");
     const bool raw = props.boolean("raw");
-    const std::shared_ptr<const Image> pixels = props.image("data");
-    const Location source =
-        pixels ? props.error("data", "").where() : Location{props.file("filename"), 0, 0};
-    image_ = pixels ? pick_channels(*pixels, source) : load_image(source.file, props);
+    image_ = LoadedImage(props).image;
     const bool decode = image_.is_encoded && !raw;
     for (size_t i = 0; i < decoded_.size(); ++i) {
       const float v = static_cast<float>(i) / 255;
@@ -116,7 +63,7 @@ class Bitmap final : public Texture {
         v = srgb_to_linear(v);
       }
     }
-    summarise(source, props);
+    summarise();
     // Three channels are read as four bytes.
     if (!image_.bytes.empty()) image_.bytes.insert(image_.bytes.end(), 3, 0);
   }
@@ -248,11 +195,11 @@ class Bitmap final : public Texture {
     return std::max(image_.bytes.size(), image_.floats.size()) < size_t(1) << 31;
   }
 
-  /// Mean and extremes; refuses texels that are no numbers, warns of negative ones.
-  void summarise(const Location& source, const Properties& props) {
+  /// Mean and extremes.
+  void summarise() {
     Summary summary(image_.channels);
     if (image_.bytes.empty()) {
-      summarise_floats(source, summary);
+      summarise_floats(summary);
     } else {
       summarise_bytes(summary);
     }
@@ -262,10 +209,6 @@ class Bitmap final : public Texture {
       mean_[c] = static_cast<float>(summary.sum[from] / texels);
       channel_max_[c] = summary.max[from];
       min_ = std::min(min_, summary.min[from]);
-    }
-    if (min_ < 0) {
-      props.warn(props.has("data") ? "data" : "filename",
-                 "has negative texels, which are kept: the smallest is " + std::to_string(min_));
     }
   }
 
@@ -282,20 +225,10 @@ class Bitmap final : public Texture {
     std::vector<float> min;
   };
 
-  void summarise_floats(const Location& source, Summary& summary) const {
+  void summarise_floats(Summary& summary) const {
     const size_t channels = static_cast<size_t>(image_.channels);
-    for (size_t i = 0; i < image_.floats.size(); i += channels) {
-      for (size_t c = 0; c < channels; ++c) {
-        const float v = image_.floats[i + c];
-        if (!std::isfinite(v)) {
-          const size_t texel = i / channels;
-          const size_t width = static_cast<size_t>(image_.width);
-          throw Error(source,
-                      "has a NaN or infinite texel at x = " + std::to_string(texel % width) +
-                          ", y = " + std::to_string(texel / width));
-        }
-        summary.add(c, v, 1);
-      }
+    for (size_t i = 0; i < image_.floats.size(); ++i) {
+      summary.add(i % channels, image_.floats[i], 1);
     }
   }
 

@@ -6,7 +6,7 @@
 
 namespace kinome {
 
-/// A picture as its file has it: 8-bit values as bytes, all others as floats (integers scaled to
+/// An image as its file stores it: 8-bit values as bytes, all others as floats (integers scaled to
 /// [0, 1]); one or three channels, interleaved, rows from the top; without alpha.
 struct StoredImage {
   int width = 0;
@@ -18,12 +18,15 @@ struct StoredImage {
   std::vector<std::string> unused;  ///< channels of the file that are left out
 };
 
-/// Reads any image through OpenImageIO. Loading that library costs a few tenths of a second, so it
-/// is linked to a library of its own, which plugins open (open_image.h) only when they meet a file
-/// that the core can't read. On failure returns false and says why in `error`.
-using ReadImageFunction = bool (*)(const char* path, StoredImage& image, std::string& error);
+/// Reads the file at `path`, whose contents are `bytes`. Returns false with a reason in `error` if
+/// that fails, and false with an empty `error` if the reader does not support the format.
+using ReadImageFunction = bool (*)(const char* path, const std::string& bytes, StoredImage& image,
+                                   std::string& error);
 inline constexpr const char* kReadImageSymbol = "kinome_read_image";
-/// From a folder of plugins.
-inline constexpr const char* kReadImageLibrary = "../support/image_reader.so";
+/// Libraries with that function, relative to a folder of plugins, in the order in which open_image()
+/// tries them. The first one reads PNG, JPEG and Radiance. The other one reads what OpenImageIO
+/// reads; it takes a quarter of a second to load, because Debian's OpenImageIO links 260 libraries.
+inline constexpr const char* kReadImageLibraries[] = {"../support/image_reader.so",
+                                                      "../support/openimageio_reader.so"};
 
 }  // namespace kinome

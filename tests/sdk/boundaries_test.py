@@ -19,7 +19,7 @@ NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
 # Of what two categories share, until the SDK has it.
 EXCEPTIONS = {
-    ("plugins/emitters/envmap.cpp", "../textures/open_image.h"):
+    ("plugins/emitters/envmap.cpp", "../textures/stored_image.h"):
         "an environment map is read from the same image files as a bitmap",
     ("plugins/emitters/projector.cpp", "../sensors/camera.h"):
         "a projector is a camera the other way round, with a camera's parameters",

@@ -1,0 +1,107 @@
+#include <csetjmp>
+#include <cstdio>
+
+// These need size_t and FILE.
+#include <jpeglib.h>
+#include <jerror.h>
+
+#include "image_formats.h"
+
+namespace kinome {
+namespace {
+
+struct ErrorManager {
+  jpeg_error_mgr base;  // first: libjpeg has pointers to it
+  jmp_buf place;
+  char message[JMSG_LENGTH_MAX] = "";
+};
+
+[[noreturn]] void fail(j_common_ptr jpeg) {
+  auto* const errors = reinterpret_cast<ErrorManager*>(jpeg->err);
+  errors->base.format_message(jpeg, errors->message);
+  std::longjmp(errors->place, 1);
+}
+
+/// Warnings of the data's end count as errors: libjpeg would make up what is missing.
+void hear_message(j_common_ptr jpeg, int level) {
+  if (level < 0 && jpeg->err->msg_code == JWRN_JPEG_EOF) fail(jpeg);
+}
+
+/// libjpeg's state. Its errors jump out of `call`, which must leave nothing to destroy.
+class Jpeg {
+ public:
+  Jpeg() {
+    state_.err = jpeg_std_error(&errors_.base);
+    errors_.base.error_exit = fail;
+    errors_.base.emit_message = hear_message;
+    run([](jpeg_decompress_struct& jpeg) { jpeg_create_decompress(&jpeg); });
+  }
+  ~Jpeg() { jpeg_destroy_decompress(&state_); }
+  Jpeg(const Jpeg&) = delete;
+  Jpeg& operator=(const Jpeg&) = delete;
+
+  template <class Call>
+  void run(const Call& call) {
+    if (try_to(call)) return;
+    throw std::runtime_error(errors_.base.msg_code == JWRN_JPEG_EOF
+                                 ? kTruncated
+                                 : std::string("libjpeg: ") + errors_.message);
+  }
+  const jpeg_decompress_struct& state() const { return state_; }
+
+ private:
+  template <class Call>
+  bool try_to(const Call& call) {
+    if (setjmp(errors_.place) != 0) return false;
+    call(state_);
+    return true;
+  }
+
+  jpeg_decompress_struct state_{};
+  ErrorManager errors_{};
+};
+
+/// Adobe's CMYK, whose values are the shares of light that each ink leaves.
+void convert_from_cmyk(std::vector<uint8_t>& pixels) {
+  size_t out = 0;
+  for (size_t i = 0; i < pixels.size(); i += 4) {
+    for (size_t c = 0; c < 3; ++c) {
+      pixels[out++] = static_cast<uint8_t>((pixels[i + c] * pixels[i + 3] + 127) / 255);
+    }
+  }
+  pixels.resize(out);
+}
+
+}  // namespace
+
+void read_jpeg(const std::string& bytes, StoredImage& image) {
+  Jpeg jpeg;
+  jpeg.run([&bytes](jpeg_decompress_struct& j) {
+    jpeg_mem_src(&j, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+    jpeg_read_header(&j, TRUE);
+    jpeg_calc_output_dimensions(&j);
+  });
+  const auto channels = static_cast<size_t>(jpeg.state().output_components);
+  const size_t row = size_t{jpeg.state().output_width} * channels;
+  // A single colour takes a bit for each 8x8 block of a channel, or less in a progressive file.
+  constexpr uint64_t kBestRatio = 2000;
+  set_size(image, jpeg.state().output_width, jpeg.state().output_height,
+           uint64_t{row} * jpeg.state().output_height, kBestRatio, bytes.size());
+  if (channels != 1 && channels != 3 && channels != 4) {
+    throw std::runtime_error("it has " + std::to_string(channels) + " channels");
+  }
+  image.channels = channels == 1 ? 1 : 3;
+  image.is_encoded = true;
+  image.bytes.resize(row * static_cast<size_t>(image.height));
+  jpeg.run([&](jpeg_decompress_struct& j) {
+    jpeg_start_decompress(&j);
+    while (j.output_scanline < j.output_height) {
+      JSAMPROW line = &image.bytes[j.output_scanline * row];
+      jpeg_read_scanlines(&j, &line, 1);
+    }
+    jpeg_finish_decompress(&j);
+  });
+  if (channels == 4) convert_from_cmyk(image.bytes);
+}
+
+}  // namespace kinome

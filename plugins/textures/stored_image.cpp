@@ -1,0 +1,167 @@
+#include "stored_image.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "kinome/image.h"
+#include "kinome/instruction_set.h"
+#include "kinome/log.h"
+
+namespace kinome {
+namespace {
+
+/// R, G, B or one channel of a float image.
+StoredImage pick_channels(const Image& image, const Location& source) {
+  const auto index = [&](const char* name) {
+    const auto it = std::find(image.channels.begin(), image.channels.end(), name);
+    return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
+  };
+  std::vector<int> picked{index("R"), index("G"), index("B")};
+  if (picked[0] < 0 || picked[1] < 0 || picked[2] < 0) {
+    const int grey = image.channel_count() == 1 ? 0 : index("Y");
+    if (grey < 0) {
+      throw Error(source, "has no channels R, G, B, nor X, Y, Z, nor Y, nor a single one");
+    }
+    picked = {grey};
+  }
+  StoredImage stored;
+  for (int c = 0; c < image.channel_count(); ++c) {
+    const bool is_picked = std::find(picked.begin(), picked.end(), c) != picked.end();
+    if (!is_picked) stored.unused.push_back("channel " + image.channels[static_cast<size_t>(c)]);
+  }
+  stored.width = image.width;
+  stored.height = image.height;
+  stored.channels = static_cast<int>(picked.size());
+  stored.floats.reserve(static_cast<size_t>(image.width) * image.height * picked.size());
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (const int c : picked) {
+        stored.floats.push_back(image.at(x, y, c));
+      }
+    }
+  }
+  return stored;
+}
+
+/// Of the plugin that this is linked to, whichever instruction set that is built for.
+std::filesystem::path plugin_folder() {
+  Dl_info info{};
+  static const char anchor = 0;
+  dladdr(&anchor, &info);
+  const auto folder = std::filesystem::path(info.dli_fname ? info.dli_fname : "").parent_path();
+  return instruction_set_named(folder.filename().string()) ? folder.parent_path() : folder;
+}
+
+ReadImageFunction open_reader(const char* name, const Properties& props) {
+  const std::string library = (plugin_folder() / name).lexically_normal().string();
+  void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const symbol = handle ? dlsym(handle, kReadImageSymbol) : nullptr;
+  if (!symbol) {
+    const char* const reason = dlerror();
+    throw props.error("filename", std::string("needs a library that can't be loaded: ") +
+                                      (reason ? reason : library));
+  }
+  return reinterpret_cast<ReadImageFunction>(symbol);
+}
+
+StoredImage read_file(const std::string& path, const Properties& props) {
+  std::error_code failed;
+  const auto size = std::filesystem::file_size(path, failed);
+  std::string magic(4, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(magic.data(), 4);
+  if (magic == "\x76\x2f\x31\x01") return pick_channels(read_exr(path), Location{path});
+  if (magic.starts_with("PF") || magic.starts_with("Pf")) {
+    return pick_channels(read_pfm(path), Location{path});
+  }
+  std::string bytes(failed ? 0 : size, '\0');
+  file.clear();
+  file.seekg(0);
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  StoredImage image;
+  std::string error;
+  for (const char* library : kReadImageLibraries) {
+    if (open_reader(library, props)(path.c_str(), bytes, image, error)) return image;
+    if (!error.empty()) break;
+  }
+  throw Error(Location{path}, "can't be read as an image: " + error);
+}
+
+std::string texels(size_t count) {
+  return std::to_string(count) + (count == 1 ? " texel" : " texels");
+}
+
+/// The text is the same for every use of a file, so that a scene warns of it once.
+void warn_at(const Location& source, const std::string& message) {
+  log_warn(Error(source, message).what());
+}
+
+void replace_what_is_no_number(std::vector<float>& values, size_t channels,
+                               const Location& source) {
+  float largest = 65504;
+  for (const float v : values) {
+    if (std::isfinite(v)) largest = std::max(largest, std::abs(v));
+  }
+  size_t nans = 0, infinities = 0;
+  for (size_t i = 0; i < values.size(); i += channels) {
+    bool has_nan = false, is_infinite = false;
+    for (size_t c = i; c < i + channels; ++c) {
+      if (std::isfinite(values[c])) continue;
+      has_nan |= std::isnan(values[c]);
+      is_infinite |= std::isinf(values[c]);
+      values[c] = std::isnan(values[c]) ? 0 : std::copysign(largest, values[c]);
+    }
+    nans += has_nan;
+    infinities += is_infinite;
+  }
+  if (nans > 0) warn_at(source, texels(nans) + " with NaN, which becomes 0");
+  if (infinities > 0) {
+    warn_at(source, texels(infinities) + " with infinity, which becomes " +
+                        std::to_string(std::lround(largest)));
+  }
+}
+
+/// Photographs of the sky often have a few values just below 0, from filtering or compression.
+void warn_of_negative_values(const std::vector<float>& values, size_t channels,
+                             const Location& source) {
+  constexpr double kLeastShare = 1e-3;
+  double below = 0, sum = 0;
+  size_t count = 0;
+  for (size_t i = 0; i < values.size(); i += channels) {
+    bool is_negative = false;
+    for (size_t c = i; c < i + channels; ++c) {
+      is_negative |= values[c] < 0;
+      below += std::max(0.f, -values[c]);
+      sum += std::abs(values[c]);
+    }
+    count += is_negative;
+  }
+  if (!(below > kLeastShare * sum)) return;
+  char percent[32];
+  std::snprintf(percent, sizeof percent, "%.2g", 100 * below / sum);
+  warn_at(source, texels(count) + (count == 1 ? " is" : " are") + " negative, with " + percent +
+                      " % of the image's energy, and " + (count == 1 ? "is kept" : "are kept"));
+}
+
+}  // namespace
+
+LoadedImage::LoadedImage(const Properties& props) {
+  if (const auto pixels = props.image("data")) {
+    source = props.error("data", "").where();
+    image = pick_channels(*pixels, source);
+  } else {
+    source = Location{props.file("filename"), 0, 0};
+    image = read_file(source.file, props);
+  }
+  log_unused(source.file, image.unused);
+  const auto channels = static_cast<size_t>(image.channels);
+  replace_what_is_no_number(image.floats, channels, source);
+  warn_of_negative_values(image.floats, channels, source);
+}
+
+}  // namespace kinome
