@@ -21,8 +21,8 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-/// The channels of one layer: names in the file by the part after the last dot. Upper case wins over
-/// lower case.
+/// The channels of one layer: names in the file by the part after the last dot. Upper case wins
+/// over lower case.
 struct Layer {
   std::map<std::string, std::string> channels;
 

@@ -13,7 +13,15 @@ namespace kinome {
 
 /// From the best choice to the worst, of a file's parts as well: a colour without a layer's name
 /// comes first.
-enum class ExrColorKind { kRgb, kLuminanceChroma, kXyz, kLuminance, kLayerRgb, kLayerLuminance, kNone };
+enum class ExrColorKind {
+  kRgb,
+  kLuminanceChroma,
+  kXyz,
+  kLuminance,
+  kLayerRgb,
+  kLayerLuminance,
+  kNone
+};
 
 struct ExrColor {
   ExrColorKind kind = ExrColorKind::kNone;

@@ -33,8 +33,8 @@ constexpr float kLargestHalf = 65504;
 std::vector<std::string> ordered_channels(const Imf::ChannelList& list, const ExrColor& color) {
   std::vector<std::string> names = color.channels;
   for (auto it = list.begin(); it != list.end(); ++it) {
-    const bool is_color = std::find(color.channels.begin(), color.channels.end(), it.name()) !=
-                          color.channels.end();
+    const bool is_color =
+        std::find(color.channels.begin(), color.channels.end(), it.name()) != color.channels.end();
     if (!is_color) names.emplace_back(it.name());
   }
   return names;
@@ -64,9 +64,8 @@ struct ChosenPart {
       color = std::move(found);
     }
     if (file.parts() > 1 && color.kind == ExrColorKind::kNone) {
-      throw std::runtime_error(
-          fmt::format("none of its {} parts has a colour: channels R, G, B, or X, Y, Z, or Y",
-                      file.parts()));
+      throw std::runtime_error(fmt::format(
+          "none of its {} parts has a colour: channels R, G, B, or X, Y, Z, or Y", file.parts()));
     }
     for (int i = 0; i < file.parts(); ++i) {
       const Imf::Header& header = file.header(i);
@@ -156,8 +155,7 @@ Imf::Header make_header(const Image& image, ExrNumber number, const ImageMetadat
                                                        static_cast<int>(full_size.y) - 1));
   Imf::Header header(display, Imath::Box2i(first, last));
   // Wavelets suit noisy halves; for floats ZIP is as small, and much faster.
-  header.compression() =
-      number == ExrNumber::kHalf ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
+  header.compression() = number == ExrNumber::kHalf ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
   for (const std::string& name : image.channels) {
     header.channels().insert(name, Imf::Channel(kPixelTypes[static_cast<int>(number)]));
   }
@@ -240,8 +238,8 @@ void write_exr(const std::string& path, const Image& image, ExrNumber number,
     const size_t stride = image.channels.size() * bytes;
     for (size_t c = 0; c < image.channels.size(); ++c) {
       buffer.insert(image.channels[c],
-                    Imf::Slice::Make(kPixelTypes[static_cast<int>(number)], base + c * bytes, window,
-                                     stride, stride * static_cast<size_t>(image.width)));
+                    Imf::Slice::Make(kPixelTypes[static_cast<int>(number)], base + c * bytes,
+                                     window, stride, stride * static_cast<size_t>(image.width)));
     }
     file.setFrameBuffer(buffer);
     file.writePixels(image.height);

@@ -1,6 +1,7 @@
 #include "kinome/scene_loader.h"
 
 #include "base/clock.h"
+#include "base/log_once.h"
 #include "loader/build.h"
 
 namespace kinome {
@@ -27,6 +28,7 @@ void read(const std::string& text, const std::string& name, const LoadOptions& o
 std::unique_ptr<Scene> load(const std::string& text, const std::string& name,
                             const LoadOptions& options, PluginRegistry& registry,
                             RenderStats* stats, Clock::time_point start) {
+  const WarningsOnce once;  // a file may be read for several plugins
   const double plugin_seconds_before = registry.seconds();
   Scene::Contents contents;
   RenderStats own;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bounded_texture.h"
 #include "kinome/bsdf.h"
 #include "kinome/properties.h"
 #include "kinome/texture.h"
@@ -42,17 +43,11 @@ F clamped_share(const F& value) {
 /// Densities stay below this, so that their squares (power heuristic) don't overflow.
 inline constexpr float kMaxPdf = 1e18f;
 
-/// A reflectance, whose texels must not exceed 1 either. Negative ones are the texture's own
-/// affair: an image's are kept with a warning, a checkerboard has none.
+/// A reflectance, whose texels are clamped with a warning if one exceeds 1. If none does, negative
+/// ones are the texture's own affair: an image's are kept, a checkerboard has none.
 inline std::shared_ptr<Texture> reflectance_texture(const Properties& props,
                                                     const std::string& name) {
-  auto texture = props.texture(name);
-  // Half floats and filtering round; 1e-3 is their precision at 1.
-  if (texture->max() > 1.001f) {
-    throw props.error(
-        name, "must lie in [0,1], but its texture has the value " + std::to_string(texture->max()));
-  }
-  return texture;
+  return bounded_texture(props, name, props.texture(name), 1);
 }
 
 /// An unbounded texture none of whose values may be negative.
@@ -68,8 +63,8 @@ inline std::shared_ptr<Texture> nonnegative_texture(const Properties& props,
   return texture;
 }
 
-/// Roughnesses beyond it, whose fourth powers would overflow, are mistakes: at 1e6 microfacets reflect
-/// next to nothing.
+/// Roughnesses beyond it, whose fourth powers would overflow, are mistakes: at 1e6 microfacets
+/// reflect next to nothing.
 inline constexpr float kMaxRoughness = 1e6f;
 
 inline void check_roughness(const Properties& props, const std::string& name, float least,

@@ -35,13 +35,7 @@ namespace kinome {
 /// A texture of numbers in [0, most].
 inline std::shared_ptr<Texture> share_texture(const Properties& props, const std::string& name,
                                               float most = 1) {
-  auto texture = nonnegative_texture(props, name);
-  // As for reflectance_texture.
-  if (texture->max() > 1.001f * most) {
-    throw props.error(name, "must lie in [0," + std::to_string(static_cast<int>(most)) +
-                                "], got " + std::to_string(texture->max()));
-  }
-  return texture;
+  return bounded_texture(props, name, nonnegative_texture(props, name), most);
 }
 
 /// How often a lobe is sampled, a factor.

@@ -10,8 +10,9 @@
 
 /// An image over (u, v), as Mitsuba 3's: row 0 lies at v = 0, texel (i, j) is centred at
 /// ((i + .5) / width, (j + .5) / height). 8- and 16-bit images are decoded from sRGB before any
-/// interpolation, unless `raw`. Colours of an EXR whose `chromaticities` are not Rec.709's become
-/// linear Rec.709, `raw` or not. Alpha is dropped.
+/// interpolation, unless `raw`. An EXR's colour is that of the part or layer which has one, in linear
+/// Rec.709 whatever its `chromaticities`, and also if it is stored as XYZ or as luminance with
+/// chroma, `raw` or not. Alpha is dropped. NaN becomes 0, with a warning.
 ///
 ///     <texture type="bitmap" name="diffuse_reflectance">
 ///       <string name="filename" value="wood.jpg"/>

@@ -14,8 +14,8 @@ namespace kinome {
 
 void read_png(const std::string& bytes, StoredImage& image);
 void read_jpeg(const std::string& bytes, StoredImage& image);
-/// Radiance's format (.hdr, .pic), with any orientation, RGBE or XYZE. EXPOSURE and PRIMARIES in the
-/// header are ignored, as in Mitsuba 3.
+/// Radiance's format (.hdr, .pic), with any orientation, RGBE or XYZE. EXPOSURE and PRIMARIES in
+/// the header are ignored, as in Mitsuba 3.
 void read_radiance(const std::string& bytes, StoredImage& image);
 
 inline constexpr const char* kTruncated = "truncated: it ends within the image";

@@ -2,8 +2,8 @@
 #include <cstdio>
 
 // These need size_t and FILE.
-#include <jpeglib.h>
 #include <jerror.h>
+#include <jpeglib.h>
 
 #include "image_formats.h"
 

@@ -83,8 +83,8 @@ void read_png(const std::string& bytes, StoredImage& image) {
     png_get_IHDR(p, info, &header.width, &header.height, &header.depth, &header.type, nullptr,
                  nullptr, nullptr);
     header.row_bytes = png_get_rowbytes(p, info);
-    header.has_alpha = (header.type & PNG_COLOR_MASK_ALPHA) != 0 ||
-                       png_get_valid(p, info, PNG_INFO_tRNS) != 0;
+    header.has_alpha =
+        (header.type & PNG_COLOR_MASK_ALPHA) != 0 || png_get_valid(p, info, PNG_INFO_tRNS) != 0;
     // All kinds become grey or RGB of 8 or 16 bits. Gamma and colour profiles are ignored.
     if (header.type == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(p);
     if (header.type == PNG_COLOR_TYPE_GRAY) png_set_expand_gray_1_2_4_to_8(p);

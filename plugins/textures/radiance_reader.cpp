@@ -134,7 +134,8 @@ void read_radiance(const std::string& bytes, StoredImage& image) {
       const int64_t a = first.place(i), b = second.place(j);
       const int64_t x = first.name == 'X' ? a : b, y = first.name == 'X' ? b : a;
       const Rgb color = to_rgb * to_color(line[static_cast<size_t>(j)]);
-      for (int c = 0; c < 3; ++c) image.floats[static_cast<size_t>((y * width + x) * 3 + c)] = color[c];
+      for (int c = 0; c < 3; ++c)
+        image.floats[static_cast<size_t>((y * width + x) * 3 + c)] = color[c];
     }
   }
 }

@@ -15,17 +15,20 @@ def numbers(value):
 
 
 def pixels(value, where, raw=False):
-    """An image of floats. Bytes stand for sRGB-encoded values, unless they are `raw`."""
+    """An image of floats. Integers are scaled to [0, 1] by the largest value of their type, as in
+    Mitsuba's Bitmap. Bytes (uint8) stand for sRGB-encoded values, unless they are `raw`."""
     image = np.asarray(value)
     if image.dtype.kind not in "fiu" or image.ndim not in (2, 3):
         raise TypeError(f"{where}: expected pixels, numbers of the shape (height, width) or "
                         f"(height, width, channels), got {type(value).__name__}")
-    is_bytes = image.dtype == np.uint8
-    image = image.astype(np.float32)
-    if is_bytes:
-        image /= 255
-        if not raw:
-            image = np.where(image <= 0.04045, image / 12.92, ((image + 0.055) / 1.055) ** 2.4)
+    kind = image.dtype
+    if kind.kind in "iu" and kind.itemsize > 4:
+        raise TypeError(f"{where}: pixels of the type {kind} have no scale; give uint8, uint16 or "
+                        "uint32, whose largest value is 1, or floats: pixels.astype(numpy.float32)")
+    if kind.kind in "iu":
+        image = image / np.iinfo(kind).max
+    if kind == np.uint8 and not raw:
+        image = np.where(image <= 0.04045, image / 12.92, ((image + 0.055) / 1.055) ** 2.4)
     if image.ndim == 2:
         image = image[:, :, None]
     return "image", np.ascontiguousarray(image, np.float32)

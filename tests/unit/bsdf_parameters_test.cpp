@@ -17,9 +17,6 @@ const BadBsdf kBadBsdfs[] = {
     {"<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'><float name='color0' "
      "value='-.5'/></texture></bsdf>",
      "'color0' must not be negative, got -0.5"},
-    {"<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'><rgb name='color1' "
-     "value='1 0 1.5'/></texture></bsdf>",
-     "'reflectance' must lie in [0,1]"},
     {"<bsdf type='phong'><float name='exponent' value='-1'/></bsdf>", "must not be negative"},
     {"<bsdf type='phong'><float name='exponnent' value='3'/></bsdf>", "did you mean 'exponent'"},
     {"<bsdf type='ward'><string name='variant' value='wardd'/></bsdf>", "did you mean 'ward'"},
