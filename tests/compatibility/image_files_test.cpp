@@ -13,7 +13,9 @@ namespace {
 
 /// A 4x4 film of `pixel_format` before a rectangle that fills it.
 std::string card_xml(const std::string& content, const std::string& pixel_format = "rgb") {
-  return "<integrator type='path'/><sensor type='orthographic'><transform name='to_world'>"
+  return "<integrator type='direct'><integer name='emitter_samples' value='0'/><integer "
+         "name='bsdf_samples' value='1'/></integrator><sensor type='orthographic'><transform "
+         "name='to_world'>"
          "<lookat origin='0,0,3' target='0,0,0' up='0,1,0'/></transform>"
          "<sampler type='independent'><integer name='sample_count' value='1'/></sampler>"
          "<film type='hdrfilm'><rfilter type='box'/><string name='pixel_format' value='" +
@@ -44,7 +46,6 @@ TEST(ImageFiles, AFilmOfXyzIsReadAsItsColours) {
   const auto written = scene_from(card_xml(
       "<emitter type='area'><rgb name='radiance' value='0.8 0.2 0.05'/></emitter>", "xyz"));
   const Image image = render_scene(*written);
-  ASSERT_EQ(image.channels, (std::vector<std::string>{"X", "Y", "Z"}));
   const std::string path = folder.path("card.exr");
   written->sensors().at(0)->film().write(folder.path("card"), image, {});
   const Rgb color(0.8f, 0.2f, 0.05f);

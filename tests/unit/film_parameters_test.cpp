@@ -1,7 +1,12 @@
 // What a film may be, and how it is written.
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 
@@ -40,8 +45,8 @@ TEST(Film, RefusesWhatItCannotBe) {
                  "stddev");
   }
   for (const char* lobes : {"0", "-1", "33"}) {
-    expect_error("<rfilter type=\"lanczos\"><integer name=\"lobes\" value=\"" +
-                     std::string(lobes) + "\"/></rfilter>",
+    expect_error("<rfilter type=\"lanczos\"><integer name=\"lobes\" value=\"" + std::string(lobes) +
+                     "\"/></rfilter>",
                  "lobes");
   }
   expect_error("<rfilter type=\"mitchell\"><float name=\"B\" value=\"2.1\"/></rfilter>", "B");
@@ -136,16 +141,26 @@ auto written(const std::string& formats, const Rgb& color, const Read& read) {
 
 /// What Mitsuba 3.9.1 writes for (0.2, 0.5, 0.8).
 TEST(Film, WritesXyzAsMitsubaDoes) {
-  const auto read = [](const std::string& path) { return read_exr(path); };
-  const Image image = written(text("pixel_format", "xyza") + text("component_format", "float32"),
-                              Rgb(.2f, .5f, .8f), read);
   const std::map<std::string, float> expected{
       {"X", .40561903f}, {"Y", .4578494f}, {"Z", .8236449f}, {"A", .25f}};
-  ASSERT_EQ(image.channels.size(), expected.size());
-  for (int c = 0; c < 4; ++c) {
-    const std::string& name = image.channels[static_cast<size_t>(c)];
-    ASSERT_TRUE(expected.count(name)) << name;
-    EXPECT_NEAR(image.at(3, 1, c), expected.at(name), 2e-6f) << name;
+  // By OpenEXR itself, because read_exr() converts XYZ to RGB.
+  const auto read = [&expected](const std::string& path) {
+    Imf::InputFile file(path.c_str());
+    Imf::FrameBuffer buffer;
+    std::map<std::string, std::array<float, 32>> channels;
+    for (const auto& [name, value] : expected) {
+      EXPECT_NE(file.header().channels().findChannel(name), nullptr) << name;
+      buffer.insert(name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(channels[name].data()),
+                                     sizeof(float), 16 * sizeof(float)));
+    }
+    file.setFrameBuffer(buffer);
+    file.readPixels(0, 1);
+    return channels;
+  };
+  const auto channels = written(text("pixel_format", "xyza") + text("component_format", "float32"),
+                                Rgb(.2f, .5f, .8f), read);
+  for (const auto& [name, value] : expected) {
+    EXPECT_NEAR(channels.at(name)[16 + 3], value, 2e-6f) << name;
   }
 }
 
@@ -161,12 +176,11 @@ TEST(Film, WritesIntegersOfWhichTheLargestIsOne) {
   EXPECT_EQ(written(format, Rgb(0.f), read), 0.f);
 }
 
-/// Read by our own bitmap, which another library reads for.
+/// Read by our own bitmap.
 TEST(Film, WritesRgbeAsMitsubaDoes) {
   const auto read = [](const std::string& path) {
-    const auto bitmap =
-        make<Texture>("<texture type=\"bitmap\">" + text("filename", path.c_str()) +
-                      text("filter_type", "nearest") + "</texture>");
+    const auto bitmap = make<Texture>("<texture type=\"bitmap\">" + text("filename", path.c_str()) +
+                                      text("filter_type", "nearest") + "</texture>");
     return bitmap->eval(Vec2(.3f, .7f));
   };
   const std::string format = text("file_format", "rgbe");
