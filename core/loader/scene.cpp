@@ -112,7 +112,7 @@ void Builder::add_to_scene(const Node& child, const Node& target,
   if (std::dynamic_pointer_cast<ShapeGroup>(object)) return;  // its instances show it
   if (auto shape = std::dynamic_pointer_cast<Shape>(object)) {
     // Here, where its place is known; the scene would have but its number.
-    const std::string fault = why_untraceable(shape->bounds());
+    const std::string fault = has_no_surface(*shape) ? "" : why_untraceable(shape->bounds());
     if (!fault.empty()) {
       throw Error(target.where, "this " + target.value("type") + " " + fault);
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kinome/error.h"
+#include "kinome/log.h"
 #include "kinome/wide/mesh.h"
 
 namespace kinome {
@@ -87,6 +88,68 @@ std::vector<Vec3> angle_weighted_normals(const TriangleMesh& mesh) {
   return normals;
 }
 
+/// Gives vertices whose stored normal is zero the normal of their faces. If all are zero, the mesh
+/// has no normals.
+void fill_missing_normals(TriangleMesh& mesh) {
+  auto& normals = mesh.normals;
+  const auto zeros = std::count(normals.begin(), normals.end(), Vec3(0.f));
+  if (zeros == 0) return;
+  if (static_cast<size_t>(zeros) == normals.size()) {
+    normals.clear();
+    return;
+  }
+  const std::vector<Vec3> computed = angle_weighted_normals(mesh);
+  for (size_t i = 0; i < normals.size(); ++i) {
+    if (normals[i] == Vec3(0.f)) normals[i] = computed[i];
+  }
+}
+
+/// Moves vertices that no triangle has to 0 if they are not finite. Returns their number.
+size_t replace_unused_positions(TriangleMesh& mesh) {
+  auto& positions = mesh.positions;
+  if (std::all_of(positions.begin(), positions.end(), [](const Vec3& p) { return is_finite(p); })) {
+    return 0;
+  }
+  std::vector<bool> is_used(positions.size());
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      if (triangle[i] < positions.size()) is_used[triangle[i]] = true;
+    }
+  }
+  size_t count = 0;
+  for (size_t i = 0; i < positions.size(); ++i) {
+    if (is_used[i] || is_finite(positions[i])) continue;
+    positions[i] = Vec3(0.f);
+    ++count;
+  }
+  return count;
+}
+
+/// Sets positions of unused vertices, normals and texture coordinates that are not finite to zero,
+/// as if they were missing. Exporters write them for degenerate faces. Returns warnings about them.
+std::vector<std::string> replace_non_finite(TriangleMesh& mesh) {
+  std::vector<std::string> warnings;
+  const auto warn = [&warnings](size_t count, const std::string& what) {
+    if (count > 0) warnings.push_back(what + " (" + std::to_string(count) + " of them)");
+  };
+  warn(replace_unused_positions(mesh), "unused vertices that are not finite are moved to 0");
+  size_t count = 0;
+  for (Vec3& n : mesh.normals) {
+    if (is_finite(n)) continue;
+    n = Vec3(0.f);
+    ++count;
+  }
+  warn(count, "normals that are not finite are replaced by those of the faces");
+  count = 0;
+  for (Vec2& uv : mesh.uvs) {
+    if (std::isfinite(uv.x) && std::isfinite(uv.y)) continue;
+    uv = Vec2(0.f);
+    ++count;
+  }
+  warn(count, "texture coordinates that are not finite are replaced by 0");
+  return warnings;
+}
+
 /// At least four bytes past the end; written once, so that tools that track initialised memory stay
 /// quiet.
 void make_readable_beyond(std::vector<Vec3>& values) {
@@ -102,7 +165,6 @@ std::string number(size_t i) {
 /// What is wrong with the mesh, or "".
 std::string find_fault(const TriangleMesh& mesh) {
   const size_t vertices = mesh.positions.size();
-  if (mesh.triangles.empty()) return "the mesh has no faces";
   // Coordinates and corners are counted in int32_t.
   constexpr size_t most = std::numeric_limits<int32_t>::max() / 3;
   if (vertices > most || mesh.triangles.size() > most) return "the mesh is too large";
@@ -148,8 +210,14 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
     throw props.has("filename") ? Error(Location{props.file("filename"), 0, 0}, fault)
                                 : Error(props.where(), fault);
   };
-  if (const std::string fault = find_fault(mesh_); !fault.empty()) fail(fault);
   if (face_normals) mesh_.normals.clear();
+  for (const std::string& repair : replace_non_finite(mesh_)) {
+    log_warn(Error(props.has("filename") ? Location{props.file("filename"), 0, 0} : props.where(),
+                   repair)
+                 .what());
+  }
+  if (const std::string fault = find_fault(mesh_); !fault.empty()) fail(fault);
+  fill_missing_normals(mesh_);
   if (!to_world.is_identity()) {
     for (Vec3& p : mesh_.positions) p = to_world.point(p);
     for (Vec3& n : mesh_.normals) n = to_world.normal(n);
@@ -162,7 +230,7 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
   if (!mesh_.normals.empty() && to_world.flips_handedness()) {
     flip_geometric_normal_ = !flip_geometric_normal_;
   }
-  // A zero normal stays zero: interaction() then takes the face's.
+  // A normal that the transform turns into zero stays zero: interaction() then takes the face's.
   for (Vec3& n : mesh_.normals) n = wide::formulas::safe_normalize(n, Vec3(0.f));
   if (mesh_.normals.empty() && !face_normals) mesh_.normals = angle_weighted_normals(mesh_);
   if (flip_normals) {
@@ -178,6 +246,7 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
 std::function<void()> MeshShape::replace_mesh(TriangleMesh mesh, bool keep_normals,
                                               const Location& where) {
   if (const std::string fault = find_fault(mesh); !fault.empty()) throw Error(where, fault);
+  if (mesh.triangles.empty()) throw Error(where, "the mesh has no faces");
   for (const MeshAttribute& attribute : mesh.attributes) {
     const size_t places = attribute.is_of_faces() ? mesh.triangles.size() : mesh.positions.size();
     if (attribute.values.size() == places * attribute.size) continue;
@@ -254,6 +323,7 @@ SurfaceInteraction MeshShape::sampled_at(const Hit& hit) const {
 std::optional<AttributeArrays> MeshShape::attribute(const std::string& name) const {
   for (const MeshAttribute& attribute : mesh_.attributes) {
     if (attribute.name != name) continue;
+    if (mesh_.triangles.empty()) return AttributeArrays{&attribute, nullptr, nullptr, Mat4(1.f)};
     return AttributeArrays{&attribute, &mesh_.positions[0].x, &mesh_.triangles[0].x, Mat4(1.f)};
   }
   return std::nullopt;
@@ -273,8 +343,8 @@ SurfaceInteraction MeshShape::interaction(const Ray& ray, const Hit& hit) const 
   const Vec3 backward = wide::formulas::opposite_of(ray.d);
   const auto triangle =
       wide::formulas::triangle_of<float>(mesh, static_cast<int32_t>(3 * hit.primitive), backward);
-  SurfaceInteraction si = wide::interaction_of(
-      wide::formulas::point_of<float>(mesh, triangle, hit.u, hit.v, backward));
+  SurfaceInteraction si =
+      wide::interaction_of(wide::formulas::point_of<float>(mesh, triangle, hit.u, hit.v, backward));
   si.t = ray.tmax;
   si.primitive = hit.primitive;
   return si;

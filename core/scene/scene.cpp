@@ -74,10 +74,11 @@ Scene::Scene(Contents contents, unsigned threads, const Scene* before)
   for (Emitter* emitter : all) emitter->prepare(bounds_);
 }
 
-/// Parts may have parts, as a merge's instances have.
+/// Parts may have parts, as a merge's instances have. Meshes without faces are left out.
 void Scene::replace_by_parts() {
   std::vector<std::shared_ptr<Shape>> shapes;
   const std::function<void(const std::shared_ptr<Shape>&)> add = [&](const auto& shape) {
+    if (has_no_surface(*shape)) return;
     const auto parts = shape->parts();
     if (const auto instance = std::dynamic_pointer_cast<const ShapeInstance>(shape)) {
       placed_.push_back({instance, static_cast<uint32_t>(shapes.size())});

@@ -1,27 +1,28 @@
 #include "kinome/shape_group.h"
 
+#include <functional>
+
+#include "scene/traceable.h"
+
 namespace kinome {
 
 ShapeGroup::ShapeGroup(const Properties& props) : Shape(props) {
-  for (const auto& nested : props.objects<Shape>()) {
-    if (dynamic_cast<const ShapeGroup*>(nested.get())) {
+  // Parts may have parts, as a merge of merges has. Meshes without faces are left out.
+  const std::function<void(const std::shared_ptr<Shape>&)> add = [&](const auto& shape) {
+    if (dynamic_cast<const ShapeGroup*>(shape.get())) {
       throw Error(props.where(), "a group of shapes can't be part of another");
     }
-    if (dynamic_cast<const ShapeInstance*>(nested.get())) {
-      throw Error(props.where(), "a group of shapes can't have instances of another in it");
-    }
-    const auto parts = nested->parts();
-    if (parts.empty()) {
-      shapes_.push_back(nested);
-    } else {
-      shapes_.insert(shapes_.end(), parts.begin(), parts.end());
-    }
-  }
-  if (shapes_.empty()) throw Error(props.where(), "a group of shapes must have at least one");
-  for (const auto& shape : shapes_) {
     if (dynamic_cast<const ShapeInstance*>(shape.get())) {
       throw Error(props.where(), "a group of shapes can't have instances of another in it");
     }
+    const auto parts = shape->parts();
+    for (const auto& part : parts) add(part);
+    if (parts.empty() && !has_no_surface(*shape)) shapes_.push_back(shape);
+  };
+  const auto nested = props.objects<Shape>();
+  if (nested.empty()) throw Error(props.where(), "a group of shapes must have at least one");
+  for (const auto& shape : nested) add(shape);
+  for (const auto& shape : shapes_) {
     if (shape->emitter()) {
       throw Error(props.where(), "a shape of a group can't emit: put lamps into the scene itself");
     }

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "kinome/error.h"
+#include "kinome/log.h"
 
 /// What readers of mesh files share.
 namespace kinome {
@@ -50,21 +51,35 @@ inline std::string format_index(double index) {
              : std::to_string(index);
 }
 
+/// Text with '\n' as the end of each line, if its lines end with '\r' alone, as on Mac OS before X.
+/// Other text is unchanged.
+inline std::string with_newlines(std::string text) {
+  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
+  return text;
+}
+
+/// Warns that a file's mesh has no faces, so that the scene shows nothing of it.
+inline void warn_of_no_faces(const std::string& file) {
+  log_warn(Error(Location{file, 0, 0}, "the file has no faces: nothing of it is visible").what());
+}
+
 /// Walks through text line by line, word by word, and knows where it is.
 class TextCursor {
  public:
-  TextCursor(std::string file, std::string_view text, int line = 1)
+  /// `comment`: the character that begins a comment, which lasts to the end of its line; 0: none.
+  TextCursor(std::string file, std::string_view text, int line = 1, char comment = '\0')
       : file_(std::move(file)),
         next_(text.data()),
         end_(text.data() + text.size()),
         line_start_(next_),
         word_(next_),
-        line_(line) {}
+        line_(line),
+        comment_(comment) {}
 
   int line() const { return line_; }
   size_t bytes_left() const { return static_cast<size_t>(end_ - next_); }
   bool at_end() const { return next_ == end_; }
-  /// Skips blanks, and a backslash that continues the line.
+  /// Skips blanks, and a backslash that continues the line. A comment is the end of its line.
   bool at_line_end() {
     while (next_ != end_) {
       if (*next_ == ' ' || *next_ == '\t' || *next_ == '\r') {
@@ -73,7 +88,7 @@ class TextCursor {
         next_ += next_[1] == '\r' ? 3 : 2;
         start_line();
       } else {
-        return *next_ == '\n';
+        return ends_line(*next_);
       }
     }
     return true;
@@ -98,7 +113,8 @@ class TextCursor {
     const bool is_end = at_line_end();
     word_ = next_;
     if (is_end) return {};
-    while (next_ != end_ && *next_ != ' ' && *next_ != '\t' && *next_ != '\r' && *next_ != '\n') {
+    while (next_ != end_ && *next_ != ' ' && *next_ != '\t' && *next_ != '\r' &&
+           !(ends_line(*next_) && !is_within_number()) && !(*next_ == '\\' && continues_line())) {
       ++next_;
     }
     return {word_, static_cast<size_t>(next_ - word_)};
@@ -110,22 +126,24 @@ class TextCursor {
     if (text.front() == '+') text.remove_prefix(1);
     double value = 0;
     const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (rest != text.data() + text.size() || error == std::errc::invalid_argument) {
-      fail(std::string("expected ") + what + ", got '" + shorten(text) + "'");
-    }
-    if (error == std::errc::result_out_of_range) {
-      fail(std::string(what) + " is out of range: '" + shorten(text) + "'");
-    }
-    return value;
+    if (rest == text.data() + text.size() && error == std::errc()) return value;
+    if (error == std::errc::result_out_of_range) return extreme_number(text, what);
+    // As Microsoft's C library wrote numbers that are not finite: 1.#QNAN, -1.#IND00, 1.#INF.
+    if (text.find(".#") != std::string_view::npos) return NAN;
+    fail(std::string("expected ") + what + ", got '" + shorten(text) + "'");
   }
   /// At the word that was read last.
-  [[noreturn]] void fail(const std::string& message) const {
-    throw Error(Location{file_, line_,
-                         1 + static_cast<int>(std::max(word_ - line_start_, std::ptrdiff_t{0}))},
-                message);
+  [[noreturn]] void fail(const std::string& message) const { throw error_here(message); }
+  Error error_here(const std::string& message) const {
+    return Error(Location{file_, line_,
+                          1 + static_cast<int>(std::max(word_ - line_start_, std::ptrdiff_t{0}))},
+                 message);
+  }
+  Error error_at(int line, const std::string& message) const {
+    return Error(Location{file_, line, 1}, message);
   }
   [[noreturn]] void fail_at(int line, const std::string& message) const {
-    throw Error(Location{file_, line, 1}, message);
+    throw error_at(line, message);
   }
   /// Words of a broken file may be megabytes of anything.
   static std::string shorten(std::string_view text) {
@@ -135,6 +153,20 @@ class TextCursor {
   }
 
  private:
+  /// True at the sign in "1.#QNAN", which begins no comment.
+  bool is_within_number() const { return *next_ == '#' && next_ != word_ && next_[-1] == '.'; }
+  bool ends_line(char c) const { return c == '\n' || (comment_ != '\0' && c == comment_); }
+
+  /// The value of a number that is too small for double: 0 or nearly so. Fails if it is too large.
+  double extreme_number(std::string_view text, const char* what) const {
+    long double value = 0;
+    const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (rest != text.data() + text.size() || error != std::errc() || std::abs(value) > 1) {
+      fail(std::string(what) + " is out of range: '" + shorten(text) + "'");
+    }
+    return static_cast<double>(value);
+  }
+
   bool continues_line() const {
     return (end_ - next_ >= 2 && next_[1] == '\n') ||
            (end_ - next_ >= 3 && next_[1] == '\r' && next_[2] == '\n');
@@ -152,6 +184,7 @@ class TextCursor {
   const char* line_start_;
   const char* word_;  ///< start of the word that was read last
   int line_;
+  char comment_;
 };
 
 }  // namespace kinome

@@ -1,8 +1,9 @@
 /// Triangles from a Wavefront OBJ file.
 ///
-/// Read are v, vt, vn and f, with negative (relative) indices; polygons are split into fans.
-/// Groups, materials and all else are skipped: the file is one mesh. Normals are used where every
-/// face has them; otherwise they are averaged from the faces, weighted by angle.
+/// Statements v, vt, vn and f are read, with negative (relative) indices; polygons are split into
+/// fans. Groups and materials are ignored: the file is one mesh. Points, lines, free-form surfaces,
+/// faces of fewer than three vertices and unknown statements are skipped with a warning. Corners
+/// without a normal get the average of their faces' normals, weighted by angle.
 ///
 ///     <shape type="obj"><string name="filename" value="teapot.obj"/></shape>
 
@@ -57,7 +58,7 @@ struct ObjFile {
 
 class ObjReader {
  public:
-  ObjReader(const std::string& file, std::string_view text) : cursor_(file, text) {}
+  ObjReader(const std::string& file, std::string_view text) : cursor_(file, text, 1, '#') {}
 
   ObjFile read() {
     for (; cursor_.skip_blank_lines(); cursor_.next_line()) {
@@ -78,19 +79,37 @@ class ObjReader {
         obj_.normals.push_back(read_vector("a component of a normal"));
       } else if (keyword == "f") {
         read_face();
-      } else if (!is_known(keyword)) {
-        cursor_.fail("not an OBJ file: unknown keyword '" + TextCursor::shorten(keyword) + "'");
-      } else if (keyword.front() != '#') {
+      } else if (const char* const geometry = lost_geometry(keyword)) {
+        skip(geometry);
+      } else if (is_known(keyword)) {
         note_unused(keyword);
+      } else {
+        skip("unknown statements '" + TextCursor::shorten(keyword) + "'");
+        if (first_unknown_.empty()) {
+          first_unknown_ = TextCursor::shorten(keyword);
+          first_unknown_line_ = cursor_.line();
+        }
       }
     }
-    if (obj_.faces.empty()) cursor_.fail("the file has no faces");
+    // Mitsuba ignores statements that it doesn't know. A file of nothing else is no OBJ file.
+    if (obj_.positions.empty() && !first_unknown_.empty()) {
+      cursor_.fail_at(first_unknown_line_,
+                      "not an OBJ file: unknown keyword '" + first_unknown_ + "'");
+    }
+    if (obj_.positions.empty()) cursor_.fail("the file has no vertices");
     check_indices();
     return std::move(obj_);
   }
 
-  /// What the file holds and a mesh has no use for, in the file's order.
+  /// Parts of the file that a mesh has no use for, in the file's order.
   const std::vector<std::string>& unused() const { return unused_; }
+  /// Warns of geometry that the mesh lacks, and of statements that may have been meant otherwise.
+  void warn_of_skipped() const {
+    for (const Skipped& kind : skipped_) {
+      const std::string count = " (" + std::to_string(kind.count) + " of them)";
+      log_warn(cursor_.error_at(kind.line, kind.what + " are skipped" + count).what());
+    }
+  }
 
  private:
   void note_unused(std::string_view what) {
@@ -106,44 +125,71 @@ class ObjReader {
     return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
   }
 
-  /// Statements of the format that this reader has no use for. Anything else is a sign of a file
-  /// that isn't what it claims to be.
+  /// Counts a statement of the current line that is skipped with a warning.
+  void skip(const std::string& what) {
+    constexpr size_t kMaxKinds = 8;  // a damaged file may have any number of unknown statements
+    const auto known = std::find_if(skipped_.begin(), skipped_.end(),
+                                    [&](const Skipped& kind) { return kind.what == what; });
+    if (known != skipped_.end()) {
+      ++known->count;
+    } else if (skipped_.size() < kMaxKinds) {
+      skipped_.push_back({what, cursor_.line(), 1});
+    }
+  }
+
+  /// The kind of geometry that a statement describes, if this reader can't represent it; otherwise
+  /// nullptr.
+  static const char* lost_geometry(std::string_view keyword) {
+    if (keyword == "p") return "points";
+    if (keyword == "l") return "lines";
+    if (keyword == "curv" || keyword == "curv2") return "free-form curves";
+    if (keyword == "surf") return "free-form surfaces";
+    return nullptr;
+  }
+
+  /// Statements of the format without meaning for a mesh.
   static bool is_known(std::string_view keyword) {
     constexpr std::string_view kOthers[] = {
-        "g",        "s",          "o",         "mg",     "usemtl", "mtllib", "vp",
-        "p",        "l",          "usemap",    "maplib", "bevel",  "lod",    "c_interp",
-        "d_interp", "cstype",     "deg",       "bmat",   "step",   "curv",   "curv2",
-        "surf",     "parm",       "trim",      "hole",   "scrv",   "sp",     "end",
-        "con",      "shadow_obj", "trace_obj", "ctech",  "stech",  "call",   "csh"};
-    return keyword.front() == '#' ||
-           std::find(std::begin(kOthers), std::end(kOthers), keyword) != std::end(kOthers);
+        "g",          "s",         "o",     "mg",       "usemtl",   "mtllib", "vp",  "usemap",
+        "maplib",     "bevel",     "lod",   "c_interp", "d_interp", "cstype", "deg", "bmat",
+        "step",       "parm",      "trim",  "hole",     "scrv",     "sp",     "end", "con",
+        "shadow_obj", "trace_obj", "ctech", "stech",    "call",     "csh"};
+    return std::find(std::begin(kOthers), std::end(kOthers), keyword) != std::end(kOthers);
   }
 
   void read_face() {
     Face face{obj_.corners.size(), 0, cursor_.line()};
     while (!cursor_.at_line_end()) {
-      obj_.corners.push_back(read_corner(cursor_.word()));
+      const std::string_view word = cursor_.word();
+      // Mitsuba ends a face at the first word that is no corner.
+      if (face.corner_count >= 3 && std::isalpha(static_cast<unsigned char>(word.front()))) {
+        skip("words after the corners of a face");
+        break;
+      }
+      obj_.corners.push_back(read_corner(word));
       ++face.corner_count;
     }
     if (face.corner_count < 3) {
-      cursor_.fail("a face has " + std::to_string(face.corner_count) +
-                   " vertices, expected at least 3");
+      skip("faces of fewer than three vertices");
+      obj_.corners.resize(face.first_corner);
+      return;
     }
     obj_.faces.push_back(face);
   }
 
-  /// position, position/uv, position//normal or position/uv/normal
+  /// Reads position, position/uv, position//normal or position/uv/normal. Slashes may follow the
+  /// last index, as in "1/" and "1//".
   Corner read_corner(std::string_view word) const {
     const std::string_view whole = word;
     std::array<int64_t, 3> index = {kAbsent, kAbsent, kAbsent};
     const std::array<size_t, 3> sizes = {obj_.positions.size(), obj_.uvs.size(),
                                          obj_.normals.size()};
     for (size_t i = 0;; ++i) {
-      if (i == 3) cursor_.fail("expected v/vt/vn, got '" + TextCursor::shorten(whole) + "'");
       const size_t slash = std::min(word.find('/'), word.size());
       if (slash > 0) {
+        if (i == 3) cursor_.fail("expected v/vt/vn, got '" + TextCursor::shorten(whole) + "'");
         index[i] = read_index(word.substr(0, slash), sizes[i], whole);
-      } else if (i != 1) {
+      } else if (i == 0 || (i == 3 && !word.empty())) {
         cursor_.fail("expected an index, got '" + TextCursor::shorten(whole) + "'");
       }
       if (slash == word.size()) break;
@@ -155,6 +201,7 @@ class ObjReader {
   /// Indices count from 1, or from the end so far where negative.
   int64_t read_index(std::string_view text, size_t size, std::string_view whole) const {
     int64_t index = 0;
+    if (text.front() == '+') text.remove_prefix(1);
     const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), index);
     if (error == std::errc::invalid_argument || rest != text.data() + text.size()) {
       cursor_.fail("expected an index, got '" + TextCursor::shorten(whole) + "'");
@@ -186,9 +233,17 @@ class ObjReader {
     }
   }
 
+  struct Skipped {
+    std::string what;
+    int line;  ///< of the first one
+    size_t count;
+  };
   TextCursor cursor_;
   ObjFile obj_;
   std::vector<std::string> unused_;
+  std::vector<Skipped> skipped_;
+  std::string first_unknown_;
+  int first_unknown_line_ = 0;
 };
 
 /// One vertex for each distinct (position, uv, normal).
@@ -197,17 +252,12 @@ class VertexMerger {
   VertexMerger(const ObjFile& obj, bool flip_v, TriangleMesh& mesh)
       : obj_(obj), flip_v_(flip_v), mesh_(mesh), newest_(obj.positions.size(), kNone) {
     for (const Corner& corner : obj.corners) {
-      all_normals_ = all_normals_ && corner.normal != kAbsent;
       any_normals_ = any_normals_ || corner.normal != kAbsent;
       any_uvs_ = any_uvs_ || corner.uv != kAbsent;
     }
   }
 
-  /// Of normals that some corner has, and not all.
-  bool drops_normals() const { return !all_normals_ && any_normals_; }
-
-  uint32_t index_of(Corner corner) {
-    if (!all_normals_) corner.normal = kAbsent;
+  uint32_t index_of(const Corner& corner) {
     uint32_t& newest = newest_[static_cast<size_t>(corner.position)];
     int steps = 0;
     for (uint32_t i = newest; i != kNone; i = vertices_[i].next, ++steps) {
@@ -229,7 +279,11 @@ class VertexMerger {
       if (corner.uv != kAbsent) uv = obj_.uvs[static_cast<size_t>(corner.uv)];
       mesh_.uvs.emplace_back(uv.x, flip_v_ ? 1 - uv.y : uv.y);
     }
-    if (all_normals_) mesh_.normals.push_back(obj_.normals[static_cast<size_t>(corner.normal)]);
+    if (any_normals_) {
+      // MeshShape::finish() fills in those that are zero.
+      mesh_.normals.push_back(
+          corner.normal == kAbsent ? Vec3(0.f) : obj_.normals[static_cast<size_t>(corner.normal)]);
+    }
     return index;
   }
 
@@ -249,7 +303,6 @@ class VertexMerger {
   /// The vertices beyond the longest chain, by (position, uv, normal): a file may give one position
   /// as many as it likes. Sorted, not hashed, so that no choice of indices makes it slow.
   std::map<std::array<int64_t, 3>, uint32_t> crowded_;
-  bool all_normals_ = true;
   bool any_normals_ = false;
   bool any_uvs_ = false;
 };
@@ -258,16 +311,15 @@ class Obj final : public wide::Mesh {
  public:
   explicit Obj(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
-    const std::string text = read_mesh_file(file);
+    const std::string text = with_newlines(read_mesh_file(file));
     std::string_view lines = text;
     if (lines.starts_with("\xEF\xBB\xBF")) lines.remove_prefix(3);  // a byte order mark
     ObjReader reader(file, lines);
     const ObjFile obj = reader.read();
     VertexMerger merger(obj, props.boolean("flip_tex_coords"), mesh_);
-    std::vector<std::string> unused = reader.unused();
-    // Not push_back, of which GCC 12 warns in vain.
-    if (merger.drops_normals()) unused.emplace_back("normals, which some faces lack");
-    log_unused(file, unused);
+    reader.warn_of_skipped();
+    log_unused(file, reader.unused());
+    if (obj.faces.empty()) warn_of_no_faces(file);
     for (const Face& face : obj.faces) {
       const Corner* corner = &obj.corners[face.first_corner];
       const uint32_t first = merger.index_of(corner[0]);

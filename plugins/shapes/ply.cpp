@@ -1,23 +1,24 @@
 /// Triangles from a PLY file: ascii, or binary of either byte order.
 ///
-/// Read are the vertices' x, y, z, nx, ny, nz and u, v (or texture_u, texture_v, or s, t), of any
-/// numeric type, and the faces' vertex_indices (or vertex_index); polygons are split into fans.
-/// Whatever else the file holds is skipped, but for attributes that a mesh_attribute texture reads.
-/// Without normals in the file, they are averaged from the faces, weighted by angle. Format: Turk
-/// 1994, "The PLY Polygon File Format".
+/// The vertices' x, y, z, nx, ny, nz and u, v (or texture_u, texture_v, or s, t) are read, of any
+/// numeric type, and vertex_indices (or vertex_index) of the faces or of triangle strips
+/// (tristrips); polygons are split into fans. Faces of fewer than three vertices are skipped with a
+/// warning. Other properties and elements are ignored, except for attributes that a mesh_attribute
+/// texture reads. Without normals in the file, they are averaged from the faces, weighted by angle.
+/// Format: Turk 1994, "The PLY Polygon File Format".
 ///
 ///     <shape type="ply"><string name="filename" value="bunny.ply"/></shape>
 
-#include "ply_header.h"
+#include "ply_source.h"
 
 #include <cmath>
-#include <cstring>
 
 #include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/wide/mesh.h"
 #include "mesh_file.h"
 #include "ply_attributes.h"
+#include "ply_header.h"
 #include "shape_parameters.h"
 
 namespace kinome {
@@ -32,86 +33,6 @@ constexpr Parameter kTable[] = {
     kNestedBsdf,
     kNestedEmitter,
     kNestedSensor,
-};
-
-/// Values of an ascii file. Each item of an element stands on a line of its own.
-class AsciiSource {
- public:
-  AsciiSource(const std::string& file, const PlyHeader& header, std::string_view body)
-      : cursor_(file, body, header.lines + 1) {}
-  size_t bytes_left() const { return cursor_.bytes_left(); }
-  /// The least number of bytes that a value needs: a digit, and a blank before the next.
-  static size_t least_size(PlyType) { return 1; }
-  void begin_item() {
-    if (!cursor_.skip_blank_lines()) cursor_.fail("the file ends too early");
-  }
-  void end_item() {
-    if (!cursor_.at_line_end()) {
-      cursor_.fail("unexpected '" + TextCursor::shorten(cursor_.word()) +
-                   "' at the end of the line");
-    }
-    cursor_.next_line();
-  }
-  double next(PlyType) { return cursor_.number("a number"); }
-  [[noreturn]] void fail(const std::string& message) const { cursor_.fail(message); }
-
- private:
-  TextCursor cursor_;
-};
-
-/// Values of a binary file; `swap`: of the other byte order than this machine's.
-template <bool swap>
-class BinarySource {
- public:
-  BinarySource(const std::string& file, const PlyHeader& header, std::string_view body)
-      : file_(file), offset_(header.bytes), body_(body) {}
-  size_t bytes_left() const { return body_.size() - next_; }
-  static size_t least_size(PlyType type) { return size_of(type); }
-  void begin_item() {}
-  void end_item() {}
-  double next(PlyType type) {
-    switch (type) {
-      case PlyType::kInt8:
-        return read<int8_t>();
-      case PlyType::kUint8:
-        return read<uint8_t>();
-      case PlyType::kInt16:
-        return read<int16_t>();
-      case PlyType::kUint16:
-        return read<uint16_t>();
-      case PlyType::kInt32:
-        return read<int32_t>();
-      case PlyType::kUint32:
-        return read<uint32_t>();
-      case PlyType::kFloat32:
-        return static_cast<double>(read<float>());
-      case PlyType::kFloat64:
-        return read<double>();
-    }
-    return 0;
-  }
-  [[noreturn]] void fail(const std::string& message) const {
-    throw Error(Location{file_, 0, 0},
-                message + " (near byte " + std::to_string(offset_ + next_) + ")");
-  }
-
- private:
-  template <class T>
-  T read() {
-    if (bytes_left() < sizeof(T)) fail("the file ends too early");
-    char bytes[sizeof(T)];
-    std::memcpy(bytes, body_.data() + next_, sizeof(T));
-    if constexpr (swap) std::reverse(bytes, bytes + sizeof(T));
-    next_ += sizeof(T);
-    T value;
-    std::memcpy(&value, bytes, sizeof(T));
-    return value;
-  }
-
-  std::string file_;
-  size_t offset_;
-  std::string_view body_;
-  size_t next_ = 0;
 };
 
 /// Where the values of a vertex property go.
@@ -178,10 +99,15 @@ template <class Source>
 void skip_element(Source& source, const PlyElement& element) {
   if (element.properties.empty()) return;
   for (uint64_t i = 0; i < element.count; ++i) {
-    source.begin_item();
     for (const PlyProperty& property : element.properties) skip_property(source, property);
     source.end_item();
   }
+}
+
+/// Index of the property of faces or strips that lists their corners, or -1.
+int find_indices(const PlyElement& faces) {
+  const int indices = faces.find_list("vertex_indices");
+  return indices < 0 ? faces.find_list("vertex_index") : indices;
 }
 
 template <class Source>
@@ -202,7 +128,6 @@ void read_vertices(Source& source, const PlyElement& element, bool flip_v,
   if (roles.uvs) mesh.uvs.reserve(element.count);
   for (uint64_t i = 0; i < element.count; ++i) {
     float values[9] = {};  // by role; the last takes what has none
-    source.begin_item();
     attributes.begin_item();
     for (size_t k = 0; k < element.properties.size(); ++k) {
       const PlyProperty& property = element.properties[k];
@@ -227,24 +152,28 @@ void read_vertices(Source& source, const PlyElement& element, bool flip_v,
   attributes.move_to(mesh);
 }
 
-/// One polygon, as a fan around its first vertex.
+/// Fails unless `index` is that of a vertex.
 template <class Source>
-void read_polygon(Source& source, const PlyProperty& property, uint64_t face, uint64_t vertex_count,
+uint32_t checked_vertex(const Source& source, double index, const char* what, uint64_t item,
+                        uint64_t vertex_count) {
+  if (vertex_count == 0) source.fail("the file has no vertices");
+  if (!(index >= 0) || !(index < static_cast<double>(vertex_count)) || index != std::floor(index)) {
+    source.fail(what + (' ' + std::to_string(item)) + " refers to vertex " + format_index(index) +
+                ", expected 0 to " + std::to_string(vertex_count - 1));
+  }
+  return static_cast<uint32_t>(index);
+}
+
+/// Reads one polygon as a fan around its first vertex. Returns false, and adds no triangle, if it
+/// has fewer than three vertices.
+template <class Source>
+bool read_polygon(Source& source, const PlyProperty& property, uint64_t face, uint64_t vertex_count,
                   TriangleMesh& mesh) {
   const size_t size = read_list_size(source, property);
-  if (size < 3) {
-    source.fail("face " + std::to_string(face) + " has " + std::to_string(size) +
-                " vertices, expected at least 3");
-  }
   glm::uvec3 triangle(0);
   for (size_t i = 0; i < size; ++i) {
-    const double index = source.next(property.type);
-    if (!(index >= 0) || !(index < static_cast<double>(vertex_count)) ||
-        index != std::floor(index)) {
-      source.fail("face " + std::to_string(face) + " refers to vertex " + format_index(index) +
-                  ", expected 0 to " + std::to_string(vertex_count - 1));
-    }
-    const auto vertex = static_cast<uint32_t>(index);
+    const uint32_t vertex =
+        checked_vertex(source, source.next(property.type), "face", face, vertex_count);
     if (i < 3) {
       triangle[static_cast<int>(i)] = vertex;
     } else {
@@ -252,12 +181,39 @@ void read_polygon(Source& source, const PlyProperty& property, uint64_t face, ui
     }
     if (i >= 2) mesh.triangles.push_back(triangle);
   }
+  return size >= 3;
 }
 
-/// The property of the faces that says where their corners are, or -1.
-int find_indices(const PlyElement& faces) {
-  const int indices = faces.find_list("vertex_indices");
-  return indices < 0 ? faces.find_list("vertex_index") : indices;
+/// Reads triangle strips, one after the other; -1 ends one. Every other triangle of a strip is
+/// turned, so that all face the same way.
+template <class Source>
+void read_strips(Source& source, const PlyElement& element, uint64_t vertex_count,
+                 TriangleMesh& mesh) {
+  const int indices = find_indices(element);
+  if (indices < 0) source.fail("the tristrips lack a list 'vertex_indices' or 'vertex_index'");
+  for (uint64_t i = 0; i < element.count; ++i) {
+    for (size_t k = 0; k < element.properties.size(); ++k) {
+      const PlyProperty& property = element.properties[k];
+      if (static_cast<int>(k) != indices) {
+        skip_property(source, property);
+        continue;
+      }
+      glm::uvec3 latest(0);
+      size_t length = 0;
+      for (size_t left = read_list_size(source, property); left > 0; --left) {
+        const double index = source.next(property.type);
+        if (index == -1) {
+          length = 0;
+          continue;
+        }
+        latest = {latest.y, latest.z, checked_vertex(source, index, "tristrips", i, vertex_count)};
+        if (++length < 3) continue;
+        mesh.triangles.push_back(length % 2 == 1 ? latest
+                                                 : glm::uvec3(latest.y, latest.x, latest.z));
+      }
+    }
+    source.end_item();
+  }
 }
 
 /// What the file holds and a mesh has no use for.
@@ -267,7 +223,7 @@ std::vector<std::string> unused_parts(const PlyHeader& header,
   for (const PlyElement& element : header.elements) {
     const std::string title = TextCursor::shorten(element.name);
     const bool is_vertex = element.name == "vertex";
-    if (!is_vertex && element.name != "face") {
+    if (!is_vertex && element.name != "face" && element.name != "tristrips") {
       unused.push_back("element '" + title + "'");
       continue;
     }
@@ -277,29 +233,29 @@ std::vector<std::string> unused_parts(const PlyHeader& header,
     const int indices = find_indices(element);
     for (size_t i = 0; i < element.properties.size(); ++i) {
       const PlyProperty& property = element.properties[i];
-      const bool is_used =
-          attributes.is_used(i) ||
-          (is_vertex ? roles.of_property[i] != Role::kNone : static_cast<int>(i) == indices);
+      const bool is_used = attributes.is_used(i) || (is_vertex ? roles.of_property[i] != Role::kNone
+                                                               : static_cast<int>(i) == indices);
       if (!is_used) unused.push_back(title + " '" + TextCursor::shorten(property.name) + "'");
     }
   }
   return unused;
 }
 
+/// Returns the number of faces that were skipped, since they have fewer than three vertices.
 template <class Source>
-void read_faces(Source& source, const PlyElement& element, uint64_t vertex_count,
-                const std::vector<std::string>& wanted, TriangleMesh& mesh) {
+uint64_t read_faces(Source& source, const PlyElement& element, uint64_t vertex_count,
+                    const std::vector<std::string>& wanted, TriangleMesh& mesh) {
   AttributeReader attributes(element, "face_", wanted);
   const int indices = find_indices(element);
   if (indices < 0) source.fail("the faces lack a list 'vertex_indices' or 'vertex_index'");
   mesh.triangles.reserve(element.count);
+  uint64_t skipped = 0;
   for (uint64_t i = 0; i < element.count; ++i) {
-    source.begin_item();
     attributes.begin_item();
     const size_t before = mesh.triangles.size();
     for (size_t k = 0; k < element.properties.size(); ++k) {
       if (static_cast<int>(k) == indices) {
-        read_polygon(source, element.properties[k], i, vertex_count, mesh);
+        if (!read_polygon(source, element.properties[k], i, vertex_count, mesh)) ++skipped;
       } else if (attributes.is_used(k)) {
         attributes.put(k, read_attribute(source, element.properties[k]));
       } else {
@@ -310,27 +266,48 @@ void read_faces(Source& source, const PlyElement& element, uint64_t vertex_count
     source.end_item();
   }
   attributes.move_to(mesh);
+  return skipped;
 }
 
 template <class Source>
-TriangleMesh read_body(Source source, const PlyHeader& header, bool flip_v,
-                       const std::vector<std::string>& wanted) {
+TriangleMesh read_body(Source& source, const std::string& file, const PlyHeader& header,
+                       bool flip_v, const std::vector<std::string>& wanted) {
   const PlyElement* vertices = header.find("vertex");
-  const PlyElement* faces = header.find("face");
-  if (!vertices || vertices->count == 0) source.fail("the file has no vertices");
-  if (!faces || faces->count == 0) source.fail("the file has no faces");
+  if (!vertices) source.fail("the file has no vertices");
   TriangleMesh mesh;
+  uint64_t skipped = 0;
   for (const PlyElement& element : header.elements) {
     check_count(source, element);
     if (&element == vertices) {
       read_vertices(source, element, flip_v, wanted, mesh);
-    } else if (&element == faces) {
-      read_faces(source, element, vertices->count, wanted, mesh);
+    } else if (element.count > 0 && element.name == "face") {
+      skipped = read_faces(source, element, vertices->count, wanted, mesh);
+    } else if (element.count > 0 && element.name == "tristrips") {
+      read_strips(source, element, vertices->count, mesh);
     } else {
       skip_element(source, element);
     }
   }
+  source.finish();
+  if (skipped > 0) {
+    log_warn(Error(Location{file, 0, 0}, "faces of fewer than three vertices are skipped (" +
+                                             std::to_string(skipped) + " of them)")
+                 .what());
+  }
+  if (mesh.triangles.empty()) warn_of_no_faces(file);
   return mesh;
+}
+
+/// As read_body(). Of a damaged file, the error that comes nearest to the cause.
+template <class Source>
+TriangleMesh read_from(Source source, const std::string& file, const PlyHeader& header, bool flip_v,
+                       const std::vector<std::string>& wanted) {
+  try {
+    return read_body(source, file, header, flip_v, wanted);
+  } catch (const Error&) {
+    source.throw_cause();
+    throw;
+  }
 }
 
 class Ply final : public wide::Mesh {
@@ -344,11 +321,11 @@ class Ply final : public wide::Mesh {
     const std::vector<std::string> wanted = wanted_attributes();
     constexpr bool kBigEndianHost = std::endian::native == std::endian::big;
     if (header.format == PlyFormat::kAscii) {
-      mesh_ = read_body(AsciiSource(file, header, body), header, flip_v, wanted);
+      mesh_ = read_from(AsciiSource(file, header, body), file, header, flip_v, wanted);
     } else if ((header.format == PlyFormat::kBigEndian) == kBigEndianHost) {
-      mesh_ = read_body(BinarySource<false>(file, header, body), header, flip_v, wanted);
+      mesh_ = read_from(BinarySource<false>(file, header, body), file, header, flip_v, wanted);
     } else {
-      mesh_ = read_body(BinarySource<true>(file, header, body), header, flip_v, wanted);
+      mesh_ = read_from(BinarySource<true>(file, header, body), file, header, flip_v, wanted);
     }
     log_unused(file, unused_parts(header, wanted));
     finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));

@@ -14,10 +14,22 @@
 namespace kinome {
 
 enum class PlyFormat { kAscii, kLittleEndian, kBigEndian };
-enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
+enum class PlyType {
+  kInt8,
+  kUint8,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kInt64,
+  kUint64,
+  kFloat16,
+  kFloat32,
+  kFloat64
+};
 
 inline size_t size_of(PlyType type) {
-  constexpr size_t kSizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  constexpr size_t kSizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8};
   return kSizes[static_cast<int>(type)];
 }
 
@@ -138,9 +150,6 @@ class PlyHeaderReader {
     if (type == "list") {
       property.is_list = true;
       property.count_type = read_type(cursor_.word());
-      if (property.count_type >= PlyType::kFloat32) {
-        cursor_.fail("the length of a list must be an integer");
-      }
       type = cursor_.word();
     }
     property.type = read_type(type);
@@ -151,12 +160,14 @@ class PlyHeaderReader {
 
   PlyType read_type(std::string_view name) const {
     constexpr std::string_view kNames[] = {
-        "char", "int8",  "uchar", "uint8",  "short", "int16",   "ushort", "uint16",
-        "int",  "int32", "uint",  "uint32", "float", "float32", "double", "float64"};
+        "char", "int8",    "uchar", "uint8",   "short",  "int16",  "ushort", "uint16",
+        "int",  "int32",   "uint",  "uint32",  "int64",  "int64",  "uint64", "uint64",
+        "half", "float16", "float", "float32", "double", "float64"};
     const auto* const found = std::find(std::begin(kNames), std::end(kNames), name);
     if (found == std::end(kNames)) {
       cursor_.fail("unknown type '" + TextCursor::shorten(name) +
-                   "', expected char, uchar, short, ushort, int, uint, float or double");
+                   "', expected char, uchar, short, ushort, int, uint, int64, uint64, half, "
+                   "float or double");
     }
     return static_cast<PlyType>((found - std::begin(kNames)) / 2);
   }

@@ -37,11 +37,12 @@ constexpr Parameter kTable[] = {
 
 constexpr uint16_t kMagic = 0x041c;
 constexpr uint16_t kWithoutNames = 3, kWithNames = 4;  // versions
-constexpr size_t kHeader = 4;                           // magic and version
+constexpr size_t kHeader = 4;                          // magic and version
 enum Flag : uint32_t {
   kHasNormals = 0x1,
   kHasUvs = 0x2,
   kHasColors = 0x8,
+  kHasFaceNormals = 0x10,
   kIsDouble = 0x2000  // else of single precision
 };
 /// Names are read to the first zero, of which a broken file may have none.
@@ -68,7 +69,6 @@ class MeshSource {
     vertices_ = number<uint64_t>();
     triangles_ = number<uint64_t>();
     if (vertices_ == 0) fail("the mesh has no vertices");
-    if (triangles_ == 0) fail("the mesh has no triangles");
     if (vertices_ > kMost || triangles_ > kMost) {
       fail("the mesh claims " + std::to_string(vertices_) + " vertices and " +
            std::to_string(triangles_) + " triangles: expected less than 2^32 of either");
@@ -80,11 +80,6 @@ class MeshSource {
     TriangleMesh mesh;
     mesh.positions.reserve(vertices_ + 1);
     vectors<3>(mesh.positions);
-    for (size_t i = 0; i < mesh.positions.size(); ++i) {
-      if (!is_finite(mesh.positions[i])) {
-        fail("vertex " + std::to_string(i) + " has a position that is not finite");
-      }
-    }
     if (flags_ & kHasNormals) vectors<3>(mesh.normals);
     if (flags_ & kHasUvs) vectors<2>(mesh.uvs);
     if (flags_ & kHasColors) {
@@ -95,6 +90,7 @@ class MeshSource {
     return mesh;
   }
   bool has_colors() const { return (flags_ & kHasColors) != 0; }
+  bool is_flat() const { return (flags_ & kHasFaceNormals) != 0; }
 
  private:
   static constexpr uint64_t kMost = (uint64_t{1} << 32) - 1;
@@ -171,7 +167,8 @@ class MeshSource {
   template <class T>
   static void swap_words(std::vector<T>& values) {
     auto* const bytes = reinterpret_cast<char*>(values.data());
-    for (size_t i = 0; i < values.size() * sizeof(T); i += 4) std::reverse(bytes + i, bytes + i + 4);
+    for (size_t i = 0; i < values.size() * sizeof(T); i += 4)
+      std::reverse(bytes + i, bytes + i + 4);
   }
 
   std::string file_;
@@ -198,10 +195,13 @@ uint16_t read_version(const std::string& file, const std::string& bytes, size_t 
 std::string_view find_mesh(const std::string& file, const std::string& bytes, uint16_t version,
                            int64_t index, const Properties& props) {
   const Location where{file, 0, 0};
+  // The first mesh can be found without the list, which some files lack.
+  const std::string_view from_first = std::string_view(bytes).substr(kHeader);
   const size_t of_place = version == kWithNames ? 8 : 4, of_count = 4;
   const size_t count =
       bytes.size() < kHeader + of_count ? 0 : number_at<uint32_t>(bytes, bytes.size() - of_count);
   if (count == 0 || count > (bytes.size() - kHeader - of_count) / of_place) {
+    if (index == 0) return from_first;
     throw Error(where, "ends without a list of its meshes");
   }
   if (index < 0 || static_cast<uint64_t>(index) >= count) {
@@ -217,6 +217,7 @@ std::string_view find_mesh(const std::string& file, const std::string& bytes, ui
   const auto i = static_cast<size_t>(index);
   const uint64_t begin = place(i), end = place(i + 1);
   if (begin >= list || end > list || end < begin + kHeader) {
+    if (index == 0) return from_first;
     throw Error(where, "its list of meshes names a place outside of the file");
   }
   read_version(file, bytes, begin);
@@ -229,10 +230,17 @@ class Serialized final : public wide::Mesh {
     const std::string file = props.file("filename");
     const std::string bytes = read_mesh_file(file);
     const uint16_t version = read_version(file, bytes, 0);
-    MeshSource source(
-        file, find_mesh(file, bytes, version, props.integer("shape_index"), props), version);
+    MeshSource source(file, find_mesh(file, bytes, version, props.integer("shape_index"), props),
+                      version);
     mesh_ = source.read();
     if (source.has_colors()) log_unused(file, {"vertex colours"});
+    if (source.is_flat() && !props.boolean("face_normals")) {
+      log_warn(Error(Location{file, 0, 0},
+                     "the mesh is marked as flat, which Mitsuba 3 ignores, too: set face_normals "
+                     "to shade it so")
+                   .what());
+    }
+    if (mesh_.triangles.empty()) warn_of_no_faces(file);
     finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));
   }
 };
