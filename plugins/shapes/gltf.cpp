@@ -1,11 +1,13 @@
 /// Triangles from a glTF 2.0 file, as text (.gltf) or binary (.glb).
 ///
-/// All triangle primitives of the default scene's nodes become one mesh, with the nodes' transforms
-/// applied; POSITION, NORMAL and TEXCOORD_0 are read, and where a mesh_attribute texture asks for
-/// `vertex_color`, the red, green and blue of COLOR_0 (white where a primitive has none).
-/// Materials, cameras, lights, skins, morph targets, points and lines are not. Buffers may be
-/// embedded or files beside the glTF file. Normals are used where every primitive has them;
-/// otherwise they are averaged from the faces. Format: Khronos, "glTF 2.0 Specification", 2021.
+/// All triangle primitives of the default scene's nodes become one mesh, with the nodes'
+/// transforms, skins and morph targets applied as the file sets them; POSITION, NORMAL and
+/// TEXCOORD_0 are read, and if a mesh_attribute texture reads `vertex_color`, the red, green and
+/// blue of COLOR_0 (white for primitives without it). Primitives without normals are flat. The
+/// instances of EXT_mesh_gpu_instancing are copies in the mesh; KHR_mesh_quantization and
+/// KHR_node_visibility are supported, compression is not. Animations, materials, cameras, lights,
+/// points and lines are ignored. Buffers may be embedded, or files beside the glTF file. Format:
+/// Khronos, "glTF 2.0 Specification", 2021.
 ///
 ///     <shape type="gltf"><string name="filename" value="helmet.glb"/></shape>
 
@@ -14,7 +16,9 @@
 #include <filesystem>
 #include <set>
 
-#include "gltf_accessor.h"
+#include "gltf_node.h"
+#include "gltf_primitive.h"
+#include "gltf_skin.h"
 #include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/wide/mesh.h"
@@ -42,6 +46,30 @@ std::string first_line(const std::string& text) {
   if (start == std::string::npos) return "the file is broken";
   const std::string line = text.substr(start, text.find_first_of("\r\n", start) - start);
   return line.size() > kLongest ? line.substr(0, kLongest) + "…" : line;
+}
+
+/// True for required extensions whose contents a mesh needs, and that are read, and for those
+/// without an influence on meshes.
+bool is_supported(const std::string& extension) {
+  constexpr std::string_view kRead[] = {"EXT_mesh_gpu_instancing", "KHR_mesh_quantization",
+                                        "KHR_node_visibility"};
+  constexpr std::string_view kOfAppearance[] = {
+      "KHR_materials_", "KHR_texture_", "KHR_lights_",    "KHR_xmp",          "KHR_animation_",
+      "EXT_texture_",   "EXT_lights_",  "EXT_materials_", "MSFT_texture_dds", "ADOBE_materials_"};
+  return std::find(std::begin(kRead), std::end(kRead), extension) != std::end(kRead) ||
+         std::any_of(std::begin(kOfAppearance), std::end(kOfAppearance),
+                     [&](std::string_view prefix) { return extension.starts_with(prefix); });
+}
+
+/// Why a required extension ends the reading.
+std::string unsupported(const std::string& extension) {
+  const bool is_compression = extension.find("compression") != std::string::npos;
+  return "the file requires the extension '" + TextCursor::shorten(extension) +
+         (is_compression ? "': its meshes are compressed, which is not supported; export it "
+                           "without compression"
+                         : "', which is not supported; supported are EXT_mesh_gpu_instancing, "
+                           "KHR_mesh_quantization and KHR_node_visibility, and those of materials, "
+                           "textures and lights, which are ignored");
 }
 
 tinygltf::Model parse_gltf(const std::string& file) {
@@ -77,6 +105,12 @@ tinygltf::Model parse_gltf(const std::string& file) {
   } catch (const std::exception& e) {
     fail(first_line(e.what()));
   }
+  // Buffers of compressed data have no bytes for readers that don't know of the compression.
+  for (const char* const compression : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+    if (!ok && bytes.find(compression) != std::string::npos) {
+      throw Error(Location{file, 0, 0}, unsupported(compression));
+    }
+  }
   if (!ok) fail(first_line(error));
   if (!model.asset.version.starts_with("2.")) {
     fail("its version is '" + model.asset.version.substr(0, 20) + "', expected 2.0");
@@ -89,36 +123,45 @@ class GltfReader {
   GltfReader(const std::string& file, const tinygltf::Model& model, bool flip_v, bool wants_colors)
       : model_(model),
         accessors_(file, model),
+        skins_(accessors_, model),
         flip_v_(flip_v),
         wants_colors_(wants_colors),
         visited_(model.nodes.size()) {}
 
   TriangleMesh read() {
     for (const std::string& extension : model_.extensionsRequired) {
-      if (extension == "KHR_draco_mesh_compression" || extension == "EXT_meshopt_compression") {
-        accessors_.fail("the file's meshes are compressed (" + extension +
-                        "), which is not supported");
+      if (!is_supported(extension)) accessors_.fail(unsupported(extension));
+    }
+    for (const tinygltf::Mesh& mesh : model_.meshes) {
+      for (const tinygltf::Primitive& primitive : mesh.primitives) {
+        has_normals_ = has_normals_ || primitive.attributes.contains("NORMAL");
       }
     }
     for (const int root : roots()) read_node(root, glm::dmat4(1.), "the scene");
-    if (mesh_.triangles.empty()) accessors_.fail("the file has no faces");
-    if (any_normals_ && !all_normals_) unused_.insert("normals, which some primitives lack");
-    if (!all_normals_) mesh_.normals.clear();
+    if (!has_normals_) mesh_.normals.clear();
     if (!any_uvs_) mesh_.uvs.clear();
     if (any_colors_) mesh_.attributes.push_back({"vertex_color", 3, std::move(colors_)});
     note_unused();
     return std::move(mesh_);
   }
 
-  /// What the file holds and a mesh has no use for.
+  /// True if no primitive has normals: all faces are flat then (glTF 2.0, 3.7.2.1).
+  bool is_flat() const { return !has_normals_; }
+  bool has_materials() const { return has_materials_; }
+  size_t lost_primitives() const { return lost_primitives_; }
+  /// Parts of the file that a mesh has no use for.
   std::vector<std::string> unused() const { return {unused_.begin(), unused_.end()}; }
 
  private:
-  /// Of the file as a whole.
+  /// Notes what the file as a whole holds.
   void note_unused() {
     if (model_.scenes.size() > 1) unused_.insert("scenes other than the default one");
     if (!model_.animations.empty()) unused_.insert("animations");
     for (const std::string& extension : model_.extensionsUsed) {
+      if (extension == "EXT_mesh_gpu_instancing" || extension == "KHR_mesh_quantization" ||
+          extension == "KHR_node_visibility") {
+        continue;
+      }
       unused_.insert("extension " + TextCursor::shorten(extension));
     }
   }
@@ -160,17 +203,10 @@ class GltfReader {
         accessors_.fail(name + " has two parents, or is its own ancestor");
       }
       visited_[static_cast<size_t>(next.node)] = true;
-      const glm::dmat4 matrix = next.parent * local_matrix(node, name);
+      if (is_hidden(node)) continue;
+      const glm::dmat4 matrix = next.parent * local_matrix(accessors_, node, name);
       if (node.camera >= 0) unused_.insert("cameras");
-      if (node.skin >= 0) unused_.insert("skins");
-      if (node.mesh >= 0) {
-        const tinygltf::Mesh& mesh = accessors_.at(model_.meshes, node.mesh, "mesh", name);
-        for (size_t i = 0; i < mesh.primitives.size(); ++i) {
-          read_primitive(mesh.primitives[i], matrix,
-                         "mesh " + std::to_string(node.mesh) + ", primitive " + std::to_string(i));
-          check_size();
-        }
-      }
+      if (node.mesh >= 0) read_mesh(node, matrix, name);
       for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) {
         accessors_.at(model_.nodes, *child, "node", name);
         pending.push_back({*child, matrix});
@@ -179,182 +215,152 @@ class GltfReader {
   }
 
   void check_size() const {
+    if (mesh_.positions.size() > kNoHit) accessors_.fail("the file has too many vertices");
     const size_t most = accessors_.most_elements();
     if (std::max(mesh_.positions.size(), mesh_.triangles.size()) <= most) return;
     accessors_.fail("the file uses its data too many times: that makes more than " +
                     std::to_string(most) + " vertices or faces");
   }
 
-  glm::dmat4 local_matrix(const tinygltf::Node& node, const std::string& name) const {
-    const auto check = [&](const std::vector<double>& v, size_t size, const char* what) {
-      if (!v.empty() && v.size() != size) {
-        accessors_.fail(name + " has a " + what + " of " + std::to_string(v.size()) +
-                        " numbers, expected " + std::to_string(size));
-      }
-      return !v.empty();
-    };
-    glm::dmat4 m(1.);
-    if (check(node.matrix, 16, "matrix")) {
-      for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[static_cast<size_t>(i)];
-      return m;
+  void read_mesh(const tinygltf::Node& node, const glm::dmat4& matrix, const std::string& user) {
+    const tinygltf::Mesh& mesh = accessors_.at(model_.meshes, node.mesh, "mesh", user);
+    const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
+    std::vector<glm::dmat4> joints;
+    if (node.skin >= 0) joints = skins_.joint_matrices(node.skin, user);
+    std::vector<glm::dmat4> copies = instance_matrices(accessors_, node, user);
+    for (glm::dmat4& copy : copies) copy = matrix * copy;
+    for (size_t i = 0; i < mesh.primitives.size(); ++i) {
+      read_primitive(mesh.primitives[i], weights, joints, copies,
+                     "mesh " + std::to_string(node.mesh) + ", primitive " + std::to_string(i));
     }
-    if (check(node.rotation, 4, "rotation")) {
-      const double x = node.rotation[0], y = node.rotation[1], z = node.rotation[2];
-      const double w = node.rotation[3];
-      m[0] = {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 0};
-      m[1] = {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x), 0};
-      m[2] = {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y), 0};
-    }
-    if (check(node.scale, 3, "scale")) {
-      for (int i = 0; i < 3; ++i) m[i] *= node.scale[static_cast<size_t>(i)];
-    }
-    if (check(node.translation, 3, "translation")) {
-      m[3] = {node.translation[0], node.translation[1], node.translation[2], 1};
-    }
-    return m;
   }
 
-  void read_primitive(const tinygltf::Primitive& primitive, const glm::dmat4& matrix,
-                      const std::string& name) {
-    const bool is_list = primitive.mode == TINYGLTF_MODE_TRIANGLES || primitive.mode == -1;
-    const bool is_strip = primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP;
-    if (!is_list && !is_strip && primitive.mode != TINYGLTF_MODE_TRIANGLE_FAN) {
-      unused_.insert("points and lines");
-      return;
-    }
-    if (primitive.extensions.contains("KHR_draco_mesh_compression")) {
-      accessors_.fail(name + " is compressed (KHR_draco_mesh_compression), which is not supported");
-    }
-    if (primitive.material >= 0) unused_.insert("materials");
-    if (!primitive.targets.empty()) unused_.insert("morph targets");
+  void note_unused(const tinygltf::Primitive& primitive, bool is_skinned) {
+    if (primitive.material >= 0) has_materials_ = true;
     for (const auto& [attribute, accessor] : primitive.attributes) {
       if (attribute == "POSITION" || attribute == "NORMAL" || attribute == "TEXCOORD_0") continue;
       if (attribute == "COLOR_0" && wants_colors_) continue;
+      const bool is_of_skin = attribute.starts_with("JOINTS_") || attribute.starts_with("WEIGHTS_");
+      if (is_skinned && is_of_skin) continue;
       unused_.insert("attribute " + TextCursor::shorten(attribute));
     }
-    const size_t first = mesh_.positions.size();
-    const size_t count = read_vertices(primitive, matrix, name);
-    if (mesh_.positions.size() > kNoHit) accessors_.fail("the file has too many vertices");
-    const std::vector<uint32_t> indices = read_indices(primitive, first, count, name);
-    if (is_list && indices.size() % 3 != 0) {
-      accessors_.fail(name + " has " + std::to_string(indices.size()) +
-                      " indices, expected a multiple of 3");
+  }
+
+  /// Adds copies of a primitive; `joints` is empty without a skin.
+  void read_primitive(const tinygltf::Primitive& primitive, const std::vector<double>& weights,
+                      const std::vector<glm::dmat4>& joints, const std::vector<glm::dmat4>& copies,
+                      const std::string& name) {
+    if (!is_of_triangles(primitive)) {
+      ++lost_primitives_;
+      return;
     }
-    const bool mirrored = glm::determinant(glm::dmat3(matrix)) < 0;
-    const size_t step = is_list ? 3 : 1;
-    for (size_t i = 0; i + 2 < indices.size(); i += step) {
-      glm::uvec3 triangle(indices[i], indices[i + 1], indices[i + 2]);
-      if (is_strip && i % 2 == 1) std::swap(triangle.y, triangle.z);
-      if (!is_list && !is_strip) triangle.x = indices[0];
+    // A compressed primitive may have its data uncompressed as well.
+    const auto positions = primitive.attributes.find("POSITION");
+    if (primitive.extensions.contains("KHR_draco_mesh_compression") &&
+        (positions == primitive.attributes.end() ||
+         accessors_.at(model_.accessors, positions->second, "accessor", name).bufferView < 0)) {
+      accessors_.fail(name + " is compressed (KHR_draco_mesh_compression), which is not supported");
+    }
+    const GltfVertices vertices = read_vertices(accessors_, primitive, weights, name);
+    std::vector<float> colors;
+    if (wants_colors_) {
+      colors = read_colors(accessors_, model_, primitive, vertices.count, name);
+      any_colors_ = any_colors_ || primitive.attributes.contains("COLOR_0");
+    }
+    const std::vector<glm::uvec3> triangles =
+        read_triangles(accessors_, primitive, vertices.count, name);
+    std::vector<glm::dmat4> skinned;
+    if (!joints.empty()) {
+      skinned = skinned_vertices(accessors_, primitive, joints, vertices.count, name);
+    }
+    note_unused(primitive, !skinned.empty());
+    any_uvs_ = any_uvs_ || !vertices.uvs.empty();
+    // The transform of a skinned mesh's node has no effect (glTF 2.0, 3.7.3.3).
+    for (const glm::dmat4& copy : copies) {
+      const auto matrix_of = [&](size_t i) -> const glm::dmat4& {
+        return skinned.empty() ? copy : skinned[i];
+      };
+      if (vertices.normals.empty() && has_normals_) {
+        add_flat(vertices, triangles, colors, matrix_of);
+      } else {
+        add(vertices, triangles, colors, matrix_of);
+      }
+      check_size();
+      if (!skinned.empty()) break;  // the copies are all in the same place
+    }
+  }
+
+  template <class MatrixOf>
+  void add(const GltfVertices& vertices, const std::vector<glm::uvec3>& triangles,
+           const std::vector<float>& colors, const MatrixOf& matrix_of) {
+    const auto first = static_cast<uint32_t>(mesh_.positions.size());
+    for (size_t i = 0; i < vertices.count; ++i) add_vertex(vertices, i, matrix_of(i));
+    colors_.insert(colors_.end(), colors.begin(), colors.end());
+    for (glm::uvec3 triangle : triangles) {
       // A mirroring node keeps its faces' outside (glTF 2.0, 3.7.4).
-      if (mirrored) std::swap(triangle.y, triangle.z);
-      mesh_.triangles.push_back(triangle);
+      if (mirrors(matrix_of(triangle.x))) std::swap(triangle.y, triangle.z);
+      mesh_.triangles.push_back(triangle + first);
     }
   }
 
-  /// Appends the vertices and returns their number.
-  size_t read_vertices(const tinygltf::Primitive& primitive, const glm::dmat4& matrix,
-                       const std::string& name) {
-    const auto read = [&](const char* attribute, int type) {
-      const auto found = primitive.attributes.find(attribute);
-      if (found == primitive.attributes.end()) return std::vector<double>();
-      return accessors_.read(found->second, type, name + ", " + attribute);
-    };
-    const std::vector<double> positions = read("POSITION", TINYGLTF_TYPE_VEC3);
-    const std::vector<double> normals = read("NORMAL", TINYGLTF_TYPE_VEC3);
-    const std::vector<double> uvs = read("TEXCOORD_0", TINYGLTF_TYPE_VEC2);
-    const size_t count = positions.size() / 3;
-    if (count == 0) accessors_.fail(name + " has no positions");
-    if ((!normals.empty() && normals.size() != count * 3) ||
-        (!uvs.empty() && uvs.size() != count * 2)) {
-      accessors_.fail(name + " has attributes of different lengths");
-    }
-    all_normals_ = all_normals_ && !normals.empty();
-    any_normals_ = any_normals_ || !normals.empty();
-    any_uvs_ = any_uvs_ || !uvs.empty();
-    // Normals go by the cofactors, which are the inverse transpose times the determinant, and
-    // exist for a flattening node, too.
-    const glm::dmat3 m(matrix);
-    const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]),
-                               glm::cross(m[0], m[1]));
-    const double sign = glm::determinant(m) < 0 ? -1 : 1;
-    for (size_t i = 0; i < count; ++i) {
-      const glm::dvec4 p(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2], 1);
-      mesh_.positions.emplace_back(matrix * p);
-      Vec3 n(0.f);
-      if (!normals.empty()) {
-        const glm::dvec3 stored(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]);
-        const glm::dvec3 turned = cofactors * stored * sign;
-        const double length = glm::length(turned);
-        n = Vec3(length > 0 ? turned / length : turned);
+  /// As add(), with vertices of its own for each triangle and normals of zero, for which
+  /// MeshShape::finish() puts the triangle's.
+  template <class MatrixOf>
+  void add_flat(const GltfVertices& vertices, const std::vector<glm::uvec3>& triangles,
+                const std::vector<float>& colors, const MatrixOf& matrix_of) {
+    for (glm::uvec3 triangle : triangles) {
+      if (mirrors(matrix_of(triangle.x))) std::swap(triangle.y, triangle.z);
+      const auto first = static_cast<uint32_t>(mesh_.positions.size());
+      for (int k = 0; k < 3; ++k) {
+        const size_t i = triangle[k];
+        add_vertex(vertices, i, matrix_of(i));
+        if (colors.empty()) continue;
+        colors_.insert(colors_.end(), &colors[3 * i], &colors[3 * i] + 3);
       }
-      mesh_.normals.push_back(n);
-      Vec2 uv(0.f);
-      if (!uvs.empty()) {
-        uv = Vec2(uvs[2 * i], flip_v_ ? 1 - uvs[2 * i + 1] : uvs[2 * i + 1]);
-      }
-      mesh_.uvs.push_back(uv);
-    }
-    if (wants_colors_) read_colors(primitive, count, name);
-    return count;
-  }
-
-  /// COLOR_0 has three numbers or four, of which the last is an opacity.
-  void read_colors(const tinygltf::Primitive& primitive, size_t count, const std::string& name) {
-    const size_t before = colors_.size();
-    colors_.resize(before + 3 * count, 1.f);
-    const auto found = primitive.attributes.find("COLOR_0");
-    if (found == primitive.attributes.end()) return;
-    any_colors_ = true;
-    const std::string what = name + ", COLOR_0";
-    const bool has_alpha =
-        accessors_.at(model_.accessors, found->second, "accessor", what).type == TINYGLTF_TYPE_VEC4;
-    const std::vector<double> values =
-        accessors_.read(found->second, has_alpha ? TINYGLTF_TYPE_VEC4 : TINYGLTF_TYPE_VEC3, what);
-    const size_t size = has_alpha ? 4 : 3;
-    if (values.size() != size * count) {
-      accessors_.fail(name + " has attributes of different lengths");
-    }
-    for (size_t i = 0; i < count; ++i) {
-      for (size_t k = 0; k < 3; ++k) {
-        if (!std::isfinite(values[size * i + k])) accessors_.fail(what + " is not finite");
-        colors_[before + 3 * i + k] = static_cast<float>(values[size * i + k]);
-      }
+      mesh_.triangles.emplace_back(first, first + 1, first + 2);
     }
   }
 
-  /// Into the merged mesh, whose vertices of this primitive start at `first`.
-  std::vector<uint32_t> read_indices(const tinygltf::Primitive& primitive, size_t first,
-                                     size_t count, const std::string& name) const {
-    std::vector<uint32_t> indices;
-    if (primitive.indices < 0) {
-      for (size_t i = 0; i < count; ++i) indices.push_back(static_cast<uint32_t>(first + i));
-      return indices;
+  static bool mirrors(const glm::dmat4& matrix) { return glm::determinant(glm::dmat3(matrix)) < 0; }
+
+  void add_vertex(const GltfVertices& vertices, size_t i, const glm::dmat4& matrix) {
+    const double* const p = &vertices.positions[3 * i];
+    mesh_.positions.emplace_back(matrix * glm::dvec4(p[0], p[1], p[2], 1));
+    Vec3 n(0.f);
+    if (!vertices.normals.empty()) {
+      const double* const stored = &vertices.normals[3 * i];
+      // Normals go by the cofactors, which are the inverse transpose times the determinant, and
+      // exist for a flattening node, too.
+      const glm::dmat3 m(matrix);
+      const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]),
+                                 glm::cross(m[0], m[1]));
+      const double sign = glm::determinant(m) < 0 ? -1 : 1;
+      const glm::dvec3 turned = cofactors * glm::dvec3(stored[0], stored[1], stored[2]) * sign;
+      const double length = glm::length(turned);
+      n = Vec3(length > 0 ? turned / length : turned);
     }
-    const std::vector<double> stored =
-        accessors_.read(primitive.indices, TINYGLTF_TYPE_SCALAR, name + ", indices");
-    indices.reserve(stored.size());
-    for (const double index : stored) {
-      if (!(index >= 0) || !(index < static_cast<double>(count)) || index != std::floor(index)) {
-        accessors_.fail(name + " refers to vertex " + format_index(index) + ", expected 0 to " +
-                        std::to_string(count - 1));
-      }
-      indices.push_back(static_cast<uint32_t>(first + static_cast<size_t>(index)));
+    mesh_.normals.push_back(n);
+    Vec2 uv(0.f);
+    if (!vertices.uvs.empty()) {
+      const double v = vertices.uvs[2 * i + 1];
+      uv = Vec2(vertices.uvs[2 * i], flip_v_ ? 1 - v : v);
     }
-    return indices;
+    mesh_.uvs.push_back(uv);
   }
 
   const tinygltf::Model& model_;
   GltfAccessors accessors_;
+  GltfSkins skins_;
   bool flip_v_;
   bool wants_colors_;
   std::vector<bool> visited_;
   TriangleMesh mesh_;
-  std::vector<float> colors_;  ///< where they are wanted
+  std::vector<float> colors_;  ///< empty unless a texture reads them
   bool any_colors_ = false;
-  bool all_normals_ = true;
-  bool any_normals_ = false;
+  bool has_normals_ = false;
   bool any_uvs_ = false;
+  bool has_materials_ = false;
+  size_t lost_primitives_ = 0;
   std::set<std::string> unused_;
 };
 
@@ -367,8 +373,19 @@ class Gltf final : public wide::Mesh {
     GltfReader reader(file, model, props.boolean("flip_tex_coords"),
                       std::find(wanted.begin(), wanted.end(), "vertex_color") != wanted.end());
     mesh_ = reader.read();
+    const auto warn = [&](const std::string& what) {
+      log_warn(Error(Location{file, 0, 0}, what).what());
+    };
+    if (const size_t lost = reader.lost_primitives(); lost > 0) {
+      warn("primitives of points or lines are skipped (" + std::to_string(lost) + " of them)");
+    }
+    if (reader.has_materials() && !bsdf_pointer()) {
+      warn("its materials are ignored: give the shape a bsdf");
+    }
     log_unused(file, reader.unused());
-    finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));
+    if (mesh_.triangles.empty()) warn_of_no_faces(file);
+    const bool face_normals = props.boolean("face_normals") || reader.is_flat();
+    finish(props, to_world_of(props), face_normals, props.boolean("flip_normals"));
   }
 };
 

@@ -48,7 +48,10 @@ class GltfAccessors {
 
   /// Nodes may show one mesh many times: far more than that is no scene, but a file that is meant
   /// to fill the memory.
-  size_t most_elements() const { return (size_t{1} << 20) + kMostRepeated * total_bytes_; }
+  size_t most_elements() const {
+    return (size_t{1} << 20) +
+           std::max(kMostRepeated * total_bytes_, std::min(kMostInstanced * total_bytes_, kMost));
+  }
 
   template <class T>
   const T& at(const std::vector<T>& list, int index, const char* kind,
@@ -67,6 +70,8 @@ class GltfAccessors {
  private:
   /// As elements for each byte of data.
   static constexpr size_t kMostRepeated = 16;
+  /// Likewise for small files of many instances, but not above kMost elements, a gigabyte.
+  static constexpr size_t kMostInstanced = 1024, kMost = size_t{1} << 25;
   struct View {
     const unsigned char* data;
     size_t stride;
