@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "kinome/log.h"
+#include "kinome/mitsuba_plugins.h"
 #include "kinome/texture.h"
 #include "loader/convert.h"
 #include "plugin/property_types.h"
@@ -32,19 +33,6 @@ bool can_do_without(const Lost& lost, const PluginDescriptor& plugin) {
          std::none_of(lost.categories.begin(), lost.categories.end(), is_needed);
 }
 
-/// What Mitsuba's plugins of a category have for how they work, and not for what they show.
-bool is_of_mitsubas_working(Category category, const std::string& name) {
-  constexpr std::pair<Category, const char*> kAll[] = {
-      {Category::kEmitter, "sampling_weight"},
-      {Category::kIntegrator, "block_size"},
-      {Category::kIntegrator, "samples_per_pass"},
-      {Category::kIntegrator, "timeout"},
-  };
-  return std::any_of(std::begin(kAll), std::end(kAll), [&](const auto& one) {
-    return one.first == category && name == one.second;
-  });
-}
-
 /// The parameter that a texture of any name, or none, is meant for.
 std::optional<std::string> row_of_any_texture(const PluginDescriptor& plugin) {
   for (const Parameter& row : plugin.parameters) {
@@ -61,6 +49,18 @@ std::optional<Category> category_of_tag(const std::string& tag) {
     if (tag == to_string(category)) return category;
   }
   return std::nullopt;
+}
+
+bool is_of_mitsubas_working(Category category, const std::string& name) {
+  constexpr std::pair<Category, const char*> kAll[] = {
+      {Category::kEmitter, "sampling_weight"},
+      {Category::kIntegrator, "block_size"},
+      {Category::kIntegrator, "samples_per_pass"},
+      {Category::kIntegrator, "timeout"},
+  };
+  return std::any_of(std::begin(kAll), std::end(kAll), [&](const auto& one) {
+    return one.first == category && name == one.second;
+  });
 }
 
 bool is_made_on_demand(const Node& node) {
@@ -166,9 +166,11 @@ std::shared_ptr<Object> Builder::make(const Node& node) {
 /// nullptr: the node is no object, or of no plugin, or has other mistakes; they are told.
 const PluginDescriptor* Builder::find_plugin(const Node& node) {
   if (is_missing(node, registry_)) {
+    const std::string& type = node.find("type")->value;
     faults_.add(node.find("type")->where,
-                node.tag + " '" + node.value("type") +
-                    "' of Mitsuba 3 isn't here (--lenient renders without it)");
+                node.tag + " '" + type + "'" +
+                    (is_of_mitsuba(node.tag, type) ? " of Mitsuba 3 isn't here" : " isn't here") +
+                    " (--lenient renders without it)");
     return nullptr;
   }
   const auto category = category_of_tag(node.tag);

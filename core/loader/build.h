@@ -20,6 +20,9 @@ namespace kinome::loader {
 std::optional<Category> category_of_tag(const std::string& tag);
 /// Whether an object is of a plugin of Mitsuba's that isn't here.
 bool is_missing(const Node& node, const PluginRegistry& registry);
+/// Whether Mitsuba's plugins of a category have a parameter for how they work, and not for what they
+/// show.
+bool is_of_mitsubas_working(Category category, const std::string& name);
 /// Rather than a value: objects, references to them, and what may have been meant as one.
 bool is_object(const Node& node);
 /// Made only where something refers to them: their files may be large.

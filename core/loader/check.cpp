@@ -93,17 +93,26 @@ bool check_attributes(const Node& node, const TagRule& rule, Faults& faults) {
   return is_fine;
 }
 
-/// Whether the names that it gives are any.
-bool check_names(const Node& node, Faults& faults) {
+/// Whether an empty attribute counts as absent: objects need neither name nor id.
+bool may_be_empty(TagKind kind, std::string_view attribute) {
+  if (kind == TagKind::kRef) return attribute == "name";
+  return kind == TagKind::kObject;
+}
+
+/// Whether the names that it gives are names. Some are the program's own, for objects without one.
+bool check_names(const Node& node, TagKind kind, Faults& faults) {
   bool is_fine = true;
   for (const char* name : {"name", "id", "as"}) {
     const Attribute* attribute = node.find(name);
     if (!attribute) continue;
-    if (attribute->value.empty()) {
+    const std::string& value = attribute->value;
+    const bool is_reserved =
+        attribute->name == "name" && (value.starts_with("_arg_") || value.starts_with("_default_"));
+    if (is_reserved) {
+      faults.add(attribute->where, "'" + value + "': names that begin with _arg_ or _default_ are "
+                                                  "reserved");
+    } else if (value.empty() && !may_be_empty(kind, name)) {
       faults.add(attribute->where, std::string(name) + " is empty");
-    } else if (attribute->value[0] == '_') {
-      faults.add(attribute->where,
-                 "'" + attribute->value + "': names that begin with an underscore are reserved");
     } else {
       continue;
     }
@@ -145,7 +154,7 @@ bool check_node(const Node& node, const Node* parent, Faults& faults) {
     return false;
   }
   const bool has_attributes = check_attributes(node, *rule, faults);
-  return check_names(node, faults) && has_attributes;
+  return check_names(node, rule->kind, faults) && has_attributes;
 }
 
 }  // namespace kinome::loader

@@ -98,14 +98,13 @@ Vec3 convert_vector(const Node& node, const float* missing) {
     }
     return convert_triple(node, *value);
   }
-  const bool any = std::any_of(std::begin(axes), std::end(axes), [](auto* axis) { return axis; });
   Vec3 result(missing ? *missing : 0.f);
   for (int i = 0; i < 3; ++i) {
     if (axes[i]) {
       result[i] = static_cast<float>(or_error(parse_real(axes[i]->value), *axes[i], "a number"));
-    } else if (!missing || !any) {
-      throw Error(node.where, quoted_tag(node) + " needs an attribute 'value'" +
-                                  (missing ? ", or some of x, y, z" : ", or all of x, y, z"));
+    } else if (!missing) {
+      throw Error(node.where,
+                  quoted_tag(node) + " needs an attribute 'value', or all of x, y, z");
     }
   }
   return result;

@@ -13,6 +13,7 @@
 #include "base/fnv1a.h"
 #include "loader/node.h"
 #include "loader/substitute.h"
+#include "loader/text_encoding.h"
 
 namespace kinome::loader {
 namespace {
@@ -35,8 +36,9 @@ class Expander {
   Expander(const std::string& name, const LoadOptions& options, Faults& faults)
       : name_(name), options_(options), faults_(faults), substitution_(options.defines, faults) {}
 
-  Expansion run(const std::string& text, bool whole_scene) {
-    add_to_hash(text);
+  Expansion run(const std::string& bytes, bool whole_scene) {
+    add_to_hash(bytes);
+    const std::string text = as_utf8(bytes);
     Node root = parse(text, name_, faults_);
     if (whole_scene && root.tag != "scene") {
       throw Error(root.where, "the root must be <scene>, not " + quoted_tag(root));
@@ -56,13 +58,24 @@ class Expander {
   /// The node with its substituted attributes and its expanded children.
   Node expand_node(const Node& node, bool is_file_root, bool is_fine) {
     Node copy{node.tag, node.attributes, {}, node.where, folders_, !is_fine};
+    copy.is_old = node.is_old;
     substitute(copy);
+    drop_empty_names(copy);
     note_id(copy);
     // What stands in a value that is none, nobody can tell.
     if (is_fine || kind_of(node) == TagKind::kObject) {
       expand_children(node, is_file_root, copy.children);
     }
     return copy;
+  }
+
+  /// Mitsuba takes an object whose id or name is empty for one without.
+  static void drop_empty_names(Node& node) {
+    const TagKind kind = kind_of(node);
+    if (kind != TagKind::kObject && kind != TagKind::kRef) return;
+    std::erase_if(node.attributes, [](const Attribute& attribute) {
+      return (attribute.name == "id" || attribute.name == "name") && attribute.value.empty();
+    });
   }
 
   void substitute(Node& node) {
@@ -159,7 +172,7 @@ class Expander {
       }
     }
     if (++includes_ > kMostIncludes) faults_.stop(Error(attribute.where, "too many includes"));
-    const std::string text = read_text(path, attribute.where);
+    const std::string text = as_utf8(read_text(path, attribute.where));
     if (!included_.insert(path).second && (repeated_ += text.size()) > kMostRepeated) {
       faults_.stop(Error(attribute.where, "'" + path + "' and others are included too many times"));
     }

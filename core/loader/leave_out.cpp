@@ -2,9 +2,12 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "kinome/log.h"
 #include "kinome/mitsuba_plugins.h"
 #include "loader/build.h"
+#include "loader/legacy/legacy.h"
 
 namespace kinome::loader {
 namespace {
@@ -26,9 +29,22 @@ const StandIn kStandIns[] = {
     {"sensor", "perspective", {"to_world", "fov", "fov_axis", "film", "sampler"}},
 };
 
+bool is_registered(const Node& node, const PluginRegistry& registry) {
+  const auto category = category_of_tag(node.tag);
+  if (!category) return false;
+  const auto names = registry.names(*category);
+  return std::find(names.begin(), names.end(), node.value("type")) != names.end();
+}
+
+struct LeftOut {
+  Location where;
+  std::string what;         ///< "integrator 'stokes'"
+  std::string replacement;  ///< "'path'"; "": none
+};
+
 class LeavingOut {
  public:
-  LeavingOut(const PluginRegistry& registry, std::vector<std::string>& left_out)
+  LeavingOut(const PluginRegistry& registry, std::vector<LeftOut>& left_out)
       : registry_(registry), left_out_(left_out) {}
 
   void run(Expansion& expansion) {
@@ -46,7 +62,7 @@ class LeavingOut {
  private:
   void look_at(Node& node) {
     std::erase_if(node.children, [&](Node& child) {
-      if (is_missing(child, registry_)) return !replace(child);
+      if (must_go(child)) return !replace(child);
       look_at(child);
       return false;
     });
@@ -60,10 +76,10 @@ class LeavingOut {
       const auto inner = std::find_if(node.children.begin(), node.children.end(),
                                       [](const Node& child) { return child.tag == "integrator"; });
       if (inner != node.children.end()) {
-        tell(node, title + " (what is nested in it stands in)");
+        add(node, title, "the integrator in it");
         Node other = std::move(*inner);
         node = std::move(other);
-        if (is_missing(node, registry_)) return replace(node);
+        if (must_go(node)) return replace(node);
         look_at(node);
         return true;
       }
@@ -71,11 +87,11 @@ class LeavingOut {
     const auto stand_in = std::find_if(std::begin(kStandIns), std::end(kStandIns),
                                        [&](const StandIn& one) { return one.tag == node.tag; });
     if (stand_in == std::end(kStandIns)) {
-      tell(node, title);
+      add(node, title, "");
       note_ids(node);
       return false;
     }
-    tell(node, title + " ('" + stand_in->type + "' stands in)");
+    add(node, title, fmt::format("'{}'", stand_in->type));
     node.find("type")->value = stand_in->type;
     std::erase_if(node.children, [&](const Node& child) {
       const auto& kept = stand_in->kept;
@@ -88,8 +104,15 @@ class LeavingOut {
     return true;
   }
 
-  void tell(const Node& node, const std::string& what) {
-    left_out_.push_back(to_string(node.where) + ": " + what);
+  void add(const Node& node, const std::string& what, const std::string& replacement) {
+    left_out_.push_back({node.where, what, replacement});
+  }
+
+  /// Unknown plugins of old files go, too: there were more of them than Mitsuba 3 has.
+  bool must_go(const Node& node) const {
+    if (is_missing(node, registry_)) return true;
+    if (!node.is_old || node.is_broken || node.tag == "scene" || !node.find("type")) return false;
+    return !is_registered(node, registry_);
   }
 
   void note_ids(const Node& node) {
@@ -107,7 +130,7 @@ class LeavingOut {
   }
 
   const PluginRegistry& registry_;
-  std::vector<std::string>& left_out_;
+  std::vector<LeftOut>& left_out_;
   std::set<std::string> gone_;  ///< ids
 };
 
@@ -115,22 +138,30 @@ class LeavingOut {
 
 bool is_missing(const Node& node, const PluginRegistry& registry) {
   const Attribute* const type = node.find("type");
-  if (node.is_broken || !type || !is_of_mitsuba(node.tag, type->value)) return false;
-  const auto category = category_of_tag(node.tag);
-  if (!category) return true;
-  const auto names = registry.names(*category);
-  return std::find(names.begin(), names.end(), type->value) == names.end();
+  if (node.is_broken || !type) return false;
+  constexpr std::string_view kAbsent[] = {"medium", "phase", "volume"};
+  if (std::find(std::begin(kAbsent), std::end(kAbsent), node.tag) != std::end(kAbsent)) return true;
+  return is_of_mitsuba(node.tag, type->value) && !is_registered(node, registry);
 }
 
 Expansion expand_scene(const std::string& text, const std::string& name, const LoadOptions& options,
                        bool whole_scene, PluginRegistry& registry, RenderStats* stats,
                        Faults& faults) {
   Expansion expansion = expand(text, name, options, whole_scene, faults);
+  if (expansion.is_of_old_version) translate_old(expansion.root, registry, faults);
   if (options.lenient) {
-    std::vector<std::string> left_out;
+    std::vector<LeftOut> left_out;
     LeavingOut(registry, left_out).run(expansion);
-    for (const std::string& line : left_out) log_warn(line + " is left out");
-    if (stats) stats->left_out = left_out;
+    for (const LeftOut& one : left_out) {
+      const std::string what = to_string(one.where) + ": " + one.what;
+      if (one.replacement.empty()) {
+        log_warn(fmt::format("{} is left out", what));
+        if (stats) stats->left_out.push_back(what);
+      } else {
+        log_warn(fmt::format("{} is replaced by {}", what, one.replacement));
+        if (stats) stats->left_out.push_back(fmt::format("{}, replaced by {}", what, one.replacement));
+      }
+    }
   }
   return expansion;
 }

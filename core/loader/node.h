@@ -48,6 +48,8 @@ struct Node {
   std::vector<std::shared_ptr<const Node>> steps = {};
   /// No text says it: a program has put it there.
   bool is_put = false;
+  /// From a file whose format is older than 2.0.0.
+  bool is_old = false;
   /// `given`, as it was when a program described the object.
   std::vector<ObjectDescription::Value> described = {};
 

@@ -4,8 +4,10 @@
 
 #include <pugixml.hpp>
 
+#include "kinome/log.h"
 #include "loader/node.h"
 #include "loader/source_places.h"
+#include "loader/unclosed.h"
 
 namespace kinome::loader {
 namespace {
@@ -35,8 +37,7 @@ class Converter {
       if (child.type() == pugi::node_element) {
         node.children.push_back(convert(child, depth + 1));
       } else {
-        faults_.add(node.where, "unexpected text inside " + quoted_tag(node) + ": '" +
-                                    std::string(child.value()).substr(0, 40) + "'");
+        warn_of_text(node, child.value());
       }
     }
     return node;
@@ -53,10 +54,30 @@ class Converter {
     }
   }
 
+  /// Text has no meaning in a scene, and Mitsuba ignores it. Blanks need no warning.
+  static void warn_of_text(const Node& node, const std::string& text) {
+    constexpr size_t kMaxLength = 40;
+    if (text.find_first_not_of(" \t\r\n") == std::string::npos) return;
+    log_warn(Error(node.where, "text inside " + quoted_tag(node) + " is ignored: '" +
+                                   text.substr(0, kMaxLength) + "'")
+                 .what());
+  }
+
   const std::string& text_;
   SourcePlaces places_;
   Faults& faults_;
 };
+
+/// Names the element that lacks its end tag, if that is what is wrong at `offset`.
+std::string describe_syntax(const pugi::xml_parse_result& result, const std::string& text,
+                            const std::string& file, size_t offset) {
+  const std::string message = std::string("malformed XML: ") + result.description();
+  if (result.status != pugi::status_end_element_mismatch) return message;
+  const auto open = innermost_open_element(text, offset);
+  if (!open) return message;
+  const int line = SourcePlaces(text, file).at(open->begin).line;
+  return message + ": <" + open->tag + "> of line " + std::to_string(line) + " isn't closed";
+}
 
 }  // namespace
 
@@ -97,9 +118,6 @@ std::string did_you_mean(const std::string& nearest, const std::string& prefix) 
 }
 
 Node parse(const std::string& text, const std::string& file, Faults& faults) {
-  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
-    throw Error(Location{file, 1, 1}, "the file is UTF-16, expected UTF-8");
-  }
   if (const size_t nul = text.find('\0'); nul != std::string::npos) {
     throw Error(SourcePlaces(text, file).at(nul), "not XML: a byte that is zero");
   }
@@ -111,7 +129,7 @@ Node parse(const std::string& text, const std::string& file, Faults& faults) {
   if (!result) {
     const size_t offset = result.offset > 0 ? static_cast<size_t>(result.offset) : 0;
     throw Error(SourcePlaces(text, file).at(offset),
-                std::string("malformed XML: ") + result.description());
+                describe_syntax(result, text, file, offset));
   }
   const pugi::xml_node root = document.document_element();
   for (const pugi::xml_node& node : document.children()) {

@@ -1,5 +1,6 @@
 // <transform> and the operations in it.
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -22,6 +23,10 @@ DMat4 rotation(const Node& node) {
   const auto degrees = parse_real(attribute.value);
   if (!degrees)
     throw Error(attribute.where, "'" + attribute.value + "' is not an angle in degrees");
+  const auto is_axis = [](const Attribute& a) { return a.name != "angle"; };
+  if (std::none_of(node.attributes.begin(), node.attributes.end(), is_axis)) {
+    throw Error(node.where, "<rotate> needs an attribute 'value', or some of x, y, z");
+  }
   const float zero = 0;
   const DVec3 axis(convert_vector(node, &zero));
   const double length = glm::length(axis);

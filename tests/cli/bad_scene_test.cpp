@@ -51,7 +51,6 @@ const BadScene kScenes[] = {
      "<scene version=\"3.0.0\">\n <shape type=\"sphere\">\n</@scene>",
      {"malformed XML"}},
     {"no_xml_at_all", "<?xml version=\"1.0\"?>\n@hello", {"malformed XML"}},
-    {"stray_text", "@<emitter type=\"constant\">bright</emitter>", {"unexpected text", "bright"}},
     // Names.
     {"unknown_tag", "@<shap type=\"sphere\"/>", {"<shap>", "'shape'"}},
     {"unknown_attribute", "<shape type=\"sphere\" @typo=\"1\"/>", {"typo"}},

@@ -46,6 +46,15 @@ inline std::ostream& operator<<(std::ostream& out, const BsdfCase& c) {
 inline const std::vector<BsdfCase>& bsdf_cases() {
   static const std::vector<BsdfCase> cases{
       {"diffuse", "<bsdf type='diffuse'><rgb name='reflectance' value='0.2 0.5 0.9'/></bsdf>"},
+      {"roughdiffuse",
+       "<bsdf type='roughdiffuse'><rgb name='reflectance' value='0.2 0.5 0.9'/>"
+       "<float name='alpha' value='0.6'/></bsdf>"},
+      {"coating_of_metal",
+       "<bsdf type='coating'><rgb name='sigma_a' value='0.1 0.2 0.3'/>"
+       "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></bsdf>"},
+      {"roughcoating_of_diffuse",
+       "<bsdf type='roughcoating'><string name='distribution' value='ggx'/>"
+       "<float name='alpha' value='0.3'/><bsdf type='diffuse'/></bsdf>"},
       {"phong_1", "<bsdf type='phong'><float name='exponent' value='1'/></bsdf>"},
       {"phong_30",
        "<bsdf type='phong'><rgb name='diffuse_reflectance' value='0.1 0.4 0.6'/>"

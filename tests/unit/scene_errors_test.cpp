@@ -27,7 +27,6 @@ const Wrong kWrong[] = {
     {"TextBehindTheRoot", "!<scene version='3.0.0'/>\n<!-- a comment --> ^more",
      "malformed XML: text outside of"},
     {"TextBeforeTheRoot", "!^more <scene version='3.0.0'/>", "malformed XML: text outside of"},
-    {"Text", "^<bsdf type='diffuse'>hello</bsdf>", "unexpected text inside <bsdf>: 'hello'"},
     {"PlainText", "!^this is no XML at all", "malformed XML: "},
     {"AttributeTwice", "<bsdf type='diffuse' id='a' ^id='b'/>", "attribute 'id' is given twice"},
 
@@ -55,9 +54,9 @@ const Wrong kWrong[] = {
     {"NoValue", "<bsdf type='diffuse'>^<float name='a'/></bsdf>",
      "<float> needs an attribute 'value'"},
     {"EmptyName", "<bsdf type='diffuse'><float ^name='' value='1'/></bsdf>", "name is empty"},
-    {"EmptyId", "<bsdf type='diffuse' ^id=''/>", "id is empty"},
-    {"ReservedName", "<bsdf type='diffuse'><float ^name='_a' value='1'/></bsdf>",
-     "'_a': names that begin with an underscore are reserved"},
+    {"EmptyRef", "<shape type='sphere'><ref ^id=''/></shape>", "id is empty"},
+    {"ReservedName", "<shape type='sphere'><bsdf type='diffuse' ^name='_arg_0'/></shape>",
+     "'_arg_0': names that begin with _arg_ or _default_ are reserved"},
     {"ValueInsideValue",
      "<bsdf type='diffuse'><float name='a' value='1'>^<float name='b' "
      "value='1'/></float></bsdf>",

@@ -47,12 +47,65 @@ TEST(Files, MayHaveCommentsAroundTheRoot) {
       "no error");
 }
 
-TEST(Files, MustBeUtf8) {
-  const TemporaryFolder folder;
-  for (const std::string mark : {"\xFF\xFE", "\xFE\xFF"}) {
-    EXPECT_EQ(load_error(folder.write("a.xml", mark + "<")),
-              folder.path("a.xml") + ":1:1: the file is UTF-16, expected UTF-8");
+/// The text in UTF-16 or UTF-32.
+std::string encoded(const std::u32string& text, size_t unit, bool is_big_endian, bool has_mark) {
+  std::string bytes;
+  const auto add = [&](uint32_t value) {
+    for (size_t k = 0; k < unit; ++k) {
+      const size_t shift = 8 * (is_big_endian ? unit - 1 - k : k);
+      bytes += static_cast<char>(value >> shift & 0xff);
+    }
+  };
+  if (has_mark) add(0xfeff);
+  for (const char32_t c : text) {
+    if (unit == 2 && c > 0xffff) {
+      add(0xd800 + ((c - 0x10000) >> 10));
+      add(0xdc00 + ((c - 0x10000) & 0x3ff));
+    } else {
+      add(c);
+    }
   }
+  return bytes;
+}
+
+/// Columns count characters, whatever bytes they are in the file.
+TEST(Files, MayBeUtf16OrUtf32) {
+  const TemporaryFolder folder;
+  const std::u32string text =
+      U"<scene version='3.0.0'>\n<!-- \u00e4\u20ac\U0001d11e --><shape type='no'/></scene>";
+  for (const size_t unit : {2u, 4u}) {
+    for (const bool is_big_endian : {false, true}) {
+      for (const bool has_mark : {false, true}) {
+        SCOPED_TRACE(testing::Message() << unit << is_big_endian << has_mark);
+        const std::string file =
+            folder.write("a.xml", encoded(text, unit, is_big_endian, has_mark));
+        const std::string error = load_error(file);
+        EXPECT_NE(error.find(file + ":2:20: "), std::string::npos) << error;
+      }
+    }
+  }
+}
+
+TEST(Files, MayBeLatin1) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write(
+      "a.xml", "<?xml version='1.0' encoding='ISO-8859-1'?>\n<scene version='3.0.0'>"
+               "<shape type='sphere'><ref id='\xe4'/></shape></scene>");
+  EXPECT_EQ(load_error(file), file + ":2:50: nothing has the id '\xc3\xa4'");
+}
+
+TEST(Files, AnUnclosedElementIsNamed) {
+  const TemporaryFolder folder;
+  const std::string begin = "<scene version='3.0.0'>\n<!-- <a> -->\n<shape type='sphere' id='/>'>\n";
+  const auto message = [&](const std::string& rest) {
+    return load_error(folder.write("a.xml", begin + rest));
+  };
+  const std::string file = folder.path("a.xml");
+  const std::string mismatch = "malformed XML: Start-end tags mismatch: ";
+  EXPECT_EQ(message("<bsdf type='diffuse'/></scene>"),
+            file + ":4:25: " + mismatch + "<shape> of line 3 isn't closed");
+  EXPECT_EQ(message("<bsdf type='diffuse'></shape></scene>"),
+            file + ":4:24: " + mismatch + "<bsdf> of line 4 isn't closed");
 }
 
 TEST(Include, DissolvesScenes) {
@@ -134,7 +187,7 @@ TEST(Include, FaultsOfAllFilesAreNamedInTheOrderOfTheScene) {
                 "inner.xml:2:19, asked for by " + at + "outer.xml:1:33, asked for by " + at +
                 "main.xml:2:10)\n" + at + "outer.xml:2:1: unknown tag <nonsense> (asked for by " +
                 at + "main.xml:2:10)\n" + at +
-                "broken.xml:2:7: malformed XML: Start-end tags mismatch (asked for by " + at +
+                "broken.xml:2:7: malformed XML: Start-end tags mismatch: <shape> of line 2 isn't closed (asked for by " + at +
                 "main.xml:3:10)\n" + at +
                 "main.xml:4:22: 'radius' must be positive and finite, got -1.000000\n");
   EXPECT_TRUE(

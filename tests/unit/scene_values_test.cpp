@@ -237,6 +237,7 @@ TEST(Values, PluginsSayWhatTheirColoursMeasure) {
                                               {"irradiance", Quantity::kEmission},
                                               {"intensity", Quantity::kEmission},
                                               {"reflectance", Quantity::kReflectance},
+                                              {"scale", Quantity::kUnitless},
                                               {"alpha", Quantity::kUnitless},
                                               {"alpha_u", Quantity::kUnitless},
                                               {"alpha_v", Quantity::kUnitless},

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "loader/node.h"
+
+namespace kinome::loader {
+
+/// Major, minor and patch number of a scene's format.
+using Version = std::array<int64_t, 3>;
+
+/// Gives a node of a file older than 2.0.0 the tags, attributes and colours of Mitsuba 3. Names are
+/// in snake case already. Mitsuba 3 itself refuses most of the old ones. Plugins and their
+/// parameters follow after substitution, see legacy.h.
+void rename_old(Node& node, const Version& version, Faults& faults);
+
+}  // namespace kinome::loader

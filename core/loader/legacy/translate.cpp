@@ -1,0 +1,151 @@
+// The pass over all objects of old files.
+
+#include <algorithm>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "kinome/plugin_registry.h"
+#include "loader/build.h"
+#include "loader/legacy/legacy.h"
+
+namespace kinome::loader {
+namespace {
+
+using namespace legacy;
+
+/// Parameters of Mitsuba 0.x that don't change an image, by their object's tag.
+constexpr std::pair<std::string_view, std::string_view> kWithoutEffect[] = {
+    {"integrator", "strict_normals"},
+    {"film", "banner"},
+    {"film", "attach_log"},
+    {"sampler", "scramble"},
+    {"sampler", "dimension"},
+    {"sampler", "depth"},
+    {"shape", "max_smooth_angle"},
+    {"shape", "collapse"},
+    {"shape", "srgb"},
+    {"texture", "cache"},
+    {"texture", "max_anisotropy"},
+    {"emitter", "cache"},
+    {"emitter", "gamma"},
+    {"bsdf", "specular_sampling_weight"},
+    {"bsdf", "ext_eta"},
+};
+
+class Translation {
+ public:
+  Translation(PluginRegistry& registry, Faults& faults) : registry_(registry), faults_(faults) {}
+
+  void run(Node& node) {
+    if (node.tag == "scene") {
+      if (node.is_old) translate_scene(node);
+    } else if (node.is_old && !node.is_broken && node.find("type")) {
+      translate_object(node);
+    }
+    for (Node& child : node.children) run(child);
+  }
+
+ private:
+  void translate_scene(Node& scene) {
+    translate_ambient_occlusion(scene, warnings_);
+    std::erase_if(scene.children, [&](const Node& child) {
+      const bool is_value =
+          child.is_old && !child.is_broken &&
+          (kind_of(child) == TagKind::kValue || kind_of(child) == TagKind::kTransform);
+      if (is_value) {
+        warnings_.add(child.where, fmt::format("'{}' of the scene is ignored", child.value("name")));
+      }
+      return is_value;
+    });
+  }
+
+  void translate_object(Node& node) {
+    keep_last_values(node);
+    if (node.tag == "integrator") translate_integrator(node, warnings_);
+    if (node.tag == "film") translate_film(node, warnings_);
+    if (node.tag == "sensor") translate_sensor(node, warnings_);
+    if (node.tag == "emitter") translate_emitter(node, warnings_);
+    if (node.tag == "bsdf") translate_bsdf(node, warnings_, faults_);
+    if (node.tag == "texture") translate_texture(node, warnings_);
+    if (node.tag == "sampler" && node.value("type") == "hammersley") set_type(node, "ldsampler");
+    if (node.tag == "shape") translate_shape(node);
+    drop_unused(node);
+  }
+
+  /// Names from before 0.3, and the materials of an OBJ file, of which Mitsuba 3 takes one.
+  void translate_shape(Node& node) {
+    const std::string type = node.value("type");
+    if (type == "sphere") rename_child(node, "inverted", "flip_normals");
+    if (type == "cylinder" && find_child(node, "p2")) {
+      rename_child(node, "p1", "p0");
+      rename_child(node, "p2", "p1");
+    }
+    bool has_bsdf = false;
+    std::erase_if(node.children, [&](const Node& child) {
+      if (child.tag != "bsdf" || !std::exchange(has_bsdf, true)) return false;
+      warnings_.add(child.where, "the first BSDF is used for the whole shape");
+      return true;
+    });
+  }
+
+  /// Of a parameter that is given several times, Mitsuba 0.6 took the last value.
+  void keep_last_values(Node& node) {
+    std::set<std::string> seen;
+    for (size_t i = node.children.size(); i-- > 0;) {
+      const Node& child = node.children[i];
+      const std::string name = child.value("name");
+      if (name.empty() || kind_of(child) != TagKind::kValue || seen.insert(name).second) continue;
+      warnings_.add(child.where, fmt::format("'{}' is given twice, and the last value is used", name));
+      node.children.erase(node.children.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+
+  /// What a plugin doesn't know was a warning in Mitsuba 0.x, not an error.
+  void drop_unused(Node& node) {
+    const auto category = category_of_tag(node.tag);
+    if (!category) return;
+    const std::string type = node.value("type");
+    const auto names = registry_.names(*category);
+    const PluginDescriptor* plugin = nullptr;
+    if (std::find(names.begin(), names.end(), type) != names.end()) {
+      faults_.attempt([&] { plugin = &registry_.find(*category, type, node.find("type")->where); });
+    }
+    std::erase_if(node.children, [&](const Node& child) {
+      const TagKind kind = kind_of(child);
+      if (kind != TagKind::kValue && kind != TagKind::kTransform) return false;
+      const std::string name = child.value("name");
+      if (is_without_effect(node, name)) return true;
+      if (!plugin || child.is_broken || find_row(*plugin, name)) return false;
+      if (is_of_mitsubas_working(*category, name)) return false;
+      warnings_.add(child.where, unused_message(node, *plugin, name));
+      return true;
+    });
+  }
+
+  static bool is_without_effect(const Node& node, const std::string& name) {
+    return std::any_of(
+        std::begin(kWithoutEffect), std::end(kWithoutEffect),
+        [&](const auto& one) { return node.tag == one.first && name == one.second; });
+  }
+
+  static std::string unused_message(const Node& node, const PluginDescriptor& plugin,
+                                    const std::string& name) {
+    std::vector<std::string> known;
+    for (const Parameter& row : plugin.parameters) known.emplace_back(row.name);
+    return fmt::format("{} '{}' has no parameter '{}', which is ignored{}", node.tag,
+                       node.value("type"), name, did_you_mean(nearest_name(name, known)));
+  }
+
+  PluginRegistry& registry_;
+  Faults& faults_;
+  Warnings warnings_;
+};
+
+}  // namespace
+
+void translate_old(Node& root, PluginRegistry& registry, Faults& faults) {
+  Translation(registry, faults).run(root);
+}
+
+}  // namespace kinome::loader

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace kinome::loader {
+
+/// An element whose end tag is missing.
+struct UnclosedElement {
+  std::string tag;
+  size_t begin = 0;  ///< offset of its '<'
+};
+
+/// Returns the innermost element that is open at offset `end` of an XML text; nullopt if none is.
+std::optional<UnclosedElement> innermost_open_element(const std::string& text, size_t end);
+
+}  // namespace kinome::loader

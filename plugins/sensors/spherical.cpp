@@ -1,0 +1,68 @@
+// Camera that looks in all directions, as in Mitsuba 0.6. The image is a latitude-longitude map such
+// as `envmap` reads: its top row is +Y, and its middle is +Z of the camera's frame.
+//
+//   <sensor type="spherical">
+//     <transform name="to_world"><translate y="1.5"/></transform>
+//     <film type="hdrfilm"> <integer name="width" value="512"/> <integer name="height" value="256"/>
+//     </film>
+//   </sensor>
+
+#include "kinome/plugin.h"
+#include "meter.h"
+
+namespace kinome {
+namespace {
+
+const Parameter kTable[] = {
+    {"to_world", ParameterType::kTransform, "identity", "camera to world"},
+    KINOME_SENSOR_PARAMETERS,
+};
+
+class Spherical final : public FormulaSensor<Spherical> {
+ public:
+  explicit Spherical(const Properties& props)
+      : to_world_(read_camera_transform(props, false)), to_camera_(to_world_.inverse()) {
+    check_shutter(props);
+    film_ = read_part<Film>(props, "film");
+    sampler_ = read_part<Sampler>(props, "sampler");
+    step_ = Vec2(2 * kPi / static_cast<float>(film_->width()),
+                 kPi / static_cast<float>(film_->height()));
+  }
+
+  template <class F>
+  CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>&) const {
+    using namespace wide::formulas;
+    const F phi = film_position.x * step_.x, theta = film_position.y * step_.y;
+    const F sine = sin(theta);
+    const VecOf<F> d(sin(phi) * sine, cos(theta), -cos(phi) * sine);
+    return {place(to_world_, VecOf<F>(F(0.f), F(0.f), F(0.f))), turn(to_world_, d), F(0.f),
+            F(kInfinity)};
+  }
+
+  template <class F>
+  Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>&) const {
+    using namespace wide::formulas;
+    constexpr float kLeastSine = 1e-6f;
+    const VecOf<F> local = place(to_camera_, p);
+    const F distance2 = dot(local, local), distance = sqrt(distance2);
+    const VecOf<F> d = local / max(distance, F(1e-30f));
+    const F angle = atan2(d.x, -d.z);
+    const Vec2Of<F> position(select(angle < 0.f, angle + 2 * kPi, angle) / step_.x,
+                             acos(clamp(d.y, F(-1.f), F(1.f))) / step_.y);
+    const F sine = max(sqrt(max(1.f - d.y * d.y, F(0.f))), F(kLeastSine));
+    return {position, turn(to_world_, -d), distance,
+            1.f / (step_.x * step_.y * sine * distance2),
+            distance2 > 0.f && contains(film_->sampled(), position)};
+  }
+
+ private:
+  Transform to_world_;
+  Transform to_camera_;
+  Vec2 step_{1.f};  ///< angles of a pixel
+};
+
+}  // namespace
+}  // namespace kinome
+
+KINOME_PLUGIN(kinome::Spherical, kinome::Category::kSensor, "spherical",
+              "Camera that looks in all directions, as in Mitsuba 0.6.", kinome::kTable);

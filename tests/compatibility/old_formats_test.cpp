@@ -1,0 +1,334 @@
+/// Files of Mitsuba 0.4 to 0.6: parameters, units, axes and defaults of that time.
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "kinome/bsdf.h"
+#include "kinome/emitter.h"
+#include "kinome/log_listener.h"
+#include "kinome/sensor.h"
+#include "kinome/texture.h"
+#include "support/render.h"
+
+namespace kinome::test {
+namespace {
+
+template <class T>
+std::shared_ptr<T> object_of(const std::string& xml, const std::string& version) {
+  const size_t tag_end = xml.find_first_of(" >");
+  const std::string versioned =
+      xml.substr(0, tag_end) + " version='" + version + "'" + xml.substr(tag_end);
+  return std::dynamic_pointer_cast<T>(
+      load_object_from_string(versioned, "old.xml", {}, registry()));
+}
+template <class T>
+std::shared_ptr<T> old(const std::string& xml) {
+  return object_of<T>(xml, "0.6.0");
+}
+std::unique_ptr<Scene> old_scene(const std::string& xml, const LoadOptions& options = {},
+                                 const std::string& version = "0.6.0") {
+  return load_scene_from_string("<scene version='" + version + "'>" + xml + "</scene>", "old.xml",
+                                options, registry());
+}
+
+std::string warnings_of(const std::string& xml) {
+  std::string all;
+  const LogListener listener([&](const std::string& text) { all += text + "\n"; });
+  old<Object>(xml);
+  return all;
+}
+
+void expect_near(const Rgb& a, const Rgb& b, float tolerance = 1e-5f) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance) << c;
+}
+
+SurfaceInteraction seen_from(const Vec3& wi) {
+  SurfaceInteraction si;
+  si.wi = glm::normalize(wi);
+  return si;
+}
+
+TEST(OldFormats, UnusedParametersWarn) {
+  const std::string warning = warnings_of(
+      "<bsdf type='roughplastic'><float name='alpah' value='0.1'/></bsdf>");
+  EXPECT_NE(warning.find("bsdf 'roughplastic' has no parameter 'alpah', which is ignored (did you "
+                         "mean 'alpha'?)"),
+            std::string::npos)
+      << warning;
+  const std::string film = "<film type='hdrfilm'><float name='gamma' value='2.2'/></film>";
+  EXPECT_NE(warnings_of(film).find("'gamma'"), std::string::npos);
+  EXPECT_THROW(object_of<Object>(film, "3.0.0"), Error);
+  // Also of the scene itself.
+  EXPECT_NO_THROW(old_scene("<integer name='some' value='1'/><shape type='sphere'/>"));
+}
+
+TEST(OldFormats, TheLastOfTwoValuesCounts) {
+  const auto texture = old<Texture>(
+      "<texture type='checkerboard'><float name='color0' value='0'/>"
+      "<float name='color1' value='.3'/><float name='color1' value='.5'/></texture>");
+  expect_near(texture->mean(), Rgb(.25f));
+}
+
+/// +y is up, the sun is in the south west of Tokyo at 3 PM: east is +x, north -z.
+TEST(OldFormats, TheSunStandsWhereItStoodInMitsuba06) {
+  const auto sun = old<Emitter>("<emitter type='sun'/>");
+  const auto sample = sun->sample_direct(Vec3(0), Vec2(.5f));
+  ASSERT_TRUE(sample);
+  EXPECT_LT(sample->d.x, -.6f);
+  EXPECT_GT(sample->d.y, .5f);
+  EXPECT_GT(sample->d.z, 0);
+  EXPECT_LT(sample->d.z, .4f);
+  const auto given =
+      old<Emitter>("<emitter type='sun'><vector name='sunDirection' x='.3' y='.8' z='.5'/></emitter>");
+  const Vec3 d = given->sample_direct(Vec3(0), Vec2(.5f))->d;
+  EXPECT_GT(glm::dot(d, glm::normalize(Vec3(.3f, .8f, .5f))), .9999f);
+}
+
+/// The same sky as Mitsuba 3's, but for the axes and the ground's albedo.
+TEST(OldFormats, TheSkyIsTurned) {
+  const auto turned = old<Emitter>("<emitter type='sky'/>");
+  const auto sky = object_of<Emitter>(
+      "<emitter type='sunsky'><float name='albedo' value='.15'/><float name='sun_scale' value='0'/>"
+      "</emitter>",
+      "3.0.0");
+  for (const Vec3& v : {Vec3(.1f, .2f, .9f), Vec3(-.7f, .2f, .4f), Vec3(.3f, -.8f, .2f)}) {
+    const Vec3 d = glm::normalize(v);
+    const Rgb value = sky->eval_environment(d);
+    EXPECT_GT(value.x, 0);
+    expect_near(turned->eval_environment(Vec3(-d.y, d.z, d.x)), value, 1e-5f);
+  }
+  EXPECT_EQ(turned->eval_environment(Vec3(0, -1, 0)), Rgb(0.f));
+}
+
+TEST(OldFormats, ScalesOfTheSun) {
+  const auto irradiance = [](const std::string& parameters) {
+    const auto sun = old<Emitter>("<emitter type='sun'>" + parameters + "</emitter>");
+    const auto sample = sun->sample_direct(Vec3(0), Vec2(.5f));
+    return sample->radiance / sample->pdf;
+  };
+  const Rgb one = irradiance("");
+  EXPECT_GT(one.y, 0);
+  const auto expect_times = [&](float factor, const std::string& parameters) {
+    const Rgb value = irradiance(parameters);
+    expect_near(value / (factor * one), Rgb(1.f), 1e-3f);
+  };
+  expect_times(1, "<float name='sunRadiusScale' value='15'/>");
+  expect_times(1, "<float name='sunRadiusScale' value='0'/>");
+  expect_times(.1f, "<float name='scale' value='.1'/>");
+  const auto both = old<Emitter>("<emitter type='sunsky'/>");
+  const auto tenth = old<Emitter>(
+      "<emitter type='sunsky'><float name='scale' value='.1'/><integer name='resolution' "
+      "value='512'/></emitter>");
+  expect_near(tenth->eval_environment(Vec3(0, 1, 0)), .1f * both->eval_environment(Vec3(0, 1, 0)));
+}
+
+/// One number is a grey, also as light; Mitsuba 3 takes it for a spectrum.
+TEST(OldFormats, ConstantSpectraAreGrey) {
+  const auto lamp = old<Emitter>(
+      "<emitter type='constant'><spectrum name='radiance' value='2'/></emitter>");
+  expect_near(lamp->eval_environment(Vec3(0, 0, 1)), Rgb(2.f));
+}
+
+TEST(OldFormats, MetalsAreCopper) {
+  const auto metal = old<Bsdf>("<bsdf type='conductor'/>");
+  const auto copper = old<Bsdf>(
+      "<bsdf type='conductor'><string name='material' value='Cu'/></bsdf>");
+  const auto weight = [](const Bsdf& bsdf) {
+    return bsdf.sample(seen_from(Vec3(0, 0, 1)), Lobe::kAll, .5f, Vec2(.5f))->weight;
+  };
+  expect_near(weight(*metal), weight(*copper));
+  EXPECT_LT(weight(*metal).z, .7f);
+}
+
+TEST(OldFormats, MixturesKeepTheirSum) {
+  const auto reflectance = [](const std::string& weights) {
+    const auto mixture = old<Bsdf>(
+        "<bsdf type='mixturebsdf'><string name='weights' value='" + weights + "'/>"
+        "<bsdf type='diffuse'><float name='reflectance' value='.8'/></bsdf>"
+        "<bsdf type='diffuse'><float name='reflectance' value='.4'/></bsdf></bsdf>");
+    return mixture->reflectance(seen_from(Vec3(0, 0, 1))).diffuse;
+  };
+  expect_near(reflectance("0.5, 0.3"), Rgb(.5f * .8f + .3f * .4f));
+  expect_near(reflectance("0.75, 0.25"), Rgb(.75f * .8f + .25f * .4f));
+  expect_near(reflectance("3, 1"), Rgb(.75f * .8f + .25f * .4f));
+}
+
+TEST(OldFormats, ReflectancesAboveOneAreScaled) {
+  const auto bsdf = old<Bsdf>(
+      "<bsdf type='diffuse'><rgb name='reflectance' value='2 1 0'/></bsdf>");
+  expect_near(bsdf->reflectance(seen_from(Vec3(0, 0, 1))).diffuse, Rgb(.99f, .495f, 0));
+}
+
+/// Transmission by Lambert's law.
+TEST(OldFormats, Difftrans) {
+  const auto sheet = old<Bsdf>(
+      "<bsdf type='difftrans'><rgb name='transmittance' value='.2 .4 .6'/></bsdf>");
+  const SurfaceInteraction si = seen_from(Vec3(.3f, 0, .8f));
+  const Vec3 through = glm::normalize(Vec3(.1f, .5f, -.7f));
+  expect_near(sheet->eval_pdf(si, Lobe::kAll, through).f,
+              Rgb(.2f, .4f, .6f) * (-through.z / kPi));
+  EXPECT_EQ(sheet->eval_pdf(si, Lobe::kAll, Vec3(0, 0, 1)).f, Rgb(0.f));
+}
+
+/// Oren and Nayar 1994, equations 27 to 31, in double precision.
+double oren_nayar(double rho, double sigma, const Vec3& wi, const Vec3& wo) {
+  const double pi = 3.14159265358979323846, s2 = sigma * sigma;
+  const double ti = std::acos(double{wi.z}), to = std::acos(double{wo.z});
+  const double alpha = std::max(ti, to), beta = std::min(ti, to);
+  const double cos_phi = std::cos(std::atan2(wo.y, wo.x) - std::atan2(wi.y, wi.x));
+  const double c1 = 1 - .5 * s2 / (s2 + .33);
+  const double behind = cos_phi < 0 ? std::pow(2 * beta / pi, 3) : 0;
+  const double c2 = .45 * s2 / (s2 + .09) * (std::sin(alpha) - behind);
+  const double c3 = .125 * s2 / (s2 + .09) * std::pow(4 * alpha * beta / (pi * pi), 2);
+  const double first = c1 + cos_phi * c2 * std::tan(beta) +
+                       (1 - std::abs(cos_phi)) * c3 * std::tan((alpha + beta) / 2);
+  const double second =
+      .17 * s2 / (s2 + .13) * (1 - cos_phi * std::pow(2 * beta / pi, 2));
+  return rho / pi * first + rho * rho / pi * second;
+}
+
+TEST(OldFormats, Roughdiffuse) {
+  const auto bsdf = old<Bsdf>(
+      "<bsdf type='roughdiffuse'><float name='reflectance' value='.6'/>"
+      "<float name='alpha' value='.5'/></bsdf>");
+  const Vec3 places[] = {{.6f, 0, .8f}, {-.3f, .4f, .5f}, {.1f, -.9f, .2f}, {0, .1f, 1}};
+  for (const Vec3& wi : places) {
+    for (const Vec3& wo : places) {
+      const Vec3 i = glm::normalize(wi), o = glm::normalize(wo);
+      const auto value = bsdf->eval_pdf(seen_from(i), Lobe::kAll, o);
+      const double expected = oren_nayar(.6, .5 / std::sqrt(2.), i, o) * o.z;
+      EXPECT_NEAR(value.f.x, expected, 2e-4 * expected);
+    }
+  }
+}
+
+/// A black coat of index 1 is none; one of glass takes Fresnel's shares and spreads what is inside.
+TEST(OldFormats, Coating) {
+  const auto bsdf = old<Bsdf>(
+      "<bsdf type='coating'><float name='intIOR' value='1.5'/><float name='extIOR' value='1'/>"
+      "<bsdf type='diffuse'><float name='reflectance' value='.5'/></bsdf></bsdf>");
+  // Fresnel's reflectance at the normal is 0.04.
+  const SurfaceInteraction si = seen_from(Vec3(0, 0, 1));
+  const double expected = .96 * .96 * .5 / (1.5 * 1.5) / M_PI;
+  EXPECT_NEAR(bsdf->eval_pdf(si, Lobe::kAll, Vec3(0, 0, 1)).f.x, expected, 1e-5);
+  const auto mirror = bsdf->sample(si, Lobe::kDelta, .5f, Vec2(.5f));
+  ASSERT_TRUE(mirror);
+  EXPECT_NEAR(mirror->weight.x, .04, 1e-5);
+  const auto dyed = old<Bsdf>(
+      "<bsdf type='coating'><float name='intIOR' value='1.5'/><float name='extIOR' value='1'/>"
+      "<float name='thickness' value='2'/><spectrum name='sigmaA' value='.1, .2, .3'/>"
+      "<bsdf type='diffuse'/></bsdf>");
+  expect_near(dyed->eval_pdf(si, Lobe::kAll, Vec3(0, 0, 1)).f,
+              Rgb(std::exp(-.4f), std::exp(-.8f), std::exp(-1.2f)) * static_cast<float>(expected));
+}
+
+TEST(OldFormats, Roughcoating) {
+  const auto bsdf = old<Bsdf>(
+      "<bsdf type='roughcoating'><float name='alpha' value='.2'/><string name='distribution' "
+      "value='phong'/><bsdf type='diffuse'><float name='reflectance' value='0'/></bsdf></bsdf>");
+  const auto plastic = old<Bsdf>(
+      "<bsdf type='roughplastic'><float name='alpha' value='.2'/><string name='intIOR' value='bk7'/>"
+      "<float name='diffuseReflectance' value='0'/></bsdf>");
+  const SurfaceInteraction si = seen_from(Vec3(.3f, 0, .8f));
+  const Vec3 wo = glm::normalize(Vec3(-.3f, .1f, .7f));
+  expect_near(bsdf->eval_pdf(si, Lobe::kAll, wo).f, plastic->eval_pdf(si, Lobe::kAll, wo).f);
+}
+
+TEST(OldFormats, Textures) {
+  const auto scaled = old<Texture>(
+      "<texture type='scale'><float name='scale' value='.5'/><texture type='checkerboard'/>"
+      "</texture>");
+  expect_near(scaled->eval(Vec2(.1f)), Rgb(.2f));
+  expect_near(scaled->mean(), Rgb(.15f));
+  const auto coloured = old<Texture>(
+      "<texture type='scale'><rgb name='scale' value='1 .5 2'/><rgb name='value' value='.1 .2 .3'/>"
+      "</texture>");
+  expect_near(coloured->mean(), Rgb(.1f, .1f, .6f));
+  const auto grid = old<Texture>(
+      "<texture type='gridtexture'><float name='lineWidth' value='.1'/></texture>");
+  expect_near(grid->eval(Vec2(.5f, .5f)), Rgb(.2f));
+  expect_near(grid->eval(Vec2(.95f, .5f)), Rgb(.4f));
+  expect_near(grid->eval(Vec2(.5f, 3.05f)), Rgb(.4f));
+  expect_near(grid->mean(), Rgb(.64f * .2f + .36f * .4f));
+}
+
+TEST(OldFormats, FilmsAndSensors) {
+  const auto matlab = old<Film>("<film type='mfilm'/>");
+  EXPECT_EQ(matlab->width(), 1);
+  EXPECT_EQ(matlab->height(), 1);
+  EXPECT_EQ(old<Sensor>("<sensor type='telecentric'><float name='apertureRadius' value='.1'/>"
+                        "</sensor>")
+                ->plugin(),
+            "sensor/orthographic");
+  // Before 0.4, x was mirrored.
+  const std::string camera =
+      "<camera type='perspective'><transform name='toWorld'><lookAt origin='0,0,1' target='0,0,0' "
+      "up='0,1,0'/></transform></camera>";
+  const auto direction = [&](const std::string& version) {
+    return object_of<Sensor>(camera, version)->sample_ray(Vec2(0, 288), Vec2(.5f)).d;
+  };
+  EXPECT_GT(direction("0.4.0").x * -1, .1f);
+  EXPECT_GT(direction("0.3.0").x, .1f);
+}
+
+TEST(OldFormats, Integrators) {
+  const auto plugin = [](const std::string& xml) { return old<Object>(xml)->plugin(); };
+  EXPECT_EQ(plugin("<integrator type='volpath_simple'><integer name='maxDepth' value='5'/>"
+                   "</integrator>"),
+            "integrator/volpath");
+  EXPECT_EQ(plugin("<integrator type='irrcache'><integer name='resolution' value='14'/>"
+                   "<integrator type='direct'/></integrator>"),
+            "integrator/direct");
+  EXPECT_EQ(plugin("<integrator type='adaptive'><integrator type='ppm'/></integrator>"),
+            "integrator/path");
+  EXPECT_EQ(plugin("<integrator type='multichannel'><integrator type='path'/>"
+                   "<integrator type='field'><string name='field' value='shNormal'/></integrator>"
+                   "</integrator>"),
+            "integrator/aov");
+}
+
+/// Half of the sky over a floor is hidden by a wall that touches it.
+TEST(OldFormats, AmbientOcclusion) {
+  const auto scene = old_scene(
+      "<integrator type='ao'><integer name='shadingSamples' value='4'/></integrator>"
+      "<emitter type='point'/>"
+      "<shape type='rectangle'><transform name='toWorld'><scale value='1000'/></transform>"
+      "<bsdf type='diffuse'><float name='reflectance' value='0'/></bsdf></shape>"
+      "<shape type='rectangle'><transform name='toWorld'><scale value='1000'/>"
+      "<rotate y='1' angle='90'/><translate x='.02'/></transform></shape>"
+      "<sensor type='perspective'><float name='fov' value='.1'/><transform name='toWorld'>"
+      "<lookat origin='0,0,10' target='0,0,0' up='0,1,0'/></transform>"
+      "<sampler type='independent'><integer name='sampleCount' value='256'/></sampler>"
+      "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='8'/>"
+      "<rfilter type='box'/></film></sensor>");
+  const Image image = render_scene(*scene);
+  double mean = 0;
+  for (const float v : image.data) mean += v / static_cast<double>(image.data.size());
+  EXPECT_NEAR(mean, .5, .02);
+}
+
+/// The constructions that only old files have.
+TEST(OldFormats, OtherElements) {
+  const auto scene = old_scene(
+      "<shape type='sphere'><subsurface type='dipole'/><animation name='toWorld'>"
+      "<transform time='0'><translate x='3'/></transform>"
+      "<transform time='1'><translate x='5'/></transform></animation></shape>");
+  EXPECT_FLOAT_EQ(scene->bounds().lo.x, 2);
+}
+
+TEST(OldFormats, LenientlyUnknownPluginsAreLeftOut) {
+  const std::string xml =
+      "<integrator type='sorcery'><integer name='maxDepth' value='3'/></integrator>"
+      "<bsdf type='irawan' id='cloth'/><shape type='sphere'><ref id='cloth'/></shape>"
+      "<shape type='heightfield'/><medium type='smoke' id='fog'/>";
+  EXPECT_THROW(old_scene(xml), Error);
+  LoadOptions options;
+  options.lenient = true;
+  const auto scene = old_scene(xml, options);
+  EXPECT_EQ(scene->shapes().size(), 1u);
+  EXPECT_EQ(scene->integrator().plugin(), "integrator/path");
+}
+
+}  // namespace
+}  // namespace kinome::test
