@@ -8,6 +8,7 @@
 //   </sensor>
 
 #include "kinome/plugin.h"
+#include "kinome/wide/functions.h"
 #include "meter.h"
 
 namespace kinome {

@@ -8,13 +8,14 @@ namespace {
 
 /// A 4x4 RGBA film that sees the whole of a constant environment of radiance 1.
 std::string sky_xml(bool hide_emitters) {
-  return std::string("<integrator type=\"path\"><boolean name=\"hide_emitters\" value=\"") +
-         (hide_emitters ? "true" : "false") +
-         "\"/></integrator><emitter type=\"constant\"/>"
+  std::string xml = "<integrator type=\"path\"><boolean name=\"hide_emitters\" value=\"";
+  xml += hide_emitters ? "true" : "false";
+  xml += "\"/></integrator><emitter type=\"constant\"/>"
          "<sensor type=\"perspective\"><film type=\"hdrfilm\"><rfilter type=\"box\"/>"
          "<string name=\"pixel_format\" value=\"rgba\"/>"
          "<integer name=\"width\" value=\"4\"/><integer name=\"height\" value=\"4\"/>"
          "</film></sensor>";
+  return xml;
 }
 
 TEST(Alpha, OfAHiddenBackgroundIsZero) {

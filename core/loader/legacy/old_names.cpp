@@ -42,12 +42,14 @@ void add_operation(Node& transform, const char* tag, const char* axis, const cha
 void rename_camera(Node& node, const Version& version) {
   if (node.tag != "camera" || !is_older_than(version, 0, 4)) return;
   Node* fov_axis = nullptr;
+  bool has_fov = false;
   for (Node& child : node.children) {
     const std::string name = child.value("name");
     if (name == "to_world" && child.tag == "transform") add_operation(child, "scale", "x", "-1");
     if (name == "map_smaller_side") fov_axis = &child;
+    has_fov |= name == "fov";
   }
-  if (node.value("type") != "perspective") return;
+  if (!has_fov) return;
   if (!fov_axis) {
     node.children.push_back({"string", {{"name", "", node.where}, {"value", "true", node.where}},
                              {}, node.where, nullptr});

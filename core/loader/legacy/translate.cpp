@@ -19,6 +19,7 @@ constexpr std::pair<std::string_view, std::string_view> kWithoutEffect[] = {
     {"integrator", "strict_normals"},
     {"film", "banner"},
     {"film", "attach_log"},
+    {"sensor", "map_smaller_side"},
     {"sampler", "scramble"},
     {"sampler", "dimension"},
     {"sampler", "depth"},
