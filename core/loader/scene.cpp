@@ -89,8 +89,7 @@ void Builder::set_parameter(const std::string& name, const Properties::Value& va
     throw Error(where, "<scene> leaves unreferenced: '" + name + "'");
   }
   if (const auto [other, is_new] = parameters_.emplace(name, where); !is_new) {
-    throw Error(where,
-                "'" + name + "' is given twice (first at " + to_string(other->second) + ")");
+    throw Error(where, "'" + name + "' is given twice (first at " + to_string(other->second) + ")");
   }
   if (is_of_others) {
     log_info(Error(where, "'" + name + "' means nothing here, and is ignored").what());
@@ -112,7 +111,13 @@ void Builder::add_to_scene(const Node& child, const Node& target,
   if (std::dynamic_pointer_cast<ShapeGroup>(object)) return;  // its instances show it
   if (auto shape = std::dynamic_pointer_cast<Shape>(object)) {
     // Here, where its place is known; the scene would have but its number.
-    const std::string fault = has_no_surface(*shape) ? "" : why_untraceable(shape->bounds());
+    const bool is_empty = has_no_surface(*shape);
+    if (is_empty && !shape->mesh()) {  // readers of meshes have warned of those
+      log_warn(Error(target.where,
+                     "this " + target.value("type") + " has no surface: nothing of it is visible")
+                   .what());
+    }
+    const std::string fault = is_empty ? "" : why_untraceable(shape->bounds());
     if (!fault.empty()) {
       throw Error(target.where, "this " + target.value("type") + " " + fault);
     }

@@ -19,9 +19,7 @@ ShapeGroup::ShapeGroup(const Properties& props) : Shape(props) {
     for (const auto& part : parts) add(part);
     if (parts.empty() && !has_no_surface(*shape)) shapes_.push_back(shape);
   };
-  const auto nested = props.objects<Shape>();
-  if (nested.empty()) throw Error(props.where(), "a group of shapes must have at least one");
-  for (const auto& shape : nested) add(shape);
+  for (const auto& shape : props.objects<Shape>()) add(shape);
   for (const auto& shape : shapes_) {
     if (shape->emitter()) {
       throw Error(props.where(), "a shape of a group can't emit: put lamps into the scene itself");

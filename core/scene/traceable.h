@@ -5,19 +5,21 @@
 
 #include "kinome/math.h"
 #include "kinome/shape.h"
-#include "kinome/shape_group.h"
 
 namespace kinome {
 
 /// Of any shape and ray, from the origin: Embree takes no coordinates beyond 1.8e18.
 inline constexpr float kFarthest = 1e18f;
 
-/// True for meshes without faces, and for shapes that consist only of such meshes. They have no
-/// bounds and take no part in a scene.
+/// True for meshes without faces, for merges and instances of nothing, and for shapes that consist
+/// only of such shapes. They take no part in a scene.
 inline bool has_no_surface(const Shape& shape) {
   if (const TriangleMesh* const mesh = shape.mesh()) return mesh->triangles.empty();
   const auto parts = shape.parts();
-  if (parts.empty()) return dynamic_cast<const ShapeInstance*>(&shape) != nullptr;
+  if (parts.empty()) {
+    const Aabb box = shape.bounds(), nothing;
+    return box.lo == nothing.lo && box.hi == nothing.hi;
+  }
   return std::all_of(parts.begin(), parts.end(),
                      [](const auto& part) { return has_no_surface(*part); });
 }

@@ -5,20 +5,31 @@
 ///       <shape type="cube"/> <shape type="sphere"/>
 ///     </shape>
 
+#include "kinome/log.h"
 #include "kinome/plugin.h"
-#include "kinome/shape.h"
+#include "kinome/shape_group.h"
 
 namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"shape", ParameterType::kObject, nullptr, "A shape.", true, Category::kShape, 1000000},
+    {"shape", ParameterType::kObject, nullptr, "A shape.", false, Category::kShape, 1000000},
+    {"bsdf", ParameterType::kObject, nullptr, "Ignored, as in Mitsuba: the shapes have their own.",
+     false, Category::kBsdf},
 };
 
 class Merge final : public Shape {
  public:
-  explicit Merge(const Properties& props) : parts_(props.objects<Shape>()) {
-    for (const auto& part : parts_) bounds_.expand(part->bounds());
+  explicit Merge(const Properties& props) {
+    if (!props.objects<Bsdf>().empty()) {
+      log_warn(
+          Error(props.where(), "the bsdf of a merge is ignored: its shapes have their own").what());
+    }
+    for (const auto& shape : props.objects<Shape>()) {
+      if (std::dynamic_pointer_cast<ShapeGroup>(shape)) continue;  // its instances show it
+      parts_.push_back(shape);
+      bounds_.expand(shape->bounds());
+    }
   }
 
   std::vector<std::shared_ptr<Shape>> parts() const override { return parts_; }
@@ -36,4 +47,5 @@ class Merge final : public Shape {
 }  // namespace
 }  // namespace kinome
 
-KINOME_PLUGIN(kinome::Merge, kinome::Category::kShape, "merge", "Several shapes as one.", kinome::kTable);
+KINOME_PLUGIN(kinome::Merge, kinome::Category::kShape, "merge", "Several shapes as one.",
+              kinome::kTable);

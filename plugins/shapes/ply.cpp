@@ -2,10 +2,11 @@
 ///
 /// The vertices' x, y, z, nx, ny, nz and u, v (or texture_u, texture_v, or s, t) are read, of any
 /// numeric type, and vertex_indices (or vertex_index) of the faces or of triangle strips
-/// (tristrips); polygons are split into fans. Faces of fewer than three vertices are skipped with a
-/// warning. Other properties and elements are ignored, except for attributes that a mesh_attribute
-/// texture reads. Without normals in the file, they are averaged from the faces, weighted by angle.
-/// Format: Turk 1994, "The PLY Polygon File Format".
+/// (tristrips); polygons are split into fans. If the vertices have no
+/// texture coordinates, a list 'texcoord' of each face gives those of its corners. Faces of fewer
+/// than three vertices are skipped with a warning. Other properties and elements are ignored,
+/// except for attributes that a mesh_attribute texture reads. Without normals in the file, they are
+/// averaged from the faces, weighted by angle. Format: Turk 1994, "The PLY Polygon File Format".
 ///
 ///     <shape type="ply"><string name="filename" value="bunny.ply"/></shape>
 
@@ -19,6 +20,7 @@
 #include "mesh_file.h"
 #include "ply_attributes.h"
 #include "ply_header.h"
+#include "ply_wedges.h"
 #include "shape_parameters.h"
 
 namespace kinome {
@@ -220,6 +222,8 @@ void read_strips(Source& source, const PlyElement& element, uint64_t vertex_coun
 std::vector<std::string> unused_parts(const PlyHeader& header,
                                       const std::vector<std::string>& wanted) {
   std::vector<std::string> unused;
+  const PlyElement* const vertices = header.find("vertex");
+  const bool has_wedges = vertices && !find_roles(*vertices).uvs;
   for (const PlyElement& element : header.elements) {
     const std::string title = TextCursor::shorten(element.name);
     const bool is_vertex = element.name == "vertex";
@@ -231,10 +235,12 @@ std::vector<std::string> unused_parts(const PlyHeader& header,
     const AttributeReader attributes({element.name, 0, element.properties},
                                      is_vertex ? "vertex_" : "face_", wanted);
     const int indices = find_indices(element);
+    const int uvs = has_wedges && element.name == "face" ? PlyWedges::find(element) : -1;
     for (size_t i = 0; i < element.properties.size(); ++i) {
       const PlyProperty& property = element.properties[i];
+      const int index = static_cast<int>(i);
       const bool is_used = attributes.is_used(i) || (is_vertex ? roles.of_property[i] != Role::kNone
-                                                               : static_cast<int>(i) == indices);
+                                                               : index == indices || index == uvs);
       if (!is_used) unused.push_back(title + " '" + TextCursor::shorten(property.name) + "'");
     }
   }
@@ -244,8 +250,10 @@ std::vector<std::string> unused_parts(const PlyHeader& header,
 /// Returns the number of faces that were skipped, since they have fewer than three vertices.
 template <class Source>
 uint64_t read_faces(Source& source, const PlyElement& element, uint64_t vertex_count,
-                    const std::vector<std::string>& wanted, TriangleMesh& mesh) {
+                    const std::vector<std::string>& wanted, PlyWedges* wedges, TriangleMesh& mesh) {
   AttributeReader attributes(element, "face_", wanted);
+  const int uvs = wedges ? PlyWedges::find(element) : -1;
+  if (wedges) wedges->begin(mesh.triangles.size());
   const int indices = find_indices(element);
   if (indices < 0) source.fail("the faces lack a list 'vertex_indices' or 'vertex_index'");
   mesh.triangles.reserve(element.count);
@@ -256,6 +264,11 @@ uint64_t read_faces(Source& source, const PlyElement& element, uint64_t vertex_c
     for (size_t k = 0; k < element.properties.size(); ++k) {
       if (static_cast<int>(k) == indices) {
         if (!read_polygon(source, element.properties[k], i, vertex_count, mesh)) ++skipped;
+      } else if (static_cast<int>(k) == uvs) {
+        const PlyProperty& property = element.properties[k];
+        for (size_t left = read_list_size(source, property); left > 0; --left) {
+          wedges->put(static_cast<float>(source.next(property.type)));
+        }
       } else if (attributes.is_used(k)) {
         attributes.put(k, read_attribute(source, element.properties[k]));
       } else {
@@ -263,6 +276,7 @@ uint64_t read_faces(Source& source, const PlyElement& element, uint64_t vertex_c
       }
     }
     attributes.repeat(mesh.triangles.size() - before);
+    if (uvs >= 0) wedges->end_face(mesh.triangles.size() - before);
     source.end_item();
   }
   attributes.move_to(mesh);
@@ -275,13 +289,16 @@ TriangleMesh read_body(Source& source, const std::string& file, const PlyHeader&
   const PlyElement* vertices = header.find("vertex");
   if (!vertices) source.fail("the file has no vertices");
   TriangleMesh mesh;
+  PlyWedges wedges(flip_v);
+  const bool has_wedges = !find_roles(*vertices).uvs;
   uint64_t skipped = 0;
   for (const PlyElement& element : header.elements) {
     check_count(source, element);
     if (&element == vertices) {
       read_vertices(source, element, flip_v, wanted, mesh);
     } else if (element.count > 0 && element.name == "face") {
-      skipped = read_faces(source, element, vertices->count, wanted, mesh);
+      skipped = read_faces(source, element, vertices->count, wanted, has_wedges ? &wedges : nullptr,
+                           mesh);
     } else if (element.count > 0 && element.name == "tristrips") {
       read_strips(source, element, vertices->count, mesh);
     } else {
@@ -289,6 +306,7 @@ TriangleMesh read_body(Source& source, const std::string& file, const PlyHeader&
     }
   }
   source.finish();
+  wedges.move_to(mesh);
   if (skipped > 0) {
     log_warn(Error(Location{file, 0, 0}, "faces of fewer than three vertices are skipped (" +
                                              std::to_string(skipped) + " of them)")

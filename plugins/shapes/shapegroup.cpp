@@ -14,7 +14,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"shape", ParameterType::kObject, nullptr, "A shape, which must not emit.", true,
+    {"shape", ParameterType::kObject, nullptr, "A shape, which must not emit.", false,
      Category::kShape, 1000000},
     {"to_world", ParameterType::kTransform, "identity",
      "Not used, as in Mitsuba: instances have it."},

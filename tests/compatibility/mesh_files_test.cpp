@@ -171,6 +171,34 @@ TEST_F(MeshFiles, PlyFacesOfFewerThanThreeVerticesAreSkipped) {
                            ": faces of fewer than three vertices are skipped (3 of them)\n");
 }
 
+/// As MeshLab writes textured meshes; Mitsuba refuses them.
+TEST_F(MeshFiles, PlyTextureCoordinatesOfCorners) {
+  const std::string header =
+      kPlyVertices +
+      "property float nx\nproperty float ny\nproperty float nz\nelement face 3\n"
+      "property list uchar int vertex_indices\nproperty list uchar float texcoord\n"
+      "property int texnumber\nend_header\n";
+  const auto shape = load("a.ply", header +
+                                       "0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n1 1 0 0 0 2\n"
+                                       "4 0 1 3 2 8 .1 .2 .3 .4 .5 .6 .7 .8 0\n"
+                                       "2 0 1 4 9 9 9 9 0\n"
+                                       "3 3 1 0 6 .9 .6 .3 .4 nan 0 0\n");
+  const TriangleMesh& mesh = *shape->mesh();
+  ASSERT_EQ(mesh.triangles.size(), 3u);
+  EXPECT_EQ(mesh.positions.size(), 6u);  // two corners differ from those before
+  const std::vector<std::vector<Vec2>> expected = {{{.1f, .2f}, {.3f, .4f}, {.5f, .6f}},
+                                                   {{.1f, .2f}, {.5f, .6f}, {.7f, .8f}},
+                                                   {{.9f, .6f}, {.3f, .4f}, {0, 0}}};
+  for (size_t i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const uint32_t vertex = mesh.triangles[i][k];
+      EXPECT_EQ(mesh.uvs[vertex], expected[i][static_cast<size_t>(k)]) << i << ", " << k;
+      EXPECT_EQ(mesh.normals[vertex], Vec3(0, 0, 1));
+    }
+  }
+  EXPECT_EQ(mesh.positions[mesh.triangles[2].x], Vec3(1, 1, 0));
+}
+
 /// As files of the Stanford repository and of VTK have them; Mitsuba refuses them.
 TEST_F(MeshFiles, PlyTriangleStrips) {
   expect_triangles("a.ply",
@@ -212,7 +240,26 @@ TEST_F(MeshFiles, MeshesWithoutFacesAreInvisible) {
   for (const float value : image.data) EXPECT_EQ(value, 1.f);
 }
 
-/// Mitsuba has no groups of merged shapes either; here they must not vanish.
+/// Mitsuba ignores a merge's material and everything that is empty.
+TEST_F(MeshFiles, MergesAndGroupsWithUnusualContents) {
+  const auto shapes_of = [](const std::string& xml) {
+    testing::internal::CaptureStderr();
+    const size_t count = scene_from(xml)->shapes().size();
+    const std::string told = testing::internal::GetCapturedStderr();
+    EXPECT_NE(told.find("warning"), std::string::npos) << xml;
+    return count;
+  };
+  EXPECT_EQ(shapes_of("<shape type='merge'/>"), 0u);
+  EXPECT_EQ(shapes_of("<shape type='merge'><shape type='shapegroup' id='g'>"
+                      "<shape type='sphere'/></shape></shape>"),
+            0u);
+  EXPECT_EQ(shapes_of("<shape type='shapegroup' id='g'/><shape type='instance'><ref id='g'/>"
+                      "</shape>"),
+            0u);
+  EXPECT_EQ(shapes_of("<shape type='merge'><bsdf type='diffuse'/><shape type='cube'/></shape>"),
+            1u);
+}
+
 TEST_F(MeshFiles, AGroupOfMergesHasAllTheirShapes) {
   const auto scene = scene_from(
       "<shape type='shapegroup' id='g'><shape type='merge'><shape type='rectangle'/>"

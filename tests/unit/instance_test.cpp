@@ -310,7 +310,6 @@ TEST_F(Instances, SayWhatIsWrong) {
     EXPECT_NE(told.find(what), std::string::npos) << told;
   };
   const std::string ball = "<shape type='sphere'/>";
-  says(fault("<shape type='shapegroup'/>"), "shape");
   says(fault("<shape type='instance'/>"), "shape");
   says(fault("<shape type='instance'>" + ball + "</shape>"), "must have a 'shapegroup'");
   says(fault(group_of("<shape type='sphere'><emitter type='area'/></shape>")), "can't emit");
@@ -332,7 +331,6 @@ TEST_F(Instances, SayWhatIsWrong) {
   says(fault(group_of(ball) +
              "<shape type='instance'><ref id='group'/><bsdf type='diffuse'/></shape>"),
        "bsdf");
-  says(fault("<shape type='merge'/>"), "shape");
 }
 
 TEST_F(Instances, MergesAreTheirShapes) {
