@@ -20,10 +20,10 @@ import OpenImageIO as oiio
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
-from compare import BadInput, Estimate, load  # noqa: E402
+from compare import BadInput, Estimate, images, load  # noqa: E402
 from compare.command import main, report  # noqa: E402
 from simulated_renders import (HEIGHT, RENDERS, WIDTH, noisy, picture, write_exr,  # noqa: E402
-                               write_rgb)
+                               write_parts, write_rgb)
 
 FLIP_OF_THE_SYSTEM = importlib.util.find_spec("flip_evaluator")
 
@@ -209,6 +209,24 @@ class Command(unittest.TestCase):
         self.assert_bad("ref.json", a, b)
         with self.assertRaises(BadInput):
             load(self.folder / "none.exr")
+
+    def test_colours_of_any_name_are_compared(self):
+        """Of XYZ films, of layers, and of a part after that of depth."""
+        image = picture()[:, :, None] * (0.8, 0.2, 0.05)
+        to_xyz = np.array([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169],
+                           [0.019334, 0.119193, 0.950227]])
+        stored = {"X": image @ to_xyz[0], "Y": image @ to_xyz[1], "Z": image @ to_xyz[2]}
+        write_exr(self.folder / "xyz.exr", stored)
+        layers = {f"View.AO.{n}": np.ones((HEIGHT, WIDTH)) for n in "RGB"}
+        layers |= {f"View.Combined.{n}": image[:, :, i] for i, n in enumerate("RGB")}
+        write_exr(self.folder / "layers.exr", layers)
+        parts = [({"Z": np.ones((HEIGHT, WIDTH))}, "depth"),
+                 ({n: image[:, :, i] for i, n in enumerate("rgb")}, "beauty")]
+        write_parts(self.folder / "parts.exr", parts)
+        for name in ("xyz", "layers", "parts"):
+            channels = images.read(self.folder / f"{name}.exr").channels
+            found = images.colour(name, channels)
+            np.testing.assert_allclose(found, image, rtol=0, atol=2e-6, err_msg=name)
 
     def test_a_file_given_twice_is_no_other_render(self):
         a, b = self.renders("a", picture(), 1, count=5), self.reference("ref")

@@ -161,6 +161,24 @@ class ModuleTest(unittest.TestCase):
         linear = kinome.traverse(bytes_of)["red.reflectance.data"]
         self.assertAlmostEqual(float(linear[0, 0, 0]), ((188 / 255 + 0.055) / 1.055) ** 2.4, 5)
 
+    def test_pixels_of_integers(self):
+        """As mi.Bitmap of Mitsuba 3.9.1: only bytes are encoded, and the largest value is 1."""
+        def first_texel(value, kind, raw=False):
+            pixels = np.full((1, 1), value, kind)
+            scene = kinome.load_dict(with_parts(DICT, red={
+                "type": "diffuse",
+                "reflectance": {"type": "bitmap", "bitmap": pixels, "raw": raw}}))
+            return float(kinome.traverse(scene)["red.reflectance.data"][0, 0, 0])
+
+        for kind, value in ((np.uint16, 2 ** 15), (np.uint32, 2 ** 31), (np.int8, 64),
+                            (np.int16, 2 ** 14), (np.int32, 2 ** 30)):
+            self.assertAlmostEqual(first_texel(value, kind), value / np.iinfo(kind).max, 6)
+        self.assertAlmostEqual(first_texel(128, np.uint8, raw=True), 128 / 255, 6)
+        self.assertAlmostEqual(first_texel(0.5, np.float16), 0.5, 6)
+        for kind in (np.int64, np.uint64):
+            with self.assertRaisesRegex(TypeError, f"of the type {np.dtype(kind)} have no scale"):
+                first_texel(1, kind)
+
     def test_meshes(self):
         (self.folder / "t.ply").write_text(
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"

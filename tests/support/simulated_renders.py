@@ -28,6 +28,23 @@ def write_exr(path, channels, kind=oiio.FLOAT, header=()):
     out.close()
 
 
+def write_parts(path, parts):
+    """An EXR file of several parts, each a pair of channels (as in write_exr) and a name."""
+    specs = []
+    for channels, name in parts:
+        height, width = next(iter(channels.values())).shape
+        spec = oiio.ImageSpec(width, height, len(channels), oiio.FLOAT)
+        spec.channelnames = list(channels)
+        spec.attribute("oiio:subimagename", name)
+        specs.append(spec)
+    out = oiio.ImageOutput.create(str(path))
+    assert out.open(str(path), tuple(specs)), oiio.geterror()
+    for i, (channels, _) in enumerate(parts):
+        assert i == 0 or out.open(str(path), specs[i], "AppendSubimage"), oiio.geterror()
+        out.write_image(np.stack(list(channels.values()), axis=2).astype(np.float32))
+    out.close()
+
+
 def write_rgb(path, image, kind=oiio.FLOAT):
     write_exr(path, {name: image[:, :, i] for i, name in enumerate("RGB")}, kind)
 

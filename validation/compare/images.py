@@ -111,6 +111,53 @@ class Picture:
     rounding: float  # relative error that the number format may leave in a value
 
 
+# Names of layers that hold the whole picture.
+WHOLE = ("combined", "beauty", "rgba", "rgb", "composite", "color", "colour")
+# From XYZ to linear Rec.709, the inverse of what Kinome and Mitsuba write XYZ by.
+TO_RGB = np.linalg.inv([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169],
+                        [0.019334, 0.119193, 0.950227]])
+
+
+def colour_names(names):
+    """Finds the channels that are a file's colour, as Kinome's reader does (exr_colors.h). Returns
+    their rank, of which the lowest is the best, and their names; no names if there is no colour."""
+    layers = {}
+    for name in sorted(names):  # capital letters come first
+        layer, _, letter = name.rpartition(".")
+        layers.setdefault(layer, {}).setdefault(letter.upper(), name)
+    unnamed = layers.pop("", {})
+    if all(letter in unnamed for letter in "RGB"):
+        return 0, tuple(unnamed[letter] for letter in "RGB")
+    if {"X", "Y", "Z"} <= set(names):
+        return 1, ("X", "Y", "Z")
+    if "Y" in unnamed and "X" not in unnamed:
+        return 2, (unnamed["Y"],)
+    for rank, letters in ((3, "RGB"), (4, "Y")):
+        found = [name for name, layer in layers.items()
+                 if all(letter in layer for letter in letters) and (rank == 3 or "X" not in layer)]
+        found.sort(key=lambda name: name.rpartition(".")[2].lower() not in WHOLE)
+        if found:
+            return rank, tuple(layers[found[0]][letter] for letter in letters)
+    return 5, ()
+
+
+def name_colour(channels):
+    """Renames the channels of a colour to R, G and B, or Y; converts XYZ to RGB."""
+    rank, names = colour_names(channels)
+    found = [channels.pop(name) for name in names]
+    if rank == 1:
+        found = list(np.einsum("ij,jyx->iyx", TO_RGB, np.stack(found)))
+    return dict(zip("RGB" if len(found) == 3 else "Y", found)) | channels
+
+
+def seek_colour(source):
+    """Goes to the part of a file with the best colour, the first part if none has any."""
+    ranks = []
+    while source.seek_subimage(len(ranks), 0):
+        ranks.append(colour_names(source.spec().channelnames)[0])
+    source.seek_subimage(ranks.index(min(ranks)), 0)
+
+
 def read(path):
     """The Picture in an EXR or PFM file."""
     import OpenImageIO as oiio
@@ -118,10 +165,11 @@ def read(path):
     if source is None:
         reason = oiio.geterror().splitlines() or ["unknown format"]
         raise BadInput(f"{path}: can't be read: {reason[0]}")
+    seek_colour(source)
     spec = source.spec()
     if spec.format.basetype not in (oiio.FLOAT, oiio.HALF):
         raise BadInput(f"{path}: holds {spec.format}, expected an OpenEXR or PFM file of floats")
-    pixels = source.read_image(oiio.FLOAT)
+    pixels = source.read_image(source.current_subimage(), 0, 0, spec.nchannels, oiio.FLOAT)
     if pixels is None:
         raise BadInput(f"{path}: can't be read: {(source.geterror().splitlines() or ['?'])[0]}")
     source.close()
@@ -130,8 +178,8 @@ def read(path):
     pixels = np.asarray(pixels, np.float64).reshape(spec.height, spec.width, spec.nchannels)
     header = {a.name: a.value for a in spec.extra_attribs
               if a.name.startswith("kinome:") and isinstance(a.value, str)}
-    return Picture({name: pixels[:, :, i] for i, name in enumerate(spec.channelnames)}, header,
-                   rounding)
+    channels = {name: pixels[:, :, i] for i, name in enumerate(spec.channelnames)}
+    return Picture(name_colour(channels), header, rounding)
 
 
 def colour(path, channels, prefix=""):
@@ -141,7 +189,7 @@ def colour(path, channels, prefix=""):
             return np.stack([channels[prefix + name] for name in names], axis=2)
     if prefix:
         return None
-    raise BadInput(f"{path}: needs channels R, G, B or Y, has {', '.join(channels)}")
+    raise BadInput(f"{path}: needs channels R, G, B or X, Y, Z or Y, has {', '.join(channels)}")
 
 
 def renders_of(path, picture, wanted):
