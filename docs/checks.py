@@ -17,12 +17,13 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/check"))
-from wrong_plugins import WRONG_PLUGINS  # noqa: E402
+from wrong_plugins import WRONG_PLUGINS, library  # noqa: E402
 
 PAGE = ROOT / "docs/checks.md"
-TITLES = {"emitter": "Emitters", "bsdf": "BSDFs", "shape": "Shapes", "texture": "Textures",
-          "sampler": "Samplers", "rfilter": "Filters"}
-SUBJECTS = {"emitter": "A sky that is the same all around", "bsdf": "A white diffuse surface",
+TITLES = {"emitter": "Emitters", "lamp": "Emitters of surfaces", "bsdf": "BSDFs", "shape": "Shapes", "texture": "Textures",
+          "sampler": "Samplers", "sensor": "Sensors", "rfilter": "Filters"}
+SUBJECTS = {"emitter": "A sky that is the same all around",
+            "lamp": "A surface that shines alike in all directions", "sensor": "A pinhole camera", "bsdf": "A white diffuse surface",
             "shape": "A square", "texture": "A ramp from 0 to 1", "sampler": "Independent random numbers",
             "rfilter": "A tent"}
 
@@ -51,7 +52,7 @@ FAULT = """
 
 This sky is sampled evenly, and tells half the density that its samples have. A renderer divides by the
 density, so all that this sky lights would be twice as bright. The check `sampling` names the fault;
-`consistency` and `emission` compare the same density with other functions.
+the others compare the same density with other functions.
 
 """
 
@@ -101,9 +102,9 @@ def transcript(build):
     return begun + WRONG + right + FAULT + wrong
 
 
-def sentence_of(build, category, fault, check):
+def sentence_of(build, source, fault, check):
     command = [str(build / "bin/kinome"), "check",
-               str(build / "tests/check/plugins" / category / "wrong.so"), "-D", f"fault={fault}",
+               str(build / "tests/check/plugins" / library(source)), "-D", f"fault={fault}",
                "--only", check]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     found = re.search(f"^  FAULT {check} +(.*)$", done.stdout, re.MULTILINE)
@@ -123,32 +124,32 @@ def uncell(text):
 
 def tables(build):
     text = ""
-    for category, rows in WRONG_PLUGINS.items():
-        text += (f"\n### {TITLES[category]}\n\n{SUBJECTS[category]}.\n\n"
+    for source, rows in WRONG_PLUGINS.items():
+        text += (f"\n### {TITLES[source]}\n\n{SUBJECTS[source]}.\n\n"
                  "| `fault` | what is wrong | the check | what it prints |\n|---|---|---|---|\n")
         for fault, wrong, check, _ in rows:
-            printed = cell(sentence_of(build, category, fault, check))
+            printed = cell(sentence_of(build, source, fault, check))
             text += f"| {fault} | {wrong} | `{check}` | {printed} |\n"
     return text
 
 
 def rows_of(page):
-    """(category, fault, what is wrong, check, what is printed) of all tables of the page."""
+    """(source, fault, what is wrong, check, what is printed) of all tables of the page."""
     rows = []
-    categories = {title: category for category, title in TITLES.items()}
+    sources = {title: source for source, title in TITLES.items()}
     for part in re.split("^### ", page, flags=re.MULTILINE)[1:]:
-        category = categories[part.partition("\n")[0]]
+        source = sources[part.partition("\n")[0]]
         for line in re.findall(r"^\| (.*) \|$", part, re.MULTILINE)[1:]:
             fault, wrong, check, printed = line.split(" | ")
-            rows.append((category, fault, wrong, check.strip("`"), uncell(printed)))
+            rows.append((source, fault, wrong, check.strip("`"), uncell(printed)))
     return rows
 
 
 def main():
     build = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else
                          os.environ.get("KINOME_BUILD", ROOT / "build")).resolve()
-    sources = ", ".join(f"[wrong_{category}.cpp](../tests/check/wrong_{category}.cpp)"
-                        for category in WRONG_PLUGINS)
+    sources = ", ".join(f"[wrong_{source}.cpp](../tests/check/wrong_{source}.cpp)"
+                        for source in WRONG_PLUGINS)
     count = sum(len(rows) for rows in WRONG_PLUGINS.values())
     page = (BEGIN.format(count=count) + transcript(build) + TABLES.format(sources=sources)
             + tables(build))

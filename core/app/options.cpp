@@ -245,7 +245,8 @@ void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
       ->type_name("CHECK")
       ->allow_extra_args(false);
   app.add_option("--against", options.against,
-                 "For an integrator: another one whose pictures must show the same light")
+                 "For an integrator or an emitter: another one, by its name or as XML, that must give the "
+                 "same light")
       ->type_name("NAME");
   app.add_option("--effort", options.effort, "Take this many times the usual number of random samples; default: 1")
       ->type_name("FACTOR")

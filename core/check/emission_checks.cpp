@@ -13,37 +13,34 @@
 namespace kinome::check {
 namespace {
 
-/// Sums by the octant that light goes to.
+/// Sums by the octant that light goes to, and of all of it.
 struct Octants {
-  Moments sums[8][3];
+  Moments sums[9][3];
   /// `weight` toward d; all other octants get nothing.
   void add(const Vec3& d, const Rgb& weight) {
     const int octant = (d.x > 0) + 2 * (d.y > 0) + 4 * (d.z > 0);
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < 9; ++i) {
       for (int c = 0; c < 3; ++c) {
-        sums[i][c].add(i == octant ? static_cast<double>(weight[c]) : 0.);
+        sums[i][c].add(i == octant || i == 8 ? static_cast<double>(weight[c]) : 0.);
       }
     }
   }
+  /// All of it may be the same for each sample, up to rounding.
   std::vector<Estimate> estimates() const {
     std::vector<Estimate> all;
-    for (const auto& octant : sums) {
-      for (const Moments& m : octant) all.push_back({m.mean(), m.variance_of_mean()});
+    for (const auto& part : sums) {
+      for (const Moments& m : part) {
+        all.push_back({m.mean(), m.variance_of_mean() + std::pow(1e-4 * m.mean(), 2)});
+      }
     }
     return all;
   }
-  double total() const {
-    double sum = 0;
-    for (const auto& octant : sums) {
-      for (const Moments& m : octant) sum += m.mean();
-    }
-    return sum;
-  }
+  double total() const { return sums[8][0].mean() + sums[8][1].mean() + sums[8][2].mean(); }
 };
 
 Outcome emitter_emission(const Subject& subject, double alpha) {
   Outcome outcome;
-  const EmitterScene at(subject);
+  EmitterScene at(subject);
   Random random(subject.request().seed + 4);
   const int count = subject.samples(40000);
   Octants emitted, expected;
@@ -80,7 +77,7 @@ Outcome emitter_emission(const Subject& subject, double alpha) {
     return outcome;
   }
   // A peak that few samples find is no fault of either side: its variance tells, roughly.
-  const Verdict verdict = z_test(emitted.estimates(), expected.estimates(), alpha);
+  const Verdict verdict = largest_z_test(emitted.estimates(), expected.estimates(), alpha);
   outcome.measured = verdict.text;
   if (!verdict.passed) {
     outcome.fail(fmt::format("sample_emission() sends out {:.4g} times the light that {} has",
@@ -97,6 +94,7 @@ Outcome emitter_emission_density(const Subject& subject, double alpha) {
     return outcome;
   }
   Random random(subject.request().seed + 5);
+  std::vector<float> ratios;
   for (int i = 0; i < subject.samples(1000); ++i) {
     const Vec2 position = random.unit2();
     const auto ray = at.emitter().sample_emission(position, random.unit2());
@@ -108,6 +106,7 @@ Outcome emitter_emission_density(const Subject& subject, double alpha) {
                                "emission_density() {:.4g}",
                                ray->pdf_position, position_told));
     }
+    if (told) ratios.push_back(ratio_of(ray->pdf_direction, told->direction));
   }
   DensityCells test;
   test.sample = [&](Random& numbers) -> std::optional<Vec3> {
@@ -129,11 +128,78 @@ Outcome emitter_emission_density(const Subject& subject, double alpha) {
   const DensityVerdict verdict = density_test(test, alpha);
   outcome.measured = verdict.text;
   if (!verdict.passed) outcome.fail(cause_of(verdict, "emission_density()"));
+  if (!ratios.empty()) {
+    const float ratio = middle_of(ratios);
+    if (!(std::abs(ratio - 1) <= 2e-3f)) {
+      outcome.fail(fmt::format("sample_emission() has densities of directions {:.4g} times those of "
+                               "emission_density()",
+                               ratio));
+    }
+  }
   return outcome;
 }
 
+/// Irradiance by light points at p on a surface with the unit normal n.
+glm::dvec3 irradiance_of(const LightPoints& points, const Vec3& p, const Vec3& n) {
+  glm::dvec3 sum(0.);
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (points.kind == LightPoints::Kind::kDistant) {
+      sum += glm::dvec3(points.power[i] * std::max(0.f, glm::dot(points.position[i], n)));
+      continue;
+    }
+    const Vec3 to = points.position[i] - p;
+    const float distance2 = glm::dot(to, to);
+    const Vec3 d = to / std::sqrt(distance2);
+    const float cosine = -glm::dot(points.normal[i], d);
+    if (!(cosine > 0)) continue;
+    const Rgb intensity = points.is_lambertian(i)
+                              ? points.power[i] * cosine
+                              : points.emission->intensity(points.emission_id[i], -d);
+    sum += glm::dvec3(intensity * (std::max(0.f, glm::dot(d, n)) / distance2));
+  }
+  return sum;
+}
+
+/// Irradiance at some points, and its sum: by light points, whose number leaves errors of a few
+/// percent, and by sample_direct().
+Verdict light_points_test(const EmitterScene& at, const LightPoints& points, int count,
+                          uint64_t seed, double alpha, double& ratio) {
+  Random random(seed);
+  std::vector<Estimate> told, sampled;
+  Estimate told_sum, sampled_sum;
+  for (int place = 0; place < 6; ++place) {
+    const Vec3 p = at.place(random);
+    Vec3 n(0.f);
+    n[place / 2] = place % 2 ? -1.f : 1.f;
+    const glm::dvec3 by_points = irradiance_of(points, p, n);
+    Moments by_samples[3], luminances;
+    for (int i = 0; i < count; ++i) {
+      const auto sample = at.emitter().sample_direct(p, random.unit2());
+      Rgb value(0.f);
+      if (sample && sample->pdf > 0) {
+        value = sample->radiance * (std::max(0.f, glm::dot(sample->d, n)) / sample->pdf);
+      }
+      for (int c = 0; c < 3; ++c) by_samples[c].add(double{value[c]});
+      luminances.add(double{luminance(value)});
+    }
+    for (int c = 0; c < 3; ++c) {
+      const Moments& m = by_samples[c];
+      told.push_back({by_points[c], std::pow(0.02 * by_points[c], 2)});
+      sampled.push_back({m.mean(), m.variance_of_mean()});
+    }
+    told_sum.mean += double{luminance(Rgb(by_points))};
+    sampled_sum.mean += luminances.mean();
+    sampled_sum.variance_of_mean += luminances.variance_of_mean();
+  }
+  ratio = told_sum.mean / sampled_sum.mean;
+  told_sum.variance_of_mean = std::pow(0.01 * told_sum.mean, 2);
+  told.push_back(told_sum);
+  sampled.push_back(sampled_sum);
+  return largest_z_test(told, sampled, alpha);
+}
+
 /// Points that stand for all of its light: as `clustered` by the thesis's importances asks for them.
-Outcome emitter_light_points(const Subject& subject) {
+Outcome emitter_light_points(const Subject& subject, double alpha) {
   Outcome outcome;
   const EmitterScene at(subject);
   RenderContext context({.threads = 1, .seed = subject.request().seed});
@@ -161,6 +227,16 @@ Outcome emitter_light_points(const Subject& subject) {
     }
   }
   outcome.measured = fmt::format("{} points", count);
+  if (!outcome.passed) return outcome;
+  double ratio = 0;
+  const Verdict verdict = light_points_test(at, *points, subject.samples(10000),
+                                            subject.request().seed + 8, alpha, ratio);
+  outcome.measured = fmt::format("{} points, {:.4g} times the irradiance: {}", count, ratio,
+                                 verdict.text);
+  if (!verdict.passed) {
+    outcome.fail(fmt::format("light_points() brings {:.2g} times the light of sample_direct()",
+                             ratio));
+  }
   return outcome;
 }
 
@@ -170,7 +246,8 @@ void add_emission_checks(const Subject& subject, Plan& plan) {
   plan.add("emission", 1, [&](double alpha) { return emitter_emission(subject, alpha); });
   plan.add("emission_density", 1,
            [&](double alpha) { return emitter_emission_density(subject, alpha); });
-  plan.add("light_points", 0, [&](double) { return emitter_light_points(subject); });
+  plan.add("light_points", 1,
+           [&](double alpha) { return emitter_light_points(subject, alpha); });
 }
 
 }  // namespace kinome::check

@@ -13,6 +13,8 @@
 #include "check/emitter_scene.h"
 #include "check/rays.h"
 #include "check/subject.h"
+#include "kinome/block_points.h"
+#include "kinome/shape.h"
 #include "kinome/warp.h"
 
 namespace kinome::check {
@@ -169,6 +171,27 @@ bool is_near(const Vec3& a, const Vec3& b) {
   return max_component(glm::abs(a - b)) <= 2e-3f * most + 1e-12f;
 }
 
+/// eval_surface_block() of single points of the emitter's surface, seen from others.
+EmitterDifferences surface_differences(const EmitterScene& at, Random& random) {
+  const Shape& shape = *at.emitter().shape();
+  EmitterDifferences differences;
+  BlockMemory memory(1);
+  const Columns3 from = memory.three(), radiance = memory.three();
+  float* const pdf = memory.one();
+  for (int i = 0; i < 300; ++i) {
+    SurfaceInteraction si = shape.sample_surface(random.unit2());
+    si.shape = &shape;
+    const Vec3 p = at.place(random);
+    si.wi = si.frame.to_local(glm::normalize(p - si.p));
+    const PointBlock point(si);
+    for (size_t lane = 0; lane < kBlockLanes; ++lane) from.set(lane, p);
+    at.emitter().eval_surface_block(point.block(), from, radiance, pdf);
+    differences.add(is_near(at.emitter().eval_surface(si), radiance.at(0)) &&
+                    is_near(Vec3(at.emitter().pdf_surface(p, si)), Vec3(pdf[0])));
+  }
+  return differences;
+}
+
 Outcome emitter_blocks(const Subject& subject) {
   Outcome outcome;
   const EmitterScene at(subject);
@@ -222,6 +245,21 @@ Outcome emitter_blocks(const Subject& subject) {
     judge(blocks, "eval_environment_block() from eval_environment()");
     judge(batches, "eval_environment_batch() from eval_environment()");
   }
+  const EmissionBlock emitted{memory.three(), memory.three(), memory.three()};
+  const Columns2 numbers{d.x, d.y};  // of directions
+  for (size_t i = 0; i < count; ++i) numbers.set(i, random.unit2());
+  emitter.sample_emission_block(u, numbers, count, emitted);
+  EmitterDifferences rays;
+  for (size_t i = 0; i < count; ++i) {
+    const auto ray = emitter.sample_emission(u.at(i), numbers.at(i));
+    const bool has = ray && !is_black(ray->power);
+    rays.add(has == !is_black(emitted.power.at(i)) &&
+             (!has || (is_near(ray->ray().o, emitted.o.at(i)) &&
+                       is_near(ray->d, emitted.d.at(i)) &&
+                       is_near(ray->power, emitted.power.at(i)))));
+  }
+  judge(rays, "sample_emission_block() from sample_emission()");
+  if (at.is_surface()) judge(surface_differences(at, random), "eval_surface_block() from points");
   if (memory.is_overrun()) outcome.fail("a block's function writes behind its columns");
   outcome.measured = fmt::format("blocks of {} are as points, bound: 1 of 100 at edges", count);
   return outcome;
@@ -252,6 +290,9 @@ void add_emitter_checks(const Subject& subject, Plan& plan) {
     plan.add("cell_grid", 0, [&](double) { return audit(subject, is_of_grid); });
   }
   add_emission_checks(subject, plan);
+  add_irradiance_checks(subject, plan);
+  add_origin_checks(subject, plan);
+  add_against_check(subject, plan);
 }
 
 }  // namespace kinome::check

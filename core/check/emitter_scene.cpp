@@ -11,18 +11,32 @@
 
 namespace kinome::check {
 
-EmitterScene::EmitterScene(const Subject& subject)
-    : scene_(subject.scene(surroundings(subject, subject.xml()))) {
+EmitterScene::EmitterScene(const Subject& subject, int index)
+    : EmitterScene(subject, subject.xml(), index) {}
+
+EmitterScene::EmitterScene(const Subject& subject, const std::string& xml, int index)
+    : scene_(subject.scene(surroundings(subject, xml))) {
+  const auto object = load_object_from_string(xml, Subject::kFile, {}, subject.registry());
   for (const Emitter* emitter : scene_->emitters()) {
-    if (!emitter_ && emitter->plugin() == subject.title()) emitter_ = emitter;
+    if (emitter->plugin() == object->plugin() && index-- == 0) emitter_ = emitter;
   }
   if (!emitter_) throw Error("the scene that it is put in doesn't list it among its emitters");
   is_surface_ = emitter_->shape() != nullptr;
 }
 
+int EmitterScene::count(const Subject& subject) {
+  return subject.make<Emitter>()->is_surface() ? 2 : 1;
+}
+
 Vec3 EmitterScene::place(Random& random) const {
   const float x = random.between(-1, 1), y = random.between(-1, 1);
-  return {x, y, random.between(0, 0.4f)};
+  const Vec3 anywhere(x, y, random.between(0, 0.4f));
+  // A narrow beam is met by points of its own rays alone.
+  if (!emitter_->is_delta() || random.unit() < 0.5f) return anywhere;
+  const Vec2 position = random.unit2();
+  const auto ray = emitter_->sample_emission(position, random.unit2());
+  if (!ray || ray->pdf_position > 0 || !is_finite(ray->o) || !is_finite(ray->d)) return anywhere;
+  return ray->o + random.between(0.2f, 2) * ray->d;
 }
 
 double EmitterScene::pdf_along(const Vec3& p, const Vec3& d) const {
@@ -49,7 +63,7 @@ const char* EmitterScene::value_name() const {
   return emitter_->is_environment() ? "eval_environment()" : "sample_direct()";
 }
 
-std::pair<Vec3, Rgb> EmitterScene::reference_emission(Random& random, const Vec3& o) const {
+std::pair<Vec3, Rgb> EmitterScene::reference_emission(Random& random, const Vec3& o) {
   if (is_surface_) {
     const Shape& shape = *emitter_->shape();
     SurfaceInteraction si = shape.sample_surface(random.unit2());
@@ -65,12 +79,48 @@ std::pair<Vec3, Rgb> EmitterScene::reference_emission(Random& random, const Vec3
     return {-sample->d, sample->radiance / sample->pdf};
   }
   // Light from a place: its intensity by what arrives around it; parallel light is the same
-  // everywhere.
-  const Vec3 d = random.direction();
+  // everywhere. Half of the directions are around the beam, or a narrow one would not be met.
+  if (!beam_) beam_ = Beam(*emitter_);
+  const Vec3 d = random.unit() < 0.5f ? random.direction() : beam_->direction(random);
   const auto sample = emitter_->sample_direct(o + d, Vec2(0.5f));
   if (!sample) return {d, Rgb(0.f)};
   if (!(sample->distance < kInfinity)) return {-sample->d, sample->radiance};
-  return {d, sample->radiance * sqr(sample->distance) * (4 * kPi)};
+  const float pdf = 0.5f * kUniformSpherePdf + 0.5f * beam_->pdf(d);
+  return {d, sample->radiance * (sqr(sample->distance) / pdf)};
+}
+
+EmitterScene::Beam::Beam(const Emitter& emitter) {
+  Random random(0);
+  std::vector<Vec3> directions;
+  Vec3 sum(0.f);
+  for (int i = 0; i < 4000; ++i) {
+    const Vec2 position = random.unit2();
+    const auto ray = emitter.sample_emission(position, random.unit2());
+    if (!ray || !is_finite(ray->d)) continue;
+    directions.push_back(ray->d);
+    sum += ray->d;
+  }
+  if (!(glm::length(sum) > 0)) return;
+  frame_ = Frame::from_normal(glm::normalize(sum));
+  height_ = 0;
+  for (const Vec3& d : directions) height_ = std::max(height_, height_of(d));
+  height_ = std::clamp(1.5f * height_, 1e-8f, 2.f);
+}
+
+float EmitterScene::Beam::height_of(const Vec3& d) const {
+  const Vec3 local = frame_.to_local(d);
+  const float sine2 = sqr(local.x) + sqr(local.y);
+  return local.z > 0 ? sine2 / (1 + local.z) : 1 - local.z;
+}
+
+Vec3 EmitterScene::Beam::direction(Random& random) const {
+  const float height = random.unit() * height_, phi = random.between(0, 2 * kPi);
+  const float r = safe_sqrt(height * (2 - height));
+  return frame_.to_world(Vec3(r * std::cos(phi), r * std::sin(phi), 1 - height));
+}
+
+float EmitterScene::Beam::pdf(const Vec3& d) const {
+  return height_of(d) <= height_ ? 1 / (2 * kPi * height_) : 0;
 }
 
 float ratio_of(float a, float b) {

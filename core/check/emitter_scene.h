@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "check/density_cells.h"
 #include "check/subject.h"
@@ -15,7 +16,12 @@ namespace kinome::check {
 /// those that sample it.
 class EmitterScene {
  public:
-  explicit EmitterScene(const Subject& subject);
+  /// `index`: which of the emitters of this plugin that the scene has.
+  explicit EmitterScene(const Subject& subject, int index = 0);
+  /// The emitter of this element, in place of the one that is checked.
+  EmitterScene(const Subject& subject, const std::string& xml, int index);
+  /// Number of emitters in the scene: surfaces are checked on shapes of two kinds.
+  static int count(const Subject& subject);
 
   const Scene& scene() const { return *scene_; }
   const Emitter& emitter() const { return *emitter_; }
@@ -26,17 +32,32 @@ class EmitterScene {
   double pdf_along(const Vec3& p, const Vec3& d) const;
   /// The same at the very point that was sampled, where that is found again.
   std::optional<float> pdf_of(const Vec3& p, const DirectSample& sample) const;
+  bool is_surface() const { return is_surface_; }
   const char* pdf_name() const { return is_surface_ ? "pdf_surface()" : "pdf_environment()"; }
   const char* value_name() const;
 
   /// A direction of light, and what of its power it stands for in the mean, as EmissionSample has
   /// it times pdf_position of light from infinitely far; `o` is where other light starts.
-  std::pair<Vec3, Rgb> reference_emission(Random& random, const Vec3& o) const;
+  std::pair<Vec3, Rgb> reference_emission(Random& random, const Vec3& o);
 
  private:
+  /// A cone around all directions that light leaves in, and a uniform density within it.
+  class Beam {
+   public:
+    explicit Beam(const Emitter& emitter);
+    Vec3 direction(Random& random) const;
+    float pdf(const Vec3& d) const;
+
+   private:
+    float height_of(const Vec3& d) const;  ///< 1 - cos of the angle from the axis
+    Frame frame_;
+    float height_ = 2;
+  };
+
   std::unique_ptr<Scene> scene_;
   const Emitter* emitter_ = nullptr;
   bool is_surface_ = false;
+  std::optional<Beam> beam_;  ///< for reference_emission()
 };
 
 /// a / b, or infinity where that is no number, so that ratios have an order.

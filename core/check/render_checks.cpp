@@ -1,4 +1,4 @@
-// What makes sensors, films and integrators right: a small scene, rendered.
+// What makes films and integrators right: a small scene, rendered.
 
 #include <algorithm>
 #include <cmath>
@@ -9,24 +9,12 @@
 
 #include <fmt/format.h>
 
-#include "check/block_memory.h"
-#include "check/density_cells.h"
+#include "check/lit_scene.h"
 #include "check/subject.h"
 #include "kinome/image.h"
-#include "kinome/render_context.h"
 
 namespace kinome::check {
 namespace {
-
-/// A ball on a floor that fills the picture: not all integrators show the sky or a lamp themselves.
-constexpr const char* kLitScene =
-    "<shape type='rectangle'><transform name='to_world'><scale value='3'/></transform></shape>"
-    "<shape type='sphere'><point name='center' x='0' y='0' z='0.7'/><float name='radius' "
-    "value='0.6'/><bsdf type='roughplastic'><float name='alpha' value='0.3'/></bsdf></shape>"
-    "<shape type='rectangle'><transform name='to_world'><scale value='0.7'/><rotate x='1' "
-    "angle='180'/><translate x='2.6' z='3'/></transform><emitter type='area'><float name='radiance' "
-    "value='5'/></emitter></shape><emitter type='constant'><float name='radiance' value='0.3'/>"
-    "</emitter>";
 
 /// A camera of 24 x 16 pixels; `sampler` and `film` are elements.
 std::string camera(const std::string& film, int samples) {
@@ -41,127 +29,10 @@ constexpr const char* kFilm =
     "<film type='hdrfilm'><integer name='width' value='24'/><integer name='height' value='16'/>"
     "<rfilter type='box'/></film>";
 
-Image picture_of(const Scene& scene, uint64_t seed, unsigned threads, uint64_t order = 0) {
-  RenderContext::Options options;
-  options.threads = threads;
-  options.seed = seed;
-  options.tile_order_seed = order;
-  RenderContext context(options);
-  return render(scene, *scene.sensors().at(0), context);
-}
-
 bool has_same_bits(const Image& a, const Image& b) {
   return a.data.size() == b.data.size() &&
          (a.data.empty() ||
           std::memcmp(a.data.data(), b.data.data(), a.data.size() * sizeof(float)) == 0);
-}
-
-// ---- sensors
-
-std::unique_ptr<Scene> scene_of_sensor(const Subject& subject) {
-  const auto sensor = subject.make<Sensor>();
-  const std::string nested =
-      sensor->is_surface() ? "<shape type='sphere'><point name='center' x='0' y='0' z='3'/>" +
-                                 subject.xml() + "</shape>"
-                           : subject.xml();
-  return subject.scene_of("<integrator type='direct'/>" + std::string(kLitScene) + nested);
-}
-
-Outcome sensor_rays(const Subject& subject) {
-  Outcome outcome;
-  const auto scene = scene_of_sensor(subject);
-  const Sensor& sensor = *scene->sensors().at(0);
-  Random random(subject.request().seed + 1);
-  const Rect& crop = sensor.film().crop();
-  const auto count = static_cast<size_t>(subject.samples(2001));
-  BlockMemory memory(count);
-  const Columns2 film = memory.two(), lens = memory.two();
-  for (size_t i = 0; i < count; ++i) {
-    const Vec2 share = random.unit2();
-    film.set(i, Vec2(crop.x0, crop.y0) + share * Vec2(crop.width(), crop.height()));
-    lens.set(i, random.unit2());
-  }
-  std::vector<RayHit16> blocks(padded(count) / 16);
-  for (RayHit16& block : blocks) reset(block.ray);
-  sensor.sample_ray_block(film, lens, count, blocks.data());
-  int different = 0, aperture = 0;
-  for (size_t i = 0; i < count && outcome.passed; ++i) {
-    const Ray ray = sensor.sample_ray(film.at(i), lens.at(i));
-    const std::string where =
-        fmt::format(", through ({:.5g}, {:.5g})", film.at(i).x, film.at(i).y);
-    if (!is_finite(ray.o) || !is_finite(ray.d)) outcome.fail("a ray is not finite" + where);
-    if (std::abs(glm::length(ray.d) - 1) > 1e-4f) {
-      outcome.fail("a ray's direction is not of unit length" + where);
-    }
-    if (!(ray.tmin >= 0 && ray.tmax > ray.tmin)) outcome.fail("tmin and tmax hold nothing" + where);
-    const Ray other = ray_of(&blocks[i / 16].ray, i % 16);
-    const float size = 1 + glm::length(ray.o);
-    different += !(glm::length(ray.o - other.o) <= 1e-4f * size &&
-                   glm::length(ray.d - other.d) <= 1e-4f);
-    const Ray by_middle = sensor.sample_ray(film.at(i), Vec2(0.5f));
-    aperture += glm::length(ray.o - by_middle.o) > 1e-5f * size ||
-                glm::length(ray.d - by_middle.d) > 1e-5f;
-  }
-  if (different * 200 > static_cast<int>(count)) {
-    outcome.fail(fmt::format("sample_ray_block() has other rays than sample_ray() at {} of {} places",
-                             different, count));
-  }
-  if (aperture > 0 && !sensor.needs_aperture_sample()) {
-    outcome.fail("rays depend on `aperture`, which needs_aperture_sample() denies");
-  }
-  outcome.measured = fmt::format("{} rays: finite, unit, in blocks as by themselves", count);
-  return outcome;
-}
-
-/// connect() finds again where the film's rays come by.
-Outcome sensor_connect(const Subject& subject) {
-  Outcome outcome;
-  const auto scene = scene_of_sensor(subject);
-  const Sensor& sensor = *scene->sensors().at(0);
-  Random random(subject.request().seed + 2);
-  const Rect& crop = sensor.film().crop();
-  int seen = 0, lost = 0;
-  const int count = subject.samples(2000);
-  for (int i = 0; i < count; ++i) {
-    const Vec2 film = Vec2(crop.x0, crop.y0) +
-                      random.unit2() * Vec2(crop.width(), crop.height());
-    const Vec2 aperture = random.unit2();
-    const Ray ray = sensor.sample_ray(film, aperture);
-    const float distance = std::max(1.5f * ray.tmin, std::min(0.5f * ray.tmax, random.between(1, 8)));
-    const auto found = sensor.connect(ray.at(distance), aperture);
-    lost += !found;
-    if (!found) continue;
-    ++seen;
-    const float size = static_cast<float>(std::max(crop.width(), crop.height()));
-    if (!(glm::length(found->film_position - film) <= 2e-3f * size)) {
-      outcome.fail(fmt::format("connect() sees a point of the ray through ({:.5g}, {:.5g}) at ({:.5g}, "
-                               "{:.5g})",
-                               film.x, film.y, found->film_position.x, found->film_position.y));
-    }
-    if (!(glm::length(found->d + ray.d) < 2e-3f)) {
-      outcome.fail("connect() has a d that doesn't lead back along the ray");
-    }
-    if (!(found->weight > 0 && std::isfinite(found->weight))) {
-      outcome.fail(fmt::format("connect() has the weight {}", found->weight));
-    }
-  }
-  if (seen > 0 && lost * 50 > count) {
-    outcome.fail(fmt::format("connect() doesn't see {} of {} points of its rays", lost, count));
-  }
-  outcome.measured = seen > 0 ? fmt::format("{} points of rays are seen where the rays come from", seen)
-                              : "not offered: ptracer shows black";
-  return outcome;
-}
-
-Outcome sensor_picture(const Subject& subject) {
-  Outcome outcome;
-  const auto scene = scene_of_sensor(subject);
-  const Image image = picture_of(*scene, 1, 1);
-  for (const float value : image.data) {
-    if (!std::isfinite(value)) outcome.fail("a picture by `direct` has a value that is not finite");
-  }
-  outcome.measured = fmt::format("{} x {} pixels, all finite", image.width, image.height);
-  return outcome;
 }
 
 // ---- films
@@ -233,7 +104,8 @@ Outcome integrator_bits(const Subject& subject) {
   return outcome;
 }
 
-/// Means and variances of each pixel's channels, of renders with different seeds.
+/// Means and variances of the channels of parts of the image, then of all of it, over renders with
+/// different seeds.
 std::vector<Estimate> estimates_of(const Scene& scene, int renders, uint64_t seed) {
   // Sums of 4 x 4 pixels are nearer to normal.
   constexpr int kSide = 4;
@@ -241,12 +113,15 @@ std::vector<Estimate> estimates_of(const Scene& scene, int renders, uint64_t see
   for (int i = 0; i < renders; ++i) {
     const Image image = picture_of(scene, seed + static_cast<uint64_t>(i), 1);
     const int columns = (image.width + kSide - 1) / kSide, rows = (image.height + kSide - 1) / kSide;
-    std::vector<double> sums(static_cast<size_t>(columns) * rows * 3);
+    const size_t all = static_cast<size_t>(columns) * rows * 3;
+    std::vector<double> sums(all + 3);
     for (int y = 0; y < image.height; ++y) {
       for (int x = 0; x < image.width; ++x) {
         for (int c = 0; c < 3; ++c) {
+          const auto value = double{image.at(x, y, c)};
           sums[3 * static_cast<size_t>(y / kSide * columns + x / kSide) + static_cast<size_t>(c)] +=
-              double{image.at(x, y, c)};
+              value;
+          sums[all + static_cast<size_t>(c)] += value;
         }
       }
     }
@@ -270,10 +145,9 @@ Outcome integrator_light(const Subject& subject, double alpha) {
   const auto own = estimates_of(*scene_of_integrator(subject, subject.xml(), 4), renders,
                                 subject.request().seed + 100);
   const auto other =
-      estimates_of(*scene_of_integrator(
-                       subject, "<integrator type=\"" + against + "\"/>", 4),
-                   renders, subject.request().seed + 10000);
-  const Verdict verdict = z_test(own, other, alpha);
+      estimates_of(*scene_of_integrator(subject, subject.xml_against(), 4), renders,
+                   subject.request().seed + 10000);
+  const Verdict verdict = largest_z_test(own, other, alpha);
   outcome.measured = verdict.text;
   if (!verdict.passed) {
     double a = 0, b = 0;
@@ -286,12 +160,6 @@ Outcome integrator_light(const Subject& subject, double alpha) {
 }
 
 }  // namespace
-
-void add_sensor_checks(const Subject& subject, Plan& plan) {
-  plan.add("rays", 0, [&](double) { return sensor_rays(subject); });
-  plan.add("connect", 0, [&](double) { return sensor_connect(subject); });
-  plan.add("picture", 0, [&](double) { return sensor_picture(subject); });
-}
 
 void add_film_checks(const Subject& subject, Plan& plan) {
   plan.add("file", 0, [&](double) { return film_file(subject); });

@@ -65,7 +65,7 @@ Outcome texture_mean(const Subject& subject, double alpha) {
     const double mean = double{texture->mean()[c]};
     told.push_back({mean, std::pow(1e-3 * mean, 2)});
   }
-  const Verdict verdict = z_test(found, told, alpha);
+  const Verdict verdict = largest_z_test(found, told, alpha);
   outcome.measured = verdict.text;
   if (!verdict.passed) {
     outcome.fail(fmt::format("mean() is ({:.4g}, {:.4g}, {:.4g}), that of eval() ({:.4g}, {:.4g}, "

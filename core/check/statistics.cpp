@@ -121,20 +121,36 @@ Verdict chi2_test(const std::vector<double>& observed, const std::vector<double>
                       statistic, cells - 1, p, alpha)};
 }
 
-Verdict z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b, double alpha) {
-  if (a.size() != b.size() || a.empty()) {
-    return fail("as many means on both sides are needed, at least one");
-  }
-  double largest = -1;
-  size_t where = 0;
+namespace {
+
+/// Differences of pairs of means in units of their standard deviation.
+struct PairStatistics {
+  double largest = -1;  ///< |z|
+  size_t where = 0;     ///< the pair that has it
   double sum = 0, sum_variance = 0;
-  for (size_t i = 0; i < a.size(); ++i) {
-    const double difference = a[i].mean - b[i].mean;
+  std::string fault;  ///< why there are none; empty: there are
+
+  PairStatistics(const std::vector<Estimate>& a, const std::vector<Estimate>& b) {
+    if (a.size() != b.size() || a.empty()) {
+      fault = "as many means on both sides are needed, at least one";
+      return;
+    }
+    for (size_t i = 0; i < a.size() && fault.empty(); ++i) add(i, a[i], b[i]);
+  }
+  /// Šidák: 1 - (1 - p)^n, without cancellation.
+  double p_value(size_t pairs) const {
+    return -std::expm1(static_cast<double>(pairs) * std::log1p(-normal_two_sided(largest)));
+  }
+
+ private:
+  void add(size_t i, const Estimate& a, const Estimate& b) {
+    const double difference = a.mean - b.mean;
     // Means of floats carry their rounding, however small the variance is.
-    const double rounding = 1e-6 * std::max(std::abs(a[i].mean), std::abs(b[i].mean));
-    const double variance = a[i].variance_of_mean + b[i].variance_of_mean + rounding * rounding;
+    const double rounding = 1e-6 * std::max(std::abs(a.mean), std::abs(b.mean));
+    const double variance = a.variance_of_mean + b.variance_of_mean + rounding * rounding;
     if (!std::isfinite(difference) || !std::isfinite(variance) || variance < 0) {
-      return fail(fmt::format("pair {} is not finite: {} and {}", i, a[i].mean, b[i].mean));
+      fault = fmt::format("pair {} is not finite: {} and {}", i, a.mean, b.mean);
+      return;
     }
     const double z = difference == 0 ? 0 : std::abs(difference) / std::sqrt(variance);
     if (z > largest) {
@@ -144,15 +160,34 @@ Verdict z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b, d
     sum += difference;
     sum_variance += variance;
   }
-  // Šidák: 1 - (1 - p)^n, without cancellation.
-  const double p_pairs =
-      -std::expm1(static_cast<double>(a.size()) * std::log1p(-normal_two_sided(largest)));
-  const double z_sum = sum == 0 ? 0 : sum / std::sqrt(sum_variance);
-  const double p = bonferroni(p_pairs, normal_two_sided(z_sum));
+};
+
+std::string text_of(const PairStatistics& found, const std::vector<Estimate>& a,
+                    const std::vector<Estimate>& b) {
+  return fmt::format("largest |z| = {:.3f} of {} pairs, at {}: {:.6g} against {:.6g}",
+                     found.largest, a.size(), found.where, a[found.where].mean,
+                     b[found.where].mean);
+}
+
+}  // namespace
+
+Verdict z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b, double alpha) {
+  const PairStatistics found(a, b);
+  if (!found.fault.empty()) return fail(found.fault);
+  const double z_sum = found.sum == 0 ? 0 : found.sum / std::sqrt(found.sum_variance);
+  const double p = bonferroni(found.p_value(a.size()), normal_two_sided(z_sum));
   return {p >= alpha, p,
-          fmt::format("largest |z| = {:.3f} of {} pairs, at {}: {:.6g} against {:.6g}; the sum's z "
-                      "= {:.3f}; p = {:.3g}, alpha = {:.3g}",
-                      largest, a.size(), where, a[where].mean, b[where].mean, z_sum, p, alpha)};
+          fmt::format("{}; the sum's z = {:.3f}; p = {:.3g}, alpha = {:.3g}",
+                      text_of(found, a, b), z_sum, p, alpha)};
+}
+
+Verdict largest_z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
+                       double alpha) {
+  const PairStatistics found(a, b);
+  if (!found.fault.empty()) return fail(found.fault);
+  const double p = found.p_value(a.size());
+  return {p >= alpha, p,
+          fmt::format("{}; p = {:.3g}, alpha = {:.3g}", text_of(found, a, b), p, alpha)};
 }
 
 double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimate>& b,

@@ -74,12 +74,17 @@ class Moments {
 };
 
 /// Welch z-test of many pairs of means at family-wise rate alpha (Šidák), plus a signed z-test of
-/// the sum. An exact value has variance 0.
+/// the sum, for which the pairs must be independent. An exact value has variance 0.
 struct Estimate {
   double mean = 0;
   double variance_of_mean = 0;
 };
 KINOME_EXPORT Verdict z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b, double alpha);
+
+/// The same without the sum: pairs may depend on one another, as the channels of a colour do, and
+/// sums may be among them.
+KINOME_EXPORT Verdict largest_z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
+                                     double alpha);
 
 /// The power of that test: by what share of the sum of `b` all of `a` may be off and is found 9
 /// times of 10, by the sum's z alone. Infinite where the sum is 0, and not a number where there is

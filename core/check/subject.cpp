@@ -138,16 +138,7 @@ Subject::Subject(const Request& request) : request_(request) {
     throw Error(fmt::format("-D: {} has no parameter '{}'{}", title(), name,
                             near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
   }
-  if (!request.against.empty()) {
-    if (category_ != Category::kIntegrator) {
-      throw Error(fmt::format("--against: {} is no integrator", title()));
-    }
-    try {
-      registry_->find(category_, request.against);
-    } catch (const Error& error) {
-      throw Error("--against: " + error.message());
-    }
-  }
+  if (!request.against.empty()) read_against();
   for (const Parameter& parameter : plugin_->parameters) {
     if (parameter.required && !is_given(parameter) &&
         needed_xml(parameter).empty()) {
@@ -155,6 +146,33 @@ Subject::Subject(const Request& request) : request_(request) {
                               parameter.name, parameter.name));
     }
   }
+}
+
+void Subject::read_against() {
+  if (category_ != Category::kIntegrator && category_ != Category::kEmitter) {
+    throw Error(fmt::format("--against: {} is no integrator and no emitter", title()));
+  }
+  try {
+    const auto other = load_object_from_string(xml_against(), kFile, {}, *registry_);
+    if (!other->plugin().starts_with(std::string(to_string(category_)) + "/")) {
+      throw Error(fmt::format("{} can't be compared with {}", title(), other->plugin()));
+    }
+  } catch (const Error& error) {
+    throw Error("--against: " + error.message());
+  }
+}
+
+std::string Subject::xml_against() const {
+  if (request_.against.starts_with('<')) return request_.against;
+  const PluginDescriptor& other = registry_->find(category_, request_.against);
+  std::string text =
+      fmt::format("<{} type=\"{}\">", to_string(category_), escaped(request_.against));
+  for (const auto& [name, value] : request_.parameters) {
+    const auto row = std::find_if(other.parameters.begin(), other.parameters.end(),
+                                  [&name = name](const Parameter& p) { return p.name == name; });
+    if (row != other.parameters.end()) text += '\n' + parameter_xml(*row, value);
+  }
+  return text + fmt::format("</{}>", to_string(category_));
 }
 
 void Subject::find(const std::string& wanted) {

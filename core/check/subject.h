@@ -29,6 +29,10 @@ class Subject {
   std::string xml(const std::string& more = "", const std::string& changed = "",
                   const std::string& value_xml = "") const;
 
+  /// The element of --against: its XML, or a plugin of the same category with those parameters of
+  /// the request that it has, too.
+  std::string xml_against() const;
+
   template <class T>
   std::shared_ptr<T> make() const {
     return std::dynamic_pointer_cast<T>(
@@ -50,6 +54,7 @@ class Subject {
 
  private:
   void find(const std::string& wanted);
+  void read_against();
   bool is_given(const Parameter& parameter) const;
 
   const Request& request_;

@@ -10,7 +10,7 @@ import sys
 import tempfile
 import unittest
 
-from wrong_plugins import WRONG_PLUGINS, planted
+from wrong_plugins import WRONG_PLUGINS, library, planted
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
@@ -60,17 +60,17 @@ def check(plugin, *options):
 
 class WrongPlugins(unittest.TestCase):
     def test_right_ones_pass(self):
-        for category in WRONG_PLUGINS:
-            with self.subTest(category):
-                status, faults, text = check(WRONG / category / "wrong.so")
+        for source in WRONG_PLUGINS:
+            with self.subTest(source):
+                status, faults, text = check(WRONG / library(source))
                 self.assertEqual((status, faults), (0, {}), text)
 
     def test_each_fault_is_named(self):
-        for category, rows in WRONG_PLUGINS.items():
+        for source, rows in WRONG_PLUGINS.items():
             for fault, _, name, said in rows:
-                with self.subTest(category=category, fault=fault):
-                    status, faults, text = check(WRONG / category / "wrong.so", "-D",
-                                                 f"fault={fault}", "--only", name)
+                with self.subTest(source=source, fault=fault):
+                    status, faults, text = check(WRONG / library(source), "-D", f"fault={fault}",
+                                                 "--only", name)
                     self.assertEqual(status, 1, text)
                     self.assertEqual(list(faults), [name], text)
                     self.assertTrue(any(way in faults[name] for way in said.split("|")), text)
@@ -84,14 +84,14 @@ class Page(unittest.TestCase):
     """docs/checks.md, but for the numbers that were measured for it."""
 
     def test_faults_are_those_of_the_sources(self):
-        self.assertEqual({category: {row[0] for row in rows}
-                          for category, rows in WRONG_PLUGINS.items()}, planted())
+        self.assertEqual({source: {row[0] for row in rows}
+                          for source, rows in WRONG_PLUGINS.items()}, planted())
 
     def test_table_is_that_of_the_faults(self):
         page = (ROOT / "docs/checks.md").read_text("utf-8")
         shown = checks.rows_of(page)
         self.assertEqual([row[:4] for row in shown],
-                         [(category, *row[:3]) for category, rows in WRONG_PLUGINS.items()
+                         [(source, *row[:3]) for source, rows in WRONG_PLUGINS.items()
                           for row in rows], "python3 docs/checks.py writes the page")
         for (*_, printed), said in zip(shown, (row[3] for rows in WRONG_PLUGINS.values() for row in rows)):
             self.assertTrue(any(without_numbers(way) in without_numbers(printed)
@@ -144,6 +144,35 @@ class OwnPlugins(unittest.TestCase):
                 self.assertEqual((status, faults), (0, {}), text)
 
 
+class Against(unittest.TestCase):
+    """The light of one emitter against that of another."""
+
+    def light(self, plugin, *options):
+        status, faults, text = check(plugin, "--only", "light", *options)
+        self.assertEqual(status, 1 if faults else 0, text)
+        return faults.get("light", "")
+
+    def test_same_light(self):
+        half = "<emitter type='spot'><float name='cutoff_angle' value='%s'/></emitter>"
+        self.assertEqual(self.light("constant", "--against", "constant", "-D", "radiance=1, 2, 3"), "")
+        self.assertEqual(self.light("spot", "--against", half % 20), "")
+        self.assertIn("times the light of emitter/spot", self.light("spot", "--against", half % 21))
+        self.assertEqual(self.light("area", "--against", "area"), "")
+        self.assertEqual(self.light(WRONG / "emitter/wrong.so", "--against", "constant"), "")
+        self.assertEqual(self.light("path", "--against", "ptracer", "-D", "max_depth=2"), "")
+
+    def test_other_light(self):
+        bright = "<emitter type='constant'><rgb name='radiance' value='1, 1, 1.3'/></emitter>"
+        self.assertIn("times the light of emitter/constant to a plane",
+                      self.light("constant", "--against", bright))
+        self.assertRegex(self.light(WRONG / "emitter/wrong.so", "--against", "constant",
+                                    "-D", "fault=twice the density of positions"),
+                         r"its sample_emission\(\) brings 0\.(49|50)\d* times the light")
+        turned = ("<emitter type='sunsky'><transform name='to_world'><rotate y='1' angle='2'/>"
+                  "</transform></emitter>")
+        self.assertIn("emitter/sunsky", self.light("sunsky", "--against", turned))
+
+
 class CommandLines(unittest.TestCase):
     def mistake(self, words, status, said):
         with self.subTest(words=words):
@@ -167,7 +196,11 @@ class CommandLines(unittest.TestCase):
                 (["bumpmap", "-D", "bsdf=<bsdf"], "malformed XML"),
                 (["hdrfilm", "-D", "crop_width=10", "-D", "crop_offset_x=5", "-D", "width=12"], "-D"),
                 (["ply", "-D", "filename=no/such.ply"], "-D filename=no/such.ply: "),
-                (["diffuse", "--against", "path"], "--against: bsdf/diffuse is no integrator"),
+                (["diffuse", "--against", "path"], "--against: bsdf/diffuse is no integrator and no emitter"),
+                (["area", "--against", "constant"], "only one is part of a shape"),
+                (["point", "--against", "<bsdf type='diffuse'/>"],
+                 "--against: emitter/point can't be compared with bsdf/diffuse"),
+                (["constant", "--against", "envmap"], "--against: "),
                 (["direct", "--against", "pathh"], "--against: "),
                 (["diffuse", "--only", "enrgy"], "there is no check 'enrgy'"),
                 (["diffuse", "--only", "energy", "--except", "energy"], "leave no check to run"),

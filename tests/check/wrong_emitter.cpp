@@ -42,6 +42,7 @@ class WrongSky final : public Emitter {
     sample.pdf = pdf_environment(sample.d) * wrong_.or_wrong("twice the density", 1.f, 2.f);
     sample.radiance = eval_environment(sample.d) * wrong_.or_wrong("other radiance", 1.f, 1.05f);
     sample.d *= wrong_.or_wrong("length", 1.f, 1.01f);
+    sample.distance = wrong_.or_wrong("distance", kInfinity, 1.f);
     return sample;
   }
   void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
@@ -57,20 +58,31 @@ class WrongSky final : public Emitter {
                                                 const Vec2& direction) const override {
     EmissionSample ray;
     const Vec3 toward = square_to_uniform_sphere(direction);
-    const Frame frame = Frame::from_normal(toward);
-    const Vec2 place = radius_ * square_to_disk_concentric(position);
-    ray.o = centre_ + radius_ * toward + frame.s * place.x + frame.t * place.y;
+    // Written as `const Frame frame(toward)`, it would not compile.
+    const Frame frame = wrong_.is("frame") ? Frame(toward, Vec3(0, 1, 0), Vec3(0, 0, 1))
+                                           : Frame::from_normal(toward);
+    const float radius = radius_ * wrong_.or_wrong("disk", 1.f, 0.7f);
+    const Vec2 place = radius * square_to_disk_concentric(position);
+    const float before = wrong_.or_wrong("start", 1.f, 0.1f);
+    ray.o = centre_ + before * radius_ * toward + frame.s * place.x + frame.t * place.y;
     ray.d = -toward;
-    ray.pdf_direction = kUniformSpherePdf;
-    ray.pdf_position = 1 / (kPi * radius_ * radius_);
-    ray.power = eval_environment(toward) / (ray.pdf_direction * ray.pdf_position);
+    ray.pdf_direction = kUniformSpherePdf * wrong_.or_wrong("sample's density", 1.f, 2.f);
+    ray.pdf_position = pdf_position() / sqr(radius / radius_);
+    ray.power = eval_environment(toward) / (kUniformSpherePdf * ray.pdf_position);
     if (wrong_.is("emission")) ray.power *= 1.1f;
     if (wrong_.is("emission direction")) ray.d = Vec3(ray.d.x, ray.d.y, std::abs(ray.d.z));
     return ray;
   }
+  void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
+                             const EmissionBlock& out) const override {
+    Emitter::sample_emission_block(position, direction, count, out);
+    for (size_t i = 0; i < count && wrong_.is("emission block"); ++i) {
+      out.power.set(i, out.power.at(i) * 1.1f);
+    }
+  }
   std::optional<EmissionDensity> emission_density(const Vec3& /*d*/) const override {
     return EmissionDensity{kUniformSpherePdf * wrong_.or_wrong("emission density", 1.f, 2.f),
-                           1 / (kPi * radius_ * radius_)};
+                           pdf_position() / sqr(wrong_.or_wrong("disk", 1.f, 0.7f))};
   }
   std::optional<EnvironmentGrid> cell_grid() const override {
     EnvironmentGrid grid;
@@ -86,12 +98,18 @@ class WrongSky final : public Emitter {
     points.extent.assign(count, wrong_.or_wrong("extent", cells.cell_solid_angle(), 0.f));
     for (uint32_t i = 0; i < count; ++i) {
       points.position.push_back(cells.centre(i));
-      points.power.push_back(Rgb(scale_ * cells.cell_solid_angle()));
+      points.power.push_back(
+          Rgb(scale_ * cells.cell_solid_angle() * wrong_.or_wrong("points", 1.f, 0.5f)));
     }
     return points;
   }
 
  private:
+  /// Per area across the light.
+  float pdf_position() const {
+    return wrong_.or_wrong("twice the density of positions", 1.f, 2.f) / (kPi * sqr(radius_));
+  }
+
   Wrong wrong_;
   float scale_;
   Vec3 centre_{0.f};

@@ -4,7 +4,7 @@ import re
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 
-# By category, for each value of the parameter `fault`: what is wrong, the check that must say so, and a
+# By source, for each value of the parameter `fault`: what is wrong, the check that must say so, and a
 # part of what it says, or several of which it says one, with | between them.
 WRONG_PLUGINS = {
     "emitter": [
@@ -32,12 +32,41 @@ WRONG_PLUGINS = {
          "cell_grid", "quads are not bilinear as it says"),
         ("emission", "`sample_emission` sends out 10 % too much light",
          "emission", "sample_emission() sends out 1.1 times"),
+        ("emission block", "`sample_emission_block` sends out 10 % more light than `sample_emission`",
+         "blocks", "sample_emission_block() from sample_emission()"),
         ("emission direction", "`sample_emission` sends light upwards only",
          "emission_density", "emission_density()"),
         ("emission density", "`emission_density` tells twice the density of a direction",
-         "emission_density", "it is 2 times what it must be"),
+         "emission_density", "2 times"),
+        ("sample's density", "`sample_emission` returns twice the density of directions",
+         "emission_density", "densities of directions 2 times those of emission_density()"),
+        ("twice the density of positions",
+         "`sample_emission` and `emission_density` tell twice the density of positions",
+         "origins", "pdf_position is 2 times what it must be"),
+        ("frame", "a frame of `sample_emission` is not orthonormal, so that rays start elsewhere",
+         "irradiance", "to other parts of a plane|times the light to a"),
+        ("disk", "rays leave out the corners of the scene",
+         "irradiance", "the light to a plane"),
+        ("start", "rays start within the scene",
+         "origins", "a ray that starts within the scene"),
+        ("distance", "`sample_direct` returns a distance of 1, at which shadow rays end",
+         "distance", "to an environment, which is infinite"),
+        ("points", "the light points have half of the light",
+         "light_points", "light_points() brings 0.5"),
         ("extent", "the light points have no extent",
          "light_points", "an extent that is not positive"),
+    ],
+    "lamp": [
+        ("half", "rays start on one half of the surface alone",
+         "irradiance", "other parts of a|times the light to a"),
+        ("above", "rays start 0.1 above the surface",
+         "origins", "an origin that is not on its surface"),
+        ("normal", "rays have a normal that is not the surface's",
+         "origins", "an origin that is not on its surface|a normal that is not"),
+        ("distance", "`sample_direct` returns half the distance",
+         "distance", "to where its surface is not"),
+        ("block", "`eval_surface_block` returns 10 % more radiance than `eval_surface`",
+         "blocks", "eval_surface_block() from points"),
     ],
     "bsdf": [
         ("twice the density", "`sample` returns twice the density",
@@ -94,6 +123,18 @@ WRONG_PLUGINS = {
         ("block", "`eval_block` has 10 % less green than `eval`",
          "blocks", "eval_block() differs from eval()"),
     ],
+    "sensor": [
+        ("length", "directions are 1 % too long",
+         "rays", "not of unit length"),
+        ("mirror", "`connect` sees points at the mirrored position of the film",
+         "connect", "connect() sees a point of the ray through"),
+        ("weight", "`connect` returns twice the weight",
+         "importance", "connect() has weights 2 times"),
+        ("cosine", "`connect` takes all pixels for as large as the one in the middle",
+         "importance", "connect() has"),
+        ("block", "`connect_block` returns weights 10 % above those of `connect`",
+         "connect_blocks", "connect_block() differs"),
+    ],
     "sampler": [
         ("one", "1 of 100 numbers is 1, and must be below",
          "values", "outside of [0, 1)"),
@@ -117,8 +158,13 @@ WRONG_PLUGINS = {
 }
 
 
+def library(source):
+    """The plugin of a source, in the folder of the wrong plugins."""
+    return "emitter/wrong_lamp.so" if source == "lamp" else f"{source}/wrong.so"
+
+
 def planted():
-    """{category: the faults that its source has}."""
+    """{source: the faults that it has}."""
     return {path.stem.removeprefix("wrong_"):
             set(re.findall(r"\b(?:is|or_wrong)\(\"([^\"]+)\"", path.read_text("utf-8")))
             for path in FOLDER.glob("wrong_*.cpp")}

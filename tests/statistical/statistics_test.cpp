@@ -155,5 +155,24 @@ TEST(Statistics, ZTestAlarmsAtTheStatedRateAndFindsBias) {
   EXPECT_FALSE(z_test({{std::nan(""), 1}}, {{1, 1}}, 1e-6).passed);
 }
 
+TEST(Statistics, LargestZTestAlarmsNoMoreOftenWherePairsDependOnOneAnother) {
+  std::mt19937 bits(8);
+  std::normal_distribution<double> normal;
+  int alarms = 0, alarms_of_same = 0, found = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    std::vector<Estimate> independent(3);
+    for (Estimate& e : independent) e = {5 + normal(bits), 1};
+    // The channels of grey light.
+    const std::vector<Estimate> same(3, {5 + normal(bits), 1}), expected(3, {5, 0});
+    alarms += !largest_z_test(independent, expected, kAlpha).passed;
+    alarms_of_same += !largest_z_test(same, expected, kAlpha).passed;
+    found += !largest_z_test({{11 + normal(bits), 1}}, {{5, 0}}, kAlpha).passed;
+  }
+  EXPECT_GE(alarms, kFewest);
+  EXPECT_LE(alarms, kMost);
+  EXPECT_LE(alarms_of_same, kMost);
+  EXPECT_GT(found, 0.99 * kRuns);
+}
+
 }  // namespace
 }  // namespace kinome::test

@@ -1,0 +1,150 @@
+// Two emitters of the same light: what arrives at points of the scene, by either.
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "check/emission_checks.h"
+#include "check/light_paths.h"
+
+namespace kinome::check {
+namespace {
+
+/// Tests of one pair of emitters: of each of two receivers two, and of radiance.
+constexpr int kTestsOfPair = 5;
+
+/// Estimates of a and b, whose difference was estimated by samples in common. Equal values differ
+/// by their rounding.
+Verdict paired_test(const CellFlux& a, const CellFlux& difference, double alpha) {
+  constexpr double kRounding = 1e-4;
+  std::vector<Estimate> first, second;
+  const auto means = a.estimates(), differences = difference.estimates();
+  for (size_t i = 0; i < means.size(); ++i) {
+    first.push_back({means[i].mean, differences[i].variance_of_mean});
+    second.push_back({means[i].mean - differences[i].mean,
+                      std::pow(kRounding * means[i].mean, 2)});
+  }
+  return largest_z_test(first, second, alpha);
+}
+
+/// Radiance of two environments in parts of the sphere, by directions in common.
+Verdict radiance_test(const Emitter& a, const Emitter& b, int count, uint64_t seed, double alpha) {
+  Random random(seed);
+  std::vector<Vec2> places;
+  std::vector<ReceiverCells::Hit> hits;
+  for (int i = 0; i < 10000; ++i) {
+    const auto sample = (i % 2 ? a : b).sample_direct(Vec3(0.f), random.unit2());
+    if (!sample || !(sample->pdf > 0)) continue;
+    places.push_back(square_of_direction(sample->d));
+    hits.push_back({places.back(), true});
+  }
+  const ReceiverCells cells(hits, count);
+  const PilotGrid importance(places);
+  CellFlux first(cells.count()), difference(cells.count());
+  for (int i = 0; i < count; ++i) {
+    const PilotGrid::Sample place = importance.sample(random);
+    const Vec3 d = direction_of_square(place.uv);
+    const auto weight = static_cast<float>(4 * std::numbers::pi / place.pdf);
+    const Rgb of_a = a.eval_environment(d) * weight;
+    first.add(cells.cell_of(place.uv, true), of_a);
+    difference.add(cells.cell_of(place.uv, true), of_a - b.eval_environment(d) * weight);
+    first.end_sample();
+    difference.end_sample();
+  }
+  return paired_test(first, difference, alpha);
+}
+
+class Comparison {
+ public:
+  Comparison(const Subject& subject, int index, double alpha, Outcome& outcome)
+      : own_(subject, index),
+        other_(subject, subject.xml_against(), index),
+        name_(other_.emitter().plugin()),
+        count_(subject.samples(150000)),
+        seed_(subject.request().seed + 100 + 20 * static_cast<uint64_t>(index)),
+        alpha_(alpha),
+        outcome_(outcome) {}
+
+  void run() {
+    PilotRays pilots(own_, count_ / 15, seed_);
+    if (pilots.rays.empty()) pilots = PilotRays(other_, count_ / 15, seed_);
+    pilots.is_distant |= pilots.rays.empty();  // then light of the whole scene is compared
+    const Aabb bounds = own_.scene().bounds();
+    compare_at(plane_in_the_way(pilots, bounds), pilots, 1);
+    compare_at(sphere_in_the_way(pilots, bounds), pilots, 5);
+    if (!own_.emitter().is_environment() || !other_.emitter().is_environment()) return;
+    const Verdict verdict =
+        radiance_test(own_.emitter(), other_.emitter(), count_, seed_ + 9, alpha_);
+    note("radiance", verdict);
+    if (!verdict.passed) outcome_.fail("its radiance differs from that of " + name_);
+  }
+
+ private:
+  void compare_at(const Receiver& receiver, const PilotRays& pilots, uint64_t offset) {
+    const ReceiverPlan plan(receiver, pilots, count_);
+    const CellFlux own =
+        flux_by_sample_direct(own_.emitter(), receiver, plan, count_, seed_ + offset);
+    const CellFlux difference = flux_by_sample_direct(own_.emitter(), receiver, plan, count_,
+                                                      seed_ + offset, &other_.emitter());
+    judge(receiver, "sample_direct()", own.total(), own.total() - difference.total(),
+          paired_test(own, difference, alpha_));
+    const CellFlux emitted =
+        flux_by_emission(own_.emitter(), receiver, plan.cells, count_, seed_ + offset + 1);
+    const CellFlux expected =
+        flux_by_emission(other_.emitter(), receiver, plan.cells, count_, seed_ + offset + 2);
+    if (emitted.contributions() == 0 || expected.contributions() == 0) return;  // not offered
+    judge(receiver, "sample_emission()", emitted.total(), expected.total(),
+          largest_z_test(emitted.estimates(), expected.estimates(), alpha_));
+  }
+
+  void judge(const Receiver& receiver, const char* function, double own, double other,
+             const Verdict& verdict) {
+    note(fmt::format("{} at a {}", function, receiver.name()), verdict);
+    if (verdict.passed) return;
+    const double ratio = own / other;
+    outcome_.fail(std::abs(ratio - 1) < 0.01
+                      ? fmt::format("its {} brings other colours, or light to other parts of a {}, "
+                                    "than that of {}",
+                                    function, receiver.name(), name_)
+                      : fmt::format("its {} brings {:.4g} times the light of {} to a {}", function,
+                                    ratio, name_, receiver.name()));
+  }
+
+  void note(const std::string& what, const Verdict& verdict) {
+    if (!outcome_.passed) return;
+    outcome_.measured += fmt::format("{}{}: p {:.2g}", outcome_.measured.empty() ? "" : ", ", what,
+                                     verdict.p_value);
+  }
+
+  EmitterScene own_, other_;
+  std::string name_;
+  int count_;
+  uint64_t seed_;
+  double alpha_;
+  Outcome& outcome_;
+};
+
+Outcome emitter_light(const Subject& subject, double alpha) {
+  Outcome outcome;
+  for (int i = 0; i < EmitterScene::count(subject); ++i) {
+    Comparison(subject, i, alpha, outcome).run();
+  }
+  outcome.measured += fmt::format(", bound {:.0e}", alpha);
+  return outcome;
+}
+
+}  // namespace
+
+void add_against_check(const Subject& subject, Plan& plan) {
+  if (subject.request().against.empty()) return;
+  const auto other = std::dynamic_pointer_cast<Emitter>(load_object_from_string(
+      subject.xml_against(), Subject::kFile, {}, subject.registry()));
+  if (other->is_surface() != subject.make<Emitter>()->is_surface()) {
+    throw Error(fmt::format("--against: of {} and {}, only one is part of a shape", subject.title(),
+                            other->plugin()));
+  }
+  plan.add("light", kTestsOfPair * EmitterScene::count(subject),
+           [&](double alpha) { return emitter_light(subject, alpha); });
+}
+
+}  // namespace kinome::check

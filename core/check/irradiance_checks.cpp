@@ -1,0 +1,96 @@
+// Light that arrives at a receiver: by rays that leave the emitter, and as points of the receiver
+// see it. The two have no density in common, so that one that is wrong everywhere is found.
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "check/emission_checks.h"
+#include "check/light_paths.h"
+
+namespace kinome::check {
+namespace {
+
+/// Rays that a test needs to come by, or its means are not normal.
+constexpr double kMinHits = 100;
+
+/// What is wrong, if light tracing brings `emitted` where sample_direct() sees `seen`.
+std::string cause_of_difference(const Receiver& receiver, double emitted, double seen) {
+  if (seen == 0) {
+    return fmt::format("sample_emission() brings light to a {} where sample_direct() sees none",
+                       receiver.name());
+  }
+  const double ratio = emitted / seen;
+  if (std::abs(ratio - 1) < 0.02) {
+    return fmt::format("sample_emission() brings other colours, or light to other parts of a {}, "
+                       "than sample_direct() sees from there",
+                       receiver.name());
+  }
+  return fmt::format("sample_emission() brings {:.3g} times the light to a {} that sample_direct() "
+                     "sees from there",
+                     ratio, receiver.name());
+}
+
+void test_receiver(const Subject& subject, const EmitterScene& at, const PilotRays& pilots,
+                   const Receiver& receiver, uint64_t seed, double alpha, Outcome& outcome) {
+  const int count = subject.samples(150000);
+  const ReceiverPlan plan(receiver, pilots, count);
+  const CellFlux seen = flux_by_sample_direct(at.emitter(), receiver, plan, count, seed);
+  const CellFlux emitted =
+      flux_by_emission(at.emitter(), receiver, plan.cells, count, seed + 1);
+  if (at.is_surface() && seen.contributions() == 0) {
+    outcome.measured = "sample_direct() has no light, as of surfaces that shine along single "
+                       "directions";
+    return;
+  }
+  const bool has_light = seen.contributions() > kMinHits;
+  if (plan.expected_hits < kMinHits && (has_light || plan.expected_hits > 0)) {
+    const std::string text = fmt::format("{} of {} rays of sample_emission() come to a {}",
+                                         emitted.contributions(), count, receiver.name());
+    if (has_light && plan.expected_hits == 0) {
+      outcome.fail(text + " where sample_direct() sees light");
+    } else {
+      outcome.measured += (outcome.measured.empty() ? "" : "; ") + text + ": too few to test";
+    }
+    return;
+  }
+  const Verdict verdict = largest_z_test(emitted.estimates(), seen.estimates(), alpha);
+  if (outcome.passed) {
+    if (!outcome.measured.empty()) outcome.measured += "; ";
+    outcome.measured += fmt::format("{}: {:.4g} times the light, p {:.2g} of {} cells",
+                                    receiver.name(), emitted.total() / seen.total(),
+                                    verdict.p_value, plan.cells.count());
+  }
+  if (!verdict.passed) {
+    outcome.fail(cause_of_difference(receiver, emitted.total(), seen.total()));
+  }
+}
+
+Outcome emitter_irradiance(const Subject& subject, double alpha) {
+  Outcome outcome;
+  const uint64_t seed = subject.request().seed + 60;
+  for (int i = 0; i < EmitterScene::count(subject); ++i) {
+    const EmitterScene at(subject, i);
+    const PilotRays pilots(at, subject.samples(10000), seed + static_cast<uint64_t>(i));
+    if (pilots.rays.empty()) {
+      outcome.measured = "sample_emission() is not offered, or has no light";
+      return outcome;
+    }
+    const Aabb bounds = at.scene().bounds();
+    const uint64_t own_seed = seed + 10 + 4 * static_cast<uint64_t>(i);
+    test_receiver(subject, at, pilots, plane_in_the_way(pilots, bounds), own_seed, alpha, outcome);
+    test_receiver(subject, at, pilots, sphere_in_the_way(pilots, bounds), own_seed + 2, alpha,
+                  outcome);
+  }
+  outcome.measured += fmt::format(", bound {:.0e}", alpha);
+  return outcome;
+}
+
+}  // namespace
+
+void add_irradiance_checks(const Subject& subject, Plan& plan) {
+  plan.add("irradiance", 2 * EmitterScene::count(subject),
+           [&](double alpha) { return emitter_irradiance(subject, alpha); });
+}
+
+}  // namespace kinome::check

@@ -1,0 +1,262 @@
+// What makes sensors right: rays, connections, and both together.
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "check/block_memory.h"
+#include "check/lit_scene.h"
+#include "check/receivers.h"
+#include "check/subject.h"
+
+namespace kinome::check {
+namespace {
+
+std::unique_ptr<Scene> scene_of_sensor(const Subject& subject) {
+  const auto sensor = subject.make<Sensor>();
+  const std::string nested =
+      sensor->is_surface() ? "<shape type='sphere'><point name='center' x='0' y='0' z='3'/>" +
+                                 subject.xml() + "</shape>"
+                           : subject.xml();
+  return subject.scene_of("<integrator type='direct'/>" + std::string(kLitScene) + nested);
+}
+
+Outcome sensor_rays(const Subject& subject) {
+  Outcome outcome;
+  const auto scene = scene_of_sensor(subject);
+  const Sensor& sensor = *scene->sensors().at(0);
+  Random random(subject.request().seed + 1);
+  const Rect& crop = sensor.film().crop();
+  const auto count = static_cast<size_t>(subject.samples(2001));
+  BlockMemory memory(count);
+  const Columns2 film = memory.two(), lens = memory.two();
+  for (size_t i = 0; i < count; ++i) {
+    const Vec2 share = random.unit2();
+    film.set(i, Vec2(crop.x0, crop.y0) + share * Vec2(crop.width(), crop.height()));
+    lens.set(i, random.unit2());
+  }
+  std::vector<RayHit16> blocks(padded(count) / 16);
+  for (RayHit16& block : blocks) reset(block.ray);
+  sensor.sample_ray_block(film, lens, count, blocks.data());
+  int different = 0, aperture = 0;
+  for (size_t i = 0; i < count && outcome.passed; ++i) {
+    const Ray ray = sensor.sample_ray(film.at(i), lens.at(i));
+    const std::string where =
+        fmt::format(", through ({:.5g}, {:.5g})", film.at(i).x, film.at(i).y);
+    if (!is_finite(ray.o) || !is_finite(ray.d)) outcome.fail("a ray is not finite" + where);
+    if (std::abs(glm::length(ray.d) - 1) > 1e-4f) {
+      outcome.fail("a ray's direction is not of unit length" + where);
+    }
+    if (!(ray.tmin >= 0 && ray.tmax > ray.tmin)) outcome.fail("tmin and tmax hold nothing" + where);
+    const Ray other = ray_of(&blocks[i / 16].ray, i % 16);
+    const float size = 1 + glm::length(ray.o);
+    different += !(glm::length(ray.o - other.o) <= 1e-4f * size &&
+                   glm::length(ray.d - other.d) <= 1e-4f);
+    const Ray by_middle = sensor.sample_ray(film.at(i), Vec2(0.5f));
+    aperture += glm::length(ray.o - by_middle.o) > 1e-5f * size ||
+                glm::length(ray.d - by_middle.d) > 1e-5f;
+  }
+  if (different * 200 > static_cast<int>(count)) {
+    outcome.fail(fmt::format("sample_ray_block() has other rays than sample_ray() at {} of {} places",
+                             different, count));
+  }
+  if (aperture > 0 && !sensor.needs_aperture_sample()) {
+    outcome.fail("rays depend on `aperture`, which needs_aperture_sample() denies");
+  }
+  outcome.measured = fmt::format("{} rays: finite, unit, in blocks as by themselves", count);
+  return outcome;
+}
+
+/// connect() finds again where the film's rays come by.
+Outcome sensor_connect(const Subject& subject) {
+  Outcome outcome;
+  const auto scene = scene_of_sensor(subject);
+  const Sensor& sensor = *scene->sensors().at(0);
+  Random random(subject.request().seed + 2);
+  const Rect& crop = sensor.film().crop();
+  int seen = 0, lost = 0;
+  const int count = subject.samples(2000);
+  for (int i = 0; i < count; ++i) {
+    const Vec2 film = Vec2(crop.x0, crop.y0) +
+                      random.unit2() * Vec2(crop.width(), crop.height());
+    const Vec2 aperture = random.unit2();
+    const Ray ray = sensor.sample_ray(film, aperture);
+    const float distance = std::max(1.5f * ray.tmin, std::min(0.5f * ray.tmax, random.between(1, 8)));
+    const auto found = sensor.connect(ray.at(distance), aperture);
+    lost += !found;
+    if (!found) continue;
+    ++seen;
+    const float size = static_cast<float>(std::max(crop.width(), crop.height()));
+    if (!(glm::length(found->film_position - film) <= 2e-3f * size)) {
+      outcome.fail(fmt::format("connect() sees a point of the ray through ({:.5g}, {:.5g}) at ({:.5g}, "
+                               "{:.5g})",
+                               film.x, film.y, found->film_position.x, found->film_position.y));
+    }
+    if (!(glm::length(found->d + ray.d) < 2e-3f)) {
+      outcome.fail("connect() has a d that doesn't lead back along the ray");
+    }
+    if (!(found->weight > 0 && std::isfinite(found->weight))) {
+      outcome.fail(fmt::format("connect() has the weight {}", found->weight));
+    }
+  }
+  if (seen > 0 && lost * 50 > count) {
+    outcome.fail(fmt::format("connect() doesn't see {} of {} points of its rays", lost, count));
+  }
+  outcome.measured = seen > 0 ? fmt::format("{} points of rays are seen where the rays come from", seen)
+                              : "not offered: ptracer shows black";
+  return outcome;
+}
+
+/// A position on the part of the film that is rendered.
+Vec2 position_on_film(const Sensor& sensor, Random& random) {
+  const Rect& crop = sensor.film().crop();
+  return Vec2(crop.x0, crop.y0) + random.unit2() * Vec2(crop.width(), crop.height());
+}
+
+/// Point of a ray at some distance, within its clip range.
+float distance_on(const Ray& ray, float wanted) {
+  return std::max(1.5f * ray.tmin, std::min(0.5f * ray.tmax, wanted));
+}
+
+Outcome sensor_connect_blocks(const Subject& subject) {
+  Outcome outcome;
+  const auto scene = scene_of_sensor(subject);
+  const Sensor& sensor = *scene->sensors().at(0);
+  Random random(subject.request().seed + 3);
+  const auto count = static_cast<size_t>(subject.samples(1001));
+  BlockMemory memory(count);
+  const Columns3 p = memory.three();
+  const Columns2 lens = memory.two();
+  for (size_t i = 0; i < count; ++i) {
+    lens.set(i, random.unit2());
+    const Ray ray = sensor.sample_ray(position_on_film(sensor, random), lens.at(i));
+    p.set(i, ray.at(distance_on(ray, random.between(1, 8))));
+  }
+  const ConnectionBlock out{memory.two(), memory.three(), memory.one(), memory.one()};
+  sensor.connect_block(p, lens, count, out);
+  int different = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const auto found = sensor.connect(p.at(i), lens.at(i));
+    if (!found || !(out.weight[i] > 0)) {
+      different += found.has_value() != (out.weight[i] > 0);
+      continue;
+    }
+    const float size = 1 + glm::length(p.at(i));
+    different += !(glm::length(found->film_position - out.film_position.at(i)) < 0.01f &&
+                   glm::length(found->d - out.d.at(i)) < 1e-4f &&
+                   std::abs(found->distance - out.distance[i]) < 1e-4f * size &&
+                   std::abs(found->weight - out.weight[i]) < 2e-3f * found->weight);
+  }
+  if (different * 100 > static_cast<int>(count)) {
+    outcome.fail(fmt::format("connect_block() differs from connect() at {} of {} points", different,
+                             count));
+  }
+  if (memory.is_overrun()) outcome.fail("connect_block() writes behind its columns");
+  outcome.measured = fmt::format("blocks of {} are as points, bound: 1 of 100 at edges", count);
+  return outcome;
+}
+
+/// A rectangle across the view that the rays of about half of the film cross.
+Receiver screen_of(const Sensor& sensor, Random& random) {
+  std::vector<Ray> rays;
+  Vec3 sum(0.f), middle(0.f);
+  constexpr int kRays = 2000;
+  for (int i = 0; i < kRays; ++i) {
+    const Vec2 position = position_on_film(sensor, random);
+    rays.push_back(sensor.sample_ray(position, random.unit2()));
+    sum += rays.back().d;
+    middle += rays.back().at(distance_on(rays.back(), 4)) / static_cast<float>(kRays);
+  }
+  const Vec3 axis = glm::length(sum) > 0.1f * kRays ? glm::normalize(sum) : rays[0].d;
+  const Frame frame = Frame::from_normal(-axis);
+  std::vector<float> extents;
+  for (const Ray& ray : rays) {
+    const Vec3 local = frame.to_local(ray.at(distance_on(ray, 4)) - middle);
+    extents.push_back(std::max(std::abs(local.x), std::abs(local.y)));
+  }
+  const auto half = extents.begin() + kRays / 2;
+  std::nth_element(extents.begin(), half, extents.end());
+  return Receiver::plane(middle, frame, Vec2(std::max(*half, 1e-3f)));
+}
+
+/// A screen of radiance 1: the sum of the pixels' values by connect(), as light tracing adds them,
+/// and by rays of the film that come to the screen.
+Outcome sensor_importance(const Subject& subject, double alpha) {
+  Outcome outcome;
+  const auto scene = scene_of_sensor(subject);
+  const Sensor& sensor = *scene->sensors().at(0);
+  Random random(subject.request().seed + 4);
+  const Receiver screen = screen_of(sensor, random);
+  const Rect& crop = sensor.film().crop();
+  const auto pixels = static_cast<float>(crop.area());
+  const int count = subject.samples(40000);
+  const auto add_ray = [&](const auto& add) {
+    const Vec2 position = position_on_film(sensor, random);
+    const Ray ray = sensor.sample_ray(position, random.unit2());
+    screen.for_each_crossing(ray.at(ray.tmin), ray.d, add);
+  };
+  std::vector<ReceiverCells::Hit> hits;
+  for (int i = 0; i < 10000; ++i) {
+    add_ray([&](const Vec2& uv, bool is_front) { hits.push_back({uv, is_front}); });
+  }
+  const ReceiverCells cells(hits, static_cast<double>(hits.size()) * count / 10000);
+  CellFlux by_rays(cells.count()), by_connections(cells.count());
+  for (int i = 0; i < count; ++i) {
+    add_ray([&](const Vec2& uv, bool is_front) {
+      by_rays.add(cells.cell_of(uv, is_front), Rgb(pixels));
+    });
+    by_rays.end_sample();
+    const Vec2 uv = random.unit2();
+    const Receiver::Point point = screen.at(uv);
+    const auto seen = sensor.connect(point.p, random.unit2());
+    if (seen && seen->film_position.x >= static_cast<float>(crop.x0) &&
+        seen->film_position.x < static_cast<float>(crop.x1) &&
+        seen->film_position.y >= static_cast<float>(crop.y0) &&
+        seen->film_position.y < static_cast<float>(crop.y1)) {
+      const float cosine = glm::dot(point.n, seen->d);
+      const auto intensity = static_cast<float>(screen.area()) * std::abs(cosine);
+      by_connections.add(cells.cell_of(uv, cosine > 0), Rgb(intensity * seen->weight));
+    }
+    by_connections.end_sample();
+  }
+  if (by_connections.contributions() == 0) {
+    outcome.measured = "not offered: ptracer shows black";
+    return outcome;
+  }
+  const Verdict verdict =
+      largest_z_test(by_connections.estimates(), by_rays.estimates(), alpha);
+  const double ratio = by_connections.total() / by_rays.total();
+  outcome.measured = fmt::format("a screen by connect() is {:.4g} times as bright as by rays, p {:.2g} "
+                                 "of {} cells, bound {:.0e}",
+                                 ratio, verdict.p_value, cells.count(), alpha);
+  if (!verdict.passed) {
+    outcome.fail(std::abs(ratio - 1) < 0.02
+                     ? std::string("connect() has other weights in parts of the view than rays")
+                     : fmt::format("connect() has weights {:.2g} times what rays say", ratio));
+  }
+  return outcome;
+}
+
+Outcome sensor_picture(const Subject& subject) {
+  Outcome outcome;
+  const auto scene = scene_of_sensor(subject);
+  const Image image = picture_of(*scene, 1, 1);
+  for (const float value : image.data) {
+    if (!std::isfinite(value)) outcome.fail("a picture by `direct` has a value that is not finite");
+  }
+  outcome.measured = fmt::format("{} x {} pixels, all finite", image.width, image.height);
+  return outcome;
+}
+
+}  // namespace
+
+void add_sensor_checks(const Subject& subject, Plan& plan) {
+  plan.add("rays", 0, [&](double) { return sensor_rays(subject); });
+  plan.add("connect", 0, [&](double) { return sensor_connect(subject); });
+  plan.add("connect_blocks", 0, [&](double) { return sensor_connect_blocks(subject); });
+  plan.add("importance", 1, [&](double alpha) { return sensor_importance(subject, alpha); });
+  plan.add("picture", 0, [&](double) { return sensor_picture(subject); });
+}
+
+}  // namespace kinome::check
