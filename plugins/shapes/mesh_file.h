@@ -66,15 +66,15 @@ inline void warn_of_no_faces(const std::string& file) {
 /// Walks through text line by line, word by word, and knows where it is.
 class TextCursor {
  public:
-  /// `comment`: the character that begins a comment, which lasts to the end of its line; 0: none.
-  TextCursor(std::string file, std::string_view text, int line = 1, char comment = '\0')
+  /// `has_comments`: a '#' begins a comment, which lasts to the end of its line.
+  TextCursor(std::string file, std::string_view text, int line = 1, bool has_comments = false)
       : file_(std::move(file)),
         next_(text.data()),
         end_(text.data() + text.size()),
         line_start_(next_),
         word_(next_),
         line_(line),
-        comment_(comment) {}
+        has_comments_(has_comments) {}
 
   int line() const { return line_; }
   size_t bytes_left() const { return static_cast<size_t>(end_ - next_); }
@@ -113,15 +113,17 @@ class TextCursor {
     const bool is_end = at_line_end();
     word_ = next_;
     if (is_end) return {};
-    while (next_ != end_ && *next_ != ' ' && *next_ != '\t' && *next_ != '\r' &&
-           !(ends_line(*next_) && !is_within_number()) && !(*next_ == '\\' && continues_line())) {
+    // All characters that may end a word are up to '#', or '\\'.
+    while (next_ != end_ &&
+           !((static_cast<unsigned char>(*next_) <= '#' || *next_ == '\\') && ends_word())) {
       ++next_;
     }
     return {word_, static_cast<size_t>(next_ - word_)};
   }
   /// The next word as a number; `what` says in the error what was expected there.
-  double number(const char* what) {
-    std::string_view text = word();
+  double number(const char* what) { return number(word(), what); }
+  /// The value of the word that was read last.
+  double number(std::string_view text, const char* what) const {
     if (text.empty()) fail(std::string("expected ") + what + ", but the line ends");
     if (text.front() == '+') text.remove_prefix(1);
     double value = 0;
@@ -155,7 +157,12 @@ class TextCursor {
  private:
   /// True at the sign in "1.#QNAN", which begins no comment.
   bool is_within_number() const { return *next_ == '#' && next_ != word_ && next_[-1] == '.'; }
-  bool ends_line(char c) const { return c == '\n' || (comment_ != '\0' && c == comment_); }
+  bool ends_line(char c) const { return c == '\n' || (c == '#' && has_comments_); }
+  bool ends_word() const {
+    const char c = *next_;
+    return c == ' ' || c == '\t' || c == '\r' || (ends_line(c) && !is_within_number()) ||
+           (c == '\\' && continues_line());
+  }
 
   /// The value of a number that is too small for double: 0 or nearly so. Fails if it is too large.
   double extreme_number(std::string_view text, const char* what) const {
@@ -184,7 +191,7 @@ class TextCursor {
   const char* line_start_;
   const char* word_;  ///< start of the word that was read last
   int line_;
-  char comment_;
+  bool has_comments_;
 };
 
 }  // namespace kinome

@@ -58,7 +58,7 @@ struct ObjFile {
 
 class ObjReader {
  public:
-  ObjReader(const std::string& file, std::string_view text) : cursor_(file, text, 1, '#') {}
+  ObjReader(const std::string& file, std::string_view text) : cursor_(file, text, 1, true) {}
 
   ObjFile read() {
     for (; cursor_.skip_blank_lines(); cursor_.next_line()) {

@@ -36,10 +36,12 @@ class AsciiSource {
     surplus_ = ahead.error_here("unexpected '" + word + "' at the end of the line");
   }
   double next(PlyType) {
-    if (cursor_.at_line_end() && !cursor_.skip_blank_lines()) {
-      cursor_.fail("the file ends too early");
+    std::string_view word = cursor_.word();
+    if (word.empty()) {
+      if (!cursor_.skip_blank_lines()) cursor_.fail("the file ends too early");
+      word = cursor_.word();
     }
-    return cursor_.number("a number");
+    return cursor_.number(word, "a number");
   }
   /// After the last element.
   void finish() {

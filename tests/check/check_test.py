@@ -31,6 +31,7 @@ OWN = {
     "shape/bsplinecurve": ["-D", "filename=FOLDER/curves.txt"],
     "shape/instance": ["-D", "group=<shape type='shapegroup'><shape type='cube'/></shape>"],
     "shape/linearcurve": ["-D", "filename=FOLDER/curves.txt"],
+    "shape/merge": ["-D", "part=<shape type='cube'/>"],
     "shape/obj": ["-D", "filename=FOLDER/mesh.obj"],
     "shape/ply": ["-D", "filename=FOLDER/mesh.ply"],
     "texture/bitmap": ["-D", "filename=FOLDER/image.pfm"],
