@@ -16,6 +16,7 @@
 #include "film_edits.h"
 #include "film_frames.h"
 #include "kinome/log.h"
+#include "kinome/read_files.h"
 #include "kinome/render.h"
 #include "metadata.h"
 #include "picture.h"
@@ -81,7 +82,10 @@ class FilmCommand {
   /// All that can be wrong is found before the first frame.
   void load() {
     if (!options_.display.empty()) split_address(options_.display);
-    if (film_.path != "orbit" && film_.path != "ellipse") keys_.emplace(film_.path);
+    if (film_.path != "orbit" && film_.path != "ellipse") {
+      note_read_file(film_.path);
+      keys_.emplace(film_.path);
+    }
     if (!frames_.video().empty() && !has_ffmpeg()) {
       log_warn(
           fmt::format("there is no ffmpeg, which makes videos: the film will be PNG frames, {}",

@@ -8,7 +8,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/file_writer.h"
 #include "kinome/error.h"
+#include "kinome/read_files.h"
 
 namespace kinome::app {
 namespace {
@@ -33,7 +35,7 @@ std::string difference(const Checkpoint::Identity& there, const Checkpoint::Iden
 
 FilmFrames::FilmFrames(const std::string& output, const std::string& scene) : pattern_(output) {
   if (output.empty()) pattern_ = fs::path(scene).replace_extension(".mp4").string();
-  if (fs::path(pattern_).extension() == ".mp4") {
+  if (lower_extension(pattern_) == ".mp4") {
     video_ = pattern_;
     pattern_ = fs::path(video_).replace_extension("").string() + "-frames/%04d.png";
   }
@@ -64,7 +66,7 @@ std::string FilmFrames::name(int frame) const {
 }
 
 bool FilmFrames::are_png() const {
-  return fs::path(pattern_).extension() == ".png";
+  return lower_extension(pattern_) == ".png";
 }
 
 Output FilmFrames::output(int frame, const Options& options, const Film& film) const {
@@ -90,6 +92,10 @@ void FilmFrames::make_folder() const {
 
 void FilmFrames::claim(const Checkpoint::Identity& identity, int frames) const {
   const std::string path = identity_path();
+  if (!video_.empty()) check_writable(video_);
+  for (int i = 0; i < frames; ++i) {
+    if (is_read_file(name(i))) check_writable(name(i));  // which throws
+  }
   std::error_code failed;
   if (!fs::exists(path, failed)) {
     for (int i = 0; i < frames; ++i) {

@@ -46,6 +46,7 @@ std::string inspect(const Scene& scene, const Sensor& sensor, RenderContext& con
     throw Error(fmt::format("the film has pixels 0,0 to {},{}, and not {},{}", film.width() - 1,
                             film.height() - 1, pixel.x, pixel.y));
   }
+  for (const char* const ending : {".csv", ".png"}) check_writable(stem + ending);
   const auto reports = scene.integrator().inspect(scene, sensor, context, pixel + 0.5f);
   if (reports.empty()) throw Error(drawing::kNoLightPoints);
   std::string names;

@@ -2,40 +2,36 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include <fmt/format.h>
 
 #include "base/clock.h"
+#include "base/file_writer.h"
 #include "commands.h"
 #include "crash.h"
 #include "kinome/log.h"
 #include "kinome/parts.h"
 #include "kinome/plugin_registry.h"
+#include "kinome/read_files.h"
 #include "picture.h"
 #include "say.h"
 
 namespace kinome::app {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Throws Error where nothing can be written there, or a part is.
 Output output_of(const Options& options) {
   Output output;
-  const std::string extension = fs::path(options.output).extension().string();
+  const std::string extension = lower_extension(options.output);
   if (extension == ".png") {
     throw Error(fmt::format("-o {}: what is merged is an .exr file; --png adds a PNG beside it",
                             options.output));
   }
-  output.picture = options.output + (extension == ".exr" ? "" : ".exr");
-  if (options.png) output.png = fs::path(output.picture).replace_extension(".png").string();
+  const bool is_whole = extension == ".exr" || is_null_device(options.output);
+  output.picture = options.output + (is_whole ? "" : ".exr");
+  if (options.png) output.png = png_beside(output.picture);
+  for (const std::string& part : options.files) note_read_file(part);
   for (const std::string& file : output.files()) check_writable(file);
-  for (const std::string& part : options.files) {
-    std::error_code ignored;
-    if (!fs::equivalent(part, output.picture, ignored)) continue;
-    throw Error(fmt::format("-o {}: this is one of the parts", output.picture));
-  }
   return output;
 }
 

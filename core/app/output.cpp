@@ -7,6 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "base/file_writer.h"
+#include "base/scratch_folder.h"
+
 namespace kinome::app {
 namespace {
 
@@ -20,8 +23,9 @@ std::string suffix_of_part(const Options& options) {
   return fmt::format("-part{:0{}}of{}", options.part, digits, options.parts);
 }
 
-/// Where the picture goes: beside the scene file, or as -o says, with the film's extension. Another
-/// image format's extension is a mistake: what is written would not be what the name says.
+/// Returns the path of the image: beside the scene file, or the one of -o, with the film's
+/// extension. The extension of another image format is an error, because the file's name would be
+/// wrong.
 std::string output_path(const Options& options, const std::string& extension) {
   if (options.output.empty()) {
     const std::string stem = fs::path(options.scene).replace_extension("").string();
@@ -29,8 +33,8 @@ std::string output_path(const Options& options, const std::string& extension) {
   }
   static const std::set<std::string> kImages = {".exr", ".pfm", ".png",  ".jpg", ".jpeg",
                                                 ".hdr", ".tif", ".tiff", ".bmp", ".rgbe"};
-  const std::string given = fs::path(options.output).extension().string();
-  if (given == extension) return options.output;
+  const std::string given = lower_extension(options.output);
+  if (given == extension || is_null_device(options.output)) return options.output;
   if (kImages.count(given) != 0) {
     throw Error(fmt::format("-o {}: the scene's film writes {} files{}", options.output, extension,
                             given == ".png" ? "; --png adds a PNG beside it" : ""));
@@ -40,21 +44,25 @@ std::string output_path(const Options& options, const std::string& extension) {
 
 }  // namespace
 
+std::string png_beside(const std::string& picture) {
+  return is_null_device(picture) ? picture : fs::path(picture).replace_extension(".png").string();
+}
+
 void check_output_folder(const Options& options) {
   std::error_code ignored;
   if (!fs::exists(options.scene, ignored)) return;  // the greater mistake, which the loader reports
   if (options.output.empty()) {
     check_writable(fs::path(options.scene).replace_extension(".exr").string());
   } else {
-    const bool whole =
-        fs::is_directory(options.output, ignored) || fs::path(options.output).has_extension();
+    const bool whole = fs::is_directory(options.output, ignored) ||
+                       is_null_device(options.output) || fs::path(options.output).has_extension();
     check_writable(whole ? options.output : options.output + ".exr");
   }
 }
 
 Output choose_output(const Options& options, const Film& film) {
   Output output;
-  output.picture = options.inspect && fs::path(options.output).extension() == ".png"
+  output.picture = options.inspect && lower_extension(options.output) == ".png"
                        ? options.output
                        : output_path(options, film.file_extension());
   if (options.renders > 0 && film.file_extension() != ".exr") {
@@ -63,13 +71,14 @@ Output choose_output(const Options& options, const Film& film) {
                     "but colour",
                     film.file_extension()));
   }
-  if (options.png) output.png = fs::path(output.picture).replace_extension(".png").string();
+  if (options.png) output.png = png_beside(output.picture);
   for (const std::string& file : output.files()) check_writable(file);
   return output;
 }
 
 double writing_seconds(const Options& options, const Film& film, const Image& picture,
                        const Output& output) {
+  if (is_null_device(output.name())) return 0;
   constexpr int kRows = 64;
   Image strip{picture.width,
               std::min(picture.height, std::max(kRows, picture.height / 16)),
@@ -79,21 +88,12 @@ double writing_seconds(const Options& options, const Film& film, const Image& pi
   const auto first = picture.data.begin() +
                      static_cast<std::ptrdiff_t>(row * ((picture.height - strip.height) / 2));
   strip.data.assign(first, first + static_cast<std::ptrdiff_t>(row * strip.height));
+  const ScratchFolder scratch(output.name());
   const Clock::time_point start = Clock::now();
-  const auto time = [&](const std::string& path, const auto& write) {
-    write(path);
-    std::error_code ignored;
-    fs::remove(path, ignored);
-  };
-  const fs::path stem = fs::path(output.name()).replace_extension("");
   if (!output.picture.empty()) {
-    time(stem.string() + ".timing" + film.file_extension(),
-         [&](const std::string& path) { film.write(path, strip, {}); });
+    film.write(scratch.file("timing" + film.file_extension()), strip, {});
   }
-  if (!output.png.empty()) {
-    time(stem.string() + ".timing.png",
-         [&](const std::string& path) { write_png(path, strip, options.exposure); });
-  }
+  if (!output.png.empty()) write_png(scratch.file("timing.png"), strip, options.exposure);
   const std::chrono::duration<double> used = Clock::now() - start;
   return used.count() * picture.height / strip.height;
 }
@@ -101,6 +101,7 @@ double writing_seconds(const Options& options, const Film& film, const Image& pi
 void write_picture(const Options& options, Film& film, const Image& image,
                    const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint,
                    const PartRender* part) {
+  if (is_null_device(output.name())) return;
   try {
     if (part) {
       part->write(output.picture, image, metadata);

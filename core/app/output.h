@@ -22,6 +22,8 @@ struct Output {
   const std::string& name() const { return picture.empty() ? png : picture; }
 };
 
+/// Returns the path of the PNG that --png adds to a picture.
+std::string png_beside(const std::string& picture);
 /// Before anything is loaded: the film will choose the extension, but not the folder. Throws Error
 /// where nothing can be written there.
 void check_output_folder(const Options& options);

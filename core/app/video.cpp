@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "base/scratch_folder.h"
 #include "kinome/error.h"
 
 extern char** environ;
@@ -72,7 +73,8 @@ bool has_ffmpeg() {
 }
 
 void make_video(const std::string& pattern, double rate, const std::string& path) {
-  const std::string unfinished = fmt::format("{}.unfinished-{}.mp4", path, getpid());
+  const ScratchFolder scratch(path);
+  const std::string unfinished = scratch.file("film.mp4");
   // Players want an even number of pixels, brightness at full resolution and colour at half of it,
   // and to be told what white and the curve of brightness are. A name may begin with a dash.
   const auto file = [](const std::string& name) { return "file:" + name; };
@@ -105,7 +107,6 @@ void make_video(const std::string& pattern, double rate, const std::string& path
   if (ended.status == 0) fs::rename(unfinished, path, failed);
   if (ended.status == 0 && !failed) return;
   const std::string why = failed ? failed.message() : ended.says;
-  fs::remove(unfinished, failed);
   throw Error(fmt::format("-o {}: ffmpeg can't make it of {}{}", path, pattern,
                           why.empty() ? "" : ": " + why));
 }

@@ -2,6 +2,9 @@
 
 #include <filesystem>
 
+#include "kinome/log.h"
+#include "kinome/read_files.h"
+
 namespace kinome {
 
 std::string unreadable(const std::string& path) {
@@ -24,21 +27,27 @@ std::string find_file(const std::string& name, const std::vector<std::string>& f
                       const Location& where, const std::string& prefix) {
   namespace fs = std::filesystem;
   if (name.empty()) throw Error(where, prefix + "a file name is empty");
-  std::vector<std::string> candidates{name};
+  const bool is_searched = fs::path(name).is_relative() && !folders.empty();
   std::string looked_in;
-  if (fs::path(name).is_relative() && !folders.empty()) {
-    candidates.clear();
-    for (const std::string& folder : folders) {
-      candidates.push_back(folder == "." ? name : (fs::path(folder) / name).string());
-      looked_in += (looked_in.empty() ? "; looked in " : ", ") + folder;
+  for (const std::string& folder : is_searched ? folders : std::vector<std::string>{"."}) {
+    const bool is_working_directory = folder == kWorkingDirectory;
+    const std::string candidate = folder == "." ? name : (fs::path(folder) / name).string();
+    if (is_searched) {
+      looked_in += (looked_in.empty() ? "; looked in " : ", ") +
+                   (is_working_directory ? "the working directory" : folder);
     }
-  }
-  for (const std::string& candidate : candidates) {
     std::error_code failed;
     if (!fs::exists(candidate, failed)) continue;
     if (const std::string why = unreadable(candidate); !why.empty()) {
       throw Error(where, prefix + "'" + candidate + "' " + why);
     }
+    if (is_working_directory && !is_read_file(candidate)) {
+      log_warn(Error(where, "'" + name + "' was found only in the working directory, so that the " +
+                                "scene can't be rendered from another one: move the file beside " +
+                                "the scene, or name its folder by -a")
+                   .what());
+    }
+    note_read_file(candidate);
     return candidate;
   }
   throw MissingFile(where, prefix + "there is no file '" + name + "'" + looked_in);

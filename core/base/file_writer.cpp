@@ -2,16 +2,21 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cctype>
 #include <cerrno>
 #include <climits>
 #include <cstring>
 #include <filesystem>
 #include <random>
 
+#include "base/read_files.h"
 #include "kinome/image.h"
 
 namespace kinome {
@@ -118,6 +123,19 @@ int sync_folder(const std::string& folder) {
 
 }  // namespace
 
+std::string lower_extension(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+bool is_null_device(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && S_ISCHR(status.st_mode) &&
+         status.st_rdev == makedev(1, 3);
+}
+
 std::string resolve_target(const std::string& path) {
   if (path.empty()) throw Error("cannot write a file without a name");
   const fs::path target = follow_links(path);
@@ -145,7 +163,13 @@ std::string resolve_target(const std::string& path) {
   return target.string();
 }
 
-FileWriter::FileWriter(const std::string& path) : path_(path), target_(resolve_target(path)) {
+FileWriter::FileWriter(const std::string& path, ReadFile read_file)
+    : path_(path), target_(resolve_target(path)) {
+  if (read_file == ReadFile::kKeep && is_read_file(target_)) {
+    throw write_error(path,
+                      "this file was read, by the scene or by the command, and is never "
+                      "overwritten: choose another name");
+  }
   temporary_ = temporary_name(target_);
   slot_ = acquire_slot(temporary_);
   int fd = create_unnamed(folder_of(target_));
@@ -216,6 +240,7 @@ Error FileWriter::failure(int code) const {
 }
 
 void sync_file(const std::string& path) {
+  if (is_null_device(path)) return;
   const int fd = open_file(path, O_RDONLY);
   int code = fd < 0 || ::fsync(fd) != 0 ? errno : 0;
   if (fd >= 0) ::close(fd);
@@ -226,6 +251,7 @@ void sync_file(const std::string& path) {
 bool are_written_to_one_file(const std::string& a, const std::string& b) {
   std::error_code failed;
   if (fs::equivalent(a, b, failed)) return true;
+  if (is_null_device(a) || is_null_device(b)) return false;
   // Of those that are still to be, the folders can be compared.
   const fs::path target_a = resolve_target(a), target_b = resolve_target(b);
   return target_a.filename() == target_b.filename() &&
@@ -241,6 +267,7 @@ void remove_temporary_files() noexcept {
 }
 
 void check_writable(const std::string& path) {
+  if (is_null_device(path)) return;
   // Creating a file and naming it is the one check that also sees read-only file systems and
   // quotas. A full disk it doesn't see: an empty file takes no room there.
   FileWriter(path).check_name();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "kinome/error.h"
+#include "kinome/export.h"
 
 namespace kinome {
 
@@ -14,8 +15,10 @@ namespace kinome {
 /// a program that is killed (but for a temporary name).
 class FileWriter {
  public:
-  /// Throws Error where the file can't be created.
-  explicit FileWriter(const std::string& path);
+  /// Whether a file that was read (see kinome/read_files.h) may be overwritten.
+  enum class ReadFile { kKeep, kReplace };
+  /// Throws Error where the file can't be created, or is one that must be kept.
+  explicit FileWriter(const std::string& path, ReadFile read_file = ReadFile::kKeep);
   ~FileWriter();
   FileWriter(const FileWriter&) = delete;
   FileWriter& operator=(const FileWriter&) = delete;
@@ -46,6 +49,10 @@ class FileWriter {
   int errno_ = 0;
 };
 
+/// Returns the extension of a file's name in lower case, with its dot.
+KINOME_EXPORT std::string lower_extension(const std::string& path);
+/// Returns whether `path` is /dev/null, or a link to it.
+KINOME_EXPORT bool is_null_device(const std::string& path);
 /// The file that `path` names once symbolic links are followed, whether it is there or not; Error
 /// where it can't be written.
 std::string resolve_target(const std::string& path);

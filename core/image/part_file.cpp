@@ -18,6 +18,7 @@
 #include <filesystem>
 
 #include "base/fnv1a.h"
+#include "base/scratch_folder.h"
 #include "image/exr_files.h"
 #include "image/film_sums.h"
 #include "image/image_exr_check.h"
@@ -265,14 +266,8 @@ void write_part_file(const std::string& path, Film& film, PartFilm of, const Pic
   of.hash = hash.value();
 
   // The picture is the film's own business: its file is copied as it is.
-  const std::string picture_path = path + ".picture.exr";
-  struct Removal {
-    const std::string& path;
-    ~Removal() {
-      std::error_code ignored;
-      std::filesystem::remove(path, ignored);
-    }
-  } const removal{picture_path};
+  const ScratchFolder scratch(path);
+  const std::string picture_path = scratch.file("picture.exr");
   film.write(picture_path, image, metadata);
   Imf::InputFile picture(picture_path.c_str());
   Imf::Header headers[2] = {picture.header(), picture.header()};

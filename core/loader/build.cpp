@@ -313,11 +313,8 @@ std::shared_ptr<Object> Builder::stand_in(const Node& node) {
 std::shared_ptr<const std::vector<std::string>> Builder::folders(const Node& node) {
   auto& list = folder_lists_[node.folders.get()];
   if (!list) {
-    std::vector<std::string> all;
-    if (node.folders) all = *node.folders;
-    all.insert(all.end(), expansion_.paths.begin(), expansion_.paths.end());
-    all.insert(all.end(), base_folders_.begin(), base_folders_.end());
-    list = std::make_shared<const std::vector<std::string>>(std::move(all));
+    list = std::make_shared<const std::vector<std::string>>(
+        search_folders(node.folders.get(), expansion_.paths, base_folders_));
   }
   return list;
 }

@@ -11,6 +11,7 @@
 
 #include "base/file_search.h"
 #include "base/fnv1a.h"
+#include "kinome/log.h"
 #include "loader/node.h"
 #include "loader/substitute.h"
 #include "loader/text_encoding.h"
@@ -199,16 +200,20 @@ class Expander {
     folders_ = outer_folders;
   }
 
-  /// Relative to the file's own folder, or else to the search path.
+  /// The folder is relative to the file's own one, or else to one that is searched for files.
   void add_path(const Node& node, bool is_file_root) {
     if (!is_file_root) throw Error(node.where, "<path> must be a child of the root");
     const Attribute& attribute = *node.find("value");
     std::error_code failed;
-    std::vector<std::string> folders = search_folders();
-    folders.insert(folders.begin(), folder_of(files_.back()));
-    for (const std::string& folder : folders) {
+    for (const std::string& folder : search_folders()) {
       const fs::path path = fs::path(folder) / attribute.value;
       if (!fs::is_directory(path, failed)) continue;
+      if (folder == kWorkingDirectory && path.is_relative()) {
+        log_warn(Error(attribute.where, "the folder '" + attribute.value +
+                                            "' was found only in the working directory, so that "
+                                            "the scene can't be rendered from another one")
+                     .what());
+      }
       result_.found[to_string(attribute.where)] = path.string();
       result_.paths.insert(result_.paths.begin(), path.string());
       return;
@@ -251,10 +256,8 @@ class Expander {
   }
 
   std::vector<std::string> search_folders() const {
-    std::vector<std::string> all = folders_ ? *folders_ : std::vector<std::string>();
-    all.insert(all.end(), result_.paths.begin(), result_.paths.end());
-    for (std::string& folder : base_folders(name_, options_)) all.push_back(std::move(folder));
-    return all;
+    return kinome::loader::search_folders(folders_.get(), result_.paths,
+                                          base_folders(name_, options_));
   }
 
   /// With the zero at its end: texts must not run into one another.
@@ -282,11 +285,22 @@ class Expander {
 }  // namespace
 
 std::vector<std::string> base_folders(const std::string& scene_file, const LoadOptions& options) {
-  std::vector<std::string> folders{"."};
-  folders.insert(folders.end(), options.search_paths.begin(), options.search_paths.end());
   const std::string own = fs::path(scene_file).parent_path().string();
-  if (!own.empty()) folders.push_back(own);
+  std::vector<std::string> folders{own.empty() ? "." : own};
+  folders.insert(folders.end(), options.search_paths.begin(), options.search_paths.end());
+  std::error_code failed;
+  if (!fs::equivalent(folders.front(), ".", failed)) folders.push_back(kWorkingDirectory);
   return folders;
+}
+
+std::vector<std::string> search_folders(const std::vector<std::string>* includes,
+                                        const std::vector<std::string>& paths,
+                                        const std::vector<std::string>& base) {
+  std::vector<std::string> all = includes ? *includes : std::vector<std::string>();
+  all.push_back(base.front());
+  all.insert(all.end(), paths.begin(), paths.end());
+  all.insert(all.end(), base.begin() + 1, base.end());
+  return all;
 }
 
 std::string read_text(const std::string& path, const Location& where) {

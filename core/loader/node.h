@@ -135,9 +135,14 @@ Expansion expand_scene(const std::string& text, const std::string& name, const L
 /// The nodes of what a program says. `parent`: what it is to stand in; nullptr: nothing.
 Node node_of(const ObjectDescription& said, Faults& faults, const Node* parent = nullptr);
 
-/// Working directory, -a, the scene's folder. (Mitsuba looks in its own installation between the
-/// first two, for data files that this program does not have.)
+/// Returns the scene's folder, those of -a, and kWorkingDirectory unless it is the scene's folder.
 std::vector<std::string> base_folders(const std::string& scene_file, const LoadOptions& options);
+/// Returns all folders that are searched, in their order: those of the includes that name the file,
+/// the innermost first (`includes` may be nullptr); the scene's own; those of <path>; the others of
+/// base_folders().
+std::vector<std::string> search_folders(const std::vector<std::string>* includes,
+                                        const std::vector<std::string>& paths,
+                                        const std::vector<std::string>& base);
 
 /// A whole file's text; Error at `where`.
 std::string read_text(const std::string& path, const Location& where);

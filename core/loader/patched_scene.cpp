@@ -62,8 +62,6 @@ bool is_within(const SourceElement::Attribute& attribute, const std::vector<Text
 PatchedScene::PatchedScene(const Expansion& expansion, const std::string& name,
                            const std::map<std::string, std::string>& defines, SavedScene& saved)
     : expansion_(expansion), name_(name), saved_(saved), defines_(defines) {
-  // The saved scene may go on reading them, and the one that it was read from is the user's.
-  for (const auto& [file, text] : expansion.texts) saved.add_read_file(file);
   is_possible_ = !expansion.texts.empty() && !expansion.is_of_old_version;
   if (!is_possible_) return;
   note_places(expansion.root);

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "base/file_writer.h"
+#include "base/read_files.h"
 #include "kinome/image.h"
 #include "loader/saved_mesh.h"
 #include "loader/written_values.h"
@@ -38,35 +39,7 @@ SavedScene::SavedScene(const Node& root, Builder& builder, const ParameterList& 
   folder_ = (folder.empty() ? fs::path(".") : folder).string();
   stem_ = fs::path(path).stem().string();
   for (const auto& [object, node] : parameters.objects()) paths_[node] = object;
-  find_read_files(root);
   look_at(root);
-}
-
-void SavedScene::add_read_file(const std::string& path) {
-  std::error_code failed;
-  read_.insert(fs::weakly_canonical(path, failed).string());
-}
-
-/// That of an edited mesh, too: this session makes the shape of it once more, before its edits.
-void SavedScene::find_read_files(const Node& node) {
-  const auto add_file = [&](const std::string& parameter, const std::string& name) {
-    const Parameter* const known = row(node, parameter);
-    if (!known || known->type != ParameterType::kFile) return;
-    const std::string file = builder_.file_of(node, name);
-    if (!file.empty()) add_read_file(file);
-  };
-  for_each_part(node, [&](const Node& child) {
-    const std::string name = child.value("name");
-    if (is_object(child)) {
-      find_read_files(child);
-    } else if (child.tag == "string" && !node.is_overridden(name)) {
-      add_file(name, child.value("value"));
-    }
-  });
-  for (const auto& given : node.given) {
-    const auto* const text = std::get_if<std::string>(&given.value);
-    if (text) add_file(given.name, *text);
-  }
 }
 
 void SavedScene::look_at(const Node& node) {
@@ -200,7 +173,7 @@ std::string SavedScene::new_name(const std::string& name, const std::string& end
   const fs::path own = replaced.empty() ? fs::path() : fs::weakly_canonical(replaced, failed);
   const auto is_read = [&] {
     const fs::path path = fs::weakly_canonical(fs::path(folder_) / unused, failed);
-    return path != own && read_.count(path.string()) > 0;
+    return path != own && is_read_file(path.string());
   };
   for (int i = 1; is_read() || !names_.insert(unused).second; ++i) {
     unused = wanted + "_" + std::to_string(i) + ending;

@@ -50,10 +50,9 @@ class SavedScene {
   /// Of the scene, or of an include, for what follows.
   void set_folder(const std::string& folder) { folder_ = folder; }
   const std::string& folder() const { return folder_; }
-  /// None of these is written over.
-  void add_read_file(const std::string& path);
-  /// Of a file beside the saved scene, "STEM-NAME.ending", which no other one has. `replaced`: the
-  /// file that the saved scene reads it in place of, which it may be.
+  /// Returns the name of a new file beside the saved scene, "STEM-NAME.ending", which no other new
+  /// file and no file that was read has. `replaced` is the one file that was read and may be
+  /// overwritten, because the saved scene reads the new one in its place; "" for none.
   std::string new_name(const std::string& name, const std::string& ending,
                        const std::string& replaced = "");
   /// All that new_name() has given, to go back to by set_names() after a trial.
@@ -70,7 +69,6 @@ class SavedScene {
   };
   void look_at(const Node& node);
   void add(const Node& node);
-  void find_read_files(const Node& node);
 
   Builder& builder_;
   const ParameterList& parameters_;
@@ -81,7 +79,6 @@ class SavedScene {
   std::map<const Node*, Said> said_;
   std::vector<Array> arrays_;
   std::set<std::string> names_;
-  std::set<std::string> read_;  ///< files that the scene goes on reading: none is written over
 };
 
 }  // namespace kinome::loader

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "base/clock.h"
+#include "base/read_files.h"
 #include "loader/convert.h"
 #include "loader/placed_transform.h"
 #include "loader/scene_parameters.h"
@@ -42,6 +43,7 @@ class SceneEditor::State {
   /// `expand` gives the nodes.
   void load(const std::string& name,
             const std::function<loader::Expansion(loader::Faults&)>& expand, RenderStats* stats) {
+    const ReadFiles::Recording recording(read_files_);
     const Clock::time_point start = Clock::now();
     const double plugin_seconds_before = registry_.seconds();
     name_ = name;
@@ -69,7 +71,13 @@ class SceneEditor::State {
 
   std::shared_ptr<const Scene> scene() const { return scene_; }
 
+  void note_scene_file() {
+    const ReadFiles::Recording recording(read_files_);
+    note_read_file(name_);
+  }
+
   std::shared_ptr<const Scene> scene_with(const ObjectDescription& integrator) {
+    const ReadFiles::Recording recording(read_files_);
     const auto objects = builder_->objects();
     Scene::Contents contents;
     Node node;
@@ -118,6 +126,7 @@ class SceneEditor::State {
   }
 
   void set(const std::string& path, EditedValue value) {
+    const ReadFiles::Recording recording(read_files_);
     if (!loader::is_value(value)) return set_other(path, std::move(value));
     loader::ParameterList::Place place = parameters_->find(path);
     const Location where = loader::ParameterList::where(place);
@@ -146,6 +155,7 @@ class SceneEditor::State {
   SceneChanges update() {
     const std::vector<loader::Edit> edits = std::exchange(pending_, {});
     if (edits.empty()) return {};
+    const ReadFiles::Recording recording(read_files_);
     loader::SceneUpdate update(*builder_, meshes_, faults_);
     for (const loader::Edit& edit : edits) {
       update.add(edit, parameters_->plugin_of(*edit.place.node).parameters);
@@ -164,6 +174,7 @@ class SceneEditor::State {
   }
 
   void save(const std::string& path) const {
+    const ReadFiles::Recording recording(read_files_);
     loader::SavedScene saved(expansion_.root, *builder_, *parameters_, meshes_, path);
     loader::save_scene(expansion_, name_, options_.defines, saved, path);
   }
@@ -208,6 +219,7 @@ class SceneEditor::State {
 
   LoadOptions options_;
   PluginRegistry& registry_;
+  mutable ReadFiles read_files_;
   std::string name_;
   loader::Faults faults_;
   loader::Expansion expansion_;
@@ -220,7 +232,9 @@ class SceneEditor::State {
 
 SceneEditor::SceneEditor(const std::string& path, const LoadOptions& options,
                          PluginRegistry& registry, RenderStats* stats)
-    : SceneEditor(loader::read_text(path, {}), path, options, registry, stats) {}
+    : SceneEditor(loader::read_text(path, {}), path, options, registry, stats) {
+  state_->note_scene_file();
+}
 
 SceneEditor::SceneEditor(const std::string& xml, const std::string& name,
                          const LoadOptions& options, PluginRegistry& registry, RenderStats* stats)

@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/log_once.h"
+#include "kinome/read_files.h"
 #include "loader/build.h"
 
 namespace kinome {
@@ -58,6 +59,7 @@ std::unique_ptr<Scene> load(const std::string& text, const std::string& name,
 std::unique_ptr<Scene> load_scene(const std::string& path, const LoadOptions& options,
                                   PluginRegistry& registry, RenderStats* stats) {
   const auto start = Clock::now();
+  note_read_file(path);
   return load(loader::read_text(path, {}), path, options, registry, stats, start);
 }
 

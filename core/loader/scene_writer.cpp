@@ -13,8 +13,9 @@
 namespace kinome::loader {
 namespace {
 
-void write_text(const std::string& path, const std::string& text) {
-  FileWriter writer(path);
+/// Writes an include, which may be one that an earlier save has written and the scene has read.
+void write_include(const std::string& path, const std::string& text) {
+  FileWriter writer(path, FileWriter::ReadFile::kReplace);
   writer.write(text.data(), text.size());
   writer.commit();
 }
@@ -105,8 +106,8 @@ std::string generated_scene(const Expansion& expansion, const SavedScene& saved)
 void save_scene(const Expansion& expansion, const std::string& name,
                 const std::map<std::string, std::string>& defines, SavedScene& saved,
                 const std::string& path) {
+  std::error_code failed;
   for (const auto& [file, text] : expansion.texts) {
-    std::error_code failed;
     if (file != name && std::filesystem::equivalent(file, path, failed)) {
       throw Error("cannot write '" + path + "': the scene includes it");
     }
@@ -115,11 +116,12 @@ void save_scene(const Expansion& expansion, const std::string& name,
   PatchedScene patches(expansion, name, defines, saved);
   const auto patched_text = patches.text();
   const std::string text = patched_text ? *patched_text : generated_scene(expansion, saved);
-  FileWriter scene(path);
+  const bool is_same = std::filesystem::equivalent(path, name, failed);
+  FileWriter scene(path, is_same ? FileWriter::ReadFile::kReplace : FileWriter::ReadFile::kKeep);
   scene.write(text.data(), text.size());
   saved.write_arrays();
   if (patched_text) {
-    for (const auto& [include, included] : patches.includes()) write_text(include, included);
+    for (const auto& [include, included] : patches.includes()) write_include(include, included);
   }
   scene.commit();
 }

@@ -21,6 +21,7 @@
 #include "gltf_skin.h"
 #include "kinome/log.h"
 #include "kinome/plugin.h"
+#include "kinome/read_files.h"
 #include "kinome/wide/mesh.h"
 #include "mesh_file.h"
 #include "shape_parameters.h"
@@ -90,8 +91,13 @@ tinygltf::Model parse_gltf(const std::string& file) {
     std::error_code failed;
     return std::filesystem::is_regular_file(path, failed);
   };
-  reader.SetFsCallbacks({exists, tinygltf::ExpandFilePath, tinygltf::ReadWholeFile,
-                         tinygltf::WriteWholeFile, nullptr});
+  const auto read = [](std::vector<unsigned char>* contents, std::string* fault,
+                       const std::string& path, void* unused) {
+    note_read_file(path);
+    return tinygltf::ReadWholeFile(contents, fault, path, unused);
+  };
+  reader.SetFsCallbacks(
+      {exists, tinygltf::ExpandFilePath, read, tinygltf::WriteWholeFile, nullptr});
   tinygltf::Model model;
   std::string error;
   std::string warning;

@@ -127,7 +127,8 @@ class Picture(np.ndarray):
                                   if name not in ("R", "G", "B", "A", "Y")))
 
     def write(self, path):
-        """As .exr (with all channels, in single precision), .pfm or .png (8 bits, sRGB)."""
+        """As .exr (with all channels, in single precision), .pfm or .png (8 bits, sRGB). Raises
+        kinome.Error for a file that a loaded scene reads."""
         if not self.channels:
             raise ValueError("this array's channels have no names: Picture(array, channels) gives it "
                              "some")

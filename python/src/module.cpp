@@ -6,6 +6,8 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <cctype>
 #include <mutex>
 
 #include "kinome/inspection.h"
@@ -335,7 +337,10 @@ void write_picture(const std::string& path, nb::object array,
   Image image{static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), channels,
               std::vector<float>(pixels.data(), pixels.data() + pixels.size())};
   const nb::gil_scoped_release release;
-  const auto ends_with = [&](const char* ending) { return path.ends_with(ending); };
+  std::string lower = path;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto ends_with = [&](const char* ending) { return lower.ends_with(ending); };
   if (ends_with(".png")) return kinome::write_png(path, image, 0);
   if (ends_with(".pfm")) return kinome::write_pfm(path, image);
   if (!ends_with(".exr")) throw Error(Location{path, 0, 0}, "must end in .exr, .pfm or .png");

@@ -289,6 +289,24 @@ class Command(unittest.TestCase):
                 self.assert_bad("Permission denied", "none", "none", "--json", path)
             (self.folder / "only").chmod(0o700)
 
+    def test_no_picture_that_is_compared_is_written_over(self):
+        a = self.renders("a", picture(), 1, count=4)
+        one = self.folder / "a01.exr"
+        (self.folder / "link.png").symlink_to(one)
+        for path in (one, self.folder / "link.png"):
+            before = one.read_bytes()
+            self.assert_bad(f"{path}: is one of the compared pictures", a, a, "--json", path)
+            self.assertEqual(one.read_bytes(), before)
+
+    def test_a_full_disk_is_no_verdict(self):
+        a = self.renders("a", picture(), 1, count=4)
+        with open("/dev/full", "w") as full:
+            result = subprocess.run([sys.executable, ROOT / "validation/kinome-compare", a, a],
+                                    stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(result.returncode, 2)
+        self.assertEqual(result.stderr, "kinome-compare: stdout can't be written: "
+                                        "No space left on device\n")
+
     def test_outputs_are_whole_or_not_there(self):
         a, out = self.renders("a", picture(), 1, count=4), self.folder / "out"
         out.mkdir()

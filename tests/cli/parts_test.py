@@ -140,7 +140,7 @@ class Parts(unittest.TestCase):
             self.refused(f"{name}.exr: ", "merge", f"{name}.exr", "-o", "a")
         self.refused("picture.exr: it is a picture, but no part of one", "merge", "picture.exr", "-o", "a")
         self.refused("none.exr: can't be read: no such file", "merge", "1.exr", "none.exr", "-o", "a")
-        self.refused("this is one of the parts", "merge", "1.exr", "-o", "1")
+        self.refused("1.exr': this file was read", "merge", "1.exr", "-o", "1")
         self.refused("--png adds a PNG", "merge", "1.exr", "-o", "1.png")
         self.refused("--output is required", "merge", "1.exr", program=PROGRAM)
         self.refused("nowhere", "merge", "1.exr", "-o", "nowhere/a.exr")

@@ -320,6 +320,25 @@ class ModuleTest(unittest.TestCase):
         # With the lock it would have been a handful.
         self.assertGreater(steps[0], 50 * seconds)
 
+    def test_no_file_that_a_scene_reads_is_written_over(self):
+        sky, text = self.folder / "sky.exr", self.folder / "sky.xml"
+        kinome.Picture(np.ones((2, 4, 3), np.float32), ["R", "G", "B"]).write(sky)
+        before = sky.read_bytes()
+        text.write_text(re.sub('<emitter type="constant".*', '<emitter type="envmap">'
+                               '<string name="filename" value="sky.exr"/></emitter>', SCENE))
+        scene = kinome.load_file(text, spp=1)
+        picture = kinome.render(scene)
+        with self.assertRaisesRegex(kinome.Error, "sky.exr': this file was read"):
+            picture.write(sky)
+        other, own = map(kinome.traverse, (kinome.load_dict(DICT), scene))
+        for path in (sky, text):
+            with self.assertRaisesRegex(kinome.Error, "this file was read"):
+                other.save(path)
+        own.save(text)
+        self.assertEqual(sky.read_bytes(), before)
+        del scene, own
+        picture.write(sky)
+
     def test_budgets_variance_and_comparison(self):
         scene = self.load(spp=32)
         a = kinome.render(scene, variance=16)
@@ -336,6 +355,7 @@ class ModuleTest(unittest.TestCase):
         # What is written is what kinome-compare reads.
         for picture, name in ((a, "a.exr"), (b, "b.exr")):
             picture.write(self.folder / name)
+            picture.write(self.folder / name.upper())
         compare = pathlib.Path(__file__).resolve().parents[2] / "validation/kinome-compare"
         subprocess.run([compare, "-q", "--alpha", "1e-6", self.folder / "a.exr",
                         self.folder / "b.exr"], check=True, stdout=subprocess.DEVNULL)

@@ -116,10 +116,13 @@ def check_outputs(options):
         ending = pathlib.Path(options.picture).suffix
         if ending.lower() not in ("", ".png"):
             raise BadInput(f"{options.picture}: --picture writes a PNG, not {ending}")
-    for path in (options.json, options.picture):
-        if path is not None:
-            with writing(path):
-                check(path)
+    paths = [path for path in (options.json, options.picture) if path is not None]
+    for path in paths:
+        with writing(path):
+            check(path)
+    for path in filter(os.path.isfile, paths):
+        if any(os.path.samefile(path, name) for name in files_of([*options.a, *options.b])):
+            raise BadInput(f"{path}: is one of the compared pictures, which are never overwritten")
 
 
 def write_outputs(options, a, b, verdict, result):
@@ -204,10 +207,15 @@ def main(arguments=None):
     except (BadInput, OSError) as reason:
         print(f"kinome-compare: {reason}", file=sys.stderr)
         return 2
-    if not options.quiet:
-        print("\n".join(report(result)))
     broken = a.nans + a.infinities
-    print("pass" if verdict.passed else "FAIL: " + ", ".join(
-        [test.name for test in verdict.tests if not test.passed] +
-        ([f"{broken} values are NaN or Inf"] if broken else [])))
+    try:
+        if not options.quiet:
+            print("\n".join(report(result)))
+        print("pass" if verdict.passed else "FAIL: " + ", ".join(
+            [test.name for test in verdict.tests if not test.passed] +
+            ([f"{broken} values are NaN or Inf"] if broken else [])), flush=True)
+    except OSError as reason:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # where Python flushes once more at its end
+        print(f"kinome-compare: stdout can't be written: {reason.strerror}", file=sys.stderr)
+        return 2
     return 0 if verdict.passed else 1

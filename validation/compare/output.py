@@ -2,6 +2,7 @@
 import contextlib
 import errno
 import os
+import secrets
 import sys
 
 
@@ -28,14 +29,14 @@ def names(path):
     # The folder alone decides what may be replaced; a file that is read-only is so for a reason.
     if os.path.exists(path) and not os.access(path, os.W_OK):
         raise OSError(errno.EACCES, os.strerror(errno.EACCES))
-    return target, f"{target}.{os.getpid()}.part"
+    return target, f"{target}.{secrets.token_hex(8)}.part"
 
 
 def check(path):
     """Raises OSError if nothing can be written there, before much work is done for it."""
     unfinished = names(path)[1]
     if not is_stream(path):
-        with open(unfinished, "wb"):
+        with open(unfinished, "xb"):
             pass
         os.remove(unfinished)
 
@@ -53,7 +54,7 @@ def whole(path):
             yield file
         return
     try:
-        with open(unfinished, "wb") as file:
+        with open(unfinished, "xb") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "kinome/error.h"
+#include "kinome/read_files.h"
 
 namespace kinome::viewer {
 namespace {
@@ -72,7 +73,9 @@ const char* to_string(Difference difference) {
   return kNames[static_cast<int>(difference)];
 }
 
-Reference::Reference(const std::string& path) : Reference(read_exr(path), path) {}
+Reference::Reference(const std::string& path) : Reference(read_exr(path), path) {
+  note_read_file(path);
+}
 
 Reference::Reference(Image image, std::string name)
     : name_(std::move(name)), image_(std::move(image)) {

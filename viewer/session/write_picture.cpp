@@ -1,5 +1,6 @@
 #include "session/picture.h"
 
+#include "base/file_writer.h"
 #include "kinome/error.h"
 
 namespace kinome::viewer {
@@ -15,8 +16,9 @@ std::optional<Vec2> place_on_film(const Picture& picture, const Vec3& point) {
 }
 
 void write_picture(const std::string& path, const Picture& picture) {
-  if (path.ends_with(".png")) return write_png(path, picture.image, 0);
-  if (!path.ends_with(".exr")) throw Error(Location{path}, "must end in .exr or .png");
+  const std::string extension = lower_extension(path);
+  if (extension == ".png") return write_png(path, picture.image, 0);
+  if (extension != ".exr") throw Error(Location{path}, "must end in .exr or .png");
   write_exr(path, picture.image, ExrNumber::kFloat,
             {{"integrator", picture.integrator},
              {"samples", std::to_string(static_cast<long>(picture.samples))}});

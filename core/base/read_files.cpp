@@ -1,0 +1,71 @@
+#include "base/read_files.h"
+
+#include <filesystem>
+#include <mutex>
+
+namespace kinome {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// All owners that exist now, and the mutex of what they hold. Never destroyed, because owners may
+/// outlive static objects.
+struct Registry {
+  std::mutex mutex;
+  std::set<const ReadFiles*> owners;
+};
+Registry& registry() {
+  static Registry* const all = new Registry;
+  return *all;
+}
+
+/// Of files that are read without an owner.
+ReadFiles& files_of_process() {
+  static ReadFiles* const files = new ReadFiles;
+  return *files;
+}
+
+thread_local ReadFiles* recording = nullptr;
+
+}  // namespace
+
+ReadFiles::ReadFiles() {
+  const std::lock_guard lock(registry().mutex);
+  registry().owners.insert(this);
+}
+
+ReadFiles::~ReadFiles() {
+  const std::lock_guard lock(registry().mutex);
+  registry().owners.erase(this);
+}
+
+ReadFiles::Recording::Recording(ReadFiles& files) : outer_(recording) {
+  recording = &files;
+}
+
+ReadFiles::Recording::~Recording() {
+  recording = outer_;
+}
+
+void note_read_file(const std::string& path) {
+  std::error_code failed;
+  const fs::path whole = fs::absolute(path, failed);  // the working directory may change
+  ReadFiles& files = recording ? *recording : files_of_process();
+  const std::lock_guard lock(registry().mutex);
+  files.paths_.insert(failed ? path : whole.string());
+}
+
+bool is_read_file(const std::string& path) {
+  std::error_code failed;
+  if (!fs::exists(path, failed)) return false;
+  // By the files themselves: links and other names are no different.
+  const std::lock_guard lock(registry().mutex);
+  for (const ReadFiles* const owner : registry().owners) {
+    for (const std::string& read : owner->paths_) {
+      if (fs::equivalent(path, read, failed)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace kinome
