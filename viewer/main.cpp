@@ -10,9 +10,11 @@
 #include <optional>
 #include <thread>
 
+#include "app/complaints.h"
 #include "app/interpret_options.h"
 #include "kinome/error.h"
 #include "kinome/image.h"
+#include "kinome/read_files.h"
 #include "session/script.h"
 #include "window/viewer_window.h"
 
@@ -47,7 +49,8 @@ std::optional<Arguments> parse(int argc, char** argv, int& status) {
   app.add_option("--integrator", session.integrator,
                  "Plugin that renders; default: the scene's own")
       ->type_name("NAME");
-  app.add_option("-t,--threads", session.threads, "Threads; default: one per core")->type_name("N");
+  app.add_option("-t,--threads", session.threads, "Threads; default: one per core")
+      ->type_name("COUNT");
   app.add_option("--size", size, "Size of the picture; default: the scene's")->type_name("WxH");
   app.add_option("-s,--sensor", session.sensor, "Sensor, by index or id; default: 0")
       ->type_name("SENSOR");
@@ -70,9 +73,12 @@ std::optional<Arguments> parse(int argc, char** argv, int& status) {
   app.set_version_flag("--version", "kinome-view " KINOME_VERSION);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    status = app.exit(error);
+  } catch (const CLI::Success& requested) {
+    status = app.exit(requested);
     return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw Error(kinome::app::complaint_of(app, error, {argv + 1, argv + argc}, {}) +
+                " (kinome-view --help lists the options)");
   }
   session.load.defines = kinome::app::parse_defines(defines);
   session.load.threads = session.threads;
@@ -116,6 +122,7 @@ int follow_script(const Arguments& all) {
   if (all.script == "-") return run_script(std::cin, "-", session) > 0 ? 1 : 0;
   std::ifstream file(all.script);
   if (!file) throw Error(kinome::Location{all.script}, "can't be read");
+  kinome::note_read_file(all.script);
   return run_script(file, all.script, session) > 0 ? 1 : 0;
 }
 
@@ -126,7 +133,11 @@ int main(int argc, char** argv) {
     int status = 0;
     auto all = parse(argc, argv, status);
     if (!all) return status;
-    if (!all->script.empty()) return follow_script(*all);
+    if (!all->script.empty()) {
+      status = follow_script(*all);
+      if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+      throw Error("stdout can't be written");
+    }
     view(std::move(*all));
     return 0;
   } catch (const std::exception& error) {

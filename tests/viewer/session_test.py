@@ -253,11 +253,24 @@ class SessionTest(unittest.TestCase):
             self.assertIn("expected a whole number from 1 to 1048576", result.stderr)
             self.assertEqual(result.returncode, 1)
 
-    def test_a_script_that_makes_no_sense_is_one_line(self):
-        result = subprocess.run([PROGRAM, self.scene, "--script", "-"], input="\nturn 3\n",
-                                text=True, capture_output=True, timeout=60)
-        self.assertEqual(result.stderr, "kinome-view: -:2:1: there is no command 'turn'\n")
+    def test_a_script_goes_on_after_each_error(self):
+        lines = ["", "turn 3", "render 1", "picture none/x.exr", "picture x.jpg", "orbit 1",
+                 "sleep x", "set red", "picture last.exr"]
+        result = subprocess.run([PROGRAM, self.scene, "--script", "-"], input="\n".join(lines),
+                                cwd=self.folder, text=True, capture_output=True, timeout=60)
+        places = [line.split(" ")[1] for line in result.stderr.splitlines()]
+        self.assertEqual(places, [f"-:{i}:1:" for i in (2, 4, 5, 6, 7, 8)], result.stderr)
+        self.assertIn("-:2:1: unknown command 'turn'", result.stderr)
         self.assertEqual(result.returncode, 1)
+        self.assertTrue((self.folder / "last.exr").exists())
+
+    def test_a_picture_never_replaces_a_texture(self):
+        self.run_script(["render 1", "picture map.exr"])
+        before = (self.folder / "map.exr").read_bytes()
+        out = self.run_script(["texture red.reflectance map.exr", "render 1", "picture map.exr",
+                               "save map.exr"], errors=2)
+        self.assertIn("map.exr': this file was read", out)
+        self.assertEqual((self.folder / "map.exr").read_bytes(), before)
 
 
 if __name__ == "__main__":

@@ -60,8 +60,27 @@ class Script {
  public:
   Script(std::string name, RenderSession& session) : name_(std::move(name)), session_(session) {}
 
-  void run(int line, const std::string& command, const std::string& rest) {
+  /// Reports what goes wrong, and returns, so that the script goes on.
+  void try_to_run(int line, const std::string& command, const std::string& rest) {
     line_ = line;
+    try {
+      run(command, rest);
+    } catch (const std::exception& error) {
+      fail(error.what());
+    }
+  }
+
+  int wait() {
+    session_.wait();
+    for (const Message& message : session_.messages(known_)) {
+      known_ = message.number;
+      if (message.is_error) fail(message.text);
+    }
+    return errors_;
+  }
+
+ private:
+  void run(const std::string& command, const std::string& rest) {
     if (command == "set") {
       const size_t space = rest.find(' ');
       if (space == std::string::npos) throw Error("expected: set PATH VALUE");
@@ -106,20 +125,10 @@ class Script {
     } else if (command == "memory") {
       std::printf("memory %ld\n", resident_bytes());
     } else {
-      throw Error("there is no command '" + command + "'");
+      throw Error("unknown command '" + command + "'");
     }
   }
 
-  int wait() {
-    session_.wait();
-    for (const Message& message : session_.messages(known_)) {
-      known_ = message.number;
-      if (message.is_error) fail(message.text);
-    }
-    return errors_;
-  }
-
- private:
   const SceneInfo& info() {
     wait();
     info_ = session_.info();
@@ -300,12 +309,8 @@ int run_script(std::istream& script, const std::string& name, RenderSession& ses
     if (begin == std::string::npos || line[begin] == '#') continue;
     const size_t end = std::min(line.find(' ', begin), line.size());
     const size_t rest = line.find_first_not_of(' ', end);
-    try {
-      at_work.run(number, line.substr(begin, end - begin),
-                  rest == std::string::npos ? "" : line.substr(rest));
-    } catch (const Error& error) {
-      throw error.where().file.empty() ? Error(Location{name, number, 1}, error.message()) : error;
-    }
+    at_work.try_to_run(number, line.substr(begin, end - begin),
+                       rest == std::string::npos ? "" : line.substr(rest));
   }
   return at_work.wait();
 }

@@ -34,9 +34,9 @@ namespace kinome::viewer {
 ///     sleep SECONDS         waits for so long
 ///     memory                prints how much memory is resident [bytes]
 ///
-/// Errors go to stderr, with the line that the script has come to when they are known: "wait" has
-/// those of what was asked for before it. The session goes on. Returns how many there were. Throws
-/// Error for a line that is no command.
+/// Errors go to stderr, with the line of the script that runs when they become known: "wait"
+/// reports those of the commands before it. The script goes on with its next line. Returns the
+/// number of errors.
 int run_script(std::istream& script, const std::string& name, RenderSession& session);
 
 /// The value of a parameter as a text says it. Throws Error.
