@@ -18,6 +18,10 @@ constexpr std::chrono::duration<double> kBarInterval{0.1};
 constexpr std::chrono::duration<double> kFirstLine{1};
 constexpr std::chrono::duration<double> kLongestLineInterval{30};
 
+/// An estimate from less than this share of the work and less time may be wrong by any factor.
+constexpr double kMinShare = 0.01;
+constexpr double kMinSeconds = 10;
+
 std::string format_duration(double seconds) {
   const long s = std::max(1L, std::lround(seconds));
   if (s < 60) return fmt::format("{} s", s);
@@ -32,10 +36,12 @@ int terminal_width() {
 
 }  // namespace
 
-ProgressText progress_text(double fraction, double seconds) {
+ProgressText progress_text(double fraction, double measured, double seconds) {
   if (!(fraction < 1)) return {100, ""};
-  return {std::min(99, static_cast<int>(std::lround(100 * fraction))),
-          ", " + format_duration(seconds / fraction * (1 - fraction)) + " left"};
+  const int percent = std::min(99, static_cast<int>(std::lround(100 * fraction)));
+  const bool is_known = measured >= kMinShare || (measured > 0 && seconds >= kMinSeconds);
+  if (!is_known) return {percent, ""};
+  return {percent, ", " + format_duration(seconds / measured * (1 - fraction)) + " left"};
 }
 
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {
@@ -44,20 +50,24 @@ Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) 
 }
 
 void Progress::begin() {
-  start_ = Clock::now();
-  next_ = start_ + std::chrono::duration_cast<Clock::duration>(interval_);
-  last_fraction_ = 0;
+  next_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(interval_);
+  last_fraction_ = first_fraction_ = 0;
 }
 
 void Progress::update(double fraction) {
   if (fraction < last_fraction_) begin();  // another pass over the tiles
   last_fraction_ = fraction;
   const Clock::time_point now = Clock::now();
-  if (quiet_ || now < next_ || !(fraction > 0)) return;
+  if (!(fraction > 0)) return;
+  if (!(first_fraction_ > 0)) {
+    first_fraction_ = fraction;
+    first_ = now;
+  }
+  if (quiet_ || now < next_) return;
   if (!terminal_) interval_ = std::min(interval_ * 2, kLongestLineInterval);
   next_ = now + std::chrono::duration_cast<Clock::duration>(interval_);
-  const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const ProgressText text = progress_text(fraction, elapsed);
+  const double elapsed = std::chrono::duration<double>(now - first_).count();
+  const ProgressText text = progress_text(fraction, fraction - first_fraction_, elapsed);
   if (terminal_) {
     draw_bar(fraction, text);
     bar_drawn_ = true;

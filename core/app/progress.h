@@ -5,13 +5,15 @@
 
 namespace kinome::app {
 
-/// What is said where `fraction` of the work took `seconds`: the share in per cent, 100 at the very
-/// end alone, and ", 1 min 05 s left", or "" there.
+/// The share of the work that is done in per cent, 100 only at the very end, and the time left, as
+/// ", 1 min 05 s left", or "" at the end and while it is unknown.
 struct ProgressText {
   int percent;
   std::string left;
 };
-ProgressText progress_text(double fraction, double seconds);
+/// `fraction` of the work is done, the last part of it, `measured`, in `seconds`. The time left is
+/// unknown until that is 1 % of the work or has taken 10 seconds.
+ProgressText progress_text(double fraction, double measured, double seconds);
 
 /// Tells how far a render is: a bar with the time left on a terminal, and lines in a log, more
 /// seldom as time goes on.
@@ -22,8 +24,8 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   ~Progress() { finish(); }
 
-  /// Starts the clock (anew): what came before the render, or before a further pass of it, says
-  /// nothing about the time left.
+  /// Forgets the pass before. The time before a pass's first update() is no part of the estimate:
+  /// preparations do not become longer with the number of samples.
   void begin();
   /// Share of the pass that is done. A share that falls begins another pass.
   void update(double fraction);
@@ -38,7 +40,8 @@ class Progress {
   bool terminal_;
   bool bar_drawn_ = false;
   double last_fraction_ = 0;
-  Clock::time_point start_;
+  double first_fraction_ = 0;  ///< of the first update() of a pass; 0: there was none
+  Clock::time_point first_;    ///< when that was
   Clock::time_point next_;
   std::chrono::duration<double> interval_;
 };
