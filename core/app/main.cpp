@@ -1,8 +1,10 @@
 // The program: what its options ask for, and the statuses that it ends with.
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 #include <new>
 #include <string>
@@ -61,6 +63,31 @@ int fail_unexpectedly(const void* exception, const std::string& what) {
   return fail((plugin.empty() ? "unexpected error: " : "plugin '" + plugin + "' failed: ") + what);
 }
 
+/// Ends a command whose output must be on stdout: a full disk is an error.
+int end_with(int status) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  return fail(std::string("stdout can't be written: ") + std::strerror(errno ? errno : EIO));
+}
+
+int run(const kinome::app::Options& options, Clock::time_point start) {
+  switch (options.command) {
+    case kinome::app::Options::Command::kRender:
+      return options.check ? kinome::app::check_command(options)
+                           : kinome::app::render_command(options, start);
+    case kinome::app::Options::Command::kFilm:
+      return kinome::app::film_command(options, start);
+    case kinome::app::Options::Command::kMerge:
+      return kinome::app::merge_command(options, start);
+    case kinome::app::Options::Command::kListPlugins:
+      return kinome::app::plugins_command(options);
+    case kinome::app::Options::Command::kCheckPlugin:
+      return kinome::app::check_plugin_command(options);
+    case kinome::app::Options::Command::kNewPlugin:
+      return kinome::app::new_plugin_command(options);
+  }
+  return failure_status;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -70,7 +97,7 @@ int main(int argc, char** argv) {
   failure_status = kinome::app::failure_status_of(argc, argv);
   try {
     const auto options = kinome::app::parse_options(argc, argv);
-    if (!options) return 0;
+    if (!options) return end_with(0);
     // Under a launcher, what doesn't render one picture together is done once.
     const bool is_picture =
         options->command == kinome::app::Options::Command::kRender && !options->check;
@@ -82,21 +109,7 @@ int main(int argc, char** argv) {
                             "of their own (--range)");
       }
     }
-    switch (options->command) {
-      case kinome::app::Options::Command::kRender:
-        return options->check ? kinome::app::check_command(*options)
-                              : kinome::app::render_command(*options, start);
-      case kinome::app::Options::Command::kFilm:
-        return kinome::app::film_command(*options, start);
-      case kinome::app::Options::Command::kMerge:
-        return kinome::app::merge_command(*options, start);
-      case kinome::app::Options::Command::kListPlugins:
-        return kinome::app::plugins_command(*options);
-      case kinome::app::Options::Command::kCheckPlugin:
-        return kinome::app::check_plugin_command(*options);
-      case kinome::app::Options::Command::kNewPlugin:
-        return kinome::app::new_plugin_command(*options);
-    }
+    return end_with(run(*options, start));
   } catch (const kinome::Errors& errors) {
     return fail(errors);
   } catch (const kinome::Error& error) {
@@ -104,6 +117,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return fail("out of memory");
   } catch (const std::system_error& error) {
+    if (std::ferror(stdout) != 0) return end_with(1);  // thrown by fmt::print
     // What the start of a thread throws: its stack takes memory.
     if (error.code() == std::errc::resource_unavailable_try_again) {
       return fail("out of memory, or of threads: -t COUNT takes fewer");
@@ -114,5 +128,4 @@ int main(int argc, char** argv) {
   } catch (...) {
     return fail_unexpectedly(nullptr, "something that is no std::exception was thrown");
   }
-  return failure_status;
 }
