@@ -61,6 +61,8 @@ void interpret_range(const RawOptions& raw, FilmOptions& film) {
   const auto is_frame = [&](double i) { return i == std::floor(i) && i >= 0 && i < film.frames; };
   if (!found || !is_frame(found->front()) || !is_frame(found->back()) ||
       found->front() > found->back()) {
+    if (film.frames == 1)
+      throw Error(fmt::format("{}: the film has only frame 0, got '{}'", name, text));
     throw Error(fmt::format("{}: expected {} of the frames 0 to {}, got '{}'", name,
                             has_frame ? "one" : "FIRST:LAST", film.frames - 1, text));
   }

@@ -49,11 +49,7 @@ std::string options_in_roff(const CLI::App& app) {
       page += (i > 0 ? ", \\fB" : "\\fB") + roff(names[i]) + "\\fR";
     }
     // A flag that may have a value has its "[=COUNT]" for a type.
-    // Of "COUNT:INT in [1 - 1024]" the check is left out; "HOST:PORT" has none.
-    std::string type = option->get_type_name();
-    if (const size_t check = type.find(" in ["); check != std::string::npos) {
-      type = type.substr(0, type.rfind(':', check));
-    }
+    const std::string type = option->get_type_name();
     const bool is_shown = takes_value(*option) || type.starts_with("[=");
     if (is_shown) page += (takes_value(*option) ? " \\fI" : "\\fI") + roff(type) + "\\fR";
     page += "\n" + roff(option->get_description()) + "\n";

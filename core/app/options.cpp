@@ -1,13 +1,16 @@
 #include "options.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
 
-// CLI11 takes longer to compile than the rest of the program: nothing else includes it.
+// CLI11 takes long to compile: only files about options include it.
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "complaints.h"
 #include "interpret_options.h"
 #include "kinome/error.h"
 #include "line_width.h"
@@ -15,44 +18,6 @@
 
 namespace kinome::app {
 namespace {
-
-/// CLI11's own messages may span lines; a mistake on the command line takes one.
-std::string first_line(const std::string& text) {
-  return text.substr(0, text.find('\n'));
-}
-
-/// What is wrong with a command line, in terms of its options.
-std::string complaint_of(const CLI::ParseError& error) {
-  const std::string text = first_line(error.what());
-  const std::string flag_with_value = " was given a disallowed flag override";
-  if (!text.ends_with(flag_with_value)) return text;
-  return "--" + text.substr(0, text.size() - flag_with_value.size()) + " takes no value";
-}
-
-/// Of a word that no option took: one with a dash is an option that there isn't.
-std::string complaint_of_extra(const CLI::App& app, const std::string& word) {
-  if (word.size() < 2 || word[0] != '-') return "'" + word + "' was not expected";
-  const std::string name = word.substr(0, word.find('='));
-  std::vector<std::string> known;
-  for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& long_name : option->get_lnames()) known.push_back("--" + long_name);
-  }
-  const std::string near = nearest_name(name, known);
-  return "there is no option '" + name + "'" +
-         (near.empty() ? "" : " (did you mean '" + near + "'?)");
-}
-
-/// What is wrong with a command line that CLI11 refuses. A word that it doesn't know comes before
-/// one that it misses: the one may be meant for the other.
-std::string complaint_of(const CLI::App& app, const CLI::ParseError& error) {
-  const std::vector<std::string> left = app.remaining();
-  const auto option = std::find_if(left.begin(), left.end(),
-                                   [](const auto& word) { return word.starts_with('-'); });
-  const bool misses = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
-  const bool has_extras = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
-  if (option != left.end() && (misses || has_extras)) return complaint_of_extra(app, *option);
-  return has_extras && !left.empty() ? complaint_of_extra(app, left.front()) : complaint_of(error);
-}
 
 /// The words with which command lines begin that don't render.
 struct CommandWord {
@@ -65,6 +30,23 @@ constexpr CommandWord kCommandWords[] = {{"film", Options::Command::kFilm},
                                          {"plugins", Options::Command::kListPlugins},
                                          {"check", Options::Command::kCheckPlugin},
                                          {"new", Options::Command::kNewPlugin}};
+
+std::vector<std::string> command_names() {
+  std::vector<std::string> names;
+  for (const CommandWord& known : kCommandWords) names.emplace_back(known.word);
+  return names;
+}
+
+/// Throws Error for a word that is no scene's file and may be meant for a command.
+void check_scene_name(const std::string& name) {
+  if (name.empty()) throw Error("the name of the scene's file is empty");
+  const std::filesystem::path path(name);
+  std::error_code failed;
+  if (std::filesystem::exists(path, failed) || path.has_extension() || path.has_parent_path()) {
+    return;
+  }
+  throw Error(unknown_command(name, command_names()) + " (kinome --help lists the commands)");
+}
 
 /// One of these and its place in argv, where it may come after where to look for plugins and which to
 /// take; "" and 0: the command line renders.
@@ -85,6 +67,18 @@ std::pair<CommandWord, int> command_word(int argc, const char* const* argv) {
 }
 
 constexpr const char* kDefaultRenders = "16";
+
+/// Describes why `text` is no number from `low` to `high`, a whole one if `low` is of an integer
+/// type; "" if it is one.
+template <class T>
+std::string range_complaint(const std::string& text, T low, T high) {
+  T number{};
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool is_number = error == std::errc{} && rest == text.data() + text.size();
+  if (is_number && number >= low && number <= high) return "";
+  return fmt::format("must be a {}number from {} to {}, got '{}'",
+                     std::is_integral_v<T> ? "whole " : "", low, high, text);
+}
 
 /// Of all commands that write pictures.
 void declare_verbosity(CLI::App& app, Options& options) {
@@ -108,7 +102,7 @@ void declare_render(CLI::App& app, Options& options, RawOptions& raw) {
       ->allow_extra_args(false);
   app.add_option("-t,--threads", options.threads, "Threads; default: one per core")
       ->type_name("COUNT")
-      ->check(CLI::Range(1, 1024));
+      ->check([](const std::string& text) { return range_complaint(text, 1, 1024); });
   app.add_option("-s,--sensor", options.sensor, "Sensor to render, by index or id; default: 0")
       ->type_name("SENSOR");
   app.add_option("-a,--append", raw.search_paths, "More folders in which files are looked for")
@@ -159,10 +153,12 @@ void declare_picture(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_flag("--resume", options.resume,
                "Continue from the checkpoint if there is one")
       ->disable_flag_override();
+#ifdef KINOME_HAS_MPI
   app.add_option("--mpi", raw.mpi,
                  "Render one picture with all processes that a launcher of MPI (mpirun, srun) has "
                  "started: auto, if one has; on; off; default: auto")
       ->type_name("auto|on|off");
+#endif
   app.add_flag("--check", options.check,
                "Instead of rendering, list all mistakes in the scene and in the files that it names, "
                "with their places")
@@ -248,13 +244,10 @@ void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
                  "For an integrator or an emitter: another one, by its name or as XML, that must give the "
                  "same light")
       ->type_name("NAME");
-  app.add_option("--effort", options.effort, "Take this many times the usual number of random samples; default: 1")
+  app.add_option("--effort", options.effort,
+                 "Take this many times the usual number of random samples; default: 1")
       ->type_name("FACTOR")
-      ->check([](const std::string& text) {
-        const double factor = std::strtod(text.c_str(), nullptr);
-        const bool is_inside = factor >= 0.01 && factor <= 1000;  // NaN isn't
-        return is_inside ? std::string() : text + " is no number from 0.01 to 1000";
-      });
+      ->check([](const std::string& text) { return range_complaint(text, 0.01, 1000.0); });
   app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
 }
 
@@ -375,8 +368,11 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
     app.exit(asked, std::cout, std::cerr);
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
-    throw Error(complaint_of(app, error) + " (kinome " +
-                (*command.word != 0 ? std::string(command.word) + " " : "") + "--help lists the options)");
+    const std::vector<std::string> given(words.begin() + 1, words.end());
+    const auto commands = *command.word == 0 ? command_names() : std::vector<std::string>();
+    throw Error(complaint_of(app, error, given, commands) + " (kinome " +
+                (*command.word != 0 ? std::string(command.word) + " " : "") +
+                "--help lists the options)");
   }
   for (const CLI::Option* option : app.get_options()) {
     if (option->count() == 0) continue;
@@ -385,6 +381,7 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
     }
   }
   interpret(raw, options);
+  if (command.command == Options::Command::kRender) check_scene_name(options.scene);
   return options;
 }
 

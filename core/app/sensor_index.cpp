@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinome/error.h"
 
@@ -24,9 +25,13 @@ size_t sensor_index(const Scene& scene, const std::string& wanted) {
   const auto [rest, error] = std::from_chars(wanted.data(), end, index);
   if (error == std::errc{} && rest == end && index < sensors.size()) return index;
   const std::string near = nearest_name(wanted, ids);
-  throw Error(where, fmt::format("no sensor '{}': expected an index from 0 to {}{}", wanted,
-                                 sensors.size() - 1,
-                                 near.empty() ? " or a sensor's id" : " or '" + near + "'"));
+  const size_t count = sensors.size();
+  const std::string known = count == 1 ? "the scene has only one, 0"
+                                       : fmt::format("the scene has {}, 0 to {}", count, count - 1);
+  const std::string by_id = !near.empty()  ? fmt::format(" (did you mean '{}'?)", near)
+                            : !ids.empty() ? fmt::format(" ('{}')", fmt::join(ids, "', '"))
+                                           : "";
+  throw Error(where, fmt::format("there is no sensor '{}': {}{}", wanted, known, by_id));
 }
 
 }  // namespace kinome::app
