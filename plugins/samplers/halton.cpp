@@ -8,10 +8,10 @@
 
 #include <array>
 #include <memory>
+#include <utility>
 
 #include "kinome/plugin.h"
-#include "kinome/owen.h"
-#include "sampler_common.h"
+#include "pixel_keys.h"
 
 namespace kinome {
 namespace {
@@ -22,40 +22,81 @@ const Parameter kTable[] = {KINOME_SAMPLER_PARAMETERS};
 /// better at any practical number of samples.
 constexpr uint32_t kBaseCount = 128;
 
-constexpr std::array<uint32_t, kBaseCount> make_primes() {
+/// A prime, and the weights of digits in it.
+struct Base {
+  constexpr explicit Base(uint32_t prime) : modulus(prime), factors(prime - 1) {
+    // As many digits as 32 bits have. Base 2, which has more, is not scrambled digit by digit.
+    uint64_t weight = ~uint64_t{0} / prime;
+    for (size_t i = 0; i < weights.size(); ++i, weight /= prime) weights[i] = weight;
+  }
+
+  Modulus modulus;
+  Modulus factors;  ///< prime - 1
+  std::array<uint64_t, 21> weights{};  ///< prime^-1, prime^-2 ..., times 2^64
+};
+
+constexpr bool is_prime(uint32_t n) {
+  for (uint32_t i = 2; i * i <= n; ++i) {
+    if (n % i == 0) return false;
+  }
+  return true;
+}
+template <size_t... i>
+constexpr std::array<Base, kBaseCount> make_bases(std::index_sequence<i...> /*of kBaseCount*/) {
   std::array<uint32_t, kBaseCount> primes{};
   uint32_t count = 0;
-  for (uint32_t candidate = 2; count < kBaseCount; ++candidate) {
-    bool is_prime = true;
-    for (uint32_t i = 0; i < count && is_prime; ++i) is_prime = candidate % primes[i] != 0;
-    if (is_prime) primes[count++] = candidate;
+  for (uint32_t n = 2; count < kBaseCount; ++n) {
+    if (is_prime(n)) primes[count++] = n;
   }
-  return primes;
+  return {Base(primes[i])...};
 }
-constexpr std::array<uint32_t, kBaseCount> kPrimes = make_primes();
+constexpr std::array<Base, kBaseCount> kBases = make_bases(std::make_index_sequence<kBaseCount>());
 
-/// `digit` under the random linear permutation of 0 … base - 1 (a prime) that `bits` names.
-uint32_t scramble_digit(uint32_t digit, uint32_t base, uint64_t bits) {
-  const uint64_t factor = 1 + ((bits >> 32) * (base - 1) >> 32);
-  const uint64_t offset = (bits & 0xffffffffu) * base >> 32;
-  return static_cast<uint32_t>((factor * digit + offset) % base);
-}
-
-/// Radical inverse of `index` in `base`, Owen-scrambled. Goes on past the index's last digit, whose
-/// zeros are permuted as well, until digits are too small to matter.
-float scrambled_radical_inverse(uint32_t index, uint32_t base, uint64_t key) {
-  double value = 0;
-  double digit_weight = 1;
-  uint64_t prefix = key;
-  while (digit_weight > 0x1p-26) {
-    const uint32_t digit = index % base;
-    index /= base;
-    digit_weight /= base;
-    value += digit_weight * scramble_digit(digit, base, prefix);
-    // The permutation of the next digit depends on all digits so far.
-    prefix = scatter(prefix + (digit + 1) * 0xd1342543de82ef95u);
+/// Radical inverse of `index`, Owen-scrambled, times 2^32. The digits so far, from the lowest on, have
+/// two random words: `offset` is what 0 becomes, as a fraction of which all further digits of the result
+/// are those that zeros become; `bits` chooses the factor of a linear permutation. Digits end with the
+/// index, because the rest is the offset.
+template <class U>
+KINOME_WIDE U scrambled_radical_inverse(U index, const Base& base, const Key<U>& key) {
+  using namespace wide::formulas;
+  const U prime(base.modulus.number());
+  U offset = key.low, bits = key.high;
+  U value(0u), weight(~0u);
+  for (const uint64_t next_weight : base.weights) {
+    const auto is_left = index != U(0u);
+    if (none(is_left)) break;
+    const Division<U> at = base.modulus.divide(index);
+    const U factor = base.factors.random(bits) + U(1u);
+    const U digit =
+        base.modulus.divide(factor * at.remainder + multiply_high(offset, prime)).remainder;
+    bits = mix_32(bits + (at.remainder + U(1u)) * U(0x9e3779b1u));
+    const U next_offset = select(at.remainder == U(0u), offset * prime, bits * U(0x915f77f5u));
+    // The digit is below 2^10: the weight's lower half counts with its upper 22 bits.
+    const U upper(static_cast<uint32_t>(next_weight >> 32));
+    const U lower(static_cast<uint32_t>(next_weight) >> 10);
+    value = select(is_left, value + digit * upper + wide::shift_right<22>(digit * lower), value);
+    weight = select(is_left, upper, weight);
+    offset = select(is_left, next_offset, offset);
+    index = at.quotient;
   }
-  return std::min(static_cast<float>(value), kOneMinusEpsilon);
+  return value + multiply_high(offset, weight);
+}
+
+constexpr uint32_t kScramble = ~0u;
+
+auto keys(uint32_t dimension) {
+  return [dimension](const SampleKey& key) {
+    return std::array<uint64_t, 1>{hash_key(key, kScramble, dimension)};
+  };
+}
+
+template <class U>
+KINOME_WIDE auto halton_number(U sample, uint32_t dimension, const Key<U>& key) {
+  if (dimension >= kBaseCount) return to_unit_float(random_bits(sample, key));
+  if (dimension == 0) {
+    return to_unit_float(reverse_bits(scramble_reversed(sample, key.low, key.high)));
+  }
+  return to_unit_float(scrambled_radical_inverse(sample, kBases[dimension], key));
 }
 
 class Halton : public Sampler {
@@ -70,22 +111,24 @@ class Halton : public Sampler {
   }
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    if (dimension >= kBaseCount) {
-      return to_unit_float(static_cast<uint32_t>(hash_key(key, key.sample, dimension) >> 32));
-    }
-    const uint64_t scramble = hash_key(key, kScramble, dimension);
-    if (dimension == 0) return to_unit_float(reverse_bits(scramble_reversed(key.sample, scramble)));
-    return scrambled_radical_inverse(key.sample, kPrimes[dimension], scramble);
+    return halton_number(key.sample, dimension, to_key(keys(dimension)(key)[0]));
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
     return {value_1d(key, dimension), value_1d(key, dimension + 1)};
   }
+  void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
+    for_each_vector<1>(samples, keys(dimension), [&](size_t i, wide::Uint sample, const auto& of) {
+      halton_number(sample, dimension, of[0]).store(out + i);
+    });
+  }
+  void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
+                     const Columns2& out) const override {
+    fill_1d_block(samples, dimension, out.x);
+    fill_1d_block(samples, dimension + 1, out.y);
+  }
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
     return std::make_shared<Halton>(count, seed_);
   }
-
- private:
-  static constexpr uint32_t kScramble = ~0u;
 };
 
 }  // namespace

@@ -1,17 +1,23 @@
-// Independent uniform random numbers: a counter-based generator, one hash of pixel, sample and
-// dimension a number.
+// Independent uniform random numbers: a counter-based generator, where each number is a hash of pixel,
+// sample and dimension.
 //
 //   <sampler type="independent"><integer name="sample_count" value="64"/></sampler>
 
 #include <memory>
 
 #include "kinome/plugin.h"
-#include "sampler_common.h"
+#include "pixel_keys.h"
 
 namespace kinome {
 namespace {
 
 const Parameter kTable[] = {KINOME_SAMPLER_PARAMETERS};
+
+auto keys(uint32_t dimension) {
+  return [dimension](const SampleKey& key) {
+    return std::array<uint64_t, 1>{hash_key(key, 0, dimension)};
+  };
+}
 
 class Independent : public Sampler {
  public:
@@ -25,36 +31,29 @@ class Independent : public Sampler {
   }
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    return to_unit_float(static_cast<uint32_t>(hash_key(key, key.sample, dimension) >> 32));
+    return to_unit_float(random_bits(key.sample, to_key(keys(dimension)(key)[0])));
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    return to_unit_square(hash_key(key, key.sample, dimension));
+    const auto bits = random_bits_pair(key.sample, to_key(keys(dimension)(key)[0]));
+    return {to_unit_float(bits.x), to_unit_float(bits.y)};
   }
   void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
-    for_each_sample(samples, dimension, [&](size_t i, uint64_t hash) {
-      out[i] = to_unit_float(static_cast<uint32_t>(hash >> 32));
-    });
+    for_each_vector<1>(samples, keys(dimension),
+                       [&](size_t i, wide::Uint sample, const auto& of) {
+                         to_unit_float(random_bits(sample, of[0])).store(out + i);
+                       });
   }
   void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
                      const Columns2& out) const override {
-    for_each_sample(samples, dimension,
-                    [&](size_t i, uint64_t hash) { out.set(i, to_unit_square(hash)); });
+    for_each_vector<1>(samples, keys(dimension),
+                       [&](size_t i, wide::Uint sample, const auto& of) {
+                         const auto bits = random_bits_pair(sample, of[0]);
+                         to_unit_float(bits.x).store(out.x + i);
+                         to_unit_float(bits.y).store(out.y + i);
+                       });
   }
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
     return std::make_shared<Independent>(count, seed_);
-  }
-
- private:
-  /// Vectors have no wide product of 64 bits: hashes are made one by one.
-  template <class Function>
-  static void for_each_sample(const PixelSamples& samples, uint32_t dimension, const Function& fn) {
-    size_t i = 0;
-    for (size_t p = 0; p < samples.pixels; ++p) {
-      const SampleKey key{samples.x[p], samples.y[p], 0, samples.seed};
-      for (uint32_t s = 0; s < samples.samples; ++s) {
-        fn(i++, hash_key(key, samples.first_sample + s, dimension));
-      }
-    }
   }
 };
 

@@ -17,56 +17,59 @@ const Parameter kTable[] = {
     kJitter,
 };
 
-/// The square's division into columns and rows, nearly as many of each.
-struct Grid {
-  uint32_t columns, rows;
-  explicit Grid(uint32_t count) : columns(0), rows(1) {
-    while ((rows + 1) * (rows + 1) <= count) ++rows;
-    columns = (count + rows - 1) / rows;
+/// Nearly as many columns as rows.
+Grid grid_for(uint32_t count) {
+  uint32_t rows = 1;
+  while ((rows + 1) * (rows + 1) <= count) ++rows;
+  return {(count + rows - 1) / rows, rows};
+}
+
+/// m x n strata of the square, and m n strata of each coordinate.
+struct Jitters {
+  Jitters(const Grid& of, bool jitters)
+      : grid(of), columns(of.columns.number()), rows(of.rows.number()), jitter{jitters} {}
+
+  uint32_t count() const { return grid.count(); }
+
+  template <class U>
+  KINOME_WIDE Real<U> line(U within, const Key<U>& key) const {
+    return in_stratum(grid.number(grid.permute(grid.cell(within), key)), jitter.one(within, key),
+                      count());
   }
+  template <class U>
+  KINOME_WIDE Pair<U> square(U within, const Key<U>& key) const {
+    const Cell<U> cell = grid.permute(grid.cell(within), key);
+    // Each sample of a column takes another one of the column's finer strata, and so in the rows. The
+    // order of these is independent of where columns and rows are, and begins at a random stratum in each
+    // column: with one order for all, as Kensler has it, errors of the columns add up, and the variance
+    // falls like count^-1.5 instead of count^-2.
+    const U column = columns.permute(cell.column, key.low);
+    const U row = rows.permute(cell.row, key.high);
+    const U fine_x = grid.rows.rotate<0x2545f491u>(cell.row, cell.column, key.high);
+    const U fine_y = grid.columns.rotate<0x4f6cdd1du>(cell.column, cell.row, key.low);
+    const Pair<U> place = jitter.two(within, key);
+    return {in_stratum(column * U(grid.rows.number()) + fine_x, place.x, count()),
+            in_stratum(row * U(grid.columns.number()) + fine_y, place.y, count())};
+  }
+
+  Grid grid;
+  PermutationTable columns, rows;
+  Jitter jitter;
 };
 
-class MultiJitter : public Sampler {
+class MultiJitter : public StratifyingSampler<Jitters> {
  public:
   explicit MultiJitter(const Properties& props)
       : MultiJitter(read_sample_count(props), static_cast<uint64_t>(props.integer("seed")),
                     props.boolean("jitter")) {
     warn_if_rounded(props, read_sample_count(props), sample_count_);
   }
-  MultiJitter(uint32_t count, uint64_t seed, bool jitters) : grid_(count), jitters_(jitters) {
-    sample_count_ = grid_.columns * grid_.rows;
-    seed_ = seed;
-  }
+  MultiJitter(uint32_t count, uint64_t seed, bool jitters)
+      : StratifyingSampler(Jitters(grid_for(count), jitters), seed) {}
 
-  float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    const StratumPlace place = find(key, dimension ^ kOneDimension);
-    return in_stratum(place.stratum, place.jitter.x, sample_count_);
-  }
-  Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    const StratumPlace place = find(key, dimension ^ kTwoDimensions);
-    const uint32_t column = place.stratum % grid_.columns, row = place.stratum / grid_.columns;
-    const uint64_t orders = scatter(place.hash ^ 0x6d6a6974u);
-    // Of the finer strata each sample of a column takes another one, and so in the rows. The order is
-    // each column's own: with one for all, as Kensler has it, errors of the columns add up, and the
-    // variance falls like count^-1.5 instead of count^-2.
-    const uint32_t x =
-        column * grid_.rows + permute(row, grid_.rows, scatter(orders + 2 * column));
-    const uint32_t y =
-        row * grid_.columns + permute(column, grid_.columns, scatter(orders + 2 * row + 1));
-    return {in_stratum(x, place.jitter.x, sample_count_),
-            in_stratum(y, place.jitter.y, sample_count_)};
-  }
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
-    return std::make_shared<MultiJitter>(count, seed_, jitters_);
+    return std::make_shared<MultiJitter>(count, seed_, method().jitter.is_random);
   }
-
- private:
-  StratumPlace find(const SampleKey& key, uint32_t salt) const {
-    return stratum_of(key, sample_count_, salt, jitters_);
-  }
-
-  Grid grid_;
-  bool jitters_;
 };
 
 }  // namespace

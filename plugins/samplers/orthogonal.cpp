@@ -1,6 +1,6 @@
 // Orthogonal array sampling (Jarosz et al. 2019): p² samples, p a prime, that are jittered in p x p
 // strata of *any* two dimensions, and in p² strata of each. The array is Bose's of strength 2: digits
-// a and b of a sample's number give its stratum a in the first dimension and b + a k in the others.
+// a and b of a sample's number give its stratum a in the first dimension and b + a k modulo p in the others.
 // It has p + 1 dimensions; those after them have an array of their own.
 //
 //   <sampler type="orthogonal"><integer name="sample_count" value="49"/></sampler>
@@ -32,6 +32,29 @@ uint32_t prime_for(uint32_t count) {
 }
 
 class Orthogonal : public Sampler {
+  static constexpr uint32_t kArrays = 0x6f726472;
+
+  uint32_t prime() const { return grid_.rows.number(); }
+  uint32_t array_of(uint32_t dimension) const { return dimension / (prime() + 1); }
+
+  /// The keys of a dimension's array, and of the dimension itself: those of a pair aren't those of
+  /// single numbers.
+  auto one(uint32_t dimension) const {
+    return [dimension, array = array_of(dimension)](const SampleKey& key, uint32_t set) {
+      return std::array<uint64_t, 2>{hash_key(key, set, array ^ kArrays),
+                                     hash_key(key, set, dimension ^ kOneDimension)};
+    };
+  }
+  auto two(uint32_t dimension) const {
+    const uint32_t x = array_of(dimension), y = array_of(dimension + 1);
+    return [dimension, x, y](const SampleKey& key, uint32_t set) {
+      return std::array<uint64_t, 4>{hash_key(key, set, x ^ kArrays),
+                                     hash_key(key, set, dimension ^ kTwoDimensions),
+                                     hash_key(key, set, y ^ kArrays),
+                                     hash_key(key, set, (dimension + 1) ^ kTwoDimensions)};
+    };
+  }
+
  public:
   explicit Orthogonal(const Properties& props)
       : Orthogonal(read_sample_count(props), static_cast<uint64_t>(props.integer("seed")),
@@ -39,50 +62,80 @@ class Orthogonal : public Sampler {
     warn_if_rounded(props, read_sample_count(props), sample_count_);
   }
   Orthogonal(uint32_t count, uint64_t seed, bool jitters)
-      : prime_(prime_for(count)), jitters_(jitters) {
-    sample_count_ = prime_ * prime_;
+      : grid_(prime_for(count), prime_for(count)),
+        permutations_(prime()),
+        jitter_{jitters},
+        sets_(grid_.count()) {
+    sample_count_ = grid_.count();
     seed_ = seed;
   }
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    return value(key, dimension, dimension ^ kOneDimension);
+    return sets_.at<2>(key, one(dimension), [&](uint32_t within, const auto& keys) {
+      return value(digits(within, keys[0]), dimension, keys[1], jitter_.one(within, keys[1]));
+    });
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    return {value(key, dimension, dimension ^ kTwoDimensions),
-            value(key, dimension + 1, (dimension + 1) ^ kTwoDimensions)};
+    return sets_.at<4>(key, two(dimension), [&](uint32_t within, const auto& keys) {
+      const Pair<uint32_t> pair = values(within, dimension, keys);
+      return Vec2(pair.x, pair.y);
+    });
+  }
+  void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
+    sets_.for_each_vector<2>(
+        samples, one(dimension), [&](size_t i, wide::Uint within, const auto& keys) {
+          value(digits(within, keys[0]), dimension, keys[1], jitter_.one(within, keys[1]))
+              .store(out + i);
+        });
+  }
+  void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
+                     const Columns2& out) const override {
+    sets_.for_each_vector<4>(samples, two(dimension),
+                             [&](size_t i, wide::Uint within, const auto& keys) {
+                               const Pair<wide::Uint> pair = values(within, dimension, keys);
+                               pair.x.store(out.x + i);
+                               pair.y.store(out.y + i);
+                             });
   }
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
-    return std::make_shared<Orthogonal>(count, seed_, jitters_);
+    return std::make_shared<Orthogonal>(count, seed_, jitter_.is_random);
   }
 
  private:
-  static constexpr uint32_t kArrays = 0x6f726472;
-
-  /// `salt`: of the dimension's own randomness; numbers of one alone are none of a pair's.
-  float value(const SampleKey& key, uint32_t dimension, uint32_t salt) const {
-    const uint32_t set = key.sample / sample_count_, array = dimension / (prime_ + 1);
-    const uint32_t column = dimension % (prime_ + 1);
-    const uint32_t number = permute(key.sample % sample_count_, sample_count_,
-                                    hash_key(key, set, array ^ kArrays));
-    const uint32_t a = number / prime_, b = number % prime_;
-    const uint32_t stratum =
-        column == 0
-            ? a
-            : static_cast<uint32_t>((b + static_cast<uint64_t>(a) * (column - 1)) % prime_);
-    // Of the samples of one stratum each takes another of its p parts: they are told apart by b in
-    // the first column, and by a in all others.
-    const uint32_t part = column == 0 ? b : a;
-    const uint64_t hash = hash_key(key, set, salt);
-    const uint32_t place = permute(stratum, prime_, hash) * prime_ +
-                           permute(part, prime_, scatter(hash + stratum * 2 + 1));
-    const float jitter =
-        jitters_ ? to_unit_float(static_cast<uint32_t>(scatter(hash + number * 2 + 2) >> 32))
-                 : 0.5f;
-    return in_stratum(place, jitter, sample_count_);
+  /// Digits b (the column) and a (the row) of a sample's number in an array: the order of samples is
+  /// random.
+  template <class U>
+  KINOME_WIDE Cell<U> digits(U within, const Key<U>& array) const {
+    return grid_.permute(grid_.cell(within), array);
+  }
+  template <class U>
+  KINOME_WIDE Real<U> value(const Cell<U>& digits, uint32_t dimension, const Key<U>& key,
+                            Real<U> jitter) const {
+    const uint32_t column = dimension % (prime() + 1);
+    // Each sample of a stratum takes another of its p parts: samples of the first dimension's strata
+    // differ in b, and those of all others in a.
+    U stratum = digits.row, part = digits.column;
+    if (column > 0) {
+      stratum = grid_.rows.divide(digits.column + digits.row * U(column - 1)).remainder;
+      part = digits.row;
+    }
+    const U place = permutations_.permute(stratum, key.low) * U(prime()) +
+                    grid_.rows.rotate<0x2545f491u>(part, stratum, key.high);
+    return in_stratum(place, jitter, grid_.count());
+  }
+  template <class U>
+  KINOME_WIDE Pair<U> values(U within, uint32_t dimension, const std::array<Key<U>, 4>& keys) const {
+    const Cell<U> x = digits(within, keys[0]);
+    const bool is_same = array_of(dimension) == array_of(dimension + 1);
+    const Cell<U> y = is_same ? x : digits(within, keys[2]);
+    const Pair<U> jitter = jitter_.two(within, keys[1]);
+    return {value(x, dimension, keys[1], jitter.x), value(y, dimension + 1, keys[3], jitter.y)};
   }
 
-  uint32_t prime_;
-  bool jitters_;
+  Grid grid_;
+  PermutationTable permutations_;
+  Jitter jitter_;
+  SampleSets sets_;
 };
 
 }  // namespace

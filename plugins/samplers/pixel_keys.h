@@ -1,104 +1,128 @@
 #pragma once
 
-#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "kinome/blocks.h"
-#include "kinome/owen.h"
-#include "kinome/wide/lanes.h"
+#include "lane_integers.h"
+#include "sampler_common.h"
 
 namespace kinome {
 
-/// 64 random bits for each pixel of a block, as two columns.
-class PixelKeys {
+/// 64 random bits.
+template <class U>
+struct Key {
+  U low, high;
+};
+inline Key<uint32_t> to_key(uint64_t bits) {
+  return {static_cast<uint32_t>(bits), static_cast<uint32_t>(bits >> 32)};
+}
+
+/// 32 random bits, and a pair of them, for each `index` under a key.
+template <class U>
+KINOME_WIDE U random_bits(U index, Key<U> key) {
+  return mix_32(mix_32(index + key.low) + key.high);
+}
+template <class U>
+struct BitsPair {
+  U x, y;
+};
+template <class U>
+KINOME_WIDE BitsPair<U> random_bits_pair(U index, Key<U> key) {
+  const U bits = mix_32(index + key.low);
+  // The sums differ by a number that depends on the key, and that is never 0.
+  return {mix_32(bits + key.high), mix_32(bits + (key.high ^ U(0x5bd1e995u)))};
+}
+
+/// n keys for each of a column of pixels.
+template <size_t n>
+class KeyColumns {
  public:
-  void resize(size_t pixels) {
-    const size_t size = pixels + kBlockLanes;  // a vector may begin at any pixel
-    if (low_.size() < size) low_.resize(size), high_.resize(size);
+  void resize(size_t count) {
+    const size_t size = count + kBlockLanes;  // a vector may begin at any pixel
+    if (columns_[0].size() >= size) return;
+    for (std::vector<uint32_t>& column : columns_) column.resize(size);
   }
-  void set(size_t pixel, uint64_t key) {
-    low_[pixel] = static_cast<uint32_t>(key);
-    high_[pixel] = static_cast<uint32_t>(key >> 32);
+  void set(size_t i, const std::array<uint64_t, n>& keys) {
+    for (size_t k = 0; k < n; ++k) {
+      const Key<uint32_t> key = to_key(keys[k]);
+      columns_[2 * k][i] = key.low;
+      columns_[2 * k + 1][i] = key.high;
+    }
   }
-  const uint32_t* low() const { return low_.data(); }
-  const uint32_t* high() const { return high_.data(); }
+  /// The keys that `read` finds in the columns: read(const uint32_t*) is one vector of a column.
+  template <class Read>
+  KINOME_WIDE std::array<Key<wide::Uint>, n> keys(const Read& read) const {
+    std::array<Key<wide::Uint>, n> keys;
+    for (size_t k = 0; k < n; ++k) {
+      keys[k] = {read(columns_[2 * k].data()), read(columns_[2 * k + 1].data())};
+    }
+    return keys;
+  }
 
  private:
-  std::vector<uint32_t> low_, high_;
+  std::array<std::vector<uint32_t>, 2 * n> columns_;
 };
 
-/// Calls fn(i, sample, of_pixel) for each vector of a block's samples: i the first one's number in
-/// the block, `sample` their indices within their pixels (wide::Uint), and of_pixel(column) what a
-/// column over pixels holds for theirs.
+/// Calls fn(i, sample, read) for each vector of a block's samples: i is the number of the first one
+/// in the block, `sample` their indices within their pixels (wide::Uint), and read(column) their
+/// pixels' values in a column over pixels, which is padded by kBlockLanes.
 template <class Function>
-void for_each_vector(const PixelSamples& samples, const Function& fn) {
-  using wide::Int, wide::Uint, wide::kLanes;
-  if (samples.samples % kLanes == 0) {  // a vector is of one pixel
+KINOME_WIDE void for_each_vector(const PixelSamples& samples, const Function& fn) {
+  using wide::Uint, wide::kLanes;
+  const Uint lane = as_uint(wide::iota());
+  const uint32_t per_pixel = samples.samples;
+  const size_t count = samples.count();
+  if (per_pixel % kLanes == 0) {  // each vector is within a pixel
     size_t i = 0;
     for (size_t p = 0; p < samples.pixels; ++p) {
-      const auto of_pixel = [&](const uint32_t* column) { return Uint(column[p]); };
-      for (uint32_t s = 0; s < samples.samples; s += kLanes, i += kLanes) {
-        fn(i, as_uint(wide::iota()) + Uint(samples.first_sample + s), of_pixel);
+      const auto read = [&](const uint32_t* column) { return Uint(column[p]); };
+      for (uint32_t s = 0; s < per_pixel; s += kLanes, i += kLanes) {
+        fn(i, lane + Uint(samples.first_sample + s), read);
       }
     }
-    return;
-  }
-  const size_t count = samples.count();
-  if (kLanes % samples.samples == 0) {  // of a few pixels, one after another
-    uint32_t pixels[kLanes], indices[kLanes];
-    for (uint32_t l = 0; l < kLanes; ++l) {
-      pixels[l] = l / samples.samples;
-      indices[l] = samples.first_sample + l % samples.samples;
+  } else if (per_pixel > kLanes) {  // in one pixel or two
+    size_t p = 0;
+    uint32_t s = 0;
+    for (size_t i = 0; i < count; i += kLanes) {
+      const Uint index = lane + Uint(s);
+      const wide::Mask is_next = index >= Uint(per_pixel);
+      fn(i, select(is_next, index - Uint(per_pixel), index) + Uint(samples.first_sample),
+         [&](const uint32_t* column) { return select(is_next, Uint(column[p + 1]), Uint(column[p])); });
+      s += kLanes;
+      if (s >= per_pixel) s -= per_pixel, ++p;
     }
-    const Int at = Int::load(pixels);
-    const Uint sample = Uint::load(indices);
-    for (size_t i = 0, p = 0; i < count; i += kLanes, p += kLanes / samples.samples) {
-      fn(i, sample, [&](const uint32_t* column) {
-        const Uint keys = Uint::load(column + p);
-        return as_uint(pick(as_float(keys), at));
+  } else {  // in several pixels
+    const Modulus samples_of_pixel(per_pixel);
+    size_t p = 0;
+    uint32_t s = 0;
+    for (size_t i = 0; i < count; i += kLanes) {
+      const Division<Uint> at = samples_of_pixel.divide(lane + Uint(s));
+      fn(i, at.remainder + Uint(samples.first_sample), [&](const uint32_t* column) {
+        const Uint values = Uint::load(column + p);
+        return as_uint(pick(as_float(values), as_int(at.quotient)));
       });
+      s += kLanes;
+      p += s / per_pixel;
+      s %= per_pixel;
     }
-    return;
-  }
-  uint32_t pixel = 0, sample = 0;
-  for (size_t i = 0; i < count; i += kLanes) {
-    uint32_t pixels[kLanes], indices[kLanes];
-    for (size_t l = 0; l < kLanes; ++l) {
-      pixels[l] = pixel;
-      indices[l] = samples.first_sample + sample;
-      if (i + l + 1 < count && ++sample == samples.samples) ++pixel, sample = 0;
-    }
-    const Int at = Int::load(pixels);
-    fn(i, Uint::load(indices), [&](const uint32_t* column) { return gather(column, at); });
   }
 }
 
-/// As owen.h has it, by looking up halves of bytes: a third of the instructions.
-KINOME_WIDE wide::Uint reverse_bits(wide::Uint v) {
-#if HWY_TARGET == HWY_SCALAR
-  return kinome::reverse_bits(wide::hn::GetLane(v.v));
-#elif HWY_TARGET == HWY_EMU128
-  return reverse_bits<wide::Uint>(v);
-#else
-  namespace hn = wide::hn;
-  using ByteTag = hn::Repartition<uint8_t, wide::UintTag>;
-  constexpr ByteTag bytes;
-  alignas(16) static constexpr uint8_t kReversed[16] = {0, 8, 4, 12, 2, 10, 6, 14,
-                                                        1, 9, 5, 13, 3, 11, 7, 15};
-  alignas(16) static constexpr uint8_t kBackward[16] = {3,  2,  1, 0, 7,  6,  5,  4,
-                                                        11, 10, 9, 8, 15, 14, 13, 12};
-  const auto reversed = hn::LoadDup128(bytes, kReversed);
-  const auto half = hn::Set(bytes, uint8_t{15});
-  const auto low = hn::And(hn::BitCast(bytes, v.v), half);
-  const auto high = hn::And(hn::BitCast(bytes, hn::ShiftRight<4>(v.v)), half);
-  // A lookup's shift by 4 stays within its byte.
-  const auto of_low = hn::BitCast(
-      bytes, hn::ShiftLeft<4>(hn::BitCast(wide::UintTag(), hn::TableLookupBytes(reversed, low))));
-  const auto both = hn::Or(of_low, hn::TableLookupBytes(reversed, high));
-  const auto backward = hn::LoadDup128(bytes, kBackward);
-  return wide::Uint(hn::BitCast(wide::UintTag(), hn::TableLookupBytes(both, backward)));
-#endif
+/// Calls fn(i, sample, keys) for each vector of a block's samples, where keys_of(pixel) are the n
+/// keys of a pixel: of its SampleKey, whose `sample` is 0.
+template <size_t n, class KeysOf, class Function>
+KINOME_WIDE void for_each_vector(const PixelSamples& samples, const KeysOf& keys_of,
+                                 const Function& fn) {
+  thread_local KeyColumns<n> columns;
+  columns.resize(samples.pixels);
+  for (size_t p = 0; p < samples.pixels; ++p) {
+    columns.set(p, keys_of(SampleKey{samples.x[p], samples.y[p], 0, samples.seed}));
+  }
+  for_each_vector(samples, [&](size_t i, wide::Uint sample, const auto& read) {
+    fn(i, sample, columns.keys(read));
+  });
 }
 
 }  // namespace kinome

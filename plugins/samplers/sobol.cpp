@@ -12,10 +12,7 @@
 #include <memory>
 
 #include "kinome/plugin.h"
-#include "kinome/owen.h"
-#include "kinome/wide/random.h"
 #include "pixel_keys.h"
-#include "sampler_common.h"
 
 namespace kinome {
 namespace {
@@ -27,6 +24,25 @@ uint32_t round_to_power_of_four(uint32_t count) {
   uint32_t rounded = 4;
   while (rounded < count) rounded *= 4;
   return rounded;
+}
+
+constexpr uint32_t kOneDimension = 1;
+constexpr uint32_t kTwoDimensions = 2;
+constexpr uint64_t kSaltX = 0x2545f4914f6cdd1du;
+constexpr uint64_t kSaltY = 0x9e6c63d0876a9a47u;
+
+/// The keys that all of a pixel's samples share: of their order and of their coordinates' scrambles.
+auto keys_of_one(uint32_t dimension) {
+  return [dimension](const SampleKey& key) {
+    const uint64_t order = hash_key(key, dimension, kOneDimension);
+    return std::array<uint64_t, 2>{order, scatter(order + kSaltX)};
+  };
+}
+auto keys_of_two(uint32_t dimension) {
+  return [dimension](const SampleKey& key) {
+    const uint64_t order = hash_key(key, dimension, kTwoDimensions);
+    return std::array<uint64_t, 3>{order, scatter(order + kSaltX), scatter(order + kSaltY)};
+  };
 }
 
 class Sobol : public Sampler {
@@ -43,39 +59,24 @@ class Sobol : public Sampler {
   }
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    const uint64_t hash = hash_key(key, dimension, kOneDimension);
-    return owen_sobol_first(owen_scramble(key.sample, hash), scatter(hash + kSaltX));
+    const auto [order, x] = keys_of_one(dimension)(key);
+    return owen_sobol_first(owen_scramble(key.sample, order), x);
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    return Pair(key, dimension).at(key.sample);
+    const auto [order, x, y] = keys_of_two(dimension)(key);
+    return owen_sobol_point(owen_scramble(key.sample, order), x, y);
   }
   void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
-    thread_local PixelKeys order, x;
-    order.resize(samples.pixels), x.resize(samples.pixels);
-    for (size_t p = 0; p < samples.pixels; ++p) {
-      const uint64_t hash =
-          hash_key({samples.x[p], samples.y[p], 0, samples.seed}, dimension, kOneDimension);
-      order.set(p, hash);
-      x.set(p, scatter(hash + kSaltX));
-    }
-    for_each_vector(samples, [&](size_t i, wide::Uint sample, const auto& of_pixel) {
-      first(reorder(sample, order, of_pixel), x, of_pixel).store(out + i);
+    for_each_vector<2>(samples, keys_of_one(dimension), [&](size_t i, wide::Uint sample, const auto& keys) {
+      first(reorder(sample, keys[0]), keys[1]).store(out + i);
     });
   }
   void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
                      const Columns2& out) const override {
-    thread_local PixelKeys order, x, y;
-    order.resize(samples.pixels), x.resize(samples.pixels), y.resize(samples.pixels);
-    for (size_t p = 0; p < samples.pixels; ++p) {
-      const Pair pair({samples.x[p], samples.y[p], 0, samples.seed}, dimension);
-      order.set(p, pair.order);
-      x.set(p, pair.x);
-      y.set(p, pair.y);
-    }
-    for_each_vector(samples, [&](size_t i, wide::Uint sample, const auto& of_pixel) {
-      const wide::Uint index = reorder(sample, order, of_pixel);
-      first(index, x, of_pixel).store(out.x + i);
-      first(sobol_second_reversed(index), y, of_pixel).store(out.y + i);
+    for_each_vector<3>(samples, keys_of_two(dimension), [&](size_t i, wide::Uint sample, const auto& keys) {
+      const wide::Uint index = reorder(sample, keys[0]);
+      first(index, keys[1]).store(out.x + i);
+      first(sobol_second_reversed(index), keys[2]).store(out.y + i);
     });
   }
   /// Only powers of two are needed for nets; those of four are Mitsuba's rule for scenes.
@@ -86,36 +87,12 @@ class Sobol : public Sampler {
   }
 
  private:
-  static constexpr uint32_t kOneDimension = 1;
-  static constexpr uint32_t kTwoDimensions = 2;
-  static constexpr uint64_t kSaltX = 0x2545f4914f6cdd1du;
-  static constexpr uint64_t kSaltY = 0x9e6c63d0876a9a47u;
-
-  /// A pair of dimensions in one pixel: what all its samples share.
-  struct Pair {
-    Pair(const SampleKey& key, uint32_t dimension)
-        : order(hash_key(key, dimension, kTwoDimensions)),
-          x(scatter(order + kSaltX)),
-          y(scatter(order + kSaltY)) {}
-    Vec2 at(uint32_t sample) const {
-      const uint32_t index = owen_scramble(sample, order);
-      return owen_sobol_point(index, x, y);
-    }
-    uint64_t order;
-    uint64_t x;
-    uint64_t y;
-  };
-
   /// owen_scramble and owen_sobol_first of a vector of samples.
-  template <class OfPixel>
-  static wide::Uint reorder(wide::Uint sample, const PixelKeys& key, const OfPixel& of_pixel) {
-    return reverse_bits(
-        scramble_reversed(reverse_bits(sample), of_pixel(key.low()), of_pixel(key.high())));
+  KINOME_WIDE static wide::Uint reorder(wide::Uint sample, const Key<wide::Uint>& key) {
+    return reverse_bits(scramble_reversed(reverse_bits(sample), key.low, key.high));
   }
-  template <class OfPixel>
-  static wide::Float first(wide::Uint index, const PixelKeys& key, const OfPixel& of_pixel) {
-    return to_unit_float(
-        reverse_bits(scramble_reversed(index, of_pixel(key.low()), of_pixel(key.high()))));
+  KINOME_WIDE static wide::Float first(wide::Uint index, const Key<wide::Uint>& key) {
+    return to_unit_float(reverse_bits(scramble_reversed(index, key.low, key.high)));
   }
 };
 

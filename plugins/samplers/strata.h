@@ -3,36 +3,104 @@
 #include <algorithm>
 
 #include "permutation.h"
-#include "sampler_common.h"
+#include "sample_sets.h"
 
 namespace kinome {
 
-/// Apart in `salt`: of a number alone, and of a pair, at one dimension.
+/// Distinguish the keys of single numbers from those of pairs at the same dimension.
 inline constexpr uint32_t kOneDimension = 0, kTwoDimensions = 1u << 31;
-
-/// Where a sample lies in its set of `count`, which follow one another without end.
-struct StratumPlace {
-  uint32_t stratum;  ///< in [0, count), each taken once
-  Vec2 jitter;
-  uint64_t hash;  ///< of the set
-};
-/// `jitters`: else each sample lies in the middle of its stratum.
-inline StratumPlace stratum_of(const SampleKey& key, uint32_t count, uint32_t salt,
-                               bool jitters = true) {
-  const uint32_t set = key.sample / count, within = key.sample % count;
-  const uint64_t hash = hash_key(key, set, salt);
-  const uint64_t own = scatter(hash + within * 0xd1342543de82ef95u + 1);
-  return {permute(within, count, hash), jitters ? to_unit_square(own) : Vec2(0.5f), hash};
-}
 
 /// The row of the tables of samplers that may do without jitter.
 inline constexpr Parameter kJitter{"jitter", ParameterType::kBoolean, "true",
                                    "false: each sample in the middle of its stratum"};
 
+/// A number in [0,1), or a pair.
+template <class U>
+using Real = decltype(to_unit_float(U()));
+template <class U>
+struct Pair {
+  Real<U> x, y;
+};
+
+/// Random positions of samples within their strata.
+struct Jitter {
+  /// False: each sample is in the middle of its stratum.
+  bool is_random;
+
+  template <class U>
+  KINOME_WIDE Real<U> one(U within, const Key<U>& key) const {
+    return is_random ? to_unit_float(random_bits(within * U(kFactor), key)) : Real<U>(0.5f);
+  }
+  template <class U>
+  KINOME_WIDE Pair<U> two(U within, const Key<U>& key) const {
+    if (!is_random) return {0.5f, 0.5f};
+    const BitsPair<U> bits = random_bits_pair(within * U(kFactor), key);
+    return {to_unit_float(bits.x), to_unit_float(bits.y)};
+  }
+
+ private:
+  static constexpr uint32_t kFactor = 0x165667b1u;  ///< none of a permutation's
+};
+
 /// In [0,1), `jitter` from one end of the stratum to the other.
-inline float in_stratum(uint32_t stratum, float jitter, uint32_t count) {
-  const float value = (static_cast<float>(stratum) + jitter) / static_cast<float>(count);
-  return std::min(value, kOneMinusEpsilon);
+template <class U>
+KINOME_WIDE Real<U> in_stratum(U stratum, Real<U> jitter, uint32_t count) {
+  using namespace wide::formulas;
+  const Real<U> value = (to_float(as_int(stratum)) + jitter) / static_cast<float>(count);
+  return min(value, Real<U>(kOneMinusEpsilon));
 }
+
+/// A sampler of sets of strata. Method has these functions, for uint32_t and for wide::Uint:
+///   uint32_t count() const;                                            samples in a set
+///   U line(U within, const Key<U>& key) -> Real<U>                     one number
+///   U square(U within, const Key<U>& key) -> Pair<U>                   a pair
+/// `within` is the number of a sample in its set, and `key` that of the set and the dimension.
+template <class Method>
+class StratifyingSampler : public Sampler {
+ public:
+  StratifyingSampler(const Method& method, uint64_t seed) : method_(method), sets_(method.count()) {
+    sample_count_ = method.count();
+    seed_ = seed;
+  }
+
+  float value_1d(const SampleKey& key, uint32_t dimension) const override {
+    return sets_.at<1>(key, keys(dimension ^ kOneDimension),
+                       [&](uint32_t within, const auto& of) { return method_.line(within, of[0]); });
+  }
+  Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
+    return sets_.at<1>(key, keys(dimension ^ kTwoDimensions), [&](uint32_t within, const auto& of) {
+      const Pair<uint32_t> pair = method_.square(within, of[0]);
+      return Vec2(pair.x, pair.y);
+    });
+  }
+  void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
+    sets_.for_each_vector<1>(samples, keys(dimension ^ kOneDimension),
+                             [&](size_t i, wide::Uint within, const auto& of) {
+                               method_.line(within, of[0]).store(out + i);
+                             });
+  }
+  void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
+                     const Columns2& out) const override {
+    sets_.for_each_vector<1>(samples, keys(dimension ^ kTwoDimensions),
+                             [&](size_t i, wide::Uint within, const auto& of) {
+                               const Pair<wide::Uint> pair = method_.square(within, of[0]);
+                               pair.x.store(out.x + i);
+                               pair.y.store(out.y + i);
+                             });
+  }
+
+ protected:
+  const Method& method() const { return method_; }
+
+ private:
+  static auto keys(uint32_t salt) {
+    return [salt](const SampleKey& key, uint32_t set) {
+      return std::array<uint64_t, 1>{hash_key(key, set, salt)};
+    };
+  }
+
+  Method method_;
+  SampleSets sets_;
+};
 
 }  // namespace kinome

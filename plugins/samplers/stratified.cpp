@@ -21,7 +21,30 @@ uint32_t side_for(uint32_t count) {
   return side;
 }
 
-class Stratified : public Sampler {
+/// n x n strata.
+struct Squares {
+  Squares(uint32_t side, bool jitters) : grid(side, side), jitter{jitters} {}
+
+  uint32_t count() const { return grid.count(); }
+
+  template <class U>
+  KINOME_WIDE Real<U> line(U within, const Key<U>& key) const {
+    return in_stratum(grid.number(grid.permute(grid.cell(within), key)), jitter.one(within, key),
+                      count());
+  }
+  template <class U>
+  KINOME_WIDE Pair<U> square(U within, const Key<U>& key) const {
+    const Cell<U> cell = grid.permute(grid.cell(within), key);
+    const Pair<U> place = jitter.two(within, key);
+    const uint32_t side = grid.columns.number();
+    return {in_stratum(cell.column, place.x, side), in_stratum(cell.row, place.y, side)};
+  }
+
+  Grid grid;
+  Jitter jitter;
+};
+
+class Stratified : public StratifyingSampler<Squares> {
  public:
   explicit Stratified(const Properties& props)
       : Stratified(read_sample_count(props), static_cast<uint64_t>(props.integer("seed")),
@@ -29,27 +52,11 @@ class Stratified : public Sampler {
     warn_if_rounded(props, read_sample_count(props), sample_count_);
   }
   Stratified(uint32_t count, uint64_t seed, bool jitters)
-      : side_(side_for(count)), jitters_(jitters) {
-    sample_count_ = side_ * side_;
-    seed_ = seed;
-  }
+      : StratifyingSampler(Squares(side_for(count), jitters), seed) {}
 
-  float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    const StratumPlace place = stratum_of(key, sample_count_, dimension ^ kOneDimension, jitters_);
-    return in_stratum(place.stratum, place.jitter.x, sample_count_);
-  }
-  Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
-    const StratumPlace place = stratum_of(key, sample_count_, dimension ^ kTwoDimensions, jitters_);
-    return {in_stratum(place.stratum % side_, place.jitter.x, side_),
-            in_stratum(place.stratum / side_, place.jitter.y, side_)};
-  }
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
-    return std::make_shared<Stratified>(count, seed_, jitters_);
+    return std::make_shared<Stratified>(count, seed_, method().jitter.is_random);
   }
-
- private:
-  uint32_t side_;
-  bool jitters_;
 };
 
 }  // namespace

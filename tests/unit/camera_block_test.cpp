@@ -52,7 +52,8 @@ TEST_P(EverySampler, FillsBlocksWithTheSameNumbers) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Samplers, EverySampler,
-                         testing::Values("sobol", "independent", "stratified", "halton"));
+                         testing::Values("sobol", "independent", "stratified", "halton", "multijitter",
+                                         "orthogonal"));
 
 class EveryFilterBlock : public testing::TestWithParam<const char*> {};
 

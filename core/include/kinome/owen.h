@@ -40,6 +40,19 @@ inline uint32_t reverse_bits(uint32_t v) {
 #endif
 }
 
+/// Bijection of 32 bits: each bit of v changes each bit of the result with a probability near one half.
+/// Needs only products of 32 bits, which vectors have. Multipliers: Wellons 2018, "Prospecting for hash
+/// functions".
+template <class U>
+U mix_32(U v) {
+  using bits::shift_right;
+  v ^= shift_right<16>(v);
+  v *= 0x21f0aaadu;
+  v ^= shift_right<15>(v);
+  v *= 0x735a2d97u;
+  return v ^ shift_right<15>(v);
+}
+
 /// Owen's nested uniform scramble of a number whose bits are reversed: whether a bit flips is a
 /// random function of `key` and of the bits below it. After Laine and Karras 2011 ("Stratified
 /// sampling for stochastic transparency") in Burley's use of it (2020, "Practical hash-based Owen

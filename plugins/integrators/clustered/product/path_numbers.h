@@ -36,20 +36,9 @@ class PathNumbers final : public Sampler {
   }
 
  private:
-  /// Each bit of v changes each bit of the result with a probability near one half. Multiplications
-  /// of 32 bits, which vectors have. Multipliers: Wellons 2018, "Prospecting for hash functions".
-  template <class U>
-  static U mix(U v) {
-    using bits::shift_right;
-    v ^= shift_right<16>(v);
-    v *= 0x21f0aaadu;
-    v ^= shift_right<15>(v);
-    v *= 0x735a2d97u;
-    return v ^ shift_right<15>(v);
-  }
   template <class U>
   static U bits_of(U x, U y, uint32_t dimension) {
-    return mix(x + mix(y + U(0x9e3779b9u * (dimension + 1))));
+    return mix_32(x + mix_32(y + U(0x9e3779b9u * (dimension + 1))));
   }
 };
 
