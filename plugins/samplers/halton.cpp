@@ -31,7 +31,7 @@ struct Base {
   }
 
   Modulus modulus;
-  Modulus factors;  ///< prime - 1
+  Modulus factors;                     ///< prime - 1
   std::array<uint64_t, 21> weights{};  ///< prime^-1, prime^-2 ..., times 2^64
 };
 
@@ -52,10 +52,10 @@ constexpr std::array<Base, kBaseCount> make_bases(std::index_sequence<i...> /*of
 }
 constexpr std::array<Base, kBaseCount> kBases = make_bases(std::make_index_sequence<kBaseCount>());
 
-/// Radical inverse of `index`, Owen-scrambled, times 2^32. The digits so far, from the lowest on, have
-/// two random words: `offset` is what 0 becomes, as a fraction of which all further digits of the result
-/// are those that zeros become; `bits` chooses the factor of a linear permutation. Digits end with the
-/// index, because the rest is the offset.
+/// Radical inverse of `index`, Owen-scrambled, times 2^32. The digits so far, from the lowest on,
+/// have two random words: `offset` is what 0 becomes, as a fraction of which all further digits of
+/// the result are those that zeros become; `bits` chooses the factor of a linear permutation.
+/// Digits end with the index, because the rest is the offset.
 template <class U>
 KINOME_WIDE U scrambled_radical_inverse(U index, const Base& base, const Key<U>& key) {
   using namespace wide::formulas;
@@ -68,7 +68,7 @@ KINOME_WIDE U scrambled_radical_inverse(U index, const Base& base, const Key<U>&
     const Division<U> at = base.modulus.divide(index);
     const U factor = base.factors.random(bits) + U(1u);
     const U digit =
-        base.modulus.divide(factor * at.remainder + multiply_high(offset, prime)).remainder;
+        base.modulus.divide_small(factor * at.remainder + multiply_high(offset, prime)).remainder;
     bits = mix_32(bits + (at.remainder + U(1u)) * U(0x9e3779b1u));
     const U next_offset = select(at.remainder == U(0u), offset * prime, bits * U(0x915f77f5u));
     // The digit is below 2^10: the weight's lower half counts with its upper 22 bits.

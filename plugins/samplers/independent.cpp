@@ -1,5 +1,5 @@
-// Independent uniform random numbers: a counter-based generator, where each number is a hash of pixel,
-// sample and dimension.
+// Independent uniform random numbers: a counter-based generator, where each number is a hash of
+// pixel, sample and dimension.
 //
 //   <sampler type="independent"><integer name="sample_count" value="64"/></sampler>
 
@@ -38,19 +38,17 @@ class Independent : public Sampler {
     return {to_unit_float(bits.x), to_unit_float(bits.y)};
   }
   void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
-    for_each_vector<1>(samples, keys(dimension),
-                       [&](size_t i, wide::Uint sample, const auto& of) {
-                         to_unit_float(random_bits(sample, of[0])).store(out + i);
-                       });
+    for_each_vector<1>(samples, keys(dimension), [&](size_t i, wide::Uint sample, const auto& of) {
+      to_unit_float(random_bits(sample, of[0])).store(out + i);
+    });
   }
   void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
                      const Columns2& out) const override {
-    for_each_vector<1>(samples, keys(dimension),
-                       [&](size_t i, wide::Uint sample, const auto& of) {
-                         const auto bits = random_bits_pair(sample, of[0]);
-                         to_unit_float(bits.x).store(out.x + i);
-                         to_unit_float(bits.y).store(out.y + i);
-                       });
+    for_each_vector<1>(samples, keys(dimension), [&](size_t i, wide::Uint sample, const auto& of) {
+      const auto bits = random_bits_pair(sample, of[0]);
+      to_unit_float(bits.x).store(out.x + i);
+      to_unit_float(bits.y).store(out.y + i);
+    });
   }
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
     return std::make_shared<Independent>(count, seed_);

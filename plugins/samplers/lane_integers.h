@@ -52,8 +52,8 @@ KINOME_WIDE wide::Uint multiply_high(wide::Uint a, wide::Uint b) {
   };
   const auto of_even = hn::ShiftRight<32>(hn::MulEven(a.v, b.v));
   const auto of_odd = hn::MulEven(odd(a), odd(b));
-  return wide::Uint(hn::OddEven(hn::BitCast(wide::UintTag(), of_odd),
-                                hn::BitCast(wide::UintTag(), of_even)));
+  return wide::Uint(
+      hn::OddEven(hn::BitCast(wide::UintTag(), of_odd), hn::BitCast(wide::UintTag(), of_even)));
 #endif
 }
 
@@ -68,18 +68,20 @@ class Modulus {
   constexpr explicit Modulus(uint32_t number)
       : number_(number),
         reciprocal_(static_cast<uint32_t>(std::min<uint64_t>((uint64_t{1} << 32) / number, ~0u))),
+        inverse_((1 - 0x1p-21f) / static_cast<float>(number)),
         scale_(static_cast<float>(number) * 0x1p-24f) {}
 
   constexpr uint32_t number() const { return number_; }
 
   template <class U>
   KINOME_WIDE Division<U> divide(U a) const {
+    return corrected(a, multiply_high(a, U(reciprocal_)));
+  }
+  /// The same in half the time, for a < 2^31 with a quotient below 2^20.
+  template <class U>
+  KINOME_WIDE Division<U> divide_small(U a) const {
     using namespace wide::formulas;
-    // The reciprocal is rounded down: the quotient is right, or too small by 1.
-    const U quotient = multiply_high(a, U(reciprocal_));
-    const U remainder = a - quotient * U(number_);
-    const U less = remainder - U(number_);  // wraps around if the quotient is right
-    return {select(less < remainder, quotient + U(1u), quotient), min(remainder, less)};
+    return corrected(a, as_uint(to_int(to_float(as_int(a)) * inverse_)));
   }
   /// The sum of two numbers below this one.
   template <class U>
@@ -96,16 +98,19 @@ class Modulus {
     return as_uint(to_int(to_float(as_int(wide::shift_right<8>(bits))) * scale_));
   }
 
-  /// `a` plus a random number for each `line`, modulo this one. `bits` are random; with another odd
-  /// `factor`, they give other random numbers.
-  template <uint32_t factor, class U>
-  KINOME_WIDE U rotate(U a, U line, U bits) const {
-    return add(a, random(mix_32(line * U(factor) + (bits + U(factor)))));
+ private:
+  /// `quotient` is right, or too small by 1: reciprocals are rounded down.
+  template <class U>
+  KINOME_WIDE Division<U> corrected(U a, U quotient) const {
+    using namespace wide::formulas;
+    const U remainder = a - quotient * U(number_);
+    const U less = remainder - U(number_);  // wraps around if the quotient is right
+    return {select(less < remainder, quotient + U(1u), quotient), min(remainder, less)};
   }
 
- private:
   uint32_t number_;
   uint32_t reciprocal_;
+  float inverse_;
   float scale_;
 };
 

@@ -25,36 +25,20 @@ Grid grid_for(uint32_t count) {
 }
 
 /// m x n strata of the square, and m n strata of each coordinate.
-struct Jitters {
-  Jitters(const Grid& of, bool jitters)
-      : grid(of), columns(of.columns.number()), rows(of.rows.number()), jitter{jitters} {}
+struct Jitters : GridSet {
+  using GridSet::GridSet;
 
-  uint32_t count() const { return grid.count(); }
-
-  template <class U>
-  KINOME_WIDE Real<U> line(U within, const Key<U>& key) const {
-    return in_stratum(grid.number(grid.permute(grid.cell(within), key)), jitter.one(within, key),
-                      count());
-  }
   template <class U>
   KINOME_WIDE Pair<U> square(U within, const Key<U>& key) const {
-    const Cell<U> cell = grid.permute(grid.cell(within), key);
-    // Each sample of a column takes another one of the column's finer strata, and so in the rows. The
-    // order of these is independent of where columns and rows are, and begins at a random stratum in each
-    // column: with one order for all, as Kensler has it, errors of the columns add up, and the variance
-    // falls like count^-1.5 instead of count^-2.
-    const U column = columns.permute(cell.column, key.low);
-    const U row = rows.permute(cell.row, key.high);
-    const U fine_x = grid.rows.rotate<0x2545f491u>(cell.row, cell.column, key.high);
-    const U fine_y = grid.columns.rotate<0x4f6cdd1du>(cell.column, cell.row, key.low);
+    const Cell<U> cell = order.cell(within, key);
     const Pair<U> place = jitter.two(within, key);
-    return {in_stratum(column * U(grid.rows.number()) + fine_x, place.x, count()),
-            in_stratum(row * U(grid.columns.number()) + fine_y, place.y, count())};
+    // Each sample of a column takes another one of the column's finer strata, and so in the rows.
+    // The order of these is independent of where columns and rows are, and begins at a random
+    // stratum in each column: with one order for all, as Kensler has it, errors of the columns add
+    // up, and the variance falls like count^-1.5 instead of count^-2.
+    return {in_stratum(columns.place(cell.column, cell.row, column_bits(key)), place.x, size),
+            in_stratum(rows.place(cell.row, cell.column, row_bits(key)), place.y, size)};
   }
-
-  Grid grid;
-  PermutationTable columns, rows;
-  Jitter jitter;
 };
 
 class MultiJitter : public StratifyingSampler<Jitters> {

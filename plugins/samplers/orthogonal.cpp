@@ -1,7 +1,7 @@
 // Orthogonal array sampling (Jarosz et al. 2019): p² samples, p a prime, that are jittered in p x p
-// strata of *any* two dimensions, and in p² strata of each. The array is Bose's of strength 2: digits
-// a and b of a sample's number give its stratum a in the first dimension and b + a k modulo p in the others.
-// It has p + 1 dimensions; those after them have an array of their own.
+// strata of *any* two dimensions, and in p² strata of each. The array is Bose's of strength 2:
+// digits a and b of a sample's number give its stratum a in the first dimension and b + a k modulo
+// p in the others. It has p + 1 dimensions; those after them have an array of their own.
 //
 //   <sampler type="orthogonal"><integer name="sample_count" value="49"/></sampler>
 
@@ -34,8 +34,7 @@ uint32_t prime_for(uint32_t count) {
 class Orthogonal : public Sampler {
   static constexpr uint32_t kArrays = 0x6f726472;
 
-  uint32_t prime() const { return grid_.rows.number(); }
-  uint32_t array_of(uint32_t dimension) const { return dimension / (prime() + 1); }
+  uint32_t array_of(uint32_t dimension) const { return dimension / (prime_.number() + 1); }
 
   /// The keys of a dimension's array, and of the dimension itself: those of a pair aren't those of
   /// single numbers.
@@ -48,10 +47,9 @@ class Orthogonal : public Sampler {
   auto two(uint32_t dimension) const {
     const uint32_t x = array_of(dimension), y = array_of(dimension + 1);
     return [dimension, x, y](const SampleKey& key, uint32_t set) {
-      return std::array<uint64_t, 4>{hash_key(key, set, x ^ kArrays),
-                                     hash_key(key, set, dimension ^ kTwoDimensions),
-                                     hash_key(key, set, y ^ kArrays),
-                                     hash_key(key, set, (dimension + 1) ^ kTwoDimensions)};
+      return std::array<uint64_t, 4>{
+          hash_key(key, set, x ^ kArrays), hash_key(key, set, dimension ^ kTwoDimensions),
+          hash_key(key, set, y ^ kArrays), hash_key(key, set, (dimension + 1) ^ kTwoDimensions)};
     };
   }
 
@@ -62,11 +60,15 @@ class Orthogonal : public Sampler {
     warn_if_rounded(props, read_sample_count(props), sample_count_);
   }
   Orthogonal(uint32_t count, uint64_t seed, bool jitters)
-      : grid_(prime_for(count), prime_for(count)),
-        permutations_(prime()),
+      : Orthogonal(Modulus(prime_for(count)), seed, jitters) {}
+  Orthogonal(const Modulus& prime, uint64_t seed, bool jitters)
+      : prime_(prime),
+        numbers_(Grid(prime.number(), prime.number())),
+        strata_(prime.number(), prime.number()),
         jitter_{jitters},
-        sets_(grid_.count()) {
-    sample_count_ = grid_.count();
+        sets_(numbers_.grid().count()),
+        size_(1 / static_cast<float>(sets_.count())) {
+    sample_count_ = sets_.count();
     seed_ = seed;
   }
 
@@ -102,29 +104,28 @@ class Orthogonal : public Sampler {
   }
 
  private:
-  /// Digits b (the column) and a (the row) of a sample's number in an array: the order of samples is
-  /// random.
+  /// Digits b (the column) and a (the row) of a sample's number in an array: the order of samples
+  /// is random.
   template <class U>
   KINOME_WIDE Cell<U> digits(U within, const Key<U>& array) const {
-    return grid_.permute(grid_.cell(within), array);
+    return numbers_.cell(within, array);
   }
   template <class U>
   KINOME_WIDE Real<U> value(const Cell<U>& digits, uint32_t dimension, const Key<U>& key,
                             Real<U> jitter) const {
-    const uint32_t column = dimension % (prime() + 1);
-    // Each sample of a stratum takes another of its p parts: samples of the first dimension's strata
-    // differ in b, and those of all others in a.
+    const uint32_t column = dimension % (prime_.number() + 1);
+    // Each sample of a stratum takes another of its p parts: samples of the first dimension's
+    // strata differ in b, and those of all others in a.
     U stratum = digits.row, part = digits.column;
     if (column > 0) {
-      stratum = grid_.rows.divide(digits.column + digits.row * U(column - 1)).remainder;
+      stratum = prime_.divide_small(digits.column + digits.row * U(column - 1)).remainder;
       part = digits.row;
     }
-    const U place = permutations_.permute(stratum, key.low) * U(prime()) +
-                    grid_.rows.rotate<0x2545f491u>(part, stratum, key.high);
-    return in_stratum(place, jitter, grid_.count());
+    return in_stratum(strata_.place(stratum, part, key.low), jitter, size_);
   }
   template <class U>
-  KINOME_WIDE Pair<U> values(U within, uint32_t dimension, const std::array<Key<U>, 4>& keys) const {
+  KINOME_WIDE Pair<U> values(U within, uint32_t dimension,
+                             const std::array<Key<U>, 4>& keys) const {
     const Cell<U> x = digits(within, keys[0]);
     const bool is_same = array_of(dimension) == array_of(dimension + 1);
     const Cell<U> y = is_same ? x : digits(within, keys[2]);
@@ -132,10 +133,12 @@ class Orthogonal : public Sampler {
     return {value(x, dimension, keys[1], jitter.x), value(y, dimension + 1, keys[3], jitter.y)};
   }
 
-  Grid grid_;
-  PermutationTable permutations_;
+  Modulus prime_;
+  CellOrder numbers_;
+  LineOrder strata_;
   Jitter jitter_;
   SampleSets sets_;
+  float size_;  ///< of a dimension's strata
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <numeric>
@@ -16,7 +17,7 @@ struct Cell {
   U column, row;
 };
 
-/// A grid of cells, which stand for the numbers 0 … count() - 1, row by row.
+/// A grid of cells, which are numbered row by row.
 struct Grid {
   Grid(uint32_t column_count, uint32_t row_count) : columns(column_count), rows(row_count) {}
 
@@ -24,23 +25,12 @@ struct Grid {
 
   template <class U>
   KINOME_WIDE Cell<U> cell(U number) const {
-    const Division<U> at = columns.divide(number);
+    const Division<U> at = columns.divide_small(number);
     return {at.remainder, at.quotient};
   }
   template <class U>
   KINOME_WIDE U number(const Cell<U>& cell) const {
     return cell.row * U(columns.number()) + cell.column;
-  }
-  /// The cell to which a random permutation of all cells that `key` names moves this one. Every cell
-  /// is equally likely. A Feistel network: each round rotates rows, or columns, by random amounts, and
-  /// thus is a permutation for any number of them, without a search or a table.
-  template <class U>
-  KINOME_WIDE Cell<U> permute(Cell<U> cell, const Key<U>& key) const {
-    cell.column = columns.rotate<0x9e3779b1u>(cell.column, cell.row, key.low);
-    cell.row = rows.rotate<0x85ebca77u>(cell.row, cell.column, key.high);
-    cell.column = columns.rotate<0xc2b2ae3du>(cell.column, cell.row, key.low);
-    cell.row = rows.rotate<0x27d4eb2fu>(cell.row, cell.column, key.high);
-    return cell;
   }
 
   Modulus columns, rows;
@@ -49,35 +39,121 @@ struct Grid {
 /// Random permutations of 0 … count - 1, the same ones in each run.
 class PermutationTable {
  public:
-  explicit PermutationTable(uint32_t count) : count_(count) {
-    while (variants_ < kMostVariants && 2 * variants_ * count <= kMostEntries) variants_ *= 2;
-    entries_.resize(size_t{variants_} * count);
-    uint64_t counter = 0;
-    for (uint32_t v = 0; v < variants_; ++v) {
-      uint32_t* const entries = entries_.data() + size_t{v} * count;
+  /// As many permutations as `most_entries` hold: a power of two, at least 1.
+  PermutationTable(uint32_t count, uint32_t most_entries) : stride_(std::bit_ceil(count)) {
+    const uint32_t permutations =
+        std::clamp(std::bit_floor(most_entries / stride_), 1u, kMostPermutations);
+    mask_ = (permutations - 1) * stride_;
+    entries_.resize(size_t{permutations} * stride_);
+    for (size_t first = 0; first < entries_.size(); first += stride_) {
+      uint32_t* const entries = entries_.data() + first;
       std::iota(entries, entries + count, 0u);
       for (uint32_t i = count; i > 1; --i) {
-        const uint64_t bits = scatter(0x2545f4914f6cdd1du + ++counter * 0x9e3779b97f4a7c15u);
-        std::swap(entries[i - 1], entries[(bits >> 32) * i >> 32]);
+        std::swap(entries[i - 1], entries[uint64_t{random_bits()} * i >> 32]);
       }
     }
   }
 
-  /// The place of i in the permutation that random bits choose.
+  /// Replaces each entry by value(entry, 32 random bits).
+  template <class Value>
+  void transform(const Value& value) {
+    for (uint32_t& entry : entries_) entry = value(entry, random_bits());
+  }
+
+  /// The entry of i in the permutation that random bits choose: by those above the bits of `count`.
   template <class U>
-  KINOME_WIDE U permute(U i, U bits) const {
+  KINOME_WIDE U at(U i, U bits) const {
     using namespace wide::formulas;
-    const U first = (bits & U(variants_ - 1)) * U(count_);
-    return gather(entries_.data(), as_int(first + i));
+    return gather(entries_.data(), as_int((bits & U(mask_)) + i));
   }
 
  private:
-  static constexpr uint32_t kMostVariants = 256;
-  static constexpr uint32_t kMostEntries = 4096;  ///< 16 KiB, unless 16 variants need more
+  static constexpr uint32_t kMostPermutations = 256;
 
-  uint32_t count_;
-  uint32_t variants_ = 16;
+  uint32_t random_bits() {
+    return static_cast<uint32_t>(scatter(0x2545f4914f6cdd1du + ++counter_ * 0x9e3779b97f4a7c15u));
+  }
+
+  uint32_t stride_;  ///< from one permutation to the next, a power of two
+  uint32_t mask_;
+  uint64_t counter_ = 0;
   std::vector<uint32_t> entries_;
+};
+
+/// Random permutations of a grid's cells.
+class CellOrder {
+ public:
+  explicit CellOrder(const Grid& grid)
+      : grid_(grid), numbers_(grid.count()), table_(has_table() ? grid.count() : 1, kMostEntries) {
+    table_.transform([&](uint32_t number, uint32_t) {
+      const Cell<uint32_t> cell = grid.cell(number);
+      return cell.column | cell.row << 16;
+    });
+  }
+
+  /// The cell to which the permutation that `key` names moves a number below grid().count(). Every
+  /// cell is equally likely.
+  template <class U>
+  KINOME_WIDE Cell<U> cell(U number, const Key<U>& key) const {
+    if (!has_table()) return feistel(grid_.cell(number), key);
+    const U entry = table_.at(numbers_.add(number, numbers_.random(key.high)), key.low);
+    return {entry & U(0xffffu), wide::shift_right<16>(entry)};
+  }
+  const Grid& grid() const { return grid_; }
+
+ private:
+  static constexpr uint32_t kMostEntries = 4096;  ///< 16 KiB
+
+  bool has_table() const { return grid_.count() <= kMostEntries; }
+
+  /// A Feistel network: each round rotates rows, or columns, by random amounts, and thus is a
+  /// permutation for any number of them, without a search or a table.
+  template <class U>
+  KINOME_WIDE Cell<U> feistel(Cell<U> cell, const Key<U>& key) const {
+    const Modulus &columns = grid_.columns, &rows = grid_.rows;
+    const auto shift = [](const Modulus& modulus, U line, uint32_t factor, U bits) {
+      return modulus.random(mix_32(line * U(factor) + (bits + U(factor))));
+    };
+    cell.column = columns.add(cell.column, shift(columns, cell.row, 0x9e3779b1u, key.low));
+    cell.row = rows.add(cell.row, shift(rows, cell.column, 0x85ebca77u, key.high));
+    cell.column = columns.add(cell.column, shift(columns, cell.row, 0xc2b2ae3du, key.low));
+    cell.row = rows.add(cell.row, shift(rows, cell.column, 0x27d4eb2fu, key.high));
+    return cell;
+  }
+
+  Grid grid_;
+  Modulus numbers_;
+  PermutationTable table_;
+};
+
+/// Random permutations of lines, each of which has its parts rotated by a random number.
+class LineOrder {
+ public:
+  LineOrder(uint32_t lines, uint32_t parts)
+      : parts_(parts), table_(lines, std::max(kMostEntries, 16 * std::bit_ceil(lines))) {
+    table_.transform([&](uint32_t line, uint32_t bits) {
+      return line | static_cast<uint32_t>(uint64_t{bits} * parts >> 32) << 16;
+    });
+  }
+
+  /// The line to which the permutation that random bits choose moves `line`.
+  template <class U>
+  KINOME_WIDE U line(U line, U bits) const {
+    return table_.at(line, bits) & U(0xffffu);
+  }
+  /// The same for a part of a line, as a number in [0, lines * parts).
+  template <class U>
+  KINOME_WIDE U place(U line, U part, U bits) const {
+    const U entry = table_.at(line, bits);
+    return (entry & U(0xffffu)) * U(parts_.number()) +
+           parts_.add(part, wide::shift_right<16>(entry));
+  }
+
+ private:
+  static constexpr uint32_t kMostEntries = 4096;
+
+  Modulus parts_;
+  PermutationTable table_;
 };
 
 }  // namespace kinome

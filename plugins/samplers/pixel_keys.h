@@ -89,7 +89,9 @@ KINOME_WIDE void for_each_vector(const PixelSamples& samples, const Function& fn
       const Uint index = lane + Uint(s);
       const wide::Mask is_next = index >= Uint(per_pixel);
       fn(i, select(is_next, index - Uint(per_pixel), index) + Uint(samples.first_sample),
-         [&](const uint32_t* column) { return select(is_next, Uint(column[p + 1]), Uint(column[p])); });
+         [&](const uint32_t* column) {
+           return select(is_next, Uint(column[p + 1]), Uint(column[p]));
+         });
       s += kLanes;
       if (s >= per_pixel) s -= per_pixel, ++p;
     }

@@ -7,8 +7,8 @@
 
 namespace kinome {
 
-/// The samples of a pixel as sets of `count`, which follow one another without end. Each set has keys
-/// of its own.
+/// The samples of a pixel as sets of `count`, which follow one another without end. Each set has
+/// keys of its own.
 class SampleSets {
  public:
   explicit SampleSets(uint32_t count) : count_(count) {}
@@ -25,8 +25,8 @@ class SampleSets {
     return fn(key.sample % count_, keys);
   }
 
-  /// Calls fn(i, within, keys) for each vector of a block's samples: i is the number of the first one
-  /// in the block.
+  /// Calls fn(i, within, keys) for each vector of a block's samples: i is the number of the first
+  /// one in the block.
   template <size_t n, class KeysOf, class Function>
   KINOME_WIDE void for_each_vector(PixelSamples samples, const KeysOf& keys_of,
                                    const Function& fn) const {

@@ -31,7 +31,8 @@ constexpr uint32_t kTwoDimensions = 2;
 constexpr uint64_t kSaltX = 0x2545f4914f6cdd1du;
 constexpr uint64_t kSaltY = 0x9e6c63d0876a9a47u;
 
-/// The keys that all of a pixel's samples share: of their order and of their coordinates' scrambles.
+/// The keys that all of a pixel's samples share: of their order and of their coordinates'
+/// scrambles.
 auto keys_of_one(uint32_t dimension) {
   return [dimension](const SampleKey& key) {
     const uint64_t order = hash_key(key, dimension, kOneDimension);
@@ -67,17 +68,19 @@ class Sobol : public Sampler {
     return owen_sobol_point(owen_scramble(key.sample, order), x, y);
   }
   void fill_1d_block(const PixelSamples& samples, uint32_t dimension, float* out) const override {
-    for_each_vector<2>(samples, keys_of_one(dimension), [&](size_t i, wide::Uint sample, const auto& keys) {
-      first(reorder(sample, keys[0]), keys[1]).store(out + i);
-    });
+    for_each_vector<2>(samples, keys_of_one(dimension),
+                       [&](size_t i, wide::Uint sample, const auto& keys) {
+                         first(reorder(sample, keys[0]), keys[1]).store(out + i);
+                       });
   }
   void fill_2d_block(const PixelSamples& samples, uint32_t dimension,
                      const Columns2& out) const override {
-    for_each_vector<3>(samples, keys_of_two(dimension), [&](size_t i, wide::Uint sample, const auto& keys) {
-      const wide::Uint index = reorder(sample, keys[0]);
-      first(index, keys[1]).store(out.x + i);
-      first(sobol_second_reversed(index), keys[2]).store(out.y + i);
-    });
+    for_each_vector<3>(samples, keys_of_two(dimension),
+                       [&](size_t i, wide::Uint sample, const auto& keys) {
+                         const wide::Uint index = reorder(sample, keys[0]);
+                         first(index, keys[1]).store(out.x + i);
+                         first(sobol_second_reversed(index), keys[2]).store(out.y + i);
+                       });
   }
   /// Only powers of two are needed for nets; those of four are Mitsuba's rule for scenes.
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {

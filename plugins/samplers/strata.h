@@ -29,32 +29,70 @@ struct Jitter {
 
   template <class U>
   KINOME_WIDE Real<U> one(U within, const Key<U>& key) const {
-    return is_random ? to_unit_float(random_bits(within * U(kFactor), key)) : Real<U>(0.5f);
+    return is_random ? to_unit_float(bits(within, key)) : Real<U>(0.5f);
   }
   template <class U>
   KINOME_WIDE Pair<U> two(U within, const Key<U>& key) const {
     if (!is_random) return {0.5f, 0.5f};
-    const BitsPair<U> bits = random_bits_pair(within * U(kFactor), key);
-    return {to_unit_float(bits.x), to_unit_float(bits.y)};
+    // A random point of a lattice of 2^32 points. Multiplier: L'Ecuyer 1999, "Tables of linear
+    // congruential generators of different sizes and good lattice structure".
+    const U x = bits(within, key);
+    return {to_unit_float(x), to_unit_float(x * U(747796405u))};
   }
 
  private:
-  static constexpr uint32_t kFactor = 0x165667b1u;  ///< none of a permutation's
+  template <class U>
+  KINOME_WIDE static U bits(U within, const Key<U>& key) {
+    return mix_32(within * U(0x9e3779b1u) + key.low);
+  }
 };
 
-/// In [0,1), `jitter` from one end of the stratum to the other.
+/// In [0,1): a number of a stratum plus `jitter`, as multiples of `size`, the strata's.
 template <class U>
-KINOME_WIDE Real<U> in_stratum(U stratum, Real<U> jitter, uint32_t count) {
+KINOME_WIDE Real<U> in_stratum(U stratum, Real<U> jitter, float size) {
   using namespace wide::formulas;
-  const Real<U> value = (to_float(as_int(stratum)) + jitter) / static_cast<float>(count);
-  return min(value, Real<U>(kOneMinusEpsilon));
+  return min((to_float(as_int(stratum)) + jitter) * size, Real<U>(kOneMinusEpsilon));
 }
 
+/// A set of samples, one in each cell of a grid, in random order.
+struct GridSet {
+  GridSet(const Grid& grid, bool jitters)
+      : order(grid),
+        columns(grid.columns.number(), grid.rows.number()),
+        rows(grid.rows.number(), grid.columns.number()),
+        size(1 / static_cast<float>(grid.count())),
+        jitter{jitters} {}
+
+  uint32_t count() const { return order.grid().count(); }
+
+  /// Random bits that choose the order of columns, and of rows.
+  template <class U>
+  KINOME_WIDE static U column_bits(const Key<U>& key) {
+    return wide::shift_right<16>(key.low);  // the lower half chooses the order of cells
+  }
+  template <class U>
+  KINOME_WIDE static U row_bits(const Key<U>& key) {
+    return key.high;
+  }
+  /// A number of its own stratum of count() for each sample.
+  template <class U>
+  KINOME_WIDE Real<U> line(U within, const Key<U>& key) const {
+    const Cell<U> cell = order.cell(within, key);
+    return in_stratum(rows.place(cell.row, cell.column, row_bits(key)), jitter.one(within, key),
+                      size);
+  }
+
+  CellOrder order;
+  LineOrder columns, rows;
+  float size;  ///< of a stratum of count()
+  Jitter jitter;
+};
+
 /// A sampler of sets of strata. Method has these functions, for uint32_t and for wide::Uint:
-///   uint32_t count() const;                                            samples in a set
-///   U line(U within, const Key<U>& key) -> Real<U>                     one number
-///   U square(U within, const Key<U>& key) -> Pair<U>                   a pair
-/// `within` is the number of a sample in its set, and `key` that of the set and the dimension.
+///   uint32_t count() const;                              number of samples in a set
+///   Real<U> line(U within, const Key<U>& key) const;     a number
+///   Pair<U> square(U within, const Key<U>& key) const;   a pair
+/// `within` is the index of a sample in its set, and `key` the key of the set and the dimension.
 template <class Method>
 class StratifyingSampler : public Sampler {
  public:
@@ -64,8 +102,9 @@ class StratifyingSampler : public Sampler {
   }
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
-    return sets_.at<1>(key, keys(dimension ^ kOneDimension),
-                       [&](uint32_t within, const auto& of) { return method_.line(within, of[0]); });
+    return sets_.at<1>(key, keys(dimension ^ kOneDimension), [&](uint32_t within, const auto& of) {
+      return method_.line(within, of[0]);
+    });
   }
   Vec2 value_2d(const SampleKey& key, uint32_t dimension) const override {
     return sets_.at<1>(key, keys(dimension ^ kTwoDimensions), [&](uint32_t within, const auto& of) {

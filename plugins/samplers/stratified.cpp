@@ -22,26 +22,19 @@ uint32_t side_for(uint32_t count) {
 }
 
 /// n x n strata.
-struct Squares {
-  Squares(uint32_t side, bool jitters) : grid(side, side), jitter{jitters} {}
+struct Squares : GridSet {
+  Squares(uint32_t side, bool jitters)
+      : GridSet(Grid(side, side), jitters), width(1 / static_cast<float>(side)) {}
 
-  uint32_t count() const { return grid.count(); }
-
-  template <class U>
-  KINOME_WIDE Real<U> line(U within, const Key<U>& key) const {
-    return in_stratum(grid.number(grid.permute(grid.cell(within), key)), jitter.one(within, key),
-                      count());
-  }
   template <class U>
   KINOME_WIDE Pair<U> square(U within, const Key<U>& key) const {
-    const Cell<U> cell = grid.permute(grid.cell(within), key);
+    const Cell<U> cell = order.cell(within, key);
     const Pair<U> place = jitter.two(within, key);
-    const uint32_t side = grid.columns.number();
-    return {in_stratum(cell.column, place.x, side), in_stratum(cell.row, place.y, side)};
+    return {in_stratum(columns.line(cell.column, column_bits(key)), place.x, width),
+            in_stratum(rows.line(cell.row, row_bits(key)), place.y, width)};
   }
 
-  Grid grid;
-  Jitter jitter;
+  float width;  ///< of a stratum in the square
 };
 
 class Stratified : public StratifyingSampler<Squares> {

@@ -107,7 +107,8 @@ const bool kRegistered = [] {
        "<bsdf type='diffuse'/></bsdf>"},
   };
   for (const auto& [name, xml] : bsdfs) {
-    for (int i = 0; i <= static_cast<int>(processor_instruction_set()); ++i) {
+    for (int i = static_cast<int>(least_instruction_set());
+         i <= static_cast<int>(processor_instruction_set()); ++i) {
       const auto set = static_cast<InstructionSet>(i);
       for (const bool by_points : {false, true}) {
         benchmark::RegisterBenchmark((std::string("bsdf/") + name + "/" + to_string(set) +
