@@ -23,7 +23,7 @@ SAMPLERS = ("ldsampler", "stratified", "multijitter", "halton", "orthogonal")
 COUNTS = (4, 16, 64, 256)
 INTEGRATORS = {"path, 2": ("path", 2), "path, all": ("path", -1), "direct": ("direct", None),
                "clustered": ("clustered", None)}
-PIXELS = 1536 * 1024  # of a film with 4 samples per pixel
+PIXELS = 512 * 1024  # of a film with 4 samples per pixel
 
 
 def scene_text():
@@ -98,8 +98,8 @@ all.
                                == (name, count, s)), "") for s in SAMPLERS]
                 if any(cells):
                     lines.append(f"| {name} | {count} | " + " | ".join(cells) + " |")
-        most = max(rows, key=lambda r: r["ratio"])
-        lines.append(f"\nThe largest ratio is {most['ratio']:.2f}.\n")
+        most = max(r["ratio"] for r in rows)
+        lines.append(f"\nThe largest ratio is {most:.2f}.\n")
     return "\n".join(lines)
 
 
@@ -118,17 +118,22 @@ def main():
             "builds": list(builds), "rows": []}
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for integrator in options.integrators:
-            scene = write_scene(folder, *INTEGRATORS[integrator])
-            for count in options.counts:
+        for count in options.counts:
+            for integrator in options.integrators:
+                scene = write_scene(folder, *INTEGRATORS[integrator])
                 for sampler in SAMPLERS:
                     for build, path in builds.items():
                         row = measure(path, scene, folder, sampler, count, options.runs, options.isa)
                         data["rows"].append({"build": build, "integrator": integrator, "wanted": count,
                                              "sampler": sampler, **row})
                         print(f"{integrator:10} {count:4} {sampler:12} {build:6} {row['ratio']:.2f}", flush=True)
-    (options.output / "samplers.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-    (options.output / "samplers.md").write_text(page(data), encoding="utf-8")
+                write(data, options.output)
+
+
+def write(data, folder):
+    """Everything so far."""
+    (folder / "samplers.json").write_text(json.dumps(data) + "\n", encoding="utf-8")
+    (folder / "samplers.md").write_text(page(data), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -24,27 +24,36 @@ void for_each_set(const Function& fn) {
 
 class EverySampler : public testing::TestWithParam<const char*> {};
 
+void expect_same_numbers(const Sampler& sampler, const PixelSamples& block) {
+  BlockMemory memory(block.count());
+  float* const one = memory.one();
+  const Columns2 two = memory.two();
+  sampler.fill_1d_block(block, 9, one);
+  sampler.fill_2d_block(block, 4, two);
+  for (size_t i = 0; i < block.count(); ++i) {
+    const size_t p = i / block.samples;
+    const auto sample = block.first_sample + static_cast<uint32_t>(i % block.samples);
+    const SampleKey key{block.x[p], block.y[p], sample, block.seed};
+    ASSERT_EQ(one[i], sampler.value_1d(key, 9)) << block.samples << " " << i;
+    ASSERT_EQ(two.at(i), sampler.value_2d(key, 4)) << block.samples << " " << i;
+  }
+}
+
 TEST_P(EverySampler, FillsBlocksWithTheSameNumbers) {
   const std::vector<uint32_t> x = {0, 7, 1u << 20, static_cast<uint32_t>(-3), 5};
   const std::vector<uint32_t> y = {0, 1, 900, static_cast<uint32_t>(-1), 5};
   for_each_set([&](const auto& make) {
-    const auto sampler = std::dynamic_pointer_cast<Sampler>(
-        make(std::string("<sampler type=\"") + GetParam() +
-             "\"><integer name=\"sample_count\" value=\"16\"/></sampler>"));
-    // Vectors within a pixel, across pixels, and ones that end in the middle.
-    for (const uint32_t samples : {1u, 3u, 4u, 15u, 16u, 17u, 48u}) {
-      for (const size_t pixels : {size_t{1}, x.size()}) {
-        const PixelSamples block{x.data(), y.data(), pixels, 5, samples, 77};
-        BlockMemory memory(block.count());
-        float* const one = memory.one();
-        const Columns2 two = memory.two();
-        sampler->fill_1d_block(block, 9, one);
-        sampler->fill_2d_block(block, 4, two);
-        for (size_t i = 0; i < block.count(); ++i) {
-          const auto p = i / samples;
-          const SampleKey key{x[p], y[p], 5 + static_cast<uint32_t>(i % samples), 77};
-          ASSERT_EQ(one[i], sampler->value_1d(key, 9)) << samples << " " << i;
-          ASSERT_EQ(two.at(i), sampler->value_2d(key, 4)) << samples << " " << i;
+    for (const int count : {16, 5000}) {
+      const auto sampler = std::dynamic_pointer_cast<Sampler>(make(
+          std::string("<sampler type=\"") + GetParam() +
+          "\"><integer name=\"sample_count\" value=\"" + std::to_string(count) + "\"/></sampler>"));
+      // Vectors within a pixel, across pixels, and ones that end in the middle.
+      for (const uint32_t samples : {1u, 3u, 4u, 15u, 16u, 17u, 48u}) {
+        for (const uint32_t first : {0u, 5u, 4294967200u}) {
+          for (const size_t pixels : {size_t{1}, x.size()}) {
+            const PixelSamples block{x.data(), y.data(), pixels, first, samples, 77};
+            expect_same_numbers(*sampler, block);
+          }
         }
       }
     }
@@ -52,8 +61,8 @@ TEST_P(EverySampler, FillsBlocksWithTheSameNumbers) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Samplers, EverySampler,
-                         testing::Values("sobol", "independent", "stratified", "halton", "multijitter",
-                                         "orthogonal"));
+                         testing::Values("sobol", "independent", "stratified", "halton",
+                                         "multijitter", "orthogonal"));
 
 class EveryFilterBlock : public testing::TestWithParam<const char*> {};
 
@@ -65,8 +74,8 @@ TEST_P(EveryFilterBlock, WeighsAsPointByPoint) {
       BlockMemory memory(count);
       float *const x = memory.one(), *const w = memory.one();
       for (size_t i = 0; i < count; ++i) {
-        x[i] = (2 * static_cast<float>(i) / static_cast<float>(count) - 1) * 1.1f *
-               filter->radius();
+        x[i] =
+            (2 * static_cast<float>(i) / static_cast<float>(count) - 1) * 1.1f * filter->radius();
       }
       filter->eval_block(x, count, w);
       // The exponential's two ulps, of a value of at most 1 that a constant is taken from.

@@ -84,8 +84,9 @@ bool add_benchmarks() {
                             What what) {
       const std::string name =
           "sampler/" + std::string(type) + "/" + std::to_string(samples) + "/" + how;
-      benchmark::RegisterBenchmark(
-          name.c_str(), [=](benchmark::State& state) { run(state, type, samples, set, what); });
+      benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
+        run(state, type, samples, set, what);
+      })->MinTime(0.05);
     };
     for (const uint32_t samples : {4u, 64u}) {
       for (const InstructionSet set : sets) {
