@@ -28,10 +28,6 @@ struct Grid {
     const Division<U> at = columns.divide_small(number);
     return {at.remainder, at.quotient};
   }
-  template <class U>
-  KINOME_WIDE U number(const Cell<U>& cell) const {
-    return cell.row * U(columns.number()) + cell.column;
-  }
 
   Modulus columns, rows;
 };
@@ -80,11 +76,14 @@ class PermutationTable {
   std::vector<uint32_t> entries_;
 };
 
-/// Random permutations of a grid's cells.
+/// Random permutations of a grid's cells: from a table that is read from a random entry on, or, of
+/// larger grids, by a Feistel network.
 class CellOrder {
  public:
   explicit CellOrder(const Grid& grid)
-      : grid_(grid), numbers_(grid.count()), table_(has_table() ? grid.count() : 1, kMostEntries) {
+      : grid_(grid),
+        numbers_(has_table() ? grid.count() : 1),
+        table_(numbers_.number(), kMostEntries) {
     table_.transform([&](uint32_t number, uint32_t) {
       const Cell<uint32_t> cell = grid.cell(number);
       return cell.column | cell.row << 16;
@@ -106,8 +105,8 @@ class CellOrder {
 
   bool has_table() const { return grid_.count() <= kMostEntries; }
 
-  /// A Feistel network: each round rotates rows, or columns, by random amounts, and thus is a
-  /// permutation for any number of them, without a search or a table.
+  /// Each round rotates rows, or columns, by random amounts, and thus is a permutation for any
+  /// number of them.
   template <class U>
   KINOME_WIDE Cell<U> feistel(Cell<U> cell, const Key<U>& key) const {
     const Modulus &columns = grid_.columns, &rows = grid_.rows;

@@ -47,7 +47,7 @@ struct Jitter {
   }
 };
 
-/// In [0,1): a number of a stratum plus `jitter`, as multiples of `size`, the strata's.
+/// Returns (stratum + jitter) * size, but less than 1.
 template <class U>
 KINOME_WIDE Real<U> in_stratum(U stratum, Real<U> jitter, float size) {
   using namespace wide::formulas;
