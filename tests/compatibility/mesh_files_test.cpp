@@ -171,6 +171,29 @@ TEST_F(MeshFiles, PlyFacesOfFewerThanThreeVerticesAreSkipped) {
                            ": faces of fewer than three vertices are skipped (3 of them)\n");
 }
 
+/// Hair often ends in a radius of 0.
+TEST_F(MeshFiles, CurvesWithPointedTips) {
+  for (const char* type : {"linearcurve", "bsplinecurve"}) {
+    const auto scene = scene_from(
+        std::string("<integrator type='path'/><emitter type='constant'/>"
+                    "<sensor type='orthographic'><transform name='to_world'>"
+                    "<translate z='-5'/></transform><film type='hdrfilm'><rfilter type='box'/>"
+                    "<integer name='width' value='16'/><integer name='height' value='16'/>"
+                    "</film></sensor><shape type='") +
+        type + "'><string name='filename' value='" +
+        folder_.write("hair.txt", "-1 0 0 0\n-.5 0 0 .2\n.5 .1 0 .2\n1 0 0 0\n") + "'/></shape>");
+    double sum = 0;
+    for (const float value : render_scene(*scene).data) {
+      EXPECT_TRUE(std::isfinite(value));
+      sum += value;
+    }
+    EXPECT_GT(sum, 0);
+  }
+  EXPECT_THROW(make<Shape>("<shape type='linearcurve'><string name='filename' value='" +
+                           folder_.write("none.txt", "0 0 0 0\n1 0 0 0\n") + "'/></shape>"),
+               Error);
+}
+
 /// As MeshLab writes textured meshes; Mitsuba refuses them.
 TEST_F(MeshFiles, PlyTextureCoordinatesOfCorners) {
   const std::string header =

@@ -215,9 +215,9 @@ TEST_F(CurveShapes, SayWhatIsWrong) {
     says(fault(type, ""), ":", "no curves");
     says(fault(type, "\n \n"), ":", "no curves");
     says(fault(type, "0 0 0 1\n"), ":1:1:", "expected at least");
-    says(fault(type, "0 0 0 1\n1 0 0 0\n"), ":2:7:", "must be positive and finite");
-    says(fault(type, "0 0 0 1\n1 0 0 -2\n"), ":2:7:", "must be positive and finite");
-    says(fault(type, "0 0 0 1\n1 0 0 nan\n"), ":2:7:", "must be positive and finite");
+    says(fault(type, "0 0 0 0\n1 0 0 0\n2 0 0 0\n3 0 0 0\n"), ":", "all curves are 0");
+    says(fault(type, "0 0 0 1\n1 0 0 -2\n"), ":2:7:", "must be finite and not negative");
+    says(fault(type, "0 0 0 1\n1 0 0 nan\n"), ":2:7:", "must be finite and not negative");
     says(fault(type, "0 0 inf 1\n1 0 0 2\n"), ":1:5:", "not finite");
     says(fault(type, "0 0 0\n1 0 0 1\n"), ":1:6:", "expected a radius, but the line ends");
     says(fault(type, "# hair\n0 0 0 1\n"), ":1:1:", "expected a coordinate, got '#'");
