@@ -127,7 +127,7 @@ class Builder {
   std::set<const Object*> in_scene_;
   /// With their places, for what is known of them only when all shapes are made.
   std::vector<std::pair<std::shared_ptr<Emitter>, Location>> top_emitters_;
-  /// Those of surfaces, with what is wrong where no shape refers to them.
+  /// Those of surfaces, with a warning for those to which no shape refers.
   std::vector<std::pair<std::shared_ptr<Emitter>, Error>> surface_emitters_;
   std::map<std::string, Location> parameters_;  ///< of the scene itself
   std::vector<Skipped> skipped_;

@@ -149,6 +149,7 @@ Expansion expand_scene(const std::string& text, const std::string& name, const L
                        Faults& faults) {
   Expansion expansion = expand(text, name, options, whole_scene, faults);
   if (expansion.is_of_old_version) translate_old(expansion.root, registry, faults);
+  replace_differentiable(expansion.root);
   if (options.lenient) {
     std::vector<LeftOut> left_out;
     LeavingOut(registry, left_out).run(expansion);

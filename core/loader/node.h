@@ -127,6 +127,9 @@ struct Expansion {
 Expansion expand(const std::string& text, const std::string& name, const LoadOptions& options,
                  bool whole_scene, Faults& faults);
 
+/// Replaces Mitsuba's differentiable integrators (`prb` and the like) by those of the same image.
+void replace_differentiable(Node& node);
+
 /// The same of a scene file's text, or of what a program says, leniently where that is asked for:
 /// what is left out is logged, and goes to `stats`, which may be nullptr.
 Expansion expand_scene(const std::string& text, const std::string& name, const LoadOptions& options,

@@ -139,9 +139,8 @@ void Builder::add_to_scene(const Node& child, const Node& target,
     if (second) throw Error(child.where, "a scene has at most one environment emitter");
     if (emitter->is_surface()) {  // is part of the shape that refers to it, if there is one
       surface_emitters_.emplace_back(
-          emitter, Error(target.where, "an '" + target.value("type") +
-                                           "' emitter shines from a surface: put it, or a <ref> "
-                                           "to it, into a <shape>"));
+          emitter, Error(target.where, "this '" + target.value("type") +
+                                           "' emitter is part of no shape, and gives no light"));
       return;
     }
     add(contents.emitters, emitter);
@@ -170,7 +169,7 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
     }
   }
   for (const auto& [emitter, fault] : surface_emitters_) {
-    if (!emitter->shape()) faults_.add(fault);
+    if (!emitter->shape()) log_warn(fault.what());
   }
   if (!faults_.empty()) return;
   complete_indirect_light(where, contents);

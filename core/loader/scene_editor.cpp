@@ -254,6 +254,7 @@ SceneEditor::SceneEditor(const ObjectDescription& scene, const LoadOptions& opti
     if (scene.tag != "scene") throw Error(scene.where, "must be a scene");
     loader::Expansion expansion;
     expansion.root = loader::node_of(scene, faults);
+    loader::replace_differentiable(expansion.root);
     return expansion;
   };
   state_->load(scene.where.file, expand, stats);

@@ -1,6 +1,7 @@
 #include "kinome/properties.h"
 
 #include <algorithm>
+#include <cctype>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -37,6 +38,12 @@ Rgb as_light(const UniformColor& color) {
 std::string format_color(const UniformColor& c) {
   return c.is_float ? fmt::format("{}", c.value.x)
                     : fmt::format("{} {} {}", c.value.x, c.value.y, c.value.z);
+}
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
 }
 
 }  // namespace
@@ -114,7 +121,7 @@ float Properties::number_or_name(const std::string& name,
   if (!wanted) return real(name);
   std::vector<std::string> known;
   for (const NamedNumber& named : names) {
-    if (*wanted == named.name) return named.value;
+    if (lower_case(*wanted) == lower_case(named.name)) return named.value;
     known.emplace_back(named.name);
   }
   const std::string nearest = nearest_name(*wanted, known);

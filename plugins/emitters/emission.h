@@ -76,18 +76,27 @@ inline glm::mat3 orthonormal(const glm::mat3& m) {
   return glm::mat3(axes);
 }
 
-/// Of `to_world`: its columns are an environment's axes in the world.
+/// Of `to_world`: its columns are an environment's axes in the world. A scale has no meaning for
+/// directions and is ignored. (Mitsuba 3 distorts the image by it.)
 inline glm::mat3 read_rotation(const Properties& props) {
-  const glm::mat3 linear(props.transform("to_world").matrix());
-  const glm::mat3 product = glm::transpose(linear) * linear;
+  constexpr float kRounding = 1e-3f;
+  glm::mat3 axes(props.transform("to_world").matrix());
+  bool scales = false;
   for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) {
-      if (!(std::abs(product[c][r] - (c == r ? 1.f : 0.f)) < 1e-3f)) {
-        throw props.error("to_world", "must be a rotation or reflection, without scale or shear");
-      }
+    const float length = glm::length(axes[c]);
+    if (!(length > 0) || !std::isfinite(length)) {
+      throw props.error("to_world", "must be a rotation or reflection");
+    }
+    scales |= !(std::abs(length * length - 1) < kRounding);
+    axes[c] /= length;
+  }
+  for (int c = 0; c < 3; ++c) {
+    if (!(std::abs(glm::dot(axes[c], axes[(c + 1) % 3])) < kRounding)) {
+      throw props.error("to_world", "must be a rotation or reflection, without shear");
     }
   }
-  return orthonormal(linear);
+  if (scales) props.warn("to_world", "scales, which has no effect on directions");
+  return orthonormal(axes);
 }
 
 /// Where a light stands, and how it is turned: columns of `axes` are its own axes in the world,

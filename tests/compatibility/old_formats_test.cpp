@@ -288,6 +288,21 @@ TEST(OldFormats, Integrators) {
             "integrator/aov");
 }
 
+/// Mitsuba 3's differentiable integrators render the same images as others; `prb` stops at 6 edges.
+TEST(Integrators, DifferentiableOnes) {
+  const auto plugin_of = [](const std::string& type) {
+    return object_of<Object>("<integrator type='" + type + "'><integer name='sppc' value='4'/>"
+                             "<boolean name='hide_emitters' value='true'/></integrator>",
+                             "3.0.0")
+        ->plugin();
+  };
+  EXPECT_EQ(plugin_of("prb"), "integrator/path");
+  EXPECT_EQ(plugin_of("prb_basic"), "integrator/path");
+  EXPECT_EQ(plugin_of("direct_projective"), "integrator/path");
+  EXPECT_EQ(plugin_of("prbvolpath"), "integrator/volpath");
+  EXPECT_THROW(plugin_of("prb_unknown"), Error);
+}
+
 /// Half of the sky over a floor is hidden by a wall that touches it.
 TEST(OldFormats, AmbientOcclusion) {
   const auto scene = old_scene(

@@ -246,9 +246,15 @@ TEST(EnvironmentMap, RefusesWhatItCannotRead) {
   EXPECT_NE(error_of([&] { envmap(folder.path("missing.exr")); }), "");
   const Map map{"noise", 4, 3, noise};
   EXPECT_NE(error_of([&] { envmap(map, "<float name=\"scale\" value=\"-1\"/>"); }), "");
-  const std::string stretched = error_of(
-      [&] { envmap(map, "<transform name=\"to_world\"><scale value=\"2\"/></transform>"); });
-  EXPECT_NE(stretched.find("rotation"), std::string::npos) << stretched;
+  const std::string sheared = error_of([&] {
+    envmap(map, "<transform name=\"to_world\"><matrix value=\"1 1 0 0 1 0 0 0 1\"/></transform>");
+  });
+  EXPECT_NE(sheared.find("rotation"), std::string::npos) << sheared;
+  // A scale is ignored.
+  const auto scaled =
+      envmap(map, "<transform name=\"to_world\"><scale x=\"2\" y=\"2\" z=\"3\"/></transform>");
+  const Vec3 d = glm::normalize(Vec3(.3f, .8f, .5f));
+  EXPECT_EQ(scaled->eval_environment(d), envmap(map, "")->eval_environment(d));
 }
 
 // ---- constant ----

@@ -63,6 +63,15 @@ void add_metal(Node& node) {
   add_value(node, "string", "material", "Cu");
 }
 
+/// Coats have the same roughness everywhere.
+void drop_alpha_texture(Node& node, Warnings& warnings) {
+  const Node* const alpha = find_child(node, "alpha");
+  if (!alpha || (alpha->tag != "texture" && alpha->tag != "ref")) return;
+  warnings.add(alpha->where, fmt::format("the texture 'alpha' of '{}' is replaced by 0.1",
+                                         node.value("type")));
+  remove_children(node, "alpha");
+}
+
 /// A lobe that goes through: `principledthin` whose diffuse part is all transmission.
 void translate_translucent(Node& node, double share, Warnings& warnings) {
   const std::string type = node.value("type");
@@ -169,6 +178,7 @@ void rename_parameters(Node& node, const std::string& type) {
 
 void translate_bsdf(Node& node, Warnings& warnings, Faults& faults) {
   std::string type = node.value("type");
+  if (type == "microfacet") rename_child(node, "albedo", "diffuse_reflectance");
   for (const Renaming& one : kTypes) {
     if (type == one.old_name) set_type(node, type = one.new_name);
   }
@@ -180,6 +190,7 @@ void translate_bsdf(Node& node, Warnings& warnings, Faults& faults) {
   for (Node& child : node.children) limit_reflectance(child, warnings);
   translate_distribution(node, warnings);
   if (is_any_of(type, {"conductor", "roughconductor"})) add_metal(node);
+  if (is_any_of(type, {"roughplastic", "roughcoating"})) drop_alpha_texture(node, warnings);
   if (type == "difftrans") translate_translucent(node, 2, warnings);
   if (type == "hk") translate_translucent(node, 1, warnings);
   if (type == "mixturebsdf") Mixture(node, warnings, faults).translate();

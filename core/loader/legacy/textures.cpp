@@ -70,15 +70,35 @@ void translate_bitmap(Node& node, Warnings& warnings) {
   }
 }
 
+/// The edges of triangles are thin: what is between them stands for all.
+void translate_wireframe(Node& node, Warnings& warnings) {
+  warnings.add(node.where, "'wireframe' is replaced by the colour between its lines");
+  auto color = take_child(node, "interior_color");
+  node.children.clear();
+  if (!color) {
+    add_number(node, "interior_color", 0.5);
+    color = take_child(node, "interior_color");
+  }
+  for (const char* name : {"color0", "color1"}) {
+    node.children.push_back(*color);
+    node.children.back().find("name")->value = name;
+  }
+  set_type(node, "checkerboard");
+}
+
 }  // namespace
 
 void translate_texture(Node& node, Warnings& warnings) {
   std::string type = node.value("type");
   if (type == "ldrtexture" || type == "exrtexture") set_type(node, type = "bitmap");
   if (type == "vertexcolors") {
+    warnings.add(node.where, "'vertexcolors' is replaced by 'mesh_attribute', which takes the "
+                             "colours for numbers from 0 to 255");
     set_type(node, "mesh_attribute");
     add_value(node, "string", "name", "vertex_color");
+    add_number(node, "scale", 1. / 255);
   }
+  if (type == "wireframe") translate_wireframe(node, warnings);
   if (type == "checkerboard" || type == "gridtexture") {
     rename_child(node, "bright_color", "color0");
     rename_child(node, "dark_color", "color1");

@@ -39,15 +39,33 @@ class Translation {
   Translation(PluginRegistry& registry, Faults& faults) : registry_(registry), faults_(faults) {}
 
   void run(Node& node) {
+    if (node.tag == "scene") collect_tags(node);
+    translate(node);
+  }
+
+ private:
+  void collect_tags(const Node& node) {
+    if (const Attribute* const id = node.find("id"); id && node.tag != "ref") {
+      tags_.emplace(id->value, node.tag);
+    }
+    for (const Node& child : node.children) collect_tags(child);
+  }
+  /// The tag of an object or of what a reference names; "" if that is unknown.
+  std::string tag_of(const Node& node) const {
+    if (node.tag != "ref") return node.tag;
+    const auto found = tags_.find(node.value("id"));
+    return found == tags_.end() ? "" : found->second;
+  }
+
+  void translate(Node& node) {
     if (node.tag == "scene") {
       if (node.is_old) translate_scene(node);
     } else if (node.is_old && !node.is_broken && node.find("type")) {
       translate_object(node);
     }
-    for (Node& child : node.children) run(child);
+    for (Node& child : node.children) translate(child);
   }
 
- private:
   void translate_scene(Node& scene) {
     translate_ambient_occlusion(scene, warnings_);
     std::erase_if(scene.children, [&](const Node& child) {
@@ -84,7 +102,7 @@ class Translation {
     }
     bool has_bsdf = false;
     std::erase_if(node.children, [&](const Node& child) {
-      if (child.tag != "bsdf" || !std::exchange(has_bsdf, true)) return false;
+      if (tag_of(child) != "bsdf" || !std::exchange(has_bsdf, true)) return false;
       warnings_.add(child.where, "the first BSDF is used for the whole shape");
       return true;
     });
@@ -114,13 +132,21 @@ class Translation {
     }
     std::erase_if(node.children, [&](const Node& child) {
       const TagKind kind = kind_of(child);
-      if (kind != TagKind::kValue && kind != TagKind::kTransform) return false;
       const std::string name = child.value("name");
+      const bool is_map = node.tag == "bsdf" && !name.empty() && tag_of(child) == "texture";
+      if (kind != TagKind::kValue && kind != TagKind::kTransform && !is_map) return false;
       if (is_without_effect(node, name)) return true;
       if (!plugin || child.is_broken || find_row(*plugin, name)) return false;
+      if (is_map && takes_any_texture(*plugin)) return false;
       if (is_of_mitsubas_working(*category, name)) return false;
       warnings_.add(child.where, unused_message(node, *plugin, name));
       return true;
+    });
+  }
+
+  static bool takes_any_texture(const PluginDescriptor& plugin) {
+    return std::any_of(plugin.parameters.begin(), plugin.parameters.end(), [](const auto& row) {
+      return row.type == ParameterType::kObject && row.category == Category::kTexture;
     });
   }
 
@@ -141,6 +167,7 @@ class Translation {
   PluginRegistry& registry_;
   Faults& faults_;
   Warnings warnings_;
+  std::map<std::string, std::string> tags_;  ///< of all ids
 };
 
 }  // namespace
