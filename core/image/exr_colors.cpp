@@ -21,8 +21,7 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-/// The channels of one layer: names in the file by the part after the last dot. Upper case wins
-/// over lower case.
+/// Channels of one layer: names in the file by the part after the last dot.
 struct Layer {
   std::map<std::string, std::string> channels;
 
@@ -30,7 +29,7 @@ struct Layer {
     return std::all_of(suffixes.begin(), suffixes.end(),
                        [this](const char* suffix) { return find(suffix) != nullptr; });
   }
-  /// The file's name of R, r, …, or nullptr.
+  /// Returns the file's name of R or, without one, of r; nullptr if there is neither.
   const std::string* find(const std::string& suffix) const {
     for (const std::string& spelling : {suffix, lower_case(suffix)}) {
       const auto found = channels.find(spelling);
@@ -50,7 +49,7 @@ struct Layer {
   }
 };
 
-/// Layers by name; what has no name before its dot is of the layer "".
+/// Returns layers by name. Channels without a dot belong to the layer "".
 std::map<std::string, Layer> layers_of(const Imf::ChannelList& list) {
   std::map<std::string, Layer> layers;
   for (auto it = list.begin(); it != list.end(); ++it) {
@@ -74,7 +73,7 @@ ExrColor color_without_layer(const Layer& layer) {
       *layer.find("BY") == "BY") {
     return layer.color(kLuminanceChroma, {"Y", "RY", "BY"}, {"R", "G", "B"});
   }
-  // Small letters are a position's or a normal's.
+  // Lower-case letters belong to positions or normals.
   const auto& all = layer.channels;
   if (all.contains("X") && all.contains("Y") && all.contains("Z")) {
     return layer.color(kXyz, {"X", "Y", "Z"}, {"R", "G", "B"});
@@ -83,15 +82,15 @@ ExrColor color_without_layer(const Layer& layer) {
   return {};
 }
 
-/// Whether a layer's name says that it is the whole picture, as renderers and compositors write it.
-bool is_whole_picture(const std::string& layer) {
+/// Returns true if a layer's name is one that renderers and compositors give to the whole image.
+bool is_whole_image(const std::string& layer) {
   constexpr std::array kNames{"combined", "beauty", "rgba", "rgb", "composite", "color", "colour"};
   const std::string last = lower_case(layer.substr(layer.rfind('.') + 1));
   return std::find(kNames.begin(), kNames.end(), last) != kNames.end();
 }
 
-/// Whether two sets of primaries and white are meant to be the same (Mitsuba 3's measure: such
-/// files keep their values there as well).
+/// Returns true if two sets of primaries and white differ by rounding only (Mitsuba 3's measure:
+/// such files keep their values there as well).
 bool are_same(const Imf::Chromaticities& a, const Imf::Chromaticities& b) {
   constexpr float kSquaredDistance = 1e-6f;
   return (a.red - b.red).length2() + (a.green - b.green).length2() + (a.blue - b.blue).length2() +
@@ -154,7 +153,7 @@ ExrColor find_exr_color(const Imf::ChannelList& list) {
     if (!is_rgb && is_luminance(layer)) candidates.push_back(name);
   }
   if (candidates.empty()) return {};
-  auto chosen = std::find_if(candidates.begin(), candidates.end(), is_whole_picture);
+  auto chosen = std::find_if(candidates.begin(), candidates.end(), is_whole_image);
   const bool is_named = chosen != candidates.end();
   if (!is_named) chosen = candidates.begin();
   const Layer& layer = layers.at(*chosen);

@@ -33,9 +33,9 @@ struct ExrColor {
   std::vector<std::string> other_layers;
 };
 
-/// Letters of either case are found, with or without the name of a layer before them: "R", ".R",
-/// "ViewLayer.Combined.r". Of several layers, one with the name of a whole picture ("Combined",
-/// "beauty", "rgba", …) comes first, then the file's first. Y beside X is a vector's.
+/// Finds letters of either case, with or without the name of a layer before them: "R", ".R",
+/// "ViewLayer.Combined.r". Of several layers, chooses one with the name of a whole image
+/// ("Combined", "beauty", "rgba", …), else the file's first. Y beside X is part of a vector.
 ExrColor find_exr_color(const Imf::ChannelList& list);
 
 /// Converts the first three channels, if they are R, G and B. XYZ has no primaries of its own;

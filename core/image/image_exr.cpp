@@ -29,7 +29,7 @@ namespace {
 
 constexpr float kLargestHalf = 65504;
 
-/// The colour's channels first, the others in the file's (alphabetic) order.
+/// Returns the colour's channels, then the others in the file's (alphabetic) order.
 std::vector<std::string> ordered_channels(const Imf::ChannelList& list, const ExrColor& color) {
   std::vector<std::string> names = color.channels;
   for (auto it = list.begin(); it != list.end(); ++it) {
@@ -81,8 +81,7 @@ struct ChosenPart {
   ExrColor color;
 };
 
-/// Colours of a file with luminance and subsampled chroma, which OpenEXR reconstructs in half
-/// precision.
+/// Reads a file with luminance and subsampled chroma, which OpenEXR converts in half precision.
 void read_luminance_chroma(const std::string& path, int part, const Imath::Box2i& window,
                            const ExrColor& color, Image& image) {
   if (part != 0) {

@@ -13,6 +13,8 @@ namespace {
 struct ErrorManager {
   jpeg_error_mgr base;  // first: libjpeg has pointers to it
   jmp_buf place;
+  bool is_baseline_scan = false;  ///< the header was read, and all scans hold whole coefficients
+  bool is_truncated = false;
   char message[JMSG_LENGTH_MAX] = "";
 };
 
@@ -22,9 +24,14 @@ struct ErrorManager {
   std::longjmp(errors->place, 1);
 }
 
-/// Warnings of the data's end count as errors: libjpeg would make up what is missing.
+/// The data's end counts as an error, because libjpeg would make up what is missing. Files that
+/// only lack the marker at their end are read: in these, no scan asks for more.
 void hear_message(j_common_ptr jpeg, int level) {
-  if (level < 0 && jpeg->err->msg_code == JWRN_JPEG_EOF) fail(jpeg);
+  auto* const errors = reinterpret_cast<ErrorManager*>(jpeg->err);
+  const int code = errors->base.msg_code;
+  if (level >= 0 || (code != JWRN_JPEG_EOF && !errors->is_truncated)) return;
+  errors->is_truncated = true;
+  if (!errors->is_baseline_scan || code == JWRN_HIT_MARKER) fail(jpeg);
 }
 
 /// libjpeg's state. Its errors jump out of `call`, which must leave nothing to destroy.
@@ -43,11 +50,11 @@ class Jpeg {
   template <class Call>
   void run(const Call& call) {
     if (try_to(call)) return;
-    throw std::runtime_error(errors_.base.msg_code == JWRN_JPEG_EOF
-                                 ? kTruncated
-                                 : std::string("libjpeg: ") + errors_.message);
+    throw std::runtime_error(errors_.is_truncated ? kTruncated
+                                                  : std::string("libjpeg: ") + errors_.message);
   }
   const jpeg_decompress_struct& state() const { return state_; }
+  void begin_scans() { errors_.is_baseline_scan = state_.progressive_mode == FALSE; }
 
  private:
   template <class Call>
@@ -93,6 +100,7 @@ void read_jpeg(const std::string& bytes, StoredImage& image) {
   image.channels = channels == 1 ? 1 : 3;
   image.is_encoded = true;
   image.bytes.resize(row * static_cast<size_t>(image.height));
+  jpeg.begin_scans();
   jpeg.run([&](jpeg_decompress_struct& j) {
     jpeg_start_decompress(&j);
     while (j.output_scanline < j.output_height) {

@@ -25,7 +25,7 @@ class Source {
     if (text.ends_with('\r')) text.pop_back();
     return text;
   }
-  /// Whether a scan line of `length` pixels with a run length for each channel comes next.
+  /// Returns true if a scan line of `length` pixels with runs of each channel comes next.
   bool has_runs_of_channels(size_t length) const {
     return length >= 8 && length < 0x8000 && at_ + 4 <= bytes_.size() && bytes_[at_] == 2 &&
            bytes_[at_ + 1] == 2 && (static_cast<uint8_t>(bytes_[at_ + 2]) & 0x80) == 0;
@@ -40,7 +40,7 @@ class Source {
 struct Axis {
   char sign = 0, name = 0;
   int64_t size = 0;
-  /// The column, or the row from the top, of number i along the axis.
+  /// Returns the column, or the row from the top, of the i-th position along the axis.
   int64_t place(int64_t i) const { return (sign == '+') == (name == 'X') ? i : size - 1 - i; }
 };
 
@@ -66,8 +66,8 @@ void read_runs_of_channels(Source& source, std::vector<Pixel>& line) {
   }
 }
 
-/// Pixels one by one; (1, 1, 1, n) repeats the one before n times, and one after the other they are
-/// the digits of n to the base of 256.
+/// Reads pixels one by one. (1, 1, 1, n) repeats the previous pixel n times; consecutive ones are the
+/// digits of n to the base 256, the lowest first.
 void read_runs_of_pixels(Source& source, std::vector<Pixel>& line) {
   int shift = 0;
   for (size_t x = 0; x < line.size();) {

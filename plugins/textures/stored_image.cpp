@@ -15,7 +15,7 @@
 namespace kinome {
 namespace {
 
-/// R, G, B or one channel of a float image.
+/// Returns R, G, B or one channel of a float image.
 StoredImage pick_channels(const Image& image, const Location& source) {
   const auto index = [&](const char* name) {
     const auto it = std::find(image.channels.begin(), image.channels.end(), name);
@@ -25,7 +25,10 @@ StoredImage pick_channels(const Image& image, const Location& source) {
   if (picked[0] < 0 || picked[1] < 0 || picked[2] < 0) {
     const int grey = image.channel_count() == 1 ? 0 : index("Y");
     if (grey < 0) {
-      throw Error(source, "has no channels R, G, B, nor X, Y, Z, nor Y, nor a single one");
+      std::string names;
+      for (const std::string& name : image.channels) names += (names.empty() ? "" : ", ") + name;
+      throw Error(source, "has no colour: it has the channels " + names +
+                              ", expected R, G, B, or X, Y, Z, or Y, or a single one");
     }
     picked = {grey};
   }
@@ -48,7 +51,7 @@ StoredImage pick_channels(const Image& image, const Location& source) {
   return stored;
 }
 
-/// Of the plugin that this is linked to, whichever instruction set that is built for.
+/// Returns the folder of the plugin that this is linked to, without that of its instruction set.
 std::filesystem::path plugin_folder() {
   Dl_info info{};
   static const char anchor = 0;
@@ -96,7 +99,7 @@ std::string texels(size_t count) {
   return std::to_string(count) + (count == 1 ? " texel" : " texels");
 }
 
-/// The text is the same for every use of a file, so that a scene warns of it once.
+/// Warns at the file, not at its use: equal texts appear once while a scene is loaded.
 void warn_at(const Location& source, const std::string& message) {
   log_warn(Error(source, message).what());
 }

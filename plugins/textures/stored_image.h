@@ -6,9 +6,9 @@
 
 namespace kinome {
 
-/// The pixels of a plugin with the parameters `filename` and `data`: those that a program gives, or
-/// the file's, in any format. EXR and PFM are told by their first bytes and read by the core, all
-/// others through ReadImageFunction. All values are finite: NaN becomes 0, and infinity 65504 (the
+/// Pixels of a plugin with the parameters `filename` and `data`: those that a program gives, or the
+/// file's, in any format. The core reads EXR and PFM, recognised by their first bytes;
+/// ReadImageFunction reads all others. All values are finite: NaN becomes 0, and infinity 65504 (the
 /// largest value of float16, whose overflow it usually is), or the image's largest if that is more.
 /// Warns of these, and of negative values if they matter. Throws an Error at the file, or at the
 /// parameter `filename` if a library that is needed can't be opened. Thread-safe.

@@ -220,12 +220,19 @@ TEST_F(ImageFormats, CutFilesAreTruncated) {
       "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 3\n" + std::string(12, 'x')};
   for (const std::string& file : whole) {
     ASSERT_EQ(error_of(file), "");
-    for (size_t length = 12; length + 1 < file.size(); length += 1 + length / 16) {
+    // Without the marker at its end, a JPEG is whole.
+    for (size_t length = 12; length + 2 < file.size(); length += 1 + length / 16) {
       const std::string error = error_of(file.substr(0, length));
       EXPECT_NE(error.find("truncated"), std::string::npos)
           << error << " of " << length << " / " << file.size();
     }
   }
+}
+
+TEST_F(ImageFormats, JpegWithoutItsEndMarker) {
+  const std::string whole = jpeg(40, 30, {200, 100, 50}, false);
+  const Rgb color = texel(*load(whole.substr(0, whole.size() - 2)), 39, 29);
+  EXPECT_EQ(color, texel(*load(whole), 39, 29));
 }
 
 /// Greens of 1 to 6 in the order in which a file of 3 x 2 pixels has them.

@@ -279,7 +279,7 @@ TEST_F(BitmapTest, BadFilesAreErrorsOfOneLine) {
   EXPECT_EQ(error_of(folder_.write("wrong_alpha.png", kWrongAlpha)), "");
   // 100000 x 100000 pixels promised in 67 bytes: refused without allocating.
   expect(error_of(folder_.write("huge.png", kHuge)), "can't hold 100000 x 100000");
-  expect(error_of(exr(Image{1, 1, {"depth.Z", "id"}, {1, 1}})), "no channels R, G, B");
+  expect(error_of(exr(Image{1, 1, {"depth.Z", "id"}, {1, 1}})), "it has the channels depth.Z, id, expected R, G, B,");
   const std::string choice = error_of(colors(), "<string name='wrap_mode' value='mirrored'/>");
   EXPECT_NE(choice.find("did you mean 'mirror'"), std::string::npos) << choice;
 }
