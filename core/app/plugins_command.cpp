@@ -32,6 +32,7 @@ std::string type_name(const Parameter& p) {
 
 std::string default_text(const Parameter& p) {
   if (p.required) return "required";
+  if (p.ignored) return "ignored";
   return p.default_value ? p.default_value : "";
 }
 
@@ -134,7 +135,7 @@ void print_page(Category category, const std::string& name, const PluginDescript
     const std::string value = default_text(p);
     const char* const mark = p.type == ParameterType::kObject ? "*" : "`";
     fmt::print("| {}{}{} | {} | {} | {} |\n", mark, p.name, mark, type_name(p),
-               p.required || value.empty() ? value : fmt::format("`{}`", value), cell(meaning(p)));
+               p.required || p.ignored || value.empty() ? value : fmt::format("`{}`", value), cell(meaning(p)));
   }
 }
 

@@ -40,6 +40,7 @@ int check_plugin(const Request& request) {
   fmt::print("{}: {}\n", subject.title(), subject.plugin().doc);
   Plan plan(asked);
   add_parameter_checks(subject, plan);
+  if (is_made) add_read_check(subject, plan);
   if (is_made) add_checks_of_category(subject, plan);
   return plan.run() == 0 ? 0 : 1;
 }

@@ -52,10 +52,12 @@ class Subject {
 
   static constexpr const char* kFile = "check.xml";
 
+  /// Whether the request gives the parameter a value.
+  bool is_given(const Parameter& parameter) const;
+
  private:
   void find(const std::string& wanted);
   void read_against();
-  bool is_given(const Parameter& parameter) const;
 
   const Request& request_;
   Category category_ = Category::kBsdf;
@@ -73,6 +75,8 @@ std::string needed_xml(const Parameter& parameter);
 
 /// Its construction by default, and by all that may be asked of each parameter.
 void add_parameter_checks(const Subject& subject, Plan& plan);
+/// Finds parameters that the table declares but the plugin never reads.
+void add_read_check(const Subject& subject, Plan& plan);
 void add_emitter_checks(const Subject& subject, Plan& plan);
 void add_bsdf_checks(const Subject& subject, Plan& plan);
 void add_shape_checks(const Subject& subject, Plan& plan);

@@ -51,16 +51,23 @@ std::optional<Category> category_of_tag(const std::string& tag) {
   return std::nullopt;
 }
 
-bool is_of_mitsubas_working(Category category, const std::string& name) {
-  constexpr std::pair<Category, const char*> kAll[] = {
-      {Category::kEmitter, "sampling_weight"},
-      {Category::kIntegrator, "block_size"},
-      {Category::kIntegrator, "samples_per_pass"},
-      {Category::kIntegrator, "timeout"},
+const char* why_ignored(Category category, const std::string& name) {
+  struct Ignored {
+    Category category;
+    const char* name;
+    const char* why;
   };
-  return std::any_of(std::begin(kAll), std::end(kAll), [&](const auto& one) {
-    return one.first == category && name == one.second;
+  constexpr Ignored kAll[] = {
+      {Category::kEmitter, "sampling_weight", "integrators choose emitters by themselves"},
+      {Category::kIntegrator, "block_size", "the size of tiles doesn't change the image"},
+      {Category::kIntegrator, "samples_per_pass", "passes don't change the image"},
+      {Category::kIntegrator, "timeout", "--time limits the time of a render"},
+      {Category::kShape, "silhouette_sampling_weight", "it serves derivatives of images only"},
+  };
+  const auto found = std::find_if(std::begin(kAll), std::end(kAll), [&](const Ignored& one) {
+    return one.category == category && name == one.name;
   });
+  return found == std::end(kAll) ? nullptr : found->why;
 }
 
 bool is_made_on_demand(const Node& node) {
@@ -225,15 +232,20 @@ Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plu
 void Builder::add_given(const Node& node, const PluginDescriptor& plugin, Parts& parts) {
   for (const ObjectDescription::Value& given : node.given) {
     const bool is_known = find_row(plugin, given.name);
-    if (!is_known && is_of_mitsubas_working(parts.props.category(), given.name)) continue;
+    const char* const why = is_known ? nullptr : why_ignored(parts.props.category(), given.name);
+    if (why) {
+      warn_once_of_ignored(parts.props, given.name, why, given.where);
+      continue;
+    }
     faults_.attempt([&] { parts.props.set(given.name, given.value, given.where); });
   }
 }
 
 void Builder::add_value(const Node& child, const std::string& name, const PluginDescriptor& plugin,
                         Parts& parts) {
-  if (!find_row(plugin, name) && is_of_mitsubas_working(parts.props.category(), name)) {
-    log_info(Error(child.where, "'" + name + "' means nothing here, and is ignored").what());
+  const bool is_known = find_row(plugin, name);
+  if (const char* why = is_known ? nullptr : why_ignored(parts.props.category(), name)) {
+    warn_once_of_ignored(parts.props, name, why, child.where);
     return;
   }
   const bool is_whole =
@@ -259,6 +271,13 @@ void Builder::add_object(const Node& child, std::string name, const PluginDescri
   std::shared_ptr<Object> object = target ? make(*target) : nullptr;
   if (category == Category::kTexture && !find_row(plugin, name)) {
     name = row_of_any_texture(plugin).value_or(name);
+  }
+  if (category == Category::kTexture && parts.props.category() == Category::kShape &&
+      !find_row(plugin, name)) {
+    // Mitsuba keeps any texture of a shape as an attribute, for programs that ask for it.
+    warn_once_of_ignored(parts.props, name, "textures of shapes themselves are not read",
+                         child.where);
+    return;
   }
   if (!object && category == Category::kBsdf) object = make_black_bsdf();
   if (!object && category == Category::kTexture) object = make_uniform_texture(Rgb(kStandIn));

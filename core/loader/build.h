@@ -20,9 +20,9 @@ namespace kinome::loader {
 std::optional<Category> category_of_tag(const std::string& tag);
 /// Whether an object is of a plugin of Mitsuba's that isn't here.
 bool is_missing(const Node& node, const PluginRegistry& registry);
-/// Whether Mitsuba's plugins of a category have a parameter for how they work, and not for what they
-/// show.
-bool is_of_mitsubas_working(Category category, const std::string& name);
+/// Returns why a parameter that Mitsuba accepts for every plugin of a category has no effect here;
+/// nullptr if it isn't such a parameter.
+const char* why_ignored(Category category, const std::string& name);
 /// Rather than a value: objects, references to them, and what may have been meant as one.
 bool is_object(const Node& node);
 /// Made only where something refers to them: their files may be large.
@@ -95,6 +95,9 @@ class Builder {
   void check(const Node& node);
   std::shared_ptr<Object> stand_in(const Node& node);
   std::shared_ptr<Object> create(Properties& props, const Location& type_where);
+  void warn_of_ignored(const Properties& props, const PluginDescriptor& plugin);
+  void warn_once_of_ignored(const Properties& props, const std::string& parameter,
+                            const std::string& why, const Location& where);
   void warn_of_dark_lamp(const Shape& shape, const Location& where);
   void add_default_children(Properties& props, const PluginDescriptor& plugin);
   void add_to_scene(const Node& child, const Node& target, const std::shared_ptr<Object>& object,
@@ -122,6 +125,7 @@ class Builder {
   std::map<const void*, std::shared_ptr<const std::vector<std::string>>> folder_lists_;
   std::vector<std::string> plugins_;
   int dark_lamps_ = 0;
+  std::set<std::string> ignored_;  ///< "category 'plugin': parameter", of those with a warning
   std::set<const Node*> checked_;  ///< of what isn't made
   std::set<const Node*> named_by_unused_;
   std::set<const Object*> in_scene_;

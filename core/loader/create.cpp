@@ -61,6 +61,22 @@ void check_no_attribute(const Object& object, const Location& where) {
 
 }  // namespace
 
+/// Warns of the parameters that the scene gives but the plugin ignores.
+void Builder::warn_of_ignored(const Properties& props, const PluginDescriptor& plugin) {
+  for (const IgnoredEntry& ignored : take_ignored(props, plugin)) {
+    warn_once_of_ignored(props, ignored.row->name, ignored.row->doc, ignored.entry->where);
+  }
+}
+
+/// Logs one warning per plugin and parameter: a thousand shapes may give the same one.
+void Builder::warn_once_of_ignored(const Properties& props, const std::string& parameter,
+                                   const std::string& why, const Location& where) {
+  const std::string plugin =
+      std::string(to_string(props.category())) + " '" + props.plugin_name() + "'";
+  if (!ignored_.insert(plugin + ": " + parameter).second) return;
+  log_warn(Error(where, plugin + ": '" + parameter + "' is ignored: " + why).what());
+}
+
 void Builder::warn_of_dark_lamp(const Shape& shape, const Location& where) {
   constexpr int kMostTold = 5;
   const std::string why = why_dark(shape);
@@ -76,6 +92,7 @@ std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_
   if (std::find(plugins_.begin(), plugins_.end(), name) == plugins_.end()) plugins_.push_back(name);
   add_default_children(props, plugin);
   auto object = registry_.create(props);
+  warn_of_ignored(props, plugin);
   made_.push_back(name);
   if (const auto* const emitter = dynamic_cast<const Emitter*>(object.get())) {
     if (!emitter->is_surface()) check_no_attribute(*object, props.where());

@@ -41,7 +41,7 @@ constexpr MitsubaPlugin kPlugins[] = {
     {"emitter", "projector", nullptr},
     {"emitter", "spot", nullptr},
     {"emitter", "sunsky", "not complex_sun"},
-    {"emitter", "timed_sunsky", "its first moment: shutters don't open for longer; not complex_sun"},
+    {"emitter", "timed_sunsky", "not complex_sun"},
     {"film", "hdrfilm", nullptr},
     {"film", "specfilm", nullptr},
     {"integrator", "aov", nullptr},

@@ -148,7 +148,8 @@ std::vector<SceneParameter> ParameterList::all() const {
   };
   for (const auto& [path, node] : paths().all()) {
     for (const Parameter& row : plugin_of(*node).parameters) {
-      if (row.type == ParameterType::kObject || held_object(*node, row.name)) continue;
+      const bool is_object = row.type == ParameterType::kObject || held_object(*node, row.name);
+      if (row.ignored || is_object) continue;
       std::string own = path + "." + listed_name(row);
       // An object of this path and a parameter "value" is called so already.
       if (!used.insert(own).second) own = path + "." + row.name;

@@ -159,6 +159,17 @@ std::vector<Error> check_parameters(const Properties& props, const PluginDescrip
   return faults;
 }
 
+std::vector<IgnoredEntry> take_ignored(const Properties& props, const PluginDescriptor& plugin) {
+  std::vector<IgnoredEntry> ignored;
+  for (const auto& [name, entry] : props.entries()) {
+    const Parameter* const row = find_row(plugin, name);
+    if (!row || !row->ignored) continue;
+    entry.read = true;
+    ignored.push_back({row, &entry});
+  }
+  return ignored;
+}
+
 void check_all_read(const Properties& props) {
   std::string list;
   const Location* first = nullptr;

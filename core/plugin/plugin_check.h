@@ -20,6 +20,13 @@ struct Lost {
 /// nested objects, required ones. All that is wrong.
 std::vector<Error> check_parameters(const Properties& props, const PluginDescriptor& plugin,
                                     const Lost& lost = {});
+/// Returns the entries of `props` that the plugin ignores (Parameter::ignored), and marks them as
+/// read. The pointers live as long as `props`.
+struct IgnoredEntry {
+  const Parameter* row;
+  const Properties::Entry* entry;
+};
+std::vector<IgnoredEntry> take_ignored(const Properties& props, const PluginDescriptor& plugin);
 /// An Error that lists what the plugin's constructor left unread.
 void check_all_read(const Properties& props);
 

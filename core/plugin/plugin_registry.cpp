@@ -243,6 +243,7 @@ std::shared_ptr<Object> PluginRegistry::create(Properties& props) {
   props.set_table(plugin.parameters);
   const std::string name = std::string(to_string(props.category())) + "/" + props.plugin_name();
   std::shared_ptr<Object> object = construct(plugin, props, name);
+  take_ignored(props, plugin);
   check_all_read(props);
   object->set_id(props.id());
   object->set_origin(name, nested_objects(props));

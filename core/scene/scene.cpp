@@ -71,7 +71,10 @@ Scene::Scene(Contents contents, unsigned threads, const Scene* before)
   }
   // Last: of what a former scene has, too, nothing may change where this one can't be.
   for (const auto& sensor : contents_.sensors) sensor->set_scene_bounds(bounds_);
-  for (Emitter* emitter : all) emitter->prepare(bounds_);
+  for (Emitter* emitter : all) {
+    if (!contents_.sensors.empty()) emitter->set_shutter(contents_.sensors.front()->shutter());
+    emitter->prepare(bounds_);
+  }
 }
 
 /// Parts may have parts, as a merge's instances have. Meshes without faces are left out.

@@ -13,6 +13,8 @@ namespace {
 constexpr Parameter kParameters[] = {
     {"bsdf", ParameterType::kObject, nullptr, "one BSDF for both sides, or front and back", true,
      Category::kBsdf, 2},
+    {"allow_transmission", ParameterType::kBoolean, "false",
+     "accepts nested BSDFs that let light through, if they don't bend it"},
 };
 
 class TwoSided final : public Bsdf {
@@ -21,10 +23,17 @@ class TwoSided final : public Bsdf {
     if (sides_.empty() || sides_.size() > 2) {
       throw props.error("bsdf", "must be one or two nested BSDFs");
     }
+    const bool allow_transmission = props.boolean("allow_transmission");
     for (const auto& side : sides_) {
-      if (side->transmits()) {
+      if (side->transmits() && !allow_transmission) {
         throw props.error("bsdf", "can't be one that lets light through: it has two sides itself");
       }
+      if (side->relative_index() != 1) {
+        throw props.error("bsdf", "can't be one that bends light: it would bend it inwards on both "
+                                  "sides");
+      }
+      transmits_ = transmits_ || side->transmits();
+      scatters_through_ = scatters_through_ || side->scatters_through();
     }
     lobes_ = sides_.front()->lobes() | sides_.back()->lobes();
     is_lambertian_ = sides_.front()->is_lambertian() && sides_.back()->is_lambertian();

@@ -17,6 +17,7 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"radiance", ParameterType::kEmission, "1", "Radiance from every direction."},
+    ignored_row("to_world", ParameterType::kTransform, "all directions look the same"),
 };
 
 class ConstantEnvironment final : public Environment {

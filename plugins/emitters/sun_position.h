@@ -16,13 +16,19 @@ struct TimeAndPlace {
   double hour, minute, second;
 };
 
+/// Julian day number of a date in the Gregorian calendar; a `day` beyond its month is one of the
+/// months after it.
+inline int julian_day(int year, int month, int day) {
+  const int months = (month - 14) / 12;
+  return 1461 * (year + 4800 + months) / 4 + 367 * (month - 2 - 12 * months) / 12 -
+         3 * ((year + 4900 + months) / 100) / 4 + day - 32075;
+}
+
 /// Days since noon of 1 January 2000. The hours go into a single-precision number of days since
 /// 4713 BC, which has quarters of a day: so has Mitsuba, and with it the sun's place in its year
 /// (up to an eighth of a degree).
 inline double days_since_2000(const TimeAndPlace& at, double hours) {
-  const int months = (at.month - 14) / 12;
-  const int day = 1461 * (at.year + 4800 + months) / 4 + 367 * (at.month - 2 - 12 * months) / 12 -
-                  3 * ((at.year + 4900 + months) / 100) / 4 + at.day - 32075;
+  const int day = julian_day(at.year, at.month, at.day);
   const float julian = static_cast<float>(day) - 0.5f + static_cast<float>(hours) / 24;
   return double{julian - 2451545.f};
 }

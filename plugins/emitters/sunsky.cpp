@@ -30,11 +30,11 @@ constexpr Parameter kTable[] = {
 
 class SunSkyEmitter final : public SunSky {
  public:
-  explicit SunSkyEmitter(const Properties& props) : SunSkyEmitter(props, read_sky_frame(props)) {}
+  explicit SunSkyEmitter(const Properties& props) : SunSkyEmitter(props, SkySettings(props)) {}
 
  private:
-  SunSkyEmitter(const Properties& props, const LightFrame& frame)
-      : SunSky(props, frame, read_sun(props, frame)) {}
+  SunSkyEmitter(const Properties& props, const SkySettings& settings)
+      : SunSky(settings, read_sun(props, settings.frame)) {}
 
   static Vec3 read_sun(const Properties& props, const LightFrame& frame) {
     if (!props.has("sun_direction")) {

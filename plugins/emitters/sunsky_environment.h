@@ -1,29 +1,10 @@
 #pragma once
 
-#include "emission.h"
 #include "environment.h"
 #include "flux_grid.h"
-#include "sun_position.h"
-#include "sunsky_model.h"
+#include "sky_settings.h"
 
 namespace kinome::sunsky {
-
-// clang-format off
-#define KINOME_SUNSKY_PARAMETERS \
-    {"turbidity", ParameterType::kFloat, "3", "Haze, from 1 (arctic, clear) to 10 (hazy)."}, \
-    {"albedo", ParameterType::kReflectanceTexture, "0.3", "Of the ground; the same everywhere."}, \
-    {"latitude", ParameterType::kFloat, "35.6894", "Degrees north."}, \
-    {"longitude", ParameterType::kFloat, "139.6917", "Degrees east."}, \
-    {"timezone", ParameterType::kFloat, "9", "Hours that clocks are ahead of Greenwich."}, \
-    {"sun_scale", ParameterType::kFloat, "1", "Factor of the sun's radiance."}, \
-    {"sky_scale", ParameterType::kFloat, "1", "Factor of the sky's radiance."}, \
-    {"sun_aperture", ParameterType::kFloat, "0.5358", \
-     "Angle that the sun takes up in the sky, in degrees; its light is the same."},\
-    {"complex_sun", ParameterType::kBoolean, "false", \
-     "A sun darker at its edge: not here, must be false."}, \
-    {"to_world", ParameterType::kTransform, "identity", \
-     "Rotation (or reflection): +z becomes up."}
-// clang-format on
 
 /// Light of the sun and of a cloudless sky. Both are sampled, each by its share of the light: the
 /// sun's disk evenly, the sky by a table of its luminance over equal solid angles.
@@ -87,7 +68,7 @@ class SunSky : public Environment {
       return grid;
     }
     constexpr double kLeastRows = 128, kMostRows = 2048;
-    const double half_turns = std::numbers::pi / half_angle_;
+    const double half_turns = std::numbers::pi / settings_.half_angle;
     const double rings = std::max(1., std::ceil(kLeastRows / half_turns));
     grid.rows = static_cast<int>(std::min(std::floor(rings * half_turns), kMostRows));
     return grid;
@@ -126,85 +107,27 @@ class SunSky : public Environment {
     return points;
   }
 
- protected:
-  /// `sun`: a unit vector in the sky's own space, where +z is up; `rows` as of Model.
-  SunSky(const Properties& props, const LightFrame& frame, const Vec3& sun, double rows = 0)
-      : frame_(frame),
-        half_angle_(read_half_angle(props)),
-        sun_scale_(read_scale(props, "sun_scale")),
-        sky_scale_(read_scale(props, "sky_scale")),
-        model_(read_turbidity(props), read_albedo(props), sun, rows),
-        sun_radiance_(model_.sun_radiance() * (sun_scale_ * sun_ratio())),
+  /// `sun` and `rows` as of SkySettings::model.
+  SunSky(const SkySettings& settings, const Vec3& sun, double rows = 0)
+      : settings_(settings),
+        frame_(settings.frame),
+        model_(settings.model(sun, rows)),
+        sun_radiance_(model_.sun_radiance() * (settings.sun_scale * settings.sun_ratio())),
         flux_({128, 64}, 2, [this](const Vec2& uv) {
-          return sky_scale_ == 0 || !model_.is_day()
+          return settings_.sky_scale == 0 || !model_.is_day()
                      ? 0.f
-                     : sky_scale_ * luminance(glm::abs(model_.sky<float>(sky_direction<float>(uv))));
+                     : settings_.sky_scale *
+                           luminance(glm::abs(model_.sky<float>(sky_direction<float>(uv))));
         }) {
-    if (props.boolean("complex_sun")) {
-      throw props.error("complex_sun", "must be false: there is but a sun of even radiance");
-    }
     const float of_sun = luminance(glm::abs(sun_radiance_)) * solid_angle();
     const float of_sky = flux_.mean() * 2 * kPi;
     is_black_ = !(of_sun + of_sky > 0);
     sun_share_ = is_black_ ? 0 : of_sun / (of_sun + of_sky);
   }
 
-  /// A year, month or day.
-  static int read_calendar(const Properties& props, const char* name) {
-    const int64_t value = props.integer(name);
-    if (std::abs(value) > 9999) {
-      throw props.error(name, "must be from -9999 to 9999, got " + std::to_string(value));
-    }
-    return static_cast<int>(value);
-  }
-  static Vec3 read_sun_at(const Properties& props, const TimeAndPlace& at) {
-    const Vec3 sun = sun_direction(at);
-    if (is_finite(sun)) return sun;
-    throw props.error("latitude", "and all of time and place must be finite");
-  }
-
-  static LightFrame read_sky_frame(const Properties& props) {
-    LightFrame frame;
-    frame.axes = read_rotation(props);
-    return frame;
-  }
-
  private:
-  static float read_scale(const Properties& props, const char* name) {
-    const float scale = props.real(name);
-    if (!(scale >= 0 && scale <= 1e24f)) {
-      throw props.error(name, "must be from 0 to 1e24, got " + std::to_string(scale));
-    }
-    return scale;
-  }
-  static double read_half_angle(const Properties& props) {
-    const float aperture = props.real("sun_aperture");
-    if (!(aperture >= 1e-3f && aperture < 180)) {
-      throw props.error("sun_aperture", "must be at least 0.001 and below 180 degrees, got " +
-                                            std::to_string(aperture));
-    }
-    return double{aperture} / 2 * std::numbers::pi / 180;
-  }
-  static float read_turbidity(const Properties& props) {
-    const float turbidity = props.real("turbidity");
-    if (!(turbidity >= 1 && turbidity <= 10)) {
-      throw props.error("turbidity", "must be from 1 to 10, got " + std::to_string(turbidity));
-    }
-    return turbidity;
-  }
-  static Rgb read_albedo(const Properties& props) {
-    const auto albedo = props.texture("albedo");
-    if (!albedo->is_uniform()) throw props.error("albedo", "must be the same everywhere");
-    return albedo->eval(Vec2(0.5f));
-  }
-
-  /// 2 (1 - cos), with all its digits: of a chord of the unit sphere, the square.
-  double chord2() const { return 4 * std::pow(std::sin(half_angle_ / 2), 2); }
-  float solid_angle() const { return static_cast<float>(std::numbers::pi * chord2()); }
-  /// By how much smaller a sun is brighter.
-  float sun_ratio() const {
-    return static_cast<float>(4 * std::pow(std::sin(kSolarHalfAngle / 2), 2) / chord2());
-  }
+  double chord2() const { return settings_.chord2(); }
+  float solid_angle() const { return settings_.solid_angle(); }
 
   // Directions are local from here on.
 
@@ -220,7 +143,7 @@ class SunSky : public Environment {
     using namespace wide::formulas;
     if (is_black_) return RgbOf<F>(F(0.f));
     const RgbOf<F> sun = select(is_sun<F>(d), RgbOf<F>(sun_radiance_));
-    return select(d.z >= 0.f, model_.sky<F>(d) * F(sky_scale_) + sun);
+    return select(d.z >= 0.f, model_.sky<F>(d) * F(settings_.sky_scale) + sun);
   }
 
   template <class F>
@@ -279,12 +202,11 @@ class SunSky : public Environment {
       const Vec3 d = zenith_up(cells.sample(i, u));
       if (d.z >= 0) sum += model_.sky<float>(d);
     }
-    return sum * (sky_scale_ * cells.cell_solid_angle() / (kSide * kSide));
+    return sum * (settings_.sky_scale * cells.cell_solid_angle() / (kSide * kSide));
   }
 
+  SkySettings settings_;
   LightFrame frame_;
-  double half_angle_;
-  float sun_scale_, sky_scale_;
   Model model_;
   Rgb sun_radiance_;
   FluxGrid flux_;  ///< of the sky, over (azimuth / 2 pi, 1 - z)

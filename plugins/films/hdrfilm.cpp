@@ -46,7 +46,8 @@ const Parameter kTable[] = {
               "float16, float32 or uint32 (of which the largest is 1); pfm is always float32"),
     {"sample_border", ParameterType::kBoolean, "false",
      "also sample the border that the filter reaches, so that pixels at the edge are as good"},
-    {"compensate", ParameterType::kBoolean, "false", "accepted and ignored, as in Mitsuba 3"},
+    ignored_row("compensate", ParameterType::kBoolean, "sums are precise enough without it"),
+    ignored_row("banner", ParameterType::kBoolean, "images have no banner"),
     {"rfilter", ParameterType::kObject, nullptr, "reconstruction filter; gaussian if not given",
      false, Category::kReconstructionFilter},
 };
@@ -101,7 +102,6 @@ class HdrFilm : public Film {
     has_alpha_ = pixel_format % 2 == 1;
     number_ = static_cast<ExrNumber>(choice(props, "component_format", kComponentFormats));
     sample_border_ = props.boolean("sample_border");
-    if (props.boolean("compensate")) props.warn("compensate", "has no effect");
     filter_ = props.object<ReconstructionFilter>();
     if (!filter_) throw props.error("rfilter", "is missing: the film needs a nested <rfilter>");
   }

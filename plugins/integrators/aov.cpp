@@ -19,6 +19,7 @@
 
 #include "kinome/block_points.h"
 #include "kinome/primary_rays.h"
+#include "ignored_parameters.h"
 #include "nesting.h"
 #include "transport/blocks_of_tile.h"
 #include "transport/camera.h"
@@ -28,6 +29,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
+    kIgnoredHideEmitters,
     {"aovs", ParameterType::kString, nullptr,
      "NAME:TYPE pairs, commas or spaces between them; types: albedo, depth, position, uv, "
      "geo_normal, sh_normal, dp_du, dp_dv, duv_dx, duv_dy, prim_index, shape_index (from 1).",

@@ -3,11 +3,10 @@
 ///
 ///     <integrator type="depth"/>
 
-#include <array>
-
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
 #include "kinome/primary_rays.h"
+#include "ignored_parameters.h"
 #include "transport/blocks_of_tile.h"
 #include "transport/camera.h"
 #include "transport/film_samples.h"
@@ -15,7 +14,7 @@
 namespace kinome {
 namespace {
 
-constexpr std::array<Parameter, 0> kTable{};
+constexpr Parameter kTable[] = {kIgnoredHideEmitters};
 
 /// What one thread works with.
 class DepthWorker {

@@ -13,12 +13,14 @@
 
 #include <algorithm>
 
+#include "ignored_parameters.h"
 #include "nesting.h"
 
 namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
+    kIgnoredHideEmitters,
     {"integrator", ParameterType::kObject, nullptr,
      "What renders; each one's second moments are computed.", true, Category::kIntegrator, 16},
 };

@@ -16,6 +16,7 @@ namespace {
 const Parameter kTable[] = {
     KINOME_SAMPLER_PARAMETERS,
     kJitter,
+    ignored_row("strength", ParameterType::kInteger, "Bose's construction has strength 2"),
 };
 
 bool is_prime(uint32_t n) {

@@ -21,13 +21,14 @@ constexpr int kMostSensors = 4096;
 const Parameter kTable[] = {
     {"sensor", ParameterType::kObject, nullptr, "one for each part of the picture, from the left",
      true, Category::kSensor, kMostSensors},
+    ignored_row("to_world", ParameterType::kTransform, "each nested sensor has its own"),
     KINOME_SENSOR_PARAMETERS,
 };
 
 class Batch final : public Sensor {
  public:
   explicit Batch(const Properties& props) : sensors_(props.objects<Sensor>()) {
-    check_shutter(props);
+    shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
     const auto count = static_cast<int>(sensors_.size());

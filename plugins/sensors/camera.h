@@ -18,7 +18,7 @@ namespace kinome {
       {"near_clip", ParameterType::kFloat, "0.01", "depth of the nearest visible point"},          \
       {"far_clip", ParameterType::kFloat, "10000", "depth of the farthest visible point"},         \
       {"shutter_open", ParameterType::kFloat, "0",                                                 \
-       "start of the exposure; nothing moves, so that it is only checked"},                        \
+       "start of the exposure; matters only for timed_sunsky"},                        \
       {"shutter_close", ParameterType::kFloat, "0", "its end"},                                    \
       {"film", ParameterType::kObject, nullptr, "hdrfilm if not given", false, Category::kFilm}, { \
     "sampler", ParameterType::kObject, nullptr, "independent if not given", false,                 \
@@ -52,14 +52,14 @@ inline ClipRange read_clip_range(const Properties& props) {
   return clip;
 }
 
-inline void check_shutter(const Properties& props) {
-  const float open = props.real("shutter_open");
-  const float close = props.real("shutter_close");
-  if (close < open) {
+inline Shutter read_shutter(const Properties& props) {
+  const Shutter shutter{props.real("shutter_open"), props.real("shutter_close")};
+  if (shutter.close < shutter.open) {
     throw props.error("shutter_close", "must not come before shutter_open (" +
-                                           std::to_string(open) + "), got " +
-                                           std::to_string(close));
+                                           std::to_string(shutter.open) + "), got " +
+                                           std::to_string(shutter.close));
   }
+  return shutter;
 }
 
 inline Transform read_camera_transform(const Properties& props, bool scale_allowed) {

@@ -28,7 +28,7 @@ const Parameter kTable[] = {
 class Distant final : public Sensor {
  public:
   explicit Distant(const Properties& props) : shape_(props.object<Shape>()) {
-    check_shutter(props);
+    shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
     check_film_of_one_pixel(props, *film_);

@@ -24,7 +24,7 @@ const Parameter kTable[] = {KINOME_SENSOR_PARAMETERS};
 class IrradianceMeter final : public Sensor {
  public:
   explicit IrradianceMeter(const Properties& props) {
-    check_shutter(props);
+    shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
     // Directions are drawn by their cosine: density cosine / pi.

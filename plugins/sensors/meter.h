@@ -10,7 +10,7 @@ namespace kinome {
 /// Rows of a parameter table that all sensors have.
 #define KINOME_SENSOR_PARAMETERS                                                                   \
   {"shutter_open", ParameterType::kFloat, "0",                                                     \
-   "start of the exposure; nothing moves, so that it is only checked"},                            \
+   "start of the exposure; matters only for timed_sunsky"},                            \
       {"shutter_close", ParameterType::kFloat, "0", "its end"},                                    \
       {"film", ParameterType::kObject, nullptr, "hdrfilm if not given", false, Category::kFilm}, { \
     "sampler", ParameterType::kObject, nullptr, "independent if not given", false,                 \

@@ -14,13 +14,16 @@
 namespace kinome {
 namespace {
 
-const Parameter kTable[] = {KINOME_CAMERA_PARAMETERS};
+const Parameter kTable[] = {
+    KINOME_CAMERA_PARAMETERS,
+    ignored_row("focus_distance", ParameterType::kFloat, "parallel rays are sharp everywhere"),
+};
 
 class Orthographic final : public FormulaSensor<Orthographic> {
  public:
   explicit Orthographic(const Properties& props)
       : to_world_(read_camera_transform(props, true)), to_camera_(to_world_.inverse()) {
-    check_shutter(props);
+    shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
     plane_ = FilmPlane(*film_, 1.f);

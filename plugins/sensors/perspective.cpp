@@ -19,8 +19,7 @@ const Parameter kTable[] = {
     {"principal_point_offset_x", ParameterType::kFloat, "0",
      "moves the picture's centre, in units of its width"},
     {"principal_point_offset_y", ParameterType::kFloat, "0", "the same, of its height"},
-    {"focus_distance", ParameterType::kFloat, nullptr,
-     "of a lens: without one all is sharp, and this is ignored, as in Mitsuba"},
+    ignored_row("focus_distance", ParameterType::kFloat, "a pinhole camera is sharp everywhere"),
 };
 
 class Perspective final : public FormulaSensor<Perspective> {
@@ -29,7 +28,7 @@ class Perspective final : public FormulaSensor<Perspective> {
       : clip_(read_clip_range(props)),
         to_world_(read_camera_transform(props, false)),
         to_camera_(to_world_.inverse()) {
-    check_shutter(props);
+    shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
     const Vec2 offset(props.real("principal_point_offset_x"),

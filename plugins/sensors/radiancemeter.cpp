@@ -23,7 +23,7 @@ const Parameter kTable[] = {
 class RadianceMeter final : public Sensor {
  public:
   explicit RadianceMeter(const Properties& props) {
-    check_shutter(props);
+    shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
     check_film_of_one_pixel(props, *film_);

@@ -23,7 +23,7 @@ class Spherical final : public FormulaSensor<Spherical> {
  public:
   explicit Spherical(const Properties& props)
       : to_world_(read_camera_transform(props, false)), to_camera_(to_world_.inverse()) {
-    check_shutter(props);
+    shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
     step_ = Vec2(2 * kPi / static_cast<float>(film_->width()),

@@ -28,7 +28,7 @@ class ThinLens final : public FormulaSensor<ThinLens> {
       : clip_(read_clip_range(props)),
         to_world_(read_camera_transform(props, false)),
         to_camera_(to_world_.inverse()) {
-    check_shutter(props);
+    shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
     plane_ = FilmPlane(*film_, read_half_width(props, aspect_ratio(*film_)));

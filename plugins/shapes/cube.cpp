@@ -14,8 +14,8 @@
 namespace kinome {
 namespace {
 
-constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kNestedBsdf, kNestedEmitter,
-                                kNestedSensor};
+constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kIgnoredFaceNormals, kNestedBsdf,
+                                kNestedEmitter, kNestedSensor};
 
 /// Outward normal, and where u and v increase. u x v points inward on every face.
 struct Face {

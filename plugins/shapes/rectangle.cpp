@@ -13,8 +13,8 @@
 namespace kinome {
 namespace {
 
-constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kNestedBsdf, kNestedEmitter,
-                                kNestedSensor};
+constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kIgnoredFaceNormals, kNestedBsdf,
+                                kNestedEmitter, kNestedSensor};
 
 class Rectangle final : public wide::Mesh {
  public:

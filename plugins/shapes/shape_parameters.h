@@ -21,6 +21,8 @@ inline constexpr Parameter kNestedSensor{"sensor", ParameterType::kObject,
                                          false,    Category::kSensor};
 inline constexpr Parameter kFaceNormals{"face_normals", ParameterType::kBoolean, "false",
                                         "Flat shading: normals of vertices are not used."};
+inline constexpr Parameter kIgnoredFaceNormals =
+    ignored_row("face_normals", ParameterType::kBoolean, "faces are flat in any case");
 
 /// The `to_world` of a shape. Error where it can't be undone, since then there are no normals.
 inline Transform to_world_of(const Properties& props) {

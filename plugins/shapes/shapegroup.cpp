@@ -16,13 +16,12 @@ namespace {
 constexpr Parameter kTable[] = {
     {"shape", ParameterType::kObject, nullptr, "A shape, which must not emit.", false,
      Category::kShape, 1000000},
-    {"to_world", ParameterType::kTransform, "identity",
-     "Not used, as in Mitsuba: instances have it."},
+    ignored_row("to_world", ParameterType::kTransform, "instances have their own"),
 };
 
 class Group final : public ShapeGroup {
  public:
-  explicit Group(const Properties& props) : ShapeGroup(props) { props.transform("to_world"); }
+  explicit Group(const Properties& props) : ShapeGroup(props) {}
 };
 
 }  // namespace

@@ -10,17 +10,14 @@ namespace {
 
 const Parameter kTable[] = {
     {"value", ParameterType::kFloat, nullptr, "at all wavelengths; not negative", true},
-    {"wavelength_min", ParameterType::kFloat, "360", "nm; means nothing in RGB"},
-    {"wavelength_max", ParameterType::kFloat, "830", "nm; means nothing in RGB"},
+    ignored_row("wavelength_min", ParameterType::kFloat, "RGB has no wavelengths"),
+    ignored_row("wavelength_max", ParameterType::kFloat, "RGB has no wavelengths"),
 };
 
 class UniformSpectrum final : public OneColor {
  public:
   explicit UniformSpectrum(const Properties& props)
-      : OneColor(not_negative(props, "value", Rgb(props.real("value")))) {
-    props.real("wavelength_min");
-    props.real("wavelength_max");
-  }
+      : OneColor(not_negative(props, "value", Rgb(props.real("value")))) {}
 };
 
 }  // namespace

@@ -23,7 +23,6 @@ namespace {
 
 constexpr const char* kFilters[] = {"bilinear", "nearest"};
 constexpr const char* kWraps[] = {"repeat", "mirror", "clamp"};
-constexpr const char* kFormats[] = {"auto", "variant", "float16", "fp16", "uint8"};
 
 constexpr Parameter kParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
@@ -35,10 +34,8 @@ constexpr Parameter kParameters[] = {
     choice_of("filter_type", kFilters, "bilinear", "bilinear or nearest"),
     choice_of("wrap_mode", kWraps, "repeat", "outside [0,1]: repeat, mirror or clamp"),
     {"raw", ParameterType::kBoolean, "false", "numbers, not colours: no sRGB decoding"},
-    choice_of(
-        "format", kFormats, "variant",
-        "auto, variant, float16, fp16 or uint8: how Mitsuba keeps it in memory; here it means "
-        "nothing"),
+    ignored_row("format", ParameterType::kString, "texels have the precision of their file"),
+    ignored_row("accel", ParameterType::kBoolean, "it chooses texture units of graphics cards"),
     {"to_uv", ParameterType::kTransform, "identity", "from surface to image coordinates"},
 };
 
@@ -51,7 +48,6 @@ class Bitmap final : public Texture {
       : filter_(static_cast<Filter>(props.choice("filter_type"))),
         wrap_(static_cast<Wrap>(props.choice("wrap_mode"))),
         to_uv_(props.transform("to_uv")) {
-    props.choice("format");
     const bool raw = props.boolean("raw");
     image_ = LoadedImage(props).image;
     const bool decode = image_.is_encoded && !raw;

@@ -32,8 +32,8 @@ __all__ = ["Changes", "Error", "Parameter", "Picture", "Scene", "SceneParameters
 
 def plugins():
     """All plugins, as dicts: "category", "name", "doc" and "parameters", a list of dicts with
-    "name", "type", "default" (as XML would have it, or None), "doc", "required" and "choices" (the
-    names that it may be; empty: it is no such name)."""
+    "name", "type", "default" (as XML would have it, or None), "doc", "required", "ignored" (accepted
+    without effect) and "choices" (the names that it may be; empty: it is no such name)."""
     return _kinome.plugins()
 
 

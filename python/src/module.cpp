@@ -302,6 +302,7 @@ nb::list list_plugins() {
           p.default_value ? nb::object(nb::str(p.default_value)) : nb::object(nb::none());
       row["doc"] = p.doc;
       row["required"] = p.required;
+      row["ignored"] = p.ignored;
       row["choices"] = std::vector<std::string>(p.choices.begin(), p.choices.end());
       rows.append(row);
     }

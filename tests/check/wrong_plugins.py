@@ -114,6 +114,8 @@ WRONG_PLUGINS = {
          "sample_blocks", "sample_solid_angle_block() differs"),
     ],
     "texture": [
+        ("unread", "`gain` is in the parameter table and is never read",
+         "reads", "'gain' is in the table but is never read"),
         ("mean", "`mean` is 0.6, and should be 0.5",
          "mean", "mean() is (0.6, 0.6, 0.6), that of eval() (0.5"),
         ("max", "`max` is 0.7, and values go up to 1",

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kinome/emitter.h"
+#include "kinome/sensor.h"
 #include "support/render.h"
 
 namespace kinome::test {
@@ -102,6 +103,77 @@ TEST(SunSky, TimedIsItsFirstMoment) {
     EXPECT_NEAR(zenith[c], expected[c], 3e-5f * expected[c]);
     EXPECT_NEAR(sun[c], expected_sun[c], 3e-5f * expected_sun[c]);
   }
+}
+
+/// Ten days of July 2025, of which the sensor sees a part.
+std::shared_ptr<Emitter> days(const std::string& parameters) {
+  return sky(whole_xml("start_month", 7) + whole_xml("end_year", 2025) + whole_xml("end_month", 7) +
+                 whole_xml("end_day", 11) + parameters,
+             "timed_sunsky");
+}
+
+/// The sky's mean by Mitsuba 3.9.1's emitter: eval() of scalar_rgb at 3001 times.
+TEST(SunSky, TimedIsTheMeanOverTheShutter) {
+  const Vec3 directions[] = {{0, 0, 1}, {.6, 0, .8}, {0, -.8, .6}, {-.9, .1, .2}, {.3, .4, .1}};
+  const struct {
+    Shutter shutter;
+    Rgb radiance[5];
+    float tolerance;  ///< a day of few of the moments is sampled at other hours than Mitsuba's
+  } cases[] = {
+      {{0, 1},
+       {{0.035069f, 0.052128f, 0.090539f},
+        {0.035054f, 0.056883f, 0.101754f},
+        {0.062519f, 0.089745f, 0.137485f},
+        {0.073303f, 0.116587f, 0.179911f},
+        {0.094174f, 0.142196f, 0.208187f}},
+       6e-3f},
+      {{0.02f, 0.05f},
+       {{0.067992f, 0.089310f, 0.137275f},
+        {0.057246f, 0.084907f, 0.142825f},
+        {0.053089f, 0.087095f, 0.153811f},
+        {0.081632f, 0.132346f, 0.214116f},
+        {0.091789f, 0.146520f, 0.232816f}},
+       5e-4f},
+  };
+  for (const auto& [shutter, radiance, tolerance] : cases) {
+    const auto emitter = days(number_xml("sun_scale", 0));
+    emitter->set_shutter(shutter);
+    for (int i = 0; i < 5; ++i) {
+      const Rgb found = emitter->eval_environment(glm::normalize(directions[i]));
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(found[c], radiance[i][c], tolerance * radiance[i][c]) << shutter.close;
+      }
+    }
+    EXPECT_EQ(emitter->eval_environment(glm::normalize(Vec3(1, 0, -0.1f))), Rgb(0.f));
+  }
+}
+
+/// Irradiance of the ground, by samples.
+Rgb irradiance(const Emitter& emitter) {
+  constexpr int kSide = 64;
+  Rgb sum(0.f);
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const Vec2 u((static_cast<float>(i % kSide) + 0.5f) / kSide,
+                 (static_cast<float>(i / kSide) + 0.5f) / kSide);
+    const auto sample = emitter.sample_direct(Vec3(0.f), u);
+    if (sample && sample->d.z > 0) sum += sample->radiance * (sample->d.z / sample->pdf);
+  }
+  return sum / float(kSide * kSide);
+}
+
+/// The sun's light is the mean of that at single moments, which are Mitsuba's.
+TEST(SunSky, TimedKeepsTheLightOfTheSun) {
+  const auto emitter = days(number_xml("sky_scale", 0));
+  constexpr int kMoments = 100;
+  Rgb expected(0.f);
+  for (int i = 0; i < kMoments; ++i) {
+    const float time = 0.02f + 0.03f * (static_cast<float>(i) + 0.5f) / kMoments;
+    emitter->set_shutter({time, time});
+    expected += irradiance(*emitter) / float(kMoments);
+  }
+  emitter->set_shutter({0.02f, 0.05f});
+  const Rgb found = irradiance(*emitter);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 5e-3f * expected[c]);
 }
 
 /// Irradiance across the sun's direction stays what it is, whatever its size.

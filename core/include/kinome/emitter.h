@@ -17,6 +17,7 @@ namespace kinome {
 class RenderContext;
 class Scene;
 class Shape;
+struct Shutter;
 
 /// Light that arrives at a point from a sampled direction.
 struct DirectSample {
@@ -91,6 +92,10 @@ class KINOME_EXPORT Emitter : public Object {
   void attach(const Shape& shape);
   const Shape* shape() const { return shape_; }
 
+  /// Called before prepare() with the shutter of the scene's first sensor. An emitter that changes
+  /// with time must then emit its mean over this interval; the same image follows, because nothing
+  /// else moves. Not thread-safe.
+  virtual void set_shutter(const Shutter& /*shutter*/) {}
   /// Called once, when the scene's geometry is known.
   virtual void prepare(const Aabb& /*scene_bounds*/) {}
 

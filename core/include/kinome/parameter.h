@@ -56,6 +56,9 @@ struct Parameter {
   int max_count = 1;                    ///< of a kObject
   /// Of a kString: all that it may be (Properties::choice); empty: any string.
   std::span<const char* const> choices = {};
+  /// True if scenes may give the parameter but the plugin never reads it. The loader still checks
+  /// its type, and logs a warning with `doc` as the reason. See ignored_row().
+  bool ignored = false;
 };
 
 /// A row for a string that is one of some names, which must live as long as the plugin.
@@ -63,6 +66,14 @@ constexpr Parameter choice_of(const char* name, std::span<const char* const> cho
                               const char* default_value, const char* doc) {
   Parameter row{name, ParameterType::kString, default_value, doc};
   row.choices = choices;
+  return row;
+}
+
+/// A row for a parameter that is accepted without effect. `why` completes the loader's warning
+/// "'NAME' is ignored: WHY".
+constexpr Parameter ignored_row(const char* name, ParameterType type, const char* why) {
+  Parameter row{name, type, nullptr, why};
+  row.ignored = true;
   return row;
 }
 

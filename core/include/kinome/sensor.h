@@ -25,6 +25,13 @@ struct SensorConnection {
 
 class Shape;
 
+/// Times at which a sensor's shutter opens and closes; open <= close.
+struct Shutter {
+  float open = 0;
+  float close = 0;
+  bool operator==(const Shutter&) const = default;
+};
+
 /// A camera, or another measuring device, with its film and sampler.
 class KINOME_EXPORT Sensor : public Object {
  public:
@@ -60,10 +67,12 @@ class KINOME_EXPORT Sensor : public Object {
 
   Film& film() const { return *film_; }
   const Sampler& sampler() const { return *sampler_; }
+  const Shutter& shutter() const { return shutter_; }
 
  protected:
   std::shared_ptr<Film> film_;
   std::shared_ptr<Sampler> sampler_;
+  Shutter shutter_;
 };
 
 }  // namespace kinome

@@ -138,7 +138,7 @@ class Translation {
       if (is_without_effect(node, name)) return true;
       if (!plugin || child.is_broken || find_row(*plugin, name)) return false;
       if (is_map && takes_any_texture(*plugin)) return false;
-      if (is_of_mitsubas_working(*category, name)) return false;
+      if (why_ignored(*category, name)) return false;
       warnings_.add(child.where, unused_message(node, *plugin, name));
       return true;
     });
