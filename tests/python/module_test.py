@@ -102,6 +102,35 @@ class ModuleTest(unittest.TestCase):
         np.testing.assert_array_equal(kinome.render(kinome.load_dict(DICT)),
                                       kinome.render(self.load()))
 
+    def test_a_dict_in_the_manner_of_a_cornell_box(self):
+        """With all that Mitsuba's own has: references by id, matrices, and what has no effect."""
+        def wall(color, *rows):
+            return {"type": "rectangle", "to_world": np.array([*rows, [0, 0, 0, 1]], float),
+                    "bsdf": {"type": "ref", "id": color}}
+
+        light = wall("white", [0.3, 0, 0, 0], [0, 0, -0.3, 0.99], [0, 0.3, 0, 0])
+        light["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": [9, 8, 7]}}
+        scene = kinome.load_dict({
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": 8},
+            "sensor": {
+                "type": "perspective", "fov_axis": "smaller", "near_clip": 0.001, "far_clip": 100.0,
+                "focus_distance": 1000, "fov": 39.3,
+                "to_world": kinome.Transform().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0]),
+                "sampler": {"type": "independent", "sample_count": 4},
+                "film": {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "gaussian"},
+                         "pixel_format": "rgb", "component_format": "float32"},
+            },
+            "white": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.9, 0.9, 0.9]}},
+            "left-red": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.6, 0.1, 0.1]}},
+            "light": light,
+            "back": wall("white", [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -1]),
+            "red-wall": wall("left-red", [0, 0, 1, -1], [0, 1, 0, 0], [-1, 0, 0, 0]),
+            "box": {"type": "cube", "to_world": kinome.Transform().scale(0.3),
+                    "bsdf": {"type": "ref", "id": "white"}},
+        })
+        self.assertGreater(float(np.min(kinome.render(scene).rgb.mean(axis=(0, 1)))), 0.01)
+
     def test_another_integrator_sensor_and_layers(self):
         scene = self.load()
         before = kinome.render(scene)
