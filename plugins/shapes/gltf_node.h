@@ -51,6 +51,11 @@ inline glm::dmat4 local_matrix(const GltfAccessors& accessors, const tinygltf::N
                     values(node.rotation, 4, "rotation"), values(node.scale, 3, "scale"));
 }
 
+/// Member of an extension's JSON, or a null value. The library's own look-up demands an object.
+inline tinygltf::Value json_member(const tinygltf::Value& value, const std::string& name) {
+  return value.IsObject() ? value.Get(name) : tinygltf::Value();
+}
+
 /// Transforms of the copies of a node's mesh, in the node's space: of each instance of
 /// EXT_mesh_gpu_instancing, or the identity alone.
 inline std::vector<glm::dmat4> instance_matrices(const GltfAccessors& accessors,
@@ -58,9 +63,9 @@ inline std::vector<glm::dmat4> instance_matrices(const GltfAccessors& accessors,
                                                  const std::string& name) {
   const auto extension = node.extensions.find("EXT_mesh_gpu_instancing");
   if (extension == node.extensions.end()) return {glm::dmat4(1.)};
-  const tinygltf::Value& attributes = extension->second.Get("attributes");
+  const tinygltf::Value attributes = json_member(extension->second, "attributes");
   const auto read = [&](const char* attribute, int type) {
-    const tinygltf::Value& accessor = attributes.Get(attribute);
+    const tinygltf::Value accessor = json_member(attributes, attribute);
     if (!accessor.IsInt()) return std::vector<double>();
     return accessors.read(accessor.GetNumberAsInt(), type, name + ", instances' " + attribute);
   };
@@ -90,7 +95,7 @@ inline std::vector<glm::dmat4> instance_matrices(const GltfAccessors& accessors,
 inline bool is_hidden(const tinygltf::Node& node) {
   const auto extension = node.extensions.find("KHR_node_visibility");
   if (extension == node.extensions.end()) return false;
-  const tinygltf::Value& visible = extension->second.Get("visible");
+  const tinygltf::Value visible = json_member(extension->second, "visible");
   return visible.IsBool() && !visible.Get<bool>();
 }
 

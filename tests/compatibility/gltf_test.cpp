@@ -118,6 +118,14 @@ TEST_F(GltfMeshes, InstancesAreCopiesOfTheirNodesMesh) {
     expect_positions(file,
                      {{10, 0, 5}, {11, 0, 5}, {10, 1, 5}, {0, 20, 5}, {0, 22, 5}, {-3, 20, 5}});
   }
+  GltfFile broken;
+  for (const char* text : {"{}", R"({"attributes":7})", R"({"attributes":{"SCALE":"a"}})",
+                           R"({"attributes":{"SCALE":99}})"}) {
+    broken.nodes = std::string(R"({"mesh":0,"extensions":{"KHR_node_visibility":{"visible":2},)") +
+                   R"("EXT_mesh_gpu_instancing":)" + text + "}}";
+    EXPECT_FALSE(load(broken)) << text;
+    EXPECT_NE(error_.find("node 0"), std::string::npos) << error_;
+  }
   GltfFile file;
   const int two = file.add<float>("VEC3", 5126, {10, 0, 0, 0, 20, 0});
   file.nodes =
