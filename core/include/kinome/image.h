@@ -28,11 +28,15 @@ struct Image {
 /// String attributes of an EXR file's header.
 using ImageMetadata = std::map<std::string, std::string>;
 
-/// OpenEXR, scan lines or tiles, half or float. Where the file has R, G and B those come first.
-/// Where its attribute `chromaticities` tells of other primaries than Rec.709's, those three become
-/// linear Rec.709 (through XYZ, without adaptation of the white, as in Mitsuba 3).
-/// Throws Error at the file, asked for by `asker`: missing, truncated, not an EXR, primaries that
-/// span no colours.
+/// Reads an OpenEXR file: scan lines or tiles, half, float or integers. Of several parts, reads the
+/// one with the best colour. The colour comes first, as "R", "G", "B" or "Y", and then "A"; other
+/// channels keep their names. It may be stored under these names, in lower case, as X, Y, Z, as
+/// luminance with chroma, or in a layer ("View.Combined.R"); of several layers, one called
+/// "Combined", "beauty" or similar is chosen, else the first one, with a warning. R, G, B become
+/// linear Rec.709 if the attribute `chromaticities` gives other primaries (through XYZ, without
+/// adaptation of the white, as in Mitsuba 3).
+/// Throws Error at the file, asked for by `asker`, if it is missing, truncated, not an EXR or deep,
+/// if its primaries span no colours, or if none of several parts has a colour.
 KINOME_EXPORT Image read_exr(const std::string& path, const Location& asker = {},
                              ImageMetadata* metadata = nullptr);
 
