@@ -163,10 +163,11 @@ class KINOME_EXPORT MeshShape : public Shape {
 
  protected:
   explicit MeshShape(const Properties& props) : Shape(props) {}
-  /// Validates (indices in range, at least one face, finite positions; Error at `filename` or at
-  /// the shape), applies to_world, computes angle-weighted normals where the mesh has none and
-  /// face_normals is not set, or drops them where it is; flip_normals turns them (and the winding
-  /// of a mirrored transform is kept consistent).
+  /// Validates the mesh (indices in range, finite positions; Error at `filename` or at the shape) and
+  /// applies to_world. Computes angle-weighted normals if the mesh has none, and for vertices whose
+  /// normal is zero or not finite, unless face_normals is set, which drops all normals. flip_normals
+  /// turns them (and the winding of a mirrored transform is kept consistent). A mesh without faces is
+  /// valid; scenes leave it out.
   void finish(const Properties& props, const Transform& to_world, bool face_normals,
               bool flip_normals);
   /// What sample_surface gives for a place on a triangle.
