@@ -129,6 +129,7 @@ int follow_script(const Arguments& all) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  kinome::protect_read_files();
   try {
     int status = 0;
     auto all = parse(argc, argv, status);

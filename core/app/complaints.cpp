@@ -102,8 +102,10 @@ std::string unknown_option(const CLI::App& app, const std::string& word, const W
     return text + " (did you mean '-D " + parameter + "=" + (value.empty() ? "VALUE" : value) +
            "', which sets $" + parameter + " in the scene?)";
   }
-  if (const char* const advice = advice_on(name)) return text + "; " + advice;
-  const std::string near = nearest_name(twice, option_names(app));
+  const char* const advice = has_option(app, "--checkpoint") ? advice_on(name) : nullptr;
+  if (advice) return text + "; " + advice;
+  const bool is_letter = name.size() == 2;
+  const std::string near = is_letter ? "" : nearest_name(twice, option_names(app));
   return text + (near.empty() ? "" : " (did you mean '" + near + "'?)");
 }
 

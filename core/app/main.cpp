@@ -15,6 +15,7 @@
 #include "crash.h"
 #include "group.h"
 #include "kinome/error.h"
+#include "kinome/read_files.h"
 #include "options.h"
 #include "throw_site.h"
 
@@ -94,6 +95,7 @@ int main(int argc, char** argv) {
   const Clock::time_point start = program_start();
   kinome::app::watch_throws();
   kinome::app::tell_of_crashes();
+  kinome::protect_read_files();
   failure_status = kinome::app::failure_status_of(argc, argv);
   try {
     const auto options = kinome::app::parse_options(argc, argv);

@@ -34,7 +34,8 @@ std::string output_path(const Options& options, const std::string& extension) {
   static const std::set<std::string> kImages = {".exr", ".pfm", ".png",  ".jpg", ".jpeg",
                                                 ".hdr", ".tif", ".tiff", ".bmp", ".rgbe"};
   const std::string given = lower_extension(options.output);
-  if (given == extension || is_null_device(options.output)) return options.output;
+  std::error_code failed;
+  if (given == extension || fs::is_other(options.output, failed)) return options.output;
   if (kImages.count(given) != 0) {
     throw Error(fmt::format("-o {}: the scene's film writes {} files{}", options.output, extension,
                             given == ".png" ? "; --png adds a PNG beside it" : ""));
@@ -55,7 +56,8 @@ void check_output_folder(const Options& options) {
     check_writable(fs::path(options.scene).replace_extension(".exr").string());
   } else {
     const bool whole = fs::is_directory(options.output, ignored) ||
-                       is_null_device(options.output) || fs::path(options.output).has_extension();
+                       fs::is_other(options.output, ignored) ||
+                       fs::path(options.output).has_extension();
     check_writable(whole ? options.output : options.output + ".exr");
   }
 }

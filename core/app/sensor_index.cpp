@@ -28,9 +28,11 @@ size_t sensor_index(const Scene& scene, const std::string& wanted) {
   const size_t count = sensors.size();
   const std::string known = count == 1 ? "the scene has only one, 0"
                                        : fmt::format("the scene has {}, 0 to {}", count, count - 1);
-  const std::string by_id = !near.empty()  ? fmt::format(" (did you mean '{}'?)", near)
-                            : !ids.empty() ? fmt::format(" ('{}')", fmt::join(ids, "', '"))
-                                           : "";
+  constexpr size_t kMaxListed = 5;
+  const bool is_list = !ids.empty() && ids.size() <= kMaxListed;
+  const std::string by_id = is_list         ? fmt::format(" ('{}')", fmt::join(ids, "', '"))
+                            : !near.empty() ? fmt::format(" (did you mean '{}'?)", near)
+                                            : "";
   throw Error(where, fmt::format("there is no sensor '{}': {}{}", wanted, known, by_id));
 }
 

@@ -1,5 +1,6 @@
 #include "base/read_files.h"
 
+#include <atomic>
 #include <filesystem>
 #include <mutex>
 
@@ -19,11 +20,8 @@ Registry& registry() {
   return *all;
 }
 
-/// Of files that are read without an owner.
-ReadFiles& files_of_process() {
-  static ReadFiles* const files = new ReadFiles;
-  return *files;
-}
+/// Holds what is read without an owner; nullptr before protect_read_files().
+std::atomic<ReadFiles*> files_of_process{nullptr};
 
 thread_local ReadFiles* recording = nullptr;
 
@@ -47,12 +45,18 @@ ReadFiles::Recording::~Recording() {
   recording = outer_;
 }
 
+void protect_read_files() {
+  static ReadFiles* const files = new ReadFiles;
+  files_of_process = files;
+}
+
 void note_read_file(const std::string& path) {
+  ReadFiles* const files = recording ? recording : files_of_process.load();
+  if (!files) return;
   std::error_code failed;
   const fs::path whole = fs::absolute(path, failed);  // the working directory may change
-  ReadFiles& files = recording ? *recording : files_of_process();
   const std::lock_guard lock(registry().mutex);
-  files.paths_.insert(failed ? path : whole.string());
+  files->paths_.insert(failed ? path : whole.string());
 }
 
 bool is_read_file(const std::string& path) {

@@ -15,7 +15,7 @@ class ReadFiles {
   ReadFiles(const ReadFiles&) = delete;
   ReadFiles& operator=(const ReadFiles&) = delete;
 
-  /// While it exists, note_read_file() in this thread adds to `files` and not to the process's own.
+  /// While it exists, note_read_file() in this thread adds to `files`.
   class Recording {
    public:
     explicit Recording(ReadFiles& files);

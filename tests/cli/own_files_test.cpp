@@ -160,6 +160,7 @@ TEST_F(OwnFiles, TheNullDeviceTakesAnyImage) {
   ASSERT_EQ(::stat("/dev/null", &status), 0);
   EXPECT_TRUE(S_ISCHR(status.st_mode));
   EXPECT_FALSE(fs::exists("/dev/null.exr"));
+  expect_one_error(kinome({scene_, "-o", "/dev/full"}), "", {"it exists and is not a regular"});
   EXPECT_EQ(other_files({scene_, map_}), std::vector<std::string>{});
 }
 
