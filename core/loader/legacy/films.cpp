@@ -67,6 +67,8 @@ void translate_film(Node& node, Warnings& warnings) {
 void translate_sensor(Node& node, Warnings& warnings) {
   const std::string type = node.value("type");
   rename_child(node, "focus_depth", "focus_distance");
+  // It had no effect then.
+  if (!find_child(node, "fov")) remove_children(node, "fov_axis");
   if (type == "perspective_rdist") {
     warnings.add(node.where, "'perspective_rdist' is replaced by 'perspective': the lens doesn't "
                              "distort the image");
