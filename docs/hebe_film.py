@@ -33,7 +33,7 @@ def render(folder, frames, samples):
     keys.write_text(json.dumps(KEYS))
     subprocess.run([BUILD / "bin/kinome", "film", ROOT / "scenes/hebe/scene.xml", "--path", keys, *PATH,
                     "--frames", str(frames), "-D", f"width={WIDTH}", "-D", f"height={HEIGHT}", "-D",
-                    f"spp={samples}", "-o", folder / "%04d.png"], check=True)
+                    f"spp={samples}", "-D", "max_depth=2", "-o", folder / "%04d.png"], check=True)
 
 
 def make_video(folder, output):

@@ -65,7 +65,7 @@ def rivals(scene):
 
 
 def product(scene, **defines):
-    depth = {"max_depth": 3} if scene.truth == "path" else {}
+    depth = {"max_depth": 3 if scene.truth == "path" else 2}
     return "clustered", {"importance": "product", **depth, **defines}
 
 

@@ -21,8 +21,9 @@ import sys, time
 import mitsuba as mi
 mi.set_variant("scalar_rgb")
 file, integrator, spp, size, seed = sys.argv[1:]
+depth = {} if integrator == "direct" else {"max_depth": "3"}
 scene = mi.load_file(file, integrator=integrator, sampler="independent", spp=spp, width=size,
-                     height=size)
+                     height=size, **depth)
 mi.set_log_level(mi.LogLevel.Error)
 start = time.perf_counter()
 mi.render(scene, seed=int(seed))
@@ -49,10 +50,11 @@ def run_benchmarks(build, runs):
 def against_mitsuba(build, folder, python, runs, scene, integrator, size=512, spp=16):
     """Camera samples a second of both, their runs alternating."""
     ours, theirs = [], []
+    depth = {} if integrator == "direct" else {"max_depth": 3}
     for seed in range(runs):
         stats = run_kinome(build, scene, folder / "out.exr",
                            {"integrator": integrator, "sampler": "independent", "spp": spp,
-                            "width": size, "height": size}, seed)
+                            "width": size, "height": size, **depth}, seed)
         ours.append(size * size * spp / stats["seconds"]["render"])
         if python:
             seconds = subprocess.run(
@@ -71,12 +73,12 @@ def measure(build, python, runs):
 
         run_kinome(build, HEBE, folder / "out.exr",
                    {"integrator": "direct", "spp": 1, "width": 64, "height": 64})  # warm the files
-        first = render(HEBE, spp=1, sampler="independent", importance="joint")
+        first = render(HEBE, max_depth=2, spp=1, sampler="independent", importance="joint")
         direct = render(HEBE, integrator="direct", spp=16)
-        bounce = render(BOX, spp=1, sampler="independent", importance="joint", width=64,
+        bounce = render(BOX, max_depth=3, spp=1, sampler="independent", importance="joint", width=64,
                         height=64)
-        lamps = {lights: render(LAMPS, lights=lights, importance="product", spp=4, width=96,
-                                height=72) for lights in LIGHTS}
+        lamps = {lights: render(LAMPS, max_depth=2, lights=lights, importance="product", spp=4,
+                                width=96, height=72) for lights in LIGHTS}
         rates = {"direct, hebe": against_mitsuba(build, folder, python, runs, HEBE, "direct"),
                  "path, box": against_mitsuba(build, folder, python, runs, BOX, "path")}
     return {

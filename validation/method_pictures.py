@@ -50,6 +50,7 @@ def main():
             subprocess.run(
                 [options.build / "bin/kinome", ROOT / one.scene, "-q", "--inspect", f"{x},{y}",
                  "-o", f"{stem}.exr", "-D", "integrator=clustered", "-D", "importance=product",
+                 "-D", f"max_depth={2 if one.scene == HEBE else 3}",
                  "-D", f"spp={max(1, one.rays // 3)}", "-D", f"width={width}",
                  "-D", f"height={height}"],
                 check=True)

@@ -54,7 +54,8 @@ MPI = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFI
 def kinome(build, scene, size, folder, samples=SAMPLES):
     return [build / "bin/kinome", ROOT / scene.file, "-q", "--stats=json", "-t", "1", "-o",
             pathlib.Path(folder) / "picture.exr", f"-Dspp={samples}", f"-Dwidth={size[0]}",
-            f"-Dheight={size[1]}", "-Dintegrator=clustered"]
+            f"-Dheight={size[1]}", "-Dintegrator=clustered",
+            *(f"-D{name}={value}" for name, value in scene.depth("clustered").items())]
 
 
 def statistics_of(command):

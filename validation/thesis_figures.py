@@ -90,7 +90,8 @@ def inspection(render, folder, output):
         render.say(f"grace: samples of pixel {pixel}, {mode}")
         stem = folder / f"inspect-{mode}"
         values = {"importance": mode, "spp": 1, "sampler": "independent", "width": width,
-                  "height": height, **SCENES["grace"]["materials"]}
+                  "height": height, "max_depth": SCENES["grace"]["max_depth"],
+                  **SCENES["grace"]["materials"]}
         if render.quick:
             values["light_samples"] = 512
         arguments = [render.build / "bin/kinome", ROOT / "scenes/grace/scene.xml", "-q",

@@ -11,20 +11,25 @@ MODES = ("joint", "brdf", "luminance")
 # the samples of its "Lum" pictures of equal time (figures 5.2 to 5.5).
 SCENES = {
     "hebe": {"size": (324, 324), "small": (176, 176), "truth": ("direct", 256),
+             "max_depth": 2,
              "materials": {"material": "phong", "gloss": 0.2},
              "thesis": {"faces": "130k", "pixels": "104.5k", "joint": 13.3, "luminance": 6.1,
                         "brdf": 13.8, "equal": 300}},
     "car": {"size": (510, 287), "small": (224, 126), "truth": ("direct", 256),
+             "max_depth": 2,
             "materials": {"material": "phong"},
             "thesis": {"faces": "30k", "pixels": "146.2k", "joint": 23.4, "luminance": 11.3,
                        "brdf": 24.9, "equal": 280}},
     "grace": {"size": (374, 281), "small": (196, 147), "truth": ("direct", 256),
+             "max_depth": 2,
               "materials": {"material": "ward", "gloss": 0.2}, "thesis": None},
     "box": {"size": (640, 480), "small": (196, 147), "truth": ("path", 1024),
+             "max_depth": 3,
             "materials": {"material": "phong"},
             "thesis": {"faces": "20k", "pixels": "307.2k", "joint": 24.5, "luminance": 16.3,
                        "brdf": 26.4, "equal": 210}},
     "plate": {"size": (640, 480), "small": (196, 147), "truth": ("path", 1024),
+             "max_depth": 3,
               "materials": {"material": "ward"},
               "thesis": {"faces": "204", "pixels": "307.2k", "joint": 25.5, "luminance": 10.3,
                          "brdf": 27.5, "equal": 320}},
@@ -57,6 +62,8 @@ class Renderer:
         # One camera ray a pixel and numbers without structure, as in the thesis.
         values = {"integrator": integrator, "sampler": "independent", "spp": 1, "width": width,
                   "height": height, "file_format": "pfm", **SCENES[scene]["materials"]}
+        if integrator != "direct":
+            values["max_depth"] = SCENES[scene]["max_depth"]
         if self.quick and integrator in ("clustered", "groundtruth"):
             values["light_samples"] = QUICK["light_samples"]
         values.update(defines)

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kinome/scene.h"
+#include "kinome/shape_group.h"
 #include "kinome/stats.h"
 #include "loader/node.h"
 #include "plugin/plugin_check.h"
@@ -106,6 +107,8 @@ class Builder {
                      Scene::Contents& contents);
   void complete_scene(const Location& where, Scene::Contents& contents);
   void complete_indirect_light(const Location& where, Scene::Contents& contents);
+  void add_instances(const std::shared_ptr<Shape>& shape, const Location& where);
+  void check_instances(const Scene::Contents& contents) const;
   std::shared_ptr<Object> default_object(Category category, const char* plugin,
                                          const Location& where);
   std::shared_ptr<Object> default_sensor(const Location& where, const Scene::Contents& contents);
@@ -131,6 +134,7 @@ class Builder {
   std::set<const Object*> in_scene_;
   /// With their places, for what is known of them only when all shapes are made.
   std::vector<std::pair<std::shared_ptr<Emitter>, Location>> top_emitters_;
+  std::vector<std::pair<std::shared_ptr<const ShapeInstance>, Location>> instances_;
   /// Those of surfaces, with a warning for those to which no shape refers.
   std::vector<std::pair<std::shared_ptr<Emitter>, Error>> surface_emitters_;
   std::map<std::string, Location> parameters_;  ///< of the scene itself

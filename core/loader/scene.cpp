@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "kinome/log.h"
 #include "loader/build.h"
 #include "loader/convert.h"
@@ -122,6 +124,7 @@ void Builder::add_to_scene(const Node& child, const Node& target,
       throw Error(target.where, "this " + target.value("type") + " " + fault);
     }
     add(contents.shapes, shape);
+    add_instances(shape, target.where);
     if (const auto nested = shape->sensor_pointer()) add(contents.sensors, nested);
     for (const auto& part : shape->parts()) {
       if (const auto nested = part->sensor_pointer()) add(contents.sensors, nested);
@@ -155,9 +158,9 @@ void Builder::add_to_scene(const Node& child, const Node& target,
 
 void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
   if (!contents.integrator) {
-    log_info("the scene has no integrator: using 'direct'");
+    log_warn(Error(where, "the scene has no integrator: using 'path'").what());
     contents.integrator = std::dynamic_pointer_cast<Integrator>(
-        default_object(Category::kIntegrator, "direct", where));
+        default_object(Category::kIntegrator, "path", where));
   }
   for (const auto& [emitter, place] : top_emitters_) {
     for (const auto& child : emitter->children()) {
@@ -176,6 +179,43 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
   if (contents.sensors.empty()) {
     log_info("the scene has no sensor: using a perspective camera that sees all shapes");
     contents.sensors.push_back(std::dynamic_pointer_cast<Sensor>(default_sensor(where, contents)));
+  }
+  check_instances(contents);
+}
+
+/// `shape`, if it is an instance, or those that are its parts.
+void Builder::add_instances(const std::shared_ptr<Shape>& shape, const Location& where) {
+  if (const auto instance = std::dynamic_pointer_cast<const ShapeInstance>(shape)) {
+    if (!is_invertible_by_tracer(instance->to_world())) {
+      throw Error(where, "the to_world of this instance scales too far up or down for the ray "
+                         "tracer: scales between 1e-12 and 1e12 are possible");
+    }
+    instances_.emplace_back(instance, where);
+    return;
+  }
+  for (const auto& part : shape->parts()) add_instances(part, where);
+}
+
+/// In an instance's space, rays from all of the scene must stay within the ray tracer's range.
+void Builder::check_instances(const Scene::Contents& contents) const {
+  if (instances_.empty()) return;
+  float reach = 1;  // of directions, at least
+  const auto include = [&](const Vec3& p) {
+    if (is_finite(p)) reach = std::max(reach, max_component(glm::abs(p)));
+  };
+  for (const auto& shape : contents.shapes) {
+    include(shape->bounds().lo);
+    include(shape->bounds().hi);
+  }
+  for (const auto& sensor : contents.sensors) {
+    const Rect& crop = sensor->film().crop();
+    include(sensor->sample_ray(0.5f * Vec2(crop.x0 + crop.x1, crop.y0 + crop.y1), Vec2(0.5f)).o);
+  }
+  for (const auto& [instance, place] : instances_) {
+    if (farthest_ray(instance->to_world()) >= reach) continue;
+    throw Error(place, fmt::format("this instance is scaled down so far that rays from {:.3g} units "
+                                   "away are beyond the ray tracer's range in its space",
+                                   reach));
   }
 }
 

@@ -120,10 +120,10 @@ Scene::~Scene() = default;
 
 namespace {
 
-/// Embree takes no coordinates beyond 1.8e18, and no rays that are no numbers: built with its
-/// assertions, as Debian's is, it ends the program.
-bool can_be_traced(const Ray& ray) {
-  const auto is_near = [](float v) { return std::abs(v) <= kFarthest; };
+/// Embree takes no coordinates beyond 1.8e18 (`farthest`: Accelerator::farthest), and no rays that
+/// are no numbers: built with its assertions, as Debian's is, it ends the program.
+bool can_be_traced(const Ray& ray, float farthest) {
+  const auto is_near = [&](float v) { return std::abs(v) <= farthest; };
   return is_near(ray.o.x) && is_near(ray.o.y) && is_near(ray.o.z) && is_near(ray.d.x) &&
          is_near(ray.d.y) && is_near(ray.d.z) && !std::isnan(ray.tmin) && !std::isnan(ray.tmax);
 }
@@ -138,10 +138,10 @@ Ray& ray_of(RayHit& ray) {
 /// Traces a batch without the rays that can't be: they meet nothing, and stay as they are, so that
 /// what is no number shows in what is made of them.
 template <class R, class Trace>
-void trace_possible(std::span<R> rays, const Trace& trace) {
+void trace_possible(std::span<R> rays, float farthest, const Trace& trace) {
   std::vector<std::pair<size_t, R>> set_aside;
   for (size_t i = 0; i < rays.size(); ++i) {
-    if (can_be_traced(ray_of(rays[i]))) continue;
+    if (can_be_traced(ray_of(rays[i]), farthest)) continue;
     set_aside.emplace_back(i, rays[i]);
     Ray& ray = ray_of(rays[i]);
     ray.o = Vec3(0.f);
@@ -154,12 +154,12 @@ void trace_possible(std::span<R> rays, const Trace& trace) {
 }
 
 /// Lanes of 16 rays that are on and can be traced; whether there is one.
-bool find_valid(const Ray16& r, int (&valid)[16]) {
+bool find_valid(const Ray16& r, float farthest, int (&valid)[16]) {
   int found = 0;
   for (size_t i = 0; i < 16; ++i) {
     // Written so that all comparisons fail for what is no number, and without branches, so that it
     // is compiled into vectors.
-    const auto is_near = [](float x) { return static_cast<int>(std::abs(x) <= kFarthest); };
+    const auto is_near = [&](float x) { return static_cast<int>(std::abs(x) <= farthest); };
     const int is_on = is_near(r.ox[i]) & is_near(r.oy[i]) & is_near(r.oz[i]) & is_near(r.dx[i]) &
                       is_near(r.dy[i]) & is_near(r.dz[i]) &
                       static_cast<int>(r.tmin[i] <= r.tmax[i]);
@@ -198,7 +198,7 @@ void resolve_instances(std::span<RayHit> rays) {
 void Scene::intersect(std::span<RayHit> rays, Coherence coherence, RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
-  trace_possible(rays, [&] {
+  trace_possible(rays, accelerator_->farthest(), [&] {
     if (coherence == Coherence::kCoherent) {
       embree::intersect_stream(accelerator_->scene(), query, rays);
     } else {
@@ -212,7 +212,7 @@ void Scene::intersect(std::span<RayHit> rays, Coherence coherence, RenderCounter
 void Scene::occluded(std::span<Ray> rays, Coherence coherence, RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
-  trace_possible(rays, [&] { embree::occluded_stream(accelerator_->scene(), query, rays); });
+  trace_possible(rays, accelerator_->farthest(), [&] { embree::occluded_stream(accelerator_->scene(), query, rays); });
   rethrow_from_shapes();
 }
 
@@ -220,9 +220,10 @@ void Scene::intersect(RayHit16* rays, size_t count, Coherence coherence,
                       RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
+  const float farthest = accelerator_->farthest();
   alignas(64) int valid[16];
   for (size_t k = 0; k < count; ++k) {
-    if (!find_valid(rays[k].ray, valid)) continue;
+    if (!find_valid(rays[k].ray, farthest, valid)) continue;
     embree::intersect16(valid, accelerator_->scene(), query,
                         *reinterpret_cast<RTCRayHit16*>(&rays[k]));
     if (!placed_.empty()) resolve_instances(rays[k]);
@@ -234,9 +235,10 @@ void Scene::occluded(Ray16* rays, size_t count, Coherence coherence,
                      RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
+  const float farthest = accelerator_->farthest();
   alignas(64) int valid[16];
   for (size_t k = 0; k < count; ++k) {
-    if (!find_valid(rays[k], valid)) continue;
+    if (!find_valid(rays[k], farthest, valid)) continue;
     embree::occluded16(valid, accelerator_->scene(), query, *reinterpret_cast<RTCRay16*>(&rays[k]));
   }
   rethrow_from_shapes();

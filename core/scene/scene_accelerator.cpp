@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "kinome/error.h"
+#include "scene/traceable.h"
 
 namespace kinome {
 
@@ -225,10 +226,12 @@ void DeviceErrors::throw_if_any() const {
 }
 
 Scene::Accelerator::Accelerator(const Contents& contents, const std::vector<Placed>& placed,
-                                unsigned threads) {
+                                unsigned threads)
+    : farthest_(kFarthest) {
   size_t primitives = count_primitives(contents.shapes);
   for (const Placed& at : placed) {
     const ShapeGroup& group = at.instance->group();
+    farthest_ = std::min(farthest_, farthest_ray(at.instance->to_world()));
     if (groups_.emplace(&group, nullptr).second) primitives += count_primitives(group.shapes());
   }
   device_.reset(rtcNewDevice(device_options(primitives, threads).c_str()));

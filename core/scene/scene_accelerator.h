@@ -33,6 +33,8 @@ KINOME_EXPORT void rethrow_from_shapes();
 struct Scene::Accelerator {
   Accelerator(const Contents& contents, const std::vector<Placed>& placed, unsigned threads);
   RTCScene scene() const { return scene_.get(); }
+  /// The largest component that origins and directions of rays may have (farthest_ray).
+  float farthest() const { return farthest_; }
 
  private:
   struct ReleaseDevice {
@@ -60,6 +62,7 @@ struct Scene::Accelerator {
   std::unique_ptr<std::remove_pointer_t<RTCDevice>, ReleaseDevice> device_;
   std::map<const ShapeGroup*, SceneHandle> groups_;
   SceneHandle scene_;
+  float farthest_;
 };
 
 }  // namespace kinome

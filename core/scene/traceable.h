@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "kinome/math.h"
@@ -31,6 +32,37 @@ inline std::string why_untraceable(const Aabb& box) {
     return "reaches beyond 1e18 units, which is too far for the ray tracer";
   }
   return "";
+}
+
+/// True if Embree can invert an instance's transform, which it does in single precision by the
+/// adjugate over the determinant.
+inline bool is_invertible_by_tracer(const Mat4& to_world) {
+  const glm::dmat3 linear(to_world);
+  const double determinant = std::abs(glm::determinant(linear));
+  const auto is_ordinary = [](double x) { return x >= 1e-37 && x <= 1e37; };
+  if (!is_ordinary(determinant)) return false;
+  const glm::dmat3 inverse = glm::inverse(linear);
+  for (int row = 0; row < 3; ++row) {
+    const double largest = std::max(
+        {std::abs(inverse[0][row]), std::abs(inverse[1][row]), std::abs(inverse[2][row])});
+    if (!is_ordinary(largest * determinant)) return false;
+  }
+  return true;
+}
+
+/// The largest component that origin and direction of a ray may have, so that in the space of an
+/// instance they stay within kFarthest. An instance that is scaled far down is met, in its own
+/// space, by rays from far away.
+inline float farthest_ray(const Mat4& to_world) {
+  const glm::dmat4 inverse = glm::inverse(glm::dmat4(to_world));
+  double farthest = double{kFarthest};
+  for (int row = 0; row < 3; ++row) {
+    const double stretch =
+        std::abs(inverse[0][row]) + std::abs(inverse[1][row]) + std::abs(inverse[2][row]);
+    const double left = double{kFarthest} - std::abs(inverse[3][row]);
+    farthest = std::min(farthest, std::max(left, 0.) / stretch);
+  }
+  return static_cast<float>(farthest);
 }
 
 }  // namespace kinome

@@ -28,7 +28,8 @@ class Ours:
         self.kinome, self.method, self.scene = kinome, method, scene
         self.options = {"options": options} if options else {}
         self.name, self.samples = f"Kinome {method.name}", method.samples
-        self.defines = {"sampler": "ldsampler", **method.defines, **sized(scene, size)}
+        self.defines = {"sampler": "ldsampler", **scene.depth(method.defines["integrator"]),
+                        **method.defines, **sized(scene, size)}
         self.key = {"program": kinome.program, "defines": self.defines}
         self.converges_to_points = method.truth == "groundtruth"
         self.claimed = method.claimed

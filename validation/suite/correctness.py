@@ -166,6 +166,9 @@ class Correctness:
         if check.big:
             size = self.effort.size(check.big)
             found |= sized(check.big, [n // 2 for n in size] if clustered else size)
+            found |= check.big.depth(found["integrator"])
+        elif found["integrator"] == "clustered":
+            found["max_depth"] = 2  # of scene_file()'s copy
         return found | (POINTS | CUT if clustered else {})
 
     def truth(self, check, path, options):

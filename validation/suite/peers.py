@@ -19,7 +19,7 @@ class Configuration:
     integrator: str
     sampler: str
     compensation: bool
-    max_depth: int | None = None  # that of the scene file
+    max_depth: int | None = None  # that of tables.Scene
 
     @property
     def name(self):
@@ -29,7 +29,7 @@ class Configuration:
 
     def defines(self, scene, size):
         found = {"integrator": self.integrator, "sampler": self.sampler, "width": size[0],
-                 "height": size[1]}
+                 "height": size[1], **scene.depth(self.integrator)}
         if scene.envmap:
             found["mis_compensation"] = "true" if self.compensation else "false"
         if self.max_depth:

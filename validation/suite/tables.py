@@ -39,27 +39,34 @@ class Scene:
     truth_factor: int = 1
     truth_compensated: bool = False  # its reference is made with mis_compensation: less noise
     timed_share: float = 1 / 2
+    max_depth: int | None = None  # of the paths that are measured; None: that of the file
 
     @property
     def path(self):
         return ROOT / self.file
 
+    def depth(self, integrator):
+        """What limits paths to those that are measured. `direct` has no such parameter."""
+        limited = self.max_depth is not None and integrator != "direct"
+        return {"max_depth": self.max_depth} if limited else {}
+
 
 SCENES = (
     Scene("hebe", "scenes/hebe/scene.xml", ENVIRONMENT, (128, 128), "direct", ("direct", "path"),
-          envmap=True),
+          envmap=True, max_depth=2),
     Scene("car", "scenes/car/scene.xml", ENVIRONMENT, (160, 90), "direct", ("direct", "path"),
-          envmap=True),
+          envmap=True, max_depth=2),
     Scene("grace", "scenes/grace/scene.xml", ENVIRONMENT, (128, 96), "direct", ("direct", "path"),
-          envmap=True, timed_share=1 / 4),
-    Scene("box", "scenes/box/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer")),
+          envmap=True, timed_share=1 / 4, max_depth=2),
+    Scene("box", "scenes/box/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer"),
+          max_depth=3),
     Scene("plate", "scenes/plate/scene.xml", BOUNCE, (96, 72), "path", ("path", "ptracer"),
-          timed_share=1),
+          timed_share=1, max_depth=3),
     Scene("blocks", "validation/scenes/benchmark/blocks.xml", PLAIN, (128, 96), "direct",
           ("direct", "path"), cycles=True, timed_share=1 / 8),
     *(Scene(name, f"scenes/{name}/scene.xml", group, size, "direct", ("direct", "path"),
             envmap=True, asked=True, truth_factor=4 if name == "room" else 1,
-            truth_compensated=compensated, timed_share=share)
+            truth_compensated=compensated, timed_share=share, max_depth=2)
       for name, group, size, compensated, share in (
           ("colonnade", ENVIRONMENT, (96, 72), False, 1 / 2),
           ("heap", ENVIRONMENT, (96, 72), True, 1 / 2),
@@ -79,7 +86,7 @@ SCENES = (
     Scene("penumbra", "validation/scenes/benchmark/penumbra.xml", AREA, (96, 72), "direct",
           ("direct", "path"), asked=True),
     Scene("lamps", "scenes/lamps/scene.xml", AREA, (96, 72), "direct", ("direct", "path"),
-          asked=True),
+          asked=True, max_depth=2),
     Scene("evening", "validation/scenes/benchmark/evening.xml", TOGETHER, (96, 72), "path",
           ("path", "ptracer"), asked=True),
     Scene("sunroom", "scenes/sunroom/scene.xml", DEEP, (96, 72), "path", ("path",), envmap=True,
