@@ -118,7 +118,10 @@ class CurveShape : public Shape {
                                         : linear_place<F>(&curves_.points[0].x, first, along);
     const V up(F(0.f), F(0.f), F(1.f));
     const V axis = safe_normalize(at.d_centre, up);
-    const V out = safe_normalize(o + d * t - at.centre, up);
+    const V viewer = wide::formulas::opposite_of(d);
+    // A spline's direction out is perpendicular to its axis, and stays so.
+    const V aside = safe_normalize(viewer - axis * dot(axis, viewer), viewer);
+    const V out = facing(safe_normalize(o + d * t - at.centre, up), is_bspline ? aside : viewer);
 
     ShapePoint<F> point;
     // The tracer's own error, far away or along the curve, is left behind.
@@ -151,8 +154,16 @@ class CurveShape : public Shape {
       point.frame = FrameOf<V>::from_normal(out);
       point.dp_du = point.dp_dv = V(F(0.f));
     }
-    point.wi = point.frame.to_local(wide::formulas::opposite_of(d));
+    point.wi = point.frame.to_local(viewer);
     return point;
+  }
+  /// `n` if it faces the viewer, else a normal that just does. Rays meet thin curves beyond their
+  /// rims, by the tracer's error, which grows with the length of the segments, not with the radius.
+  template <class V>
+  static V facing(const V& n, const V& viewer) {
+    constexpr float kLeastCosine = 1e-3f;
+    const auto cosine = dot(n, viewer);
+    return select(cosine > kLeastCosine, n, normalize(n + viewer * (kLeastCosine - cosine)));
   }
   template <class F>
   static F turn_of(const F& x, const F& y) {

@@ -1,6 +1,7 @@
 /// A cylinder's side, without caps, seen from outside and inside. u is the angle around the axis
 /// over 2 pi, v goes from 0 at p0 to 1 at p1. The angle starts where Mitsuba 3 has it: at the first
-/// axis of the frame of Duff et al. 2017 around p1 - p0.
+/// axis of the frame of Duff et al. 2017 around p1 - p0. A to_world that stretches it across its axis
+/// or shears it makes it elliptic or oblique, as in Mitsuba 3, with a warning.
 ///
 ///     <shape type="cylinder">
 ///       <point name="p0" value="0, 0, -1"/>
@@ -8,10 +9,13 @@
 ///       <float name="radius" value="0.3"/>
 ///     </shape>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "analytic_shape.h"
+#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "shape_parameters.h"
@@ -36,8 +40,10 @@ class Cylinder final : public AnalyticShape<Cylinder> {
       : AnalyticShape(props), space_(unit_cylinder_to_world(props)) {
     const glm::dmat3& m = space_.linear();
     if (!is_similarity(m, 2)) {
-      throw props.error("to_world",
-                        "must scale a cylinder alike across its axis, and not shear it");
+      log_warn(props.error("to_world", "scales this cylinder unevenly across its axis, or shears it: "
+                                       "it is elliptic or oblique, as in Mitsuba 3")
+                   .what());
+      find_area_shares();
     }
     sign_ = props.boolean("flip_normals") ? -1 : 1;
     // The end circles' reach along each axis, as of a disk.
@@ -52,6 +58,7 @@ class Cylinder final : public AnalyticShape<Cylinder> {
   Aabb bounds() const override { return bounds_; }
 
   float area() const override {
+    if (!area_shares_.empty()) return static_cast<float>(area_shares_.back());
     const glm::dmat3& m = space_.linear();
     return static_cast<float>(2 * std::numbers::pi * glm::length(m[0]) * glm::length(m[2]));
   }
@@ -69,7 +76,7 @@ class Cylinder final : public AnalyticShape<Cylinder> {
   ShapePoint<NumberOf<V2>> point_at(const V2& u) const {
     using D = DoubleOf<NumberOf<V2>>;
     D sine, cosine;
-    sincos(2 * std::numbers::pi * to_double(u.x), sine, cosine);
+    sincos(2 * std::numbers::pi * to_double(turn_of_area(u.x)), sine, cosine);
     return surface_at(normalize(DVecOf<D>(cosine, sine, D(0.0))), to_double(u.y));
   }
 
@@ -106,6 +113,45 @@ class Cylinder final : public AnalyticShape<Cylinder> {
     point.frame = FrameOf<VecOf<FloatOf<D>>>::from_normal_and_tangent(point.n, point.dp_du);
     return point;
   }
+  /// Area of a strip along the axis, over its angle, at this share of a turn.
+  double strip_area(double turn) const {
+    const double phi = 2 * std::numbers::pi * turn;
+    const glm::dmat3& m = space_.linear();
+    return glm::length(glm::cross(m[1] * std::cos(phi) - m[0] * std::sin(phi), m[2]));
+  }
+  /// The area up to each kStrips-th of a turn, by Simpson's rule.
+  void find_area_shares() {
+    constexpr double step = 2 * std::numbers::pi / kStrips;
+    double sum = 0;
+    area_shares_.assign(1, 0.);
+    for (int k = 0; k < kStrips; ++k) {
+      const auto at = [&](double offset) { return strip_area((k + offset) / kStrips); };
+      sum += step * (at(0) + 4 * at(0.5) + at(1)) / 6;
+      area_shares_.push_back(sum);
+    }
+  }
+  /// The share of a turn up to which a share u of the area lies. Between the table's places the
+  /// strips' area is taken to be linear: its error is about (2 k / 1000)² / 12 where the ellipse has
+  /// its sharpest bend, k being the ratio of its axes.
+  float turn_of_area(float u) const {
+    if (area_shares_.empty()) return u;
+    const double area = static_cast<double>(u) * area_shares_.back();
+    const auto next = std::upper_bound(area_shares_.begin() + 1, area_shares_.end() - 1, area);
+    const auto k = static_cast<int>(next - area_shares_.begin()) - 1;
+    const double rest = std::min((area - next[-1]) / (next[0] - next[-1]), 1.);
+    const double a = strip_area(static_cast<double>(k) / kStrips);
+    const double b = strip_area(static_cast<double>(k + 1) / kStrips);
+    const double within = rest * (a + b) / (a + std::sqrt(a * a * (1 - rest) + b * b * rest));
+    return static_cast<float>((k + within) / kStrips);
+  }
+  wide::Float turn_of_area(const wide::Float& u) const {
+    if (area_shares_.empty()) return u;
+    alignas(kColumnAlignment) float turns[wide::kLanes];
+    u.store(turns);
+    for (float& turn : turns) turn = turn_of_area(turn);
+    return wide::Float::load(turns);
+  }
+
   static glm::dmat4 unit_cylinder_to_world(const Properties& props) {
     const Vec3 p0 = props.vector("p0");
     const Vec3 p1 = props.vector("p1");
@@ -131,6 +177,9 @@ class Cylinder final : public AnalyticShape<Cylinder> {
     return glm::dmat4(to_world_of(props).matrix()) * local;
   }
 
+  static constexpr int kStrips = 4096;
+
+  std::vector<double> area_shares_;  ///< empty if all angles have the same
   LocalSpace space_;  ///< of the cylinder of radius 1 from z = 0 to z = 1
   double sign_ = 1;
   Aabb bounds_;

@@ -1,5 +1,7 @@
 /// A sphere. u is the angle around the local z axis from +x, over 2 pi; v the angle from +z, over
-/// pi. A mirroring to_world turns the normals inward, as in Mitsuba 3.
+/// pi. A mirroring to_world turns the normals inward, as in Mitsuba 3. A to_world that scales
+/// unevenly or shears makes no ellipsoid: as in Mitsuba 3, the radius is scaled as the x axis is. An
+/// ellipsoid is an instance of a sphere, or a mesh.
 ///
 ///     <shape type="sphere">
 ///       <point name="center" x="1" y="-2" z="3"/>
@@ -10,6 +12,7 @@
 #include <numbers>
 
 #include "analytic_shape.h"
+#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"
@@ -35,8 +38,10 @@ class Sphere final : public AnalyticShape<Sphere> {
     const glm::dmat4 to_world = unit_sphere_to_world(props);
     const glm::dmat3 linear(to_world);
     if (!is_similarity(linear)) {
-      throw props.error("to_world",
-                        "must scale a sphere alike in all directions, and not shear it");
+      log_warn(props.error("to_world", "scales this sphere unevenly, or shears it: as in Mitsuba 3 it "
+                                       "stays a sphere, whose radius is scaled as the x axis is "
+                                       "(an instance of it is an ellipsoid)")
+                   .what());
     }
     centre_ = to_world[3];
     radius_ = glm::length(linear[0]);
