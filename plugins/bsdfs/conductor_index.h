@@ -7,6 +7,7 @@
 
 #include "batch.h"
 #include "conductor_presets.h"
+#include "kinome/log.h"
 
 namespace kinome {
 
@@ -23,8 +24,8 @@ class ConductorIndex {
   explicit ConductorIndex(const Properties& props) {
     const std::string material = props.string("material");
     if (material == "none") {
-      eta_ = ColorInput(nonnegative_texture(props, "eta"));
-      k_ = ColorInput(nonnegative_texture(props, "k"));
+      eta_ = ColorInput(texture_of_any_sign(props, "eta"));
+      k_ = ColorInput(texture_of_any_sign(props, "k"));
       return;
     }
     for (const char* name : {"eta", "k"}) {
@@ -41,16 +42,28 @@ class ConductorIndex {
   const ColorInput& eta() const { return *eta_; }
   const ColorInput& k() const { return *k_; }
 
-  /// The index that is reckoned with. Beyond the bound the reflectance is 1 to a few 1e-4; fourth
-  /// powers must stay numbers.
+  /// The index that the reflectance is computed from, which depends on its parts' squares alone.
+  /// Beyond the bound the reflectance is 1 to a few 1e-4; fourth powers must stay numbers.
   template <class V>
   static V bounded(const V& index) {
+    using std::abs;
     constexpr float kMost = 1e4f;
-    return {min(index.x, NumberOf<V>(kMost)), min(index.y, NumberOf<V>(kMost)),
-            min(index.z, NumberOf<V>(kMost))};
+    return {min(abs(index.x), NumberOf<V>(kMost)), min(abs(index.y), NumberOf<V>(kMost)),
+            min(abs(index.z), NumberOf<V>(kMost))};
   }
 
  private:
+  /// Values fitted to a measured colour may be negative, which no metal's are.
+  static std::shared_ptr<Texture> texture_of_any_sign(const Properties& props, const char* name) {
+    auto texture = props.texture(name);
+    if (texture->min() < 0) {
+      log_warn(props.error(name, "is negative in part, which has no effect: the reflectance depends "
+                                 "on its square")
+                   .what());
+    }
+    return texture;
+  }
+
   std::optional<ColorInput> eta_;
   std::optional<ColorInput> k_;
 };

@@ -25,7 +25,6 @@ const BadBsdf kBadBsdfs[] = {
     {"<bsdf type='conductor'><string name='material' value='Au'/><float name='k' "
      "value='3'/></bsdf>",
      "excludes 'material'"},
-    {"<bsdf type='conductor'><float name='eta' value='-1'/></bsdf>", "must not be negative"},
     {"<bsdf type='roughconductor'><string name='distribution' value='gxx'/></bsdf>",
      "did you mean 'ggx'"},
     {"<bsdf type='roughconductor'><float name='alpha_u' value='.1'/></bsdf>", "come together"},
