@@ -49,7 +49,9 @@ class BsdfBlock {
     BsdfReply r;
     r.value = {answer.f.at(i), answer.pdf[i]};
     r.sample = {answer.wo.at(i), answer.sample_pdf[i], answer.weight.at(i),
-                answer.is_delta[i] == 1 ? Lobe::kDelta : Lobe::kNone};
+                answer.is_delta[i] == kNullSample ? Lobe::kDelta | Lobe::kNull
+                : answer.is_delta[i] == 1         ? Lobe::kDelta
+                                                  : Lobe::kNone};
     return r;
   }
 

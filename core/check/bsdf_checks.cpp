@@ -41,7 +41,7 @@ const char* nonsense_of(const Bsdf& bsdf, const SurfaceInteraction& si, Lobe mas
   }
   if (!any(sample.lobe & bsdf.lobes())) return "sample() returns a lobe that is not in lobes_";
   if (!any(sample.lobe & mask)) return "sample() returns a lobe that was not asked for";
-  if (sample.lobe == Lobe::kDelta && sample.pdf != 1) {
+  if (any(sample.lobe & Lobe::kDelta) && sample.pdf != 1) {
     return "sample() returns a density of a delta lobe that is not 1";
   }
   // What turns to the viewer may reflect a little below the horizon of the shading frame.
@@ -101,7 +101,7 @@ Outcome bsdf_density(const Subject& subject) {
     const SurfaceInteraction si = seen_from(random.direction());
     const float u1 = random.unit();
     const auto sample = bsdf->sample(si, Lobe::kAll, u1, random.unit2());
-    if (!sample || sample->lobe == Lobe::kDelta || !(sample->pdf > 0)) continue;
+    if (!sample || any(sample->lobe & Lobe::kDelta) || !(sample->pdf > 0)) continue;
     const BsdfValue value = bsdf->eval_pdf(si, Lobe::kAll, sample->wo);
     densities.push_back(ratio_of(sample->pdf, value.pdf));
     if (luminance(value.f) > 0) {
@@ -140,7 +140,7 @@ Outcome bsdf_sampling(const Subject& subject, double alpha) {
       test.sample = [&](Random& random) -> std::optional<Vec3> {
         const float u1 = random.unit();
         const auto sample = bsdf->sample(si, mask, u1, random.unit2());
-        if (!sample || sample->lobe == Lobe::kDelta || !(sample->pdf > 0)) return std::nullopt;
+        if (!sample || any(sample->lobe & Lobe::kDelta) || !(sample->pdf > 0)) return std::nullopt;
         return sample->wo;
       };
       test.pdf = [&](const Vec3& wo) { return double{bsdf->eval_pdf(si, mask, wo).pdf}; };
@@ -217,7 +217,7 @@ Outcome bsdf_energy(const Subject& subject, double alpha) {
       const float u1 = random.unit();
       const auto sample = bsdf->sample(si, Lobe::kAll, u1, random.unit2());
       double scale = 1;
-      if (sample && sample->wo.z * si.wi.z < 0) {
+      if (sample && sample->wo.z * si.wi.z < 0 && !any(sample->lobe & Lobe::kNull)) {
         scale = si.wi.z > 0 ? index * index : 1 / (index * index);
       }
       for (int c = 0; c < 3; ++c) energy[c].add(sample ? scale * double{sample->weight[c]} : 0);

@@ -69,7 +69,9 @@ void Bsdf::shade_block(const SurfaceBlock& points, const BsdfQuery& query,
       answer.wo.set(i, s.wo);
       answer.weight.set(i, s.weight);
       answer.sample_pdf[i] = s.pdf;
-      answer.is_delta[i] = any(s.lobe & Lobe::kDelta) ? 1.f : 0.f;
+      answer.is_delta[i] = any(s.lobe & Lobe::kNull)    ? kNullSample
+                           : any(s.lobe & Lobe::kDelta) ? 1.f
+                                                        : 0.f;
     }
   }
 }

@@ -3,7 +3,8 @@
 #include "batch.h"
 #include "kinome/plugin.h"
 
-/// Two BSDFs mixed: (1 - weight) of the first and weight of the second.
+/// Two BSDFs mixed: (1 - weight) of the first and weight of the second. Either may be smooth glass;
+/// both, if their indices of refraction are the same.
 ///
 ///     <bsdf type="blendbsdf">
 ///       <texture type="bitmap" name="weight"><string name="filename" value="dust.png"/></texture>
@@ -26,6 +27,7 @@ class Blend final : public Bsdf {
     lobes_ = nested_[0]->lobes() | nested_[1]->lobes();
     transmits_ = nested_[0]->transmits() || nested_[1]->transmits();
     scatters_through_ = nested_[0]->scatters_through() || nested_[1]->scatters_through();
+    relative_index_ = read_relative_index(props);
   }
 
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
@@ -87,15 +89,25 @@ class Blend final : public Bsdf {
       throw props.error("bsdf", "must be two nested BSDFs, got " + std::to_string(nested.size()));
     }
     for (const auto& one : nested) {
-      // What deltas bend, light paths must know of.
-      if (one->relative_index() != 1 && any(one->lobes() & Lobe::kDelta)) {
-        throw props.error("bsdf", "can't be one that bends light as smooth glass does");
-      }
       if (one->turns_to_viewer()) {
         throw props.error("bsdf", "can't be a normal map: put the blend into it");
       }
     }
     return {nested[0], nested[1]};
+  }
+
+  /// Light paths ask for the index by which delta lobes bend light. Rough glass beside it has its
+  /// own in its values.
+  float read_relative_index(const Properties& props) const {
+    const auto index_of = [&](size_t i) { return nested_[i]->relative_index(); };
+    const auto bends_smoothly = [&](size_t i) {
+      return index_of(i) != 1 && any(nested_[i]->lobes() & Lobe::kDelta);
+    };
+    if (bends_smoothly(0) && bends_smoothly(1) && index_of(0) != index_of(1)) {
+      throw props.error("bsdf", "can't be two smooth boundaries of different indices of refraction");
+    }
+    if (bends_smoothly(0) || bends_smoothly(1)) return index_of(bends_smoothly(0) ? 0 : 1);
+    return index_of(index_of(0) != 1 ? 0 : 1);
   }
 
   /// What the second BSDF has of the light, and of the samples.

@@ -3,7 +3,8 @@
 
 /// A surface with holes, or half transparent: of a share `opacity` it is the nested BSDF; the rest
 /// of the light goes straight through, from both sides. As in Mitsuba, no light sample sees through
-/// it: light behind it is found by paths that go on there.
+/// it: light behind it is found by paths that go on there. The nested BSDF may be smooth glass, which
+/// bends what it lets through.
 ///
 ///     <bsdf type="mask">
 ///       <texture type="bitmap" name="opacity"><string name="filename" value="leaf.png"/></texture>
@@ -22,14 +23,11 @@ class OpacityMask final : public Bsdf {
  public:
   explicit OpacityMask(const Properties& props)
       : opacity_(props.texture("opacity")), nested_(props.object<Bsdf>()) {
-    if (nested_->relative_index() != 1 && any(nested_->lobes() & Lobe::kDelta)) {
-      throw props.error("bsdf", "can't be one that bends light as smooth glass does: what goes "
-                                "straight through a mask isn't bent");
-    }
     lobes_ = nested_->lobes() | Lobe::kDelta;
     turns_to_viewer_ = nested_->turns_to_viewer();
     transmits_ = true;
     scatters_through_ = nested_->scatters_through();
+    relative_index_ = nested_->relative_index();
   }
 
   BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const override {
@@ -48,7 +46,8 @@ class OpacityMask final : public Bsdf {
     const float probability = nested_probability(mask, opacity);
     if (!(u1 < probability)) {
       if (!any(mask & Lobe::kDelta)) return std::nullopt;
-      return BsdfSample{-si.wi, 1, Rgb((1 - opacity) / (1 - probability)), Lobe::kDelta};
+      return BsdfSample{-si.wi, 1, Rgb((1 - opacity) / (1 - probability)),
+                        Lobe::kDelta | Lobe::kNull};
     }
     auto sample = nested_->sample(si, mask, std::min(u1 / probability, kOneMinusEpsilon), u2);
     if (!sample) return std::nullopt;
@@ -119,7 +118,7 @@ class OpacityMask final : public Bsdf {
         .store(answer.weight, i);
     select(is_nested, select(is_delta > 0.f, pdf, pdf * probability), through)
         .store(answer.sample_pdf + i);
-    select(is_nested, is_delta, through).store(answer.is_delta + i);
+    select(is_nested, is_delta, through * kNullSample).store(answer.is_delta + i);
   }
 
   NumberInput opacity_;

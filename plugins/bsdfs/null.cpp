@@ -23,7 +23,7 @@ class Null final : public wide::FormulaBsdf<Null> {
 
     BsdfValueOf<F> value(const VecOf<F>& /*wo*/) const { return {RgbOf<F>(0.f), 0.f}; }
     BsdfSampleOf<F> sample(const F& /*u1*/, const Vec2Of<F>& /*u2*/) const {
-      return {-wi, 1.f, RgbOf<F>(1.f), lobe_number(Lobe::kDelta)};
+      return {-wi, 1.f, RgbOf<F>(1.f), lobe_number(Lobe::kDelta | Lobe::kNull)};
     }
   };
   auto inputs() const { return std::tuple<>(); }

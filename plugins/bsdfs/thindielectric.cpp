@@ -37,7 +37,7 @@ class ThinDielectric final : public wide::FormulaBsdf<ThinDielectric> {
       return choose(
           u1 < reflected, [&] { return mirror_sample<F>(wi, reflectance); },
           [&]() -> BsdfSampleOf<F> {
-            return {-wi, 1.f, transmittance, lobe_number(Lobe::kDelta)};
+            return {-wi, 1.f, transmittance, lobe_number(Lobe::kDelta | Lobe::kNull)};
           });
     }
   };

@@ -26,24 +26,41 @@ constexpr Parameter kTable[] = {
     {"bsdf_samples", ParameterType::kInteger, nullptr,
      "BSDF samples alone (default: shading_samples). Not together with shading_samples."},
     {"hide_emitters", ParameterType::kBoolean, "false",
-     "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black."},
+     "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black, "
+     "also behind masks and panes."},
 };
 
-void add_light(transport::DirectLight& light, const Scene& scene,
-               const transport::LightSamples& wanted, const transport::CameraBlock& block,
-               const PixelSamples& samples, RenderCounters& counters) {
+/// What one thread works with.
+struct DirectWorker {
+  DirectWorker(const transport::SceneTable& scene, const Sampler& sampler,
+               const transport::LightSamples& samples, bool hides_environment)
+      : light(scene, sampler, samples, transport::kBlockSamples),
+        arena(transport::kBlockSamples),
+        straight(hides_environment ? arena.floats() : nullptr) {}
+  transport::DirectLight light;
+  transport::Arena arena;
+  float* straight;  ///< see transport::Vertices
+};
+
+void add_light(DirectWorker& worker, const Scene& scene, const transport::LightSamples& wanted,
+               const transport::CameraBlock& block, const PixelSamples& samples,
+               RenderCounters& counters) {
+  transport::DirectLight& light = worker.light;
   constexpr auto kDimensions = transport::DirectLight::kDimensions;
   const transport::Surfaces& seen = block.seen();
   if (seen.reflecting() == 0) return;
   const int emitter_samples = scene.emitters().empty() ? 0 : wanted.emitter;
   const bool meets_light = scene.environment() || scene.has_surface_emitters();
   const int bsdf_samples = meets_light ? wanted.bsdf : 0;
-  const transport::Vertices vertices{&seen, seen.points().ray, {}};
+  transport::Vertices vertices{&seen, seen.points().ray, {}};
+  vertices.straight = worker.straight;
   for (int k = 0; k < std::max(emitter_samples, bsdf_samples); ++k) {
     const auto dimension = [&](int count, int before) -> std::optional<uint32_t> {
       if (k >= count) return std::nullopt;
       return transport::kCameraDimensions + kDimensions * static_cast<uint32_t>(before + k);
     };
+    // Each BSDF sample is a path of its own.
+    if (worker.straight) std::fill_n(worker.straight, samples.count(), 1.f);
     {
       const StageTimer timer(counters.stage_seconds["shade"]);
       light.sample(samples, vertices, dimension(emitter_samples, 0),
@@ -88,15 +105,16 @@ class DirectIntegrator final : public Integrator {
       context.skip("nearest hits of BSDF rays", "no surface emits: occlusion is enough");
     }
     const transport::SceneTable table(scene);
-    transport::render_blocks<transport::DirectLight>(
-        table, sensor, context, hide_emitters_,
+    const PathSettings settings{{2, 5}, hide_emitters_};
+    transport::render_blocks<DirectWorker>(
+        table, sensor, context, settings,
         [&] {
-          return std::make_unique<transport::DirectLight>(table, sensor.sampler(), samples_,
-                                                          transport::kBlockSamples);
+          return std::make_unique<DirectWorker>(table, sensor.sampler(), samples_,
+                                                transport::hides_environment(settings, scene));
         },
-        [&](transport::DirectLight& light, const transport::CameraBlock& block,
-            const PixelSamples& samples, RenderCounters& counters) {
-          add_light(light, scene, samples_, block, samples, counters);
+        [&](DirectWorker& worker, const transport::CameraBlock& block, const PixelSamples& samples,
+            RenderCounters& counters) {
+          add_light(worker, scene, samples_, block, samples, counters);
         });
   }
 

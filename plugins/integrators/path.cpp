@@ -11,7 +11,8 @@ namespace {
 constexpr Parameter kTable[] = {
     KINOME_PATH_PARAMETERS,
     {"hide_emitters", ParameterType::kBoolean, "false",
-     "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black."},
+     "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black, "
+     "also behind masks and panes."},
 };
 
 class PathPlugin final : public transport::PathIntegrator {

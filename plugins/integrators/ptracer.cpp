@@ -2,18 +2,21 @@
 /// they come to is connected to the sensor (Veach 1997, 10.1; Dutré and Willems 1994). It finds
 /// what paths from the camera hardly do, such as the light of a spot after one bounce, and misses
 /// what is seen in mirrors. An environment lights the scene, yet is itself black to the camera, as
-/// in Mitsuba: no light path comes from there to the lens. A film's alpha stays 0. Where
-/// a normal map tilts so far that it is turned toward the viewer (`flip_invalid_normals`), what
-/// mirrors below it send to where its turned normal is seen is missing.
+/// in Mitsuba: no light path comes from there to the lens. Likewise, what lies behind a mask or a
+/// pane is black. A film's alpha is found by camera rays, as that of `path`. Where a normal map
+/// tilts so far that it is turned toward the viewer (`flip_invalid_normals`), what mirrors below it
+/// send to where its turned normal is seen is missing.
 ///
 ///     <integrator type="ptracer"><integer name="max_depth" value="3"/></integrator>
 
 #include <algorithm>
+#include <optional>
 
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
 #include "stages.h"
 #include "transport/blocks_of_tile.h"
+#include "transport/camera_block.h"
 #include "transport/light_paths.h"
 
 namespace kinome {
@@ -28,13 +31,40 @@ constexpr Parameter kTable[] = {
 /// Light paths between two passes: bounds the memory of splats that wait for their turn.
 constexpr uint64_t kPassPaths = uint64_t{1} << 20;
 
+/// What one thread works with.
+struct LightTracingWorker {
+  LightTracingWorker(const transport::SceneTable& scene, const Sensor& sensor,
+                     const PathSettings& settings)
+      : paths(scene, sensor, settings.length, settings.hide_emitters, transport::kBlockSamples) {
+    if (sensor.film().has_alpha()) camera.emplace(scene, sensor, settings);
+  }
+
+  void trace(const PixelSamples& samples, Tile& tile) {
+    paths.trace(samples, tile);
+    if (!camera) return;
+    {
+      const StageTimer timer(tile.counters.stage_seconds["primary"]);
+      camera->begin(samples, tile.counters);
+    }
+    const StageTimer timer(tile.counters.stage_seconds["film"]);
+    for (float* column : {camera->radiance().x, camera->radiance().y, camera->radiance().z}) {
+      std::fill_n(column, samples.count(), 0.f);
+    }
+    camera->end(samples, tile);
+  }
+
+  transport::LightPaths paths;
+  std::optional<transport::CameraBlock> camera;  ///< for alpha; nullopt: the film has none
+};
+
 class LightTracingIntegrator final : public Integrator {
  public:
   explicit LightTracingIntegrator(const Properties& props)
       : length_(props), hide_emitters_(props.boolean("hide_emitters")) {}
 
   std::vector<Stage> stages() const override {
-    return {{"emit", "sends light from the lamps"}, kBounceStage, kShadeStage, kShadowStage};
+    return {{"emit", "sends light from the lamps"}, kBounceStage, kShadeStage, kShadowStage,
+            kPrimaryStage, kFilmStage};
   }
 
   bool gives_samples() const override { return false; }
@@ -50,10 +80,10 @@ class LightTracingIntegrator final : public Integrator {
       return;
     }
     const transport::SceneTable table(scene);
-    transport::Workers<transport::LightPaths> workers;
+    transport::Workers<LightTracingWorker> workers;
     const auto make = [&] {
-      return std::make_unique<transport::LightPaths>(table, sensor, length_, hide_emitters_,
-                                                     transport::kBlockSamples);
+      return std::make_unique<LightTracingWorker>(table, sensor,
+                                                  PathSettings{length_, hide_emitters_});
     };
     const uint64_t seed = key_seed(context, sensor.sampler());
     const uint32_t count = sensor.sampler().sample_count();
@@ -65,12 +95,12 @@ class LightTracingIntegrator final : public Integrator {
       context.set_progress_range(static_cast<double>(done) / count,
                                  static_cast<double>(done + of_pass) / count);
       context.for_each_tile(film, [&](Tile& tile) {
-        workers.with_one(make, [&](transport::LightPaths& paths) {
+        workers.with_one(make, [&](LightTracingWorker& worker) {
           transport::for_each_block(
               tile.pixels, done, of_pass, seed,
               [&](const PixelSamples& samples) {
                 context.give_up_if_asked();
-                paths.trace(samples, tile);
+                worker.trace(samples, tile);
               });
         });
         // By each tile, so that a render that is cut short has the brightness of its paths so far.

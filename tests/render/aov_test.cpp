@@ -139,9 +139,9 @@ TEST(Aov, ShowsWhatIsHit) {
   EXPECT_NEAR(value(kSphere, "al.G"), 0.4, 1e-6);
   EXPECT_NEAR(value(kRectangle, "al.G"), 0.5, 1e-6);
   EXPECT_GT(value(kSphere, "gn.Z"), 0.97);
-  // Each channel of an unseen pixel is 0, and the colour is the nested integrator's.
+  // Each channel of an unseen pixel is 0; colour and alpha, of the sky, are the nested integrator's.
   EXPECT_EQ(value(kNothing, "_arg_0.G"), 1);
-  EXPECT_EQ(value(kNothing, "_arg_0.A"), 0);
+  EXPECT_EQ(value(kNothing, "_arg_0.A"), 1);
   for (int c = 8; c < image.channel_count(); ++c) {
     EXPECT_EQ(image.at(kNothing.x, kNothing.y, c), 0) << image.channels[c];
   }

@@ -108,7 +108,9 @@ TEST(Moment, IsTakenOfVariables) {
   const Image image = render_scene(*scene_from(scene_xml(moment_xml(aov))), 3);
   const float depth = 5 - 0.01f;
   expect_two_values(image, "q.dd.T", depth);
-  expect_two_values(image, "q.a.A", 1);
+  expect_two_values(image, "q.b.A", 1);  // that of the sky is 1 by `path` alone
+  EXPECT_EQ(value(image, 1, 1, "q.a.A"), 1);
+  EXPECT_EQ(value(image, 1, 1, "m2_q.a.A"), 1);
   expect_two_values(image, "q.a.B", kSky.z);
   expect_two_values(image, "q.b.R", depth);
   EXPECT_EQ(value(image, 2, 1, "q.a.G"), 1);

@@ -73,7 +73,7 @@ std::vector<Rgb> radiance_by(const SceneTable& table, size_t block, const Add& a
 }
 
 std::vector<Rgb> radiance_by_paths(const SceneTable& table, size_t block) {
-  Paths paths(table, table.scene().sensors()[0]->sampler(), PathLength(), block);
+  Paths paths(table, table.scene().sensors()[0]->sampler(), PathSettings(), block);
   return radiance_by(table, block,
                      [&](const PixelSamples& samples, const Surfaces& seen,
                          const Columns3& radiance, RenderCounters& counters) {

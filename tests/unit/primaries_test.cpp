@@ -67,7 +67,8 @@ class PrimariesTest : public testing::Test {
   const Film& film() const { return scene_->sensors().front()->film(); }
   std::unique_ptr<Primaries> make(bool hide_emitters = false) const {
     return std::make_unique<Primaries>(
-        Primaries::view_of(table_, *scene_->sensors().front(), filter_, hide_emitters));
+        Primaries::view_of(table_, *scene_->sensors().front(), filter_,
+                           PathSettings{{}, hide_emitters}));
   }
   void expect_independent();
   static Rect tile_at(int x, int y) { return {4 * x, 4 * y, 4 * x + 4, 4 * y + 4}; }

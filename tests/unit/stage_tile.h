@@ -85,7 +85,7 @@ class StageTile {
             shapes_and_lights)),
         table_(*scene_),
         filter_(sensor().film().filter()),
-        all_(Primaries::view_of(table_, sensor(), filter_, true)),
+        all_(Primaries::view_of(table_, sensor(), filter_, PathSettings{{}, true})),
         primaries_(trace(rays_of_pixel)) {
     make_patches(primaries_, patches_);
     if (scene_->environment()) {

@@ -120,6 +120,9 @@ struct BsdfQuery {
   }
 };
 
+/// Value of BsdfAnswer::is_delta for samples that go straight through the surface (Lobe::kNull).
+inline constexpr float kNullSample = 2;
+
 /// Its answers: as BsdfValue for query.wo, and as BsdfSample.
 struct BsdfAnswer {
   Columns3 f;            ///< BSDF x |cos theta_o| [1/sr]; 0 where pdf is 0
@@ -127,7 +130,8 @@ struct BsdfAnswer {
   Columns3 wo;           ///< the sample's direction
   Columns3 weight;       ///< f |cos theta_o| / pdf; 0 where there is no sample
   float* sample_pdf = nullptr;  ///< per solid angle; 1 for a delta lobe; 0: there is no sample
-  float* is_delta = nullptr;    ///< 1 where the sample is of a delta lobe, else 0
+  /// 1 if the sample is of a delta lobe, kNullSample if it is of kDelta | kNull, else 0.
+  float* is_delta = nullptr;
 
   BsdfAnswer from(size_t i) const {
     return {f.from(i), pdf + i, wo.from(i), weight.from(i), sample_pdf + i, is_delta + i};

@@ -48,7 +48,7 @@ class KINOME_EXPORT Bsdf : public Object {
   /// True where it may by other lobes than Lobe::kDelta.
   bool scatters_through() const { return scatters_through_; }
   /// Index of refraction behind the surface over that in front of it, where light goes through; 1:
-  /// it isn't bent. Values and weights are those of radiance, which is multiplied by the squared
+  /// it isn't bent. Samples with Lobe::kNull aren't bent in any case. Values and weights are those of radiance, which is multiplied by the squared
   /// ratio of the indices on its way through (Veach 1997, 5.2); power that light carries isn't.
   float relative_index() const { return relative_index_; }
 
@@ -59,7 +59,8 @@ class KINOME_EXPORT Bsdf : public Object {
   /// f(wi, wo) |cos theta_o| and the density of sample(), both of the lobes in `mask` only. Delta
   /// lobes give zero. f != 0 implies pdf != 0.
   virtual BsdfValue eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const = 0;
-  /// A direction from the lobes in `mask`; nullopt where none can be had (wi below the horizon, or
+  /// A direction from the lobes in `mask`, of which the sample has one; beside kDelta it may have
+  /// kNull. nullopt where none can be had (wi below the horizon, or
   /// the sample fell there). u1 chooses the lobe, u2 the direction.
   virtual std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                            const Vec2& u2) const = 0;

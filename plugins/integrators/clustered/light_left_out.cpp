@@ -56,7 +56,7 @@ BatchSums trace_batch(const PathSettings& settings, uint32_t longest,
                       const transport::SceneTable& scene, const Sensor& sensor,
                       const PixelSamples& samples) {
   transport::Camera camera(scene, sensor, kBatchPaths, settings.hide_emitters);
-  transport::Paths paths(scene, sensor.sampler(), settings.length, kBatchPaths);
+  transport::Paths paths(scene, sensor.sampler(), settings, kBatchPaths);
   transport::Arena arena(kBatchPaths);
   const Columns3 radiance = arena.three(), beyond = arena.three();
   RenderCounters counters;  // of no one's interest

@@ -30,7 +30,7 @@ inline constexpr const char* kModes[] = {"auto", "distant", "local", "both"};
   {                                                                                               \
     "hide_emitters", ParameterType::kBoolean, "false",                                            \
         "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is "   \
-        "black."                                                                                  \
+        "black, also behind masks and panes."                                                     \
   }
 
 /// Of the paths that are rendered, in edges.

@@ -77,7 +77,7 @@ std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe l
     const auto back = seen_delta(si, *sample, weight);
     if (!back) return std::nullopt;
     weight = *back;
-  } else {
+  } else if (!any(sample->lobe & Lobe::kNull)) {
     weight *= power_over_radiance(si.wi.z, sample->wo.z, bsdf.relative_index());
   }
   const kinome::Vec3 to = si.frame.to_world(sample->wo);

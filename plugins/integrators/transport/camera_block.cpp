@@ -2,15 +2,18 @@
 
 namespace kinome::transport {
 
-CameraBlock::CameraBlock(const SceneTable& scene, const Sensor& sensor, bool hide_emitters)
-    : camera_(scene, sensor, kBlockSamples, hide_emitters),
+CameraBlock::CameraBlock(const SceneTable& scene, const Sensor& sensor,
+                         const PathSettings& settings)
+    : camera_(scene, sensor, kBlockSamples, settings.hide_emitters),
       film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
             sensor.film().has_powers(0)),
       arena_(kBlockSamples + kBlockLanes),  // see FilmSamples::add
       radiance_(arena_.three()),
       alpha_(arena_.floats()),
       values_{radiance_.x, radiance_.y, radiance_.z} {
-  if (sensor.film().has_alpha()) values_.push_back(alpha_);
+  if (!sensor.film().has_alpha()) return;
+  coverage_.emplace(scene, sensor.sampler(), settings, kBlockSamples);
+  values_.push_back(alpha_);
 }
 
 void CameraBlock::begin(const PixelSamples& samples, RenderCounters& counters) {
@@ -19,7 +22,7 @@ void CameraBlock::begin(const PixelSamples& samples, RenderCounters& counters) {
 }
 
 void CameraBlock::end(const PixelSamples& samples, Tile& tile) {
-  if (values_.size() > 3) camera_.find_alpha(alpha_);
+  if (coverage_) coverage_->find(samples, camera_, alpha_, tile.counters);
   film_.add(samples, camera_.film_position(), values_, tile.film);
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "blocks_of_tile.h"
 #include "camera.h"
+#include "coverage.h"
 #include "film_samples.h"
 #include "kinome/primary_rays.h"
 
@@ -13,11 +15,11 @@ namespace kinome::transport {
 /// to radiance(), then end(). One per thread.
 class CameraBlock {
  public:
-  CameraBlock(const SceneTable& scene, const Sensor& sensor, bool hide_emitters);
+  CameraBlock(const SceneTable& scene, const Sensor& sensor, const PathSettings& settings);
 
   /// Traces the rays; radiance() is the light that they see themselves.
   void begin(const PixelSamples& samples, RenderCounters& counters);
-  /// Adds the radiance to the film, and where that has alpha, 1 for rays that hit.
+  /// Adds the radiance to the film, with its alpha (Coverage) if the film has one.
   void end(const PixelSamples& samples, Tile& tile);
 
   const Surfaces& seen() const { return camera_.surfaces(); }
@@ -25,6 +27,7 @@ class CameraBlock {
 
  private:
   Camera camera_;
+  std::optional<Coverage> coverage_;
   FilmSamples film_;
   Arena arena_;
   Columns3 radiance_;
@@ -37,7 +40,7 @@ class CameraBlock {
 /// has made for it. Stages: primary, film.
 template <class Worker, class Make, class Shade>
 void render_blocks(const SceneTable& scene, const Sensor& sensor, RenderContext& context,
-                   bool hide_emitters, const Make& make, const Shade& shade) {
+                   const PathSettings& settings, const Make& make, const Shade& shade) {
   struct Both {
     CameraBlock block;
     std::unique_ptr<Worker> worker;
@@ -45,7 +48,7 @@ void render_blocks(const SceneTable& scene, const Sensor& sensor, RenderContext&
   warn_without_emitters(scene.scene());
   render_tiles<Both>(
       sensor, context, 0,
-      [&] { return std::unique_ptr<Both>(new Both{{scene, sensor, hide_emitters}, make()}); },
+      [&] { return std::unique_ptr<Both>(new Both{{scene, sensor, settings}, make()}); },
       [&](Both& both, const PixelSamples& samples, Tile& tile) {
         {
           const StageTimer timer(tile.counters.stage_seconds["primary"]);

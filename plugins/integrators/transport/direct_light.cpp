@@ -94,6 +94,15 @@ void DirectLight::sample(const PixelSamples& samples, const Vertices& vertices,
         throughput(vertices, i) * wide::Rgb::load(answer_.weight, i) * Float(share);
     select(valid, carried).store(carried_, i);
   });
+  if (vertices.straight) update_straight(vertices);
+}
+
+/// Paths that are sent on otherwise than straight may see the environment.
+void DirectLight::update_straight(const Vertices& vertices) const {
+  const float* const live = vertices.surfaces->live();
+  for (size_t i = 0; i < vertices.surfaces->reflecting(); ++i) {
+    if (live[i] > 0 && answer_.is_delta[i] != kNullSample) vertices.straight[vertices.owner[i]] = 0;
+  }
 }
 
 void DirectLight::play_roulette(const PixelSamples& samples, const Vertices& vertices,
@@ -179,6 +188,9 @@ void DirectLight::add_environment(const Vertices& vertices, const Columns3& radi
                                                          count_.emitter > 0 ? met_pdf_ : nullptr);
     for (size_t i = 0; vertices.shown_share && i < count; ++i) {
       if (answer_.is_delta[i] > 0) met_light_.set(i, met_light_.at(i) * shown_share(vertices, i));
+    }
+    for (size_t i = 0; vertices.straight && i < count; ++i) {
+      if (vertices.straight[vertices.owner[i]] > 0) met_light_.set(i, kinome::Rgb(0.f));
     }
     const float n_emitter = static_cast<float>(count_.emitter) * emitters_.pick_pdf();
     const float n_bsdf = static_cast<float>(count_.bsdf);
@@ -292,6 +304,7 @@ void DirectLight::add_met_environment(const Vertices& vertices, const Columns3& 
   for (size_t i = 0; i < missed.size(); ++i) {
     const uint32_t k = from[missed[i]];
     const uint32_t owner = vertices.owner[k];
+    if (vertices.straight && vertices.straight[owner] > 0) continue;
     const float weight = bsdf_weight(vertices, k, count_.emitter > 0 ? met_pdf_[i] : 0);
     radiance.set(owner, radiance.at(owner) + carried_.at(k) * met_light_.at(i) * weight);
   }

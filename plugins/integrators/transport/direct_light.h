@@ -64,6 +64,7 @@ class DirectLight {
   float bsdf_weight(const Vertices& vertices, uint32_t point, float emitter_pdf) const;
   float shown_share(const Vertices& vertices, size_t point) const;
   void update_shown_shares(const Vertices& vertices) const;
+  void update_straight(const Vertices& vertices) const;
 
   /// BSDF rays in the order of their directions, and what they meet.
   struct Traced {

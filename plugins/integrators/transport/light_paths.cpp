@@ -195,14 +195,14 @@ void LightPaths::sample_directions() {
   }
 }
 
-/// What refracts: from radiance to power.
+/// What refracts: from radiance to power. Samples that go straight through (Lobe::kNull) don't.
 void LightPaths::bend(const Surfaces::Range& range) {
   const float eta = range.row->bsdf->relative_index();
   for (size_t i = range.first; i < range.first + range.count; i += kLanes) {
     const Float factor = power_over_radiance(Float::load(met_.points().wi.z + i),
                                              Float::load(sampled_.wo.z + i), eta);
-    const Mask is_delta = Float::load(sampled_.is_delta + i) > 0.f;
-    (wide::Rgb::load(sampled_.weight, i) * select(is_delta, factor, Float(1.f)))
+    const Mask is_bent = Float::load(sampled_.is_delta + i) == 1.f;
+    (wide::Rgb::load(sampled_.weight, i) * select(is_bent, factor, Float(1.f)))
         .store(sampled_.weight, i);
   }
 }

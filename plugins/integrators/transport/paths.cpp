@@ -1,19 +1,24 @@
 #include "paths.h"
 
-#include "camera.h"
+#include <algorithm>
+
+#include "coverage.h"
 #include "kinome/wide/vectors.h"
 
 namespace kinome::transport {
 
 using namespace wide;
 
-Paths::Paths(const SceneTable& scene, const Sampler& sampler, const PathLength& length, size_t rays)
+Paths::Paths(const SceneTable& scene, const Sampler& sampler, const PathSettings& settings,
+             size_t rays)
     : scene_(scene),
-      length_(length),
+      length_(settings.length),
+      hides_environment_(transport::hides_environment(settings, scene.scene())),
       light_(scene, sampler, LightSamples{}, rays),
       arena_(Surfaces::most_points(scene, rays)),
       owner_{arena_.indices(), arena_.indices()},
-      throughput_{arena_.three(), arena_.three()} {}
+      throughput_{arena_.three(), arena_.three()},
+      straight_(arena_.floats()) {}
 
 /// From points that lie `depth` edges from the camera to the next ones.
 void Paths::extend(const PixelSamples& samples, const Vertices& vertices, uint32_t depth,
@@ -25,7 +30,7 @@ void Paths::extend(const PixelSamples& samples, const Vertices& vertices, uint32
   {
     const StageTimer timer(counters.stage_seconds["shade"]);
     std::optional<uint32_t> bsdf;
-    if (traces || scene.environment()) bsdf = first + DirectLight::kDimensions;
+    if (traces || scene.environment()) bsdf = bsdf_dimension(depth);
     light_.sample(samples, vertices, first, bsdf);
     if (traces && depth >= length_.rr_depth) {
       light_.play_roulette(samples, vertices, first + 2 * DirectLight::kDimensions);
@@ -50,12 +55,17 @@ Vertices Paths::next(const Vertices& vertices, int buffer) {
     gather(light_.carried(), from).store(throughput_[buffer], i);
   });
   return {&met, owner_[buffer], throughput_[buffer], vertices.shown_share,
-          vertices.shown_share_later};
+          vertices.shown_share_later, vertices.straight};
 }
 
 void Paths::add(const PixelSamples& samples, const Surfaces& seen, const RadianceByLength& light,
                 RenderCounters& counters) {
-  go_on(samples, {&seen, seen.points().ray, {}}, 1, light, counters);
+  Vertices vertices{&seen, seen.points().ray, {}};
+  if (hides_environment_) {
+    std::fill_n(straight_, samples.count(), 1.f);
+    vertices.straight = straight_;
+  }
+  go_on(samples, vertices, 1, light, counters);
 }
 
 void Paths::go_on(const PixelSamples& samples, const Vertices& begin, uint32_t depth,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../path_parameters.h"
+#include "camera.h"
 #include "direct_light.h"
 
 namespace kinome::transport {
@@ -19,7 +20,15 @@ struct RadianceByLength {
 /// those that go on move together after each. One per thread.
 class Paths {
  public:
-  Paths(const SceneTable& scene, const Sampler& sampler, const PathLength& length, size_t rays);
+  /// For blocks of at most `rays` paths. `settings.hide_emitters` is of paths that begin at the
+  /// camera.
+  Paths(const SceneTable& scene, const Sampler& sampler, const PathSettings& settings, size_t rays);
+
+  /// The first of the sampler's dimensions that the BSDF of a point takes, `depth` edges from the
+  /// camera.
+  static constexpr uint32_t bsdf_dimension(uint32_t depth) {
+    return kCameraDimensions + kPointDimensions * (depth - 1) + DirectLight::kDimensions;
+  }
 
   /// Adds what the surfaces that the camera rays hit reflect, which is light by paths of two edges
   /// and more.
@@ -39,11 +48,13 @@ class Paths {
 
   const SceneTable& scene_;
   PathLength length_;
+  bool hides_environment_;
   DirectLight light_;
   Arena arena_;
   /// Of the points that paths have come to, and of the next ones.
   uint32_t* owner_[2];
   Columns3 throughput_[2];
+  float* straight_;  ///< see Vertices
 };
 
 }  // namespace kinome::transport

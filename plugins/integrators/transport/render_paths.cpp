@@ -14,9 +14,9 @@ void render_paths(const PathSettings& settings, const Scene& scene, const Sensor
   }
   const SceneTable table(scene);
   render_blocks<Paths>(
-      table, sensor, context, settings.hide_emitters,
+      table, sensor, context, settings,
       [&] {
-        return std::make_unique<Paths>(table, sensor.sampler(), settings.length, kBlockSamples);
+        return std::make_unique<Paths>(table, sensor.sampler(), settings, kBlockSamples);
       },
       [](Paths& paths, const CameraBlock& block, const PixelSamples& samples,
          RenderCounters& counters) {

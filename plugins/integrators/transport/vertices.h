@@ -14,6 +14,9 @@ struct Vertices {
   /// puts it in the former's place. nullptr: all of it.
   float* shown_share = nullptr;
   const float* shown_share_later = nullptr;
+  /// By owners: 1 while all samples of the path's BSDFs went straight through (Lobe::kNull), else
+  /// 0; such paths don't see the environment, which is hidden. nullptr: it isn't hidden.
+  float* straight = nullptr;
 };
 
 }  // namespace kinome::transport

@@ -227,7 +227,9 @@ class FormulaBsdf : public Bsdf {
       select(found, s.wo, Vec3(0.f, 0.f, 1.f)).store(answer.wo, i);
       select(found, s.weight).store(answer.weight, i);
       select(found, s.pdf).store(answer.sample_pdf + i);
-      select(found && s.lobe == lobe_number(Lobe::kDelta), 1.f).store(answer.is_delta + i);
+      const Float is_delta = select(s.lobe == lobe_number(Lobe::kDelta | Lobe::kNull), kNullSample,
+                                    select(s.lobe == lobe_number(Lobe::kDelta), Float(1.f)));
+      select(found, is_delta).store(answer.is_delta + i);
     }
   }
 

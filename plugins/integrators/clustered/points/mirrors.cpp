@@ -50,6 +50,10 @@ void Mirrors::make_rays(const PixelSamples& samples, const Vertices& vertices,
     d.store(d_, i);
     transport::put_shadow_rays(points, i, d, Float(kInfinity), on, false, rays_);
   });
+  for (size_t i = 0; vertices.straight && i < count; ++i) {
+    const bool turns = surfaces.live()[i] > 0 && answer_.is_delta[i] != kNullSample;
+    if (turns) vertices.straight[vertices.owner[i]] = 0;
+  }
 }
 
 Vertices Mirrors::reflect(const PixelSamples& samples, const Vertices& vertices,
@@ -76,7 +80,8 @@ Vertices Mirrors::reflect(const PixelSamples& samples, const Vertices& vertices,
     gather(vertices.owner, from).store(owner + i);
     gather(carried_, from).store(throughput, i);
   });
-  const Vertices next{&met, owner, throughput};
+  Vertices next{&met, owner, throughput};
+  next.straight = vertices.straight;
   add_light(next, radiance);
   if (scene_.scene().environment()) add_environment(vertices, radiance);
   return next;
@@ -104,6 +109,7 @@ void Mirrors::add_environment(const Vertices& vertices, const Columns3& radiance
   scene_.scene().environment()->eval_environment_block(toward, missed.size(), light_, nullptr);
   for (size_t i = 0; i < missed.size(); ++i) {
     const uint32_t k = vertices.owner[from[missed[i]]];
+    if (vertices.straight && vertices.straight[k] > 0) continue;
     radiance.set(k, radiance.at(k) + carried_.at(from[missed[i]]) * light_.at(i));
   }
 }

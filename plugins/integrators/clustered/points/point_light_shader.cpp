@@ -25,7 +25,10 @@ PointLightShader::PointLightShader(const transport::SceneTable& scene,
           [](const auto& row) { return any(row.bsdf->lobes() & Lobe::kDelta); })),
       pairs_(scene.scene(), options.max_geometry_term),
       single_lights_(scene, sampler, rays),
-      mirrors_(scene, sampler, rays) {}
+      mirrors_(scene, sampler, rays),
+      arena_(rays) {
+  if (options.hide_emitters && scene.scene().environment()) straight_ = arena_.floats();
+}
 
 uint32_t PointLightShader::first_dimension(uint32_t depth) const {
   const size_t per_vertex =
@@ -56,6 +59,10 @@ void PointLightShader::light_points(const PixelSamples& samples,
 void PointLightShader::add(const PixelSamples& samples, const transport::Surfaces& seen,
                            const Columns3& radiance, RenderCounters& counters) {
   transport::Vertices vertices{&seen, seen.points().ray, {}};
+  if (straight_) {
+    std::fill_n(straight_, samples.count(), 1.f);
+    vertices.straight = straight_;
+  }
   for (uint32_t depth = 1; depth < options_.max_depth; ++depth) {
     if (vertices.surfaces->scattering() > 0) {
       light_points(samples, vertices, depth, radiance, counters);

@@ -31,6 +31,8 @@ class PointLightShader {
   LightPairs pairs_;
   SingleLights single_lights_;
   Mirrors mirrors_;
+  transport::Arena arena_;
+  float* straight_ = nullptr;  ///< see transport::Vertices
 };
 
 }  // namespace kinome

@@ -67,7 +67,7 @@ void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext
     columns.push_back(owned.back().get());
   }
   transport::render_blocks<PointLightShader>(
-      table, sensor, context, options.hide_emitters,
+      table, sensor, context, PathSettings{{options.max_depth, 5}, options.hide_emitters},
       [&] {
         return std::make_unique<PointLightShader>(table, lights, columns, options,
                                                   sensor.sampler(), transport::kBlockSamples);

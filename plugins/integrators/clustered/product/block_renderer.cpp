@@ -82,13 +82,13 @@ void BlockRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& prima
   for (size_t i = 0; i < units.size(); ++i) {
     const Unit& unit = units[i];
     Rgb& sum = sums_.emplace_back(0.f);
-    float hits = 0;
+    float alpha = 0;
     for (uint32_t k = unit.first; k < unit.end; ++k) {
       sum += primaries.emitted(k);
-      hits += primaries.hit(k) ? 1.f : 0.f;
+      alpha += primaries.alpha(k);
     }
     if (i % per_pixel == 0) alphas_.push_back(0.f);
-    alphas_.back() += weights_[sums_.size() - 1].of(hits);
+    alphas_.back() += weights_[sums_.size() - 1].of(alpha);
     estimator_.estimate(unit, sum);
   }
   if (view_.settings.diagnostics) find_diagnostics(primaries, plan);

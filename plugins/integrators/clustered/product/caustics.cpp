@@ -69,11 +69,12 @@ bool Caustics::serves(const Sensor& sensor) {
   return sensor.connect(ray.o + ray.d * t, Vec2(0.5f)).has_value();
 }
 
-Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light, uint64_t seed,
-                   RenderCounters& counters)
+Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light,
+                   bool hides_environment, uint64_t seed, RenderCounters& counters)
     : scene_(scene),
       sensor_(sensor),
       light_(light),
+      hides_environment_(hides_environment),
       finds_extended_(light.has_extended_caustics()) {
   learn(hash_words(seed, kSeedOfRounds), counters);
   if (finds_extended_ && !is_worth_finding(hash_words(seed, kSeedOfRounds, 1), counters)) {
@@ -240,7 +241,10 @@ void Caustics::connect(uint64_t seed, Paths& paths) const {
       const Bsdf& bsdf = si.shape->bsdf();
       SurfaceInteraction viewed = si;
       viewed.wi = si.frame.to_local(seen->shadow_ray.d);
-      if (goes_on_as_path(bsdf, bsdf.reflection_frame(viewed).n, seen->shadow_ray.d)) continue;
+      if (goes_on_as_path(bsdf, bsdf.reflection_frame(viewed).n, seen->shadow_ray.d,
+                          hides_environment_)) {
+        continue;
+      }
       const float density = eye_density(si, si.frame.to_world(si.wi));
       if (!(density < kInfinity)) continue;
       if (path.is_chain) share -= share_of_eye(density, path.density);

@@ -27,8 +27,9 @@ class Caustics {
   static constexpr uint32_t kMostSureEdges = 64;
   /// Whether surface points can be connected to the sensor.
   static bool serves(const Sensor& sensor);
-  Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light, uint64_t seed,
-           RenderCounters& counters);
+  /// `hides_environment`: see goes_on_as_path.
+  Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& light,
+           bool hides_environment, uint64_t seed, RenderCounters& counters);
 
   /// False where all light is left to others.
   bool finds_any() const { return finds_extended_ || light_.has_lamp_caustics(); }
@@ -70,6 +71,7 @@ class Caustics {
   const Scene& scene_;
   const Sensor& sensor_;
   const LocalLight& light_;
+  bool hides_environment_;
   bool finds_extended_;        ///< sources that rays can meet are among them
   std::vector<float> shares_;  ///< of sources
   std::vector<double> ends_;   ///< running sums of their probabilities

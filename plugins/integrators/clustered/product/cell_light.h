@@ -24,7 +24,7 @@ struct CellLight {
   const Caustics* caustics = nullptr;  ///< that have a share in what chains of mirrors show
   /// Whether cells at the horizon of a flat surface have control terms.
   bool horizon_terms = true;
-  PathLength length{2, 5};  ///< of paths that are followed from the camera on
+  PathSettings paths{{2, 5}, false};  ///< of those that are followed from the camera on
   CellLight(const DistantCells& cells, const Emitter* environment, CellPoints points,
             const LocalLight* local = nullptr, LocalPoints local_points = {});
   uint32_t first_local() const { return cells.padded_size(); }

@@ -185,7 +185,7 @@ template <class SumOf>
 void Estimator::follow_paths(const Unit& unit, const SumOf& sum_of) {
   for (uint32_t i = unit.first; i < unit.end; ++i) {
     if (!primaries_->goes_on(i)) continue;
-    if (!paths_) paths_.emplace(*scene_, light_.length, 0, nullptr);
+    if (!paths_) paths_.emplace(*scene_, light_.paths, 0, nullptr);
     EyePaths::Begin path;
     path.ray = primaries_->last_part(i);
     path.throughput = Rgb(1.f);

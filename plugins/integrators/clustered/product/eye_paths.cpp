@@ -4,6 +4,7 @@
 
 #include "clustered/product/path_numbers.h"
 #include "kinome/block_points.h"
+#include "transport/coverage.h"
 #include "transport/rays.h"
 
 namespace kinome {
@@ -22,27 +23,28 @@ struct EyePaths::Block {
   transport::Arena per_path{kPaths}, per_point;
   RayHit16* rays;
   Columns3 radiance;
-  float *shown_share, *shown_share_later;
+  float *shown_share, *shown_share_later, *straight;
   uint32_t* owner;
   Columns3 throughput;
   uint32_t x[kPaths], y[kPaths];  ///< halves of the seeds
 
-  Block(const Scene& scene, const PathLength& length)
+  Block(const Scene& scene, const PathSettings& settings)
       : table(scene),
-        paths(table, numbers, length, kPaths),
+        paths(table, numbers, settings, kPaths),
         met(table, kPaths),
         per_point(transport::Surfaces::most_points(table, kPaths)),
         rays(per_path.ray_hits()),
         radiance(per_path.three()),
         shown_share(per_path.floats()),
         shown_share_later(per_path.floats()),
+        straight(per_path.floats()),
         owner(per_point.indices()),
         throughput(per_point.three()) {}
 };
 
-EyePaths::EyePaths(const Scene& scene, const PathLength& length, uint32_t edges_before,
+EyePaths::EyePaths(const Scene& scene, const PathSettings& settings, uint32_t edges_before,
                    const LocalLight* light)
-    : scene_(scene), length_(length), edges_before_(edges_before), light_(light) {}
+    : scene_(scene), settings_(settings), edges_before_(edges_before), light_(light) {}
 EyePaths::~EyePaths() = default;
 
 void EyePaths::trace(RenderCounters& counters) {
@@ -66,7 +68,7 @@ EyePaths::Shares EyePaths::shares_of_path(const Begin& path, const SurfaceIntera
 }
 
 void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
-  if (!block_) block_ = std::make_unique<Block>(scene_, length_);
+  if (!block_) block_ = std::make_unique<Block>(scene_, settings_);
   Block& block = *block_;
   for (size_t i = 0; i < paths.size(); ++i) {
     const Ray& from = paths[i].ray;
@@ -98,10 +100,14 @@ void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
     block.shown_share[k] = paths[k].shown_share * shares.shown;
     block.shown_share_later[k] = paths[k].shown_share_later * shares.shown;
   }
-  block.paths.go_on(
-      {block.x, block.y, paths.size(), 0, 1, 0},
-      {&block.met, block.owner, block.throughput, block.shown_share, block.shown_share_later},
-      edges_before_ + 1, {block.radiance, block.radiance}, counters);
+  transport::Vertices vertices{&block.met, block.owner, block.throughput, block.shown_share,
+                               block.shown_share_later};
+  if (edges_before_ == 0 && transport::hides_environment(settings_, scene_)) {
+    std::fill_n(block.straight, paths.size(), 1.f);
+    vertices.straight = block.straight;
+  }
+  block.paths.go_on({block.x, block.y, paths.size(), 0, 1, 0}, vertices, edges_before_ + 1,
+                    {block.radiance, block.radiance}, counters);
   for (size_t i = 0; i < paths.size(); ++i) *paths[i].sum += block.radiance.at(i);
 }
 

@@ -13,10 +13,11 @@ namespace kinome {
 /// samples (transport::Paths). They wait until trace(). One per thread; not thread-safe.
 class EyePaths {
  public:
-  /// `edges_before`: from the camera to where the rays begin. `light`: points of which may look at
+  /// `edges_before`: from the camera to where the rays begin; paths that begin at the camera heed
+  /// `settings.hide_emitters`. `light`: points of which may look at
   /// the surfaces, too, and have a share (Begin::rates); nullptr: there are none. It must outlive
   /// this.
-  EyePaths(const Scene& scene, const PathLength& length, uint32_t edges_before,
+  EyePaths(const Scene& scene, const PathSettings& settings, uint32_t edges_before,
            const LocalLight* light);
   ~EyePaths();
 
@@ -50,7 +51,7 @@ class EyePaths {
   void trace(std::span<const Begin> paths, RenderCounters& counters);
 
   const Scene& scene_;
-  const PathLength length_;
+  const PathSettings settings_;
   const uint32_t edges_before_;
   const LocalLight* const light_;
   std::vector<Begin> waiting_;

@@ -67,7 +67,8 @@ void EyeRays::begin_tile(const Scene& scene, const LocalChoice& choice, uint64_t
   scene_ = &scene;
   counters_ = &counters;
   if (!paths_ && light_.local->max_depth() > kEdgesBefore + 1) {
-    paths_.emplace(scene, light_.local->length(), kEdgesBefore, light_.local);
+    paths_.emplace(scene, PathSettings{light_.local->length(), false}, kEdgesBefore,
+                   light_.local);
   }
   if (rays_.empty()) {
     tiles_.clear();

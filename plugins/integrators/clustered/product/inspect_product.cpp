@@ -125,7 +125,8 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
     throw Error("the place to inspect is outside of the film's crop window");
   }
   const transport::SceneTable table(scene);
-  Primaries all(Primaries::view_of(table, sensor, filter, settings.hide_emitters));
+  Primaries all(Primaries::view_of(table, sensor, filter,
+                                   {settings.length, settings.hide_emitters}));
   RenderCounters counters;
   const auto trace = [&](const Rect& pixels, uint16_t count, uint64_t key) {
     const std::vector<uint16_t> counts(pixels.area(), count);

@@ -23,12 +23,13 @@ Columns3 three(Column<float> (&columns)[3]) {
 }  // namespace
 
 Primaries::View Primaries::view_of(const transport::SceneTable& scene, const Sensor& sensor,
-                                   const FilterSampler& filter, bool hide_emitters) {
+                                   const FilterSampler& filter, const PathSettings& paths) {
   const Film& film = sensor.film();
-  return {scene, sensor, filter, film.sampled(), hide_emitters};
+  return {scene, sensor, filter, film.sampled(), paths};
 }
 
-Primaries::Primaries(const View& view) : view_(view) {
+Primaries::Primaries(const View& view)
+    : view_(view), hides_environment_(transport::hides_environment(view.paths, view.scene.scene())) {
   make_room(kRaysAtOnce);
   clear();
 }
@@ -38,7 +39,12 @@ Primaries::~Primaries() = default;
 void Primaries::make_room(size_t rays) {
   room_ = rays;
   camera_ = std::make_unique<transport::Camera>(view_.scene, view_.sensor, rays,
-                                                view_.hide_emitters);
+                                                view_.paths.hide_emitters);
+  if (view_.sensor.film().has_alpha()) {
+    coverage_.emplace(view_.scene, numbers_, view_.paths, rays);
+    for (auto& column : key_) column.resize(padded(rays));
+  }
+  alpha_.resize(padded(rays));
   for (auto& column : position_) column.resize(padded(rays));
   for (auto& column : aperture_) column.resize(padded(rays));
   for (auto& column : emitted_) column.resize(padded(rays));
@@ -99,6 +105,10 @@ void Primaries::place_part(size_t begin, size_t end, uint64_t key, const Place& 
       const Vec2 u =
           points[k].shifted(static_cast<uint32_t>(shift), static_cast<uint32_t>(shift >> 32));
       two(position_).set(i, place_at(u));
+      if (coverage_) {
+        const uint64_t own = hash_words(key, 5, first + k);
+        key_[0][i] = static_cast<uint32_t>(own), key_[1][i] = static_cast<uint32_t>(own >> 32);
+      }
       if (has_aperture) {
         two(aperture_).set(i, owen_sobol_point(first + k, aperture_x, aperture_y));
       }
@@ -136,6 +146,10 @@ void Primaries::trace(uint64_t seed, RenderCounters& counters) {
   place(seed);
   camera_->trace(two(position_), two(aperture_), rays, counters);
   camera_->set_seen_light(three(emitted_));
+  if (coverage_) {
+    const PixelSamples samples{key_[0].data(), key_[1].data(), rays, 0, 1, 0};
+    coverage_->find(samples, *camera_, alpha_.data(), counters);
+  }
   std::fill_n(point_.begin(), rays, -1);
   for (const transport::Surfaces::Range& range : camera_->surfaces().ranges()) {
     for (size_t i = range.first; i < range.first + range.count; ++i) {

@@ -2,13 +2,15 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "clustered/kernels/lobe_kernels.h"
 #include "clustered/product/filter_sampler.h"
+#include "clustered/product/path_numbers.h"
 #include "kinome/block_points.h"
-#include "transport/camera.h"
+#include "transport/coverage.h"
 
 namespace kinome {
 
@@ -17,11 +19,14 @@ inline constexpr int kTileSide = 4;
 
 class TilePrimaries;
 
-/// Whether a camera ray goes on from what it met as one of `path` does: where other lobes than
-/// deltas let light through, or the viewer is behind what does, for light is known on the side of
-/// the normal (of Bsdf::reflection_frame) alone.
-inline bool goes_on_as_path(const Bsdf& bsdf, const Vec3& normal, const Vec3& viewer) {
-  return bsdf.scatters_through() || (bsdf.transmits() && !(glm::dot(normal, viewer) > 0));
+/// True if a camera ray goes on from a surface as one of `path` does: if other lobes than deltas
+/// let light through, or the viewer is behind what does, because light is known on the side of the
+/// normal (of Bsdf::reflection_frame) alone. `hides_environment`: also if the surface may let the
+/// ray straight through, because only paths tell that they don't see the environment there.
+inline bool goes_on_as_path(const Bsdf& bsdf, const Vec3& normal, const Vec3& viewer,
+                            bool hides_environment) {
+  return bsdf.scatters_through() || (bsdf.transmits() && !(glm::dot(normal, viewer) > 0)) ||
+         (hides_environment && transport::may_pass_straight(bsdf));
 }
 /// Mirrors, and smooth glass.
 inline bool has_deltas_alone(const Bsdf& bsdf) {
@@ -39,13 +44,13 @@ class Primaries {
     const Sensor& sensor;
     const FilterSampler& filter;
     Rect region;  ///< where film positions may lie
-    bool hide_emitters = false;
+    PathSettings paths;
     /// Rays that meet what has_deltas_alone() go on as those of `path` do, too.
     bool follows_mirrors = false;
   };
   /// The whole film of the sensor.
   static View view_of(const transport::SceneTable& scene, const Sensor& sensor,
-                      const FilterSampler& filter, bool hide_emitters);
+                      const FilterSampler& filter, const PathSettings& paths);
 
   explicit Primaries(const View& view);
   ~Primaries();
@@ -93,7 +98,11 @@ class Primaries {
   const View view_;
   size_t room_ = 0;  ///< rays
   std::unique_ptr<transport::Camera> camera_;
-  Column<float> position_[2], aperture_[2], emitted_[3];
+  bool hides_environment_;
+  PathNumbers numbers_;                          ///< of coverage_
+  std::optional<transport::Coverage> coverage_;  ///< nullopt: the film has no alpha
+  Column<uint32_t> key_[2];                      ///< of each ray's numbers: halves of a seed
+  Column<float> position_[2], aperture_[2], emitted_[3], alpha_;
   std::vector<Tile> tiles_;
   std::vector<uint32_t> first_;  ///< ray of each pixel, and the end
   std::vector<int32_t> point_;   ///< of each ray; -1: none
@@ -124,11 +133,13 @@ class TilePrimaries {
     return end - all_->negative_of(x, y, end - first(pixel));
   }
   bool hit(size_t ray) const { return point(ray) >= 0; }
+  /// See transport::Coverage; 0 if the film has no alpha.
+  float alpha(size_t ray) const { return all_->alpha_[tile_->first_ray + ray]; }
   /// See goes_on_as_path, and View::follows_mirrors.
   bool goes_on(size_t ray) const {
     if (!hit(ray)) return false;
     const Bsdf& bsdf = shape(ray).bsdf();
-    return goes_on_as_path(bsdf, normal(ray), viewer(ray)) ||
+    return goes_on_as_path(bsdf, normal(ray), viewer(ray), all_->hides_environment_) ||
            (all_->view_.follows_mirrors && has_deltas_alone(bsdf));
   }
   /// Light that the ray sees itself.

@@ -77,7 +77,8 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       rays_left_(settings.rays_per_pixel) {
   if (local_ && (local_->has_lamp_caustics() || local_->has_extended_caustics())) {
     const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
-    caustics_.emplace(scene, sensor, *local_, seed_, context.stats().counters);
+    caustics_.emplace(scene, sensor, *local_, transport::hides_environment(path_settings(), scene), seed_,
+                      context.stats().counters);
     if (!caustics_->finds_any()) caustics_.reset();
   }
 }
@@ -120,7 +121,7 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
 }
 
 Primaries::View ProductRenderer::view() const {
-  Primaries::View view = Primaries::view_of(table_, sensor_, filter_, settings_.hide_emitters);
+  Primaries::View view = Primaries::view_of(table_, sensor_, filter_, path_settings());
   // What they show may be lit by anything, which paths find by emitter and BSDF samples.
   view.follows_mirrors = local_ != nullptr;
   return view;
@@ -189,7 +190,7 @@ CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel) cons
   if (local_) local_points = local_->draw(hash_words(own, 1), context_);
   CellLight light(cells_, scene_.environment(), std::move(points), local_.get(),
                   std::move(local_points));
-  light.length = settings_.length;
+  light.paths = path_settings();
   light.caustics = caustics_ ? &*caustics_ : nullptr;
   light.horizon_terms = settings_.control_variate && settings_.horizon_terms;
   return light;
@@ -311,7 +312,7 @@ void ProductRenderer::choose_method(double seconds) {
   context_.set_deadline(kInfinity);
   if (!(work < kMostWorkOfPaths)) return;
   context_.skip("product", "in a trial, paths from the camera alone did as well for less");
-  path_integrator_.emplace(PathSettings{settings_.length, settings_.hide_emitters});
+  path_integrator_.emplace(path_settings());
   paths_ = path_integrator_->begin(scene_, sensor_, context_, kInfinity);
 }
 

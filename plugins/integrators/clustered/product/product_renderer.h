@@ -42,6 +42,7 @@ class ProductRenderer final : public Passes {
   void render_all();
 
  private:
+  PathSettings path_settings() const { return {settings_.length, settings_.hide_emitters}; }
   Primaries::View view() const;
   PassView pass_view(const CellLight& light) const;
   CellLight make_light(uint64_t seed, double rays_per_pixel) const;

@@ -22,7 +22,7 @@ void TrialPaths::trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>
   });
   grid_.for_each_block<EyePaths>(
       context_, grid_.all_rows(), "trial",
-      [&] { return std::make_unique<EyePaths>(scene_, length_, 0, nullptr); },
+      [&] { return std::make_unique<EyePaths>(scene_, PathSettings{length_, false}, 0, nullptr); },
       [&](int block, EyePaths& paths, RenderCounters& counters) {
         const auto for_each_pixel = [&](const auto& fn) {
           grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
