@@ -1,12 +1,12 @@
 """Measures what each sampler costs in whole renders; writes validation/numbers/samplers.md.
 
-    /usr/bin/python3 validation/samplers.py [--build build] [--before BUILD] [--runs N] [--isa NAME]
+    /usr/bin/python3 validation/samplers.py [--build build] [--before BUILD] [--runs N] [--isa NAME] [--add]
 
 The scene is first.xml of docs/command-line.md. A sampler is compared with `independent` at the number of
 samples that it rounds up to: their renders take turns on one thread, and the cost of the sampler is the median
-ratio of their processor times, each of the whole process. The film becomes smaller as the number of samples
-grows, such that all renders have about as many samples. --before: another build, whose ratios are measured in
-the same way, for a second column.
+ratio of their processor times, less that of a render of 12 x 8 pixels. The film becomes smaller as the number
+of samples grows, such that all renders have about as many samples. --before: another build, whose ratios are
+measured in the same way, for a second table. --add: keeps what an earlier run has measured.
 """
 import argparse
 import json
@@ -60,8 +60,7 @@ def is_prime(n):
     return n > 1 and all(n % i for i in range(2, n))
 
 
-def processor_seconds(build, scene, folder, sampler, count, isa):
-    width = round((PIXELS * 4 / count * 1.5) ** 0.5)
+def processor_seconds(build, scene, folder, sampler, count, width, isa):
     stats = run_kinome(build, scene, folder / "out.exr",
                        {"sampler": sampler, "spp": count, "width": width, "height": width * 2 // 3},
                        options=["-t", "1", *(["--isa", isa] if isa else [])])
@@ -70,8 +69,10 @@ def processor_seconds(build, scene, folder, sampler, count, isa):
 
 def measure(build, scene, folder, sampler, wanted, runs, isa):
     count = rounded(sampler, wanted)
-    pairs = [[processor_seconds(build, scene, folder, s, count, isa) for s in (sampler, "independent")]
-             for _ in range(runs)]
+    width = round((PIXELS * 4 / count * 1.5) ** 0.5)
+    start = min(processor_seconds(build, scene, folder, sampler, 1, 12, isa) for _ in range(3))
+    pairs = [[processor_seconds(build, scene, folder, s, count, width, isa) - start
+              for s in (sampler, "independent")] for _ in range(runs)]
     return {"samples": count, "seconds": pairs, "ratio": statistics.median(a / b for a, b in pairs)}
 
 
@@ -79,7 +80,7 @@ def page(data):
     builds = list(data["builds"])
     lines = [f"""# What samplers cost
 
-Processor time of a whole render of [first.xml](../../docs/command-line.md) on one thread, divided by that with
+Processor time of a render of [first.xml](../../docs/command-line.md) on one thread, divided by that with
 `independent` at the same number of samples: medians of {data['runs']} pairs of renders in turn, on
 {data['machine']['processor']}, at commit {data['commit'][:10]}; made by `/usr/bin/python3 validation/samplers.py`,
 which says how. The goal is at most {GOAL}. Raw figures: [samplers.json](samplers.json). The first number of samples is
@@ -109,6 +110,7 @@ def main():
     parser.add_argument("--before", type=pathlib.Path)
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--isa")
+    parser.add_argument("--add", action="store_true")
     parser.add_argument("--counts", type=int, nargs="+", default=COUNTS)
     parser.add_argument("--integrators", nargs="+", default=list(INTEGRATORS))
     parser.add_argument("--output", type=pathlib.Path, default=ROOT / "validation/numbers")
@@ -116,6 +118,10 @@ def main():
     builds = ({"before": options.before} if options.before else {}) | {"now": options.build}
     data = {"machine": machine(), "commit": commit(), "runs": options.runs, "isa": options.isa,
             "builds": list(builds), "rows": []}
+    if options.add:
+        before = json.loads((options.output / "samplers.json").read_text(encoding="utf-8"))
+        data["rows"] = before["rows"]
+        data["builds"] = before["builds"]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for count in options.counts:
@@ -124,8 +130,10 @@ def main():
                 for sampler in SAMPLERS:
                     for build, path in builds.items():
                         row = measure(path, scene, folder, sampler, count, options.runs, options.isa)
-                        data["rows"].append({"build": build, "integrator": integrator, "wanted": count,
-                                             "sampler": sampler, **row})
+                        key = {"build": build, "integrator": integrator, "wanted": count,
+                               "sampler": sampler}
+                        data["rows"] = [r for r in data["rows"] if not key.items() <= r.items()]
+                        data["rows"].append(key | row)
                         print(f"{integrator:10} {count:4} {sampler:12} {build:6} {row['ratio']:.2f}", flush=True)
                 write(data, options.output)
 

@@ -69,12 +69,16 @@ KINOME_WIDE U scrambled_radical_inverse(U index, const Base& base, const Key<U>&
     const U factor = base.factors.random(bits) + U(1u);
     const U digit =
         base.modulus.divide_small(factor * at.remainder + multiply_high(offset, prime)).remainder;
-    bits = mix_32(bits + (at.remainder + U(1u)) * U(0x9e3779b1u));
+    bits += at.remainder * U(0x9e3779b1u);
+    bits = (bits ^ wide::shift_right<15>(bits)) * U(0x735a2d97u);
     const U next_offset = select(at.remainder == U(0u), offset * prime, bits * U(0x915f77f5u));
-    // The digit is below 2^10: the weight's lower half counts with its upper 22 bits.
     const U upper(static_cast<uint32_t>(next_weight >> 32));
-    const U lower(static_cast<uint32_t>(next_weight) >> 10);
-    value = select(is_left, value + digit * upper + wide::shift_right<22>(digit * lower), value);
+    U part = digit * upper;
+    if (base.modulus.number() > 16) {  // of smaller digits, all that is cut off is below 2^-25
+      const U lower(static_cast<uint32_t>(next_weight) >> 10);  // digits are below 2^10
+      part += wide::shift_right<22>(digit * lower);
+    }
+    value = select(is_left, value + part, value);
     weight = select(is_left, upper, weight);
     offset = select(is_left, next_offset, offset);
     index = at.quotient;

@@ -236,43 +236,51 @@ TEST(Halton, PowersOfTheBaseFillEveryInterval) {
   EXPECT_EQ(boxes.size(), 36u);
 }
 
+/// A digit of a sample's number, from the highest on; nullopt if it depends on what a float cuts
+/// off.
+std::optional<uint32_t> halton_digit(const Sampler& sampler, uint32_t pixel, uint32_t sample,
+                                     uint32_t dimension, uint32_t base, uint32_t digit) {
+  const double value = sampler.value_1d({pixel, 3, sample, 0}, dimension);
+  const double scale = std::pow(base, digit + 1);
+  const double low = std::floor(value * scale);
+  if (low != std::floor((value + 0x1p-24) * scale)) return std::nullopt;
+  return static_cast<uint32_t>(std::fmod(low, base));
+}
+
 /// Owen's scramble: digits of samples that share all lower ones are permuted by the same
 /// permutation, all pairs of distinct results being equally likely, and other digits independently.
 TEST(Halton, DigitsArePermutedAtRandom) {
-  constexpr uint32_t kBase = 5, kDimension = 2, kCount = 100000;
   const auto sampler = make_sampler("halton", 64);
   const struct {
+    uint32_t dimension, base;
     uint32_t a, b;
     uint32_t digit;  ///< the first one that differs
-  } cases[] = {{0, 5, 1}, {0, 1, 0}, {7, 12, 1}, {3, 3 + 2 * 625, 4}, {0, 3 * 125, 3}};
+  } cases[] = {{2, 5, 0, 5, 1},   {2, 5, 0, 1, 0},   {2, 5, 7, 12, 1},  {2, 5, 3, 1253, 4},
+               {2, 5, 0, 375, 3}, {1, 3, 1, 2, 0},   {1, 3, 5, 8, 1},   {1, 3, 0, 81, 4},
+               {9, 29, 0, 28, 0}, {9, 29, 1, 30, 1}, {9, 29, 58, 29, 1}};
   for (const auto& c : cases) {
     for (const uint32_t digit : {c.digit, c.digit + 1}) {
-      std::vector<double> observed(kBase * kBase), expected(kBase * kBase);
-      for (uint32_t i = 0; i < kCount; ++i) {
-        // nullopt where the digit depends on what a float cuts off.
-        const auto digit_of = [&](uint32_t sample) -> std::optional<uint32_t> {
-          const double value = sampler->value_1d({i, 3, sample, 0}, kDimension);
-          const double scale = std::pow(kBase, digit + 1);
-          const double low = std::floor(value * scale),
-                       high = std::floor((value + 0x1p-24) * scale);
-          if (low != high) return std::nullopt;
-          return static_cast<uint32_t>(std::fmod(low, kBase));
-        };
-        const auto a = digit_of(c.a), b = digit_of(c.b);
-        if (a && b) ++observed[*a * kBase + *b];
+      const size_t base = c.base;
+      std::vector<double> observed(base * base), expected(base * base);
+      for (uint32_t pixel = 0; pixel < 30000; ++pixel) {
+        const auto a = halton_digit(*sampler, pixel, c.a, c.dimension, c.base, digit);
+        const auto b = halton_digit(*sampler, pixel, c.b, c.dimension, c.base, digit);
+        if (a && b) ++observed[*a * base + *b];
       }
-      const bool is_same = digit == c.digit;
-      for (uint32_t k = 0; k < kBase * kBase; ++k) {
-        const bool is_equal = k / kBase == k % kBase;
-        if (is_same && is_equal) {
-          EXPECT_EQ(observed[k], 0) << c.a << " " << c.b;
+      const double total = std::accumulate(observed.begin(), observed.end(), 0.0);
+      for (size_t k = 0; k < base * base; ++k) {
+        const bool is_equal = k / base == k % base;
+        if (digit > c.digit) {
+          expected[k] = total / static_cast<double>(base * base);
+        } else if (!is_equal) {
+          expected[k] = total / static_cast<double>(base * (base - 1));
+        } else {
+          EXPECT_EQ(observed[k], 0) << c.base << ": " << c.a << ", " << c.b;
         }
-        const double total = std::accumulate(observed.begin(), observed.end(), 0.0);
-        expected[k] = !is_same ? total / 25 : is_equal ? 0 : total / 20;
       }
       const Verdict verdict = chi2_test(observed, expected, kFalseAlarm);
-      EXPECT_TRUE(verdict.passed) << c.a << ", " << c.b << ", digit " << digit << ": "
-                                  << verdict.text;
+      EXPECT_TRUE(verdict.passed) << "base " << c.base << ": " << c.a << ", " << c.b << ", digit "
+                                  << digit << ": " << verdict.text;
     }
   }
 }

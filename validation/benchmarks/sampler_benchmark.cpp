@@ -88,7 +88,7 @@ bool add_benchmarks() {
         run(state, type, samples, set, what);
       })->MinTime(0.05);
     };
-    for (const uint32_t samples : {4u, 64u}) {
+    for (const uint32_t samples : {4u, 64u, 256u}) {
       for (const InstructionSet set : sets) {
         add(samples, std::string("line/") + to_string(set), set, What::kLine);
         add(samples, std::string("square/") + to_string(set), set, What::kSquare);
