@@ -71,6 +71,7 @@ struct Case {
   std::string bsdf;
   std::string parameters;
   std::string sampler = sampler_xml("independent");
+  int renders = 96;
 };
 
 class ClusteredAgainstGroundTruth : public testing::TestWithParam<Case> {};
@@ -84,7 +85,7 @@ TEST_P(ClusteredAgainstGroundTruth, HasItsExpectation) {
   const auto clustered =
       make_scene(R"(<integrator type="clustered">)" + points + c.parameters + "</integrator>",
                  c.bsdf, c.sampler);
-  expect_same_expectation(*clustered, *truth, 96);
+  expect_same_expectation(*clustered, *truth, c.renders);
 }
 
 const std::string kPhong = phong_xml("40");
@@ -100,17 +101,18 @@ const std::string kOneCluster = counts_xml(1, 64) + importance_xml("joint");
 
 INSTANTIATE_TEST_SUITE_P(
     Modes, ClusteredAgainstGroundTruth,
-    testing::Values(Case{"DiffuseJoint", kDiffuse, kJoint},
-                    Case{"DiffuseLuminance", kDiffuse, kLuminance},
-                    Case{"DiffuseBrdf", kDiffuse, kBrdf}, Case{"PhongJoint", kPhong, kJoint},
-                    Case{"PhongLuminance", kPhong, kLuminance}, Case{"PhongBrdf", kPhong, kBrdf},
-                    Case{"PhongNoLobeRays", kPhong, kNoLobe}, Case{"WardJoint", kWard, kJoint},
-                    Case{"WardLuminance", kWard, kLuminance}, Case{"WardBrdf", kWard, kBrdf},
-                    Case{"WardLuminanceCut", kWard, kOldCut}, Case{"MetalJoint", kMetal, kJoint},
-                    Case{"MetalBrdf", kMetal, kBrdf}, Case{"OneCluster", kPhong, kOneCluster},
-                    Case{"Sobol", kWard, kJoint, sampler_xml("sobol")},
-                    Case{"Halton", kPhong, kJoint, sampler_xml("halton")},
-                    Case{"Stratified", kDiffuse, kJoint, sampler_xml("stratified")}),
+    testing::Values(
+        Case{"DiffuseJoint", kDiffuse, kJoint}, Case{"DiffuseLuminance", kDiffuse, kLuminance},
+        Case{"DiffuseBrdf", kDiffuse, kBrdf}, Case{"PhongJoint", kPhong, kJoint},
+        Case{"PhongLuminance", kPhong, kLuminance}, Case{"PhongBrdf", kPhong, kBrdf},
+        Case{"PhongNoLobeRays", kPhong, kNoLobe}, Case{"WardJoint", kWard, kJoint},
+        Case{"WardLuminance", kWard, kLuminance}, Case{"WardBrdf", kWard, kBrdf},
+        Case{"WardLuminanceCut", kWard, kOldCut}, Case{"MetalJoint", kMetal, kJoint},
+        // Rare samples of the sun are most of the light: 96 renders without one are likely.
+        Case{"MetalBrdf", kMetal, kBrdf, sampler_xml("independent"), 1536},
+        Case{"OneCluster", kPhong, kOneCluster}, Case{"Sobol", kWard, kJoint, sampler_xml("sobol")},
+        Case{"Halton", kPhong, kJoint, sampler_xml("halton")},
+        Case{"Stratified", kDiffuse, kJoint, sampler_xml("stratified")}),
     [](const auto& test_case) { return std::string(test_case.param.name); });
 
 }  // namespace
