@@ -20,12 +20,14 @@ struct Lost {
 /// nested objects, required ones. All that is wrong.
 std::vector<Error> check_parameters(const Properties& props, const PluginDescriptor& plugin,
                                     const Lost& lost = {});
-/// Returns the entries of `props` that the plugin ignores (Parameter::ignored), and marks them as
-/// read. The pointers live as long as `props`.
+/// A value in the scene for a row that the plugin ignores. The pointers live as long as the plugin
+/// and the Properties.
 struct IgnoredEntry {
   const Parameter* row;
   const Properties::Entry* entry;
 };
+/// Returns the entries of `props` that the plugin ignores (Parameter::ignored), and marks them as
+/// read.
 std::vector<IgnoredEntry> take_ignored(const Properties& props, const PluginDescriptor& plugin);
 /// An Error that lists what the plugin's constructor left unread.
 void check_all_read(const Properties& props);
