@@ -67,8 +67,7 @@ class LyingRenderer {
       : scene_(scene),
         sensor_(*scene.sensors().front()),
         crop_(sensor_.film().crop()),
-        filter_(sensor_.film().filter()),
-        primaries_({table_, sensor_, filter_, crop_, true}),
+        primaries_({table_, sensor_, true}),
         cells_(scene.environment() ? DistantCells(*scene.environment(),
                                                   *scene.environment()->cell_grid(), 128, context_)
                                    : DistantCells()),
@@ -196,7 +195,7 @@ class LyingRenderer {
       unit.candidates = kCandidates;
       unit.seed = hash_words(seed, tile, i);
       if (lie_ == Lie::kPeeked) peek(unit, primaries, known, estimator);
-      estimator.estimate(unit, sum);
+      estimator.estimate(unit, {&sum});
     }
     estimator.flush();
     return sum / static_cast<float>(kPrimaries);
@@ -206,7 +205,6 @@ class LyingRenderer {
   const Sensor& sensor_;
   RenderContext context_{RenderContext::Options{.threads = 1}};
   const Rect crop_;
-  const FilterSampler filter_;
   const transport::SceneTable table_{scene_};
   Primaries primaries_;
   const DistantCells cells_;

@@ -62,13 +62,12 @@ std::vector<Ray1> rays_of(const TilePrimaries& tile) {
 class PrimariesTest : public testing::Test {
  protected:
   explicit PrimariesTest(const std::string& sensor = "perspective")
-      : scene_(scene_of(sensor, things())), table_(*scene_), filter_(film().filter()) {}
+      : scene_(scene_of(sensor, things())), table_(*scene_) {}
 
   const Film& film() const { return scene_->sensors().front()->film(); }
   std::unique_ptr<Primaries> make(bool hide_emitters = false) const {
     return std::make_unique<Primaries>(
-        Primaries::view_of(table_, *scene_->sensors().front(), filter_,
-                           PathSettings{{}, hide_emitters}));
+        Primaries::View{table_, *scene_->sensors().front(), PathSettings{{}, hide_emitters}});
   }
   void expect_independent();
   static Rect tile_at(int x, int y) { return {4 * x, 4 * y, 4 * x + 4, 4 * y + 4}; }
@@ -81,7 +80,6 @@ class PrimariesTest : public testing::Test {
 
   std::unique_ptr<Scene> scene_;
   transport::SceneTable table_;
-  FilterSampler filter_;
   RenderCounters counters_;
 };
 class PrimariesThroughALens : public PrimariesTest {

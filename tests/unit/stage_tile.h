@@ -84,8 +84,7 @@ class StageTile {
                <integer name="height" value="4"/><rfilter type="box"/></film></sensor>)" +
             shapes_and_lights)),
         table_(*scene_),
-        filter_(sensor().film().filter()),
-        all_(Primaries::view_of(table_, sensor(), filter_, PathSettings{{}, true})),
+        all_({table_, sensor(), PathSettings{{}, true}}),
         primaries_(trace(rays_of_pixel)) {
     make_patches(primaries_, patches_);
     if (scene_->environment()) {
@@ -175,7 +174,6 @@ class StageTile {
   RenderCounters counters_;
   std::unique_ptr<Scene> scene_;
   transport::SceneTable table_;
-  FilterSampler filter_;
   Primaries all_;
   TilePrimaries primaries_;
   std::vector<Patch> patches_;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "kinome/wide/vectors.h"
 
@@ -14,13 +13,18 @@ using namespace wide;
 
 namespace {
 
-/// Sums of a pixel's samples are single precision until they are added to the film's: values above
-/// this might overflow there, and are added exactly.
+/// Sums of a pixel's samples are single precision until they are added to the film's. Values above
+/// this might overflow such a sum and are added to the film one by one.
 constexpr float kLargest = 1e30f;
 /// Values a sample that are summed at once: colour and alpha.
 constexpr size_t kMostColumns = 4;
 
 }  // namespace
+
+bool weighs_positions(const ReconstructionFilter& filter) {
+  constexpr float kNearEdge = 0.4999f;
+  return filter.radius() > 0.5f || filter.eval(0) != filter.eval(kNearEdge);
+}
 
 FilmSamples::FilmSamples(const ReconstructionFilter& filter, int values, size_t samples,
                          bool exact)
@@ -76,21 +80,13 @@ bool FilmSamples::leave_out_non_finite(size_t count, const std::vector<float*>& 
     dropped += wide::count(inside & !finite);
     for (float* column : columns) select(kept, Float::load(column + i)).store(column + i);
   });
-  if (small) film.count_non_finite(dropped);
+  film.count_non_finite(dropped);
   return small;
-}
-
-void FilmSamples::add_exactly(size_t count, const Columns2& position,
-                              const std::vector<float*>& columns, FilmTile& film) {
-  for (size_t i = 0; i < count; ++i) {
-    if (kept_[i] == 0) columns[0][i] = std::numeric_limits<float>::quiet_NaN();
-  }
-  film.add_block(position, count, columns);
 }
 
 /// Of samples first … end - 1, to the pixels that the filter reaches from (x, y).
 void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
-                            const std::vector<float*>& columns, FilmTile& film) {
+                            const std::vector<float*>& columns, float weight, FilmTile& film) {
   for (int j = -reach_; j <= reach_; ++j) {
     for (int k = -reach_; k <= reach_; ++k) {
       const float* const wx = wx_[static_cast<size_t>(k + reach_)];
@@ -99,10 +95,10 @@ void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
       Float values[kMostColumns] = {0.f, 0.f, 0.f, 0.f};
       for (size_t i = first; i < end; i += kLanes) {
         const Mask kept = first_lanes(std::min(end - i, kLanes)) & (Float::load(kept_ + i) > 0.f);
-        const Float weight = select(kept, Float::load(wx + i) * Float::load(wy + i));
-        weights += weight;
+        const Float w = select(kept, weight * Float::load(wx + i) * Float::load(wy + i));
+        weights += w;
         for (size_t c = 0; c < columns.size(); ++c) {
-          values[c] = mul_add(weight, Float::load(columns[c] + i), values[c]);
+          values[c] = mul_add(w, Float::load(columns[c] + i), values[c]);
         }
       }
       for (size_t c = 0; c < columns.size(); ++c) sums_[c] = sum(values[c]);
@@ -112,21 +108,21 @@ void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
 }
 
 void FilmSamples::add(const PixelSamples& samples, const Columns2& position,
-                      const std::vector<float*>& columns, FilmTile& film) {
+                      const std::vector<float*>& columns, FilmTile& film, float weight) {
   const size_t count = samples.count();
   if (exact_) {
     film.add_block(position, count, columns);
     return;
   }
-  if (!leave_out_non_finite(count, columns, film)) {
-    add_exactly(count, position, columns, film);
-    return;
-  }
+  const size_t at_once = leave_out_non_finite(count, columns, film) ? samples.samples : 1;
   find_weights(samples, samples.x, position.x, wx_);
   find_weights(samples, samples.y, position.y, wy_);
   for (size_t p = 0; p < samples.pixels; ++p) {
-    add_pixel(static_cast<int32_t>(samples.x[p]), static_cast<int32_t>(samples.y[p]),
-              p * samples.samples, (p + 1) * samples.samples, columns, film);
+    const size_t end = (p + 1) * samples.samples;
+    for (size_t first = p * samples.samples; first < end; first += at_once) {
+      add_pixel(static_cast<int32_t>(samples.x[p]), static_cast<int32_t>(samples.y[p]), first,
+                first + at_once, columns, weight, film);
+    }
   }
 }
 

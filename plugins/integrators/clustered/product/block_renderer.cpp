@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "transport/film_samples.h"
+
 namespace kinome {
 namespace {
 
@@ -16,33 +18,42 @@ constexpr uint32_t kLeastRays = 2;
 
 BlockRenderer::BlockRenderer(const PassView& view)
     : view_(view),
+      is_split_(transport::weighs_positions(view.primaries.sensor.film().filter())),
       tracer_(view.primaries),
       learner_(view.knowledge.padded_cells(), &view.neighbours),
       estimator_(view.light) {}
 
-Rgb BlockRenderer::colour(size_t pixel) const {
-  Rgb c(0.f);
-  for (size_t k = pixel * units_per_pixel(); k < (pixel + 1) * units_per_pixel(); ++k) {
-    c += weights_[k].of(sums_[k]);
+Rgb BlockRenderer::colour(size_t index) const {
+  const Pixel& pixel = pixels_[index];
+  Rgb sum(0.f);
+  const size_t sums = is_split() ? pixel.samples : 1;
+  for (size_t k = 0; k < sums; ++k) sum += sums_[pixel.first + k];
+  return sum / static_cast<float>(pixel.samples);
+}
+
+/// Rays keep addresses of sums, which must not move.
+void BlockRenderer::reserve(int block, const std::vector<PixelPlan>& plan) {
+  size_t sums = 0;
+  const Rect pixels = view_.grid.block(block);
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
+      sums += is_split() ? samples_of(plan[view_.grid.pixel(x, y)]) : 1;
+    }
   }
-  return c;
+  sums_.clear();
+  sums_.reserve(sums);
 }
 
 void BlockRenderer::render(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
                            RenderCounters& counters, const IsWanted& is_wanted) {
-  sums_.clear();
-  weights_.clear();
-  alphas_.clear();
+  reserve(block, plan);
+  pixels_.clear();
+  samples_.clear();
   diagnostics_.clear();
-  sums_.reserve(units_per_pixel() * TileGrid::kBlockSide * TileGrid::kBlockSide);
   tracer_.trace(
       view_.grid, block, seed, counters.stage_seconds["primary"], counters,
       [&](const TileGrid::Tile& tile) { return !is_wanted || is_wanted(tile); },
-      [&](int x, int y) {
-        // Of each sign one.
-        return std::max<uint16_t>(plan[view_.grid.pixel(x, y)].primaries,
-                                  static_cast<uint16_t>(units_per_pixel()));
-      },
+      [&](int x, int y) { return samples_of(plan[view_.grid.pixel(x, y)]); },
       [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
         render_tile(tile, primaries, plan, seed, counters);
       });
@@ -78,44 +89,36 @@ void BlockRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& prima
   estimator_.begin_tile(view_.scene, primaries, patches_, visibility_,
                         hash_words(seed, static_cast<uint64_t>(tile.index), 3), counters,
                         view_.settings.shared_candidates ? units : units.first(0));
-  const size_t per_pixel = units_per_pixel();
   for (size_t i = 0; i < units.size(); ++i) {
     const Unit& unit = units[i];
-    Rgb& sum = sums_.emplace_back(0.f);
-    float alpha = 0;
+    const uint32_t samples = unit.end - unit.first;
+    const Rect& pixels = primaries.pixels();
+    Pixel pixel{pixels.x0 + static_cast<int>(i) % pixels.width(),
+                pixels.y0 + static_cast<int>(i) / pixels.width(), sums_.size(), samples, 0};
+    sums_.resize(pixel.first + (is_split() ? samples : 1), Rgb(0.f));
+    const UnitSums sums{&sums_[pixel.first], is_split(), unit.first};
     for (uint32_t k = unit.first; k < unit.end; ++k) {
-      sum += primaries.emitted(k);
-      alpha += primaries.alpha(k);
+      sums.of(k) += primaries.emitted(k);
+      const float alpha = primaries.alpha(k);
+      pixel.alpha += alpha / static_cast<float>(samples);
+      if (is_split()) samples_.add(primaries.film_position(k), alpha);
     }
-    if (i % per_pixel == 0) alphas_.push_back(0.f);
-    alphas_.back() += weights_[sums_.size() - 1].of(alpha);
-    estimator_.estimate(unit, sum);
+    pixels_.push_back(pixel);
+    estimator_.estimate(unit, sums);
   }
   if (view_.settings.diagnostics) find_diagnostics(primaries, plan);
 }
 
-/// Each pixel of a tile; where the filter is negative in parts, first what is positive and then
-/// what is negative of it, by its share of the pixel's primaries.
 void BlockRenderer::find_units(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan,
                                uint64_t seed) {
   const Rect& pixels = primaries.pixels();
-  const Rect region = view_.primaries.region;
   units_.clear();
   for (int i = 0; i < pixels.area(); ++i) {
     const int x = pixels.x0 + i % pixels.width(), y = pixels.y0 + i / pixels.width();
     const size_t pixel = view_.grid.pixel(x, y);
-    const uint32_t ends[] = {primaries.first(i), primaries.first_negative(i),
-                             primaries.first(i + 1)};
-    const FilterSampler::Shares shares = view_.primaries.filter.shares(x, y, region);
-    const float of_sign[] = {shares.positive, -shares.negative};
-    for (size_t k = 0; k < units_per_pixel(); ++k) {
-      const uint32_t first = ends[k], end = ends[k + 1];
-      const float part = static_cast<float>(end - first) / static_cast<float>(ends[2] - ends[0]);
-      const auto rays = static_cast<uint32_t>(std::ceil(part * plan[pixel].rays));
-      units_.push_back({first, end, std::max<uint32_t>(rays, kLeastRays),
-                        part * plan[pixel].candidates, hash_words(seed, pixel, 2 + 2 * k)});
-      weights_.push_back({of_sign[k], static_cast<float>(end - first)});
-    }
+    units_.push_back({primaries.first(i), primaries.first(i + 1),
+                      std::max<uint32_t>(plan[pixel].rays, kLeastRays), plan[pixel].candidates,
+                      hash_words(seed, pixel, 2)});
   }
 }
 

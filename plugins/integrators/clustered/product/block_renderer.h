@@ -35,34 +35,48 @@ class BlockRenderer {
               RenderCounters& counters, const IsWanted& is_wanted = nullptr);
 
   /// Of what was rendered last, pixel by pixel: tile by tile (TileGrid::for_each_tile), row by row.
-  size_t size() const { return alphas_.size(); }
+  size_t size() const { return pixels_.size(); }
+  /// Mean over the pixel's samples, which are spread evenly over the pixel.
   Rgb colour(size_t pixel) const;
-  float alpha(size_t pixel) const { return alphas_[pixel]; }
   /// kProductChannels, if the settings ask for them.
   const Vec3& diagnostics(size_t pixel) const { return diagnostics_[pixel]; }
 
+
+  /// Adds the pixels of the block rendered last to a tile of the film, each with the same total
+  /// weight: their samples one by one if is_split(), else their means.
+  void add_to(FilmTile& colours, float weight) const;
+
  private:
-  /// What the sum over a unit's primaries counts for in its pixel. A unit has none where a narrow
-  /// film cuts off all that is negative of the filter.
-  struct Weight {
-    float share, primaries;
-    template <class Value>
-    Value of(const Value& sum) const {
-      return primaries > 0 ? share * (sum / primaries) : Value(0.f);
-    }
+  /// A pixel of the block rendered last.
+  struct Pixel {
+    int x, y;
+    size_t first;     ///< of its sums in sums_ and, if is_split(), of its columns in samples_
+    uint32_t samples;
+    float alpha;      ///< mean over the samples
+  };
+  /// Of each sample of the block.
+  struct Samples {
+    std::vector<float> x, y;  ///< on the full film
+    std::vector<float> alpha;
+    void clear();
+    void add(const Vec2& position, float alpha_of_sample);
   };
 
-  /// Of a pixel: two, where the filter is negative in parts.
-  size_t units_per_pixel() const { return view_.primaries.filter.has_negative() ? 2 : 1; }
+  /// True if samples of a pixel have different weights in the film.
+  bool is_split() const { return is_split_; }
+  void add_samples(FilmTile& colours, float weight) const;
   void render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
                    const std::vector<PixelPlan>& plan, uint64_t seed, RenderCounters& counters);
   void find_visibilities(int tile);
   void find_units(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan,
                   uint64_t seed);
+  void reserve(int block, const std::vector<PixelPlan>& plan);
+  uint16_t samples_of(const PixelPlan& plan) const { return std::max<uint16_t>(plan.primaries, 1); }
   float mean_visibility(const Patch& patch, const Visibility& visibility) const;
   void find_diagnostics(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan);
 
   const PassView view_;
+  const bool is_split_;
   TileTracer tracer_;
   VisibilityLearner learner_;
   Estimator estimator_;
@@ -70,11 +84,11 @@ class BlockRenderer {
   std::vector<Patch> patches_;
   std::vector<Visibility> visibility_;
   std::vector<float> mean_visibility_;  ///< of the patches
-  std::vector<Unit> units_;             ///< pixels, or what is positive and negative of them
+  std::vector<Unit> units_;             ///< a unit per pixel
   // Of the block:
-  std::vector<Rgb> sums_;        ///< of the units
-  std::vector<Weight> weights_;  ///< of the same
-  std::vector<float> alphas_;
+  std::vector<Rgb> sums_;  ///< of the samples if is_split(), else of the pixels
+  std::vector<Pixel> pixels_;
+  Samples samples_;  ///< if is_split()
   std::vector<Vec3> diagnostics_;
 };
 

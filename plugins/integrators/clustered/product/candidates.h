@@ -7,6 +7,7 @@
 #include "clustered/cells/light_cells.h"
 #include "clustered/kernels/candidate_kernels.h"
 #include "clustered/product/lobe_values.h"
+#include "clustered/product/unit.h"
 
 namespace kinome {
 
@@ -54,6 +55,12 @@ struct Candidates {
  private:
   size_t size_ = 0;
 };
+
+/// Splits a group's control term among its members: each gets the terms of its own candidates,
+/// which are [first, candidates.size()), and an equal part of the rest of `control` (that of a
+/// control variate, which is the same for all members).
+void split_control(const GroupView& group, const Candidates& candidates, size_t first,
+                   const Rgb& control, const UnitSums& sums);
 
 /// Of distant light.
 struct DistantCandidates : Candidates {

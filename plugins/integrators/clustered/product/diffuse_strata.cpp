@@ -1,6 +1,7 @@
 #include "clustered/product/diffuse_strata.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace kinome {
 namespace {
@@ -36,22 +37,36 @@ Rgb DiffuseStrata::add(const GroupView& view, Strata& strata) {
   const Group& group = view.group;
   const simd::PatchCells& cells = prepared_.get(group.patch, view.patch, view.visibility).cells;
   Rgb control(0.f);
+  std::fill(std::begin(flux_), std::end(flux_), 0.f);
+  std::fill(std::begin(straddling_), std::end(straddling_), 0.f);
   if (cells.above + cells.mixed == 0) return control;
   const size_t first = mixed_visibility_.size();
   mixed_visibility_.resize(first + cells.mixed);
   const Strata::Columns columns =
       strata.append(Strata::Kind::kDiffuse, view.index, cells.above + cells.mixed, first);
-  float flux[9], straddling[3];
   simd::diffuse_strata(cells, group_normal(light_.cells, group.normal, group.cosine),
                        group.albedo * kInvPi, columns.weights, columns.block_sums,
-                       mixed_visibility_.data() + first, flux, straddling);
+                       mixed_visibility_.data() + first, flux_, straddling_);
   for (int c = 0; c < 3; ++c) {
-    control[c] = kInvPi * (group.albedo_normal[c].x * flux[c * 3] +
-                           group.albedo_normal[c].y * flux[c * 3 + 1] +
-                           group.albedo_normal[c].z * flux[c * 3 + 2] +
-                           group.reflectance[c] * straddling[c]);
+    control[c] = kInvPi * (group.albedo_normal[c].x * flux_[c * 3] +
+                           group.albedo_normal[c].y * flux_[c * 3 + 1] +
+                           group.albedo_normal[c].z * flux_[c * 3 + 2] +
+                           group.reflectance[c] * straddling_[c]);
   }
   return control;
+}
+
+void DiffuseStrata::split(const GroupView& view, const UnitSums& sums) const {
+  for (uint32_t j = 0; j < view.group.count; ++j) {
+    const uint32_t primary = view.primary(j);
+    const Vec3 normal = view.primaries.normal(primary);
+    Rgb flux;
+    for (int c = 0; c < 3; ++c) {
+      const Vec3 of_channel(flux_[c * 3], flux_[c * 3 + 1], flux_[c * 3 + 2]);
+      flux[c] = glm::dot(normal, of_channel) + straddling_[c];
+    }
+    sums.of(primary) += kInvPi * view.primaries.diffuse(primary) * flux;
+  }
 }
 
 void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uint32_t turn,
@@ -90,16 +105,16 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
     const float cosine = glm::dot(primaries.normal(primary), point.d);
     const Rgb light = primaries.diffuse(primary) * (kInvPi * factor) * point.weight;
     const Rgb lambert = cosine * light;
-    if (answers.sum) {
+    if (answers.sums) {
       // Of cells at the horizon, what the patch's normal reflects was counted on.
-      *answers.sum -= v < 0 ? -v * std::max(glm::dot(patch.normal, point.d), 0.f) * light
+      answers.sums.of(primary) -= v < 0 ? -v * std::max(glm::dot(patch.normal, point.d), 0.f) * light
                             : v * lambert;
     }
     if (patch.is_described) {
       float t = table ? wide::tabulated(table, cosine) : 1.f;
       if (patch.form.is_turned) t *= turned_factor_at(primaries, primary, point.d);
       if (cosine > 0) {
-        rays.push(primaries.place(primary), point.d, {lambert * t, cell, group.patch},
+        rays.push(primaries.place(primary), point.d, {lambert * t, cell, group.patch, primary},
                   answers);
       }
     } else {
@@ -119,7 +134,7 @@ void DiffuseStrata::ask_and_shoot(const GroupView& view, const Answers& answers,
   for (size_t j = 0; j < count; ++j) {
     const Rgb weight = s.weight[j] * Rgb(f[0][j], f[1][j], f[2][j]);
     rays.push(view.place(s.member[j]), {s.dx[j], s.dy[j], s.dz[j]},
-              {weight, s.cell[j], view.group.patch}, answers);
+              {weight, s.cell[j], view.group.patch, view.primary(s.member[j])}, answers);
   }
 }
 

@@ -25,6 +25,8 @@ class DiffuseStrata {
   /// Appends the group's cells to the strata. Returns what learned visibilities say that its points
   /// reflect, summed.
   Rgb add(const GroupView& group, Strata& strata);
+  /// Adds that value of the group that was added last to `sums`, each member's part to its own sum.
+  void split(const GroupView& group, const UnitSums& sums) const;
   /// Makes shadow rays of the comb's hits on the segment that add() appended for the group, and
   /// takes what add() counted on from the sum of the answers. Members take turns from `turn` on, in
   /// units of 2^-32.
@@ -54,6 +56,7 @@ class DiffuseStrata {
   std::vector<float> mixed_visibility_;  ///< see simd::diffuse_strata; of the unit's segments
   LobeValues values_;
   Shots shots_;
+  float flux_[9] = {}, straddling_[3] = {};  ///< of the group added last: see simd::diffuse_strata
   PreparedPatch planned_;
   Strata planned_strata_;
 };

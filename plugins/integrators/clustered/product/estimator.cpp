@@ -19,6 +19,17 @@ enum UnitSeed : uint32_t {
 /// And of a tile's.
 constexpr uint64_t kShared = 1, kEyeBlock = 2;
 
+/// Adds the control term of the candidates that `stage` has just added for the group.
+template <class Stage>
+void add_control(const Stage& stage, const GroupView& group, const Rgb& control,
+                 const UnitSums& sums) {
+  if (sums.is_split) {
+    stage.split(group, control, sums);
+  } else if (sums) {
+    *sums.first += control;
+  }
+}
+
 /// The sky's light that delta lobes mirror.
 std::optional<MirroredDirection> mirrored_sky(const CellLight& light, const SurfaceInteraction& si,
                                               uint32_t primary, uint64_t seed) {
@@ -82,19 +93,27 @@ void Estimator::begin_unit(const Unit& unit) {
   local_.begin_unit();
 }
 
-Rgb Estimator::add_diffuse(const GroupView& group) {
-  if (!diffuse_.applies(group)) return Rgb(0.f);
+/// Without `sums`, control terms are dropped.
+void Estimator::add_diffuse(const GroupView& group, const UnitSums& sums) {
+  if (!diffuse_.applies(group)) return;
   const StageScope timer = times_.scope(StageTimes::kStrata);
-  return diffuse_.add(group, strata_);
+  const Rgb control = diffuse_.add(group, strata_);
+  if (sums.is_split) {
+    diffuse_.split(group, sums);
+  } else if (sums) {
+    *sums.first += control;
+  }
 }
 
 /// Each group has its share of the unit's candidates.
-Rgb Estimator::add_glossy(const GroupView& group, const Unit& unit) {
-  if (!glossy_.applies(group)) return Rgb(0.f);
+void Estimator::add_glossy(const GroupView& group, const Unit& unit, const UnitSums& sums) {
+  if (!glossy_.applies(group)) return;
   const StageScope timer = times_.scope(StageTimes::kCandidates);
   const float wanted = unit.candidates * static_cast<float>(group.group.count) /
                        static_cast<float>(groups_.order().size());
-  return glossy_.add(group, wanted, hash_words(unit.seed, kCandidates, group.index), strata_);
+  const Rgb control =
+      glossy_.add(group, wanted, hash_words(unit.seed, kCandidates, group.index), strata_);
+  add_control(glossy_, group, control, sums);
 }
 
 void Estimator::probe_glossy(const GroupView& group, const Unit& unit,
@@ -107,15 +126,15 @@ void Estimator::probe_glossy(const GroupView& group, const Unit& unit,
 }
 
 /// `points` may be empty.
-Rgb Estimator::add_local(const GroupView& group, const Unit& unit, float eye_rays,
-                         std::span<PointPlan> points) {
-  if (!LocalStrata::applies(group)) return Rgb(0.f);
+void Estimator::add_local(const GroupView& group, const Unit& unit, float eye_rays,
+                          const UnitSums& sums, std::span<PointPlan> points) {
+  if (!LocalStrata::applies(group)) return;
   const StageScope timer = times_.scope(StageTimes::kCandidates);
   const LocalStrata::Numbers numbers{random_bits(unit.seed, kFirstBlock) - unit.first,
                                      hash_words(unit.seed, kLampNumbers)};
   const Rgb control = local_.add(group, eye_rays, numbers, strata_);
   if (!points.empty()) local_.plan(group, patches_[group.group.patch], points);
-  return control;
+  add_control(local_, group, control, sums);
 }
 
 /// A pilot reckons with one for each primary, and sends none.
@@ -155,26 +174,27 @@ void Estimator::for_each_mirroring(const Function& fn) const {
   }
 }
 
-void Estimator::send_eye_rays(const Unit& unit, Rgb& sum) {
+void Estimator::send_eye_rays(const Unit& unit, const UnitSums& sums) {
   for (uint32_t g = 0; g < groups_.size(); ++g) {
     const GroupView group = view(g);
     if (!eye_rays_.applies(group)) continue;
     const StageScope timer = times_.scope(StageTimes::kCandidates);
     eye_rays_.send(group, expected_eye_rays(group.patch, *light_.local),
-                   hash_words(unit.seed, kEyeRays), sum);
+                   hash_words(unit.seed, kEyeRays), sums);
   }
   const uint64_t seed = hash_words(unit.seed, kMirrors);
-  for_each_mirroring(
-      [&](uint32_t i) { eye_rays_.send_mirrored(primaries_->interaction(i), i, seed, sum); });
+  for_each_mirroring([&](uint32_t i) {
+    eye_rays_.send_mirrored(primaries_->interaction(i), i, seed, sums.of(i));
+  });
 }
 
 /// Where the sky is all that mirrors can show.
-void Estimator::shoot_mirrored(uint64_t seed, Rgb& sum) {
+void Estimator::shoot_mirrored(uint64_t seed, const UnitSums& sums) {
   for_each_mirroring([&](uint32_t i) {
     const SurfaceInteraction si = primaries_->interaction(i);
     const auto mirrored = mirrored_sky(light_, si, i, seed);
     if (!mirrored) return;
-    shadow_rays_.push(si, mirrored->d, {mirrored->weight, 0, primaries_->patch(i)}, {&sum});
+    shadow_rays_.push(si, mirrored->d, {mirrored->weight, 0, primaries_->patch(i), i}, {sums});
   });
 }
 
@@ -195,39 +215,37 @@ void Estimator::follow_paths(const Unit& unit, const SumOf& sum_of) {
   }
 }
 
-void Estimator::estimate(const Unit& unit, Rgb& sum) {
-  const Answers answers{&sum};
-  follow_paths(unit, [&](uint32_t) { return &sum; });
+void Estimator::estimate(const Unit& unit, const UnitSums& sums) {
+  const Answers answers{sums};
+  follow_paths(unit, [&](uint32_t i) { return &sums.of(i); });
   begin_unit(unit);
   if (groups_.empty()) return;
-  Rgb control(0.f);
   for (uint32_t g = 0; g < groups_.size(); ++g) {
     const GroupView group = view(g);
-    control += add_diffuse(group);
-    control += add_glossy(group, unit);
-    if (has_local()) control += add_local(group, unit, eye_rays_of(group, answers), {});
+    add_diffuse(group, sums);
+    add_glossy(group, unit, sums);
+    if (has_local()) add_local(group, unit, eye_rays_of(group, answers), sums, {});
   }
-  sum += control;
   shoot(unit, answers);
   if (has_local()) {
-    send_eye_rays(unit, sum);
+    send_eye_rays(unit, sums);
   } else {
-    shoot_mirrored(hash_words(unit.seed, kMirrors), sum);
+    shoot_mirrored(hash_words(unit.seed, kMirrors), sums);
   }
 }
 
 void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
                       std::span<std::vector<VisibilityRecord>> records) {
   times_.count_nowhere();
-  const Answers answers{nullptr, records.data(), points.data()};
+  const Answers answers{{}, records.data(), points.data()};
   follow_paths(unit, [&](uint32_t i) { return points[i].followed; });
   begin_unit(unit);
   if (groups_.empty()) return;
   for (uint32_t g = 0; g < groups_.size(); ++g) {
     const GroupView group = view(g);
-    add_diffuse(group);
+    add_diffuse(group, {});
     probe_glossy(group, unit, points);
-    if (has_local()) add_local(group, unit, eye_rays_of(group, answers), points);
+    if (has_local()) add_local(group, unit, eye_rays_of(group, answers), {}, points);
   }
   shoot(unit, answers);
   const uint64_t seed = hash_words(unit.seed, kMirrors);

@@ -56,9 +56,9 @@ class Estimator {
                   std::span<const Visibility> visibility, uint64_t seed, RenderCounters& counters,
                   std::span<const Unit> units = {});
 
-  /// Adds the reflected light of the unit's points, summed, to `sum`: control terms at once, what
-  /// rays find when they are traced. `sum` must stay where it is until flush().
-  void estimate(const Unit& unit, Rgb& sum);
+  /// Adds the reflected light of the unit's points to `sums`: control terms at once, results of rays
+  /// when they are traced. The sums must stay where they are until flush().
+  void estimate(const Unit& unit, const UnitSums& sums);
 
   /// The same without an estimate: rays find out visibilities, and what they find is kept for each
   /// patch, with what the plan needs to know of patches and points (PointPlan, of each primary of
@@ -73,17 +73,17 @@ class Estimator {
   bool has_local() const { return light_.local != nullptr; }
   GroupView view(uint32_t group) const;
   void begin_unit(const Unit& unit);
-  Rgb add_diffuse(const GroupView& group);
-  Rgb add_glossy(const GroupView& group, const Unit& unit);
+  void add_diffuse(const GroupView& group, const UnitSums& sums);
+  void add_glossy(const GroupView& group, const Unit& unit, const UnitSums& sums);
   void probe_glossy(const GroupView& group, const Unit& unit, std::span<PointPlan> points);
-  Rgb add_local(const GroupView& group, const Unit& unit, float eye_rays,
-                std::span<PointPlan> points);
+  void add_local(const GroupView& group, const Unit& unit, float eye_rays, const UnitSums& sums,
+                 std::span<PointPlan> points);
   float eye_rays_of(const GroupView& group, const Answers& answers) const;
   void shoot(const Unit& unit, const Answers& answers);
   template <class Function>
   void for_each_mirroring(const Function& fn) const;
-  void send_eye_rays(const Unit& unit, Rgb& sum);
-  void shoot_mirrored(uint64_t seed, Rgb& sum);
+  void send_eye_rays(const Unit& unit, const UnitSums& sums);
+  void shoot_mirrored(uint64_t seed, const UnitSums& sums);
   template <class SumOf>
   void follow_paths(const Unit& unit, const SumOf& sum_of);
 

@@ -114,7 +114,8 @@ void EyeRays::draw(const GroupView& group, uint64_t seed) {
   }
 }
 
-void EyeRays::send(const GroupView& group, float expected, uint64_t seed, Rgb& sum) {
+void EyeRays::send(const GroupView& group, float expected, uint64_t seed,
+                   const UnitSums& sums) {
   chosen_.clear();
   for (uint32_t j = 0; j < group.group.count; ++j) {
     const uint64_t own = hash_words(seed, group.primary(j));
@@ -136,7 +137,7 @@ void EyeRays::send(const GroupView& group, float expected, uint64_t seed, Rgb& s
         light_.caustics ? light_.caustics->eye_density(group.primaries.interaction(primary), ray.d)
                         : kInfinity;
     push(ray, {weight, density, static_cast<uint32_t>(tiles_.size() - 1),
-               hash_words(seed, primary, kNumbers), &sum, chain_density});
+               hash_words(seed, primary, kNumbers), &sums.of(primary), chain_density});
   }
 }
 

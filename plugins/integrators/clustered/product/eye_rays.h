@@ -43,7 +43,7 @@ class EyeRays {
   bool applies(const GroupView& group) const;
   /// Some members of the group send a ray, `expected` on average. Random numbers are those of
   /// `seed` and the primaries.
-  void send(const GroupView& group, float expected, uint64_t seed, Rgb& sum);
+  void send(const GroupView& group, float expected, uint64_t seed, const UnitSums& sums);
   /// The delta lobes of a primary send one, which finds all of their light.
   void send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint64_t seed, Rgb& sum);
 

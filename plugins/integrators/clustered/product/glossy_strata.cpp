@@ -96,6 +96,7 @@ Rgb GlossyStrata::take(const GroupView& group, const SharedCandidates::Set& set,
                        uint64_t seed, Strata& strata) {
   DistantCandidates& c = candidates_;
   const size_t first = c.size(), size = blocks * set.size;
+  first_ = first;
   c.resize(first + size);
   const uint32_t begin = scaled(random_bits(seed, 4), set.blocks);
   const auto block_of = [&](uint32_t k) { return (begin + k) % set.blocks; };
@@ -133,6 +134,7 @@ Rgb GlossyStrata::add(const GroupView& group, const Counts& counts, uint64_t see
   draw(group, counts, seed);
   DistantCandidates& c = candidates_;
   const size_t first = drawn_.first, size = c.size() - first;
+  first_ = first;
   values_.glossy(group, c.directions(first), c.lobe_columns(first));
   const Strata::Columns columns = strata.append(Strata::Kind::kGlossy, group.index, size, first);
   const simd::CandidateQuery query{importance_.values(),
@@ -194,9 +196,10 @@ void GlossyStrata::shoot(const GroupView& group, const SegmentHits& segment, con
     const size_t i = first + stratum;
     const uint32_t cell = candidates_.cell[i];
     const Rgb weight = candidates_.weight_of(i) * (segment.step / segment.weights[stratum]);
-    if (answers.sum) *answers.sum -= group.visibility.v[cell] * weight;
-    rays.push(group.place(candidates_.member[i]), candidates_.direction(i),
-              {weight, cell, group.group.patch}, answers);
+    const uint32_t primary = group.primary(candidates_.member[i]);
+    if (answers.sums) answers.sums.of(primary) -= group.visibility.v[cell] * weight;
+    rays.push(group.primaries.place(primary), candidates_.direction(i),
+              {weight, cell, group.group.patch, primary}, answers);
   }
 }
 

@@ -46,6 +46,11 @@ class GlossyStrata {
   Rgb add(const GroupView& group, float candidates, uint64_t seed, Strata& strata);
   /// The same with candidates of the group's own.
   Rgb add(const GroupView& group, const Counts& counts, uint64_t seed, Strata& strata);
+  /// Adds the value that the last add() for the group returned, `control`, to `sums`, each member's
+  /// part to its own sum.
+  void split(const GroupView& group, const Rgb& control, const UnitSums& sums) const {
+    split_control(group, candidates_, first_, control, sums);
+  }
   /// For the plan, from the candidates that were added last: mean and variance of the unshadowed
   /// light of the group's `points` (of the tile), which is also added to `patch`, and the share of
   /// candidates from the cells that would have had the least second moment.
@@ -72,6 +77,7 @@ class GlossyStrata {
   LobeValues values_;
   SharedCandidates shared_;
   DistantCandidates candidates_;
+  size_t first_ = 0;  ///< of the candidates that were added last
   Drawn drawn_;
   CellImportance importance_;  ///< for the group drawn last
 };

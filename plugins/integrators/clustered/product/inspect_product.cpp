@@ -119,14 +119,12 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
                         std::move(local_points));
   const size_t padded = cells.padded_size() + (local ? local->padded_size() : 0);
   Estimator estimator(light);
-  const FilterSampler filter(sensor.film().filter());
   const Rect crop = sensor.film().crop();
   if (x < crop.x0 || y < crop.y0 || x >= crop.x1 || y >= crop.y1) {
     throw Error("the place to inspect is outside of the film's crop window");
   }
   const transport::SceneTable table(scene);
-  Primaries all(Primaries::view_of(table, sensor, filter,
-                                   {settings.length, settings.hide_emitters}));
+  Primaries all({table, sensor, PathSettings{settings.length, settings.hide_emitters}});
   RenderCounters counters;
   const auto trace = [&](const Rect& pixels, uint16_t count, uint64_t key) {
     const std::vector<uint16_t> counts(pixels.area(), count);

@@ -204,13 +204,13 @@ void LocalStrata::shoot(const GroupView& group, float eye_rays, const SegmentHit
     const size_t i = segment.segment.first + hit.stratum;
     const float factor = segment.step / segment.weights[hit.stratum];
     Rgb weight = c.weight_of(i) * factor;
-    if (answers.sum) *answers.sum -= group.visibility.v[c.cell[i]] * weight;
+    const uint32_t primary = group.primary(c.member[i]);
+    if (answers.sums) answers.sums.of(primary) -= group.visibility.v[c.cell[i]] * weight;
     const bool is_lamp = c.point[i] == LightPoint::kLambertian;
     const LightPoint* const point = all_lambertian ? nullptr : point_of(i);
     if (point && point->reflection != LightPoint::kLambertian) {
       weight = weight_of_reflected(*point, i, eye_rays, factor);
     }
-    const uint32_t primary = group.primary(c.member[i]);
     const SurfaceInteraction si = group.primaries.place(primary);
     const Vec3 d = c.direction(i);
     ShadowRays::Lit lit;
@@ -227,7 +227,7 @@ void LocalStrata::shoot(const GroupView& group, float eye_rays, const SegmentHit
       distance = glm::length(to);
       toward = to / std::max(distance, 1e-30f);
     }
-    rays.push(si, toward, distance, {weight, c.cell[i], group.group.patch}, answers, lit);
+    rays.push(si, toward, distance, {weight, c.cell[i], group.group.patch, primary}, answers, lit);
   }
 }
 

@@ -32,6 +32,11 @@ class LocalStrata {
   /// each point sends by its BSDF, on average. Returns what learned visibilities say that the
   /// points reflect, summed.
   Rgb add(const GroupView& group, float eye_rays, const Numbers& numbers, Strata& strata);
+  /// Adds the value that the last add() for the group returned, `control`, to `sums`, each member's
+  /// part to its own sum.
+  void split(const GroupView& group, const Rgb& control, const UnitSums& sums) const {
+    split_control(group, candidates_, first_, control, sums);
+  }
   /// For the plan, from the connections that were added last, if there are any: adds mean and
   /// variance of the unshadowed light to the group's `points` (of the tile) and to `patch`, and how
   /// many eye rays are called for.

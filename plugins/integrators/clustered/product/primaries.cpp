@@ -22,12 +22,6 @@ Columns3 three(Column<float> (&columns)[3]) {
 
 }  // namespace
 
-Primaries::View Primaries::view_of(const transport::SceneTable& scene, const Sensor& sensor,
-                                   const FilterSampler& filter, const PathSettings& paths) {
-  const Film& film = sensor.film();
-  return {scene, sensor, filter, film.sampled(), paths};
-}
-
 Primaries::Primaries(const View& view)
     : view_(view), hides_environment_(transport::hides_environment(view.paths, view.scene.scene())) {
   make_room(kRaysAtOnce);
@@ -73,26 +67,8 @@ bool Primaries::add(const Rect& pixels, std::span<const uint16_t> counts) {
   return true;
 }
 
-uint32_t Primaries::negative_of(int x, int y, uint32_t rays) const {
-  return view_.filter.shares(x, y, view_.region).negative_of(rays);
-}
-
 void Primaries::place_pixel(int x, int y, size_t begin, size_t end, uint64_t seed) {
   const uint64_t key = hash_words(seed, static_cast<uint32_t>(x), static_cast<uint32_t>(y));
-  const size_t negative = end - negative_of(x, y, static_cast<uint32_t>(end - begin));
-  place_part(begin, negative, key, [&](const Vec2& u) {
-    return view_.filter.place(x, y, u, view_.region);
-  });
-  if (negative == end) return;
-  constexpr uint64_t kNegative = 4;
-  place_part(negative, end, hash_words(key, kNegative), [&](const Vec2& u) {
-    return view_.filter.place_negative(x, y, u, view_.region);
-  });
-}
-
-/// Rays [begin, end) at film positions place_at(u).
-template <class Place>
-void Primaries::place_part(size_t begin, size_t end, uint64_t key, const Place& place_at) {
   const bool has_aperture = view_.sensor.needs_aperture_sample();
   const uint64_t aperture_x = hash_words(key, 1), aperture_y = hash_words(key, 2);
   const auto count = static_cast<uint32_t>(end - begin);
@@ -104,7 +80,7 @@ void Primaries::place_part(size_t begin, size_t end, uint64_t key, const Place& 
       const size_t i = begin + first + k;
       const Vec2 u =
           points[k].shifted(static_cast<uint32_t>(shift), static_cast<uint32_t>(shift >> 32));
-      two(position_).set(i, place_at(u));
+      two(position_).set(i, film_position(x, y, u));
       if (coverage_) {
         const uint64_t own = hash_words(key, 5, first + k);
         key_[0][i] = static_cast<uint32_t>(own), key_[1][i] = static_cast<uint32_t>(own >> 32);

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "clustered/kernels/lobe_kernels.h"
-#include "clustered/product/filter_sampler.h"
 #include "clustered/product/path_numbers.h"
 #include "kinome/block_points.h"
 #include "transport/coverage.h"
@@ -42,16 +41,10 @@ class Primaries {
   struct View {
     const transport::SceneTable& scene;
     const Sensor& sensor;
-    const FilterSampler& filter;
-    Rect region;  ///< where film positions may lie
     PathSettings paths;
     /// Rays that meet what has_deltas_alone() go on as those of `path` do, too.
     bool follows_mirrors = false;
   };
-  /// The whole film of the sensor.
-  static View view_of(const transport::SceneTable& scene, const Sensor& sensor,
-                      const FilterSampler& filter, const PathSettings& paths);
-
   explicit Primaries(const View& view);
   ~Primaries();
 
@@ -61,8 +54,8 @@ class Primaries {
   /// since so many rays are enough for one. The first tile is always taken.
   bool add(const Rect& pixels, std::span<const uint16_t> counts);
   /// Traces the rays of all tiles. Each pixel's are the first so many of one sequence for each
-  /// seed, in the order of a Hilbert curve: the other tiles make no difference. Those of the
-  /// filter's negative part, if it has one, are the last of a pixel.
+  /// seed, evenly spread over the pixel in the order of a Hilbert curve, and independent of the
+  /// other tiles.
   void trace(uint64_t seed, RenderCounters& counters);
 
   size_t tile_count() const { return tiles_.size(); }
@@ -88,9 +81,6 @@ class Primaries {
   void make_room(size_t rays);
   void place(uint64_t seed);
   void place_pixel(int x, int y, size_t begin, size_t end, uint64_t seed);
-  template <class Place>
-  void place_part(size_t begin, size_t end, uint64_t key, const Place& place_at);
-  uint32_t negative_of(int x, int y, uint32_t rays) const;
   void find_width(Tile& tile) const;
   void describe();
   void find_viewers();
@@ -124,13 +114,10 @@ class TilePrimaries {
   uint32_t first(size_t pixel) const {
     return all_->first_[tile_->first_pixel + pixel] - static_cast<uint32_t>(tile_->first_ray);
   }
-  /// The first of a pixel's rays that are to be subtracted: see FilterSampler. Often first(i + 1).
-  uint32_t first_negative(size_t pixel) const {
-    const Rect& all = tile_->pixels;
-    const int x = all.x0 + static_cast<int>(pixel) % all.width();
-    const int y = all.y0 + static_cast<int>(pixel) / all.width();
-    const uint32_t end = first(pixel + 1);
-    return end - all_->negative_of(x, y, end - first(pixel));
+  /// In pixels of the full film.
+  Vec2 film_position(size_t ray) const {
+    const size_t i = tile_->first_ray + ray;
+    return {all_->position_[0][i], all_->position_[1][i]};
   }
   bool hit(size_t ray) const { return point(ray) >= 0; }
   /// See transport::Coverage; 0 if the film has no alpha.

@@ -68,8 +68,7 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       shared_cells_(std::move(cells)),
       cells_(*shared_cells_),
       settings_(settings),
-      grid_(sensor.film().crop()),
-      filter_(sensor.film().filter()),
+      grid_(sensor.film().sampled()),
       seed_(key_seed(context, sensor.sampler())),
       local_(make_local_light(scene, sensor, settings, seed_, context)),
       addresses_(scene),
@@ -121,7 +120,7 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
 }
 
 Primaries::View ProductRenderer::view() const {
-  Primaries::View view = Primaries::view_of(table_, sensor_, filter_, path_settings());
+  Primaries::View view{table_, sensor_, path_settings()};
   // What they show may be lit by anything, which paths find by emitter and BSDF samples.
   view.follows_mirrors = local_ != nullptr;
   return view;
@@ -157,19 +156,16 @@ void ProductRenderer::add_to_film(int block, uint64_t seed, float weight,
     tiles.push_back(film.make_tile(pixels, layer));
   }
   FilmTile& colours = tiles[0];
-  size_t next = 0;
-  grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-    tile.for_each_pixel([&](int x, int y) {
-      const Rgb c = renderer.colour(next);
-      const float values[4] = {c.x, c.y, c.z, renderer.alpha(next)};
-      colours.add_pixel(x, y, {values, film.has_alpha() ? 4u : 3u}, weight);
-      if (settings_.diagnostics) {
-        const Vec3& d = renderer.diagnostics(next);
+  renderer.add_to(colours, weight);
+  if (settings_.diagnostics) {
+    size_t next = 0;
+    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      tile.for_each_pixel([&](int x, int y) {
+        const Vec3& d = renderer.diagnostics(next++);
         tiles[1].add_pixel(x, y, std::array{d.x, d.y, d.z}, weight);
-      }
-      ++next;
+      });
     });
-  });
+  }
   if (caustics_) {
     const double paths = std::ceil(weight * unit_ / kRaysPerCausticPath * pixels.area());
     caustics_->trace(hash_words(seed, static_cast<uint64_t>(block), kCausticSeed),
@@ -282,10 +278,9 @@ void ProductRenderer::try_product(const MethodTrial& trial, uint64_t seed,
 void ProductRenderer::choose_method(double seconds) {
   const bool is_deep = local_ && local_->max_depth() > LocalLight::kBounceDepth;
   if (!is_deep || !local_->needs_eye_rays() || !allocation_) return;
-  // Paths don't find caustics of lamps, and have no diagnostics; and the trial's have whole filters
-  // and see the emitters.
+  // Paths don't find caustics of lamps, and have no diagnostics; the trial's paths see emitters.
   if (local_->has_lamp_caustics() || settings_.diagnostics) return;
-  if (filter_.has_negative() || settings_.hide_emitters) return;
+  if (settings_.hide_emitters) return;
   const uint64_t seed = hash_words(seed_, kTrialSeed);
   const MethodTrial trial(grid_, seed);
   if (!trial.is_possible()) return;
@@ -303,7 +298,7 @@ void ProductRenderer::choose_method(double seconds) {
         caustics_->variance(hash_words(seed, 3), tried, count, grid_, context_.stats().counters);
     product.more_cost = tried * caustics_->rays_per_path() * kCostOfLightRay;
   }
-  const TrialPaths trial_paths(scene_, sensor_, grid_, filter_, settings_.length, context_);
+  const TrialPaths trial_paths(scene_, sensor_, grid_, settings_.length, context_);
   const MethodTrial::Way paths{[&](uint64_t index, std::vector<Rgb>& picture) {
     trial_paths.trace(trial, hash_words(seed, 2, index), picture);
   }};

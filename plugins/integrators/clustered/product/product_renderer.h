@@ -63,7 +63,6 @@ class ProductRenderer final : public Passes {
   const DistantCells& cells_;
   const ProductSettings settings_;
   const TileGrid grid_;
-  const FilterSampler filter_;
   const uint64_t seed_;
   const std::unique_ptr<const LocalLight> local_;  ///< nullptr: there is none
   std::optional<Caustics> caustics_;               ///< where there may be some

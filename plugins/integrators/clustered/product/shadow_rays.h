@@ -5,15 +5,16 @@
 
 #include "clustered/product/point_plan.h"
 #include "clustered/product/stage_times.h"
+#include "clustered/product/unit.h"
 #include "clustered/product/visibility.h"
 #include "kinome/scene.h"
 
 namespace kinome {
 
-/// Where the answers to the shadow rays of a unit go: in an estimate to a sum, in a pilot to the
-/// records of the patches. Must stay where they are until the rays are traced.
+/// Destinations of the results of a unit's shadow rays: sums in an estimate, records of the patches
+/// in a pilot. Must stay where they are until the rays are traced.
 struct Answers {
-  Rgb* sum = nullptr;  ///< of what is visible; control terms of the rays are taken from it
+  UnitSums sums;  ///< of visible light; control terms of the rays are subtracted from them
   std::vector<VisibilityRecord>* records = nullptr;  ///< of each patch
   PointPlan* points = nullptr;                       ///< of each primary, beside `records`
 };
@@ -33,9 +34,10 @@ class ShadowRays {
 
   /// The light that a ray may find.
   struct Light {
-    Rgb weight;     ///< what it adds to a sum
-    uint32_t cell;  ///< of a record
-    int32_t patch;  ///< of records
+    Rgb weight;        ///< added to the sum of the primary
+    uint32_t cell;     ///< of a record
+    int32_t patch;     ///< of records
+    uint32_t primary = 0;  ///< that the ray starts from
   };
   /// What else a record's ray adds where it sees light; nothing, of most.
   struct Lit {
@@ -88,7 +90,7 @@ class ShadowRays {
     Pending& pending = pending_[waiting_];
     pending.weight = light.weight;
     pending.cell = light.cell;
-    pending.sum = answers.sum;
+    pending.sum = answers.sums ? &answers.sums.of(light.primary) : nullptr;
     pending.records = nullptr;
     if (answers.records) {
       pending.records = &answers.records[light.patch];

@@ -15,7 +15,6 @@ constexpr uint32_t kPaths = 16;  ///< of each pixel
 }  // namespace
 
 void TrialPaths::trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const {
-  const Rect region = sensor_.film().sampled();
   SharedItems shared([&](size_t block, SharedBytes& bytes) {
     const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
     transfer_tiles(picture, grid_, static_cast<int>(block), is_wanted, bytes);
@@ -32,8 +31,7 @@ void TrialPaths::trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>
         for_each_pixel([&](int x, int y) {
           for (uint32_t k = 0; k < kPaths; ++k) {
             const uint64_t own = hash_words(seed, grid_.pixel(x, y), k);
-            const Vec2 place =
-                filter_.place(x, y, {random_float(own, 0), random_float(own, 1)}, region);
+            const Vec2 place = film_position(x, y, {random_float(own, 0), random_float(own, 1)});
             EyePaths::Begin path;
             path.ray = sensor_.sample_ray(place, {random_float(own, 2), random_float(own, 3)});
             path.throughput = Rgb(1.f);

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "clustered/product/filter_sampler.h"
 #include "clustered/product/method_trial.h"
 #include "clustered/product/tile_grid.h"
 #include "kinome/render_context.h"
@@ -17,11 +16,10 @@ namespace kinome {
 class TrialPaths {
  public:
   TrialPaths(const Scene& scene, const Sensor& sensor, const TileGrid& grid,
-             const FilterSampler& filter, const PathLength& length, RenderContext& context)
+             const PathLength& length, RenderContext& context)
       : scene_(scene),
         sensor_(sensor),
         grid_(grid),
-        filter_(filter),
         length_(length),
         context_(context) {}
 
@@ -32,7 +30,6 @@ class TrialPaths {
   const Scene& scene_;
   const Sensor& sensor_;
   const TileGrid& grid_;
-  const FilterSampler& filter_;
   const PathLength& length_;
   RenderContext& context_;
 };

@@ -2,7 +2,20 @@
 
 #include <cstdint>
 
+#include "kinome/color.h"
+
 namespace kinome {
+
+/// Sums of the light that a unit's primaries reflect: a single sum, or one per primary if film
+/// positions matter because the filter weighs them differently.
+struct UnitSums {
+  Rgb* first = nullptr;  ///< nullptr: no estimate is requested
+  bool is_split = false;
+  uint32_t first_primary = 0;
+
+  Rgb& of(uint32_t primary) const { return is_split ? first[primary - first_primary] : *first; }
+  explicit operator bool() const { return first != nullptr; }
+};
 
 /// What shares one comb of rays: the points of a pixel, or of a tile.
 struct Unit {

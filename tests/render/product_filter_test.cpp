@@ -1,0 +1,75 @@
+/// Product sampling through filters that are wider than a pixel: samples count for all pixels that
+/// the filter reaches.
+#include "path_scenes.h"
+#include "product_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+/// A film of 16x12 pixels; squares of the checkerboards are about three pixels wide, so that light
+/// that is attributed to a wrong position in its pixel changes the neighbouring pixels.
+std::string film_of(const std::string& filter) {
+  return integer("width", 16) + integer("height", 12) + "<rfilter type=\"" + filter + "\"/>";
+}
+
+std::string checkered(const std::string& type, const std::string& parameters = "") {
+  return bsdf(type, parameters + checkerboard(type == "diffuse" ? "reflectance"
+                                                                 : "diffuse_reflectance"));
+}
+
+/// Expectation of each pixel, against `direct` or `path`, which add samples one by one.
+void expect_same_pixels(Arrangement s, int renders) {
+  s.direct_samples = 64;
+  for (const char* const filter : {"gaussian", "mitchell"}) {
+    s.film = film_of(filter);
+    expect_equal(estimate_tiles(*product_scene(s), renders, 1),
+                 estimate_tiles(*direct_scene(s), renders, 1, 5000), kAlpha, filter);
+  }
+}
+
+TEST(ProductFilter, SkyOnDiffuseChecks) {
+  Arrangement s;
+  s.shapes = shapes_xml(checkered("diffuse"));
+  s.rays = 48;
+  expect_same_pixels(s, 128);
+}
+
+TEST(ProductFilter, SkyOnGlossyChecks) {
+  Arrangement s;
+  s.shapes = shapes_xml(checkered("roughplastic", number("alpha", .2)));
+  s.rays = 48;
+  expect_same_pixels(s, 128);
+}
+
+TEST(ProductFilter, LampAndBounceOnChecks) {
+  Arrangement s;
+  s.shapes = shapes_xml(checkered("roughplastic", number("alpha", .2)));
+  s.light = shape_xml("rectangle",
+                      "<scale value=\"1\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"2.5\"/>",
+                      area_xml("9 5 2")) +
+            point_xml("2,3,2", "3 2 6");
+  s.max_depth = 3;
+  s.rays = 48;
+  expect_same_pixels(s, 128);
+}
+
+/// A gaussian filter of standard deviation 1/2 averages the light of about 1 / 0.32 = 3 pixels, so
+/// that it lowers independent noise by that factor. Without the neighbours' samples the noise would
+/// stay as it is through a box filter.
+TEST(ProductFilter, NeighboursLowerTheNoise) {
+  const auto mean_variance = [](const std::string& filter) {
+    Arrangement s;
+    s.rays = 48;
+    s.film = film_of(filter);
+    double sum = 0;
+    const auto pixels = estimate_pixels(*product_scene(s), 32);
+    for (const Estimate& pixel : pixels) sum += pixel.variance_of_mean;
+    return sum / static_cast<double>(pixels.size());
+  };
+  // The relative deviation of each side is about sqrt(2 / (32 * 100)) = 2.5 % or, with pixels that
+  // share noise, below 5 %.
+  EXPECT_LT(mean_variance("gaussian"), 0.5 * mean_variance("box"));
+}
+
+}  // namespace
+}  // namespace kinome::test
