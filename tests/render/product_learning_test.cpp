@@ -67,7 +67,7 @@ class LyingRenderer {
       : scene_(scene),
         sensor_(*scene.sensors().front()),
         crop_(sensor_.film().crop()),
-        primaries_({table_, sensor_, true}),
+        primaries_({table_, sensor_, PathSettings{{}, true}}),
         cells_(scene.environment() ? DistantCells(*scene.environment(),
                                                   *scene.environment()->cell_grid(), 128, context_)
                                    : DistantCells()),

@@ -19,6 +19,9 @@ constexpr uint32_t kMostLampCells = 2048;
 /// can weigh. From .01 to 1 errors of most scenes are alike; below, some pixels near corners stand
 /// out, above, paths make noise.
 constexpr double kEyeShare = 0.1;
+/// Of cells about which nothing is known: eye rays and paths find all of their light, so that light
+/// points that are drawn by chance in a pass can't stand out.
+constexpr float kUnknownRatio = 1e20f;
 /// Cells are taken to have at least this share of the mean area.
 constexpr double kLeastArea = 0.1;
 /// Draws that tell a source's flux.
@@ -250,7 +253,8 @@ void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn
       unguided.push_back(1 / chunk.origins[i].guided);
     }
   }
-  if (places.empty()) {  // light that so few points don't find is still looked for
+  const bool is_unknown = places.empty();
+  if (is_unknown) {  // light that so few points don't find is still looked for
     places.push_back({scene_.bounds().centre(), Vec3(0.f)});
     flux.push_back(0);
     guided_flux.push_back(0);
@@ -282,6 +286,11 @@ void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn
     ratios->resize(size_ - partition.size());
   }
   for (uint32_t c = 0; c < partition.size(); ++c) {
+    if (is_unknown) {
+      deep_ratios_.push_back(kUnknownRatio);
+      third_ratios_.push_back(kUnknownRatio);
+      continue;
+    }
     const double area = std::max(areas[c], least) / repeated;
     deep_ratios_.push_back(static_cast<float>(kEyeShare * area / std::max(deep[c], 1u)));
     third_ratios_.push_back(static_cast<float>(kEyeShare * area / std::max(sums[c].count, 1u)));

@@ -147,7 +147,8 @@ void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan
   for (size_t i = first_; i < c.size(); ++i) {
     const double w = mean_of(c.weight_of(i));
     sum += w;
-    all += w * (1. + c.lobe_density[i] * c.eye_ratio[i]);
+    // No eye ray finds a lamp.
+    if (i < end_points_) all += w * (1. + c.lobe_density[i] * c.eye_ratio[i]);
     if (i < end_points_ && point_of(i)->reflection != LightPoint::kLambertian) of_lobes += w;
     if (i >= end_points_) {
       of_lamps += w;
@@ -169,7 +170,7 @@ void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan
   const auto mean = static_cast<float>(sum / count);
   const auto extended = static_cast<float>((sum - of_lamps) / count);
   const double spread = variance / count;
-  const float by_eye = all > 0 ? static_cast<float>(1 - sum / all) : 1.f;
+  const float by_eye = all > 0 ? static_cast<float>(1 - (sum - of_lamps) / all) : 1.f;
   patch.eye_rays += share * std::clamp(kEyeRayFactor * by_eye + kLobeEyeRayFactor * by_lobes,
                                        kLeastEyeRays, 1.f);
   patch.glossy += mean * share;

@@ -7,9 +7,9 @@
 namespace kinome {
 namespace {
 
-/// One of so many tiles, and no more than these in all: a trial is to be a small part of the
-/// render.
-constexpr int kTilesPerTrial = 16, kMostTiles = 256, kLeastTiles = 24;
+/// One of so many tiles is rendered, and at most kMaxTiles in all, because a trial must be a small
+/// part of the render; in small images one of kMinStride, so that there are kMinTiles.
+constexpr int kMaxStride = 16, kMinStride = 4, kMaxTiles = 256, kMinTiles = 12;
 
 double rays_of(const RenderCounters& counters, bool of_light) {
   double sum = 0;
@@ -31,10 +31,11 @@ MethodTrial::MethodTrial(const TileGrid& grid, uint64_t seed)
     : grid_(grid),
       seed_(seed),
       stride_(static_cast<uint64_t>(
-          std::max(kTilesPerTrial, (grid.tiles() + kMostTiles - 1) / kMostTiles))) {}
+          std::max(std::clamp(grid.tiles() / kMinTiles, kMinStride, kMaxStride),
+                   (grid.tiles() + kMaxTiles - 1) / kMaxTiles))) {}
 
 bool MethodTrial::is_possible() const {
-  return grid_.tiles() >= kLeastTiles * kTilesPerTrial;
+  return grid_.tiles() >= kMinTiles * kMinStride;
 }
 
 bool MethodTrial::is_wanted(const TileGrid::Tile& tile) const {
@@ -54,47 +55,88 @@ MethodTrial::Renders MethodTrial::run(const Way& way, RenderContext& context) co
   return renders;
 }
 
-double MethodTrial::compare(const Way& first, const Way& second, RenderContext& context) const {
-  const Renders a = run(first, context), b = run(second, context);
-  if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return kInfinity;
-  // Of each tile that is wanted: its pixels, and the mean of what all four have come to.
-  struct Part {
-    std::vector<size_t> pixels;
-    Rgb mean{0.f};
-  };
+/// The tiles that were rendered, and how bright they are.
+std::vector<MethodTrial::Part> MethodTrial::parts_of(const Renders& a, const Renders& b) const {
   std::vector<Part> parts;
-  double mean = 0;
   for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
     grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
       if (!is_wanted(tile)) return;
       Part part;
       tile.for_each_pixel([&](int x, int y) { part.pixels.push_back(grid_.pixel(x, y)); });
-      for (const size_t i : part.pixels) {
-        part.mean += a.pictures[0][i] + a.pictures[1][i] + b.pictures[0][i] + b.pictures[1][i];
+      const auto mean_of_tile = [&](const std::vector<Rgb>& picture) {
+        Rgb sum(0.f);
+        for (const size_t i : part.pixels) sum += picture[i];
+        return sum / static_cast<float>(part.pixels.size());
+      };
+      for (int k = 0; k < 2; ++k) {
+        part.means[k] = mean_of_tile(a.pictures[k]);
+        part.means[2 + k] = mean_of_tile(b.pictures[k]);
       }
-      part.mean *= 0.25f / static_cast<float>(part.pixels.size());
-      mean += mean_of(part.mean);
       parts.push_back(std::move(part));
     });
   }
-  if (!(mean > 0)) return kInfinity;
-  mean /= static_cast<double>(parts.size());
-  const auto error_of = [&](const Way& way, const Renders& renders) {
-    double error = 0;
-    for (const Part& part : parts) {
-      const double weight = 1 / (mean_square(part.mean) + 0.01 * mean * mean);
-      for (const size_t i : part.pixels) {
-        error += weight * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
-        // Of a difference it would be twice that.
-        if (!way.more_variance.empty()) {
-          error += weight * 2 * static_cast<double>(way.more_variance[i]);
-        }
+  return parts;
+}
+
+/// Sum over pixels of the squared difference of the two renders, with a weight for each pixel.
+double MethodTrial::noise_of(const Way& way, const Renders& renders, const std::vector<Part>& parts,
+                             const std::vector<float>& weights) {
+  double error = 0;
+  size_t next = 0;
+  for (const Part& part : parts) {
+    for (const size_t i : part.pixels) {
+      const double weight = weights[next++];
+      error += weight * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
+      // Of a difference it would be twice that.
+      if (!way.more_variance.empty()) {
+        error += weight * 2 * static_cast<double>(way.more_variance[i]);
       }
     }
-    return error;
-  };
-  const double error_a = error_of(first, a), error_b = error_of(second, b);
-  return error_a > 0 ? error_b * b.cost / (error_a * a.cost) : kInfinity;
+  }
+  return error;
+}
+
+MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second, RenderContext& context) const {
+  const Renders a = run(first, context), b = run(second, context);
+  if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
+  const std::vector<Part> parts = parts_of(a, b);
+  double mean = 0;
+  for (const Part& part : parts) mean += mean_of(part.mean());
+  if (!(mean > 0)) return {};
+  mean /= static_cast<double>(parts.size());
+  const double floor = 0.01 * mean * mean;
+  std::vector<float> weights;
+  for (const Part& part : parts) {
+    const double of_tile = mean_square(part.mean());
+    for (const size_t i : part.pixels) {
+      double values[4] = {mean_square(a.pictures[0][i]), mean_square(a.pictures[1][i]),
+                          mean_square(b.pictures[0][i]), mean_square(b.pictures[1][i])};
+      std::sort(std::begin(values), std::end(values));
+      const double own = (values[1] + values[2]) / 2;
+      weights.push_back(static_cast<float>(1 / (std::max(of_tile, own) + floor)));
+    }
+  }
+  double error_a = noise_of(first, a, parts, weights);
+  double error_b = noise_of(second, b, parts, weights);
+  // Of tiles in which the first way, or the second, finds less: the squared difference of the means
+  // less its expectation by noise. By chance alone, these sums are 0 on average. Light of
+  // more_variance is in neither render.
+  double missed[2] = {0, 0};
+  for (const Part& part : parts) {
+    const auto pixels = static_cast<double>(part.pixels.size());
+    const Rgb difference = (part.means[0] + part.means[1] - part.means[2] - part.means[3]) * 0.5f;
+    const double noise = (mean_square(part.means[0] - part.means[1]) +
+                          mean_square(part.means[2] - part.means[3])) /
+                         4;
+    const double weight = pixels / (mean_square(part.mean()) + floor);
+    missed[mean_of(difference) < 0 ? 0 : 1] += 2 * weight * (mean_square(difference) - noise);
+  }
+  if (first.more_variance.empty() && second.more_variance.empty()) {
+    error_a += std::max(0., missed[0]);
+    error_b += std::max(0., missed[1]);
+  }
+  if (!(error_a > 0)) return {};
+  return {error_b * b.cost / (error_a * a.cost), b.cost / a.cost};
 }
 
 }  // namespace kinome

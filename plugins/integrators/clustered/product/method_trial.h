@@ -8,18 +8,18 @@
 
 namespace kinome {
 
-/// Asks which way to the picture takes less work, where there are two. Some tiles are rendered
-/// twice by each; how far the two renders differ is multiplied by what they took, counted in rays,
-/// which is the same on every machine. None of it is part of the picture, which stays unbiased
-/// whatever is chosen.
+/// Compares two ways to render an image by the work that they take to the same error. Some tiles are
+/// rendered twice by each way; the squared difference of the two renders is multiplied by their cost,
+/// counted in rays, which is the same on every machine. None of these renders is part of the image,
+/// which stays unbiased whatever is chosen.
 class MethodTrial {
  public:
-  /// Chooses tiles that are spread over the picture. `grid` must outlive it.
+  /// Chooses tiles that are spread over the image. `grid` must outlive it.
   MethodTrial(const TileGrid& grid, uint64_t seed);
-  /// False where the picture is so small that a few tiles of it tell nothing.
+  /// False if the image has too few tiles for a comparison.
   bool is_possible() const;
   bool is_wanted(const TileGrid::Tile& tile) const;
-  /// Of the picture, about.
+  /// Expected share of the image's tiles.
   double share() const { return 1. / static_cast<double>(stride_); }
 
   struct Way {
@@ -33,17 +33,31 @@ class MethodTrial {
     std::vector<float> more_variance{};
     double more_cost = 0;
   };
-  /// Work of the second way to the same error, in units of the first one's. The error is relative
-  /// to how bright a tile is; that of pixels would say little of bright outliers, each of which
-  /// makes its own pixel bright.
-  double compare(const Way& first, const Way& second, RenderContext& context) const;
+  struct Result {
+    double work = kInfinity;  ///< of the second way to the same error, in units of the first one's
+    double cost = 1;          ///< of its renders, in the same unit
+  };
+  /// The work is infinite if there is nothing to compare. The error of a pixel is relative to the brightness of its tile or,
+  /// if that is larger, its own, of which two of the four renders agree: a single outlier must not
+  /// count as brightness. Light that one way finds less of in both of its renders counts as its
+  /// error, because light that is rare and bright makes no noise while it is missed.
+  Result compare(const Way& first, const Way& second, RenderContext& context) const;
 
  private:
   struct Renders {
     std::vector<Rgb> pictures[2];
     double cost = 0;
   };
+  /// A tile that was rendered.
+  struct Part {
+    std::vector<size_t> pixels;
+    Rgb means[4];  ///< of the first way's renders and the second's
+    Rgb mean() const { return (means[0] + means[1] + means[2] + means[3]) * 0.25f; }
+  };
   Renders run(const Way& way, RenderContext& context) const;
+  std::vector<Part> parts_of(const Renders& a, const Renders& b) const;
+  static double noise_of(const Way& way, const Renders& renders, const std::vector<Part>& parts,
+                         const std::vector<float>& weights);
 
   const TileGrid& grid_;
   const uint64_t seed_;

@@ -3,13 +3,10 @@
 #include <cmath>
 #include <optional>
 
-#include "clustered/product/method_trial.h"
 #include "clustered/product/pilot.h"
 #include "clustered/product/product_renderer.h"
 #include "clustered/product/spread.h"
-#include "clustered/product/trial_paths.h"
 #include "kinome/primary_rays.h"
-#include "transport/path_integrator.h"
 
 namespace kinome {
 namespace {
@@ -22,8 +19,6 @@ constexpr double kLeastToLearn = 10;
 constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16, kRaysPerDeepPath = 32;
 /// Passes of a render that is to take a time, or to reach an error.
 constexpr double kPartsOfBudget = 3;
-/// And paths from lamps to mirrors, where there are both.
-constexpr double kRaysPerCausticPath = 8;
 /// Light points, and no fewer places than these, to find out what is of use.
 constexpr uint32_t kPointsPerPlace = 8, kLeastPlaces = 256;
 /// Rays of a pilot for each of its primaries, and for the only one of a pixel: rays are few then,
@@ -40,21 +35,10 @@ constexpr double kRaysOfUnknown = 100;
 /// has to be back all the same.
 constexpr double kCarefulSpeed = 1e6;
 constexpr double kPilotShare = 0.4;
-constexpr double kTrialShare = 0.1;  ///< the same of a trial
 constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 /// Keeps the random numbers of passes apart from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
 constexpr uint64_t kCausticSeed = 0x63617573;
-constexpr uint64_t kTrialSeed = 0x74726961;
-constexpr double kTrialRays = 32;  ///< of a trial: a pixel's, by product sampling, at most
-/// What rays take, with all that is done for them, in units of a ray of `path`; about 3 was
-/// measured among balls of glass, where most of them belong to paths.
-constexpr double kCostOfRay = 3, kCostOfLightRay = 4;
-/// Paths alone are chosen below this share of the work. More than 1: a trial sees few of the bright
-/// outliers, of which product sampling has more. Between what trials say of a Cornell box with a
-/// ball of glass, where it takes less work (1.0 to 5.2, median 2.9), and of `sunroom`, where it
-/// takes 5 times as much (.4 to 1.4, median .8).
-constexpr double kMostWorkOfPaths = 1.5;
 
 }  // namespace
 
@@ -207,7 +191,7 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   }
   const uint32_t rays = effort.primaries + effort.rays;
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
-  const CellLight light = make_light(0, rays);
+  const CellLight& light = pilot_light_.emplace(make_light(0, rays));
   const auto forecast =
       Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_,
             addresses_)
@@ -238,77 +222,16 @@ void ProductRenderer::learn_in_time(double seconds) {
     pilot_rays_ = 0;
     allocation_.reset();
     knowledge_.forget();
+    lost_pilot_ = true;
     context_.skip("pilot", "there was too little time for it");
   }
   context_.set_deadline(kInfinity);
 }
 
 double ProductRenderer::seconds_per_sample() const {
-  if (paths_) return paths_->seconds_per_sample();
+  if (paths_) return paths_->seconds_per_sample() * paths_per_sample_;
   // A pilot that was given up leaves its time: of the least that there can be.
   return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRaysOfOne, pilot_rays_);
-}
-
-void ProductRenderer::try_product(const MethodTrial& trial, uint64_t seed,
-                                  std::vector<Rgb>& picture) const {
-  const double rays = std::min(rays_left_, kTrialRays);
-  const CellLight light = make_light(hash_words(seed, 1), rays);
-  const std::vector<PixelPlan> plan = plan_pass(rays);
-  const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
-  SharedItems shared([&](size_t block, SharedBytes& bytes) {
-    transfer_tiles(picture, grid_, static_cast<int>(block), is_wanted, bytes);
-  });
-  grid_.for_each_block<BlockRenderer>(
-      context_, grid_.all_rows(), "trial",
-      [&] { return std::make_unique<BlockRenderer>(pass_view(light)); },
-      [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
-        renderer.render(block, plan, seed, counters, is_wanted);
-        size_t next = 0;
-        grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-          if (!is_wanted(tile)) return;
-          tile.for_each_pixel(
-              [&](int x, int y) { picture[grid_.pixel(x, y)] = renderer.colour(next++); });
-        });
-      },
-      &shared);
-}
-
-/// Where most of the error is in light that comes by mirrors and glass, which paths from the camera
-/// alone can find, all that is known of other light is in vain.
-void ProductRenderer::choose_method(double seconds) {
-  const bool is_deep = local_ && local_->max_depth() > LocalLight::kBounceDepth;
-  if (!is_deep || !local_->needs_eye_rays() || !allocation_) return;
-  // Paths don't find caustics of lamps, and have no diagnostics; the trial's paths see emitters.
-  if (local_->has_lamp_caustics() || settings_.diagnostics) return;
-  if (settings_.hide_emitters) return;
-  const uint64_t seed = hash_words(seed_, kTrialSeed);
-  const MethodTrial trial(grid_, seed);
-  if (!trial.is_possible()) return;
-  // Light is followed once for all of the picture, and for more rays than those of the trial.
-  const double share = trial.share() * std::min(1., kTrialRays / std::max(rays_left_, 1.));
-  MethodTrial::Way product{[&](uint64_t index, std::vector<Rgb>& picture) {
-                             try_product(trial, hash_words(seed, 1, index), picture);
-                           },
-                           kCostOfRay, kCostOfLightRay * share};
-  if (caustics_) {
-    const double count =
-        std::min(rays_left_, kTrialRays) / kRaysPerCausticPath * grid_.crop().area();
-    const auto tried = static_cast<uint32_t>(std::ceil(count * trial.share()));
-    product.more_variance =
-        caustics_->variance(hash_words(seed, 3), tried, count, grid_, context_.stats().counters);
-    product.more_cost = tried * caustics_->rays_per_path() * kCostOfLightRay;
-  }
-  const TrialPaths trial_paths(scene_, sensor_, grid_, settings_.length, context_);
-  const MethodTrial::Way paths{[&](uint64_t index, std::vector<Rgb>& picture) {
-    trial_paths.trace(trial, hash_words(seed, 2, index), picture);
-  }};
-  if (seconds < kInfinity) context_.set_deadline(context_.seconds() + kTrialShare * seconds);
-  const double work = trial.compare(product, paths, context_);
-  context_.set_deadline(kInfinity);
-  if (!(work < kMostWorkOfPaths)) return;
-  context_.skip("product", "in a trial, paths from the camera alone did as well for less");
-  path_integrator_.emplace(path_settings());
-  paths_ = path_integrator_->begin(scene_, sensor_, context_, kInfinity);
 }
 
 std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
@@ -344,11 +267,11 @@ void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, 
 }
 
 double ProductRenderer::samples() const {
-  return paths_ ? paths_->samples() : rays_left_ / kRaysPerSample;
+  return rays_left_ / kRaysPerSample;
 }
 
 double ProductRenderer::render(double samples) {
-  if (paths_) return paths_->render(samples);
+  if (paths_) return paths_->render(samples * paths_per_sample_) / paths_per_sample_;
   render_rays(kRaysPerSample * samples, 0, false);
   return samples;
 }
@@ -359,7 +282,7 @@ void ProductRenderer::render_all() {
   const double asked = std::max(settings_.rays_per_pixel, 1.);
   if (paths_) {
     context_.set_progress_range(1 - rays_left_ / asked, 1);
-    paths_->render(paths_->samples());
+    render(samples());
     context_.set_progress_range(0, 1);
     return;
   }

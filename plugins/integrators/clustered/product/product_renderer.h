@@ -30,9 +30,9 @@ class ProductRenderer final : public Passes {
   /// the pilot, which is forgotten if it takes longer.
   void learn_in_time(double seconds);
 
-  /// Asks whether paths from the camera alone take less work (MethodTrial), after the pilot: passes
-  /// are such paths then, as those of `path`. Its rays come on top of those that the settings ask
-  /// for. `seconds`: that there are for everything.
+  /// Compares product sampling with `path` (MethodTrial), after the pilot, and leaves the passes to
+  /// `path` if that is better or if the pilot was lost. The trial's rays come on top of those of the
+  /// settings. `seconds`: total time of the render.
   void choose_method(double seconds);
 
   double samples() const override;
@@ -42,11 +42,18 @@ class ProductRenderer final : public Passes {
   void render_all();
 
  private:
+  /// Rays of an image for each path from a lamp to a mirror.
+  static constexpr double kRaysPerCausticPath = 8;
+
   PathSettings path_settings() const { return {settings_.length, settings_.hide_emitters}; }
   Primaries::View view() const;
   PassView pass_view(const CellLight& light) const;
   CellLight make_light(uint64_t seed, double rays_per_pixel) const;
-  void try_product(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const;
+  bool can_use_paths() const;
+  void compare_with_paths(double seconds);
+  void use_paths(double paths_per_sample, const char* reason);
+  void try_product(const MethodTrial& trial, const CellLight& light, uint64_t seed,
+                   std::vector<Rgb>& picture) const;
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   /// `is_last`: nothing is rendered after this.
   void render_rays(double rays_per_pixel, double progress_begin, bool is_last);
@@ -70,11 +77,14 @@ class ProductRenderer final : public Passes {
   BsdfAddresses addresses_;                        ///< of what other processes have found
   TileKnowledge knowledge_;
   std::optional<RayAllocation> allocation_;  ///< where there was a pilot
+  std::optional<CellLight> pilot_light_;     ///< until the method is chosen
   uint32_t pilot_rays_ = 0;                  ///< of each pixel; 0: there was none
+  bool lost_pilot_ = false;
   double pilot_seconds_ = 0;
   double rays_left_;                                          ///< of the settings' rays a pixel
   std::optional<transport::PathIntegrator> path_integrator_;  ///< where paths alone are chosen
   std::unique_ptr<Passes> paths_;                             ///< of that
+  double paths_per_sample_ = 1;  ///< that cost as much as product sampling
   uint64_t pass_ = 0;
   double unit_ = 0;  ///< rays a pixel of the first pass: they have weight 1
 };

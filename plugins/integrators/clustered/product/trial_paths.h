@@ -5,32 +5,35 @@
 #include "clustered/product/method_trial.h"
 #include "clustered/product/tile_grid.h"
 #include "kinome/render_context.h"
-#include "kinome/scene.h"
 #include "kinome/sensor.h"
 #include "path_parameters.h"
+#include "transport/scene_table.h"
 
 namespace kinome {
 
-/// A trial's other way to the picture: paths from the camera alone, as `path` traces them. Of the
-/// arguments, all must outlive it.
+/// The other way of a trial: the paths of `path`, by the sensor's sampler. All arguments must outlive
+/// it.
 class TrialPaths {
  public:
-  TrialPaths(const Scene& scene, const Sensor& sensor, const TileGrid& grid,
-             const PathLength& length, RenderContext& context)
-      : scene_(scene),
-        sensor_(sensor),
-        grid_(grid),
-        length_(length),
-        context_(context) {}
+  TrialPaths(const transport::SceneTable& scene, const Sensor& sensor, const TileGrid& grid,
+             const PathSettings& settings, RenderContext& context)
+      : scene_(scene), sensor_(sensor), grid_(grid), settings_(settings), context_(context) {}
 
-  /// The mean of some paths, for each pixel of the tiles that the trial wants.
+  /// Paths of a pixel.
+  static constexpr uint32_t kPaths = 16;
+  /// Sets each pixel of the tiles that the trial wants to the mean of some paths.
   void trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const;
 
  private:
-  const Scene& scene_;
+  struct Worker;
+
+  void trace_block(int block, const MethodTrial& trial, uint64_t seed, Worker& worker,
+                   std::vector<Rgb>& picture, RenderCounters& counters) const;
+
+  const transport::SceneTable& scene_;
   const Sensor& sensor_;
   const TileGrid& grid_;
-  const PathLength& length_;
+  const PathSettings settings_;
   RenderContext& context_;
 };
 
