@@ -319,7 +319,14 @@ Outcome shape_solid_angle(const Subject& subject, double alpha) {
 }  // namespace
 
 void add_shape_checks(const Subject& subject, Plan& plan) {
-  if (ShapeScene(subject).is_empty()) return;  // such as a group, which is seen by instances
+  // In a process of its own: a scene starts threads, whose locks those that are forked later would
+  // find held, and wait for without end.
+  const Outcome looked = run_apart([&] {
+    Outcome outcome;
+    if (ShapeScene(subject).is_empty()) outcome.measured = "empty";
+    return outcome;
+  });
+  if (looked.measured == "empty") return;  // such as a group, which is seen by instances
   plan.add("interactions", 0, [&](double) { return shape_interactions(subject); });
   plan.add("segments", 0, [&](double) { return shape_segments(subject); });
   plan.add("watertight", 0, [&](double) { return shape_watertight(subject); });

@@ -8,6 +8,7 @@
 #include "check/block_memory.h"
 #include "check/density_cells.h"
 #include "check/subject.h"
+#include "kinome/block_points.h"
 #include "kinome/reconstruction_filter.h"
 #include "kinome/sampler.h"
 #include "kinome/texture.h"
@@ -76,6 +77,25 @@ Outcome texture_mean(const Subject& subject, double alpha) {
   return outcome;
 }
 
+/// Number of points of surfaces at which the functions over blocks have other values than those for
+/// points.
+int different_points(const Texture& texture, int count, Random& random, float slack) {
+  BlockMemory memory(1);
+  const Columns3 colour = memory.three();
+  float* const number = memory.one();
+  int different = 0;
+  for (int i = 0; i < count; ++i) {
+    SurfaceInteraction si;
+    si.uv = random.unit2();
+    const PointBlock point(si);
+    texture.eval_block_at(point.block(), colour);
+    texture.eval_1_block_at(point.block(), number);
+    different += !(max_component(glm::abs(texture.eval_at(si) - colour.at(0))) <= slack &&
+                   std::abs(texture.eval_1_at(si) - number[0]) <= slack);
+  }
+  return different;
+}
+
 Outcome texture_blocks(const Subject& subject) {
   Outcome outcome;
   const auto texture = subject.make<Texture>();
@@ -112,6 +132,10 @@ Outcome texture_blocks(const Subject& subject) {
   judge(number, 100, "eval_1_block() differs from eval_1()");
   judge(slope, 50, "eval_1_gradient_block() differs from eval_1_gradient()");
   judge(difference, 5, "eval_1_gradient() isn't the slope of eval_1()");
+  if (texture->attribute().empty()) {  // else it needs a mesh
+    judge(different_points(*texture, static_cast<int>(count), random, slack), 100,
+          "eval_block_at() or eval_1_block_at() differs from single points");
+  }
   if (memory.is_overrun()) outcome.fail("a block's function writes behind its columns");
   outcome.measured = fmt::format("blocks of {} places are as each by itself", count);
   return outcome;

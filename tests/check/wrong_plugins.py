@@ -124,6 +124,8 @@ WRONG_PLUGINS = {
          "values", "is_uniform() is true of what isn't"),
         ("block", "`eval_block` has 10 % less green than `eval`",
          "blocks", "eval_block() differs from eval()"),
+        ("block of points", "`eval_1_block_at` is 10 % lower than `eval_1_at`",
+         "blocks", "eval_1_block_at() differs from single points"),
     ],
     "sensor": [
         ("length", "directions are 1 % too long",

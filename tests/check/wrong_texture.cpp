@@ -29,6 +29,10 @@ class WrongRamp final : public Texture {
     Texture::eval_block(uv, count, out);
     for (size_t i = 0; wrong_.is("block") && i < count; ++i) out.y[i] *= 0.9f;
   }
+  void eval_1_block_at(const SurfaceBlock& points, float* out) const override {
+    Texture::eval_1_block_at(points, out);
+    for (size_t i = 0; wrong_.is("block of points") && i < points.count; ++i) out[i] *= 0.9f;
+  }
   Rgb mean() const override { return Rgb(gain_ * wrong_.or_wrong("mean", 0.5f, 0.6f)); }
   float max() const override {
     return std::max(0.f, gain_) * wrong_.or_wrong("max", 1.f, 0.7f);
