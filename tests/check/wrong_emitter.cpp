@@ -58,7 +58,7 @@ class WrongSky final : public Emitter {
                                                 const Vec2& direction) const override {
     EmissionSample ray;
     const Vec3 toward = square_to_uniform_sphere(direction);
-    // Written as `const Frame frame(toward)`, it would not compile.
+    // As `const Frame frame(toward)` was while Frame was an aggregate: s alone is set.
     const Frame frame = wrong_.is("frame") ? Frame(toward, Vec3(0, 1, 0), Vec3(0, 0, 1))
                                            : Frame::from_normal(toward);
     const float radius = radius_ * wrong_.or_wrong("disk", 1.f, 0.7f);

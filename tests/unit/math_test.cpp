@@ -1,8 +1,16 @@
 #include "kinome/math.h"
 
+#include <string>
+#include <type_traits>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
+
+#include "kinome/columns.h"
+#include "kinome/image.h"
+#include "kinome/ray.h"
 
 namespace kinome {
 namespace {
@@ -88,6 +96,30 @@ TEST(Frame, IsOrthonormalAndRightHandedAroundAnyNormal) {
       expect_near(f.to_world(f.to_local(v)), v, 10 * kRounding);
     }
   }
+}
+
+// Values that mean nothing unless all of them are given: part of them must not compile, as it would
+// for an aggregate.
+template <class T, class... Parts>
+constexpr bool kTakes = std::is_constructible_v<T, Parts...>;
+static_assert(!std::is_aggregate_v<Frame> && !kTakes<Frame, Vec3> && !kTakes<Frame, Vec3, Vec3> &&
+              kTakes<Frame, Vec3, Vec3, Vec3>);
+static_assert(!kTakes<Aabb, Vec3> && kTakes<Aabb, Vec3, Vec3>);
+static_assert(!kTakes<Rect, int> && !kTakes<Rect, int, int> && !kTakes<Rect, int, int, int> &&
+              kTakes<Rect, int, int, int, int>);
+static_assert(!kTakes<Ray, Vec3> && kTakes<Ray, Vec3, Vec3> && kTakes<Ray, Vec3, Vec3, float, float>);
+static_assert(!kTakes<Columns2, float*> && kTakes<Columns2, float*, float*>);
+static_assert(!kTakes<Columns3, float*> && !kTakes<Columns3, float*, float*> &&
+              kTakes<Columns3, float*, float*, float*>);
+static_assert(!kTakes<Image, int, int> && !kTakes<Image, int, int, std::vector<std::string>>);
+// Laid out as Embree's.
+static_assert(std::is_standard_layout_v<Ray> && std::is_trivially_copyable_v<Ray>);
+
+TEST(Ray, TakesOriginAndDirection) {
+  const Ray ray(Vec3(1, 2, 3), Vec3(0, 1, 0), 0.5f, 4);
+  EXPECT_EQ(ray.at(ray.tmax), Vec3(1, 6, 3));
+  EXPECT_EQ(ray.tmin, 0.5f);
+  EXPECT_EQ(Ray(Vec3(1), Vec3(2)).tmax, kInfinity);
 }
 
 }  // namespace

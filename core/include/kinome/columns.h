@@ -21,6 +21,8 @@ struct Columns2 {
   float* x = nullptr;
   float* y = nullptr;
 
+  Columns2() = default;
+  Columns2(float* x_column, float* y_column) : x(x_column), y(y_column) {}
   glm::vec2 at(size_t i) const { return {x[i], y[i]}; }
   void set(size_t i, const glm::vec2& value) const { x[i] = value.x, y[i] = value.y; }
   /// The columns from value i on.
@@ -33,6 +35,9 @@ struct Columns3 {
   float* y = nullptr;
   float* z = nullptr;
 
+  Columns3() = default;
+  Columns3(float* x_column, float* y_column, float* z_column)
+      : x(x_column), y(y_column), z(z_column) {}
   glm::vec3 at(size_t i) const { return {x[i], y[i], z[i]}; }
   void set(size_t i, const glm::vec3& value) const {
     x[i] = value.x, y[i] = value.y, z[i] = value.z;

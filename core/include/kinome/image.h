@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kinome/error.h"
@@ -14,7 +15,15 @@ struct Image {
   int width = 0;
   int height = 0;
   std::vector<std::string> channels;  ///< "R", "G", "B", "A", "albedo.R", …
-  std::vector<float> data;
+  std::vector<float> data;            ///< width x height x channels
+
+  Image() = default;
+  /// `values` may be empty if `data` is set before any pixel is read or written.
+  Image(int columns, int rows, std::vector<std::string> channel_names, std::vector<float> values)
+      : width(columns),
+        height(rows),
+        channels(std::move(channel_names)),
+        data(std::move(values)) {}
 
   int channel_count() const { return static_cast<int>(channels.size()); }
   float& at(int x, int y, int c) {

@@ -56,6 +56,11 @@ struct FrameOf {
   V t{0.f, 1.f, 0.f};
   V n{0.f, 0.f, 1.f};
 
+  FrameOf() = default;
+  /// Takes axes that are orthonormal and right-handed. No constructor takes a single vector: see
+  /// from_normal().
+  FrameOf(const V& s_axis, const V& t_axis, const V& n_axis) : s(s_axis), t(t_axis), n(n_axis) {}
+
   /// Any right-handed frame around the unit vector n (Duff et al. 2017).
   static FrameOf from_normal(const V& n) {
     using std::copysign;
@@ -118,6 +123,9 @@ struct Aabb {
   Vec3 lo{kInfinity};
   Vec3 hi{-kInfinity};
 
+  Aabb() = default;
+  Aabb(const Vec3& lower, const Vec3& upper) : lo(lower), hi(upper) {}
+
   bool empty() const { return !(lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z); }
   void expand(const Vec3& p) {
     lo = glm::min(lo, p);
@@ -137,6 +145,10 @@ struct Aabb {
 /// Pixels [x0, x1) x [y0, y1).
 struct Rect {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+
+  Rect() = default;
+  Rect(int left, int top, int right, int bottom) : x0(left), y0(top), x1(right), y1(bottom) {}
+
   int width() const { return x1 - x0; }
   int height() const { return y1 - y0; }
   int area() const { return width() * height(); }

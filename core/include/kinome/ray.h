@@ -19,6 +19,10 @@ struct alignas(16) Ray {
   uint32_t id = 0;
   uint32_t flags = 0;
 
+  Ray() = default;
+  Ray(const Vec3& origin, const Vec3& direction, float first_t = 0, float last_t = kInfinity)
+      : o(origin), tmin(first_t), d(direction), tmax(last_t) {}
+
   Vec3 at(float t) const { return o + d * t; }
   bool is_occluded() const { return tmax < 0; }
 };
