@@ -11,6 +11,7 @@
 #include "kinome/columns.h"
 #include "kinome/image.h"
 #include "kinome/ray.h"
+#include "kinome/sensor.h"
 
 namespace kinome {
 namespace {
@@ -112,6 +113,7 @@ static_assert(!kTakes<Columns2, float*> && kTakes<Columns2, float*, float*>);
 static_assert(!kTakes<Columns3, float*> && !kTakes<Columns3, float*, float*> &&
               kTakes<Columns3, float*, float*, float*>);
 static_assert(!kTakes<Image, int, int> && !kTakes<Image, int, int, std::vector<std::string>>);
+static_assert(!kTakes<Shutter, float> && kTakes<Shutter, float, float>);
 // Laid out as Embree's.
 static_assert(std::is_standard_layout_v<Ray> && std::is_trivially_copyable_v<Ray>);
 

@@ -29,6 +29,9 @@ class Shape;
 struct Shutter {
   float open = 0;
   float close = 0;
+
+  Shutter() = default;
+  Shutter(float open_time, float close_time) : open(open_time), close(close_time) {}
   bool operator==(const Shutter&) const = default;
 };
 
