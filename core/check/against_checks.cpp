@@ -39,10 +39,10 @@ Verdict radiance_test(const Emitter& a, const Emitter& b, int count, uint64_t se
     hits.push_back({places.back(), true});
   }
   const ReceiverCells cells(hits, count);
-  const PilotGrid importance(places);
+  const ProbeGrid density(places);
   CellFlux first(cells.count()), difference(cells.count());
   for (int i = 0; i < count; ++i) {
-    const PilotGrid::Sample place = importance.sample(random);
+    const ProbeGrid::Sample place = density.sample(random);
     const Vec3 d = direction_of_square(place.uv);
     const auto weight = static_cast<float>(4 * std::numbers::pi / place.pdf);
     const Rgb of_a = a.eval_environment(d) * weight;
@@ -66,12 +66,12 @@ class Comparison {
         outcome_(outcome) {}
 
   void run() {
-    PilotRays pilots(own_, count_ / 15, seed_);
-    if (pilots.rays.empty()) pilots = PilotRays(other_, count_ / 15, seed_);
-    pilots.is_distant |= pilots.rays.empty();  // then light of the whole scene is compared
+    ProbeRays probes(own_, count_ / 15, seed_);
+    if (probes.rays.empty()) probes = ProbeRays(other_, count_ / 15, seed_);
+    probes.is_distant |= probes.rays.empty();  // then light of the whole scene is compared
     const Aabb bounds = own_.scene().bounds();
-    compare_at(plane_in_the_way(pilots, bounds), pilots, 1);
-    compare_at(sphere_in_the_way(pilots, bounds), pilots, 5);
+    compare_at(plane_in_the_way(probes, bounds), probes, 1);
+    compare_at(sphere_in_the_way(probes, bounds), probes, 5);
     if (!own_.emitter().is_environment() || !other_.emitter().is_environment()) return;
     const Verdict verdict =
         radiance_test(own_.emitter(), other_.emitter(), count_, seed_ + 9, alpha_);
@@ -80,8 +80,8 @@ class Comparison {
   }
 
  private:
-  void compare_at(const Receiver& receiver, const PilotRays& pilots, uint64_t offset) {
-    const ReceiverPlan plan(receiver, pilots, count_);
+  void compare_at(const Receiver& receiver, const ProbeRays& probes, uint64_t offset) {
+    const ReceiverPlan plan(receiver, probes, count_);
     const CellFlux own =
         flux_by_sample_direct(own_.emitter(), receiver, plan, count_, seed_ + offset);
     const CellFlux difference = flux_by_sample_direct(own_.emitter(), receiver, plan, count_,

@@ -31,10 +31,10 @@ std::string cause_of_difference(const Receiver& receiver, double emitted, double
                      ratio, receiver.name());
 }
 
-void test_receiver(const Subject& subject, const EmitterScene& at, const PilotRays& pilots,
+void test_receiver(const Subject& subject, const EmitterScene& at, const ProbeRays& probes,
                    const Receiver& receiver, uint64_t seed, double alpha, Outcome& outcome) {
   const int count = subject.samples(150000);
-  const ReceiverPlan plan(receiver, pilots, count);
+  const ReceiverPlan plan(receiver, probes, count);
   const CellFlux seen = flux_by_sample_direct(at.emitter(), receiver, plan, count, seed);
   const CellFlux emitted =
       flux_by_emission(at.emitter(), receiver, plan.cells, count, seed + 1);
@@ -71,15 +71,15 @@ Outcome emitter_irradiance(const Subject& subject, double alpha) {
   const uint64_t seed = subject.request().seed + 60;
   for (int i = 0; i < EmitterScene::count(subject); ++i) {
     const EmitterScene at(subject, i);
-    const PilotRays pilots(at, subject.samples(10000), seed + static_cast<uint64_t>(i));
-    if (pilots.rays.empty()) {
+    const ProbeRays probes(at, subject.samples(10000), seed + static_cast<uint64_t>(i));
+    if (probes.rays.empty()) {
       outcome.measured = "sample_emission() is not offered, or has no light";
       return outcome;
     }
     const Aabb bounds = at.scene().bounds();
     const uint64_t own_seed = seed + 10 + 4 * static_cast<uint64_t>(i);
-    test_receiver(subject, at, pilots, plane_in_the_way(pilots, bounds), own_seed, alpha, outcome);
-    test_receiver(subject, at, pilots, sphere_in_the_way(pilots, bounds), own_seed + 2, alpha,
+    test_receiver(subject, at, probes, plane_in_the_way(probes, bounds), own_seed, alpha, outcome);
+    test_receiver(subject, at, probes, sphere_in_the_way(probes, bounds), own_seed + 2, alpha,
                   outcome);
   }
   outcome.measured += fmt::format(", bound {:.0e}", alpha);

@@ -19,7 +19,7 @@ bool is_from_afar(const EmitterScene& at, const std::vector<EmissionSample>& ray
 
 }  // namespace
 
-PilotRays::PilotRays(const EmitterScene& at, int count, uint64_t seed) : tries(count) {
+ProbeRays::ProbeRays(const EmitterScene& at, int count, uint64_t seed) : tries(count) {
   Random random(seed);
   Vec3 sum_of_directions(0.f);
   glm::dvec3 sum_of_origins(0.);
@@ -44,18 +44,18 @@ PilotRays::PilotRays(const EmitterScene& at, int count, uint64_t seed) : tries(c
 namespace {
 
 /// Extent of a local emitter, or 1 if it has none.
-float size_of(const PilotRays& pilots) {
-  const float rounding = 1e-5f * (1 + max_component(glm::abs(pilots.origin)));
-  return pilots.spread > rounding ? pilots.spread : 1;
+float size_of(const ProbeRays& probes) {
+  const float rounding = 1e-5f * (1 + max_component(glm::abs(probes.origin)));
+  return probes.spread > rounding ? probes.spread : 1;
 }
 
 }  // namespace
 
-Receiver plane_in_the_way(const PilotRays& pilots, const Aabb& bounds) {
-  const Vec3& d = pilots.direction;
-  if (!pilots.is_distant) {
-    const float distance = 2 * size_of(pilots);
-    return Receiver::plane(pilots.origin + distance * d, Frame::from_normal(-d), Vec2(distance));
+Receiver plane_in_the_way(const ProbeRays& probes, const Aabb& bounds) {
+  const Vec3& d = probes.direction;
+  if (!probes.is_distant) {
+    const float distance = 2 * size_of(probes);
+    return Receiver::plane(probes.origin + distance * d, Frame::from_normal(-d), Vec2(distance));
   }
   // The face that most of the light comes through. Its corners are the scene's own.
   const Vec3 size = glm::abs(d);
@@ -69,21 +69,21 @@ Receiver plane_in_the_way(const PilotRays& pilots, const Aabb& bounds) {
   return Receiver::plane(centre, frame, {half[(axis + 1) % 3], half[(axis + 2) % 3]});
 }
 
-Receiver sphere_in_the_way(const PilotRays& pilots, const Aabb& bounds) {
-  if (pilots.is_distant) {
+Receiver sphere_in_the_way(const ProbeRays& probes, const Aabb& bounds) {
+  if (probes.is_distant) {
     const Vec3 half = 0.5f * bounds.extent();
     return Receiver::sphere(bounds.centre(), std::min({half.x, half.y, half.z}));
   }
-  const float radius = 2 * size_of(pilots);
+  const float radius = 2 * size_of(probes);
   // The emitter is off the centre, so that nothing is hidden by symmetry.
-  return Receiver::sphere(pilots.origin + 0.2f * radius * Vec3(0.6f, -0.64f, 0.48f), radius);
+  return Receiver::sphere(probes.origin + 0.2f * radius * Vec3(0.6f, -0.64f, 0.48f), radius);
 }
 
 namespace {
 
-std::vector<ReceiverCells::Hit> hits_of(const Receiver& receiver, const PilotRays& pilots) {
+std::vector<ReceiverCells::Hit> hits_of(const Receiver& receiver, const ProbeRays& probes) {
   std::vector<ReceiverCells::Hit> hits;
-  for (const EmissionSample& ray : pilots.rays) {
+  for (const EmissionSample& ray : probes.rays) {
     receiver.for_each_crossing(ray.o, ray.d, [&](const Vec2& uv, bool is_front) {
       hits.push_back({uv, is_front});
     });
@@ -97,16 +97,16 @@ std::vector<Vec2> places_of(const std::vector<ReceiverCells::Hit>& hits) {
   return places;
 }
 
-double expected_of(const Receiver& receiver, const PilotRays& pilots, int count) {
-  return static_cast<double>(hits_of(receiver, pilots).size()) * count / pilots.tries;
+double expected_of(const Receiver& receiver, const ProbeRays& probes, int count) {
+  return static_cast<double>(hits_of(receiver, probes).size()) * count / probes.tries;
 }
 
 }  // namespace
 
-ReceiverPlan::ReceiverPlan(const Receiver& receiver, const PilotRays& pilots, int count)
-    : cells(hits_of(receiver, pilots), expected_of(receiver, pilots, count)),
-      importance(places_of(hits_of(receiver, pilots))),
-      expected_hits(expected_of(receiver, pilots, count)) {}
+ReceiverPlan::ReceiverPlan(const Receiver& receiver, const ProbeRays& probes, int count)
+    : cells(hits_of(receiver, probes), expected_of(receiver, probes, count)),
+      density(places_of(hits_of(receiver, probes))),
+      expected_hits(expected_of(receiver, probes, count)) {}
 
 CellFlux flux_by_emission(const Emitter& emitter, const Receiver& receiver,
                           const ReceiverCells& cells, int count, uint64_t seed) {
@@ -131,7 +131,7 @@ CellFlux flux_by_sample_direct(const Emitter& emitter, const Receiver& receiver,
   Random random(seed);
   CellFlux flux(plan.cells.count());
   for (int i = 0; i < count; ++i) {
-    const PilotGrid::Sample place = plan.importance.sample(random);
+    const ProbeGrid::Sample place = plan.density.sample(random);
     const Vec2 u = random.unit2();
     const Receiver::Point point = receiver.at(place.uv);
     const auto scale = static_cast<float>(receiver.area() / place.pdf);

@@ -9,8 +9,8 @@
 namespace kinome::check {
 
 /// Some rays of light that leave an emitter, by which receivers are put in their way.
-struct PilotRays {
-  PilotRays(const EmitterScene& at, int count, uint64_t seed);
+struct ProbeRays {
+  ProbeRays(const EmitterScene& at, int count, uint64_t seed);
 
   int tries = 0;
   std::vector<EmissionSample> rays;  ///< that carry light
@@ -23,15 +23,15 @@ struct PilotRays {
 
 /// A receiver that catches part of the rays: of light from infinitely far, one that touches the
 /// faces of the scene's bounds from within; of other light, one at some distance from the emitter.
-Receiver plane_in_the_way(const PilotRays& pilots, const Aabb& bounds);
+Receiver plane_in_the_way(const ProbeRays& probes, const Aabb& bounds);
 /// Likewise; around an emitter in the scene, so that all of its light comes by.
-Receiver sphere_in_the_way(const PilotRays& pilots, const Aabb& bounds);
+Receiver sphere_in_the_way(const ProbeRays& probes, const Aabb& bounds);
 
 /// How a receiver is divided, and where on it light was seen.
 struct ReceiverPlan {
-  ReceiverPlan(const Receiver& receiver, const PilotRays& pilots, int count);
+  ReceiverPlan(const Receiver& receiver, const ProbeRays& probes, int count);
   ReceiverCells cells;
-  PilotGrid importance;
+  ProbeGrid density;
   double expected_hits;
 };
 

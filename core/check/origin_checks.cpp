@@ -113,14 +113,14 @@ Verdict positions_test(const EmitterScene& at, int count, uint64_t seed, double 
   return largest_z_test(found, expected, alpha);
 }
 
-WrongStarts wrong_starts(const EmitterScene& at, const PilotRays& pilots, uint64_t seed) {
+WrongStarts wrong_starts(const EmitterScene& at, const ProbeRays& probes, uint64_t seed) {
   Random random(seed);
   WrongStarts starts;
   const Aabb bounds = at.scene().bounds();
-  for (const EmissionSample& ray : pilots.rays) {
+  for (const EmissionSample& ray : probes.rays) {
     if (at.is_surface()) {
       starts.add(fault_on_surface(at, ray));
-    } else if (pilots.is_distant) {
+    } else if (probes.is_distant) {
       starts.add(fault_from_afar(bounds, ray));
     } else if (at.emitter().is_delta()) {
       starts.add(fault_of_point_light(at, ray, random.between(0.3f, 3)));
@@ -135,8 +135,8 @@ Outcome emitter_origins(const Subject& subject, double alpha) {
   int looked = 0;
   for (int i = 0; i < EmitterScene::count(subject) && outcome.passed; ++i) {
     const EmitterScene at(subject, i);
-    const PilotRays pilots(at, subject.samples(4000), seed);
-    const WrongStarts starts = wrong_starts(at, pilots, seed + 1);
+    const ProbeRays probes(at, subject.samples(4000), seed);
+    const WrongStarts starts = wrong_starts(at, probes, seed + 1);
     looked += starts.looked;
     if (starts.is_fault()) {
       outcome.measured = fmt::format("{} of {} rays", starts.wrong, starts.looked);
@@ -144,7 +144,7 @@ Outcome emitter_origins(const Subject& subject, double alpha) {
       return outcome;
     }
     outcome.measured = fmt::format("{} rays start at the light", looked);
-    if (!pilots.is_distant || pilots.rays.empty()) continue;
+    if (!probes.is_distant || probes.rays.empty()) continue;
     double mass = 0;
     const Verdict verdict =
         positions_test(at, subject.samples(60000), seed + 2, alpha, mass);

@@ -69,9 +69,9 @@ int Receiver::crossings_of(const Vec3& o, const Vec3& d, Crossing (&out)[2]) con
   return count;
 }
 
-// ---- PilotGrid
+// ---- ProbeGrid
 
-PilotGrid::PilotGrid(const std::vector<Vec2>& points) : weights_(kSide * kSide) {
+ProbeGrid::ProbeGrid(const std::vector<Vec2>& points) : weights_(kSide * kSide) {
   const auto count = static_cast<float>(points.size());
   const float uniform = (points.empty() ? 1.f : 0.5f) / (kSide * kSide);
   std::fill(weights_.begin(), weights_.end(), uniform);
@@ -83,7 +83,7 @@ PilotGrid::PilotGrid(const std::vector<Vec2>& points) : weights_(kSide * kSide) 
   cells_ = GridDistribution(kSide, kSide, weights_);
 }
 
-PilotGrid::Sample PilotGrid::sample(Random& random) const {
+ProbeGrid::Sample ProbeGrid::sample(Random& random) const {
   const GridDistribution::Cell cell = cells_.sample(random.unit2());
   const Vec2 corner(static_cast<float>(cell.column), static_cast<float>(cell.row));
   const double weight = double{weights_[cell.row * kSide + cell.column]};
@@ -93,17 +93,17 @@ PilotGrid::Sample PilotGrid::sample(Random& random) const {
 
 // ---- ReceiverCells
 
-ReceiverCells::ReceiverCells(const std::vector<Hit>& pilots, double expected) {
+ReceiverCells::ReceiverCells(const std::vector<Hit>& probes, double expected) {
   constexpr double kMinHits = 500;
   constexpr int kMaxParts = 16;
   std::vector<Vec2> sides[2];
-  for (const Hit& hit : pilots) sides[hit.is_front].push_back(hit.uv);
+  for (const Hit& hit : probes) sides[hit.is_front].push_back(hit.uv);
   const bool is_front = sides[1].size() >= sides[0].size();
   for (const bool side : {is_front, !is_front}) {
     std::vector<Vec2>& points = sides[side];
-    const double share = pilots.empty() ? 0
+    const double share = probes.empty() ? 0
                                         : static_cast<double>(points.size()) /
-                                              static_cast<double>(pilots.size());
+                                              static_cast<double>(probes.size());
     const int parts =
         std::clamp(static_cast<int>(expected * share / kMinHits), 0, kMaxParts);
     if (parts == 0 && side != is_front) {

@@ -57,9 +57,9 @@ Vec3 direction_of_square(const Vec2& uv);
 
 /// Importance over the unit square: half uniform, half as frequent as the given points are in the
 /// cells of a grid. Never 0, so that an estimate by it is unbiased, whatever the points are.
-class PilotGrid {
+class ProbeGrid {
  public:
-  explicit PilotGrid(const std::vector<Vec2>& points);
+  explicit ProbeGrid(const std::vector<Vec2>& points);
 
   struct Sample {
     Vec2 uv;
@@ -73,7 +73,7 @@ class PilotGrid {
   GridDistribution cells_;
 };
 
-/// Parts of a receiver, each of which gets about the same number of pilot rays.
+/// Parts of a receiver, each of which gets about the same number of probe rays.
 class ReceiverCells {
  public:
   struct Hit {
@@ -82,7 +82,7 @@ class ReceiverCells {
   };
   /// `expected`: number of hits that the test will have; no cell has fewer than about 500 of them
   /// unless it is the only one.
-  ReceiverCells(const std::vector<Hit>& pilots, double expected);
+  ReceiverCells(const std::vector<Hit>& probes, double expected);
   size_t count() const { return count_; }
   size_t cell_of(const Vec2& uv, bool is_front) const;
 

@@ -109,7 +109,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
   }
 
   template <class F>
-  struct Point : principled::Point<F> {
+  struct Point : principled::PointParameters<F> {
     F metallic, clearcoat, clearcoat_gloss;
   };
 

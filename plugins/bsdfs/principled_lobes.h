@@ -71,7 +71,7 @@ struct Inputs {
 };
 /// Their values at a point.
 template <class F>
-struct Point {
+struct PointParameters {
   RgbOf<F> base_color;
   F roughness, anisotropic, spec_trans, spec_tint, sheen, sheen_tint, flatness;
 };

@@ -95,7 +95,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
   }
 
   template <class F>
-  struct Point : principled::Point<F> {
+  struct Point : principled::PointParameters<F> {
     F diff_trans, eta;
   };
 

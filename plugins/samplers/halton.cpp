@@ -57,7 +57,7 @@ constexpr std::array<Base, kBaseCount> kBases = make_bases(std::make_index_seque
 /// the result are those that zeros become; `bits` chooses the factor of a linear permutation.
 /// Digits end with the index, because the rest is the offset.
 template <class U>
-KINOME_WIDE U scrambled_radical_inverse(U index, const Base& base, const Key<U>& key) {
+KINOME_WIDE U scrambled_radical_inverse(U index, const Base& base, const PixelKey<U>& key) {
   using namespace wide::formulas;
   const U prime(base.modulus.number());
   U offset = key.low, bits = key.high;
@@ -95,7 +95,7 @@ auto keys(uint32_t dimension) {
 }
 
 template <class U>
-KINOME_WIDE auto halton_number(U sample, uint32_t dimension, const Key<U>& key) {
+KINOME_WIDE auto halton_number(U sample, uint32_t dimension, const PixelKey<U>& key) {
   if (dimension >= kBaseCount) return to_unit_float(random_bits(sample, key));
   if (dimension == 0) {
     return to_unit_float(reverse_bits(scramble_reversed(sample, key.low, key.high)));

@@ -29,8 +29,8 @@ struct Jitters : GridSet {
   using GridSet::GridSet;
 
   template <class U>
-  KINOME_WIDE Pair<U> square(U within, const Key<U>& key) const {
-    const Cell<U> cell = order.cell(within, key);
+  KINOME_WIDE Pair<U> square(U within, const PixelKey<U>& key) const {
+    const PermutedCell<U> cell = order.cell(within, key);
     const Pair<U> place = jitter.two(within, key);
     // Each sample of a column takes another one of the column's finer strata, and so in the rows.
     // The order of these is independent of where columns and rows are, and begins at a random

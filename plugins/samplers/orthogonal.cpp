@@ -108,11 +108,11 @@ class Orthogonal : public Sampler {
   /// Digits b (the column) and a (the row) of a sample's number in an array: the order of samples
   /// is random.
   template <class U>
-  KINOME_WIDE Cell<U> digits(U within, const Key<U>& array) const {
+  KINOME_WIDE PermutedCell<U> digits(U within, const PixelKey<U>& array) const {
     return numbers_.cell(within, array);
   }
   template <class U>
-  KINOME_WIDE Real<U> value(const Cell<U>& digits, uint32_t dimension, const Key<U>& key,
+  KINOME_WIDE Real<U> value(const PermutedCell<U>& digits, uint32_t dimension, const PixelKey<U>& key,
                             Real<U> jitter) const {
     const uint32_t column = dimension % (prime_.number() + 1);
     // Each sample of a stratum takes another of its p parts: samples of the first dimension's
@@ -126,10 +126,10 @@ class Orthogonal : public Sampler {
   }
   template <class U>
   KINOME_WIDE Pair<U> values(U within, uint32_t dimension,
-                             const std::array<Key<U>, 4>& keys) const {
-    const Cell<U> x = digits(within, keys[0]);
+                             const std::array<PixelKey<U>, 4>& keys) const {
+    const PermutedCell<U> x = digits(within, keys[0]);
     const bool is_same = array_of(dimension) == array_of(dimension + 1);
-    const Cell<U> y = is_same ? x : digits(within, keys[2]);
+    const PermutedCell<U> y = is_same ? x : digits(within, keys[2]);
     const Pair<U> jitter = jitter_.two(within, keys[1]);
     return {value(x, dimension, keys[1], jitter.x), value(y, dimension + 1, keys[3], jitter.y)};
   }

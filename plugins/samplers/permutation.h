@@ -13,7 +13,7 @@ namespace kinome {
 
 /// A cell of a grid.
 template <class U>
-struct Cell {
+struct PermutedCell {
   U column, row;
 };
 
@@ -24,7 +24,7 @@ struct Grid {
   uint32_t count() const { return columns.number() * rows.number(); }
 
   template <class U>
-  KINOME_WIDE Cell<U> cell(U number) const {
+  KINOME_WIDE PermutedCell<U> cell(U number) const {
     const Division<U> at = columns.divide_small(number);
     return {at.remainder, at.quotient};
   }
@@ -85,7 +85,7 @@ class CellOrder {
         numbers_(has_table() ? grid.count() : 1),
         table_(numbers_.number(), kMostEntries) {
     table_.transform([&](uint32_t number, uint32_t) {
-      const Cell<uint32_t> cell = grid.cell(number);
+      const PermutedCell<uint32_t> cell = grid.cell(number);
       return cell.column | cell.row << 16;
     });
   }
@@ -93,7 +93,7 @@ class CellOrder {
   /// The cell to which the permutation that `key` names moves a number below grid().count(). Every
   /// cell is equally likely.
   template <class U>
-  KINOME_WIDE Cell<U> cell(U number, const Key<U>& key) const {
+  KINOME_WIDE PermutedCell<U> cell(U number, const PixelKey<U>& key) const {
     if (!has_table()) return feistel(grid_.cell(number), key);
     const U entry = table_.at(numbers_.add(number, numbers_.random(key.high)), key.low);
     return {entry & U(0xffffu), wide::shift_right<16>(entry)};
@@ -108,7 +108,7 @@ class CellOrder {
   /// Each round rotates rows, or columns, by random amounts, and thus is a permutation for any
   /// number of them.
   template <class U>
-  KINOME_WIDE Cell<U> feistel(Cell<U> cell, const Key<U>& key) const {
+  KINOME_WIDE PermutedCell<U> feistel(PermutedCell<U> cell, const PixelKey<U>& key) const {
     const Modulus &columns = grid_.columns, &rows = grid_.rows;
     const auto shift = [](const Modulus& modulus, U line, uint32_t factor, U bits) {
       return modulus.random(mix_32(line * U(factor) + (bits + U(factor))));

@@ -12,16 +12,16 @@ namespace kinome {
 
 /// 64 random bits.
 template <class U>
-struct Key {
+struct PixelKey {
   U low, high;
 };
-inline Key<uint32_t> to_key(uint64_t bits) {
+inline PixelKey<uint32_t> to_key(uint64_t bits) {
   return {static_cast<uint32_t>(bits), static_cast<uint32_t>(bits >> 32)};
 }
 
 /// 32 random bits, and a pair of them, for each `index` under a key.
 template <class U>
-KINOME_WIDE U random_bits(U index, Key<U> key) {
+KINOME_WIDE U random_bits(U index, PixelKey<U> key) {
   return mix_32(mix_32(index + key.low) + key.high);
 }
 template <class U>
@@ -29,7 +29,7 @@ struct BitsPair {
   U x, y;
 };
 template <class U>
-KINOME_WIDE BitsPair<U> random_bits_pair(U index, Key<U> key) {
+KINOME_WIDE BitsPair<U> random_bits_pair(U index, PixelKey<U> key) {
   const U bits = mix_32(index + key.low);
   // The sums differ by a number that depends on the key, and that is never 0.
   return {mix_32(bits + key.high), mix_32(bits + (key.high ^ U(0x5bd1e995u)))};
@@ -46,15 +46,15 @@ class KeyColumns {
   }
   void set(size_t i, const std::array<uint64_t, n>& keys) {
     for (size_t k = 0; k < n; ++k) {
-      const Key<uint32_t> key = to_key(keys[k]);
+      const PixelKey<uint32_t> key = to_key(keys[k]);
       columns_[2 * k][i] = key.low;
       columns_[2 * k + 1][i] = key.high;
     }
   }
   /// The keys that `read` finds in the columns: read(const uint32_t*) is one vector of a column.
   template <class Read>
-  KINOME_WIDE std::array<Key<wide::Uint>, n> keys(const Read& read) const {
-    std::array<Key<wide::Uint>, n> keys;
+  KINOME_WIDE std::array<PixelKey<wide::Uint>, n> keys(const Read& read) const {
+    std::array<PixelKey<wide::Uint>, n> keys;
     for (size_t k = 0; k < n; ++k) {
       keys[k] = {read(columns_[2 * k].data()), read(columns_[2 * k + 1].data())};
     }

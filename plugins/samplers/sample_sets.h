@@ -20,7 +20,7 @@ class SampleSets {
   template <size_t n, class KeysOf, class Function>
   auto at(const SampleKey& key, const KeysOf& keys_of, const Function& fn) const {
     const std::array<uint64_t, n> bits = keys_of(key, key.sample / count_);
-    std::array<Key<uint32_t>, n> keys;
+    std::array<PixelKey<uint32_t>, n> keys;
     for (size_t k = 0; k < n; ++k) keys[k] = to_key(bits[k]);
     return fn(key.sample % count_, keys);
   }

@@ -91,10 +91,10 @@ class Sobol : public Sampler {
 
  private:
   /// owen_scramble and owen_sobol_first of a vector of samples.
-  KINOME_WIDE static wide::Uint reorder(wide::Uint sample, const Key<wide::Uint>& key) {
+  KINOME_WIDE static wide::Uint reorder(wide::Uint sample, const PixelKey<wide::Uint>& key) {
     return reverse_bits(scramble_reversed(reverse_bits(sample), key.low, key.high));
   }
-  KINOME_WIDE static wide::Float first(wide::Uint index, const Key<wide::Uint>& key) {
+  KINOME_WIDE static wide::Float first(wide::Uint index, const PixelKey<wide::Uint>& key) {
     return to_unit_float(reverse_bits(scramble_reversed(index, key.low, key.high)));
   }
 };

@@ -28,11 +28,11 @@ struct Jitter {
   bool is_random;
 
   template <class U>
-  KINOME_WIDE Real<U> one(U within, const Key<U>& key) const {
+  KINOME_WIDE Real<U> one(U within, const PixelKey<U>& key) const {
     return is_random ? to_unit_float(bits(within, key)) : Real<U>(0.5f);
   }
   template <class U>
-  KINOME_WIDE Pair<U> two(U within, const Key<U>& key) const {
+  KINOME_WIDE Pair<U> two(U within, const PixelKey<U>& key) const {
     if (!is_random) return {0.5f, 0.5f};
     // A random point of a lattice of 2^32 points. Multiplier: L'Ecuyer 1999, "Tables of linear
     // congruential generators of different sizes and good lattice structure".
@@ -42,7 +42,7 @@ struct Jitter {
 
  private:
   template <class U>
-  KINOME_WIDE static U bits(U within, const Key<U>& key) {
+  KINOME_WIDE static U bits(U within, const PixelKey<U>& key) {
     return mix_32(within * U(0x9e3779b1u) + key.low);
   }
 };
@@ -67,17 +67,17 @@ struct GridSet {
 
   /// Random bits that choose the order of columns, and of rows.
   template <class U>
-  KINOME_WIDE static U column_bits(const Key<U>& key) {
+  KINOME_WIDE static U column_bits(const PixelKey<U>& key) {
     return wide::shift_right<16>(key.low);  // the lower half chooses the order of cells
   }
   template <class U>
-  KINOME_WIDE static U row_bits(const Key<U>& key) {
+  KINOME_WIDE static U row_bits(const PixelKey<U>& key) {
     return key.high;
   }
   /// A number of its own stratum of count() for each sample.
   template <class U>
-  KINOME_WIDE Real<U> line(U within, const Key<U>& key) const {
-    const Cell<U> cell = order.cell(within, key);
+  KINOME_WIDE Real<U> line(U within, const PixelKey<U>& key) const {
+    const PermutedCell<U> cell = order.cell(within, key);
     return in_stratum(rows.place(cell.row, cell.column, row_bits(key)), jitter.one(within, key),
                       size);
   }
@@ -90,8 +90,8 @@ struct GridSet {
 
 /// A sampler of sets of strata. Method has these functions, for uint32_t and for wide::Uint:
 ///   uint32_t count() const;                              number of samples in a set
-///   Real<U> line(U within, const Key<U>& key) const;     a number
-///   Pair<U> square(U within, const Key<U>& key) const;   a pair
+///   Real<U> line(U within, const PixelKey<U>& key) const;     a number
+///   Pair<U> square(U within, const PixelKey<U>& key) const;   a pair
 /// `within` is the index of a sample in its set, and `key` the key of the set and the dimension.
 template <class Method>
 class StratifyingSampler : public Sampler {

@@ -27,8 +27,8 @@ struct Squares : GridSet {
       : GridSet(Grid(side, side), jitters), width(1 / static_cast<float>(side)) {}
 
   template <class U>
-  KINOME_WIDE Pair<U> square(U within, const Key<U>& key) const {
-    const Cell<U> cell = order.cell(within, key);
+  KINOME_WIDE Pair<U> square(U within, const PixelKey<U>& key) const {
+    const PermutedCell<U> cell = order.cell(within, key);
     const Pair<U> place = jitter.two(within, key);
     return {in_stratum(columns.line(cell.column, column_bits(key)), place.x, width),
             in_stratum(rows.line(cell.row, row_bits(key)), place.y, width)};

@@ -48,6 +48,8 @@ NAMED_IN_CORE = {
     ("core/drawing/inspection_picture.cpp", "cluster"): "what `kinome inspect` is told and shows",
     ("core/drawing/inspection_picture.cpp", "learned"): "what `kinome inspect` is told and shows",
     ("core/include/kinome/wide/functions.h", "product"): "of numbers",
+    ("core/check/sensor_checks.cpp", "importance"): "of a sensor: how it responds to light",
+    ("core/loader/text_encoding.cpp", "latin"): "an encoding of text",
 }
 
 
