@@ -57,7 +57,7 @@ TEST_F(ShadowRaysTest, SkipThoseThatCarryNothing) {
 TEST_F(ShadowRaysTest, TellTheRecordsOfTheirPatches) {
   constexpr size_t kRays = 3000;
   std::vector<std::vector<VisibilityRecord>> records(3);
-  const Answers answers{nullptr, records.data(), nullptr};
+  const Answers answers{{}, records.data(), nullptr};
   Rgb sum(0.f);
   float lit = 0;
   for (size_t i = 0; i < kRays; ++i) {

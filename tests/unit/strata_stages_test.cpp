@@ -213,7 +213,7 @@ TEST(LocalStrata, AndEyeRaysShareTheLight) {
       EyeRays eye_rays(*light);
       eye_rays.begin_tile(tile.scene(), choice, hash_words(seed, 84), tile.counters());
       EXPECT_TRUE(eye_rays.applies(group));
-      eye_rays.send(group, kEyeRays, hash_words(seed, 83), sum);
+      eye_rays.send(group, kEyeRays, hash_words(seed, 83), {&sum});
       EXPECT_FALSE(eye_rays.empty());
       eye_rays.trace(rays);
       EXPECT_TRUE(eye_rays.empty());
@@ -260,7 +260,7 @@ TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
   ShadowRays rays(times);
   rays.begin(tile.scene(), tile.counters());
   std::vector<std::vector<VisibilityRecord>> records(tile.patches().size());
-  const Answers answers{nullptr, records.data(), points.data()};
+  const Answers answers{{}, records.data(), points.data()};
   RayComb().walk(strata, 1u << 12, 0.3,
                  [&](const SegmentHits& hits) { stage.shoot(group, 1, hits, answers, rays); });
   rays.trace();
