@@ -124,12 +124,7 @@ class Translation {
   void drop_unused(Node& node) {
     const auto category = category_of_tag(node.tag);
     if (!category) return;
-    const std::string type = node.value("type");
-    const auto names = registry_.names(*category);
-    const PluginDescriptor* plugin = nullptr;
-    if (std::find(names.begin(), names.end(), type) != names.end()) {
-      faults_.attempt([&] { plugin = &registry_.find(*category, type, node.find("type")->where); });
-    }
+    const PluginDescriptor* const plugin = find_plugin(*category, *node.find("type"));
     std::erase_if(node.children, [&](const Node& child) {
       const TagKind kind = kind_of(child);
       const std::string name = child.value("name");
@@ -142,6 +137,17 @@ class Translation {
       warnings_.add(child.where, unused_message(node, *plugin, name));
       return true;
     });
+  }
+
+  /// Returns nullptr if there is none. Looks for each plugin once, because that reads folders.
+  const PluginDescriptor* find_plugin(Category category, const Attribute& type) {
+    const auto [found, is_new] = plugins_.emplace(std::pair(category, type.value), nullptr);
+    if (!is_new) return found->second;
+    const auto names = registry_.names(category);
+    if (std::find(names.begin(), names.end(), type.value) != names.end()) {
+      faults_.attempt([&] { found->second = &registry_.find(category, type.value, type.where); });
+    }
+    return found->second;
   }
 
   static bool takes_any_texture(const PluginDescriptor& plugin) {
@@ -168,6 +174,7 @@ class Translation {
   Faults& faults_;
   Warnings warnings_;
   std::map<std::string, std::string> tags_;  ///< of all ids
+  std::map<std::pair<Category, std::string>, const PluginDescriptor*> plugins_;
 };
 
 }  // namespace
