@@ -116,8 +116,9 @@ void read_radiance(const std::string& bytes, StoredImage& image) {
   // Two bytes stand for at most 127 of a channel's values. (Runs of pixels can be longer, but are
   // written by no program since 1991.)
   constexpr uint64_t kBestRatio = 64;
-  set_size(image, width, height, static_cast<uint64_t>(width * height) * 4, kBestRatio,
-           bytes.size());
+  // Unsigned, because the product may overflow before set_size() refuses absurd sizes.
+  const auto pixels = static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
+  set_size(image, width, height, pixels * 4, kBestRatio, bytes.size());
   image.channels = 3;
   image.floats.resize(static_cast<size_t>(width * height) * 3);
   const glm::mat3 to_rgb =
