@@ -306,6 +306,12 @@ TriangleMesh read_body(Source& source, const std::string& file, const PlyHeader&
     }
   }
   source.finish();
+  for (const MeshAttribute& attribute : mesh.attributes) {
+    if (!attribute.is_of_faces()) continue;
+    if (attribute.values.size() == mesh.triangles.size() * attribute.size) continue;
+    throw Error(Location{file, 0, 0},
+                "'" + attribute.name + "' has values for the faces, but not for the tristrips");
+  }
   wedges.move_to(mesh);
   if (skipped > 0) {
     log_warn(Error(Location{file, 0, 0}, "faces of fewer than three vertices are skipped (" +
