@@ -57,10 +57,13 @@ class Coat : public Bsdf {
     if (share < 1) {
       const SurfaceInteraction inside = below(si);
       const Vec3 wo_inside = refracted_in(wo);
-      value = nested_->eval_pdf(inside, mask, wo_inside);
-      const float stretch = wo.z / (sqr(eta_) * wo_inside.z);
-      value.f *= passed(si, inside.wi, wo, wo_inside) * stretch;
-      value.pdf *= stretch * (1 - share);
+      // If the outside has the larger index, no light gets in or out beyond the critical angle.
+      if (inside.wi.z != 0 && wo_inside.z != 0) {
+        value = nested_->eval_pdf(inside, mask, wo_inside);
+        const float stretch = wo.z / (sqr(eta_) * wo_inside.z);
+        value.f *= passed(si, inside.wi, wo, wo_inside) * stretch;
+        value.pdf *= stretch * (1 - share);
+      }
     }
     if (share > 0) {
       const BsdfValue coat = boundary_.value(upright(si.wi, si.wi), upright(wo, si.wi));
@@ -154,6 +157,7 @@ class Coat : public Bsdf {
   std::optional<BsdfSample> sample_nested(const SurfaceInteraction& si, Lobe mask, float share,
                                           float u1, const Vec2& u2) const {
     const SurfaceInteraction inside = below(si);
+    if (inside.wi.z == 0) return std::nullopt;
     const float own = std::clamp((u1 - share) / (1 - share), 0.f, kOneMinusEpsilon);
     auto sample = nested_->sample(inside, mask, own, u2);
     if (!sample) return std::nullopt;
