@@ -11,7 +11,7 @@ namespace kinome {
 namespace {
 
 constexpr uint64_t kTrialSeed = 0x74726961;
-constexpr double kTrialRays = 32;  ///< of a trial: a pixel's, by product sampling, at most
+constexpr double kTrialRays = 32;  ///< rays per pixel of product sampling in a trial, at most
 /// Cost of a ray, with all that is done for it, in units of a ray of `path`. Between 4 and 8 were
 /// measured in eight interiors, and 3 among balls of glass, where most rays belong to paths.
 constexpr double kCostOfRay = 5, kCostOfLightRay = 5;
@@ -25,13 +25,19 @@ constexpr double kGainOfRays = 0.3, kMaxMoreRays = 16;
 /// Share of the render's time that a trial may take.
 constexpr double kTrialShare = 0.1;
 
+/// Returns the rays per pixel of product sampling in a trial. At least 1: the pilot of a render with
+/// a time limit may have used more rays than the settings ask for.
+double rays_of_trial(double rays_left) {
+  return std::clamp(rays_left, 1., kTrialRays);
+}
+
 }  // namespace
 
 /// The pilot's light points serve once more, for the first of two renders: to draw all points takes
 /// long, whatever the number of pixels.
 void ProductRenderer::try_product(const MethodTrial& trial, const CellLight& light, uint64_t seed,
                                   std::vector<Rgb>& picture) const {
-  const double rays = std::min(rays_left_, kTrialRays);
+  const double rays = rays_of_trial(rays_left_);
   const std::vector<PixelPlan> plan = plan_pass(rays);
   const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
   SharedItems shared([&](size_t block, SharedBytes& bytes) {
@@ -75,7 +81,7 @@ void ProductRenderer::compare_with_paths(double seconds) {
   const uint64_t seed = hash_words(seed_, kTrialSeed);
   const MethodTrial trial(grid_, seed);
   if (!trial.is_possible()) return;
-  const double rays = std::min(rays_left_, kTrialRays);
+  const double rays = rays_of_trial(rays_left_);
   // Light is followed once for the whole image, and for more rays than those of the trial; one of
   // the two renders follows none.
   const double share = 2 * trial.share() * std::min(1., kTrialRays / std::max(rays_left_, 1.));
