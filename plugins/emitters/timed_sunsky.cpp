@@ -104,25 +104,19 @@ class TimedSunSkyEmitter final : public Emitter {
  public:
   explicit TimedSunSkyEmitter(const Properties& props)
       : settings_(props), days_(read_days(props)), where_(props.where()) {
-    set_shutter(Shutter());
+    show(Shutter());
   }
 
   void set_shutter(const Shutter& shutter) override {
-    if (sky_ && shutter == shutter_) return;
-    shutter_ = shutter;
-    const double length = double{days_.shutter.close} - days_.shutter.open;
-    const double open = (double{shutter.open} - days_.shutter.open) / length;
-    const double close = (double{shutter.close} - days_.shutter.open) / length;
-    if (open < 0 || close > 1) {
+    const bool is_new = !(shutter == shutter_);
+    if (is_known_ && !is_new) return;
+    is_known_ = true;
+    if (share_at(shutter.open) < 0 || share_at(shutter.close) > 1) {
       log_warn(Error(where_, "the sensor's shutter is open beyond the emitter's shutter_open and "
                              "shutter_close, where the sky stands still")
                    .what());
     }
-    if (open < close) {
-      sky_ = mean_over(open, close);
-    } else {
-      sky_ = std::make_unique<SunSky>(settings_, days_.sun_at(std::clamp(open, 0., 1.)), kRows);
-    }
+    if (is_new) show(shutter);
   }
 
   bool is_environment() const override { return true; }
@@ -168,6 +162,22 @@ class TimedSunSkyEmitter final : public Emitter {
   }
 
  private:
+  /// Share of the whole time that has passed at a time of the sensor.
+  double share_at(float time) const {
+    return (double{time} - days_.shutter.open) /
+           (double{days_.shutter.close} - days_.shutter.open);
+  }
+
+  void show(const Shutter& shutter) {
+    shutter_ = shutter;
+    const double open = share_at(shutter.open), close = share_at(shutter.close);
+    if (open < close) {
+      sky_ = mean_over(open, close);
+    } else {
+      sky_ = std::make_unique<SunSky>(settings_, days_.sun_at(std::clamp(open, 0., 1.)), kRows);
+    }
+  }
+
   /// The mean from a share `open` to a share `close` of the whole time. Where the sky stands still,
   /// its first or last moment counts for as long.
   std::unique_ptr<Emitter> mean_over(double open, double close) const {
@@ -192,6 +202,7 @@ class TimedSunSkyEmitter final : public Emitter {
   Days days_;
   Location where_;
   Shutter shutter_;
+  bool is_known_ = false;  ///< a scene has set the shutter
   std::unique_ptr<Emitter> sky_;
 };
 
