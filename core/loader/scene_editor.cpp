@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "base/clock.h"
+#include "base/log_once.h"
 #include "base/read_files.h"
 #include "loader/convert.h"
 #include "loader/placed_transform.h"
@@ -44,6 +45,7 @@ class SceneEditor::State {
   void load(const std::string& name,
             const std::function<loader::Expansion(loader::Faults&)>& expand, RenderStats* stats) {
     const ReadFiles::Recording recording(read_files_);
+    const WarningsOnce once;  // a file may be read for several plugins
     const Clock::time_point start = Clock::now();
     const double plugin_seconds_before = registry_.seconds();
     name_ = name;
