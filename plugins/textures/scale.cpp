@@ -57,7 +57,8 @@ class Scale final : public Texture {
   Rgb emission() const override { return scale_ * texture_->emission(); }
   float max() const override { return max_component(channel_max()); }
   float min() const override {
-    return std::min({scale_.x, scale_.y, scale_.z}) * texture_->min();
+    const float least = texture_->min();
+    return least * (least < 0 ? max_component(scale_) : std::min({scale_.x, scale_.y, scale_.z}));
   }
   Rgb channel_max() const override { return scale_ * texture_->channel_max(); }
   bool is_uniform() const override { return texture_->is_uniform(); }

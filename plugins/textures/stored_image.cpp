@@ -124,8 +124,9 @@ void replace_what_is_no_number(std::vector<float>& values, size_t channels,
   }
   if (nans > 0) warn_at(source, texels(nans) + " with NaN, which becomes 0");
   if (infinities > 0) {
-    warn_at(source, texels(infinities) + " with infinity, which becomes " +
-                        std::to_string(std::lround(largest)));
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", double{largest});  // may exceed all integers
+    warn_at(source, texels(infinities) + " with infinity, which becomes " + text);
   }
 }
 
