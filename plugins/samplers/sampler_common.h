@@ -46,9 +46,4 @@ inline uint64_t hash_key(const SampleKey& key, uint32_t a, uint32_t b) {
   return scatter(hash_pixel(key) + a * 0x9e3779b97f4a7c15u + b * 0xd1342543de82ef95u);
 }
 
-inline Vec2 to_unit_square(uint64_t bits) {
-  return {to_unit_float(static_cast<uint32_t>(bits >> 32)),
-          to_unit_float(static_cast<uint32_t>(bits))};
-}
-
 }  // namespace kinome

@@ -24,7 +24,7 @@ using ReadImageFunction = bool (*)(const char* path, const std::string& bytes, S
                                    std::string& error);
 inline constexpr const char* kReadImageSymbol = "kinome_read_image";
 /// Libraries with that function, relative to a folder of plugins, in the order in which
-/// open_image() tries them. The first one reads PNG, JPEG and Radiance. The other one reads what
+/// LoadedImage tries them. The first one reads PNG, JPEG and Radiance. The other one reads what
 /// OpenImageIO reads; it takes a quarter of a second to load, because Debian's OpenImageIO links
 /// 260 libraries.
 inline constexpr const char* kReadImageLibraries[] = {"../support/image_reader.so",
