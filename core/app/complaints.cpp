@@ -18,13 +18,13 @@ std::string first_line(const std::string& text) {
   return text.substr(0, text.find('\n'));
 }
 
-/// "--spp" of "--spp=4".
+/// Returns the name of an option: "--spp" for "--spp=4".
 std::string name_in(const std::string& word) {
   return word.substr(0, word.find('='));
 }
 
-/// What users of other versions of Mitsuba, and of other renderers, write for what is done by other
-/// means here.
+/// Returns advice for options of other versions of Mitsuba and of other renderers that have another
+/// name here, or none; nullptr for other options.
 const char* advice_on(const std::string& name) {
   static const std::map<std::string, const char*> advice = {
       {"-p", "-t COUNT sets the number of threads"},
@@ -49,8 +49,8 @@ const char* advice_on(const std::string& name) {
   return found == advice.end() ? nullptr : found->second;
 }
 
-/// The parameter of scenes by which others set what an option of this name would; "" if there is
-/// none.
+/// Returns the scene parameter that has the effect of another renderer's option; "" if no parameter
+/// does.
 std::string scene_parameter(const std::string& name) {
   static const std::map<std::string, std::string> parameters = {{"--spp", "spp"},
                                                                 {"--samples", "spp"},
@@ -109,7 +109,8 @@ std::string unknown_option(const CLI::App& app, const std::string& word, const W
   return text + (near.empty() ? "" : " (did you mean '" + near + "'?)");
 }
 
-/// A word of one dash that names a long option, "-time": CLI11 takes its letters for short ones.
+/// Returns the first word that names a long option with one dash, such as "-time", whose letters
+/// CLI11 takes for short options; "" if no word does.
 std::string long_name_of_one_dash(const CLI::App& app, const Words& words) {
   for (const std::string& word : words) {
     if (word.size() < 3 || word[0] != '-' || word[1] == '-') continue;
@@ -119,7 +120,8 @@ std::string long_name_of_one_dash(const CLI::App& app, const Words& words) {
   return "";
 }
 
-/// A flag that is given a value as the next word, and takes it only after '='.
+/// Describes a flag whose value is the next word instead of following '='; "" if there is no such
+/// flag.
 std::string flag_with_value(const CLI::App& app, const Words& words) {
   for (size_t i = 0; i + 1 < words.size(); ++i) {
     if (!words[i].starts_with("--") || words[i + 1].starts_with("-")) continue;
@@ -132,7 +134,8 @@ std::string flag_with_value(const CLI::App& app, const Words& words) {
   return "";
 }
 
-/// A definition without a value, whose value may be the next word: "-Dspp 4".
+/// Describes a definition without a value, which may be the next word, as in "-Dspp 4"; "" if there
+/// is no such definition.
 std::string empty_define(const CLI::App& app, const Words& words) {
   const CLI::Option* const define = app.get_option_no_throw("--define");
   if (!define) return "";
@@ -148,7 +151,7 @@ std::string empty_define(const CLI::App& app, const Words& words) {
   return "";
 }
 
-/// A word that no option or argument takes.
+/// Describes a word that no option or argument takes.
 std::string complaint_of_extra(const CLI::App& app, const std::string& word, const Words& words,
                                const Words& commands) {
   if (word.size() > 1 && word[0] == '-') return unknown_option(app, word, words);
@@ -165,7 +168,7 @@ std::string complaint_of_extra(const CLI::App& app, const std::string& word, con
   return unknown_command(first, commands);
 }
 
-/// What a value that CLI11 can't convert should be.
+/// Describes the value that an option expects, for values that CLI11 can't convert.
 std::string expectation_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   if (type == "COUNT" || type == "N") return "a whole number";
@@ -173,7 +176,7 @@ std::string expectation_of(const CLI::Option& option) {
   return type == "STOPS" ? "a number of stops" : "a number";
 }
 
-/// "Could not convert: --time = abc".
+/// Rewrites CLI11's message "Could not convert: --time = abc".
 std::string complaint_of_value(const CLI::App& app, const std::string& text) {
   const std::string start = "Could not convert: ", between = " = ";
   const size_t equals = text.find(between);
@@ -184,7 +187,8 @@ std::string complaint_of_value(const CLI::App& app, const std::string& text) {
          text.substr(equals + between.size()) + "'";
 }
 
-/// "--output: 1 required FILE missing", "--png was given a disallowed flag override".
+/// Rewrites CLI11's messages "--output: 1 required FILE missing" and "--png was given a disallowed
+/// flag override".
 std::string complaint_of_count(const std::string& text) {
   const std::string flag_value = " was given a disallowed flag override";
   if (text.ends_with(flag_value)) {

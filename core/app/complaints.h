@@ -11,8 +11,8 @@ class ParseError;
 namespace kinome::app {
 
 /// Describes what is wrong with a command line that CLI11 has refused, in terms of its options.
-/// `words` are those of the command line, without the program's name; `commands` the words that
-/// begin other command lines, if this one has no such word.
+/// `words` is the command line without the program's name. `commands` lists the names of all
+/// commands if the command line begins with none of them.
 std::string complaint_of(const CLI::App& app, const CLI::ParseError& error,
                          const std::vector<std::string>& words,
                          const std::vector<std::string>& commands);

@@ -135,7 +135,8 @@ void print_page(Category category, const std::string& name, const PluginDescript
     const std::string value = default_text(p);
     const char* const mark = p.type == ParameterType::kObject ? "*" : "`";
     fmt::print("| {}{}{} | {} | {} | {} |\n", mark, p.name, mark, type_name(p),
-               p.required || p.ignored || value.empty() ? value : fmt::format("`{}`", value), cell(meaning(p)));
+               p.required || p.ignored || value.empty() ? value : fmt::format("`{}`", value),
+               cell(meaning(p)));
   }
 }
 

@@ -11,8 +11,8 @@ struct ProgressText {
   int percent;
   std::string left;
 };
-/// `fraction` of the work is done, the last part of it, `measured`, in `seconds`. The time left is
-/// unknown until that is 1 % of the work or has taken 10 seconds.
+/// `fraction` of the work is done; its last part, `measured`, took `seconds`. The time left is
+/// unknown until that part is 1 % of the work or has taken 10 seconds.
 ProgressText progress_text(double fraction, double measured, double seconds);
 
 /// Tells how far a render is: a bar with the time left on a terminal, and lines in a log, more

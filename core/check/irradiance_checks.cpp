@@ -11,10 +11,11 @@
 namespace kinome::check {
 namespace {
 
-/// Rays that a test needs to come by, or its means are not normal.
+/// Minimum number of rays that cross a receiver, so that means are normally distributed.
 constexpr double kMinHits = 100;
 
-/// What is wrong, if light tracing brings `emitted` where sample_direct() sees `seen`.
+/// Describes a difference between the flux by light tracing, `emitted`, and by sample_direct(),
+/// `seen`.
 std::string cause_of_difference(const Receiver& receiver, double emitted, double seen) {
   if (seen == 0) {
     return fmt::format("sample_emission() brings light to a {} where sample_direct() sees none",

@@ -6,7 +6,7 @@
 namespace kinome::check {
 namespace {
 
-/// Whether light comes from infinitely far, by any function that says so.
+/// Returns true if any of the emitter's functions shows that its light comes from infinitely far.
 bool is_from_afar(const EmitterScene& at, const std::vector<EmissionSample>& rays, Random& random) {
   if (at.emitter().is_environment()) return true;
   if (at.emitter().is_surface()) return false;

@@ -15,10 +15,9 @@ struct ProbeRays {
   int tries = 0;
   std::vector<EmissionSample> rays;  ///< that carry light
   bool is_distant = false;           ///< the emitter is infinitely far away
-  // Of emitters in the scene: where rays start.
-  Vec3 origin{0.f};  ///< in the mean
-  float spread = 0;  ///< the largest distance from it
-  Vec3 direction{0, 0, 1};  ///< unit; that of most of the light, if there is any such
+  Vec3 origin{0.f};  ///< mean position at which rays start
+  float spread = 0;  ///< largest distance of such a position from `origin`
+  Vec3 direction{0, 0, 1};  ///< unit vector of most of the light, or of some ray
 };
 
 /// A receiver that catches part of the rays: of light from infinitely far, one that touches the

@@ -31,7 +31,7 @@ struct WrongStarts {
   bool is_fault() const { return wrong * 100 > looked; }
 };
 
-/// What is wrong with where a ray leaves a surface; "": nothing.
+/// Describes what is wrong with the position at which a ray leaves a surface; "" if it is right.
 std::string fault_on_surface(const EmitterScene& at, const EmissionSample& ray) {
   if (std::abs(glm::length(ray.n) - 1) > 1e-3f) return "a normal that is not of unit length";
   const Vec3 extent = at.emitter().shape()->bounds().extent();
@@ -47,7 +47,7 @@ std::string fault_on_surface(const EmitterScene& at, const EmissionSample& ray) 
   return "";
 }
 
-/// The same of a light without extent: points that its rays come by must see it where they start.
+/// The same for an emitter without extent: points on its rays must see it where the rays start.
 std::string fault_of_point_light(const EmitterScene& at, const EmissionSample& ray, float t) {
   const auto seen = at.emitter().sample_direct(ray.o + t * ray.d, Vec2(0.5f));
   if (!seen || is_black(seen->radiance)) {
@@ -60,7 +60,7 @@ std::string fault_of_point_light(const EmitterScene& at, const EmissionSample& r
                      text_of(light));
 }
 
-/// The same of light from infinitely far: all of the scene must lie ahead.
+/// The same for light from infinitely far: the whole scene must be ahead of the ray.
 std::string fault_from_afar(const Aabb& bounds, const EmissionSample& ray) {
   if (!(ray.pdf_position > 0)) return "no pdf_position, which light from infinitely far has";
   const float size = glm::length(bounds.extent());

@@ -44,7 +44,7 @@ std::vector<std::string> elements_of(const Parameter& parameter) {
 
 /// Loads the plugin with the parameter `name`, of this `element`, and what is nested `beside` it.
 Reading load_with(const Subject& subject, const std::string& name, const std::string& element,
-             const std::string& beside = "") {
+                  const std::string& beside = "") {
   try {
     load_object_from_string(subject.xml(beside, name, element), Subject::kFile, {},
                             subject.registry());

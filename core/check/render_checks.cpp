@@ -1,4 +1,4 @@
-// What makes films and integrators right: a small scene, rendered.
+// Checks of films and integrators: renders of a small scene.
 
 #include <algorithm>
 #include <cmath>

@@ -18,7 +18,7 @@ struct Request {
   std::string isa;                                ///< "": the best that the processor has
   std::set<std::string> only;                     ///< names of checks; empty: all
   std::set<std::string> except;                   ///< names of checks that are left out
-  std::string against;                            ///< an integrator or emitter of the same light: a name, or XML
+  std::string against;  ///< an integrator or emitter of the same light: a name, or XML
   double effort = 1;                              ///< of random samples, as a factor
   uint64_t seed = 0;
 };

@@ -1,4 +1,4 @@
-// What makes sensors right: rays, connections, and both together.
+// Checks of sensors: their rays, their connections, and the agreement of the two.
 
 #include <algorithm>
 #include <cmath>

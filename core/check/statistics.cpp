@@ -128,7 +128,7 @@ struct PairStatistics {
   double largest = -1;  ///< |z|
   size_t where = 0;     ///< the pair that has it
   double sum = 0, sum_variance = 0;
-  std::string fault;  ///< why there are none; empty: there are
+  std::string fault;  ///< reason why the means can't be compared; "" if they can
 
   PairStatistics(const std::vector<Estimate>& a, const std::vector<Estimate>& b) {
     if (a.size() != b.size() || a.empty()) {

@@ -100,11 +100,11 @@ bool are_same(const Imf::Chromaticities& a, const Imf::Chromaticities& b) {
 
 using Matrix = std::array<std::array<float, 3>, 3>;  // rows are multiplied by a colour
 
-/// From the file's colours to linear Rec.709. Both whites have Y = 1 and keep their colour: no
-/// adaptation. Throws a text for primaries that span no colours.
+/// Returns the matrix from the file's colours to linear Rec.709. Both whites have Y = 1 and keep
+/// their colour: no adaptation. Throws std::runtime_error for primaries that span no colours.
 Matrix matrix_to_rec709(const Imf::Chromaticities& file) {
-  // Of colour spaces in use, values stay within [-0.1, 1.1], and areas are 0.1 (as Rec.709's) or
-  // more. Within these limits, floats tell a triangle from a line.
+  // Colour spaces in use have values within [-0.1, 1.1] and areas of at least 0.1 (Rec.709's).
+  // Within these limits, floats distinguish a triangle from a line.
   constexpr float kMost = 10;
   constexpr float kLeast = 1e-4f;
   bool is_usable = true;
@@ -124,7 +124,7 @@ Matrix matrix_to_rec709(const Imf::Chromaticities& file) {
   return {{{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
 }
 
-/// The inverse of xyz(), by which films write XYZ.
+/// Returns the inverse of xyz(), by which films write XYZ.
 Matrix matrix_of_xyz() {
   const glm::dmat3 m = glm::inverse(glm::dmat3(xyz({1, 0, 0}), xyz({0, 1, 0}), xyz({0, 0, 1})));
   Matrix rows;

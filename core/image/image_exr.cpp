@@ -52,8 +52,8 @@ Imf::FrameBuffer float_slices(Image& image, const Imath::Box2i& window) {
   return buffer;
 }
 
-/// The part of a file whose colour is the best, and that colour. Throws a text if the file has
-/// several parts and none has a colour.
+/// The part of a file with the best colour (see ExrColorKind). The constructor throws
+/// std::runtime_error if the file has several parts and none has a colour.
 struct ChosenPart {
   explicit ChosenPart(const std::string& path, const Imf::MultiPartInputFile& file) {
     std::vector<std::string> others;

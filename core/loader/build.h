@@ -135,7 +135,7 @@ class Builder {
   /// With their places, for what is known of them only when all shapes are made.
   std::vector<std::pair<std::shared_ptr<Emitter>, Location>> top_emitters_;
   std::vector<std::pair<std::shared_ptr<const ShapeInstance>, Location>> instances_;
-  /// Those of surfaces, with a warning for those to which no shape refers.
+  /// Emitters of surfaces, each with the warning that it gets if no shape refers to it.
   std::vector<std::pair<std::shared_ptr<Emitter>, Error>> surface_emitters_;
   std::map<std::string, Location> parameters_;  ///< of the scene itself
   std::vector<Skipped> skipped_;

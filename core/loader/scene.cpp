@@ -183,7 +183,7 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
   check_instances(contents);
 }
 
-/// `shape`, if it is an instance, or those that are its parts.
+/// Remembers `shape` if it is an instance, or the instances among its parts.
 void Builder::add_instances(const std::shared_ptr<Shape>& shape, const Location& where) {
   if (const auto instance = std::dynamic_pointer_cast<const ShapeInstance>(shape)) {
     if (!is_invertible_by_tracer(instance->to_world())) {

@@ -212,7 +212,8 @@ void Scene::intersect(std::span<RayHit> rays, Coherence coherence, RenderCounter
 void Scene::occluded(std::span<Ray> rays, Coherence coherence, RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
-  trace_possible(rays, accelerator_->farthest(), [&] { embree::occluded_stream(accelerator_->scene(), query, rays); });
+  trace_possible(rays, accelerator_->farthest(),
+                 [&] { embree::occluded_stream(accelerator_->scene(), query, rays); });
   rethrow_from_shapes();
 }
 

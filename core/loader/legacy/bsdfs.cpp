@@ -55,7 +55,7 @@ void translate_distribution(Node& node, Warnings& warnings) {
   value->value = "beckmann";
 }
 
-/// Metals are copper unless the scene says otherwise; in Mitsuba 3 they are perfect mirrors.
+/// Makes metals copper unless the scene says otherwise; in Mitsuba 3 they are perfect mirrors.
 void add_metal(Node& node) {
   for (const char* name : {"material", "eta", "k"}) {
     if (find_child(node, name)) return;
@@ -63,7 +63,7 @@ void add_metal(Node& node) {
   add_value(node, "string", "material", "Cu");
 }
 
-/// Coats have the same roughness everywhere.
+/// Replaces a texture of the roughness, which must be the same everywhere.
 void drop_alpha_texture(Node& node, Warnings& warnings) {
   const Node* const alpha = find_child(node, "alpha");
   if (!alpha || (alpha->tag != "texture" && alpha->tag != "ref")) return;
@@ -72,7 +72,8 @@ void drop_alpha_texture(Node& node, Warnings& warnings) {
   remove_children(node, "alpha");
 }
 
-/// A lobe that goes through: `principledthin` whose diffuse part is all transmission.
+/// Replaces a diffuse transmitter by `principledthin`. `share` is its diff_trans: 2 if all light goes
+/// through, 1 if half of it does.
 void translate_translucent(Node& node, double share, Warnings& warnings) {
   const std::string type = node.value("type");
   rename_child(node, type == "hk" ? "albedo" : "transmittance", "base_color");
@@ -87,7 +88,7 @@ void translate_translucent(Node& node, double share, Warnings& warnings) {
   set_type(node, "principledthin");
 }
 
-/// mixturebsdf of any number of BSDFs: blendbsdf of the first and all others, and so on.
+/// Translates a mixturebsdf to nested blendbsdfs: of the first BSDF and all others, and so on.
 class Mixture {
  public:
   Mixture(Node& node, Warnings& warnings, Faults& faults)
@@ -109,14 +110,14 @@ class Mixture {
   }
 
  private:
-  /// Reports an error, of which nothing else follows.
+  /// Reports an error, and leaves a node that causes no further ones.
   void fail(const std::string& message) {
     faults_.add(where_, message);
     node_.children.clear();
     set_type(node_, "diffuse");
   }
 
-  /// Weights that add up to less than 1 leave a black rest, those of more are scaled.
+  /// Scales weights whose sum exceeds 1, and adds a black BSDF if it is less than 1.
   bool normalize(std::vector<double>& weights, std::vector<Node>& parts) {
     constexpr double kRounding = 1e-6;
     double sum = 0;

@@ -10,15 +10,15 @@ namespace {
 
 /// Apparent diameter of the sun, in degrees.
 constexpr double kSunAperture = 0.5358;
-/// Diameter that stands for a sun that is a direction.
-constexpr double kLeastAperture = 0.01;
+/// Smallest diameter, in degrees; also used for a sun without extent.
+constexpr double kMinAperture = 0.01;
 constexpr double kOldAlbedo = 0.15;
 
 /// In Mitsuba 0.6, +y is up, north is -z and east +x. In Mitsuba 3, +z is up, north is -x and east
 /// -y, which is the mirror image.
 constexpr const char* kOldAxes = "0 -1 0 0  0 0 1 0  1 0 0 0  0 0 0 1";
 
-/// The operations that come first, before those of the file.
+/// Puts the change of axes before the operations of the file's to_world.
 void turn_axes(Node& node) {
   Node axes{"matrix", {{"value", kOldAxes, node.where}}, {}, node.where, nullptr};
   if (Node* const to_world = find_child(node, "to_world")) {
@@ -32,7 +32,7 @@ void turn_axes(Node& node) {
                            nullptr});
 }
 
-/// `sun` and `sky` have one scale; sunsky's is the default of its two.
+/// `sun` and `sky` have one scale. That of `sunsky` is the default of its two.
 void translate_scales(Node& node, const std::string& type) {
   const double scale = number_of(node, "scale", 1);
   remove_children(node, "scale");
@@ -53,7 +53,7 @@ void translate_sunsky(Node& node, Warnings& warnings) {
   if (find_child(node, "sun_radius_scale")) {
     const double scale = number_of(node, "sun_radius_scale", 1);
     remove_children(node, "sun_radius_scale");
-    add_number(node, "sun_aperture", std::max(kSunAperture * scale, kLeastAperture));
+    add_number(node, "sun_aperture", std::max(kSunAperture * scale, kMinAperture));
   }
   if (number_of(node, "stretch", 1) != 1 || child_value(node, "extend") == "true") {
     warnings.add(node.where, "'stretch' and 'extend' are ignored: the sky ends at the horizon");

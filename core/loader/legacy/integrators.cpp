@@ -15,7 +15,7 @@ constexpr std::string_view kSameImage[] = {"bdpt",   "erpt", "mlt", "photonmappe
                                            "pssmlt", "sppm", "vpl"};
 constexpr std::string_view kKept[] = {"max_depth", "rr_depth", "hide_emitters"};
 
-/// What a `field` integrator shows, and the variable of `aov` that stands for it.
+/// Values of a `field` integrator, and the variables of `aov` that replace them.
 constexpr std::pair<std::string_view, std::string_view> kFields[] = {
     {"position", "position"},      {"relPosition", "position"},    {"distance", "depth"},
     {"geoNormal", "geo_normal"},   {"shNormal", "sh_normal"},      {"uv", "uv"},
@@ -30,7 +30,7 @@ void keep_only(Node& node, const Names& names) {
   });
 }
 
-/// Returns "name:type" for `aov`; "" if there is nothing like it.
+/// Returns "name:type" for `aov`; "" if it has no such variable.
 std::string aov_of(const Node& field, size_t number, Warnings& warnings) {
   const std::string name = child_value(field, "field");
   const auto found = std::find_if(std::begin(kFields), std::end(kFields),
@@ -45,7 +45,7 @@ std::string aov_of(const Node& field, size_t number, Warnings& warnings) {
   return fmt::format("{}{}:{}", name, number, found->second);
 }
 
-/// `multichannel` with its `field` integrators, or one of these alone.
+/// Replaces `multichannel` and its `field` integrators, or a single `field`, by `aov`.
 void translate_channels(Node& node, Warnings& warnings) {
   std::string aovs;
   size_t count = 0;
@@ -70,7 +70,7 @@ void translate_channels(Node& node, Warnings& warnings) {
   add_value(node, "string", "aovs", aovs);
 }
 
-/// An integrator that only speeds another one up. Returns false if there is none in it.
+/// Replaces an integrator that only accelerates a nested one. Returns false if none is nested.
 bool replace_by_nested(Node& node, Warnings& warnings) {
   const auto inner = std::find_if(node.children.begin(), node.children.end(),
                                   [](const Node& child) { return child.tag == "integrator"; });

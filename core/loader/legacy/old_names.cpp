@@ -38,7 +38,8 @@ void add_operation(Node& transform, const char* tag, const char* axis, const cha
       Node{tag, {{axis, value, transform.where}}, {}, transform.where, nullptr});
 }
 
-/// Cameras were mirrored before 0.4, and fov spanned the film's smaller side.
+/// Translates cameras from before 0.4, which were mirrored, and whose fov spanned the film's smaller
+/// side.
 void rename_camera(Node& node, const Version& version) {
   if (node.tag != "camera" || !is_older_than(version, 0, 4)) return;
   Node* fov_axis = nullptr;
@@ -62,7 +63,7 @@ void rename_camera(Node& node, const Version& version) {
   }
 }
 
-/// Before 0.3: lookAt with nine numbers, and the other way round.
+/// Translates lookAt with nine numbers, from before 0.3, which also mirrored the camera.
 void rename_lookat(Node& node) {
   std::vector<Node> operations;
   for (Node& child : node.children) {
@@ -87,7 +88,7 @@ void rename_lookat(Node& node) {
   node.children = std::move(operations);
 }
 
-/// Motion: the first moment is rendered.
+/// Replaces animations by their first transform.
 void rename_animations(Node& node) {
   for (Node& child : node.children) {
     if (child.tag != "animation" || child.children.empty()) continue;
@@ -116,7 +117,7 @@ void rename_tag(Node& node) {
   }
 }
 
-/// Colours of a hexadecimal "#rrggbb", in [0,1].
+/// Returns the colour of a hexadecimal "#rrggbb", in [0,1]; nullopt for other texts.
 std::optional<std::array<double, 3>> parse_hex(const std::string& text) {
   if (text.size() != 7 || text[0] != '#') return std::nullopt;
   std::array<double, 3> color{};

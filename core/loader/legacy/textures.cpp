@@ -25,7 +25,7 @@ void take_operation(Node& texture, const char* tag, const char* u, const char* v
   if (!operation.attributes.empty()) operations.push_back(std::move(operation));
 }
 
-/// uoffset, voffset, uscale, vscale become to_uv. Mitsuba 3 moves first, then scales.
+/// Replaces uoffset, voffset, uscale and vscale by to_uv, which moves first, then scales.
 void translate_coordinates(Node& texture) {
   std::vector<Node> operations;
   take_operation(texture, "translate", "uoffset", "voffset", operations);
@@ -36,7 +36,7 @@ void translate_coordinates(Node& texture) {
       {"transform", {{"name", "to_uv", where}}, std::move(operations), where, nullptr});
 }
 
-/// Mitsuba 0.6 has modes for u and v of their own, and two more of them.
+/// Merges the wrap modes for u and v, and replaces the modes 'zero' and 'one'.
 void translate_wrap_mode(Node& node, Warnings& warnings) {
   const std::string u = child_value(node, "wrap_mode_u"), v = child_value(node, "wrap_mode_v");
   if (!u.empty() && !v.empty() && u != v) {
@@ -53,7 +53,7 @@ void translate_wrap_mode(Node& node, Warnings& warnings) {
   value->value = "clamp";
 }
 
-/// The gamma of numbers is 1, and Mitsuba 3 has no mip maps.
+/// Translates `gamma`, where 1 marks raw numbers, and filters of mip maps, which Mitsuba 3 lacks.
 void translate_bitmap(Node& node, Warnings& warnings) {
   translate_wrap_mode(node, warnings);
   if (Node* const filter = find_child(node, "filter_type")) {
@@ -70,7 +70,7 @@ void translate_bitmap(Node& node, Warnings& warnings) {
   }
 }
 
-/// The edges of triangles are thin: what is between them stands for all.
+/// Replaces a wireframe by the colour between its lines, which are thin.
 void translate_wireframe(Node& node, Warnings& warnings) {
   warnings.add(node.where, "'wireframe' is replaced by the colour between its lines");
   auto color = take_child(node, "interior_color");

@@ -50,7 +50,7 @@ class Translation {
     }
     for (const Node& child : node.children) collect_tags(child);
   }
-  /// The tag of an object or of what a reference names; "" if that is unknown.
+  /// Returns the tag of an object, or of the object that a reference names; "" if that is unknown.
   std::string tag_of(const Node& node) const {
     if (node.tag != "ref") return node.tag;
     const auto found = tags_.find(node.value("id"));
@@ -92,7 +92,7 @@ class Translation {
     drop_unused(node);
   }
 
-  /// Names from before 0.3, and the materials of an OBJ file, of which Mitsuba 3 takes one.
+  /// Renames parameters from before 0.3, and keeps one BSDF of an OBJ file's, as Mitsuba 3 requires.
   void translate_shape(Node& node) {
     const std::string type = node.value("type");
     if (type == "sphere") rename_child(node, "inverted", "flip_normals");
@@ -108,7 +108,7 @@ class Translation {
     });
   }
 
-  /// Of a parameter that is given several times, Mitsuba 0.6 took the last value.
+  /// Keeps the last value of a parameter that is given several times, as Mitsuba 0.6 did.
   void keep_last_values(Node& node) {
     std::set<std::string> seen;
     for (size_t i = node.children.size(); i-- > 0;) {
@@ -120,7 +120,7 @@ class Translation {
     }
   }
 
-  /// What a plugin doesn't know was a warning in Mitsuba 0.x, not an error.
+  /// Removes parameters that a plugin doesn't have, with a warning as in Mitsuba 0.x.
   void drop_unused(Node& node) {
     const auto category = category_of_tag(node.tag);
     if (!category) return;

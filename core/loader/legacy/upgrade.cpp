@@ -1,4 +1,4 @@
-// Scene files of Mitsuba 0.6 become those of Mitsuba 3.
+// Translates scene files of Mitsuba 0.x to those of Mitsuba 3.
 
 #include <algorithm>
 #include <array>
