@@ -123,12 +123,12 @@ class Coat : public Bsdf {
     inside.wi = refracted_in(si.wi);
     return inside;
   }
-  /// w as if wi came from the front.
+  /// Returns w, mirrored to the other side if wi is behind the surface.
   static Vec3 upright(const Vec3& w, const Vec3& wi) {
     return {w.x, w.y, wi.z < 0 ? -w.z : w.z};
   }
 
-  /// Light that gets in along wi and out along wo.
+  /// Share of light that enters along wi and leaves along wo.
   Rgb passed(const SurfaceInteraction& si, const Vec3& wi_inside, const Vec3& wo,
              const Vec3& wo_inside) const {
     const float length =

@@ -53,7 +53,7 @@ class ConductorIndex {
   }
 
  private:
-  /// Values fitted to a measured colour may be negative, which no metal's are.
+  /// Reads a part of the index. Values that are fitted to a measured colour may be negative.
   static std::shared_ptr<Texture> texture_of_any_sign(const Properties& props, const char* name) {
     auto texture = props.texture(name);
     if (texture->min() < 0) {

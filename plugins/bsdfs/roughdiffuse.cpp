@@ -59,7 +59,7 @@ class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
     }
 
    private:
-    /// What both directions are to one another.
+    /// Relation of the two directions.
     struct Angles {
       F larger_sine, smaller_tangent, cos_phi;
     };
@@ -76,8 +76,8 @@ class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
       return {max(sin_i, sin_o), min(sin_i, sin_o) / larger_cosine, cos_phi};
     }
 
-    /// The light of the sky on facets, over Lambert's. `is_rough_guess`: without interreflection's
-    /// companion terms.
+    /// Reflection without interreflection, in units of Lambert's. `is_rough_guess` selects the
+    /// qualitative model.
     F first_bounce(const VecOf<F>& wo, bool is_rough_guess) const {
       const Angles a = angles(wo);
       const F c1 = 1.f - 0.5f * sigma2_ / (sigma2_ + 0.33f);

@@ -76,8 +76,8 @@ inline glm::mat3 orthonormal(const glm::mat3& m) {
   return glm::mat3(axes);
 }
 
-/// Of `to_world`: its columns are an environment's axes in the world. A scale has no meaning for
-/// directions and is ignored. (Mitsuba 3 distorts the image by it.)
+/// Reads `to_world` as a matrix whose columns are an environment's axes in the world. A scale has no
+/// meaning for directions and is ignored with a warning. (Mitsuba 3 distorts the image by it.)
 inline glm::mat3 read_rotation(const Properties& props) {
   constexpr float kRounding = 1e-3f;
   glm::mat3 axes(props.transform("to_world").matrix());

@@ -115,7 +115,7 @@ class MeanSky {
   /// Spreads irradiance that arrives from the direction d, of the sky's space, over four texels.
   void add_point(const Vec3& d, const Rgb& irradiance) {
     if (d.z < 0) return;
-    // Of the map: see SphericalMap.
+    // Coordinates of the map, see SphericalMap.
     const double theta = std::acos(std::clamp(double{d.z}, -1., 1.));
     const double phi = std::atan2(double{d.y}, double{-d.x});
     const double x = phi / kColumnAngle - 0.5 + kColumns, y = theta / kRowAngle;

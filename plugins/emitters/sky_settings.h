@@ -24,7 +24,7 @@ namespace kinome::sunsky {
      "Rotation (or reflection): +z becomes up."}
 // clang-format on
 
-/// What the parameters of a sky say, but for its sun's place.
+/// Parameters of a sky, except for the sun's position.
 struct SkySettings {
   LightFrame frame;
   float turbidity, sun_scale, sky_scale;
@@ -32,9 +32,9 @@ struct SkySettings {
   double half_angle;  ///< of the sun's disk [radians]
 
   explicit SkySettings(const Properties& props);
-  /// 2 (1 - cos half_angle), with all its digits: of a chord of the unit sphere, the square.
+  /// Squared chord of the half angle in the unit sphere: 2 (1 - cos half_angle) without cancellation.
   double chord2() const { return 4 * std::pow(std::sin(half_angle / 2), 2); }
-  /// Of the sun's disk.
+  /// Solid angle of the sun's disk [sr].
   float solid_angle() const { return static_cast<float>(std::numbers::pi * chord2()); }
   /// The factor by which a sun of this size is brighter than one of kSolarHalfAngle.
   float sun_ratio() const {
@@ -44,7 +44,7 @@ struct SkySettings {
   Model model(const Vec3& sun, double rows = 0) const { return {turbidity, albedo, sun, rows}; }
 };
 
-/// A year, month or day.
+/// Reads a year, month or day.
 inline int read_calendar(const Properties& props, const char* name) {
   const int64_t value = props.integer(name);
   if (std::abs(value) > 9999) {
@@ -53,7 +53,7 @@ inline int read_calendar(const Properties& props, const char* name) {
   return static_cast<int>(value);
 }
 
-/// Direction toward the sun; Error if it isn't finite.
+/// Returns the direction toward the sun. Throws Error if it isn't finite.
 inline Vec3 read_sun_at(const Properties& props, const TimeAndPlace& at) {
   const Vec3 sun = sun_direction(at);
   if (is_finite(sun)) return sun;

@@ -178,8 +178,8 @@ class TimedSunSkyEmitter final : public Emitter {
     }
   }
 
-  /// The mean from a share `open` to a share `close` of the whole time. Where the sky stands still,
-  /// its first or last moment counts for as long.
+  /// Returns the mean sky from a share `open` to a share `close` of the whole time. Before the first
+  /// moment and after the last one, the sky is that of this moment.
   std::unique_ptr<Emitter> mean_over(double open, double close) const {
     const auto suns = [&](int count) {
       std::vector<Vec3> all;

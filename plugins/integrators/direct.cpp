@@ -30,7 +30,7 @@ constexpr Parameter kTable[] = {
      "also behind masks and panes."},
 };
 
-/// What one thread works with.
+/// State of one thread.
 struct DirectWorker {
   DirectWorker(const transport::SceneTable& scene, const Sampler& sampler,
                const transport::LightSamples& samples, bool hides_environment)

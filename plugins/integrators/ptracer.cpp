@@ -31,7 +31,7 @@ constexpr Parameter kTable[] = {
 /// Light paths between two passes: bounds the memory of splats that wait for their turn.
 constexpr uint64_t kPassPaths = uint64_t{1} << 20;
 
-/// What one thread works with.
+/// State of one thread.
 struct LightTracingWorker {
   LightTracingWorker(const transport::SceneTable& scene, const Sensor& sensor,
                      const PathSettings& settings)

@@ -37,8 +37,8 @@ class Orthogonal : public Sampler {
 
   uint32_t array_of(uint32_t dimension) const { return dimension / (prime_.number() + 1); }
 
-  /// The keys of a dimension's array, and of the dimension itself: those of a pair aren't those of
-  /// single numbers.
+  /// Returns the keys of a dimension's array and of the dimension itself. Pairs and single numbers
+  /// have different keys.
   auto one(uint32_t dimension) const {
     return [dimension, array = array_of(dimension)](const SampleKey& key, uint32_t set) {
       return std::array<uint64_t, 2>{hash_key(key, set, array ^ kArrays),

@@ -60,7 +60,7 @@ class CurveFileReader {
   /// Gives pointed tips, whose radius is 0, a radius that can't be seen, since a curve has normals
   /// only at a distance from its centre line.
   void open_tips() {
-    constexpr float kTip = 1e-4f;  ///< of the largest radius
+    constexpr float kTip = 1e-4f;  // in units of the largest radius
     float largest = 0;
     for (const glm::vec4& point : curves_.points) largest = std::max(largest, point.w);
     if (!(largest > 0)) throw Error(Location{file_, 0, 0}, "the radii of all curves are 0");

@@ -113,13 +113,13 @@ class Cylinder final : public AnalyticShape<Cylinder> {
     point.frame = FrameOf<VecOf<FloatOf<D>>>::from_normal_and_tangent(point.n, point.dp_du);
     return point;
   }
-  /// Area of a strip along the axis, over its angle, at this share of a turn.
+  /// Returns the area of a strip along the axis per radian, at this share of a turn.
   double strip_area(double turn) const {
     const double phi = 2 * std::numbers::pi * turn;
     const glm::dmat3& m = space_.linear();
     return glm::length(glm::cross(m[1] * std::cos(phi) - m[0] * std::sin(phi), m[2]));
   }
-  /// The area up to each kStrips-th of a turn, by Simpson's rule.
+  /// Computes the area up to each kStrips-th of a turn, by Simpson's rule.
   void find_area_shares() {
     constexpr double step = 2 * std::numbers::pi / kStrips;
     double sum = 0;
@@ -130,9 +130,9 @@ class Cylinder final : public AnalyticShape<Cylinder> {
       area_shares_.push_back(sum);
     }
   }
-  /// The share of a turn up to which a share u of the area lies. Between the table's places the
-  /// strips' area is taken to be linear: its error is about (2 k / 1000)² / 12 where the ellipse has
-  /// its sharpest bend, k being the ratio of its axes.
+  /// Returns the share of a turn that covers a share u of the area. Between entries of the table, the
+  /// strips' area is interpolated linearly: its error is about (2 k / 1000)² / 12 at the sharpest bend
+  /// of the ellipse, where k is the ratio of its axes.
   float turn_of_area(float u) const {
     if (area_shares_.empty()) return u;
     const double area = static_cast<double>(u) * area_shares_.back();

@@ -286,8 +286,8 @@ class GltfReader {
     }
   }
 
-  /// As add(), with vertices of its own for each triangle and normals of zero, for which
-  /// MeshShape::finish() puts the triangle's.
+  /// As add(), but with separate vertices for each triangle and normals of zero, which
+  /// MeshShape::finish() replaces by the triangle's.
   template <class MatrixOf>
   void add_flat(const GltfVertices& vertices, const std::vector<glm::uvec3>& triangles,
                 const std::vector<float>& colors, const MatrixOf& matrix_of) {

@@ -322,7 +322,7 @@ TriangleMesh read_body(Source& source, const std::string& file, const PlyHeader&
   return mesh;
 }
 
-/// As read_body(). Of a damaged file, the error that comes nearest to the cause.
+/// As read_body(), but throws the likely cause of an error in a damaged file.
 template <class Source>
 TriangleMesh read_from(Source source, const std::string& file, const PlyHeader& header, bool flip_v,
                        const std::vector<std::string>& wanted) {

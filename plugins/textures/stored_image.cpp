@@ -130,7 +130,8 @@ void replace_what_is_no_number(std::vector<float>& values, size_t channels,
   }
 }
 
-/// Photographs of the sky often have a few values just below 0, from filtering or compression.
+/// Warns of negative values if they matter: photographs of the sky often have a few values just
+/// below 0, from filtering or compression.
 void warn_of_negative_values(const std::vector<float>& values, size_t channels,
                              const Location& source) {
   constexpr double kLeastShare = 1e-3;

@@ -83,7 +83,7 @@ class TwoColors : public Texture {
     });
   }
 
-  /// Nothing that a texture is for takes negative values; those of a nested image were warned of.
+  /// Refuses negative colours, which no use of a texture accepts. (A nested image warns of its own.)
   static std::shared_ptr<Texture> read_color(const Properties& props, const std::string& name) {
     auto color = props.texture(name);
     if (color->is_uniform() && color->min() < 0) {
@@ -104,6 +104,5 @@ class TwoColors : public Texture {
   wide::NumberInput number0_, number1_;
   Transform to_uv_;
 };
-
 
 }  // namespace kinome

@@ -37,7 +37,9 @@ void Coverage::find(const PixelSamples& samples, const Camera& camera, float* al
   for (uint32_t depth = 1;; ++depth) {
     const size_t rays = cover(samples, *surfaces, owner, depth, alpha);
     if (rays == 0) return;
-    for (size_t i = rays; i < padded(rays); ++i) rays_[i / kBlockLanes].ray.tmax[i % kBlockLanes] = -1;
+    for (size_t i = rays; i < padded(rays); ++i) {
+      rays_[i / kBlockLanes].ray.tmax[i % kBlockLanes] = -1;
+    }
     clear_hits(rays_, rays);
     scene_.scene().intersect(rays_, padded(rays) / kBlockLanes, Coherence::kCoherent, counters);
     counters[RayKind::kCamera] += rays;
@@ -49,8 +51,8 @@ void Coverage::find(const PixelSamples& samples, const Camera& camera, float* al
   }
 }
 
-/// Sets alpha of rays that end at these points, `depth` edges from the camera, to 1. Returns how
-/// many go straight on, as the first of rays_.
+/// Sets alpha to 1 for rays that end at these points, `depth` edges from the camera. Returns the
+/// number of rays that go straight on, which are the first ones of rays_.
 size_t Coverage::cover(const PixelSamples& samples, const Surfaces& surfaces,
                        const uint32_t* owner, uint32_t depth, float* alpha) {
   const SurfaceBlock& points = surfaces.points();
@@ -76,8 +78,8 @@ size_t Coverage::cover(const PixelSamples& samples, const Surfaces& surfaces,
   return rays;
 }
 
-/// Of points whose materials have been sampled: covers the rays of some, and sends the others on as
-/// rays_[rays] and so on. Returns how many rays there are then.
+/// Handles points whose materials have been sampled. Sets alpha to 1 for rays that end there, and
+/// appends those that go straight on to the first `rays` of rays_. Returns the new number of rays.
 size_t Coverage::pass(const SurfaceBlock& points, const Surfaces::Range& range,
                       const uint32_t* owner, size_t rays, float* alpha) {
   for (size_t i = range.first; i < range.first + range.count; ++i) {

@@ -97,7 +97,7 @@ void DirectLight::sample(const PixelSamples& samples, const Vertices& vertices,
   if (vertices.straight) update_straight(vertices);
 }
 
-/// Paths that are sent on otherwise than straight may see the environment.
+/// Clears Vertices::straight for paths whose sample does not go straight through the surface.
 void DirectLight::update_straight(const Vertices& vertices) const {
   const float* const live = vertices.surfaces->live();
   for (size_t i = 0; i < vertices.surfaces->reflecting(); ++i) {

@@ -195,7 +195,8 @@ void LightPaths::sample_directions() {
   }
 }
 
-/// What refracts: from radiance to power. Samples that go straight through (Lobe::kNull) don't.
+/// Converts weights of refracted samples from radiance to power. Samples that go straight through
+/// (Lobe::kNull) are not refracted.
 void LightPaths::bend(const Surfaces::Range& range) {
   const float eta = range.row->bsdf->relative_index();
   for (size_t i = range.first; i < range.first + range.count; i += kLanes) {

@@ -8,7 +8,7 @@
 namespace kinome {
 namespace {
 
-/// Samples of a pixel that are added at a time.
+/// Maximum number of a pixel's samples that are added at once.
 constexpr uint32_t kMaxSamples = 1024;
 
 }  // namespace

@@ -41,7 +41,6 @@ class BlockRenderer {
   /// kProductChannels, if the settings ask for them.
   const Vec3& diagnostics(size_t pixel) const { return diagnostics_[pixel]; }
 
-
   /// Adds the pixels of the block rendered last to a tile of the film, each with the same total
   /// weight: their samples one by one if is_split(), else their means.
   void add_to(FilmTile& colours, float weight) const;
@@ -50,11 +49,11 @@ class BlockRenderer {
   /// A pixel of the block rendered last.
   struct Pixel {
     int x, y;
-    size_t first;     ///< of its sums in sums_ and, if is_split(), of its columns in samples_
+    size_t first;  ///< index of its first sum in sums_ and, if is_split(), in samples_
     uint32_t samples;
-    float alpha;      ///< mean over the samples
+    float alpha;  ///< mean over the samples
   };
-  /// Of each sample of the block.
+  /// Film positions and alpha of the block's samples.
   struct Samples {
     std::vector<float> x, y;  ///< on the full film
     std::vector<float> alpha;

@@ -13,10 +13,9 @@ namespace kinome {
 /// samples (transport::Paths). They wait until trace(). One per thread; not thread-safe.
 class EyePaths {
  public:
-  /// `edges_before`: from the camera to where the rays begin; paths that begin at the camera heed
-  /// `settings.hide_emitters`. `light`: points of which may look at
-  /// the surfaces, too, and have a share (Begin::rates); nullptr: there are none. It must outlive
-  /// this.
+  /// `edges_before` is the number of edges from the camera to where the rays begin; paths that begin
+  /// at the camera obey `settings.hide_emitters`. Points of `light` may see the surfaces, too, and
+  /// have a share (Begin::rates); nullptr if there are none. It must outlive this object.
   EyePaths(const Scene& scene, const PathSettings& settings, uint32_t edges_before,
            const LocalLight* light);
   ~EyePaths();

@@ -77,7 +77,7 @@ class GlossyStrata {
   LobeValues values_;
   SharedCandidates shared_;
   DistantCandidates candidates_;
-  size_t first_ = 0;  ///< of the candidates that were added last
+  size_t first_ = 0;  ///< index of the first candidate of the last add()
   Drawn drawn_;
   CellImportance importance_;  ///< for the group drawn last
 };

@@ -19,8 +19,8 @@ constexpr uint32_t kMostLampCells = 2048;
 /// can weigh. From .01 to 1 errors of most scenes are alike; below, some pixels near corners stand
 /// out, above, paths make noise.
 constexpr double kEyeShare = 0.1;
-/// Of cells about which nothing is known: eye rays and paths find all of their light, so that light
-/// points that are drawn by chance in a pass can't stand out.
+/// Ratio for cells about which nothing is known. Eye rays and paths find all of their light, so that
+/// light points that a pass draws by chance can't stand out.
 constexpr float kUnknownRatio = 1e20f;
 /// Cells are taken to have at least this share of the mean area.
 constexpr double kLeastArea = 0.1;

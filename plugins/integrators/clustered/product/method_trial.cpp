@@ -7,8 +7,8 @@
 namespace kinome {
 namespace {
 
-/// One of so many tiles is rendered, and at most kMaxTiles in all, because a trial must be a small
-/// part of the render; in small images one of kMinStride, so that there are kMinTiles.
+/// Every kMaxStride-th tile is rendered on average, and at most kMaxTiles, because a trial must be a
+/// small part of the render. In small images the stride falls to kMinStride, to reach kMinTiles.
 constexpr int kMaxStride = 16, kMinStride = 4, kMaxTiles = 256, kMinTiles = 12;
 
 double rays_of(const RenderCounters& counters, bool of_light) {
@@ -87,7 +87,7 @@ double MethodTrial::noise_of(const Way& way, const Renders& renders, const std::
     for (const size_t i : part.pixels) {
       const double weight = weights[next++];
       error += weight * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
-      // Of a difference it would be twice that.
+      // The variance of a difference is twice that of a render.
       if (!way.more_variance.empty()) {
         error += weight * 2 * static_cast<double>(way.more_variance[i]);
       }
@@ -96,7 +96,8 @@ double MethodTrial::noise_of(const Way& way, const Renders& renders, const std::
   return error;
 }
 
-MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second, RenderContext& context) const {
+MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
+                                         RenderContext& context) const {
   const Renders a = run(first, context), b = run(second, context);
   if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
   const std::vector<Part> parts = parts_of(a, b);
@@ -118,8 +119,8 @@ MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second, Re
   }
   double error_a = noise_of(first, a, parts, weights);
   double error_b = noise_of(second, b, parts, weights);
-  // Of tiles in which the first way, or the second, finds less: the squared difference of the means
-  // less its expectation by noise. By chance alone, these sums are 0 on average. Light of
+  // The squared difference of the ways' means in each tile, less its expectation by noise, summed for
+  // the way that finds less light there. By chance alone, these sums are 0 on average. Light of
   // more_variance is in neither render.
   double missed[2] = {0, 0};
   for (const Part& part : parts) {

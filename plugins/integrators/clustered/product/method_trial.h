@@ -37,10 +37,11 @@ class MethodTrial {
     double work = kInfinity;  ///< of the second way to the same error, in units of the first one's
     double cost = 1;          ///< of its renders, in the same unit
   };
-  /// The work is infinite if there is nothing to compare. The error of a pixel is relative to the brightness of its tile or,
-  /// if that is larger, its own, of which two of the four renders agree: a single outlier must not
-  /// count as brightness. Light that one way finds less of in both of its renders counts as its
-  /// error, because light that is rare and bright makes no noise while it is missed.
+  /// Renders the tiles and returns the ratio of work, which is infinite if there is nothing to
+  /// compare. The error of a pixel is relative to the brightness of its tile or, if that is larger,
+  /// to its own: the mean of the middle two of its four renders, so that a single outlier does not
+  /// count as brightness. If a way finds less light in both of its renders, the difference counts as
+  /// its error, because rare and bright light makes no noise while it is missed.
   Result compare(const Way& first, const Way& second, RenderContext& context) const;
 
  private:

@@ -20,8 +20,8 @@ class TilePrimaries;
 
 /// True if a camera ray goes on from a surface as one of `path` does: if other lobes than deltas
 /// let light through, or the viewer is behind what does, because light is known on the side of the
-/// normal (of Bsdf::reflection_frame) alone. `hides_environment`: also if the surface may let the
-/// ray straight through, because only paths tell that they don't see the environment there.
+/// normal (of Bsdf::reflection_frame) alone. With `hides_environment`, also if the surface may let
+/// the ray straight through, because only paths hide the environment there.
 inline bool goes_on_as_path(const Bsdf& bsdf, const Vec3& normal, const Vec3& viewer,
                             bool hides_environment) {
   return bsdf.scatters_through() || (bsdf.transmits() && !(glm::dot(normal, viewer) > 0)) ||
@@ -45,6 +45,7 @@ class Primaries {
     /// Rays that meet what has_deltas_alone() go on as those of `path` do, too.
     bool follows_mirrors = false;
   };
+
   explicit Primaries(const View& view);
   ~Primaries();
 

@@ -33,8 +33,8 @@ double rays_of_trial(double rays_left) {
 
 }  // namespace
 
-/// The pilot's light points serve once more, for the first of two renders: to draw all points takes
-/// long, whatever the number of pixels.
+/// Renders the tiles of the trial by product sampling into `picture`. The first of the two renders
+/// uses the light points of the pilot, because drawing points takes long for any number of pixels.
 void ProductRenderer::try_product(const MethodTrial& trial, const CellLight& light, uint64_t seed,
                                   std::vector<Rgb>& picture) const {
   const double rays = rays_of_trial(rays_left_);
@@ -70,8 +70,8 @@ void ProductRenderer::use_paths(double paths_per_sample, const char* reason) {
   paths_ = path_integrator_->begin(scene_, sensor_, context_, kInfinity);
 }
 
-/// Where most of the error is in light that product sampling finds badly, such as light that comes by
-/// mirrors and glass or from far outside of the view, `path` is better.
+/// `path` is better if most of the error is in light that product sampling finds badly, such as light
+/// by mirrors and glass or from far outside of the view.
 void ProductRenderer::compare_with_paths(double seconds) {
   if (!can_use_paths()) return;
   if (!allocation_) {

@@ -60,7 +60,8 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       rays_left_(settings.rays_per_pixel) {
   if (local_ && (local_->has_lamp_caustics() || local_->has_extended_caustics())) {
     const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
-    caustics_.emplace(scene, sensor, *local_, transport::hides_environment(path_settings(), scene), seed_,
+    caustics_.emplace(scene, sensor, *local_,
+                      transport::hides_environment(path_settings(), scene), seed_,
                       context.stats().counters);
     if (!caustics_->finds_any()) caustics_.reset();
   }

@@ -34,10 +34,10 @@ class ShadowRays {
 
   /// The light that a ray may find.
   struct Light {
-    Rgb weight;        ///< added to the sum of the primary
-    uint32_t cell;     ///< of a record
-    int32_t patch;     ///< of records
-    uint32_t primary = 0;  ///< that the ray starts from
+    Rgb weight;            ///< added to the sum of the primary
+    uint32_t cell;         ///< of a record
+    int32_t patch;         ///< of records
+    uint32_t primary = 0;  ///< start of the ray
   };
   /// What else a record's ray adds where it sees light; nothing, of most.
   struct Lit {
