@@ -196,7 +196,8 @@ void Builder::add_instances(const std::shared_ptr<Shape>& shape, const Location&
   for (const auto& part : shape->parts()) add_instances(part, where);
 }
 
-/// In an instance's space, rays from all of the scene must stay within the ray tracer's range.
+/// In an instance's space, rays from all of the scene must stay within the ray tracer's range. Rays
+/// of distant light start outside of the scene, up to its diameter away.
 void Builder::check_instances(const Scene::Contents& contents) const {
   if (instances_.empty()) return;
   float reach = 1;  // of directions, at least
@@ -212,7 +213,7 @@ void Builder::check_instances(const Scene::Contents& contents) const {
     include(sensor->sample_ray(0.5f * Vec2(crop.x0 + crop.x1, crop.y0 + crop.y1), Vec2(0.5f)).o);
   }
   for (const auto& [instance, place] : instances_) {
-    if (farthest_ray(instance->to_world()) >= reach) continue;
+    if (farthest_ray(instance->to_world()) >= 2 * reach) continue;
     throw Error(place, fmt::format("this instance is scaled down so far that rays from {:.3g} units "
                                    "away are beyond the ray tracer's range in its space",
                                    reach));

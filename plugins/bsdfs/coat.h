@@ -135,6 +135,8 @@ class Coat : public Bsdf {
         thickness_ * (1 / std::abs(wi_inside.z) + 1 / std::abs(wo_inside.z));
     const float both = boundary_.transmittance(std::abs(si.wi.z)) *
                        boundary_.transmittance(std::abs(wo.z));
+    // No light enters or leaves along the surface.
+    if (wi_inside.z == 0 || wo_inside.z == 0) return Rgb(0.f);
     if (absorption_->max() == 0) return Rgb(both);
     return both * glm::exp(-absorption_.at(si) * length);
   }

@@ -21,7 +21,7 @@ constexpr uint32_t kMostLampCells = 2048;
 constexpr double kEyeShare = 0.1;
 /// Ratio for cells about which nothing is known. Eye rays and paths find all of their light, so that
 /// light points that a pass draws by chance can't stand out.
-constexpr float kUnknownRatio = 1e20f;
+constexpr float kUnknownRatio = 1e10f;
 /// Cells are taken to have at least this share of the mean area.
 constexpr double kLeastArea = 0.1;
 /// Draws that tell a source's flux.

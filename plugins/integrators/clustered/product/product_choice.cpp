@@ -35,9 +35,8 @@ double rays_of_trial(double rays_left) {
 
 /// Renders the tiles of the trial by product sampling into `picture`. The first of the two renders
 /// uses the light points of the pilot, because drawing points takes long for any number of pixels.
-void ProductRenderer::try_product(const MethodTrial& trial, const CellLight& light, uint64_t seed,
-                                  std::vector<Rgb>& picture) const {
-  const double rays = rays_of_trial(rays_left_);
+void ProductRenderer::try_product(const MethodTrial& trial, const CellLight& light, double rays,
+                                  uint64_t seed, std::vector<Rgb>& picture) const {
   const std::vector<PixelPlan> plan = plan_pass(rays);
   const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
   SharedItems shared([&](size_t block, SharedBytes& bytes) {
@@ -81,15 +80,17 @@ void ProductRenderer::compare_with_paths(double seconds) {
   const uint64_t seed = hash_words(seed_, kTrialSeed);
   const MethodTrial trial(grid_, seed);
   if (!trial.is_possible()) return;
-  const double rays = rays_of_trial(rays_left_);
+  const double expected = expected_rays(seconds), rays = rays_of_trial(expected);
   // Light is followed once for the whole image, and for more rays than those of the trial; one of
   // the two renders follows none.
-  const double share = 2 * trial.share() * std::min(1., kTrialRays / std::max(rays_left_, 1.));
+  const double share = 2 * trial.share() * std::min(1., kTrialRays / std::max(expected, 1.));
   MethodTrial::Way product{[&](uint64_t index, std::vector<Rgb>& picture) {
                              const uint64_t own = hash_words(seed, 1, index);
-                             if (index == 0) return try_product(trial, *pilot_light_, own, picture);
+                             if (index == 0) {
+                               return try_product(trial, *pilot_light_, rays, own, picture);
+                             }
                              const CellLight light = make_light(hash_words(own, 1), rays);
-                             try_product(trial, light, own, picture);
+                             try_product(trial, light, rays, own, picture);
                            },
                            kCostOfRay, kCostOfLightRay * share};
   if (caustics_) {
@@ -108,7 +109,7 @@ void ProductRenderer::compare_with_paths(double seconds) {
   const bool is_late = context_.cancelled();
   context_.set_deadline(kInfinity);
   if (context_.cancelled()) return;
-  const double more_rays = std::clamp(rays_left_ / kTrialRays, 1., kMaxMoreRays);
+  const double more_rays = std::clamp(expected / kTrialRays, 1., kMaxMoreRays);
   const double paths_of_same_cost = TrialPaths::kPaths / result.cost * kRaysPerSample / rays;
   if (is_late) {
     use_paths(1, "there was too little time for a trial");

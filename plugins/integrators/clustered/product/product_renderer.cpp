@@ -229,6 +229,14 @@ void ProductRenderer::learn_in_time(double seconds) {
   context_.set_deadline(kInfinity);
 }
 
+double ProductRenderer::expected_rays(double seconds) const {
+  const RenderBudget& budget = context_.budget();
+  if (budget.seconds > 0) {
+    return seconds * kCarefulSpeed * context_.all_threads() / std::max(1, grid_.crop().area());
+  }
+  return budget.rel_mse > 0 ? kRaysOfUnknown : rays_left_;
+}
+
 double ProductRenderer::seconds_per_sample() const {
   if (paths_) return paths_->seconds_per_sample() * paths_per_sample_;
   // A pilot that was given up leaves its time: of the least that there can be.

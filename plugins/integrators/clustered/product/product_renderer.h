@@ -52,7 +52,9 @@ class ProductRenderer final : public Passes {
   bool can_use_paths() const;
   void compare_with_paths(double seconds);
   void use_paths(double paths_per_sample, const char* reason);
-  void try_product(const MethodTrial& trial, const CellLight& light, uint64_t seed,
+  /// Rays a pixel of the whole render, without those of the pilot.
+  double expected_rays(double seconds) const;
+  void try_product(const MethodTrial& trial, const CellLight& light, double rays, uint64_t seed,
                    std::vector<Rgb>& picture) const;
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   /// `is_last`: nothing is rendered after this.
