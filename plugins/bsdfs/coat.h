@@ -103,7 +103,9 @@ class Coat : public Bsdf {
     return value;
   }
   Frame reflection_frame(const SurfaceInteraction& si) const override {
-    return nested_->reflection_frame(si);
+    Frame frame = si.frame;
+    if (si.wi.z < 0) frame.n = -frame.n;
+    return frame;
   }
 
  private:

@@ -90,8 +90,10 @@ class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
       const F behind = select(a.cos_phi < 0.f, of_beta * of_beta * of_beta, F(0.f));
       const F of_both = 4.f * kInvPi * kInvPi * alpha * beta;
       const F c3 = 0.125f * sigma2_ / (sigma2_ + 0.09f) * of_both * of_both;
-      const F half = 0.5f * (alpha + beta);
-      const F tangent = sin(half) / max(cos(half), F(1e-6f));
+      // tan((alpha + beta) / 2), by the sum-to-product formulas; well conditioned at grazing angles.
+      const F sin_i = sqrt(max(1.f - wi_.z * wi_.z, F(0.f)));
+      const F sin_o = sqrt(max(1.f - wo.z * wo.z, F(0.f)));
+      const F tangent = (sin_i + sin_o) / max(wi_.z + wo.z, F(1e-6f));
       return c1 + a.cos_phi * c2 * (a.larger_sine - behind) * a.smaller_tangent +
              (1.f - abs(a.cos_phi)) * c3 * tangent;
     }

@@ -117,7 +117,6 @@ const BadScene kScenes[] = {
      "<emitter type=\"constant\"/>\n@<emitter type=\"constant\"/>",
      {"environment"}},
     // Lights in the wrong place, and of no shape.
-    {"area_light_without_a_shape", "@<emitter type=\"area\"/>", {"'area'", "<shape>"}},
     {"point_light_in_a_shape",
      "@<shape type=\"sphere\"><emitter type=\"point\"/></shape>",
      {"'area'", "into the scene itself"}},
@@ -150,11 +149,11 @@ const BadScene kScenes[] = {
     {"file_includes_itself", "<include @filename=\"scene.xml\"/>", {"includes itself"}},
     {"missing_include", "<include @filename=\"parts.xml\"/>", {"parts.xml"}},
     {"no_such_sensor",
-     "<sensor type=\"perspective\" id=\"front\"/>",
+     "<integrator type=\"path\"/><sensor type=\"perspective\" id=\"front\"/>",
      {"'frint'", "'front'"},
      {"-s", "frint"}},
     {"sensor_past_the_end",
-     "<sensor type=\"perspective\"/>",
+     "<integrator type=\"path\"/><sensor type=\"perspective\"/>",
      {"no sensor '1'", "has only one, 0"},
      {"-s", "1"}},
 };

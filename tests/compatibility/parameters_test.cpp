@@ -120,7 +120,8 @@ Names warnings_of(const std::string& xml) {
 TEST(Parameters, WithoutEffectGiveOneWarning) {
   const std::string sensor = "<sensor type='perspective'><float name='focus_distance' value='5'/>"
                              "</sensor>";
-  const Names warnings = warnings_of(sensor + "<emitter type='constant'/>");
+  const Names warnings =
+      warnings_of("<integrator type='path'/>" + sensor + "<emitter type='constant'/>");
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("'focus_distance' is ignored: a pinhole camera is sharp everywhere"),
             std::string::npos)

@@ -253,7 +253,9 @@ void expect_area_irradiance(const std::string& light, float x, float z, double e
   const auto shown = static_cast<float>(kAlbedo * expected / kPiD);
   for (const auto& [emitter, bsdf] : {std::pair{1, 1}, {1, 0}, {0, 1}, {2, 3}}) {
     const auto scene = scene_from(floor_at(x, z) + light + direct_xml(samples_xml(emitter, bsdf)));
-    expect_equal(estimate_pixels(*scene, kRenders), exactly(shown * Rgb(1, 2, 3), 9), kAlpha,
+    // BSDF samples alone rarely find a small light.
+    const int renders = emitter == 0 ? 8 * kRenders : kRenders;
+    expect_equal(estimate_pixels(*scene, renders), exactly(shown * Rgb(1, 2, 3), 9), kAlpha,
                  name + ", " + std::to_string(emitter) + " + " + std::to_string(bsdf));
   }
 }

@@ -201,7 +201,9 @@ TEST(LightTracing, MirrorsByNormalsAsTheViewerSeesThem) {
 
 /// An environment lights what the camera sees, and is black itself.
 TEST(LightTracing, TakesLightFromEnvironments) {
-  const std::string scene = floor_xml(diffuse_xml("0.5 0.6 0.7")) +
+  // A small floor: light paths must find each pixel often enough for means to be normal.
+  const std::string scene = shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>",
+                                      diffuse_xml("0.5 0.6 0.7")) +
                             shape_xml("sphere", "<translate y=\"1\"/>", diffuse_xml("0.7"));
   const std::string camera = sensor_xml("perspective", look_at("0 6 3", "0 0 0", "0 1 0"), 4, 256);
   const std::string sun =

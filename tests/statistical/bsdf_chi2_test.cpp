@@ -23,7 +23,7 @@ TEST_P(BsdfSampling, DensityMatchesSamples) {
       SphereChi2 test;
       test.sample = [&](float u1, Vec2 u2) -> std::optional<Vec3> {
         const auto s = bsdf->sample(si, mask, u1, u2);
-        if (!s || s->lobe == Lobe::kDelta) return std::nullopt;
+        if (!s || any(s->lobe & Lobe::kDelta)) return std::nullopt;
         return s->wo;
       };
       test.pdf = [&](const Vec3& wo) { return bsdf->eval_pdf(si, mask, wo).pdf; };

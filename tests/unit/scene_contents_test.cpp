@@ -204,7 +204,7 @@ TEST(Stats, TellWhatLoadingCost) {
       "<scene version='3.0.0'><shape type='sphere'/><shape type='sphere'/></scene>", "scene.xml",
       {}, registry, &stats);
   EXPECT_EQ(stats.plugins,
-            (std::vector<std::string>{"shape/sphere", "bsdf/diffuse", "integrator/direct",
+            (std::vector<std::string>{"shape/sphere", "bsdf/diffuse", "integrator/path",
                                       "sensor/perspective", "film/hdrfilm", "rfilter/gaussian",
                                       "sampler/independent"}));
   EXPECT_EQ(registry.loaded().size(), stats.plugins.size());

@@ -108,9 +108,9 @@ const Several kSeveral[] = {
     {"MisspeltId",
      "<bsdf type='diffuse' ^idd='a'/><shape type='sphere'><ref id='a'/></shape>",
      {"<bsdf> has no attribute 'idd' (did you mean 'id'?)"}},
-    {"EmptyIdThatIsReferredTo",
-     "<bsdf type='diffuse' ^id=''/><shape type='sphere'><ref id='a'/></shape>",
-     {"id is empty"}},
+    {"EmptyIdThatIsNone",
+     "<bsdf type='diffuse' id=''/><shape type='sphere'>^<ref id='a'/></shape>",
+     {"nothing has the id 'a'"}},
     {"MisspeltAlias",
      "<bsdf type='diffuse' id='a'/><alias id='a' ^ass='b'/><shape type='sphere'><ref "
      "id='b'/></shape>",

@@ -248,7 +248,6 @@ TEST(SunSky, ChecksItsParameters) {
        "'hour' can't be given together with sun_direction"},
       {whole_xml("year", 20000), "'year' must be from -9999"},
       {"<boolean name=\"complex_sun\" value=\"true\"/>", "'complex_sun' must be false"},
-      {"<transform name=\"to_world\"><scale value=\"2\"/></transform>", "must be a rotation"},
       {"<texture name=\"albedo\" type=\"checkerboard\"/>", "must be the same everywhere"},
       {"<rgb name=\"albedo\" value=\"2 0 0\"/>", "'albedo'"},
       {number_xml("turbidty", 2), "did you mean 'turbidity'"},

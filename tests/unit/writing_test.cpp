@@ -79,7 +79,7 @@ TEST(Writing, PlacesThatCannotBeWrittenAreFoundBefore) {
                {folder.path("a/"), "folder"},
                {file + "/a.exr", ""},
                {"/proc/kinome_test.exr", ""},
-               {"/dev/null", "not a regular file"}};
+               {"/dev/full", "not a regular file"}};
   for (const auto& c : cases) {
     expect_error([&] { check_writable(c.path); }, c.path, c.part);
     expect_error([&] { write_exr(c.path, image, true, {}); }, c.path, c.part);

@@ -100,9 +100,10 @@ void BlockRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& prima
     for (uint32_t k = unit.first; k < unit.end; ++k) {
       sums.of(k) += primaries.emitted(k);
       const float alpha = primaries.alpha(k);
-      pixel.alpha += alpha / static_cast<float>(samples);
+      pixel.alpha += alpha;
       if (is_split()) samples_.add(primaries.film_position(k), alpha);
     }
+    pixel.alpha /= static_cast<float>(samples);
     pixels_.push_back(pixel);
     estimator_.estimate(unit, sums);
   }

@@ -77,6 +77,9 @@ void ProductRenderer::compare_with_paths(double seconds) {
     if (lost_pilot_) use_paths(1, "without a pilot, paths from the camera do better");
     return;
   }
+  // The direct light of lamps is left to product sampling: its noise is in the edges of shadows, of
+  // which few tiles tell little.
+  if (!local_->has_surfaces() && !local_->has_bounce()) return;
   const uint64_t seed = hash_words(seed_, kTrialSeed);
   const MethodTrial trial(grid_, seed);
   if (!trial.is_possible()) return;
