@@ -40,6 +40,7 @@ OWN = {
     "texture/mesh_attribute": ["-D", "name=vertex_color"],
     "texture/regular": ["-D", "wavelength_min=400", "-D", "wavelength_max=700",
                         "-D", "values=0.1 0.5 0.2"],
+    "texture/scale": ["-D", "texture=<texture type='checkerboard'/>"],
 }
 # Made of what no test makes in a line: gltf and serialized have tests of their own.
 LEFT_OUT = {"shape/gltf", "shape/glb", "shape/serialized"}

@@ -142,10 +142,11 @@ class Packages(unittest.TestCase):
         self.assertEqual(sorted(self.completed(program, "-o", "mine")), ["mine.txt", "mine.xml"])
         self.assertEqual(self.completed(program, "--seed", ""), [])
         self.assertEqual(self.completed(program, "--isa", "x86-64-v3"), ["x86-64-v3"])
-        self.assertEqual(self.completed(program, "plugins", "roughd"), ["roughdielectric"])
+        self.assertEqual(self.completed(program, "plugins", "roughdie"), ["roughdielectric"])
         self.assertEqual(self.completed(program, "plugins", "--mark"), ["--markdown"])
         self.assertEqual(self.completed(program, "plugins", "bsd"), ["bsdf"])
-        self.assertEqual(self.completed(program, "check", "roughd"), ["roughdielectric"])
+        self.assertEqual(self.completed(program, "check", "roughd"),
+                         ["roughdielectric", "roughdiffuse"])
         self.assertEqual(self.completed(program, "check", "bsd"), [])
         self.assertEqual(self.completed(program, "check", "--only", ""), [])
         self.assertEqual(self.completed(program, "new", "em"), ["emitter"])

@@ -113,15 +113,14 @@ TEST(Parameters, OfAllTablesAreReadOrIgnored) {
 Names warnings_of(const std::string& xml) {
   Names warnings;
   const LogListener listener([&](const std::string& warning) { warnings.push_back(warning); });
-  scene_from(xml);
+  scene_from("<integrator type='path'/>" + xml);
   return warnings;
 }
 
 TEST(Parameters, WithoutEffectGiveOneWarning) {
   const std::string sensor = "<sensor type='perspective'><float name='focus_distance' value='5'/>"
                              "</sensor>";
-  const Names warnings =
-      warnings_of("<integrator type='path'/>" + sensor + "<emitter type='constant'/>");
+  const Names warnings = warnings_of(sensor + "<emitter type='constant'/>");
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("'focus_distance' is ignored: a pinhole camera is sharp everywhere"),
             std::string::npos)

@@ -109,7 +109,7 @@ const Several kSeveral[] = {
      "<bsdf type='diffuse' ^idd='a'/><shape type='sphere'><ref id='a'/></shape>",
      {"<bsdf> has no attribute 'idd' (did you mean 'id'?)"}},
     {"EmptyIdThatIsNone",
-     "<bsdf type='diffuse' id=''/><shape type='sphere'>^<ref id='a'/></shape>",
+     "<bsdf type='diffuse' id=''/><shape type='sphere'><ref ^id='a'/></shape>",
      {"nothing has the id 'a'"}},
     {"MisspeltAlias",
      "<bsdf type='diffuse' id='a'/><alias id='a' ^ass='b'/><shape type='sphere'><ref "

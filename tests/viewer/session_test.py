@@ -109,8 +109,8 @@ class SessionTest(unittest.TestCase):
         a, c = self.picture("a.exr"), self.picture("c.exr")
         np.testing.assert_array_equal(a, c)
         # It can tell: another edit is another picture.
-        self.run_script(["set red.reflectance.value 0.1 0.9 0.1", "set ball.radius 0.7", "render 3",
-                         "picture d.exr"], scene="saved.xml")
+        self.run_script(["set camera.fov 60", "set red.reflectance.value 0.1 0.9 0.1",
+                         "set ball.radius 0.7", "render 3", "picture d.exr"], scene="saved.xml")
         self.assertFalse(np.array_equal(a, self.picture("d.exr")))
 
     def test_memory_does_not_grow_by_edits(self):

@@ -242,7 +242,7 @@ class WindowTest(unittest.TestCase):
         before = len(viewer.lines)
         xdotool("key", "ctrl+r")
         viewer.wait_for("pass [2-9]", before)
-        viewer.wait_for("note warning: .*'compensate' has no effect", before)
+        viewer.wait_for("note warning: .*'compensate' is ignored", before)
         viewer.close()
 
 
