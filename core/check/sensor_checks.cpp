@@ -157,7 +157,9 @@ Outcome sensor_connect_blocks(const Subject& subject) {
   return outcome;
 }
 
-/// A rectangle across the view that the rays of about half of the film cross.
+/// A rectangle across the view that the rays of about half of the film cross. If the rays' directions
+/// cancel, as those of a camera that looks all around, it is on the film's central ray, and apart
+/// from the camera: connections of points nearby have weights without a bound.
 Receiver screen_of(const Sensor& sensor, Random& random) {
   std::vector<Ray> rays;
   Vec3 sum(0.f), middle(0.f);
@@ -168,7 +170,16 @@ Receiver screen_of(const Sensor& sensor, Random& random) {
     sum += rays.back().d;
     middle += rays.back().at(distance_on(rays.back(), 4)) / static_cast<float>(kRays);
   }
-  const Vec3 axis = glm::length(sum) > 0.1f * kRays ? glm::normalize(sum) : rays[0].d;
+  Vec3 axis = sum / static_cast<float>(kRays);
+  if (glm::length(axis) > 0.1f) {
+    axis = glm::normalize(axis);
+  } else {
+    const Rect& crop = sensor.film().crop();
+    const Vec2 center = 0.5f * Vec2(crop.x0 + crop.x1, crop.y0 + crop.y1);
+    const Ray central = sensor.sample_ray(center, Vec2(0.5f));
+    axis = central.d;
+    middle = central.at(distance_on(central, 4));
+  }
   const Frame frame = Frame::from_normal(-axis);
   std::vector<float> extents;
   for (const Ray& ray : rays) {
