@@ -119,6 +119,10 @@ INSTEAD = {
     ("sensor", "perspective"): scene(FLOOR + GROUP),
     ("sensor", "orthographic"): scene(FLOOR + GROUP, sensor="orthographic", camera="""<transform name="to_world">
       <scale value="2.2"/> <lookat origin="0, -6.5, 5" target="0, 0, 0.5" up="0, 0, 1"/> </transform>"""),
+    # Twice as wide as high, as all maps of directions.
+    ("sensor", "spherical"): scene(FLOOR + GROUP, sensor="spherical", camera="""<transform name="to_world">
+      <lookat origin="0.2, -1.2, 1.5" target="0, 0, 1.2" up="0, 0, 1"/> </transform>""").replace(
+          f'name="height" value="{HEIGHT}"', f'name="height" value="{WIDTH // 2}"'),
 }
 INSTEAD["shape", "instance"] = INSTEAD["shape", "shapegroup"] = scene(FLOOR + f"""
   <shape type="shapegroup" id="tree"> <shape type="ply"> <string name="filename" value="knot.ply"/>
