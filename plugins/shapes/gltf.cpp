@@ -120,7 +120,10 @@ class GltfReader {
         has_normals_ = has_normals_ || primitive.attributes.contains("NORMAL");
       }
     }
-    for (const int root : roots()) read_node(root, glm::dmat4(1.), "the scene");
+    std::vector<PlacedNode> nodes;
+    for (const int root : roots()) collect_nodes(root, nodes);
+    check_claims(nodes);
+    for (const PlacedNode& node : nodes) read_node(node);
     if (!has_normals_) mesh_.normals.clear();
     if (!any_uvs_) mesh_.uvs.clear();
     if (any_colors_) mesh_.attributes.push_back({"vertex_color", 3, std::move(colors_)});
@@ -136,6 +139,11 @@ class GltfReader {
   std::vector<std::string> unused() const { return {unused_.begin(), unused_.end()}; }
 
  private:
+  struct PlacedNode {
+    int node;
+    glm::dmat4 matrix;  ///< from the node's space to the scene's
+  };
+
   /// Notes what the file as a whole holds.
   void note_unused() {
     if (model_.scenes.size() > 1) unused_.insert("scenes other than the default one");
@@ -169,40 +177,93 @@ class GltfReader {
     return roots;
   }
 
-  /// Depth first, without recursion: a file may chain a million nodes.
-  void read_node(int root, const glm::dmat4& to_world, const std::string& user) {
-    struct Pending {
-      int node;
-      glm::dmat4 parent;
-    };
-    std::vector<Pending> pending = {{root, to_world}};
+  /// Appends the visible nodes from `root` on, depth first. Without recursion: a file may chain a
+  /// million nodes.
+  void collect_nodes(int root, std::vector<PlacedNode>& nodes) {
+    accessors_.at(model_.nodes, root, "node", "the scene");
+    std::vector<PlacedNode> pending = {{root, glm::dmat4(1.)}};
     while (!pending.empty()) {
-      const Pending next = pending.back();
+      PlacedNode next = pending.back();
       pending.pop_back();
-      const tinygltf::Node& node = accessors_.at(model_.nodes, next.node, "node", user);
-      const std::string name = "node " + std::to_string(next.node);
+      const tinygltf::Node& node = model_.nodes[static_cast<size_t>(next.node)];
+      const std::string name = name_of(next);
       // Nodes form trees (glTF 2.0, 3.5.2).
       if (visited_[static_cast<size_t>(next.node)]) {
         accessors_.fail(name + " has two parents, or is its own ancestor");
       }
       visited_[static_cast<size_t>(next.node)] = true;
       if (is_hidden(node)) continue;
-      const glm::dmat4 matrix = next.parent * local_matrix(accessors_, node, name);
-      if (node.camera >= 0) unused_.insert("cameras");
-      if (node.mesh >= 0) read_mesh(node, matrix, name);
+      next.matrix *= local_matrix(accessors_, node, name);
+      nodes.push_back(next);
       for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) {
         accessors_.at(model_.nodes, *child, "node", name);
-        pending.push_back({*child, matrix});
+        pending.push_back({*child, next.matrix});
       }
     }
   }
 
+  static std::string name_of(const PlacedNode& placed) {
+    return "node " + std::to_string(placed.node);
+  }
+
+  void read_node(const PlacedNode& placed) {
+    const tinygltf::Node& node = model_.nodes[static_cast<size_t>(placed.node)];
+    if (node.camera >= 0) unused_.insert("cameras");
+    if (node.mesh >= 0) read_mesh(node, placed.matrix, name_of(placed));
+  }
+
+  /// Number of elements that an accessor claims; 0 if there is no such accessor, or if it claims
+  /// more than the file can have, which reading it reports.
+  size_t claimed_count(int accessor) const {
+    if (accessor < 0 || static_cast<size_t>(accessor) >= model_.accessors.size()) return 0;
+    const size_t count = model_.accessors[static_cast<size_t>(accessor)].count;
+    return count > accessors_.total_bytes() ? 0 : count;
+  }
+
+  /// Number of vertices or faces that a primitive adds, whichever is larger.
+  size_t claimed_elements(const tinygltf::Primitive& primitive) const {
+    const auto positions = primitive.attributes.find("POSITION");
+    if (!is_of_triangles(primitive) || positions == primitive.attributes.end()) return 0;
+    const size_t vertices = claimed_count(positions->second);
+    const size_t corners = primitive.indices < 0 ? vertices : claimed_count(primitive.indices);
+    const size_t faces = face_count(primitive, corners);
+    const bool is_flat = has_normals_ && !primitive.attributes.contains("NORMAL");
+    return std::max(is_flat ? 3 * faces : vertices, faces);
+  }
+
+  /// Fails, before any memory is taken, if the nodes repeat meshes too many times.
+  void check_claims(const std::vector<PlacedNode>& nodes) const {
+    std::vector<double> of_meshes;
+    for (const tinygltf::Mesh& mesh : model_.meshes) {
+      double elements = 0;
+      for (const auto& primitive : mesh.primitives) {
+        elements += static_cast<double>(claimed_elements(primitive));
+      }
+      of_meshes.push_back(elements);
+    }
+    double elements = 0;
+    for (const PlacedNode& placed : nodes) {
+      const tinygltf::Node& node = model_.nodes[static_cast<size_t>(placed.node)];
+      if (node.mesh < 0 || static_cast<size_t>(node.mesh) >= of_meshes.size()) continue;
+      size_t copies = 1;
+      // The copies of a skinned mesh are all in the same place.
+      for (const int accessor : node.skin < 0 ? instance_accessors(node) : std::vector<int>()) {
+        copies = std::max(copies, claimed_count(accessor));
+      }
+      elements += static_cast<double>(copies) * of_meshes[static_cast<size_t>(node.mesh)];
+    }
+    if (elements > static_cast<double>(accessors_.most_elements())) fail_by_size();
+  }
+
   void check_size() const {
     if (mesh_.positions.size() > kNoHit) accessors_.fail("the file has too many vertices");
-    const size_t most = accessors_.most_elements();
-    if (std::max(mesh_.positions.size(), mesh_.triangles.size()) <= most) return;
+    const size_t elements = std::max(mesh_.positions.size(), mesh_.triangles.size());
+    if (elements > accessors_.most_elements()) fail_by_size();
+  }
+
+  [[noreturn]] void fail_by_size() const {
     accessors_.fail("the file uses its data too many times: that makes more than " +
-                    std::to_string(most) + " vertices or faces");
+                    std::to_string(accessors_.most_elements()) + " vertices or faces");
   }
 
   void read_mesh(const tinygltf::Node& node, const glm::dmat4& matrix, const std::string& user) {

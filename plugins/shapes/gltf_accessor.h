@@ -46,6 +46,9 @@ class GltfAccessors {
     return values;
   }
 
+  /// Number of bytes in the file's buffers.
+  size_t total_bytes() const { return total_bytes_; }
+
   /// Nodes may show one mesh many times: far more than that is no scene, but a file that is meant
   /// to fill the memory.
   size_t most_elements() const {

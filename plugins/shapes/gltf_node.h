@@ -56,6 +56,19 @@ inline tinygltf::Value json_member(const tinygltf::Value& value, const std::stri
   return value.IsObject() ? value.Get(name) : tinygltf::Value();
 }
 
+/// Accessors of the attributes of EXT_mesh_gpu_instancing that a node's transforms use.
+inline std::vector<int> instance_accessors(const tinygltf::Node& node) {
+  std::vector<int> accessors;
+  const auto extension = node.extensions.find("EXT_mesh_gpu_instancing");
+  if (extension == node.extensions.end()) return accessors;
+  const tinygltf::Value attributes = json_member(extension->second, "attributes");
+  for (const char* const attribute : {"TRANSLATION", "ROTATION", "SCALE"}) {
+    const tinygltf::Value accessor = json_member(attributes, attribute);
+    if (accessor.IsInt()) accessors.push_back(accessor.GetNumberAsInt());
+  }
+  return accessors;
+}
+
 /// Transforms of the copies of a node's mesh, in the node's space: of each instance of
 /// EXT_mesh_gpu_instancing, or the identity alone.
 inline std::vector<glm::dmat4> instance_matrices(const GltfAccessors& accessors,

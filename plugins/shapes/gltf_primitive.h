@@ -83,6 +83,12 @@ inline bool is_of_triangles(const tinygltf::Primitive& primitive) {
          primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN;
 }
 
+/// Number of triangles of a list, strip or fan of `corners` vertices.
+inline size_t face_count(const tinygltf::Primitive& primitive, size_t corners) {
+  const bool is_list = primitive.mode == TINYGLTF_MODE_TRIANGLES || primitive.mode == -1;
+  return is_list ? corners / 3 : std::max<size_t>(corners, 2) - 2;
+}
+
 /// The triangles of a list, strip or fan of `count` vertices (glTF 2.0, 3.7.2.1).
 inline std::vector<glm::uvec3> read_triangles(const GltfAccessors& accessors,
                                               const tinygltf::Primitive& primitive, size_t count,
