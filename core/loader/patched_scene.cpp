@@ -101,8 +101,8 @@ const PatchedScene::File& PatchedScene::file(const std::string& name) {
 std::optional<std::string> PatchedScene::text() {
   if (!is_possible_) return std::nullopt;
   const File& root = file(name_);
-  Patches patches;
-  patch(root, root.root, nullptr, patches);
+  Patches inside;
+  patch(root, root.root, nullptr, inside);
   // What is to be said before all else: of several defaults of a name the first counts.
   std::vector<std::string> first;
   for (const auto& [name, value] : defines_) {
@@ -111,7 +111,9 @@ std::optional<std::string> PatchedScene::text() {
                     said_text(value, where) + "\"/>");
   }
   first.insert(first.end(), kept_.begin(), kept_.end());
+  Patches patches;
   insert(root, root.root, first, patches);
+  patches.insert(patches.end(), inside.begin(), inside.end());
   if (!is_possible_) return std::nullopt;
   return patched(root.text, 0, root.text.size(), std::move(patches));
 }
@@ -143,15 +145,23 @@ void PatchedScene::patch_object(const File& file, const SourceElement& element, 
                                 Patches& patches) {
   const SavedScene::Said* const said = saved_.find(node);
   Owner own{&node};
-  patch_children(file, element, &own, patches);
+  // What is inserted comes before them, also if the first child begins at the same place.
+  Patches of_children;
+  patch_children(file, element, &own, of_children);
   if (around_.count(&node)) patch_around(file, element, node, patches);
-  if (!said) return;
+  if (said) patch_values(file, element, node, own, *said, patches);
+  patches.insert(patches.end(), of_children.begin(), of_children.end());
+}
+
+/// Patches the type of an object's element, and inserts the values that none of its children states.
+void PatchedScene::patch_values(const File& file, const SourceElement& element, const Node& node,
+                                const Owner& own, const SavedScene::Said& said, Patches& patches) {
   const SourceElement::Attribute* const type = element.find("type");
   // Something else may stand in for what its text says.
   const std::string written = type ? file.text.substr(type->value_begin, type->length()) : "";
   is_possible_ &= written == node.value("type") || written.find('$') != std::string::npos;
-  if (type && said->type != node.value("type")) {
-    patches.push_back({type->value_begin, type->value_end, said->type});
+  if (type && said.type != node.value("type")) {
+    patches.push_back({type->value_begin, type->value_end, said.type});
   }
   std::vector<std::string> missing;
   for (const auto& [name, text] : saved_.elements(node)) {

@@ -44,6 +44,8 @@ class PatchedScene {
   void patch(const File& file, const SourceElement& element, Owner* owner, Patches& patches);
   void patch_object(const File& file, const SourceElement& element, const Node& node,
                     Patches& patches);
+  void patch_values(const File& file, const SourceElement& element, const Node& node,
+                    const Owner& own, const SavedScene::Said& said, Patches& patches);
   void patch_children(const File& file, const SourceElement& element, Owner* owner,
                       Patches& patches);
   void patch_around(const File& file, const SourceElement& element, const Node& node,

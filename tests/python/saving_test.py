@@ -204,6 +204,12 @@ class SavingTest(SessionTest):
         self.assertIn('name="wrap_mode" value="mirror"', (self.folder / "new.xml").read_text())
         self.assertIn("<!-- A table", (self.folder / "new.xml").read_text())
 
+    def test_values_of_an_outer_bsdf_precede_a_bsdf_that_is_put_inside(self):
+        # The inner element begins where the outer one's values are inserted.
+        self.parameters.update({"sheet.bsdf.allow_transmission": True,
+                                "sheet.bsdf.bsdf": {"type": "bumpmap", "any": {"type": "checkerboard"}}})
+        self.expect_saved(self.folder / "new.xml")
+
     def test_a_path_is_one(self):
         for path in (None, 3, object()):
             with self.assertRaisesRegex(TypeError, "^path takes a path"):
