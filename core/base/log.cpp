@@ -88,13 +88,15 @@ LogListener::~LogListener() {
   std::erase(listeners().all, this);
 }
 
-WarningsOnce::WarningsOnce() {
+WarningsOnce::WarningsOnce(std::set<std::string>* seen) : seen_(seen) {
   const std::lock_guard lock(told().mutex);
-  ++told().scopes;
+  if (told().scopes++ > 0) seen_ = nullptr;
+  if (seen_) told().warnings = *seen_;
 }
 
 WarningsOnce::~WarningsOnce() {
   const std::lock_guard lock(told().mutex);
+  if (seen_) seen_->insert(told().warnings.begin(), told().warnings.end());
   if (--told().scopes == 0) told().warnings.clear();
 }
 

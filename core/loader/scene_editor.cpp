@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <set>
 
 #include "base/clock.h"
 #include "base/log_once.h"
@@ -45,7 +46,7 @@ class SceneEditor::State {
   void load(const std::string& name,
             const std::function<loader::Expansion(loader::Faults&)>& expand, RenderStats* stats) {
     const ReadFiles::Recording recording(read_files_);
-    const WarningsOnce once;  // a file may be read for several plugins
+    const WarningsOnce once(&warnings_);  // a file may be read for several plugins
     const Clock::time_point start = Clock::now();
     const double plugin_seconds_before = registry_.seconds();
     name_ = name;
@@ -158,6 +159,7 @@ class SceneEditor::State {
     const std::vector<loader::Edit> edits = std::exchange(pending_, {});
     if (edits.empty()) return {};
     const ReadFiles::Recording recording(read_files_);
+    const WarningsOnce once(&warnings_);
     loader::SceneUpdate update(*builder_, meshes_, faults_);
     for (const loader::Edit& edit : edits) {
       update.add(edit, parameters_->plugin_of(*edit.place.node).parameters);
@@ -230,6 +232,7 @@ class SceneEditor::State {
   loader::EditedMeshes meshes_;
   std::shared_ptr<const Scene> scene_;
   std::vector<loader::Edit> pending_;
+  std::set<std::string> warnings_;  ///< given by the load and by updates; never repeated
 };
 
 SceneEditor::SceneEditor(const std::string& path, const LoadOptions& options,
