@@ -141,13 +141,14 @@ class Translation {
 
   /// Returns nullptr if there is none. Looks for each plugin once, because that reads folders.
   const PluginDescriptor* find_plugin(Category category, const Attribute& type) {
-    const auto [found, is_new] = plugins_.emplace(std::pair(category, type.value), nullptr);
-    if (!is_new) return found->second;
+    const auto entry = plugins_.emplace(std::pair(category, type.value), nullptr);
+    const PluginDescriptor*& found = entry.first->second;
+    if (!entry.second) return found;
     const auto names = registry_.names(category);
     if (std::find(names.begin(), names.end(), type.value) != names.end()) {
-      faults_.attempt([&] { found->second = &registry_.find(category, type.value, type.where); });
+      faults_.attempt([&] { found = &registry_.find(category, type.value, type.where); });
     }
-    return found->second;
+    return found;
   }
 
   static bool takes_any_texture(const PluginDescriptor& plugin) {
