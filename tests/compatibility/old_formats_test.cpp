@@ -272,6 +272,18 @@ TEST(OldFormats, FilmsAndSensors) {
   EXPECT_GT(direction("0.3.0").x, .1f);
 }
 
+/// Names with capital letters only, which aren't camel case.
+TEST(OldFormats, CapitalLetters) {
+  const auto at_centre = [](const std::string& version, const std::string& parameters) {
+    return object_of<ReconstructionFilter>("<rfilter type='mitchell'>" + parameters + "</rfilter>",
+                                           version)
+        ->eval(0.f);
+  };
+  const std::string parameters = "<float name='B' value='.9'/><float name='C' value='.1'/>";
+  EXPECT_FLOAT_EQ(at_centre("0.6.0", parameters), at_centre("3.0.0", parameters));
+  EXPECT_NE(at_centre("0.6.0", parameters), at_centre("0.6.0", ""));
+}
+
 TEST(OldFormats, Integrators) {
   const auto plugin = [](const std::string& xml) { return old<Object>(xml)->plugin(); };
   EXPECT_EQ(plugin("<integrator type='volpath_simple'><integer name='maxDepth' value='5'/>"

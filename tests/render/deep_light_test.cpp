@@ -29,6 +29,7 @@ struct Case {
   std::string material;
   int max_depth;
   std::string floor = "";  ///< over the one of that material
+  bool hide = true;        ///< hide_emitters
 };
 
 const std::string kStone =
@@ -47,6 +48,7 @@ Arrangement setup_of(const Case& c) {
                        diffuse_xml(".7 .3 .2"));
   s.rays = 48;
   s.direct_samples = 64;
+  s.hide = c.hide;
   return s;
 }
 
@@ -76,7 +78,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"SkyOnGlass", sun_xml(), bsdf("dielectric"), 8, kStone},
         Case{"LampOnSmoothPlastic", kLamp, bsdf("twosided", bsdf("plastic")), -1},
         Case{"SkyOnMaskedPlastic", constant_xml("1 .9 .8"),
-             bsdf("mask", number("opacity", .5) + bsdf("twosided", bsdf("plastic"))), 3, kStone},
+             bsdf("mask", number("opacity", .5) + bsdf("twosided", bsdf("plastic"))), 3, kStone,
+             false},
         Case{"LampOnGroundGlass", kLamp, bsdf("roughdielectric", number("alpha", .3)), 8, kStone},
         Case{"SkyAndSpotOnGroundGlass", constant_xml(".4 .5 .6") + kSpot,
              bsdf("roughdielectric", number("alpha", .2)), 2},

@@ -12,9 +12,12 @@ std::string film_of(const std::string& filter) {
   return integer("width", 16) + integer("height", 12) + "<rfilter type=\"" + filter + "\"/>";
 }
 
-std::string checkered(const std::string& type, const std::string& parameters = "") {
-  return bsdf(type, parameters + checkerboard(type == "diffuse" ? "reflectance"
-                                                                 : "diffuse_reflectance"));
+/// A checkered value of the parameter `name`. Both colours reflect light: points that don't would
+/// belong to no group of a pixel.
+std::string checks(const std::string& name) {
+  return "<texture type=\"checkerboard\" name=\"" + name +
+         "\"><rgb name=\"color0\" value=\".05 .1 .2\"/><rgb name=\"color1\" "
+         "value=\".9 .6 .3\"/><transform name=\"to_uv\"><scale value=\"7\"/></transform></texture>";
 }
 
 /// Expectation of each pixel, against `direct` or `path`, which add samples one by one.
@@ -29,21 +32,21 @@ void expect_same_pixels(Arrangement s, int renders) {
 
 TEST(ProductFilter, SkyOnDiffuseChecks) {
   Arrangement s;
-  s.shapes = shapes_xml(checkered("diffuse"));
+  s.shapes = shapes_xml(bsdf("diffuse", checks("reflectance")));
   s.rays = 48;
   expect_same_pixels(s, 128);
 }
 
 TEST(ProductFilter, SkyOnGlossyChecks) {
   Arrangement s;
-  s.shapes = shapes_xml(checkered("roughplastic", number("alpha", .2)));
+  s.shapes = shapes_xml(bsdf("roughconductor", number("alpha", .2) + checks("specular_reflectance")));
   s.rays = 48;
   expect_same_pixels(s, 128);
 }
 
 TEST(ProductFilter, LampAndBounceOnChecks) {
   Arrangement s;
-  s.shapes = shapes_xml(checkered("roughplastic", number("alpha", .2)));
+  s.shapes = shapes_xml(bsdf("roughplastic", number("alpha", .2) + checks("diffuse_reflectance")));
   s.light = shape_xml("rectangle",
                       "<scale value=\"1\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"2.5\"/>",
                       area_xml("9 5 2")) +

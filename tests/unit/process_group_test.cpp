@@ -186,7 +186,8 @@ TEST(ProcessGroup, OneDeadlineEndsAll) {
   });
 }
 
-/// `clustered` learns first; its tables, nested materials and bumps come from other addresses.
+/// `clustered` learns first (it can't leave the scene to `path`, which doesn't find the light of the
+/// lamp in the mirror); its tables, nested materials and bumps come from other addresses.
 constexpr const char* kScene = R"(
   <integrator type="clustered"/>
   <sensor type="perspective">
@@ -198,6 +199,8 @@ constexpr const char* kScene = R"(
   <emitter type="constant"/>
   <emitter type="point"> <point name="position" x="1" y="3" z="3"/> </emitter>
   <shape type="sphere"> <bsdf type="roughplastic"/> </shape>
+  <shape type="sphere"> <point name="center" x="-1.3" y="-0.7" z="1"/>
+    <float name="radius" value="0.3"/> <bsdf type="conductor"/> </shape>
   <shape type="sphere"> <point name="center" x="1.7" y="0" z="0.5"/>
     <bsdf type="blendbsdf"> <float name="weight" value="0.4"/>
       <bsdf type="roughplastic"> <float name="alpha" value="0.3"/> </bsdf>
