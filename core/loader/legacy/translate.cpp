@@ -1,6 +1,7 @@
 // The pass over all objects of old files.
 
 #include <algorithm>
+#include <cctype>
 #include <optional>
 
 #include <fmt/format.h>
@@ -89,7 +90,21 @@ class Translation {
     if (node.tag == "texture") translate_texture(node, warnings_);
     if (node.tag == "sampler" && node.value("type") == "hammersley") set_type(node, "ldsampler");
     if (node.tag == "shape") translate_shape(node);
+    restore_capitals(node);
     drop_unused(node);
+  }
+
+  /// Restores capital letters of parameters that have some, such as B of `mitchell`. They were
+  /// lost when names were translated to snake case.
+  void restore_capitals(Node& node) {
+    const auto category = category_of_tag(node.tag);
+    const auto* const plugin = category ? find_plugin(*category, *node.find("type")) : nullptr;
+    if (!plugin) return;
+    for (const Parameter& row : plugin->parameters) {
+      std::string lower = row.name;
+      for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      if (lower != row.name && !find_row(*plugin, lower)) rename_child(node, lower, row.name);
+    }
   }
 
   /// Renames parameters from before 0.3, and keeps one BSDF of an OBJ file's, as Mitsuba 3 requires.
