@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/file_search.h"
 #include "kinome/log.h"
 #include "kinome/mitsuba_plugins.h"
 #include "loader/build.h"
@@ -148,7 +149,19 @@ Expansion expand_scene(const std::string& text, const std::string& name, const L
                        bool whole_scene, PluginRegistry& registry, RenderStats* stats,
                        Faults& faults) {
   Expansion expansion = expand(text, name, options, whole_scene, faults);
-  if (expansion.is_of_old_version) translate_old(expansion.root, registry, faults);
+  if (expansion.is_of_old_version) {
+    const auto find_or_none = [&](const Node& node, const std::string& file) -> std::string {
+      try {
+        return find_file(file,
+                         search_folders(node.folders.get(), expansion.paths,
+                                        base_folders(name, options)),
+                         node.where);
+      } catch (const Error&) {
+        return "";  // reported when the object is made
+      }
+    };
+    translate_old(expansion.root, find_or_none, registry, faults);
+  }
   replace_differentiable(expansion.root);
   if (options.lenient) {
     std::vector<LeftOut> left_out;

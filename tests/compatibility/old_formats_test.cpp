@@ -1,5 +1,6 @@
 /// Files of Mitsuba 0.4 to 0.6: parameters, units, axes and defaults of that time.
 #include <cmath>
+#include <fstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -342,6 +343,49 @@ TEST(OldFormats, OtherElements) {
       "<transform time='0'><translate x='3'/></transform>"
       "<transform time='1'><translate x='5'/></transform></animation></shape>");
   EXPECT_FLOAT_EQ(scene->bounds().lo.x, 2);
+}
+
+TEST(OldFormats, VertexColorsOfShapesWithoutColoursAreBlack) {
+  const auto scene = old_scene(
+      "<texture type='vertexcolors' id='colours'/>"
+      "<bsdf type='twosided' id='painted'><bsdf type='diffuse'><ref name='reflectance' "
+      "id='colours'/></bsdf></bsdf>"
+      "<shape type='sphere'><ref id='painted'/></shape>"
+      "<shape type='cube'><bsdf type='diffuse'><texture type='vertexcolors' name='reflectance'/>"
+      "</bsdf></shape>");
+  ASSERT_EQ(scene->shapes().size(), 2u);
+  for (const auto& shape : scene->shapes()) {
+    expect_near(shape->bsdf().reflectance(seen_from(Vec3(0, 0, 1))).diffuse, Rgb(0.f));
+  }
+}
+
+/// Of a PLY file, too; one with colours keeps them, although both refer to the same BSDF.
+TEST(OldFormats, VertexColorsOfPly) {
+  const auto write = [](const std::string& name, const std::string& properties,
+                        const std::string& values) {
+    const std::string path = ::testing::TempDir() + name;
+    std::ofstream file(path);
+    file << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+            "property float z\n" << properties
+         << "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const char* const p : {"0 0 0", "1 0 0", "0 1 0"}) file << p << values << "\n";
+    file << "3 0 1 2\n";
+    return path;
+  };
+  const std::string plain = write("plain.ply", "", "");
+  const std::string painted = write(
+      "painted.ply", "property uchar red\nproperty uchar green\nproperty uchar blue\n",
+      " 255 255 255");
+  const auto shape = [](const std::string& path) {
+    return "<shape type='ply'><string name='filename' value='" + path +
+           "'/><ref id='paint'/></shape>";
+  };
+  const auto scene = old_scene(
+      "<bsdf type='diffuse' id='paint'><texture type='vertexcolors' name='reflectance'/></bsdf>" +
+      shape(plain) + shape(painted));
+  ASSERT_EQ(scene->shapes().size(), 2u);
+  EXPECT_TRUE(scene->shapes()[0]->wanted_attributes().empty());
+  EXPECT_EQ(scene->shapes()[1]->wanted_attributes().size(), 1u);
 }
 
 TEST(OldFormats, LenientlyUnknownPluginsAreLeftOut) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,6 +12,9 @@
 /// tags are translated before, in old_names.cpp.) Sources: the manual of Mitsuba 0.6 for
 /// parameters, defaults and axes; its upgrade rules for files older than 0.5.
 namespace kinome::loader::legacy {
+
+/// Returns the path of a file that a node names; "" if it isn't found.
+using FileFinder = std::function<std::string(const Node& node, const std::string& name)>;
 
 /// Reports warnings, each message once: scenes repeat their materials.
 class Warnings {
@@ -48,6 +52,9 @@ void translate_emitter(Node& node, Warnings& warnings);
 void translate_bsdf(Node& node, Warnings& warnings, Faults& faults);
 void translate_texture(Node& node, Warnings& warnings);
 
+/// Replaces `vertexcolors` by black in shapes without colours, as in Mitsuba 0.6. Must come before
+/// textures are translated.
+void translate_vertex_colors(Node& root, const FileFinder& find_file, Warnings& warnings);
 /// Replaces ambient occlusion, which is an integrator of Mitsuba 0.6, by direct light on a white
 /// scene under a white sky.
 void translate_ambient_occlusion(Node& scene, Warnings& warnings);
@@ -57,6 +64,7 @@ void translate_ambient_occlusion(Node& scene, Warnings& warnings);
 namespace kinome::loader {
 
 /// Translates the objects that come from old files.
-void translate_old(Node& root, PluginRegistry& registry, Faults& faults);
+void translate_old(Node& root, const legacy::FileFinder& find_file, PluginRegistry& registry,
+                   Faults& faults);
 
 }  // namespace kinome::loader

@@ -39,7 +39,8 @@ class Translation {
  public:
   Translation(PluginRegistry& registry, Faults& faults) : registry_(registry), faults_(faults) {}
 
-  void run(Node& node) {
+  void run(Node& node, const FileFinder& find_file) {
+    translate_vertex_colors(node, find_file, warnings_);
     if (node.tag == "scene") collect_tags(node);
     translate(node);
   }
@@ -195,8 +196,9 @@ class Translation {
 
 }  // namespace
 
-void translate_old(Node& root, PluginRegistry& registry, Faults& faults) {
-  Translation(registry, faults).run(root);
+void translate_old(Node& root, const legacy::FileFinder& find_file, PluginRegistry& registry,
+                   Faults& faults) {
+  Translation(registry, faults).run(root, find_file);
 }
 
 }  // namespace kinome::loader
