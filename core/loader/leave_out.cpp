@@ -49,6 +49,8 @@ class LeavingOut {
       : registry_(registry), left_out_(left_out) {}
 
   void run(Expansion& expansion) {
+    aliases_ = &expansion.aliases;
+    collect_tags(expansion.root);
     look_at(expansion.root);
     // What names what is gone goes with it, which may be what others name.
     for (size_t before = 0; before != gone_.size();) {
@@ -56,22 +58,111 @@ class LeavingOut {
       for (const auto& [name, target] : expansion.aliases) {
         if (gone_.count(target)) gone_.insert(name);
       }
+      drop_references(expansion.root);
     }
-    if (!gone_.empty()) drop_references(expansion.root);
   }
 
  private:
-  void look_at(Node& node) {
-    std::erase_if(node.children, [&](Node& child) {
-      if (must_go(child)) return !replace(child);
-      look_at(child);
-      return false;
+  void collect_tags(const Node& node) {
+    if (const Attribute* const id = node.find("id"); id && node.tag != "ref") {
+      tags_.emplace(id->value, node.tag);
+    }
+    for (const Node& child : node.children) collect_tags(child);
+  }
+  /// Returns the tag of an object, or of the object that a reference names; "" if that is unknown.
+  std::string tag_of(const Node& node) const {
+    if (node.tag != "ref") return node.tag;
+    std::string id = node.value("id");
+    constexpr int kMaxAliases = 32;
+    for (int i = 0; i < kMaxAliases; ++i) {
+      const auto alias = aliases_->find(id);
+      if (alias == aliases_->end()) break;
+      id = alias->second;
+    }
+    const auto found = tags_.find(id);
+    return found == tags_.end() ? "" : found->second;
+  }
+  bool has_part(const Node& node, std::string_view tag) const {
+    return std::any_of(node.children.begin(), node.children.end(),
+                       [&](const Node& child) { return tag_of(child) == tag; });
+  }
+
+  /// Removes the children for which `is_dropped` returns true. Returns false if the node must be
+  /// removed, too, because it can't be built without them.
+  template <class Fn>
+  bool drop_children(Node& node, const Fn& is_dropped) {
+    const size_t count = node.children.size();
+    std::erase_if(node.children, is_dropped);
+    return node.children.size() == count || reduce(node);
+  }
+
+  bool look_at(Node& node) {
+    return drop_children(node, [&](Node& child) {
+      return must_go(child) ? !replace(child, node) : !look_at(child);
+    });
+  }
+  bool drop_references(Node& node) {
+    return drop_children(node, [&](Node& child) {
+      if (child.tag == "ref") return gone_.count(child.value("id")) > 0;
+      return !drop_references(child);
     });
   }
 
+  /// Mends a node that lost children. Returns false if it must be removed.
+  bool reduce(Node& node) {
+    if (node.is_broken || !node.find("type")) return true;
+    const std::string type = node.value("type");
+    const bool is_bsdf = node.tag == "bsdf";
+    if (is_bsdf && type == "bumpmap" && !has_part(node, "texture")) return replace_by_inner(node);
+    if (is_bsdf && type == "normalmap" && !legacy::find_child(node, "normalmap")) {
+      return replace_by_inner(node);
+    }
+    if (is_bsdf && type == "blendbsdf" && !legacy::find_child(node, "weight")) {
+      add(node, "the weight of " + title_of(node), "0.5");
+      legacy::add_number(node, "weight", 0.5);
+    }
+    const bool is_empty_scale = node.tag == "texture" && type == "scale" &&
+                                !legacy::find_child(node, "value") && !has_unnamed_object(node);
+    const bool is_empty_instance =
+        node.tag == "shape" && (type == "instance" || type == "merge") && !has_unnamed_object(node);
+    if (!is_empty_scale && !is_empty_instance) return true;
+    add(node, title_of(node), "");
+    note_ids(node);
+    return false;
+  }
+
+  static bool has_unnamed_object(const Node& node) {
+    return std::any_of(node.children.begin(), node.children.end(), [](const Node& child) {
+      return is_object(child) && child.value("name") != "scale";
+    });
+  }
+
+  /// Replaces a BSDF by the BSDF in it, which gets its id.
+  bool replace_by_inner(Node& node) {
+    const auto found = std::find_if(node.children.begin(), node.children.end(),
+                                    [&](const Node& child) { return tag_of(child) == "bsdf"; });
+    if (found == node.children.end()) return true;
+    add(node, title_of(node), "the BSDF in it");
+    Node inner = std::move(*found);
+    const Attribute* const id = node.find("id");
+    if (id && inner.find("id")) {
+      aliases_->emplace(id->value, inner.value("id"));
+    } else if (id) {
+      inner.attributes.push_back(*id);
+    }
+    std::erase_if(inner.attributes, [](const Attribute& a) { return a.name == "name"; });
+    if (const Attribute* const name = node.find("name")) inner.attributes.push_back(*name);
+    node = std::move(inner);
+    return true;
+  }
+
+  static std::string title_of(const Node& node) {
+    return node.tag + " '" + node.value("type") + "'";
+  }
+
   /// False where nothing stands in for it.
-  bool replace(Node& node) {
-    const std::string title = node.tag + " '" + node.value("type") + "'";
+  bool replace(Node& node, const Node& parent) {
+    const std::string title = title_of(node);
     // An integrator around another one shows what that one does.
     if (node.tag == "integrator") {
       const auto inner = std::find_if(node.children.begin(), node.children.end(),
@@ -80,14 +171,14 @@ class LeavingOut {
         add(node, title, "the integrator in it");
         Node other = std::move(*inner);
         node = std::move(other);
-        if (must_go(node)) return replace(node);
-        look_at(node);
-        return true;
+        return must_go(node) ? replace(node, parent) : look_at(node);
       }
     }
     const auto stand_in = std::find_if(std::begin(kStandIns), std::end(kStandIns),
                                        [&](const StandIn& one) { return one.tag == node.tag; });
-    if (stand_in == std::end(kStandIns)) {
+    // A shape can't have a sensor with a position of its own.
+    const bool is_in_shape = node.tag == "sensor" && parent.tag == "shape";
+    if (stand_in == std::end(kStandIns) || is_in_shape) {
       add(node, title, "");
       note_ids(node);
       return false;
@@ -101,8 +192,7 @@ class LeavingOut {
       if (!is_kept) note_ids(child);
       return !is_kept;
     });
-    look_at(node);
-    return true;
+    return look_at(node);
   }
 
   void add(const Node& node, const std::string& what, const std::string& replacement) {
@@ -122,17 +212,11 @@ class LeavingOut {
     for (const Node& child : node.children) note_ids(child);
   }
 
-  void drop_references(Node& node) {
-    std::erase_if(node.children, [&](Node& child) {
-      if (child.tag == "ref") return gone_.count(child.value("id")) > 0;
-      drop_references(child);
-      return false;
-    });
-  }
-
   const PluginRegistry& registry_;
   std::vector<LeftOut>& left_out_;
   std::set<std::string> gone_;  ///< ids
+  std::map<std::string, std::string> tags_;  ///< by ids
+  std::map<std::string, std::string>* aliases_ = nullptr;
 };
 
 }  // namespace

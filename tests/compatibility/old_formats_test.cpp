@@ -401,5 +401,54 @@ TEST(OldFormats, LenientlyUnknownPluginsAreLeftOut) {
   EXPECT_EQ(scene->integrator().plugin(), "integrator/path");
 }
 
+/// Objects that need what was left out are reduced, or left out, too.
+TEST(OldFormats, LenientlyParentsAreReduced) {
+  LoadOptions options;
+  options.lenient = true;
+  const auto bsdf_of = [&](const std::string& bsdf, const std::string& before = "") {
+    const auto scene =
+        old_scene(before + "<shape type='sphere'>" + bsdf + "</shape>", options);
+    return std::pair(scene->shapes().at(0)->bsdf().plugin(),
+                     scene->shapes().at(0)->bsdf().reflectance(seen_from(Vec3(0, 0, 1))).diffuse);
+  };
+  const std::string grey = "<bsdf type='diffuse'><float name='reflectance' value='.2'/></bsdf>";
+  const std::string white = "<bsdf type='diffuse'><float name='reflectance' value='.8'/></bsdf>";
+  const auto expect_bsdf = [&](const auto& bsdf, const std::string& plugin, float reflectance) {
+    EXPECT_EQ(bsdf.first, plugin);
+    expect_near(bsdf.second, Rgb(reflectance));
+  };
+  expect_bsdf(bsdf_of("<bsdf type='bumpmap'><texture type='sorcery'/>" + grey + "</bsdf>"),
+              "bsdf/diffuse", .2f);
+  expect_bsdf(bsdf_of("<bsdf type='bumpmap'><texture type='scale'><texture type='sorcery'/>"
+                      "</texture>" + grey + "</bsdf>"),
+              "bsdf/diffuse", .2f);
+  expect_bsdf(bsdf_of("<bsdf type='normalmap'><texture name='normalmap' type='sorcery'/>" + grey +
+                      "</bsdf>"),
+              "bsdf/diffuse", .2f);
+  expect_bsdf(bsdf_of("<bsdf type='blendbsdf'><texture name='weight' type='sorcery'/>" + grey +
+                      white + "</bsdf>"),
+              "bsdf/blendbsdf", .5f);
+  expect_bsdf(bsdf_of("<bsdf type='diffuse'><texture type='scale' name='reflectance'>"
+                      "<texture type='sorcery'/></texture></bsdf>"),
+              "bsdf/diffuse", .5f);
+  // By references, whose names stay valid.
+  const std::string texture = "<texture type='sorcery' id='t'/>";
+  const std::string named = "<bsdf type='diffuse' id='d'><float name='reflectance' value='.2'/>"
+                            "</bsdf>";
+  expect_bsdf(bsdf_of("<ref id='b'/>", texture + named +
+                                           "<bsdf type='bumpmap' id='b'><ref id='t'/><ref id='d'/>"
+                                           "</bsdf>"),
+              "bsdf/diffuse", .2f);
+  expect_bsdf(bsdf_of("<ref id='b'/>",
+                      texture + "<bsdf type='bumpmap' id='b'><ref id='t'/>" + grey + "</bsdf>"),
+              "bsdf/diffuse", .2f);
+  const auto shapes = [&](const std::string& xml) {
+    return old_scene("<shape type='sphere'/>" + xml, options)->shapes().size();
+  };
+  EXPECT_EQ(shapes("<shape type='sorcery' id='g'/><shape type='instance'><ref id='g'/></shape>"),
+            1u);
+  EXPECT_EQ(shapes("<shape type='sphere'><sensor type='sorcery'/></shape>"), 2u);
+}
+
 }  // namespace
 }  // namespace kinome::test
