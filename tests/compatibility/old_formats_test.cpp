@@ -152,6 +152,7 @@ TEST(OldFormats, MixturesKeepTheirSum) {
   };
   expect_near(reflectance("0.5, 0.3"), Rgb(.5f * .8f + .3f * .4f));
   expect_near(reflectance("0.75, 0.25"), Rgb(.75f * .8f + .25f * .4f));
+  expect_near(reflectance("0.75; 0.25"), Rgb(.75f * .8f + .25f * .4f));
   expect_near(reflectance("3, 1"), Rgb(.75f * .8f + .25f * .4f));
 }
 
@@ -234,6 +235,30 @@ TEST(OldFormats, Roughcoating) {
   const SurfaceInteraction si = seen_from(Vec3(.3f, 0, .8f));
   const Vec3 wo = glm::normalize(Vec3(-.3f, .1f, .7f));
   expect_near(bsdf->eval_pdf(si, Lobe::kAll, wo).f, plastic->eval_pdf(si, Lobe::kAll, wo).f);
+}
+
+TEST(OldFormats, RoughcoatingUsesTheMeanOfBothAxes) {
+  const auto coating = [](const std::string& parameters) {
+    return "<bsdf type='roughcoating'>" + parameters + "<bsdf type='diffuse'/></bsdf>";
+  };
+  const std::string both = coating("<float name='alphaU' value='.1'/><float name='alphaV' "
+                                   "value='.3'/>");
+  const SurfaceInteraction si = seen_from(Vec3(.3f, 0, .8f));
+  const Vec3 wo = glm::normalize(Vec3(-.3f, .1f, .7f));
+  const auto value = [&](const std::string& xml) {
+    return old<Bsdf>(xml)->eval_pdf(si, Lobe::kAll, wo).f;
+  };
+  expect_near(value(both), value(coating("<float name='alpha' value='.2'/>")));
+  EXPECT_NE(warnings_of(both).find("are replaced by their mean"), std::string::npos);
+}
+
+TEST(OldFormats, UndefinedFieldsWarn) {
+  const auto field = [](const std::string& undefined) {
+    return warnings_of("<integrator type='field'><string name='field' value='distance'/>" +
+                       undefined + "</integrator>");
+  };
+  EXPECT_NE(field("<float name='undefined' value='-1'/>").find("'undefined'"), std::string::npos);
+  EXPECT_EQ(field("<float name='undefined' value='0'/>"), "");
 }
 
 TEST(OldFormats, Textures) {

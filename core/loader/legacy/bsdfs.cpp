@@ -63,6 +63,19 @@ void add_metal(Node& node) {
   add_value(node, "string", "material", "Cu");
 }
 
+/// Replaces the roughness along each axis by their mean.
+void average_alpha(Node& node, Warnings& warnings) {
+  const auto u = parse_real(child_value(node, "alpha_u"));
+  const auto v = parse_real(child_value(node, "alpha_v"));
+  if (!u || !v || find_child(node, "alpha")) return;
+  if (*u != *v) {
+    warnings.add(node.where, fmt::format("'alphaU' and 'alphaV' of '{}' are replaced by their mean",
+                                         node.value("type")));
+  }
+  for (const char* name : {"alpha_u", "alpha_v"}) remove_children(node, name);
+  add_number(node, "alpha", (*u + *v) / 2);
+}
+
 /// Replaces a texture of the roughness, which must be the same everywhere.
 void drop_alpha_texture(Node& node, Warnings& warnings) {
   const Node* const alpha = find_child(node, "alpha");
@@ -96,7 +109,9 @@ class Mixture {
 
   void translate() {
     const auto given = take_child(node_, "weights");
-    auto weights = given ? parse_reals(given->value("value")) : std::nullopt;
+    std::string text = given ? given->value("value") : "";
+    std::replace(text.begin(), text.end(), ';', ',');
+    auto weights = given ? parse_reals(text) : std::nullopt;
     if (!weights) return fail("mixturebsdf needs 'weights', a list of numbers");
     std::vector<Node> parts;
     for (Node& child : node_.children) {
@@ -191,7 +206,10 @@ void translate_bsdf(Node& node, Warnings& warnings, Faults& faults) {
   for (Node& child : node.children) limit_reflectance(child, warnings);
   translate_distribution(node, warnings);
   if (is_any_of(type, {"conductor", "roughconductor"})) add_metal(node);
-  if (is_any_of(type, {"roughplastic", "roughcoating"})) drop_alpha_texture(node, warnings);
+  if (is_any_of(type, {"roughplastic", "roughcoating"})) {
+    average_alpha(node, warnings);
+    drop_alpha_texture(node, warnings);
+  }
   if (type == "difftrans") translate_translucent(node, 2, warnings);
   if (type == "hk") translate_translucent(node, 1, warnings);
   if (type == "mixturebsdf") Mixture(node, warnings, faults).translate();

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/numbers.h"
 #include "loader/legacy/legacy.h"
 
 namespace kinome::loader::legacy {
@@ -30,6 +31,18 @@ void keep_only(Node& node, const Names& names) {
   });
 }
 
+/// Warns if the value of pixels without a surface isn't 0, because `aov` has no such parameter.
+void warn_of_undefined(Node& field, Warnings& warnings) {
+  const Node* const undefined = find_child(field, "undefined");
+  if (!undefined) return;
+  const auto numbers = parse_reals(undefined->value("value"));
+  const bool is_zero = numbers && std::all_of(numbers->begin(), numbers->end(),
+                                              [](double number) { return number == 0; });
+  if (is_zero) return;
+  warnings.add(undefined->where, "'undefined' of the integrator 'field' is ignored: pixels without "
+                                 "a surface are 0");
+}
+
 /// Returns "name:type" for `aov`; "" if it has no such variable.
 std::string aov_of(const Node& field, size_t number, Warnings& warnings) {
   const std::string name = child_value(field, "field");
@@ -49,7 +62,8 @@ std::string aov_of(const Node& field, size_t number, Warnings& warnings) {
 void translate_channels(Node& node, Warnings& warnings) {
   std::string aovs;
   size_t count = 0;
-  const auto add = [&](const Node& field) {
+  const auto add = [&](Node& field) {
+    warn_of_undefined(field, warnings);
     const std::string one = aov_of(field, count++, warnings);
     if (one.empty()) return;
     if (!aovs.empty()) aovs += ',';
@@ -59,7 +73,7 @@ void translate_channels(Node& node, Warnings& warnings) {
     add(node);
     node.children.clear();
   } else {
-    std::erase_if(node.children, [&](const Node& child) {
+    std::erase_if(node.children, [&](Node& child) {
       const bool is_field = child.tag == "integrator" && child.value("type") == "field";
       if (is_field) add(child);
       return is_field;
