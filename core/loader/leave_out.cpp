@@ -72,15 +72,17 @@ class LeavingOut {
   /// Returns the tag of an object, or of the object that a reference names; "" if that is unknown.
   std::string tag_of(const Node& node) const {
     if (node.tag != "ref") return node.tag;
-    std::string id = node.value("id");
-    constexpr int kMaxAliases = 32;
-    for (int i = 0; i < kMaxAliases; ++i) {
-      const auto alias = aliases_->find(id);
-      if (alias == aliases_->end()) break;
-      id = alias->second;
-    }
-    const auto found = tags_.find(id);
+    const auto found = tags_.find(target_of(node.value("id")));
     return found == tags_.end() ? "" : found->second;
+  }
+  /// Returns the id that a name stands for. The limit ends cycles of <alias> elements.
+  std::string target_of(std::string name) const {
+    for (size_t i = 0; i < aliases_->size(); ++i) {
+      const auto alias = aliases_->find(name);
+      if (alias == aliases_->end()) break;
+      name = alias->second;
+    }
+    return name;
   }
   bool has_part(const Node& node, std::string_view tag) const {
     return std::any_of(node.children.begin(), node.children.end(),
@@ -142,9 +144,11 @@ class LeavingOut {
     const auto found = std::find_if(node.children.begin(), node.children.end(),
                                     [&](const Node& child) { return tag_of(child) == "bsdf"; });
     if (found == node.children.end()) return true;
+    const Attribute* const id = node.find("id");
+    // A BSDF that is nested in itself is reported when it is built.
+    if (id && target_of(found->value("id")) == id->value) return true;
     add(node, title_of(node), "the BSDF in it");
     Node inner = std::move(*found);
-    const Attribute* const id = node.find("id");
     if (id && inner.find("id")) {
       aliases_->emplace(id->value, inner.value("id"));
     } else if (id) {

@@ -467,6 +467,14 @@ TEST(OldFormats, LenientlyParentsAreReduced) {
   expect_bsdf(bsdf_of("<ref id='b'/>",
                       texture + "<bsdf type='bumpmap' id='b'><ref id='t'/>" + grey + "</bsdf>"),
               "bsdf/diffuse", .2f);
+  // Cycles remain errors.
+  EXPECT_THROW(bsdf_of("<ref id='b'/>", "<bsdf type='bumpmap' id='b'><texture type='sorcery'/>"
+                                        "<ref id='b'/></bsdf>"),
+               Error);
+  EXPECT_THROW(bsdf_of("<ref id='a'/>", texture + "<bsdf type='bumpmap' id='a'><ref id='t'/>"
+                                                  "<ref id='b'/></bsdf><bsdf type='bumpmap' id='b'>"
+                                                  "<ref id='t'/><ref id='a'/></bsdf>"),
+               Error);
   const auto shapes = [&](const std::string& xml) {
     return old_scene("<shape type='sphere'/>" + xml, options)->shapes().size();
   };
