@@ -218,7 +218,7 @@ class LeavingOut {
 
   const PluginRegistry& registry_;
   std::vector<LeftOut>& left_out_;
-  std::set<std::string> gone_;  ///< ids
+  std::set<std::string> gone_;               ///< ids
   std::map<std::string, std::string> tags_;  ///< by ids
   std::map<std::string, std::string>* aliases_ = nullptr;
 };
@@ -240,10 +240,9 @@ Expansion expand_scene(const std::string& text, const std::string& name, const L
   if (expansion.is_of_old_version) {
     const auto find_or_none = [&](const Node& node, const std::string& file) -> std::string {
       try {
-        return find_file(file,
-                         search_folders(node.folders.get(), expansion.paths,
-                                        base_folders(name, options)),
-                         node.where);
+        return find_file(
+            file, search_folders(node.folders.get(), expansion.paths, base_folders(name, options)),
+            node.where);
       } catch (const Error&) {
         return "";  // reported when the object is made
       }
@@ -261,7 +260,8 @@ Expansion expand_scene(const std::string& text, const std::string& name, const L
         if (stats) stats->left_out.push_back(what);
       } else {
         log_warn(fmt::format("{} is replaced by {}", what, one.replacement));
-        if (stats) stats->left_out.push_back(fmt::format("{}, replaced by {}", what, one.replacement));
+        if (stats)
+          stats->left_out.push_back(fmt::format("{}, replaced by {}", what, one.replacement));
       }
     }
   }

@@ -14,7 +14,7 @@ namespace kinome::loader::legacy {
 namespace {
 
 /// Shapes that never have colours of vertices here.
-constexpr std::string_view kWithoutColors[] = {"cube", "cylinder", "disk",  "hair",
+constexpr std::string_view kWithoutColors[] = {"cube", "cylinder",  "disk",       "hair",
                                                "obj",  "rectangle", "serialized", "sphere"};
 /// Limit of nested references, against cycles.
 constexpr int kMaxDepth = 32;
@@ -37,8 +37,8 @@ bool ply_has_colors(const std::string& path) {
     words >> first >> second >> third;
     if (first == "end_header") return false;
     if (first == "element") element = second;
-    const bool is_red = third == "r" || third == "red" || third == "color_x" || third == "color_0" ||
-                        third == "color_1";
+    const bool is_red = third == "r" || third == "red" || third == "color_x" ||
+                        third == "color_0" || third == "color_1";
     if (first == "property" && element == "vertex" && is_red) return true;
   }
   return true;
