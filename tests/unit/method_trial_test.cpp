@@ -10,7 +10,7 @@
 namespace kinome::test {
 namespace {
 
-/// A way whose pixels are `mean` on average, with this standard deviation, by so many rays a render.
+/// A way whose pixels have this mean and standard deviation, at a cost of `rays` per render.
 MethodTrial::Way noise(uint64_t seed, float deviation, double rays, RenderContext& context,
                        double cost_of_ray = 1, float mean = 1) {
   const auto render = [=, &context](uint64_t index, std::vector<Rgb>& picture) {
@@ -70,7 +70,7 @@ TEST(MethodTrial, ChoosesTheFirstWayWhereThereIsNothingToCompare) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 128, 128});
   const MethodTrial trial(grid, 5);
-  // What the first way seems to miss by chance is next to nothing.
+  // The first way misses next to nothing by chance.
   EXPECT_GT(trial.compare(noise(1, 0, 1000, context), noise(2, 0.1f, 1000, context), context).work,
             100);
   EXPECT_EQ(trial.compare(noise(1, 0.1f, 0, context), noise(2, 0.1f, 1000, context), context).work,

@@ -1,4 +1,4 @@
-/// What samplers that stratify sets of samples promise.
+/// Guarantees of samplers that stratify sets of samples.
 #include <gtest/gtest.h>
 
 #include <cmath>

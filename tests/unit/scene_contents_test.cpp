@@ -103,7 +103,7 @@ TEST(Scene, LampsMayStandBesideTheirShapes) {
     ASSERT_EQ(scene->emitters().size(), 1u);
     EXPECT_EQ(scene->emitters()[0]->shape(), scene->shapes()[0].get());
   }
-  // Of no shape, it gives no light: a warning, as Mitsuba ignores it.
+  // Without a shape it gives no light. It is a warning because Mitsuba ignores it.
   EXPECT_TRUE(scene_from(lamp + "<shape type='sphere'/>")->emitters().empty());
   EXPECT_THROW(scene_from(lamp + shape + shape), Error) << "a lamp is part of one shape";
 }

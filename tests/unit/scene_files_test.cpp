@@ -243,7 +243,7 @@ TEST(Include, EndsWhereFilesMultiply) {
   EXPECT_NE(load_error(folder.path("f0.xml")).find("too many includes"), std::string::npos);
 }
 
-/// What a scene shows doesn't depend on where the program is started, unless nothing else has the
+/// The image of a scene doesn't depend on the working directory, unless nothing else has the
 /// file.
 TEST(SearchPath, OrderIsSceneThenPathThenOptionsThenWorkingDirectory) {
   const TemporaryFolder folder;

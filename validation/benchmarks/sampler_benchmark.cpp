@@ -1,4 +1,4 @@
-// What samplers cost per number or pair: as blocks, for each instruction set that the processor
+// Cost of samplers per number or pair: as blocks, for each instruction set that the processor
 // has, and sample by sample. Rates are of samples.
 #include <benchmark/benchmark.h>
 
@@ -66,7 +66,7 @@ void run(benchmark::State& state, const std::string& type, uint32_t samples, Ins
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(block.count()));
 }
 
-/// Those that both the plugins and the processor have.
+/// Instruction sets that both the plugins and the processor have.
 std::vector<InstructionSet> instruction_sets() {
   std::vector<InstructionSet> sets{least_instruction_set()};
   for (const InstructionSet set : PluginRegistry(PluginRegistry::default_folders())
