@@ -78,7 +78,7 @@ def measure(build, scene, folder, sampler, wanted, runs, isa):
 
 def page(data):
     builds = list(data["builds"])
-    lines = [f"""# What samplers cost
+    lines = [f"""# Cost of samplers
 
 Processor time of a render of [first.xml](../../docs/command-line.md) on one thread, divided by that with
 `independent` at the same number of samples: medians of {data['runs']} pairs of renders in turn, on
