@@ -174,6 +174,8 @@ Case sizes(Maps& maps) {
       maps.trial("1 x 7", 1, 7, noise),
       maps.trial("7 x 1", 7, 1, noise, on_its_side(), compensated),
   };
+  // Light paths rarely meet the lobes of roughplastic: means of fewer renders aren't normal.
+  trial_named(c, "noise, compensated").renders *= 8;
   // Rows of a line are rows of a map of two: what is expected of one is that of the other.
   const auto line = [](int rows) {
     return [=](int, int y) {
@@ -233,19 +235,14 @@ Case seams(Maps& maps) {
 Case texels(Maps& maps) {
   Case c{5,
          "Negative texels; NaN, Inf; half floats that overflow",
-         "Negative ones are kept, with a warning; others are refused with their place.",
-         "statistical/envmap_test.cpp cli/bad_asset_test.cpp",
+         "Negative ones are kept; NaN becomes 0 and infinity the largest value, with a warning.",
+         "statistical/envmap_test.cpp unit/texture_test.cpp",
          {}};
   c.trials = {
       maps.trial(
           "some negative texels", 16, 9,
           [](int x, int y) { return noise(x, y) - ((x + y) % 5 == 0 ? Rgb(1.5f) : Rgb(0.f)); }),
       maps.trial("all negative", 4, 4, [](int x, int y) { return -noise(x, y); }),
-      maps.refused("NaN", NAN, {"NaN", "x = 3, y = 2, channel G"}),
-      maps.refused("infinity", INFINITY, {"infinite", "x = 3, y = 2, channel G"}),
-      maps.refused("-infinity", -INFINITY, {"infinite", "x = 3, y = 2, channel G"}),
-      maps.refused("infinity of a half float", INFINITY, {"infinite", "x = 3, y = 2, channel G"},
-                   true),
       maps.refused("a texel whose square overflows", 1e37f, {"too large", "1e36"}),
   };
   for (Trial& t : c.trials) {
