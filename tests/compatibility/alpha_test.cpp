@@ -16,7 +16,7 @@ constexpr int kRenders = 16;
 /// Standard deviations that a mean may be off, which are known, or, by Student's distribution of 15
 /// degrees of freedom, those that the renders tell: each time 4e-7 of false alarms, which makes 1e-4
 /// for the 250 means of this file.
-constexpr double kMostDeviations = 5.1, kMostMeasuredDeviations = 8.3;
+constexpr double kMaxDeviations = 5.1, kMaxMeasuredDeviations = 8.3;
 const double kIor = 1.5046 / 1.000277;
 const double kReflectance = std::pow((kIor - 1) / (kIor + 1), 2);
 /// Of a pane, with all reflections between its faces.
@@ -138,7 +138,7 @@ const Case kCases[] = {
 /// Each of `rays` rays has an alpha of 1 or of 0. Means of ones are rounded.
 void expect_share(double mean, double expected, double rays, const std::string& what) {
   EXPECT_NEAR(mean, expected,
-              kMostDeviations * std::sqrt(expected * (1 - expected) / rays) + 2e-6)
+              kMaxDeviations * std::sqrt(expected * (1 - expected) / rays) + 2e-6)
       << what;
 }
 
@@ -158,7 +158,7 @@ TEST(Alpha, IsThatOfMitsubasPathByEveryIntegrator) {
       expect_share(alpha.mean(), c.alpha, kRenders * kSide * kSide * kSamples / 3., what);
       if (c.color < 0 || method.tolerance < 0) continue;
       EXPECT_NEAR(color.mean(), c.color,
-                  kMostMeasuredDeviations * std::sqrt(color.variance_of_mean()) +
+                  kMaxMeasuredDeviations * std::sqrt(color.variance_of_mean()) +
                       method.tolerance * c.color + 2e-6)
           << what;
     }

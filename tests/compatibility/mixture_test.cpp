@@ -52,7 +52,7 @@ Estimate mean_over_renders(const Scene& scene, int renders) {
 
 constexpr int kRenders = 16;
 /// Student's t of 15 degrees of freedom, beyond which are 1e-5.
-constexpr double kMostDeviations = 6.5;
+constexpr double kMaxDeviations = 6.5;
 
 TEST(Mixture, OfSmoothGlassIsTheSumOfItsParts) {
   const double eta = 1.5046 / 1.000277, reflected = std::pow((eta - 1) / (eta + 1), 2);
@@ -76,7 +76,7 @@ TEST(Mixture, OfSmoothGlassIsTheSumOfItsParts) {
         c.bsdf + "</shape>";
     for (const char* type : {"path", "direct", "clustered"}) {
       const Estimate mean = mean_over_renders(*scene_from(integrator_xml(type) + rest), kRenders);
-      EXPECT_NEAR(mean.mean, c.expected, kMostDeviations * std::sqrt(mean.variance_of_mean) + 1e-5)
+      EXPECT_NEAR(mean.mean, c.expected, kMaxDeviations * std::sqrt(mean.variance_of_mean) + 1e-5)
           << type << c.bsdf;
     }
   }
@@ -101,7 +101,7 @@ TEST(Mixture, OfSmoothGlassIsTheSameFromBothEnds) {
         mean_over_renders(*scene_from(integrator_xml("ptracer") + body), kRenders);
     EXPECT_GT(path.mean, 0.05);
     const double deviation = std::sqrt(path.variance_of_mean + back.variance_of_mean);
-    EXPECT_NEAR(path.mean, back.mean, kMostDeviations * deviation) << bsdf;
+    EXPECT_NEAR(path.mean, back.mean, kMaxDeviations * deviation) << bsdf;
     EXPECT_LT(deviation, 0.015 * path.mean) << bsdf;
   }
 }

@@ -205,7 +205,7 @@ TEST(OldFormats, Roughdiffuse) {
   }
 }
 
-/// A black coat of index 1 is none; one of glass takes Fresnel's shares and spreads what is inside.
+/// A black coat of index 1 has no effect; one of glass takes Fresnel's shares and spreads what is inside.
 TEST(OldFormats, Coating) {
   const auto bsdf = old<Bsdf>(
       "<bsdf type='coating'><float name='intIOR' value='1.5'/><float name='extIOR' value='1'/>"
@@ -384,7 +384,7 @@ TEST(OldFormats, VertexColorsOfShapesWithoutColoursAreBlack) {
   }
 }
 
-/// Of a PLY file, too; one with colours keeps them, although both refer to the same BSDF.
+/// The same holds for PLY files; one with colours keeps them, although both refer to the same BSDF.
 TEST(OldFormats, VertexColorsOfPly) {
   const auto write = [](const std::string& name, const std::string& properties,
                         const std::string& values) {

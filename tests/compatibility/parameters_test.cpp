@@ -50,7 +50,7 @@ std::string serialized_triangle() {
   return file;
 }
 
-/// What plugins are given that can't be made without, by "category/name".
+/// Parameters that plugins can't be built without, by "category/name".
 std::map<std::string, std::map<std::string, std::string>> needed(const TemporaryFolder& folder) {
   const std::string curve = folder.write("curves.txt", "-1 0 0 1\n0 0 0 1\n1 0 0 1\n2 0 0 1\n");
   const std::string map =

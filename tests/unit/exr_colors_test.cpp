@@ -1,4 +1,4 @@
-// Which channels of an EXR file become its colour.
+// Selection of the channels of an EXR file that become its colour.
 #include <ImfArray.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>

@@ -204,7 +204,7 @@ TEST_F(ImageFormats, Jpeg) {
     EXPECT_NEAR(rgb.x, 200, 2);
     EXPECT_NEAR(rgb.y, 100, 2);
     EXPECT_NEAR(rgb.z, 50, 2);
-    // Of each ink, the share of light that it leaves.
+    // Each value is the share of light that an ink leaves.
     const Rgb cmyk = texel(*load(jpeg(20, 9, {255, 128, 0, 200}, is_progressive)), 19);
     EXPECT_NEAR(cmyk.x, 200, 2);
     EXPECT_NEAR(cmyk.y, 100, 2);

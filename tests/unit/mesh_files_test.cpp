@@ -224,8 +224,7 @@ TEST_F(MeshFiles, ObjFanWithManyVerticesAtOnePosition) {
   }
 }
 
-/// Mitsuba keeps the normals that are there, and reads those that are missing from memory that it
-/// has not set.
+/// Mitsuba keeps the given normals, and reads missing ones from uninitialised memory.
 TEST_F(MeshFiles, ObjCornersWithoutNormalsGetThoseOfTheirFaces) {
   const auto shape = load("bent.obj",
                           "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvn 1 0 0\n"
