@@ -238,7 +238,7 @@ MeanRgb estimate(StageTile& tile, const Add& add, const Shoot& shoot) {
     Strata strata;
     Rgb sum = add(seed, strata);
     comb.walk(strata, kRays, random_float(seed, 77),
-              [&](const SegmentHits& hits) { shoot(seed, hits, Answers{&sum}, rays); });
+              [&](const SegmentHits& hits) { shoot(seed, hits, Answers{{&sum}}, rays); });
     rays.trace();
     mean.add(sum);
   }

@@ -208,7 +208,7 @@ TEST(LocalStrata, AndEyeRaysShareTheLight) {
       const LocalStrata::Numbers numbers{random_bits(seed, 81), hash_words(seed, 82)};
       Rgb sum = stage->add(group, kEyeRays, numbers, strata);
       comb.walk(strata, kRays, random_float(seed, 77), [&](const SegmentHits& hits) {
-        stage->shoot(group, kEyeRays, hits, Answers{&sum}, rays);
+        stage->shoot(group, kEyeRays, hits, Answers{{&sum}}, rays);
       });
       EyeRays eye_rays(*light);
       eye_rays.begin_tile(tile.scene(), choice, hash_words(seed, 84), tile.counters());
