@@ -119,9 +119,7 @@ class CurveShape : public Shape {
     const V up(F(0.f), F(0.f), F(1.f));
     const V axis = safe_normalize(at.d_centre, up);
     const V viewer = wide::formulas::opposite_of(d);
-    // A spline's direction out is perpendicular to its axis, and stays so.
-    const V aside = safe_normalize(viewer - axis * dot(axis, viewer), viewer);
-    const V out = facing(safe_normalize(o + d * t - at.centre, up), is_bspline ? aside : viewer);
+    const V out = facing_out(at, axis, safe_normalize(o + d * t - at.centre, up), viewer);
 
     ShapePoint<F> point;
     // The tracer's own error, far away or along the curve, is left behind.
@@ -136,9 +134,9 @@ class CurveShape : public Shape {
     point.uv = {turn_of(dot(out, right), dot(out, rise)),
                 (along + to_float(segment)) * per_segment_};
     if constexpr (is_bspline) {
-      const F speed2 = dot(at.d_centre, at.d_centre), speed = sqrt(speed2);
+      const F speed = sqrt(dot(at.d_centre, at.d_centre));
       const F bend = at.radius * dot(out, at.dd_centre);
-      point.n = safe_normalize(out * (speed2 - bend) - axis * (speed * at.d_radius), out);
+      point.n = normal_of(at, axis, out);
       point.dp_du = cross(axis, out) * (2 * kPi * at.radius);
       // The directions that angles count from turn with the curve.
       const V d_axis = (at.dd_centre - axis * dot(axis, at.dd_centre)) / speed;
@@ -157,13 +155,28 @@ class CurveShape : public Shape {
     point.wi = point.frame.to_local(viewer);
     return point;
   }
-  /// `n` if it faces the viewer, else a normal that just does. Rays meet thin curves beyond their
-  /// rims, by the tracer's error, which grows with the length of the segments, not with the radius.
-  template <class V>
-  static V facing(const V& n, const V& viewer) {
+  /// Normal of the surface in the direction `out` from the centre line.
+  template <class F, class V>
+  static V normal_of(const CurvePlace<F>& at, const V& axis, const V& out) {
+    // Spheres touch cones at their normals.
+    if constexpr (!is_bspline) return out;
+    const F speed2 = dot(at.d_centre, at.d_centre);
+    const F bend = at.radius * dot(out, at.dd_centre);
+    return safe_normalize(out * (speed2 - bend) - axis * (sqrt(speed2) * at.d_radius), out);
+  }
+  /// Returns `out` if the surface there faces the viewer, else a direction that just faces the
+  /// viewer. Rays meet thin curves beyond their rims because the tracer's error grows with the
+  /// length of the segments, not with the radius.
+  template <class F, class V>
+  static V facing_out(const CurvePlace<F>& at, const V& axis, const V& out, const V& viewer) {
     constexpr float kLeastCosine = 1e-3f;
-    const auto cosine = dot(n, viewer);
-    return select(cosine > kLeastCosine, n, normalize(n + viewer * (kLeastCosine - cosine)));
+    // Directions out of a spline are perpendicular to its axis.
+    const V side =
+        is_bspline ? safe_normalize(viewer - axis * dot(axis, viewer), viewer) : viewer;
+    const F cosine = dot(out, side);
+    const auto faces = dot(normal_of(at, axis, out), viewer) > kLeastCosine ||
+                       cosine > kLeastCosine;
+    return select(faces, out, normalize(out + side * (kLeastCosine - cosine)));
   }
   template <class F>
   static F turn_of(const F& x, const F& y) {

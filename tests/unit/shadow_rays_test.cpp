@@ -32,7 +32,7 @@ TEST_F(ShadowRaysTest, AddWhatIsVisibleToTheirSums) {
   Rgb expected[2] = {Rgb(0.f), Rgb(0.f)};
   for (size_t i = 0; i < kRays; ++i) {
     const Rgb weight(static_cast<float>(i % 7), 1, -2);
-    rays_.push(point(i), direction(i), {weight, 0, 0}, {&sums[i % 2]});
+    rays_.push(point(i), direction(i), {weight, 0, 0}, {{&sums[i % 2]}});
     if (is_visible(i)) expected[i % 2] += weight;
   }
   rays_.trace();
@@ -45,8 +45,8 @@ TEST_F(ShadowRaysTest, AddWhatIsVisibleToTheirSums) {
 TEST_F(ShadowRaysTest, SkipThoseThatCarryNothing) {
   Rgb sum(1.f);
   for (size_t i = 0; i < 10; ++i) {
-    rays_.push(point(i), direction(i), {Rgb(0.f), 0, 0}, {&sum});
-    rays_.push(point(i), direction(i), 5, {Rgb(0.f), 0, 0}, {&sum}, {});
+    rays_.push(point(i), direction(i), {Rgb(0.f), 0, 0}, {{&sum}});
+    rays_.push(point(i), direction(i), 5, {Rgb(0.f), 0, 0}, {{&sum}}, {});
   }
   rays_.trace();
   EXPECT_EQ(sum, Rgb(1.f));
@@ -66,7 +66,7 @@ TEST_F(ShadowRaysTest, TellTheRecordsOfTheirPatches) {
     const ShadowRays::Lit of_lamp{i % 10 == 1 ? &lit : nullptr, 0.5f};
     rays_.push(point(i), direction(i), kInfinity, light, answers, of_lamp);
     // Rays of an estimate may wait among them.
-    if (i % 100 == 1) rays_.push(point(i), direction(i), {Rgb(2.f), 0, -1}, {&sum});
+    if (i % 100 == 1) rays_.push(point(i), direction(i), {Rgb(2.f), 0, -1}, {{&sum}});
   }
   rays_.trace();
   ASSERT_EQ(records[0].size(), kRays / 2);
