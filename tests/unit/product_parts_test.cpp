@@ -17,8 +17,6 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each statistical test
-
 /// Strata with weights over six decades, some of them 0, in padded arrays.
 struct Strata {
   std::vector<float> weights;

@@ -242,7 +242,7 @@ void EyeRays::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeW
         glossy.f * share_of(1, follow_ratio, is_mirroring ? kInfinity : odds);
   }
   shadow_rays.push(y, arrival->d, arrival->distance, {eye.weight * f * arrival->radiance, 0, -1},
-                   {eye.sum}, {});
+                   {{eye.sum}}, {});
 }
 
 /// What a ray from a surface meets.
@@ -368,7 +368,7 @@ void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, Lobe
   if (is_black(light)) return;
   const Vec3 end = point.end_of_ray(d) - y.p;
   const float reach = glm::length(end);
-  shadow_rays.push(y, end / std::max(reach, 1e-30f), reach, {light, 0, -1}, {eye.sum}, {});
+  shadow_rays.push(y, end / std::max(reach, 1e-30f), reach, {light, 0, -1}, {{eye.sum}}, {});
 }
 
 }  // namespace kinome
