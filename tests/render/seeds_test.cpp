@@ -1,0 +1,187 @@
+// The distribution over seeds: an expectation that no seed comes near is a wrong image. Each of
+// kSeeds renders of a scene must be near a long render by `path`, not only their mean.
+//
+// The mean of an image may deviate by kShare of it or by kErrors standard deviations that `path`
+// has at about equal time, whichever is more. Where the former is more, noise practically never
+// fails a test. Where the latter is, and the mean of 768 pixels is normal, one scene of kSeeds
+// renders fails in 0.4 % of all choices of seeds by chance (Student's t with kReferences - 1
+// degrees of freedom).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "seed_scenes.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr int kSeeds = 20, kSamples = 64;
+/// Renders of the reference, which has kReferences * kSamples samples a pixel.
+constexpr int kReferences = 64;
+constexpr double kShare = 0.03, kErrors = 4;
+/// `clustered` takes at most so many times as long as `path` for the same samples in most scenes.
+constexpr double kSamplesOfEqualTime = 4;
+/// No seed's error may be above so many times the median, unless that of some render by `path` of
+/// about equal time is as large.
+constexpr double kMaxErrorOfMedian = 3;
+/// Standard error of the median of normal values, in units of that of their mean.
+constexpr double kErrorOfMedian = 1.2533;
+
+std::vector<double> colours_of(const Image& image) {
+  std::vector<double> values;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < 3; ++c) values.push_back(image.at(x, y, c));
+    }
+  }
+  return values;
+}
+double mean_of(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+double median_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
+}
+
+/// What `path` finds in a long render.
+struct Reference {
+  std::vector<double> image;
+  double mean = 0;
+  double deviation = 0;      ///< of an image's mean, at about equal time
+  double largest_error = 0;  ///< of all renders, at about equal time
+
+  explicit Reference(const SeedScene& s) {
+    const auto scene = scene_from(SeedSceneXml(s)("path", "", kSamples));
+    Moments moments;
+    std::vector<std::vector<double>> renders;
+    for (uint64_t seed = 0; seed < kReferences; ++seed) {
+      renders.push_back(colours_of(render_scene(*scene, 5000 + seed)));
+      const std::vector<double>& values = renders.back();
+      image.resize(values.size());
+      for (size_t i = 0; i < values.size(); ++i) image[i] += values[i] / kReferences;
+      moments.add(mean_of(values));
+    }
+    mean = moments.mean();
+    deviation = std::sqrt(moments.variance_of_mean() * kReferences / kSamplesOfEqualTime);
+    for (const auto& values : renders) largest_error = std::max(largest_error, error(values));
+    largest_error /= kSamplesOfEqualTime;
+  }
+  /// relMSE of an image.
+  double error(const std::vector<double>& values) const {
+    double sum = 0;
+    for (size_t i = 0; i < values.size(); ++i) {
+      const double difference = values[i] - image[i];
+      sum += difference * difference / (image[i] * image[i] + .01 * mean * mean);
+    }
+    return sum / static_cast<double>(values.size());
+  }
+};
+
+/// Renders a scene with kSeeds seeds, and compares each with the reference.
+void expect_right_at_every_seed(const SeedScene& s, const std::string& parameters) {
+  const Reference reference(s);
+  const auto scene = scene_from(SeedSceneXml(s)("clustered", parameters, kSamples));
+  std::vector<double> means, errors;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const std::vector<double> values = colours_of(render_scene(*scene, seed));
+    means.push_back(mean_of(values));
+    errors.push_back(reference.error(values));
+  }
+  std::sort(means.begin(), means.end());
+  const double median = median_of(means), median_error = median_of(errors);
+  const double largest_error = *std::max_element(errors.begin(), errors.end());
+  const double limit = std::max(kShare * reference.mean, kErrors * reference.deviation);
+  const std::string figures = fmt::format(
+      "`path`: {:.4g} ± {:.2g}, limit {:.2g}; means {:.4g} to {:.4g}, 5 % quantile {:.4g}, median "
+      "{:.4g}; relMSE: median {:.3g}, largest {:.1f} times that, of `path` {:.1f}",
+      reference.mean, reference.deviation, limit, means.front(), means.back(), means[kSeeds / 20],
+      median, median_error, largest_error / median_error, reference.largest_error / median_error);
+  testing::Test::RecordProperty("figures", figures);
+  EXPECT_GT(reference.mean, 0);
+  // The 5 % quantile is among these.
+  EXPECT_GT(means.front(), reference.mean - limit) << figures;
+  EXPECT_LT(means.back(), reference.mean + limit) << figures;
+  EXPECT_NEAR(median, reference.mean,
+              std::max(kShare * reference.mean,
+                       kErrors * kErrorOfMedian * reference.deviation / std::sqrt(kSeeds)))
+      << figures;
+  EXPECT_LT(largest_error, std::max(kMaxErrorOfMedian * median_error, reference.largest_error))
+      << figures;
+}
+
+class Seeds : public testing::TestWithParam<SeedScene> {};
+TEST_P(Seeds, AreAllRight) {
+  expect_right_at_every_seed(GetParam(), "");
+}
+
+/// Product sampling itself: diagnostics keep `clustered` from leaving the image to `path`.
+class SeedsOfProduct : public testing::TestWithParam<SeedScene> {};
+TEST_P(SeedsOfProduct, AreAllRight) {
+  expect_right_at_every_seed(GetParam(), "<boolean name=\"diagnostics\" value=\"true\"/>");
+}
+
+std::string name_of(const testing::TestParamInfo<SeedScene>& info) {
+  return info.param.name;
+}
+
+using enum Subject;
+using enum Lamp;
+constexpr View kFar = View::kFar, kNear = View::kNear;
+
+const SeedScene kFew[] = {
+    {"CourtOnPlane100", kCourt, kSky, 1, 100},
+    {"CourtLampAt1000", kCourt, kPoint, 1000},
+    {"BoxPanelAt100", kBox, kPanel, 100, 100},
+    {"StillLifeSkyOnPlane100", kStillLife, kSky, 1, 100},
+    {"CornerOnPlane1000", kMetalCorner, kSky, 1, 1000},
+};
+INSTANTIATE_TEST_SUITE_P(Few, Seeds, testing::ValuesIn(kFew), name_of);
+
+const SeedScene kMore[] = {
+    {"CourtOnPlane1", kCourt, kSky, 1, 1},
+    {"CourtOnPlane10", kCourt, kSky, 1, 10},
+    {"CourtOnPlane1000", kCourt, kSky, 1, 1000},
+    {"CourtLampAt1", kCourt, kPoint, 1},
+    {"CourtLampAt10", kCourt, kPoint, 10},
+    {"CourtLampAt100", kCourt, kPoint, 100},
+    {"CourtBallAt1000OnPlane1000", kCourt, kBall, 1000, 1000},
+    {"TinyCourt", kCourt, kSky, 1, 100, kNear, 1e-3},
+    {"HugeCourt", kCourt, kSky, 1, 100, kNear, 1e3},
+    {"BoxOnPlane1000", kBox, kSky, 1, 1000},
+    {"BoxPanelAt1", kBox, kPanel, 1},
+    {"BoxPanelAt1000", kBox, kPanel, 1000},
+    {"HugeBoxLampAt100", kBox, kPoint, 100, 10, kNear, 1e3},
+    {"BoxFromFar", kBox, kBall, 10, 100, kFar},
+    {"CornerOnPlane1", kMetalCorner, kSky, 1, 1},
+    {"CornerLampAt1000", kMetalCorner, kPoint, 1000, 10},
+};
+INSTANTIATE_TEST_SUITE_P(More, Seeds, testing::ValuesIn(kMore), name_of);
+
+/// `max_depth` 2 and 3.
+const SeedScene kOfProduct[] = {
+    {"CourtOnPlane1000Depth2", kCourt, kSky, 1, 1000, kNear, 1, 2},
+    {"CourtLampAt100Depth2", kCourt, kPoint, 100, 0, kNear, 1, 2},
+    {"CourtFromFarDepth2", kCourt, kSky, 1, 100, kFar, 1, 2},
+    {"BoxOnPlane1000Depth2", kBox, kSky, 1, 1000, kNear, 1, 2},
+    {"BoxPanelAt1000Depth2", kBox, kPanel, 1000, 0, kNear, 1, 2},
+    {"TinyBoxPanelAt100Depth2", kBox, kPanel, 100, 10, kNear, 1e-3, 2},
+    {"StillLifeSkyOnPlane100Depth2", kStillLife, kSky, 1, 100, kNear, 1, 2},
+    {"StillLifePanelAt3Depth2", kStillLife, kPanel, 3, 10, kNear, 1, 2},
+    {"CornerPanelAt10Depth2", kMetalCorner, kPanel, 10, 100, kNear, 1, 2},
+    {"CourtLampAt1Depth3", kCourt, kPoint, 1, 0, kNear, 1, 3},
+    {"CourtLampAt1000Depth3", kCourt, kPoint, 1000, 0, kNear, 1, 3},
+    {"CourtBallAt1000OnPlane1000Depth3", kCourt, kBall, 1000, 1000, kNear, 1, 3},
+    {"BoxPanelAt1Depth3", kBox, kPanel, 1, 0, kNear, 1, 3},
+    {"CornerOnPlane1Depth3", kMetalCorner, kSky, 1, 1, kNear, 1, 3},
+    {"CourtLampAt1AnyDepth", kCourt, kPoint, 1, 0, kNear, 1, -1},
+    {"BoxPanelAt1AnyDepth", kBox, kPanel, 1, 0, kNear, 1, -1},
+};
+INSTANTIATE_TEST_SUITE_P(Each, SeedsOfProduct, testing::ValuesIn(kOfProduct), name_of);
+
+}  // namespace
+}  // namespace kinome::test
