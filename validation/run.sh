@@ -6,6 +6,7 @@
 #                        [--quick] [--fresh] [--output FOLDER] [--build FOLDER]
 #   sh validation/run.sh benchmark [SCENE|GROUP...] --scenes-for 15m [...]
 #   sh validation/run.sh maps [SCENE...] [--spp N] [...]
+#   sh validation/run.sh budgets [SCENE|FILE|FOLDER...] [--minutes N] [--seeds N] [--threads N] [...]
 #   sh validation/run.sh engine [PART...] [SCENE|GROUP...] [--minutes N] [--sampler NAME] [...]
 #
 # engine: nanoseconds a sample of ours and of Mitsuba's llvm_ad_rgb, and what else its goals name.
@@ -14,6 +15,10 @@
 #
 # maps: where the error of clustered by product lies, by pixels and by classes of pixels, on six
 # scenes, in 3 minutes. Ends with validation/maps/. Needs no Mitsuba.
+#
+# budgets: is clustered worse than path or ptracer, by samples and by time, on these scenes, scene
+# files, or all scene files of a folder? Ends with validation/budgets/. Begins no scene that would
+# end after 10 minutes; the same command then goes on. Needs no Mitsuba.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are taken only if
 # asked for; all: these and the rest, 26.
@@ -83,7 +88,7 @@ if [ "$modes" != report ]; then
     ninja -C "$build" kinome_renderer
   fi
   "$kinome_python" "$root/scenes/make_assets.py"
-  if [ "$modes" != maps ]; then
+  if [ "$modes" != maps ] && [ "$modes" != budgets ]; then
     # Mitsuba's llvm variants need it; without, they are left out.
     (kinome_packages=libllvm19 && kinome_install_packages) ||
       echo "validation: no libllvm19: Mitsuba's llvm variants are left out" >&2

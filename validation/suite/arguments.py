@@ -5,16 +5,18 @@ import os
 import pathlib
 
 from .schedule import duration
-from .tables import ALL_WORD, ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SCENES, named
+from .tables import (ALL_WORD, ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SCENES, THREADS,
+                     named)
 
 MODES = ("correctness", "benchmark", "report")
-ENGINE, MAPS = "engine", "maps"  # only if they are named
-WORDS = (*MODES, ENGINE, MAPS)
+ENGINE, MAPS, BUDGETS = "engine", "maps", "budgets"  # only if they are named
+WORDS = (*MODES, ENGINE, MAPS, BUDGETS)
 DESCRIPTION = """\
 Compares Kinome with Mitsuba 3 (and Blender's Cycles where it can): correctness, then time against
 error, then a page of both. Without a mode, all three. `engine`, only if named: nanoseconds a sample
 beside Mitsuba's llvm_ad_rgb, and what else its goals name. `maps`, only if named: where the error
-of clustered by product lies. What was measured before is not measured again (but for maps). Exit
+of clustered by product lies. `budgets`, only if named: is clustered worse than path on any scene by
+any budget? What was measured before is not measured again (but for maps). Exit
 status: 0 all well; 1 a comparison is red; 2 something was left out, as the lines say, or a bad
 argument; 3 another run is at work in the same build folder; 130 or 143 interrupted."""
 
@@ -33,9 +35,10 @@ def parse(arguments=None):
     parser.add_argument("words", nargs="*", metavar="MODE, PART or SCENE",
                         help=f"first a mode ({', '.join(WORDS)}), then scenes or groups of them "
                              f"({', '.join(GROUP_WORDS)}; {ALL_WORD}: all 28), of engine also "
-                             f"parts ({', '.join(ENGINE_PARTS)}); default: all modes but engine "
-                             "and maps, all parts, and all scenes but those that are made for "
-                             "asking (maps: six)")
+                             f"parts ({', '.join(ENGINE_PARTS)}), of budgets also scene files and "
+                             "folders of them; default: all modes but engine, "
+                             "maps and budgets, all parts, and all scenes but those that are made for "
+                             "asking (maps: six, budgets: all)")
     parser.add_argument("--scenes", metavar="A,B", default="", help="the same as scenes as words")
     parser.add_argument("--quick", action="store_true",
                         help="smaller pictures, fewer seeds and scenes: at most 10 minutes")
@@ -47,18 +50,22 @@ def parse(arguments=None):
                              "time (90s, 15m, 2h), first what this program wasn't measured on, "
                              "then what is oldest; the same command goes on")
     parser.add_argument("--output", type=pathlib.Path, metavar="FOLDER",
-                        help="where the page goes; default: validation/report, engine or "
-                             "maps, quick: the same in out")
+                        help="where the page goes; default: validation/report, engine, maps "
+                             "or budgets, quick: the same in out")
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build", metavar="FOLDER",
                         help="measure the program of that build folder, as it is; default: build, "
                              "which is brought up to date")
     parser.add_argument("--minutes", type=float, default=10, metavar="N",
-                        help="engine: begin no measurement that would end later; the same command "
-                             "goes on; default: %(default)g")
+                        help="engine and budgets: begin no measurement that would end later; the "
+                             "same command goes on; default: %(default)g")
     parser.add_argument("--sampler", default="ldsampler", metavar="NAME",
                         help="engine: of both programs; default: %(default)s")
     parser.add_argument("--spp", type=int, metavar="N",
                         help="maps: samples a pixel; default: 16")
+    parser.add_argument("--seeds", type=int, default=3, metavar="N",
+                        help="budgets: renders of each kind, 2 at least; default: %(default)d")
+    parser.add_argument("--threads", type=int, default=THREADS, metavar="N",
+                        help="budgets: of each render; default: %(default)d")
     parser.add_argument("--work", type=pathlib.Path, help=argparse.SUPPRESS)
     parser.add_argument("--check", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_intermixed_args(arguments)
@@ -74,6 +81,8 @@ def parse(arguments=None):
     for name in options.words:
         if name in WORDS:
             parser.error(f'one mode at most, as the first word: "{name}" is another')
+        if options.modes == (BUDGETS,) and pathlib.Path(name).exists():
+            continue
         if name not in known | {ALL_WORD, *GROUP_WORDS}:
             parser.error(f'no mode or scene "{name}"; modes are {", ".join(WORDS)}, groups '
                          f'{", ".join((*GROUP_WORDS, ALL_WORD))}, scenes '
@@ -95,7 +104,9 @@ def parse(arguments=None):
     if options.modes == (MAPS,) and options.words and not timed & set(options.words):
         parser.error(f'no maps of {", ".join(options.words)}: there are some of '
                      f'{", ".join(sorted(timed))}')
-    name = options.modes[0] if options.modes[0] in (ENGINE, MAPS) else "report"
+    if options.seeds < 2:
+        parser.error("--seeds must be 2 at least: error is the variance between them")
+    name = options.modes[0] if options.modes[0] in (ENGINE, MAPS, BUDGETS) else "report"
     options.output = options.output or ROOT / ("out" if options.quick else "validation") / name
     if name in options.modes:
         reason = unwritable(options.output)

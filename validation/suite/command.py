@@ -167,6 +167,35 @@ class Session:
             write_whole(options.output / "README.md", maps_page.page(found))
             self.log.say(f"wrote {options.output / 'README.md'}")
 
+    def budgets(self):
+        from bounces import NAMES, scene_of as bounces_scene
+
+        from . import budget_scenes, budgets, budgets_page
+        options, folder = self.options, self.folder / "budgets"
+        work = budgets.Budgets(self.kinome, Store(folder / "measurements.jsonl"), folder, options,
+                               self.log)
+        boxes = [name for name in NAMES if name.startswith("cornell")]
+        scenes = budget_scenes.scenes_of(
+            options.words, lambda: [bounces_scene(name, folder / "scenes") for name in boxes])
+        path = options.output / "budgets.json"
+        for done, scene in enumerate(scenes):
+            spent = time.monotonic() - self.log.started
+            if spent * (1 + 1 / max(done, 1)) > 60 * options.minutes and done:
+                self.log.say(f"{len(scenes) - done} scenes are left: the same command goes on")
+                break
+            self.log.say(f"{scene.name}: {done + 1} of {len(scenes)}")
+            try:
+                one = work.scene(scene)
+            except Problem as reason:
+                self.log.problem(f"{scene.name}: {reason}")
+                continue
+            found = (read_json(path) or {"scenes": {}})["scenes"] | {scene.name: one}
+            write_json(path, {"machine": machine(), "scenes": found})
+            write_whole(options.output / "README.md", budgets_page.page(machine(), found))
+            write_whole(options.output / "measurements.csv", budgets_page.measurements(found))
+            with whole(options.output / "plot.png") as file:
+                file.write(budgets_page.plot(found))
+
     def report(self):
         correctness = read_json(self.results / "correctness.json")
         benchmark = read_json(self.results / "benchmark.json")
@@ -181,7 +210,7 @@ class Session:
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
         told = read_json(self.results / "problems.json") or {}
         problems = [line for mode, lines in told.items()
-                    if mode not in ("engine", "maps")  # have pages of their own
+                    if mode not in ("engine", "maps", "budgets")  # have pages of their own
                     for line in lines if not words or scene_of(line) in (None, *words)]
         problems += unmeasured(correctness, benchmark, self.effort, words)
         write_report(self.options.output, correctness, benchmark, problems,

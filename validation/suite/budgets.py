@@ -1,0 +1,182 @@
+"""`validation/run.sh budgets`: is `clustered` worse than `path` or `ptracer` on any scene, by any budget?
+
+All three take all bounces (max_depth -1). Error is the variance between seeds, as in bounces.py, and
+time is processor time less that of a tiny render, so that other programs on the machine matter little.
+What `path` would have in the time that `clustered` took is read off its own curve.
+"""
+import dataclasses
+import math
+import statistics
+
+import numpy as np
+
+import bounces
+from program import commit, machine
+
+from .problems import Problem
+from .store import digest
+from .budget_scenes import derived
+
+SIZE = (160, 120)
+# Samples and seconds (--time) of `clustered`, and samples of the others.
+SAMPLES, SECONDS = (2, 8, 32, 128), (1, 5)
+PATH_SAMPLES, PTRACER_SAMPLES = (8, 32, 128), (32,)
+MAX_SECONDS = 6  # of processor time, of a render of `path`: beyond, its errors are extrapolated
+LIMIT = 0.9
+# `ptracer` counts if the mean of its image is that of `path` but for so much, or for four standard
+# errors: it does not find what mirrors and glass show.
+SAME_MEAN, SAME_ERRORS = 0.01, 4
+STARTS = 3  # renders that say how long start-up and loading take
+
+
+@dataclasses.dataclass(frozen=True)
+class Budget:
+    """Of samples or of seconds."""
+
+    samples: int | None = None
+    seconds: float | None = None
+
+    @property
+    def name(self):
+        return f"{self.samples} samples" if self.samples else f"{self.seconds:g} s"
+
+
+BUDGETS = (*(Budget(samples=n) for n in SAMPLES), *(Budget(seconds=s) for s in SECONDS))
+
+
+class Budgets:
+    def __init__(self, kinome, store, folder, options, log):
+        self.kinome, self.store, self.folder = kinome, store, folder
+        self.options, self.log = options, log
+        (folder / "pictures").mkdir(parents=True, exist_ok=True)
+
+    def measure(self, scene, integrator, budget, seed):
+        """{"processor", "samples", "why"} and the image, from the store or made now."""
+        key = {"budgets": scene.name, "scene": scene.hash(), "size": SIZE, "who": integrator,
+               "program": self.kinome.program, "budget": budget.name, "seed": seed,
+               "threads": self.options.threads, "machine": machine()["processor"]}
+        path = self.folder / f"pictures/{digest(key)}.npy"
+        found = self.store.get(key)
+        if found is None or not path.is_file():
+            found, image = self.render(scene, integrator, budget, seed, SIZE)
+            np.save(path, image.astype(np.float32))
+            self.store.put(key, found)
+        return found | {"image": np.load(path).astype(np.float64)}
+
+    def render(self, scene, integrator, budget, seed, size):
+        copy, folders = derived(scene, self.folder / "scenes", integrator, budget.samples or 4, size)
+        timed = ("--time", str(budget.seconds)) if budget.seconds else ()
+        made = self.kinome.render(copy, {}, seed, ("-t", str(self.options.threads), *folders, *timed))
+        why = [skipped["why"] for skipped in made.stats["skipped"] if skipped["what"] == "product"]
+        return {"processor": made.stats["processor_seconds"], "samples": made.samples,
+                "why": why[0] if why else ""}, made.image
+
+    def start(self, scene):
+        """Processor time of a render that hardly renders, from the store or measured now."""
+        def measure():
+            return {"processor": statistics.median(
+                self.render(scene, "path", Budget(samples=1), seed, (16, 12))[0]["processor"]
+                for seed in range(STARTS))}
+
+        key = {"budgets": scene.name, "scene": scene.hash(), "who": "start",
+               "program": self.kinome.program, "machine": machine()["processor"]}
+        return self.store.recall(key, measure)["processor"]
+
+    def runs(self, scene, integrator, budgets):
+        """{budget: renders of all seeds}; no larger budgets of `path` than MAX_SECONDS allow."""
+        found = {}
+        for budget in budgets:
+            found[budget] = [self.measure(scene, integrator, budget, seed)
+                             for seed in range(1, self.options.seeds + 1)]
+            if integrator == "path" and found[budget][0]["processor"] > MAX_SECONDS / 4:
+                break
+        self.log.say(f"{scene.name}: {integrator}")
+        return found
+
+    def scene(self, scene):
+        """What the page has of it."""
+        start = self.start(scene)
+        runs = {"path": self.runs(scene, "path", [Budget(samples=n) for n in PATH_SAMPLES])}
+        try:
+            light = self.runs(scene, "ptracer", [Budget(samples=n) for n in PTRACER_SAMPLES])
+            if is_same(means(runs["path"]), means(light)):
+                runs["ptracer"] = light
+        except Problem as reason:
+            self.log.say(f"{scene.name}: without ptracer: {reason}")
+        runs["clustered"] = self.runs(scene, "clustered", BUDGETS)
+        mean = weighted_mean([best(found) for found in runs.values()])
+        curves = {who: [point(budget, renders, mean, start) for budget, renders in found.items()]
+                  for who, found in runs.items()}
+        ours = means(runs["clustered"])
+        theirs = means(runs["path"])
+        return {"start": start, "curves": curves, "commit": commit(), "seeds": self.options.seeds,
+                "difference": ours[0] / theirs[0] - 1,
+                "difference_error": math.hypot(ours[1], theirs[1]) / theirs[0]}
+
+
+def best(found):
+    """The images of the most expensive budget."""
+    dearest = max(found.values(), key=lambda renders: renders[0]["processor"])
+    return [render["image"] for render in dearest]
+
+
+def means(found):
+    """Mean of the images of the dearest budget, and its standard error."""
+    values = [float(image.mean()) for image in best(found)]
+    return statistics.fmean(values), statistics.stdev(values) / math.sqrt(len(values))
+
+
+def is_same(a, b):
+    return abs(a[0] - b[0]) <= max(SAME_MEAN * a[0], SAME_ERRORS * math.hypot(a[1], b[1]))
+
+
+def weighted_mean(stacks):
+    """Of stacks of images, each by the inverse of its variance."""
+    weights = [len(stack) / max(np.var(stack, axis=0, ddof=1).mean(), 1e-30) for stack in stacks]
+    return np.average([np.mean(stack, axis=0) for stack in stacks], axis=0, weights=weights)
+
+
+def point(budget, renders, mean, start):
+    return {"budget": budget.name, "samples": renders[0]["samples"],
+            "processor": [max(render["processor"] - start, 1e-3) for render in renders],
+            "by_paths": sum(bool(render["why"]) for render in renders),
+            "why": next((render["why"] for render in renders if render["why"]), ""),
+            **bounces.errors([render["image"] for render in renders], mean)}
+
+
+def seconds_of(one):
+    return statistics.median(one["processor"])
+
+
+def error_at(curve, seconds):
+    """relMSE after so many seconds: between measured points along a line in both logarithms, beyond
+    them by 1 / time."""
+    points = sorted((seconds_of(one), one["relmse"]) for one in curve if one["relmse"] > 0)
+    if not points:
+        return None
+    first, last = points[0], points[-1]
+    if seconds <= first[0] or seconds >= last[0]:
+        near = first if seconds <= first[0] else last
+        return near[1] * near[0] / seconds
+    times, errors = zip(*points)
+    return float(np.exp(np.interp(np.log(seconds), np.log(times), np.log(errors))))
+
+
+def ratios(entry):
+    """[{budget, seconds, relmse, peer, peer_relmse, ratio}]: the error of the better peer at the time of
+    `clustered`, over that of `clustered`."""
+    rows = []
+    for one in entry["curves"]["clustered"]:
+        seconds = seconds_of(one)
+        others = {who: error_at(curve, seconds) for who, curve in entry["curves"].items()
+                  if who != "clustered"}
+        others = {who: error for who, error in others.items() if error}
+        if not others or not one["relmse"] > 0:
+            continue
+        peer = min(others, key=others.get)
+        rows.append({"budget": one["budget"], "seconds": seconds, "relmse": one["relmse"],
+                     "peer": peer, "peer_relmse": others[peer],
+                     "ratio": others[peer] / one["relmse"],
+                     "path_ratio": others["path"] / one["relmse"],
+                     "by_paths": one["by_paths"], "why": one["why"]})
+    return rows
