@@ -296,7 +296,7 @@ TEST_F(Program, StatsForPeopleGoToStderr) {
 /// Stages come as they run, with what they are, and parts add up to what they are part of.
 TEST_F(Program, StatsForPeopleAddUp) {
   const ProcessResult result =
-      kinome({scene_, "--stats", "-t", "2", "-D", "integrator=clustered", "-D", "spp=16"});
+      kinome({scene_, "--stats", "-t", "2", "-D", "integrator=clustered", "-D", "spp=160"});
   EXPECT_EQ(result.status, 0) << result.err;
   struct Row {
     size_t indent;

@@ -73,6 +73,7 @@ const Method kMethods[] = {
     {"direct", "<integer name=\"emitter_samples\" value=\"0\"/>"
                "<integer name=\"bsdf_samples\" value=\"3\"/>"},
     {"clustered", ""},
+    {"clustered", "<boolean name=\"trial\" value=\"false\"/>"},
     {"clustered", "<integer name=\"max_depth\" value=\"2\"/>"},
     {"clustered", "<string name=\"importance\" value=\"joint\"/>"
                   "<integer name=\"max_depth\" value=\"2\"/>"

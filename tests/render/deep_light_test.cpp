@@ -136,7 +136,7 @@ TEST(DeepLightPaths, FillAFurnace) {
     const std::string grey = std::to_string(rho);
     const auto scene = scene_from(
         "<scene version=\"3.0.0\">" +
-        integrator_xml("clustered", -1, number("rays_per_pixel", 48)) +
+        integrator_xml("clustered", -1, kNoTrial + number("rays_per_pixel", 48)) +
         sensor_xml("perspective", look_at("0 0 0", "0 0 1", "0 1 0"), 4, 4) +
         "<shape type=\"sphere\"><boolean name=\"flip_normals\" value=\"true\"/>" +
         diffuse_xml(grey + " " + grey + " " + grey) + area_xml("1 1 1") + "</shape></scene>");
@@ -156,7 +156,7 @@ TEST(DeepLightPaths, AreThoseOfPathWhereLightComesThroughGlass) {
     Arrangement s = setup_of({"", kLamp + (is_in_glass ? glass : ""), kGrey, -1, kStone});
     if (!is_in_glass) s.shapes += shape_xml("sphere", "<scale value=\".1\"/>", kMirror);
     s.film = integer("width", 96) + integer("height", 72) + "<rfilter type=\"box\"/>";
-    const auto scene = make_scene(s, integrator_xml("clustered", -1), 16);
+    const auto scene = make_scene(s, integrator_xml("clustered", -1), 64);
     RenderContext context({.threads = 2, .seed = 7});
     render(*scene, *scene->sensors()[0], context);
     const auto& skipped = context.stats().skipped;
@@ -188,7 +188,7 @@ TEST(DeepLightPaths, LeaveUnusedLanesOut) {
       "rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\"-1.6\"/>",
       kGrey);
   const std::string xml = "<scene version=\"3.0.0\">" +
-                          integrator_xml("clustered", 12, number("rays_per_pixel", 192)) +
+                          integrator_xml("clustered", 12, kNoTrial + number("rays_per_pixel", 192)) +
                           sensor_xml("perspective", look_at("0 2.5 6", "0 0 0", "0 1 0"), 32, 32) +
                           constant_xml("1 1 1") + balls + floor + "</scene>";
   const auto scene_for = [&](InstructionSet set) {

@@ -311,8 +311,8 @@ TEST(Direct, PicksAmongManyEmitters) {
 TEST(Direct, LampsThatShineInwardAreBlackFromOutside) {
   const auto clustered = [](const std::string& importance, int max_depth) {
     return "<integrator type=\"clustered\"><string name=\"importance\" value=\"" + importance +
-           "\"/><integer name=\"max_depth\" value=\"" + std::to_string(max_depth) +
-           "\"/></integrator>";
+           "\"/><boolean name=\"trial\" value=\"false\"/><integer name=\"max_depth\" value=\"" +
+           std::to_string(max_depth) + "\"/></integrator>";
   };
   const auto picture = [](const std::string& shape, bool shines_inward,
                           const std::string& integrator) {

@@ -267,6 +267,9 @@ std::string furnace_xml(const std::string& rho) {
 const std::string kJoint =
     "<string name=\"importance\" value=\"joint\"/><integer name=\"light_samples\" value=\"200\"/>";
 
+/// Parameter of `clustered` by which no image is left to `path`.
+const std::string kNoTrial = "<boolean name=\"trial\" value=\"false\"/>";
+
 /// Longer paths than an integrator renders are no mistake, and 0 and 1 are what they are to `path`.
 TEST(MaxDepth, IsWhatMitsubaTakes) {
   struct Chooser {
@@ -275,7 +278,7 @@ TEST(MaxDepth, IsWhatMitsubaTakes) {
   };
   const std::string lamp = shape_xml("sphere", "<scale value=\".3\"/>", area_xml("1 2 3"));
   const std::string scene = furnace_xml("0.5") + lamp;
-  for (const Chooser& c : {Chooser{"clustered", ""}, Chooser{"clustered", kJoint},
+  for (const Chooser& c : {Chooser{"clustered", kNoTrial}, Chooser{"clustered", kJoint},
                            Chooser{"groundtruth", kJoint.substr(kJoint.find("/>") + 2)}}) {
     SCOPED_TRACE(c.type + c.parameters);
     const auto picture = [&](int depth) {
@@ -285,7 +288,7 @@ TEST(MaxDepth, IsWhatMitsubaTakes) {
     EXPECT_NE(picture(2), deepest);
     EXPECT_EQ(picture(2147483647), deepest);
     // Of light points there is but one bounce.
-    const bool goes_on = c.parameters.empty();
+    const bool goes_on = c.parameters == kNoTrial;
     for (const int depth : {3, 4}) EXPECT_EQ(picture(depth) != deepest, goes_on) << depth;
     EXPECT_EQ(render_scene(*scene_from(scene + "<integrator type=\"" + c.type + "\">" +
                                        c.parameters + "</integrator>"))

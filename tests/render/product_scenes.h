@@ -104,11 +104,13 @@ inline std::unique_ptr<Scene> make_scene(const Arrangement& s, const std::string
 inline std::string hidden(const Arrangement& s) {
   return s.hide ? "<boolean name=\"hide_emitters\" value=\"true\"/>" : "";
 }
+/// Parameter by which no image is left to `path`.
+inline const std::string kNoTrial = "<boolean name=\"trial\" value=\"false\"/>";
 inline std::unique_ptr<Scene> product_scene(const Arrangement& s) {
   return make_scene(
       s,
       "<integrator type=\"clustered\"><string name=\"importance\" value=\"product\"/>" +
-          number("rays_per_pixel", s.rays) + hidden(s) + integer("max_depth", s.max_depth) +
+          kNoTrial + number("rays_per_pixel", s.rays) + hidden(s) + integer("max_depth", s.max_depth) +
           s.parameters + "</integrator>",
       8);
 }

@@ -177,6 +177,7 @@ TEST(Transmission, ClusteredAgreesWithPaths) {
         };
         const std::string product =
             "<integrator type=\"clustered\"><string name=\"importance\" value=\"product\"/>"
+            "<boolean name=\"trial\" value=\"false\"/>"
             "<float name=\"rays_per_pixel\" value=\"96\"/><integer name=\"max_depth\" value=\"" +
             std::to_string(depth) + "\"/></integrator>";
         expect_equal(estimate(integrator_xml("path", depth, rr_depth_xml(9)), 1),

@@ -27,7 +27,7 @@ std::string clustered(const std::string& importance, int max_depth) {
   return xml::integrator("clustered",
                          xml::text("importance", importance) + xml::integer("light_samples", 200) +
                              xml::integer("cut_size", 30) + xml::integer("emitter_samples", 8) +
-                             xml::integer("brdf_samples", 8) + xml::number("rays_per_pixel", 12) +
+                             xml::integer("brdf_samples", 8) + xml::number("rays_per_pixel", 12) + xml::boolean("trial", false) +
                              xml::integer("max_depth", max_depth));
 }
 const std::vector<Renderer>& renderers() {

@@ -46,7 +46,8 @@ std::string with_depth(const std::string& type, int max_depth) {
   const std::string depth = xml::integer("max_depth", max_depth);
   if (type != "product") return xml::integrator(type, depth);
   return xml::integrator("clustered", xml::text("importance", type) + xml::integer("cut_size", 30) +
-                                          xml::number("rays_per_pixel", 12) + depth);
+                                          xml::number("rays_per_pixel", 12) +
+                                          xml::boolean("trial", false) + depth);
 }
 
 /// Light itself is left out: `ptracer` doesn't show environments, and its paths find lamps that are

@@ -153,7 +153,7 @@ TEST(Check, LeavesOpenWhatPathsMeetOnceInAMillion) {
       "product, one bounce",
       xml::integrator("clustered", xml::text("importance", "product") +
                                        xml::number("rays_per_pixel", kRaysPerPixel) +
-                                       xml::integer("max_depth", 3)),
+                                       xml::boolean("trial", false) + xml::integer("max_depth", 3)),
       black.name};
   const CheckReport report = check(scene, true, {black, product}, fewer_renders());
   EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;

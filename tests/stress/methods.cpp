@@ -11,6 +11,7 @@ std::string clustered(const std::string& importance, int max_depth) {
                              xml::integer("cut_size", 20) + xml::integer("emitter_samples", 4) +
                              xml::integer("brdf_samples", 4) +
                              xml::number("rays_per_pixel", kRaysPerPixel) +
+                             xml::boolean("trial", false) +
                              xml::integer("max_depth", max_depth));
 }
 std::string with_depth(const std::string& type, int max_depth) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
+#include <tuple>
 
 #include "clustered/product/spread.h"
 
@@ -23,22 +25,42 @@ MethodTrial::Way noise(uint64_t seed, float deviation, double rays, RenderContex
   return {render, cost_of_ray, 1};
 }
 
+TEST(MethodTrial, TilesAreWholeAndSpreadOverTheImage) {
+  for (const auto& [width, height, tiles] : {std::tuple(160, 120, 24), {1280, 720, 256},
+                                             {161, 122, 24}, {12, 9, 24}, {300, 5, 24}}) {
+    const TileGrid grid({3, 7, 3 + width, 7 + height});
+    const MethodTrial trial(grid, tiles, 9);
+    const std::vector<size_t> pixels = trial.pixels();
+    const auto count = static_cast<int>(pixels.size()) / (kTileSide * kTileSide);
+    EXPECT_EQ(static_cast<int>(pixels.size()), count * kTileSide * kTileSide);
+    EXPECT_EQ(trial.share(), static_cast<double>(count) / grid.tiles());
+    EXPECT_GE(count, std::min(tiles, grid.tiles() / 2) - 3);
+    EXPECT_LE(count, std::min(tiles, grid.tiles() / 2) + 3);
+    EXPECT_EQ(std::set(pixels.begin(), pixels.end()).size(), pixels.size());
+    // No half of the image has none.
+    int left = 0, top = 0;
+    for (const size_t i : pixels) {
+      left += static_cast<int>(i) % width < width / 2;
+      top += static_cast<int>(i) / width < height / 2;
+    }
+    if (count < 8) continue;
+    EXPECT_NEAR(left, static_cast<double>(pixels.size()) / 2, 0.3 * pixels.size());
+    if (height > 8) {
+      EXPECT_NEAR(top, static_cast<double>(pixels.size()) / 2, 0.3 * pixels.size());
+    }
+  }
+  EXPECT_TRUE(MethodTrial(TileGrid({0, 0, 3, 100}), 24, 5).empty());
+}
+
 TEST(MethodTrial, ComparesErrorTimesRays) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});
-  const MethodTrial trial(grid, 5);
-  ASSERT_TRUE(trial.is_possible());
-  size_t wanted = 0;
-  for (int block = 0; block < grid.blocks_x() * grid.blocks_y(); ++block) {
-    grid.for_each_tile(block, [&](const TileGrid::Tile& tile) { wanted += trial.is_wanted(tile); });
-  }
-  EXPECT_NEAR(static_cast<double>(wanted), grid.tiles() * trial.share(),
-              5 * std::sqrt(grid.tiles() * trial.share()));
+  const MethodTrial trial(grid, 256, 5);
   // Half of all pixels differ between two renders: their number n has a relative deviation of
   // 1 / sqrt(n), and of the two ways' ratio five of these make sqrt(2) x 5 / sqrt(n). What a
   // pixel's own mean does to its weight is small beside that where noise is.
   const double tolerance =
-      5 * std::sqrt(2.) / std::sqrt(0.5 * static_cast<double>(wanted) * kTileSide * kTileSide);
+      5 * std::sqrt(2.) / std::sqrt(0.5 * static_cast<double>(trial.pixels().size()));
   const auto work = [&](float deviation, double rays, double cost_of_ray) {
     return trial.compare(noise(1, 0.02f, 1000, context),
                          noise(2, deviation, rays, context, cost_of_ray), context)
@@ -54,7 +76,7 @@ TEST(MethodTrial, ComparesErrorTimesRays) {
 TEST(MethodTrial, MissedLightIsAnError) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});
-  const MethodTrial trial(grid, 5);
+  const MethodTrial trial(grid, 256, 5);
   const auto work = [&](float first, float second) {
     return trial.compare(noise(1, 0.02f, 1000, context, 1, first),
                          noise(2, 0.02f, 1000, context, 1, second), context)
@@ -69,13 +91,12 @@ TEST(MethodTrial, MissedLightIsAnError) {
 TEST(MethodTrial, ChoosesTheFirstWayWhereThereIsNothingToCompare) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 128, 128});
-  const MethodTrial trial(grid, 5);
+  const MethodTrial trial(grid, 256, 5);
   // The first way misses next to nothing by chance.
   EXPECT_GT(trial.compare(noise(1, 0, 1000, context), noise(2, 0.1f, 1000, context), context).work,
             100);
   EXPECT_EQ(trial.compare(noise(1, 0.1f, 0, context), noise(2, 0.1f, 1000, context), context).work,
             kInfinity);
-  EXPECT_FALSE(MethodTrial(TileGrid({0, 0, 24, 28}), 5).is_possible());
 }
 
 }  // namespace

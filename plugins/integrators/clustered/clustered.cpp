@@ -67,6 +67,9 @@ constexpr Parameter kParameters[] = {
      "pixel, but in plain scenes and by --time and --error."},
     {"light_guide", ParameterType::kBoolean, "true",
      "'product': draw light points where what they light is seen."},
+    {"trial", ParameterType::kBoolean, "true",
+     "'product': leave images to `path` if a trial on some tiles finds that it takes less work to "
+     "the same error, or if the render is short. Not for light that `path` doesn't find."},
     {"rr_depth", ParameterType::kInteger, "5",
      "'product': Russian roulette ends paths from the camera from this many surface points on."},
     KINOME_POINT_LIGHT_PARAMETERS,
@@ -142,6 +145,7 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   sampling.shared_candidates = props.boolean("shared_candidates");
   sampling.fewer_cells = props.boolean("fewer_cells");
   sampling.light_guide = props.boolean("light_guide");
+  sampling.trial = props.boolean("trial");
   return settings;
 }
 

@@ -7,9 +7,8 @@
 namespace kinome {
 namespace {
 
-/// Every kMaxStride-th tile is rendered on average, and at most kMaxTiles, because a trial must be a
-/// small part of the render. In small images the stride falls to kMinStride, to reach kMinTiles.
-constexpr int kMaxStride = 16, kMinStride = 4, kMaxTiles = 256, kMinTiles = 12;
+/// Side of a group of tiles, in tiles.
+constexpr int kGroupSide = 2;
 
 double rays_of(const RenderCounters& counters, bool of_light) {
   double sum = 0;
@@ -27,19 +26,35 @@ double mean_square(const Rgb& c) {
 
 }  // namespace
 
-MethodTrial::MethodTrial(const TileGrid& grid, uint64_t seed)
-    : grid_(grid),
-      seed_(seed),
-      stride_(static_cast<uint64_t>(
-          std::max(std::clamp(grid.tiles() / kMinTiles, kMinStride, kMaxStride),
-                   (grid.tiles() + kMaxTiles - 1) / kMaxTiles))) {}
-
-bool MethodTrial::is_possible() const {
-  return grid_.tiles() >= kMinTiles * kMinStride;
+MethodTrial::MethodTrial(const TileGrid& grid, int tiles, uint64_t seed)
+    : grid_(grid), wanted_(static_cast<size_t>(grid.tiles())) {
+  const int whole_x = grid.crop().width() / kTileSide, whole_y = grid.crop().height() / kTileSide;
+  const int columns = (whole_x + kGroupSide - 1) / kGroupSide;
+  const int rows = (whole_y + kGroupSide - 1) / kGroupSide;
+  const auto most = std::min(static_cast<size_t>(tiles), wanted_.size() / 2);
+  // Several points may fall into one group.
+  for (uint32_t i = 0; count_ < most && i < 4 * most; ++i) {
+    const int x0 = static_cast<int>(scaled(random_bits(seed, 0) + i * kGolden, columns));
+    const int y0 = static_cast<int>(scaled(random_bits(seed, 1) + i * kPlastic, rows));
+    for (int k = 0; k < kGroupSide * kGroupSide; ++k) {
+      const int x = x0 * kGroupSide + k % kGroupSide, y = y0 * kGroupSide + k / kGroupSide;
+      if (x >= whole_x || y >= whole_y) continue;
+      uint8_t& wanted = wanted_[static_cast<size_t>(y) * grid.tiles_x() + x];
+      count_ += 1 - wanted;
+      wanted = 1;
+    }
+  }
 }
 
-bool MethodTrial::is_wanted(const TileGrid::Tile& tile) const {
-  return hash_words(seed_, static_cast<uint64_t>(tile.index)) % stride_ == 0;
+std::vector<size_t> MethodTrial::pixels() const {
+  std::vector<size_t> pixels;
+  for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
+    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      if (!is_wanted(tile)) return;
+      tile.for_each_pixel([&](int x, int y) { pixels.push_back(grid_.pixel(x, y)); });
+    });
+  }
+  return pixels;
 }
 
 MethodTrial::Renders MethodTrial::run(const Way& way, RenderContext& context) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -14,13 +15,17 @@ namespace kinome {
 /// which stays unbiased whatever is chosen.
 class MethodTrial {
  public:
-  /// Chooses tiles that are spread over the image. `grid` must outlive it.
-  MethodTrial(const TileGrid& grid, uint64_t seed);
-  /// False if the image has too few tiles for a comparison.
-  bool is_possible() const;
-  bool is_wanted(const TileGrid::Tile& tile) const;
-  /// Expected share of the image's tiles.
-  double share() const { return 1. / static_cast<double>(stride_); }
+  /// Chooses about `tiles` tiles, at most half of the image's, in groups of 2x2 that are spread over
+  /// the image. Tiles cut by the image's border are left out. `grid` must outlive it.
+  MethodTrial(const TileGrid& grid, int tiles, uint64_t seed);
+  const TileGrid& grid() const { return grid_; }
+  /// True if no tile was chosen.
+  bool empty() const { return count_ == 0; }
+  bool is_wanted(const TileGrid::Tile& tile) const { return wanted_[tile.index] != 0; }
+  /// Share of the image's tiles that was chosen.
+  double share() const { return static_cast<double>(count_) / std::max(1, grid_.tiles()); }
+  /// Pixels of the chosen tiles (TileGrid::pixel), tile by tile, row by row.
+  std::vector<size_t> pixels() const;
 
   struct Way {
     /// Renders the tiles that are wanted for the index-th time, each with random numbers of its
@@ -61,8 +66,8 @@ class MethodTrial {
                          const std::vector<float>& weights);
 
   const TileGrid& grid_;
-  const uint64_t seed_;
-  const uint64_t stride_;  ///< one of so many tiles is wanted
+  std::vector<uint8_t> wanted_;  ///< 1 for each chosen tile
+  size_t count_ = 0;
 };
 
 }  // namespace kinome

@@ -79,11 +79,13 @@ Pilot::Point* Pilot::points_of(int x, int y) {
   return &points_[row / height % 2][pixel * effort_.primaries];
 }
 
-std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort, double progress_end,
+std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
+                                        const IsWanted& is_wanted, double progress_end,
                                         TileKnowledge& knowledge) {
   // What a tile at a band's border learns from lies in the next one.
   static_assert(TileKnowledge::kReach <= TileGrid::kTilesAcross);
   effort_ = effort;
+  is_wanted_ = is_wanted;
   const Rect& crop = grid_.crop();
   const int rows = rows_of_band(), bands = (grid_.blocks_y() + rows - 1) / rows;
   const size_t pixels = static_cast<size_t>(rows) * TileGrid::kBlockSide * crop.width();
@@ -118,10 +120,10 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
       [&](int block, Prober& prober, RenderCounters& counters) {
         double untold = 0;  // the pilot is one stage
         prober.tracer.trace(
-            grid_, block, seed_, untold, counters, 
-            [&](const TileGrid::Tile&) {
+            grid_, block, seed_, untold, counters,
+            [&](const TileGrid::Tile& tile) {
               context_.give_up_if_asked();
-              return true;
+              return is_wanted(tile);
             },
             [&](int, int) { return static_cast<uint16_t>(effort_.primaries); },
             [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
@@ -129,7 +131,7 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
             });
         prober.estimator.flush();
         grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-          knowledge.keep(tile.index, prober.records[tile.place]);
+          if (is_wanted(tile)) knowledge.keep(tile.index, prober.records[tile.place]);
         });
       },
       &shared);
@@ -202,7 +204,7 @@ void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& 
         grid_.for_each_tile(
             block, [&](const TileGrid::Tile& tile) {
               context_.give_up_if_asked();
-              plan_tile(tile, knowledge, planner);
+              if (is_wanted(tile)) plan_tile(tile, knowledge, planner);
             });
       },
       &shared);

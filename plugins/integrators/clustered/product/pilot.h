@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "clustered/product/estimator.h"
@@ -26,10 +27,13 @@ class Pilot {
         uint64_t seed, RenderContext& context,
         BsdfAddresses& addresses);
 
-  /// Band by band of blocks, each of which is planned when the next one has been seen, so that the
+  using IsWanted = std::function<bool(const TileGrid::Tile&)>;
+  /// Looks at the tiles that are wanted, or at all if `is_wanted` is empty. Forecasts of other tiles
+  /// are zero. Band by band of blocks, each of which is planned when the next one has been seen, so that the
   /// points of no more than two are kept; that may be stopped by `context`, and what is known is
   /// then of no use. The forecast of each pixel of the crop window.
-  std::vector<PixelForecast> learn(const CellLight& light, Effort effort, double progress_end,
+  std::vector<PixelForecast> learn(const CellLight& light, Effort effort,
+                                   const IsWanted& is_wanted, double progress_end,
                                    TileKnowledge& knowledge);
 
  private:
@@ -58,6 +62,7 @@ class Pilot {
   void plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& light,
             TileKnowledge& knowledge);
   void plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Planner& planner);
+  bool is_wanted(const TileGrid::Tile& tile) const { return !is_wanted_ || is_wanted_(tile); }
   PixelForecast forecast(const std::vector<Patch>& patches, const float* controls, int x, int y);
 
   const Scene& scene_;
@@ -70,6 +75,7 @@ class Pilot {
   RenderContext& context_;
   BsdfAddresses& addresses_;
   Effort effort_;
+  IsWanted is_wanted_;
   std::vector<Point> points_[2];  ///< of bands of even and odd number
   std::vector<PixelForecast> forecast_;
 };

@@ -29,11 +29,7 @@ constexpr uint32_t kPilotRays = 3, kPilotRaysOfOne = 2;
 constexpr uint32_t kLensPrimaries = 2, kLensRays = 1;
 /// From so many primaries a pixel on, its forecast is its own.
 constexpr uint32_t kPrimariesToTell = 4;
-/// What a pilot reckons with where nobody knows how many rays there will be.
-constexpr double kRaysOfUnknown = 100;
-/// Rays a second and thread that most scenes allow, and the share of the time within which a pilot
-/// has to be back all the same.
-constexpr double kCarefulSpeed = 1e6;
+/// Share of a render's time that its pilot may take.
 constexpr double kPilotShare = 0.4;
 constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 /// Keeps the random numbers of passes apart from those of the pilot.
@@ -44,7 +40,7 @@ constexpr uint64_t kCausticSeed = 0x63617573;
 
 ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  std::shared_ptr<const DistantCells> cells,
-                                 const ProductSettings& settings)
+                                 const ProductSettings& settings, double light_share)
     : scene_(scene),
       table_(scene),
       sensor_(sensor),
@@ -54,7 +50,8 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       settings_(settings),
       grid_(sensor.film().sampled()),
       seed_(key_seed(context, sensor.sampler())),
-      local_(make_local_light(scene, sensor, settings, seed_, context)),
+      light_share_(light_share),
+      local_(make_local_light(scene, sensor, settings, seed_, context, light_share)),
       addresses_(scene),
       knowledge_(grid_, cells_, local_.get(), settings_),
       rays_left_(settings.rays_per_pixel) {
@@ -69,7 +66,7 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
 
 std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
                                                    const ProductSettings& settings, uint64_t seed,
-                                                   RenderContext& context) {
+                                                   RenderContext& context, double share) {
   const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
   if (others == 0 && settings.length.max_depth < LocalLight::kBounceDepth) return nullptr;
   const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
@@ -85,7 +82,7 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
     rays = seconds > 0 ? seconds * kCarefulSpeed * context.all_threads() : kInfinity;
     parts = kPartsOfBudget;
   }
-  rays = std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
+  rays = share * std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
   local.points = static_cast<uint32_t>(
       std::clamp<double>(rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
   // A path that goes on leaves several.
@@ -177,12 +174,7 @@ CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel) cons
   return light;
 }
 
-void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
-  if (rays_per_pixel < kLeastToLearn) {
-    context_.skip("pilot", "a few rays a pixel are too few to learn from");
-    return;
-  }
-  const double start = context_.seconds();
+Pilot::Effort ProductRenderer::effort_of_pilot(double rays_per_pixel) const {
   Pilot::Effort effort;
   effort.primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
   effort.rays = effort.primaries == 1 ? kPilotRaysOfOne : kPilotRays * effort.primaries;
@@ -190,55 +182,70 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
     effort.primaries *= kLensPrimaries;
     effort.rays = kLensRays * effort.primaries;
   }
-  const uint32_t rays = effort.primaries + effort.rays;
+  return effort;
+}
+
+std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
+                                                       const Pilot::IsWanted& is_wanted,
+                                                       double progress_end) {
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
-  const CellLight& light = pilot_light_.emplace(make_light(0, rays));
-  const auto forecast =
+  const CellLight& light = pilot_light_.emplace(make_light(0, effort.primaries + effort.rays));
+  std::vector<PixelForecast> forecast =
       Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_,
             addresses_)
-          .learn(light, effort, rays / std::max<double>(rays_per_pixel, 1), knowledge_);
+          .learn(light, effort, is_wanted, progress_end, knowledge_);
   knowledge_.add_up(context_);
   knowledge_.finish();
+  return forecast;
+}
+
+void ProductRenderer::allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast,
+                               int width, int height) {
+  const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+  const bool is_noisy = effort.primaries < kPrimariesToTell && settings_.smooth_plan;
+  allocation_.emplace(forecast, width, height,
+                      !settings_.adaptive ? RayAllocation::Mode::kEven
+                      : is_noisy          ? RayAllocation::Mode::kSmoothed
+                                          : RayAllocation::Mode::kAdaptive);
+}
+
+void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
+  if (rays_per_pixel < kLeastToLearn) {
+    context_.skip("pilot", "a few rays a pixel are too few to learn from");
+    return;
+  }
+  const double start = context_.seconds();
+  const Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
+  const uint32_t rays = effort.primaries + effort.rays;
+  const auto forecast = send_pilot(effort, nullptr, rays / std::max<double>(rays_per_pixel, 1));
+  pilot_light_.reset();
   if (!context_.cancelled()) {
-    const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
-    const bool is_noisy = effort.primaries < kPrimariesToTell && settings_.smooth_plan;
-    allocation_.emplace(forecast, grid_.crop().width(), grid_.crop().height(),
-                        !settings_.adaptive ? RayAllocation::Mode::kEven
-                        : is_noisy          ? RayAllocation::Mode::kSmoothed
-                                            : RayAllocation::Mode::kAdaptive);
+    allocate(effort, forecast, grid_.crop().width(), grid_.crop().height());
   }
   pilot_rays_ = rays;
   rays_left_ = std::max(0., rays_left_ - rays);
   pilot_seconds_ = context_.seconds() - start;
 }
 
-void ProductRenderer::learn_in_time(double seconds) {
+bool ProductRenderer::learn_in_time(double seconds) {
   context_.set_deadline(context_.seconds() + kPilotShare * seconds);
   if (!context_.cancelled()) {
     learn_from_pilot(seconds * kCarefulSpeed * context_.all_threads() /
                      std::max(1, grid_.crop().area()));
   }
-  if (context_.cancelled()) {
+  const bool is_late = context_.cancelled();
+  if (is_late) {
     // What only some tiles have learned is of no use.
     pilot_rays_ = 0;
     allocation_.reset();
     knowledge_.forget();
-    lost_pilot_ = true;
     context_.skip("pilot", "there was too little time for it");
   }
   context_.set_deadline(kInfinity);
-}
-
-double ProductRenderer::expected_rays(double seconds) const {
-  const RenderBudget& budget = context_.budget();
-  if (budget.seconds > 0) {
-    return seconds * kCarefulSpeed * context_.all_threads() / std::max(1, grid_.crop().area());
-  }
-  return budget.rel_mse > 0 ? kRaysOfUnknown : rays_left_;
+  return !is_late;
 }
 
 double ProductRenderer::seconds_per_sample() const {
-  if (paths_) return paths_->seconds_per_sample() * paths_per_sample_;
   // A pilot that was given up leaves its time: of the least that there can be.
   return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRaysOfOne, pilot_rays_);
 }
@@ -280,21 +287,13 @@ double ProductRenderer::samples() const {
 }
 
 double ProductRenderer::render(double samples) {
-  if (paths_) return paths_->render(samples * paths_per_sample_) / paths_per_sample_;
   render_rays(kRaysPerSample * samples, 0, false);
   return samples;
 }
 
 void ProductRenderer::render_all() {
   learn_from_pilot(settings_.rays_per_pixel);
-  choose_method(kInfinity);
   const double asked = std::max(settings_.rays_per_pixel, 1.);
-  if (paths_) {
-    context_.set_progress_range(1 - rays_left_ / asked, 1);
-    render(samples());
-    context_.set_progress_range(0, 1);
-    return;
-  }
   if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked), true);
 }
 
@@ -305,6 +304,12 @@ bool is_product_scene(const Scene& scene, uint32_t max_depth) {
 
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
                     std::shared_ptr<const DistantCells> cells, const ProductSettings& settings) {
+  const RenderLength length = expected_length(settings, sensor, context, kInfinity);
+  if (const auto paths = choose_paths(scene, sensor, context, cells, settings, length)) {
+    paths->render(paths->samples());
+    return;
+  }
+  if (context.cancelled()) return;
   ProductRenderer(scene, sensor, context, std::move(cells), settings).render_all();
 }
 
@@ -312,16 +317,18 @@ std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
                                       RenderContext& context,
                                       std::shared_ptr<const DistantCells> cells,
                                       const ProductSettings& settings, double seconds) {
+  context.begin_pass(0, 0, 0);  // the share of the trial and the pilot in the progress isn't known
+  const RenderLength length = expected_length(settings, sensor, context, seconds);
+  if (auto paths = choose_paths(scene, sensor, context, cells, settings, length)) return paths;
   auto renderer =
       std::make_unique<ProductRenderer>(scene, sensor, context, std::move(cells), settings);
-  const RenderBudget& budget = context.budget();
-  context.begin_pass(0, 0, 0);  // the pilot's share of the progress isn't known
-  if (budget.seconds > 0) {
-    renderer->learn_in_time(seconds);
-  } else {
-    renderer->learn_from_pilot(budget.rel_mse > 0 ? kRaysOfUnknown : settings.rays_per_pixel);
+  if (length.seconds == kInfinity) {
+    renderer->learn_from_pilot(length.rays_per_pixel);
+  } else if (!renderer->learn_in_time(seconds) && renderer->can_use_paths() &&
+             is_path_possible(scene, sensor, settings)) {
+    return path_passes(scene, sensor, context, settings, 1,
+                       "without a pilot, paths from the camera do better");
   }
-  renderer->choose_method(budget.seconds > 0 ? seconds : kInfinity);
   return renderer;
 }
 

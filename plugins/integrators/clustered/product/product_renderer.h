@@ -5,35 +5,43 @@
 
 #include "clustered/product/block_renderer.h"
 #include "clustered/product/caustics.h"
+#include "clustered/product/method_choice.h"
 #include "clustered/product/method_trial.h"
+#include "clustered/product/pilot.h"
 #include "clustered/product/plan.h"
 #include "clustered/product/product_sampling.h"
 #include "clustered/product/tile_knowledge.h"
-#include "transport/path_integrator.h"
 
 namespace kinome {
 
-/// The scene's local light, as renders with these settings divide it; nullptr: it has none.
+/// Local light of the scene, as renders with these settings divide it, or nullptr if it has none.
+/// `share`: of the points that they draw.
 std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
                                                    const ProductSettings& settings, uint64_t seed,
-                                                   RenderContext& context);
+                                                   RenderContext& context, double share = 1);
 
 /// One render by learned product sampling: pilot, plan, and passes that make the picture.
 class ProductRenderer final : public Passes {
  public:
+  /// `light_share`: share of the image's light points that are drawn, for trials.
   ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                  std::shared_ptr<const DistantCells> cells, const ProductSettings& settings);
+                  std::shared_ptr<const DistantCells> cells, const ProductSettings& settings,
+                  double light_share = 1);
   /// Sends the pilot that suits so many rays a pixel, or none: before any pass. What it takes of
   /// them is taken from samples().
   void learn_from_pilot(double rays_per_pixel);
-  /// The same where there are so many seconds for everything, and no more than a share of them for
-  /// the pilot, which is forgotten if it takes longer.
-  void learn_in_time(double seconds);
+  /// The same if there are so many seconds for everything. Returns false, and forgets the pilot, if
+  /// it takes longer than its share of them.
+  bool learn_in_time(double seconds);
 
-  /// Compares product sampling with `path` (MethodTrial), after the pilot, and leaves the passes to
-  /// `path` if that is better or if the pilot was lost. The trial's rays come on top of those of the
-  /// settings. `seconds`: total time of the render.
-  void choose_method(double seconds);
+  /// False if `path` doesn't find all light, or finds some of it badly for sure.
+  bool can_use_paths() const;
+  /// Learns from the tiles of a trial. Returns the rays per pixel that the pilot of an image takes.
+  double learn_for_trial(double rays_per_pixel, const MethodTrial& trial);
+  /// Renders of the tiles of a trial, after learn_for_trial(), with `rays` per pixel. `length`: of
+  /// the whole render. This renderer must outlive the result.
+  MethodTrial::Way trial_way(const MethodTrial& trial, double rays, const RenderLength& length,
+                             double cost_of_ray, uint64_t seed);
 
   double samples() const override;
   double render(double samples) override;
@@ -49,13 +57,14 @@ class ProductRenderer final : public Passes {
   Primaries::View view() const;
   PassView pass_view(const CellLight& light) const;
   CellLight make_light(uint64_t seed, double rays_per_pixel) const;
-  bool can_use_paths() const;
-  void compare_with_paths(double seconds);
-  void use_paths(double paths_per_sample, const char* reason);
-  /// Rays a pixel of the whole render, without those of the pilot.
-  double expected_rays(double seconds) const;
-  void try_product(const MethodTrial& trial, const CellLight& light, double rays, uint64_t seed,
-                   std::vector<Rgb>& picture) const;
+  Pilot::Effort effort_of_pilot(double rays_per_pixel) const;
+  /// `is_wanted`: the tiles that the pilot looks at.
+  std::vector<PixelForecast> send_pilot(Pilot::Effort effort, const Pilot::IsWanted& is_wanted,
+                                        double progress_end);
+  void allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast, int width,
+                int height);
+  void try_tiles(const MethodTrial& trial, double rays, uint64_t index, uint64_t seed,
+                 std::vector<Rgb>& picture);
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   /// `is_last`: nothing is rendered after this.
   void render_rays(double rays_per_pixel, double progress_begin, bool is_last);
@@ -73,20 +82,17 @@ class ProductRenderer final : public Passes {
   const ProductSettings settings_;
   const TileGrid grid_;
   const uint64_t seed_;
+  const double light_share_;
   const std::unique_ptr<const LocalLight> local_;  ///< nullptr: there is none
   std::optional<Caustics> caustics_;               ///< where there may be some
   CellNeighbours neighbours_;                      ///< where there is a pilot
   BsdfAddresses addresses_;                        ///< of what other processes have found
   TileKnowledge knowledge_;
   std::optional<RayAllocation> allocation_;  ///< where there was a pilot
-  std::optional<CellLight> pilot_light_;     ///< until the method is chosen
+  std::optional<CellLight> pilot_light_;     ///< of the pilot, or of a trial
   uint32_t pilot_rays_ = 0;                  ///< of each pixel; 0: there was none
-  bool lost_pilot_ = false;
   double pilot_seconds_ = 0;
-  double rays_left_;                                          ///< of the settings' rays a pixel
-  std::optional<transport::PathIntegrator> path_integrator_;  ///< where paths alone are chosen
-  std::unique_ptr<Passes> paths_;                             ///< of that
-  double paths_per_sample_ = 1;  ///< that cost as much as product sampling
+  double rays_left_;  ///< of the settings' rays a pixel
   uint64_t pass_ = 0;
   double unit_ = 0;  ///< rays a pixel of the first pass: they have weight 1
 };

@@ -40,6 +40,7 @@ struct ProductSettings {
   bool horizon_terms = true;      ///< also in cells at the horizon of flat surfaces
   bool shared_candidates = true;  ///< pixels share glossy directions where they reflect alike
   bool light_guide = true;        ///< light points go to what the camera sees the light of
+  bool trial = true;              ///< `path` renders images that it renders with less work
 };
 
 /// What the film's layer 1 says of each pixel, on average over passes by their weight: camera rays;

@@ -1,0 +1,164 @@
+#include "clustered/product/method_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "clustered/product/method_trial.h"
+#include "clustered/product/product_renderer.h"
+#include "clustered/product/spread.h"
+#include "clustered/product/trial_paths.h"
+#include "kinome/log.h"
+#include "transport/path_integrator.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint64_t kTrialSeed = 0x74726961;
+/// Work is counted in rays of `path`. A ray of product sampling, with all that is done for it, costs
+/// as much as this many: between 4 and 8 were measured in eight interiors, and 3 among balls of
+/// glass, where most rays belong to paths.
+constexpr double kCostOfRay = 5;
+/// Renders of less work are left to `path`: a trial would take more than a tenth of it.
+constexpr double kMinWork = 4.5e6;
+/// Share of the render's work that the tiles of a trial take, and the work of a tile.
+constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
+constexpr int kMinTiles = 16, kMaxTiles = 256;
+/// Share of a render's time that a trial may take.
+constexpr double kTrialShare = 0.1;
+/// Share of a render's light points that each render of a trial draws.
+constexpr double kLightShare = 0.125;
+constexpr double kMaxRaysOfTrial = 32;  ///< rays per pixel of product sampling
+/// `path` renders the image if it takes less than this share of the work of product sampling in a
+/// trial. More than 1, because a trial finds few of the bright outliers of product sampling.
+constexpr double kMaxWorkOfPaths = 1.5;
+/// The error of product sampling times its rays falls by this power of the rays of a pass, because
+/// stratification improves; measured between 16 and 64 samples a pixel. At most kMaxMoreRays times
+/// the rays of a trial are considered.
+constexpr double kGainOfRays = 0.3, kMaxMoreRays = 16;
+/// Paths for a sample of product sampling if no trial tells their costs.
+constexpr double kPathsPerSample = 3;
+/// Rays per pixel that are assumed if a render ends at an error.
+constexpr double kRaysOfUnknown = 100;
+
+PathSettings path_settings(const ProductSettings& settings) {
+  return {settings.length, settings.hide_emitters};
+}
+
+class PathPasses final : public Passes {
+ public:
+  PathPasses(const Scene& scene, const Sensor& sensor, RenderContext& context,
+             const ProductSettings& settings, double paths_per_sample)
+      : integrator_(path_settings(settings)),
+        paths_(integrator_.begin(scene, sensor, context, kInfinity)),
+        samples_(settings.rays_per_pixel / kRaysPerSample),
+        paths_per_sample_(paths_per_sample) {}
+
+  double samples() const override { return samples_; }
+  double render(double samples) override {
+    return paths_->render(std::max(1., samples * paths_per_sample_)) / paths_per_sample_;
+  }
+  double seconds_per_sample() const override {
+    return paths_->seconds_per_sample() * paths_per_sample_;
+  }
+
+ private:
+  const transport::PathIntegrator integrator_;
+  const std::unique_ptr<Passes> paths_;
+  const double samples_;
+  const double paths_per_sample_;
+};
+
+/// Samples of `path` whose work equals that of a sample of product sampling, if `path` was better.
+std::optional<double> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                               const std::shared_ptr<const DistantCells>& cells,
+                               const ProductSettings& settings, const RenderLength& length,
+                               const MethodTrial& trial, uint64_t seed) {
+  ProductRenderer product(scene, sensor, context, cells, settings, kLightShare);
+  const double rays = std::clamp(length.rays_per_pixel, 1., kMaxRaysOfTrial);
+  if (!product.can_use_paths()) return std::nullopt;
+  const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
+  const MethodTrial::Way product_way = product.trial_way(trial, rays, length, kCostOfRay, seed);
+  const transport::SceneTable table(scene);
+  const TrialPaths paths(table, sensor, trial.grid(), path_settings(settings), context);
+  const MethodTrial::Way path_way{[&](uint64_t index, std::vector<Rgb>& picture) {
+    paths.trace(trial, hash_words(seed, 2, index), picture);
+  }};
+  const MethodTrial::Result result = trial.compare(product_way, path_way, context);
+  const double more_rays = std::clamp(length.rays_per_pixel / kMaxRaysOfTrial, 1., kMaxMoreRays);
+  // The pilot's rays are taken from those of the image.
+  const double share_of_image =
+      std::max(0.1, 1 - pilot_rays / std::max(length.rays_per_pixel, 1.));
+  const double work = result.work * share_of_image * std::pow(more_rays, kGainOfRays);
+  log_debug("trial: path takes " + std::to_string(work) +
+            " times the work of product sampling to the same error");
+  if (work >= kMaxWorkOfPaths) return std::nullopt;
+  return std::max(1., TrialPaths::kPaths / result.cost * kRaysPerSample / rays);
+}
+
+}  // namespace
+
+RenderLength expected_length(const ProductSettings& settings, const Sensor& sensor,
+                             const RenderContext& context, double seconds) {
+  const RenderBudget& budget = context.budget();
+  const double pixels = std::max(1, sensor.film().sampled().area());
+  if (budget.seconds > 0) {
+    return {seconds * kCarefulSpeed * context.all_threads() / pixels, seconds};
+  }
+  return {budget.rel_mse > 0 ? kRaysOfUnknown : settings.rays_per_pixel};
+}
+
+bool is_path_possible(const Scene& scene, const Sensor& sensor, const ProductSettings& settings) {
+  if (!settings.trial || settings.diagnostics) return false;
+  const bool has_bounce = settings.length.max_depth >= LocalLight::kBounceDepth;
+  if (!has_bounce) return scene.has_surface_emitters();
+  if (!Caustics::serves(sensor)) return true;
+  const auto& emitters = scene.emitters();
+  const bool has_lamps = std::any_of(emitters.begin(), emitters.end(), [](const Emitter* emitter) {
+    return !emitter->is_surface() && !emitter->is_environment();
+  });
+  const auto& shapes = scene.shapes();
+  return !has_lamps || std::none_of(shapes.begin(), shapes.end(), [](const auto& shape) {
+    return any(shape->bsdf().lobes() & Lobe::kDelta);
+  });
+}
+
+std::unique_ptr<Passes> path_passes(const Scene& scene, const Sensor& sensor,
+                                    RenderContext& context, const ProductSettings& settings,
+                                    double paths_per_sample, const std::string& reason) {
+  context.skip("product", reason);
+  return std::make_unique<PathPasses>(scene, sensor, context, settings, paths_per_sample);
+}
+
+std::unique_ptr<Passes> choose_paths(const Scene& scene, const Sensor& sensor,
+                                     RenderContext& context,
+                                     const std::shared_ptr<const DistantCells>& cells,
+                                     const ProductSettings& settings, const RenderLength& length) {
+  if (!is_path_possible(scene, sensor, settings)) return nullptr;
+  const TileGrid grid(sensor.film().sampled());
+  const double work = length.rays_per_pixel * grid.crop().area() * kCostOfRay;
+  const uint64_t seed = hash_words(key_seed(context, sensor.sampler()), kTrialSeed);
+  const auto tiles = static_cast<int>(
+      std::clamp<double>(work * kShareOfTiles / kWorkOfTile, kMinTiles, kMaxTiles));
+  const MethodTrial trial(grid, tiles, seed);
+  if (work < kMinWork || trial.empty()) {
+    return path_passes(scene, sensor, context, settings, kPathsPerSample,
+                       "the render is short: paths from the camera take no preparation");
+  }
+  if (length.seconds < kInfinity) {
+    context.set_deadline(context.seconds() + kTrialShare * length.seconds);
+  }
+  const auto paths_per_sample =
+      try_both(scene, sensor, context, cells, settings, length, trial, seed);
+  const bool is_late = context.cancelled();
+  context.set_deadline(kInfinity);
+  if (is_late) {
+    return path_passes(scene, sensor, context, settings, 1,
+                       "there was too little time for a trial");
+  }
+  if (!paths_per_sample) return nullptr;
+  return path_passes(scene, sensor, context, settings, *paths_per_sample,
+                     "in a trial, paths from the camera alone did as well for less");
+}
+
+}  // namespace kinome

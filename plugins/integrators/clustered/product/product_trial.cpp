@@ -1,0 +1,88 @@
+// The part of ProductRenderer that renders the tiles of a trial.
+#include <algorithm>
+#include <cmath>
+
+#include "clustered/product/method_trial.h"
+#include "clustered/product/pilot.h"
+#include "clustered/product/product_renderer.h"
+#include "clustered/product/spread.h"
+
+namespace kinome {
+namespace {
+
+/// The pilot of a trial sends this many times the rays of a whole image's, because few tiles around
+/// a tile have been seen, from which it could learn as well.
+constexpr uint32_t kMoreRays = 2;
+
+}  // namespace
+
+bool ProductRenderer::can_use_paths() const {
+  return local_ && !local_->has_lamp_caustics();
+}
+
+double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial& trial) {
+  Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
+  const uint32_t rays = effort.primaries + effort.rays;
+  effort.rays *= kMoreRays;
+  const std::vector<PixelForecast> forecast =
+      send_pilot(effort, [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); }, 0);
+  // The plan of the tiles alone, in a strip.
+  const std::vector<size_t> pixels = trial.pixels();
+  std::vector<PixelForecast> strip;
+  for (const size_t i : pixels) strip.push_back(forecast[i]);
+  if (!context_.cancelled()) {
+    allocate(effort, strip, kTileSide, static_cast<int>(pixels.size()) / kTileSide);
+  }
+  return rays;
+}
+
+/// Renders the tiles of the trial into `picture`. The first render uses the light points of the
+/// pilot.
+void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t index,
+                                uint64_t seed, std::vector<Rgb>& picture) {
+  if (index > 0) pilot_light_.emplace(make_light(hash_words(seed, 1), rays * trial.share()));
+  const std::vector<PixelPlan> strip = plan_pass(rays);
+  const std::vector<size_t> pixels = trial.pixels();
+  std::vector<PixelPlan> plan(static_cast<size_t>(grid_.crop().area()));
+  for (size_t k = 0; k < pixels.size(); ++k) plan[pixels[k]] = strip[k];
+  const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
+  SharedItems shared([&](size_t block, SharedBytes& bytes) {
+    transfer_tiles(picture, grid_, static_cast<int>(block), is_wanted, bytes);
+  });
+  grid_.for_each_block<BlockRenderer>(
+      context_, grid_.all_rows(), "trial",
+      [&] { return std::make_unique<BlockRenderer>(pass_view(*pilot_light_)); },
+      [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
+        renderer.render(block, plan, seed, counters, is_wanted);
+        size_t next = 0;
+        grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+          if (!is_wanted(tile)) return;
+          tile.for_each_pixel(
+              [&](int x, int y) { picture[grid_.pixel(x, y)] = renderer.colour(next++); });
+        });
+      },
+      &shared);
+}
+
+MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double rays,
+                                            const RenderLength& length, double cost_of_ray,
+                                            uint64_t seed) {
+  // An image draws its points once, for all of its rays. The second of the two renders draws
+  // light_share_ of as many.
+  const double share_of_light =
+      2 * trial.share() * std::min(1., rays / std::max(length.rays_per_pixel, 1.)) / light_share_;
+  MethodTrial::Way way{[=, this, &trial](uint64_t index, std::vector<Rgb>& picture) {
+                         try_tiles(trial, rays, index, hash_words(seed, 1, index), picture);
+                       },
+                       cost_of_ray, cost_of_ray * share_of_light};
+  if (caustics_) {
+    const double count = rays / kRaysPerCausticPath * grid_.crop().area();
+    const auto tried = static_cast<uint32_t>(std::ceil(count * trial.share()));
+    way.more_variance =
+        caustics_->variance(hash_words(seed, 3), tried, count, grid_, context_.stats().counters);
+    way.more_cost = tried * caustics_->rays_per_path() * cost_of_ray;
+  }
+  return way;
+}
+
+}  // namespace kinome
