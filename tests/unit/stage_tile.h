@@ -76,7 +76,8 @@ inline std::string sky_xml() {
 /// cells nothing is known: v = 0.
 class StageTile {
  public:
-  explicit StageTile(const std::string& shapes_and_lights, uint16_t rays_of_pixel = 2)
+  explicit StageTile(const std::string& shapes_and_lights, uint16_t rays_of_pixel = 2,
+                     uint32_t max_depth = 2)
       : scene_(scene_from(
             R"(<sensor type="perspective"><float name="fov" value="9"/>
                <transform name="to_world"><lookat origin="0,3,2" target="0,0,0" up="0,1,0"/>
@@ -93,6 +94,7 @@ class StageTile {
     }
     LocalLight::Settings settings;
     settings.points = LocalLight::kLeastPoints;
+    settings.length.max_depth = max_depth;
     local_ = std::make_unique<const LocalLight>(*scene_, settings,
                                                 std::span<const SurfaceInteraction>(), 1, context_);
     if (local_->empty()) local_.reset();

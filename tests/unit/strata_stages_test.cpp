@@ -208,7 +208,7 @@ TEST(LocalStrata, AndEyeRaysShareTheLight) {
       const LocalStrata::Numbers numbers{random_bits(seed, 81), hash_words(seed, 82)};
       Rgb sum = stage->add(group, kEyeRays, numbers, strata);
       comb.walk(strata, kRays, random_float(seed, 77), [&](const SegmentHits& hits) {
-        stage->shoot(group, kEyeRays, hits, Answers{{&sum}}, rays);
+        stage->shoot(group, hits, Answers{{&sum}}, rays);
       });
       EyeRays eye_rays(*light);
       eye_rays.begin_tile(tile.scene(), choice, hash_words(seed, 84), tile.counters());
@@ -262,7 +262,7 @@ TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
   std::vector<std::vector<VisibilityRecord>> records(tile.patches().size());
   const Answers answers{{}, records.data(), points.data()};
   RayComb().walk(strata, 1u << 12, 0.3,
-                 [&](const SegmentHits& hits) { stage.shoot(group, 1, hits, answers, rays); });
+                 [&](const SegmentHits& hits) { stage.shoot(group, hits, answers, rays); });
   rays.trace();
   for (uint32_t k = 0; k < group.group.count; ++k) {
     EXPECT_NEAR(points[group.primary(k)].lamps, 0, 1e-6f);

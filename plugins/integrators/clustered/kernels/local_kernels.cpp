@@ -14,21 +14,25 @@ KINOME_WIDE Vec3 load(const float* const (&columns)[3], size_t i) {
 }
 
 constexpr size_t kRow = sizeof(LightPointRow) / sizeof(float);
-constexpr size_t kFirstWeighed = offsetof(LightPointRow, power) / sizeof(float);
+constexpr size_t kPower = offsetof(LightPointRow, power) / sizeof(float);
+constexpr size_t kEyeRatio = offsetof(LightPointRow, eye_ratio) / sizeof(float);
 
 }  // namespace
 
-void gather_points(const LightPointRow* rows, const uint32_t* picks, const float* weights,
-                   size_t count, float* const (&columns)[kLightPointNumbers]) {
+void gather_points(const LightPointRow* rows, const PickedRows& picks, size_t count,
+                   float* const (&columns)[kLightPointNumbers]) {
   if (count == 0) return;  // Then there may be no row either.
   const float* const numbers = rows->position;
   wide::for_lanes(count, [&](size_t i) {
-    const wide::Int first = wide::Int::load(picks + i) * static_cast<int32_t>(kRow);
-    const Float weight = Float::load(weights + i);
-    for (size_t k = 0; k < kLightPointNumbers; ++k) {
-      const Float number = wide::gather(numbers + k, first);
-      (k < kFirstWeighed ? number : number * weight).store(columns[k] + i);
-    }
+    const wide::Int first = wide::Int::load(picks.index + i) * static_cast<int32_t>(kRow);
+    const auto copy = [&](size_t begin, size_t end, Float factor) {
+      for (size_t k = begin; k < end; ++k) {
+        (wide::gather(numbers + k, first) * factor).store(columns[k] + i);
+      }
+    };
+    copy(0, kPower, 1.f);
+    copy(kPower, kEyeRatio, Float::load(picks.weight + i));
+    copy(kEyeRatio, kLightPointNumbers, Float::load(picks.eye_weight + i));
   });
 }
 

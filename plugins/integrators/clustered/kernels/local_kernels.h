@@ -25,10 +25,15 @@ struct alignas(64) LightPointRow {
   float eye_ratio;
 };
 inline constexpr size_t kLightPointNumbers = 13;
-/// The `picks` of the rows as columns, in the order of a row's numbers; power and eye ratio are
-/// multiplied by `weights`.
-void gather_points(const LightPointRow* rows, const uint32_t* picks, const float* weights,
-                   size_t count, float* const (&columns)[kLightPointNumbers]);
+/// Rows `index` of some rows, and factors of their powers and eye ratios.
+struct PickedRows {
+  const uint32_t* index;
+  const float* weight;
+  const float* eye_weight;
+};
+/// Writes the picked rows as columns, in the order of a row's numbers.
+void gather_points(const LightPointRow* rows, const PickedRows& picks, size_t count,
+                   float* const (&columns)[kLightPointNumbers]);
 
 struct SurfacePoint {
   float position[3];

@@ -157,7 +157,7 @@ void Estimator::shoot(const Unit& unit, const Answers& answers) {
         glossy_.shoot(group, hits, answers, shadow_rays_);
         break;
       case Strata::Kind::kLocal:
-        local_.shoot(group, eye_rays_of(group, answers), hits, answers, shadow_rays_);
+        local_.shoot(group, hits, answers, shadow_rays_);
         break;
     }
   };

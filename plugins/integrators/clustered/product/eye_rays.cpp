@@ -364,7 +364,7 @@ void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, Lobe
                         ? point.power
                         : light_.local_points.reflections[point.reflection].toward(-d).radiance;
   const Rgb light = eye.weight * eyes_part(ray, y, width, wo, value.f, eye, point.is_shown) *
-                    power * (geometry / ((1 + odds) * chosen->probability * rates[point.cell]));
+                    power * (geometry * chosen->weight / ((1 + odds) * chosen->probability));
   if (is_black(light)) return;
   const Vec3 end = point.end_of_ray(d) - y.p;
   const float reach = glm::length(end);

@@ -17,72 +17,59 @@ constexpr float kLeastVisibility = 0.05f;
 /// since a patch has more than one place.
 constexpr float kLeastOfFlux = 0.01f, kLampMargin = 0.05f;
 constexpr int kRateRounds = 4;
-/// Of the reflected light, what a glossy lobe adds in all directions.
-constexpr float kLobeFloor = 0.05f;
+/// Points are tried at this multiple of the rate at which they are taken.
+constexpr double kTries = 1;
 
-/// As of a GGX distribution of half vectors, whose width the cell's extent adds to.
-float lobe_value(const Patch& patch, const Vec3& d, float spread2) {
-  const Vec3 sum = patch.viewer + d;
-  const float length2 = glm::dot(sum, sum);
-  if (!(length2 > 1e-8f)) return 0;
-  const float cosine = glm::dot(sum, patch.normal) / std::sqrt(length2);
-  const float alpha2 = std::min(1.f, patch.alpha2() + 0.25f * spread2);
-  const float t = std::max(0.f, 1 + (alpha2 - 1) * cosine * cosine);
-  return cosine > 0 ? alpha2 / (4 * kPi * std::max(t * t, 1e-12f)) : 0.f;
+simd::ReflectingPatch reflecting(const Patch& patch) {
+  simd::ReflectingPatch out;
+  for (int axis = 0; axis < 3; ++axis) {
+    out.position[axis] = patch.position[axis];
+    out.normal[axis] = patch.normal[axis];
+    out.viewer[axis] = patch.viewer[axis];
+  }
+  out.diffuse = mean_of(patch.diffuse);
+  out.glossy = patch.glossy_reflectance;
+  out.alpha2 = patch.alpha2();
+  return out;
 }
 
-/// About the share of light from d that the patch reflects; `arriving`: the cosine, or more of it.
-float reflected(const Patch& patch, const Vec3& d, float arriving, float spread2) {
-  float value = mean_of(patch.diffuse) * kInvPi * std::clamp(arriving, 0.f, 1.f);
-  if (patch.glossy_reflectance > 0 && arriving > 0) {
-    value += patch.glossy_reflectance * (lobe_value(patch, d, spread2) + kLobeFloor);
-  }
-  return value;
+/// Squared extent of the tile at the patch; 0 if the patch has no plane.
+float squared_size(const Patch& patch) {
+  return std::isfinite(patch.tolerance) ? sqr(patch.tolerance) : 0;
 }
 
 }  // namespace
 
-void LocalChoice::find_importance(const LocalLight& light, const Patch& patch,
-                                  const Visibility& visibility, uint32_t first_cell) {
+/// By believed_.
+void LocalChoice::find_importance(const LocalLight& light, const simd::ReflectingPatch& patch) {
   const LocalCellColumns& cells = light.columns();
-  double total = 0;
-  of_patch_.resize(light.size());
-  for (uint32_t c = 0; c < light.size(); ++c) {
-    const Vec3 to =
-        Vec3(cells.position[0][c], cells.position[1][c], cells.position[2][c]) - patch.position;
-    const float squared = glm::dot(to, to) + 1e-30f;
-    const float inverse = 1 / std::sqrt(squared);
-    const float softened = squared + cells.spread2[c];
-    const float spread2 = cells.spread2[c] / softened, spread = std::sqrt(spread2);
-    const Vec3 d = to * inverse;
-    const Vec3 normal(cells.normal[0][c], cells.normal[1][c], cells.normal[2][c]);
-    const float leaving = -glm::dot(normal, d) + 1 - glm::length(normal) + spread;
-    const float arriving = glm::dot(patch.normal, d) + spread + 0.05f;
-    of_patch_[c] = reflected(patch, d, arriving, spread2) * cells.flux[c] *
-                   std::clamp(leaving, 0.f, 1.f) / softened;
-  }
+  const auto three = [](const std::vector<float>(&columns)[3], int k) { return columns[k].data(); };
+  const size_t count = light.padded_size();
+  simd::cell_importance(
+      patch,
+      {{three(cells.position, 0), three(cells.position, 1), three(cells.position, 2)},
+       {three(cells.normal, 0), three(cells.normal, 1), three(cells.normal, 2)},
+       cells.spread2.data(),
+       cells.flux.data()},
+      believed_.data(), count, of_patch_.data());
   if (light.lamps().size() > kLampBlockSize) look_at_lamps(light, patch);
-  for (uint32_t c = 0; c < light.size(); ++c) {
-    of_patch_[c] *= std::max(
-        {visibility.v[first_cell + c], visibility.sigma[first_cell + c], kLeastVisibility});
-    total += of_patch_[c];
-  }
-  if (!(total > 0)) return;
-  const auto scale = static_cast<float>(1 / total);
-  for (uint32_t c = 0; c < light.size(); ++c) importance_[c] += of_patch_[c] * scale;
+  simd::add_normalized(of_patch_.data(), count, importance_.data());
 }
 
-/// Lamps that are cells of their own tell themselves what reaches the patch.
-void LocalChoice::look_at_lamps(const LocalLight& light, const Patch& patch) {
+/// The importance of cells of one lamp is what reaches the patch.
+void LocalChoice::look_at_lamps(const LocalLight& light, const simd::ReflectingPatch& patch) {
   const auto& first = light.lamp_first();
+  const Vec3 position(patch.position[0], patch.position[1], patch.position[2]);
+  const Vec3 normal(patch.normal[0], patch.normal[1], patch.normal[2]);
   for (uint32_t c = 0; c < light.lamp_cells(); ++c) {
     if (first[c + 1] - first[c] != 1) continue;
     const float by_flux = of_patch_[c] * kLeastOfFlux;
-    const auto lit = light.lamps()[first[c]]->sample_direct(patch.position, Vec2(0.5f));
+    const auto lit = light.lamps()[first[c]]->sample_direct(position, Vec2(0.5f));
     float value = 0;
     if (lit && lit->pdf > 0) {
-      const float arriving = glm::dot(patch.normal, lit->d) + kLampMargin;
-      value = reflected(patch, lit->d, arriving, 0) * mean_of(glm::abs(lit->radiance)) / lit->pdf;
+      const float arriving = glm::dot(normal, lit->d) + kLampMargin;
+      value = simd::reflected_fraction(patch, &lit->d.x, arriving, 0) *
+              mean_of(glm::abs(lit->radiance)) / lit->pdf * believed_[c];
     }
     of_patch_[c] = std::max(value, by_flux);
   }
@@ -97,20 +84,21 @@ void LocalChoice::find_rates(const LocalLight& light, uint32_t begin, uint32_t e
     importance += importance_[c];
     all += flux[c];
   }
-  const auto share_of = [&](uint32_t c) {
+  shares_.resize(end);
+  for (uint32_t c = begin; c < end; ++c) {
     double share = all > 0 ? flux[c] / all : 1. / (end - begin);
     if (importance > 0) {
       share = kDefensive * share + (1 - kDefensive) * importance_[c] / importance;
     }
     // A share so small that it would vanish leaves light out.
-    return std::max(share, 1e-9);
-  };
+    shares_[c] = std::max(share, 1e-9);
+  }
   // Nobody looks at a point twice: what cells can't use is left to the others.
   double scale = size;
   for (int round = 0; round < kRateRounds; ++round) {
     double used = 0, left = 0;
     for (uint32_t c = begin; c < end; ++c) {
-      const double share = share_of(c);
+      const double share = shares_[c];
       if (scale * share < expected[c]) {
         left += share;
       } else {
@@ -121,7 +109,7 @@ void LocalChoice::find_rates(const LocalLight& light, uint32_t begin, uint32_t e
     scale = (size - used) / left;
   }
   for (uint32_t c = begin; c < end; ++c) {
-    const double rate = expected[c] > 0 ? scale * share_of(c) / expected[c] : 1.;
+    const double rate = expected[c] > 0 ? scale * shares_[c] / expected[c] : 1.;
     rates_[c] = static_cast<float>(std::min(rate, 1.));
   }
 }
@@ -140,13 +128,33 @@ void LocalChoice::choose(const LocalLight& light, const LocalPoints& points,
   blocks_ = static_cast<uint32_t>(
       std::bit_floor(std::clamp<size_t>(primaries / 2, kLeastBlocks, kMostBlocks)));
   lamp_blocks_ = light.lamps().size() > kLampBlockSize ? blocks_ : 1;
-  importance_.assign(light.size(), 0.f);
-  for (size_t p = 0; p < patches.size(); ++p) {
-    find_importance(light, patches[p], visibility[p], first_cell);
-  }
+  const size_t count = light.padded_size();
+  importance_.assign(count, 0.f);
+  of_patch_.resize(count);
+  believed_.resize(count);
+  // Calls fn for each patch, with what is believed of its cells.
+  const auto for_each_patch = [&](const auto& fn) {
+    for (size_t p = 0; p < patches.size(); ++p) {
+      simd::believed_visibility(visibility[p].v.data() + first_cell,
+                                visibility[p].sigma.data() + first_cell, kLeastVisibility, count,
+                                believed_.data());
+      fn(patches[p], reflecting(patches[p]));
+    }
+  };
+  for_each_patch([&](const Patch&, const simd::ReflectingPatch& patch) {
+    find_importance(light, patch);
+  });
   find_rates(light);
   pick_lamps(light, random_float(seed, 1));
-  pick_points(light, points, random_float(seed, 2));
+  try_points(light, points, random_float(seed, 2));
+  if (!tried_.empty()) {
+    for_each_patch([&](const Patch& patch, const simd::ReflectingPatch& reflects) {
+      tried_.add_patch(reflects, squared_size(patch), believed_.data());
+    });
+  }
+  picks_.clear();
+  tried_.take(blocks_, random_float(seed, 3), picks_);
+  pick_points(points);
 }
 
 namespace {
@@ -192,13 +200,21 @@ void LocalChoice::pick_lamps(const LocalLight& light, double offset) {
   lamp_first_.push_back(static_cast<uint32_t>(lamps_.size()));
 }
 
-void LocalChoice::pick_points(const LocalLight& light, const LocalPoints& points, double offset) {
-  picks_.clear();
+/// Each point at most once.
+void LocalChoice::try_points(const LocalLight& light, const LocalPoints& points, double offset) {
+  tried_.begin(points);
   const auto& first = points.first;
+  const auto rate = [&](uint32_t c) { return static_cast<double>(rates_[c]) * blocks_; };
+  const auto probability = [&](uint32_t c) { return std::min(1., kTries * rate(c)); };
   comb_cells(
       light.lamp_cells(), light.size(), offset, [&](uint32_t c) { return first[c + 1] - first[c]; },
-      [&](uint32_t c) { return static_cast<double>(rates_[c]) * blocks_; },
-      [&](uint32_t c, uint32_t k) { picks_.push_back({first[c] + k, c, 1 / rates_[c]}); });
+      probability,
+      [&](uint32_t c, uint32_t k) { tried_.add(first[c] + k, c, probability(c), rate(c)); });
+  tried_.gather();
+}
+
+/// Deals the picks into blocks.
+void LocalChoice::pick_points(const LocalPoints& points) {
   const size_t most = padded((picks_.size() + blocks_ - 1) / blocks_) * blocks_;
   for (auto& column : columns_) {
     if (column.size() < most) column.resize(most);
@@ -207,23 +223,29 @@ void LocalChoice::pick_points(const LocalLight& light, const LocalPoints& points
     cells_.resize(most);
     points_.resize(most);
     weights_.resize(most);
+    eye_weights_.resize(most);
   }
   block_first_.clear();
   uint32_t at = 0;
-  const auto put = [&](const Pick& pick, float weight) {
+  const auto put = [&](const TriedPoints::Take& pick, float weight, float eye_weight) {
     points_[at] = pick.point;
     cells_[at] = pick.cell;
-    weights_[at++] = weight;
+    weights_[at] = weight;
+    eye_weights_[at++] = eye_weight;
   };
+  const auto blocks = static_cast<float>(blocks_);
   for (uint32_t b = 0; b < blocks_; ++b) {
     block_first_.push_back(at);
-    for (size_t i = b; i < picks_.size(); i += blocks_) put(picks_[i], picks_[i].weight);
-    while (at % simd::kLobeLanes != 0) put(picks_.front(), 0);
+    for (size_t i = b; i < picks_.size(); i += blocks_) {
+      put(picks_[i], picks_[i].weight * blocks, 1 / rates_[picks_[i].cell]);
+    }
+    while (at % simd::kLobeLanes != 0) put(picks_.front(), 0, 0);
   }
   block_first_.push_back(at);
   float* columns[simd::kLightPointNumbers];
   for (size_t k = 0; k < simd::kLightPointNumbers; ++k) columns[k] = columns_[k].data();
-  simd::gather_points(points.rows.data(), points_.data(), weights_.data(), at, columns);
+  simd::gather_points(points.rows.data(), {points_.data(), weights_.data(), eye_weights_.data()},
+                      at, columns);
 }
 
 namespace {
@@ -250,6 +272,7 @@ LocalChoice::Block LocalChoice::block(uint32_t index) const {
   block.columns.eye_ratio = column(12);
   block.cell = cells_.data() + at;
   block.point = points_.data() + at;
+  block.weight = weights_.data() + at;
   block.size = block_first_[b + 1] - at;
   return block;
 }

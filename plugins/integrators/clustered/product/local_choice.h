@@ -8,13 +8,15 @@
 #include "clustered/kernels/local_kernels.h"
 #include "clustered/product/local_light.h"
 #include "clustered/product/patches.h"
+#include "clustered/product/tried_points.h"
 
 namespace kinome {
 
-/// Which of a pass's light points a tile looks at, and how often each is expected among what one
-/// primary looks at. Cells are chosen by what the tile's patches may see of them, and a quarter by
-/// their guided flux alone: nothing is left out. Depends on cells and on what was learned earlier,
-/// not on the points: so a ray from the eye that finds a place can tell how dense points are there.
+/// Light points of a pass that a tile connects to. Rates of cells depend on what the tile's patches
+/// may see of them, and a quarter on their guided flux alone, so that no light is left out. Rates
+/// depend on cells and on what was learned earlier, not on the points: so balance weights of eye
+/// rays can be computed from them anywhere. Within these rates, points are chosen one by one, by
+/// the light that the patches reflect of each (TriedPoints).
 ///
 /// Keeps its memory: one per thread.
 class LocalChoice {
@@ -34,12 +36,13 @@ class LocalChoice {
               std::span<const Visibility> visibility, uint32_t first_cell, size_t primaries,
               uint64_t seed);
 
-  /// A block of points, padded: power and eye ratio are those for a primary that looks at one block
-  /// taken at random.
+  /// A block of points, padded, for a primary that looks at one block taken at random. Powers are
+  /// multiplied by `weight`, eye ratios by 1 / rate of the cell.
   struct Block {
     simd::LightPointColumns columns;
     const uint32_t* cell;
     const uint32_t* point;  ///< in LocalPoints
+    const float* weight;    ///< 1 / expected number of times that the point is looked at; 0: padding
     uint32_t size = 0;      ///< padded
   };
   Block block(uint32_t index) const;
@@ -51,28 +54,27 @@ class LocalChoice {
   };
   std::span<const Lamp> lamps(uint32_t index) const;
 
-  /// Expected number of times that a primary looks at a point of the cell.
+  /// Expected number of times that a primary looks at a point of the cell, on average over the
+  /// points that a pass may draw there.
   const std::vector<float>& rates() const { return rates_; }
 
  private:
-  void find_importance(const LocalLight& light, const Patch& patch, const Visibility& visibility,
-                       uint32_t first_cell);
-  void look_at_lamps(const LocalLight& light, const Patch& patch);
+  void find_importance(const LocalLight& light, const simd::ReflectingPatch& patch);
+  void look_at_lamps(const LocalLight& light, const simd::ReflectingPatch& patch);
   void find_rates(const LocalLight& light);
   void find_rates(const LocalLight& light, uint32_t begin, uint32_t end, uint32_t size);
-  void pick_points(const LocalLight& light, const LocalPoints& points, double offset);
+  void try_points(const LocalLight& light, const LocalPoints& points, double offset);
+  void pick_points(const LocalPoints& points);
   void pick_lamps(const LocalLight& light, double offset);
 
-  std::vector<float> importance_;  ///< of each cell, summed over patches
-  std::vector<float> of_patch_;
+  std::vector<float> importance_;  ///< of each cell, summed over patches; padded
+  std::vector<float> of_patch_, believed_;
+  std::vector<double> shares_;
   std::vector<float> rates_;
-  struct Pick {
-    uint32_t point, cell;
-    float weight;  ///< 1 / rate
-  };
-  std::vector<Pick> picks_;
+  TriedPoints tried_;
+  std::vector<TriedPoints::Take> picks_;
   Column<float> columns_[simd::kLightPointNumbers];
-  Column<float> weights_;
+  Column<float> weights_, eye_weights_;
   Column<uint32_t> cells_, points_;
   std::vector<uint32_t> block_first_;
   std::vector<Lamp> picked_lamps_, lamps_;

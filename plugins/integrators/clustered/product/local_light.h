@@ -82,9 +82,10 @@ struct Reflection {
   };
   /// Toward the unit direction d.
   Sent toward(const Vec3& d) const;
-  /// About the same, quickly, by a GGX lobe; not 0 where that isn't, and never negative unless the
-  /// light is.
-  Sent about(const Vec3& d) const;
+  /// Estimate of toward(d).radiance by a GGX lobe, for importance only: faster, not 0 where the
+  /// exact value isn't, and never negative unless the light is. spread2 widens the lobe: squared
+  /// extent of the receiver over its squared distance.
+  Rgb about(const Vec3& d, float spread2 = 0) const;
 };
 
 struct CellSums;

@@ -80,7 +80,7 @@ class UsePilot {
     const float side = si.wi.z >= 0 ? 1.f : -1.f;
     const float cosine = side * glm::dot(si.frame.n, d);
     if (!(cosine > 0) || !(glm::dot(at.point->normal, d) < 0)) return 0;
-    const Rgb power = at.reflection ? at.reflection->about(-d).radiance : at.point->power;
+    const Rgb power = at.reflection ? at.reflection->about(-d) : at.point->power;
     const float light =
         mean_of(glm::abs(power)) * cosine * std::abs(glm::dot(at.point->geometric, d)) / squared;
     return std::isfinite(light) ? light : 0;

@@ -49,25 +49,20 @@ void LocalStrata::connect_points(const GroupView& group, uint32_t first_block) {
       c.cell[first + i] = light_.first_local() + block.cell[i];
       c.point[first + i] = block.point[i];
     }
-    if (!light_.local_points.reflections.empty()) add_reflections(first);
+    if (!light_.local_points.reflections.empty()) add_reflections(block, first);
   }
 }
 
-/// Radiance / (power / rate of its cell), by which a candidate sees a light point.
-float LocalStrata::geometry_of(const LightPoint& point, size_t i) const {
-  return std::abs(glm::dot(point.geometric, candidates_.direction(i))) /
-         (sqr(candidates_.distance[i]) * choice_.rates()[point.cell]);
-}
-
-/// Of candidates from `first` on, those toward points that aren't Lambertian.
-void LocalStrata::add_reflections(size_t first) {
+/// Of candidates from `first` on, which are a block, those toward points that aren't Lambertian.
+void LocalStrata::add_reflections(const LocalChoice::Block& block, size_t first) {
   Columns& c = candidates_;
   for (size_t i = first; i < c.size(); ++i) {
     const LightPoint& point = light_.local_points.points[c.point[i]];
     if (point.reflection == LightPoint::kLambertian || is_black(c.radiance[i])) continue;
-    const Reflection& reflection = light_.local_points.reflections[point.reflection];
-    const Reflection::Sent sent = reflection.about(-c.direction(i));
-    c.radiance[i] = sent.radiance * geometry_of(point, i);
+    const Vec3 d = c.direction(i);
+    const Reflection::Sent sent = light_.local_points.reflections[point.reflection].toward(-d);
+    const float geometry = std::abs(glm::dot(point.geometric, d)) / sqr(c.distance[i]);
+    c.radiance[i] = sent.radiance * (geometry * block.weight[i - first]);
     c.eye_ratio[i] *= 1 + sent.follow_ratio;
   }
 }
@@ -181,37 +176,17 @@ void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan
   }
 }
 
-/// Candidates know about what a light point that isn't Lambertian sends; the ray has it exactly.
-Rgb LocalStrata::weight_of_reflected(const LightPoint& point, size_t i, float eye_rays,
-                                     float factor) const {
-  const Columns& c = candidates_;
-  const Reflection& reflection = light_.local_points.reflections[point.reflection];
-  const Reflection::Sent sent = reflection.toward(-c.direction(i));
-  float eye_ratio = c.eye_ratio[i];
-  if (reflection.light_density > 0) {
-    const float known = reflection.about(-c.direction(i)).follow_ratio;
-    eye_ratio *= (1 + sent.follow_ratio) / (1 + known);
-  }
-  const float by_points = 1 / (1 + eye_rays * c.lobe_density[i] * eye_ratio);
-  return c.f_of(i) * sent.radiance * (geometry_of(point, i) * by_points * factor);
-}
-
-void LocalStrata::shoot(const GroupView& group, float eye_rays, const SegmentHits& segment,
+void LocalStrata::shoot(const GroupView& group, const SegmentHits& segment,
                         const Answers& answers, ShadowRays& rays) const {
   const Columns& c = candidates_;
-  const bool all_lambertian = light_.local_points.reflections.empty();
   const bool has_bent_normals = light_.local_points.has_bent_normals;
   for (const Comb::Hit& hit : segment.hits) {
     const size_t i = segment.segment.first + hit.stratum;
     const float factor = segment.step / segment.weights[hit.stratum];
-    Rgb weight = c.weight_of(i) * factor;
+    const Rgb weight = c.weight_of(i) * factor;
     const uint32_t primary = group.primary(c.member[i]);
     if (answers.sums) answers.sums.of(primary) -= group.visibility.v[c.cell[i]] * weight;
     const bool is_lamp = c.point[i] == LightPoint::kLambertian;
-    const LightPoint* const point = all_lambertian ? nullptr : point_of(i);
-    if (point && point->reflection != LightPoint::kLambertian) {
-      weight = weight_of_reflected(*point, i, eye_rays, factor);
-    }
     const SurfaceInteraction si = group.primaries.place(primary);
     const Vec3 d = c.direction(i);
     ShadowRays::Lit lit;

@@ -41,10 +41,10 @@ class LocalStrata {
   /// variance of the unshadowed light to the group's `points` (of the tile) and to `patch`, and how
   /// many eye rays are called for.
   void plan(const GroupView& group, Patch& patch, std::span<PointPlan> points) const;
-  /// Makes shadow rays of the comb's hits on the segment that add() appended for the group, with
-  /// the same eye_rays, and takes what add() counted on from the sum of the answers.
-  void shoot(const GroupView& group, float eye_rays, const SegmentHits& hits,
-             const Answers& answers, ShadowRays& rays) const;
+  /// Makes shadow rays of the comb's hits on the segment that add() appended for the group, and
+  /// subtracts the control terms of these from the sum of the answers.
+  void shoot(const GroupView& group, const SegmentHits& hits, const Answers& answers,
+             ShadowRays& rays) const;
 
  private:
   struct Columns : Candidates {
@@ -56,10 +56,7 @@ class LocalStrata {
   void connect_points(const GroupView& group, uint32_t first_block);
   void connect_lamps(const GroupView& group, const Numbers& numbers);
   void pad(const GroupView& group);
-  void add_reflections(size_t first);
-  float geometry_of(const LightPoint& point, size_t candidate) const;
-  Rgb weight_of_reflected(const LightPoint& point, size_t candidate, float eye_rays,
-                          float factor) const;
+  void add_reflections(const LocalChoice::Block& block, size_t first);
   const LightPoint* point_of(size_t candidate) const;
 
   const CellLight& light_;

@@ -17,11 +17,11 @@ PointChoice::Block PointChoice::take(const LocalChoice& choice, uint32_t bits, u
   Block taken{points_.size(), 0};
   const LocalChoice::Block block = choice.block(bits);
   for (uint32_t i = 0; i < block.size; ++i) {
-    const bool is_padding = block.columns.power[0][i] == 0 && block.columns.power[1][i] == 0 &&
-                            block.columns.power[2][i] == 0;
     const LightPoint& point = light_.local_points.points[block.point[i]];
-    if (is_padding || !point.is_plain) continue;
-    if (point.edges + edges <= light_.local->max_depth()) points_.push_back(block.point[i]);
+    const bool is_padding = block.weight[i] == 0;
+    if (is_padding || !point.is_plain || point.edges + edges > light_.local->max_depth()) continue;
+    points_.push_back(block.point[i]);
+    weights_.push_back(block.weight[i]);
   }
   taken.end = points_.size();
   return taken;
@@ -43,8 +43,8 @@ std::optional<PointChoice::Chosen> PointChoice::choose(const SurfaceInteraction&
                            (cosine > 0 || transmits) && y.resolves(d, distance);
     if (may_reach) {
       const float softened = distance2 + kSoftening * third_odds(point, rates);
-      sum += std::abs(cosine * glm::dot(point.geometric, d)) * mean_of(glm::abs(point.power)) /
-             (softened * rates[point.cell]);
+      sum += std::abs(cosine * glm::dot(point.geometric, d)) * mean_of(glm::abs(point.power)) *
+             weights_[k] / softened;
     }
     sums_.push_back(sum);
   }
@@ -53,7 +53,8 @@ std::optional<PointChoice::Chosen> PointChoice::choose(const SurfaceInteraction&
   const auto k = static_cast<size_t>(found - sums_.begin());
   const float probability = (sums_[k] - (k > 0 ? sums_[k - 1] : 0)) / sum;
   if (!(probability > 0)) return std::nullopt;
-  return Chosen{light_.local_points.points[points_[block.begin + k]], probability};
+  const size_t chosen = block.begin + k;
+  return Chosen{light_.local_points.points[points_[chosen]], probability, weights_[chosen]};
 }
 
 }  // namespace kinome

@@ -23,9 +23,13 @@ class PointChoice {
   struct Chosen {
     const LightPoint& point;
     float probability;
+    float weight;  ///< LocalChoice::Block::weight
   };
 
-  void clear() { points_.clear(); }
+  void clear() {
+    points_.clear();
+    weights_.clear();
+  }
   /// Takes a block of the points that `choice` has, but for those that a path which has `edges`
   /// when it meets them would be too long with. `bits`: random.
   Block take(const LocalChoice& choice, uint32_t bits, uint32_t edges);
@@ -42,6 +46,7 @@ class PointChoice {
  private:
   const CellLight& light_;
   std::vector<uint32_t> points_;  ///< in the pass's local points
+  std::vector<float> weights_;    ///< of the same points
   std::vector<float> sums_;       ///< running, of what the points of a block send, or about that
 };
 
