@@ -93,6 +93,7 @@ LocalPoints two_points(float near, float far) {
     point.normal = point.geometric = Vec3(0, 0, -1);
     point.power = Rgb(1.f);
     points.points.push_back(point);
+    points.reflection.push_back(point.reflection);
     points.rows.push_back({{0, 0, height}, {0, 0, -1}, {0, 0, -1}, {1, 1, 1}, 0});
   }
   points.first = {0, 2};

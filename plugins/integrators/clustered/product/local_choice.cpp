@@ -106,7 +106,9 @@ void LocalChoice::find_rates(const LocalLight& light, uint32_t begin, uint32_t e
       }
     }
     if (!(left > 0) || !(used < size)) break;
-    scale = (size - used) / left;
+    const double next = (size - used) / left;
+    if (next == scale) break;
+    scale = next;
   }
   for (uint32_t c = begin; c < end; ++c) {
     const double rate = expected[c] > 0 ? scale * shares_[c] / expected[c] : 1.;
@@ -222,6 +224,7 @@ void LocalChoice::pick_points(const LocalPoints& points) {
   if (cells_.size() < most) {
     cells_.resize(most);
     points_.resize(most);
+    reflections_.resize(most);
     weights_.resize(most);
     eye_weights_.resize(most);
   }
@@ -229,6 +232,7 @@ void LocalChoice::pick_points(const LocalPoints& points) {
   uint32_t at = 0;
   const auto put = [&](const TriedPoints::Take& pick, float weight, float eye_weight) {
     points_[at] = pick.point;
+    reflections_[at] = points.reflection[pick.point];
     cells_[at] = pick.cell;
     weights_[at] = weight;
     eye_weights_[at++] = eye_weight;
@@ -272,6 +276,7 @@ LocalChoice::Block LocalChoice::block(uint32_t index) const {
   block.columns.eye_ratio = column(12);
   block.cell = cells_.data() + at;
   block.point = points_.data() + at;
+  block.reflection = reflections_.data() + at;
   block.weight = weights_.data() + at;
   block.size = block_first_[b + 1] - at;
   return block;

@@ -41,9 +41,14 @@ class LocalChoice {
   struct Block {
     simd::LightPointColumns columns;
     const uint32_t* cell;
-    const uint32_t* point;  ///< in LocalPoints
-    const float* weight;    ///< 1 / expected number of times that the point is looked at; 0: padding
-    uint32_t size = 0;      ///< padded
+    const uint32_t* point;       ///< in LocalPoints
+    const uint32_t* reflection;  ///< LightPoint::reflection
+    const float* weight;         ///< 1 / expected number of times that the point is looked at; 0: padding
+    uint32_t size = 0;           ///< padded
+    Vec3 geometric(uint32_t i) const {
+      const float* const (&normal)[3] = columns.geometric;
+      return {normal[0][i], normal[1][i], normal[2][i]};
+    }
   };
   Block block(uint32_t index) const;
 
@@ -75,7 +80,7 @@ class LocalChoice {
   std::vector<TriedPoints::Take> picks_;
   Column<float> columns_[simd::kLightPointNumbers];
   Column<float> weights_, eye_weights_;
-  Column<uint32_t> cells_, points_;
+  Column<uint32_t> cells_, points_, reflections_;
   std::vector<uint32_t> block_first_;
   std::vector<Lamp> picked_lamps_, lamps_;
   uint32_t blocks_ = kLeastBlocks;

@@ -96,6 +96,7 @@ struct LightWalk;
 struct LocalPoints {
   std::vector<LightPoint> points;
   std::vector<simd::LightPointRow> rows;  ///< of the same points
+  std::vector<uint32_t> reflection;       ///< LightPoint::reflection of the same points
   std::vector<uint32_t> first;            ///< of each cell of LocalLight; one more entry than cells
   std::vector<Reflection> reflections;
   bool has_bent_normals = false;  ///< some point's off_surface isn't 0

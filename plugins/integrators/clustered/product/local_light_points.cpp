@@ -77,10 +77,12 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks) const {
   std::stable_sort(keys.begin(), keys.end());
   all.points.reserve(count);
   all.rows.reserve(count);
+  all.reflection.reserve(count);
   all.first.assign(size_ + 1, 0);
   for (const Key& key : keys) {
     all.points.push_back(*key.point);
     all.rows.push_back(row_of(*key.point));
+    all.reflection.push_back(key.point->reflection);
     all.has_bent_normals |= key.point->off_surface > 0;
     ++all.first[key.point->cell + 1];
   }

@@ -57,12 +57,12 @@ void LocalStrata::connect_points(const GroupView& group, uint32_t first_block) {
 void LocalStrata::add_reflections(const LocalChoice::Block& block, size_t first) {
   Columns& c = candidates_;
   for (size_t i = first; i < c.size(); ++i) {
-    const LightPoint& point = light_.local_points.points[c.point[i]];
-    if (point.reflection == LightPoint::kLambertian || is_black(c.radiance[i])) continue;
-    const Vec3 d = c.direction(i);
-    const Reflection::Sent sent = light_.local_points.reflections[point.reflection].toward(-d);
-    const float geometry = std::abs(glm::dot(point.geometric, d)) / sqr(c.distance[i]);
-    c.radiance[i] = sent.radiance * (geometry * block.weight[i - first]);
+    const uint32_t k = static_cast<uint32_t>(i - first), reflection = block.reflection[k];
+    if (reflection == LightPoint::kLambertian || is_black(c.radiance[i])) continue;
+    const Vec3 d = c.direction(i), geometric = block.geometric(k);
+    const Reflection::Sent sent = light_.local_points.reflections[reflection].toward(-d);
+    const float geometry = std::abs(glm::dot(geometric, d)) / sqr(c.distance[i]);
+    c.radiance[i] = sent.radiance * (geometry * block.weight[k]);
     c.eye_ratio[i] *= 1 + sent.follow_ratio;
   }
 }

@@ -24,7 +24,7 @@ void TriedPoints::begin(const LocalPoints& points) {
 }
 
 void TriedPoints::add(uint32_t point, uint32_t cell, double probability, double rate) {
-  if (of_pass_->points[point].reflection != LightPoint::kLambertian) {
+  if (of_pass_->reflection[point] != LightPoint::kLambertian) {
     glossy_.push_back(static_cast<uint32_t>(points_.size()));
   }
   points_.push_back(point);
