@@ -272,6 +272,47 @@ Outcome bsdf_reflectance(const Subject& subject) {
   return outcome;
 }
 
+/// Mean weight and share of samples with Lobe::kNull, by the midpoint rule over u1.
+NullTransmission sampled_transmission(const Bsdf& bsdf, const SurfaceInteraction& si,
+                                      const Vec2& u2, int steps) {
+  NullTransmission sum;
+  for (int k = 0; k < steps; ++k) {
+    const float u1 = (static_cast<float>(k) + 0.5f) / static_cast<float>(steps);
+    const auto sample = bsdf.sample(si, Lobe::kAll, u1, u2);
+    if (!sample || !any(sample->lobe & Lobe::kNull)) continue;
+    sum.transmittance += sample->weight / static_cast<float>(steps);
+    sum.probability += 1 / static_cast<float>(steps);
+  }
+  return sum;
+}
+
+Outcome bsdf_null_transmission(const Subject& subject) {
+  constexpr int kSteps = 1000;
+  constexpr float kMaxError = 5e-3f;
+  Outcome outcome;
+  const auto bsdf = subject.make<Bsdf>();
+  Random random(subject.request().seed + 9);
+  float worst = 0;
+  for (int i = 0; i < subject.samples(200); ++i) {
+    SurfaceInteraction si = seen_from(random.direction());
+    si.uv = random.unit2();
+    const NullTransmission sampled = sampled_transmission(*bsdf, si, random.unit2(), kSteps);
+    if (!bsdf->passes_straight() && sampled.probability > 0) {
+      outcome.fail("sample() returns Lobe::kNull, which passes_straight_ denies");
+    }
+    const NullTransmission stated = bsdf->null_transmission(si);
+    const Vec3 error = glm::abs(stated.transmittance - sampled.transmittance);
+    worst = std::max({worst, max_component(error), std::abs(stated.probability - sampled.probability)});
+  }
+  outcome.measured = fmt::format("null_transmission() differs from samples by up to {:.2g}, bound "
+                                 "{:.2g}", worst, kMaxError);
+  if (!(worst <= kMaxError)) {
+    outcome.fail(fmt::format("null_transmission() differs from samples with Lobe::kNull by {:.2g}",
+                             worst));
+  }
+  return outcome;
+}
+
 // ---- blocks
 
 std::vector<BsdfQuestion> random_questions(size_t count, Random& random) {
@@ -361,6 +402,7 @@ void add_bsdf_checks(const Subject& subject, Plan& plan) {
   plan.add("reciprocity", 0, [&](double) { return bsdf_reciprocity(subject); });
   plan.add("energy", kTests, [&](double alpha) { return bsdf_energy(subject, alpha); });
   plan.add("reflectance", 0, [&](double) { return bsdf_reflectance(subject); });
+  plan.add("null_transmission", 0, [&](double) { return bsdf_null_transmission(subject); });
   plan.add("blocks", 0, [&](double) { return bsdf_blocks(subject); });
   plan.add("consistency", 0, [&](double) {
     return audit(subject, [](const std::string&) { return true; });

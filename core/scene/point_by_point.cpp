@@ -76,6 +76,16 @@ void Bsdf::shade_block(const SurfaceBlock& points, const BsdfQuery& query,
   }
 }
 
+void Bsdf::null_transmission_block(const SurfaceBlock& points,
+                                   const NullTransmissionBlock& out) const {
+  UpperHalves::clear();
+  for (size_t i = 0; i < points.count; ++i) {
+    const NullTransmission through = null_transmission(interaction_of(points, i));
+    out.transmittance.set(i, through.transmittance);
+    out.probability[i] = through.probability;
+  }
+}
+
 uint32_t BsdfFormKinds::number_of(const BsdfForm& form) {
   for (size_t k = 0; k < kinds_.size(); ++k) {
     if (kinds_[k].same_kind(form)) return static_cast<uint32_t>(k + 1);

@@ -27,6 +27,7 @@ class Blend final : public Bsdf {
     lobes_ = nested_[0]->lobes() | nested_[1]->lobes();
     transmits_ = nested_[0]->transmits() || nested_[1]->transmits();
     scatters_through_ = nested_[0]->scatters_through() || nested_[1]->scatters_through();
+    passes_straight_ = nested_[0]->passes_straight() || nested_[1]->passes_straight();
     relative_index_ = read_relative_index(props);
   }
 
@@ -62,6 +63,33 @@ class Blend final : public Bsdf {
     const NumberInput::Columns weights(weight_, points);
     if (query.u1) sample_block(points, query, weights, answer);
     if (query.wo.x) evaluate_block(points, query, weights, answer.f, answer.pdf);
+  }
+
+  NullTransmission null_transmission(const SurfaceInteraction& si) const override {
+    const auto [weight, second] = shares_of(Lobe::kAll, weight_.at(si));
+    const NullTransmission a = nested_[0]->null_transmission(si),
+                           b = nested_[1]->null_transmission(si);
+    return {a.transmittance * (1 - weight) + b.transmittance * weight,
+            a.probability * (1 - second) + b.probability * second};
+  }
+
+  void null_transmission_block(const SurfaceBlock& points,
+                               const NullTransmissionBlock& out) const override {
+    using wide::Float;
+    const NumberInput::Columns weights(weight_, points);
+    const wide::ScratchColumns columns(4, points.count);
+    const NullTransmissionBlock other{columns.three(0), columns[3]};
+    nested_[0]->null_transmission_block(points, out);
+    nested_[1]->null_transmission_block(points, other);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const auto [weight, second] = shares_of(Lobe::kAll, weights[i]);
+      (wide::Rgb::load(out.transmittance, i) * (1.f - weight) +
+       wide::Rgb::load(other.transmittance, i) * weight)
+          .store(out.transmittance, i);
+      (Float::load(out.probability + i) * (1.f - second) +
+       Float::load(other.probability + i) * second)
+          .store(out.probability + i);
+    });
   }
 
   Rgb albedo(const SurfaceInteraction& si) const override {

@@ -2,9 +2,8 @@
 #include "kinome/plugin.h"
 
 /// A surface with holes, or half transparent: of a share `opacity` it is the nested BSDF; the rest
-/// of the light goes straight through, from both sides. As in Mitsuba, no light sample sees through
-/// it: light behind it is found by paths that go on there. The nested BSDF may be smooth glass, which
-/// bends what it lets through.
+/// of the light goes straight through, from both sides. The nested BSDF may be smooth glass, which
+/// bends the light.
 ///
 ///     <bsdf type="mask">
 ///       <texture type="bitmap" name="opacity"><string name="filename" value="leaf.png"/></texture>
@@ -26,6 +25,7 @@ class OpacityMask final : public Bsdf {
     lobes_ = nested_->lobes() | Lobe::kDelta;
     turns_to_viewer_ = nested_->turns_to_viewer();
     transmits_ = true;
+    passes_straight_ = true;
     scatters_through_ = nested_->scatters_through();
     relative_index_ = nested_->relative_index();
   }
@@ -80,6 +80,38 @@ class OpacityMask final : public Bsdf {
         pdf.store(answer.pdf + i);
       }
       if (query.u1) add_what_goes_through(points, query, answer, opacity, probability, i);
+    });
+  }
+
+  NullTransmission null_transmission(const SurfaceInteraction& si) const override {
+    const float opacity = clamped_share(opacity_.at(si));
+    const float probability = nested_probability(Lobe::kAll, opacity);
+    NullTransmission through{Rgb(1 - opacity), 1 - probability};
+    if (nested_->passes_straight()) {
+      const NullTransmission nested = nested_->null_transmission(si);
+      through.transmittance += nested.transmittance * opacity;
+      through.probability += nested.probability * probability;
+    }
+    return through;
+  }
+
+  void null_transmission_block(const SurfaceBlock& points,
+                               const NullTransmissionBlock& out) const override {
+    using wide::Float;
+    const NumberInput::Columns opacities(opacity_, points);
+    const bool is_nested = nested_->passes_straight();
+    if (is_nested) nested_->null_transmission_block(points, out);
+    wide::for_lanes(points.count, [&](size_t i) {
+      const Float opacity = clamped_share(opacities[i]);
+      const Float probability = nested_probability(Lobe::kAll, opacity);
+      wide::Rgb transmittance(1.f - opacity);
+      Float passed = 1.f - probability;
+      if (is_nested) {
+        transmittance = transmittance + wide::Rgb::load(out.transmittance, i) * opacity;
+        passed = passed + Float::load(out.probability + i) * probability;
+      }
+      transmittance.store(out.transmittance, i);
+      passed.store(out.probability + i);
     });
   }
 

@@ -2,7 +2,7 @@
 #include "kinome/plugin.h"
 
 /// Nothing: all light goes straight through. As in Mitsuba it is a surface all the same: paths
-/// count an edge more, and no light sample sees through it.
+/// count an edge more, and light of emitters without extent (`point`, `directional`, …) stops there.
 ///
 ///     <bsdf type="null"/>
 namespace kinome {
@@ -11,10 +11,12 @@ namespace {
 class Null final : public wide::FormulaBsdf<Null> {
  public:
   static constexpr bool kSeenFromBehind = true;
+  static constexpr bool kPassesStraight = true;
 
   explicit Null(const Properties&) {
     lobes_ = Lobe::kDelta;
     transmits_ = true;
+    passes_straight_ = true;
   }
 
   template <class F>
@@ -25,6 +27,7 @@ class Null final : public wide::FormulaBsdf<Null> {
     BsdfSampleOf<F> sample(const F& /*u1*/, const Vec2Of<F>& /*u2*/) const {
       return {-wi, 1.f, RgbOf<F>(1.f), lobe_number(Lobe::kDelta | Lobe::kNull)};
     }
+    wide::NullTransmissionOf<F> null_transmission() const { return {RgbOf<F>(1.f), 1.f}; }
   };
   auto inputs() const { return std::tuple<>(); }
   template <class F, class Fn>

@@ -17,6 +17,7 @@ constexpr Parameter kParameters[] = {
 class ThinDielectric final : public wide::FormulaBsdf<ThinDielectric> {
  public:
   static constexpr bool kSeenFromBehind = true;
+  static constexpr bool kPassesStraight = true;
 
   explicit ThinDielectric(const Properties& props)
       : reflectance_(reflectance_texture(props, "specular_reflectance")),
@@ -24,6 +25,7 @@ class ThinDielectric final : public wide::FormulaBsdf<ThinDielectric> {
         eta_(relative_ior(props)) {
     lobes_ = Lobe::kDelta;
     transmits_ = true;
+    passes_straight_ = true;
   }
 
   template <class F>
@@ -39,6 +41,10 @@ class ThinDielectric final : public wide::FormulaBsdf<ThinDielectric> {
           [&]() -> BsdfSampleOf<F> {
             return {-wi, 1.f, transmittance, lobe_number(Lobe::kDelta | Lobe::kNull)};
           });
+    }
+    wide::NullTransmissionOf<F> null_transmission() const {
+      const F through = 1.f - reflected;
+      return {transmittance * through, through};
     }
   };
   auto inputs() const { return std::tie(reflectance_, transmittance_); }

@@ -34,6 +34,7 @@ class TwoSided final : public Bsdf {
       }
       transmits_ = transmits_ || side->transmits();
       scatters_through_ = scatters_through_ || side->scatters_through();
+      passes_straight_ = passes_straight_ || side->passes_straight();
     }
     lobes_ = sides_.front()->lobes() | sides_.back()->lobes();
     is_lambertian_ = sides_.front()->is_lambertian() && sides_.back()->is_lambertian();
@@ -75,6 +76,27 @@ class TwoSided final : public Bsdf {
     if (!query.u1) return;
     take(answer.wo, back.wo), take(answer.weight, back.weight);
     take(answer.sample_pdf, back.sample_pdf), take(answer.is_delta, back.is_delta);
+  }
+
+  NullTransmission null_transmission(const SurfaceInteraction& si) const override {
+    return si.wi.z < 0 ? sides_.back()->null_transmission(mirrored(si))
+                       : sides_.front()->null_transmission(si);
+  }
+
+  void null_transmission_block(const SurfaceBlock& points,
+                               const NullTransmissionBlock& out) const override {
+    const size_t backs = seen_from_behind(points);
+    if (backs == 0) return sides_.front()->null_transmission_block(points, out);
+    const wide::ScratchColumns columns(8, points.count);
+    const SurfaceBlock facing = turned_to_viewer(points, columns);
+    if (sides_.size() == 1 || backs == points.count) {
+      return sides_.back()->null_transmission_block(facing, out);
+    }
+    const NullTransmissionBlock back{columns.three(4), columns[7]};
+    sides_.front()->null_transmission_block(points, out);
+    sides_.back()->null_transmission_block(facing, back);
+    const BackTaker take(points);
+    take(out.transmittance, back.transmittance), take(out.probability, back.probability);
   }
 
   void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {

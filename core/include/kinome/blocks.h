@@ -138,6 +138,14 @@ struct BsdfAnswer {
   }
 };
 
+/// Light that goes straight through the points of a block: NullTransmission by columns.
+struct NullTransmissionBlock {
+  Columns3 transmittance;
+  float* probability = nullptr;
+
+  NullTransmissionBlock from(size_t i) const { return {transmittance.from(i), probability + i}; }
+};
+
 /// Directions toward a light: DirectSample by columns.
 struct DirectBlock {
   Columns3 d;                 ///< unit, from the point toward the light

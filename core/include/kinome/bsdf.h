@@ -24,6 +24,15 @@ struct BsdfSample {
   Lobe lobe = Lobe::kNone;
 };
 
+/// Light that goes straight through a point of a surface (Lobe::kNull).
+struct NullTransmission {
+  /// Share of the radiance arriving along -wi that leaves along wi: the mean of the weights of
+  /// samples with Lobe::kNull, where all others count as 0.
+  Rgb transmittance{0.f};
+  /// Probability of a sample of all lobes to have Lobe::kNull.
+  float probability = 0;
+};
+
 /// How much a point reflects, split as Åkerlund 2008, eq. 4.5 does: |kd| and |ks|. Estimates are
 /// enough, since only importance depends on them; where a part is zero its lobes must be, too.
 struct LobeReflectance {
@@ -47,9 +56,12 @@ class KINOME_EXPORT Bsdf : public Object {
   bool transmits() const { return transmits_; }
   /// True where it may by other lobes than Lobe::kDelta.
   bool scatters_through() const { return scatters_through_; }
+  /// True where samples may have Lobe::kNull. null_transmission() then states their share.
+  bool passes_straight() const { return passes_straight_; }
   /// Index of refraction behind the surface over that in front of it, where light goes through; 1:
-  /// it isn't bent. Samples with Lobe::kNull aren't bent in any case. Values and weights are those of radiance, which is multiplied by the squared
-  /// ratio of the indices on its way through (Veach 1997, 5.2); power that light carries isn't.
+  /// it isn't bent. Samples with Lobe::kNull aren't bent in any case. Values and weights are those of
+  /// radiance, which is multiplied by the squared ratio of the indices on its way through (Veach
+  /// 1997, 5.2); power that light carries isn't.
   float relative_index() const { return relative_index_; }
 
   /// True where the normal that is reflected about, or what it shadows, depends on si.wi, so that
@@ -64,6 +76,9 @@ class KINOME_EXPORT Bsdf : public Object {
   /// the sample fell there). u1 chooses the lobe, u2 the direction.
   virtual std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                            const Vec2& u2) const = 0;
+  /// Light that goes straight through, as seen from si.wi. Mandatory if passes_straight_ is set.
+  /// Default: none.
+  virtual NullTransmission null_transmission(const SurfaceInteraction& /*si*/) const { return {}; }
   /// As seen from si.wi, on its side of the surface. Stands for other viewers of that side, too,
   /// where light is taken from: a part that any of them sees isn't zero.
   virtual LobeReflectance reflectance(const SurfaceInteraction& si) const = 0;
@@ -84,6 +99,10 @@ class KINOME_EXPORT Bsdf : public Object {
   virtual void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                            const BsdfAnswer& answer) const;
 
+  /// null_transmission at each point of a block. Default: point by point.
+  virtual void null_transmission_block(const SurfaceBlock& points,
+                                       const NullTransmissionBlock& out) const;
+
   /// At each point of a block, reflection_frame and the lobes other than kDelta in a form for
   /// kernels, the same that eval_pdf computes up to rounding; in place of a form that there isn't,
   /// the colours of reflectance(). Forms are only for points with wi on the side of
@@ -100,6 +119,7 @@ class KINOME_EXPORT Bsdf : public Object {
   bool is_lambertian_ = false;
   bool transmits_ = false;
   bool scatters_through_ = false;
+  bool passes_straight_ = false;
   float relative_index_ = 1;
   bool turns_to_viewer_ = false;
 };

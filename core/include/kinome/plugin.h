@@ -12,7 +12,7 @@
 
 /// The version of all public headers, raised whenever one changes in a way that old binaries can't
 /// follow.
-#define KINOME_INTERFACE_VERSION 20
+#define KINOME_INTERFACE_VERSION 21
 
 #define KINOME_STRINGIFY_(x) #x
 #define KINOME_STRINGIFY(x) KINOME_STRINGIFY_(x)

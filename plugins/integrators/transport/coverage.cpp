@@ -15,7 +15,7 @@ Coverage::Coverage(const SceneTable& scene, const Sampler& sampler, const PathSe
       max_depth_(settings.length.max_depth),
       is_opaque_(scene.scene().environment() && !settings.hide_emitters),
       passes_(std::any_of(scene.rows().begin(), scene.rows().end(),
-                          [](const auto& row) { return may_pass_straight(*row.bsdf); })),
+                          [](const auto& row) { return row.bsdf->passes_straight(); })),
       numbers_(rays),
       per_point_(Surfaces::most_points(scene, rays)),
       per_ray_(rays),
@@ -61,7 +61,7 @@ size_t Coverage::cover(const PixelSamples& samples, const Surfaces& surfaces,
   for (const Surfaces::Range& range : surfaces.ranges()) {
     const size_t first = range.first, end = first + range.count;
     if (is_last && !range.row->emitter) continue;
-    if (is_last || !passes_ || !may_pass_straight(*range.row->bsdf)) {
+    if (is_last || !passes_ || !range.row->bsdf->passes_straight()) {
       for (size_t i = first; i < end; ++i) alpha[owner[i]] = 1;
       continue;
     }

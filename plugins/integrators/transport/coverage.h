@@ -15,11 +15,6 @@ inline bool hides_environment(const PathSettings& settings, const Scene& scene) 
   return settings.hide_emitters && scene.environment();
 }
 
-/// True if samples of the material may have Lobe::kNull.
-inline bool may_pass_straight(const Bsdf& bsdf) {
-  return bsdf.transmits() && any(bsdf.lobes() & Lobe::kDelta);
-}
-
 /// Alpha of camera rays, as Mitsuba's `path` defines it: 1 for rays that see an environment which
 /// isn't hidden, or a surface that scatters or absorbs them; 0 for rays that leave the scene, all
 /// of whose samples of BSDFs on the way went straight through (Lobe::kNull). Its mean over a pixel's

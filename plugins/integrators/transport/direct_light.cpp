@@ -35,6 +35,12 @@ DirectLight::Traced::Traced(const SceneTable& scene, size_t most_points, size_t 
       rays(per_ray.ray_hits()),
       met{{scene, most_rays}, {scene, most_rays}} {}
 
+DirectLight::Passing::Passing(const SceneTable& scene, size_t most_points, size_t most_rays)
+    : shadows(scene, most_points, most_rays),
+      per_point(most_points),
+      next{per_point.three(), per_point.floats(), per_point.floats()},
+      through{per_point.three(), per_point.floats()} {}
+
 DirectLight::DirectLight(const SceneTable& scene, const Sampler& sampler, const LightSamples& count,
                          size_t rays)
     : scene_(scene),
@@ -95,6 +101,33 @@ void DirectLight::sample(const PixelSamples& samples, const Vertices& vertices,
     select(valid, carried).store(carried_, i);
   });
   if (vertices.straight) update_straight(vertices);
+  if (vertices.origins.pdf) find_next_origins(vertices);
+}
+
+void DirectLight::find_next_origins(const Vertices& vertices) {
+  if (!passing_) passing_ = std::make_unique<Passing>(scene_, most_points_, most_rays_);
+  const Surfaces& surfaces = *vertices.surfaces;
+  for (const Surfaces::Range& range : surfaces.ranges()) {
+    if (!range.row->bsdf->passes_straight()) continue;
+    range.row->bsdf->null_transmission_block(surfaces.points().part(range.first, range.count),
+                                             passing_->through.from(range.first));
+  }
+  const Origins& from = vertices.origins;
+  const Origins& to = passing_->next;
+  for_lanes(surfaces.reflecting(), [&](size_t i) {
+    const Float is_delta = Float::load(answer_.is_delta + i);
+    const Mask is_straight = is_delta == kNullSample;
+    const Float passes = select(is_straight, Float::load(from.passes + i) + 1.f);
+    const Float straight_pdf =
+        Float::load(from.pdf + i) * Float::load(passing_->through.probability + i);
+    const Float turned_pdf =
+        select(is_delta > 0.f, Float(kInfinity), Float::load(answer_.sample_pdf + i));
+    const Float pdf = select(is_straight, straight_pdf, turned_pdf);
+    select(passes > static_cast<float>(kMaxPasses), Float(kInfinity), pdf).store(to.pdf + i);
+    passes.store(to.passes + i);
+    select(is_straight, wide::Vec3::load(from.p, i), wide::Vec3::load(surfaces.points().p, i))
+        .store(to.p, i);
+  });
 }
 
 /// Clears Vertices::straight for paths whose sample does not go straight through the surface.
@@ -117,37 +150,79 @@ void DirectLight::play_roulette(const PixelSamples& samples, const Vertices& ver
   });
 }
 
+Float DirectLight::emitter_pdf(size_t i) const {
+  return Float::load(emitters_.light().pdf + i) *
+         (emitters_.pick_pdf() * static_cast<float>(count_.emitter));
+}
+
+/// Weight of emitter samples i … of density pdf. `passed` is the probability of a BSDF sample to go
+/// straight through the surfaces between.
+Float DirectLight::emitter_weight(size_t i, const Float& pdf, const Float& passed) const {
+  if (count_.bsdf == 0) return 1.f;
+  const Mask is_delta = Float::load(emitters_.light().is_delta + i) > 0.f;
+  const Float bsdf_pdf = Float::load(answer_.pdf + i) * static_cast<float>(count_.bsdf) * passed;
+  return select(is_delta, Float(1.f), power_heuristic(pdf, bsdf_pdf));
+}
+
+template <class Fn>
+size_t DirectLight::make_emitter_rays(const Vertices& vertices, RenderCounters& counters,
+                                      const Fn& weight_of) {
+  const StageTimer timer(counters.stage_seconds["shade"]);
+  const Surfaces& surfaces = *vertices.surfaces;
+  const DirectBlock& sampled = emitters_.light();
+  size_t rays = 0;
+  for_lanes(surfaces.scattering(), [&](size_t i) {
+    const Float pdf = emitter_pdf(i);
+    const wide::Rgb light = throughput(vertices, i) * wide::Rgb::load(answer_.f, i) *
+                            wide::Rgb::load(sampled.radiance, i) * (weight_of(i, pdf) / pdf);
+    const Mask on = is_live(surfaces, i) & !(pdf <= 0.f) & !is_black(light);
+    rays += wide::count(on);
+    select(on, light).store(light_, i);
+    put_shadow_rays(surfaces.points(), i, wide::Vec3::load(sampled.d, i),
+                    Float::load(sampled.distance + i), on, true, rays_);
+  });
+  counters[RayKind::kShadow] += rays;
+  counters.skipped_shadow_rays += surfaces.live_reflecting() - rays;
+  return rays;
+}
+
 void DirectLight::add_emitter_samples(const Vertices& vertices, const Columns3& radiance,
                                       RenderCounters& counters) {
   const Surfaces& surfaces = *vertices.surfaces;
-  const DirectBlock& sampled = emitters_.light();
-  const float n_emitter = static_cast<float>(count_.emitter);
-  const float n_bsdf = static_cast<float>(count_.bsdf);
-  size_t rays = 0;
-  {
-    const StageTimer timer(counters.stage_seconds["shade"]);
-    for_lanes(surfaces.scattering(), [&](size_t i) {
-      const Float pdf = Float::load(sampled.pdf + i) * (emitters_.pick_pdf() * n_emitter);
-      Float weight = 1.f;
-      if (count_.bsdf > 0) {
-        const Mask is_delta = Float::load(sampled.is_delta + i) > 0.f;
-        weight =
-            select(is_delta, weight, power_heuristic(pdf, Float::load(answer_.pdf + i) * n_bsdf));
-      }
-      const wide::Rgb light = throughput(vertices, i) * wide::Rgb::load(answer_.f, i) *
-                              wide::Rgb::load(sampled.radiance, i) * (weight / pdf);
-      const Mask on = is_live(surfaces, i) & !(pdf <= 0.f) & !is_black(light);
-      rays += wide::count(on);
-      select(on, light).store(light_, i);
-      put_shadow_rays(surfaces.points(), i, wide::Vec3::load(sampled.d, i),
-                      Float::load(sampled.distance + i), on, true, rays_);
-    });
-  }
-  counters[RayKind::kShadow] += rays;
-  counters.skipped_shadow_rays += surfaces.live_reflecting() - rays;
+  make_emitter_rays(vertices, counters,
+                    [&](size_t i, const Float& pdf) { return emitter_weight(i, pdf, 1.f); });
   // What the camera sees through neighbouring pixels is lit by a single place from one side.
   const bool are_neighbours = !vertices.throughput.x && emitters_.come_from_one_place();
   add_arriving(vertices, surfaces.scattering(), are_neighbours, radiance, counters);
+}
+
+void DirectLight::add_passing_emitter_samples(const Vertices& vertices,
+                                              const RadianceByPasses& light,
+                                              RenderCounters& counters) {
+  const size_t count = vertices.surfaces->scattering();
+  // Weights depend on the surfaces between, which the rays find.
+  if (make_emitter_rays(vertices, counters, [](size_t, const Float&) { return Float(1.f); }) == 0) {
+    return;
+  }
+  const StageTimer timer(counters.stage_seconds["shadow"]);
+  StraightShadows& shadows = passing_->shadows;
+  shadows.trace(rays_, count, emitters_.light().is_delta, light.max_passes, counters);
+  for_lanes(count, [&](size_t i) {
+    const wide::Rgb transmittance = wide::Rgb::load(shadows.transmittance(), i);
+    const Mask arrives = !is_black(transmittance);
+    if (none(arrives)) return;
+    const Float passes = Float::load(shadows.passes() + i);
+    Float weight = emitter_weight(i, emitter_pdf(i), Float::load(shadows.probability() + i));
+    if (vertices.shown_share) {
+      // Without the emitter sample, a delta lobe shows light that has passed a surface.
+      const Int owner = Int::load(vertices.owner + i);
+      weight = weight * select(passes > 0.f, gather(vertices.shown_share_later, owner), Float(1.f));
+    }
+    const wide::Rgb arriving = wide::Rgb::load(light_, i) * transmittance * weight;
+    const Mask few = passes <= light.few_passes;
+    add_to_owners(arriving, arrives & few, vertices.owner + i, light.radiance);
+    add_to_owners(arriving, arrives & !few, vertices.owner + i, light.beyond);
+  });
 }
 
 /// Of the first `count` rays in rays_ and the light in light_.
@@ -194,12 +269,16 @@ void DirectLight::add_environment(const Vertices& vertices, const Columns3& radi
     }
     const float n_emitter = static_cast<float>(count_.emitter) * emitters_.pick_pdf();
     const float n_bsdf = static_cast<float>(count_.bsdf);
+    const bool has_origins = vertices.origins.pdf;
+    const float* const pdfs = has_origins ? passing_->next.pdf : answer_.sample_pdf;
     for_lanes(count, [&](size_t i) {
       Float weight = 1.f;
       if (count_.emitter > 0) {
-        weight = select(Float::load(answer_.is_delta + i) > 0.f, weight,
-                        power_heuristic(Float::load(answer_.sample_pdf + i) * n_bsdf,
-                                        Float::load(met_pdf_ + i) * n_emitter));
+        const Float pdf = Float::load(pdfs + i);
+        const Mask is_alone =
+            has_origins ? pdf == kInfinity : Float::load(answer_.is_delta + i) > 0.f;
+        weight = select(is_alone, weight,
+                        power_heuristic(pdf * n_bsdf, Float::load(met_pdf_ + i) * n_emitter));
       }
       const wide::Rgb carried = wide::Rgb::load(carried_, i);
       const wide::Rgb light = carried * wide::Rgb::load(met_light_, i) * weight;
@@ -267,20 +346,27 @@ float DirectLight::shown_share(const Vertices& vertices, size_t point) const {
 }
 
 float DirectLight::bsdf_weight(const Vertices& vertices, uint32_t point, float emitter_pdf) const {
-  if (answer_.is_delta[point] > 0) return shown_share(vertices, point);
-  if (count_.emitter == 0) return 1;
-  return power_heuristic(answer_.sample_pdf[point] * static_cast<float>(count_.bsdf),
-                         emitter_pdf * emitters_.pick_pdf() * static_cast<float>(count_.emitter));
+  const bool is_delta = answer_.is_delta[point] > 0;
+  const bool has_origins = vertices.origins.pdf;
+  const float share = is_delta ? shown_share(vertices, point) : 1;
+  const float pdf = has_origins ? passing_->next.pdf[point] : answer_.sample_pdf[point];
+  const bool is_alone = has_origins ? pdf == kInfinity : is_delta;
+  if (is_alone || count_.emitter == 0) return share;
+  return share * power_heuristic(pdf * static_cast<float>(count_.bsdf),
+                                 emitter_pdf * emitters_.pick_pdf() *
+                                     static_cast<float>(count_.emitter));
 }
 
 void DirectLight::add_met_surfaces(const Vertices& vertices, const Columns3& radiance) {
   const SurfaceBlock& met = this->met().points();
   const uint32_t* const from = traced_->sort.order();
+  const Columns3& from_p =
+      vertices.origins.pdf ? passing_->next.p : vertices.surfaces->points().p;
   for (const Surfaces::Range& range : this->met().ranges()) {
     if (!range.row->emitter) continue;
     const size_t first = range.first;
     for (size_t i = first; i < first + padded(range.count); ++i) {
-      from_p_.set(i, vertices.surfaces->points().p.at(from[met.ray[i]]));
+      from_p_.set(i, from_p.at(from[met.ray[i]]));
     }
     range.row->emitter->eval_surface_block(met.part(first, range.count), from_p_.from(first),
                                            met_light_.from(first), met_pdf_ + first);

@@ -7,6 +7,7 @@
 #include "kinome/stats.h"
 #include "occlusion.h"
 #include "shading.h"
+#include "straight_shadows.h"
 #include "vertices.h"
 
 namespace kinome::transport {
@@ -15,6 +16,14 @@ namespace kinome::transport {
 struct LightSamples {
   int emitter = 1;  ///< 0: BSDF samples find all light that they can
   int bsdf = 1;     ///< 0: emitter samples find all light that they can
+};
+
+/// Where the light of emitter samples goes, by the number of surfaces that it passes straight.
+struct RadianceByPasses {
+  Columns3 radiance;        ///< of light that passes up to `few_passes` surfaces
+  Columns3 beyond;          ///< of all other light
+  float few_passes;         ///< may be negative
+  uint32_t max_passes;      ///< more surfaces stop the light
 };
 
 /// Light that comes straight from emitters to points of paths: emitter samples and BSDF samples,
@@ -42,6 +51,10 @@ class DirectLight {
 
   void add_emitter_samples(const Vertices& vertices, const Columns3& radiance,
                            RenderCounters& counters);
+  /// The same for emitter samples that pass surfaces straight (Lobe::kNull); the vertices must have
+  /// origins. Samples of delta emitters stop at all surfaces, as in Mitsuba's `path`.
+  void add_passing_emitter_samples(const Vertices& vertices, const RadianceByPasses& light,
+                                   RenderCounters& counters);
   void add_environment(const Vertices& vertices, const Columns3& radiance,
                        RenderCounters& counters);
   void trace(const Vertices& vertices, Surfaces::Which which, const Columns3& radiance,
@@ -53,8 +66,17 @@ class DirectLight {
   const uint32_t* from() const { return traced_->sort.order(); }
   /// Of points: the throughput along the BSDF sample.
   const Columns3& carried() const { return carried_; }
+  /// Of points: Vertices::origins of what the BSDF sample finds. Only if the vertices have origins.
+  const Origins& next_origins() const { return passing_->next; }
 
  private:
+  /// Throughput, density and rays of emitter samples; returns the number of rays that are on.
+  /// `weight_of` returns the weight of samples i … that have the density pdf.
+  template <class Fn>
+  size_t make_emitter_rays(const Vertices& vertices, RenderCounters& counters, const Fn& weight_of);
+  wide::Float emitter_pdf(size_t i) const;
+  wide::Float emitter_weight(size_t i, const wide::Float& pdf, const wide::Float& passed) const;
+  void find_next_origins(const Vertices& vertices);
   void make_bsdf_rays(const Vertices& vertices, RenderCounters& counters);
   void add_met_surfaces(const Vertices& vertices, const Columns3& radiance);
   void add_met_environment(const Vertices& vertices, const Columns3& radiance);
@@ -76,6 +98,15 @@ class DirectLight {
     Surfaces met[2];
   };
 
+  /// State for emitter samples that pass surfaces straight.
+  struct Passing {
+    Passing(const SceneTable& scene, size_t most_points, size_t most_rays);
+    StraightShadows shadows;
+    Arena per_point;
+    Origins next;
+    NullTransmissionBlock through;  ///< of the vertices
+  };
+
   const SceneTable& scene_;
   const Sampler& sampler_;
   LightSamples count_;
@@ -94,6 +125,7 @@ class DirectLight {
   Ray16* rays_;
   Columns3 d_;                      ///< of BSDF samples, in world space
   std::unique_ptr<Traced> traced_;  ///< nullptr until trace() is called, which some never do
+  std::unique_ptr<Passing> passing_;  ///< nullptr until vertices have origins
   int current_ = 0;
   Arena per_met_;
   Columns3 from_p_;

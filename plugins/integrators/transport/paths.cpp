@@ -18,12 +18,20 @@ Paths::Paths(const SceneTable& scene, const Sampler& sampler, const PathSettings
       arena_(Surfaces::most_points(scene, rays)),
       owner_{arena_.indices(), arena_.indices()},
       throughput_{arena_.three(), arena_.three()},
-      straight_(arena_.floats()) {}
+      straight_(arena_.floats()) {
+  const bool meets_light = scene.scene().environment() || scene.scene().has_surface_emitters();
+  if (!scene.passes_straight() || !meets_light || length_.max_depth <= 2) return;
+  for (Origins& origins : origins_) {
+    origins = {arena_.three(), arena_.floats(), arena_.floats()};
+  }
+}
 
 /// From points that lie `depth` edges from the camera to the next ones.
 void Paths::extend(const PixelSamples& samples, const Vertices& vertices, uint32_t depth,
-                   const Columns3& radiance, RenderCounters& counters) {
+                   const RadianceByLength& light, RenderCounters& counters) {
   const Scene& scene = scene_.scene();
+  // The last edge is the one to the light.
+  const Columns3& radiance = depth < light.longest ? light.radiance : light.beyond;
   const bool is_last = depth + 1 >= length_.max_depth;
   const uint32_t first = kCameraDimensions + kPointDimensions * (depth - 1);
   const bool traces = !is_last || scene.has_surface_emitters();
@@ -36,13 +44,38 @@ void Paths::extend(const PixelSamples& samples, const Vertices& vertices, uint32
       light_.play_roulette(samples, vertices, first + 2 * DirectLight::kDimensions);
     }
   }
-  light_.add_emitter_samples(vertices, radiance, counters);
+  add_emitter_samples(vertices, depth, light, counters);
   if (traces) {
     light_.trace(vertices, is_last ? Surfaces::Which::kEmitting : Surfaces::Which::kAll, radiance,
                  counters);
   } else if (scene.environment()) {
     light_.add_environment(vertices, radiance, counters);
   }
+}
+
+void Paths::add_emitter_samples(const Vertices& vertices, uint32_t depth,
+                                const RadianceByLength& light, RenderCounters& counters) {
+  // Each surface that light passes is an edge.
+  const uint32_t max_passes = std::min(kMaxPasses, length_.max_depth - (depth + 1));
+  if (!vertices.origins.pdf || max_passes == 0) {
+    light_.add_emitter_samples(vertices, depth < light.longest ? light.radiance : light.beyond,
+                               counters);
+    return;
+  }
+  const float few_passes = static_cast<float>(light.longest) - static_cast<float>(depth + 1);
+  light_.add_passing_emitter_samples(
+      vertices, {light.radiance, light.beyond, few_passes, max_passes}, counters);
+}
+
+Origins Paths::first_origins(const Vertices& vertices, int buffer) const {
+  const Origins& origins = origins_[buffer];
+  if (!origins.pdf) return {};
+  for_lanes(vertices.surfaces->reflecting(), [&](size_t i) {
+    wide::Vec3(0.f).store(origins.p, i);
+    Float(kInfinity).store(origins.pdf + i);
+    Float(0.f).store(origins.passes + i);
+  });
+  return origins;
 }
 
 /// The points that the BSDF samples of `vertices` have come to.
@@ -53,9 +86,14 @@ Vertices Paths::next(const Vertices& vertices, int buffer) {
     const Int from = as_int(gather(light_.from(), Int::load(ray + i)));
     gather(vertices.owner, from).store(owner_[buffer] + i);
     gather(light_.carried(), from).store(throughput_[buffer], i);
+    if (!vertices.origins.pdf) return;
+    const Origins& origins = light_.next_origins();
+    gather(origins.p, from).store(origins_[buffer].p, i);
+    gather(origins.pdf, from).store(origins_[buffer].pdf + i);
+    gather(origins.passes, from).store(origins_[buffer].passes + i);
   });
   return {&met, owner_[buffer], throughput_[buffer], vertices.shown_share,
-          vertices.shown_share_later, vertices.straight};
+          vertices.shown_share_later, vertices.straight, origins_[buffer]};
 }
 
 void Paths::add(const PixelSamples& samples, const Surfaces& seen, const RadianceByLength& light,
@@ -71,10 +109,10 @@ void Paths::add(const PixelSamples& samples, const Surfaces& seen, const Radianc
 void Paths::go_on(const PixelSamples& samples, const Vertices& begin, uint32_t depth,
                   const RadianceByLength& light, RenderCounters& counters) {
   if (depth + 1 > length_.max_depth || scene_.scene().emitters().empty()) return;
-  for (Vertices vertices = begin; vertices.surfaces->reflecting() > 0; ++depth) {
-    // The last edge is the one to the light.
-    extend(samples, vertices, depth, depth < light.longest ? light.radiance : light.beyond,
-           counters);
+  Vertices vertices = begin;
+  vertices.origins = first_origins(begin, (depth + 1) % 2);
+  for (; vertices.surfaces->reflecting() > 0; ++depth) {
+    extend(samples, vertices, depth, light, counters);
     if (depth + 1 >= length_.max_depth) return;
     const StageTimer timer(counters.stage_seconds["bounce"]);
     vertices = next(vertices, depth % 2);

@@ -18,6 +18,10 @@ struct RadianceByLength {
 /// BSDF sample is also the next edge. All emitters are found, save that light of a point or a
 /// direction is not seen in mirrors. The paths of a block go on together, one edge at a time, and
 /// those that go on move together after each. One per thread.
+///
+/// Emitter samples of all other emitters pass surfaces straight (Lobe::kNull: panes, masks). Each
+/// surface counts as an edge. The sample carries the product of the transmittances; BSDF samples,
+/// which find the same light, have their density times the probability of passing.
 class Paths {
  public:
   /// For blocks of at most `rays` paths. `settings.hide_emitters` is of paths that begin at the
@@ -43,8 +47,12 @@ class Paths {
   static constexpr uint32_t kPointDimensions = 2 * DirectLight::kDimensions + 1;
 
   void extend(const PixelSamples& samples, const Vertices& vertices, uint32_t depth,
-              const Columns3& radiance, RenderCounters& counters);
+              const RadianceByLength& light, RenderCounters& counters);
   Vertices next(const Vertices& vertices, int buffer);
+  void add_emitter_samples(const Vertices& vertices, uint32_t depth, const RadianceByLength& light,
+                           RenderCounters& counters);
+  /// Origins of vertices at which no path of these has turned before.
+  Origins first_origins(const Vertices& vertices, int buffer) const;
 
   const SceneTable& scene_;
   PathLength length_;
@@ -54,7 +62,8 @@ class Paths {
   /// Of the points that paths have come to, and of the next ones.
   uint32_t* owner_[2];
   Columns3 throughput_[2];
-  float* straight_;  ///< see Vertices
+  float* straight_;     ///< see Vertices
+  Origins origins_[2];  ///< nullptr: emitter samples stop at all surfaces
 };
 
 }  // namespace kinome::transport

@@ -31,11 +31,17 @@ SceneTable::SceneTable(const Scene& scene) : scene_(scene) {
   };
   std::stable_sort(ids.begin(), ids.end(), [&](uint32_t a, uint32_t b) { return key(a) < key(b); });
   row_of_.resize(shapes.size());
-  emitting_row_of_.resize(shapes.size(), static_cast<uint32_t>(shapes.size()));
+  const auto no_row = static_cast<uint32_t>(shapes.size());
+  emitting_row_of_.resize(shapes.size(), no_row);
+  passing_row_of_.resize(shapes.size(), no_row);
   for (const uint32_t id : ids) {
     const Shape& shape = *shapes[id];
     row_of_[id] = static_cast<uint32_t>(rows_.size());
     if (shape.emitter()) emitting_row_of_[id] = row_of_[id];
+    if (shape.bsdf().passes_straight()) {
+      passing_row_of_[id] = row_of_[id];
+      passes_straight_ = true;
+    }
     rows_.push_back({&shape, &shape.bsdf(), shape.emitter()});
     if (scatters(shape.bsdf())) ++scattering_;
     if (shape.bsdf().lobes() != Lobe::kNone) ++reflecting_;

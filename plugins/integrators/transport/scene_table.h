@@ -27,6 +27,10 @@ class SceneTable {
   const uint32_t* row_of() const { return row_of_.data(); }
   /// The same for shapes that emit; for the others no row, but rows().size().
   const uint32_t* emitting_row_of() const { return emitting_row_of_.data(); }
+  /// The same for shapes whose BSDFs pass light straight (Lobe::kNull).
+  const uint32_t* passing_row_of() const { return passing_row_of_.data(); }
+  /// True if some BSDF passes light straight.
+  bool passes_straight() const { return passes_straight_; }
   /// Rows before this one scatter light: they have other lobes than kDelta.
   uint32_t scattering() const { return scattering_; }
   /// Rows before this one reflect.
@@ -35,7 +39,9 @@ class SceneTable {
  private:
   const Scene& scene_;
   std::vector<Row> rows_;
-  std::vector<uint32_t> row_of_, emitting_row_of_;  ///< of indices into Scene::shapes()
+  /// Of indices into Scene::shapes().
+  std::vector<uint32_t> row_of_, emitting_row_of_, passing_row_of_;
+  bool passes_straight_ = false;
   uint32_t scattering_ = 0;
   uint32_t reflecting_ = 0;
 };

@@ -50,7 +50,9 @@ void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
 /// Of each ray: rows().size() where it hit nothing that is asked for, one more where it hit nothing
 /// at all. Most vectors hit but one shape, or nothing.
 void Surfaces::find_rows(const RayHit16* rays, size_t count, Which which) {
-  const uint32_t* const rows = which == Which::kAll ? scene_.row_of() : scene_.emitting_row_of();
+  const uint32_t* const rows = which == Which::kAll        ? scene_.row_of()
+                               : which == Which::kEmitting ? scene_.emitting_row_of()
+                                                           : scene_.passing_row_of();
   const auto no_row = static_cast<uint32_t>(scene_.rows().size());
   next_.clear();
   for_lanes(count, [&](size_t i) {

@@ -20,7 +20,7 @@ class Surfaces {
     size_t first;
     size_t count;
   };
-  enum class Which { kAll, kEmitting };
+  enum class Which { kAll, kEmitting, kPassing };
 
   /// Points that `rays` rays may make, padding included: where each hits a shape of its own.
   /// Columns of so many take memory only as far as blocks come to fill them (arena.h).
@@ -29,7 +29,8 @@ class Surfaces {
   /// For blocks of at most `rays` rays.
   Surfaces(const SceneTable& scene, size_t rays);
 
-  /// Of `count` rays that have been traced: those that hit any surface, or one that emits.
+  /// Of `count` rays that have been traced: those that hit any surface, one that emits, or one that
+  /// passes light straight.
   void find(const RayHit16* rays, size_t count, Which which);
 
   /// All points, count including the padding between ranges.

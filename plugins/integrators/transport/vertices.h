@@ -4,6 +4,21 @@
 
 namespace kinome::transport {
 
+/// Of points that paths have come to: the last vertex at which the path did not go straight through
+/// a surface (Lobe::kNull), so that emitter samples of that vertex find the same light.
+struct Origins {
+  Columns3 p;  ///< position of the vertex
+  /// Density of the path from there to the point: per solid angle at the vertex, times the
+  /// probability of going straight through all surfaces between. Infinite if no emitter sample of
+  /// the vertex finds the light: for the camera, for delta lobes, and behind kMaxPasses surfaces.
+  float* pdf = nullptr;
+  float* passes = nullptr;  ///< number of surfaces between
+};
+
+/// Surfaces that an emitter sample goes straight through, at most. Light behind more of them is
+/// found by BSDF samples alone.
+inline constexpr uint32_t kMaxPasses = 32;
+
 /// Points of paths at which light is looked for.
 struct Vertices {
   const Surfaces* surfaces;
@@ -17,6 +32,8 @@ struct Vertices {
   /// By owners: 1 while all samples of the path's BSDFs went straight through (Lobe::kNull), else
   /// 0; such paths don't see the environment, which is hidden. nullptr: it isn't hidden.
   float* straight = nullptr;
+  /// Columns are nullptr if emitter samples stop at all surfaces.
+  Origins origins = {};
 };
 
 }  // namespace kinome::transport

@@ -27,6 +27,12 @@ struct BsdfSampleOf {
   RgbOf<F> weight;
   IntOf<F> lobe;  ///< the number of a Lobe, see lobe_number
 };
+/// As NullTransmission.
+template <class F>
+struct NullTransmissionOf {
+  RgbOf<F> transmittance;
+  F probability;
+};
 constexpr int32_t lobe_number(Lobe lobe) {
   return static_cast<int32_t>(lobe);
 }
@@ -108,6 +114,10 @@ F turned_factor(const F& cosine, const F& alpha2) {
 ///     template <class F, class Fn>
 ///     void with_lobes(Lobe mask, const Fn& fn) const;
 ///
+/// If Self has `static constexpr bool kPassesStraight = true`, the object has
+///
+///     NullTransmissionOf<F> null_transmission() const;
+///
 /// and, if it has a BsdfForm of one kind, about si.frame,
 ///
 ///     /// All of it but what FormOf has.
@@ -136,6 +146,38 @@ class FormulaBsdf : public Bsdf {
       if (s.pdf > 0) result = BsdfSample{s.wo, s.pdf, s.weight, static_cast<Lobe>(s.lobe)};
     });
     return result;
+  }
+
+  NullTransmission null_transmission(const SurfaceInteraction& si) const override {
+    NullTransmission result;
+    if constexpr (passes()) {
+      if (!is_seen(si, Lobe::kDelta)) return result;
+      with_lobes_at(si, Lobe::kAll, [&](const auto& lobes) {
+        const NullTransmissionOf<float> through = lobes.null_transmission();
+        result = {through.transmittance, through.probability};
+      });
+    }
+    return result;
+  }
+
+  void null_transmission_block(const SurfaceBlock& points,
+                               const NullTransmissionBlock& out) const override {
+    if constexpr (passes()) {
+      with_columns(points, [&](const auto&... columns) {
+        self().template with_lobes<Float>(lobes_, [&](const auto& lobes_at) {
+          for_lanes(points.count, [&](size_t i) {
+            const Vec3 wi = Vec3::load(points.wi, i);
+            const NullTransmissionOf<Float> through =
+                lobes_at(wi, columns[i]...).null_transmission();
+            const Mask is_seen = is_facing(wi.z);
+            select(is_seen, through.transmittance).store(out.transmittance, i);
+            select(is_seen, through.probability).store(out.probability + i);
+          });
+        });
+      });
+    } else {
+      Bsdf::null_transmission_block(points, out);
+    }
   }
 
   void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {
@@ -182,6 +224,10 @@ class FormulaBsdf : public Bsdf {
 
  private:
   const Self& self() const { return static_cast<const Self&>(*this); }
+
+  static constexpr bool passes() {
+    return requires { requires Self::kPassesStraight; };
+  }
 
   /// Calls fn with the values of each input at the points.
   template <class Fn>

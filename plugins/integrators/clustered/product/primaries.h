@@ -25,7 +25,7 @@ class TilePrimaries;
 inline bool goes_on_as_path(const Bsdf& bsdf, const Vec3& normal, const Vec3& viewer,
                             bool hides_environment) {
   return bsdf.scatters_through() || (bsdf.transmits() && !(glm::dot(normal, viewer) > 0)) ||
-         (hides_environment && transport::may_pass_straight(bsdf));
+         (hides_environment && bsdf.passes_straight());
 }
 /// Mirrors, and smooth glass.
 inline bool has_deltas_alone(const Bsdf& bsdf) {

@@ -1,0 +1,210 @@
+/// Light that passes surfaces straight (panes, masks): `path`, whose emitter samples pass them, too,
+/// against path tracing by BSDF samples alone.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <functional>
+
+#include "path_scenes.h"
+#include "support/bsdf_cases.h"
+
+namespace kinome::test {
+namespace {
+
+constexpr double kAlpha = 1e-4;  // of each z-test; there are about 130
+
+constexpr int kSide = 4;  // pixels
+
+/// Path tracing by BSDF samples alone. max_depth -1: paths end by roulette.
+class PlainPaths {
+ public:
+  PlainPaths(const Scene& scene, int max_depth) : scene_(scene), max_depth_(max_depth) {}
+
+  /// Sum of the pixels: a single pixel has too few of the rare paths to a lamp.
+  std::vector<Estimate> sum(int samples) const {
+    constexpr double kPixels = kSide * kSide;
+    std::array<Moments, 3> moments;
+    RandomDirections random(7);
+    for (int i = 0; i < samples; ++i) {
+      const Vec2 position = static_cast<float>(kSide) * random.unit2();
+      const Rgb light =
+          radiance(scene_.sensors().front()->sample_ray(position, random.unit2()), random);
+      for (int c = 0; c < 3; ++c) moments[static_cast<size_t>(c)].add(kPixels * double{light[c]});
+    }
+    std::vector<Estimate> all;
+    for (const Moments& m : moments) all.push_back({m.mean(), m.variance_of_mean()});
+    return all;
+  }
+
+ private:
+  Rgb radiance(Ray ray, RandomDirections& random) const {
+    Rgb sum(0.f), throughput(1.f);
+    RenderCounters counters;
+    for (int depth = 1; max_depth_ < 0 || depth <= max_depth_; ++depth) {
+      RayHit hit{ray, Hit{}};
+      scene_.intersect({&hit, 1}, Coherence::kIncoherent, counters);
+      if (!hit.hit.valid()) {
+        const Emitter* const sky = scene_.environment();
+        return sky ? sum + throughput * sky->eval_environment(ray.d) : sum;
+      }
+      const SurfaceInteraction si = scene_.interaction(hit);
+      if (si.shape->emitter()) sum += throughput * si.shape->emitter()->eval_surface(si);
+      const float u1 = random.unit();
+      const auto sample = si.shape->bsdf().sample(si, Lobe::kAll, u1, random.unit2());
+      if (!sample || is_black(sample->weight)) return sum;
+      throughput *= sample->weight;
+      if (depth > 6) {
+        if (random.unit() >= 0.7f) return sum;
+        throughput /= 0.7f;
+      }
+      ray = Ray{};
+      ray.d = si.frame.to_world(sample->wo);
+      ray.o = si.ray_origin(ray.d);
+    }
+    return sum;
+  }
+
+  const Scene& scene_;
+  const int max_depth_;
+};
+
+struct Part {
+  const char* name;
+  std::string xml;
+};
+
+const std::string kPane = "<bsdf type=\"thindielectric\"><rgb name=\"specular_transmittance\" "
+                          "value=\"0.9 0.6 0.3\"/></bsdf>";
+const std::string kLeaf = "<bsdf type=\"twosided\">" + diffuse_xml("0.2 0.7 0.1") + "</bsdf>";
+
+std::string mask(const std::string& opacity, const std::string& nested) {
+  return "<bsdf type=\"mask\">" + opacity + nested + "</bsdf>";
+}
+std::string uniform(const char* value) {
+  return std::string("<float name=\"opacity\" value=\"") + value + "\"/>";
+}
+std::string checkers(const char* a, const char* b) {
+  return std::string("<texture type=\"checkerboard\" name=\"opacity\"><float name=\"color0\" "
+                     "value=\"") +
+         a + "\"/><float name=\"color1\" value=\"" + b +
+         "\"/><transform name=\"to_uv\"><scale value=\"3\"/></transform></texture>";
+}
+
+/// A wide horizontal surface, tilted a little.
+std::string sheet(const std::string& bsdf, const std::string& y = "0.8") {
+  return shape_xml("rectangle",
+                   "<scale value=\"1.2\"/><rotate x=\"1\" angle=\"80\"/><translate y=\"" + y +
+                       "\"/>",
+                   bsdf);
+}
+
+std::vector<Part> sheets() {
+  return {
+      {"pane", sheet(kPane)},
+      {"two panes", sheet(kPane) + sheet(kPane, "1.1")},
+      {"null", sheet("<bsdf type=\"null\"/>")},
+      {"coloured mask", sheet(mask(uniform("0.4"), kLeaf))},
+      {"leaf texture", sheet(mask(checkers("0", "1"), kLeaf))},
+      {"two leaves", sheet(mask(checkers("0.2", "0.9"), kLeaf)) +
+                         sheet(mask(checkers("0", "1"), kLeaf), "1.1")},
+      {"masked pane", sheet(mask(uniform("0.3"), kPane))},
+      {"blend", sheet("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/>" + kPane +
+                      kLeaf + "</bsdf>")},
+      {"lamp in a box of panes",
+       shape_xml("cube", "<scale value=\"1.1\"/><rotate z=\"1\" angle=\"12\"/><translate "
+                         "y=\"1.7\"/>",
+                 kPane)},
+      {"emitting mask", shape_xml("rectangle",
+                                  "<scale value=\"0.6\"/><rotate x=\"1\" angle=\"90\"/><translate "
+                                  "y=\"0.9\"/>",
+                                  mask(uniform("0.5"), kLeaf) + area_xml("1 2 3"))},
+      {"pane behind glass", sheet(kPane) + sheet("<bsdf type=\"dielectric\"/>", "1.1")},
+  };
+}
+std::vector<Part> lights() {
+  return {
+      {"lamp", shape_xml("rectangle",
+                         "<rotate x=\"1\" angle=\"90\"/><translate y=\"1.6\"/>",
+                         area_xml("9 6 3"))},
+      {"sky", constant_xml("1 2 3")},
+      {"sky and ball", constant_xml("0.5 0.5 0.5") +
+                           "<shape type=\"sphere\"><point name=\"center\" x=\"0.2\" y=\"1.6\" "
+                           "z=\"0.1\"/><float name=\"radius\" value=\"0.4\"/>" +
+                           area_xml("9 6 3") + "</shape>"},
+  };
+}
+/// Sees the floor and the back of the sheet.
+std::string view(int samples) {
+  return sensor_xml("perspective", look_at("0 0.6 2", "0 0.3 0", "0 1 0"), kSide, samples);
+}
+std::string floor_and_ball() {
+  return floor_xml(diffuse_xml("0.5")) +
+         shape_xml("sphere", "<scale value=\"0.25\"/><translate x=\"0.3\" y=\"0.25\"/>",
+                   "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.2\"/></bsdf>");
+}
+
+TEST(StraightLight, IsThatOfPathsByBsdfSamplesAlone) {
+  for (const Part& light : lights()) {
+    for (const Part& part : sheets()) {
+      for (const int depth : {2, 3, 4, -1}) {
+        const auto scene = scene_from(floor_and_ball() + part.xml + light.xml +
+                                      integrator_xml("path", depth, rr_depth_xml(4)) + view(64));
+        const auto plain = PlainPaths(*scene, depth).sum(100000);
+        expect_equal(plain, estimate_tiles(*scene, kRenders, kSide), kAlpha,
+                     std::string(part.name) + ", " + light.name + ", depth " +
+                         std::to_string(depth));
+      }
+    }
+  }
+}
+
+double mean_of(const std::vector<Estimate>& pixels) {
+  double sum = 0;
+  for (const Estimate& pixel : pixels) sum += pixel.mean;
+  return sum / static_cast<double>(pixels.size());
+}
+double variance_of(const std::vector<Estimate>& pixels) {
+  double sum = 0;
+  for (const Estimate& pixel : pixels) sum += pixel.variance_of_mean;
+  return sum / static_cast<double>(pixels.size());
+}
+
+/// Light of emitters without extent stops at panes, as in Mitsuba's `path`.
+TEST(StraightLight, OfPointsStopsAtPanes) {
+  for (const std::string& bsdf : {kPane, std::string("<bsdf type=\"null\"/>"),
+                                  mask(uniform("0"), kLeaf)}) {
+    const std::string scene = floor_xml(diffuse_xml("0.5")) +
+                              shape_xml("sphere", "<translate y=\"2\"/>", bsdf) +
+                              integrator_xml("path", -1) + view(16);
+    const std::string point = point_xml("0 2 0", "5 5 5");
+    EXPECT_EQ(mean_of(estimate_pixels(*scene_from(scene + point), 4)), 0) << bsdf;
+    // Beside an emitter with extent, too.
+    const std::string sky = constant_xml("1 1 1");
+    expect_equal(estimate_pixels(*scene_from(scene + sky), kRenders),
+                 estimate_pixels(*scene_from(scene + sky + point), kRenders, 50001), kAlpha, bsdf);
+  }
+}
+
+/// A small lamp behind a pane is as easy to find as without the pane.
+TEST(StraightLight, HasNoMoreNoiseThanLightWithoutPanes) {
+  const std::string lamp =
+      "<shape type=\"sphere\"><point name=\"center\" x=\"0\" y=\"1.6\" z=\"0\"/><float "
+      "name=\"radius\" value=\"0.02\"/>" +
+      area_xml("900 900 900") + "</shape>";
+  const std::string rest =
+      floor_xml(diffuse_xml("0.5")) + lamp + integrator_xml("path", 4) +
+      sensor_xml("perspective", look_at("0 0.6 2", "0 0 0.5", "0 1 0"), kSide, 16);
+  const auto relative = [&](const std::string& between) {
+    const auto pixels = estimate_pixels(*scene_from(rest + between), kRenders);
+    const double mean = mean_of(pixels);
+    return variance_of(pixels) / (mean * mean);
+  };
+  const double without = relative("");
+  for (const std::string& bsdf : {kPane, mask(uniform("0.4"), kLeaf)}) {
+    // The sheet also mirrors or scatters some light to the floor, which adds noise.
+    EXPECT_LT(relative(sheet(bsdf)), 10 * without) << bsdf;
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test
