@@ -302,13 +302,16 @@ Outcome bsdf_null_transmission(const Subject& subject) {
     }
     const NullTransmission stated = bsdf->null_transmission(si);
     const Vec3 error = glm::abs(stated.transmittance - sampled.transmittance);
-    worst = std::max({worst, max_component(error), std::abs(stated.probability - sampled.probability)});
+    worst =
+        std::max({worst, max_component(error), std::abs(stated.probability - sampled.probability)});
   }
-  outcome.measured = fmt::format("null_transmission() differs from samples by up to {:.2g}, bound "
-                                 "{:.2g}", worst, kMaxError);
+  outcome.measured = fmt::format(
+      "null_transmission() differs from samples by up to {:.2g}, bound "
+      "{:.2g}",
+      worst, kMaxError);
   if (!(worst <= kMaxError)) {
-    outcome.fail(fmt::format("null_transmission() differs from samples with Lobe::kNull by {:.2g}",
-                             worst));
+    outcome.fail(
+        fmt::format("null_transmission() differs from samples with Lobe::kNull by {:.2g}", worst));
   }
   return outcome;
 }

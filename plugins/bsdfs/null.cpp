@@ -2,7 +2,8 @@
 #include "kinome/plugin.h"
 
 /// Nothing: all light goes straight through. As in Mitsuba it is a surface all the same: paths
-/// count an edge more, and light of emitters without extent (`point`, `directional`, …) stops there.
+/// count an edge more, and light of emitters without extent (`point`, `directional`, …) stops
+/// there.
 ///
 ///     <bsdf type="null"/>
 namespace kinome {

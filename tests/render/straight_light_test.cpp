@@ -1,5 +1,5 @@
-/// Light that passes surfaces straight (panes, masks): `path`, whose emitter samples pass them, too,
-/// against path tracing by BSDF samples alone.
+/// Light that passes surfaces straight (panes, masks): `path`, whose emitter samples pass them,
+/// too, against path tracing by BSDF samples alone.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 130
+constexpr double kAlpha = 1e-4;  // of each z-test; there are about 140
 
 constexpr int kSide = 4;  // pixels
 
@@ -73,8 +73,9 @@ struct Part {
   std::string xml;
 };
 
-const std::string kPane = "<bsdf type=\"thindielectric\"><rgb name=\"specular_transmittance\" "
-                          "value=\"0.9 0.6 0.3\"/></bsdf>";
+const std::string kPane =
+    "<bsdf type=\"thindielectric\"><rgb name=\"specular_transmittance\" "
+    "value=\"0.9 0.6 0.3\"/></bsdf>";
 const std::string kLeaf = "<bsdf type=\"twosided\">" + diffuse_xml("0.2 0.7 0.1") + "</bsdf>";
 
 std::string mask(const std::string& opacity, const std::string& nested) {
@@ -84,18 +85,18 @@ std::string uniform(const char* value) {
   return std::string("<float name=\"opacity\" value=\"") + value + "\"/>";
 }
 std::string checkers(const char* a, const char* b) {
-  return std::string("<texture type=\"checkerboard\" name=\"opacity\"><float name=\"color0\" "
-                     "value=\"") +
+  return std::string(
+             "<texture type=\"checkerboard\" name=\"opacity\"><float name=\"color0\" "
+             "value=\"") +
          a + "\"/><float name=\"color1\" value=\"" + b +
          "\"/><transform name=\"to_uv\"><scale value=\"3\"/></transform></texture>";
 }
 
 /// A wide horizontal surface, tilted a little.
 std::string sheet(const std::string& bsdf, const std::string& y = "0.8") {
-  return shape_xml("rectangle",
-                   "<scale value=\"1.2\"/><rotate x=\"1\" angle=\"80\"/><translate y=\"" + y +
-                       "\"/>",
-                   bsdf);
+  return shape_xml(
+      "rectangle",
+      "<scale value=\"1.2\"/><rotate x=\"1\" angle=\"80\"/><translate y=\"" + y + "\"/>", bsdf);
 }
 
 std::vector<Part> sheets() {
@@ -105,14 +106,15 @@ std::vector<Part> sheets() {
       {"null", sheet("<bsdf type=\"null\"/>")},
       {"coloured mask", sheet(mask(uniform("0.4"), kLeaf))},
       {"leaf texture", sheet(mask(checkers("0", "1"), kLeaf))},
-      {"two leaves", sheet(mask(checkers("0.2", "0.9"), kLeaf)) +
-                         sheet(mask(checkers("0", "1"), kLeaf), "1.1")},
+      {"two leaves",
+       sheet(mask(checkers("0.2", "0.9"), kLeaf)) + sheet(mask(checkers("0", "1"), kLeaf), "1.1")},
       {"masked pane", sheet(mask(uniform("0.3"), kPane))},
       {"blend", sheet("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/>" + kPane +
                       kLeaf + "</bsdf>")},
       {"lamp in a box of panes",
-       shape_xml("cube", "<scale value=\"1.1\"/><rotate z=\"1\" angle=\"12\"/><translate "
-                         "y=\"1.7\"/>",
+       shape_xml("cube",
+                 "<scale value=\"1.1\"/><rotate z=\"1\" angle=\"12\"/><translate "
+                 "y=\"1.7\"/>",
                  kPane)},
       {"emitting mask", shape_xml("rectangle",
                                   "<scale value=\"0.6\"/><rotate x=\"1\" angle=\"90\"/><translate "
@@ -123,8 +125,7 @@ std::vector<Part> sheets() {
 }
 std::vector<Part> lights() {
   return {
-      {"lamp", shape_xml("rectangle",
-                         "<rotate x=\"1\" angle=\"90\"/><translate y=\"1.6\"/>",
+      {"lamp", shape_xml("rectangle", "<rotate x=\"1\" angle=\"90\"/><translate y=\"1.6\"/>",
                          area_xml("9 6 3"))},
       {"sky", constant_xml("1 2 3")},
       {"sky and ball", constant_xml("0.5 0.5 0.5") +
@@ -150,9 +151,9 @@ TEST(StraightLight, IsThatOfPathsByBsdfSamplesAlone) {
         const auto scene = scene_from(floor_and_ball() + part.xml + light.xml +
                                       integrator_xml("path", depth, rr_depth_xml(4)) + view(64));
         const auto plain = PlainPaths(*scene, depth).sum(100000);
-        expect_equal(plain, estimate_tiles(*scene, kRenders, kSide), kAlpha,
-                     std::string(part.name) + ", " + light.name + ", depth " +
-                         std::to_string(depth));
+        expect_equal(
+            plain, estimate_tiles(*scene, kRenders, kSide), kAlpha,
+            std::string(part.name) + ", " + light.name + ", depth " + std::to_string(depth));
       }
     }
   }
@@ -171,8 +172,8 @@ double variance_of(const std::vector<Estimate>& pixels) {
 
 /// Light of emitters without extent stops at panes, as in Mitsuba's `path`.
 TEST(StraightLight, OfPointsStopsAtPanes) {
-  for (const std::string& bsdf : {kPane, std::string("<bsdf type=\"null\"/>"),
-                                  mask(uniform("0"), kLeaf)}) {
+  for (const std::string& bsdf :
+       {kPane, std::string("<bsdf type=\"null\"/>"), mask(uniform("0"), kLeaf)}) {
     const std::string scene = floor_xml(diffuse_xml("0.5")) +
                               shape_xml("sphere", "<translate y=\"2\"/>", bsdf) +
                               integrator_xml("path", -1) + view(16);
@@ -182,6 +183,23 @@ TEST(StraightLight, OfPointsStopsAtPanes) {
     const std::string sky = constant_xml("1 1 1");
     expect_equal(estimate_pixels(*scene_from(scene + sky), kRenders),
                  estimate_pixels(*scene_from(scene + sky + point), kRenders, 50001), kAlpha, bsdf);
+  }
+}
+
+/// Emitter samples pass 32 surfaces at most; behind more of them, light is left to BSDF samples.
+TEST(StraightLight, PassesAnyNumberOfSurfaces) {
+  const std::string scene =
+      floor_xml(diffuse_xml("0.5")) + constant_xml("1 2 3") +
+      integrator_xml("path", -1, rr_depth_xml(100)) +
+      sensor_xml("perspective", look_at("0 0.2 2", "0 0 1", "0 1 0"), kSide, 64);
+  const auto expected = estimate_tiles(*scene_from(scene), kRenders, kSide);
+  for (const int count : {5, 32, 33, 40}) {
+    std::string sheets;
+    for (int k = 0; k < count; ++k) {
+      sheets += sheet("<bsdf type=\"null\"/>", std::to_string(0.5 + 0.02 * k));
+    }
+    expect_equal(expected, estimate_tiles(*scene_from(scene + sheets), kRenders, kSide, 50001),
+                 kAlpha, std::to_string(count));
   }
 }
 

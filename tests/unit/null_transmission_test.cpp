@@ -3,8 +3,8 @@
 
 #include "check/bsdf_points.h"
 #include "support/bsdf_blocks.h"
-#include "support/plugin_sets.h"
 #include "support/bsdf_cases.h"
+#include "support/plugin_sets.h"
 
 namespace kinome::test {
 namespace {
@@ -102,9 +102,9 @@ TEST(NullTransmission, OfBlocksIsThatOfPoints) {
 }
 
 TEST(NullTransmission, IsThereOnlyWhereLightPassesStraight) {
-  for (const char* xml : {"<bsdf type='diffuse'/>", "<bsdf type='dielectric'/>",
-                          "<bsdf type='twosided'><bsdf type='plastic'/></bsdf>",
-                          "<bsdf type='principledthin'/>"}) {
+  for (const char* xml :
+       {"<bsdf type='diffuse'/>", "<bsdf type='dielectric'/>",
+        "<bsdf type='twosided'><bsdf type='plastic'/></bsdf>", "<bsdf type='principledthin'/>"}) {
     const auto bsdf = make<Bsdf>(xml);
     EXPECT_FALSE(bsdf->passes_straight()) << xml;
     EXPECT_EQ(bsdf->null_transmission(check::seen_at(20, 30)).probability, 0) << xml;

@@ -59,8 +59,8 @@ class KINOME_EXPORT Bsdf : public Object {
   /// True where samples may have Lobe::kNull. null_transmission() then states their share.
   bool passes_straight() const { return passes_straight_; }
   /// Index of refraction behind the surface over that in front of it, where light goes through; 1:
-  /// it isn't bent. Samples with Lobe::kNull aren't bent in any case. Values and weights are those of
-  /// radiance, which is multiplied by the squared ratio of the indices on its way through (Veach
+  /// it isn't bent. Samples with Lobe::kNull aren't bent in any case. Values and weights are those
+  /// of radiance, which is multiplied by the squared ratio of the indices on its way through (Veach
   /// 1997, 5.2); power that light carries isn't.
   float relative_index() const { return relative_index_; }
 

@@ -352,16 +352,15 @@ float DirectLight::bsdf_weight(const Vertices& vertices, uint32_t point, float e
   const float pdf = has_origins ? passing_->next.pdf[point] : answer_.sample_pdf[point];
   const bool is_alone = has_origins ? pdf == kInfinity : is_delta;
   if (is_alone || count_.emitter == 0) return share;
-  return share * power_heuristic(pdf * static_cast<float>(count_.bsdf),
-                                 emitter_pdf * emitters_.pick_pdf() *
-                                     static_cast<float>(count_.emitter));
+  return share *
+         power_heuristic(pdf * static_cast<float>(count_.bsdf),
+                         emitter_pdf * emitters_.pick_pdf() * static_cast<float>(count_.emitter));
 }
 
 void DirectLight::add_met_surfaces(const Vertices& vertices, const Columns3& radiance) {
   const SurfaceBlock& met = this->met().points();
   const uint32_t* const from = traced_->sort.order();
-  const Columns3& from_p =
-      vertices.origins.pdf ? passing_->next.p : vertices.surfaces->points().p;
+  const Columns3& from_p = vertices.origins.pdf ? passing_->next.p : vertices.surfaces->points().p;
   for (const Surfaces::Range& range : this->met().ranges()) {
     if (!range.row->emitter) continue;
     const size_t first = range.first;

@@ -5,6 +5,7 @@
 
 #include "emitter_samples.h"
 #include "kinome/stats.h"
+#include "kinome/wide/vectors.h"
 #include "occlusion.h"
 #include "shading.h"
 #include "straight_shadows.h"
@@ -20,10 +21,10 @@ struct LightSamples {
 
 /// Where the light of emitter samples goes, by the number of surfaces that it passes straight.
 struct RadianceByPasses {
-  Columns3 radiance;        ///< of light that passes up to `few_passes` surfaces
-  Columns3 beyond;          ///< of all other light
-  float few_passes;         ///< may be negative
-  uint32_t max_passes;      ///< more surfaces stop the light
+  Columns3 radiance;    ///< of light that passes up to `few_passes` surfaces
+  Columns3 beyond;      ///< of all other light
+  float few_passes;     ///< may be negative
+  uint32_t max_passes;  ///< more surfaces stop the light
 };
 
 /// Light that comes straight from emitters to points of paths: emitter samples and BSDF samples,

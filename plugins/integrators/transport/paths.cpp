@@ -92,8 +92,13 @@ Vertices Paths::next(const Vertices& vertices, int buffer) {
     gather(origins.pdf, from).store(origins_[buffer].pdf + i);
     gather(origins.passes, from).store(origins_[buffer].passes + i);
   });
-  return {&met, owner_[buffer], throughput_[buffer], vertices.shown_share,
-          vertices.shown_share_later, vertices.straight, origins_[buffer]};
+  return {&met,
+          owner_[buffer],
+          throughput_[buffer],
+          vertices.shown_share,
+          vertices.shown_share_later,
+          vertices.straight,
+          origins_[buffer]};
 }
 
 void Paths::add(const PixelSamples& samples, const Surfaces& seen, const RadianceByLength& light,

@@ -6,16 +6,16 @@
 
 namespace kinome::transport {
 
-/// Traces the shadow rays of a block through surfaces that pass light straight (Lobe::kNull), in the
-/// order of their directions. All other surfaces stop them. One per thread.
+/// Traces the shadow rays of a block through surfaces that pass light straight (Lobe::kNull), in
+/// the order of their directions. All other surfaces stop them. One per thread.
 class StraightShadows {
  public:
   /// For rays of at most `points` points, of which no more than `rays` are on.
   StraightShadows(const SceneTable& scene, size_t points, size_t rays);
 
   /// Of the first `count` rays, those that are on must have unit directions. A ray stops at all
-  /// surfaces where `stops` is positive, and at the surface after `max_passes` in any case. Segments
-  /// behind the first count as shadow rays.
+  /// surfaces where `stops` is positive, and at the surface after `max_passes` in any case.
+  /// Segments behind the first count as shadow rays.
   void trace(const Ray16* rays, size_t count, const float* stops, uint32_t max_passes,
              RenderCounters& counters);
 
