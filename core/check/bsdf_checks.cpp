@@ -405,7 +405,7 @@ void add_bsdf_checks(const Subject& subject, Plan& plan) {
   plan.add("reciprocity", 0, [&](double) { return bsdf_reciprocity(subject); });
   plan.add("energy", kTests, [&](double alpha) { return bsdf_energy(subject, alpha); });
   plan.add("reflectance", 0, [&](double) { return bsdf_reflectance(subject); });
-  plan.add("null_transmission", 0, [&](double) { return bsdf_null_transmission(subject); });
+  plan.add("straight", 0, [&](double) { return bsdf_null_transmission(subject); });
   plan.add("blocks", 0, [&](double) { return bsdf_blocks(subject); });
   plan.add("consistency", 0, [&](double) {
     return audit(subject, [](const std::string&) { return true; });

@@ -37,6 +37,9 @@ class WrongDiffuse final : public Bsdf {
     if (wrong_.is("through")) sample.wo.z = -sample.wo.z;
     return sample;
   }
+  NullTransmission null_transmission(const SurfaceInteraction& /*si*/) const override {
+    return {Rgb(0.f), wrong_.or_wrong("straight", 0.f, 1.f)};
+  }
   LobeReflectance reflectance(const SurfaceInteraction& /*si*/) const override {
     return {Rgb(wrong_.or_wrong("reflectance", 1.f, 0.f)), Rgb(0.f)};
   }

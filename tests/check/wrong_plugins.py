@@ -87,6 +87,8 @@ WRONG_PLUGINS = {
          "values", "a lobe that is not in lobes_"),
         ("reflectance", "`reflectance` says that it has no diffuse part",
          "reflectance", "there is no diffuse part"),
+        ("straight", "`null_transmission` states that all samples go straight through; none does",
+         "straight", "differs from samples with Lobe::kNull by 1"),
         ("block", "`shade_block` is 10 % brighter than `eval_pdf`",
          "blocks", "shade_block() has other values than eval_pdf()"),
         # Sanitizers end the process by themselves.
