@@ -220,7 +220,7 @@ TEST(StraightLight, HasNoMoreNoiseThanLightWithoutPanes) {
   const double without = relative("");
   for (const std::string& bsdf : {kPane, mask(uniform("0.4"), kLeaf)}) {
     // The sheet also mirrors or scatters some light to the floor, which adds noise.
-    EXPECT_LT(relative(sheet(bsdf)), 10 * without) << bsdf;
+    EXPECT_LT(relative(sheet(bsdf)), 2 * without) << bsdf;
   }
 }
 
