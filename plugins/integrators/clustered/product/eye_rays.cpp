@@ -350,7 +350,7 @@ void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, Lobe
                             const EyeRay& eye, ShadowRays& shadow_rays) {
   const std::span<const float> rates = rates_of(eye);
   const auto chosen =
-      points_.choose(y, tiles_[eye.tile].points, rates, random_float(eye.seed, kPoint));
+      points_.choose(y, tiles_[eye.tile].points, random_float(eye.seed, kPoint));
   if (!chosen) return;
   const LightPoint& point = chosen->point;
   const Vec3 to = point.position - y.p;

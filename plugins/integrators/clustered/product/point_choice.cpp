@@ -4,57 +4,94 @@
 #include <cmath>
 
 #include "clustered/product/spread.h"
+#include "kinome/wide/vectors.h"
 
 namespace kinome {
 namespace {
+
+using wide::Float;
+using wide::Mask;
 
 /// Of where paths and light points find as much, so much is added to what points are chosen by.
 constexpr float kSoftening = 0.3f;
 
 }  // namespace
 
+/// Makes room for as many values in each column as there are points. New points have no power.
+void PointChoice::grow() {
+  if (columns_[kPower].size() < points_.size()) {
+    for (auto& column : columns_) column.resize(2 * points_.size());
+  }
+}
+
 PointChoice::Block PointChoice::take(const LocalChoice& choice, uint32_t bits, uint32_t edges) {
-  Block taken{points_.size(), 0};
+  Block taken{points_.size(), points_.size()};
   const LocalChoice::Block block = choice.block(bits);
+  points_.resize(taken.begin + padded(block.size));
+  grow();
   for (uint32_t i = 0; i < block.size; ++i) {
     const LightPoint& point = light_.local_points.points[block.point[i]];
     const bool is_padding = block.weight[i] == 0;
     if (is_padding || !point.is_plain || point.edges + edges > light_.local->max_depth()) continue;
-    points_.push_back(block.point[i]);
-    weights_.push_back(block.weight[i]);
+    const size_t k = taken.end++;
+    points_[k] = block.point[i];
+    columns_[kWeight][k] = block.weight[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      columns_[kPosition + axis][k] = block.columns.position[axis][i];
+      columns_[kNormal + axis][k] = block.columns.normal[axis][i];
+      columns_[kGeometric + axis][k] = block.columns.geometric[axis][i];
+    }
+    columns_[kPower][k] = mean_of(glm::abs(point.power)) * block.weight[i];
+    columns_[kOdds][k] = third_odds(point, choice.rates());
   }
-  taken.end = points_.size();
+  points_.resize(padded(taken.end));
+  for (size_t k = taken.end; k < points_.size(); ++k) {
+    for (auto& column : columns_) column[k] = 0;
+  }
   return taken;
 }
 
 std::optional<PointChoice::Chosen> PointChoice::choose(const SurfaceInteraction& y, Block block,
-                                                       std::span<const float> rates, float u) {
+                                                       float u) {
   const bool transmits = y.shape->bsdf().transmits();
-  const float side = y.wi.z >= 0 ? 1.f : -1.f;
-  sums_.clear();
-  float sum = 0;
-  for (size_t k = block.begin; k < block.end; ++k) {
-    const LightPoint& point = light_.local_points.points[points_[k]];
-    const Vec3 to = point.position - y.p;
-    const float distance2 = glm::dot(to, to), distance = std::sqrt(distance2);
-    const Vec3 d = to / distance;
-    const float cosine = side * glm::dot(y.frame.n, d);
-    const bool may_reach = distance2 > 0 && glm::dot(point.normal, d) < 0 &&
-                           (cosine > 0 || transmits) && y.resolves(d, distance);
-    if (may_reach) {
-      const float softened = distance2 + kSoftening * third_odds(point, rates);
-      sum += std::abs(cosine * glm::dot(point.geometric, d)) * mean_of(glm::abs(point.power)) *
-             weights_[k] / softened;
-    }
-    sums_.push_back(sum);
-  }
+  const wide::Vec3 from(y.p.x, y.p.y, y.p.z), plane(y.n.x, y.n.y, y.n.z);
+  const Vec3 up = y.frame.n * (y.wi.z >= 0 ? 1.f : -1.f);
+  const wide::Vec3 side(up.x, up.y, up.z);
+  const size_t count = block.end - block.begin;
+  if (chances_.size() < padded(count)) chances_.resize(padded(count));
+  Float sums = 0;
+  wide::for_lanes(count, [&](size_t i) {
+    const size_t k = block.begin + i;
+    const auto load = [&](int number) {
+      return wide::Vec3(Float::load(&columns_[number][k]), Float::load(&columns_[number + 1][k]),
+                        Float::load(&columns_[number + 2][k]));
+    };
+    const wide::Vec3 to = load(kPosition) - from;
+    const Float distance2 = dot(to, to), inverse = 1.f / sqrt(distance2);
+    const Float cosine = dot(side, to) * inverse;
+    Mask may_reach = distance2 > 0.f && dot(load(kNormal), to) < 0.f;
+    may_reach &= abs(dot(plane, to)) > y.p_error;  // as SurfaceInteraction::resolves
+    if (!transmits) may_reach &= cosine > 0.f;
+    const Float softened = distance2 + kSoftening * Float::load(&columns_[kOdds][k]);
+    const Float weight = abs(cosine * dot(load(kGeometric), to) * inverse) *
+                         Float::load(&columns_[kPower][k]) / softened;
+    const Float chosen_by = select(may_reach, weight);
+    chosen_by.store(&chances_[i]);
+    sums += chosen_by;
+  });
+  const float sum = wide::sum(sums);
   if (!(sum > 0) || !std::isfinite(sum)) return std::nullopt;
-  const auto found = std::upper_bound(sums_.begin(), sums_.end() - 1, u * sum);
-  const auto k = static_cast<size_t>(found - sums_.begin());
-  const float probability = (sums_[k] - (k > 0 ? sums_[k - 1] : 0)) / sum;
-  if (!(probability > 0)) return std::nullopt;
-  const size_t chosen = block.begin + k;
-  return Chosen{light_.local_points.points[points_[chosen]], probability, weights_[chosen]};
+  float left = u * sum;
+  size_t chosen = count;
+  for (size_t i = 0; i < count; ++i) {
+    if (!(chances_[i] > 0)) continue;
+    chosen = i;  // by rounding, the last one
+    left -= chances_[i];
+    if (left < 0) break;
+  }
+  const size_t k = block.begin + chosen;
+  return Chosen{light_.local_points.points[points_[k]], chances_[chosen] / sum,
+                columns_[kWeight][k]};
 }
 
 }  // namespace kinome

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "clustered/kernels/aligned.h"
 #include "clustered/product/cell_light.h"
 #include "clustered/product/local_choice.h"
 
@@ -16,7 +17,8 @@ class PointChoice {
  public:
   explicit PointChoice(const CellLight& light) : light_(light) {}
 
-  /// The points of a tile: [begin, end) of all that were taken since clear().
+  /// The points of a tile: [begin, end) of all points taken since clear(). `begin` is a multiple of
+  /// kBlockLanes.
   struct Block {
     size_t begin = 0, end = 0;
   };
@@ -26,17 +28,13 @@ class PointChoice {
     float weight;  ///< LocalChoice::Block::weight
   };
 
-  void clear() {
-    points_.clear();
-    weights_.clear();
-  }
+  void clear() { points_.clear(); }
   /// Takes a block of the points that `choice` has, but for those that a path which has `edges`
   /// when it meets them would be too long with. `bits`: random.
   Block take(const LocalChoice& choice, uint32_t bits, uint32_t edges);
-  /// One point of a block, by about what it sends to y. `rates`: of the tile's choice. nullopt
-  /// where none of them sends anything.
-  std::optional<Chosen> choose(const SurfaceInteraction& y, Block block,
-                               std::span<const float> rates, float u);
+  /// Chooses one point of a block with a probability about in proportion to the light that it sends
+  /// to y. Returns nullopt if no point sends any light there.
+  std::optional<Chosen> choose(const SurfaceInteraction& y, Block block, float u);
   /// Odds for a path from the eye to find the point as its third, against points that are looked
   /// at: to be multiplied by the density of places there.
   float third_odds(const LightPoint& point, std::span<const float> rates) const {
@@ -44,10 +42,15 @@ class PointChoice {
   }
 
  private:
+  /// Columns of the points that choose() reads.
+  enum Number { kPosition, kNormal = 3, kGeometric = 6, kPower = 9, kOdds, kWeight, kNumbers };
+
+  void grow();
+
   const CellLight& light_;
-  std::vector<uint32_t> points_;  ///< in the pass's local points
-  std::vector<float> weights_;    ///< of the same points
-  std::vector<float> sums_;       ///< running, of what the points of a block send, or about that
+  std::vector<uint32_t> points_;  ///< indices into the local points of the pass, padded
+  Column<float> columns_[kNumbers];
+  Column<float> chances_;  ///< of the points of one block, not normalised
 };
 
 }  // namespace kinome
