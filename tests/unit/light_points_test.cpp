@@ -75,5 +75,51 @@ TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
   }
 }
 
+/// A share of the points of a pass has that share of the power: readers divide by it.
+TEST(LightPoints, AShareOfPointsHasAShareOfThePower) {
+  const auto scene = scene_from(R"(<scene version="3.0.0">
+      <shape type="sphere"><point name="center" x="0" y="0" z="1"/><float name="radius" value=".2"/>
+        <emitter type="area"/></shape>
+      <emitter type="point"><point name="position" x="1" y="0" z="1"/></emitter>
+      <shape type="rectangle"><transform name="to_world"><scale value="4"/></transform></shape>
+      <shape type="cube"><transform name="to_world"><scale value="5"/></transform></shape></scene>)");
+  constexpr float kShare = 0.25f;
+  constexpr int kRounds = 16;
+  double power[2] = {0, 0};
+  size_t count[2] = {0, 0};
+  for (uint64_t seed = 1; seed <= kRounds; ++seed) {
+    RenderContext context({.threads = 2, .seed = seed});
+    const LocalLight light(*scene, {.length = {5, 5}}, {}, 1, context);
+    for (int i = 0; i < 2; ++i) {
+      const LocalPoints points = light.draw(seed, context, i == 0 ? 1.f : kShare);
+      EXPECT_EQ(points.share, i == 0 ? 1.f : kShare);
+      EXPECT_EQ(points.first.back(), points.points.size());
+      EXPECT_EQ(points.rows.size(), points.points.size());
+      count[i] += points.points.size();
+      for (const LightPoint& p : points.points) {
+        power[i] += static_cast<double>(p.power.x + p.power.y + p.power.z);
+      }
+    }
+  }
+  EXPECT_NEAR(static_cast<double>(count[1]) / static_cast<double>(count[0]), kShare, 0.01 * kShare);
+  EXPECT_NEAR(power[1] / power[0], kShare, 0.02 * kShare);
+}
+
+/// Points of a cell are beside one another, in the order of the cells.
+TEST(LightPoints, AreSortedByCell) {
+  const auto scene = scene_from(R"(<scene version="3.0.0"><emitter type="constant"/>
+      <shape type="rectangle"/><shape type="sphere"><float name="radius" value=".5"/></shape>
+      </scene>)");
+  RenderContext context({.threads = 2});
+  const LocalLight light(*scene, {.length = {5, 5}}, {}, 1, context);
+  const LocalPoints points = light.draw(1, context);
+  ASSERT_EQ(points.first.size(), light.size() + 1);
+  for (uint32_t c = 0; c < light.size(); ++c) {
+    for (uint32_t i = points.first[c]; i < points.first[c + 1]; ++i) {
+      ASSERT_EQ(points.points[i].cell, c);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kinome::test

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "adjoint.h"
-#include "kinome/block_points.h"
 #include "kinome/wide/surface_point.h"
 #include "rays.h"
 
@@ -40,7 +39,7 @@ LightPaths::LightPaths(const SceneTable& scene, const Sensor& sensor, const Path
       seen_from_(arena_.three()),
       u1_(arena_.floats()),
       u2_(arena_.two()),
-      sampled_(make_answer(arena_)),
+      next_(arena_.capacity()),
       seen_(make_answer(arena_)),
       from_(make_state(arena_)),
       at_(make_state(arena_)),
@@ -155,66 +154,13 @@ void LightPaths::connect_points(const PixelSamples& samples, uint32_t dimension,
   });
 }
 
-/// Point by point, of BSDFs that don't go everywhere that they are seen from.
-void LightPaths::turn_to_viewers(const Surfaces::Range& range) {
-  for (size_t i = range.first; i < range.first + range.count; ++i) {
-    const SurfaceInteraction si = interaction_of(met_.points(), i);
-    const auto sample = sample_adjoint(si, Lobe::kAll, u1_[i], u2_.at(i));
-    sampled_.sample_pdf[i] = sample ? 1.f : 0.f;
-    if (!sample) continue;
-    sampled_.wo.set(i, si.frame.to_local(sample->to));
-    sampled_.weight.set(i, sample->weight);
-  }
-}
-
-/// Of all points that reflect: where their paths go, and the share of the power that goes there.
-void LightPaths::sample_directions() {
-  const SurfaceBlock& points = met_.points();
-  BsdfQuery query;
-  query.u1 = u1_;
-  query.u2 = u2_;
-  shade(met_, points.wi, query, sampled_);
-  // As paths from the camera see it.
-  query = {};
-  query.wo = points.wi;
-  shade(met_, sampled_.wo, query, seen_);
-  for_lanes(met_.reflecting(), [&](size_t i) {
-    const FrameOf<wide::Vec3> frame = frame_at(points, i);
-    const wide::Vec3 n = wide::Vec3::load(points.n, i);
-    const wide::Vec3 from = frame.to_world(wide::Vec3::load(points.wi, i));
-    const wide::Vec3 to = frame.to_world(wide::Vec3::load(sampled_.wo, i));
-    const wide::Rgb seen = wide::Rgb::load(seen_.f, i) / Float::load(sampled_.sample_pdf + i);
-    const Mask is_delta = Float::load(sampled_.is_delta + i) > 0.f;
-    const wide::Rgb weight = select(is_delta, wide::Rgb::load(sampled_.weight, i), seen);
-    (weight * adjoint_factor(dot(n, from), dot(n, to))).store(sampled_.weight, i);
-  });
-  for (const Surfaces::Range& range : met_.ranges()) {
-    if (range.first >= met_.reflecting()) break;
-    if (range.row->bsdf->turns_to_viewer()) turn_to_viewers(range);
-    if (range.row->bsdf->relative_index() != 1) bend(range);
-  }
-}
-
-/// Converts weights of refracted samples from radiance to power. Samples that go straight through
-/// (Lobe::kNull) are not refracted.
-void LightPaths::bend(const Surfaces::Range& range) {
-  const float eta = range.row->bsdf->relative_index();
-  for (size_t i = range.first; i < range.first + range.count; i += kLanes) {
-    const Float factor = power_over_radiance(Float::load(met_.points().wi.z + i),
-                                             Float::load(sampled_.wo.z + i), eta);
-    const Mask is_bent = Float::load(sampled_.is_delta + i) == 1.f;
-    (wide::Rgb::load(sampled_.weight, i) * select(is_bent, factor, Float(1.f)))
-        .store(sampled_.weight, i);
-  }
-}
-
 /// The next edges.
-void LightPaths::put_rays(bool plays_roulette) {
+void LightPaths::put_rays(const BsdfAnswer& sampled, bool plays_roulette) {
   const SurfaceBlock& points = met_.points();
   for_lanes(met_.reflecting(), [&](size_t i) {
-    wide::Rgb power = wide::Rgb::load(at_.power, i) * wide::Rgb::load(sampled_.weight, i);
+    wide::Rgb power = wide::Rgb::load(at_.power, i) * wide::Rgb::load(sampled.weight, i);
     const Float inverse = Float::load(at_.inverse_emitted + i);
-    Mask on = Float::load(met_.live() + i) > 0.f && Float::load(sampled_.sample_pdf + i) > 0.f &&
+    Mask on = Float::load(met_.live() + i) > 0.f && Float::load(sampled.sample_pdf + i) > 0.f &&
               max_component(power) > 0.f;
     if (plays_roulette) {
       const Float survival = survival_probability(power * inverse);
@@ -222,7 +168,7 @@ void LightPaths::put_rays(bool plays_roulette) {
       power = power / survival;
     }
     power.store(at_.power, i);
-    const wide::Vec3 to = frame_at(points, i).to_world(wide::Vec3::load(sampled_.wo, i));
+    const wide::Vec3 to = frame_at(points, i).to_world(wide::Vec3::load(sampled.wo, i));
     put_shadow_rays(points, i, to, Float(kInfinity), on, false, rays_);
   });
 }
@@ -232,10 +178,10 @@ void LightPaths::scatter(const PixelSamples& samples, uint32_t depth, uint32_t d
   const size_t count = met_.reflecting();
   numbers_.fill_1d(sampler, samples, dimension + 2, at_.owner, count, u1_);
   numbers_.fill_2d(sampler, samples, dimension + 3, at_.owner, count, u2_);
-  sample_directions();
+  const BsdfAnswer& sampled = next_.sample(met_, u1_, u2_);
   const bool plays_roulette = depth >= length_.rr_depth;
   if (plays_roulette) numbers_.fill_1d(sampler, samples, dimension + 5, at_.owner, count, u1_);
-  put_rays(plays_roulette);
+  put_rays(sampled, plays_roulette);
   std::swap(from_, at_);
 }
 

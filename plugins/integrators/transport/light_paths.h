@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../path_parameters.h"
+#include "adjoint_samples.h"
 #include "emission.h"
 #include "shading.h"
 #include "splats.h"
@@ -41,10 +42,7 @@ class LightPaths {
   void find_points(Tile& tile);
   void connect_points(const PixelSamples& samples, uint32_t dimension, RenderCounters& counters);
   void scatter(const PixelSamples& samples, uint32_t depth, uint32_t dimension);
-  void sample_directions();
-  void turn_to_viewers(const Surfaces::Range& range);
-  void bend(const Surfaces::Range& range);
-  void put_rays(bool plays_roulette);
+  void put_rays(const BsdfAnswer& sampled, bool plays_roulette);
 
   const SceneTable& scene_;
   const Sensor& sensor_;
@@ -60,7 +58,8 @@ class LightPaths {
   Columns3 seen_from_;     ///< where points are seen from, in their frames
   float* u1_;
   Columns2 u2_;
-  BsdfAnswer sampled_, seen_;
+  AdjointSamples next_;
+  BsdfAnswer seen_;
   /// Of rays that may go on, and of the points that they have come to.
   State from_, at_;
   Ray16* rays_;

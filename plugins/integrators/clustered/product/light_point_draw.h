@@ -86,6 +86,26 @@ inline float surface_emission_pdf(const SurfaceInteraction& x, const Vec3& d) {
   return has_bent_normal(x) ? kUniformHemispherePdf : cosine_hemisphere_pdf(cosine);
 }
 
+/// Samples light that leaves point x of an emitting surface, and sets x.wi. Returns nullopt if there
+/// is none.
+inline std::optional<EmissionSample> leave_surface(const Emitter& emitter, SurfaceInteraction& x,
+                                                   const Vec2& direction) {
+  x.wi = has_bent_normal(x) ? square_to_uniform_hemisphere(direction)
+                            : square_to_cosine_hemisphere(direction);
+  if (!(x.wi.z > 0)) return std::nullopt;
+  EmissionSample sample;
+  sample.o = x.p;
+  sample.o_error = x.p_error;
+  sample.n = x.n;
+  sample.d = x.frame.to_world(x.wi);
+  sample.pdf_direction = surface_emission_pdf(x, sample.d);
+  if (!(sample.pdf_direction > 0)) return std::nullopt;
+  const float area = emitter.shape()->area();
+  sample.power =
+      emitter.eval_surface(x) * (std::abs(glm::dot(x.n, sample.d)) * area / sample.pdf_direction);
+  return sample;
+}
+
 /// Light that leaves an emitter: nullopt where none does.
 inline std::optional<LeavingLight> leave_light(const Emitter& emitter, const Vec2& position,
                                                const Vec2& direction) {
@@ -96,23 +116,12 @@ inline std::optional<LeavingLight> leave_light(const Emitter& emitter, const Vec
     leaving.sample = *sample;
     return leaving;
   }
-  const float area = emitter.shape()->area();
-  if (!(area > 0)) return std::nullopt;
+  if (!(emitter.shape()->area() > 0)) return std::nullopt;
   leaving.x = emitter.shape()->sample_surface(position);
-  SurfaceInteraction& x = *leaving.x;
-  x.shape = emitter.shape();
-  x.wi = has_bent_normal(x) ? square_to_uniform_hemisphere(direction)
-                            : square_to_cosine_hemisphere(direction);
-  if (!(x.wi.z > 0)) return std::nullopt;
-  EmissionSample& sample = leaving.sample;
-  sample.o = x.p;
-  sample.o_error = x.p_error;
-  sample.n = x.n;
-  sample.d = x.frame.to_world(x.wi);
-  sample.pdf_direction = surface_emission_pdf(x, sample.d);
-  if (!(sample.pdf_direction > 0)) return std::nullopt;
-  sample.power =
-      emitter.eval_surface(x) * (std::abs(glm::dot(x.n, sample.d)) * area / sample.pdf_direction);
+  leaving.x->shape = emitter.shape();
+  const auto sample = leave_surface(emitter, *leaving.x, direction);
+  if (!sample) return std::nullopt;
+  leaving.sample = *sample;
   return leaving;
 }
 
@@ -142,8 +151,7 @@ struct LocalLight::Drawn {
   std::vector<LightOrigin> origins;  ///< of the points
   std::vector<uint8_t> is_deep;      ///< of the points: their light has come by more than an edge
   std::vector<Reflection> reflections;
-  std::vector<RayHit> rays;
-  std::vector<LightWalk> walks;  ///< of the rays
+  std::vector<LightWalk> walks;  ///< whose next edge isn't traced yet
   /// A kMirroring lobe was met by light of a source that has an extent, or of a lamp.
   bool meets_mirroring = false, lamp_meets_mirroring = false;
   RenderCounters counters;

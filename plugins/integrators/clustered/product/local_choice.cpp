@@ -206,7 +206,8 @@ void LocalChoice::pick_lamps(const LocalLight& light, double offset) {
 void LocalChoice::try_points(const LocalLight& light, const LocalPoints& points, double offset) {
   tried_.begin(points);
   const auto& first = points.first;
-  const auto rate = [&](uint32_t c) { return static_cast<double>(rates_[c]) * blocks_; };
+  const double scale = blocks_ / static_cast<double>(points.share);
+  const auto rate = [&](uint32_t c) { return static_cast<double>(rates_[c]) * scale; };
   const auto probability = [&](uint32_t c) { return std::min(1., kTries * rate(c)); };
   comb_cells(
       light.lamp_cells(), light.size(), offset, [&](uint32_t c) { return first[c + 1] - first[c]; },
@@ -237,11 +238,11 @@ void LocalChoice::pick_points(const LocalPoints& points) {
     weights_[at] = weight;
     eye_weights_[at++] = eye_weight;
   };
-  const auto blocks = static_cast<float>(blocks_);
+  const float scale = static_cast<float>(blocks_) / points.share;
   for (uint32_t b = 0; b < blocks_; ++b) {
     block_first_.push_back(at);
     for (size_t i = b; i < picks_.size(); i += blocks_) {
-      put(picks_[i], picks_[i].weight * blocks, 1 / rates_[picks_[i].cell]);
+      put(picks_[i], picks_[i].weight * scale, 1 / rates_[picks_[i].cell]);
     }
     while (at % simd::kLobeLanes != 0) put(picks_.front(), 0, 0);
   }

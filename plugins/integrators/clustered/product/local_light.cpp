@@ -93,7 +93,7 @@ bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
 LocalLight::LocalLight(const Scene& scene, const Settings& settings,
                        std::span<const SurfaceInteraction> seen, uint64_t seed,
                        RenderContext& context)
-    : scene_(scene), length_(settings.length), finds_caustics_(settings.caustics) {
+    : scene_(scene), table_(scene), length_(settings.length), finds_caustics_(settings.caustics) {
   find_sources(seed);
   make_lamp_cells();
   const uint64_t own = hash_words(seed, kSeedOfCells);

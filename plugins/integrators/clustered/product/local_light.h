@@ -11,6 +11,7 @@
 #include "kinome/emitter.h"
 #include "kinome/scene.h"
 #include "path_parameters.h"
+#include "transport/scene_table.h"
 
 namespace kinome {
 
@@ -91,6 +92,9 @@ struct Reflection {
 struct CellSums;
 struct LightOrigin;
 struct LightWalk;
+namespace transport {
+struct AdjointSample;
+}
 
 /// Points of one pass, cell by cell and near one another within each.
 struct LocalPoints {
@@ -100,6 +104,9 @@ struct LocalPoints {
   std::vector<uint32_t> first;            ///< of each cell of LocalLight; one more entry than cells
   std::vector<Reflection> reflections;
   bool has_bent_normals = false;  ///< some point's off_surface isn't 0
+  /// Number of points over that of a pass. Powers are those of points of a pass all the same, which
+  /// readers must divide by this.
+  float share = 1;
 };
 
 /// What is known of the cells before any pass; arrays of padded_size().
@@ -186,8 +193,8 @@ class LocalLight {
   const std::vector<const Emitter*>& lamps() const { return lamps_; }
   const std::vector<uint32_t>& lamp_first() const { return lamp_first_; }
 
-  /// About so many points of surfaces and of the bounce together.
-  LocalPoints draw(uint64_t seed, RenderContext& context) const;
+  /// Draws a share of the points of a pass: about points_of_pass() times `share`.
+  LocalPoints draw(uint64_t seed, RenderContext& context, float share = 1) const;
   uint32_t points_of_pass() const { return surface_count_ + bounce_count_; }
 
   /// Of a point of an emitting surface that a ray found; its cell, and as LightPoint::eye_ratio.
@@ -236,6 +243,8 @@ class LocalLight {
   };
   /// What one thread draws.
   struct Drawn;
+  struct Walker;
+  class Walkers;
   void find_sources(uint64_t seed);
   void make_lamp_cells();
   std::vector<LightGuide::Use> find_uses(const std::vector<Drawn>& chunks,
@@ -250,11 +259,16 @@ class LocalLight {
   void add_column(const CellSums& sums, double flux, double expected, double unguided);
   void draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
                  std::vector<Drawn>& chunks) const;
-  void add_surface_point(const LightOrigin& origin, Drawn& out) const;
-  void walk_on(Drawn& out) const;
-  void go_on(const LightWalk& walk, const SurfaceInteraction& si, Drawn& out) const;
+  void sample_source(std::span<const LightOrigin> origins, Walker& walker) const;
+  void add_surface_points(std::span<const LightOrigin> origins, Walker& walker, Drawn& out) const;
+  void leave(std::span<const LightOrigin> origins, uint64_t seed, uint32_t first_draw,
+             Walker& walker, Drawn& out) const;
+  void walk_on(Walker& walker, Drawn& out) const;
+  const BsdfAnswer& sample_next(std::span<const LightWalk> walks, Walker& walker) const;
+  void go_on(const LightWalk& walk, const SurfaceInteraction& si,
+             const transport::AdjointSample& sample, Walker& walker, Drawn& out) const;
   void land(const LightWalk& walk, const SurfaceInteraction& si, float distance, Drawn& out) const;
-  LocalPoints sort_by_cell(std::vector<Drawn>& chunks) const;
+  LocalPoints sort_by_cell(std::vector<Drawn>& chunks, RenderContext& context) const;
   uint32_t surface_cell(const SurfaceInteraction& si) const;
   uint32_t bounce_cell(const SurfaceInteraction& si, float side) const;
   SourceChoice::At asked_at(const SurfaceInteraction& y, float side) const;
@@ -267,6 +281,7 @@ class LocalLight {
                      const SurfaceInteraction& y, const Vec3& d, float distance) const;
 
   const Scene& scene_;
+  const transport::SceneTable table_;
   const PathLength length_;
   std::vector<Source> sources_;
   std::vector<double> surface_ends_, bounce_ends_;  ///< running sums of shares, or empty

@@ -11,6 +11,9 @@
 namespace kinome {
 namespace {
 
+/// Number of cells that a thread sorts together.
+constexpr uint32_t kCellsOfPart = 16;
+
 /// Of a place in the unit cube: 10 bits of each coordinate, in turn.
 uint32_t morton_code(const Vec3& at) {
   uint32_t code = 0;
@@ -47,21 +50,27 @@ simd::LightPointRow row_of(const LightPoint& p) {
 }  // namespace
 
 /// Within a cell along a Morton curve through its places: every so many of them are spread over it.
-LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks) const {
+LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, RenderContext& context) const {
   LocalPoints all;
   std::vector<Aabb> boxes(size_);
-  size_t count = 0;
+  all.first.assign(size_ + 1, 0);
+  size_t reflections = 0;
   for (const Drawn& chunk : chunks) {
-    count += chunk.points.size();
-    for (const LightPoint& p : chunk.points) boxes[p.cell].expand(p.position);
+    reflections += chunk.reflections.size();
+    for (const LightPoint& p : chunk.points) {
+      boxes[p.cell].expand(p.position);
+      ++all.first[p.cell + 1];
+    }
   }
+  for (uint32_t c = 0; c < size_; ++c) all.first[c + 1] += all.first[c];
   struct Key {
-    uint64_t key;
+    uint32_t code;
     const LightPoint* point;
-    bool operator<(const Key& other) const { return key < other.key; }
+    bool operator<(const Key& other) const { return code < other.code; }
   };
-  std::vector<Key> keys;
-  keys.reserve(count);
+  std::vector<Key> keys(all.first.back());
+  std::vector<uint32_t> next(all.first.begin(), all.first.end() - 1);
+  all.reflections.reserve(reflections);
   for (Drawn& chunk : chunks) {
     const auto first = static_cast<uint32_t>(all.reflections.size());
     all.reflections.insert(all.reflections.end(), chunk.reflections.begin(),
@@ -70,23 +79,27 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks) const {
       if (p.reflection != LightPoint::kLambertian) p.reflection += first;
       const Aabb& box = boxes[p.cell];
       const Vec3 at = (p.position - box.lo) / glm::max(box.extent(), Vec3(1e-30f));
-      keys.push_back({static_cast<uint64_t>(p.cell) << 32 | morton_code(at), &p});
+      keys[next[p.cell]++] = {morton_code(at), &p};
+      all.has_bent_normals |= p.off_surface > 0;
     }
   }
-  // Points of one place keep the order in which they were drawn, whichever sort this is.
-  std::stable_sort(keys.begin(), keys.end());
-  all.points.reserve(count);
-  all.rows.reserve(count);
-  all.reflection.reserve(count);
-  all.first.assign(size_ + 1, 0);
-  for (const Key& key : keys) {
-    all.points.push_back(*key.point);
-    all.rows.push_back(row_of(*key.point));
-    all.reflection.push_back(key.point->reflection);
-    all.has_bent_normals |= key.point->off_surface > 0;
-    ++all.first[key.point->cell + 1];
-  }
-  for (uint32_t c = 0; c < size_; ++c) all.first[c + 1] += all.first[c];
+  all.points.resize(keys.size());
+  all.rows.resize(keys.size());
+  all.reflection.resize(keys.size());
+  const uint32_t parts = (size_ + kCellsOfPart - 1) / kCellsOfPart;
+  context.parallel_for(parts, [&](size_t part) {
+    const auto first_cell = static_cast<uint32_t>(part) * kCellsOfPart;
+    const uint32_t last_cell = std::min(first_cell + kCellsOfPart, size_);
+    for (uint32_t c = first_cell; c < last_cell; ++c) {
+      // Points of one place keep the order in which they were drawn, whichever sort this is.
+      std::stable_sort(keys.begin() + all.first[c], keys.begin() + all.first[c + 1]);
+    }
+    for (uint32_t i = all.first[first_cell]; i < all.first[last_cell]; ++i) {
+      all.points[i] = *keys[i].point;
+      all.rows[i] = row_of(all.points[i]);
+      all.reflection[i] = all.points[i].reflection;
+    }
+  });
   return all;
 }
 
@@ -107,35 +120,16 @@ bool is_plain(const SurfaceInteraction& si) {
          lobe_width(si) == LobeWidth::kWide;
 }
 
-LocalPoints LocalLight::draw(uint64_t seed, RenderContext& context) const {
+LocalPoints LocalLight::draw(uint64_t seed, RenderContext& context, float share) const {
+  const auto share_of = [&](uint32_t count) {
+    return static_cast<uint32_t>(std::ceil(static_cast<float>(count) * share));
+  };
   std::vector<Drawn> chunks;
-  draw_part(false, surface_count_, hash_words(seed, 1), context, chunks);
-  draw_part(true, bounce_count_, hash_words(seed, 2), context, chunks);
-  return sort_by_cell(chunks);
-}
-
-void LocalLight::add_surface_point(const LightOrigin& origin, Drawn& out) const {
-  const Source& source = sources_[origin.source];
-  const Shape& shape = *source.emitter->shape();
-  const float area = shape.area();
-  if (!(area > 0)) return;
-  SurfaceInteraction si = shape.sample_surface(origin.position());
-  si.wi = Vec3(0, 0, 1);
-  si.shape = &shape;
-  const float density = static_cast<float>(surface_count_) * source.surface_share / area;
-  LightPoint point;
-  point.power = source.emitter->eval_surface(si) / (density * origin.guided);
-  if (is_black(point.power)) return;
-  point.position = si.p;
-  point.normal = si.frame.n;
-  point.geometric = si.n;
-  if (surface_partition_.size() > 0) {
-    point.cell = surface_cell(si);
-    point.eye_ratio = eye_factors_[point.cell] / density;
-  }
-  out.points.push_back(point);
-  out.origins.push_back(origin);
-  out.is_deep.push_back(0);
+  draw_part(false, share_of(surface_count_), hash_words(seed, 1), context, chunks);
+  draw_part(true, share_of(bounce_count_), hash_words(seed, 2), context, chunks);
+  LocalPoints points = sort_by_cell(chunks, context);
+  points.share = share;
+  return points;
 }
 
 uint32_t LocalLight::surface_cell(const SurfaceInteraction& si) const {

@@ -1,99 +1,267 @@
 // The part of LocalLight that follows light from its sources and leaves points where it comes to.
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <utility>
 
 #include "clustered/product/light_point_draw.h"
 #include "clustered/product/local_light.h"
 #include "clustered/product/patches.h"
 #include "clustered/product/spread.h"
+#include "kinome/block_points.h"
 #include "kinome/render_context.h"
 #include "transport/adjoint.h"
+#include "transport/adjoint_samples.h"
+#include "transport/rays.h"
 
 namespace kinome {
 namespace {
 
 constexpr uint64_t kSeedOfWalks = 0x77616c6b;
+/// Number of light points, or walks, that a thread draws together.
+constexpr uint32_t kChunk = 1024;
+/// Random numbers of a walk at a surface.
+enum Number : uint32_t { kLobe, kDirection, kSurvival = kDirection + 2 };
 /// A path that loses nothing ends by roulette all the same.
 constexpr float kMostSurvival = 0.95f;
 
 }  // namespace
 
+/// Memory in which one thread draws a chunk of light points.
+struct LocalLight::Walker {
+  transport::Arena per_draw{kChunk}, per_point;
+  Columns2 position, direction;  ///< random numbers of draws of one source
+  SurfaceBlock leaving;          ///< points of an emitting surface
+  RayHit16* rays;                ///< of the walks
+  float* distance;               ///< of the points that the walks have met, along their rays
+  transport::Surfaces met;
+  float* u1;
+  Columns2 u2;
+  transport::AdjointSamples next;
+
+  explicit Walker(const transport::SceneTable& table)
+      : per_point(transport::Surfaces::most_points(table, kChunk)),
+        position(per_draw.two()),
+        direction(per_draw.two()),
+        leaving(per_draw.points()),
+        rays(per_draw.ray_hits()),
+        distance(per_point.floats()),
+        met(table, kChunk),
+        u1(per_point.floats()),
+        u2(per_point.two()),
+        next(per_point.capacity()) {}
+
+  void set_ray(size_t k, const Ray& ray) {
+    Ray16& to = rays[k / kBlockLanes].ray;
+    const size_t lane = k % kBlockLanes;
+    to.ox[lane] = ray.o.x, to.oy[lane] = ray.o.y, to.oz[lane] = ray.o.z;
+    to.dx[lane] = ray.d.x, to.dy[lane] = ray.d.y, to.dz[lane] = ray.d.z;
+    to.tmin[lane] = ray.tmin, to.tmax[lane] = ray.tmax;
+  }
+};
+
+/// Workers that threads take and give back.
+class LocalLight::Walkers {
+ public:
+  explicit Walkers(const transport::SceneTable& table) : table_(table) {}
+  std::unique_ptr<Walker> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<Walker>(table_);
+    auto walker = std::move(free_.back());
+    free_.pop_back();
+    return walker;
+  }
+  void give_back(std::unique_ptr<Walker> walker) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(walker));
+  }
+
+ private:
+  const transport::SceneTable& table_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Walker>> free_;
+};
+
 void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
                            std::vector<Drawn>& chunks) const {
-  constexpr uint32_t kChunk = 1024;
   const uint32_t parts = (count + kChunk - 1) / kChunk;
   const size_t before = chunks.size();
   chunks.resize(before + parts);
   const LightGuide& guide = bounce ? bounce_guide_ : surface_guide_;
   const std::vector<double>& unguided = bounce ? bounce_ends_ : surface_ends_;
   const Turns turns(guide.empty() ? unguided : guide.ends(), count, seed);
+  Walkers walkers(table_);
   context.parallel_for(parts, [&](size_t c) {
+    auto walker = walkers.take();
     const auto begin = static_cast<uint32_t>(c) * kChunk;
+    const uint32_t end = std::min(begin + kChunk, count);
     Drawn& out = chunks[before + c];
-    for (uint32_t i = begin; i < std::min(begin + kChunk, count); ++i) {
-      const Turns::Turn turn = turns[i];
-      const Source& source = sources_[turn.source];
-      const LightNumbers numbers(hash_words(seed, turn.source));
-      LightOrigin origin = numbers.origin(turn.source, turn.number);
-      origin.guided = guide.warp(turn.source, origin.numbers);
+    std::vector<LightOrigin> origins;
+    for (uint32_t i = begin; i < end;) {
+      const Turns::Turn first = turns[i];
+      const LightNumbers numbers(hash_words(seed, first.source));
+      origins.clear();
+      Turns::Turn turn = first;
+      const uint32_t first_index = i;
+      while (turn.source == first.source) {
+        LightOrigin& origin = origins.emplace_back(numbers.origin(turn.source, turn.number));
+        origin.guided = guide.warp(turn.source, origin.numbers);
+        if (++i == end) break;
+        turn = turns[i];
+      }
       if (bounce) {
-        auto leaving = leave_light(*source.emitter, origin.position(), origin.direction());
-        if (!leaving || is_black(leaving->sample.power)) continue;
-        out.rays.push_back({leaving->sample.ray(), Hit{}});
-        LightWalk& walk = out.walks.emplace_back();
-        walk.origin = origin;
-        walk.seed = hash_words(seed, kSeedOfWalks, i);
-        walk.d = leaving->sample.d;
-        walk.power = leaving->sample.power;
-        walk.x = leaving->x;
+        leave(origins, hash_words(seed, kSeedOfWalks), first_index, *walker, out);
       } else {
-        add_surface_point(origin, out);
+        add_surface_points(origins, *walker, out);
       }
     }
-    while (!out.rays.empty()) walk_on(out);
+    while (!out.walks.empty()) walk_on(*walker, out);
+    walkers.give_back(std::move(walker));
   });
   for (size_t c = before; c < chunks.size(); ++c) context.stats().counters.add(chunks[c].counters);
 }
 
-/// Traces the walks' edges; those that go on are left in their place.
-void LocalLight::walk_on(Drawn& out) const {
-  scene_.intersect(out.rays, Coherence::kIncoherent, out.counters);
-  out.counters[RayKind::kLight] += out.rays.size();
-  const std::vector<RayHit> rays = std::move(out.rays);
-  const std::vector<LightWalk> walks = std::move(out.walks);
-  out.rays.clear();
-  out.walks.clear();
-  for (size_t k = 0; k < rays.size(); ++k) {
-    if (!rays[k].hit.valid()) continue;
-    const SurfaceInteraction si = scene_.interaction(rays[k]);
-    land(walks[k], si, rays[k].ray.tmax, out);
-    // With the next edge, that to the eye's surface point and the one to the camera.
-    if (walks[k].edges + 3 <= max_depth()) go_on(walks[k], si, out);
+/// Draws points of the surface of a source, one for each origin, into walker.leaving.
+void LocalLight::sample_source(std::span<const LightOrigin> origins, Walker& walker) const {
+  const Shape& shape = *sources_[origins[0].source].emitter->shape();
+  for (size_t k = 0; k < origins.size(); ++k) walker.position.set(k, origins[k].position());
+  for (size_t k = origins.size(); k < padded(origins.size()); ++k) {
+    walker.position.set(k, origins.back().position());
+  }
+  std::fill_n(walker.leaving.shape, padded(origins.size()), &shape);
+  shape.sample_surface_block(walker.position, walker.leaving.part(0, origins.size()));
+}
+
+/// Adds a light point of the surface of the source for each origin.
+void LocalLight::add_surface_points(std::span<const LightOrigin> origins, Walker& walker,
+                                    Drawn& out) const {
+  const Source& source = sources_[origins[0].source];
+  const float area = source.emitter->shape()->area();
+  if (!(area > 0)) return;
+  sample_source(origins, walker);
+  const float density = static_cast<float>(surface_count_) * source.surface_share / area;
+  for (size_t k = 0; k < origins.size(); ++k) {
+    SurfaceInteraction si = interaction_of(walker.leaving, k);
+    si.wi = Vec3(0, 0, 1);
+    LightPoint point;
+    point.power = source.emitter->eval_surface(si) / (density * origins[k].guided);
+    if (is_black(point.power)) continue;
+    point.position = si.p;
+    point.normal = si.frame.n;
+    point.geometric = si.n;
+    if (surface_partition_.size() > 0) {
+      point.cell = surface_cell(si);
+      point.eye_ratio = eye_factors_[point.cell] / density;
+    }
+    out.points.push_back(point);
+    out.origins.push_back(origins[k]);
+    out.is_deep.push_back(0);
   }
 }
 
+/// Sends a walk from the source for each origin. `seed` and the number of the draw make the seed of
+/// the walk.
+void LocalLight::leave(std::span<const LightOrigin> origins, uint64_t seed, uint32_t first_draw,
+                       Walker& walker, Drawn& out) const {
+  const Emitter& emitter = *sources_[origins[0].source].emitter;
+  const EmissionBlock block{walker.leaving.p, walker.leaving.n, walker.leaving.s};
+  if (emitter.is_surface()) {
+    if (!(emitter.shape()->area() > 0)) return;
+    sample_source(origins, walker);
+  } else {
+    for (size_t k = 0; k < origins.size(); ++k) {
+      walker.position.set(k, origins[k].position());
+      walker.direction.set(k, origins[k].direction());
+    }
+    emitter.sample_emission_block(walker.position, walker.direction, origins.size(), block);
+  }
+  for (uint32_t k = 0; k < origins.size(); ++k) {
+    LightWalk walk;
+    Ray ray;
+    if (emitter.is_surface()) {
+      walk.x = interaction_of(walker.leaving, k);
+      const auto sample = leave_surface(emitter, *walk.x, origins[k].direction());
+      if (!sample) continue;
+      ray = sample->ray();
+      walk.power = sample->power;
+    } else {
+      ray.o = block.o.at(k);
+      ray.d = block.d.at(k);
+      walk.power = block.power.at(k);
+    }
+    if (is_black(walk.power)) continue;
+    walk.origin = origins[k];
+    walk.seed = hash_words(seed, first_draw + k);
+    walk.d = ray.d;
+    walker.set_ray(out.walks.size(), ray);
+    out.walks.push_back(walk);
+  }
+}
+
+/// Traces the next edge of all walks, which have the same number of edges. Leaves the walks that go
+/// on in their place.
+void LocalLight::walk_on(Walker& walker, Drawn& out) const {
+  const size_t count = out.walks.size();
+  for (size_t k = count; k < padded(count); ++k) {
+    walker.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes] = -1;
+  }
+  transport::clear_hits(walker.rays, count);
+  scene_.intersect(walker.rays, padded(count) / kBlockLanes, Coherence::kIncoherent, out.counters);
+  out.counters[RayKind::kLight] += count;
+  const transport::Surfaces& met = walker.met;
+  walker.met.find(walker.rays, count, transport::Surfaces::Which::kAll);
+  const std::vector<LightWalk> walks = std::exchange(out.walks, {});
+  const uint32_t* const ray = met.points().ray;
+  for (size_t i = 0; i < met.reflecting(); ++i) {
+    walker.distance[i] = walker.rays[ray[i] / kBlockLanes].ray.tmax[ray[i] % kBlockLanes];
+  }
+  // With the next edge, that to the eye's surface point and the one to the camera.
+  const bool goes_on = walks[0].edges + 3 <= max_depth();
+  const BsdfAnswer* const next = goes_on ? &sample_next(walks, walker) : nullptr;
+  for (size_t i = 0; i < met.reflecting(); ++i) {
+    if (!(met.live()[i] > 0)) continue;
+    const LightWalk& walk = walks[ray[i]];
+    const SurfaceInteraction si = interaction_of(met.points(), i);
+    if (i < met.scattering()) land(walk, si, walker.distance[i], out);
+    if (!next || !(next->sample_pdf[i] > 0)) continue;
+    const transport::AdjointSample sample{si.frame.to_world(next->wo.at(i)), next->weight.at(i),
+                                          next->is_delta[i] > 0};
+    go_on(walk, si, sample, walker, out);
+  }
+}
+
+/// Samples where walks go on from the points that they have met.
+const BsdfAnswer& LocalLight::sample_next(std::span<const LightWalk> walks, Walker& walker) const {
+  const uint32_t* const ray = walker.met.points().ray;
+  for (size_t i = 0; i < walker.met.reflecting(); ++i) {
+    const LightWalk& walk = walks[ray[i]];
+    const uint64_t seed = hash_words(walk.seed, walk.edges);
+    walker.u1[i] = random_float(seed, kLobe);
+    walker.u2.set(i, {random_float(seed, kDirection), random_float(seed, kDirection + 1)});
+  }
+  return walker.next.sample(walker.met, walker.u1, walker.u2);
+}
+
 /// With what it loses, by roulette, so that all points of a source have about as much light.
-void LocalLight::go_on(const LightWalk& walk, const SurfaceInteraction& si, Drawn& out) const {
-  const uint64_t seed = hash_words(walk.seed, walk.edges);
-  const auto sample = transport::sample_adjoint(si, Lobe::kAll, random_float(seed, 0),
-                                                Vec2(random_float(seed, 1), random_float(seed, 2)));
-  if (!sample || is_black(sample->weight)) return;
+void LocalLight::go_on(const LightWalk& walk, const SurfaceInteraction& si,
+                       const transport::AdjointSample& sample, Walker& walker, Drawn& out) const {
+  if (is_black(sample.weight)) return;
   const float survival = std::min(
-      kMostSurvival, max_component(walk.power * sample->weight) / max_component(walk.power));
-  if (!(random_float(seed, 3) < survival)) return;
+      kMostSurvival, max_component(walk.power * sample.weight) / max_component(walk.power));
+  if (!(random_float(hash_words(walk.seed, walk.edges), kSurvival) < survival)) return;
   LightWalk next;
   next.origin = walk.origin;
   next.seed = walk.seed;
   next.edges = walk.edges + 1;
-  next.d = sample->to;
-  next.power = walk.power * sample->weight / survival;
+  next.d = sample.to;
+  next.power = walk.power * sample.weight / survival;
   const bool is_lamps = sources_[walk.origin.source].kind == Kind::kLamp;
-  next.is_shown = walk.edges == 1 ? sample->is_delta && !is_lamps : walk.is_shown;
-  next.is_hidden = sample->is_delta && (walk.edges == 1 ? is_lamps : walk.is_hidden);
+  next.is_shown = walk.edges == 1 ? sample.is_delta && !is_lamps : walk.is_shown;
+  next.is_hidden = sample.is_delta && (walk.edges == 1 ? is_lamps : walk.is_hidden);
   Ray ray;
   ray.d = next.d;
   ray.o = si.ray_origin(ray.d);
-  out.rays.push_back({ray, Hit{}});
+  walker.set_ray(out.walks.size(), ray);
   out.walks.push_back(next);
 }
 
