@@ -102,7 +102,9 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
         static_cast<uint32_t>(std::count_if(sources_.begin(), sources_.end(), [](const Source& s) {
           return s.kind == Kind::kSurface;
         }));
-    surface_count_ = std::clamp(surfaces * kPointsOfSurface, settings.points, kMostSurfacePoints);
+    // Beside the noise of light that bounces, that of direct light is small.
+    const uint32_t least = bounce_ends_.empty() ? settings.points : settings.points / 4;
+    surface_count_ = std::clamp(surfaces * kPointsOfSurface, least, kMostSurfacePoints);
     make_cells(false, std::clamp(surfaces * kCellsOfSurface, kSurfaceCells, kMostSurfaceCells),
                learn_guide(false, surface_count_, seen, own, context), 1);
     surface_cells_ = size_ - lamp_cells_;

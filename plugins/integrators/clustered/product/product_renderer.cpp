@@ -11,12 +11,15 @@
 namespace kinome {
 namespace {
 
+/// Light points of a pilot, and the least share of the points of a pass: drawing them takes a good
+/// part of the time of a pilot.
+constexpr float kPilotPoints = 1u << 14, kMinPilotShare = 0.25f;
 /// More rays than this are left to more passes: each has fresh points of the cells.
 constexpr double kMaxRaysOfPass = 512;
 /// Below so many rays a pixel nothing is learned.
 constexpr double kLeastToLearn = 10;
 /// Light points are one for so many rays.
-constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16, kRaysPerDeepPath = 32;
+constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16;
 /// Passes of a render that is to take a time, or to reach an error.
 constexpr double kPartsOfBudget = 3;
 /// Light points, and no fewer places than these, to find out what is of use.
@@ -85,12 +88,8 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   rays = share * std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
   local.points = static_cast<uint32_t>(
       std::clamp<double>(rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
-  // A path that goes on leaves several.
-  const double rays_per_path = settings.length.max_depth > LocalLight::kBounceDepth
-                                   ? kRaysPerDeepPath
-                                   : kRaysPerExtendedPoint;
   local.extended_points = static_cast<uint32_t>(
-      std::min<double>(rays / (rays_per_path * parts), LocalLight::kMostExtendedPoints));
+      std::min<double>(rays / (kRaysPerExtendedPoint * parts), LocalLight::kMostExtendedPoints));
   std::vector<SurfaceInteraction> seen;
   if (settings.light_guide &&
       (scene.has_surface_emitters() || settings.length.max_depth >= LocalLight::kBounceDepth)) {
@@ -156,7 +155,7 @@ void ProductRenderer::add_to_film(int block, uint64_t seed, float weight,
   context_.commit(film, static_cast<size_t>(block), std::move(tiles));
 }
 
-CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel) const {
+CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel, float share) const {
   const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
   const uint64_t own = hash_words(seed_, seed);
   CellPoints points;
@@ -165,7 +164,7 @@ CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel) cons
                                 context_);
   }
   LocalPoints local_points;
-  if (local_) local_points = local_->draw(hash_words(own, 1), context_);
+  if (local_) local_points = local_->draw(hash_words(own, 1), context_, share);
   CellLight light(cells_, scene_.environment(), std::move(points), local_.get(),
                   std::move(local_points));
   light.paths = path_settings();
@@ -189,7 +188,14 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
                                                        const Pilot::IsWanted& is_wanted,
                                                        double progress_end) {
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
-  const CellLight& light = pilot_light_.emplace(make_light(0, effort.primaries + effort.rays));
+  float share = 1;
+  // A trial, which looks at some tiles, renders with the points of its pilot.
+  if (local_ && !is_wanted) {
+    const auto points = static_cast<float>(std::max(local_->points_of_pass(), 1u));
+    share = std::clamp(kPilotPoints / points, kMinPilotShare, 1.f);
+  }
+  const CellLight& light =
+      pilot_light_.emplace(make_light(0, effort.primaries + effort.rays, share));
   std::vector<PixelForecast> forecast =
       Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_,
             addresses_)

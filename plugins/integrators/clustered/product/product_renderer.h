@@ -56,7 +56,8 @@ class ProductRenderer final : public Passes {
   PathSettings path_settings() const { return {settings_.length, settings_.hide_emitters}; }
   Primaries::View view() const;
   PassView pass_view(const CellLight& light) const;
-  CellLight make_light(uint64_t seed, double rays_per_pixel) const;
+  /// `share`: LocalLight::draw.
+  CellLight make_light(uint64_t seed, double rays_per_pixel, float share = 1) const;
   Pilot::Effort effort_of_pilot(double rays_per_pixel) const;
   /// `is_wanted`: the tiles that the pilot looks at.
   std::vector<PixelForecast> send_pilot(Pilot::Effort effort, const Pilot::IsWanted& is_wanted,
