@@ -99,7 +99,7 @@ LocalPoints two_points(float near, float far) {
   points.first = {0, 2};
   return points;
 }
-constexpr simd::ReflectingPatch kFlat{{0, 0, 0}, {0, 0, 1}, {0, 0, 1}, 0.5f, 0, 1};
+constexpr simd::ReflectingPatch kFlat{{0, 0, 0}, {0, 0, 1}, {0, 0, 1}, 0.5f, 0, 1, 0, 1};
 
 TEST(TriedPoints, TakeWhatMattersMoreOften) {
   constexpr int kSeeds = 4000;
@@ -111,7 +111,7 @@ TEST(TriedPoints, TakeWhatMattersMoreOften) {
   TriedPoints tried;
   for (int seed = 0; seed < kSeeds; ++seed) {
     tried.begin(points);
-    for (const uint32_t k : {0u, 1u}) tried.add(k, 0, 1, kRate);
+    for (const uint32_t k : {0u, 1u}) tried.add(k, 0, 1, kRate, 1);
     tried.gather();
     tried.add_patch(kFlat, 0, &visible);
     std::vector<TriedPoints::Take> taken;
@@ -135,7 +135,7 @@ TEST(TriedPoints, TakeNoPointMoreThanOnceABlock) {
   const float visible = 1;
   TriedPoints tried;
   tried.begin(points);
-  for (const uint32_t k : {0u, 1u}) tried.add(k, 0, 1, 8);
+  for (const uint32_t k : {0u, 1u}) tried.add(k, 0, 1, 8, 1);
   tried.gather();
   tried.add_patch(kFlat, 0, &visible);
   std::vector<TriedPoints::Take> taken;
@@ -153,8 +153,8 @@ TEST(TriedPoints, TakeByRatesWhereNothingIsReflected) {
   black.diffuse = 0;
   TriedPoints tried;
   tried.begin(points);
-  tried.add(0, 0, 0.5, 3);
-  tried.add(1, 0, 1, 2);
+  tried.add(0, 0, 0.5, 3, 1);
+  tried.add(1, 0, 1, 2, 1);
   tried.gather();
   tried.add_patch(black, 0, &visible);
   std::vector<TriedPoints::Take> taken;

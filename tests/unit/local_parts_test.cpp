@@ -3,12 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <map>
-#include <numbers>
 
 #include "clustered/kernels/candidate_kernels.h"
-#include "clustered/kernels/importance_kernels.h"
 #include "clustered/kernels/lobe_kernels.h"
 #include "clustered/kernels/local_kernels.h"
 #include "clustered/product/light_point_draw.h"
@@ -311,102 +308,6 @@ TEST(LocalKernels, WeighConnectionsAsPlainCodeDoes) {
   }
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(control[k], sums[k], 1e-5 * kCount);
   EXPECT_NEAR(blocks[0] + blocks[1] + blocks[2], total, 1e-5 * kCount);
-}
-
-/// See importance_kernels.cpp; in double precision.
-double plain_fraction(const simd::ReflectingPatch& patch, const glm::dvec3& d, double arriving,
-                      double spread2) {
-  const auto vector = [](const float(&v)[3]) { return glm::dvec3(v[0], v[1], v[2]); };
-  double value = patch.diffuse / std::numbers::pi * std::clamp(arriving, 0., 1.);
-  if (arriving > 0 && patch.glossy > 0) {
-    const glm::dvec3 sum = d + vector(patch.viewer);
-    const double cosine = glm::dot(sum, vector(patch.normal)) / glm::length(sum);
-    const double alpha2 = std::min(1., patch.alpha2 + spread2 / 4);
-    const double t = 1 + (alpha2 - 1) * cosine * cosine;
-    const double lobe = cosine > 0 ? alpha2 / (4 * std::numbers::pi * t * t) : 0;
-    value += patch.glossy * (lobe + 0.05);
-  }
-  return value;
-}
-
-double plain_importance(const simd::ReflectingPatch& patch, const glm::dvec3& to,
-                        const glm::dvec3& normal, double size2) {
-  const double squared = glm::dot(to, to), softened = squared + size2;
-  const glm::dvec3 d = to / std::sqrt(squared);
-  const double spread = std::sqrt(size2 / softened);
-  const double leaving = 1 - glm::length(normal) - glm::dot(normal, d) + spread;
-  const glm::dvec3 at(patch.normal[0], patch.normal[1], patch.normal[2]);
-  const double arriving = glm::dot(d, at) + spread + 0.05;
-  return plain_fraction(patch, d, arriving, size2 / softened) * std::clamp(leaving, 0., 1.) /
-         softened;
-}
-
-TEST(ImportanceKernels, EstimateAsPlainCodeDoes) {
-  constexpr size_t kCount = 64, kCells = 10;
-  Random random(6);
-  std::vector<float> position[3], normal[3], spread2(kCount), flux(kCount), of_cells(kCount),
-      of_points(kCount), visibility(kCount);
-  std::vector<uint32_t> cell(kCount);
-  for (int k = 0; k < 3; ++k) position[k].resize(kCount), normal[k].resize(kCount);
-  for (size_t i = 0; i < kCount; ++i) {
-    const Vec3 n = random.direction() * (i % 2 ? 1.f : random.unit());
-    for (int k = 0; k < 3; ++k) {
-      position[k][i] = static_cast<float>(random.between(-2, 2));
-      normal[k][i] = n[k];
-    }
-    spread2[i] = random.unit();
-    flux[i] = random.unit();
-    visibility[i] = 0.1f + random.unit();
-    cell[i] = static_cast<uint32_t>(random.between(0, kCells));
-  }
-  for (const float glossy : {0.f, 0.4f}) {
-    const Vec3 n = random.direction(), w = glm::normalize(n + 0.5f * random.direction());
-    const simd::ReflectingPatch patch{
-        {0.1f, -0.2f, 0.3f}, {n.x, n.y, n.z}, {w.x, w.y, w.z}, 0.3f, glossy, 0.02f};
-    constexpr float kSize2 = 0.04f;
-    simd::cell_importance(patch,
-                          {{position[0].data(), position[1].data(), position[2].data()},
-                           {normal[0].data(), normal[1].data(), normal[2].data()},
-                           spread2.data(),
-                           flux.data()},
-                          visibility.data(), kCount, of_cells.data());
-    simd::point_importance(patch, kSize2,
-                           {{position[0].data(), position[1].data(), position[2].data()},
-                            {normal[0].data(), normal[1].data(), normal[2].data()},
-                            flux.data(),
-                            cell.data()},
-                           visibility.data(), kCount, of_points.data());
-    for (size_t i = 0; i < kCount; ++i) {
-      const glm::dvec3 to(static_cast<double>(position[0][i]) - patch.position[0],
-                          static_cast<double>(position[1][i]) - patch.position[1],
-                          static_cast<double>(position[2][i]) - patch.position[2]);
-      const glm::dvec3 at(normal[0][i], normal[1][i], normal[2][i]);
-      const double by_cell = plain_importance(patch, to, at, spread2[i]) * flux[i] * visibility[i];
-      const double by_point =
-          plain_importance(patch, to, at, kSize2) * flux[i] * visibility[cell[i]];
-      EXPECT_NEAR(of_cells[i], by_cell, 1e-4 * by_cell + 1e-6);
-      EXPECT_NEAR(of_points[i], by_point, 1e-4 * by_point + 1e-6);
-      const glm::dvec3 d = glm::normalize(to);
-      const Vec3 single(d);
-      const double fraction = plain_fraction(patch, d, 0.5, 0);
-      EXPECT_NEAR(simd::reflected_fraction(patch, &single.x, 0.5f, 0), fraction, 1e-4 * fraction);
-    }
-  }
-}
-
-TEST(ImportanceKernels, AddWhatSumsToOne) {
-  std::vector<float> values(32), sums(32, 1.f);
-  for (size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i);
-  simd::add_normalized(values.data(), values.size(), sums.data());
-  double sum = 0;
-  for (const float v : sums) sum += v;
-  EXPECT_NEAR(sum, 33, 1e-4);
-  EXPECT_FLOAT_EQ(sums[31], 1 + 31 / 496.f);
-  const std::vector<float> before = sums;
-  const std::vector<float> zeros(32), endless(32, std::numeric_limits<float>::infinity());
-  simd::add_normalized(zeros.data(), zeros.size(), sums.data());
-  simd::add_normalized(endless.data(), endless.size(), sums.data());
-  EXPECT_EQ(sums, before);
 }
 
 }  // namespace

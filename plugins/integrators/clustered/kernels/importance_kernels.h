@@ -15,6 +15,10 @@ struct ReflectingPatch {
   float diffuse;    ///< reflectance, mean of the channels
   float glossy;     ///< reflectance of the glossy lobe; 0 if there is none
   float alpha2;     ///< squared roughness of the glossy lobe, as of GGX
+  /// Expected number of rays that a point sends by its BSDF, and the share of these that depends on
+  /// the cosine alone.
+  float eye_rays;
+  float diffuse_share;
 };
 
 /// Fraction of light from a direction that a patch reflects toward the viewer [1/sr], estimated.
@@ -40,12 +44,36 @@ struct EmittingPoints {
   const float* position[3];
   const float* normal[3];  ///< unit
   const float* power;      ///< mean of the channels
+  const float* eye_ratio;  ///< as of LightPointColumns
   const uint32_t* cell;
 };
-/// The same for light points, with the visibility of their cells. `size2`: squared extent of the
+/// The same for light points, with the visibility of their cells. Light that eye rays find is left
+/// out, by the weights of weigh_connections (candidate_kernels.h). `size2`: squared extent of the
 /// patch, which bounds the importance of points that are very near.
 void point_importance(const ReflectingPatch& patch, float size2, const EmittingPoints& points,
                       const float* visibility, size_t count, float* importance);
+
+/// Light that a surface sends on by its lobes, estimated.
+struct SentLobe {
+  float normal[3] = {0, 0, 1};  ///< unit
+  float light[3] = {0, 0, 1};   ///< unit, toward the incident light
+  float alpha2 = 1;             ///< squared roughness of the glossy lobe, as of GGX
+  float diffuse = 0, glossy = 0;  ///< reflectance, mean of the channels
+};
+/// BSDF times the cosine of the light, for the unit direction d. It is not 0 where the true value
+/// isn't. spread2 widens the lobe: squared extent of the receiver over its squared distance.
+float sent_fraction(const SentLobe& lobe, const float d[3], float spread2);
+
+/// Surface points that send light on.
+struct SendingPoints {
+  const float* position[3];
+  const float* normal[3];
+  const float* light[3];
+  const float *alpha2, *diffuse, *glossy;
+};
+/// sent_fraction from each point toward the position of a patch, whose squared extent is `size2`.
+void sent_to_patch(const ReflectingPatch& patch, float size2, const SendingPoints& points,
+                   size_t count, float* fraction);
 
 /// Sets each visibility[i] to max(v[i], sigma[i], least).
 void believed_visibility(const float* v, const float* sigma, float least, size_t count,

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "clustered/product/eye_rays.h"
 #include "clustered/product/spread.h"
 
 namespace kinome {
@@ -20,7 +21,7 @@ constexpr int kRateRounds = 4;
 /// Points are tried at this multiple of the rate at which they are taken.
 constexpr double kTries = 1;
 
-simd::ReflectingPatch reflecting(const Patch& patch) {
+simd::ReflectingPatch reflecting(const Patch& patch, const LocalLight& light) {
   simd::ReflectingPatch out;
   for (int axis = 0; axis < 3; ++axis) {
     out.position[axis] = patch.position[axis];
@@ -30,6 +31,8 @@ simd::ReflectingPatch reflecting(const Patch& patch) {
   out.diffuse = mean_of(patch.diffuse);
   out.glossy = patch.glossy_reflectance;
   out.alpha2 = patch.alpha2();
+  out.eye_rays = expected_eye_rays(patch, light);
+  out.diffuse_share = diffuse_share(patch);
   return out;
 }
 
@@ -140,7 +143,7 @@ void LocalChoice::choose(const LocalLight& light, const LocalPoints& points,
       simd::believed_visibility(visibility[p].v.data() + first_cell,
                                 visibility[p].sigma.data() + first_cell, kLeastVisibility, count,
                                 believed_.data());
-      fn(patches[p], reflecting(patches[p]));
+      fn(patches[p], reflecting(patches[p], light));
     }
   };
   for_each_patch([&](const Patch&, const simd::ReflectingPatch& patch) {
@@ -212,7 +215,7 @@ void LocalChoice::try_points(const LocalLight& light, const LocalPoints& points,
   comb_cells(
       light.lamp_cells(), light.size(), offset, [&](uint32_t c) { return first[c + 1] - first[c]; },
       probability,
-      [&](uint32_t c, uint32_t k) { tried_.add(first[c] + k, c, probability(c), rate(c)); });
+      [&](uint32_t c, uint32_t k) { tried_.add(first[c] + k, c, probability(c), rate(c), 1 / rates_[c]); });
   tried_.gather();
 }
 

@@ -4,6 +4,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "clustered/kernels/importance_kernels.h"
 #include "clustered/kernels/local_kernels.h"
 #include "clustered/product/light_guide.h"
 #include "clustered/product/point_partition.h"
@@ -67,10 +68,7 @@ struct Reflection {
   SurfaceInteraction si;
   Vec3 to_light{0, 0, 1};  ///< in the shading frame
   Rgb incident{0.f};       ///< radiance x solid angle / density per area
-  Vec3 normal{0, 0, 1};    ///< of reflection_frame, world space
-  Vec3 light{0, 0, 1};     ///< to_light in world space
-  LobeReflectance reflectance;
-  float alpha2 = 1;                             ///< squared roughness of the glossy lobe
+  simd::SentLobe lobe;     ///< estimate of the BSDF, for importance only
   Lobe lobes = Lobe::kDiffuse | Lobe::kGlossy;  ///< that send the light of the point on
   /// If the lobe is kNarrow and the source is no lamp, LocalLight::Arrival::density, or
   /// kDeepDensity; else 0.
@@ -83,10 +81,6 @@ struct Reflection {
   };
   /// Toward the unit direction d.
   Sent toward(const Vec3& d) const;
-  /// Estimate of toward(d).radiance by a GGX lobe, for importance only: faster, not 0 where the
-  /// exact value isn't, and never negative unless the light is. spread2 widens the lobe: squared
-  /// extent of the receiver over its squared distance.
-  Rgb about(const Vec3& d, float spread2 = 0) const;
 };
 
 struct CellSums;

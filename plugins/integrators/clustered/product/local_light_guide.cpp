@@ -80,9 +80,11 @@ class UsePilot {
     const float side = si.wi.z >= 0 ? 1.f : -1.f;
     const float cosine = side * glm::dot(si.frame.n, d);
     if (!(cosine > 0) || !(glm::dot(at.point->normal, d) < 0)) return 0;
-    const Rgb power = at.reflection ? at.reflection->about(-d) : at.point->power;
-    const float light =
-        mean_of(glm::abs(power)) * cosine * std::abs(glm::dot(at.point->geometric, d)) / squared;
+    const Rgb power = at.reflection ? at.reflection->incident : at.point->power;
+    const Vec3 back = -d;
+    const float sent = at.reflection ? simd::sent_fraction(at.reflection->lobe, &back.x, 0) : 1.f;
+    const float light = mean_of(glm::abs(power)) * sent * cosine *
+                        std::abs(glm::dot(at.point->geometric, d)) / squared;
     return std::isfinite(light) ? light : 0;
   }
 

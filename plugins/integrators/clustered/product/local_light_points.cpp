@@ -253,26 +253,6 @@ std::vector<float> LocalLight::caustic_shares(bool with_extended) const {
   return shares;
 }
 
-Rgb Reflection::about(const Vec3& d, float spread2) const {
-  // However it is seen or lit, it isn't quite black.
-  constexpr float kFloor = 0.02f;
-  const float widened = std::min(alpha2 + 0.25f * spread2, std::max(alpha2, 1.f));
-  const float in = std::max(glm::dot(normal, light), kFloor);
-  const float out = std::max(glm::dot(normal, d), kFloor);
-  const Vec3 half = normalized(light + d, normal);
-  const float cosine = glm::dot(normal, half);
-  const float t = 1 + (widened - 1) * cosine * cosine;
-  const float density = widened * kInvPi / std::max(t * t, 1e-12f);
-  const auto root = [&](float c) { return std::sqrt(widened + (1 - widened) * c * c); };
-  const float masked = 0.5f / (out * root(in) + in * root(out));  // Heitz 2014, eq. 99
-  // Schlick's: what hardly reflects when it is seen along the normal is a mirror at grazing angles.
-  const float grazing = 1 - std::clamp(glm::dot(half, d), 0.f, 1.f), grazing2 = grazing * grazing;
-  const Rgb fresnel = glm::mix(reflectance.glossy, Rgb(1.f), grazing2 * grazing2 * grazing);
-  const Rgb f = reflectance.diffuse * kInvPi + (density * masked) * fresnel +
-                reflectance.glossy * (kFloor * kInvPi);
-  return f * in * incident;
-}
-
 Reflection::Sent Reflection::toward(const Vec3& d) const {
   SurfaceInteraction seen = si;
   seen.wi = si.frame.to_local(d);

@@ -288,14 +288,12 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
     point.power =
         bsdf.eval_pdf(reflection.si, Lobe::kDiffuse, reflection.to_light).f * reflection.incident;
   } else {
-    reflection.light = -walk.d;
-    reflection.normal = bsdf.reflection_frame(si).n;
+    const Vec3 normal = bsdf.reflection_frame(si).n;
     // The back of a surface that has but one side.
-    if (!(glm::dot(reflection.normal, reflection.light) > 0)) return;
+    if (!(glm::dot(normal, -walk.d) > 0)) return;
     const bool is_lamp = source.kind == Kind::kLamp && !is_deep;
     const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : lobe_width(si);
-    LobeReflectance& part = reflection.reflectance;
-    part = bsdf.reflectance(reflection.si);
+    LobeReflectance part = bsdf.reflectance(reflection.si);
     bool is_left_to_rays = false;
     if (width == LobeWidth::kMirroring) {
       (is_lamp ? out.lamp_meets_mirroring : out.meets_mirroring) = true;
@@ -306,12 +304,18 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
       part.glossy = Rgb(0.f);
     } else {
       const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
-      reflection.alpha2 = lobe.alpha_u * lobe.alpha_v;
+      reflection.lobe.alpha2 = lobe.alpha_u * lobe.alpha_v;
       if (width == LobeWidth::kNarrow && !is_lamp) {
         reflection.light_density =
             is_deep ? kDeepDensity : probability * arrival_density(*source.emitter, x, si, -walk.d);
       }
     }
+    for (int axis = 0; axis < 3; ++axis) {
+      reflection.lobe.normal[axis] = normal[axis];
+      reflection.lobe.light[axis] = -walk.d[axis];
+    }
+    reflection.lobe.diffuse = mean_of(part.diffuse);
+    reflection.lobe.glossy = mean_of(part.glossy);
     point.power = (part.diffuse + part.glossy) * kInvPi * std::abs(si.wi.z) * reflection.incident;
   }
   if (is_black(point.power)) return;

@@ -1,7 +1,7 @@
 #include "clustered/product/tried_points.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstring>
 
 #include "clustered/product/spread.h"
 
@@ -19,11 +19,13 @@ void TriedPoints::begin(const LocalPoints& points) {
   points_.clear();
   cells_.clear();
   inverse_probabilities_.clear();
+  eye_weights_.clear();
   rates_.clear();
   glossy_.clear();
 }
 
-void TriedPoints::add(uint32_t point, uint32_t cell, double probability, double rate) {
+void TriedPoints::add(uint32_t point, uint32_t cell, double probability, double rate,
+                      float eye_weight) {
   if (of_pass_->reflection[point] != LightPoint::kLambertian) {
     glossy_.push_back(static_cast<uint32_t>(points_.size()));
   }
@@ -31,16 +33,19 @@ void TriedPoints::add(uint32_t point, uint32_t cell, double probability, double 
   cells_.push_back(cell);
   inverse_probabilities_.push_back(static_cast<float>(1 / probability));
   rates_.push_back(rate / probability);
+  eye_weights_.push_back(eye_weight);
 }
 
 void TriedPoints::gather() {
   const size_t size = points_.size(), length = padded(size);
   importance_.assign(length, 0.f);
   if (size == 0) return;
+  gather_lobes();
   // Padding has no power.
   points_.resize(length, points_.front());
   cells_.resize(length, cells_.front());
   inverse_probabilities_.resize(length, 0.f);
+  eye_weights_.resize(length, 0.f);
   power_.resize(length);
   of_patch_.resize(length);
   float* columns[simd::kLightPointNumbers];
@@ -48,27 +53,48 @@ void TriedPoints::gather() {
     if (columns_[k].size() < length) columns_[k].resize(length);
     columns[k] = columns_[k].data();
   }
-  const float* const weights = inverse_probabilities_.data();
-  simd::gather_points(of_pass_->rows.data(), {points_.data(), weights, weights}, length, columns);
+  simd::gather_points(of_pass_->rows.data(),
+                      {points_.data(), inverse_probabilities_.data(), eye_weights_.data()}, length,
+                      columns);
   for (size_t i = 0; i < length; ++i) {
     const Rgb power(columns_[9][i], columns_[10][i], columns_[11][i]);
     power_[i] = mean_of(glm::abs(power));
   }
 }
 
+void TriedPoints::gather_lobes() {
+  const size_t size = glossy_.size(), length = padded(size);
+  for (auto& column : lobe_columns_) column.assign(length, 0.f);
+  lobe_scales_.resize(size);
+  lobe_fractions_.resize(length);
+  for (size_t k = 0; k < size; ++k) {
+    const uint32_t point = points_[glossy_[k]];
+    const Reflection& reflection = of_pass_->reflections[of_pass_->reflection[point]];
+    const simd::LightPointRow& row = of_pass_->rows[point];
+    const Rgb power(row.power[0], row.power[1], row.power[2]);
+    lobe_scales_[k] =
+        mean_of(glm::abs(reflection.incident)) / std::max(mean_of(glm::abs(power)), 1e-30f);
+    for (size_t axis = 0; axis < 3; ++axis) lobe_columns_[axis][k] = row.position[axis];
+    float numbers[kLobeNumbers];
+    std::memcpy(numbers, &reflection.lobe, sizeof(numbers));
+    for (size_t n = 0; n < kLobeNumbers; ++n) lobe_columns_[3 + n][k] = numbers[n];
+  }
+}
+
 /// Replaces the importance of points that aren't Lambertian by that of their lobes, each as wide as
 /// the patch appears from there.
 void TriedPoints::multiply_by_lobes(const simd::ReflectingPatch& patch, float size2) {
-  const Vec3 position(patch.position[0], patch.position[1], patch.position[2]);
-  for (const uint32_t i : glossy_) {
-    if (!(of_patch_[i] > 0)) continue;
-    const LightPoint& point = of_pass_->points[points_[i]];
-    const Vec3 to = position - point.position;
-    const float squared = glm::dot(to, to) + 1e-30f;
-    const Rgb sent = of_pass_->reflections[point.reflection].about(to / std::sqrt(squared),
-                                                                   size2 / (squared + size2));
-    const float power = mean_of(glm::abs(point.power));
-    of_patch_[i] *= mean_of(glm::abs(sent)) / std::max(power, 1e-30f);
+  const auto column = [&](size_t n) { return lobe_columns_[n].data(); };
+  simd::sent_to_patch(patch, size2,
+                      {{column(0), column(1), column(2)},
+                       {column(3), column(4), column(5)},
+                       {column(6), column(7), column(8)},
+                       column(9),
+                       column(10),
+                       column(11)},
+                      lobe_fractions_.size(), lobe_fractions_.data());
+  for (size_t k = 0; k < glossy_.size(); ++k) {
+    of_patch_[glossy_[k]] *= lobe_fractions_[k] * lobe_scales_[k];
   }
 }
 
@@ -79,6 +105,7 @@ void TriedPoints::add_patch(const simd::ReflectingPatch& patch, float size2,
                          {{column(0), column(1), column(2)},
                           {column(3), column(4), column(5)},
                           power_.data(),
+                          column(12),
                           cells_.data()},
                          visibility, points_.size(), of_patch_.data());
   multiply_by_lobes(patch, size2);

@@ -20,8 +20,8 @@ class TriedPoints {
   /// The points of a pass; they must outlive the choice.
   void begin(const LocalPoints& points);
   /// Considers a point of a cell. `probability`: that of being considered; `rate`: expected number
-  /// of takes by the cell alone.
-  void add(uint32_t point, uint32_t cell, double probability, double rate);
+  /// of takes by the cell alone; `eye_weight`: factor of the point's eye ratio.
+  void add(uint32_t point, uint32_t cell, double probability, double rate, float eye_weight);
   /// After all add(): reads the points.
   void gather();
   /// Adds what one of the tile's patches reflects of each point. size2: its squared extent;
@@ -38,14 +38,20 @@ class TriedPoints {
   bool empty() const { return points_.empty(); }
 
  private:
+  void gather_lobes();
   void multiply_by_lobes(const simd::ReflectingPatch& patch, float size2);
 
   const LocalPoints* of_pass_ = nullptr;
   std::vector<uint32_t> points_, cells_;
-  std::vector<float> inverse_probabilities_;
+  std::vector<float> inverse_probabilities_, eye_weights_;
   std::vector<double> rates_;
   std::vector<uint32_t> glossy_;  ///< those that have a Reflection
   Column<float> columns_[simd::kLightPointNumbers];
+  /// Of glossy_: position, and the numbers of a SentLobe.
+  static constexpr size_t kLobeNumbers = sizeof(simd::SentLobe) / sizeof(float);
+  std::vector<float> lobe_columns_[3 + kLobeNumbers];
+  std::vector<float> lobe_scales_;  ///< incident light over power
+  std::vector<float> lobe_fractions_;
   std::vector<float> power_;       ///< mean of the channels
   std::vector<float> of_patch_;    ///< importance to the last patch
   std::vector<float> importance_;  ///< sum over patches
