@@ -17,6 +17,9 @@ constexpr float kLeastVisibility = 0.05f;
 /// Lamps: of what their flux says, at least this is believed, and so much is added to cosines,
 /// since a patch has more than one place.
 constexpr float kLeastOfFlux = 0.01f, kLampMargin = 0.05f;
+/// Number of lamps that a primary looks at. Where light bounces several times, most of the noise is
+/// in that, and half of the lamps do nearly as well.
+constexpr uint32_t kLampBlockSize = 64, kLampBlockSizeOfDeepLight = 32;
 constexpr int kRateRounds = 4;
 /// Points are tried at this multiple of the rate at which they are taken.
 constexpr double kTries = 1;
@@ -34,6 +37,11 @@ simd::ReflectingPatch reflecting(const Patch& patch, const LocalLight& light) {
   out.eye_rays = expected_eye_rays(patch, light);
   out.diffuse_share = diffuse_share(patch);
   return out;
+}
+
+uint32_t lamp_block_size(const LocalLight& light) {
+  const bool is_deep = light.max_depth() > LocalLight::kBounceDepth;
+  return is_deep ? kLampBlockSizeOfDeepLight : kLampBlockSize;
 }
 
 /// Squared extent of the tile at the patch; 0 if the patch has no plane.
@@ -55,7 +63,7 @@ void LocalChoice::find_importance(const LocalLight& light, const simd::Reflectin
        cells.spread2.data(),
        cells.flux.data()},
       believed_.data(), count, of_patch_.data());
-  if (light.lamps().size() > kLampBlockSize) look_at_lamps(light, patch);
+  if (light.lamps().size() > lamp_block_size(light)) look_at_lamps(light, patch);
   simd::add_normalized(of_patch_.data(), count, importance_.data());
 }
 
@@ -121,8 +129,8 @@ void LocalChoice::find_rates(const LocalLight& light, uint32_t begin, uint32_t e
 
 void LocalChoice::find_rates(const LocalLight& light) {
   rates_.assign(light.size(), 1.f);
-  if (light.lamps().size() > kLampBlockSize) {
-    find_rates(light, 0, light.lamp_cells(), kLampBlockSize);
+  if (light.lamps().size() > lamp_block_size(light)) {
+    find_rates(light, 0, light.lamp_cells(), lamp_block_size(light));
   }
   find_rates(light, light.lamp_cells(), light.size(), kBlockSize);
 }
@@ -132,7 +140,7 @@ void LocalChoice::choose(const LocalLight& light, const LocalPoints& points,
                          uint32_t first_cell, size_t primaries, uint64_t seed) {
   blocks_ = static_cast<uint32_t>(
       std::bit_floor(std::clamp<size_t>(primaries / 2, kLeastBlocks, kMostBlocks)));
-  lamp_blocks_ = light.lamps().size() > kLampBlockSize ? blocks_ : 1;
+  lamp_blocks_ = light.lamps().size() > lamp_block_size(light) ? blocks_ : 1;
   const size_t count = light.padded_size();
   importance_.assign(count, 0.f);
   of_patch_.resize(count);

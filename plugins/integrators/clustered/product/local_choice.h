@@ -27,8 +27,6 @@ class LocalChoice {
   static constexpr uint32_t kBlockSize = 32;
   /// There is a block for every other primary or fewer, within these bounds: a power of two.
   static constexpr uint32_t kLeastBlocks = 16, kMostBlocks = 64;
-  /// The same of lamps, which are all in one block if there are no more.
-  static constexpr uint32_t kLampBlockSize = 64;
 
   /// `visibility` of each patch; local cells begin at `first_cell` there. `primaries`: number of
   /// them in the tile.
