@@ -25,6 +25,13 @@ struct SeedScene {
   View view = View::kNear;
   double scale = 1;  ///< of all lengths
   int max_depth = -1;
+  /// Limit for the median error of product sampling, in units of that of `path` with as many
+  /// samples.
+  double max_error = 1e30;
+};
+
+struct FilmSize {
+  int width, height;
 };
 
 /// The XML of a SeedScene. Lengths inside are in units of the subject's size, half of its width.
@@ -33,10 +40,10 @@ class SeedSceneXml {
   explicit SeedSceneXml(const SeedScene& scene) : scene_(scene) {}
 
   std::string operator()(const std::string& integrator, const std::string& parameters,
-                         int samples) const {
+                         const FilmSize& size, int samples) const {
     return "<scene version=\"3.0.0\"><integrator type=\"" + integrator + "\">" +
-           integer("max_depth", scene_.max_depth) + parameters + "</integrator>" + camera(samples) +
-           subject() + ground() + lamp() + "</scene>";
+           integer("max_depth", scene_.max_depth) + parameters + "</integrator>" +
+           camera(size, samples) + subject() + ground() + lamp() + "</scene>";
   }
 
  private:
@@ -64,7 +71,7 @@ class SeedSceneXml {
     return fmt::format("<scale x=\"{:.9g}\" y=\"{:.9g}\" z=\"{:.9g}\"/>", x, y, z);
   }
 
-  std::string camera(int samples) const {
+  std::string camera(const FilmSize& size, int samples) const {
     std::string from = vector(0, .95, .9), to = vector(0, .4, -1);
     if (scene_.subject == Subject::kBox) from = vector(.1, .6, 1.4), to = vector(0, .5, -1);
     if (scene_.subject == Subject::kStillLife || scene_.subject == Subject::kMetalCorner) {
@@ -78,7 +85,8 @@ class SeedSceneXml {
         "target=\"{}\" up=\"0 1 0\"/></transform><sampler type=\"independent\">{}</sampler>"
         "<film type=\"hdrfilm\">{}<rfilter type=\"box\"/></film></sensor>",
         number("fov", angle), .01 * scene_.scale, 1e5 * scene_.scale, from, to,
-        integer("sample_count", samples), integer("width", 32) + integer("height", 24));
+        integer("sample_count", samples),
+        integer("width", size.width) + integer("height", size.height));
   }
 
   std::string subject() const {

@@ -2,23 +2,23 @@
 // kSeeds renders of a scene must be near a long render by `path`, not only their mean.
 //
 // The mean of an image may deviate by kShare of it or by kErrors standard deviations that `path`
-// has at about equal time, whichever is more. Where the former is more, noise practically never
-// fails a test. Where the latter is, and the mean of 768 pixels is normal, one scene of kSeeds
-// renders fails in 0.4 % of all choices of seeds by chance (Student's t with kReferences - 1
-// degrees of freedom).
+// has at about equal time, whichever is more. Where the former is more, which is so in most scenes,
+// noise practically never fails a test. Where the latter is, and the mean of all pixels is normal,
+// one scene of kSeeds renders fails by chance in 2 % of all choices of seeds (Student's t with
+// references - 1 degrees of freedom).
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include <fmt/ranges.h>
 
 #include "seed_scenes.h"
 
 namespace kinome::test {
 namespace {
 
-constexpr int kSeeds = 20, kSamples = 64;
-/// Renders of the reference, which has kReferences * kSamples samples a pixel.
-constexpr int kReferences = 64;
+constexpr int kSeeds = 20;
 constexpr double kShare = 0.03, kErrors = 4;
 /// `clustered` takes at most so many times as long as `path` for the same samples in most scenes.
 constexpr double kSamplesOfEqualTime = 4;
@@ -27,6 +27,17 @@ constexpr double kSamplesOfEqualTime = 4;
 constexpr double kMaxErrorOfMedian = 3;
 /// Standard error of the median of normal values, in units of that of their mean.
 constexpr double kErrorOfMedian = 1.2533;
+
+/// How much is rendered. The reference has `references` times as many samples.
+struct Effort {
+  FilmSize size;
+  int samples;
+  uint32_t references;
+};
+/// `clustered` leaves renders of less than 900,000 rays to `path` without a trial. This is just
+/// above.
+constexpr Effort kTried{{64, 48}, 100, 16};
+constexpr Effort kAlone{{32, 24}, 64, 16};
 
 std::vector<double> colours_of(const Image& image) {
   std::vector<double> values;
@@ -54,22 +65,25 @@ struct Reference {
   double mean = 0;
   double deviation = 0;      ///< of an image's mean, at about equal time
   double largest_error = 0;  ///< of all renders, at about equal time
+  double median_error = 0;   ///< of renders of as many samples
 
-  explicit Reference(const SeedScene& s) {
-    const auto scene = scene_from(SeedSceneXml(s)("path", "", kSamples));
+  Reference(const SeedScene& s, const Effort& effort) {
+    const auto scene = scene_from(SeedSceneXml(s)("path", "", effort.size, effort.samples));
     Moments moments;
     std::vector<std::vector<double>> renders;
-    for (uint64_t seed = 0; seed < kReferences; ++seed) {
+    for (uint64_t seed = 0; seed < effort.references; ++seed) {
       renders.push_back(colours_of(render_scene(*scene, 5000 + seed)));
       const std::vector<double>& values = renders.back();
       image.resize(values.size());
-      for (size_t i = 0; i < values.size(); ++i) image[i] += values[i] / kReferences;
+      for (size_t i = 0; i < values.size(); ++i) image[i] += values[i] / effort.references;
       moments.add(mean_of(values));
     }
     mean = moments.mean();
-    deviation = std::sqrt(moments.variance_of_mean() * kReferences / kSamplesOfEqualTime);
-    for (const auto& values : renders) largest_error = std::max(largest_error, error(values));
-    largest_error /= kSamplesOfEqualTime;
+    deviation = std::sqrt(moments.variance_of_mean() * effort.references / kSamplesOfEqualTime);
+    std::vector<double> errors;
+    for (const auto& values : renders) errors.push_back(error(values));
+    largest_error = *std::max_element(errors.begin(), errors.end()) / kSamplesOfEqualTime;
+    median_error = median_of(errors);
   }
   /// relMSE of an image.
   double error(const std::vector<double>& values) const {
@@ -82,10 +96,13 @@ struct Reference {
   }
 };
 
-/// Renders a scene with kSeeds seeds, and compares each with the reference.
-void expect_right_at_every_seed(const SeedScene& s, const std::string& parameters) {
-  const Reference reference(s);
-  const auto scene = scene_from(SeedSceneXml(s)("clustered", parameters, kSamples));
+/// Renders a scene with kSeeds seeds, and compares each with the reference. Returns the median
+/// error, in units of that of `path` with as many samples.
+double expect_right_at_every_seed(const SeedScene& s, const std::string& parameters,
+                                  const Effort& effort) {
+  const Reference reference(s, effort);
+  const auto scene =
+      scene_from(SeedSceneXml(s)("clustered", parameters, effort.size, effort.samples));
   std::vector<double> means, errors;
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const std::vector<double> values = colours_of(render_scene(*scene, seed));
@@ -98,10 +115,15 @@ void expect_right_at_every_seed(const SeedScene& s, const std::string& parameter
   const double limit = std::max(kShare * reference.mean, kErrors * reference.deviation);
   const std::string figures = fmt::format(
       "`path`: {:.4g} ± {:.2g}, limit {:.2g}; means {:.4g} to {:.4g}, 5 % quantile {:.4g}, median "
-      "{:.4g}; relMSE: median {:.3g}, largest {:.1f} times that, of `path` {:.1f}",
+      "{:.4g}; relMSE: median {:.3g}, largest {:.1f} times that, of `path` {:.1f}, "
+      "its median at as many samples {:.3g}",
       reference.mean, reference.deviation, limit, means.front(), means.back(), means[kSeeds / 20],
-      median, median_error, largest_error / median_error, reference.largest_error / median_error);
-  testing::Test::RecordProperty("figures", figures);
+      median, median_error, largest_error / median_error, reference.largest_error / median_error,
+      reference.median_error);
+  testing::Test::RecordProperty("figures", figures);  // for validation/seeds.py
+  testing::Test::RecordProperty("mean", fmt::format("{:.6g}", reference.mean));
+  testing::Test::RecordProperty("limit", fmt::format("{:.6g}", limit));
+  testing::Test::RecordProperty("means", fmt::format("{:.6g}", fmt::join(means, " ")));
   EXPECT_GT(reference.mean, 0);
   // The 5 % quantile is among these.
   EXPECT_GT(means.front(), reference.mean - limit) << figures;
@@ -112,17 +134,19 @@ void expect_right_at_every_seed(const SeedScene& s, const std::string& parameter
       << figures;
   EXPECT_LT(largest_error, std::max(kMaxErrorOfMedian * median_error, reference.largest_error))
       << figures;
+  return median_error / reference.median_error;
 }
 
 class Seeds : public testing::TestWithParam<SeedScene> {};
 TEST_P(Seeds, AreAllRight) {
-  expect_right_at_every_seed(GetParam(), "");
+  // It takes longer than `path`.
+  EXPECT_LT(expect_right_at_every_seed(GetParam(), "", kTried), 1);
 }
 
-/// Product sampling itself: diagnostics keep `clustered` from leaving the image to `path`.
+/// Product sampling itself, also where `path` takes less work.
 class SeedsOfProduct : public testing::TestWithParam<SeedScene> {};
 TEST_P(SeedsOfProduct, AreAllRight) {
-  expect_right_at_every_seed(GetParam(), "<boolean name=\"diagnostics\" value=\"true\"/>");
+  EXPECT_LT(expect_right_at_every_seed(GetParam(), kNoTrial, kAlone), GetParam().max_error);
 }
 
 std::string name_of(const testing::TestParamInfo<SeedScene>& info) {
@@ -133,55 +157,52 @@ using enum Subject;
 using enum Lamp;
 constexpr View kFar = View::kFar, kNear = View::kNear;
 
-const SeedScene kFew[] = {
-    {"CourtOnPlane100", kCourt, kSky, 1, 100},
-    {"CourtLampAt1000", kCourt, kPoint, 1000},
-    {"BoxPanelAt100", kBox, kPanel, 100, 100},
-    {"StillLifeSkyOnPlane100", kStillLife, kSky, 1, 100},
-    {"CornerOnPlane1000", kMetalCorner, kSky, 1, 1000},
-};
-INSTANTIATE_TEST_SUITE_P(Few, Seeds, testing::ValuesIn(kFew), name_of);
-
-const SeedScene kMore[] = {
+/// docs/limits.md names scenes that fail. Below 900,000 rays, `path` renders all of them.
+const SeedScene kTriedScenes[] = {
     {"CourtOnPlane1", kCourt, kSky, 1, 1},
-    {"CourtOnPlane10", kCourt, kSky, 1, 10},
+    {"CourtOnPlane100", kCourt, kSky, 1, 100},
     {"CourtOnPlane1000", kCourt, kSky, 1, 1000},
     {"CourtLampAt1", kCourt, kPoint, 1},
-    {"CourtLampAt10", kCourt, kPoint, 10},
-    {"CourtLampAt100", kCourt, kPoint, 100},
+    {"CourtLampAt1000", kCourt, kPoint, 1000},
     {"CourtBallAt1000OnPlane1000", kCourt, kBall, 1000, 1000},
-    {"TinyCourt", kCourt, kSky, 1, 100, kNear, 1e-3},
-    {"HugeCourt", kCourt, kSky, 1, 100, kNear, 1e3},
-    {"BoxOnPlane1000", kBox, kSky, 1, 1000},
     {"BoxPanelAt1", kBox, kPanel, 1},
-    {"BoxPanelAt1000", kBox, kPanel, 1000},
+    {"TinyBoxPanelAt100", kBox, kPanel, 100, 10, kNear, 1e-3},
     {"HugeBoxLampAt100", kBox, kPoint, 100, 10, kNear, 1e3},
-    {"BoxFromFar", kBox, kBall, 10, 100, kFar},
+    {"StillLifeSkyOnPlane100", kStillLife, kSky, 1, 100},
     {"CornerOnPlane1", kMetalCorner, kSky, 1, 1},
+    {"CornerOnPlane1000", kMetalCorner, kSky, 1, 1000},
     {"CornerLampAt1000", kMetalCorner, kPoint, 1000, 10},
 };
-INSTANTIATE_TEST_SUITE_P(More, Seeds, testing::ValuesIn(kMore), name_of);
+INSTANTIATE_TEST_SUITE_P(Tried, Seeds, testing::ValuesIn(kTriedScenes), name_of);
 
-/// `max_depth` 2 and 3.
-const SeedScene kOfProduct[] = {
+const SeedScene kFew[] = {
     {"CourtOnPlane1000Depth2", kCourt, kSky, 1, 1000, kNear, 1, 2},
+    {"TinyBoxPanelAt100Depth2", kBox, kPanel, 100, 10, kNear, 1e-3, 2},
+    {"CourtLampAt3Depth3", kCourt, kPoint, 3, 3, kNear, 1, 3, .25},
+    {"CornerOnPlane1Depth3", kMetalCorner, kSky, 1, 1, kNear, 1, 3},
+    {"CourtBallAt1000OnPlane1000Depth3", kCourt, kBall, 1000, 1000, kNear, 1, 3},
+    {"CourtLampAt1000AnyDepth", kCourt, kPoint, 1000},
+};
+INSTANTIATE_TEST_SUITE_P(Few, SeedsOfProduct, testing::ValuesIn(kFew), name_of);
+
+const SeedScene kMore[] = {
     {"CourtLampAt100Depth2", kCourt, kPoint, 100, 0, kNear, 1, 2},
     {"CourtFromFarDepth2", kCourt, kSky, 1, 100, kFar, 1, 2},
     {"BoxOnPlane1000Depth2", kBox, kSky, 1, 1000, kNear, 1, 2},
     {"BoxPanelAt1000Depth2", kBox, kPanel, 1000, 0, kNear, 1, 2},
-    {"TinyBoxPanelAt100Depth2", kBox, kPanel, 100, 10, kNear, 1e-3, 2},
     {"StillLifeSkyOnPlane100Depth2", kStillLife, kSky, 1, 100, kNear, 1, 2},
     {"StillLifePanelAt3Depth2", kStillLife, kPanel, 3, 10, kNear, 1, 2},
     {"CornerPanelAt10Depth2", kMetalCorner, kPanel, 10, 100, kNear, 1, 2},
+    {"CourtOnPlane1Depth3", kCourt, kSky, 1, 1, kNear, 1, 3},
+    {"CourtLampAtTenthDepth3", kCourt, kPoint, .1, 0, kNear, 1, 3},
     {"CourtLampAt1Depth3", kCourt, kPoint, 1, 0, kNear, 1, 3},
     {"CourtLampAt1000Depth3", kCourt, kPoint, 1000, 0, kNear, 1, 3},
-    {"CourtBallAt1000OnPlane1000Depth3", kCourt, kBall, 1000, 1000, kNear, 1, 3},
     {"BoxPanelAt1Depth3", kBox, kPanel, 1, 0, kNear, 1, 3},
-    {"CornerOnPlane1Depth3", kMetalCorner, kSky, 1, 1, kNear, 1, 3},
-    {"CourtLampAt1AnyDepth", kCourt, kPoint, 1, 0, kNear, 1, -1},
-    {"BoxPanelAt1AnyDepth", kBox, kPanel, 1, 0, kNear, 1, -1},
+    {"CourtLampAt1AnyDepth", kCourt, kPoint, 1},
+    {"BoxPanelAt1AnyDepth", kBox, kPanel, 1},
+    {"CornerOnPlane1AnyDepth", kMetalCorner, kSky, 1, 1},
 };
-INSTANTIATE_TEST_SUITE_P(Each, SeedsOfProduct, testing::ValuesIn(kOfProduct), name_of);
+INSTANTIATE_TEST_SUITE_P(More, SeedsOfProduct, testing::ValuesIn(kMore), name_of);
 
 }  // namespace
 }  // namespace kinome::test
