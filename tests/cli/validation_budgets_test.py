@@ -1,4 +1,5 @@
-"""validation/run.sh budgets: derived scene files, errors at equal time, and the page of a tiny scene."""
+"""validation/run.sh budgets: derived scene files, errors at equal time, and the page of a tiny scene; and
+the page of seeds.py."""
 import contextlib
 import io
 import json
@@ -16,6 +17,7 @@ from PIL import Image
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "validation"))
 import bounces  # noqa: E402
+import seeds  # noqa: E402
 from suite import arguments, budget_scenes, budgets, budgets_page, command  # noqa: E402
 from suite.problems import Problem  # noqa: E402
 
@@ -101,6 +103,9 @@ class EqualTime(unittest.TestCase):
         self.assertAlmostEqual(budgets.error_at(found, 2), 10 ** -2.5)
         self.assertAlmostEqual(budgets.error_at(found, 8), 5e-4)
         self.assertAlmostEqual(budgets.error_at(found, 0.5), 2e-2)
+        timed = [*found, *curve(("1 s", 2, 5e-3))]
+        self.assertAlmostEqual(budgets.error_at(timed, 2), 10 ** -2.5)
+        self.assertAlmostEqual(budgets.error_at(timed, 1, "1 s"), 1e-2)
 
     def test_the_better_peer_counts(self):
         one = entry(path=curve(("x", 1, 1e-2)), ptracer=curve(("x", 1, 1e-3)),
@@ -131,6 +136,7 @@ class ATinyScene(InFolder):
         small = (budgets.Budget(samples=2), budgets.Budget(seconds=0.3))
         said = io.StringIO()
         with unittest.mock.patch.object(budgets, "SIZE", (32, 24)), \
+                unittest.mock.patch.object(budgets, "SECONDS", (0.3,)), \
                 unittest.mock.patch.object(budgets, "BUDGETS", small), \
                 contextlib.redirect_stderr(said):
             self.assertEqual(command.main(arguments.parse(words)), 0, said.getvalue())
@@ -155,6 +161,21 @@ class ATinyScene(InFolder):
         for words in (["budgets", "nowhere.xml"], ["budgets", "--seeds", "1"], ["maps", str(self.path)]):
             with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(SystemExit):
                 arguments.parse(words)
+
+
+class Seeds(unittest.TestCase):
+    def test_the_report_is_drawn(self):
+        def test(name, **more):
+            return {"name": f"AreAllRight/{name}", "mean": "2", "limit": "0.06",
+                    "means": "1.9 2 2.01 2.02"} | more
+
+        report = {"testsuites": [
+            {"name": "Few/Seeds", "testsuite": [test("Court"), test("Box", failures=["x"])]},
+            {"name": "Each/SeedsOfProduct", "testsuite": [test("CourtDepth2")]}]}
+        found = seeds.rows_of(report)
+        self.assertEqual([row[:2] for row in found["Seeds"]], [("Court", True), ("Box", False)])
+        self.assertIn("| Box | 2 | 0.06 | 1.9 | 2.005 | 2.02 | fails |", seeds.page(found))
+        self.assertTrue(seeds.plot(found).startswith(b"\x89PNG"))
 
 
 if __name__ == "__main__":
