@@ -24,7 +24,7 @@ class BudgetScene:
 
     def hash(self):
         """Of the file and its neighbours, which it may include. Larger files count by their size."""
-        files = [path for path in self.path.parent.glob("*") if path.is_file()]
+        files = [path for path in self.path.parent.glob("[!.]*") if path.is_file()]
         sizes = " ".join(f"{path.name} {path.stat().st_size}" for path in sorted(files))
         return hash_of_files([path for path in files if path.suffix == ".xml"], sizes)
 

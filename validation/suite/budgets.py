@@ -2,7 +2,8 @@
 
 All three take all bounces (max_depth -1). Error is the variance between seeds, as in bounces.py, and
 time is processor time less that of a tiny render, so that other programs on the machine matter little.
-What `path` would have in the time that `clustered` took is read off its own curve.
+What `path` would have in the time that `clustered` took is read off its own curve; where `clustered` has a
+time to keep, off a render of `path` that has the same.
 """
 import dataclasses
 import math
@@ -88,7 +89,8 @@ class Budgets:
         for budget in budgets:
             found[budget] = [self.measure(scene, integrator, budget, seed)
                              for seed in range(1, self.options.seeds + 1)]
-            if integrator == "path" and found[budget][0]["processor"] > MAX_SECONDS / 4:
+            if integrator == "path" and budget.samples and \
+                    found[budget][0]["processor"] > MAX_SECONDS / 4:
                 break
         self.log.say(f"{scene.name}: {integrator}")
         return found
@@ -97,6 +99,7 @@ class Budgets:
         """What the page has of it."""
         start = self.start(scene)
         runs = {"path": self.runs(scene, "path", [Budget(samples=n) for n in PATH_SAMPLES])}
+        timed = self.runs(scene, "path", [Budget(seconds=s) for s in SECONDS])
         try:
             light = self.runs(scene, "ptracer", [Budget(samples=n) for n in PTRACER_SAMPLES])
             if is_same(means(runs["path"]), means(light)):
@@ -105,10 +108,10 @@ class Budgets:
             self.log.say(f"{scene.name}: without ptracer: {reason}")
         runs["clustered"] = self.runs(scene, "clustered", BUDGETS)
         mean = weighted_mean([best(found) for found in runs.values()])
+        runs["path"] |= timed
         curves = {who: [point(budget, renders, mean, start) for budget, renders in found.items()]
                   for who, found in runs.items()}
-        ours = means(runs["clustered"])
-        theirs = means(runs["path"])
+        ours, theirs = means(runs["clustered"]), means(runs["path"])
         return {"start": start, "curves": curves, "commit": commit(), "seeds": self.options.seeds,
                 "difference": ours[0] / theirs[0] - 1,
                 "difference_error": math.hypot(ours[1], theirs[1]) / theirs[0]}
@@ -148,10 +151,13 @@ def seconds_of(one):
     return statistics.median(one["processor"])
 
 
-def error_at(curve, seconds):
+def error_at(curve, seconds, budget=""):
     """relMSE after so many seconds: between measured points along a line in both logarithms, beyond
-    them by 1 / time."""
-    points = sorted((seconds_of(one), one["relmse"]) for one in curve if one["relmse"] > 0)
+    them by 1 / time. By the point of that budget alone if it is one of seconds and was measured."""
+    is_timed = {one["budget"]: one["budget"].endswith(" s") for one in curve}
+    same = [one for one in curve if one["budget"] == budget and is_timed[budget]]
+    points = sorted((seconds_of(one), one["relmse"]) for one in curve
+                    if one["relmse"] > 0 and (one in same if same else not is_timed[one["budget"]]))
     if not points:
         return None
     first, last = points[0], points[-1]
@@ -168,8 +174,8 @@ def ratios(entry):
     rows = []
     for one in entry["curves"]["clustered"]:
         seconds = seconds_of(one)
-        others = {who: error_at(curve, seconds) for who, curve in entry["curves"].items()
-                  if who != "clustered"}
+        others = {who: error_at(curve, seconds, one["budget"])
+                  for who, curve in entry["curves"].items() if who != "clustered"}
         others = {who: error for who, error in others.items() if error}
         if not others or not one["relmse"] > 0:
             continue

@@ -56,7 +56,8 @@ def page(machine, scenes):
         "error is the variance between seeds, so that few seeds tell ratios to some 20 % only, and light "
         "that no render found is not seen. The last column compares the means of the images with "
         "those of `path`, with one standard error. Errors of `path` between its measured "
-        "sample counts are interpolated; beyond them they fall by 1 / time.", "",
+        "sample counts are interpolated; beyond them they fall by 1 / time. By `--time`, `path` has the same "
+        "time, and what either got of the processors is allowed for.", "",
         f"{len(every)} figures, {below} below {LIMIT}." if every else "Nothing was measured.", "",
         "![relMSE ratio of all scenes and budgets](plot.png)", "",
         "\\*: `clustered` left the image to `path` with at least one seed. †: `ptracer` is the better "
