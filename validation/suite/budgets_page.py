@@ -114,6 +114,6 @@ def plot(scenes):
     axis.minorticks_off()
     axis.grid(axis="y", alpha=0.3)
     axis.set_ylabel("relMSE of the better of path and ptracer / of clustered, equal time", fontsize=8)
-    axis.legend(fontsize=7, ncol=4, loc="upper left")
+    axis.legend(fontsize=7, ncol=7, loc="lower center", bbox_to_anchor=(0.5, 1), frameon=False)
     figure.tight_layout()
     return png_file(figure)
