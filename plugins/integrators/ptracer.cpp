@@ -50,7 +50,7 @@ struct LightTracingWorker {
     for (float* column : {camera->radiance().x, camera->radiance().y, camera->radiance().z}) {
       std::fill_n(column, samples.count(), 0.f);
     }
-    camera->end(samples, tile);
+    camera->end(samples, tile.film, tile.counters);
   }
 
   transport::LightPaths paths;

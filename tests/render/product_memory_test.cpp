@@ -19,6 +19,7 @@ Image rendered(int remembered_pixels) {
   settings.rays_per_pixel = 600;
   settings.length.max_depth = 3;
   settings.remembered_pixels = remembered_pixels;
+  settings.trial = false;
   sensor.film().prepare(scene->integrator().layers());
   const Emitter& sky = *scene->environment();
   auto cells = std::make_shared<const DistantCells>(sky, *sky.cell_grid(), 128, context);

@@ -21,9 +21,10 @@ void CameraBlock::begin(const PixelSamples& samples, RenderCounters& counters) {
   camera_.set_seen_light(radiance_);
 }
 
-void CameraBlock::end(const PixelSamples& samples, Tile& tile) {
-  if (coverage_) coverage_->find(samples, camera_, alpha_, tile.counters);
-  film_.add(samples, camera_.film_position(), values_, tile.film);
+void CameraBlock::end(const PixelSamples& samples, FilmTile& film, RenderCounters& counters,
+                      float weight) {
+  if (coverage_) coverage_->find(samples, camera_, alpha_, counters);
+  film_.add(samples, camera_.film_position(), values_, film, weight);
 }
 
 }  // namespace kinome::transport

@@ -19,8 +19,10 @@ class CameraBlock {
 
   /// Traces the rays; radiance() is the light that they see themselves.
   void begin(const PixelSamples& samples, RenderCounters& counters);
-  /// Adds the radiance to the film, with its alpha (Coverage) if the film has one.
-  void end(const PixelSamples& samples, Tile& tile);
+  /// Adds the radiance to the film, with its alpha (Coverage) if the film has one. `weight`: see
+  /// FilmSamples::add.
+  void end(const PixelSamples& samples, FilmTile& film, RenderCounters& counters,
+           float weight = 1);
 
   const Surfaces& seen() const { return camera_.surfaces(); }
   const Columns3& radiance() const { return radiance_; }
@@ -56,7 +58,7 @@ void render_blocks(const SceneTable& scene, const Sensor& sensor, RenderContext&
         }
         shade(*both.worker, both.block, samples, tile.counters);
         const StageTimer timer(tile.counters.stage_seconds["film"]);
-        both.block.end(samples, tile);
+        both.block.end(samples, tile.film, tile.counters);
       });
 }
 

@@ -14,11 +14,12 @@ constexpr uint32_t kMostSurfacePoints = 1u << 17;
 constexpr uint32_t kPointsOfSurface = 4, kCellsOfSurface = 2;
 constexpr uint32_t kSurfaceCells = 256, kMostSurfaceCells = 4096;
 constexpr uint32_t kMostLampCells = 2048;
-/// Paths from the eye know less of where light after several bounces comes from than light points
-/// do. They have that much of what their density asks for: it bounds what a point that is very near
-/// can weigh. From .01 to 1 errors of most scenes are alike; below, some pixels near corners stand
-/// out, above, paths make noise.
-constexpr double kEyeShare = 0.1;
+/// Share of the ratio that densities suggest for eye paths against deep light points. It bounds the
+/// weight of a point that is very near. Less than 1 because eye paths know less than light points do
+/// of where light after several bounces comes from. Measured at 32 samples: errors by 0.1 and 1,
+/// relative to 0.4, are 1.44 and 0.79 in the diffuse material preview, 1.35 and 1.1 in a Cornell
+/// box, 1.08 and 1 for a bunny in a box; by 3, 2 in the Cornell box.
+constexpr double kEyeShare = 0.4;
 /// Ratio for cells about which nothing is known. Eye rays and paths find all of their light, so that
 /// light points that a pass draws by chance can't stand out.
 constexpr float kUnknownRatio = 1e10f;

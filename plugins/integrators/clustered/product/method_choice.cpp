@@ -1,7 +1,8 @@
 #include "clustered/product/method_choice.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "clustered/product/method_trial.h"
@@ -29,14 +30,8 @@ constexpr double kTrialShare = 0.1;
 /// Share of a render's light points that each render of a trial draws.
 constexpr double kLightShare = 0.125;
 constexpr double kMaxRaysOfTrial = 32;  ///< rays per pixel of product sampling
-/// `path` renders the image if its work in a trial is less than this many times that of product
-/// sampling. In 14 scenes at 16 samples, ratios of trials (0.02 to 3) rose with those of whole
-/// renders (0.01 to 5.6), and both crossed 1 between the same scenes.
-constexpr double kMaxWorkOfPaths = 1.1;
-/// The error of product sampling times its rays falls by this power of the rays of a pass, because
-/// stratification improves; measured between 16 and 64 samples a pixel. At most kMaxMoreRays times
-/// the rays of a trial are considered.
-constexpr double kGainOfRays = 0.3, kMaxMoreRays = 16;
+/// Tiles of both methods are rendered if they take less than this share of the work of either alone.
+constexpr double kMaxWorkOfTiles = 0.9;
 /// Paths for a sample of product sampling if no trial tells their costs.
 constexpr double kPathsPerSample = 3;
 /// Rays per pixel that are assumed if a render ends at an error.
@@ -70,12 +65,18 @@ class PathPasses final : public Passes {
   const double paths_per_sample_;
 };
 
-/// Samples of `path` whose work equals that of a sample of product sampling, if `path` was better.
-std::optional<double> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                               const std::shared_ptr<const DistantCells>& cells,
-                               const ProductSettings& settings, const RenderLength& length,
-                               const MethodTrial& trial, uint64_t seed) {
-  ProductRenderer product(scene, sensor, context, cells, settings, kLightShare);
+/// Result of a trial, as work for the same error in a common unit.
+struct Measured {
+  std::unique_ptr<const MethodMap> map;
+  double paths_per_ray;  ///< that cost as much as a ray of product sampling
+};
+
+/// nullopt if product sampling must render the image, or if the render was cancelled.
+std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                 const std::shared_ptr<const DistantCells>& cells,
+                                 const ProductSettings& settings, const RenderLength& length,
+                                 const MethodTrial& trial, uint64_t seed) {
+  ProductRenderer product(scene, sensor, context, cells, settings, trial.grid(), kLightShare);
   const double rays = std::clamp(length.rays_per_pixel, 1., kMaxRaysOfTrial);
   if (!product.can_use_paths()) return std::nullopt;
   const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
@@ -86,15 +87,17 @@ std::optional<double> try_both(const Scene& scene, const Sensor& sensor, RenderC
     paths.trace(trial, hash_words(seed, 2, index), picture);
   }};
   const MethodTrial::Result result = trial.compare(product_way, path_way, context);
-  const double more_rays = std::clamp(length.rays_per_pixel / kMaxRaysOfTrial, 1., kMaxMoreRays);
+  if (context.cancelled() || result.tiles.empty()) return std::nullopt;
   // The pilot's rays are taken from those of the image.
   const double share_of_image =
       std::max(0.1, 1 - pilot_rays / std::max(length.rays_per_pixel, 1.));
-  const double work = result.work * share_of_image * std::pow(more_rays, kGainOfRays);
-  log_debug("trial: path takes " + std::to_string(work) +
-            " times the work of product sampling to the same error");
-  if (work >= kMaxWorkOfPaths) return std::nullopt;
-  return std::max(1., TrialPaths::kPaths / result.cost * kRaysPerSample / rays);
+  std::vector<MethodMap::Trial> trials;
+  for (const MethodTrial::TileErrors& tile : result.tiles) {
+    trials.push_back({tile.tile, product.main_bsdf(tile.tile), tile.first / share_of_image,
+                      tile.second * result.cost});
+  }
+  return Measured{std::make_unique<MethodMap>(trial.grid(), std::move(trials)),
+                  TrialPaths::kPaths / (result.cost * rays)};
 }
 
 }  // namespace
@@ -131,35 +134,45 @@ std::unique_ptr<Passes> path_passes(const Scene& scene, const Sensor& sensor,
   return std::make_unique<PathPasses>(scene, sensor, context, settings, paths_per_sample);
 }
 
-std::unique_ptr<Passes> choose_paths(const Scene& scene, const Sensor& sensor,
-                                     RenderContext& context,
-                                     const std::shared_ptr<const DistantCells>& cells,
-                                     const ProductSettings& settings, const RenderLength& length) {
-  if (!is_path_possible(scene, sensor, settings)) return nullptr;
-  const TileGrid grid(sensor.film().sampled());
+MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                           const std::shared_ptr<const DistantCells>& cells,
+                           const ProductSettings& settings, const RenderLength& length,
+                           const TileGrid& grid) {
+  if (!is_path_possible(scene, sensor, settings)) return {};
+  const auto by_path = [&](double paths_per_sample, const char* reason) {
+    MethodChoice choice;
+    choice.paths = path_passes(scene, sensor, context, settings, paths_per_sample, reason);
+    return choice;
+  };
   const double work = length.rays_per_pixel * grid.crop().area() * kCostOfRay;
   const uint64_t seed = hash_words(key_seed(context, sensor.sampler()), kTrialSeed);
   const auto tiles = static_cast<int>(
       std::clamp<double>(work * kShareOfTiles / kWorkOfTile, kMinTiles, kMaxTiles));
   const MethodTrial trial(grid, tiles, seed);
   if (work < kMinWork || trial.empty()) {
-    return path_passes(scene, sensor, context, settings, kPathsPerSample,
-                       "the render is short: paths from the camera take no preparation");
+    return by_path(kPathsPerSample, "the render is short: paths need no preparation");
   }
   if (length.seconds < kInfinity) {
     context.set_deadline(context.seconds() + kTrialShare * length.seconds);
   }
-  const auto paths_per_sample =
-      try_both(scene, sensor, context, cells, settings, length, trial, seed);
+  auto measured = try_both(scene, sensor, context, cells, settings, length, trial, seed);
   const bool is_late = context.cancelled();
   context.set_deadline(kInfinity);
-  if (is_late) {
-    return path_passes(scene, sensor, context, settings, 1,
-                       "there was too little time for a trial");
+  if (is_late) return by_path(1, "there was too little time for a trial");
+  if (!measured) return {};
+  const double product = measured->map->product_work(), paths = measured->map->path_work();
+  const double mixed = measured->map->mixed_work();
+  log_debug(fmt::format("trial: work to the same error by product sampling 1, by path {:.3g}, by "
+                        "tiles of both {:.3g}",
+                        paths / product, mixed / product));
+  if (paths < std::min(product, mixed / kMaxWorkOfTiles)) {
+    return by_path(std::max(1., measured->paths_per_ray * kRaysPerSample),
+                   "in a trial, paths from the camera alone did as well for less");
   }
-  if (!paths_per_sample) return nullptr;
-  return path_passes(scene, sensor, context, settings, *paths_per_sample,
-                     "in a trial, paths from the camera alone did as well for less");
+  MethodChoice choice;
+  if (mixed < kMaxWorkOfTiles * product) choice.map = std::move(measured->map);
+  choice.paths_per_ray = measured->paths_per_ray;
+  return choice;
 }
 
 }  // namespace kinome

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "clustered/cells/light_cells.h"
+#include "clustered/product/method_map.h"
 #include "clustered/product/product_sampling.h"
 #include "kinome/integrator.h"
 #include "kinome/render_context.h"
@@ -30,13 +31,21 @@ RenderLength expected_length(const ProductSettings& settings, const Sensor& sens
 /// such emitters, which `path` doesn't find.
 bool is_path_possible(const Scene& scene, const Sensor& sensor, const ProductSettings& settings);
 
+/// Method of an image: `paths` if that isn't nullptr, else product sampling, but for the tiles that
+/// `map` leaves to paths.
+struct MethodChoice {
+  std::unique_ptr<Passes> paths;
+  std::unique_ptr<const MethodMap> map;
+  double paths_per_ray = 0;  ///< paths that cost as much as a ray of product sampling
+};
+
 /// Chooses between product sampling and `path`. Short renders are left to `path` at once; otherwise,
 /// some tiles are rendered by both (MethodTrial). What they find is not part of the image, which
-/// stays unbiased. Returns passes of `path`, or nullptr if product sampling must render the image.
-std::unique_ptr<Passes> choose_paths(const Scene& scene, const Sensor& sensor,
-                                     RenderContext& context,
-                                     const std::shared_ptr<const DistantCells>& cells,
-                                     const ProductSettings& settings, const RenderLength& length);
+/// stays unbiased. `grid`: of the image; must outlive the result.
+MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                           const std::shared_ptr<const DistantCells>& cells,
+                           const ProductSettings& settings, const RenderLength& length,
+                           const TileGrid& grid);
 
 /// Returns passes of `path`, each sample of which takes about as long as one of product sampling.
 /// `reason` is logged.

@@ -76,7 +76,7 @@ std::vector<MethodTrial::Part> MethodTrial::parts_of(const Renders& a, const Ren
   for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
     grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
       if (!is_wanted(tile)) return;
-      Part part;
+      Part part{tile.index, {}, {}};
       tile.for_each_pixel([&](int x, int y) { part.pixels.push_back(grid_.pixel(x, y)); });
       const auto mean_of_tile = [&](const std::vector<Rgb>& picture) {
         Rgb sum(0.f);
@@ -93,22 +93,34 @@ std::vector<MethodTrial::Part> MethodTrial::parts_of(const Renders& a, const Ren
   return parts;
 }
 
-/// Sum over pixels of the squared difference of the two renders, with a weight for each pixel.
-double MethodTrial::noise_of(const Way& way, const Renders& renders, const std::vector<Part>& parts,
+/// Error of a render in a tile by the squared difference of the two renders, with a weight for each
+/// pixel.
+double MethodTrial::noise_of(const Way& way, const Renders& renders, const Part& part,
                              const std::vector<float>& weights) {
   double error = 0;
-  size_t next = 0;
-  for (const Part& part : parts) {
-    for (const size_t i : part.pixels) {
-      const double weight = weights[next++];
-      error += weight * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
-      // The variance of a difference is twice that of a render.
-      if (!way.more_variance.empty()) {
-        error += weight * 2 * static_cast<double>(way.more_variance[i]);
-      }
-    }
+  for (size_t k = 0; k < part.pixels.size(); ++k) {
+    const size_t i = part.pixels[k];
+    // The variance of a difference is twice that of a render.
+    double square = 0.5 * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
+    if (!way.more_variance.empty()) square += static_cast<double>(way.more_variance[i]);
+    error += static_cast<double>(weights[k]) * square;
   }
   return error;
+}
+
+/// Weight of each pixel's squared error.
+std::vector<float> MethodTrial::weights_of(const Renders& a, const Renders& b, const Part& part,
+                                           double floor) {
+  const double of_tile = mean_square(part.mean());
+  std::vector<float> weights;
+  for (const size_t i : part.pixels) {
+    double values[4] = {mean_square(a.pictures[0][i]), mean_square(a.pictures[1][i]),
+                        mean_square(b.pictures[0][i]), mean_square(b.pictures[1][i])};
+    std::sort(std::begin(values), std::end(values));
+    const double own = (values[1] + values[2]) / 2;
+    weights.push_back(static_cast<float>(1 / (std::max(of_tile, own) + floor)));
+  }
+  return weights;
 }
 
 MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
@@ -121,38 +133,35 @@ MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
   if (!(mean > 0)) return {};
   mean /= static_cast<double>(parts.size());
   const double floor = 0.01 * mean * mean;
-  std::vector<float> weights;
+  Result result;
+  result.cost = b.cost / a.cost;
+  double error[2] = {0, 0}, missed[2] = {0, 0};
   for (const Part& part : parts) {
-    const double of_tile = mean_square(part.mean());
-    for (const size_t i : part.pixels) {
-      double values[4] = {mean_square(a.pictures[0][i]), mean_square(a.pictures[1][i]),
-                          mean_square(b.pictures[0][i]), mean_square(b.pictures[1][i])};
-      std::sort(std::begin(values), std::end(values));
-      const double own = (values[1] + values[2]) / 2;
-      weights.push_back(static_cast<float>(1 / (std::max(of_tile, own) + floor)));
+    const std::vector<float> weights = weights_of(a, b, part, floor);
+    TileErrors errors{part.tile, noise_of(first, a, part, weights),
+                      noise_of(second, b, part, weights)};
+    error[0] += errors.first;
+    error[1] += errors.second;
+    // The squared difference of the ways' means, less its expectation by noise, for the way that
+    // finds less light here. By chance alone, sums over many tiles are 0 on average. Light of
+    // more_variance is in neither render.
+    if (first.more_variance.empty() && second.more_variance.empty()) {
+      const Rgb difference = (part.means[0] + part.means[1] - part.means[2] - part.means[3]) * 0.5f;
+      const double noise = (mean_square(part.means[0] - part.means[1]) +
+                            mean_square(part.means[2] - part.means[3])) /
+                           4;
+      const double excess = static_cast<double>(part.pixels.size()) *
+                            (mean_square(difference) - noise) /
+                            (mean_square(part.mean()) + floor);
+      const bool is_first = mean_of(difference) < 0;
+      missed[is_first ? 0 : 1] += excess;
+      (is_first ? errors.first : errors.second) += excess;
     }
+    result.tiles.push_back(errors);
   }
-  double error_a = noise_of(first, a, parts, weights);
-  double error_b = noise_of(second, b, parts, weights);
-  // The squared difference of the ways' means in each tile, less its expectation by noise, summed for
-  // the way that finds less light there. By chance alone, these sums are 0 on average. Light of
-  // more_variance is in neither render.
-  double missed[2] = {0, 0};
-  for (const Part& part : parts) {
-    const auto pixels = static_cast<double>(part.pixels.size());
-    const Rgb difference = (part.means[0] + part.means[1] - part.means[2] - part.means[3]) * 0.5f;
-    const double noise = (mean_square(part.means[0] - part.means[1]) +
-                          mean_square(part.means[2] - part.means[3])) /
-                         4;
-    const double weight = pixels / (mean_square(part.mean()) + floor);
-    missed[mean_of(difference) < 0 ? 0 : 1] += 2 * weight * (mean_square(difference) - noise);
-  }
-  if (first.more_variance.empty() && second.more_variance.empty()) {
-    error_a += std::max(0., missed[0]);
-    error_b += std::max(0., missed[1]);
-  }
-  if (!(error_a > 0)) return {};
-  return {error_b * b.cost / (error_a * a.cost), b.cost / a.cost};
+  for (int k = 0; k < 2; ++k) error[k] += std::max(0., missed[k]);
+  if (error[0] > 0) result.work = error[1] / error[0] * result.cost;
+  return result;
 }
 
 }  // namespace kinome

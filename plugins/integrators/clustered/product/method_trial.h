@@ -38,9 +38,15 @@ class MethodTrial {
     std::vector<float> more_variance{};
     double more_cost = 0;
   };
+  /// Errors of the two ways in a tile: sums over its pixels, of a render.
+  struct TileErrors {
+    int tile;  ///< TileGrid::Tile::index
+    double first, second;
+  };
   struct Result {
     double work = kInfinity;  ///< of the second way to the same error, in units of the first one's
     double cost = 1;          ///< of its renders, in the same unit
+    std::vector<TileErrors> tiles;
   };
   /// Renders the tiles and returns the ratio of work, which is infinite if there is nothing to
   /// compare. The error of a pixel is relative to the brightness of its tile or, if that is larger,
@@ -56,14 +62,17 @@ class MethodTrial {
   };
   /// A tile that was rendered.
   struct Part {
+    int tile;
     std::vector<size_t> pixels;
     Rgb means[4];  ///< of the first way's renders and the second's
     Rgb mean() const { return (means[0] + means[1] + means[2] + means[3]) * 0.25f; }
   };
   Renders run(const Way& way, RenderContext& context) const;
   std::vector<Part> parts_of(const Renders& a, const Renders& b) const;
-  static double noise_of(const Way& way, const Renders& renders, const std::vector<Part>& parts,
+  static double noise_of(const Way& way, const Renders& renders, const Part& part,
                          const std::vector<float>& weights);
+  static std::vector<float> weights_of(const Renders& a, const Renders& b, const Part& part,
+                                       double floor);
 
   const TileGrid& grid_;
   std::vector<uint8_t> wanted_;  ///< 1 for each chosen tile

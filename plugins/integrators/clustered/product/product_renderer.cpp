@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "clustered/product/path_tiles.h"
 #include "clustered/product/pilot.h"
 #include "clustered/product/product_renderer.h"
 #include "clustered/product/spread.h"
@@ -38,12 +39,23 @@ constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 /// Keeps the random numbers of passes apart from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
 constexpr uint64_t kCausticSeed = 0x63617573;
+constexpr uint64_t kPathSeed = 0x70617468;
+
+/// The sensor with a sampler of about so many samples. Samplers round their numbers up.
+std::unique_ptr<Sensor> with_paths(const Sensor& sensor, double paths) {
+  const auto wanted = static_cast<uint32_t>(std::clamp(paths, 1., 1e6));
+  for (uint32_t count = wanted;; count -= std::max(1u, count / 8)) {
+    auto result = sensor.with_sample_count(count);
+    if (count == 1 || result->sampler().sample_count() <= wanted * 5 / 4) return result;
+  }
+}
 
 }  // namespace
 
 ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  std::shared_ptr<const DistantCells> cells,
-                                 const ProductSettings& settings, double light_share)
+                                 const ProductSettings& settings, const TileGrid& grid,
+                                 double light_share)
     : scene_(scene),
       table_(scene),
       sensor_(sensor),
@@ -51,7 +63,7 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       shared_cells_(std::move(cells)),
       cells_(*shared_cells_),
       settings_(settings),
-      grid_(sensor.film().sampled()),
+      grid_(grid),
       seed_(key_seed(context, sensor.sampler())),
       light_share_(light_share),
       local_(make_local_light(scene, sensor, settings, seed_, context, light_share)),
@@ -111,25 +123,43 @@ PassView ProductRenderer::pass_view(const CellLight& light) const {
   return {scene_, view(), grid_, cells_, knowledge_, neighbours_, settings_, light};
 }
 
-void ProductRenderer::pass(const CellLight& light, const std::vector<PixelPlan>& plan,
-                           uint64_t seed, float weight) {
-  grid_.for_each_block<BlockRenderer>(
+struct ProductRenderer::Pass {
+  CellLight light;
+  uint64_t seed;
+  float weight;
+  std::unique_ptr<Sensor> path_sensor;  ///< of tiles that are left to paths; nullptr: there are none
+};
+
+struct ProductRenderer::PassWorker {
+  BlockRenderer product;
+  std::optional<PathTiles> paths;
+
+  PassWorker(const PassView& view, const Sensor* path_sensor, const PathSettings& settings)
+      : product(view) {
+    if (path_sensor) paths.emplace(view.primaries.scene, *path_sensor, settings);
+  }
+};
+
+void ProductRenderer::pass(const Pass& pass, const std::vector<PixelPlan>& plan) {
+  grid_.for_each_block<PassWorker>(
       context_, grid_.all_rows(), "main",
-      [&] { return std::make_unique<BlockRenderer>(pass_view(light)); },
-      [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
+      [&] {
+        return std::make_unique<PassWorker>(pass_view(pass.light), pass.path_sensor.get(),
+                                            path_settings());
+      },
+      [&](int block, PassWorker& worker, RenderCounters& counters) {
         if (!context_.is_wanted(grid_.block(block), sensor_.film().first_layer())) return;
-        renderer.render(block, plan, seed, counters, [&](const TileGrid::Tile&) {
+        worker.product.render(block, plan, pass.seed, counters, [&](const TileGrid::Tile& tile) {
           context_.give_up_if_asked();
-          return true;
+          return !is_by_path(tile);
         });
-        const StageTimer timer(counters.stage_seconds["film"]);
-        add_to_film(block, seed, weight, renderer, counters);
+        add_to_film(pass, block, worker, counters);
       });
 }
 
 /// At once, block by block: an interrupted render has what was finished.
-void ProductRenderer::add_to_film(int block, uint64_t seed, float weight,
-                                  const BlockRenderer& renderer, RenderCounters& counters) {
+void ProductRenderer::add_to_film(const Pass& pass, int block, PassWorker& worker,
+                                  RenderCounters& counters) {
   Film& film = sensor_.film();
   const Rect pixels = grid_.block(block);
   std::vector<FilmTile> tiles;
@@ -137,19 +167,30 @@ void ProductRenderer::add_to_film(int block, uint64_t seed, float weight,
     tiles.push_back(film.make_tile(pixels, layer));
   }
   FilmTile& colours = tiles[0];
-  renderer.add_to(colours, weight);
+  if (worker.paths) {
+    const uint32_t count = pass.path_sensor->sampler().sample_count();
+    worker.paths->trace(grid_, block, count, hash_words(pass.seed, kPathSeed), counters,
+                        [&](const TileGrid::Tile& tile) { return is_by_path(tile); },
+                        [&](const PixelSamples& samples, transport::CameraBlock& camera) {
+                          context_.give_up_if_asked();
+                          camera.end(samples, colours, counters,
+                                     pass.weight / static_cast<float>(count));
+                        });
+  }
+  const StageTimer timer(counters.stage_seconds["film"]);
+  worker.product.add_to(colours, pass.weight);
   if (settings_.diagnostics) {
     size_t next = 0;
     grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
       tile.for_each_pixel([&](int x, int y) {
-        const Vec3& d = renderer.diagnostics(next++);
-        tiles[1].add_pixel(x, y, std::array{d.x, d.y, d.z}, weight);
+        const Vec3& d = worker.product.diagnostics(next++);
+        tiles[1].add_pixel(x, y, std::array{d.x, d.y, d.z}, pass.weight);
       });
     });
   }
   if (caustics_) {
-    const double paths = std::ceil(weight * unit_ / kRaysPerCausticPath * pixels.area());
-    caustics_->trace(hash_words(seed, static_cast<uint64_t>(block), kCausticSeed),
+    const double paths = std::ceil(pass.weight * unit_ / kRaysPerCausticPath * pixels.area());
+    caustics_->trace(hash_words(pass.seed, static_cast<uint64_t>(block), kCausticSeed),
                      static_cast<uint32_t>(paths), colours, counters);
   }
   context_.commit(film, static_cast<size_t>(block), std::move(tiles));
@@ -227,10 +268,33 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   pilot_light_.reset();
   if (!context_.cancelled()) {
     allocate(effort, forecast, grid_.crop().width(), grid_.crop().height());
+    divide_among_methods();
   }
   pilot_rays_ = rays;
   rays_left_ = std::max(0., rays_left_ - rays);
   pilot_seconds_ = context_.seconds() - start;
+}
+
+void ProductRenderer::use(const MethodMap& map, double paths_per_ray) {
+  map_ = &map;
+  paths_per_ray_ = paths_per_ray;
+}
+
+const Bsdf* ProductRenderer::main_bsdf(int tile) const {
+  const std::vector<Patch>& patches = knowledge_.patches(tile);
+  const auto most =
+      std::max_element(patches.begin(), patches.end(),
+                       [](const Patch& a, const Patch& b) { return a.count < b.count; });
+  return most == patches.end() ? nullptr : most->bsdf;
+}
+
+void ProductRenderer::divide_among_methods() {
+  if (!map_) return;
+  by_path_.resize(static_cast<size_t>(grid_.tiles()));
+  context_.parallel_for(by_path_.size(), [&](size_t tile) {
+    const auto index = static_cast<int>(tile);
+    by_path_[tile] = map_->is_for_path(index, main_bsdf(index)) ? 1 : 0;
+  });
 }
 
 bool ProductRenderer::learn_in_time(double seconds) {
@@ -283,7 +347,9 @@ void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, 
     const double part = (1 - progress_begin) / static_cast<double>(passes);
     const double begin = progress_begin + part * static_cast<double>(i);
     context_.set_progress_range(begin, begin + part);
-    pass(make_light(1 + pass_, rays), plan, hash_words(seed_, kPassSeed, pass_), weight);
+    Pass own{make_light(1 + pass_, rays), hash_words(seed_, kPassSeed, pass_), weight, nullptr};
+    if (!by_path_.empty()) own.path_sensor = with_paths(sensor_, paths_per_ray_ * rays);
+    pass(own, plan);
   }
   context_.set_progress_range(0, 1);
 }
@@ -310,14 +376,35 @@ bool is_product_scene(const Scene& scene, uint32_t max_depth) {
 
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
                     std::shared_ptr<const DistantCells> cells, const ProductSettings& settings) {
+  const TileGrid grid(sensor.film().sampled());
   const RenderLength length = expected_length(settings, sensor, context, kInfinity);
-  if (const auto paths = choose_paths(scene, sensor, context, cells, settings, length)) {
-    paths->render(paths->samples());
+  const MethodChoice choice =
+      choose_method(scene, sensor, context, cells, settings, length, grid);
+  if (choice.paths) {
+    choice.paths->render(choice.paths->samples());
     return;
   }
   if (context.cancelled()) return;
-  ProductRenderer(scene, sensor, context, std::move(cells), settings).render_all();
+  ProductRenderer renderer(scene, sensor, context, std::move(cells), settings, grid);
+  if (choice.map) renderer.use(*choice.map, choice.paths_per_ray);
+  renderer.render_all();
 }
+
+namespace {
+
+/// A renderer with all that must outlive it.
+struct ProductPasses final : Passes {
+  const TileGrid grid;
+  MethodChoice choice;
+  std::optional<ProductRenderer> renderer;
+
+  explicit ProductPasses(const Sensor& sensor) : grid(sensor.film().sampled()) {}
+  double samples() const override { return renderer->samples(); }
+  double render(double samples) override { return renderer->render(samples); }
+  double seconds_per_sample() const override { return renderer->seconds_per_sample(); }
+};
+
+}  // namespace
 
 std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
                                       RenderContext& context,
@@ -325,17 +412,21 @@ std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
                                       const ProductSettings& settings, double seconds) {
   context.begin_pass(0, 0, 0);  // the share of the trial and the pilot in the progress isn't known
   const RenderLength length = expected_length(settings, sensor, context, seconds);
-  if (auto paths = choose_paths(scene, sensor, context, cells, settings, length)) return paths;
-  auto renderer =
-      std::make_unique<ProductRenderer>(scene, sensor, context, std::move(cells), settings);
+  auto passes = std::make_unique<ProductPasses>(sensor);
+  MethodChoice& choice = passes->choice;
+  choice = choose_method(scene, sensor, context, cells, settings, length, passes->grid);
+  if (choice.paths) return std::move(choice.paths);
+  ProductRenderer& renderer = passes->renderer.emplace(scene, sensor, context, std::move(cells),
+                                                       settings, passes->grid);
+  if (choice.map) renderer.use(*choice.map, choice.paths_per_ray);
   if (length.seconds == kInfinity) {
-    renderer->learn_from_pilot(length.rays_per_pixel);
-  } else if (!renderer->learn_in_time(seconds) && renderer->can_use_paths() &&
+    renderer.learn_from_pilot(length.rays_per_pixel);
+  } else if (!renderer.learn_in_time(seconds) && renderer.can_use_paths() &&
              is_path_possible(scene, sensor, settings)) {
     return path_passes(scene, sensor, context, settings, 1,
                        "without a pilot, paths from the camera do better");
   }
-  return renderer;
+  return passes;
 }
 
 }  // namespace kinome

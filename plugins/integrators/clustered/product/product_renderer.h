@@ -23,10 +23,12 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
 /// One render by learned product sampling: pilot, plan, and passes that make the picture.
 class ProductRenderer final : public Passes {
  public:
-  /// `light_share`: share of the image's light points that are drawn, for trials.
+  /// `grid` must outlive this. `light_share`: share of the image's light points that are drawn, for trials.
   ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                   std::shared_ptr<const DistantCells> cells, const ProductSettings& settings,
-                  double light_share = 1);
+                  const TileGrid& grid, double light_share = 1);
+  /// Leaves the tiles that the map says to paths. Before the pilot. The map must outlive this.
+  void use(const MethodMap& map, double paths_per_ray);
   /// Sends the pilot that suits so many rays a pixel, or none: before any pass. What it takes of
   /// them is taken from samples().
   void learn_from_pilot(double rays_per_pixel);
@@ -34,6 +36,8 @@ class ProductRenderer final : public Passes {
   /// it takes longer than its share of them.
   bool learn_in_time(double seconds);
 
+  /// Material of most of the pilot's primaries in a tile, or nullptr if they hit none.
+  const Bsdf* main_bsdf(int tile) const;
   /// False if `path` doesn't find all light, or finds some of it badly for sure.
   bool can_use_paths() const;
   /// Learns from the tiles of a trial. Returns the rays per pixel that the pilot of an image takes.
@@ -69,10 +73,14 @@ class ProductRenderer final : public Passes {
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   /// `is_last`: nothing is rendered after this.
   void render_rays(double rays_per_pixel, double progress_begin, bool is_last);
-  void pass(const CellLight& light, const std::vector<PixelPlan>& plan, uint64_t seed,
-            float weight);
-  void add_to_film(int block, uint64_t seed, float weight, const BlockRenderer& renderer,
-                   RenderCounters& counters);
+  void divide_among_methods();
+  bool is_by_path(const TileGrid::Tile& tile) const {
+    return !by_path_.empty() && by_path_[tile.index] != 0;
+  }
+  struct Pass;
+  struct PassWorker;
+  void pass(const Pass& pass, const std::vector<PixelPlan>& plan);
+  void add_to_film(const Pass& pass, int block, PassWorker& worker, RenderCounters& counters);
 
   const Scene& scene_;
   const transport::SceneTable table_;
@@ -81,7 +89,7 @@ class ProductRenderer final : public Passes {
   const std::shared_ptr<const DistantCells> shared_cells_;
   const DistantCells& cells_;
   const ProductSettings settings_;
-  const TileGrid grid_;
+  const TileGrid& grid_;
   const uint64_t seed_;
   const double light_share_;
   const std::unique_ptr<const LocalLight> local_;  ///< nullptr: there is none
@@ -94,6 +102,9 @@ class ProductRenderer final : public Passes {
   uint32_t pilot_rays_ = 0;                  ///< of each pixel; 0: there was none
   double pilot_seconds_ = 0;
   double rays_left_;  ///< of the settings' rays a pixel
+  const MethodMap* map_ = nullptr;  ///< nullptr: all tiles have product sampling
+  double paths_per_ray_ = 0;
+  std::vector<uint8_t> by_path_;  ///< 1 for each tile that is left to paths; empty: none
   uint64_t pass_ = 0;
   double unit_ = 0;  ///< rays a pixel of the first pass: they have weight 1
 };

@@ -25,11 +25,6 @@ class TrialPaths {
   void trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const;
 
  private:
-  struct Worker;
-
-  void trace_block(int block, const MethodTrial& trial, uint64_t seed, Worker& worker,
-                   std::vector<Rgb>& picture, RenderCounters& counters) const;
-
   const transport::SceneTable& scene_;
   const Sensor& sensor_;
   const TileGrid& grid_;

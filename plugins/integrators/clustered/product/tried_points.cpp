@@ -72,8 +72,8 @@ void TriedPoints::gather_lobes() {
     const Reflection& reflection = of_pass_->reflections[of_pass_->reflection[point]];
     const simd::LightPointRow& row = of_pass_->rows[point];
     const Rgb power(row.power[0], row.power[1], row.power[2]);
-    lobe_scales_[k] =
-        mean_of(glm::abs(reflection.incident)) / std::max(mean_of(glm::abs(power)), 1e-30f);
+    const float emitted = mean_of(glm::abs(power));
+    lobe_scales_[k] = emitted > 0 ? mean_of(glm::abs(reflection.incident)) / emitted : 0;
     for (size_t axis = 0; axis < 3; ++axis) lobe_columns_[axis][k] = row.position[axis];
     float numbers[kLobeNumbers];
     std::memcpy(numbers, &reflection.lobe, sizeof(numbers));

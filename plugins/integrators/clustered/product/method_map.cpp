@@ -1,0 +1,81 @@
+#include "clustered/product/method_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace kinome {
+namespace {
+
+/// Deviation of the kernel, as a share of the image's width and height together.
+constexpr float kReach = 0.1f;
+/// Weight of tiles that show other materials, and of the mean of all trials.
+constexpr float kOtherMaterial = 0.1f, kAll = 0.5f;
+/// Tiles this near to a tile don't count when it is left out: they are of its group in the trial.
+constexpr int kGroupReach = 2;
+
+/// Sum of the values and its standard error.
+double sum_with_error(const std::vector<double>& values) {
+  double sum = 0, squares = 0;
+  for (const double value : values) {
+    sum += value;
+    squares += value * value;
+  }
+  const auto n = static_cast<double>(values.size());
+  if (n < 2) return sum;
+  return sum + std::sqrt(std::max(0., squares - sum * sum / n) * n / (n - 1));
+}
+
+}  // namespace
+
+MethodMap::MethodMap(const TileGrid& grid, std::vector<Trial> trials)
+    : grid_(grid), trials_(std::move(trials)) {
+  for (const Trial& trial : trials_) {
+    product_ += trial.product;
+    path_ += trial.path;
+  }
+}
+
+bool MethodMap::is_for_path(int tile, const Bsdf* bsdf, int left_out) const {
+  if (trials_.empty()) return false;
+  const int width = grid_.tiles_x(), x = tile % width, y = tile / width;
+  const float reach = kReach * static_cast<float>(width + grid_.tiles_y());
+  const float scale = 1 / (reach * reach);
+  double product = 0, path = 0, all_product = product_, all_path = path_;
+  for (const Trial& trial : trials_) {
+    const int dx = trial.tile % width - x, dy = trial.tile / width - y;
+    if (left_out >= 0 && std::max(std::abs(dx), std::abs(dy)) < kGroupReach) {
+      all_product -= trial.product;
+      all_path -= trial.path;
+      continue;
+    }
+    const float distance2 = static_cast<float>(dx * dx + dy * dy) * scale;
+    const float falloff = 1 / (1 + distance2);
+    const float weight = (trial.bsdf == bsdf ? 1.f : kOtherMaterial) * falloff * falloff;
+    product += weight * trial.product;
+    path += weight * trial.path;
+  }
+  const double prior = kAll / static_cast<double>(trials_.size());
+  return path + prior * all_path < product + prior * all_product;
+}
+
+double MethodMap::mixed_work() const {
+  double paths = 0;
+  std::vector<double> product;
+  for (const Trial& trial : trials_) {
+    if (is_for_path(trial.tile, trial.bsdf, trial.tile)) {
+      paths += trial.path;
+    } else {
+      product.push_back(trial.product);
+    }
+  }
+  return paths + sum_with_error(product);
+}
+
+double MethodMap::product_work() const {
+  std::vector<double> product;
+  for (const Trial& trial : trials_) product.push_back(trial.product);
+  return sum_with_error(product);
+}
+
+}  // namespace kinome
