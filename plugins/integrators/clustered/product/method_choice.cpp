@@ -22,6 +22,9 @@ constexpr uint64_t kTrialSeed = 0x74726961;
 constexpr double kCostOfRay = 5;
 /// Renders of less work are left to `path`: a trial would take more than a tenth of it.
 constexpr double kMinWork = 4.5e6;
+/// Short renders of scenes with so many emitters have product sampling: `path` samples one emitter at
+/// a time, whichever it is.
+constexpr size_t kManyEmitters = 500;
 /// Share of the render's work that the tiles of a trial take, and the work of a tile.
 constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
 constexpr int kMinTiles = 16, kMaxTiles = 256;
@@ -149,7 +152,9 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   const auto tiles = static_cast<int>(
       std::clamp<double>(work * kShareOfTiles / kWorkOfTile, kMinTiles, kMaxTiles));
   const MethodTrial trial(grid, tiles, seed);
-  if (work < kMinWork || trial.empty()) {
+  const bool is_short = work < kMinWork || trial.empty();
+  if (is_short && scene.emitters().size() >= kManyEmitters) return {};
+  if (is_short) {
     return by_path(kPathsPerSample, "the render is short: paths need no preparation");
   }
   if (length.seconds < kInfinity) {
