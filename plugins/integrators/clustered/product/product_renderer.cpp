@@ -17,8 +17,8 @@ namespace {
 constexpr float kPilotPoints = 1u << 14, kMinPilotShare = 0.25f;
 /// More rays than this are left to more passes: each has fresh points of the cells.
 constexpr double kMaxRaysOfPass = 512;
-/// Below so many rays a pixel nothing is learned.
-constexpr double kLeastToLearn = 10;
+/// Rays per pixel below which nothing is learned.
+constexpr double kMinRaysToLearn = 10;
 /// Light points are one for so many rays.
 constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16;
 /// Passes of a render that is to take a time, or to reach an error.
@@ -41,7 +41,8 @@ constexpr uint64_t kPassSeed = 0x70617373;
 constexpr uint64_t kCausticSeed = 0x63617573;
 constexpr uint64_t kPathSeed = 0x70617468;
 
-/// The sensor with a sampler of about so many samples. Samplers round their numbers up.
+/// Returns the sensor with a sampler of about `paths` samples per pixel. Samplers round their numbers
+/// up: up to a quarter more is accepted.
 std::unique_ptr<Sensor> with_paths(const Sensor& sensor, double paths) {
   const auto wanted = static_cast<uint32_t>(std::clamp(paths, 1., 1e6));
   for (uint32_t count = wanted;; count -= std::max(1u, count / 8)) {
@@ -257,7 +258,7 @@ void ProductRenderer::allocate(Pilot::Effort effort, const std::vector<PixelFore
 }
 
 void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
-  if (rays_per_pixel < kLeastToLearn) {
+  if (rays_per_pixel < kMinRaysToLearn) {
     context_.skip("pilot", "a few rays a pixel are too few to learn from");
     return;
   }
@@ -367,66 +368,6 @@ void ProductRenderer::render_all() {
   learn_from_pilot(settings_.rays_per_pixel);
   const double asked = std::max(settings_.rays_per_pixel, 1.);
   if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked), true);
-}
-
-bool is_product_scene(const Scene& scene, uint32_t max_depth) {
-  const Emitter* const environment = scene.environment();
-  return (!environment || environment->cell_grid()) && LocalLight::serves(scene, max_depth);
-}
-
-void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                    std::shared_ptr<const DistantCells> cells, const ProductSettings& settings) {
-  const TileGrid grid(sensor.film().sampled());
-  const RenderLength length = expected_length(settings, sensor, context, kInfinity);
-  const MethodChoice choice =
-      choose_method(scene, sensor, context, cells, settings, length, grid);
-  if (choice.paths) {
-    choice.paths->render(choice.paths->samples());
-    return;
-  }
-  if (context.cancelled()) return;
-  ProductRenderer renderer(scene, sensor, context, std::move(cells), settings, grid);
-  if (choice.map) renderer.use(*choice.map, choice.paths_per_ray);
-  renderer.render_all();
-}
-
-namespace {
-
-/// A renderer with all that must outlive it.
-struct ProductPasses final : Passes {
-  const TileGrid grid;
-  MethodChoice choice;
-  std::optional<ProductRenderer> renderer;
-
-  explicit ProductPasses(const Sensor& sensor) : grid(sensor.film().sampled()) {}
-  double samples() const override { return renderer->samples(); }
-  double render(double samples) override { return renderer->render(samples); }
-  double seconds_per_sample() const override { return renderer->seconds_per_sample(); }
-};
-
-}  // namespace
-
-std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
-                                      RenderContext& context,
-                                      std::shared_ptr<const DistantCells> cells,
-                                      const ProductSettings& settings, double seconds) {
-  context.begin_pass(0, 0, 0);  // the share of the trial and the pilot in the progress isn't known
-  const RenderLength length = expected_length(settings, sensor, context, seconds);
-  auto passes = std::make_unique<ProductPasses>(sensor);
-  MethodChoice& choice = passes->choice;
-  choice = choose_method(scene, sensor, context, cells, settings, length, passes->grid);
-  if (choice.paths) return std::move(choice.paths);
-  ProductRenderer& renderer = passes->renderer.emplace(scene, sensor, context, std::move(cells),
-                                                       settings, passes->grid);
-  if (choice.map) renderer.use(*choice.map, choice.paths_per_ray);
-  if (length.seconds == kInfinity) {
-    renderer.learn_from_pilot(length.rays_per_pixel);
-  } else if (!renderer.learn_in_time(seconds) && renderer.can_use_paths() &&
-             is_path_possible(scene, sensor, settings)) {
-    return path_passes(scene, sensor, context, settings, 1,
-                       "without a pilot, paths from the camera do better");
-  }
-  return passes;
 }
 
 }  // namespace kinome
