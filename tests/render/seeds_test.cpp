@@ -20,10 +20,10 @@ namespace {
 
 constexpr int kSeeds = 20;
 constexpr double kShare = 0.03, kErrors = 4;
-/// `clustered` takes at most so many times as long as `path` for the same samples in most scenes.
+/// Ratio of the times of `clustered` and `path` for the same samples, at most, in most scenes.
 constexpr double kSamplesOfEqualTime = 4;
-/// No seed's error may be above so many times the median, unless that of some render by `path` of
-/// about equal time is as large.
+/// Maximum ratio of a seed's error to the median, unless the error of some render by `path` of about
+/// equal time is as large.
 constexpr double kMaxErrorOfMedian = 3;
 /// Standard error of the median of normal values, in units of that of their mean.
 constexpr double kErrorOfMedian = 1.2533;
@@ -59,7 +59,7 @@ double median_of(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
-/// What `path` finds in a long render.
+/// A long render by `path`.
 struct Reference {
   std::vector<double> image;
   double mean = 0;

@@ -12,7 +12,7 @@ namespace {
 
 /// Share of the choice that goes by guided flux alone.
 constexpr float kDefensive = 0.25f;
-/// What is believed to be hidden keeps this share of its importance.
+/// Share of its importance that light keeps if it is believed to be hidden.
 constexpr float kLeastVisibility = 0.05f;
 /// Lamps: of what their flux says, at least this is believed, and so much is added to cosines,
 /// since a patch has more than one place.

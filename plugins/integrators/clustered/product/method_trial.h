@@ -33,7 +33,7 @@ class MethodTrial {
     std::function<void(uint64_t index, std::vector<Rgb>& picture)> render;
     double cost_of_ray = 1;    ///< of all but light rays
     double cost_of_light = 1;  ///< of light rays
-    /// What light that no tile has adds to each pixel's variance (mean of the channels), and what
+    /// Variance that light in none of the tiles adds to each pixel (mean of the channels), and what
     /// it costs; may be empty.
     std::vector<float> more_variance{};
     double more_cost = 0;

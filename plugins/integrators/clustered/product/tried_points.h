@@ -47,7 +47,7 @@ class TriedPoints {
   std::vector<double> rates_;
   std::vector<uint32_t> glossy_;  ///< those that have a Reflection
   Column<float> columns_[simd::kLightPointNumbers];
-  /// Of glossy_: position, and the numbers of a SentLobe.
+  /// Position and SentLobe of each point of glossy_.
   static constexpr size_t kLobeNumbers = sizeof(simd::SentLobe) / sizeof(float);
   std::vector<float> lobe_columns_[3 + kLobeNumbers];
   std::vector<float> lobe_scales_;  ///< incident light over power
