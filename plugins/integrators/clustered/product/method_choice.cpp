@@ -44,6 +44,7 @@ PathSettings path_settings(const ProductSettings& settings) {
   return {settings.length, settings.hide_emitters};
 }
 
+/// Passes of `path` that count samples of product sampling, each of which is several paths.
 class PathPasses final : public Passes {
  public:
   PathPasses(const Scene& scene, const Sensor& sensor, RenderContext& context,
@@ -74,7 +75,7 @@ struct Measured {
   double paths_per_ray;  ///< that cost as much as a ray of product sampling
 };
 
-/// nullopt if product sampling must render the image, or if the render was cancelled.
+/// Runs the trial. Returns nullopt if product sampling must render the image, or if the render was cancelled.
 std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  const std::shared_ptr<const DistantCells>& cells,
                                  const ProductSettings& settings, const RenderLength& length,
@@ -161,7 +162,7 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
     context.set_deadline(context.seconds() + kTrialShare * length.seconds);
   }
   auto measured = try_both(scene, sensor, context, cells, settings, length, trial, seed);
-  const bool is_late = context.cancelled();
+  const bool is_late = context.cancelled() && !context.interrupted();
   context.set_deadline(kInfinity);
   if (is_late) return by_path(1, "there was too little time for a trial");
   if (!measured) return {};
