@@ -1,11 +1,13 @@
 """validation/run.sh budgets: derived scene files, errors at equal time, and the page of a tiny scene; and
 the page of seeds.py."""
 import contextlib
+import dataclasses
 import io
 import json
 import os
 import pathlib
 import re
+import shutil
 import sys
 import tempfile
 import unittest
@@ -71,10 +73,20 @@ class SceneFiles(InFolder):
             self.assertEqual(budget_scenes.name_of(pathlib.Path(path)), name)
 
     def test_every_scene_of_the_project_can_be_derived(self):
+        # A copy of the scene files, in which included assets are empty: a fresh clone has none.
+        copies = self.folder / "copies"
+        shutil.copytree(ROOT / "scenes", copies, ignore=shutil.ignore_patterns("assets", "tools"))
+        for asset in ("kitchen/assets/instances", "kitchen/assets/lamps", "lamps/assets/pillars",
+                      "lamps/assets/area1000"):
+            path = copies / f"{asset}.xml"
+            path.parent.mkdir(exist_ok=True)
+            path.write_text('<scene version="3.0.0"/>')
         boxes = [bounces.scene_of(name, self.folder) for name in bounces.NAMES if "cornell" in name]
         found = budget_scenes.scenes_of([], lambda: boxes)
         self.assertGreater(len(found), 30)
         for one in found:
+            if one.path.is_relative_to(ROOT / "scenes"):
+                one = dataclasses.replace(one, path=copies / one.path.relative_to(ROOT / "scenes"))
             budget_scenes.derived(one, self.folder / "work", "clustered", 4, (16, 12))
 
     def test_what_is_missing_is_said(self):

@@ -146,7 +146,7 @@ class Patches(unittest.TestCase):
                                   ("patches.cpp", "kPlaneWidths", surfaces.PLANE_WIDTHS),
                                   ("patches.cpp", "kMaxPatches", surfaces.MOST),
                                   ("primaries.h", "kTileSide", surfaces.SIDE),
-                                  ("product_renderer.cpp", "kLeastToLearn", surfaces.PILOT[0][0])):
+                                  ("product_renderer.cpp", "kMinRaysToLearn", surfaces.PILOT[0][0])):
             found = re.search(rf"constexpr \w+ {name} = ([\d.]+)f?;", texts[file])
             self.assertIsNotNone(found, name)
             self.assertEqual(float(found[1]), value, name)
