@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <tuple>
@@ -86,6 +87,28 @@ TEST(MethodTrial, MissedLightIsAnError) {
   // the light that is missed. Deviations by noise are below 10 % of these.
   EXPECT_NEAR(work(0.9f, 1) * (1 + 25), 1, 0.2);
   EXPECT_NEAR(work(1, 0.9f) / (1 + 25), 1, 0.2);
+}
+
+TEST(MethodTrial, KnowsHowUncertainTheBrightnessIs) {
+  RenderContext context({.threads = 1});
+  const TileGrid grid({0, 0, 320, 320});
+  const MethodTrial trial(grid, 256, 5);
+  const auto deviation = [&](float of_render, float first, float noise_of_second) {
+    const auto render = [=, &context](uint64_t index, std::vector<Rgb>& picture) {
+      std::fill(picture.begin(), picture.end(), Rgb(first + (index == 0 ? 1 : -1) * of_render));
+      context.stats().counters[RayKind::kBsdf] += 1000;
+    };
+    const MethodTrial::Way way{render, 1, 1};
+    return trial.compare(way, noise(2, noise_of_second, 1000, context), context).deviation;
+  };
+  // The two renders of the first way differ by twice their deviation: the variance of one is twice
+  // its square. Their mean brightness is in between that of both ways.
+  EXPECT_NEAR(deviation(0.1f, 1, 0), std::sqrt(2) * 0.1, 1e-5);
+  EXPECT_NEAR(deviation(0, 0.9f, 0), 0.1 / 0.95, 1e-5);
+  // Noise of the second way, which has at most 0.5 on average of 4,096 pixels and two renders,
+  // explains a difference: five standard errors more are allowed.
+  EXPECT_LT(deviation(0, 1, 0.5f), 5 * 0.5 / std::sqrt(2 * 4096.));
+  EXPECT_EQ(deviation(0, 1, 0), 0);
 }
 
 TEST(MethodTrial, ChoosesTheFirstWayWhereThereIsNothingToCompare) {

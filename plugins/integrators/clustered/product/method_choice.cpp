@@ -35,6 +35,10 @@ constexpr double kLightShare = 0.125;
 constexpr double kMaxRaysOfTrial = 32;  ///< rays per pixel of product sampling
 /// Tiles of both methods are rendered if they take less than this share of the work of either alone.
 constexpr double kMaxWorkOfTiles = 0.9;
+/// Renders whose brightness by product sampling deviates by more than this in a trial are left to
+/// `path`. In eleven interiors it was at most 0.05; where images were too bright or too dark
+/// by more than 0.03, it was 0.06 to 0.3.
+constexpr double kMaxDeviation = 0.06;
 /// Paths for a sample of product sampling if no trial tells their costs.
 constexpr double kPathsPerSample = 3;
 /// Rays per pixel that are assumed if a render ends at an error.
@@ -73,6 +77,7 @@ class PathPasses final : public Passes {
 struct Measured {
   std::unique_ptr<const MethodMap> map;
   double paths_per_ray;  ///< that cost as much as a ray of product sampling
+  double deviation;      ///< MethodTrial::Result::deviation
 };
 
 /// Runs the trial. Returns nullopt if product sampling must render the image, or if the render was cancelled.
@@ -101,7 +106,7 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
                       tile.second * result.cost});
   }
   return Measured{std::make_unique<MethodMap>(trial.grid(), std::move(trials)),
-                  TrialPaths::kPaths / (result.cost * rays)};
+                  TrialPaths::kPaths / (result.cost * rays), result.deviation};
 }
 
 }  // namespace
@@ -169,10 +174,14 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   const double product = measured->map->product_work(), paths = measured->map->path_work();
   const double mixed = measured->map->mixed_work();
   log_debug(fmt::format("trial: work to the same error by product sampling 1, by path {:.3g}, by "
-                        "tiles of both {:.3g}",
-                        paths / product, mixed / product));
+                        "tiles of both {:.3g}; brightness by product sampling uncertain by {:.1f} %",
+                        paths / product, mixed / product, 100 * measured->deviation));
+  const double paths_per_sample = std::max(1., measured->paths_per_ray * kRaysPerSample);
+  if (measured->deviation > kMaxDeviation) {
+    return by_path(paths_per_sample, "in a trial, its brightness was too uncertain");
+  }
   if (paths < std::min(product, mixed / kMaxWorkOfTiles)) {
-    return by_path(std::max(1., measured->paths_per_ray * kRaysPerSample),
+    return by_path(paths_per_sample,
                    "in a trial, paths from the camera alone did as well for less");
   }
   MethodChoice choice;

@@ -1,6 +1,8 @@
 #include "clustered/product/method_trial.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 #include "clustered/product/spread.h"
 
@@ -17,6 +19,10 @@ double rays_of(const RenderCounters& counters, bool of_light) {
     if (is_light == of_light) sum += static_cast<double>(counters.rays[kind]);
   }
   return sum;
+}
+
+double squared(double x) {
+  return x * x;
 }
 
 /// Mean of the channels' squares.
@@ -123,6 +129,33 @@ std::vector<float> MethodTrial::weights_of(const Renders& a, const Renders& b, c
   return weights;
 }
 
+/// `is_comparable`: all light is in the renders of both ways.
+double MethodTrial::deviation_of(const std::vector<Part>& parts, bool is_comparable) const {
+  double sums[4] = {0, 0, 0, 0};
+  std::map<int, double> differences;  // of groups, which are independent of one another
+  for (const Part& part : parts) {
+    double means[4];
+    for (int k = 0; k < 4; ++k) sums[k] += means[k] = mean_of(part.means[k]);
+    const int x = part.tile % grid_.tiles_x() / kGroupSide;
+    const int y = part.tile / grid_.tiles_x() / kGroupSide;
+    differences[y * grid_.tiles_x() + x] += (means[0] + means[1] - means[2] - means[3]) / 2;
+  }
+  const double brightness = (sums[0] + sums[1] + sums[2] + sums[3]) / 4;
+  // Half of a squared difference of two renders is the variance of one.
+  double square = std::max(0., squared(sums[0] - sums[1]) - squared(sums[2] - sums[3])) / 2;
+  const auto n = static_cast<double>(differences.size());
+  if (is_comparable && n > 1) {
+    double sum = 0, squares = 0;
+    for (const auto& [group, difference] : differences) {
+      sum += difference;
+      squares += squared(difference);
+    }
+    const double noise = std::max(0., squares - squared(sum) / n) * n / (n - 1);
+    square += std::max(0., squared(sum) - noise);
+  }
+  return std::sqrt(square) / brightness;
+}
+
 MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
                                          RenderContext& context) const {
   const Renders a = run(first, context), b = run(second, context);
@@ -133,8 +166,10 @@ MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
   if (!(mean > 0)) return {};
   mean /= static_cast<double>(parts.size());
   const double floor = 0.01 * mean * mean;
+  const bool is_comparable = first.more_variance.empty() && second.more_variance.empty();
   Result result;
   result.cost = b.cost / a.cost;
+  result.deviation = deviation_of(parts, is_comparable);
   double error[2] = {0, 0}, missed[2] = {0, 0};
   for (const Part& part : parts) {
     const std::vector<float> weights = weights_of(a, b, part, floor);
@@ -145,7 +180,7 @@ MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
     // The squared difference of the ways' means, less its expectation by noise, for the way that
     // finds less light here. By chance alone, sums over many tiles are 0 on average. Light of
     // more_variance is in neither render.
-    if (first.more_variance.empty() && second.more_variance.empty()) {
+    if (is_comparable) {
       const Rgb difference = (part.means[0] + part.means[1] - part.means[2] - part.means[3]) * 0.5f;
       const double noise = (mean_square(part.means[0] - part.means[1]) +
                             mean_square(part.means[2] - part.means[3])) /

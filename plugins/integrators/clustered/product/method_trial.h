@@ -46,6 +46,9 @@ class MethodTrial {
   struct Result {
     double work = kInfinity;  ///< of the second way to the same error, in units of the first one's
     double cost = 1;          ///< of its renders, in the same unit
+    /// Deviation of the brightness of all tiles by the first way: how far its renders are from one
+    /// another and from the second way's, beyond what the second way's noise explains.
+    double deviation = 0;
     std::vector<TileErrors> tiles;
   };
   /// Renders the tiles and returns the ratio of work, which is infinite if there is nothing to
@@ -73,6 +76,7 @@ class MethodTrial {
                          const std::vector<float>& weights);
   static std::vector<float> weights_of(const Renders& a, const Renders& b, const Part& part,
                                        double floor);
+  double deviation_of(const std::vector<Part>& parts, bool is_comparable) const;
 
   const TileGrid& grid_;
   std::vector<uint8_t> wanted_;  ///< 1 for each chosen tile
