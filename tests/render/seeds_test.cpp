@@ -167,7 +167,6 @@ const SeedScene kTriedScenes[] = {
     {"CourtBallAt1000OnPlane1000", kCourt, kBall, 1000, 1000},
     {"BoxOnPlane10", kBox, kSky, 1, 10},
     {"BoxPanelAt1", kBox, kPanel, 1},
-    {"BoxPanelAt10", kBox, kPanel, 10, 10},
     {"BoxPanelAt100", kBox, kPanel, 100, 100},
     {"BoxSpotAt1000OnPlane100", kBox, kSpot, 1000, 100},
     {"TinyBoxPanelAt100", kBox, kPanel, 100, 10, kNear, 1e-3},
@@ -177,7 +176,6 @@ const SeedScene kTriedScenes[] = {
     {"StillLifeSkyOnPlane100", kStillLife, kSky, 1, 100},
     {"CornerOnPlane1", kMetalCorner, kSky, 1, 1},
     {"CornerOnPlane1000", kMetalCorner, kSky, 1, 1000},
-    {"CornerPanelAt10", kMetalCorner, kPanel, 10, 100},
     {"CornerLampAt1000", kMetalCorner, kPoint, 1000, 10},
 };
 INSTANTIATE_TEST_SUITE_P(Tried, Seeds, testing::ValuesIn(kTriedScenes), name_of);

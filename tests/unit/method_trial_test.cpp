@@ -53,6 +53,25 @@ TEST(MethodTrial, TilesAreWholeAndSpreadOverTheImage) {
   EXPECT_TRUE(MethodTrial(TileGrid({0, 0, 3, 100}), 24, 5).empty());
 }
 
+TEST(MethodTrial, KeepsAShareOfItsTiles) {
+  const TileGrid grid({0, 0, 320, 320});
+  MethodTrial trial(grid, 256, 5);
+  const double before = trial.share();
+  trial.keep(2);
+  EXPECT_EQ(trial.share(), before);
+  trial.keep(0.25);
+  EXPECT_EQ(trial.share(), before / 4);
+  const std::vector<size_t> pixels = trial.pixels();
+  EXPECT_EQ(pixels.size(), 64u * kTileSide * kTileSide);
+  const auto left = std::count_if(pixels.begin(), pixels.end(),
+                                  [](size_t i) { return i % 320 < 160; });
+  EXPECT_NEAR(static_cast<double>(left), pixels.size() / 2., 0.15 * pixels.size());
+  for (const double share : {0., -1.}) {
+    trial.keep(share);
+    EXPECT_EQ(trial.pixels().size(), MethodTrial::kMinTiles * kTileSide * kTileSide);
+  }
+}
+
 TEST(MethodTrial, ComparesErrorTimesRays) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});
@@ -93,18 +112,25 @@ TEST(MethodTrial, KnowsHowUncertainTheBrightnessIs) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});
   const MethodTrial trial(grid, 256, 5);
-  const auto deviation = [&](float of_render, float first, float noise_of_second) {
+  const auto deviation = [&](float of_render, float first, float noise_of_second,
+                             double common_share = 1) {
     const auto render = [=, &context](uint64_t index, std::vector<Rgb>& picture) {
       std::fill(picture.begin(), picture.end(), Rgb(first + (index == 0 ? 1 : -1) * of_render));
       context.stats().counters[RayKind::kBsdf] += 1000;
     };
-    const MethodTrial::Way way{render, 1, 1};
+    MethodTrial::Way way{render, 1, 1};
+    way.common_share = common_share;
     return trial.compare(way, noise(2, noise_of_second, 1000, context), context).deviation;
   };
   // The two renders of the first way differ by twice their deviation: the variance of one is twice
-  // its square. Their mean brightness is in between that of both ways.
+  // its square. The brightness is the mean of both ways'.
   EXPECT_NEAR(deviation(0.1f, 1, 0), std::sqrt(2) * 0.1, 1e-5);
+  EXPECT_NEAR(deviation(0.1f, 1, 0, 0.25), std::sqrt(2) * 0.05, 1e-5);
   EXPECT_NEAR(deviation(0, 0.9f, 0), 0.1 / 0.95, 1e-5);
+  // The mean of the first way's two renders may differ from the truth by half of that variance.
+  EXPECT_NEAR(deviation(0.1f, 0.9f, 0, 0), 0, 1e-5);
+  EXPECT_NEAR(deviation(0.1f, 0.8f, 0, 0), std::sqrt(0.04 - 0.01) / 0.9, 1e-5);
+  EXPECT_NEAR(deviation(0.1f, 1.2f, 0, 0), std::sqrt(0.04 - 0.01) / 1.1, 1e-5);
   // Noise of the second way, which has at most 0.5 on average of 4,096 pixels and two renders,
   // explains a difference: five standard errors more are allowed.
   EXPECT_LT(deviation(0, 1, 0.5f), 5 * 0.5 / std::sqrt(2 * 4096.));

@@ -27,18 +27,21 @@ constexpr double kMinWork = 4.5e6;
 constexpr size_t kManyEmitters = 500;
 /// Share of the render's work that the tiles of a trial take, and the work of a tile.
 constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
-constexpr int kMinTiles = 16, kMaxTiles = 256;
-/// Share of a render's time that a trial may take.
-constexpr double kTrialShare = 0.1;
+constexpr int kMaxTiles = 256;
+/// Share of the time that a trial may take: some 0.05 on a machine of its own, more beside other programs.
+constexpr double kTrialShare = 0.25;
+/// The rest of a trial takes up to this many times as long as its pilot, and shall take no more than
+/// this share of what is left to it.
+constexpr double kTimesPilot = 5, kShareOfLeft = 0.7;
 /// Share of a render's light points that each render of a trial draws.
 constexpr double kLightShare = 0.125;
 constexpr double kMaxRaysOfTrial = 32;  ///< rays per pixel of product sampling
 /// Tiles of both methods are rendered if they take less than this share of the work of either alone.
 constexpr double kMaxWorkOfTiles = 0.9;
-/// Renders whose brightness by product sampling deviates by more than this in a trial are left to
-/// `path`. In eleven interiors it was at most 0.05; where images were too bright or too dark
-/// by more than 0.03, it was 0.06 to 0.3.
-constexpr double kMaxDeviation = 0.06;
+/// Renders whose brightness by product sampling is expected to deviate by more than this are left to
+/// `path`. Most trials of a dozen interiors find less than 0.03, and most seeds whose images are too
+/// bright or too dark by more than that have more.
+constexpr double kMaxDeviation = 0.04;
 /// Paths for a sample of product sampling if no trial tells their costs.
 constexpr double kPathsPerSample = 3;
 /// Rays per pixel that are assumed if a render ends at an error.
@@ -80,15 +83,20 @@ struct Measured {
   double deviation;      ///< MethodTrial::Result::deviation
 };
 
-/// Runs the trial. Returns nullopt if product sampling must render the image, or if the render was cancelled.
+/// Runs the trial, with fewer tiles if all of them would last too long. Returns nullopt if product sampling must render the image, or if the render was cancelled.
 std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  const std::shared_ptr<const DistantCells>& cells,
                                  const ProductSettings& settings, const RenderLength& length,
-                                 const MethodTrial& trial, uint64_t seed) {
+                                 MethodTrial trial, double deadline, uint64_t seed) {
   ProductRenderer product(scene, sensor, context, cells, settings, trial.grid(), kLightShare);
   const double rays = std::clamp(length.rays_per_pixel, 1., kMaxRaysOfTrial);
   if (!product.can_use_paths()) return std::nullopt;
+  const double start = context.seconds();
   const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
+  if (deadline < kInfinity) {
+    const double now = context.seconds();
+    trial.keep(kShareOfLeft * (deadline - now) / (kTimesPilot * (now - start)));
+  }
   const MethodTrial::Way product_way = product.trial_way(trial, rays, length, kCostOfRay, seed);
   const transport::SceneTable table(scene);
   const TrialPaths paths(table, sensor, trial.grid(), path_settings(settings), context);
@@ -156,17 +164,16 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   const double work = length.rays_per_pixel * grid.crop().area() * kCostOfRay;
   const uint64_t seed = hash_words(key_seed(context, sensor.sampler()), kTrialSeed);
   const auto tiles = static_cast<int>(
-      std::clamp<double>(work * kShareOfTiles / kWorkOfTile, kMinTiles, kMaxTiles));
+      std::clamp<double>(work * kShareOfTiles / kWorkOfTile, MethodTrial::kMinTiles, kMaxTiles));
   const MethodTrial trial(grid, tiles, seed);
   const bool is_short = work < kMinWork || trial.empty();
   if (is_short && scene.emitters().size() >= kManyEmitters) return {};
   if (is_short) {
     return by_path(kPathsPerSample, "the render is short: paths need no preparation");
   }
-  if (length.seconds < kInfinity) {
-    context.set_deadline(context.seconds() + kTrialShare * length.seconds);
-  }
-  auto measured = try_both(scene, sensor, context, cells, settings, length, trial, seed);
+  const double deadline = context.seconds() + kTrialShare * length.seconds;
+  context.set_deadline(deadline);
+  auto measured = try_both(scene, sensor, context, cells, settings, length, trial, deadline, seed);
   const bool is_late = context.cancelled() && !context.interrupted();
   context.set_deadline(kInfinity);
   if (is_late) return by_path(1, "there was too little time for a trial");

@@ -39,17 +39,24 @@ MethodTrial::MethodTrial(const TileGrid& grid, int tiles, uint64_t seed)
   const int rows = (whole_y + kGroupSide - 1) / kGroupSide;
   const auto most = std::min(static_cast<size_t>(tiles), wanted_.size() / 2);
   // Several points may fall into one group.
-  for (uint32_t i = 0; count_ < most && i < 4 * most; ++i) {
+  for (uint32_t i = 0; chosen_.size() < most && i < 4 * most; ++i) {
     const int x0 = static_cast<int>(scaled(random_bits(seed, 0) + i * kGolden, columns));
     const int y0 = static_cast<int>(scaled(random_bits(seed, 1) + i * kPlastic, rows));
     for (int k = 0; k < kGroupSide * kGroupSide; ++k) {
       const int x = x0 * kGroupSide + k % kGroupSide, y = y0 * kGroupSide + k / kGroupSide;
       if (x >= whole_x || y >= whole_y) continue;
-      uint8_t& wanted = wanted_[static_cast<size_t>(y) * grid.tiles_x() + x];
-      count_ += 1 - wanted;
-      wanted = 1;
+      const size_t tile = static_cast<size_t>(y) * grid.tiles_x() + x;
+      if (wanted_[tile] == 0) chosen_.push_back(tile);
+      wanted_[tile] = 1;
     }
   }
+}
+
+void MethodTrial::keep(double share) {
+  const double kept = std::clamp(share, 0., 1.) * static_cast<double>(chosen_.size());
+  const size_t count = std::max(kMinTiles, static_cast<size_t>(kept));
+  for (size_t i = count; i < chosen_.size(); ++i) wanted_[chosen_[i]] = 0;
+  if (count < chosen_.size()) chosen_.resize(count);
 }
 
 std::vector<size_t> MethodTrial::pixels() const {
@@ -130,7 +137,8 @@ std::vector<float> MethodTrial::weights_of(const Renders& a, const Renders& b, c
 }
 
 /// `is_comparable`: all light is in the renders of both ways.
-double MethodTrial::deviation_of(const std::vector<Part>& parts, bool is_comparable) const {
+double MethodTrial::deviation_of(const Way& first, const std::vector<Part>& parts,
+                                 bool is_comparable) const {
   double sums[4] = {0, 0, 0, 0};
   std::map<int, double> differences;  // of groups, which are independent of one another
   for (const Part& part : parts) {
@@ -141,8 +149,10 @@ double MethodTrial::deviation_of(const std::vector<Part>& parts, bool is_compara
     differences[y * grid_.tiles_x() + x] += (means[0] + means[1] - means[2] - means[3]) / 2;
   }
   const double brightness = (sums[0] + sums[1] + sums[2] + sums[3]) / 4;
-  // Half of a squared difference of two renders is the variance of one.
-  double square = std::max(0., squared(sums[0] - sums[1]) - squared(sums[2] - sums[3])) / 2;
+  // Half of the squared difference of two renders is the variance of one.
+  const double variance = squared(sums[0] - sums[1]) / 2;
+  double square =
+      first.common_share * std::max(0., variance - squared(sums[2] - sums[3]) / 2);
   const auto n = static_cast<double>(differences.size());
   if (is_comparable && n > 1) {
     double sum = 0, squares = 0;
@@ -150,8 +160,10 @@ double MethodTrial::deviation_of(const std::vector<Part>& parts, bool is_compara
       sum += difference;
       squares += squared(difference);
     }
-    const double noise = std::max(0., squares - squared(sum) / n) * n / (n - 1);
-    square += std::max(0., squared(sum) - noise);
+    const double noise = std::sqrt(std::max(0., squares - squared(sum) / n) * n / (n - 1));
+    // Light that the second way finds rarely makes no noise while it is missed.
+    const double excess = std::max(0., sum > 0 ? sum - 2 * noise : -sum - noise);
+    square += std::max(0., squared(excess) - variance / 2);
   }
   return std::sqrt(square) / brightness;
 }
@@ -169,7 +181,7 @@ MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
   const bool is_comparable = first.more_variance.empty() && second.more_variance.empty();
   Result result;
   result.cost = b.cost / a.cost;
-  result.deviation = deviation_of(parts, is_comparable);
+  result.deviation = deviation_of(first, parts, is_comparable);
   double error[2] = {0, 0}, missed[2] = {0, 0};
   for (const Part& part : parts) {
     const std::vector<float> weights = weights_of(a, b, part, floor);

@@ -15,15 +15,21 @@ namespace kinome {
 /// which stays unbiased whatever is chosen.
 class MethodTrial {
  public:
+  static constexpr size_t kMinTiles = 16;
   /// Chooses about `tiles` tiles, at most half of the image's, in groups of 2x2 that are spread over
   /// the image. Tiles cut by the image's border are left out. `grid` must outlive it.
   MethodTrial(const TileGrid& grid, int tiles, uint64_t seed);
   const TileGrid& grid() const { return grid_; }
   /// True if no tile was chosen.
-  bool empty() const { return count_ == 0; }
+  bool empty() const { return chosen_.empty(); }
   bool is_wanted(const TileGrid::Tile& tile) const { return wanted_[tile.index] != 0; }
   /// Share of the image's tiles that was chosen.
-  double share() const { return static_cast<double>(count_) / std::max(1, grid_.tiles()); }
+  double share() const {
+    return static_cast<double>(chosen_.size()) / std::max(1, grid_.tiles());
+  }
+  /// Gives up all tiles but about this share of them, at least kMinTiles. Those that remain are
+  /// spread over the image, too.
+  void keep(double share);
   /// Pixels of the chosen tiles (TileGrid::pixel), tile by tile, row by row.
   std::vector<size_t> pixels() const;
 
@@ -37,6 +43,8 @@ class MethodTrial {
     /// it costs; may be empty.
     std::vector<float> more_variance{};
     double more_cost = 0;
+    /// Variance of a whole render's brightness over that of a render in the trial.
+    double common_share = 1;
   };
   /// Errors of the two ways in a tile: sums over its pixels, of a render.
   struct TileErrors {
@@ -46,8 +54,9 @@ class MethodTrial {
   struct Result {
     double work = kInfinity;  ///< of the second way to the same error, in units of the first one's
     double cost = 1;          ///< of its renders, in the same unit
-    /// Deviation of the brightness of all tiles by the first way: how far its renders are from one
-    /// another and from the second way's, beyond what the second way's noise explains.
+    /// Expected deviation of a whole render's brightness by the first way, relative: by how far its
+    /// renders in the trial are from one another and from the second way's, less what the noise of
+    /// the second way explains.
     double deviation = 0;
     std::vector<TileErrors> tiles;
   };
@@ -76,11 +85,11 @@ class MethodTrial {
                          const std::vector<float>& weights);
   static std::vector<float> weights_of(const Renders& a, const Renders& b, const Part& part,
                                        double floor);
-  double deviation_of(const std::vector<Part>& parts, bool is_comparable) const;
+  double deviation_of(const Way& first, const std::vector<Part>& parts, bool is_comparable) const;
 
   const TileGrid& grid_;
   std::vector<uint8_t> wanted_;  ///< 1 for each chosen tile
-  size_t count_ = 0;
+  std::vector<size_t> chosen_;   ///< group by group, in the order in which they were chosen
 };
 
 }  // namespace kinome

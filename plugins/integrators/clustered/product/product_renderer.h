@@ -98,6 +98,7 @@ class ProductRenderer final : public Passes {
   BsdfAddresses addresses_;                        ///< of what other processes have found
   TileKnowledge knowledge_;
   std::optional<RayAllocation> allocation_;  ///< where there was a pilot
+  std::vector<size_t> trial_pixels_;         ///< that it is for, if it is that of a trial
   std::optional<CellLight> pilot_light_;     ///< of the pilot, or of a trial
   uint32_t pilot_rays_ = 0;                  ///< of each pixel; 0: there was none
   double pilot_seconds_ = 0;

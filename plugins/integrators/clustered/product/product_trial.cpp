@@ -27,11 +27,11 @@ double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial
   const std::vector<PixelForecast> forecast =
       send_pilot(effort, [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); }, 0);
   // The plan of the tiles alone, in a strip.
-  const std::vector<size_t> pixels = trial.pixels();
+  trial_pixels_ = trial.pixels();
   std::vector<PixelForecast> strip;
-  for (const size_t i : pixels) strip.push_back(forecast[i]);
+  for (const size_t i : trial_pixels_) strip.push_back(forecast[i]);
   if (!context_.cancelled()) {
-    allocate(effort, strip, kTileSide, static_cast<int>(pixels.size()) / kTileSide);
+    allocate(effort, strip, kTileSide, static_cast<int>(strip.size()) / kTileSide);
   }
   return rays;
 }
@@ -42,9 +42,8 @@ void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t 
                                 uint64_t seed, std::vector<Rgb>& picture) {
   if (index > 0) pilot_light_.emplace(make_light(hash_words(seed, 1), rays * trial.share()));
   const std::vector<PixelPlan> strip = plan_pass(rays);
-  const std::vector<size_t> pixels = trial.pixels();
   std::vector<PixelPlan> plan(static_cast<size_t>(grid_.crop().area()));
-  for (size_t k = 0; k < pixels.size(); ++k) plan[pixels[k]] = strip[k];
+  for (size_t k = 0; k < trial_pixels_.size(); ++k) plan[trial_pixels_[k]] = strip[k];
   const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
   SharedItems shared([&](size_t block, SharedBytes& bytes) {
     transfer_tiles(picture, grid_, static_cast<int>(block), is_wanted, bytes);
@@ -75,6 +74,7 @@ MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double ray
                          try_tiles(trial, rays, index, hash_words(seed, 1, index), picture);
                        },
                        cost_of_ray, cost_of_ray * share_of_light};
+  way.common_share = light_share_;  // by the number of light points, which all pixels share
   if (caustics_) {
     const double count = rays / kRaysPerCausticPath * grid_.crop().area();
     const auto tried = static_cast<uint32_t>(std::ceil(count * trial.share()));
