@@ -79,8 +79,9 @@ class PathPasses final : public Passes {
 /// Result of a trial, as work for the same error in a common unit.
 struct Measured {
   std::unique_ptr<const MethodMap> map;
-  double paths_per_ray;  ///< that cost as much as a ray of product sampling
-  double deviation;      ///< MethodTrial::Result::deviation
+  double paths_per_ray;    ///< that cost as much as a ray of product sampling
+  double deviation;        ///< MethodTrial::Result::deviation
+  double rays_per_second;  ///< of product sampling
 };
 
 /// Runs the trial, with fewer tiles if all of them would last too long. Returns nullopt if product sampling must render the image, or if the render was cancelled.
@@ -97,7 +98,14 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
     const double now = context.seconds();
     trial.keep(kShareOfLeft * (deadline - now) / (kTimesPilot * (now - start)));
   }
-  const MethodTrial::Way product_way = product.trial_way(trial, rays, length, kCostOfRay, seed);
+  MethodTrial::Way product_way = product.trial_way(trial, rays, length, kCostOfRay, seed);
+  double seconds = 0;
+  product_way.render = [&, render = product_way.render](uint64_t index,
+                                                        std::vector<Rgb>& picture) {
+    const double begin = context.seconds();
+    render(index, picture);
+    seconds += context.seconds() - begin;
+  };
   const transport::SceneTable table(scene);
   const TrialPaths paths(table, sensor, trial.grid(), path_settings(settings), context);
   const MethodTrial::Way path_way{[&](uint64_t index, std::vector<Rgb>& picture) {
@@ -114,7 +122,8 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
                       tile.second * result.cost});
   }
   return Measured{std::make_unique<MethodMap>(trial.grid(), std::move(trials)),
-                  TrialPaths::kPaths / (result.cost * rays), result.deviation};
+                  TrialPaths::kPaths / (result.cost * rays), result.deviation,
+                  2 * rays * static_cast<double>(trial.pixels().size()) / seconds};
 }
 
 }  // namespace
@@ -194,6 +203,7 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   MethodChoice choice;
   if (mixed < kMaxWorkOfTiles * product) choice.map = std::move(measured->map);
   choice.paths_per_ray = measured->paths_per_ray;
+  choice.rays_per_second = measured->rays_per_second;
   return choice;
 }
 

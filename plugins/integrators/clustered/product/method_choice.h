@@ -36,7 +36,8 @@ bool is_path_possible(const Scene& scene, const Sensor& sensor, const ProductSet
 struct MethodChoice {
   std::unique_ptr<Passes> paths;
   std::unique_ptr<const MethodMap> map;
-  double paths_per_ray = 0;  ///< paths that cost as much as a ray of product sampling
+  double paths_per_ray = 0;    ///< paths that cost as much as a ray of product sampling
+  double rays_per_second = 0;  ///< of product sampling in a trial; 0: there was none
 };
 
 /// Chooses between product sampling and `path`. Short renders are left to `path` at once; otherwise,

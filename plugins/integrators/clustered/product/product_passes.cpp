@@ -58,7 +58,10 @@ std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
   if (choice.map) renderer.use(*choice.map, choice.paths_per_ray);
   if (length.seconds == kInfinity) {
     renderer.learn_from_pilot(length.rays_per_pixel);
-  } else if (!renderer.learn_in_time(seconds) && renderer.can_use_paths() &&
+  } else if (const double speed = choice.rays_per_second > 0
+                                     ? choice.rays_per_second
+                                     : kCarefulSpeed * context.all_threads();
+             !renderer.learn_in_time(seconds, speed) && renderer.can_use_paths() &&
              is_path_possible(scene, sensor, settings)) {
     return path_passes(scene, sensor, context, settings, 1,
                        "without a pilot, paths from the camera do better");

@@ -34,7 +34,7 @@ constexpr uint32_t kLensPrimaries = 2, kLensRays = 1;
 /// From so many primaries a pixel on, its forecast is its own.
 constexpr uint32_t kPrimariesToTell = 4;
 /// Share of a render's time that its pilot may take.
-constexpr double kPilotShare = 0.4;
+constexpr double kPilotShare = 0.25;
 constexpr double kCandidatesUnlearned = 16;  ///< for each ray
 /// Keeps the random numbers of passes apart from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
@@ -298,11 +298,10 @@ void ProductRenderer::divide_among_methods() {
   });
 }
 
-bool ProductRenderer::learn_in_time(double seconds) {
+bool ProductRenderer::learn_in_time(double seconds, double rays_per_second) {
   context_.set_deadline(context_.seconds() + kPilotShare * seconds);
   if (!context_.cancelled()) {
-    learn_from_pilot(seconds * kCarefulSpeed * context_.all_threads() /
-                     std::max(1, grid_.crop().area()));
+    learn_from_pilot(seconds * rays_per_second / std::max(1, grid_.crop().area()));
   }
   const bool is_late = context_.cancelled();
   if (is_late) {
