@@ -72,6 +72,45 @@ TEST(MethodTrial, KeepsAShareOfItsTiles) {
   }
 }
 
+struct Tent final : ReconstructionFilter {
+  Tent() { radius_ = 1; }
+  float eval(float x) const override { return std::max(0.f, 1 - std::abs(x)); }
+};
+
+TEST(PixelFilter, HasTheWeightsOfWholePixels) {
+  const PixelFilter box, tent{Tent()};
+  for (int d = -PixelFilter::kReach; d <= PixelFilter::kReach; ++d) {
+    EXPECT_EQ(box.weight(d, 0), d == 0 ? 1 : 0);
+    // Of a pixel's width, an eighth of the tent's area lies beyond either side.
+    EXPECT_NEAR(tent.weight(d, 0), sqr(0.75f) * (d == 0 ? 1 : std::abs(d) == 1 ? 1 / 6.f : 0),
+                1e-4f);
+    EXPECT_NEAR(tent.weight(d, 1) * 6, tent.weight(d, 0), 1e-4f);
+  }
+  EXPECT_EQ(box.variance(), 1);
+  EXPECT_NEAR(tent.variance(), sqr(sqr(0.75f) + 2 * sqr(0.125f)), 1e-4f);
+}
+
+/// The filter of the film takes away noise of single pixels, but not that of tiles.
+TEST(MethodTrial, MeasuresFilteredNoise) {
+  RenderContext context({.threads = 1});
+  const TileGrid grid({0, 0, 320, 320});
+  const PixelFilter tent{Tent()};
+  const MethodTrial trial(grid, 256, 5, tent);
+  const MethodTrial::Way tiles{
+      [&](uint64_t index, std::vector<Rgb>& picture) {
+        for (size_t i = 0; i < picture.size(); ++i) {
+          const size_t tile = i % 320 / kTileSide + i / 320 / kTileSide * grid.tiles_x();
+          picture[i] = Rgb(random_float(hash_words(1, index, tile), 0) < 0.5f ? 1.02f : 0.98f);
+        }
+        context.stats().counters[RayKind::kBsdf] += 1000;
+      },
+      1, 1};
+  const double work = trial.compare(noise(2, 0.02f, 1000, context), tiles, context).work;
+  // At the edges of tiles, the filter takes away a part of theirs, too, and less of the pixels'.
+  EXPECT_GT(work, 0.6 / tent.variance());
+  EXPECT_LT(work, 1 / tent.variance());
+}
+
 TEST(MethodTrial, ComparesErrorTimesRays) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});

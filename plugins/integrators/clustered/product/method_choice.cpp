@@ -174,7 +174,7 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   const uint64_t seed = hash_words(key_seed(context, sensor.sampler()), kTrialSeed);
   const auto tiles = static_cast<int>(
       std::clamp<double>(work * kShareOfTiles / kWorkOfTile, MethodTrial::kMinTiles, kMaxTiles));
-  const MethodTrial trial(grid, tiles, seed);
+  const MethodTrial trial(grid, tiles, seed, PixelFilter(sensor.film().filter()));
   const bool is_short = work < kMinWork || trial.empty();
   if (is_short && scene.emitters().size() >= kManyEmitters) return {};
   if (is_short) {

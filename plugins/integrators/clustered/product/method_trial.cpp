@@ -32,8 +32,9 @@ double mean_square(const Rgb& c) {
 
 }  // namespace
 
-MethodTrial::MethodTrial(const TileGrid& grid, int tiles, uint64_t seed)
-    : grid_(grid), wanted_(static_cast<size_t>(grid.tiles())) {
+MethodTrial::MethodTrial(const TileGrid& grid, int tiles, uint64_t seed,
+                         const PixelFilter& filter)
+    : grid_(grid), filter_(filter), wanted_(static_cast<size_t>(grid.tiles())) {
   const int whole_x = grid.crop().width() / kTileSide, whole_y = grid.crop().height() / kTileSide;
   const int columns = (whole_x + kGroupSide - 1) / kGroupSide;
   const int rows = (whole_y + kGroupSide - 1) / kGroupSide;
@@ -77,10 +78,33 @@ MethodTrial::Renders MethodTrial::run(const Way& way, RenderContext& context) co
   for (uint64_t i = 0; i < 2; ++i) {
     renders.pictures[i].assign(static_cast<size_t>(grid_.crop().area()), Rgb(0.f));
     way.render(i, renders.pictures[i]);
+    filter(renders.pictures[i]);
   }
   renders.cost = (rays_of(counters, false) - rays) * way.cost_of_ray +
                  (rays_of(counters, true) - light_rays) * way.cost_of_light + 2 * way.more_cost;
   return renders;
+}
+
+/// Filters the pixels of the chosen tiles. Weights of other pixels are left out.
+void MethodTrial::filter(std::vector<Rgb>& picture) const {
+  const int width = grid_.crop().width(), height = grid_.crop().height();
+  const std::vector<Rgb> unfiltered = picture;
+  for (const size_t i : pixels()) {
+    const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+    Rgb sum(0.f);
+    float weights = 0;
+    for (int dy = -PixelFilter::kReach; dy <= PixelFilter::kReach; ++dy) {
+      for (int dx = -PixelFilter::kReach; dx <= PixelFilter::kReach; ++dx) {
+        const int nx = x + dx, ny = y + dy;
+        if (nx < 0 || ny < 0 || nx >= width || ny >= height) continue;
+        const int tile = ny / kTileSide * grid_.tiles_x() + nx / kTileSide;
+        if (wanted_[tile] == 0) continue;
+        sum += filter_.weight(dx, dy) * unfiltered[static_cast<size_t>(ny) * width + nx];
+        weights += filter_.weight(dx, dy);
+      }
+    }
+    picture[i] = sum / weights;
+  }
 }
 
 /// The tiles that were rendered, and how bright they are.
@@ -109,13 +133,13 @@ std::vector<MethodTrial::Part> MethodTrial::parts_of(const Renders& a, const Ren
 /// Error of a render in a tile by the squared difference of the two renders, with a weight for each
 /// pixel.
 double MethodTrial::noise_of(const Way& way, const Renders& renders, const Part& part,
-                             const std::vector<float>& weights) {
+                             const std::vector<float>& weights) const {
   double error = 0;
   for (size_t k = 0; k < part.pixels.size(); ++k) {
     const size_t i = part.pixels[k];
     // The variance of a difference is twice that of a render.
     double square = 0.5 * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
-    if (!way.more_variance.empty()) square += static_cast<double>(way.more_variance[i]);
+    if (!way.more_variance.empty()) square += static_cast<double>(filter_.variance() * way.more_variance[i]);
     error += static_cast<double>(weights[k]) * square;
   }
   return error;

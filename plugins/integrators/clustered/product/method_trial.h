@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "clustered/product/pixel_filter.h"
 #include "clustered/product/tile_grid.h"
 #include "kinome/render_context.h"
 
@@ -18,7 +19,8 @@ class MethodTrial {
   static constexpr size_t kMinTiles = 16;
   /// Chooses about `tiles` tiles, at most half of the image's, in groups of 2x2 that are spread over
   /// the image. Tiles cut by the image's border are left out. `grid` must outlive it.
-  MethodTrial(const TileGrid& grid, int tiles, uint64_t seed);
+  /// `filter`: of the film; errors are those of filtered images.
+  MethodTrial(const TileGrid& grid, int tiles, uint64_t seed, const PixelFilter& filter = {});
   const TileGrid& grid() const { return grid_; }
   /// True if no tile was chosen.
   bool empty() const { return chosen_.empty(); }
@@ -80,14 +82,16 @@ class MethodTrial {
     Rgb mean() const { return (means[0] + means[1] + means[2] + means[3]) * 0.25f; }
   };
   Renders run(const Way& way, RenderContext& context) const;
+  void filter(std::vector<Rgb>& picture) const;
   std::vector<Part> parts_of(const Renders& a, const Renders& b) const;
-  static double noise_of(const Way& way, const Renders& renders, const Part& part,
-                         const std::vector<float>& weights);
+  double noise_of(const Way& way, const Renders& renders, const Part& part,
+                  const std::vector<float>& weights) const;
   static std::vector<float> weights_of(const Renders& a, const Renders& b, const Part& part,
                                        double floor);
   double deviation_of(const Way& first, const std::vector<Part>& parts, bool is_comparable) const;
 
   const TileGrid& grid_;
+  PixelFilter filter_;
   std::vector<uint8_t> wanted_;  ///< 1 for each chosen tile
   std::vector<size_t> chosen_;   ///< group by group, in the order in which they were chosen
 };
