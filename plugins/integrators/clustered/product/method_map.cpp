@@ -11,12 +11,10 @@ namespace {
 constexpr float kReach = 0.1f;
 /// Weight of tiles that show other materials, and of the mean of all trials.
 constexpr float kOtherMaterial = 0.1f, kAll = 0.5f;
-/// Standard errors that are added to the work of product sampling.
-constexpr double kErrors = 2;
 /// Tiles this near to a tile don't count when it is left out: they are of its group in the trial.
 constexpr int kGroupReach = 2;
 
-/// Sum of the values and kErrors of its standard errors.
+/// Sum of the values and its standard error.
 double sum_with_error(const std::vector<double>& values) {
   double sum = 0, squares = 0;
   for (const double value : values) {
@@ -25,7 +23,7 @@ double sum_with_error(const std::vector<double>& values) {
   }
   const auto n = static_cast<double>(values.size());
   if (n < 2) return sum;
-  return sum + kErrors * std::sqrt(std::max(0., squares - sum * sum / n) * n / (n - 1));
+  return sum + std::sqrt(std::max(0., squares - sum * sum / n) * n / (n - 1));
 }
 
 }  // namespace

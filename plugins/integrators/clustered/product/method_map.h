@@ -24,8 +24,8 @@ class MethodMap {
 
   /// True if `path` is expected to take less work in a tile that shows this material.
   bool is_for_path(int tile, const Bsdf* bsdf) const { return is_for_path(tile, bsdf, -1); }
-  /// Work of all trials if each tile had the method that the trials farther away suggest. Two
-  /// standard errors are added for the tiles of product sampling, because few tiles show few of its
+  /// Work of all trials if each tile had the method that the trials farther away suggest. A
+  /// standard error is added for the tiles of product sampling, because few tiles show few of its
   /// bright outliers.
   double mixed_work() const;
   /// The same if all tiles had product sampling.
