@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-
 #include "path_scenes.h"
 #include "product_scenes.h"
 #include "support/plugin_sets.h"
@@ -35,6 +34,10 @@ struct Case {
 const std::string kStone =
     shape_xml("rectangle",
               "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\".01\"/>", kGrey);
+
+const std::string kLargePlane = shape_xml(
+    "rectangle", "<scale value=\"200\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\"-.01\"/>",
+    kGrey);
 
 Arrangement setup_of(const Case& c) {
   Arrangement s;
@@ -70,6 +73,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"LampAnyDepth", kLamp, kGrey, -1}, Case{"SkyDepth4", sun_xml(), kGrey, 4},
         Case{"SkyAnyDepth", sun_xml(), kGrey, -1}, Case{"SpotDepth4", kSpot, kGrey, 4},
         Case{"SpotAnyDepth", kSpot, kGrey, -1}, Case{"LampOnPlastic", kLamp, kPlastic, -1},
+        Case{"FarPointAnyDepth", point_xml("150,400,250", "2e6 2e6 1e6"), kGrey, -1},
+        Case{"SkyOnALargePlane", constant_xml("1 .9 .8"), kGrey, -1, kLargePlane},
         Case{"SpotOnPlastic", kSpot, kPlastic, 4}, Case{"LampOnMetal", kLamp, metal(.3), -1},
         Case{"LampOnNarrowMetal", kLamp, metal(.1), -1},
         Case{"SkyOnMirrors", constant_xml("1 .9 .8"), kMirror, -1},
@@ -160,9 +165,8 @@ TEST(DeepLightPaths, AreThoseOfPathWhereLightComesThroughGlass) {
     RenderContext context({.threads = 2, .seed = 6});
     render(*scene, *scene->sensors()[0], context);
     const auto& skipped = context.stats().skipped;
-    const bool is_left_to_path = std::any_of(skipped.begin(), skipped.end(), [](const auto& entry) {
-      return entry.what == "product";
-    });
+    const bool is_left_to_path = std::any_of(
+        skipped.begin(), skipped.end(), [](const auto& entry) { return entry.what == "product"; });
     EXPECT_EQ(is_left_to_path, is_in_glass);
   }
 }
@@ -187,10 +191,11 @@ TEST(DeepLightPaths, LeaveUnusedLanesOut) {
   const std::string floor = shape_xml(
       "rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\"-1.6\"/>",
       kGrey);
-  const std::string xml = "<scene version=\"3.0.0\">" +
-                          integrator_xml("clustered", 12, kNoTrial + number("rays_per_pixel", 192)) +
-                          sensor_xml("perspective", look_at("0 2.5 6", "0 0 0", "0 1 0"), 32, 32) +
-                          constant_xml("1 1 1") + balls + floor + "</scene>";
+  const std::string xml =
+      "<scene version=\"3.0.0\">" +
+      integrator_xml("clustered", 12, kNoTrial + number("rays_per_pixel", 192)) +
+      sensor_xml("perspective", look_at("0 2.5 6", "0 0 0", "0 1 0"), 32, 32) +
+      constant_xml("1 1 1") + balls + floor + "</scene>";
   const auto scene_for = [&](InstructionSet set) {
     return load_scene_from_string(xml, "balls.xml", {}, registry_of(set));
   };

@@ -14,11 +14,12 @@ namespace {
 struct Case {
   const char* name;
   Arrangement setup;
+  int tile = 4;
 };
 
 class Local : public testing::TestWithParam<Case> {};
 TEST_P(Local, IsUnbiased) {
-  expect_unbiased(GetParam().setup);
+  expect_unbiased(GetParam().setup, kRenders, GetParam().tile);
 }
 std::string name_of(const testing::TestParamInfo<Case>& info) {
   return info.param.name;
@@ -26,7 +27,7 @@ std::string name_of(const testing::TestParamInfo<Case>& info) {
 
 Case lit_by(const char* name, const std::string& light, int max_depth = 2,
             const std::string& material = kGrey) {
-  Case c{name, {}};
+  Case c{name, {}, 4};
   c.setup.light = light;
   c.setup.max_depth = max_depth;
   c.setup.shapes = shapes_xml(material);
@@ -215,8 +216,38 @@ Case normals_below_the_surface() {
   return c;
 }
 
+/// Light of which hardly any falls where the camera sees its effect.
+Case far(const char* name, const std::string& light) {
+  Case c = lit_by(name, light, 3);
+  c.setup.shapes += shape_xml("rectangle",
+                              "<scale value=\"300\"/><rotate x=\"1\" angle=\"-90\"/>"
+                              "<translate y=\"-.01\"/>",
+                              kGrey);
+  return c;
+}
+
+/// The light points, which all tiles of an image share, make most of the noise. Tiles are not
+/// independent then, which the test of their sum assumes: one tile is the whole image.
+Case textured_bounce() {
+  Case c = lit_by("Textured", textured_lamp(), 3);
+  c.tile = 16;
+  return c;
+}
+
 std::vector<Case> bounces() {
   return {
+      far("FarPoint", point_xml("300,800,500", "4e6 3e6 2e6")),
+      far("FarSpot",
+          "<emitter type=\"spot\"><rgb name=\"intensity\" value=\"4e6 3e6 2e6\"/>" +
+              number("cutoff_angle", 10) +
+              "<transform name=\"to_world\"><lookat origin=\"300,800,500\" target=\"20,0,0\" "
+              "up=\"0,1,0\"/></transform></emitter>"),
+      far("FarBall",
+          "<shape type=\"sphere\"><point name=\"center\" x=\"60\" y=\"160\" z=\"100\"/>"
+          "<float name=\"radius\" value=\"20\"/><emitter type=\"area\"><rgb "
+          "name=\"radiance\" value=\"90 80 70\"/></emitter></shape>"),
+      far("SkyOnALargePlane", constant_xml("1 .9 .8")),
+      far("SunOnALargePlane", sun_xml() + kDirectional),
       through_a_board("ThroughADiffuseBoard", kGrey),
       through_a_board("ThroughAPlasticBoard",
                       bsdf("twosided", bsdf("roughplastic", number("alpha", .4)))),
@@ -227,7 +258,7 @@ std::vector<Case> bounces() {
       slit(),
       lit_by("Rectangle", kLamp, 3),
       lit_by("Sphere", kBall, 3),
-      lit_by("Textured", textured_lamp(), 3),
+      textured_bounce(),
       lit_by("Point", kPoint, 3),
       lit_by("Spot", kSpot, 3),
       lit_by("Projector", projector(), 3),

@@ -17,6 +17,9 @@ struct LightOrigin {
   uint32_t source = 0;
   LightGuide::Numbers numbers{};  ///< that the source is given
   float guided = 1;               ///< density by the guide over that without
+  /// Density with aims over that without, times the share of the source's flux that is emitted
+  /// toward them: about 1 for light that is aimed, small for other light.
+  float aimed = 1;
   Vec2 position() const { return {numbers[0], numbers[1]}; }
   Vec2 direction() const { return {numbers[2], numbers[3]}; }
 };
@@ -86,19 +89,24 @@ inline float surface_emission_pdf(const SurfaceInteraction& x, const Vec3& d) {
   return has_bent_normal(x) ? kUniformHemispherePdf : cosine_hemisphere_pdf(cosine);
 }
 
-/// Samples light that leaves point x of an emitting surface, and sets x.wi. Returns nullopt if there
-/// is none.
+/// Samples light that leaves point x of an emitting surface, and sets x.wi. Returns nullopt if
+/// there is none.
 inline std::optional<EmissionSample> leave_surface(const Emitter& emitter, SurfaceInteraction& x,
-                                                   const Vec2& direction) {
-  x.wi = has_bent_normal(x) ? square_to_uniform_hemisphere(direction)
-                            : square_to_cosine_hemisphere(direction);
+                                                   Vec2 direction, const AimCones& cones = {}) {
+  const int aimed = pick_aim(cones.count(), direction.x);
+  if (aimed >= 0) {
+    x.wi = x.frame.to_local(cones.sample(aimed, direction));
+  } else {
+    x.wi = has_bent_normal(x) ? square_to_uniform_hemisphere(direction)
+                              : square_to_cosine_hemisphere(direction);
+  }
   if (!(x.wi.z > 0)) return std::nullopt;
   EmissionSample sample;
   sample.o = x.p;
   sample.o_error = x.p_error;
   sample.n = x.n;
   sample.d = x.frame.to_world(x.wi);
-  sample.pdf_direction = surface_emission_pdf(x, sample.d);
+  sample.pdf_direction = cones.pdf(sample.d, surface_emission_pdf(x, sample.d), aimed);
   if (!(sample.pdf_direction > 0)) return std::nullopt;
   const float area = emitter.shape()->area();
   sample.power =

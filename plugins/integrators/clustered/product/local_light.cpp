@@ -15,13 +15,13 @@ constexpr uint32_t kPointsOfSurface = 4, kCellsOfSurface = 2;
 constexpr uint32_t kSurfaceCells = 256, kMostSurfaceCells = 4096;
 constexpr uint32_t kMostLampCells = 2048;
 /// Share of the ratio that densities suggest for eye paths against deep light points. It bounds the
-/// weight of a point that is very near. Less than 1 because eye paths know less than light points do
-/// of where light after several bounces comes from. Measured at 32 samples: errors by 0.1 and 1,
+/// weight of a point that is very near. Less than 1 because eye paths know less than light points
+/// do of where light after several bounces comes from. Measured at 32 samples: errors by 0.1 and 1,
 /// relative to 0.4, are 1.44 and 0.79 in the diffuse material preview, 1.35 and 1.1 in a Cornell
 /// box, 1.08 and 1 for a bunny in a box; by 3, 2 in the Cornell box.
 constexpr double kEyeShare = 0.4;
-/// Ratio for cells about which nothing is known. Eye rays and paths find all of their light, so that
-/// light points that a pass draws by chance can't stand out.
+/// Ratio for cells about which nothing is known. Eye rays and paths find all of their light, so
+/// that light points that a pass draws by chance can't stand out.
 constexpr float kUnknownRatio = 1e10f;
 /// Cells are taken to have at least this share of the mean area.
 constexpr double kLeastArea = 0.1;
@@ -96,6 +96,7 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
                        RenderContext& context)
     : scene_(scene), table_(scene), length_(settings.length), finds_caustics_(settings.caustics) {
   find_sources(seed);
+  if (!bounce_ends_.empty()) aim_sources(seen, seed, context);
   make_lamp_cells();
   const uint64_t own = hash_words(seed, kSeedOfCells);
   if (!surface_ends_.empty()) {
@@ -139,11 +140,15 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
   }
 }
 
+uint32_t LocalLight::draws_of_flux() const {
+  return scene_.emitters().size() > kMany ? kFluxDrawsOfMany : kFluxDraws;
+}
+
 void LocalLight::find_sources(uint64_t seed) {
   double total = 0;
-  const uint32_t draws = scene_.emitters().size() > kMany ? kFluxDrawsOfMany : kFluxDraws;
+  const uint32_t draws = draws_of_flux();
   for (const Emitter* const emitter : scene_.emitters()) {
-    Source source{emitter, Kind::kLamp, 0, 0, 0};
+    Source source{emitter, Kind::kLamp};
     if (emitter->is_surface()) source.kind = Kind::kSurface;
     if (emitter->is_environment()) source.kind = Kind::kEnvironment;
     // A sky's may overflow, and isn't followed unless it bounces.
@@ -214,12 +219,13 @@ void LocalLight::make_lamp_cells() {
       lamps_.push_back(sources_[lamps[k]].emitter);
       sums.add(places[k].position, Vec3(0.f), flux[k]);
     }
-    add_column(sums, sums.flux, sums.count, sums.count);
+    add_column(sums, sums.flux, sums.count, sums.count, sums.count);
   }
   lamp_first_.push_back(static_cast<uint32_t>(lamps_.size()));
 }
 
-void LocalLight::add_column(const CellSums& sums, double flux, double expected, double unguided) {
+void LocalLight::add_column(const CellSums& sums, double flux, double expected, double unguided,
+                            double useless) {
   const double scale = sums.weight > 0 ? 1 / sums.weight : 0;
   const glm::dvec3 mean = sums.position * scale;
   const glm::dvec3 variance = glm::max(sums.squares * scale - mean * mean, 0.);
@@ -230,7 +236,8 @@ void LocalLight::add_column(const CellSums& sums, double flux, double expected, 
   columns_.spread2.push_back(static_cast<float>(variance.x + variance.y + variance.z));
   const double factor = expected > 0 ? unguided / expected : 1.;
   columns_.flux.push_back(static_cast<float>(flux));
-  columns_.guided_flux.push_back(static_cast<float>(flux / factor));
+  columns_.guided_flux.push_back(
+      static_cast<float>(expected > 0 ? flux * expected / useless : flux));
   columns_.expected.push_back(static_cast<float>(expected));
   eye_factors_.push_back(static_cast<float>(factor));
   // Points leave a margin, as wide as they are apart.
@@ -244,7 +251,7 @@ void LocalLight::add_column(const CellSums& sums, double flux, double expected, 
 void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn,
                             double repeated) {
   std::vector<OrientedPoint> places;
-  std::vector<float> flux, guided_flux, unguided;
+  std::vector<float> flux, guided_flux, unguided, useless;
   std::vector<uint8_t> is_deep;
   for (const Drawn& chunk : drawn) {
     for (size_t i = 0; i < chunk.points.size(); ++i) {
@@ -252,8 +259,10 @@ void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn
       is_deep.push_back(chunk.is_deep[i]);
       places.push_back({p.position, p.normal});
       flux.push_back(importance_of(p.power));
-      guided_flux.push_back(flux.back() * chunk.origins[i].guided);
+      const float use = chunk.origins[i].guided * chunk.origins[i].aimed;
+      guided_flux.push_back(flux.back() * use);
       unguided.push_back(1 / chunk.origins[i].guided);
+      useless.push_back(1 / use);
     }
   }
   const bool is_unknown = places.empty();
@@ -262,24 +271,26 @@ void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn
     flux.push_back(0);
     guided_flux.push_back(0);
     unguided.push_back(1);
+    useless.push_back(1);
     is_deep.push_back(0);
   }
   PointPartition& partition = bounce ? bounce_partition_ : surface_partition_;
   partition = PointPartition(places, guided_flux, count);
   std::vector<CellSums> sums(partition.size());
   std::vector<uint32_t> deep(partition.size());
-  std::vector<double> unguided_sums(partition.size());
+  std::vector<double> unguided_sums(partition.size()), useless_sums(partition.size());
   for (size_t i = 0; i < places.size(); ++i) {
     const uint32_t cell = partition.cell_of(places[i]);
     sums[cell].add(places[i].position, places[i].normal, flux[i]);
     unguided_sums[cell] += unguided[i];
+    useless_sums[cell] += useless[i];
     deep[cell] += is_deep[i];
   }
   std::vector<double> areas;
   double all_areas = 0;
   for (uint32_t c = 0; c < partition.size(); ++c) {
     add_column(sums[c], sums[c].flux * repeated, sums[c].count * repeated,
-               unguided_sums[c] * repeated);
+               unguided_sums[c] * repeated, useless_sums[c] * repeated);
     areas.push_back(area_of(boxes_.back()));
     all_areas += areas.back();
   }

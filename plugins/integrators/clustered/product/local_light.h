@@ -6,6 +6,7 @@
 
 #include "clustered/kernels/importance_kernels.h"
 #include "clustered/kernels/local_kernels.h"
+#include "clustered/product/light_aim.h"
 #include "clustered/product/light_guide.h"
 #include "clustered/product/point_partition.h"
 #include "clustered/product/source_choice.h"
@@ -66,9 +67,9 @@ inline constexpr float kDeepDensity = kInvPi;
 /// Light on a surface that isn't Lambertian.
 struct Reflection {
   SurfaceInteraction si;
-  Vec3 to_light{0, 0, 1};  ///< in the shading frame
-  Rgb incident{0.f};       ///< radiance x solid angle / density per area
-  simd::SentLobe lobe;     ///< estimate of the BSDF, for importance only
+  Vec3 to_light{0, 0, 1};                       ///< in the shading frame
+  Rgb incident{0.f};                            ///< radiance x solid angle / density per area
+  simd::SentLobe lobe;                          ///< estimate of the BSDF, for importance only
   Lobe lobes = Lobe::kDiffuse | Lobe::kGlossy;  ///< that send the light of the point on
   /// If the lobe is kNarrow and the source is no lamp, LocalLight::Arrival::density, or
   /// kDeepDensity; else 0.
@@ -234,6 +235,9 @@ class LocalLight {
     double flux = 0;
     float surface_share = 0;  ///< probability of points of its surface
     float bounce_share = 0;   ///< and of points that it lights
+    float aimed_part = 1;     ///< of its flux, estimated share that is emitted toward the spheres
+    AimDisks disks{};         ///< if its light is parallel for each direction
+    AimCones cones{};         ///< if it is emitted from one position
   };
   /// What one thread draws.
   struct Drawn;
@@ -241,6 +245,22 @@ class LocalLight {
   class Walkers;
   void find_sources(uint64_t seed);
   void make_lamp_cells();
+  /// Finds the spheres that the light of a bounce is aimed at, and sets sources' shares by them.
+  void aim_sources(std::span<const SurfaceInteraction> seen, uint64_t seed, RenderContext& context);
+  /// The points, weighted by the light that a sample of an emitter finds there. Where it finds
+  /// hardly any, all light counts alike.
+  std::vector<WeightedPosition> lit_positions(const std::vector<EyePoint>& points,
+                                              RenderContext& context) const;
+  AimCones surface_cones(const SurfaceInteraction& x) const;
+  double flux_to_aims(const Source& source, uint64_t seed) const;
+  /// Number of draws that the flux of a source is estimated from.
+  uint32_t draws_of_flux() const;
+  /// Chooses what a ray of a source without surface is aimed at, as pick_aim() does.
+  static int pick(const Source& source, Vec2& position, Vec2& direction);
+  /// Aims a ray of Emitter::sample_emission, and sets its power by the density of all aims. Returns
+  /// this density over that without aims.
+  static float aim(const Source& source, int aimed, const Vec2& position, const Vec2& direction,
+                   EmissionSample& ray);
   std::vector<LightGuide::Use> find_uses(const std::vector<Drawn>& chunks,
                                          std::span<const SurfaceInteraction> seen, uint64_t seed,
                                          RenderContext& context) const;
@@ -250,7 +270,10 @@ class LocalLight {
                                  RenderContext& context);
   /// At most `count`; a pass will have `repeated` times as many points as were drawn.
   void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn, double repeated);
-  void add_column(const CellSums& sums, double flux, double expected, double unguided);
+  /// unguided, useless: sums over the expected points of 1 / LightOrigin::guided and of
+  /// 1 / (LightOrigin::guided x LightOrigin::aimed).
+  void add_column(const CellSums& sums, double flux, double expected, double unguided,
+                  double useless);
   void draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
                  std::vector<Drawn>& chunks) const;
   void sample_source(std::span<const LightOrigin> origins, Walker& walker) const;
@@ -283,6 +306,7 @@ class LocalLight {
   std::unordered_map<const Emitter*, uint32_t> source_of_;
   std::vector<const Emitter*> lamps_;
   std::vector<uint32_t> lamp_first_;
+  std::vector<AimSphere> aims_;  ///< empty: light isn't aimed
   LightGuide surface_guide_, bounce_guide_;
   PointPartition surface_partition_, bounce_partition_;
   uint32_t lamp_cells_ = 0, surface_cells_ = 0, size_ = 0;

@@ -15,6 +15,11 @@ namespace {
 
 /// So many draws of equal use are enough: as many as a tile of the fewest blocks looks at.
 constexpr double kEnough = LocalChoice::kLeastBlocks * LocalChoice::kBlockSize;
+/// Minimum number of draws of equal use that a guide is learned from: fewer may miss most of the
+/// light.
+constexpr double kLeastKnown = 64;
+/// Number from which on no more draws are made to improve a guide.
+constexpr double kWellKnown = 1024;
 /// Each round is guided by the one before, and so sees more of what is of use.
 constexpr uint64_t kMostRounds = 5;
 /// Each place looks at so many of the points, and sends rays to some of these.
@@ -202,6 +207,9 @@ std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce, uint32_t cou
   for (const Source& source : sources_) {
     shares.push_back(bounce ? source.bounce_share : source.surface_share);
   }
+  std::vector<LightGuide::Use> all;
+  double known = 0;
+  uint32_t draws = 0;
   for (uint64_t round = 0;; ++round) {
     const uint64_t own = hash_words(seed, kSeedOfRounds, round);
     std::vector<Drawn> drawn;
@@ -212,9 +220,20 @@ std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce, uint32_t cou
       has_glossy_caustics_ = has_glossy_caustics_ || chunk.lamp_meets_mirroring;
     }
     if (seen.empty() || round == kMostRounds) return drawn;
-    const auto uses = find_uses(drawn, seen, hash_words(own, kSeedOfLooks), context);
-    if (effective_number(uses) >= kEnough) return drawn;
-    guide = LightGuide(shares, uses, count);
+    auto uses = find_uses(drawn, seen, hash_words(own, kSeedOfLooks), context);
+    const double number = effective_number(uses);
+    if (number >= kEnough && (guide.empty() || known >= kWellKnown)) return drawn;
+    // Each round counts by the number of draws that it is worth.
+    double sum = 0;
+    for (const LightGuide::Use& use : uses) sum += static_cast<double>(use.use);
+    for (LightGuide::Use& use : uses) {
+      if (!(use.use > 0)) continue;
+      use.use = static_cast<float>(static_cast<double>(use.use) * (number / sum));
+      all.push_back(use);
+    }
+    known += number;
+    draws += count;
+    if (known >= kLeastKnown) guide = LightGuide(shares, all, draws);
   }
 }
 

@@ -160,14 +160,16 @@ float LocalLight::eye_ratio(const Source& source, float probability, const Surfa
   if (x) {
     const float seen = source.emitter->shape()->pdf_solid_angle(y.p, *x);
     const float per_area = seen * std::abs(glm::dot(x->n, d)) * source.emitter->shape()->area();
-    ratio = per_area / (count * surface_emission_pdf(*x, d) * cosine);
+    const float sent = surface_cones(*x).pdf(d, surface_emission_pdf(*x, d));
+    ratio = per_area / (count * sent * cosine);
   } else if (const auto density = source.emitter->emission_density(d)) {
     if (source.kind == Kind::kEnvironment) {
       const float directions = source.emitter->pdf_environment(-d);
-      ratio = directions / (count * density->direction * density->position * cosine);
+      ratio = directions / (count * density->direction * source.disks.pdf(y.p, d) * cosine);
     } else {
-      const float at =
-          density->position > 0 ? density->position : density->direction / sqr(distance);
+      const float at = density->position > 0
+                           ? source.disks.pdf(y.p, d)
+                           : source.cones.pdf(d, density->direction) / sqr(distance);
       ratio = 1 / (count * at * cosine);
     }
   }

@@ -31,6 +31,7 @@ constexpr float kMostSurvival = 0.95f;
 struct LocalLight::Walker {
   transport::Arena per_draw{kChunk}, per_point;
   Columns2 position, direction;  ///< random numbers of draws of one source
+  std::vector<int> aimed;        ///< what each of the draws is aimed at, as by pick_aim()
   SurfaceBlock leaving;          ///< points of an emitting surface
   RayHit16* rays;                ///< of the walks
   float* distance;               ///< of the points that the walks have met, along their rays
@@ -43,6 +44,7 @@ struct LocalLight::Walker {
       : per_point(transport::Surfaces::most_points(table, kChunk)),
         position(per_draw.two()),
         direction(per_draw.two()),
+        aimed(kChunk),
         leaving(per_draw.points()),
         rays(per_draw.ray_hits()),
         distance(per_point.floats()),
@@ -163,34 +165,46 @@ void LocalLight::add_surface_points(std::span<const LightOrigin> origins, Walker
 /// the walk.
 void LocalLight::leave(std::span<const LightOrigin> origins, uint64_t seed, uint32_t first_draw,
                        Walker& walker, Drawn& out) const {
-  const Emitter& emitter = *sources_[origins[0].source].emitter;
+  const Source& source = sources_[origins[0].source];
+  const Emitter& emitter = *source.emitter;
   const EmissionBlock block{walker.leaving.p, walker.leaving.n, walker.leaving.s};
   if (emitter.is_surface()) {
     if (!(emitter.shape()->area() > 0)) return;
     sample_source(origins, walker);
   } else {
     for (size_t k = 0; k < origins.size(); ++k) {
-      walker.position.set(k, origins[k].position());
-      walker.direction.set(k, origins[k].direction());
+      Vec2 position = origins[k].position(), direction = origins[k].direction();
+      walker.aimed[k] = pick(source, position, direction);
+      walker.position.set(k, position);
+      walker.direction.set(k, direction);
     }
     emitter.sample_emission_block(walker.position, walker.direction, origins.size(), block);
   }
   for (uint32_t k = 0; k < origins.size(); ++k) {
     LightWalk walk;
     Ray ray;
+    float gain = 1;
     if (emitter.is_surface()) {
       walk.x = interaction_of(walker.leaving, k);
-      const auto sample = leave_surface(emitter, *walk.x, origins[k].direction());
+      const auto sample =
+          leave_surface(emitter, *walk.x, origins[k].direction(), surface_cones(*walk.x));
       if (!sample) continue;
       ray = sample->ray();
       walk.power = sample->power;
+      gain = sample->pdf_direction / surface_emission_pdf(*walk.x, sample->d);
     } else {
-      ray.o = block.o.at(k);
-      ray.d = block.d.at(k);
-      walk.power = block.power.at(k);
+      EmissionSample sample;
+      sample.o = block.o.at(k);
+      sample.d = block.d.at(k);
+      sample.power = block.power.at(k);
+      gain = aim(source, walker.aimed[k], walker.position.at(k), walker.direction.at(k), sample);
+      ray.o = sample.o;
+      ray.d = sample.d;
+      walk.power = sample.power;
     }
     if (is_black(walk.power)) continue;
     walk.origin = origins[k];
+    walk.origin.aimed = gain * source.aimed_part;
     walk.seed = hash_words(seed, first_draw + k);
     walk.d = ray.d;
     walker.set_ray(out.walks.size(), ray);
