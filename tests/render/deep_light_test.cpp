@@ -55,6 +55,11 @@ Arrangement setup_of(const Case& c) {
   return s;
 }
 
+/// Most of the sky's light falls where the camera sees nothing of it, so that light paths are split.
+const std::string kPlain =
+    shape_xml("rectangle",
+              "<scale value=\"9\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\"-.01\"/>", kGrey);
+
 class DeepLight : public testing::TestWithParam<Case> {};
 TEST_P(DeepLight, IsUnbiased) {
   expect_unbiased(setup_of(GetParam()));
@@ -71,7 +76,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Case{"LampDepth4", kLamp, kGrey, 4}, Case{"LampDepth6", kLamp, kGrey, 6},
         Case{"LampAnyDepth", kLamp, kGrey, -1}, Case{"SkyDepth4", sun_xml(), kGrey, 4},
-        Case{"SkyAnyDepth", sun_xml(), kGrey, -1}, Case{"SpotDepth4", kSpot, kGrey, 4},
+        Case{"SkyAnyDepth", sun_xml(), kGrey, -1},
+        Case{"SkyOnLargePlane", constant_xml("1 .9 .8"), kGrey, -1, kPlain},
+        Case{"SpotDepth4", kSpot, kGrey, 4},
         Case{"SpotAnyDepth", kSpot, kGrey, -1}, Case{"LampOnPlastic", kLamp, kPlastic, -1},
         Case{"FarPointAnyDepth", point_xml("150,400,250", "2e6 2e6 1e6"), kGrey, -1},
         Case{"SkyOnALargePlane", constant_xml("1 .9 .8"), kGrey, -1, kLargePlane},

@@ -159,7 +159,10 @@ struct LocalLight::Drawn {
   std::vector<LightOrigin> origins;  ///< of the points
   std::vector<uint8_t> is_deep;      ///< of the points: their light has come by more than an edge
   std::vector<Reflection> reflections;
-  std::vector<LightWalk> walks;  ///< whose next edge isn't traced yet
+  std::vector<uint64_t> walk_of;     ///< of the points: seeds of their walks; 0 on emitters
+  std::vector<LightWalk> walks;      ///< whose next edge isn't traced yet
+  /// Parts of split walks that don't fit among the walks yet, and their rays.
+  std::vector<std::pair<LightWalk, Ray>> parts;
   /// A kMirroring lobe was met by light of a source that has an extent, or of a lamp.
   bool meets_mirroring = false, lamp_meets_mirroring = false;
   RenderCounters counters;

@@ -119,8 +119,13 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
     bounce_count_ = static_cast<uint32_t>(
         std::lerp(settings.points, std::max(settings.points, settings.extended_points),
                   std::min(extended, 1.)));
-    make_cells(true, settings.bounce_cells,
-               learn_guide(true, settings.points, seen, hash_words(own, 1), context),
+    std::vector<Drawn> drawn =
+        learn_guide(true, settings.points, seen, hash_words(own, 1), context);
+    if (learn_splits(drawn, seen, hash_words(own, 2), context)) {
+      drawn.clear();
+      draw_part(true, settings.points, hash_words(own, 3), context, drawn);
+    }
+    make_cells(true, settings.bounce_cells, drawn,
                static_cast<double>(bounce_count_) / settings.points);
     const bool mirrors =
         std::any_of(scene.shapes().begin(), scene.shapes().end(),

@@ -282,8 +282,16 @@ class LocalLight {
              Walker& walker, Drawn& out) const;
   void walk_on(Walker& walker, Drawn& out) const;
   const BsdfAnswer& sample_next(std::span<const LightWalk> walks, Walker& walker) const;
-  void go_on(const LightWalk& walk, const SurfaceInteraction& si,
-             const transport::AdjointSample& sample, Walker& walker, Drawn& out) const;
+  bool take_parts(Walker& walker, Drawn& out) const;
+  void add_part(const LightWalk& walk, const SurfaceInteraction& si, uint32_t parts, uint32_t index,
+                Drawn& out) const;
+  std::optional<Ray> go_on(LightWalk& walk, const SurfaceInteraction& si,
+                           const transport::AdjointSample& sample) const;
+  /// Learns where walks are split, from draws without. Returns false if no walk is.
+  bool learn_splits(const std::vector<Drawn>& drawn, std::span<const SurfaceInteraction> seen,
+                    uint64_t seed, RenderContext& context);
+  /// Number of parts in which a walk goes on from a light point that it has left.
+  uint32_t parts_at(const LightPoint& point) const;
   void land(const LightWalk& walk, const SurfaceInteraction& si, float distance, Drawn& out) const;
   LocalPoints sort_by_cell(std::vector<Drawn>& chunks, RenderContext& context) const;
   uint32_t surface_cell(const SurfaceInteraction& si) const;
@@ -308,6 +316,8 @@ class LocalLight {
   std::vector<uint32_t> lamp_first_;
   std::vector<AimSphere> aims_;  ///< empty: light isn't aimed
   LightGuide surface_guide_, bounce_guide_;
+  PointPartition split_partition_;
+  std::vector<float> splits_;  ///< of its cells: parts of a walk for each unit of power; or empty
   PointPartition surface_partition_, bounce_partition_;
   uint32_t lamp_cells_ = 0, surface_cells_ = 0, size_ = 0;
   uint32_t surface_count_ = 0, bounce_count_ = 0;

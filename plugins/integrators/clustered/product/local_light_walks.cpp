@@ -117,7 +117,7 @@ void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderCon
         add_surface_points(origins, *walker, out);
       }
     }
-    while (!out.walks.empty()) walk_on(*walker, out);
+    while (take_parts(*walker, out)) walk_on(*walker, out);
     walkers.give_back(std::move(walker));
   });
   for (size_t c = before; c < chunks.size(); ++c) context.stats().counters.add(chunks[c].counters);
@@ -158,6 +158,7 @@ void LocalLight::add_surface_points(std::span<const LightOrigin> origins, Walker
     out.points.push_back(point);
     out.origins.push_back(origins[k]);
     out.is_deep.push_back(0);
+    out.walk_of.push_back(0);
   }
 }
 
@@ -212,8 +213,20 @@ void LocalLight::leave(std::span<const LightOrigin> origins, uint64_t seed, uint
   }
 }
 
-/// Traces the next edge of all walks, which have the same number of edges. Leaves the walks that go
-/// on in their place.
+/// Adds parts of split walks that are still to be traced to the walks. Returns false if there are no
+/// walks left.
+bool LocalLight::take_parts(Walker& walker, Drawn& out) const {
+  while (!out.parts.empty() && out.walks.size() < kChunk) {
+    const auto& [walk, ray] = out.parts.back();
+    walker.set_ray(out.walks.size(), ray);
+    out.walks.push_back(walk);
+    out.parts.pop_back();
+  }
+  return !out.walks.empty();
+}
+
+/// Traces the next edge of all walks. Leaves the walks that go on in their place; the other parts of
+/// split walks wait.
 void LocalLight::walk_on(Walker& walker, Drawn& out) const {
   const size_t count = out.walks.size();
   for (size_t k = count; k < padded(count); ++k) {
@@ -230,18 +243,43 @@ void LocalLight::walk_on(Walker& walker, Drawn& out) const {
     walker.distance[i] = walker.rays[ray[i] / kBlockLanes].ray.tmax[ray[i] % kBlockLanes];
   }
   // With the next edge, that to the eye's surface point and the one to the camera.
-  const bool goes_on = walks[0].edges + 3 <= max_depth();
-  const BsdfAnswer* const next = goes_on ? &sample_next(walks, walker) : nullptr;
+  const auto may_go_on = [&](const LightWalk& walk) { return walk.edges + 3 <= max_depth(); };
+  const bool any_may = std::any_of(walks.begin(), walks.end(), may_go_on);
+  const BsdfAnswer* const next = any_may ? &sample_next(walks, walker) : nullptr;
   for (size_t i = 0; i < met.reflecting(); ++i) {
     if (!(met.live()[i] > 0)) continue;
     const LightWalk& walk = walks[ray[i]];
     const SurfaceInteraction si = interaction_of(met.points(), i);
+    const size_t before = out.points.size();
     if (i < met.scattering()) land(walk, si, walker.distance[i], out);
-    if (!next || !(next->sample_pdf[i] > 0)) continue;
-    const transport::AdjointSample sample{si.frame.to_world(next->wo.at(i)), next->weight.at(i),
-                                          next->is_delta[i] > 0};
-    go_on(walk, si, sample, walker, out);
+    if (!next || !may_go_on(walk)) continue;
+    const uint32_t parts = out.points.size() > before ? parts_at(out.points.back()) : 1;
+    LightWalk part = walk;
+    part.power /= static_cast<float>(parts);
+    if (next->sample_pdf[i] > 0) {
+      const transport::AdjointSample sample{si.frame.to_world(next->wo.at(i)), next->weight.at(i),
+                                            next->is_delta[i] > 0};
+      if (const auto to = go_on(part, si, sample)) {
+        walker.set_ray(out.walks.size(), *to);
+        out.walks.push_back(part);
+      }
+    }
+    for (uint32_t k = 1; k < parts; ++k) add_part(walk, si, parts, k, out);
   }
+}
+
+/// Adds part `index` of a walk that is split into `parts` at a surface point.
+void LocalLight::add_part(const LightWalk& walk, const SurfaceInteraction& si, uint32_t parts,
+                          uint32_t index, Drawn& out) const {
+  LightWalk part = walk;
+  part.power /= static_cast<float>(parts);
+  part.seed = hash_words(walk.seed, walk.edges, index);
+  const uint64_t seed = hash_words(part.seed, part.edges);
+  const auto sample = transport::sample_adjoint(
+      si, Lobe::kAll, random_float(seed, kLobe),
+      {random_float(seed, kDirection), random_float(seed, kDirection + 1)});
+  if (!sample) return;
+  if (const auto to = go_on(part, si, *sample)) out.parts.emplace_back(part, *to);
 }
 
 /// Samples where walks go on from the points that they have met.
@@ -256,27 +294,26 @@ const BsdfAnswer& LocalLight::sample_next(std::span<const LightWalk> walks, Walk
   return walker.next.sample(walker.met, walker.u1, walker.u2);
 }
 
-/// With what it loses, by roulette, so that all points of a source have about as much light.
-void LocalLight::go_on(const LightWalk& walk, const SurfaceInteraction& si,
-                       const transport::AdjointSample& sample, Walker& walker, Drawn& out) const {
-  if (is_black(sample.weight)) return;
+/// Moves a walk on to its next edge and returns its ray, or nullopt if the walk ends. Roulette takes
+/// what the surface absorbs, so that all points of a source have about the same power.
+std::optional<Ray> LocalLight::go_on(LightWalk& walk, const SurfaceInteraction& si,
+                                     const transport::AdjointSample& sample) const {
+  if (is_black(sample.weight)) return std::nullopt;
   const float survival = std::min(
       kMostSurvival, max_component(walk.power * sample.weight) / max_component(walk.power));
-  if (!(random_float(hash_words(walk.seed, walk.edges), kSurvival) < survival)) return;
-  LightWalk next;
-  next.origin = walk.origin;
-  next.seed = walk.seed;
-  next.edges = walk.edges + 1;
-  next.d = sample.to;
-  next.power = walk.power * sample.weight / survival;
+  if (!(random_float(hash_words(walk.seed, walk.edges), kSurvival) < survival)) return std::nullopt;
   const bool is_lamps = sources_[walk.origin.source].kind == Kind::kLamp;
-  next.is_shown = walk.edges == 1 ? sample.is_delta && !is_lamps : walk.is_shown;
-  next.is_hidden = sample.is_delta && (walk.edges == 1 ? is_lamps : walk.is_hidden);
-  Ray ray;
-  ray.d = next.d;
-  ray.o = si.ray_origin(ray.d);
-  walker.set_ray(out.walks.size(), ray);
-  out.walks.push_back(next);
+  const bool is_first = walk.edges == 1;
+  walk.is_shown = is_first ? sample.is_delta && !is_lamps : walk.is_shown;
+  walk.is_hidden = sample.is_delta && (is_first ? is_lamps : walk.is_hidden);
+  walk.power = walk.power * sample.weight / survival;
+  walk.d = sample.to;
+  walk.x.reset();
+  ++walk.edges;
+  Ray to;
+  to.d = walk.d;
+  to.o = si.ray_origin(to.d);
+  return to;
 }
 
 void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float distance,
@@ -355,6 +392,7 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
   out.points.push_back(point);
   out.origins.push_back(walk.origin);
   out.is_deep.push_back(is_deep ? 1 : 0);
+  out.walk_of.push_back(walk.seed);
 }
 
 }  // namespace kinome
