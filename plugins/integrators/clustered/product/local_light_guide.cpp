@@ -222,7 +222,9 @@ std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce, uint32_t cou
     if (seen.empty() || round == kMostRounds) return drawn;
     auto uses = find_uses(drawn, seen, hash_words(own, kSeedOfLooks), context);
     const double number = effective_number(uses);
-    if (number >= kEnough && (guide.empty() || known >= kWellKnown)) return drawn;
+    if (guide.empty() ? number >= kWellKnown : number >= kEnough && known >= kWellKnown) {
+      return drawn;
+    }
     // Each round counts by the number of draws that it is worth.
     double sum = 0;
     for (const LightGuide::Use& use : uses) sum += static_cast<double>(use.use);
