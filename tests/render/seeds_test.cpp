@@ -199,12 +199,17 @@ const SeedScene kMore[] = {
     {"StillLifePanelAt3Depth2", kStillLife, kPanel, 3, 10, kNear, 1, 2},
     {"CornerPanelAt10Depth2", kMetalCorner, kPanel, 10, 100, kNear, 1, 2},
     {"CourtOnPlane1Depth3", kCourt, kSky, 1, 1, kNear, 1, 3},
+    {"CourtOnPlane100Depth3", kCourt, kSky, 1, 100, kNear, 1, 3},
     {"CourtLampAtTenthDepth3", kCourt, kPoint, .1, 0, kNear, 1, 3},
     {"CourtLampAt1Depth3", kCourt, kPoint, 1, 0, kNear, 1, 3},
+    {"CourtLampAt100Depth3", kCourt, kPoint, 100, 0, kNear, 1, 3},
     {"CourtLampAt1000Depth3", kCourt, kPoint, 1000, 0, kNear, 1, 3},
+    {"CourtBallAt10Depth3", kCourt, kBall, 10, 3, kNear, 1, 3},
     {"BoxPanelAt1Depth3", kBox, kPanel, 1, 0, kNear, 1, 3},
     {"CourtLampAt1AnyDepth", kCourt, kPoint, 1},
+    {"CourtLampAt100AnyDepth", kCourt, kPoint, 100},
     {"BoxPanelAt1AnyDepth", kBox, kPanel, 1},
+    {"StillLifeSkyAnyDepth", kStillLife, kSky, 1, 100},
     {"CornerOnPlane1AnyDepth", kMetalCorner, kSky, 1, 1},
 };
 INSTANTIATE_TEST_SUITE_P(More, SeedsOfProduct, testing::ValuesIn(kMore), name_of);
