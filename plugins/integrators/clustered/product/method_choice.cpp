@@ -17,9 +17,9 @@ namespace {
 
 constexpr uint64_t kTrialSeed = 0x74726961;
 /// Work is counted in rays of `path`. A ray of product sampling, with all that is done for it, costs
-/// as much as this many: between 4 and 8 were measured in eight interiors, and 3 among balls of
-/// glass, where most rays belong to paths.
-constexpr double kCostOfRay = 5;
+/// as much as this many: 4 to 6 were measured in most scenes, and 7 to 10 among few primitives, where
+/// the rays of `path` are fast. Counts don't depend on the machine, as seconds would.
+constexpr double kCostOfRay = 5, kCostAmongFewPrimitives = 8;
 /// Renders of less work are left to `path`: a trial would take more than a tenth of it.
 constexpr double kMinWork = 4.5e6;
 /// Short renders of scenes with so many emitters have product sampling: `path` samples one emitter at
@@ -92,13 +92,14 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   ProductRenderer product(scene, sensor, context, cells, settings, trial.grid(), kLightShare);
   const double rays = std::clamp(length.rays_per_pixel, 1., kMaxRaysOfTrial);
   if (!product.can_use_paths()) return std::nullopt;
+  const double cost = has_few_primitives(scene) ? kCostAmongFewPrimitives : kCostOfRay;
   const double start = context.seconds();
   const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
   if (deadline < kInfinity) {
     const double now = context.seconds();
     trial.keep(kShareOfLeft * (deadline - now) / (kTimesPilot * (now - start)));
   }
-  MethodTrial::Way product_way = product.trial_way(trial, rays, length, kCostOfRay, seed);
+  MethodTrial::Way product_way = product.trial_way(trial, rays, length, cost, seed);
   double seconds = 0;
   product_way.render = [&, render = product_way.render](uint64_t index,
                                                         std::vector<Rgb>& picture) {

@@ -17,18 +17,7 @@ constexpr uint32_t kMostCellsBesideOthers = 1u << 14;
 
 /// Where rays are fewer, what each cell of each patch takes is much of the time.
 constexpr double kFewRays = 40;
-/// Of shapes and triangles. Where there are fewer, little is hidden in a way that takes rays to
-/// tell, and what is left of the error lies in cells that straddle a horizon: the smaller they are,
-/// the better.
-constexpr size_t kPlainScene = 1000;
-
-bool is_plain(const Scene& scene) {
-  size_t count = 0;
-  for (const auto& shape : scene.shapes()) {
-    count += shape->mesh() ? shape->mesh()->triangles.size() : 1;
-  }
-  return count < kPlainScene;
-}
+constexpr size_t kFewPrimitives = 1000;
 
 /// What only light points can do: the bounce of some emitters, and one that is bounded.
 bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& scene) {
@@ -40,6 +29,14 @@ bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& s
 }
 
 }  // namespace
+
+bool has_few_primitives(const Scene& scene) {
+  size_t count = 0;
+  for (const auto& shape : scene.shapes()) {
+    count += shape->mesh() ? shape->mesh()->triangles.size() : 1;
+  }
+  return count < kFewPrimitives;
+}
 
 bool ProductMethod::serves(const Settings& settings, const Scene& scene) {
   return !scene.emitters().empty() && !is_for_light_points(settings, scene) &&
@@ -65,7 +62,9 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
   if (scene.environment()) {
     const bool alone = scene.emitters().size() == 1 && sampling.length.max_depth == 2;
     uint32_t count = alone ? settings.cells : std::min(settings.cells, kMostCellsBesideOthers);
-    if (sampling.fewer_cells && rays_per_pixel < kFewRays && !is_plain(scene)) {
+    // Among few primitives, visibility takes few rays to learn, and most of the error lies in cells
+    // that straddle a horizon: the smaller they are, the better.
+    if (sampling.fewer_cells && rays_per_pixel < kFewRays && !has_few_primitives(scene)) {
       count = std::max(count / 2, 1u);
     }
     cells = std::make_shared<const DistantCells>(*scene.environment(),

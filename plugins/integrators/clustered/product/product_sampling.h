@@ -48,6 +48,9 @@ struct ProductSettings {
 /// the cells' light that is believed to arrive (0 where nothing is learned).
 inline constexpr const char* kProductChannels[] = {"samples", "cost", "visibility"};
 
+/// True if the scene has fewer than 1,000 triangles and other shapes.
+bool has_few_primitives(const Scene& scene);
+
 /// True where `product` renders all light of the scene, up to paths of max_depth edges: any mixture
 /// of an environment with an Emitter::cell_grid, surface emitters, and emitters that are no
 /// surface; for light after bounces, the latter with Emitter::emission_density. Not where the flux
