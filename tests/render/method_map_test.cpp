@@ -6,6 +6,7 @@
 #include "check/statistics.h"
 #include "clustered/product/product_renderer.h"
 #include "product_scenes.h"
+#include "seed_scenes.h"
 
 namespace kinome::test {
 namespace {
@@ -53,6 +54,25 @@ TEST(MethodMap, OutliersCountTwice) {
   std::vector<MethodMap::Trial> trials;
   for (int i = 0; i < 64; ++i) trials.push_back({i * 25, nullptr, i == 7 ? 100. : 1., 2.});
   EXPECT_NEAR(MethodMap(grid, trials).product_work(), 163 + 99, 1);
+}
+
+/// Reason for which a render by `clustered` doesn't use product sampling; empty if it does.
+std::string reason_for_path(const SeedScene& s) {
+  const auto scene = scene_from(SeedSceneXml(s)("clustered", "", {64, 48}, 100));
+  RenderContext context({.threads = 2});
+  render(*scene, *scene->sensors().front(), context);
+  for (const Skipped& skipped : context.stats().skipped) {
+    if (skipped.what == "product") return skipped.why;
+  }
+  return {};
+}
+
+TEST(MethodChoice, LightThatFallsElsewhereIsLeftToPaths) {
+  const std::string far = "most light falls where the camera sees nothing of its effect";
+  EXPECT_EQ(reason_for_path({"court", Subject::kCourt, Lamp::kSky, 1, 1000}), far);
+  EXPECT_EQ(reason_for_path({"court", Subject::kCourt, Lamp::kPoint, 1000, 100}), far);
+  EXPECT_NE(reason_for_path({"court", Subject::kCourt, Lamp::kSky, 1, 1}), far);
+  EXPECT_NE(reason_for_path({"box", Subject::kBox, Lamp::kPanel, 1}), far);
 }
 
 /// Renders an image whose left half is left to paths.

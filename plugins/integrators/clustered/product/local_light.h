@@ -154,6 +154,9 @@ class LocalLight {
              uint64_t seed, RenderContext& context);
 
   bool empty() const { return size_ == 0; }
+  /// Estimated share of the flux of bounced light that is emitted toward what the camera sees the
+  /// effect of; 1 if unknown.
+  double aimed_share() const { return aimed_share_; }
   uint32_t size() const { return size_; }
   uint32_t padded_size() const { return static_cast<uint32_t>(columns_.flux.size()); }
   uint32_t max_depth() const { return length_.max_depth; }
@@ -315,6 +318,7 @@ class LocalLight {
   std::vector<const Emitter*> lamps_;
   std::vector<uint32_t> lamp_first_;
   std::vector<AimSphere> aims_;  ///< empty: light isn't aimed
+  double aimed_share_ = 1;
   LightGuide surface_guide_, bounce_guide_;
   PointPartition split_partition_;
   std::vector<float> splits_;  ///< of its cells: parts of a walk for each unit of power; or empty

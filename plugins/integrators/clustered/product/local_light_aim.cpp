@@ -58,7 +58,9 @@ void LocalLight::aim_sources(std::span<const SurfaceInteraction> seen, uint64_t 
     all_aimed +=
         aimed.emplace_back(flux_to_aims(source, hash_words(seed, kSeedOfFlux, aimed.size())));
   }
-  if (!(all_aimed > 0) || !std::isfinite(all_aimed)) return;
+  if (!(all > 0) || !std::isfinite(all_aimed)) return;
+  aimed_share_ = std::min(1., all_aimed / all);
+  if (!(all_aimed > 0)) return;
   double end = 0;
   for (size_t s = 0; s < sources_.size(); ++s) {
     const double plain = sources_[s].flux / all;

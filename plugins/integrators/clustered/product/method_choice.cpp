@@ -42,6 +42,9 @@ constexpr double kMaxWorkOfTiles = 0.9;
 /// `path`. Most trials of a dozen interiors find less than 0.03, and most seeds whose images are too
 /// bright or too dark by more than that have more.
 constexpr double kMaxDeviation = 0.04;
+/// If a smaller share of the light is aimed at what the camera sees, there is no trial. Light points
+/// of the other light are rare and bright, which two renders seldom show.
+constexpr double kMinAimedShare = 0.1;
 /// Paths for a sample of product sampling if no trial tells their costs.
 constexpr double kPathsPerSample = 3;
 /// Rays per pixel that are assumed if a render ends at an error.
@@ -82,6 +85,7 @@ struct Measured {
   double paths_per_ray;    ///< that cost as much as a ray of product sampling
   double deviation;        ///< MethodTrial::Result::deviation
   double rays_per_second;  ///< of product sampling
+  bool is_aimed = true;    ///< false: hardly any light is, and nothing else was measured
 };
 
 /// Runs the trial, with fewer tiles if all of them would last too long. Returns nullopt if product sampling must render the image, or if the render was cancelled.
@@ -92,6 +96,7 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   ProductRenderer product(scene, sensor, context, cells, settings, trial.grid(), kLightShare);
   const double rays = std::clamp(length.rays_per_pixel, 1., kMaxRaysOfTrial);
   if (!product.can_use_paths()) return std::nullopt;
+  if (product.aimed_share() < kMinAimedShare) return Measured{nullptr, 0, 0, 0, false};
   const double cost = has_few_primitives(scene) ? kCostAmongFewPrimitives : kCostOfRay;
   const double start = context.seconds();
   const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
@@ -117,9 +122,10 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   // The pilot's rays are taken from those of the image.
   const double share_of_image =
       std::max(0.1, 1 - pilot_rays / std::max(length.rays_per_pixel, 1.));
+  const double scale = 1 / (share_of_image * product.aimed_share());
   std::vector<MethodMap::Trial> trials;
   for (const MethodTrial::TileErrors& tile : result.tiles) {
-    trials.push_back({tile.tile, product.main_bsdf(tile.tile), tile.first / share_of_image,
+    trials.push_back({tile.tile, product.main_bsdf(tile.tile), tile.first * scale,
                       tile.second * result.cost});
   }
   return Measured{std::make_unique<MethodMap>(trial.grid(), std::move(trials)),
@@ -188,6 +194,9 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   context.set_deadline(kInfinity);
   if (is_late) return by_path(1, "there was too little time for a trial");
   if (!measured) return {};
+  if (!measured->is_aimed) {
+    return by_path(kPathsPerSample, "most light falls where the camera sees nothing of its effect");
+  }
   const double product = measured->map->product_work(), paths = measured->map->path_work();
   const double mixed = measured->map->mixed_work();
   log_debug(fmt::format("trial: work to the same error by product sampling 1, by path {:.3g}, by "

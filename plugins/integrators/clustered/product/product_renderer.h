@@ -40,6 +40,8 @@ class ProductRenderer final : public Passes {
   const Bsdf* main_bsdf(int tile) const;
   /// False if `path` doesn't find all light, or finds some of it badly for sure.
   bool can_use_paths() const;
+  /// LocalLight::aimed_share(), or 1 if there is no local light.
+  double aimed_share() const { return local_ ? local_->aimed_share() : 1; }
   /// Learns from the tiles of a trial. Returns the rays per pixel that the pilot of an image takes.
   double learn_for_trial(double rays_per_pixel, const MethodTrial& trial);
   /// Renders of the tiles of a trial, after learn_for_trial(), with `rays` per pixel. `length`: of
