@@ -430,11 +430,11 @@ DEFECTS = [Defect(*row) for row in (
     # What makes images of single seeds wrong, though their expectation is right.
     ("unknown_light_taken_for_none", CLUSTERED + "product/local_light.cpp",
      "deep_ratios_.push_back(kUnknownRatio)", "deep_ratios_.push_back(0.f)",
-     "seeds", "Few/*/CourtLampAt1000AnyDepth"),
+     "light_points", "LightPoints.LeaveUnknownLightToPaths"),
     ("eye_rays_without_a_defensive_share", CLUSTERED + "product/local_strata.cpp",
      "std::clamp(kEyeRayFactor * by_eye + kLobeEyeRayFactor * by_lobes, kLeastEyeRays, 1.f)",
      "std::clamp(kEyeRayFactor * by_eye + kLobeEyeRayFactor * by_lobes, 0.f, 1.f)",
-     "seeds", "Few/*/CourtBallAt1000OnPlane1000Depth3"),
+     "estimator_stages", "LocalStrata.PlanADefensiveShareOfEyeRays"),
     ("no_draw_guided", CLUSTERED + "product/product_renderer.cpp",
      "settings.light_guide && (scene", "!DEFECT && settings.light_guide && (scene",
      "seeds", "Few/*/CourtLampAt3Depth3"),

@@ -158,24 +158,20 @@ TEST(DeepLightPaths, FillAFurnace) {
 }
 
 /// A lamp within a ball of glass: all light comes by paths that only eye rays find, and a trial
-/// leaves the image to `path`. Not where light points find most of it.
+/// leaves the image to `path`.
 TEST(DeepLightPaths, AreThoseOfPathWhereLightComesThroughGlass) {
   const std::string glass =
       "<shape type=\"sphere\"><point name=\"center\" x=\".3\" y=\"2.5\" "
       "z=\"0\"/><float name=\"radius\" value=\"1.2\"/>" +
       bsdf("dielectric") + "</shape>";
-  for (const bool is_in_glass : {true, false}) {
-    Arrangement s = setup_of({"", kLamp + (is_in_glass ? glass : ""), kGrey, -1, kStone});
-    if (!is_in_glass) s.shapes += shape_xml("sphere", "<scale value=\".1\"/>", kMirror);
-    s.film = integer("width", 96) + integer("height", 72) + "<rfilter type=\"box\"/>";
-    const auto scene = make_scene(s, integrator_xml("clustered", -1), 64);
-    RenderContext context({.threads = 2, .seed = 6});
-    render(*scene, *scene->sensors()[0], context);
-    const auto& skipped = context.stats().skipped;
-    const bool is_left_to_path = std::any_of(
-        skipped.begin(), skipped.end(), [](const auto& entry) { return entry.what == "product"; });
-    EXPECT_EQ(is_left_to_path, is_in_glass);
-  }
+  Arrangement s = setup_of({"", kLamp + glass, kGrey, -1, kStone});
+  s.film = integer("width", 96) + integer("height", 72) + "<rfilter type=\"box\"/>";
+  const auto scene = make_scene(s, integrator_xml("clustered", -1), 64);
+  RenderContext context({.threads = 2, .seed = 6});
+  render(*scene, *scene->sensors()[0], context);
+  const auto& skipped = context.stats().skipped;
+  EXPECT_TRUE(std::any_of(skipped.begin(), skipped.end(),
+                          [](const Skipped& entry) { return entry.what == "product"; }));
 }
 
 /// The same bits at any number of threads.

@@ -75,6 +75,11 @@ TEST(MethodChoice, LightThatFallsElsewhereIsLeftToPaths) {
   EXPECT_NE(reason_for_path({"box", Subject::kBox, Lamp::kPanel, 1}), far);
 }
 
+/// Nearly all light of the court comes from the few places that the lamp lights.
+TEST(MethodChoice, LightOfALampNearByIsSampled) {
+  EXPECT_EQ(reason_for_path({"court", Subject::kCourt, Lamp::kPoint, 1}), "");
+}
+
 /// Renders an image whose left half is left to paths.
 Image mixed(const Arrangement& s, uint64_t seed, int threads) {
   const auto scene = product_scene(s);

@@ -177,6 +177,8 @@ TEST(AimDisks, HaveTheDensityThatTheyState) {
   const std::vector<AimSphere> spheres = {{{1, 2, 3}, .2f}, {{1, 2, 3}, 1}, {{0, 0, 0}, 9.5f}};
   const AimDisks disks(spheres, plain);
   EXPECT_EQ(disks.count(), 2) << "the last gains nothing";
+  EXPECT_EQ(AimDisks(std::vector<AimSphere>{{{1, 2, 3}, 1e-3f}}, plain).count(), 0)
+      << "rays would miss it because of rounding";
   Random random(5);
   for (const Vec3& d : {Vec3(0, 0, 1), glm::normalize(Vec3(1, -2, .5f))}) {
     const Frame frame = Frame::from_normal(d);

@@ -36,6 +36,26 @@ TEST(LightPoints, OfANarrowSpotHaveFiniteRatios) {
   EXPECT_GT(eye_rays, 0) << "no ray came out beyond the rim: this test is of no use";
 }
 
+/// A spot that lights nothing but sky: no draw finds light after a bounce. Such light is unknown, not
+/// absent, and is left to paths from the eye.
+TEST(LightPoints, LeaveUnknownLightToPaths) {
+  const auto scene = scene_from(R"(<scene version="3.0.0"><emitter type="spot">
+      <transform name="to_world"><lookat origin="0,0,1" target="0,0,2" up="0,1,0"/></transform>
+      </emitter><shape type="rectangle"/></scene>)");
+  RenderContext context({.threads = 1, .seed = 1});
+  const LocalLight light(*scene, {.length = {6, 5}}, {}, 1, context);
+  ASSERT_TRUE(light.has_bounce());
+  RayHit hit{};
+  hit.ray.o = Vec3(0, 0, .5f);
+  hit.ray.d = Vec3(0, 0, -1);
+  RenderCounters counters;
+  scene->intersect({&hit, 1}, Coherence::kIncoherent, counters);
+  ASSERT_TRUE(hit.hit.valid());
+  const SurfaceInteraction si = scene->interaction(hit);
+  EXPECT_GT(light.deep_place(si, .5f).eye_ratio, 1e9f);
+  EXPECT_GT(light.third_place(si).eye_ratio, 1e9f);
+}
+
 /// Which way finds light by a lobe must not depend on where the lobe is seen from, nor on where its
 /// light comes from: both ends of a path have to agree.
 TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {

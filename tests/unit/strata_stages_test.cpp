@@ -271,6 +271,31 @@ TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
   EXPECT_FALSE(records[group.group.patch].empty());
 }
 
+/// Of a square that is far away, eye rays find next to nothing. Some are sent all the same, which
+/// bounds the weight of light points.
+TEST(LocalStrata, PlanADefensiveShareOfEyeRays) {
+  StageTile tile(floor_xml(kGrey) + R"(<shape type="rectangle"><transform name="to_world">
+      <rotate x="1" angle="90"/><translate y="400"/></transform>
+      <emitter type="area"><rgb name="radiance" value="3e6 2e6 1e6"/></emitter></shape>)");
+  const GroupView group = tile.view(0);
+  const CellLight light = tile.light(3);
+  LocalChoice choice;
+  choice.choose(*light.local, light.local_points, tile.patches(), tile.visibility(),
+                light.first_local(), tile.primaries().size(), 1);
+  LocalStrata stage(light, choice);
+  Strata strata;
+  stage.add(group, 1, {1, 2}, strata);
+  std::vector<PointPlan> points(tile.primaries().size());
+  std::vector<float> lit(points.size());
+  for (size_t i = 0; i < points.size(); ++i) points[i].lit = &lit[i];
+  Patch patch = group.patch;
+  patch.eye_rays = patch.glossy = 0;
+  stage.plan(group, patch, points);
+  EXPECT_GT(patch.glossy, 0);
+  const float share = static_cast<float>(group.group.count) / static_cast<float>(patch.count);
+  EXPECT_NEAR(patch.eye_rays, share / 8, 1e-6f);
+}
+
 /// A mirror shows the square itself, all of it.
 TEST(EyeRays, OfMirrorsFindWhatTheyShow) {
   StageTile tile(floor_xml(R"(<bsdf type="conductor"/>)") +

@@ -19,6 +19,9 @@ constexpr float kMaxRadiusRatio = 0.6f;
 constexpr float kMargin = 1.001f;
 /// Cones are not used from positions nearer than this many radii.
 constexpr float kLeastDistance = 1.25f;
+/// Disks are not used if they are smaller than 1 / 3000 of the emitter's own: rays start from a plane
+/// as far away as that is large, and rounding of their origins would let them miss.
+constexpr float kMaxGainOfDisk = 1e7f;
 constexpr uint32_t kRaysOfPlace = 2;
 enum Number : uint32_t { kLobe, kDirection, kOfRay = kDirection + 2 };
 
@@ -161,7 +164,7 @@ float AimCones::pdf(const Vec3& d, float plain, int drawn) const {
 AimDisks::AimDisks(std::span<const AimSphere> spheres, float plain) : plain_(plain) {
   for (const AimSphere& sphere : spheres) {
     const float density = 1 / (kPi * sqr(sphere.radius));
-    if (std::isfinite(density) && density > AimCones::kLeastGain * plain) {
+    if (density > AimCones::kLeastGain * plain && density < kMaxGainOfDisk * plain) {
       spheres_[static_cast<size_t>(count_++)] = sphere;
     }
   }

@@ -102,7 +102,7 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
   if (deadline < kInfinity) {
     const double now = context.seconds();
-    trial.keep(kShareOfLeft * (deadline - now) / (kTimesPilot * (now - start)));
+    trial.keep(context.agree(kShareOfLeft * (deadline - now) / (kTimesPilot * (now - start))));
   }
   MethodTrial::Way product_way = product.trial_way(trial, rays, length, cost, seed);
   double seconds = 0;
@@ -213,7 +213,7 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   MethodChoice choice;
   if (mixed < kMaxWorkOfTiles * product) choice.map = std::move(measured->map);
   choice.paths_per_ray = measured->paths_per_ray;
-  choice.rays_per_second = measured->rays_per_second;
+  choice.rays_per_second = context.agree(measured->rays_per_second);
   return choice;
 }
 
