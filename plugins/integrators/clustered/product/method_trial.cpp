@@ -139,7 +139,9 @@ double MethodTrial::noise_of(const Way& way, const Renders& renders, const Part&
     const size_t i = part.pixels[k];
     // The variance of a difference is twice that of a render.
     double square = 0.5 * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
-    if (!way.more_variance.empty()) square += static_cast<double>(filter_.variance() * way.more_variance[i]);
+    if (!way.more_variance.empty()) {
+      square += static_cast<double>(filter_.variance() * way.more_variance[i]);
+    }
     error += static_cast<double>(weights[k]) * square;
   }
   return error;
@@ -206,13 +208,10 @@ MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
   Result result;
   result.cost = b.cost / a.cost;
   result.deviation = deviation_of(first, parts, is_comparable);
-  double error[2] = {0, 0}, missed[2] = {0, 0};
   for (const Part& part : parts) {
     const std::vector<float> weights = weights_of(a, b, part, floor);
     TileErrors errors{part.tile, noise_of(first, a, part, weights),
                       noise_of(second, b, part, weights)};
-    error[0] += errors.first;
-    error[1] += errors.second;
     // The squared difference of the ways' means, less its expectation by noise, for the way that
     // finds less light here. By chance alone, sums over many tiles are 0 on average. Light of
     // more_variance is in neither render.
@@ -224,14 +223,10 @@ MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
       const double excess = static_cast<double>(part.pixels.size()) *
                             (mean_square(difference) - noise) /
                             (mean_square(part.mean()) + floor);
-      const bool is_first = mean_of(difference) < 0;
-      missed[is_first ? 0 : 1] += excess;
-      (is_first ? errors.first : errors.second) += excess;
+      (mean_of(difference) < 0 ? errors.first : errors.second) += excess;
     }
     result.tiles.push_back(errors);
   }
-  for (int k = 0; k < 2; ++k) error[k] += std::max(0., missed[k]);
-  if (error[0] > 0) result.work = error[1] / error[0] * result.cost;
   return result;
 }
 

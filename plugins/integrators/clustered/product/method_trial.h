@@ -54,16 +54,15 @@ class MethodTrial {
     double first, second;
   };
   struct Result {
-    double work = kInfinity;  ///< of the second way to the same error, in units of the first one's
-    double cost = 1;          ///< of its renders, in the same unit
+    double cost = 1;  ///< of the second way's renders, in units of the first one's
     /// Expected deviation of a whole render's brightness by the first way, relative: by how far its
     /// renders in the trial are from one another and from the second way's, less what the noise of
     /// the second way explains.
     double deviation = 0;
     std::vector<TileErrors> tiles;
   };
-  /// Renders the tiles and returns the ratio of work, which is infinite if there is nothing to
-  /// compare. The error of a pixel is relative to the brightness of its tile or, if that is larger,
+  /// Renders the tiles and measures errors and costs. `tiles` is empty if there is nothing to compare.
+  /// The error of a pixel is relative to the brightness of its tile or, if that is larger,
   /// to its own: the mean of the middle two of its four renders, so that a single outlier does not
   /// count as brightness. If a way finds less light in both of its renders, the difference counts as
   /// its error, because rare and bright light makes no noise while it is missed.
