@@ -18,9 +18,9 @@ constexpr float kMaxRadiusRatio = 0.6f;
 /// Spheres are larger than the distances that they are made from, because of rounding.
 constexpr float kMargin = 1.001f;
 /// Cones are not used from positions nearer than this many radii.
-constexpr float kLeastDistance = 1.25f;
-/// Disks are not used if they are smaller than 1 / 3000 of the emitter's own: rays start from a plane
-/// as far away as that is large, and rounding of their origins would let them miss.
+constexpr float kMinDistance = 1.25f;
+/// Disks of less than 1 / 3000 of the radius of the emitter's own disk are not used: rays start as far
+/// away as that is large, and would miss the spheres because of rounding.
 constexpr float kMaxGainOfDisk = 1e7f;
 constexpr uint32_t kRaysOfPlace = 2;
 enum Number : uint32_t { kLobe, kDirection, kOfRay = kDirection + 2 };
@@ -132,7 +132,7 @@ int pick_aim(int count, float& u) {
 bool AimCones::make_cone(const Vec3& from, const AimSphere& sphere, Cone& cone) {
   const Vec3 to = sphere.centre - from;
   cone.distance = glm::length(to);
-  if (!(cone.distance > kLeastDistance * sphere.radius) || !std::isfinite(cone.distance)) {
+  if (!(cone.distance > kMinDistance * sphere.radius) || !std::isfinite(cone.distance)) {
     return false;
   }
   cone.axis = to / cone.distance;
@@ -164,7 +164,7 @@ float AimCones::pdf(const Vec3& d, float plain, int drawn) const {
 AimDisks::AimDisks(std::span<const AimSphere> spheres, float plain) : plain_(plain) {
   for (const AimSphere& sphere : spheres) {
     const float density = 1 / (kPi * sqr(sphere.radius));
-    if (density > AimCones::kLeastGain * plain && density < kMaxGainOfDisk * plain) {
+    if (density > AimCones::kMinGain * plain && density < kMaxGainOfDisk * plain) {
       spheres_[static_cast<size_t>(count_++)] = sphere;
     }
   }

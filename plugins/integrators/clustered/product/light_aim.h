@@ -31,8 +31,8 @@ struct WeightedPosition {
   float weight = 0;
 };
 
-/// Nested spheres around the weighted median of the positions, with about half, four fifths and 95
-/// % of their weight; the largest comes last. Spheres of nearly the same size count as one. Empty
+/// Nested spheres around the weighted median of the positions, with half, 80, 95 and 99.5 % of their
+/// weight; the largest comes last. Spheres of nearly the same size count as one. Empty
 /// if there is no weight.
 std::vector<AimSphere> aim_spheres(std::vector<WeightedPosition> positions);
 
@@ -63,7 +63,7 @@ class AimCones {
     Cone cone;
     if (!make_cone(from, sphere, cone)) return;
     const float density = plain(cone.axis, cone.sine);
-    if (density > 0 && cone.density > kLeastGain * density) {
+    if (density > 0 && cone.density > kMinGain * density) {
       from_ = from;
       cones_[static_cast<size_t>(count_++)] = cone;
     }
@@ -79,7 +79,7 @@ class AimCones {
   float pdf(const Vec3& d, float plain, int drawn = -1) const;
 
   /// Spheres that aim gains less at are left to the emitter's own sampling.
-  static constexpr float kLeastGain = 2;
+  static constexpr float kMinGain = 2;
 
  private:
   struct Cone {

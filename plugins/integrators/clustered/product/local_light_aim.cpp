@@ -12,10 +12,10 @@ namespace {
 /// Share of the choice of sources that depends on all of their flux; the rest depends on the part
 /// that is emitted toward the spheres.
 constexpr double kByAllFlux = 0.5;
-/// Estimates of this share are never taken to be less.
-constexpr double kLeastPart = 1e-12;
+/// Lower limit of estimates of this part.
+constexpr double kMinPart = 1e-12;
 /// Minimum number of lit points from which the light of points counts.
-constexpr size_t kLeastLit = 16;
+constexpr size_t kMinLit = 16;
 /// Random numbers of an eye point. Those of its own rays come before.
 enum Number : uint32_t { kSource = 16, kPlace };
 enum Seed : uint64_t { kSeedOfRegion = 0x72656769, kSeedOfFlux = 0x61696d66 };
@@ -67,7 +67,7 @@ void LocalLight::aim_sources(std::span<const SurfaceInteraction> seen, uint64_t 
     const double share = std::lerp(aimed[s] / all_aimed, plain, kByAllFlux);
     sources_[s].bounce_share = static_cast<float>(share);
     sources_[s].aimed_part =
-        static_cast<float>(std::clamp(aimed[s] / sources_[s].flux, kLeastPart, 1.));
+        static_cast<float>(std::clamp(aimed[s] / sources_[s].flux, kMinPart, 1.));
     bounce_ends_[s] = end += static_cast<double>(sources_[s].bounce_share);
   }
 }
@@ -107,7 +107,7 @@ std::vector<WeightedPosition> LocalLight::lit_positions(const std::vector<EyePoi
     sum += static_cast<double>(light[i]);
     count += light[i] > 0 ? 1 : 0;
   }
-  if (count < kLeastLit) return positions;
+  if (count < kMinLit) return positions;
   // Points that are brighter than the average lit point count little more than this.
   const auto mean = static_cast<float>(sum / static_cast<double>(count));
   for (size_t i = 0; i < points.size(); ++i) positions[i].weight *= light[i] / (light[i] + mean);

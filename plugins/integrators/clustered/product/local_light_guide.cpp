@@ -17,7 +17,7 @@ namespace {
 constexpr double kEnough = LocalChoice::kLeastBlocks * LocalChoice::kBlockSize;
 /// Minimum number of draws of equal use that a guide is learned from: fewer may miss most of the
 /// light.
-constexpr double kLeastKnown = 64;
+constexpr double kMinKnown = 64;
 /// Number from which on no more draws are made to improve a guide.
 constexpr double kWellKnown = 1024;
 /// Each round is guided by the one before, and so sees more of what is of use.
@@ -235,7 +235,7 @@ std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce, uint32_t cou
     }
     known += number;
     draws += count;
-    if (known >= kLeastKnown) guide = LightGuide(shares, all, draws);
+    if (known >= kMinKnown) guide = LightGuide(shares, all, draws);
   }
 }
 

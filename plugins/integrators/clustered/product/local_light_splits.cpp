@@ -12,17 +12,17 @@ namespace {
 
 /// Number of cells that the later use of walks is learned for.
 constexpr uint32_t kSplitCells = 256;
-/// Share of power in what these cells are made by; the rest is later use.
+/// Weight of power in the partition into these cells; the rest is later use.
 constexpr double kByPower = 0.01;
 constexpr float kMaxParts = 32;
 /// Walks are not split if their later use is below this quantile of all later use.
 constexpr double kTypical = 0.5;
 /// Maximum number of additional parts, relative to the number of light points.
 constexpr double kMaxExtra = 0.25;
-/// Walks are split if this share of their later use, or more, is that of walks of at least so many
-/// parts. Elsewhere the power of walks is even enough.
-constexpr double kLeastShare = 0.1;
-constexpr float kManyParts = 4;
+/// Walks are split if at least kMinShare of their later use belongs to walks that would have at least
+/// kMinParts parts. Elsewhere, the power of walks is even enough.
+constexpr double kMinShare = 0.1;
+constexpr float kMinParts = 4;
 constexpr int kUnitRounds = 40;
 constexpr float kUnitStep = 1.25f;
 
@@ -52,9 +52,9 @@ float use_of_part(std::span<const float> expected, double max_extra) {
   }
   double of_many = 0;
   for (const float value : expected) {
-    if (value >= kManyParts * unit) of_many += value;
+    if (value >= kMinParts * unit) of_many += value;
   }
-  return of_many >= kLeastShare * all ? unit : kInfinity;
+  return of_many >= kMinShare * all ? unit : kInfinity;
 }
 
 }  // namespace

@@ -22,13 +22,14 @@ constexpr uint64_t kTrialSeed = 0x74726961;
 constexpr double kCostOfRay = 5, kCostAmongFewPrimitives = 8;
 /// Renders of less work are left to `path`: a trial would take more than a tenth of it.
 constexpr double kMinWork = 4.5e6;
-/// Short renders of scenes with so many emitters have product sampling: `path` samples one emitter at
-/// a time, whichever it is.
-constexpr size_t kManyEmitters = 500;
+/// Short renders are left to product sampling from this number of emitters on, because `path` samples
+/// one emitter at a time.
+constexpr size_t kMinEmitters = 500;
 /// Share of the render's work that the tiles of a trial take, and the work of a tile.
 constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
 constexpr int kMaxTiles = 256;
-/// Share of the time that a trial may take: some 0.05 on a machine of its own, more beside other programs.
+/// Share of the time that a trial may take. It takes some 0.05 on an idle machine, and more beside
+/// other programs.
 constexpr double kTrialShare = 0.25;
 /// The rest of a trial takes up to this many times as long as its pilot, and shall take no more than
 /// this share of what is left to it.
@@ -81,14 +82,15 @@ class PathPasses final : public Passes {
 
 /// Result of a trial, as work for the same error in a common unit.
 struct Measured {
+  /// nullptr if hardly any light is aimed at what the camera sees; nothing else was measured then.
   std::unique_ptr<const MethodMap> map;
-  double paths_per_ray;    ///< that cost as much as a ray of product sampling
-  double deviation;        ///< MethodTrial::Result::deviation
-  double rays_per_second;  ///< of product sampling
-  bool is_aimed = true;    ///< false: hardly any light is, and nothing else was measured
+  double paths_per_ray = 0;    ///< that cost as much as a ray of product sampling
+  double deviation = 0;        ///< MethodTrial::Result::deviation
+  double rays_per_second = 0;  ///< of product sampling
 };
 
-/// Runs the trial, with fewer tiles if all of them would last too long. Returns nullopt if product sampling must render the image, or if the render was cancelled.
+/// Runs the trial, with fewer tiles if all of them would last too long. Returns nullopt if product
+/// sampling must render the image, or if the render was cancelled.
 std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  const std::shared_ptr<const DistantCells>& cells,
                                  const ProductSettings& settings, const RenderLength& length,
@@ -96,7 +98,7 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   ProductRenderer product(scene, sensor, context, cells, settings, trial.grid(), kLightShare);
   const double rays = std::clamp(length.rays_per_pixel, 1., kMaxRaysOfTrial);
   if (!product.can_use_paths()) return std::nullopt;
-  if (product.aimed_share() < kMinAimedShare) return Measured{nullptr, 0, 0, 0, false};
+  if (product.aimed_share() < kMinAimedShare) return Measured{};
   const double cost = has_few_primitives(scene) ? kCostAmongFewPrimitives : kCostOfRay;
   const double start = context.seconds();
   const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
@@ -183,7 +185,7 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
       std::clamp<double>(work * kShareOfTiles / kWorkOfTile, MethodTrial::kMinTiles, kMaxTiles));
   const MethodTrial trial(grid, tiles, seed, PixelFilter(sensor.film().filter()));
   const bool is_short = work < kMinWork || trial.empty();
-  if (is_short && scene.emitters().size() >= kManyEmitters) return {};
+  if (is_short && scene.emitters().size() >= kMinEmitters) return {};
   if (is_short) {
     return by_path(kPathsPerSample, "the render is short: paths need no preparation");
   }
@@ -194,7 +196,7 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   context.set_deadline(kInfinity);
   if (is_late) return by_path(1, "there was too little time for a trial");
   if (!measured) return {};
-  if (!measured->is_aimed) {
+  if (!measured->map) {
     return by_path(kPathsPerSample, "most light falls where the camera sees nothing of its effect");
   }
   const double product = measured->map->product_work(), paths = measured->map->path_work();

@@ -17,7 +17,7 @@ constexpr uint32_t kMostCellsBesideOthers = 1u << 14;
 
 /// Where rays are fewer, what each cell of each patch takes is much of the time.
 constexpr double kFewRays = 40;
-constexpr size_t kFewPrimitives = 1000;
+constexpr size_t kMaxPrimitives = 1000;
 
 /// What only light points can do: the bounce of some emitters, and one that is bounded.
 bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& scene) {
@@ -35,7 +35,7 @@ bool has_few_primitives(const Scene& scene) {
   for (const auto& shape : scene.shapes()) {
     count += shape->mesh() ? shape->mesh()->triangles.size() : 1;
   }
-  return count < kFewPrimitives;
+  return count < kMaxPrimitives;
 }
 
 bool ProductMethod::serves(const Settings& settings, const Scene& scene) {

@@ -32,8 +32,8 @@ class ProductRenderer final : public Passes {
   /// Sends the pilot that suits so many rays a pixel, or none: before any pass. What it takes of
   /// them is taken from samples().
   void learn_from_pilot(double rays_per_pixel);
-  /// The same if there are so many seconds for everything, at an expected speed. Returns false, and
-  /// forgets the pilot, if it takes longer than its share of them.
+  /// Sends the pilot that suits a render of `seconds` at an expected speed. Returns false, and discards
+  /// the pilot, if it takes longer than its share of the time.
   bool learn_in_time(double seconds, double rays_per_second);
 
   /// Material of most of the pilot's primaries in a tile, or nullptr if they hit none.
