@@ -93,7 +93,7 @@ TEST(PixelFilter, HasTheWeightsOfWholePixels) {
   const PixelFilter box, tent{Tent()};
   for (int d = -PixelFilter::kReach; d <= PixelFilter::kReach; ++d) {
     EXPECT_EQ(box.weight(d, 0), d == 0 ? 1 : 0);
-    // Of a pixel's width, an eighth of the tent's area lies beyond either side.
+    // An eighth of the tent's area lies beyond either side of a pixel.
     EXPECT_NEAR(tent.weight(d, 0), sqr(0.75f) * (d == 0 ? 1 : std::abs(d) == 1 ? 1 / 6.f : 0),
                 1e-4f);
     EXPECT_NEAR(tent.weight(d, 1) * 6, tent.weight(d, 0), 1e-4f);

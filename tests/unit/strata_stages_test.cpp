@@ -224,22 +224,38 @@ TEST(LocalStrata, AndEyeRaysShareTheLight) {
   }
 }
 
+/// The local strata of a tile's first group, and their plan.
+struct PlannedLocal {
+  GroupView group;
+  CellLight light;
+  LocalChoice choice;
+  LocalStrata stage{light, choice};
+  Strata strata;
+  std::vector<PointPlan> points;
+  std::vector<float> lit;  ///< answers of the points' lamps
+  Patch patch;
+
+  explicit PlannedLocal(StageTile& tile)
+      : group(tile.view(0)),
+        light(tile.light(3)),
+        points(tile.primaries().size()),
+        lit(points.size()),
+        patch(group.patch) {
+    choice.choose(*light.local, light.local_points, tile.patches(), tile.visibility(),
+                  light.first_local(), points.size(), 1);
+    stage.add(group, 1, {1, 2}, strata);
+    for (size_t i = 0; i < points.size(); ++i) points[i].lit = &lit[i];
+    patch.eye_rays = patch.glossy = 0;
+    stage.plan(group, patch, points);
+  }
+};
+
 TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
   StageTile tile(floor_xml(kGrey) + kLamps);
-  const GroupView group = tile.view(0);
-  const CellLight light = tile.light(3);
-  LocalChoice choice;
-  choice.choose(*light.local, light.local_points, tile.patches(), tile.visibility(),
-                light.first_local(), tile.primaries().size(), 1);
-  LocalStrata stage(light, choice);
-  Strata strata;
-  stage.add(group, 1, {1, 2}, strata);
-  std::vector<PointPlan> points(tile.primaries().size());
-  std::vector<float> lit(points.size());
-  for (size_t i = 0; i < points.size(); ++i) points[i].lit = &lit[i];
-  Patch patch = group.patch;
-  patch.eye_rays = patch.glossy = 0;
-  stage.plan(group, patch, points);
+  PlannedLocal planned(tile);
+  const GroupView& group = planned.group;
+  std::vector<PointPlan>& points = planned.points;
+  const Patch& patch = planned.patch;
   EXPECT_GE(patch.eye_rays, 0);
   EXPECT_LE(patch.eye_rays, 1);
   EXPECT_GT(patch.glossy, 0);
@@ -261,38 +277,27 @@ TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
   rays.begin(tile.scene(), tile.counters());
   std::vector<std::vector<VisibilityRecord>> records(tile.patches().size());
   const Answers answers{{}, records.data(), points.data()};
-  RayComb().walk(strata, 1u << 12, 0.3,
-                 [&](const SegmentHits& hits) { stage.shoot(group, hits, answers, rays); });
+  RayComb().walk(planned.strata, 1u << 12, 0.3,
+                 [&](const SegmentHits& hits) { planned.stage.shoot(group, hits, answers, rays); });
   rays.trace();
   for (uint32_t k = 0; k < group.group.count; ++k) {
     EXPECT_NEAR(points[group.primary(k)].lamps, 0, 1e-6f);
-    EXPECT_NEAR(lit[group.primary(k)], of_lamp[k], 1e-6f);
+    EXPECT_NEAR(planned.lit[group.primary(k)], of_lamp[k], 1e-6f);
   }
   EXPECT_FALSE(records[group.group.patch].empty());
 }
 
-/// Of a square that is far away, eye rays find next to nothing. Some are sent all the same, which
+/// Eye rays find next to nothing of a square that is far away. Some are sent all the same, which
 /// bounds the weight of light points.
 TEST(LocalStrata, PlanADefensiveShareOfEyeRays) {
   StageTile tile(floor_xml(kGrey) + R"(<shape type="rectangle"><transform name="to_world">
       <rotate x="1" angle="90"/><translate y="400"/></transform>
       <emitter type="area"><rgb name="radiance" value="3e6 2e6 1e6"/></emitter></shape>)");
-  const GroupView group = tile.view(0);
-  const CellLight light = tile.light(3);
-  LocalChoice choice;
-  choice.choose(*light.local, light.local_points, tile.patches(), tile.visibility(),
-                light.first_local(), tile.primaries().size(), 1);
-  LocalStrata stage(light, choice);
-  Strata strata;
-  stage.add(group, 1, {1, 2}, strata);
-  std::vector<PointPlan> points(tile.primaries().size());
-  std::vector<float> lit(points.size());
-  for (size_t i = 0; i < points.size(); ++i) points[i].lit = &lit[i];
-  Patch patch = group.patch;
-  patch.eye_rays = patch.glossy = 0;
-  stage.plan(group, patch, points);
+  const PlannedLocal planned(tile);
+  const Patch& patch = planned.patch;
   EXPECT_GT(patch.glossy, 0);
-  const float share = static_cast<float>(group.group.count) / static_cast<float>(patch.count);
+  const float share =
+      static_cast<float>(planned.group.group.count) / static_cast<float>(patch.count);
   EXPECT_NEAR(patch.eye_rays, share / 8, 1e-6f);
 }
 
