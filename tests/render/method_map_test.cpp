@@ -26,8 +26,8 @@ TEST(MethodMap, MaterialsHaveTheirMethods) {
                       is_odd ? 4. : 1., is_odd ? 1. : 4.});
   }
   const MethodMap map(grid, trials);
-  EXPECT_EQ(map.path_work(), 64 * 2.5);
-  EXPECT_GT(map.product_work(), 64 * 2.5);
+  EXPECT_EQ(map.path_work(), 64 * 2.25);  // of roots 1 and 2
+  EXPECT_GT(map.product_work(), 64 * 2.25);
   EXPECT_EQ(map.mixed_work(), 64);
   for (const int x : {0, 12, 39}) {
     EXPECT_FALSE(map.is_for_path(tile_at(grid, x, x), bsdf_number(materials[0])));
@@ -48,12 +48,19 @@ TEST(MethodMap, RegionsHaveTheirMethods) {
   EXPECT_LT(map.mixed_work(), 0.8 * map.path_work());
 }
 
-/// One bright outlier adds its own size to the standard error of the sum.
-TEST(MethodMap, OutliersCountTwice) {
+/// One bright outlier adds the size of its root to the standard error of the sum of roots. It does not
+/// decide for the image: path takes 64 times 2.
+TEST(MethodMap, OutliersCountByTheirRoots) {
   const TileGrid grid({0, 0, 160, 160});
   std::vector<MethodMap::Trial> trials;
   for (int i = 0; i < 64; ++i) trials.push_back({i * 25, nullptr, i == 7 ? 100. : 1., 2.});
-  EXPECT_NEAR(MethodMap(grid, trials).product_work(), 163 + 99, 1);
+  EXPECT_NEAR(MethodMap(grid, trials).product_work(), 82. * 82 / 64, 1);
+}
+
+/// Chance alone makes the measured work of a tile negative.
+TEST(MethodMap, NegativeWorkIsNone) {
+  const TileGrid grid({0, 0, 160, 160});
+  EXPECT_EQ(MethodMap(grid, {{0, nullptr, -4, -9}, {5, nullptr, 4, 4}}).path_work(), 2);
 }
 
 /// Reason for which a render by `clustered` doesn't use product sampling; empty if it does.
