@@ -55,29 +55,23 @@ PathSettings path_settings(const ProductSettings& settings) {
   return {settings.length, settings.hide_emitters};
 }
 
-/// Passes of `path` that count samples of product sampling, each of which is several paths.
+/// Passes of `path`, whose samples are paths.
 class PathPasses final : public Passes {
  public:
   PathPasses(const Scene& scene, const Sensor& sensor, RenderContext& context,
              const ProductSettings& settings, double paths_per_sample)
       : integrator_(path_settings(settings)),
         paths_(integrator_.begin(scene, sensor, context, kInfinity)),
-        samples_(settings.rays_per_pixel / kRaysPerSample),
-        paths_per_sample_(paths_per_sample) {}
+        samples_(std::max(1., settings.rays_per_pixel / kRaysPerSample * paths_per_sample)) {}
 
   double samples() const override { return samples_; }
-  double render(double samples) override {
-    return paths_->render(std::max(1., samples * paths_per_sample_)) / paths_per_sample_;
-  }
-  double seconds_per_sample() const override {
-    return paths_->seconds_per_sample() * paths_per_sample_;
-  }
+  double render(double samples) override { return paths_->render(samples); }
+  double seconds_per_sample() const override { return paths_->seconds_per_sample(); }
 
  private:
   const transport::PathIntegrator integrator_;
   const std::unique_ptr<Passes> paths_;
   const double samples_;
-  const double paths_per_sample_;
 };
 
 /// Result of a trial, as work for the same error in a common unit.

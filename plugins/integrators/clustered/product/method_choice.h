@@ -48,8 +48,8 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
                            const ProductSettings& settings, const RenderLength& length,
                            const TileGrid& grid);
 
-/// Returns passes of `path`, each sample of which takes about as long as one of product sampling.
-/// `reason` is logged.
+/// Returns passes of `path`. They have `paths_per_sample` times as many samples as `settings` says,
+/// because a path takes less time than a sample of product sampling. `reason` is logged.
 std::unique_ptr<Passes> path_passes(const Scene& scene, const Sensor& sensor,
                                     RenderContext& context, const ProductSettings& settings,
                                     double paths_per_sample, const std::string& reason);
