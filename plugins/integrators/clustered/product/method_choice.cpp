@@ -65,7 +65,11 @@ class PathPasses final : public Passes {
         samples_(std::max(1., settings.rays_per_pixel / kRaysPerSample * paths_per_sample)) {}
 
   double samples() const override { return samples_; }
-  double render(double samples) override { return paths_->render(samples); }
+  double render(double samples) override {
+    const double paths = paths_->render(samples);
+    log_debug(fmt::format("path: {:.0f} paths per pixel", paths));
+    return paths;
+  }
   double seconds_per_sample() const override { return paths_->seconds_per_sample(); }
 
  private:
