@@ -97,6 +97,10 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
     : scene_(scene), table_(scene), length_(settings.length), finds_caustics_(settings.caustics) {
   find_sources(seed);
   if (!bounce_ends_.empty()) aim_sources(seen, seed, context);
+  const bool has_lamps = std::any_of(sources_.begin(), sources_.end(),
+                                     [](const Source& s) { return s.kind == Kind::kLamp; });
+  is_complete_ = has_lamps || !(aimed_share_ < settings.min_aimed_share);
+  if (!is_complete_) return;
   make_lamp_cells();
   const uint64_t own = hash_words(seed, kSeedOfCells);
   if (!surface_ends_.empty()) {

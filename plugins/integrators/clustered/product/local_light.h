@@ -57,8 +57,10 @@ struct LightPoint {
 enum class LobeWidth { kWide, kNarrow, kMirroring };
 /// Of the lobe on the side of si.wi; the same for all directions there.
 LobeWidth lobe_width(const SurfaceInteraction& si);
-/// True where all light is sent on by kWide lobes, to the side that it comes from.
-bool is_plain(const SurfaceInteraction& si);
+/// True where all light is sent on by kWide lobes, to the side that it comes from. `width`: of the
+/// glossy lobe, if there is one.
+bool is_plain(const SurfaceInteraction& si, LobeWidth width);
+inline bool is_plain(const SurfaceInteraction& si) { return is_plain(si, lobe_width(si)); }
 
 /// Density of the directions that light comes from by more than an edge, per solid angle: a guess,
 /// by which light points share it with paths from the eye that go on by narrow lobes.
@@ -145,6 +147,9 @@ class LocalLight {
     uint32_t extended_points = 0;
     /// Light of lamps by way of mirrors is found by paths from the lamps, see Caustics.
     bool caustics = false;
+    /// If aimed_share() is below this and there are no lamps, no cells are made, and is_complete() is
+    /// false.
+    double min_aimed_share = 0;
   };
   static constexpr uint32_t kLeastPoints = 1u << 10, kMostPoints = 1u << 14;
   static constexpr uint32_t kMostExtendedPoints = 1u << 17;
@@ -154,6 +159,8 @@ class LocalLight {
              uint64_t seed, RenderContext& context);
 
   bool empty() const { return size_ == 0; }
+  /// See Settings::min_aimed_share.
+  bool is_complete() const { return is_complete_; }
   /// Estimated share of the flux of bounced light that is emitted toward what the camera sees the
   /// effect of; 1 if unknown.
   double aimed_share() const { return aimed_share_; }
@@ -319,6 +326,7 @@ class LocalLight {
   std::vector<uint32_t> lamp_first_;
   std::vector<AimSphere> aims_;  ///< empty: light isn't aimed
   double aimed_share_ = 1;
+  bool is_complete_ = true;
   LightGuide surface_guide_, bounce_guide_;
   PointPartition split_partition_;
   std::vector<float> splits_;  ///< of its cells: parts of a walk for each unit of power; or empty

@@ -114,10 +114,9 @@ LobeWidth lobe_width(const SurfaceInteraction& si) {
   return density > kNarrowDensity ? LobeWidth::kNarrow : LobeWidth::kWide;
 }
 
-bool is_plain(const SurfaceInteraction& si) {
+bool is_plain(const SurfaceInteraction& si, LobeWidth width) {
   const Bsdf& bsdf = si.shape->bsdf();
-  return !any(bsdf.lobes() & Lobe::kDelta) && !bsdf.transmits() &&
-         lobe_width(si) == LobeWidth::kWide;
+  return !any(bsdf.lobes() & Lobe::kDelta) && !bsdf.transmits() && width == LobeWidth::kWide;
 }
 
 LocalPoints LocalLight::draw(uint64_t seed, RenderContext& context, float share) const {

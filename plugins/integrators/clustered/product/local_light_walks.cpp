@@ -331,7 +331,18 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
   reflection.to_light = si.wi;
   reflection.incident = walk.power / (count * cosine);
   const float side = si.wi.z >= 0 ? 1.f : -1.f;
-  const float probability = is_deep ? 0 : asked_at(si, side).probability(walk.origin.source);
+  // Draws that only guides and cells are made from do without what the points of passes need.
+  const bool has_cells = bounce_partition_.size() > 0;
+  std::optional<LobeWidth> found_width;
+  const auto width_of_lobe = [&] {
+    if (!found_width) found_width = lobe_width(si);
+    return *found_width;
+  };
+  std::optional<float> found_probability;
+  const auto probability = [&] {
+    if (!found_probability) found_probability = asked_at(si, side).probability(walk.origin.source);
+    return *found_probability;
+  };
   // The reflectance that is seen from the light's side.
   reflection.si.wi = Vec3(0, 0, side);
   LightPoint point;
@@ -343,7 +354,7 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
     // The back of a surface that has but one side.
     if (!(glm::dot(normal, -walk.d) > 0)) return;
     const bool is_lamp = source.kind == Kind::kLamp && !is_deep;
-    const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : lobe_width(si);
+    const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : width_of_lobe();
     LobeReflectance part = bsdf.reflectance(reflection.si);
     bool is_left_to_rays = false;
     if (width == LobeWidth::kMirroring) {
@@ -356,9 +367,10 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
     } else {
       const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
       reflection.lobe.alpha2 = lobe.alpha_u * lobe.alpha_v;
-      if (width == LobeWidth::kNarrow && !is_lamp) {
+      if (width == LobeWidth::kNarrow && !is_lamp && has_cells) {
         reflection.light_density =
-            is_deep ? kDeepDensity : probability * arrival_density(*source.emitter, x, si, -walk.d);
+            is_deep ? kDeepDensity
+                    : probability() * arrival_density(*source.emitter, x, si, -walk.d);
       }
     }
     for (int axis = 0; axis < 3; ++axis) {
@@ -371,19 +383,19 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
   }
   if (is_black(point.power)) return;
   point.edges = walk.edges;
-  point.is_plain = is_plain(si);
+  point.is_plain = has_cells && is_plain(si, width_of_lobe());
   point.is_shown = walk.is_shown;
   // Off the surface: a ray that comes along it would else meet it just before its end.
   point.position = si.ray_origin(-walk.d);
   point.normal = si.frame.n * side;
   point.geometric = glm::dot(si.n, walk.d) > 0 ? -si.n : si.n;
   if (std::abs(glm::dot(si.n, si.frame.n)) < 1 - 1e-6f) point.off_surface = si.p_error;
-  if (bounce_partition_.size() > 0) {
+  if (has_cells) {
     point.cell = bounce_cell(si, side);
     point.eye_ratio = is_deep ? deep_ratios_[point.cell]
                               : eye_factors_[point.cell] *
-                                    eye_ratio(source, probability, x, si, walk.d, distance);
-    if (walk.is_shown && lobe_width(si) == LobeWidth::kWide) point.eye_ratio *= kShownEyeShare;
+                                    eye_ratio(source, probability(), x, si, walk.d, distance);
+    if (walk.is_shown && width_of_lobe() == LobeWidth::kWide) point.eye_ratio *= kShownEyeShare;
   }
   if (!bsdf.is_lambertian()) {
     point.reflection = static_cast<uint32_t>(out.reflections.size());

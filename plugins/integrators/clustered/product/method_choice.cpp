@@ -90,10 +90,14 @@ struct Measured {
 /// Runs the trial, with fewer tiles if all of them would last too long. Returns nullopt if product
 /// sampling must render the image, or if the render was cancelled.
 std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                                 const std::shared_ptr<const DistantCells>& cells,
-                                 const ProductSettings& settings, const RenderLength& length,
-                                 MethodTrial trial, double deadline, uint64_t seed) {
-  ProductRenderer product(scene, sensor, context, cells, settings, trial.grid(), kLightShare);
+                                 CellsOnDemand& cells, const ProductSettings& settings,
+                                 const RenderLength& length, MethodTrial trial, double deadline,
+                                 uint64_t seed) {
+  auto local = make_local_light(scene, sensor, settings, key_seed(context, sensor.sampler()),
+                                context, kLightShare, kMinAimedShare);
+  if (local && !local->is_complete()) return Measured{};
+  ProductRenderer product(scene, sensor, context, cells.get(context), settings, trial.grid(),
+                          std::move(local), kLightShare);
   const double rays = std::clamp(length.rays_per_pixel, 1., kMaxRaysOfTrial);
   if (!product.can_use_paths()) return std::nullopt;
   if (product.aimed_share() < kMinAimedShare) return Measured{};
@@ -168,9 +172,8 @@ std::unique_ptr<Passes> path_passes(const Scene& scene, const Sensor& sensor,
 }
 
 MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                           const std::shared_ptr<const DistantCells>& cells,
-                           const ProductSettings& settings, const RenderLength& length,
-                           const TileGrid& grid) {
+                           CellsOnDemand& cells, const ProductSettings& settings,
+                           const RenderLength& length, const TileGrid& grid) {
   if (!is_path_possible(scene, sensor, settings)) return {};
   const auto by_path = [&](double paths_per_sample, const char* reason) {
     MethodChoice choice;

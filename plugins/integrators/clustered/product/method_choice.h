@@ -44,9 +44,8 @@ struct MethodChoice {
 /// some tiles are rendered by both (MethodTrial). What they find is not part of the image, which
 /// stays unbiased. `grid`: of the image; must outlive the result.
 MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                           const std::shared_ptr<const DistantCells>& cells,
-                           const ProductSettings& settings, const RenderLength& length,
-                           const TileGrid& grid);
+                           CellsOnDemand& cells, const ProductSettings& settings,
+                           const RenderLength& length, const TileGrid& grid);
 
 /// Returns passes of `path`. They have `paths_per_sample` times as many samples as `settings` says,
 /// because a path takes less time than a sample of product sampling. `reason` is logged.

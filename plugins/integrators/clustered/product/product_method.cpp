@@ -57,20 +57,24 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
     return nullptr;
   }
   if (is_for_light_points(settings, scene)) return nullptr;
-  const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
-  Cells cells = std::make_shared<const DistantCells>();
-  if (scene.environment()) {
-    const bool alone = scene.emitters().size() == 1 && sampling.length.max_depth == 2;
-    uint32_t count = alone ? settings.cells : std::min(settings.cells, kMostCellsBesideOthers);
-    // Among few primitives, visibility takes few rays to learn, and most of the error lies in cells
-    // that straddle a horizon: the smaller they are, the better.
-    if (sampling.fewer_cells && rays_per_pixel < kFewRays && !has_few_primitives(scene)) {
-      count = std::max(count / 2, 1u);
-    }
-    cells = std::make_shared<const DistantCells>(*scene.environment(),
-                                                 *scene.environment()->cell_grid(), count, context);
-    if (cells->size() == 0 && alone) return nullptr;
+  const Emitter* const environment = scene.environment();
+  if (!environment) {
+    return std::unique_ptr<const ProductMethod>(
+        new ProductMethod(sampling, std::make_shared<const DistantCells>()));
   }
+  const bool alone = scene.emitters().size() == 1 && sampling.length.max_depth == 2;
+  uint32_t count = alone ? settings.cells : std::min(settings.cells, kMostCellsBesideOthers);
+  // Among few primitives, visibility takes few rays to learn, and most of the error lies in cells
+  // that straddle a horizon: the smaller they are, the better.
+  if (sampling.fewer_cells && rays_per_pixel < kFewRays && !has_few_primitives(scene)) {
+    count = std::max(count / 2, 1u);
+  }
+  CellsOnDemand cells([environment, count](RenderContext& own) {
+    const StageTimer timer(own.stats().counters.stage_seconds["cells"]);
+    return std::make_shared<const DistantCells>(*environment, *environment->cell_grid(), count,
+                                                own);
+  });
+  if (alone && cells.get(context)->size() == 0) return nullptr;
   return std::unique_ptr<const ProductMethod>(new ProductMethod(sampling, std::move(cells)));
 }
 
@@ -96,7 +100,8 @@ std::unique_ptr<Passes> ProductMethod::begin(const Scene& scene, const Sensor& s
 
 std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor& sensor,
                                                RenderContext& context, int x, int y) const {
-  return inspect_product(scene, sensor, context, cells_, sampling_of(sensor), x, y);
+  CellsOnDemand cells = cells_;
+  return inspect_product(scene, sensor, context, cells.get(context), sampling_of(sensor), x, y);
 }
 
 }  // namespace kinome

@@ -18,8 +18,8 @@ class ProductMethod final : public ClusteredMethod {
     /// PointLightOptions::max_geometry_term: a bounce that is bounded takes light points.
     float max_geometry_term = 0;
   };
-  /// Divides the scene's light into cells. nullptr where the scene isn't one for this method: what
-  /// an emitter lacks is logged as a warning. rays_per_pixel: as far as is known; infinity: not.
+  /// Returns nullptr if the scene isn't one for this method: what an emitter lacks is logged as a
+  /// warning. The scene must outlive the method. rays_per_pixel: infinity if unknown.
   static std::unique_ptr<const ProductMethod> make(const Settings& settings, const Scene& scene,
                                                    double rays_per_pixel, RenderContext& context);
   /// True where make() has one: says nothing, and does nothing else.
@@ -34,13 +34,12 @@ class ProductMethod final : public ClusteredMethod {
                                   int x, int y) const override;
 
  private:
-  using Cells = std::shared_ptr<const DistantCells>;
-  ProductMethod(const ProductSettings& sampling, Cells cells)
+  ProductMethod(const ProductSettings& sampling, CellsOnDemand cells)
       : sampling_(sampling), cells_(std::move(cells)) {}
   ProductSettings sampling_of(const Sensor& sensor) const;
 
   ProductSettings sampling_;
-  Cells cells_;  ///< none: there is no environment, or a black one
+  CellsOnDemand cells_;  ///< none: there is no environment, or a black one
 };
 
 }  // namespace kinome

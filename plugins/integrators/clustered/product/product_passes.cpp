@@ -12,7 +12,7 @@ bool is_product_scene(const Scene& scene, uint32_t max_depth) {
 }
 
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                    std::shared_ptr<const DistantCells> cells, const ProductSettings& settings) {
+                    CellsOnDemand cells, const ProductSettings& settings) {
   const TileGrid grid(sensor.film().sampled());
   const RenderLength length = expected_length(settings, sensor, context, kInfinity);
   const MethodChoice choice =
@@ -22,7 +22,7 @@ void render_product(const Scene& scene, const Sensor& sensor, RenderContext& con
     return;
   }
   if (context.cancelled()) return;
-  ProductRenderer renderer(scene, sensor, context, std::move(cells), settings, grid);
+  ProductRenderer renderer(scene, sensor, context, cells.get(context), settings, grid);
   if (choice.map) renderer.use(*choice.map, choice.paths_per_ray);
   renderer.render_all();
 }
@@ -44,8 +44,7 @@ struct ProductPasses final : Passes {
 }  // namespace
 
 std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
-                                      RenderContext& context,
-                                      std::shared_ptr<const DistantCells> cells,
+                                      RenderContext& context, CellsOnDemand cells,
                                       const ProductSettings& settings, double seconds) {
   context.begin_pass(0, 0, 0);  // the share of the trial and the pilot in the progress isn't known
   const RenderLength length = expected_length(settings, sensor, context, seconds);
@@ -53,8 +52,8 @@ std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
   MethodChoice& choice = passes->choice;
   choice = choose_method(scene, sensor, context, cells, settings, length, passes->grid);
   if (choice.paths) return std::move(choice.paths);
-  ProductRenderer& renderer = passes->renderer.emplace(scene, sensor, context, std::move(cells),
-                                                       settings, passes->grid);
+  ProductRenderer& renderer = passes->renderer.emplace(
+      scene, sensor, context, cells.get(context), settings, passes->grid);
   if (choice.map) renderer.use(*choice.map, choice.paths_per_ray);
   if (length.seconds == kInfinity) {
     renderer.learn_from_pilot(length.rays_per_pixel);

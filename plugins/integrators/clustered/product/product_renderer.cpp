@@ -55,8 +55,16 @@ std::unique_ptr<Sensor> with_paths(const Sensor& sensor, double paths) {
 
 ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  std::shared_ptr<const DistantCells> cells,
+                                 const ProductSettings& settings, const TileGrid& grid)
+    : ProductRenderer(scene, sensor, context, std::move(cells), settings, grid,
+                      make_local_light(scene, sensor, settings,
+                                       key_seed(context, sensor.sampler()), context),
+                      1) {}
+
+ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                 std::shared_ptr<const DistantCells> cells,
                                  const ProductSettings& settings, const TileGrid& grid,
-                                 double light_share)
+                                 std::unique_ptr<const LocalLight> local, double light_share)
     : scene_(scene),
       table_(scene),
       sensor_(sensor),
@@ -67,7 +75,7 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
       grid_(grid),
       seed_(key_seed(context, sensor.sampler())),
       light_share_(light_share),
-      local_(make_local_light(scene, sensor, settings, seed_, context, light_share)),
+      local_(std::move(local)),
       addresses_(scene),
       knowledge_(grid_, cells_, local_.get(), settings_),
       rays_left_(settings.rays_per_pixel) {
@@ -82,13 +90,15 @@ ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, Rende
 
 std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
                                                    const ProductSettings& settings, uint64_t seed,
-                                                   RenderContext& context, double share) {
+                                                   RenderContext& context, double share,
+                                                   double min_aimed_share) {
   const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
   if (others == 0 && settings.length.max_depth < LocalLight::kBounceDepth) return nullptr;
   const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
   LocalLight::Settings local;
   local.length = settings.length;
   local.bounce_cells = settings.bounce_cells;
+  local.min_aimed_share = min_aimed_share;
   local.caustics = Caustics::serves(sensor);
   // Where rays are few, points are, too: each takes about as long as two. Until an error is
   // reached, there will be many. What is rendered by parts draws as many for each.
@@ -110,7 +120,7 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
                        context);
   }
   auto light = std::make_unique<const LocalLight>(scene, local, seen, seed, context);
-  return light->empty() ? nullptr : std::move(light);
+  return light->empty() && light->is_complete() ? nullptr : std::move(light);
 }
 
 Primaries::View ProductRenderer::view() const {

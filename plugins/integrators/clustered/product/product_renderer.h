@@ -15,18 +15,25 @@
 namespace kinome {
 
 /// Local light of the scene, as renders with these settings divide it, or nullptr if it has none.
-/// `share`: of the points that they draw.
+/// `share`: of the points that they draw. `min_aimed_share`: LocalLight::Settings::min_aimed_share.
 std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
                                                    const ProductSettings& settings, uint64_t seed,
-                                                   RenderContext& context, double share = 1);
+                                                   RenderContext& context, double share = 1,
+                                                   double min_aimed_share = 0);
 
 /// One render by learned product sampling: pilot, plan, and passes that make the picture.
 class ProductRenderer final : public Passes {
  public:
-  /// `grid` must outlive this. `light_share`: share of the image's light points that are drawn, for trials.
+  /// `grid` must outlive this.
   ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                   std::shared_ptr<const DistantCells> cells, const ProductSettings& settings,
-                  const TileGrid& grid, double light_share = 1);
+                  const TileGrid& grid);
+  /// Renders with local light that is complete or nullptr, and draws `light_share` of an image's light
+  /// points, for trials.
+  ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                  std::shared_ptr<const DistantCells> cells, const ProductSettings& settings,
+                  const TileGrid& grid, std::unique_ptr<const LocalLight> local,
+                  double light_share);
   /// Leaves the tiles that the map says to paths. Before the pilot. The map must outlive this.
   void use(const MethodMap& map, double paths_per_ray);
   /// Sends the pilot that suits so many rays a pixel, or none: before any pass. What it takes of

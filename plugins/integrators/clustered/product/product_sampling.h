@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "clustered/cells/light_cells.h"
@@ -48,6 +50,24 @@ struct ProductSettings {
 /// the cells' light that is believed to arrive (0 where nothing is learned).
 inline constexpr const char* kProductChannels[] = {"samples", "cost", "visibility"};
 
+/// Cells of an environment, made when they are first needed: renders that are left to `path` may do
+/// without. Not thread-safe.
+class CellsOnDemand {
+ public:
+  using Cells = std::shared_ptr<const DistantCells>;
+  CellsOnDemand(Cells cells) : cells_(std::move(cells)) {}
+  explicit CellsOnDemand(std::function<Cells(RenderContext&)> make) : make_(std::move(make)) {}
+
+  const Cells& get(RenderContext& context) {
+    if (!cells_) cells_ = make_(context);
+    return cells_;
+  }
+
+ private:
+  std::function<Cells(RenderContext&)> make_;
+  Cells cells_;
+};
+
 /// True if the scene has fewer than 1,000 triangles and other shapes.
 bool has_few_primitives(const Scene& scene);
 
@@ -68,13 +88,12 @@ bool is_product_scene(const Scene& scene, uint32_t max_depth);
 /// `path` of the same depth, converges to, with any filter. Stages:
 /// points, pilot, plan, main, film.
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                    std::shared_ptr<const DistantCells> cells, const ProductSettings& settings);
+                    CellsOnDemand cells, const ProductSettings& settings);
 
 /// The same by passes, which all use what the pilot has learned. `seconds` as for
 /// Integrator::begin: no pilot is sent where it would take up too much of them.
 std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
-                                      RenderContext& context,
-                                      std::shared_ptr<const DistantCells> cells,
+                                      RenderContext& context, CellsOnDemand cells,
                                       const ProductSettings& settings, double seconds);
 
 /// What a pixel's renders know of the cells and how they send their rays, for distant and for local
