@@ -6,7 +6,8 @@
 #                        [--quick] [--fresh] [--output FOLDER] [--build FOLDER]
 #   sh validation/run.sh benchmark [SCENE|GROUP...] --scenes-for 15m [...]
 #   sh validation/run.sh maps [SCENE...] [--spp N] [...]
-#   sh validation/run.sh budgets [SCENE|FILE|FOLDER...] [--minutes N] [--seeds N] [--threads N] [...]
+#   sh validation/run.sh budgets [SCENE|FILE|FOLDER...] [--minutes N] [--seeds N] [--threads N]
+#                        [--size WxH] [--seconds S,...] [...]
 #   sh validation/run.sh engine [PART...] [SCENE|GROUP...] [--minutes N] [--sampler NAME] [...]
 #
 # engine: nanoseconds a sample of ours and of Mitsuba's llvm_ad_rgb, and what else its goals name.
@@ -16,7 +17,7 @@
 # maps: where the error of clustered by product lies, by pixels and by classes of pixels, on six
 # scenes, in 3 minutes. Ends with validation/maps/. Needs no Mitsuba.
 #
-# budgets: is clustered worse than path or ptracer, by samples and by time, on these scenes, scene
+# budgets: is clustered worse than path or ptracer, by samples, time and error, on these scenes, scene
 # files, or all scene files of a folder? Ends with validation/budgets/. Begins no scene that would
 # end after 10 minutes; the same command then goes on. Needs no Mitsuba.
 #

@@ -145,20 +145,21 @@ class ATinyScene(InFolder):
             (build / name).symlink_to(BUILD / name)
         words = ["budgets", str(self.path), "--build", str(build), "--seeds", "2", "--output",
                  str(self.folder / "page")]
-        small = (budgets.Budget(samples=2), budgets.Budget(seconds=0.3))
+        options = arguments.parse(words)
+        options.seconds = (0.3,)
         said = io.StringIO()
         with unittest.mock.patch.object(budgets, "SIZE", (32, 24)), \
-                unittest.mock.patch.object(budgets, "SECONDS", (0.3,)), \
-                unittest.mock.patch.object(budgets, "BUDGETS", small), \
+                unittest.mock.patch.object(budgets, "SAMPLES", (2,)), \
+                unittest.mock.patch.object(budgets, "ERRORS", (0.05,)), \
                 contextlib.redirect_stderr(said):
-            self.assertEqual(command.main(arguments.parse(words)), 0, said.getvalue())
+            self.assertEqual(command.main(options), 0, said.getvalue())
             renders = build / "validation/budgets/measurements.jsonl"
             lines = len(renders.read_text("utf-8").splitlines())
-            self.assertEqual(command.main(arguments.parse(words)), 0, said.getvalue())
+            self.assertEqual(command.main(options), 0, said.getvalue())
             self.assertEqual(len(renders.read_text("utf-8").splitlines()), lines)
         found = json.loads((self.folder / "page/budgets.json").read_text("utf-8"))["scenes"]["tiny"]
         self.assertEqual([one["budget"] for one in found["curves"]["clustered"]],
-                         ["2 samples", "0.3 s"])
+                         ["2 samples", "0.3 s", "relMSE 0.05"])
         self.assertLess(abs(found["difference"]), 0.1)
         self.assertRegex((self.folder / "page/README.md").read_text("utf-8"), r"\| tiny \|")
         with Image.open(self.folder / "page/plot.png") as picture:
@@ -170,7 +171,10 @@ class ATinyScene(InFolder):
         self.assertEqual(arguments.parse(["budgets", "tree", str(self.path)]).words,
                          ["tree", str(self.path)])
         self.assertEqual(arguments.parse(["budgets"]).output, ROOT / "validation/budgets")
-        for words in (["budgets", "nowhere.xml"], ["budgets", "--seeds", "1"], ["maps", str(self.path)]):
+        found = arguments.parse(["budgets", "--size", "40x30", "--seconds", "1,30"])
+        self.assertEqual((found.size, found.seconds), ((40, 30), (1, 30)))
+        for words in (["budgets", "nowhere.xml"], ["budgets", "--seeds", "1"], ["maps", str(self.path)],
+                      ["budgets", "--size", "40"], ["budgets", "--seconds", "2"]):
             with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(SystemExit):
                 arguments.parse(words)
 

@@ -28,6 +28,24 @@ def time_given(text):
         raise argparse.ArgumentTypeError(reason) from reason
 
 
+def size_given(word):
+    try:
+        width, height = map(int, word.split("x"))
+    except ValueError:
+        width = height = 0
+    if min(width, height) < 16:
+        raise argparse.ArgumentTypeError(f"size must be WxH, at least 16x16, got {word}")
+    return width, height
+
+
+def seconds_given(word):
+    from .budgets import SECONDS
+    found = tuple(second for second in SECONDS if f"{second:g}" in word.split(","))
+    if len(found) != len(word.split(",")):
+        raise argparse.ArgumentTypeError(f"seconds must be some of 1,5,30, got {word}")
+    return found
+
+
 def parse(arguments=None):
     parser = argparse.ArgumentParser(prog="validation/run.sh", description=DESCRIPTION,
                                      formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -66,6 +84,11 @@ def parse(arguments=None):
                         help="budgets: renders of each kind, 2 at least; default: %(default)d")
     parser.add_argument("--threads", type=int, default=THREADS, metavar="N",
                         help="budgets: of each render; default: %(default)d")
+    parser.add_argument("--size", type=size_given, metavar="WxH",
+                        help="budgets: of the images; default: 160x120. Scenes of other sizes have "
+                             "rows of their own")
+    parser.add_argument("--seconds", type=seconds_given, metavar="S,...", default=(1, 5),
+                        help="budgets: by --time, of 1, 5 and 30; default: 1,5")
     parser.add_argument("--work", type=pathlib.Path, help=argparse.SUPPRESS)
     parser.add_argument("--check", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_intermixed_args(arguments)

@@ -19,10 +19,11 @@ from .store import digest
 from .budget_scenes import derived
 
 SIZE = (160, 120)
-# Samples and seconds (--time) of `clustered`, and samples of the others.
-SAMPLES, SECONDS = (2, 8, 32, 128), (1, 5)
+# Samples, seconds (--time) and errors (--error) of `clustered`, and samples of the others.
+SAMPLES, SECONDS, ERRORS = (2, 8, 32, 128), (1, 5, 30), (1e-2, 1e-3)
 PATH_SAMPLES, PTRACER_SAMPLES = (8, 32, 128), (32,)
 MAX_SECONDS = 6  # of processor time, of a render of `path`: beyond, its errors are extrapolated
+MAX_SECONDS_OF_ERROR = 15  # of a render of `clustered` by --error: beyond, it is not made
 LIMIT = 0.9
 # `ptracer` counts if the mean of its image is that of `path` but for so much, or for four standard
 # errors: it does not find what mirrors and glass show.
@@ -32,42 +33,58 @@ STARTS = 3  # renders that say how long start-up and loading take
 
 @dataclasses.dataclass(frozen=True)
 class Budget:
-    """Of samples or of seconds."""
+    """Of samples, of seconds, or of an error."""
 
     samples: int | None = None
     seconds: float | None = None
+    error: float | None = None
 
     @property
     def name(self):
-        return f"{self.samples} samples" if self.samples else f"{self.seconds:g} s"
+        if self.samples:
+            return f"{self.samples} samples"
+        return f"{self.seconds:g} s" if self.seconds else f"relMSE {self.error:g}"
+
+    def options(self):
+        """Of the program."""
+        if self.samples:
+            return ()
+        return ("--time", str(self.seconds)) if self.seconds else ("--error", str(self.error))
 
 
-BUDGETS = (*(Budget(samples=n) for n in SAMPLES), *(Budget(seconds=s) for s in SECONDS))
+BUDGETS = (*(Budget(samples=n) for n in SAMPLES), *(Budget(seconds=s) for s in SECONDS),
+           *(Budget(error=e) for e in ERRORS))
+
+
+def scale_of(size):
+    """Pixels in units of those of SIZE."""
+    return size[0] * size[1] / (SIZE[0] * SIZE[1])
 
 
 class Budgets:
     def __init__(self, kinome, store, folder, options, log):
         self.kinome, self.store, self.folder = kinome, store, folder
         self.options, self.log = options, log
+        self.size = options.size or SIZE
         (folder / "pictures").mkdir(parents=True, exist_ok=True)
 
     def measure(self, scene, integrator, budget, seed):
         """{"processor", "samples", "why"} and the image, from the store or made now."""
-        key = {"budgets": scene.name, "scene": scene.hash(), "size": SIZE, "who": integrator,
+        key = {"budgets": scene.name, "scene": scene.hash(), "size": self.size, "who": integrator,
                "program": self.kinome.program, "budget": budget.name, "seed": seed,
                "threads": self.options.threads, "machine": machine()["processor"]}
         path = self.folder / f"pictures/{digest(key)}.npy"
         found = self.store.get(key)
         if found is None or not path.is_file():
-            found, image = self.render(scene, integrator, budget, seed, SIZE)
+            found, image = self.render(scene, integrator, budget, seed, self.size)
             np.save(path, image.astype(np.float32))
             self.store.put(key, found)
         return found | {"image": np.load(path).astype(np.float64)}
 
     def render(self, scene, integrator, budget, seed, size):
         copy, folders = derived(scene, self.folder / "scenes", integrator, budget.samples or 4, size)
-        timed = ("--time", str(budget.seconds)) if budget.seconds else ()
-        made = self.kinome.render(copy, {}, seed, ("-t", str(self.options.threads), *folders, *timed))
+        made = self.kinome.render(
+            copy, {}, seed, ("-t", str(self.options.threads), *folders, *budget.options()))
         why = [skipped["why"] for skipped in made.stats["skipped"] if skipped["what"] == "product"]
         return {"processor": made.stats["processor_seconds"], "samples": made.samples,
                 "why": why[0] if why else ""}, made.image
@@ -84,29 +101,46 @@ class Budgets:
         return self.store.recall(key, measure)["processor"]
 
     def runs(self, scene, integrator, budgets):
-        """{budget: renders of all seeds}; no larger budgets of `path` than MAX_SECONDS allow."""
+        """{budget: renders of all seeds}. Larger numbers of samples are left out if they would take
+        longer than MAX_SECONDS for each SIZE of pixels to the power 1/2; by `clustered` only in
+        images larger than SIZE."""
+        limit = MAX_SECONDS * math.sqrt(scale_of(self.size))
+        is_limited = integrator != "clustered" or scale_of(self.size) > 1
         found = {}
         for budget in budgets:
             found[budget] = [self.measure(scene, integrator, budget, seed)
                              for seed in range(1, self.options.seeds + 1)]
-            if integrator == "path" and budget.samples and \
-                    found[budget][0]["processor"] > MAX_SECONDS / 4:
+            if is_limited and budget.samples and found[budget][0]["processor"] > limit / 4:
                 break
         self.log.say(f"{scene.name}: {integrator}")
         return found
+
+    def runs_to_errors(self, scene, found):
+        """The same of `clustered` by --error, if that takes less than MAX_SECONDS_OF_ERROR by the
+        errors that numbers of samples have."""
+        mean = weighted_mean([best(found)])
+        points = [point(budget, renders, mean, 0) for budget, renders in found.items()
+                  if budget.samples]
+        last = max(points, key=seconds_of)
+        return self.runs(scene, "clustered", [
+            Budget(error=error) for error in ERRORS
+            if seconds_of(last) * last["relmse"] / error < MAX_SECONDS_OF_ERROR])
 
     def scene(self, scene):
         """What the page has of it."""
         start = self.start(scene)
         runs = {"path": self.runs(scene, "path", [Budget(samples=n) for n in PATH_SAMPLES])}
-        timed = self.runs(scene, "path", [Budget(seconds=s) for s in SECONDS])
+        times = [Budget(seconds=s) for s in self.options.seconds]
+        timed = self.runs(scene, "path", times)
         try:
             light = self.runs(scene, "ptracer", [Budget(samples=n) for n in PTRACER_SAMPLES])
             if is_same(means(runs["path"]), means(light)):
                 runs["ptracer"] = light
         except Problem as reason:
             self.log.say(f"{scene.name}: without ptracer: {reason}")
-        runs["clustered"] = self.runs(scene, "clustered", BUDGETS)
+        by_samples = self.runs(scene, "clustered", [Budget(samples=n) for n in SAMPLES])
+        runs["clustered"] = (by_samples | self.runs(scene, "clustered", times) |
+                             self.runs_to_errors(scene, by_samples))
         mean = weighted_mean([best(found) for found in runs.values()])
         runs["path"] |= timed
         curves = {who: [point(budget, renders, mean, start) for budget, renders in found.items()]

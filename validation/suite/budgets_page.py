@@ -9,7 +9,8 @@ from .plots import png_file
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  (the backend comes first)
 
-COLOURS = ("#0b4f8a", "#4361ee", "#2a9d8f", "#6a994e", "#e8590c", "#b30000")
+COLOURS = ("#0b4f8a", "#4361ee", "#2a9d8f", "#6a994e", "#e8590c", "#b30000", "#7b2cbf",
+           "#495057", "#c2a000")
 
 
 def by_worst(scenes):
@@ -49,7 +50,8 @@ def page(machine, scenes):
     return "\n".join([
         "# Is `clustered` ever worse than `path`?", "",
         f"Written by `sh validation/run.sh budgets` at {', '.join(commits)}, on "
-        f"{machine['processor']}, {machine['cores']} cores. Images of {SIZE[0]}x{SIZE[1]} pixels, "
+        f"{machine['processor']}, {machine['cores']} cores. Images of {SIZE[0]}x{SIZE[1]} pixels unless "
+        "the name gives another size, "
         f"max_depth -1, {'/'.join(map(str, seeds))} seeds. Each figure is the relMSE of the better of "
         "`path` and `ptracer` at equal time, divided by that of `clustered`: above 1, `clustered` is "
         "better. Time is processor time (user and system, of all threads) without start-up and loading; "
@@ -94,7 +96,7 @@ def plot(scenes):
             some = [(x, row["ratio"]) for x, row in marks if bool(row["by_paths"]) == is_paths]
             axis.scatter([x for x, _ in some], [y for _, y in some], s=22, facecolors=face,
                          edgecolors=COLOURS[index], linewidths=1,
-                         marker="s" if budget.seconds else "o",
+                         marker="s" if budget.seconds else "D" if budget.error else "o",
                          label=None if is_paths else budget.name)
     axis.scatter([], [], s=22, facecolors="none", edgecolors="grey", label="left to path")
     axis.axhline(1, color="grey", linewidth=0.7)

@@ -189,7 +189,9 @@ class Session:
             except Problem as reason:
                 self.log.problem(f"{scene.name}: {reason}")
                 continue
-            found = (read_json(path) or {"scenes": {}})["scenes"] | {scene.name: one}
+            size = work.size
+            name = scene.name if size == budgets.SIZE else f"{scene.name} {size[0]}x{size[1]}"
+            found = (read_json(path) or {"scenes": {}})["scenes"] | {name: one}
             write_json(path, {"machine": machine(), "scenes": found})
             write_whole(options.output / "README.md", budgets_page.page(machine(), found))
             write_whole(options.output / "measurements.csv", budgets_page.measurements(found))
