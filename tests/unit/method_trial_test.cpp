@@ -23,7 +23,7 @@ MethodTrial::Way noise(uint64_t seed, float deviation, double rays, RenderContex
     }
     context.stats().counters[RayKind::kBsdf] += static_cast<uint64_t>(rays);
   };
-  return {render, cost_of_ray, 1};
+  return {render, cost_of_ray};
 }
 
 /// Work of the second way to the same error, in units of the first one's; infinite if nothing was
@@ -116,7 +116,7 @@ TEST(MethodTrial, MeasuresFilteredNoise) {
         }
         context.stats().counters[RayKind::kBsdf] += 1000;
       },
-      1, 1};
+      1};
   const double work = work_of(trial.compare(noise(2, 0.02f, 1000, context), tiles, context));
   // At the edges of tiles, the filter takes away a part of theirs, too, and less of the pixels'.
   EXPECT_GT(work, 0.6 / tent.variance());
@@ -140,6 +140,40 @@ TEST(MethodTrial, ComparesErrorTimesRays) {
   EXPECT_NEAR(work(0.04f, 1000, 1) / 4, 1, tolerance);
   EXPECT_NEAR(work(0.02f, 3000, 1) / 3, 1, tolerance);
   EXPECT_NEAR(work(0.02f, 1000, 0.25) * 4, 1, tolerance);
+}
+
+/// A single render by the first way tells its error by its difference from those of the second way.
+TEST(MethodTrial, EndsAfterOneRenderThatIsEnough) {
+  RenderContext context({.threads = 1});
+  const TileGrid grid({0, 0, 320, 320});
+  const MethodTrial trial(grid, 256, 5);
+  MethodTrial::Way first = noise(1, 0.1f, 1000, context);
+  int renders = 0;
+  first.render = [&, render = first.render](uint64_t index, std::vector<Rgb>& picture) {
+    ++renders;
+    render(index, picture);
+  };
+  const MethodTrial::Way second = noise(2, 0.05f, 500, context);
+  double work = 0;
+  const auto is_enough = [&](bool answer) {
+    return [&, answer](const MethodTrial::Result& result) {
+      work = work_of(result);
+      return answer;
+    };
+  };
+  const auto result = trial.compare(first, second, context, is_enough(true));
+  EXPECT_EQ(renders, 1);
+  EXPECT_EQ(work_of(result), work);
+  // Each render differs from the mean by its deviation in every pixel, so that only the product of
+  // the two ways' deviations makes noise.
+  EXPECT_NEAR(work * 8, 1, 0.1);
+  trial.compare(first, second, context, is_enough(false));
+  EXPECT_EQ(renders, 3);
+  first.more_variance.assign(320 * 320, 0.01f);
+  work = 0;
+  trial.compare(first, second, context, is_enough(true));
+  EXPECT_EQ(renders, 5);
+  EXPECT_EQ(work, 0);
 }
 
 /// Light that a way misses in all of its renders counts as noise of that size.
@@ -167,7 +201,7 @@ TEST(MethodTrial, KnowsHowUncertainTheBrightnessIs) {
       std::fill(picture.begin(), picture.end(), Rgb(first + (index == 0 ? 1 : -1) * of_render));
       context.stats().counters[RayKind::kBsdf] += 1000;
     };
-    MethodTrial::Way way{render, 1, 1};
+    MethodTrial::Way way{render, 1};
     way.common_share = common_share;
     return trial.compare(way, noise(2, noise_of_second, 1000, context), context).deviation;
   };

@@ -274,10 +274,13 @@ class LocalLight {
   std::vector<LightGuide::Use> find_uses(const std::vector<Drawn>& chunks,
                                          std::span<const SurfaceInteraction> seen, uint64_t seed,
                                          RenderContext& context) const;
-  /// Returns `count` draws that are guided as those of passes will be.
-  std::vector<Drawn> learn_guide(bool bounce, uint32_t count,
-                                 std::span<const SurfaceInteraction> seen, uint64_t seed,
-                                 RenderContext& context);
+  /// Draws that are guided as those of passes will be, and their uses, or none.
+  struct Guided {
+    std::vector<Drawn> drawn;
+    std::vector<LightGuide::Use> uses;
+  };
+  Guided learn_guide(bool bounce, uint32_t count, std::span<const SurfaceInteraction> seen,
+                     uint64_t seed, RenderContext& context);
   /// At most `count`; a pass will have `repeated` times as many points as were drawn.
   void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn, double repeated);
   /// unguided, useless: sums over the expected points of 1 / LightOrigin::guided and of
@@ -298,8 +301,8 @@ class LocalLight {
   std::optional<Ray> go_on(LightWalk& walk, const SurfaceInteraction& si,
                            const transport::AdjointSample& sample) const;
   /// Learns where walks are split, from draws without. Returns false if no walk is.
-  bool learn_splits(const std::vector<Drawn>& drawn, std::span<const SurfaceInteraction> seen,
-                    uint64_t seed, RenderContext& context);
+  bool learn_splits(const Guided& guided, std::span<const SurfaceInteraction> seen, uint64_t seed,
+                    RenderContext& context);
   /// Number of parts in which a walk goes on from a light point that it has left.
   uint32_t parts_at(const LightPoint& point) const;
   void land(const LightWalk& walk, const SurfaceInteraction& si, float distance, Drawn& out) const;

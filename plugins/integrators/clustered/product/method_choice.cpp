@@ -39,6 +39,9 @@ constexpr double kLightShare = 0.125;
 constexpr double kMaxRaysOfTrial = 32;  ///< rays per pixel of product sampling
 /// Tiles of both methods are rendered if they take less than this share of the work of either alone.
 constexpr double kMaxWorkOfTiles = 0.9;
+/// A trial ends after one render by product sampling if that finds that `path` takes less work by this
+/// factor.
+constexpr double kClearRatio = 2.5;
 /// Renders whose brightness by product sampling is expected to deviate by more than this are left to
 /// `path`. Most trials of a dozen interiors find less than 0.03, and most seeds whose images are too
 /// bright or too dark by more than that have more.
@@ -87,6 +90,12 @@ struct Measured {
   double rays_per_second = 0;  ///< of product sampling
 };
 
+/// True if `path` takes less work than tiles of both, and by this factor less than product sampling.
+bool is_for_path(const MethodMap& map, double factor) {
+  const double paths = map.path_work();
+  return factor * paths < map.product_work() && paths < map.mixed_work() / kMaxWorkOfTiles;
+}
+
 /// Runs the trial, with fewer tiles if all of them would last too long. Returns nullopt if product
 /// sampling must render the image, or if the render was cancelled.
 std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
@@ -121,19 +130,24 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   const MethodTrial::Way path_way{[&](uint64_t index, std::vector<Rgb>& picture) {
     paths.trace(trial, hash_words(seed, 2, index), picture);
   }};
-  const MethodTrial::Result result = trial.compare(product_way, path_way, context);
-  if (context.cancelled() || result.tiles.empty()) return std::nullopt;
   // The pilot's rays are taken from those of the image.
   const double share_of_image =
       std::max(0.1, 1 - pilot_rays / std::max(length.rays_per_pixel, 1.));
   const double scale = 1 / (share_of_image * product.aimed_share());
-  std::vector<MethodMap::Trial> trials;
-  for (const MethodTrial::TileErrors& tile : result.tiles) {
-    trials.push_back({tile.tile, product.main_bsdf(tile.tile), tile.first * scale,
-                      tile.second * result.cost});
-  }
-  return Measured{std::make_unique<MethodMap>(trial.grid(), std::move(trials)),
-                  TrialPaths::kPaths / (result.cost * rays), result.deviation,
+  const auto map_of = [&](const MethodTrial::Result& result) {
+    std::vector<MethodMap::Trial> trials;
+    for (const MethodTrial::TileErrors& tile : result.tiles) {
+      trials.push_back({tile.tile, product.main_bsdf(tile.tile), tile.first * scale,
+                        tile.second * result.cost});
+    }
+    return std::make_unique<const MethodMap>(trial.grid(), std::move(trials));
+  };
+  const MethodTrial::Result result =
+      trial.compare(product_way, path_way, context, [&](const MethodTrial::Result& first) {
+        return is_for_path(*map_of(first), kClearRatio);
+      });
+  if (context.cancelled() || result.tiles.empty()) return std::nullopt;
+  return Measured{map_of(result), TrialPaths::kPaths / (result.cost * rays), result.deviation,
                   2 * rays * static_cast<double>(trial.pixels().size()) / seconds};
 }
 
@@ -209,7 +223,7 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   if (measured->deviation > kMaxDeviation) {
     return by_path(paths_per_sample, "in a trial, its brightness was too uncertain");
   }
-  if (paths < std::min(product, mixed / kMaxWorkOfTiles)) {
+  if (is_for_path(*measured->map, 1)) {
     return by_path(paths_per_sample,
                    "in a trial, paths from the camera alone did as well for less");
   }

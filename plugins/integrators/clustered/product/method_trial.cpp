@@ -12,11 +12,13 @@ namespace {
 /// Side of a group of tiles, in tiles.
 constexpr int kGroupSide = 2;
 
-double rays_of(const RenderCounters& counters, bool of_light) {
+/// Number of rays, other than light rays.
+double rays_of(const RenderCounters& counters) {
   double sum = 0;
   for (int kind = 0; kind < kRayKindCount; ++kind) {
-    const bool is_light = static_cast<RayKind>(kind) == RayKind::kLight;
-    if (is_light == of_light) sum += static_cast<double>(counters.rays[kind]);
+    if (static_cast<RayKind>(kind) != RayKind::kLight) {
+      sum += static_cast<double>(counters.rays[kind]);
+    }
   }
   return sum;
 }
@@ -71,18 +73,15 @@ std::vector<size_t> MethodTrial::pixels() const {
   return pixels;
 }
 
-MethodTrial::Renders MethodTrial::run(const Way& way, RenderContext& context) const {
-  Renders renders;
+void MethodTrial::render(const Way& way, uint64_t index, Renders& renders,
+                         RenderContext& context) const {
   const RenderCounters& counters = context.stats().counters;
-  const double rays = rays_of(counters, false), light_rays = rays_of(counters, true);
-  for (uint64_t i = 0; i < 2; ++i) {
-    renders.pictures[i].assign(static_cast<size_t>(grid_.crop().area()), Rgb(0.f));
-    way.render(i, renders.pictures[i]);
-    filter(renders.pictures[i]);
-  }
-  renders.cost = (rays_of(counters, false) - rays) * way.cost_of_ray +
-                 (rays_of(counters, true) - light_rays) * way.cost_of_light + 2 * way.more_cost;
-  return renders;
+  const double rays = rays_of(counters);
+  std::vector<Rgb>& picture = renders.pictures[index];
+  picture.assign(static_cast<size_t>(grid_.crop().area()), Rgb(0.f));
+  way.render(index, picture);
+  filter(picture);
+  renders.cost += (rays_of(counters) - rays) * way.cost_of_ray + way.more_cost;
 }
 
 /// Filters the pixels of the chosen tiles. Weights of other pixels are left out.
@@ -194,17 +193,50 @@ double MethodTrial::deviation_of(const Way& first, const std::vector<Part>& part
   return std::sqrt(square) / brightness;
 }
 
-MethodTrial::Result MethodTrial::compare(const Way& first, const Way& second,
-                                         RenderContext& context) const {
-  const Renders a = run(first, context), b = run(second, context);
-  if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
-  const std::vector<Part> parts = parts_of(a, b);
+double MethodTrial::floor_of(const std::vector<Part>& parts) {
   double mean = 0;
   for (const Part& part : parts) mean += mean_of(part.mean());
-  if (!(mean > 0)) return {};
-  mean /= static_cast<double>(parts.size());
-  const double floor = 0.01 * mean * mean;
+  return 0.01 * squared(mean / static_cast<double>(std::max<size_t>(1, parts.size())));
+}
+
+/// Result by the first render of the first way. Its squared difference from the mean of the second
+/// way's renders is its variance, bias included, and half of the variance of one of these.
+MethodTrial::Result MethodTrial::first_result(const Way& first, const Way& second, Renders a,
+                                              const Renders& b) const {
+  a.pictures[1] = b.pictures[0];
+  for (size_t i = 0; i < a.pictures[1].size(); ++i) {
+    a.pictures[1][i] = (b.pictures[0][i] + b.pictures[1][i]) * 0.5f;
+  }
+  const std::vector<Part> parts = parts_of(a, b);
+  const double floor = floor_of(parts);
+  Result result;
+  if (!(floor > 0) || !(a.cost > 0 && b.cost > 0)) return result;
+  result.cost = b.cost / (2 * a.cost);
+  for (const Part& part : parts) {
+    const std::vector<float> weights = weights_of(a, b, part, floor);
+    const double noise = noise_of(second, b, part, weights);
+    result.tiles.push_back({part.tile, 2 * noise_of(first, a, part, weights) - noise / 2, noise});
+  }
+  return result;
+}
+
+MethodTrial::Result MethodTrial::compare(
+    const Way& first, const Way& second, RenderContext& context,
+    const std::function<bool(const Result&)>& is_enough) const {
+  Renders a, b;
+  render(second, 0, b, context);
+  render(second, 1, b, context);
+  render(first, 0, a, context);
   const bool is_comparable = first.more_variance.empty() && second.more_variance.empty();
+  if (is_enough && is_comparable && !context.cancelled()) {
+    Result result = first_result(first, second, a, b);
+    if (!result.tiles.empty() && is_enough(result)) return result;
+  }
+  render(first, 1, a, context);
+  if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
+  const std::vector<Part> parts = parts_of(a, b);
+  const double floor = floor_of(parts);
+  if (!(floor > 0)) return {};
   Result result;
   result.cost = b.cost / a.cost;
   result.deviation = deviation_of(first, parts, is_comparable);

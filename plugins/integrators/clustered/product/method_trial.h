@@ -39,12 +39,11 @@ class MethodTrial {
     /// Renders the tiles that are wanted for the index-th time, each with random numbers of its
     /// own, into a picture of the grid (TileGrid::pixel).
     std::function<void(uint64_t index, std::vector<Rgb>& picture)> render;
-    double cost_of_ray = 1;    ///< of all but light rays
-    double cost_of_light = 1;  ///< of light rays
-    /// Variance that light in none of the tiles adds to each pixel (mean of the channels), and what
-    /// it costs; may be empty.
+    double cost_of_ray = 1;  ///< that `render` traces; light rays cost nothing
+    double more_cost = 0;    ///< of a render, for all that `render` doesn't trace, and light rays
+    /// Variance that light in none of the tiles adds to each pixel (mean of the channels); may be
+    /// empty.
     std::vector<float> more_variance{};
-    double more_cost = 0;
     /// Variance of a whole render's brightness over that of a render in the trial.
     double common_share = 1;
   };
@@ -66,12 +65,17 @@ class MethodTrial {
   /// to its own: the mean of the middle two of its four renders, so that a single outlier does not
   /// count as brightness. If a way finds less light in both of its renders, the difference counts as
   /// its error, because rare and bright light makes no noise while it is missed.
-  Result compare(const Way& first, const Way& second, RenderContext& context) const;
+  ///
+  /// The second way has its renders first. `is_enough` is called with the errors of a single render by
+  /// the first way, estimated by its difference from these. If it returns true, this is the result,
+  /// without a deviation. It is not called if either way has more_variance.
+  Result compare(const Way& first, const Way& second, RenderContext& context,
+                 const std::function<bool(const Result&)>& is_enough = nullptr) const;
 
  private:
   struct Renders {
     std::vector<Rgb> pictures[2];
-    double cost = 0;
+    double cost = 0;  ///< of both
   };
   /// A tile that was rendered.
   struct Part {
@@ -80,9 +84,12 @@ class MethodTrial {
     Rgb means[4];  ///< of the first way's renders and the second's
     Rgb mean() const { return (means[0] + means[1] + means[2] + means[3]) * 0.25f; }
   };
-  Renders run(const Way& way, RenderContext& context) const;
+  void render(const Way& way, uint64_t index, Renders& renders, RenderContext& context) const;
+  Result first_result(const Way& first, const Way& second, Renders a, const Renders& b) const;
   void filter(std::vector<Rgb>& picture) const;
   std::vector<Part> parts_of(const Renders& a, const Renders& b) const;
+  /// Brightness below which errors of the parts are absolute, squared. 0 if all is black.
+  static double floor_of(const std::vector<Part>& parts);
   double noise_of(const Way& way, const Renders& renders, const Part& part,
                   const std::vector<float>& weights) const;
   static std::vector<float> weights_of(const Renders& a, const Renders& b, const Part& part,

@@ -246,8 +246,11 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
     const auto points = static_cast<float>(std::max(local_->points_of_pass(), 1u));
     share = std::clamp(kPilotPoints / points, kMinPilotShare, 1.f);
   }
+  const auto& light_rays = context_.stats().counters[RayKind::kLight];
+  const auto light_rays_before = light_rays;
   const CellLight& light =
       pilot_light_.emplace(make_light(0, effort.primaries + effort.rays, share));
+  light_rays_ = static_cast<double>(light_rays - light_rays_before);
   std::vector<PixelForecast> forecast =
       Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_,
             addresses_)

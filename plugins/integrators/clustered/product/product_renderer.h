@@ -109,6 +109,7 @@ class ProductRenderer final : public Passes {
   std::optional<RayAllocation> allocation_;  ///< where there was a pilot
   std::vector<size_t> trial_pixels_;         ///< that it is for, if it is that of a trial
   std::optional<CellLight> pilot_light_;     ///< of the pilot, or of a trial
+  double light_rays_ = 0;                    ///< traced for the light of the pilot
   uint32_t pilot_rays_ = 0;                  ///< of each pixel; 0: there was none
   double pilot_seconds_ = 0;
   double rays_left_;  ///< of the settings' rays a pixel

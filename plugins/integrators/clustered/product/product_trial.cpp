@@ -66,21 +66,21 @@ void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t 
 MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double rays,
                                             const RenderLength& length, double cost_of_ray,
                                             uint64_t seed) {
-  // An image draws its points once, for all of its rays. The second of the two renders draws
-  // light_share_ of as many.
+  // An image draws its points once, for all of its rays. A render of the trial draws light_share_ of
+  // as many.
   const double share_of_light =
-      2 * trial.share() * std::min(1., rays / std::max(length.rays_per_pixel, 1.)) / light_share_;
+      trial.share() * std::min(1., rays / std::max(length.rays_per_pixel, 1.)) / light_share_;
   MethodTrial::Way way{[=, this, &trial](uint64_t index, std::vector<Rgb>& picture) {
                          try_tiles(trial, rays, index, hash_words(seed, 1, index), picture);
                        },
-                       cost_of_ray, cost_of_ray * share_of_light};
+                       cost_of_ray, light_rays_ * share_of_light * cost_of_ray};
   way.common_share = light_share_;  // by the number of light points, which all pixels share
   if (caustics_) {
     const double count = rays / kRaysPerCausticPath * grid_.crop().area();
     const auto tried = static_cast<uint32_t>(std::ceil(count * trial.share()));
     way.more_variance =
         caustics_->variance(hash_words(seed, 3), tried, count, grid_, context_.stats().counters);
-    way.more_cost = tried * caustics_->rays_per_path() * cost_of_ray;
+    way.more_cost += tried * caustics_->rays_per_path() * cost_of_ray;
   }
   return way;
 }
