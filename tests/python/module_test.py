@@ -586,7 +586,7 @@ class Documentation(unittest.TestCase):
             with contextlib.redirect_stdout(printed):
                 exec(compile(text, str(page), "exec"), names)  # noqa: S102
             os.chdir(before)
-        self.assertGreater(printed.getvalue().count("samples a pixel: "), 4)
+        self.assertGreater(printed.getvalue().count("samples per pixel: "), 4)
         self.assertTrue(names["verdict"].passed)
         made = names["changes"].made
         self.assertEqual(set(made),
