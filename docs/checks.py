@@ -1,5 +1,5 @@
-"""Writes docs/checks.md: what `kinome check` prints of a new plugin, and of plugins that are wrong on
-purpose.
+"""Writes docs/checks.md: the output of `kinome check` for a new plugin, and for plugins with planted
+faults.
 
     ninja -C build kinome_renderer tests_check
     python3 docs/checks.py [BUILD]
@@ -20,56 +20,57 @@ sys.path.insert(0, str(ROOT / "tests/check"))
 from wrong_plugins import WRONG_PLUGINS, library  # noqa: E402
 
 PAGE = ROOT / "docs/checks.md"
-TITLES = {"emitter": "Emitters", "lamp": "Emitters of surfaces", "bsdf": "BSDFs", "shape": "Shapes", "texture": "Textures",
+TITLES = {"emitter": "Emitters", "lamp": "Area emitters", "bsdf": "BSDFs", "shape": "Shapes", "texture": "Textures",
           "sampler": "Samplers", "sensor": "Sensors", "rfilter": "Filters"}
-SUBJECTS = {"emitter": "A sky that is the same all around",
-            "lamp": "A surface that shines alike in all directions", "sensor": "A pinhole camera", "bsdf": "A white diffuse surface",
+SUBJECTS = {"emitter": "A constant sky",
+            "lamp": "A diffuse area light", "sensor": "A pinhole camera", "bsdf": "A white diffuse surface",
             "shape": "A square", "texture": "A ramp from 0 to 1", "sampler": "Independent random numbers",
             "rfilter": "A tent"}
 
-BEGIN = """# What `kinome check` finds
+BEGIN = """# Faults that `kinome check` finds
 
-<!-- Written by docs/checks.py, which says how. -->
+<!-- Written by docs/checks.py, which explains how. -->
 
-[`kinome check`](writing-plugins.md#is-it-right) tests what a plugin's functions promise: that samples follow
-the density that is told of them, that a block of points has the values of single ones, and so on. This
-page shows what it prints of a sound plugin, and of {count} plugins with a fault each. All of it is real
-output, in which only the folder's path is written as `~`.
+[`kinome check`](writing-plugins.md#checking-a-plugin) tests whether the functions of a plugin meet their
+contract: for example, whether samples follow their density, and whether a block of points has the values of
+single points. This page shows its output for a correct plugin, and for {count} plugins with one fault each. All
+of it is real output, except that `~` stands for the path of the folder.
 
 ## A new plugin
 
-In the folder of a clone that is built, with the tests' plugins (`ninja -C build tests_check`):
+These commands run in the folder of a clone after a build that includes the tests' plugins
+(`ninja -C build tests_check`):
 
 """
 
 WRONG = """
-The first test that `ctest` runs is `kinome check`. By itself, it prints what it measured:
+The first test of `ctest` runs `kinome check`. This is what it prints:
 
 """
 
 FAULT = """
-## A plugin that is wrong
+## A faulty plugin
 
-This sky is sampled evenly, and tells half the density that its samples have. A renderer divides by the
-density, so all that this sky lights would be twice as bright. The check `sampling` names the fault;
-the others compare the same density with other functions.
+This sky is sampled uniformly, and its functions return half the density of its samples. A renderer divides by
+the density, so the light of this sky would be twice as bright. The check `sampling` names the fault. The
+other failing checks compare the same density with other functions.
 
 """
 
 TABLES = """
-The exit status is 1, so that `ctest` fails.
+The exit status is 1, so `ctest` fails.
 
-## Every fault that the tests plant
+## All faults that the tests plant
 
-Each of these plugins is right but for the fault that its parameter `fault` names, such as
+Each of these plugins is correct except for the fault that its parameter `fault` selects, such as
 `-D 'fault=half density'`. Their sources are {sources}.
-A test runs each of them, and fails if the check below doesn't name the fault, or if it finds one in the
-plugin without it. A fault may fail other checks, too. The numbers are of one run.
+A test runs each plugin. It fails if the check in the table doesn't name the fault, or if it finds a fault in
+the plugin without `fault`. Other checks may fail, too. The numbers are of one run.
 """
 
 
 class Shell:
-    """Runs commands in a folder, and keeps them with what they print."""
+    """Runs commands in a folder, and returns them with their output."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -114,7 +115,7 @@ def sentence_of(build, source, fault, check):
 
 
 def cell(text):
-    """Of a table, as it is printed: neither Markdown nor HTML may see anything in it."""
+    """Escapes the text of a table cell, so that neither Markdown nor HTML interprets it."""
     return re.sub(r"([\\|*_`\[\]])", r"\\\1", html.escape(text, quote=False))
 
 
@@ -126,7 +127,7 @@ def tables(build):
     text = ""
     for source, rows in WRONG_PLUGINS.items():
         text += (f"\n### {TITLES[source]}\n\n{SUBJECTS[source]}.\n\n"
-                 "| `fault` | what is wrong | the check | what it prints |\n|---|---|---|---|\n")
+                 "| `fault` | meaning | check | output |\n|---|---|---|---|\n")
         for fault, wrong, check, _ in rows:
             printed = cell(sentence_of(build, source, fault, check))
             text += f"| {fault} | {wrong} | `{check}` | {printed} |\n"
@@ -134,7 +135,7 @@ def tables(build):
 
 
 def rows_of(page):
-    """(source, fault, what is wrong, check, what is printed) of all tables of the page."""
+    """Returns (source, fault, meaning, check, output) of each row of the page's tables."""
     rows = []
     sources = {title: source for source, title in TITLES.items()}
     for part in re.split("^### ", page, flags=re.MULTILINE)[1:]:

@@ -1,26 +1,26 @@
-"""The plugins of wrong_*.cpp: what is wrong with each, and what `kinome check` must say of it."""
+"""The plugins of wrong_*.cpp: the fault of each, and the message that `kinome check` must print."""
 import pathlib
 import re
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 
-# By source, for each value of the parameter `fault`: what is wrong, the check that must say so, and a
-# part of what it says, or several of which it says one, with | between them.
+# By source, for each value of the parameter `fault`: its meaning, the check that must find it, and a
+# part of the check's message, or several alternatives separated by |.
 WRONG_PLUGINS = {
     "emitter": [
-        ("scale of 0", "`scale` = 0 is taken, and divided by itself: the radiance is NaN",
+        ("scale of 0", "`scale` = 0 is accepted and divided by itself: the radiance is NaN",
          "parameters", "scale = \"0\" is taken, but then"),
         ("exception", "a negative `scale` is refused by an exception of the standard library",
          "parameters", "an exception that is no kinome::Error"),
-        ("no message", "a negative `scale` is refused without a word",
+        ("no message", "a negative `scale` is refused by an error without a message",
          "parameters", "an error without a message"),
-        ("negative", "the radiance is below 0 in a small part of the sky",
+        ("negative", "the radiance is negative in a small part of the sky",
          "values", "radiance is negative"),
         ("length", "directions that `sample_direct` returns are 1 % too long",
          "values", "not of unit length"),
         ("twice the density", "`sample_direct` returns twice the density",
          "density", "sample_direct() returns densities 2 times those of"),
-        ("half density", "both `sample_direct` and `pdf_environment` tell half the density",
+        ("half density", "both `sample_direct` and `pdf_environment` return half the density",
          "sampling", "it is 0.5 times what it must be"),
         ("one side", "half of the sky is never sampled, but has a density",
          "sampling", "samples don't follow pdf_environment()"),
@@ -36,12 +36,12 @@ WRONG_PLUGINS = {
          "blocks", "sample_emission_block() from sample_emission()"),
         ("emission direction", "`sample_emission` sends light upwards only",
          "emission_density", "emission_density()"),
-        ("emission density", "`emission_density` tells twice the density of a direction",
+        ("emission density", "`emission_density` returns twice the density of a direction",
          "emission_density", "2 times"),
         ("sample's density", "`sample_emission` returns twice the density of directions",
          "emission_density", "densities of directions 2 times those of emission_density()"),
         ("twice the density of positions",
-         "`sample_emission` and `emission_density` tell twice the density of positions",
+         "`sample_emission` and `emission_density` return twice the density of positions",
          "origins", "pdf_position is 2 times what it must be"),
         ("frame", "a frame of `sample_emission` is not orthonormal, so that rays start elsewhere",
          "irradiance", "to other parts of a plane|times the light to a"),
@@ -51,13 +51,13 @@ WRONG_PLUGINS = {
          "origins", "a ray that starts within the scene"),
         ("distance", "`sample_direct` returns a distance of 1, at which shadow rays end",
          "distance", "to an environment, which is infinite"),
-        ("points", "the light points have half of the light",
+        ("points", "the light points have half of the power",
          "light_points", "light_points() brings 0.5"),
         ("extent", "the light points have no extent",
          "light_points", "an extent that is not positive"),
     ],
     "lamp": [
-        ("half", "rays start on one half of the surface alone",
+        ("half", "rays start only on one half of the surface",
          "irradiance", "other parts of a|times the light to a"),
         ("above", "rays start 0.1 above the surface",
          "origins", "an origin that is not on its surface"),
@@ -71,21 +71,21 @@ WRONG_PLUGINS = {
     "bsdf": [
         ("twice the density", "`sample` returns twice the density",
          "density", "sample() returns densities 2 times those of eval_pdf()"),
-        ("weight", "`sample` returns weights that are 10 % too great",
+        ("weight", "`sample` returns weights that are 10 % too large",
          "density", "sample() returns weights 1.1 times"),
-        ("half density", "both `sample` and `eval_pdf` tell half the density",
+        ("half density", "both `sample` and `eval_pdf` return half the density",
          "sampling", "it is 0.5 times what it must be"),
-        ("uniform", "directions are sampled evenly, but their density is that of cosine sampling",
+        ("uniform", "directions are sampled uniformly, but their density is that of cosine sampling",
          "sampling", "samples don't follow eval_pdf()"),
-        ("viewer", "it is darker for a viewer at a grazing angle, but not for light from there",
+        ("viewer", "values are lower for viewers at grazing angles, but not for light from there",
          "reciprocity", "f(wi, wo) isn't f(wo, wi)"),
         ("too bright", "it reflects 1.2 times the light that arrives",
          "energy", "more light leaves than arrives: 1.2 times"),
         ("through", "samples leave at the back of a surface that lets no light through",
          "values", "which transmits_ denies"),
-        ("lobe", "samples are said to be of a glossy lobe, and it has only a diffuse one",
+        ("lobe", "samples have the label of a glossy lobe, but the BSDF has only a diffuse one",
          "values", "a lobe that is not in lobes_"),
-        ("reflectance", "`reflectance` says that it has no diffuse part",
+        ("reflectance", "`reflectance` reports no diffuse component",
          "reflectance", "there is no diffuse part"),
         ("straight", "`null_transmission` states that all samples go straight through; none does",
          "straight", "differs from samples with Lobe::kNull by 1"),
@@ -104,25 +104,25 @@ WRONG_PLUGINS = {
          "interactions", "a wi that is not where the ray came from"),
         ("length", "distances are in units of length, not of the ray's direction",
          "segments", "another t for a direction of twice the length"),
-        ("area", "`area` is 25 % too great",
+        ("area", "`area` is 25 % too large",
          "area", "area() is 1.25"),
         ("quarter", "only a quarter of the surface is sampled",
          "area", "sample_surface() is not uniform"),
         ("beyond", "points are sampled beyond the edges",
          "points", "bounds() leaves out"),
-        ("density", "`pdf_solid_angle` is 20 % too great",
+        ("density", "`pdf_solid_angle` is 20 % too large",
          "solid_angle", "it is 1.2 times what it must be"),
-        ("block", "`sample_solid_angle_block` tells densities 10 % above those of single points",
+        ("block", "`sample_solid_angle_block` returns densities 10 % above those of single points",
          "sample_blocks", "sample_solid_angle_block() differs"),
     ],
     "texture": [
-        ("unread", "`gain` is in the parameter table and is never read",
+        ("unread", "`gain` is in the parameter table but is never read",
          "reads", "'gain' is in the table but is never read"),
-        ("mean", "`mean` is 0.6, and should be 0.5",
+        ("mean", "`mean` is 0.6, but should be 0.5",
          "mean", "mean() is (0.6, 0.6, 0.6), that of eval() (0.5"),
-        ("max", "`max` is 0.7, and values go up to 1",
+        ("max", "`max` is 0.7, but values reach 1",
          "values", "max()"),
-        ("uniform", "`is_uniform` is true of a ramp",
+        ("uniform", "`is_uniform` is true for a ramp",
          "values", "is_uniform() is true of what isn't"),
         ("block", "`eval_block` has 10 % less green than `eval`",
          "blocks", "eval_block() differs from eval()"),
@@ -136,13 +136,13 @@ WRONG_PLUGINS = {
          "connect", "connect() sees a point of the ray through"),
         ("weight", "`connect` returns twice the weight",
          "importance", "connect() has weights 2 times"),
-        ("cosine", "`connect` takes all pixels for as large as the one in the middle",
+        ("cosine", "`connect` assumes that all pixels have the solid angle of the central pixel",
          "importance", "connect() has"),
         ("block", "`connect_block` returns weights 10 % above those of `connect`",
          "connect_blocks", "connect_block() differs"),
     ],
     "sampler": [
-        ("one", "1 of 100 numbers is 1, and must be below",
+        ("one", "1 of 100 numbers is 1, but must be less than 1",
          "values", "outside of [0, 1)"),
         ("uneven", "numbers are squared, which makes small ones more frequent",
          "uniform", "value_1d(0) is not uniform"),
@@ -150,11 +150,11 @@ WRONG_PLUGINS = {
          "independent", "samples of different dimensions are correlated"),
         ("same pixels", "pixels in pairs have the same numbers",
          "independent", "samples of different pixels are correlated"),
-        ("block", "`fill_1d_block` fills in the next dimension's numbers",
+        ("block", "`fill_1d_block` returns the numbers of the next dimension",
          "blocks", "fill_1d_block()"),
     ],
     "rfilter": [
-        ("radius", "the filter reaches as far as 1, and its `radius` is 0.8",
+        ("radius", "the filter is nonzero up to 1, but its `radius` is 0.8",
          "values", "beyond the radius"),
         ("one side", "it is 10 % lower on the left",
          "values", "it is to be symmetric"),
@@ -165,7 +165,7 @@ WRONG_PLUGINS = {
 
 
 def library(source):
-    """The plugin of a source, in the folder of the wrong plugins."""
+    """Path of the plugin of a source, in the folder of the faulty plugins."""
     return "emitter/wrong_lamp.so" if source == "lamp" else f"{source}/wrong.so"
 
 
