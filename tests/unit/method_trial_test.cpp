@@ -16,7 +16,7 @@ namespace {
 /// A way whose pixels have this mean and standard deviation, at a cost of `rays` per render.
 MethodTrial::Way noise(uint64_t seed, float deviation, double rays, RenderContext& context,
                        double cost_of_ray = 1, float mean = 1) {
-  const auto render = [=, &context](uint64_t index, std::vector<Rgb>& picture) {
+  const auto render = [=, &context](const MethodTrial&, uint64_t index, std::vector<Rgb>& picture) {
     for (size_t i = 0; i < picture.size(); ++i) {
       const bool is_high = random_float(hash_words(seed, index, i), 0) < 0.5f;
       picture[i] = Rgb(is_high ? mean + deviation : mean - deviation);
@@ -39,8 +39,8 @@ double work_of(const MethodTrial::Result& result) {
 }
 
 TEST(MethodTrial, TilesAreWholeAndSpreadOverTheImage) {
-  for (const auto& [width, height, tiles] : {std::tuple(160, 120, 24), {1280, 720, 256},
-                                             {161, 122, 24}, {12, 9, 24}, {300, 5, 24}}) {
+  for (const auto& [width, height, tiles] :
+       {std::tuple(160, 120, 24), {1280, 720, 256}, {161, 122, 24}, {12, 9, 24}, {300, 5, 24}}) {
     const TileGrid grid({3, 7, 3 + width, 7 + height});
     const MethodTrial trial(grid, tiles, 9);
     const std::vector<size_t> pixels = trial.pixels();
@@ -75,8 +75,8 @@ TEST(MethodTrial, KeepsAShareOfItsTiles) {
   EXPECT_EQ(trial.share(), before / 4);
   const std::vector<size_t> pixels = trial.pixels();
   EXPECT_EQ(pixels.size(), 64u * kTileSide * kTileSide);
-  const auto left = std::count_if(pixels.begin(), pixels.end(),
-                                  [](size_t i) { return i % 320 < 160; });
+  const auto left =
+      std::count_if(pixels.begin(), pixels.end(), [](size_t i) { return i % 320 < 160; });
   EXPECT_NEAR(static_cast<double>(left), pixels.size() / 2., 0.15 * pixels.size());
   for (const double share : {0., -1.}) {
     trial.keep(share);
@@ -94,7 +94,10 @@ TEST(PixelFilter, HasTheWeightsOfWholePixels) {
   for (int d = -PixelFilter::kReach; d <= PixelFilter::kReach; ++d) {
     EXPECT_EQ(box.weight(d, 0), d == 0 ? 1 : 0);
     // An eighth of the tent's area lies beyond either side of a pixel.
-    EXPECT_NEAR(tent.weight(d, 0), sqr(0.75f) * (d == 0 ? 1 : std::abs(d) == 1 ? 1 / 6.f : 0),
+    EXPECT_NEAR(tent.weight(d, 0),
+                sqr(0.75f) * (d == 0             ? 1
+                              : std::abs(d) == 1 ? 1 / 6.f
+                                                 : 0),
                 1e-4f);
     EXPECT_NEAR(tent.weight(d, 1) * 6, tent.weight(d, 0), 1e-4f);
   }
@@ -109,7 +112,7 @@ TEST(MethodTrial, MeasuresFilteredNoise) {
   const PixelFilter tent{Tent()};
   const MethodTrial trial(grid, 256, 5, tent);
   const MethodTrial::Way tiles{
-      [&](uint64_t index, std::vector<Rgb>& picture) {
+      [&](const MethodTrial&, uint64_t index, std::vector<Rgb>& picture) {
         for (size_t i = 0; i < picture.size(); ++i) {
           const size_t tile = i % 320 / kTileSide + i / 320 / kTileSide * grid.tiles_x();
           picture[i] = Rgb(random_float(hash_words(1, index, tile), 0) < 0.5f ? 1.02f : 0.98f);
@@ -149,9 +152,10 @@ TEST(MethodTrial, EndsAfterOneRenderThatIsEnough) {
   const MethodTrial trial(grid, 256, 5);
   MethodTrial::Way first = noise(1, 0.1f, 1000, context);
   int renders = 0;
-  first.render = [&, render = first.render](uint64_t index, std::vector<Rgb>& picture) {
+  first.render = [&, render = first.render](const MethodTrial& tiles, uint64_t index,
+                                            std::vector<Rgb>& picture) {
     ++renders;
-    render(index, picture);
+    render(tiles, index, picture);
   };
   const MethodTrial::Way second = noise(2, 0.05f, 500, context);
   double work = 0;
@@ -164,15 +168,16 @@ TEST(MethodTrial, EndsAfterOneRenderThatIsEnough) {
   const auto result = trial.compare(first, second, context, is_enough(true));
   EXPECT_EQ(renders, 1);
   EXPECT_EQ(work_of(result), work);
+  EXPECT_LT(result.tiles.size(), 100u);  // of 256
   // Each render differs from the mean by its deviation in every pixel, so that only the product of
   // the two ways' deviations makes noise.
   EXPECT_NEAR(work * 8, 1, 0.1);
-  trial.compare(first, second, context, is_enough(false));
-  EXPECT_EQ(renders, 3);
+  EXPECT_EQ(trial.compare(first, second, context, is_enough(false)).tiles.size(), 256u);
+  EXPECT_EQ(renders, 4);  // of the other tiles, and of all
   first.more_variance.assign(320 * 320, 0.01f);
   work = 0;
   trial.compare(first, second, context, is_enough(true));
-  EXPECT_EQ(renders, 5);
+  EXPECT_EQ(renders, 6);
   EXPECT_EQ(work, 0);
 }
 
@@ -197,7 +202,8 @@ TEST(MethodTrial, KnowsHowUncertainTheBrightnessIs) {
   const MethodTrial trial(grid, 256, 5);
   const auto deviation = [&](float of_render, float first, float noise_of_second,
                              double common_share = 1) {
-    const auto render = [=, &context](uint64_t index, std::vector<Rgb>& picture) {
+    const auto render = [=, &context](const MethodTrial&, uint64_t index,
+                                      std::vector<Rgb>& picture) {
       std::fill(picture.begin(), picture.end(), Rgb(first + (index == 0 ? 1 : -1) * of_render));
       context.stats().counters[RayKind::kBsdf] += 1000;
     };

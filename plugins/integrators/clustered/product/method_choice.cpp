@@ -39,9 +39,9 @@ constexpr double kLightShare = 0.125;
 constexpr double kMaxRaysOfTrial = 32;  ///< rays per pixel of product sampling
 /// Tiles of both methods are rendered if they take less than this share of the work of either alone.
 constexpr double kMaxWorkOfTiles = 0.9;
-/// A trial ends after one render by product sampling if that finds that `path` takes less work by this
-/// factor.
-constexpr double kClearRatio = 2.5;
+/// A trial ends after one render by product sampling, of all tiles or of a part, if that finds that
+/// `path` takes less work by this factor.
+constexpr double kClearRatio = 2.5, kClearRatioOfPart = 4;
 /// Renders whose brightness by product sampling is expected to deviate by more than this are left to
 /// `path`. Most trials of a dozen interiors find less than 0.03, and most seeds whose images are too
 /// bright or too dark by more than that have more.
@@ -90,7 +90,8 @@ struct Measured {
   double rays_per_second = 0;  ///< of product sampling
 };
 
-/// True if `path` takes less work than tiles of both, and by this factor less than product sampling.
+/// True if `path` takes less work than tiles of both, and by this factor less than product
+/// sampling.
 bool is_for_path(const MethodMap& map, double factor) {
   const double paths = map.path_work();
   return factor * paths < map.product_work() && paths < map.mixed_work() / kMaxWorkOfTiles;
@@ -119,16 +120,17 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   }
   MethodTrial::Way product_way = product.trial_way(trial, rays, length, cost, seed);
   double seconds = 0;
-  product_way.render = [&, render = product_way.render](uint64_t index,
+  product_way.render = [&, render = product_way.render](const MethodTrial& tiles, uint64_t index,
                                                         std::vector<Rgb>& picture) {
     const double begin = context.seconds();
-    render(index, picture);
+    render(tiles, index, picture);
     seconds += context.seconds() - begin;
   };
   const transport::SceneTable table(scene);
   const TrialPaths paths(table, sensor, trial.grid(), path_settings(settings), context);
-  const MethodTrial::Way path_way{[&](uint64_t index, std::vector<Rgb>& picture) {
-    paths.trace(trial, hash_words(seed, 2, index), picture);
+  const MethodTrial::Way path_way{[&](const MethodTrial& tiles, uint64_t index,
+                                      std::vector<Rgb>& picture) {
+    paths.trace(tiles, hash_words(seed, 2, index), picture);
   }};
   // The pilot's rays are taken from those of the image.
   const double share_of_image =
@@ -144,7 +146,8 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   };
   const MethodTrial::Result result =
       trial.compare(product_way, path_way, context, [&](const MethodTrial::Result& first) {
-        return is_for_path(*map_of(first), kClearRatio);
+        const bool is_part = first.tiles.size() * kTileSide * kTileSide < trial.pixels().size();
+        return is_for_path(*map_of(first), is_part ? kClearRatioOfPart : kClearRatio);
       });
   if (context.cancelled() || result.tiles.empty()) return std::nullopt;
   return Measured{map_of(result), TrialPaths::kPaths / (result.cost * rays), result.deviation,

@@ -11,6 +11,8 @@ namespace {
 
 /// Side of a group of tiles, in tiles.
 constexpr int kGroupSide = 2;
+/// Share of the tiles that are rendered first, to see whether they are enough.
+constexpr double kFirstPart = 0.3;
 
 /// Number of rays, other than light rays.
 double rays_of(const RenderCounters& counters) {
@@ -34,8 +36,7 @@ double mean_square(const Rgb& c) {
 
 }  // namespace
 
-MethodTrial::MethodTrial(const TileGrid& grid, int tiles, uint64_t seed,
-                         const PixelFilter& filter)
+MethodTrial::MethodTrial(const TileGrid& grid, int tiles, uint64_t seed, const PixelFilter& filter)
     : grid_(grid), filter_(filter), wanted_(static_cast<size_t>(grid.tiles())) {
   const int whole_x = grid.crop().width() / kTileSide, whole_y = grid.crop().height() / kTileSide;
   const int columns = (whole_x + kGroupSide - 1) / kGroupSide;
@@ -73,15 +74,26 @@ std::vector<size_t> MethodTrial::pixels() const {
   return pixels;
 }
 
-void MethodTrial::render(const Way& way, uint64_t index, Renders& renders,
+void MethodTrial::render(const Way& way, const MethodTrial& tiles, uint64_t index, Renders& renders,
                          RenderContext& context) const {
   const RenderCounters& counters = context.stats().counters;
   const double rays = rays_of(counters);
   std::vector<Rgb>& picture = renders.pictures[index];
-  picture.assign(static_cast<size_t>(grid_.crop().area()), Rgb(0.f));
-  way.render(index, picture);
-  filter(picture);
-  renders.cost += (rays_of(counters) - rays) * way.cost_of_ray + way.more_cost;
+  picture.resize(static_cast<size_t>(grid_.crop().area()));
+  way.render(tiles, index, picture);
+  renders.cost +=
+      (rays_of(counters) - rays) * way.cost_of_ray + way.more_cost * tiles.share() / share();
+}
+
+std::vector<MethodTrial> MethodTrial::parts() const {
+  std::vector<MethodTrial> parts(2, *this);
+  parts[0].keep(kFirstPart);
+  const size_t count = parts[0].chosen_.size();
+  for (size_t i = 0; i < count; ++i) parts[1].wanted_[chosen_[i]] = 0;
+  parts[1].chosen_.erase(parts[1].chosen_.begin(),
+                         parts[1].chosen_.begin() + static_cast<std::ptrdiff_t>(count));
+  if (parts[1].empty()) parts.pop_back();
+  return parts;
 }
 
 /// Filters the pixels of the chosen tiles. Weights of other pixels are left out.
@@ -176,8 +188,7 @@ double MethodTrial::deviation_of(const Way& first, const std::vector<Part>& part
   const double brightness = (sums[0] + sums[1] + sums[2] + sums[3]) / 4;
   // Half of the squared difference of two renders is the variance of one.
   const double variance = squared(sums[0] - sums[1]) / 2;
-  double square =
-      first.common_share * std::max(0., variance - squared(sums[2] - sums[3]) / 2);
+  double square = first.common_share * std::max(0., variance - squared(sums[2] - sums[3]) / 2);
   const auto n = static_cast<double>(differences.size());
   if (is_comparable && n > 1) {
     double sum = 0, squares = 0;
@@ -199,12 +210,15 @@ double MethodTrial::floor_of(const std::vector<Part>& parts) {
   return 0.01 * squared(mean / static_cast<double>(std::max<size_t>(1, parts.size())));
 }
 
-/// Result by the first render of the first way. Its squared difference from the mean of the second
-/// way's renders is its variance, bias included, and half of the variance of one of these.
+/// Result of these tiles by the first render of the first way. Its squared difference from the mean
+/// of the second way's renders is its variance, bias included, and half of the variance of one of
+/// these.
 MethodTrial::Result MethodTrial::first_result(const Way& first, const Way& second, Renders a,
-                                              const Renders& b) const {
+                                              Renders b) const {
+  filter(a.pictures[0]);
+  for (auto& picture : b.pictures) filter(picture);
   a.pictures[1] = b.pictures[0];
-  for (size_t i = 0; i < a.pictures[1].size(); ++i) {
+  for (const size_t i : pixels()) {
     a.pictures[1][i] = (b.pictures[0][i] + b.pictures[1][i]) * 0.5f;
   }
   const std::vector<Part> parts = parts_of(a, b);
@@ -223,16 +237,28 @@ MethodTrial::Result MethodTrial::first_result(const Way& first, const Way& secon
 MethodTrial::Result MethodTrial::compare(
     const Way& first, const Way& second, RenderContext& context,
     const std::function<bool(const Result&)>& is_enough) const {
-  Renders a, b;
-  render(second, 0, b, context);
-  render(second, 1, b, context);
-  render(first, 0, a, context);
   const bool is_comparable = first.more_variance.empty() && second.more_variance.empty();
-  if (is_enough && is_comparable && !context.cancelled()) {
-    Result result = first_result(first, second, a, b);
+  const bool may_be_enough = is_enough && is_comparable;
+  Renders a, b;
+  MethodTrial seen = *this;
+  seen.chosen_.clear();
+  std::fill(seen.wanted_.begin(), seen.wanted_.end(), 0);
+  for (const MethodTrial& part : may_be_enough ? parts() : std::vector{*this}) {
+    for (const uint64_t index : {0, 1}) render(second, part, index, b, context);
+    render(first, part, 0, a, context);
+    if (!may_be_enough || context.cancelled()) continue;
+    for (const size_t tile : part.chosen_) {
+      seen.chosen_.push_back(tile);
+      seen.wanted_[tile] = 1;
+    }
+    Result result = seen.first_result(first, second, a, b);
     if (!result.tiles.empty() && is_enough(result)) return result;
   }
-  render(first, 1, a, context);
+  render(first, *this, 1, a, context);
+  for (const size_t k : {0, 1}) {
+    filter(a.pictures[k]);
+    filter(b.pictures[k]);
+  }
   if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
   const std::vector<Part> parts = parts_of(a, b);
   const double floor = floor_of(parts);
@@ -253,8 +279,7 @@ MethodTrial::Result MethodTrial::compare(
                             mean_square(part.means[2] - part.means[3])) /
                            4;
       const double excess = static_cast<double>(part.pixels.size()) *
-                            (mean_square(difference) - noise) /
-                            (mean_square(part.mean()) + floor);
+                            (mean_square(difference) - noise) / (mean_square(part.mean()) + floor);
       (mean_of(difference) < 0 ? errors.first : errors.second) += excess;
     }
     result.tiles.push_back(errors);

@@ -24,8 +24,8 @@ double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial
   Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
   const uint32_t rays = effort.primaries + effort.rays;
   effort.rays *= kMoreRays;
-  const std::vector<PixelForecast> forecast =
-      send_pilot(effort, [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); }, 0);
+  const std::vector<PixelForecast> forecast = send_pilot(
+      effort, [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); }, 0);
   // The plan of the tiles alone, in a strip.
   trial_pixels_ = trial.pixels();
   std::vector<PixelForecast> strip;
@@ -66,14 +66,15 @@ void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t 
 MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double rays,
                                             const RenderLength& length, double cost_of_ray,
                                             uint64_t seed) {
-  // An image draws its points once, for all of its rays. A render of the trial draws light_share_ of
-  // as many.
+  // An image draws its points once, for all of its rays. A render of the trial draws light_share_
+  // of as many.
   const double share_of_light =
       trial.share() * std::min(1., rays / std::max(length.rays_per_pixel, 1.)) / light_share_;
-  MethodTrial::Way way{[=, this, &trial](uint64_t index, std::vector<Rgb>& picture) {
-                         try_tiles(trial, rays, index, hash_words(seed, 1, index), picture);
-                       },
-                       cost_of_ray, light_rays_ * share_of_light * cost_of_ray};
+  MethodTrial::Way way{
+      [=, this](const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& picture) {
+        try_tiles(tiles, rays, index, hash_words(seed, 1, index), picture);
+      },
+      cost_of_ray, light_rays_ * share_of_light * cost_of_ray};
   way.common_share = light_share_;  // by the number of light points, which all pixels share
   if (caustics_) {
     const double count = rays / kRaysPerCausticPath * grid_.crop().area();
