@@ -21,7 +21,7 @@ constexpr double kMinKnown = 64;
 /// Number from which on no more draws are made to improve a guide.
 constexpr double kWellKnown = 1024;
 /// Of few places, each finds so few draws of use that these many for each place are enough.
-constexpr double kEnoughOfPlace = 0.5, kWellKnownOfPlace = 1.5;
+constexpr double kEnoughOfPlace = 0.5, kWellKnownOfPlace = 0.9;
 /// Each round is guided by the one before, and so sees more of what is of use.
 constexpr uint64_t kMostRounds = 5;
 /// Each place looks at so many of the points, and sends rays to some of these.

@@ -39,6 +39,8 @@ struct LocalLight::Walker {
   float* u1;
   Columns2 u2;
   transport::AdjointSamples next;
+  /// Walks before their next edge, and memory for those of a chunk: large, and slow to get anew.
+  std::vector<LightWalk> walks, spare;
 
   explicit Walker(const transport::SceneTable& table)
       : per_point(transport::Surfaces::most_points(table, kChunk)),
@@ -98,6 +100,7 @@ void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderCon
     const auto begin = static_cast<uint32_t>(c) * kChunk;
     const uint32_t end = std::min(begin + kChunk, count);
     Drawn& out = chunks[before + c];
+    out.walks.swap(walker->spare);
     std::vector<LightOrigin> origins;
     for (uint32_t i = begin; i < end;) {
       const Turns::Turn first = turns[i];
@@ -118,6 +121,7 @@ void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderCon
       }
     }
     while (take_parts(*walker, out)) walk_on(*walker, out);
+    out.walks.swap(walker->spare);
     walkers.give_back(std::move(walker));
   });
   for (size_t c = before; c < chunks.size(); ++c) context.stats().counters.add(chunks[c].counters);
@@ -237,7 +241,9 @@ void LocalLight::walk_on(Walker& walker, Drawn& out) const {
   out.counters[RayKind::kLight] += count;
   const transport::Surfaces& met = walker.met;
   walker.met.find(walker.rays, count, transport::Surfaces::Which::kAll);
-  const std::vector<LightWalk> walks = std::exchange(out.walks, {});
+  std::swap(walker.walks, out.walks);
+  out.walks.clear();
+  const std::span<const LightWalk> walks = walker.walks;
   const uint32_t* const ray = met.points().ray;
   for (size_t i = 0; i < met.reflecting(); ++i) {
     walker.distance[i] = walker.rays[ray[i] / kBlockLanes].ray.tmax[ray[i] % kBlockLanes];
