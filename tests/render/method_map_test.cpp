@@ -82,6 +82,16 @@ TEST(MethodChoice, LightThatFallsElsewhereIsLeftToPaths) {
   EXPECT_NE(reason_for_path({"box", Subject::kBox, Lamp::kPanel, 1}), far);
 }
 
+TEST(MethodChoice, ShortRendersPrepareNothing) {
+  const SeedScene court{"court", Subject::kCourt, Lamp::kSky, 1, 1};
+  for (const int samples : {16, 400}) {
+    const auto scene = scene_from(SeedSceneXml(court)("clustered", "", {64, 48}, samples));
+    RenderContext context({.threads = 2});
+    render(*scene, *scene->sensors().front(), context);
+    EXPECT_EQ(context.stats().counters.stage_seconds.contains("cells"), samples > 16) << samples;
+  }
+}
+
 /// Nearly all light of the court comes from the few places that the lamp lights.
 TEST(MethodChoice, LightOfALampNearByIsSampled) {
   EXPECT_EQ(reason_for_path({"court", Subject::kCourt, Lamp::kPoint, 1}), "");
