@@ -7,7 +7,8 @@
 namespace kinome {
 namespace {
 
-/// A vector unit's registers alone take kilobytes; unwinding takes some more.
+/// Size of the stack in bytes. The kernel saves the vector registers there, which takes kilobytes;
+/// unwinding needs more.
 constexpr size_t kSize = 1 << 16;
 
 }  // namespace

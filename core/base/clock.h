@@ -4,7 +4,7 @@
 
 namespace kinome {
 
-/// What durations are measured by.
+/// Clock for all durations.
 using Clock = std::chrono::steady_clock;
 
 inline double seconds_since(Clock::time_point start) {

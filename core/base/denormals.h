@@ -6,9 +6,9 @@
 
 namespace kinome {
 
-/// Flushes denormals to zero in this thread (FTZ and DAZ) until its end. Denormals cost a hundred
-/// cycles each and carry nothing that a picture could show; every thread that computes radiance
-/// does the same, so that results cannot depend on which thread computed them.
+/// Flushes denormals to zero in this thread (FTZ and DAZ) for its lifetime. An operation with
+/// denormals costs about 100 cycles, and they are too small to be visible in an image. All threads
+/// that compute radiance use this class, so results do not depend on the thread.
 class DenormalGuard {
  public:
 #if defined(__SSE2__)

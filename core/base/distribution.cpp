@@ -6,13 +6,13 @@
 namespace kinome {
 namespace {
 
-/// Two to four cells for each entry of a guide table.
+/// Returns the size of a guide table with two to four cells per entry.
 uint32_t guide_size_for(uint32_t count) {
   return std::max(1u, std::bit_ceil(count) / 4);
 }
 
-/// Replaces weights by cumulative probabilities and returns their sum. The last cell of any weight,
-/// and all after it, end at 1.
+/// Writes the cumulative probabilities of the weights to `cdf` and returns the weights' sum. The
+/// CDF is exactly 1 from the last cell with a positive weight on. `cdf` may equal `weights`.
 template <class Weight>
 double accumulate(const Weight* weights, float* cdf, uint32_t count) {
   double sum = 0;

@@ -7,7 +7,7 @@
 namespace kinome {
 namespace {
 
-/// Line breaks (of a parser's message, or of a name quoted from a file) become spaces.
+/// Replaces control characters by spaces: parser messages and quoted names may have line breaks.
 std::string one_line(std::string text) {
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
@@ -15,11 +15,11 @@ std::string one_line(std::string text) {
   return text;
 }
 
-/// What is quoted from a file may be megabytes.
+/// Cuts the middle out of a long text, because messages may quote megabytes from a file.
 std::string shortened(const std::string& text) {
   constexpr size_t kFirst = 700, kLast = 200;
   if (text.size() <= kFirst + kLast) return text;
-  // Not within a character of UTF-8.
+  // Don't cut within a UTF-8 character.
   const auto is_inside = [&](size_t at) {
     return (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80;
   };
@@ -29,13 +29,13 @@ std::string shortened(const std::string& text) {
   return text.substr(0, first) + " … " + text.substr(last);
 }
 
-std::string with_places(const Location& where, const std::string& message,
-                        const std::vector<Location>& askers) {
+std::string format_message(const Location& where, const std::string& message,
+                           const std::vector<Location>& askers) {
   std::string text = to_string(where);
   if (!text.empty()) text += ": ";
   text += shortened(message);
   for (size_t i = 0; i < askers.size(); ++i) {
-    text += (i == 0 ? " (asked for by " : ", asked for by ") + to_string(askers[i]);
+    text += (i == 0 ? " (referenced by " : ", referenced by ") + to_string(askers[i]);
   }
   return one_line(askers.empty() ? text : text + ")");
 }
@@ -48,7 +48,7 @@ std::string to_string(const Location& where) {
 }
 
 Error::Error(const Location& where, const std::string& message, std::vector<Location> askers)
-    : std::runtime_error(with_places(where, message, askers)),
+    : std::runtime_error(format_message(where, message, askers)),
       where_(where),
       message_(one_line(shortened(message))),
       askers_(std::move(askers)) {}
@@ -60,7 +60,7 @@ Error Error::asked_for_by(const Location& asker) const {
 }
 
 int edit_distance(const char* a, const char* b) {
-  // Levenshtein's distance, one row of the table at a time.
+  // Levenshtein distance, one row of the table at a time.
   const size_t columns = std::strlen(b);
   std::vector<int> row(columns + 1);
   for (size_t j = 0; j <= columns; ++j) row[j] = static_cast<int>(j);

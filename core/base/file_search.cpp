@@ -10,15 +10,14 @@ namespace kinome {
 std::string unreadable(const std::string& path) {
   std::error_code failed;
   if (std::filesystem::is_directory(path, failed)) return "is a folder, not a file";
-  // A pipe or a device may have no end, or block for ever.
+  // A pipe or a device may have no end, or block forever.
   if (!std::filesystem::is_regular_file(path, failed)) return "is not a regular file";
-  // The kernel's own count as regular. Some have no end, some block, all have another size than
-  // they say.
-  // Where a path can't be resolved, it is empty: of files that are open, but deleted, it is what
-  // /proc says, and what is said of them when they are opened tells more.
-  const std::string whole = std::filesystem::canonical(path, failed).string();
-  if (whole.starts_with("/proc/") || whole.starts_with("/sys/")) {
-    return "is no file on a disk, but made by the kernel as it is read";
+  // Files in /proc and /sys count as regular, but report a wrong size; some have no end or block.
+  // canonical() returns "" if it fails, as for /proc/self/fd/N of a deleted file. Opening the file
+  // then gives a better error than this function could.
+  const std::string resolved = std::filesystem::canonical(path, failed).string();
+  if (resolved.starts_with("/proc/") || resolved.starts_with("/sys/")) {
+    return "is a virtual file of the kernel, not a file on a disk";
   }
   return "";
 }
@@ -42,9 +41,9 @@ std::string find_file(const std::string& name, const std::vector<std::string>& f
       throw Error(where, prefix + "'" + candidate + "' " + why);
     }
     if (is_working_directory && !is_read_file(candidate)) {
-      log_warn(Error(where, "'" + name + "' was found only in the working directory, so that the " +
-                                "scene can't be rendered from another one: move the file beside " +
-                                "the scene, or name its folder by -a")
+      log_warn(Error(where, "'" + name + "' was found only in the working directory, so the " +
+                                "scene can't be rendered from another one: move the file next to " +
+                                "the scene, or add its folder with -a")
                    .what());
     }
     note_read_file(candidate);

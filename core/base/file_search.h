@@ -7,22 +7,23 @@
 
 namespace kinome {
 
-/// Of a file that no search path holds.
+/// Error for a file that is in none of the searched folders.
 class MissingFile : public Error {
   using Error::Error;
 };
 
-/// Why something that exists can't be read as a file: "is a folder, not a file"; "": it can.
+/// Returns why an existing path can't be read as a file, such as "is a folder, not a file", or ""
+/// if it can.
 std::string unreadable(const std::string& path);
 
-/// The folder to search last, the working directory: a file found there is loaded with a warning,
-/// because the scene shows something else when it is rendered from another directory.
+/// Folder name for the working directory, which is searched last. A file found there is loaded with
+/// a warning, because the scene depends on the directory it is rendered from.
 inline const std::string kWorkingDirectory = "";
 
-/// Returns the path of `name` in the first of `folders` that has it (an absolute name stands for
-/// itself), and registers the file by note_read_file(). Throws MissingFile with the folders that
-/// were searched, and Error if it finds a folder in place of a file: at `where`, with `prefix`
-/// before the message.
+/// Returns the path of `name` in the first of `folders` that contains it (an absolute name is used
+/// as it is), and registers the file with note_read_file(). Throws MissingFile, with the searched
+/// folders, if there is none, and Error if the path is unreadable(). Errors are at `where`, and
+/// `prefix` precedes their messages.
 std::string find_file(const std::string& name, const std::vector<std::string>& folders,
                       const Location& where, const std::string& prefix = "");
 

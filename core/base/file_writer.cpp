@@ -24,9 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Paths of the temporary files that exist now, where a signal handler can read them: no
-/// allocation, no locks. A file that finds no free slot is written all the same, but not cleaned up
-/// by a signal.
+/// Path of a temporary file that exists now. A signal handler reads the slots, so there are no
+/// allocations and no locks. A file without a slot is written all the same, but the signal handler
+/// doesn't remove it.
 struct Slot {
   enum State : int { kFree, kFilling, kUsed };
   std::atomic<int> state{kFree};
@@ -57,17 +57,17 @@ Error write_error(const std::string& path, const std::string& why) {
   return Error(fmt::format("cannot write '{}': {}", path, why));
 }
 
-/// Where symbolic links lead to, whether there is a file or not: a link that leads to none names
-/// the one that is to be. Not by canonical paths: those need to read all folders above.
+/// Returns the target of a chain of symbolic links, which needn't exist. fs::canonical() isn't used
+/// because it must read all parent folders.
 fs::path follow_links(const std::string& path) {
-  constexpr int kMostLinks = 40;  // as many as Linux follows
+  constexpr int kMaxLinks = 40;  // the limit of Linux
   fs::path target = path;
   std::error_code failed;
   for (int i = 0; fs::is_symlink(fs::symlink_status(target, failed)); ++i) {
-    if (i == kMostLinks) throw write_error(path, std::strerror(ELOOP));
+    if (i == kMaxLinks) throw write_error(path, std::strerror(ELOOP));
     const fs::path next = fs::read_symlink(target, failed);
     if (failed) throw write_error(path, failed.message());
-    target = target.parent_path() / next;  // `next` alone, where that is absolute
+    target = target.parent_path() / next;  // just `next` if it is absolute
   }
   return target;
 }
@@ -76,8 +76,8 @@ std::string temporary_name(const std::string& target) {
   static std::atomic<unsigned> counter{0};
   static const unsigned random = std::random_device{}();
   const fs::path path(target);
-  // Short whatever the file's own name is: names end at 255 bytes. Process numbers come again, and
-  // folders may be shared with other machines.
+  // The name doesn't contain the file's own name, because names have at most 255 bytes. The random
+  // number is needed because process ids are reused, and other machines may share the folder.
   const std::string name =
       fmt::format(".kinome-{}-{}-{:08x}.tmp", ::getpid(), counter.fetch_add(1), random);
   return (path.parent_path() / name).string();
@@ -96,12 +96,13 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-/// By which an open file without a name can be given one.
+/// Returns the path by which an open, unnamed file can be linked to a name.
 std::string descriptor_path(int fd) {
   return fmt::format("/proc/self/fd/{}", fd);
 }
 
-/// A file of no name in the folder; negative where the file system knows no such thing.
+/// Creates an unnamed file in the folder. Returns its descriptor, or -1 if the file system doesn't
+/// support unnamed files.
 int create_unnamed(const std::string& folder) {
   const int fd = open_file(folder, O_TMPFILE | O_RDWR);
   std::error_code ignored;
@@ -110,12 +111,12 @@ int create_unnamed(const std::string& folder) {
   return -1;
 }
 
-/// 0, or the errno of what failed.
+/// Writes the folder's entries to the disk. Returns 0 or an errno.
 int sync_folder(const std::string& folder) {
   const int fd = open_file(folder, O_RDONLY | O_DIRECTORY);
-  // A folder that may be written but not read can't be synced by us; the file itself is.
+  // A folder without read permission can't be synced. The file itself has been synced.
   if (fd < 0) return errno == EACCES ? 0 : errno;
-  // Some file systems have nothing to sync here, and say so by this.
+  // File systems that can't sync folders return EINVAL.
   const int code = ::fsync(fd) == 0 || errno == EINVAL ? 0 : errno;
   ::close(fd);
   return code;
@@ -151,9 +152,9 @@ std::string resolve_target(const std::string& path) {
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   const fs::file_status of_folder = fs::status(folder, ignored);
   if (of_folder.type() == fs::file_type::none) {
-    throw write_error(path, ignored.message());  // a loop, a name too long, ...
+    throw write_error(path, ignored.message());  // a loop of links, a name that is too long, ...
   }
-  // Where it is unknown, opening the file says why.
+  // If the type is unknown, opening the file reports why.
   if (of_folder.type() == fs::file_type::not_found) {
     throw write_error(path, fmt::format("the folder '{}' does not exist", folder.string()));
   }
@@ -167,7 +168,7 @@ FileWriter::FileWriter(const std::string& path, ReadFile read_file)
     : path_(path), target_(resolve_target(path)) {
   if (read_file == ReadFile::kKeep && is_read_file(target_)) {
     throw write_error(path,
-                      "this file was read, by the scene or by the command, and is never "
+                      "this file was read by the scene or by the command and is never "
                       "overwritten: choose another name");
   }
   temporary_ = temporary_name(target_);
@@ -252,7 +253,7 @@ bool are_written_to_one_file(const std::string& a, const std::string& b) {
   std::error_code failed;
   if (fs::equivalent(a, b, failed)) return true;
   if (is_null_device(a) || is_null_device(b)) return false;
-  // Of those that are still to be, the folders can be compared.
+  // The files may not exist yet; compare their folders and names.
   const fs::path target_a = resolve_target(a), target_b = resolve_target(b);
   return target_a.filename() == target_b.filename() &&
          fs::equivalent(folder_of(target_a), folder_of(target_b), failed);
@@ -268,8 +269,8 @@ void remove_temporary_files() noexcept {
 
 void check_writable(const std::string& path) {
   if (is_null_device(path)) return;
-  // Creating a file and naming it is the one check that also sees read-only file systems and
-  // quotas. A full disk it doesn't see: an empty file takes no room there.
+  // Only creating a file detects read-only file systems and quotas. A full disk remains undetected,
+  // because an empty file takes no space.
   FileWriter(path).check_name();
 }
 

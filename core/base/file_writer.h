@@ -9,15 +9,17 @@
 
 namespace kinome {
 
-/// Writes a file that has no name yet, or a temporary one where the file system can't do without,
-/// and gives it its name in commit(): the file is whole, or what it was before. The first failure
-/// (a full disk) is remembered; commit() throws it. Without a commit nothing stays behind, even of
-/// a program that is killed (but for a temporary name).
+/// Writes a file atomically: the file gets its name only in commit(), so that `path` is either the
+/// complete new file or unchanged. Until then it is unnamed, or has a temporary name if the file
+/// system doesn't support unnamed files.
+///
+/// The first failure (a full disk, say) is stored, and commit() throws it. Without a commit nothing
+/// is left behind. If the program is killed, only a file with a temporary name is left.
 class FileWriter {
  public:
-  /// Whether a file that was read (see kinome/read_files.h) may be overwritten.
+  /// What to do if `path` is a file that was read before (see kinome/read_files.h).
   enum class ReadFile { kKeep, kReplace };
-  /// Throws Error where the file can't be created, or is one that must be kept.
+  /// Throws Error if the file can't be created or must not be overwritten.
   explicit FileWriter(const std::string& path, ReadFile read_file = ReadFile::kKeep);
   ~FileWriter();
   FileWriter(const FileWriter&) = delete;
@@ -27,11 +29,11 @@ class FileWriter {
   void seek(uint64_t position) noexcept;
   uint64_t position() const { return position_; }
   bool failed() const { return errno_ != 0; }
-  /// Gives the file its temporary name now; throws Error where the folder refuses it.
+  /// Gives the file its temporary name now. Throws Error if that fails.
   void check_name();
-  /// Throws Error where any write failed, and leaves `path` as it was. `durable`: once it returns,
-  /// the file is on the disk, whatever happens to the machine (its name only as far as the folder
-  /// can be read). Where the disk fails at the last step, to keep the name, Error is thrown though
+  /// Renames the file to `path`. Throws Error if any write failed, and leaves `path` unchanged.
+  /// `durable`: the file survives a crash of the machine once commit() has returned. The name does
+  /// so only if the folder is readable. If syncing the folder fails, Error is thrown although
   /// `path` is the new file already.
   void commit(bool durable = false);
 
@@ -39,24 +41,25 @@ class FileWriter {
   /// Gives an unnamed file its temporary name.
   void name_file();
   Error failure(int code) const;
-  std::string path_;    ///< as the caller gave it: for messages
+  std::string path_;    ///< as given by the caller, for messages
   std::string target_;  ///< with symbolic links followed
   std::string temporary_;
   std::FILE* file_ = nullptr;
-  bool is_named_ = false;  ///< by temporary_
-  int slot_ = -1;          ///< in the list of remove_temporary_files()
+  bool is_named_ = false;  ///< the file has the name temporary_
+  int slot_ = -1;          ///< index of its slot, which remove_temporary_files() reads; -1: none
   uint64_t position_ = 0;
   int errno_ = 0;
 };
 
-/// Returns the extension of a file's name in lower case, with its dot.
+/// Returns the file extension in lower case, with its dot.
 KINOME_EXPORT std::string lower_extension(const std::string& path);
-/// Returns whether `path` is /dev/null, or a link to it.
+/// Returns true if `path` is /dev/null or a link to it.
 KINOME_EXPORT bool is_null_device(const std::string& path);
-/// The file that `path` names once symbolic links are followed, whether it is there or not; Error
-/// where it can't be written.
+/// Returns `path` with symbolic links followed. The file needn't exist. Throws Error if it can't be
+/// written.
 std::string resolve_target(const std::string& path);
-/// Whether these are names of one file, which may still be to be written. Error as above.
+/// Returns true if both paths name the same file, which needn't exist. Throws Error if it can't be
+/// written.
 bool are_written_to_one_file(const std::string& a, const std::string& b);
 
 }  // namespace kinome

@@ -5,7 +5,7 @@
 
 namespace kinome {
 
-/// The hash FNV-1a of 64 bits: not for secrets. Any change of a single byte changes it.
+/// 64-bit FNV-1a hash; not cryptographic. Changing a single byte always changes the hash.
 class Fnv1a {
  public:
   void add(const void* bytes, size_t count) {

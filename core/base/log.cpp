@@ -30,7 +30,7 @@ spdlog::level::level_enum spdlog_level(LogLevel level) {
   return spdlog::level::warn;
 }
 
-/// Never destroyed: threads and static destructors may log until the very end.
+/// Never destroyed, because threads and static destructors may log until the process ends.
 spdlog::logger& logger() {
   static spdlog::logger* const instance = [] {
     auto* created = new spdlog::logger("kinome", std::make_shared<spdlog::sinks::stderr_sink_mt>());
@@ -42,25 +42,24 @@ spdlog::logger& logger() {
   return *instance;
 }
 
-/// The warnings that were told since the first WarningsOnce of those that live. Never destroyed,
-/// either.
-struct Told {
+/// Messages logged while at least one WarningsOnce exists. Never destroyed, either.
+struct LoggedMessages {
   std::mutex mutex;
-  int scopes = 0;
+  int scopes = 0;  ///< number of existing WarningsOnce
   std::set<std::string> warnings;
-  std::set<std::string> files;  ///< of log_unused()
+  std::set<std::string> files;  ///< files of log_unused()
 };
-Told& told() {
-  static Told* const instance = new Told;
+LoggedMessages& logged() {
+  static LoggedMessages* const instance = new LoggedMessages;
   return *instance;
 }
 
-bool is_told_already(const std::string& warning) {
-  const std::lock_guard lock(told().mutex);
-  return told().scopes > 0 && !told().warnings.insert(warning).second;
+bool is_repeated(const std::string& warning) {
+  const std::lock_guard lock(logged().mutex);
+  return logged().scopes > 0 && !logged().warnings.insert(warning).second;
 }
 
-/// Those that live. Never destroyed, either.
+/// All existing listeners. Never destroyed, either.
 struct Listeners {
   std::mutex mutex;
   std::vector<LogListener*> all;
@@ -89,15 +88,15 @@ LogListener::~LogListener() {
 }
 
 WarningsOnce::WarningsOnce(std::set<std::string>* seen) : seen_(seen) {
-  const std::lock_guard lock(told().mutex);
-  if (told().scopes++ > 0) seen_ = nullptr;
-  if (seen_) told().warnings = *seen_;
+  const std::lock_guard lock(logged().mutex);
+  if (logged().scopes++ > 0) seen_ = nullptr;
+  if (seen_) logged().warnings = *seen_;
 }
 
 WarningsOnce::~WarningsOnce() {
-  const std::lock_guard lock(told().mutex);
-  if (seen_) seen_->insert(told().warnings.begin(), told().warnings.end());
-  if (--told().scopes == 0) told().warnings.clear();
+  const std::lock_guard lock(logged().mutex);
+  if (seen_) seen_->insert(logged().warnings.begin(), logged().warnings.end());
+  if (--logged().scopes == 0) logged().warnings.clear();
 }
 
 void set_log_level(LogLevel level) {
@@ -118,7 +117,7 @@ LogLevel log_level() {
 }
 
 void log_warn(const std::string& message) {
-  if (is_told_already(message)) return;
+  if (is_repeated(message)) return;
   logger().warn("warning: {}", message);
   tell_listeners(message);
 }
@@ -130,16 +129,16 @@ void log_debug(const std::string& message) {
 }
 
 void log_unused(const std::string& file, const std::vector<std::string>& what) {
-  constexpr size_t kMostTold = 20;
+  constexpr size_t kMaxListed = 20;
   if (what.empty() || log_level() < LogLevel::kInfo) return;
   {
-    const std::lock_guard lock(told().mutex);
-    if (!told().files.insert(file).second) return;
+    const std::lock_guard lock(logged().mutex);
+    if (!logged().files.insert(file).second) return;
   }
-  const size_t count = std::min(what.size(), kMostTold);
+  const size_t count = std::min(what.size(), kMaxListed);
   const std::string rest =
       what.size() > count ? fmt::format(" and {} more", what.size() - count) : "";
-  // An Error's text is one line, whatever names a file has.
+  // Error replaces line breaks in the file's names.
   log_info(Error(Location{file},
                  fmt::format("not used: {}{}",
                              fmt::join(what.begin(), what.begin() + static_cast<long>(count), ", "),

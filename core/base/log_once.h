@@ -5,13 +5,13 @@
 
 namespace kinome {
 
-/// While one of these lives, each warning is told but once, whoever gives it: the passes of a
-/// render come by the same places again and again.
+/// Suppresses repeated warnings of the whole process during its lifetime. The passes of a render
+/// would otherwise give the same warnings again and again.
 class WarningsOnce {
  public:
   WarningsOnce() : WarningsOnce(nullptr) {}
-  /// Also suppresses the warnings in `*seen`, and adds those that are given meanwhile. Within
-  /// another WarningsOnce, `seen` is ignored.
+  /// Also suppresses the warnings in `*seen`; the destructor adds the new ones to it. `seen` is
+  /// ignored if another WarningsOnce exists already.
   explicit WarningsOnce(std::set<std::string>* seen);
   ~WarningsOnce();
   WarningsOnce(const WarningsOnce&) = delete;

@@ -16,7 +16,7 @@ bool Transform::is_invertible() const {
 }
 
 bool Transform::has_scale() const {
-  // The linear part keeps all lengths exactly if its columns are orthonormal.
+  // The linear part preserves lengths if and only if its columns are orthonormal.
   const glm::mat3 linear(m_);
   const glm::mat3 difference = glm::transpose(linear) * linear - glm::mat3(1.f);
   for (int column = 0; column < 3; ++column) {
@@ -41,7 +41,7 @@ Vec3 Transform::vector(const Vec3& v) const {
 }
 
 Vec3 Transform::normal(const Vec3& n) const {
-  // n as a row vector times the inverse.
+  // Multiplies by the inverse transpose: n is a row vector.
   return Vec3(glm::vec4(n, 0.f) * inverse_);
 }
 

@@ -9,8 +9,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// All owners that exist now, and the mutex of what they hold. Never destroyed, because owners may
-/// outlive static objects.
+/// All existing owners, and the mutex that protects their paths. Never destroyed, because owners
+/// may outlive static objects.
 struct Registry {
   std::mutex mutex;
   std::set<const ReadFiles*> owners;
@@ -20,7 +20,7 @@ Registry& registry() {
   return *all;
 }
 
-/// Holds what is read without an owner; nullptr before protect_read_files().
+/// Files that were read without an owner; nullptr before protect_read_files().
 std::atomic<ReadFiles*> files_of_process{nullptr};
 
 thread_local ReadFiles* recording = nullptr;
@@ -54,15 +54,15 @@ void note_read_file(const std::string& path) {
   ReadFiles* const files = recording ? recording : files_of_process.load();
   if (!files) return;
   std::error_code failed;
-  const fs::path whole = fs::absolute(path, failed);  // the working directory may change
+  const fs::path absolute = fs::absolute(path, failed);  // the working directory may change
   const std::lock_guard lock(registry().mutex);
-  files->paths_.insert(failed ? path : whole.string());
+  files->paths_.insert(failed ? path : absolute.string());
 }
 
 bool is_read_file(const std::string& path) {
   std::error_code failed;
   if (!fs::exists(path, failed)) return false;
-  // By the files themselves: links and other names are no different.
+  // Compares files, not paths, because links give a file several names.
   const std::lock_guard lock(registry().mutex);
   for (const ReadFiles* const owner : registry().owners) {
     for (const std::string& read : owner->paths_) {

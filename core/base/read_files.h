@@ -7,7 +7,7 @@
 
 namespace kinome {
 
-/// The files that one owner has read; they are registered as long as it lives.
+/// Set of files that one owner has read. They are registered during its lifetime.
 class ReadFiles {
  public:
   ReadFiles();
@@ -15,7 +15,7 @@ class ReadFiles {
   ReadFiles(const ReadFiles&) = delete;
   ReadFiles& operator=(const ReadFiles&) = delete;
 
-  /// While it exists, note_read_file() in this thread adds to `files`.
+  /// Makes note_read_file() of this thread add to `files` during its lifetime.
   class Recording {
    public:
     explicit Recording(ReadFiles& files);

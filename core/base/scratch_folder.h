@@ -6,11 +6,10 @@
 
 namespace kinome {
 
-/// A new, empty folder for files that are needed for a moment. The destructor removes the folder
-/// and all that is in it, and so never a file that existed before.
+/// New, empty folder for temporary files. The destructor removes it with its contents.
 class KINOME_EXPORT ScratchFolder {
  public:
-  /// Creates it in the folder of `path`, on the same disk. Throws Error if that fails.
+  /// Creates the folder next to `path`, on the same disk. Throws Error if that fails.
   explicit ScratchFolder(const std::string& path);
   ~ScratchFolder();
   ScratchFolder(const ScratchFolder&) = delete;

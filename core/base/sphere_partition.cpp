@@ -11,10 +11,11 @@ namespace {
 
 constexpr double kTau = 2 * std::numbers::pi;
 
-/// Error of a coordinate of a unit vector of floats, with the roundings of making and reading it.
+/// Bound on the error of a coordinate of a unit vector of floats, including the rounding errors of
+/// direction() and cell_of().
 constexpr double kRounding = 0x1p-22;
 
-/// u moved off the ends of [0, 1], by as much as rounding may carry a point over them.
+/// Moves u away from the ends of [0, 1] by `margin`, so that rounding can't move it out of a cell.
 double inside(float u, double margin) {
   const double m = std::min(margin, 0.5);
   return std::clamp(static_cast<double>(u), m, 1 - m);
@@ -24,8 +25,9 @@ double inside(float u, double margin) {
 
 SpherePartition::SpherePartition(uint32_t size) : size_(size) {
   if (size == 0) throw Error("a sphere partition needs at least one cell");
-  // Rings as high as a cell of this area is wide; their borders then move to whole cells, so that
-  // areas are equal exactly (the idea of Leopardi 2006, with wedges in place of his polar caps).
+  // Choose the number of rings such that a ring is as high as a square cell of this area. Move the
+  // borders of the rings to whole cells, so that all areas are equal. This is the idea of Leopardi
+  // 2006, with wedges instead of his polar caps.
   const double side = std::sqrt(2 * kTau / size);
   const auto rings = std::max(1L, std::lround(std::numbers::pi / side));
   first_.push_back(0);
@@ -44,7 +46,7 @@ uint32_t SpherePartition::ring_of(uint32_t cell) const {
 }
 
 Vec3 SpherePartition::direction(double turn, double north) const {
-  const double share = north / size_;  // (1 - cos theta) / 2, exact near the pole
+  const double share = north / size_;  // (1 - cos theta) / 2, accurate near the pole
   const double sin_theta = 2 * std::sqrt(std::max(0.0, share * (1 - share)));
   const double phi = kTau * turn;
   return Vec3(std::sin(phi) * sin_theta, 1 - 2 * share, -std::cos(phi) * sin_theta);
@@ -59,8 +61,8 @@ Vec3 SpherePartition::centre(uint32_t i) const {
 Vec3 SpherePartition::sample(uint32_t i, const Vec2& u) const {
   const uint32_t ring = ring_of(i);
   const double in_ring = first_[ring + 1] - first_[ring];
-  // Rounding moves phi by kRounding radians and the cells to the nearer pole by a factor
-  // 1 + kRounding: here as shares of a cell's extents.
+  // Rounding moves phi by up to kRounding radians, and changes the number of cells up to the nearer
+  // pole by a factor of up to 1 + kRounding. The margins are relative to a cell's extents.
   const double to_pole = std::min(first_[ring + 1], size_ - first_[ring]);
   const double turn = inside(u.x, kRounding * in_ring);
   const double height = inside(u.y, kRounding * to_pole / in_ring);
@@ -68,7 +70,7 @@ Vec3 SpherePartition::sample(uint32_t i, const Vec2& u) const {
 }
 
 uint32_t SpherePartition::cell_of(const Vec3& d) const {
-  // 1 - |cos theta| from the sine, which floats hold with relative precision near the poles.
+  // Compute 1 - |cos theta| from the sine, which is accurate near the poles.
   const double x = d.x, y = d.y, z = d.z;
   const double sin2 = x * x + z * z;
   const double cap = sin2 / (sin2 + y * y + std::abs(y) * std::sqrt(sin2 + y * y));

@@ -32,7 +32,7 @@ void RenderCounters::add(const RenderCounters& other) {
 
 uint64_t peak_memory_bytes() {
 #if defined(__linux__)
-  // What getrusage tells begins with the memory of the program that started this one.
+  // The peak of getrusage() includes the memory of the program that started this one.
   std::ifstream status("/proc/self/status");
   for (std::string name; status >> name; std::getline(status, name)) {
     uint64_t kilobytes = 0;
@@ -41,7 +41,7 @@ uint64_t peak_memory_bytes() {
 #endif
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  // Linux counts kilobytes, macOS bytes.
+  // The unit is kilobytes on Linux and bytes on macOS.
 #if defined(__APPLE__)
   return static_cast<uint64_t>(usage.ru_maxrss);
 #else

@@ -9,22 +9,22 @@
 namespace kinome {
 namespace {
 
-/// Of a huge page, for it to be one.
-constexpr size_t kLeastUsed = ZeroedMemory::kHugePage / 4;
+/// Bytes of a huge page that must be used for it to be worth requesting.
+constexpr size_t kMinUsed = ZeroedMemory::kHugePage / 4;
 
 }  // namespace
 
 ZeroedMemory::ZeroedMemory(size_t bytes) {
-  constexpr size_t kMost = SIZE_MAX / 2;
+  constexpr size_t kMaxBytes = SIZE_MAX / 2;
   if (bytes == 0) return;
-  if (bytes > kMost) throw std::bad_alloc();
-  if (bytes < kLeastUsed) {
+  if (bytes > kMaxBytes) throw std::bad_alloc();
+  if (bytes < kMinUsed) {
     memory_ = {std::calloc(bytes, 1), Release{0}};
     if (!memory_) throw std::bad_alloc();
     return;
   }
   const size_t pages = (bytes + kHugePage - 1) / kHugePage * kHugePage;
-  // One more, of which what isn't aligned goes back.
+  // Map one page more, and unmap what lies outside the aligned pages.
   void* const mapped =
       mmap(nullptr, pages + kHugePage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (mapped == MAP_FAILED) throw std::bad_alloc();
@@ -35,8 +35,8 @@ ZeroedMemory::ZeroedMemory(size_t bytes) {
   memory_ = {begin + before, Release{pages}};
 #if defined(MADV_HUGEPAGE)
   const size_t last = bytes - (pages - kHugePage);
-  const size_t huge = last < kLeastUsed ? pages - kHugePage : pages;
-  madvise(memory_.get(), huge, MADV_HUGEPAGE);  // a system that has none does without
+  const size_t huge = last < kMinUsed ? pages - kHugePage : pages;
+  madvise(memory_.get(), huge, MADV_HUGEPAGE);  // fails without harm if there are no huge pages
 #endif
 }
 

@@ -73,7 +73,7 @@ std::string asked_for_by(const std::string& scene, const std::string& text) {
   if (at == std::string::npos) throw std::logic_error("no '" + text + "'");
   const auto line = 1 + std::count(xml.begin(), xml.begin() + static_cast<long>(at), '\n');
   const size_t column = at - xml.rfind('\n', at);
-  return " (asked for by " + scene + ":" + std::to_string(line) + ":" + std::to_string(column) +
+  return " (referenced by " + scene + ":" + std::to_string(line) + ":" + std::to_string(column) +
          ")\n";
 }
 

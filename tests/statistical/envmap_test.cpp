@@ -214,7 +214,7 @@ TEST(EnvironmentMap, NamesTheTexelThatIsTooLarge) {
             std::string::npos)
       << message;
   EXPECT_NE(message.find("stay below 1e36"), std::string::npos) << message;
-  EXPECT_NE(message.find(" (asked for by test.xml:1:"), std::string::npos) << message;
+  EXPECT_NE(message.find(" (referenced by test.xml:1:"), std::string::npos) << message;
 }
 
 TEST(EnvironmentMap, ReplacesNanWithAWarning) {

@@ -261,7 +261,7 @@ TEST_F(BitmapTest, BadFilesAreErrorsOfOneLine) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     EXPECT_EQ(message.rfind(folder_.folder(), 0), 0u) << message;
-    EXPECT_NE(message.find(" (asked for by test.xml:1:"), std::string::npos) << message;
+    EXPECT_NE(message.find(" (referenced by test.xml:1:"), std::string::npos) << message;
   };
   const std::string missing = error_of("nowhere.png");
   EXPECT_EQ(missing.rfind("test.xml:1:", 0), 0u) << missing;

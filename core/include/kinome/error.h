@@ -21,7 +21,7 @@ KINOME_EXPORT std::string to_string(const Location& where);
 
 /// Any mistake of a user's: in a scene, an asset, an option, a plugin. what() is
 /// "FILE:LINE:COL: message" on one line (the prefix only where the place is known); of a file that
-/// a scene names, "FILE:LINE:COL: message (asked for by SCENE:LINE:COL)".
+/// a scene names, "FILE:LINE:COL: message (referenced by SCENE:LINE:COL)".
 class KINOME_EXPORT Error : public std::runtime_error {
  public:
   explicit Error(const std::string& message) : Error(Location{}, message) {}
