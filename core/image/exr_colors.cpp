@@ -21,7 +21,7 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-/// Channels of one layer: names in the file by the part after the last dot.
+/// Channels of one layer: maps the part of the name after the last dot to the whole name.
 struct Layer {
   std::map<std::string, std::string> channels;
 
@@ -29,7 +29,8 @@ struct Layer {
     return std::all_of(suffixes.begin(), suffixes.end(),
                        [this](const char* suffix) { return find(suffix) != nullptr; });
   }
-  /// Returns the file's name of R or, without one, of r; nullptr if there is neither.
+  /// Returns the name of the channel `suffix` or, if there is none, of its lower-case form; nullptr
+  /// if neither exists.
   const std::string* find(const std::string& suffix) const {
     for (const std::string& spelling : {suffix, lower_case(suffix)}) {
       const auto found = channels.find(spelling);
@@ -68,12 +69,12 @@ bool is_luminance(const Layer& layer) {
 ExrColor color_without_layer(const Layer& layer) {
   using enum ExrColorKind;
   if (layer.has({"R", "G", "B"})) return layer.color(kRgb, {"R", "G", "B"}, {"R", "G", "B"});
-  // OpenEXR finds these by their exact names.
+  // OpenEXR requires these exact names.
   if (layer.has({"Y", "RY", "BY"}) && *layer.find("Y") == "Y" && *layer.find("RY") == "RY" &&
       *layer.find("BY") == "BY") {
     return layer.color(kLuminanceChroma, {"Y", "RY", "BY"}, {"R", "G", "B"});
   }
-  // Lower-case letters belong to positions or normals.
+  // Lower-case x, y, z are positions or normals.
   const auto& all = layer.channels;
   if (all.contains("X") && all.contains("Y") && all.contains("Z")) {
     return layer.color(kXyz, {"X", "Y", "Z"}, {"R", "G", "B"});
@@ -82,15 +83,15 @@ ExrColor color_without_layer(const Layer& layer) {
   return {};
 }
 
-/// Returns true if a layer's name is one that renderers and compositors give to the whole image.
+/// Returns true if renderers and compositors use this layer name for the whole image.
 bool is_whole_image(const std::string& layer) {
   constexpr std::array kNames{"combined", "beauty", "rgba", "rgb", "composite", "color", "colour"};
   const std::string last = lower_case(layer.substr(layer.rfind('.') + 1));
   return std::find(kNames.begin(), kNames.end(), last) != kNames.end();
 }
 
-/// Returns true if two sets of primaries and white differ by rounding only (Mitsuba 3's measure:
-/// such files keep their values there as well).
+/// Returns true if two sets of primaries and white differ by rounding only. The threshold is that
+/// of Mitsuba 3, which doesn't convert such files either.
 bool are_same(const Imf::Chromaticities& a, const Imf::Chromaticities& b) {
   constexpr float kSquaredDistance = 1e-6f;
   return (a.red - b.red).length2() + (a.green - b.green).length2() + (a.blue - b.blue).length2() +
@@ -98,24 +99,25 @@ bool are_same(const Imf::Chromaticities& a, const Imf::Chromaticities& b) {
          kSquaredDistance;
 }
 
-using Matrix = std::array<std::array<float, 3>, 3>;  // rows are multiplied by a colour
+using Matrix = std::array<std::array<float, 3>, 3>;  // by row
 
-/// Returns the matrix from the file's colours to linear Rec.709. Both whites have Y = 1 and keep
-/// their colour: no adaptation. Throws std::runtime_error for primaries that span no colours.
+/// Returns the matrix from the file's colours to linear Rec.709. Both whites have Y = 1, without
+/// chromatic adaptation. Throws std::runtime_error if the primaries don't span a triangle.
 Matrix matrix_to_rec709(const Imf::Chromaticities& file) {
-  // Colour spaces in use have values within [-0.1, 1.1] and areas of at least 0.1 (Rec.709's).
+  // Colour spaces in use have coordinates in [-0.1, 1.1] and areas of at least 0.1 (Rec.709).
   // Within these limits, floats distinguish a triangle from a line.
-  constexpr float kMost = 10;
-  constexpr float kLeast = 1e-4f;
+  constexpr float kMaxCoordinate = 10;
+  constexpr float kMinTwiceArea = 1e-4f, kMinWhiteY = 1e-4f;
   bool is_usable = true;
   for (const Imath::V2f& v : {file.red, file.green, file.blue, file.white}) {
-    is_usable = is_usable && std::abs(v.x) <= kMost && std::abs(v.y) <= kMost;
+    is_usable = is_usable && std::abs(v.x) <= kMaxCoordinate && std::abs(v.y) <= kMaxCoordinate;
   }
   const float twice_area = (file.green - file.red).cross(file.blue - file.red);
-  if (!is_usable || !(std::abs(twice_area) >= kLeast) || !(std::abs(file.white.y) >= kLeast)) {
+  if (!is_usable || !(std::abs(twice_area) >= kMinTwiceArea) ||
+      !(std::abs(file.white.y) >= kMinWhiteY)) {
     throw std::runtime_error(fmt::format(
-        "its attribute 'chromaticities' describes no colours: red ({}, {}), green ({}, {}), blue "
-        "({}, {}), white ({}, {}); the primaries must span a triangle, and white's y not be 0",
+        "its attribute 'chromaticities' is invalid: red ({}, {}), green ({}, {}), blue ({}, {}), "
+        "white ({}, {}); the primaries must span a triangle, and white's y must not be 0",
         file.red.x, file.red.y, file.green.x, file.green.y, file.blue.x, file.blue.y, file.white.x,
         file.white.y));
   }
@@ -124,7 +126,7 @@ Matrix matrix_to_rec709(const Imf::Chromaticities& file) {
   return {{{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
 }
 
-/// Returns the inverse of xyz(), by which films write XYZ.
+/// Returns the inverse of xyz(), the conversion with which films write XYZ.
 Matrix matrix_of_xyz() {
   const glm::dmat3 m = glm::inverse(glm::dmat3(xyz({1, 0, 0}), xyz({0, 1, 0}), xyz({0, 0, 1})));
   Matrix rows;

@@ -8,11 +8,11 @@
 
 #include "kinome/image.h"
 
-/// The channels of an EXR file that are its colour, and their conversion to linear Rec.709.
+/// Finds the colour channels of an EXR file and converts them to linear Rec.709.
 namespace kinome {
 
-/// From the best choice to the worst, of a file's parts as well: a colour without a layer's name
-/// comes first.
+/// Kinds of colour, from the best to the worst choice. Channels without a layer name come first.
+/// The order also decides between the parts of a file.
 enum class ExrColorKind {
   kRgb,
   kLuminanceChroma,
@@ -25,22 +25,24 @@ enum class ExrColorKind {
 
 struct ExrColor {
   ExrColorKind kind = ExrColorKind::kNone;
-  /// As the file names them: R, G, B or X, Y, Z or Y or Y, RY, BY, and then alpha if there is one.
+  /// Names of the channels in the file: of R, G, B, of X, Y, Z, of Y, or of Y, RY, BY, and then of
+  /// alpha if there is one.
   std::vector<std::string> channels;
-  /// The names of `channels` in an Image: "R", "G", "B" or "Y", and "A".
+  /// Names of the same channels in an Image: "R", "G", "B" or "Y", and "A".
   std::vector<std::string> names;
-  /// Layers that are colours, too, and were not chosen.
+  /// Other layers with colour, which were not chosen.
   std::vector<std::string> other_layers;
 };
 
-/// Finds letters of either case, with or without the name of a layer before them: "R", ".R",
-/// "ViewLayer.Combined.r". Of several layers, chooses one with the name of a whole image
-/// ("Combined", "beauty", "rgba", …), else the file's first. Y beside X is part of a vector.
+/// Finds the colour channels of a file. Names may be upper or lower case, and may have a layer
+/// prefix: "R", ".R", "ViewLayer.Combined.r". Of several layers, chooses one whose name stands for
+/// the whole image ("Combined", "beauty", "rgba", …), or else the file's first. A layer with X and
+/// Y contains vectors, not a luminance.
 ExrColor find_exr_color(const Imf::ChannelList& list);
 
-/// Converts the first three channels, if they are R, G and B. XYZ has no primaries of its own;
-/// the header's attribute `chromaticities` is used for all others. No adaptation of the white.
-/// Throws std::runtime_error for chromaticities that span no colours.
+/// Converts the first three channels if they are R, G and B. XYZ is converted without primaries;
+/// all other kinds use the header's attribute `chromaticities`. There is no chromatic adaptation.
+/// Throws std::runtime_error if the primaries don't span a triangle.
 void convert_to_rec709(const Imf::Header& header, ExrColorKind kind, Image& image);
 
 }  // namespace kinome

@@ -10,22 +10,22 @@
 namespace kinome {
 namespace {
 
-constexpr const char* kNoMemory = "it needs more memory than there is";
+constexpr const char* kNoMemory = "out of memory";
 
-/// Lets OpenEXR write through a FileWriter. Also tells whether parts of the picture are missing:
-/// where memory ends in one of OpenEXR's own threads, it writes what it has, and says nothing.
+/// Stream through which OpenEXR writes to a FileWriter. Also detects missing blocks: if one of
+/// OpenEXR's threads runs out of memory, OpenEXR writes an incomplete file and reports no error.
 class WriterStream : public Imf::OStream {
  public:
   WriterStream(FileWriter& writer, const std::string& path)
       : Imf::OStream(path.c_str()), writer_(writer) {}
   void write(const char bytes[], int count) override {
-    constexpr int kOffset = 8;  // bytes, and 0 where there is no such part
-    has_holes_ |= is_in_table_ && count == kOffset &&
+    constexpr int kOffsetBytes = 8;  // an offset of 0 means that the block is missing
+    has_holes_ |= is_in_table_ && count == kOffsetBytes &&
                   std::all_of(bytes, bytes + count, [](char byte) { return byte == 0; });
     writer_.write(bytes, static_cast<size_t>(count));
   }
   uint64_t tellp() override { return writer_.position(); }
-  /// Only to write the table of the parts' offsets, at the end.
+  /// OpenEXR calls this only to write the table of offsets at the end.
   void seekp(uint64_t position) override {
     is_in_table_ = true;
     writer_.seek(position);
@@ -51,7 +51,7 @@ void write_by_openexr(const std::string& path, const std::function<void(Imf::OSt
     why = e.what();
   }
   if (why.empty() && stream.has_holes()) why = kNoMemory;
-  // A failed write comes first: what OpenEXR says is a consequence of it.
+  // If a write has failed, report that error: OpenEXR's exception is a consequence of it.
   if (!why.empty() && !writer.failed()) {
     throw Error(fmt::format("cannot write '{}': {}", path, why));
   }
@@ -61,7 +61,7 @@ void write_by_openexr(const std::string& path, const std::function<void(Imf::OSt
 std::string why_unreadable(const std::exception& error) {
   if (dynamic_cast<const std::bad_alloc*>(&error)) return kNoMemory;
   std::string why = error.what();
-  // OpenEXR puts the path in front, and the end of a file is one of several texts of its own.
+  // OpenEXR uses several messages for a truncated file.
   for (const char* text : {"end of file", "Early end", "missing", "corrupt"}) {
     if (why.find(text) != std::string::npos && why.find("truncated") == std::string::npos) {
       why = "truncated or damaged OpenEXR file (" + why + ")";

@@ -9,17 +9,17 @@
 
 #include "kinome/image.h"
 
-/// What all that reads and writes by OpenEXR has in common.
+/// Helpers shared by all code that reads and writes files with OpenEXR.
 namespace kinome {
 
-/// `write` writes a file to the stream that it is given: `path` is whole then, or what it was.
-/// Throws Error where that can't be done.
+/// Calls `write` with a stream that writes to `path`, which is afterwards either complete or
+/// unchanged. Throws Error if writing fails.
 void write_by_openexr(const std::string& path, const std::function<void(Imf::OStream&)>& write);
 
-/// What people are told of a file that OpenEXR, or check_exr, can't read for this reason.
+/// Returns the message for users about an exception of OpenEXR's readers or of check_exr().
 std::string why_unreadable(const std::exception& error);
 
-/// The header's attributes that are texts.
+/// Adds the header's string attributes to `metadata`.
 void read_metadata(const Imf::Header& header, ImageMetadata& metadata);
 
 }  // namespace kinome

@@ -8,11 +8,11 @@
 namespace kinome {
 namespace {
 
-/// As long as someone who has ended a program will wait for it.
-constexpr double kMostSeconds = 2;
-/// And as a launcher of several processes waits.
-constexpr double kMostSecondsInGroup = 0.3;
-/// Its random numbers are none that the render would have used.
+/// Longest time that filling may take: users who have interrupted a program won't wait longer.
+constexpr double kMaxSeconds = 2;
+/// The same for a group of processes, whose launcher waits less.
+constexpr double kMaxSecondsInGroup = 0.3;
+/// Mixed into the seed, so that the random numbers differ from those of the render.
 constexpr uint64_t kFillSeed = 0x66696c6c;
 
 using Gaps = std::vector<std::vector<bool>>;
@@ -23,7 +23,7 @@ Gaps gaps_of(const Film& film, size_t layers) {
   return gaps;
 }
 
-/// Pixels that lack any layer.
+/// Number of pixels without samples in at least one layer.
 double count(const Gaps& gaps) {
   double pixels = 0;
   for (size_t p = 0; p < gaps[0].size(); ++p) {
@@ -32,13 +32,14 @@ double count(const Gaps& gaps) {
   return pixels;
 }
 
-/// Infinite where nothing tells. What is done before the first tile will be done again.
+/// Predicts the time for `rays` camera rays; infinity if there were none so far. Includes the work
+/// before the first tile, which is repeated.
 double predicted_seconds(RenderContext& context, double begun, double rays) {
   const RenderStats& stats = context.stats();
   const auto so_far = static_cast<double>(stats.counters.rays[static_cast<int>(RayKind::kCamera)]);
   if (!(so_far > 0)) return kInfinity;
   const double first = stats.first_tile_seconds;
-  // Of a group, all have rendered so far, and one is left to fill.
+  // All processes of a group have rendered, but only one fills the gaps.
   const double slower = static_cast<double>(context.all_threads()) / context.threads();
   return (first - begun) + (context.seconds() - first) * slower * rays / so_far;
 }
@@ -61,14 +62,14 @@ void fill_gaps(const Scene& scene, const Sensor& sensor, RenderContext& context,
   if (missing == 0) return;
   const auto once = sensor.with_sample_count(1);
   const double rays = missing * once->sampler().sample_count();
-  const double most = context.group() ? kMostSecondsInGroup : kMostSeconds;
-  if (!(predicted_seconds(context, begun, rays) < most)) return;
+  const double max_seconds = context.group() ? kMaxSecondsInGroup : kMaxSeconds;
+  if (!(predicted_seconds(context, begun, rays) < max_seconds)) return;
   RenderContext::Options options;
   options.threads = context.threads();
   options.seed = hash_words(context.seed(), kFillSeed);
   options.clock = [&context] { return context.seconds(); };
   RenderContext filler(options);
-  filler.set_deadline(context.seconds() + most);
+  filler.set_deadline(context.seconds() + max_seconds);
   filler.set_gaps(film.crop(), std::move(gaps));
   film.set_lane(0);
   integrator.render(scene, *once, filler);
@@ -78,24 +79,24 @@ void fill_gaps(const Scene& scene, const Sensor& sensor, RenderContext& context,
   stats.missing = left / pixels;
 }
 
-void mark_gaps(const Film& film, Image& picture) {
+void mark_gaps(const Film& film, Image& image) {
   const std::vector<bool> gaps = film.gaps(0);
-  const auto& names = picture.channels;
+  const auto& names = image.channels;
   if (std::find(gaps.begin(), gaps.end(), true) == gaps.end()) return;
-  if (std::find(names.begin(), names.end(), "A") != names.end()) return;  // 0 where nothing is
+  if (std::find(names.begin(), names.end(), "A") != names.end()) return;  // 0 at gaps already
   const size_t before = names.size();
   const size_t colors = names.at(0) == "Y" ? 1 : 3;
   std::vector<float> data;
   data.reserve(gaps.size() * (before + 1));
   for (size_t p = 0; p < gaps.size(); ++p) {
-    const auto pixel = picture.data.begin() + static_cast<std::ptrdiff_t>(p * before);
+    const auto pixel = image.data.begin() + static_cast<std::ptrdiff_t>(p * before);
     data.insert(data.end(), pixel, pixel + static_cast<std::ptrdiff_t>(colors));
     data.push_back(gaps[p] ? 0.f : 1.f);
     data.insert(data.end(), pixel + static_cast<std::ptrdiff_t>(colors),
                 pixel + static_cast<std::ptrdiff_t>(before));
   }
-  picture.data = std::move(data);
-  picture.channels.insert(picture.channels.begin() + static_cast<std::ptrdiff_t>(colors), "A");
+  image.data = std::move(data);
+  image.channels.insert(image.channels.begin() + static_cast<std::ptrdiff_t>(colors), "A");
 }
 
 }  // namespace kinome

@@ -6,17 +6,17 @@
 
 namespace kinome {
 
-/// After a render that was interrupted, `begun` at that time of the context's clock: pixels that
-/// have no samples yet get one, if all of them will in two seconds, by what camera rays took so
-/// far. A render of its own, by the scene's integrator, that no checkpoint knows of. Fills
-/// RenderStats::filled and missing.
+/// Renders one sample for each pixel that has none after an interrupted render, if the time per
+/// camera ray so far predicts that this takes at most two seconds. `begun` is the time of the
+/// context's clock at which the render started. Checkpoints don't include these samples. Sets
+/// RenderStats::filled and RenderStats::missing.
 void fill_gaps(const Scene& scene, const Sensor& sensor, RenderContext& context, double begun);
 
-/// The share of the pixels that lack samples of any layer.
+/// Returns the fraction of pixels without samples in at least one layer.
 double share_of_gaps(const Integrator& integrator, const Film& film);
 
-/// Marks what has no samples, if there is any, in the picture's alpha channel, which it is given
-/// where it has none.
-KINOME_EXPORT void mark_gaps(const Film& film, Image& picture);
+/// If there are pixels without samples and the image has no alpha channel, adds one that is 0 at
+/// these pixels and 1 elsewhere. An existing alpha channel is 0 there already.
+KINOME_EXPORT void mark_gaps(const Film& film, Image& image);
 
 }  // namespace kinome

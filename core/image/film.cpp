@@ -1,4 +1,4 @@
-// Films: what tiles' samples become, by lanes, and the pictures that are developed from them.
+// Accumulates the samples of tiles in the lanes of a film, and develops images from them.
 
 #include "image/film_pixels.h"
 
@@ -12,14 +12,13 @@
 namespace kinome {
 namespace {
 
-/// Rect::area() is an int. The plugin of a film may know which parameter is at fault; this is for
-/// those that don't ask.
+/// Throws Error if the number of pixels doesn't fit Rect::area(), an int. Film plugins should check
+/// this as well, because they know the parameter to name.
 void check_size(const Rect& crop) {
-  constexpr int64_t kMost = std::numeric_limits<int>::max();
-  if (int64_t{crop.width()} * crop.height() <= kMost) return;
-  throw Error(
-      fmt::format("the film renders {} x {} pixels: no more than {} can be rendered at once",
-                  crop.width(), crop.height(), kMost));
+  constexpr int64_t kMaxPixels = std::numeric_limits<int>::max();
+  if (int64_t{crop.width()} * crop.height() <= kMaxPixels) return;
+  throw Error(fmt::format("the film renders {} x {} pixels, but at most {} pixels are supported",
+                          crop.width(), crop.height(), kMaxPixels));
 }
 
 }  // namespace
@@ -67,7 +66,8 @@ void Film::prepare(const std::vector<std::vector<std::string>>& layers,
   }
 }
 
-/// Of what it shows, among its layer's values; X, Y and Z have none.
+/// Returns the index of the channel's value among the values of its layer. X, Y and Z have no
+/// index; for them, returns channel.value.
 int Film::place_of(const FilmChannel& channel) const {
   if (channel.value >= 0) {
     const bool has_color = layers_.at(channel.layer).has_color;
@@ -141,7 +141,8 @@ void Film::commit(const FilmTile& tile) {
 
 namespace {
 
-/// For each of [begin, end): the inverse of the filter's integral around it over [low, high).
+/// Returns, for each pixel in [begin, end) of an axis, 1 / the filter's integral over [low, high)
+/// when the filter is centred at the pixel.
 std::vector<double> inverse_integrals(const ReconstructionFilter& filter, int begin, int end,
                                       int low, int high) {
   std::vector<double> inverse;
@@ -159,7 +160,8 @@ std::vector<double> inverse_integrals(const ReconstructionFilter& filter, int be
 ZeroedArray<double>& Film::splats_of(Sums& sums) {
   if (sums.splats.empty()) {
     sums.splats = ZeroedArray<double>(static_cast<size_t>(crop_.area()) * 3);
-    // A pixel's weighted mean divides by the filter's integral over its samples; a splat has to.
+    // The weighted mean of samples divides by the filter weights; splats must be divided by the
+    // filter's integral instead.
     const Rect from = sampled();
     splat_columns_ = inverse_integrals(*filter_, crop_.x0, crop_.x1, from.x0, from.x1);
     splat_rows_ = inverse_integrals(*filter_, crop_.y0, crop_.y1, from.y0, from.y1);
@@ -244,7 +246,8 @@ Rgb Film::color(size_t layer, size_t pixel, size_t first, size_t end) const {
     if (of.splats.empty()) continue;
     for (int c = 0; c < 3; ++c) splats[c] += of.splats[3 * pixel + c];
   }
-  // Not by its inverse: a single sample of a pixel is to come out as it is.
+  // Divide by the weight rather than multiply by its inverse, so that the mean of a single sample
+  // is exactly that sample.
   const glm::dvec3 radiance =
       sum / (weight == 0 ? double{kInfinity} : weight) + splats * splat_scale(layer, first, end);
   return Rgb(radiance * double{response_});

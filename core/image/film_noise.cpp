@@ -1,16 +1,16 @@
-// What the lanes of a film tell of the noise of the picture that they make together.
+// Estimates the noise of a film's image from the differences between its lanes.
 //
-// A pixel m of that picture is a ratio of sums over lanes, m = Σ S_l / Σ W_l. To first order, lane
-// l moves it by
+// The value m of a pixel is a ratio of sums over lanes, m = Σ S_l / Σ W_l. To first order, lane l
+// changes it by
 //
 //     e_l = (S_l - m W_l) / Σ W,        Σ e_l = 0,      var m ≈ n / (n - 1) Σ e_l²
 //
-// (the linearised variance of a ratio estimator: Cochran, Sampling Techniques, 6.3), which for
-// lanes of equal weight is the variance of the mean of n numbers. A lane's own colour S_l / W_l is
-// not needed, which is just as well: a filter with negative lobes may leave it a weight near zero.
+// (the linearised variance of a ratio estimator: Cochran, Sampling Techniques, 6.3). For lanes of
+// equal weight, this is the variance of the mean of n numbers. It doesn't use the colour of a
+// single lane, S_l / W_l, whose weight may be near zero for filters with negative lobes.
 //
-// Being linear, e_l adds up over pixels: so the variance of a tile's mean or of the picture's holds
-// whatever pixels have in common, by the filter, by light paths or by anything else.
+// Since e_l is linear, it can be summed over pixels. The variance of the mean of a tile or of the
+// image therefore includes the covariances between pixels, which share samples and light paths.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@
 namespace kinome {
 namespace {
 
-/// What each lane moves the sum over some pixels by.
+/// Sum of e_l over some pixels, for each lane l.
 class LaneSums {
  public:
   explicit LaneSums(size_t lanes) : sums_(lanes, glm::dvec3(0.)) {}
@@ -33,7 +33,7 @@ class LaneSums {
     for (size_t l = 0; l < sums_.size(); ++l) sums_[l] += other.sums_[l];
     pixels_ += other.pixels_;
   }
-  /// Of the mean over the pixels; infinite where there are none.
+  /// Returns the variance of the mean over the pixels; infinity if there are none.
   glm::dvec3 variance_of_mean() const {
     if (pixels_ == 0) return glm::dvec3(kInfinity);
     glm::dvec3 squares(0.);
@@ -102,7 +102,7 @@ FilmNoise Film::noise() const {
   image.data.assign(static_cast<size_t>(crop_.area()) * image.channels.size(), kInfinity);
   std::vector<glm::dvec3> shares(lanes_.size());
   const LaneSums none(lanes_.size());
-  LaneSums picture = none;
+  LaneSums whole = none;
   LaneSums one = none;
   for (int y0 = 0; y0 < image.height; y0 += FilmNoise::kTile) {
     for (int x0 = 0; x0 < image.width; x0 += FilmNoise::kTile) {
@@ -120,7 +120,7 @@ FilmNoise Film::noise() const {
           set_channels(image, x, y, 0, count, one.variance_of_mean());
         }
       }
-      picture.add(tile);
+      whole.add(tile);
       for (int y = y0; y < y1; ++y) {
         for (int x = x0; x < x1; ++x) {
           set_channels(image, x, y, count, count, tile.variance_of_mean());
@@ -128,7 +128,7 @@ FilmNoise Film::noise() const {
       }
     }
   }
-  const glm::dvec3 variance = picture.variance_of_mean();
+  const glm::dvec3 variance = whole.variance_of_mean();
   noise.variance_of_mean.assign(&variance.x, &variance.x + count);
   return noise;
 }

@@ -5,11 +5,12 @@
 
 #include "kinome/film.h"
 
-/// Which pixels a sample of a film counts for.
+/// Finds the pixels that a film sample contributes to.
 namespace kinome {
 
-/// Pixels whose centre lies in (p - radius, p + radius]: for the box filter exactly the one that
-/// contains p. In double, so that no rounding near a pixel's edge adds or loses a pixel.
+/// Range [first, end) of pixels whose centres are in (low - radius, high + radius]. For low == high
+/// == p and the box filter, it is exactly the pixel that contains p. Computed in double, so that
+/// rounding near a pixel's edge doesn't add or lose a pixel.
 struct Footprint {
   int first;
   int end;
@@ -30,7 +31,7 @@ inline size_t pixel_offset(const Rect& rect, int x, int y, int stride) {
   return (static_cast<size_t>(y - rect.y0) * rect.width() + (x - rect.x0)) * stride;
 }
 
-/// fn(x, y, weight) for each pixel of `within` that a sample at `position` counts for.
+/// Calls fn(x, y, weight) for each pixel of `within` that a sample at `position` contributes to.
 template <class Function>
 void for_each_pixel(const Vec2& position, const ReconstructionFilter& filter, const Rect& within,
                     const Function& fn) {
@@ -47,7 +48,7 @@ void for_each_pixel(const Vec2& position, const ReconstructionFilter& filter, co
   }
 }
 
-/// Film positions stay well within int; what lies beyond is no sample of this film.
+/// Returns false for positions so large that their pixel might not fit an int.
 inline bool is_on_any_film(const Vec2& position) {
   constexpr float kMaxPosition = 1e8f;
   return std::abs(position.x) < kMaxPosition && std::abs(position.y) < kMaxPosition;

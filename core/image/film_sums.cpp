@@ -6,7 +6,7 @@ namespace kinome {
 
 std::vector<FilmSums> sums_of(Film& film, const std::vector<bool>& with_splats,
                               uint64_t** non_finite) {
-  // In the order of Film::transfer.
+  // The kinds of data that Film::transfer() passes, in its order.
   enum class Next {
     kNonFinite,
     kLanes,
@@ -60,7 +60,7 @@ std::vector<FilmSums> sums_of(Film& film, const std::vector<bool>& with_splats,
 }
 
 float response_of(Film& film) {
-  // Not the film's own colour, which may be luminance.
+  // Use a channel of its own, because the film's colour may be luminance.
   film.prepare({{}}, {{"response", 0, FilmChannel::kR, 1}}, 1);
   const std::vector<FilmSums> sums = sums_of(film);
   const size_t stride = sums[0].values.size() / static_cast<size_t>(film.crop().area());

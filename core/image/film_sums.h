@@ -8,23 +8,23 @@
 
 namespace kinome {
 
-/// What a lane of a film has of one layer, where it lies in the film, as Film::transfer hands it
-/// out.
+/// Sums of one layer in one lane of a film. The pointers refer to the film's own memory, as passed
+/// by Film::transfer().
 struct FilmSums {
   double* light_paths = nullptr;
-  std::span<double> values;  ///< of each pixel: sums of values and of their powers, then the weight
-  std::span<double> splats;  ///< R, G, B of each pixel; empty: there are none
+  std::span<double> values;  ///< per pixel: sums of values and of their powers, then the weight
+  std::span<double> splats;  ///< per pixel: R, G, B; empty if there are no splats
 };
 
-/// Of a film of one lane, by layer; valid until it is prepared anew. `with_splats`: which layers
-/// are given room for splats, though they may have none yet; shorter than the layers where that is
-/// known of the first ones alone. `non_finite`, unless it is nullptr: how many samples were
-/// dropped.
+/// Returns the sums of each layer of a film with one lane. They are valid until Film::prepare().
+/// Layers with `with_splats` set get memory for splats if they have none; the vector may be shorter
+/// than the number of layers. Sets `*non_finite`, unless it is nullptr, to the film's counter of
+/// dropped samples.
 std::vector<FilmSums> sums_of(Film& film, const std::vector<bool>& with_splats = {},
                               uint64_t** non_finite = nullptr);
 
-/// What the film's sensor has its colours multiplied by (Film::set_response), which can't be asked
-/// for: of a film that holds a sum of 1 with weight 1. The film is left as if just prepared.
+/// Returns the factor of Film::set_response(), for which Film has no getter: develops a pixel with
+/// the sum 1 and the weight 1. Discards the film's contents, as Film::prepare() does.
 float response_of(Film& film);
 
 }  // namespace kinome

@@ -1,4 +1,4 @@
-// Tiles of a film: samples by point and by block, finished pixels, and splats.
+// Adds samples, blocks of samples, finished pixels and splats to tiles of a film.
 
 #include <cmath>
 #include <limits>
@@ -11,17 +11,18 @@
 namespace kinome {
 namespace {
 
-/// The weights along an axis of a few samples, each for the pixels that it counts for.
+/// Filter weights along one axis, for each of up to kBlockLanes samples and each pixel that it
+/// contributes to.
 class AxisWeights {
  public:
   explicit AxisWeights(const ReconstructionFilter& filter)
       : filter_(filter),
-        // Of any sample, as footprint() rounds.
+        // The largest number of pixels of a footprint().
         offsets_(static_cast<size_t>(2 * filter.radius()) + 2),
         weights_(offsets_.size()) {}
 
-  /// Of samples at `position`, at most kBlockLanes, for pixels of [begin, end).
-  void find(const float* position, size_t count, int begin, int end) {
+  /// Computes the weights of `count` samples at `position` for the pixels in [begin, end).
+  void compute(const float* position, size_t count, int begin, int end) {
     int widest = 0;
     for (size_t i = 0; i < count; ++i) {
       const double p = position[i];
@@ -37,9 +38,11 @@ class AxisWeights {
     filter_.eval_block(offsets_.data()->values, static_cast<size_t>(widest) * kBlockLanes,
                        weights_.data()->values);
   }
+  /// First pixel that sample i contributes to.
   int first(size_t i) const { return first_[i]; }
+  /// Number of pixels that sample i contributes to.
   int pixels(size_t i) const { return pixels_[i]; }
-  /// Of sample i for pixel first(i) + k.
+  /// Weight of sample i for pixel first(i) + k.
   float at(size_t i, int k) const { return weights_[static_cast<size_t>(k)].values[i]; }
 
  private:
@@ -48,7 +51,7 @@ class AxisWeights {
   };
   const ReconstructionFilter& filter_;
   int first_[kBlockLanes], pixels_[kBlockLanes];
-  std::vector<Lanes> offsets_, weights_;  ///< of the pixels, one after another
+  std::vector<Lanes> offsets_, weights_;  ///< by pixel of the footprint
 };
 
 }  // namespace
@@ -115,8 +118,8 @@ void FilmTile::add_block(const Columns2& position, size_t count,
         ++non_finite_;
       }
     }
-    along_x.find(x, kept, covered_.x0, covered_.x1);
-    along_y.find(y, kept, covered_.y0, covered_.y1);
+    along_x.compute(x, kept, covered_.x0, covered_.x1);
+    along_y.compute(y, kept, covered_.y0, covered_.y1);
     for (size_t i = 0; i < kept; ++i) {
       for (size_t v = 0; v < values.size(); ++v) of_sample[v] = values[v][number[i]];
       for (int j = 0; j < along_y.pixels(i); ++j) {
@@ -148,7 +151,7 @@ void FilmTile::add_pixel(int x, int y, std::span<const float> values, float weig
 
 void FilmTile::add_sums(int x, int y, std::span<const float> sums, float weight) {
   if (sums.size() != static_cast<size_t>(values_) || !powers_.empty()) {
-    throw std::logic_error("FilmTile::add_sums: wrong number of values, or powers are asked for");
+    throw std::logic_error("FilmTile::add_sums: wrong number of values, or the layer has powers");
   }
   if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
   double* const pixel = &data_[pixel_offset(covered_, x, y, stride())];

@@ -1,4 +1,4 @@
-// OpenEXR files, read and written.
+// Reads and writes OpenEXR files.
 
 #include <ImfArray.h>
 #include <ImfChannelList.h>
@@ -29,7 +29,7 @@ namespace {
 
 constexpr float kLargestHalf = 65504;
 
-/// Returns the colour's channels, then the others in the file's (alphabetic) order.
+/// Returns the colour channels, then the others in the file's (alphabetical) order.
 std::vector<std::string> ordered_channels(const Imf::ChannelList& list, const ExrColor& color) {
   std::vector<std::string> names = color.channels;
   for (auto it = list.begin(); it != list.end(); ++it) {
@@ -40,7 +40,7 @@ std::vector<std::string> ordered_channels(const Imf::ChannelList& list, const Ex
   return names;
 }
 
-/// Slices of interleaved floats whose first pixel is the data window's corner.
+/// Returns slices of interleaved floats whose first pixel is the data window's corner.
 Imf::FrameBuffer float_slices(Image& image, const Imath::Box2i& window) {
   Imf::FrameBuffer buffer;
   const size_t pixel_bytes = image.channels.size() * sizeof(float);
@@ -52,8 +52,8 @@ Imf::FrameBuffer float_slices(Image& image, const Imath::Box2i& window) {
   return buffer;
 }
 
-/// The part of a file with the best colour (see ExrColorKind). The constructor throws
-/// std::runtime_error if the file has several parts and none has a colour.
+/// The EXR part with the best colour (see ExrColorKind). The constructor throws std::runtime_error
+/// if the file has several parts and none has a colour.
 struct ChosenPart {
   explicit ChosenPart(const std::string& path, const Imf::MultiPartInputFile& file) {
     std::vector<std::string> others;
@@ -73,7 +73,7 @@ struct ChosenPart {
     }
     log_unused(path, others);
     if (!color.other_layers.empty()) {
-      log_warn(fmt::format("'{}' has several layers of colour: that of '{}' is used, not {}", path,
+      log_warn(fmt::format("'{}' has several layers with colour: using '{}', ignoring {}", path,
                            color.channels[0], fmt::join(color.other_layers, ", ")));
     }
   }
@@ -85,11 +85,11 @@ struct ChosenPart {
 void read_luminance_chroma(const std::string& path, int part, const Imath::Box2i& window,
                            const ExrColor& color, Image& image) {
   if (part != 0) {
-    throw std::runtime_error("luminance and chroma are only read from a file's first part");
+    throw std::runtime_error("luminance and chroma are supported only in a file's first part");
   }
   Imf::RgbaInputFile file(path.c_str());
   Imf::Array2D<Imf::Rgba> pixels(image.height, image.width);
-  // The address of pixel (0, 0), which may lie outside the window.
+  // The address of pixel (0, 0), which may be outside the window.
   file.setFrameBuffer(&pixels[0][0] - window.min.x - ptrdiff_t{window.min.y} * image.width, 1,
                       static_cast<size_t>(image.width));
   file.readPixels(window.min.y, window.max.y);
@@ -133,7 +133,7 @@ void check_image(const std::string& path, const Image& image) {
   const size_t values = static_cast<size_t>(image.width) * image.height * image.channels.size();
   if (image.width < 1 || image.height < 1 || image.channels.empty() ||
       image.data.size() != values) {
-    throw Error(fmt::format("cannot write '{}': the picture is empty", path));
+    throw Error(fmt::format("cannot write '{}': the image is empty", path));
   }
   std::set<std::string> names;
   for (const std::string& name : image.channels) {
@@ -153,7 +153,7 @@ Imf::Header make_header(const Image& image, ExrNumber number, const ImageMetadat
   const Imath::Box2i display(Imath::V2i(0), Imath::V2i(static_cast<int>(full_size.x) - 1,
                                                        static_cast<int>(full_size.y) - 1));
   Imf::Header header(display, Imath::Box2i(first, last));
-  // Wavelets suit noisy halves; for floats ZIP is as small, and much faster.
+  // PIZ compresses noisy halves best. For floats, ZIP is as small and much faster.
   header.compression() = number == ExrNumber::kHalf ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
   for (const std::string& name : image.channels) {
     header.channels().insert(name, Imf::Channel(kPixelTypes[static_cast<int>(number)]));
@@ -162,8 +162,8 @@ Imf::Header make_header(const Image& image, ExrNumber number, const ImageMetadat
   return header;
 }
 
-/// Finite values that a half can't hold become its largest one, with one warning: a sun written as
-/// Inf would poison everything that is computed from the file.
+/// Converts to halves. Clamps finite values to the largest half, with one warning, because a value
+/// written as infinity would spread to everything that is computed from the file.
 std::vector<half> to_halves(const std::string& path, const Image& image) {
   std::vector<half> halves(image.data.size());
   size_t clamped = 0;
@@ -177,10 +177,9 @@ std::vector<half> to_halves(const std::string& path, const Image& image) {
   }
   if (clamped > 0) {
     log_warn(fmt::format(
-        "'{}': {} beyond {} clamped to it, the largest that float16 holds; component_format "
-        "float32 keeps {}",
-        path, clamped == 1 ? "1 value" : fmt::format("{} values", clamped),
-        fmt::format("{} {}", kLargestHalf, clamped == 1 ? "was" : "were"),
+        "'{}': {} clamped to {}, the largest value of float16; to keep {}, set component_format to "
+        "float32",
+        path, clamped == 1 ? "1 value was" : fmt::format("{} values were", clamped), kLargestHalf,
         clamped == 1 ? "it" : "them"));
   }
   return halves;
@@ -190,7 +189,7 @@ std::vector<uint32_t> to_integers(const Image& image) {
   std::vector<uint32_t> integers(image.data.size());
   constexpr double kLargest = 0xffffffffu;
   for (size_t i = 0; i < integers.size(); ++i) {
-    const double v = image.data[i] > 0 ? std::min<double>(image.data[i], 1) : 0;  // of a NaN, too
+    const double v = image.data[i] > 0 ? std::min<double>(image.data[i], 1) : 0;  // 0 for NaN
     integers[i] = static_cast<uint32_t>(std::lround(v * kLargest));
   }
   return integers;

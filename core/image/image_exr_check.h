@@ -4,9 +4,9 @@
 
 namespace kinome {
 
-/// Whether OpenEXR may be trusted with a file: it takes as much memory as headers claim to need,
-/// before it has read a pixel. Throws std::runtime_error with the reason where the file is not
-/// OpenEXR, is truncated or damaged, or promises more than it can hold. Safe from any thread.
+/// Checks a file before OpenEXR reads it, because OpenEXR allocates the memory that headers claim
+/// before it reads a pixel. Throws std::runtime_error with the reason if the file is not an
+/// OpenEXR file, is truncated or damaged, or claims more pixels than it can contain. Thread-safe.
 void check_exr(const std::string& path);
 
 }  // namespace kinome

@@ -1,4 +1,4 @@
-// Portable float maps, read and written.
+// Reads and writes portable float maps.
 
 #include <fmt/format.h>
 
@@ -25,7 +25,7 @@ float swap_bytes(float v) {
 void write_pfm(const std::string& path, const Image& image) {
   const int channels = color_channel_count(image);
   if (image.width < 1 || image.height < 1 || image.channels.empty()) {
-    throw Error(fmt::format("cannot write '{}': the picture is empty", path));
+    throw Error(fmt::format("cannot write '{}': the image is empty", path));
   }
   FileWriter writer(path);
   constexpr bool kLittle = std::endian::native == std::endian::little;
@@ -61,24 +61,25 @@ Image read_pfm(const std::string& path, const Location& asker) {
     throw fail("it is not a PFM file (expected PF or Pf, width, height, scale)");
   }
   if (image.width < 1 || image.height < 1 || image.width > kMaxSide || image.height > kMaxSide) {
-    throw fail(fmt::format("its header gives an absurd size, {} x {}", image.width, image.height));
+    throw fail(fmt::format("the size in its header is invalid or too large: {} x {}", image.width,
+                           image.height));
   }
   image.channels =
       magic == "PF" ? std::vector<std::string>{"R", "G", "B"} : std::vector<std::string>{"Y"};
   const size_t row = static_cast<size_t>(image.width) * image.channels.size();
   const size_t values = row * static_cast<size_t>(image.height);
   const uint64_t size = std::filesystem::file_size(path);
-  // One white space comes before the data, or, where an editor has saved the header, two: the size
-  // tells whether the second belongs to the data.
+  // One white-space character precedes the data. It is "\r\n" if an editor has saved the header;
+  // the file's size shows whether the '\n' belongs to the data.
   const bool is_return = file.get() == '\r';
-  // A file that ends with its header has no place to tell, nor data.
+  // tellg() fails if the file ends with its header.
   uint64_t begin = file ? static_cast<uint64_t>(file.tellg()) : size;
   if (is_return && size - begin == values * sizeof(float) + 1 && file.peek() == '\n') {
     file.get();
     ++begin;
   }
   if (size - begin < values * sizeof(float)) {
-    throw fail(fmt::format("truncated: {} x {} pixels need {} bytes, there are {}", image.width,
+    throw fail(fmt::format("truncated: {} x {} pixels need {} bytes, got {}", image.width,
                            image.height, values * sizeof(float), size - begin));
   }
   image.data.resize(values);
@@ -86,7 +87,7 @@ Image read_pfm(const std::string& path, const Location& asker) {
     file.read(reinterpret_cast<char*>(&image.data[row * static_cast<size_t>(y)]),
               static_cast<std::streamsize>(row * sizeof(float)));
   }
-  if (!file) throw fail("it could not be read to its end");
+  if (!file) throw fail("reading the pixels failed");
   const bool swapped = (scale < 0) != (std::endian::native == std::endian::little);
   const auto factor = static_cast<float>(std::abs(scale));
   for (float& v : image.data) v = (swapped ? swap_bytes(v) : v) * factor;

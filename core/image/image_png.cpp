@@ -1,4 +1,4 @@
-// PNG files of eight bits, written.
+// Writes 8-bit PNG files.
 
 #include <fmt/format.h>
 #include <png.h>
@@ -15,7 +15,7 @@
 namespace kinome {
 namespace {
 
-/// Linear to 8 bits; what is not a number is black.
+/// Converts a linear value to 8-bit sRGB. NaN becomes 0.
 png_byte quantise(float linear) {
   if (!(linear > 0)) return 0;
   return static_cast<png_byte>(std::lround(255 * linear_to_srgb(std::min(linear, 1.f))));
@@ -25,7 +25,7 @@ png_byte quantise_alpha(float alpha) {
   return static_cast<png_byte>(std::lround(255 * std::min(alpha, 1.f)));
 }
 
-/// Index of a channel, or -1.
+/// Returns the index of a channel, or -1.
 int find_channel(const Image& image, const std::string& name) {
   const auto it = std::find(image.channels.begin(), image.channels.end(), name);
   return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
@@ -35,7 +35,7 @@ int find_channel(const Image& image, const std::string& name) {
 
 void write_png(const std::string& path, const Image& image, float exposure) {
   if (image.width < 1 || image.height < 1 || image.channels.empty()) {
-    throw Error(fmt::format("cannot write '{}': the picture is empty", path));
+    throw Error(fmt::format("cannot write '{}': the image is empty", path));
   }
   const int alpha = find_channel(image, "A");
   const int colors = color_channel_count(image);
@@ -46,7 +46,7 @@ void write_png(const std::string& path, const Image& image, float exposure) {
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       const float a = alpha >= 0 ? image.at(x, y, alpha) : 1.f;
-      // A film's colour is premultiplied, a PNG's is not.
+      // The colour of a film is premultiplied by alpha, that of a PNG file is not.
       const float scale = a > 0 && a < 1 ? factor / a : factor;
       for (int c = 0; c < colors; ++c) bytes.push_back(quantise(image.at(x, y, c) * scale));
       if (alpha >= 0) bytes.push_back(quantise_alpha(a));

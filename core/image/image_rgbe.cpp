@@ -1,5 +1,5 @@
-// Radiance's pictures, written: 8 bits of red, green and blue with an exponent in common (Ward
-// 1991, "Real pixels"), each row compressed by runs.
+// Writes Radiance HDR images: 8 bits each of red, green and blue with a shared exponent (Ward 1991,
+// "Real pixels"), with run-length encoded rows.
 
 #include <fmt/format.h>
 
@@ -18,36 +18,37 @@ namespace {
 
 using Bytes = std::vector<uint8_t>;
 
-/// Cut off, not rounded, as readers expect it. Beyond the largest exponent, the largest value.
+/// Truncates rather than rounds, as readers expect. Clamps to the largest representable value.
 std::array<uint8_t, 4> to_rgbe(Rgb color) {
-  constexpr float kLeast = 1e-32f, kMost = 0x1.fep126f;
-  for (int c = 0; c < 3; ++c) color[c] = color[c] > 0 ? std::min(color[c], kMost) : 0.f;
+  constexpr float kMinValue = 1e-32f, kMaxValue = 0x1.fep126f;
+  for (int c = 0; c < 3; ++c) color[c] = color[c] > 0 ? std::min(color[c], kMaxValue) : 0.f;
   const float largest = max_component(color);
-  if (largest < kLeast) return {};
+  if (largest < kMinValue) return {};
   int exponent;
   const float scale = std::frexp(largest, &exponent) * 256 / largest;
   const auto byte = [&](float v) { return static_cast<uint8_t>(std::min(v * scale, 255.f)); };
   return {byte(color.x), byte(color.y), byte(color.z), static_cast<uint8_t>(exponent + 128)};
 }
 
-/// Runs of one byte, and bytes that differ, with the number of each before them.
+/// Appends `bytes` with run-length encoding: a count before each run of equal bytes (plus 128) and
+/// before each sequence of different ones.
 void append_runs(const Bytes& bytes, Bytes& out) {
-  constexpr size_t kMost = 127, kLeastRun = 4;
+  constexpr size_t kMaxCount = 127, kMinRun = 4;
   const auto run_at = [&](size_t i) {
     size_t end = i;
-    while (end < bytes.size() && end - i < kMost && bytes[end] == bytes[i]) ++end;
+    while (end < bytes.size() && end - i < kMaxCount && bytes[end] == bytes[i]) ++end;
     return end - i;
   };
   for (size_t i = 0; i < bytes.size();) {
     const size_t run = run_at(i);
-    if (run >= kLeastRun) {
+    if (run >= kMinRun) {
       out.push_back(static_cast<uint8_t>(128 + run));
       out.push_back(bytes[i]);
       i += run;
       continue;
     }
     size_t end = i;
-    while (end < bytes.size() && end - i < kMost && run_at(end) < kLeastRun) ++end;
+    while (end < bytes.size() && end - i < kMaxCount && run_at(end) < kMinRun) ++end;
     out.push_back(static_cast<uint8_t>(end - i));
     for (size_t k = i; k < end; ++k) out.push_back(bytes[k]);
     i = end;
@@ -58,11 +59,11 @@ void append_runs(const Bytes& bytes, Bytes& out) {
 
 void write_rgbe(const std::string& path, const Image& image) {
   if (image.width < 1 || image.height < 1 || image.channels.empty()) {
-    throw Error(fmt::format("cannot write '{}': the picture is empty", path));
+    throw Error(fmt::format("cannot write '{}': the image is empty", path));
   }
-  // Rows of other widths are told from compressed ones by these, and stay as they are.
-  constexpr int kLeastWidth = 8, kMostWidth = 0x7fff;
-  const bool has_runs = image.width >= kLeastWidth && image.width <= kMostWidth;
+  // Readers expect run-length encoding for these widths only.
+  constexpr int kMinWidth = 8, kMaxWidth = 0x7fff;
+  const bool has_runs = image.width >= kMinWidth && image.width <= kMaxWidth;
   const bool is_grey = color_channel_count(image) == 1;
   FileWriter writer(path);
   const std::string header = fmt::format("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n",

@@ -2,7 +2,7 @@
 
 namespace kinome {
 
-/// Pixels along a side that no real picture exceeds: readers refuse more before they ask for
+/// Maximum width and height of images in pixels. Readers reject larger ones before they allocate
 /// memory.
 inline constexpr int kMaxSide = 1 << 17;
 

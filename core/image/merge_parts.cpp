@@ -1,4 +1,4 @@
-// Parts of a picture, added from their files.
+// Merges an image from the files of its parts.
 
 #include <algorithm>
 #include <cstdlib>
@@ -19,13 +19,13 @@ constexpr const char* kSamples = "kinome:samples";
 constexpr const char* kInstructionSet = "kinome:isa";
 constexpr const char* kComplete = "kinome:complete";
 
-/// Texts of numbers in increasing order, as "1, 3-7 and 9".
+/// Formats increasing numbers as "1, 3-7 and 9".
 std::string ranges_of(const std::vector<uint32_t>& numbers) {
   std::vector<std::string> ranges;
   for (size_t i = 0; i < numbers.size();) {
     size_t last = i;
     while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
-    if (last < i + 2) last = i;  // two are named by themselves
+    if (last < i + 2) last = i;  // two numbers are not a range
     ranges.push_back(last == i ? std::to_string(numbers[i])
                                : fmt::format("{}-{}", numbers[i], numbers[last]));
     i = last + 1;
@@ -45,7 +45,7 @@ std::string attribute(const PartHeader& header, const std::string& name) {
   return found == header.metadata.end() ? "" : found->second;
 }
 
-/// All that parts of one picture have in common: what people call it, and its value.
+/// Returns the properties that all parts of an image share: names for messages, and values.
 std::vector<std::pair<std::string, std::string>> identity_of(const PartHeader& header) {
   const PartFilm& film = header.film;
   std::string channels;
@@ -68,33 +68,31 @@ std::vector<std::pair<std::string, std::string>> identity_of(const PartHeader& h
           {"sensor's response", fmt::format("{}", film.response)}};
 }
 
-/// Throws Error where the two are of different pictures.
-void check_same_picture(const PartHeader& one, const PartHeader& other) {
+/// Throws Error if the parts belong to different images.
+void check_same_image(const PartHeader& one, const PartHeader& other) {
   const auto expected = identity_of(one), found = identity_of(other);
   for (size_t i = 0; i < expected.size(); ++i) {
     const auto& [name, value] = expected[i];
     const std::string& there = found[i].second;
     if (value == there) continue;
     const std::string what =
-        fmt::format("it is no part of the picture of {}: its {} ", one.path, name);
+        fmt::format("it is not a part of the same image as {}: its {} ", one.path, name);
     if (name == "scene") {
-      throw Error(Location{other.path},
-                  what + fmt::format("({}) is another one, or has another text or other -D",
-                                     attribute(other, "kinome:scene")));
+      throw Error(Location{other.path}, what + fmt::format("({}) or its values of -D differ",
+                                                           attribute(other, "kinome:scene")));
     }
-    throw Error(Location{other.path},
-                what + fmt::format("is {}, and there it is {}", there, value));
+    throw Error(Location{other.path}, what + fmt::format("is {}, expected {}", there, value));
   }
 }
 
-/// By their numbers, whatever the order of the paths. Throws Error where they don't belong
-/// together.
+/// Reads the headers and sorts them by part number. Throws Error if the parts don't belong to the
+/// same image.
 std::vector<PartHeader> read_headers(const std::vector<std::string>& paths) {
-  if (paths.empty()) throw Error("there are no parts to merge");
+  if (paths.empty()) throw Error("no parts to merge");
   std::vector<PartHeader> parts;
   for (const std::string& path : paths) {
     parts.push_back(read_part_header(path));
-    check_same_picture(parts.front(), parts.back());
+    check_same_image(parts.front(), parts.back());
   }
   std::stable_sort(parts.begin(), parts.end(), [](const PartHeader& a, const PartHeader& b) {
     return a.part.index < b.part.index;
@@ -109,13 +107,13 @@ std::vector<PartHeader> read_headers(const std::vector<std::string>& paths) {
   return parts;
 }
 
-/// Which are missing, and which were interrupted.
+/// Fills MergedParts::count, missing and incomplete.
 void find_missing(const std::vector<PartHeader>& parts, MergedParts& merged) {
   merged.count = parts.front().part.count;
   size_t next = 0;
   for (uint32_t i = 0; i < merged.count; ++i) {
-    const bool is_there = next < parts.size() && parts[next].part.index == i;
-    if (!is_there) {
+    const bool exists = next < parts.size() && parts[next].part.index == i;
+    if (!exists) {
       merged.missing.push_back(i + 1);
       continue;
     }
@@ -127,15 +125,16 @@ void find_missing(const std::vector<PartHeader>& parts, MergedParts& merged) {
 void refuse_missing(const MergedParts& merged) {
   const auto refuse = [&](const std::vector<uint32_t>& parts, const char* what) {
     if (parts.empty()) return;
-    throw Error(fmt::format("{} {} {}: --allow-missing makes a picture of what is there",
+    throw Error(fmt::format("{} {} {}: add --allow-missing to merge the parts that exist",
                             parts_text(parts, merged.count), parts.size() == 1 ? "is" : "are",
                             what));
   };
   refuse(merged.missing, "missing");
-  refuse(merged.incomplete, "incomplete, having been interrupted");
+  refuse(merged.incomplete, "incomplete, because the render was interrupted");
 }
 
-/// Words of the parts' texts, each once, in the order in which they come up.
+/// Returns the words of an attribute of all parts, without duplicates, in the order in which they
+/// first occur.
 std::string all_words(const std::vector<PartHeader>& parts, const std::string& name) {
   std::vector<std::string> words;
   std::set<std::string> known;
@@ -178,7 +177,7 @@ MergedParts merge_parts(const std::vector<std::string>& paths, bool allows_missi
   find_missing(parts, merged);
   if (!allows_missing) refuse_missing(merged);
   merged.film = make_film_of_part(parts.front(), registry);
-  // In the order of their numbers: sums depend on it.
+  // Add the parts in the order of their numbers, because floating-point sums depend on the order.
   for (const PartHeader& part : parts) add_part(part, *merged.film);
   merged.non_finite = merged.film->non_finite();
   merged.image = merged.film->develop();

@@ -32,16 +32,16 @@ constexpr const char* kPartAttribute = "kinome:part";
 constexpr const char* kFilmAttribute = "kinome:part_film";
 constexpr const char* kComponents[] = {"float16", "float32", "uint32"};
 constexpr Imf::PixelType kComponentTypes[] = {Imf::HALF, Imf::FLOAT, Imf::UINT};
-/// Bytes of sums that are read at once, about.
+/// Approximate number of bytes of sums that are read at once.
 constexpr size_t kBlockBytes = size_t{1} << 24;
-/// OpenEXR compresses so many rows at a time.
-constexpr int kRowsTogether = 16;
+/// Number of rows that OpenEXR's ZIP compresses together.
+constexpr int kZipRows = 16;
 
-/// Numbers of each pixel that lie side by side: a layer's values, or its splats.
+/// Sums stored contiguously for each pixel: a layer's values, or its splats.
 struct SumColumns {
-  std::string name;  ///< of the first channel, but for its number
+  std::string name;  ///< prefix of the channels' names
   double* data;
-  size_t stride;  ///< numbers of a pixel
+  size_t stride;  ///< sums per pixel
 };
 
 std::vector<SumColumns> columns_of(const std::vector<FilmSums>& sums, size_t pixels) {
@@ -55,20 +55,20 @@ std::vector<SumColumns> columns_of(const std::vector<FilmSums>& sums, size_t pix
   return columns;
 }
 
-/// The channels of the sums: fn(name, the half's offset within a number, column, which of its
-/// numbers).
+/// Calls fn(name, offset of the half within the double in bytes, column, index of the sum within a
+/// pixel) for each channel of the EXR part "sums".
 template <class Function>
 void for_each_half(const std::vector<SumColumns>& columns, const Function& fn) {
   for (const SumColumns& column : columns) {
     for (size_t i = 0; i < column.stride; ++i) {
-      // As numbers lie in the memory of the machines that there are: the lower half first.
+      // On little-endian machines, the lower half comes first.
       fn(fmt::format("{}{}.low", column.name, i), 0, column, i);
       fn(fmt::format("{}{}.high", column.name, i), sizeof(uint32_t), column, i);
     }
   }
 }
 
-/// Where the halves of such rows lie, of which `origin` is the first pixel.
+/// Returns slices for the halves of `rows` rows whose first pixel is `origin`.
 Imf::FrameBuffer half_slices(const std::vector<SumColumns>& columns, const Imath::V2i& origin,
                              int width, int rows) {
   Imf::FrameBuffer buffer;
@@ -82,7 +82,7 @@ Imf::FrameBuffer half_slices(const std::vector<SumColumns>& columns, const Imath
   return buffer;
 }
 
-/// Row by row, so that they may come in blocks of any number.
+/// Hashes the sums row by row, so that the hash doesn't depend on the size of the blocks.
 void add_rows(Fnv1a& hash, const std::vector<SumColumns>& columns, int width, int rows) {
   for (int y = 0; y < rows; ++y) {
     for (const SumColumns& column : columns) {
@@ -92,7 +92,7 @@ void add_rows(Fnv1a& hash, const std::vector<SumColumns>& columns, int width, in
   }
 }
 
-/// "3/16"; both are from 1 on.
+/// Parses "3/16": the part's number, from 1, and the number of parts.
 PicturePart part_of(const std::string& text) {
   uint32_t number = 0, count = 0;
   const char* const end = text.data() + text.size();
@@ -101,7 +101,7 @@ PicturePart part_of(const std::string& text) {
   const auto second = std::from_chars(is_half ? first.ptr + 1 : end, end, count);
   if (second.ec != std::errc{} || second.ptr != end || number < 1 || number > count ||
       count > PicturePart::kMost) {
-    throw std::runtime_error("damaged: its attribute kinome:part makes no sense");
+    throw std::runtime_error("damaged: its attribute kinome:part is invalid");
   }
   return {number - 1, count};
 }
@@ -110,7 +110,7 @@ Error part_error(const std::string& path, const std::string& why) {
   return Error(Location{path}, why);
 }
 
-/// `read` may throw anything.
+/// Returns the result of `read`, and converts its exceptions to an Error at the file.
 template <class Read>
 auto reading(const std::string& path, const Read& read) {
   std::error_code ignored;
@@ -131,31 +131,31 @@ auto reading(const std::string& path, const Read& read) {
 PartHeader header_of(const std::string& path) {
   check_exr(path);
   const Imf::MultiPartInputFile file(path.c_str());
-  const Imf::Header& picture = file.header(0);
+  const Imf::Header& image = file.header(0);
   PartHeader header;
   header.path = path;
-  read_metadata(picture, header.metadata);
+  read_metadata(image, header.metadata);
   const auto part = header.metadata.extract(kPartAttribute);
   const auto film = header.metadata.extract(kFilmAttribute);
   if (part.empty() || film.empty()) {
-    throw part_error(path, "it is a picture, but no part of one, as kinome --part writes them");
+    throw part_error(path, "it is an image, but not a part written by kinome --part");
   }
-  if (file.parts() != 2 || file.header(1).dataWindow() != picture.dataWindow()) {
+  if (file.parts() != 2 || file.header(1).dataWindow() != image.dataWindow()) {
     throw std::runtime_error("damaged: its sums are missing");
   }
   header.part = part_of(part.mapped());
   header.film = part_film_of(film.mapped());
-  for (const char* own : {"name", "type"}) header.metadata.erase(own);  // of a file of two pictures
-  const Imath::Box2i& window = picture.dataWindow();
-  const Imath::Box2i& whole = picture.displayWindow();
+  for (const char* own : {"name", "type"}) header.metadata.erase(own);  // attributes of EXR parts
+  const Imath::Box2i& window = image.dataWindow();
+  const Imath::Box2i& whole = image.displayWindow();
   header.crop = {window.min.x, window.min.y, window.max.x + 1, window.max.y + 1};
   header.width = whole.max.x + 1;
   header.height = whole.max.y + 1;
   return header;
 }
 
-/// Calls fn(first row, number of rows, where they lie) for block after block of the file's sums,
-/// whose columns are named and as wide as `form`.
+/// Reads the file's sums in blocks of rows, and calls fn(first row, number of rows, sums) for each.
+/// `form` gives the expected names and strides of the columns.
 template <class Function>
 void read_sums(const PartHeader& header, const std::vector<SumColumns>& form, const Function& fn) {
   check_exr(header.path);
@@ -164,16 +164,16 @@ void read_sums(const PartHeader& header, const std::vector<SumColumns>& form, co
   for_each_half(form, [&](const std::string& name, size_t, const SumColumns&, size_t) {
     const Imf::Channel* const channel = part.header().channels().findChannel(name);
     if (channel && channel->type == Imf::UINT) return;
-    throw std::runtime_error("damaged: its sums are of another film than it says");
+    throw std::runtime_error("damaged: its sums don't match its attribute kinome:part_film");
   });
   const Rect& crop = header.crop;
   const auto width = static_cast<size_t>(crop.width());
-  size_t numbers = 0;  // of a pixel
-  for (const SumColumns& column : form) numbers += column.stride;
-  const size_t fitting = kBlockBytes / std::max<size_t>(1, numbers * width * sizeof(double));
-  const int rows = std::min(crop.height(), std::max(static_cast<int>(fitting), kRowsTogether) /
-                                               kRowsTogether * kRowsTogether);
-  std::vector<double> block(numbers * width * static_cast<size_t>(rows));
+  size_t sums_per_pixel = 0;
+  for (const SumColumns& column : form) sums_per_pixel += column.stride;
+  const size_t fitting = kBlockBytes / std::max<size_t>(1, sums_per_pixel * width * sizeof(double));
+  const int rows =
+      std::min(crop.height(), std::max(static_cast<int>(fitting), kZipRows) / kZipRows * kZipRows);
+  std::vector<double> block(sums_per_pixel * width * static_cast<size_t>(rows));
   std::vector<SumColumns> columns = form;
   double* next = block.data();
   for (SumColumns& column : columns) {
@@ -199,10 +199,10 @@ std::shared_ptr<Film> make_film_of_part(const PartHeader& header, PluginRegistry
     return fmt::format("<integer name=\"{}\" value=\"{}\"/>", name, value);
   };
   const auto choice = [&](const char* name, const std::string& value) {
-    // It comes from a file, and goes into XML.
+    // The value comes from the file and is inserted into XML, so it must not contain XML syntax.
     if (!std::all_of(value.begin(), value.end(),
                      [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; })) {
-      throw part_error(header.path, "it is damaged: its attribute kinome:part_film makes no sense");
+      throw part_error(header.path, "it is damaged: its attribute kinome:part_film is invalid");
     }
     return fmt::format("<string name=\"{}\" value=\"{}\"/>", name, value);
   };
@@ -226,7 +226,7 @@ void add_part(const PartHeader& header, Film& film) {
   const std::vector<FilmSums> sums = sums_of(film, header.film.has_splats, &non_finite);
   const auto width = static_cast<size_t>(header.crop.width());
   const auto pixels = width * static_cast<size_t>(header.crop.height());
-  // Where the sums go that the file has.
+  // The sums that the file contains.
   std::vector<FilmSums> of_file = sums;
   for (size_t l = 0; l < sums.size(); ++l) {
     if (!header.film.has_splats[l]) of_file[l].splats = {};
@@ -265,12 +265,12 @@ void write_part_file(const std::string& path, Film& film, PartFilm of, const Pic
   add_rows(hash, columns, crop.width(), crop.height());
   of.hash = hash.value();
 
-  // The picture is the film's own business: its file is copied as it is.
+  // The film writes the image to a temporary file, which is copied.
   const ScratchFolder scratch(path);
-  const std::string picture_path = scratch.file("picture.exr");
-  film.write(picture_path, image, metadata);
-  Imf::InputFile picture(picture_path.c_str());
-  Imf::Header headers[2] = {picture.header(), picture.header()};
+  const std::string image_path = scratch.file("image.exr");
+  film.write(image_path, image, metadata);
+  Imf::InputFile image_file(image_path.c_str());
+  Imf::Header headers[2] = {image_file.header(), image_file.header()};
   const Imf::ChannelList& written = headers[0].channels();
   const auto type = std::find(std::begin(kComponentTypes), std::end(kComponentTypes),
                               written.begin().channel().type);
@@ -286,7 +286,7 @@ void write_part_file(const std::string& path, Film& film, PartFilm of, const Pic
                     Imf::StringAttribute(fmt::format("{}/{}", part.index + 1, part.count)));
   headers[0].insert(kFilmAttribute, Imf::StringAttribute(text_of(of)));
   Imf::Header& halves = headers[1];
-  halves = Imf::Header(picture.header().displayWindow(), picture.header().dataWindow());
+  halves = Imf::Header(image_file.header().displayWindow(), image_file.header().dataWindow());
   halves.compression() = Imf::ZIP_COMPRESSION;
   halves.setName("sums");
   halves.setType(Imf::SCANLINEIMAGE);
@@ -296,7 +296,7 @@ void write_part_file(const std::string& path, Film& film, PartFilm of, const Pic
   write_by_openexr(path, [&](Imf::OStream& stream) {
     Imf::MultiPartOutputFile file(stream, headers, 2);
     Imf::OutputPart first(file, 0), second(file, 1);
-    first.copyPixels(picture);
+    first.copyPixels(image_file);
     second.setFrameBuffer(
         half_slices(columns, halves.dataWindow().min, crop.width(), crop.height()));
     second.writePixels(crop.height());

@@ -9,10 +9,11 @@
 #include "kinome/parts.h"
 #include "kinome/plugin_registry.h"
 
-/// Files of parts: EXR files of two pictures. The first is the part's, as its film writes it, with
-/// an attribute kinome:part ("3/16") and one, kinome:part_film, that tells what the sums are of.
-/// The second, "sums", has two channels of 32-bit integers for each of the film's numbers, its
-/// upper and its lower half: "0.2.high" and "0.2.low" are of layer 0's third.
+/// Files of an image's parts. Such an EXR file has two EXR parts:
+/// - The image of this part, as its film writes it. The attribute kinome:part is the part's number
+///   ("3/16"), and kinome:part_film describes the sums (see PartFilm).
+/// - "sums", the film's sums. Each double is stored as two channels of 32-bit integers, its upper
+///   and its lower half: "0.2.high" and "0.2.low" are the third value of layer 0.
 namespace kinome {
 
 struct PartHeader {
@@ -21,21 +22,22 @@ struct PartHeader {
   PartFilm film;
   Rect crop;
   int width = 0, height = 0;  ///< of the full film
-  ImageMetadata metadata;     ///< of the picture, but for what is here
+  ImageMetadata metadata;     ///< of the image, without the attributes stored in this struct
 };
 
-/// Throws Error where the file can't be read, or is of no part.
+/// Throws Error if the file can't be read or isn't a part.
 KINOME_EXPORT PartHeader read_part_header(const std::string& path);
 
-/// A film that is prepared as the parts' was.
+/// Creates a film that is prepared like the part's film.
 KINOME_EXPORT std::shared_ptr<Film> make_film_of_part(const PartHeader& header,
                                                       PluginRegistry& registry);
 
-/// Adds the file's sums to those of such a film. Throws Error where they can't be read, or aren't
-/// those that were written: the film is of no use then.
+/// Adds the file's sums to those of a film from make_film_of_part(). Throws Error if they can't be
+/// read or their checksum is wrong; the film's contents are then undefined.
 KINOME_EXPORT void add_part(const PartHeader& header, Film& film);
 
-/// `film` tells what the sums are of; what it says of themselves is found out here.
+/// Writes a part. `of` describes the film; this function sets its fields about the sums:
+/// non_finite, light_paths, has_splats, hash, component and colors.
 void write_part_file(const std::string& path, Film& film, PartFilm of, const PicturePart& part,
                      const Image& image, ImageMetadata metadata);
 

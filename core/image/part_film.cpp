@@ -1,4 +1,4 @@
-// What the header of a part's file says of its sums.
+// Reads and writes PartFilm as the text of an EXR attribute.
 
 #include "image/part_film.h"
 
@@ -12,8 +12,8 @@
 namespace kinome {
 namespace {
 
-/// Powers that a film takes the mean of.
-constexpr int kMostPower = 16;
+/// Highest power of FilmChannel::power that is accepted.
+constexpr int kMaxPower = 16;
 
 template <class Number>
 Number number_of(const std::string& word) {
@@ -30,17 +30,17 @@ bool bool_of(const std::string& word) {
 }
 
 void check(const PartFilm& film) {
-  bool is_right = !film.layers.empty() && !film.colors.empty() && !film.component.empty();
-  for (const double paths : film.light_paths) is_right = is_right && std::isfinite(paths);
+  bool is_valid = !film.layers.empty() && !film.colors.empty() && !film.component.empty();
+  for (const double paths : film.light_paths) is_valid = is_valid && std::isfinite(paths);
   for (const FilmChannel& channel : film.channels) {
     const bool is_layer =
         channel.layer >= 0 && static_cast<size_t>(channel.layer) < film.layers.size();
-    is_right = is_right && is_layer && channel.value >= FilmChannel::kR &&
+    is_valid = is_valid && is_layer && channel.value >= FilmChannel::kR &&
                channel.value < static_cast<int>(film.layers[channel.layer].size()) &&
-               channel.power >= 1 && channel.power <= kMostPower;
-    if (!is_right) break;
+               channel.power >= 1 && channel.power <= kMaxPower;
+    if (!is_valid) break;
   }
-  if (!is_right) throw std::runtime_error("");
+  if (!is_valid) throw std::runtime_error("");
 }
 
 PartFilm read(const std::string& text) {
@@ -53,7 +53,7 @@ PartFilm read(const std::string& text) {
       if (!(words >> found)) throw std::runtime_error("");
       return found;
     };
-    const auto rest = [&] {  // after a blank
+    const auto rest = [&] {  // the rest of the line, which may contain spaces
       std::string found;
       words.get();
       std::getline(words, found);
@@ -113,7 +113,7 @@ PartFilm part_film_of(const std::string& text) {
   try {
     return read(text);
   } catch (const std::runtime_error&) {
-    throw std::runtime_error("damaged: its attribute kinome:part_film makes no sense");
+    throw std::runtime_error("damaged: its attribute kinome:part_film is invalid");
   }
 }
 

@@ -4,8 +4,8 @@
 
 namespace kinome {
 
-// The midpoint rule: exact for box and tent, and far below float's accuracy for smooth filters that
-// end at zero.
+// Uses the midpoint rule. It is exact for box and tent filters. For smooth filters that end at
+// zero, its error is far below the precision of float.
 double ReconstructionFilter::integral(double low, double high) const {
   constexpr int kSteps = 4096;
   const double radius = radius_;

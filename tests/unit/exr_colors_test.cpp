@@ -114,7 +114,7 @@ TEST_F(ExrColors, OfSeveralLayersTheWholePictureWins) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(first("Emission"), 1);
   const std::string log = testing::internal::GetCapturedStderr();
-  EXPECT_NE(log.find("several layers of colour: that of 'Diffuse.R' is used, not Emission"),
+  EXPECT_NE(log.find("several layers with colour: using 'Diffuse.R', ignoring Emission"),
             std::string::npos)
       << log;
 }

@@ -165,7 +165,7 @@ TEST_F(Parts, MissingOnesAreLeftOutOfTheMean) {
     const auto scene = scene_with(integrator);
     images_.clear();
     const std::vector<std::string> paths = {part(*scene, 4, 5), part(*scene, 2, 5)};
-    expect_refused(paths, "parts 1, 3 and 5 of 5 are missing: --allow-missing");
+    expect_refused(paths, "parts 1, 3 and 5 of 5 are missing: add --allow-missing");
     const MergedParts merged = merge(paths, true);
     EXPECT_EQ(merged.missing, (std::vector<uint32_t>{1, 3, 5}));
     EXPECT_EQ(merged.metadata.at("kinome:missing_parts"), "1, 3 and 5");
@@ -224,12 +224,12 @@ TEST_F(Parts, OthersAreRefusedByName) {
   std::filesystem::copy_file(a, copy);
   expect_refused({a, b, copy}, "copy.exr: it is part 1 of 2, and so is " + a);
   expect_refused({a, a}, "1of2-3.exr: it is given twice", true);
-  expect_refused({a, part(*scene, 2, 2, 4)}, "its seed is 4, and there it is 3");
-  expect_refused({a, part(*scene, 3, 3)}, "its number of parts is 3, and there it is 2", true);
+  expect_refused({a, part(*scene, 2, 2, 4)}, "its seed is 4, expected 3");
+  expect_refused({a, part(*scene, 3, 3)}, "its number of parts is 3, expected 2", true);
   const auto other =
       scene_with(R"(<integrator type="path"/>)", R"(<string name="pixel_format" value="rgba"/>)");
   expect_refused({a, part(*other, 2, 2, kSeed)}, "its format is rgba float32");
-  expect_refused({}, "there are no parts");
+  expect_refused({}, "no parts to merge");
 }
 
 /// By machines of several kinds: the picture is right, though none of them would have made it.
@@ -272,7 +272,7 @@ TEST_F(Parts, DamagedOnesAreOneClearError) {
     }
   }
   write_exr(folder_.path("picture.exr"), images_.back(), false, metadata());
-  expect_refused({folder_.path("picture.exr")}, "it is a picture, but no part of one");
+  expect_refused({folder_.path("picture.exr")}, "it is an image, but not a part");
   expect_refused({folder_.path("none.exr")}, "no such file");
 }
 
