@@ -1,7 +1,7 @@
 #pragma once
 
-/// The one place that knows which Embree there is. Versions 3 and 4 differ in how a query's options
-/// are passed and in RTCHit, and 4 has no ray streams: there, packets of 16 take their place.
+/// Hides the differences between Embree 3 and 4. They pass the options of a query differently,
+/// their RTCHit differs, and version 4 has no ray streams; this header uses packets of 16 instead.
 #if KINOME_EMBREE_MAJOR >= 4
 #include <embree4/rtcore.h>
 #else
@@ -17,7 +17,7 @@
 
 namespace kinome::embree {
 
-// Ray mirrors RTCRay in every version.
+// Ray has the layout of RTCRay in both versions.
 static_assert(sizeof(Ray) == sizeof(RTCRay) && alignof(Ray) == alignof(RTCRay));
 static_assert(offsetof(Ray, o) == offsetof(RTCRay, org_x));
 static_assert(offsetof(Ray, tmin) == offsetof(RTCRay, tnear));
@@ -29,7 +29,7 @@ static_assert(offsetof(Ray, id) == offsetof(RTCRay, id));
 static_assert(offsetof(Ray, flags) == offsetof(RTCRay, flags));
 static_assert(kNoHit == RTC_INVALID_GEOMETRY_ID);
 
-// So do packets of 16; RTCRayHit16 may be shorter than ours.
+// Ray16 and RayHit16 have the layouts of RTCRay16 and RTCRayHit16, which may be shorter.
 static_assert(sizeof(Ray16) == sizeof(RTCRay16) && alignof(Ray16) >= alignof(RTCRay16));
 static_assert(offsetof(Ray16, ox) == offsetof(RTCRay16, org_x));
 static_assert(offsetof(Ray16, tmin) == offsetof(RTCRay16, tnear));
@@ -70,7 +70,7 @@ inline void occluded16(const int* valid, RTCScene scene, Query& query, RTCRay16&
   rtcOccluded16(valid, scene, &rays, &query.occluded);
 }
 
-/// RTCHit may be longer than Hit here (instance arrays), so the hit is copied.
+/// Copies the hit, because RTCHit may be longer than Hit in Embree 4 (instance arrays).
 inline void intersect1(RTCScene scene, Query& query, RayHit& ray) {
   RTCRayHit r;
   r.ray = reinterpret_cast<const RTCRay&>(ray.ray);
@@ -89,7 +89,7 @@ inline void intersect1(RTCScene scene, Query& query, RayHit& ray) {
 
 #else
 
-// Batches go to Embree as they are.
+// Batches are passed to Embree without a copy.
 static_assert(sizeof(Hit) == sizeof(RTCHit) && alignof(Hit) == alignof(RTCHit));
 static_assert(offsetof(Hit, ng) == offsetof(RTCHit, Ng_x));
 static_assert(offsetof(Hit, u) == offsetof(RTCHit, u));
@@ -121,7 +121,7 @@ inline void intersect1(RTCScene scene, Query& query, RayHit& ray) {
 
 #endif
 
-/// Structure-of-arrays copies of up to 16 rays; lanes from `count` on are switched off.
+/// Copies a ray to a lane of a packet.
 inline void load_packet(const Ray& ray, RTCRay16& packet, size_t lane) {
   packet.org_x[lane] = ray.o.x;
   packet.org_y[lane] = ray.o.y;

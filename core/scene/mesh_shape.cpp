@@ -1,5 +1,5 @@
-// Triangle meshes: checked, moved to world space, with normals for each vertex, and their
-// points.
+// Triangle meshes: checks them, transforms them to world space, computes vertex normals, and
+// returns surface points.
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace kinome {
 
 namespace {
 
-/// Unit normal of a triangle; `fallback` where it is degenerate.
+/// Returns the unit normal of a triangle, or `fallback` if it is degenerate.
 Vec3 face_normal(const Vec3& p0, const Vec3& p1, const Vec3& p2, const Vec3& fallback) {
   return wide::formulas::face_normal(p1 - p0, p2 - p0, fallback);
 }
@@ -24,9 +24,8 @@ double triangle_area(const TriangleMesh& mesh, const glm::uvec3& triangle) {
   return 0.5 * glm::length(glm::cross(a, b));
 }
 
-/// The angle in [0, pi] whose sine and cosine are as `sine` >= 0 to `cosine`: atan2 to 4e-7
-/// (Abramowitz and Stegun 1964, 4.4.49) in a fifth of its time, of which smooth normals would take
-/// most.
+/// Returns atan2(sine, cosine) for sine >= 0 with an error of 4e-7 (Abramowitz and Stegun 1964,
+/// 4.4.49). It is five times as fast as atan2, which would dominate the time for smooth normals.
 float angle_from(float sine, float cosine) {
   const float c = std::abs(cosine);
   const float x = std::min(sine, c) / std::max(sine, c);
@@ -41,8 +40,8 @@ float angle_from(float sine, float cosine) {
   return cosine < 0 ? kPi - angle : angle;
 }
 
-/// Where faces cancel out (a sheet folded flat), any of them is as good as another; a vertex of
-/// none needs no normal.
+/// Replaces zero normals: by the normal of any face if the faces of a vertex cancel out (a sheet
+/// folded flat), and by (0, 0, 1) if a vertex has no faces.
 void fill_zero_normals(const TriangleMesh& mesh, std::vector<Vec3>& normals) {
   for (const glm::uvec3& triangle : mesh.triangles) {
     for (int i = 0; i < 3; ++i) {
@@ -57,7 +56,8 @@ void fill_zero_normals(const TriangleMesh& mesh, std::vector<Vec3>& normals) {
   }
 }
 
-/// Smooth normals: faces weighted by their angle at the vertex (Thürmer and Wüthrich 1998).
+/// Returns smooth normals: the mean of face normals, weighted by the angle at the vertex (Thürmer
+/// and Wüthrich 1998).
 std::vector<Vec3> angle_weighted_normals(const TriangleMesh& mesh) {
   std::vector<Vec3> normals(mesh.positions.size(), Vec3(0.f));
   for (const glm::uvec3& triangle : mesh.triangles) {
@@ -104,7 +104,7 @@ void fill_missing_normals(TriangleMesh& mesh) {
   }
 }
 
-/// Moves vertices that no triangle has to 0 if they are not finite. Returns their number.
+/// Moves vertices that are not finite and not part of a triangle to 0. Returns their number.
 size_t replace_unused_positions(TriangleMesh& mesh) {
   auto& positions = mesh.positions;
   if (std::all_of(positions.begin(), positions.end(), [](const Vec3& p) { return is_finite(p); })) {
@@ -150,8 +150,8 @@ std::vector<std::string> replace_non_finite(TriangleMesh& mesh) {
   return warnings;
 }
 
-/// At least four bytes past the end; written once, so that tools that track initialised memory stay
-/// quiet.
+/// Makes at least four bytes past the end readable. They are written once, so that tools such as
+/// MemorySanitizer report no uninitialized reads.
 void make_readable_beyond(std::vector<Vec3>& values) {
   values.reserve(values.size() + 1);
   values.emplace_back(0.f);
@@ -162,12 +162,12 @@ std::string number(size_t i) {
   return std::to_string(i);
 }
 
-/// What is wrong with the mesh, or "".
+/// Returns what is wrong with the mesh, or "".
 std::string find_fault(const TriangleMesh& mesh) {
   const size_t vertices = mesh.positions.size();
-  // Coordinates and corners are counted in int32_t.
-  constexpr size_t most = std::numeric_limits<int32_t>::max() / 3;
-  if (vertices > most || mesh.triangles.size() > most) return "the mesh is too large";
+  // The indices of coordinates and of triangle corners must fit int32_t.
+  constexpr size_t kMaxCount = std::numeric_limits<int32_t>::max() / 3;
+  if (vertices > kMaxCount || mesh.triangles.size() > kMaxCount) return "the mesh is too large";
   for (size_t i = 0; i < vertices; ++i) {
     if (!is_finite(mesh.positions[i])) {
       return "vertex " + number(i) + " has a position that is not finite";
@@ -222,15 +222,15 @@ void MeshShape::finish(const Properties& props, const Transform& to_world, bool 
     for (Vec3& p : mesh_.positions) p = to_world.point(p);
     for (Vec3& n : mesh_.normals) n = to_world.normal(n);
   }
-  // Stored normals are transformed as they are and still point outside; a mirrored triangle's
-  // winding doesn't. Without stored normals the winding is all there is, and decides, as in
-  // Mitsuba: a mirrored mesh is then turned inside out.
+  // Stored normals still point outside after the transform, but the winding of a mirrored triangle
+  // is reversed. Without stored normals, the winding decides, as in Mitsuba: a mirrored mesh is
+  // then turned inside out.
   flip_normals_ = flip_normals;
   flip_geometric_normal_ = flip_normals;
   if (!mesh_.normals.empty() && to_world.flips_handedness()) {
     flip_geometric_normal_ = !flip_geometric_normal_;
   }
-  // A normal that the transform turns into zero stays zero: interaction() then takes the face's.
+  // Keep normals that the transform makes zero: interaction() uses the face normal for them.
   for (Vec3& n : mesh_.normals) n = wide::formulas::safe_normalize(n, Vec3(0.f));
   if (mesh_.normals.empty() && !face_normals) mesh_.normals = angle_weighted_normals(mesh_);
   if (flip_normals) {
@@ -248,10 +248,10 @@ std::function<void()> MeshShape::replace_mesh(TriangleMesh mesh, bool keep_norma
   if (const std::string fault = find_fault(mesh); !fault.empty()) throw Error(where, fault);
   if (mesh.triangles.empty()) throw Error(where, "the mesh has no faces");
   for (const MeshAttribute& attribute : mesh.attributes) {
-    const size_t places = attribute.is_of_faces() ? mesh.triangles.size() : mesh.positions.size();
-    if (attribute.values.size() == places * attribute.size) continue;
+    const size_t count = attribute.is_of_faces() ? mesh.triangles.size() : mesh.positions.size();
+    if (attribute.values.size() == count * attribute.size) continue;
     throw Error(where, "the attribute '" + attribute.name +
-                           "' that textures read has another number of " +
+                           "', which textures use, has the wrong number of " +
                            (attribute.is_of_faces() ? "faces" : "vertices"));
   }
   const auto former = std::make_shared<TriangleMesh>(std::move(mesh_));
@@ -274,7 +274,7 @@ std::function<void()> MeshShape::replace_mesh(TriangleMesh mesh, bool keep_norma
   return put_back;
 }
 
-/// What is known of the triangles once they are in their places.
+/// Computes the area and the bounds, after the vertices have been set.
 void MeshShape::measure() {
   double area = 0;
   bounds_ = {};
@@ -283,7 +283,7 @@ void MeshShape::measure() {
     for (int i = 0; i < 3; ++i) bounds_.expand(mesh_.positions[triangle[i]]);
   }
   area_ = static_cast<float>(area);
-  // Embree's loads and those of blocks are of 16 bytes.
+  // Embree and block functions load 16 bytes at a time.
   make_readable_beyond(mesh_.positions);
   make_readable_beyond(mesh_.normals);
   by_area_ = std::make_unique<ByArea>();
@@ -306,11 +306,11 @@ SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {
   const GridDistribution& triangles = by_area();
   const GridDistribution::Cell cell =
       triangles.total() > 0 ? triangles.sample(u) : GridDistribution::Cell{0, 0, u};
-  const Vec2 place = wide::formulas::square_to_triangle(cell.u);
+  const Vec2 barycentric = wide::formulas::square_to_triangle(cell.u);
   Hit hit;
   hit.primitive = cell.column;
-  hit.u = place.x;
-  hit.v = place.y;
+  hit.u = barycentric.x;
+  hit.v = barycentric.y;
   return sampled_at(hit);
 }
 

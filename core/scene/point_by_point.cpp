@@ -12,7 +12,8 @@
 #include "kinome/shape.h"
 #include "kinome/texture.h"
 
-/// What blocks are for plugins that have but functions of single points: loops over those.
+/// Default implementations of block functions, for plugins that implement only the functions for
+/// single points: loops over the points.
 namespace kinome {
 
 SurfaceInteraction interaction_of(const SurfaceBlock& block, size_t i) {
@@ -265,7 +266,7 @@ void Shape::intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out
 
 namespace {
 
-/// What interaction_of() reads, but for the shape.
+/// Writes all columns that interaction_of() reads, except the shape.
 void store(const SurfaceInteraction& si, const SurfaceBlock& out, size_t i) {
   out.p.set(i, si.p);
   out.n.set(i, si.n);

@@ -8,9 +8,9 @@
 
 namespace kinome {
 
-/// To be called before loops over code of the baseline instruction set, from functions that code of
-/// a wider one calls: while the upper halves of vector registers are in use, processors run the
-/// narrow code several times slower.
+/// Clears the upper halves of the vector registers. Call clear() before loops over code of the
+/// baseline instruction set, in functions that code with wider vectors calls. While the upper
+/// halves are in use, processors run SSE code several times slower.
 class UpperHalves {
  public:
   static void clear() {

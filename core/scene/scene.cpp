@@ -29,12 +29,12 @@ Scene::Scene(Contents contents, unsigned threads, const Scene* before)
       [&](Emitter& emitter, const std::string& name) {
         if (!known.insert(&emitter).second) return;
         if (emitter.is_surface() && !emitter.shape()) {
-          throw Error(name + " shines from a surface: it must be part of a shape");
+          throw Error(name + " is a surface emitter: it must be part of a shape");
         }
         if (emitter.is_environment()) {
           if (environment_) {
-            throw Error("a scene can have one environment emitter, but " + name +
-                        " is another one");
+            throw Error("a scene can have only one environment emitter, but " + name +
+                        " is a second one");
           }
           environment_ = &emitter;
         }
@@ -69,7 +69,8 @@ Scene::Scene(Contents contents, unsigned threads, const Scene* before)
     if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
     accelerator_ = std::make_shared<const Accelerator>(contents_, placed_, threads);
   }
-  // Last: of what a former scene has, too, nothing may change where this one can't be.
+  // These calls come last, because objects may be shared with the previous scene: they must not
+  // change if this constructor throws.
   for (const auto& sensor : contents_.sensors) sensor->set_scene_bounds(bounds_);
   for (Emitter* emitter : all) {
     if (!contents_.sensors.empty()) emitter->set_shutter(contents_.sensors.front()->shutter());
@@ -77,7 +78,8 @@ Scene::Scene(Contents contents, unsigned threads, const Scene* before)
   }
 }
 
-/// Parts may have parts, as a merge's instances have. Meshes without faces are left out.
+/// Replaces shapes by their parts, recursively: the parts of a merge may be instances. Meshes
+/// without faces are left out.
 void Scene::replace_by_parts() {
   std::vector<std::shared_ptr<Shape>> shapes;
   const std::function<void(const std::shared_ptr<Shape>&)> add = [&](const auto& shape) {
@@ -96,7 +98,7 @@ void Scene::replace_by_parts() {
   contents_.shapes = std::move(shapes);
 }
 
-/// A bounce that is offered twice would count twice.
+/// Throws Error if two emitters represent the bounce of the same emitter, which would count twice.
 void Scene::check_bounces() const {
   const auto overlap = [](const Emitter& a, const Emitter& b) {
     const auto of_a = a.children(), of_b = b.children();
@@ -109,8 +111,8 @@ void Scene::check_bounces() const {
     for (size_t k = 0; k < i; ++k) {
       if (overlap(*indirect_emitters_[i], *indirect_emitters_[k])) {
         throw Error(Location{contents_.file},
-                    "two emitters offer the bounce of the same light, which would count twice: "
-                    "give each its own, or leave one out");
+                    "two emitters represent the bounce of the same emitter, which would count "
+                    "twice: give each its own emitters, or remove one");
       }
     }
   }
@@ -120,8 +122,9 @@ Scene::~Scene() = default;
 
 namespace {
 
-/// Embree takes no coordinates beyond 1.8e18 (`farthest`: Accelerator::farthest), and no rays that
-/// are no numbers: built with its assertions, as Debian's is, it ends the program.
+/// Returns false for rays with NaNs or with components beyond `farthest` (Accelerator::farthest()).
+/// Embree supports coordinates up to 1.8e18 only, and terminates the program for other rays if it
+/// is built with assertions, as Debian's package is.
 bool can_be_traced(const Ray& ray, float farthest) {
   const auto is_near = [&](float v) { return std::abs(v) <= farthest; };
   return is_near(ray.o.x) && is_near(ray.o.y) && is_near(ray.o.z) && is_near(ray.d.x) &&
@@ -135,14 +138,14 @@ Ray& ray_of(RayHit& ray) {
   return ray.ray;
 }
 
-/// Traces a batch without the rays that can't be: they meet nothing, and stay as they are, so that
-/// what is no number shows in what is made of them.
+/// Traces a batch except rays for which can_be_traced() is false. Those hit nothing and stay
+/// unchanged, so that their NaNs propagate to the results.
 template <class R, class Trace>
 void trace_possible(std::span<R> rays, float farthest, const Trace& trace) {
-  std::vector<std::pair<size_t, R>> set_aside;
+  std::vector<std::pair<size_t, R>> skipped;
   for (size_t i = 0; i < rays.size(); ++i) {
     if (can_be_traced(ray_of(rays[i]), farthest)) continue;
-    set_aside.emplace_back(i, rays[i]);
+    skipped.emplace_back(i, rays[i]);
     Ray& ray = ray_of(rays[i]);
     ray.o = Vec3(0.f);
     ray.d = Vec3(0, 0, 1);
@@ -150,15 +153,14 @@ void trace_possible(std::span<R> rays, float farthest, const Trace& trace) {
     ray.tmax = -1;
   }
   trace();
-  for (const auto& [i, ray] : set_aside) rays[i] = ray;
+  for (const auto& [i, ray] : skipped) rays[i] = ray;
 }
 
-/// Lanes of 16 rays that are on and can be traced; whether there is one.
+/// Finds the lanes that are on and can be traced. Returns false if there are none.
 bool find_valid(const Ray16& r, float farthest, int (&valid)[16]) {
   int found = 0;
   for (size_t i = 0; i < 16; ++i) {
-    // Written so that all comparisons fail for what is no number, and without branches, so that it
-    // is compiled into vectors.
+    // All comparisons fail for NaN. There are no branches, so that compilers vectorize the loop.
     const auto is_near = [&](float x) { return static_cast<int>(std::abs(x) <= farthest); };
     const int is_on = is_near(r.ox[i]) & is_near(r.oy[i]) & is_near(r.oz[i]) & is_near(r.dx[i]) &
                       is_near(r.dy[i]) & is_near(r.dz[i]) &
@@ -169,8 +171,8 @@ bool find_valid(const Ray16& r, float farthest, int (&valid)[16]) {
   return found != 0;
 }
 
-/// From the number of a shape in its group to that in the scene. The tracer's name for an instance
-/// is the number of its first part.
+/// Converts the index of a shape in its group to the index in the scene. The ray tracer's id of an
+/// instance is the index of its first part.
 void resolve_instances(RayHit16& rays) {
   for (size_t i = 0; i < 16; ++i) {
     const uint32_t is_in_group = static_cast<uint32_t>(rays.shape[i] != kNoHit) &
@@ -186,15 +188,15 @@ void resolve_instances(std::span<RayHit> rays) {
 
 }  // namespace
 
-// Which call is fastest was measured on AVX2 (Embree 3.13, a bumpy sphere of 130k triangles on a
-// plane, one thread; ns a ray):
+// These functions use the fastest calls as measured with AVX2 (Embree 3.13, a bumpy sphere with
+// 130k triangles on a plane, one thread), in ns per ray:
 //   camera rays, nearest:    stream, coherent 59; packets of 8, 59; of 16, 67; single 112
 //   cosine bounces, nearest: single 210; packets of 8, 218; stream, incoherent 240
 //   cosine bounces, any hit: stream, incoherent 107; packets of 8, 132; single 160
 //   rays to a small light:   stream, coherent 79, incoherent 85; single 147
-// The coherent flag on incoherent rays costs as much as it gains on coherent ones. Of scenes with
-// instances no ray is called coherent: from some, any-hit queries of coherent packets, and streams of
-// them, never come back (Embree 3.13.5, rtcOccluded16).
+// The coherent flag costs as much for incoherent rays as it gains for coherent ones. Scenes with
+// instances never use it, because some any-hit queries with coherent packets or streams of them
+// never return (Embree 3.13.5, rtcOccluded16).
 void Scene::intersect(std::span<RayHit> rays, Coherence coherence, RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());

@@ -26,10 +26,10 @@ constexpr bool kThreadSanitizer = false;
 constexpr bool kThreadSanitizer = false;
 #endif
 
-/// Trees of fewer triangles and other shapes are built sooner than threads are ready to help. Those
-/// of TBB, which Embree builds with, also look out for more work for milliseconds to come, on the
-/// processors that the render is to have.
-constexpr size_t kFewPrimitives = 10000;
+/// With fewer primitives, trees are built with one thread, because that takes less time than
+/// starting threads. Besides, the threads of TBB, which Embree uses, would spin for milliseconds
+/// after the build on the cores that the render needs.
+constexpr size_t kMinPrimitivesForThreads = 10000;
 
 size_t count_primitives(const std::vector<std::shared_ptr<Shape>>& shapes) {
   size_t primitives = 0;
@@ -43,12 +43,12 @@ size_t count_primitives(const std::vector<std::shared_ptr<Shape>>& shapes) {
 
 std::string device_options(size_t primitives, unsigned threads) {
   // ThreadSanitizer can't see the synchronisation inside TBB.
-  if (kThreadSanitizer || primitives < kFewPrimitives) threads = 1;
+  if (kThreadSanitizer || primitives < kMinPrimitivesForThreads) threads = 1;
   return "threads=" + std::to_string(threads);
 }
 
-/// Embree prunes by bounds computed in float; half a dozen ulps keep a surface that lies exactly
-/// on its box from being lost.
+/// Pads the box by about six ulps. Embree culls with bounds computed in float, and might otherwise
+/// lose a surface that lies exactly on its box.
 void write_bounds(const Aabb& box, RTCBounds& out) {
   const Vec3 magnitude = glm::max(glm::abs(box.lo), glm::abs(box.hi));
   const Vec3 pad = magnitude * 4e-7f;
@@ -64,7 +64,7 @@ void bounds_of_shape(const RTCBoundsFunctionArguments* args) {
   write_bounds(static_cast<const Shape*>(args->geometryUserPtr)->bounds(), *args->bounds_o);
 }
 
-/// Ray `i` of a packet or stream of any width n.
+/// Returns ray i of a packet or stream of n rays.
 Ray read_ray(RTCRayN* rays, unsigned n, unsigned i) {
   Ray ray;
   ray.o = {RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)};
@@ -74,7 +74,8 @@ Ray read_ray(RTCRayN* rays, unsigned n, unsigned i) {
   return ray;
 }
 
-/// What a shape threw on this thread: Embree would swallow it, and the picture lack the shape.
+/// Exception that a shape threw on this thread. Embree would swallow it, and the shape would be
+/// missing in the image.
 thread_local std::exception_ptr thrown;
 
 bool hit_shape(const Shape& shape, const Ray& ray, float& t, Hit& hit) {
@@ -98,7 +99,7 @@ bool hit_shape(const Shape& shape, const Ray16& rays, const int* valid, ShapeHit
   }
 }
 
-/// Of a packet of 16 rays, which is how Embree lays so many out; none where the shape threw.
+/// Hits of a packet of 16 rays with a shape. There are no hits if the shape throws.
 struct PacketHits {
   PacketHits(const Shape& shape, RTCRayN* rays, const int* valid) {
     if (!hit_shape(shape, *reinterpret_cast<const Ray16*>(rays), valid, hits)) return;
@@ -107,7 +108,8 @@ struct PacketHits {
           -(static_cast<uint32_t>(valid[i] != 0) & static_cast<uint32_t>(hits.t[i] < kInfinity));
     }
   }
-  /// to[i] = value(i) where ray i has a hit. By bits, so that it is compiled into vectors.
+  /// Sets to[i] = value(i) for each ray i with a hit. Uses bit operations, so that compilers
+  /// vectorize the loop.
   template <class T, class Value>
   void put(T* to, const Value& value) const {
     for (size_t i = 0; i < 16; ++i) {
@@ -118,10 +120,10 @@ struct PacketHits {
   }
 
   ShapeHit16 hits{};
-  alignas(64) uint32_t is_hit[16] = {};  ///< all bits, or none
+  alignas(64) uint32_t is_hit[16] = {};  ///< all bits set, or none
 };
 
-/// fn(i, t, hit) for each of n rays that the shape is on the way of.
+/// Calls fn(i, t, hit) for each of n rays that hits the shape.
 template <class Function>
 void for_each_hit(const Shape& shape, RTCRayN* rays, const int* valid, unsigned n,
                   const Function& fn) {
@@ -178,8 +180,8 @@ void occlude_by_shape(const RTCOccludedFunctionNArguments* args) {
                [&](unsigned i, float, const Hit&) { RTCRayN_tfar(args->ray, n, i) = -kInfinity; });
 }
 
-/// Of hits with curves, those from within.
-void refuse_inside(const RTCFilterFunctionNArguments* args) {
+/// Filter function that rejects hits with curves from inside.
+void reject_inside(const RTCFilterFunctionNArguments* args) {
   const unsigned n = args->N;
   for (unsigned i = 0; i < n; ++i) {
     const Vec3 outward(RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i),
@@ -190,20 +192,19 @@ void refuse_inside(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-/// Why there is no device. What Embree can't tell may be a lack of memory as well, as where none is
-/// left for a thread.
+/// Returns why creating a device failed. Embree's unknown errors may be a lack of memory as well,
+/// for example for a thread.
 Error device_error() {
   switch (rtcGetDeviceError(nullptr)) {
     case RTC_ERROR_OUT_OF_MEMORY:
-      return Error("the ray tracer (Embree) can't begin: out of memory");
+      return Error("the ray tracer (Embree) can't start: out of memory");
     case RTC_ERROR_UNSUPPORTED_CPU:
       return Error(
-          "the ray tracer (Embree) does not run on this machine: it lacks instructions "
-          "that Embree needs");
+          "the ray tracer (Embree) can't start: this processor lacks instructions that it needs");
     default:
       return Error(
-          "the ray tracer (Embree) can't begin: there is too little memory, or it does "
-          "not run on this machine");
+          "the ray tracer (Embree) can't start: out of memory, or it doesn't support this "
+          "machine");
   }
 }
 
@@ -286,7 +287,6 @@ Scene::Accelerator::Geometry Scene::Accelerator::make_geometry(const Shape& shap
   return make_analytic(shape);
 }
 
-/// By columns, as Mat4 has them.
 Scene::Accelerator::Geometry Scene::Accelerator::make_instance(RTCScene group,
                                                                const Mat4& to_world) const {
   Geometry geometry = new_geometry(RTC_GEOMETRY_TYPE_INSTANCE);
@@ -295,8 +295,8 @@ Scene::Accelerator::Geometry Scene::Accelerator::make_instance(RTCScene group,
   return geometry;
 }
 
-/// Embree has copies of the control points. Whether it culls what is seen from inside is a choice
-/// of whoever built it: here it always is, as in Mitsuba.
+/// Copies the control points to Embree. Hits from inside are always culled, as in Mitsuba; without
+/// the filter, this would depend on Embree's build options.
 Scene::Accelerator::Geometry Scene::Accelerator::make_curves(const CurveSet& curves) const {
   Geometry geometry = new_geometry(curves.is_bspline ? RTC_GEOMETRY_TYPE_ROUND_BSPLINE_CURVE
                                                      : RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE);
@@ -308,16 +308,16 @@ Scene::Accelerator::Geometry Scene::Accelerator::make_curves(const CurveSet& cur
   };
   fill(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, curves.points);
   fill(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, curves.segments);
-  rtcSetGeometryIntersectFilterFunction(geometry.get(), &refuse_inside);
-  rtcSetGeometryOccludedFilterFunction(geometry.get(), &refuse_inside);
+  rtcSetGeometryIntersectFilterFunction(geometry.get(), &reject_inside);
+  rtcSetGeometryOccludedFilterFunction(geometry.get(), &reject_inside);
   return geometry;
 }
 
 Scene::Accelerator::Geometry Scene::Accelerator::make_mesh(const TriangleMesh& mesh) const {
   Geometry geometry = new_geometry(RTC_GEOMETRY_TYPE_TRIANGLE);
   const auto& positions = mesh.positions;
-  // Embree loads vertices 16 bytes at a time, so 4 bytes past the last one must be readable:
-  // MeshShape::finish reserves them. A mesh from elsewhere may have none, and is copied.
+  // Embree loads vertices 16 bytes at a time, so 4 bytes past the last one must be readable.
+  // MeshShape::finish() reserves them. Other meshes may not have them, and are copied.
   if (positions.capacity() > positions.size()) {
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                positions.data(), 0, sizeof(Vec3), positions.size());

@@ -12,7 +12,8 @@
 
 namespace kinome {
 
-/// What a device told its error callback; the first message counts, later ones are consequences.
+/// Errors that a device reported to its callback. Only the first message is kept, because later
+/// errors are consequences.
 class DeviceErrors {
  public:
   static void report(void* self, RTCError code, const char* text);
@@ -23,17 +24,17 @@ class DeviceErrors {
   std::string message_;
 };
 
-/// After queries: throws what shapes threw within them on this thread. Exported for the copy of
-/// scene.cpp that tests/defects plants defects in.
+/// Rethrows an exception that a shape threw on this thread during a query. Exported for the copy of
+/// scene.cpp in tests/defects.
 KINOME_EXPORT void rethrow_from_shapes();
 
-/// Embree's device and scene: one geometry for each shape, with the shape's index as its id; for
-/// the parts of an instance one together, with the index of the first, and a scene of its own for
-/// each group that has instances.
+/// Embree's device and scene. Each shape is a geometry whose id is the shape's index. All parts of
+/// an instance are one geometry, whose id is the index of the first part. Each group with instances
+/// has a scene of its own.
 struct Scene::Accelerator {
   Accelerator(const Contents& contents, const std::vector<Placed>& placed, unsigned threads);
   RTCScene scene() const { return scene_.get(); }
-  /// The largest component that origins and directions of rays may have (farthest_ray).
+  /// Largest component that origins and directions of rays may have (see farthest_ray()).
   float farthest() const { return farthest_; }
 
  private:
@@ -57,7 +58,8 @@ struct Scene::Accelerator {
   SceneHandle new_scene(bool watertight) const;
   void attach(RTCScene scene, const Geometry& geometry, size_t id) const;
 
-  // The scenes go before the device, and the device before what its callback writes to.
+  // The order of destruction matters: scenes before the device, and the device before errors_, to
+  // which its callback writes.
   DeviceErrors errors_;
   std::unique_ptr<std::remove_pointer_t<RTCDevice>, ReleaseDevice> device_;
   std::map<const ShapeGroup*, SceneHandle> groups_;

@@ -3,7 +3,7 @@
 namespace kinome {
 namespace {
 
-/// A sensor that is another one but for its sampler.
+/// Copy of a sensor with another sampler.
 class ResampledSensor final : public Sensor {
  public:
   ResampledSensor(const Sensor& sensor, std::shared_ptr<Film> film,

@@ -15,7 +15,7 @@ Shape::Shape(const Properties& props)
   if (sensor_) {
     if (!sensor_->is_surface()) {
       throw Error(props.where(),
-                  "this sensor has a place of its own: put it into the scene itself");
+                  "this sensor has a position of its own: move it out of the shape into the scene");
     }
     try {
       sensor_->attach(*this);
@@ -26,8 +26,8 @@ Shape::Shape(const Properties& props)
   if (!emitter_) return;
   if (!emitter_->is_surface()) {
     throw Error(props.where(),
-                "a shape can't emit by an emitter of its own place or direction: "
-                "use 'area', or put the emitter into the scene itself");
+                "this emitter has a position or direction of its own: use 'area' for a shape, or "
+                "move the emitter out of the shape into the scene");
   }
   try {
     emitter_->attach(*this);
@@ -43,7 +43,7 @@ void Shape::set_emitter(std::shared_ptr<Emitter> emitter) {
 
 std::vector<std::string> Shape::wanted_attributes() const {
   std::vector<std::string> names;
-  std::set<const Object*> known;  // a BSDF may be part of several
+  std::set<const Object*> known;  // a BSDF may be nested in several others
   std::vector<const Object*> left{bsdf_.get(), emitter_.get()};
   while (!left.empty()) {
     const Object* const object = left.back();

@@ -7,13 +7,13 @@
 namespace kinome {
 
 ShapeGroup::ShapeGroup(const Properties& props) : Shape(props) {
-  // Parts may have parts, as a merge of merges has. Meshes without faces are left out.
+  // Add parts recursively, because a merge may contain merges. Meshes without faces are left out.
   const std::function<void(const std::shared_ptr<Shape>&)> add = [&](const auto& shape) {
     if (dynamic_cast<const ShapeGroup*>(shape.get())) {
-      throw Error(props.where(), "a group of shapes can't be part of another");
+      throw Error(props.where(), "a group of shapes can't be part of another group");
     }
     if (dynamic_cast<const ShapeInstance*>(shape.get())) {
-      throw Error(props.where(), "a group of shapes can't have instances of another in it");
+      throw Error(props.where(), "a group of shapes can't contain instances");
     }
     const auto parts = shape->parts();
     for (const auto& part : parts) add(part);
@@ -22,10 +22,12 @@ ShapeGroup::ShapeGroup(const Properties& props) : Shape(props) {
   for (const auto& shape : props.objects<Shape>()) add(shape);
   for (const auto& shape : shapes_) {
     if (shape->emitter()) {
-      throw Error(props.where(), "a shape of a group can't emit: put lamps into the scene itself");
+      throw Error(props.where(),
+                  "a shape of a group can't emit: move shapes with emitters into the scene");
     }
     if (shape->sensor_pointer()) {
-      throw Error(props.where(), "a shape of a group can't measure: there may be many of it");
+      throw Error(props.where(),
+                  "a shape of a group can't have a sensor, because it may have many instances");
     }
     bounds_.expand(shape->bounds());
   }

@@ -9,7 +9,7 @@ class UniformTexture final : public Texture {
  public:
   explicit UniformTexture(const Rgb& value) : value_(value) {}
   Rgb eval(const Vec2&) const override { return value_; }
-  /// A grey is its number exactly; the luminance would round it.
+  /// Returns a grey value exactly; its luminance would have rounding errors.
   float eval_1(const Vec2&) const override { return min() == max() ? value_.x : luminance(value_); }
   void eval_block(const Columns2&, size_t count, const Columns3& out) const override {
     std::fill_n(out.x, count, value_.x);

@@ -9,11 +9,11 @@
 
 namespace kinome {
 
-/// Of any shape and ray, from the origin: Embree takes no coordinates beyond 1.8e18.
+/// Largest absolute coordinate of shapes and rays. Embree supports coordinates up to 1.8e18.
 inline constexpr float kFarthest = 1e18f;
 
-/// True for meshes without faces, for merges and instances of nothing, and for shapes that consist
-/// only of such shapes. They take no part in a scene.
+/// Returns true for meshes without faces, empty merges and instances, and shapes that consist only
+/// of such shapes. Scenes ignore them.
 inline bool has_no_surface(const Shape& shape) {
   if (const TriangleMesh* const mesh = shape.mesh()) return mesh->triangles.empty();
   const auto parts = shape.parts();
@@ -25,17 +25,17 @@ inline bool has_no_surface(const Shape& shape) {
                      [](const auto& part) { return has_no_surface(*part); });
 }
 
-/// What a shape of these bounds does that the ray tracer can't cope with; "": nothing.
+/// Returns why the ray tracer doesn't support a shape with these bounds, or "" if it does.
 inline std::string why_untraceable(const Aabb& box) {
   if (box.empty() || !is_finite(box.lo) || !is_finite(box.hi)) return "has no finite bounds";
   if (!(max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi))) <= kFarthest)) {
-    return "reaches beyond 1e18 units, which is too far for the ray tracer";
+    return "extends beyond 1e18 units, which the ray tracer doesn't support";
   }
   return "";
 }
 
-/// True if Embree can invert an instance's transform, which it does in single precision by the
-/// adjugate over the determinant.
+/// Returns true if Embree can invert an instance's transform: it divides the adjugate by the
+/// determinant in single precision.
 inline bool is_invertible_by_tracer(const Mat4& to_world) {
   const glm::dmat3 linear(to_world);
   const double determinant = std::abs(glm::determinant(linear));
@@ -50,9 +50,9 @@ inline bool is_invertible_by_tracer(const Mat4& to_world) {
   return true;
 }
 
-/// The largest component that origin and direction of a ray may have, so that in the space of an
-/// instance they stay within kFarthest. An instance that is scaled far down is met, in its own
-/// space, by rays from far away.
+/// Returns the largest component that the origin and direction of a ray may have, so that they stay
+/// within kFarthest in the space of an instance. If an instance is scaled far down, rays come from
+/// far away in its space.
 inline float farthest_ray(const Mat4& to_world) {
   const glm::dmat4 inverse = glm::inverse(glm::dmat4(to_world));
   double farthest = double{kFarthest};

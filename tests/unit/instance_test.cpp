@@ -318,10 +318,10 @@ TEST_F(Instances, SayWhatIsWrong) {
        "can't emit");
   says(fault(group_of(group_of(ball))), "can't be part of another");
   says(fault(group_of(ball) + "<shape type='shapegroup'>" + instance("") + "</shape>"),
-       "can't have instances");
+       "can't contain instances");
   says(fault(group_of(ball) + "<shape type='shapegroup'><shape type='merge'>" + instance("") +
              "</shape></shape>"),
-       "can't have instances");
+       "can't contain instances");
   says(
       fault("<shape type='shapegroup' id='a'><shape type='instance'><ref id='a'/></shape></shape>"),
       "part of");

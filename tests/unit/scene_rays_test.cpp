@@ -323,7 +323,7 @@ TEST_F(SceneContents, RejectsBoundsThatAreNotFinite) {
 TEST_F(SceneContents, RejectsShapesTooFarForTheRayTracer) {
   const auto shape = add(std::make_shared<TestShape>());
   shape->box = Aabb{Vec3(-1), Vec3(1, 2e18f, 1)};
-  EXPECT_NE(error().find("shape 0 reaches beyond 1e18"), std::string::npos) << error();
+  EXPECT_NE(error().find("shape 0 extends beyond 1e18"), std::string::npos) << error();
   shape->box = Aabb{Vec3(-9e17f), Vec3(9e17f)};
   EXPECT_EQ(error(), "");
 }
