@@ -17,11 +17,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The file: kMagic; kFormat; the identity; the passes; the decisions; the film; then the hash of
-// all bytes before it. Numbers are of 8 bytes, texts a length and their bytes.
+// File format: kMagic, kFormat, the identity, the passes, the decisions, the film, and the hash of
+// all bytes before it. Numbers have 8 bytes. A text is its length, followed by its bytes.
 constexpr std::string_view kMagic = "kinome checkpoint\n";
 constexpr uint64_t kFormat = 1;
-/// How many of a pass's items are done; of some, their bits follow.
+/// Which of a pass's items are done. kSome is followed by one bit per item.
 constexpr uint64_t kNone = 0, kAll = 1, kSome = 2;
 
 Error file_error(const std::string& path, const std::string& why) {
@@ -51,10 +51,10 @@ class Writer {
   Fnv1a hash_;
 };
 
-/// Takes nothing for granted: a file may be forged, checksum and all.
+/// Reads a checkpoint. Checks all sizes, because a file may be forged, including its checksum.
 class Reader {
  public:
-  /// Error where the file is no checkpoint, of another format, or damaged.
+  /// Throws Error if the file isn't a checkpoint, has another format, or is damaged.
   explicit Reader(const std::string& path) : path_(path), file_(path, std::ios::binary) {
     file_.seekg(0, std::ios::end);
     const auto size = static_cast<uint64_t>(std::max<std::streamoff>(0, file_.tellg()));
@@ -67,11 +67,11 @@ class Reader {
     }
     if (size < kMagic.size() + 2 * sizeof(uint64_t)) throw damaged();
     left_ = size - magic.size();
-    // Before the checksum: another format may have another one.
+    // Check the format before the checksum, because another format may have another checksum.
     const auto format = number<uint64_t>();
     if (format != kFormat) {
-      throw file_error(path,
-                       fmt::format("its format is {}, and this program's is {}", format, kFormat));
+      throw file_error(path, fmt::format("its format is {}, but this program supports only {}",
+                                         format, kFormat));
     }
     check_hash(size - sizeof(uint64_t));
     left_ -= sizeof(uint64_t);
@@ -90,8 +90,8 @@ class Reader {
     bytes(&value, sizeof value);
     return value;
   }
-  /// So many things of so many bits each must be in the file: to be asked before there is memory
-  /// for them.
+  /// Throws Error if the file can't contain `count` items of `bits` bits. Called before allocating
+  /// memory for them.
   void expect(uint64_t count, uint64_t bits) const {
     if (count / 8 > left_ / bits) throw misfit();
   }
@@ -109,12 +109,12 @@ class Reader {
     if (left_ != 0) throw misfit();
   }
   Error damaged() const { return file_error(path_, "it is damaged: its checksum is wrong"); }
-  /// Where the checksum is right.
-  Error misfit() const { return file_error(path_, "it is not of this render"); }
+  /// Error for contents that don't fit this render though the checksum is right.
+  Error misfit() const { return file_error(path_, "it belongs to another render"); }
 
  private:
   void check_hash(uint64_t size) {
-    const auto place = file_.tellg();
+    const auto position = file_.tellg();
     file_.seekg(0);
     Fnv1a hash;
     std::vector<char> block(1 << 20);
@@ -127,12 +127,12 @@ class Reader {
     uint64_t found = 0;
     file_.read(reinterpret_cast<char*>(&found), sizeof found);
     if (!file_ || found != hash.value()) throw damaged();
-    file_.seekg(place);
+    file_.seekg(position);
   }
 
   const std::string& path_;
   std::ifstream file_;
-  uint64_t left_ = 0;  ///< before the checksum, from check_hash() on
+  uint64_t left_ = 0;  ///< unread bytes; without the checksum once it has been checked
 };
 
 void check_identity(const std::string& path, const Checkpoint::Identity& theirs,
@@ -148,11 +148,10 @@ void check_identity(const std::string& path, const Checkpoint::Identity& theirs,
     if (there == here) continue;
     if (name == Checkpoint::kScene) {
       throw file_error(path,
-                       "it belongs to another render: its scene has changed since, by the text of "
-                       "the scene files or by -D");
+                       "it belongs to another render: its scene has changed, in the scene files or "
+                       "in the values of -D");
     }
-    throw file_error(path, fmt::format("it belongs to another render: its {} is {}, and here it is "
-                                       "{}",
+    throw file_error(path, fmt::format("it belongs to another render: its {} is {}, expected {}",
                                        name, there, here));
   }
 }
@@ -165,7 +164,7 @@ Checkpoint::Checkpoint(Options options) : options_(std::move(options)) {
   if (!fs::exists(options_.path, failed)) return;
   if (!options_.resume) {
     throw file_error(options_.path,
-                     "it exists: --resume goes on from there; to begin anew, remove it");
+                     "it exists: add --resume to continue from it, or remove it to start again");
   }
   const Reader check(options_.path);
   resumes_ = true;
@@ -189,7 +188,7 @@ void Checkpoint::begin_pass(size_t items) {
   if (next_pass_ == passes_.size()) {
     passes_.push_back({items, 0, {}});
   } else if (passes_[next_pass_].items != items) {
-    throw file_error(options_.path, "it is not of this render: its passes are others");
+    throw file_error(options_.path, "it belongs to another render: its passes differ");
   }
   ++next_pass_;
 }
@@ -241,10 +240,10 @@ void Checkpoint::write(Film& film) {
     write_file(film);
     last_failure_.clear();
   } catch (const std::exception& error) {
-    // The same may happen each time, in the render and after it.
+    // Warn only once about an error that recurs.
     if (last_failure_ != error.what()) {
       last_failure_ = error.what();
-      log_warn(fmt::format("{}; the render goes on without", error.what()));
+      log_warn(fmt::format("{}; the render continues without it", error.what()));
     }
   }
   written_ = Clock::now();
@@ -253,7 +252,8 @@ void Checkpoint::write(Film& film) {
 void Checkpoint::write_file(Film& film) const {
   if (film.commits() != commits_) {
     throw file_error(options_.path,
-                     "it can't be written: the integrator adds to the film by itself");
+                     "it can't be written: the integrator adds to the film without "
+                     "RenderContext::commit()");
   }
   FileWriter file(options_.path);
   Writer out(file);

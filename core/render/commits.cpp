@@ -18,7 +18,7 @@ void Commits::finish(Film& film, size_t item, std::vector<FilmTile> tiles) {
   film_ = &film;
   waiting_.emplace(item, std::move(tiles));
   while (!waiting_.empty()) {
-    // Those that a resumed render brought along will not come.
+    // Skip the items that a resumed render has finished before.
     while (context_.is_committed(next_)) ++next_;
     const auto first = waiting_.begin();
     if (first->first != next_) break;

@@ -13,22 +13,23 @@ namespace kinome {
 class Checkpoint;
 class RenderContext;
 
-/// What the items of a pass have made, on its way to the film: in the order of their numbers,
-/// whatever order they are finished in, so that sums have the same bits always. Thread-safe.
+/// Queue for the results of a pass's items. Adds them to the film in the order of their indices,
+/// whatever order they finish in, so that sums always have the same bits. Thread-safe.
 class Commits {
  public:
   explicit Commits(RenderContext& context) : context_(context) {}
 
+  /// Queues the result of an item, and adds all items whose turn it is.
   void finish(Film& film, size_t item, std::vector<FilmTile> tiles);
-  /// What pack() has made in another process.
-  void receive(Film& film, std::string_view bytes);
+  /// Calls finish() for the message of pack() in another process.
+  void receive(Film& film, std::string_view message);
   static std::string pack(size_t item, std::vector<FilmTile> tiles);
 
-  /// What is in the film so far.
+  /// Writes the checkpoint with the current contents of the film.
   void save(Checkpoint& checkpoint);
-  /// What waits for an item that will not come any more.
+  /// Adds the items that wait for an earlier item, which was cancelled.
   void commit_rest();
-  /// nullptr: there was nothing to commit.
+  /// The film of the pass; nullptr if no item has finished.
   Film* film() const { return film_; }
 
  private:
@@ -36,7 +37,7 @@ class Commits {
   Film* film_ = nullptr;
   std::mutex mutex_;
   std::map<size_t, std::vector<FilmTile>> waiting_;
-  size_t next_ = 0;
+  size_t next_ = 0;  ///< index of the next item to add to the film
 };
 
 }  // namespace kinome

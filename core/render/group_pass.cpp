@@ -48,15 +48,15 @@ std::string FirstException::message() const {
   } catch (const std::exception& error) {
     return error.what();
   } catch (...) {
-    return "something that is no std::exception was thrown";
+    return "an unknown exception was thrown";
   }
   return {};
 }
 
-void GroupPass::made(size_t item) {
+void GroupPass::add_finished(size_t item) {
   if (!shared_) return;
   const std::lock_guard lock(mutex_);
-  made_.push_back(item);
+  finished_.push_back(item);
 }
 
 std::string GroupPass::report(bool interrupted, bool late, RenderCounters& counters,
@@ -67,7 +67,7 @@ std::string GroupPass::report(bool interrupted, bool late, RenderCounters& count
   bytes.values(interrupted, late, failed);
   bytes.text(message);
   transfer(counters, bytes);
-  for (uint64_t item : made_) {
+  for (uint64_t item : finished_) {
     bytes.value(item);
     if (shared_->transfer()) shared_->transfer()(item, bytes);
   }
@@ -99,7 +99,7 @@ GroupPass::Outcome GroupPass::end(bool interrupted, bool late, RenderCounters co
       first_message = message;
     }
     if (rank == group_.rank()) {
-      for (const size_t item : made_) makers.at(item) = rank;
+      for (const size_t item : finished_) makers.at(item) = rank;
       continue;
     }
     while (!bytes.at_end()) {

@@ -14,12 +14,12 @@ namespace kinome {
 class ProcessGroup;
 class SharedItems;
 
-/// The exception of the lowest item among those thrown, and whether there is any. Thread-safe.
+/// Keeps the exception of the item with the lowest index. Thread-safe.
 class FirstException {
  public:
   bool any() const { return any_.load(std::memory_order_relaxed); }
   void capture(size_t item);
-  /// After all threads.
+  /// Rethrows the exception, if any. Call it after all threads have finished.
   void rethrow() const {
     if (exception_) std::rethrow_exception(exception_);
   }
@@ -33,22 +33,23 @@ class FirstException {
   std::exception_ptr exception_;
 };
 
-/// What the processes of a group tell each other at the end of a pass.
+/// Exchanges results, counters and errors between the processes of a group at the end of a pass.
 class GroupPass {
  public:
-  /// All must outlive it. `shared` may be nullptr.
+  /// The arguments must outlive this object. `shared` may be nullptr.
   GroupPass(ProcessGroup& group, SharedItems* shared, size_t items)
       : group_(group), shared_(shared), items_(items) {}
 
-  /// An item was made here. Thread-safe.
-  void made(size_t item);
+  /// Records that this process has finished an item. Thread-safe.
+  void add_finished(size_t item);
 
   struct Outcome {
-    bool interrupted = false, late = false;  ///< by any process
-    RenderCounters counters;                 ///< of all
+    bool interrupted = false, late = false;  ///< true if any process is
+    RenderCounters counters;                 ///< sum over all processes
   };
-  /// Collective. Ends the group's pass, and puts what other processes made where it belongs. Where
-  /// any process has an exception, all throw an AgreedError, of what that of the lowest item says.
+  /// Ends the group's pass, and stores the results of other processes with SharedItems::transfer().
+  /// If any process has an exception, all throw an AgreedError with the message of the lowest item.
+  /// Collective.
   Outcome end(bool interrupted, bool late, RenderCounters counters,
               const FirstException& exception);
 
@@ -60,7 +61,7 @@ class GroupPass {
   SharedItems* const shared_;
   const size_t items_;
   std::mutex mutex_;
-  std::vector<size_t> made_;
+  std::vector<size_t> finished_;
 };
 
 }  // namespace kinome

@@ -9,25 +9,26 @@
 namespace kinome {
 namespace {
 
-/// Passes that are renders of their own.
-class Renders final : public Passes {
+/// Default passes: each pass is a complete call of Integrator::render().
+class RenderPasses final : public Passes {
  public:
-  Renders(const Integrator& integrator, const Scene& scene, const Sensor& sensor,
-          RenderContext& context)
+  RenderPasses(const Integrator& integrator, const Scene& scene, const Sensor& sensor,
+               RenderContext& context)
       : integrator_(integrator), scene_(scene), sensor_(sensor), context_(context) {}
 
   double samples() const override { return sensor_.sampler().sample_count(); }
 
   double render(double samples) override {
-    const auto sensor = at_most(static_cast<uint32_t>(std::clamp(samples, 1., kMost)));
+    const auto sensor = at_most(static_cast<uint32_t>(std::clamp(samples, 1., kMaxSamples)));
     integrator_.render(scene_, *sensor, context_);
     return sensor->sampler().sample_count();
   }
 
  private:
-  static constexpr double kMost = 1 << 30;
+  static constexpr double kMaxSamples = 1 << 30;
 
-  /// Samplers round their numbers up, which would be too much.
+  /// Returns the sensor with at most `samples` samples. Reduces the number until it fits, because
+  /// samplers round it up.
   std::unique_ptr<Sensor> at_most(uint32_t samples) const {
     for (uint32_t count = samples;; count -= std::max(1u, count / 8)) {
       auto sensor = sensor_.with_sample_count(count);
@@ -49,7 +50,7 @@ std::vector<Stage> Integrator::stages() const {
 
 std::unique_ptr<Passes> Integrator::begin(const Scene& scene, const Sensor& sensor,
                                           RenderContext& context, double /*seconds*/) const {
-  return std::make_unique<Renders>(*this, scene, sensor, context);
+  return std::make_unique<RenderPasses>(*this, scene, sensor, context);
 }
 
 std::vector<Inspection> Integrator::inspect(const Scene& /*scene*/, const Sensor& /*sensor*/,

@@ -1,4 +1,4 @@
-// Parts of a picture, rendered.
+// Renders the parts of an image.
 
 #include "kinome/parts.h"
 
@@ -14,23 +14,24 @@
 namespace kinome {
 namespace {
 
-/// The sensor with the samples of one of so many parts.
+/// Returns the sensor with the number of samples of one of `count` parts.
 std::unique_ptr<Sensor> sensor_of_part(const Sensor& sensor, uint32_t count) {
   return sensor.with_sample_count(1 + (sensor.sampler().sample_count() - 1) / count);
 }
 
-/// Parts `first` to `end` of so many, each in a lane of its own. `fills_gaps`: see RenderWay.
+/// Renders the parts [first, end) of `count` parts, each in a lane of its own. `fills_gaps`: see
+/// RenderWay.
 Image render_range(const Scene& scene, const Sensor& sensor, RenderContext& context, uint32_t first,
                    uint32_t end, uint32_t count, bool fills_gaps) {
   const std::unique_ptr<Sensor> of_part = sensor_of_part(sensor, count);
   const uint32_t samples = of_part->sampler().sample_count();
-  const uint64_t all = uint64_t{samples} * count;
-  const uint32_t asked = sensor.sampler().sample_count();
-  if (all != asked) {
+  const uint64_t total = uint64_t{samples} * count;
+  const uint32_t requested = sensor.sampler().sample_count();
+  if (total != requested) {
     const std::string text =
-        fmt::format("{} parts of {} sample{} each have {} together: the scene asks for {}", count,
-                    samples, samples == 1 ? "" : "s", all, asked);
-    if (count > asked) {
+        fmt::format("{} parts with {} sample{} each have {} in total, but the scene requests {}",
+                    count, samples, samples == 1 ? "" : "s", total, requested);
+    if (count > requested) {
       log_warn(text);
     } else {
       log_info(text);
@@ -62,7 +63,7 @@ PartRender::PartRender(const Scene& scene, const Sensor& sensor, const PicturePa
                             film.file_extension()));
   }
   if (film.plugin() != "film/hdrfilm") {
-    throw Error(fmt::format("the scene's film is a {}, and only parts of an hdrfilm can be merged",
+    throw Error(fmt::format("the scene's film is a {}, but parts can be merged only for an hdrfilm",
                             film.plugin()));
   }
 }

@@ -10,7 +10,7 @@ void PrimaryBatch::trace(const Scene& scene, const Sensor& sensor, const Rect& p
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     for (int x = pixels.x0; x < pixels.x1; ++x) {
       for (uint32_t s = first_sample; s < first_sample + samples; ++s) {
-        // A film that samples its border has pixels left of 0: distinct keys all the same.
+        // A film that samples its border has negative coordinates, which also give distinct keys.
         keys_.push_back({static_cast<uint32_t>(x), static_cast<uint32_t>(y), s, seed});
       }
     }

@@ -9,7 +9,7 @@ namespace {
 
 constexpr char kMark = '!';
 
-/// All of a scene's mistakes, a line each.
+/// Returns the message of an exception; for Errors, one line per error.
 std::string message_of(const std::exception& error) {
   const auto* const errors = dynamic_cast<const Errors*>(&error);
   if (!errors) return error.what();
@@ -28,7 +28,7 @@ void together(ProcessGroup* group, const std::function<void()>& fn) {
     fn();
     return;
   }
-  // Behind a mark: a mistake may have nothing to say.
+  // A mark precedes the message, because it may be empty.
   std::string failure;
   try {
     fn();
@@ -37,7 +37,7 @@ void together(ProcessGroup* group, const std::function<void()>& fn) {
   } catch (const std::exception& error) {
     failure = kMark + message_of(error);
   } catch (...) {
-    failure = kMark + std::string("something that is no std::exception was thrown");
+    failure = kMark + std::string("an unknown exception was thrown");
   }
   const std::vector<std::string> failures = group->gather(failure, "agreement");
   const std::vector<std::string> machines = group->gather(group->machine(), "agreement");

@@ -11,28 +11,33 @@
 namespace kinome {
 namespace {
 
-/// Lanes of a small film give as many squares of differences, which is what makes an estimate of
-/// their mean.
-constexpr double kSquaresWanted = 4096;
-constexpr double kLeastLanes = 4, kMostLanes = 16;
-/// An estimate that is better than what was asked for by more is worth a word.
-constexpr double kPromised = 1.5;
-/// A round for what is predicted to be left would often miss it by little.
+/// Number of squared differences between lanes, pixels x (lanes - 1), for a good error estimate.
+/// Small films have more lanes to reach it.
+constexpr double kMinSquares = 4096;
+constexpr double kMinLanes = 4, kMaxLanes = 16;
+/// Log a message if the estimated error is below the target by more than this factor.
+constexpr double kBetterFactor = 1.5;
+/// Factor on the predicted number of missing samples. Without it, a round would often miss the
+/// target narrowly.
 constexpr double kErrorMargin = 1.1;
-constexpr double kLeastGrowth = 0.25;
-/// Of what there is. Single samples, as of the first round, take longer and are spread less evenly
-/// than those of larger passes: the second round may be large at once, later ones double at most.
+/// Limits on the samples of a round, relative to all samples before it. The single samples of the
+/// first round take longer and are stratified less than those of larger passes, so the second round
+/// may be large. Later rounds at most double the number of samples.
+constexpr double kMinGrowth = 0.25;
 constexpr double kSecondGrowth = 4, kLaterGrowth = 1;
 
-/// Of the time left: what the first round takes by its forecast, and others by the speed of the
-/// last one, if that was not much smaller.
-constexpr double kFirstShare = 0.4;
-constexpr double kShare = 0.93;
-constexpr double kUnsureShare = 0.7;
-constexpr double kUnsureGrowth = 4;
-constexpr double kMostGrowth = 16;
-/// Of the whole time: too little for another round.
-constexpr double kEndShare = 0.01;
+/// Fraction of the remaining time for the first round, whose time is a forecast.
+constexpr double kFirstFraction = 0.4;
+/// Fraction of the remaining time for later rounds, whose time is predicted from the previous
+/// round.
+constexpr double kFraction = 0.93;
+/// The same if the round is more than kUncertainGrowth times as large as the previous one.
+constexpr double kUncertainFraction = 0.7;
+constexpr double kUncertainGrowth = 4;
+/// Maximum size of a round relative to the previous one.
+constexpr double kMaxGrowth = 16;
+/// Fraction of the whole time that is too short for another round.
+constexpr double kEndFraction = 0.01;
 
 class Progressive {
  public:
@@ -45,10 +50,12 @@ class Progressive {
 
   void run() {
     const bool has_time = budget_.seconds > 0, has_error = budget_.rel_mse > 0;
-    const double least = film_.lanes();
-    double next = has_time ? context_.agree(first_in_time()) : has_error ? least : passes_.samples();
-    if (has_error) next = std::min(next, least);
-    next = std::max(least, next);
+    const double min_samples = film_.lanes();
+    double next = has_time    ? context_.agree(first_in_time())
+                  : has_error ? min_samples
+                              : passes_.samples();
+    if (has_error) next = std::min(next, min_samples);
+    next = std::max(min_samples, next);
     while (true) {
       round(next);
       if (context_.cancelled()) break;
@@ -64,25 +71,24 @@ class Progressive {
     const auto error = estimate_rel_mse(film_, samples_);
     if (!error) return;
     context_.stats().rel_mse = *error;
-    if (*error < budget_.rel_mse / kPromised) say_why_better(*error);
+    if (*error < budget_.rel_mse / kBetterFactor) log_why_better(*error);
   }
 
  private:
   double now() const { return context_.seconds(); }
 
-  void say_why_better(double error) const {
+  void log_why_better(double error) const {
     std::ostringstream text;
     text.precision(3);
-    text << "a relMSE of " << budget_.rel_mse << " is asked for, and the picture has " << error
-         << " with " << done_ << " samples a pixel"
-         << (rounds_ == 1
-                 ? ", the fewest that tell"
-                 : ": the last passes, being larger, did better than those before promised");
+    text << "the relMSE is " << error << " with " << done_ << " samples per pixel, better than "
+         << budget_.rel_mse << " as requested, because "
+         << (rounds_ == 1 ? "an estimate needs that many samples"
+                          : "the last passes converged faster than predicted");
     log_info(text.str());
   }
 
-  /// So many samples of all lanes together, a pass for each lane; fewer than there are lanes go to
-  /// those that have the fewest.
+  /// Renders `samples` samples per pixel in total, one pass per lane. If there are fewer samples
+  /// than lanes, the lanes with the fewest samples come first.
   void round(double samples) {
     const double start = now(), before = done_, target = before + samples;
     showing_seconds_ = 0;
@@ -93,13 +99,13 @@ class Progressive {
                      [this](uint32_t a, uint32_t b) { return samples_[a] < samples_[b]; });
     for (const uint32_t lane : order) {
       const bool is_first = done_ == before;
-      // Half a sample more or less is as good.
+      // Stop within half a sample of the target.
       if (!is_first && (context_.cancelled() || done_ > target - 0.5)) break;
       const double own = target / film_.lanes() - samples_[lane];
       film_.set_lane(lane);
-      const double at = (done_ - before) / samples;
-      const double after = std::min(1., at + std::max(1., own) / samples);
-      context_.begin_pass(++pass_, begin + (end - begin) * at, begin + (end - begin) * after);
+      const double done = (done_ - before) / samples;
+      const double after = std::min(1., done + std::max(1., own) / samples);
+      context_.begin_pass(++pass_, begin + (end - begin) * done, begin + (end - begin) * after);
       const double rendered = passes_.render(std::max(1., own));
       samples_[lane] += rendered;
       done_ += rendered;
@@ -111,7 +117,7 @@ class Progressive {
     last_seconds_ = now() - start - showing_seconds_;
   }
 
-  /// What a callback takes is part of the time, but says nothing of how fast samples are.
+  /// Calls on_pass_. Its time counts as part of the budget, but not for the time per sample.
   void show() {
     if (!on_pass_ || context_.cancelled()) return;
     const double start = now();
@@ -120,44 +126,44 @@ class Progressive {
     showing_seconds_ += now() - start;
   }
 
-  /// Shares of all work that are told before and after a round of `more` samples of all lanes. What
-  /// an error takes is guessed anew before each: a round is its share of what was left untold, so
-  /// that what is told never falls.
+  /// Returns the progress before and after a round of `more` samples in total. The number of
+  /// samples for a target error is predicted again before each round. So a round gets its fraction
+  /// of the remaining progress, which therefore never decreases.
   std::pair<double, double> progress_of(double time, double more) {
     if (budget_.seconds > 0) {
       const double sample = last_ > 0 ? last_seconds_ / last_ : passes_.seconds_per_sample();
-      const double begin = std::max(told_, std::min(1., time / budget_.seconds));
-      told_ = std::max(begin, std::min(1., (time + more * sample) / budget_.seconds));
-      return {begin, told_};
+      const double begin = std::max(progress_, std::min(1., time / budget_.seconds));
+      progress_ = std::max(begin, std::min(1., (time + more * sample) / budget_.seconds));
+      return {begin, progress_};
     }
     const bool is_guess = budget_.rel_mse > 0 && rounds_ == 0;
     const double left = is_guess ? (1 + kSecondGrowth) * more : std::max(predicted_ - done_, more);
-    const double begin = told_;
-    told_ += (1 - told_) * more / left;
-    return {begin, told_};
+    const double begin = progress_;
+    progress_ += (1 - progress_) * more / left;
+    return {begin, progress_};
   }
 
   double first_in_time() const {
     const double sample = passes_.seconds_per_sample();
-    return sample > 0 ? kFirstShare * (budget_.seconds - now()) / sample : 0;
+    return sample > 0 ? kFirstFraction * (budget_.seconds - now()) / sample : 0;
   }
 
   double next_in_time() {
     if (!deadline_) {
-      // From here on there is a picture.
+      // All pixels have samples now, so later rounds may be cut off.
       const double start = now();
-      const Image picture = develop(film_, budget_, context_.stats());
-      const double after = budget_.seconds_after ? budget_.seconds_after(picture) : 0;
+      const Image image = develop(film_, budget_, context_.stats());
+      const double after = budget_.seconds_after ? budget_.seconds_after(image) : 0;
       deadline_ = budget_.seconds - after - (now() - start);
       context_.set_deadline(*deadline_);
     }
     const double left = *deadline_ - now() - showing_seconds_;
-    if (left < kEndShare * budget_.seconds) return 0;
+    if (left < kEndFraction * budget_.seconds) return 0;
     const double fits = left * last_ / std::max(last_seconds_, 1e-9);
-    const double wanted = fits * (fits > kUnsureGrowth * last_ ? kUnsureShare : kShare);
-    // Less than one sample of each lane would not be in time.
-    const double least = film_.lanes();
-    return std::min(fits < least ? 0. : std::max(wanted, least), kMostGrowth * last_);
+    const double next = fits * (fits > kUncertainGrowth * last_ ? kUncertainFraction : kFraction);
+    // A round has at least one sample per lane; stop if that doesn't fit.
+    const double min_samples = film_.lanes();
+    return std::min(fits < min_samples ? 0. : std::max(next, min_samples), kMaxGrowth * last_);
   }
 
   double next_by_error() {
@@ -166,9 +172,9 @@ class Progressive {
     if (!error || *error <= budget_.rel_mse || done_ >= 0.999 * limit) return 0;
     const double missing = kErrorMargin * *error / budget_.rel_mse - 1;
     const double more = std::min(
-        done_ * std::clamp(missing, kLeastGrowth, rounds_ == 1 ? kSecondGrowth : kLaterGrowth),
+        done_ * std::clamp(missing, kMinGrowth, rounds_ == 1 ? kSecondGrowth : kLaterGrowth),
         limit - done_);
-    predicted_ = std::min(done_ * (1 + std::max(missing, kLeastGrowth)), limit);
+    predicted_ = std::min(done_ * (1 + std::max(missing, kMinGrowth)), limit);
     return std::max(1., more);
   }
 
@@ -179,13 +185,13 @@ class Progressive {
   const PassCallback& on_pass_;
   uint64_t pass_ = 0;
   int rounds_ = 0;
-  std::vector<double> samples_ = std::vector<double>(film_.lanes());  ///< of each lane
-  double done_ = 0;                                                   ///< of all lanes
-  double predicted_ = 0;                                              ///< the same at the end
-  double told_ = 0;  ///< share of all work at the end of the last round
-  double last_ = 0;  ///< samples of all lanes in the last round
+  std::vector<double> samples_ = std::vector<double>(film_.lanes());  ///< samples by lane
+  double done_ = 0;                                                   ///< samples of all lanes
+  double predicted_ = 0;  ///< predicted samples of all lanes at the end
+  double progress_ = 0;   ///< progress at the end of the current round, 0 to 1
+  double last_ = 0;       ///< samples of all lanes in the last round
   double last_seconds_ = 0;
-  double showing_seconds_ = 0;  ///< what callbacks took in the last round
+  double showing_seconds_ = 0;  ///< time of the callbacks in the last round
   std::optional<double> deadline_;
 };
 
@@ -196,12 +202,12 @@ uint32_t lanes_for(const RenderBudget& budget, const Film& film) {
   if (!(budget.rel_mse > 0)) return 1;
   const double pixels = std::max(1, film.crop().area());
   return static_cast<uint32_t>(
-      std::clamp(1 + std::ceil(kSquaresWanted / pixels), kLeastLanes, kMostLanes));
+      std::clamp(1 + std::ceil(kMinSquares / pixels), kMinLanes, kMaxLanes));
 }
 
 std::optional<double> estimate_rel_mse(const Film& film, std::span<const double> samples) {
   const uint32_t lanes = film.lanes();
-  if (lanes < kLeastLanes) return std::nullopt;
+  if (lanes < kMinLanes) return std::nullopt;
   const double all_samples = std::accumulate(samples.begin(), samples.end(), 0.);
   const auto pixels = static_cast<size_t>(film.crop().area());
   std::vector<glm::dvec3> colors(lanes);
@@ -217,7 +223,7 @@ std::optional<double> estimate_rel_mse(const Film& film, std::span<const double>
   double mean = 0;
   for (size_t p = 0; p < pixels; ++p) mean += glm::dot(read(p), glm::dvec3(1 / 3.)) / all_samples;
   mean /= static_cast<double>(pixels);
-  const double floor = mean != 0 ? 0.01 * mean * mean : 1;  // a black picture: absolute errors
+  const double floor = mean != 0 ? 0.01 * mean * mean : 1;  // absolute errors for a black image
   double total = 0;
   for (size_t p = 0; p < pixels; ++p) {
     const glm::dvec3 sum = read(p);
@@ -228,7 +234,7 @@ std::optional<double> estimate_rel_mse(const Film& film, std::span<const double>
         const glm::dvec3 others = (sum - samples[a] * colors[a] - samples[b] * colors[b]) /
                                   (all_samples - samples[a] - samples[b]);
         const glm::dvec3 size = 0.5 * (others * others + all * all);
-        // The variance of a sample, if that of a lane falls as its samples rise.
+        // The variance of one sample, if the variance of a lane is inverse to its samples.
         total += glm::dot(difference * difference / (size + floor), glm::dvec3(1 / 3.)) /
                  (1 / samples[a] + 1 / samples[b]);
       }

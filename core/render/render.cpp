@@ -1,4 +1,4 @@
-// From a scene and a sensor to a picture, by the scene's integrator.
+// Renders an image with the scene's integrator.
 
 #include "kinome/render.h"
 
@@ -19,7 +19,7 @@
 namespace kinome {
 namespace {
 
-/// What all processes of the group have sent so far. Collective.
+/// Adds the traffic of all processes of the group to RenderStats::traffic. Collective.
 void add_traffic(ProcessGroup& group, RenderStats& stats) {
   SharedBytes own;
   auto of_this = group.traffic();
@@ -50,7 +50,7 @@ void add_traffic(ProcessGroup& group, RenderStats& stats) {
 void warn_without_emitters(const Scene& scene) {
   if (!scene.emitters().empty()) return;
   log_warn(
-      Error(Location{scene.file()}, "the scene has no emitter: the picture will be black").what());
+      Error(Location{scene.file()}, "the scene has no emitter: the image will be black").what());
 }
 
 Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
@@ -109,7 +109,9 @@ Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
     if (ProcessGroup* const group = context.group()) add_traffic(*group, stats);
     if (!context.is_root()) {
       if (film.commits() == 0) return image;
-      throw Error("the integrator adds to the film by itself, which a group of processes can't know of");
+      throw Error(
+          "the integrator adds to the film without RenderContext::commit(), which groups of "
+          "processes don't support");
     }
     if (checkpoint && interrupted) checkpoint->close(film);
     if (interrupted && way.fills_gaps) fill_gaps(scene, sensor, context, begun);
@@ -125,17 +127,17 @@ Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
 void warn_of_missed_budget(const RenderBudget& budget, const RenderStats& stats, double seconds,
                            const BudgetNames& names) {
   if (budget.seconds > 0 && seconds > budget.seconds + std::max(0.05, 0.05 * budget.seconds)) {
-    const std::string samples = fmt::format("{:.3g} samples a pixel", stats.samples);
+    const std::string samples = fmt::format("{:.3g} samples per pixel", stats.samples);
     log_warn(fmt::format("{}{:g}: it took {:.3f} s to {}", names.seconds, budget.seconds, seconds,
                          fmt::format(fmt::runtime(names.work), samples)));
   }
   if (budget.rel_mse > 0 && stats.complete && !(stats.rel_mse <= budget.rel_mse)) {
     log_warn(fmt::format(
-        "{}{:g} is not reached: {:.3g} by the estimate{}", names.rel_mse, budget.rel_mse,
+        "{}{:g} was not reached: the estimate is {:.3g} {}", names.rel_mse, budget.rel_mse,
         stats.rel_mse,
         budget.seconds > 0
-            ? fmt::format(" when time was up, after {:.0f} samples a pixel", stats.samples)
-            : fmt::format(", and {:.0f} samples a pixel are the limit", stats.samples)));
+            ? fmt::format("when time was up, after {:.0f} samples per pixel", stats.samples)
+            : fmt::format("with {:.0f} samples per pixel, the maximum", stats.samples)));
   }
 }
 

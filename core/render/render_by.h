@@ -7,16 +7,16 @@
 
 namespace kinome {
 
-/// How a film comes to its samples.
+/// Describes how a film is filled with samples.
 struct RenderWay {
-  uint32_t lanes = 1;                      ///< that the film is prepared with
-  std::function<void()> render = nullptr;  ///< fills it; tells RenderStats::samples
-  /// Of a picture that is interrupted: pixels without samples get one, or are marked.
+  uint32_t lanes = 1;                      ///< number of lanes of the film
+  std::function<void()> render = nullptr;  ///< fills the film, and sets RenderStats::samples
+  /// After an interrupt, adds a sample to pixels that have none, or marks them (see fill_gaps.h).
   bool fills_gaps = true;
 };
 
-/// What all renders have in common: the film is made ready and developed, with checkpoints,
-/// warnings and statistics.
+/// Runs a render: prepares the film, calls way.render(), and develops the image. Also handles
+/// checkpoints, repeated warnings and statistics.
 Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
                 RenderContext& context);
 

@@ -19,23 +19,23 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Tells how far a pass is. A thread that finds another one telling does not wait for it.
+/// Reports the progress of a pass. A thread doesn't wait if another one is reporting.
 class Progress {
  public:
   Progress(const ProgressCallback& callback, size_t total, size_t done, double begin, double end)
       : callback_(callback), total_(total), begin_(begin), end_(end), done_(done) {}
-  void one_done() { tell(1 + done_.fetch_add(1, std::memory_order_relaxed)); }
-  void tell(size_t done) {
+  void add_done() { report(1 + done_.fetch_add(1, std::memory_order_relaxed)); }
+  void report(size_t done) {
     if (!callback_) return;
-    // The last one waits: the end is always told.
+    // Only the last report waits, so that the end is always reported.
     std::unique_lock lock(mutex_, std::defer_lock);
     if (done == total_) {
       lock.lock();
     } else if (!lock.try_lock()) {
       return;
     }
-    if (done <= told_) return;
-    told_ = done;
+    if (done <= reported_) return;
+    reported_ = done;
     callback_(begin_ + (end_ - begin_) * static_cast<double>(done) / static_cast<double>(total_));
   }
 
@@ -46,7 +46,7 @@ class Progress {
   const double end_;
   std::atomic<size_t> done_;
   std::mutex mutex_;
-  size_t told_ = 0;
+  size_t reported_ = 0;
 };
 
 std::vector<Rect> tiles_of(const Rect& region) {
@@ -60,7 +60,7 @@ std::vector<Rect> tiles_of(const Rect& region) {
   return tiles;
 }
 
-/// Order in which `count` tiles are handed out: their own for seed 0, else shuffled.
+/// Returns the order in which `count` tiles are rendered: by index for seed 0, else shuffled.
 std::vector<size_t> tile_order(size_t count, uint64_t seed) {
   std::vector<size_t> order(count);
   std::iota(order.begin(), order.end(), size_t{0});
@@ -72,8 +72,8 @@ std::vector<size_t> tile_order(size_t count, uint64_t seed) {
   return order;
 }
 
-/// Thrown out of an item that is not to be finished.
-struct GivenUp {};
+/// Thrown to cancel an item (RenderContext::give_up_if_asked()).
+struct ItemCancelled {};
 
 }  // namespace
 
@@ -160,14 +160,15 @@ bool RenderContext::is_committed(size_t item) const {
 }
 
 void RenderContext::give_up_if_asked() const {
-  if (options_.group && interrupted()) throw GivenUp();
+  if (options_.group && interrupted()) throw ItemCancelled();
 }
 
-/// In the order in which they are handed out. All of a group's processes find the same.
+/// Returns the items that aren't in the film yet, in the order in which they are processed. The
+/// result is the same for all processes of a group. Collective.
 std::vector<size_t> RenderContext::items_to_do(size_t count) {
   std::vector<size_t> order = tile_order(count, options_.tile_order_seed);
   if (ProcessGroup* const group = options_.group) {
-    // What is in the film already is for the root to know.
+    // Only the root knows which items are in the film.
     std::string done;
     for (size_t item = 0; is_root() && checkpoint_ && item < count; ++item) {
       done.push_back(is_committed(item) ? 1 : 0);
@@ -190,9 +191,11 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
     std::erase_if(order, [&](size_t item) { return shared->stay()[item] != group->rank(); });
   }
   const auto threads = static_cast<unsigned>(std::clamp<size_t>(order.size(), 1, options_.threads));
-  const auto told = [&](double share) { return pass_begin_ + (pass_end_ - pass_begin_) * share; };
-  Progress progress(options_.progress, count, count - to_do, told(progress_begin_),
-                    told(progress_end_));
+  const auto overall = [&](double progress) {
+    return pass_begin_ + (pass_end_ - pass_begin_) * progress;
+  };
+  Progress progress(options_.progress, count, count - to_do, overall(progress_begin_),
+                    overall(progress_end_));
   FirstException exception;
   std::vector<RenderCounters> counters(threads);
   std::atomic<size_t> next{0};
@@ -215,14 +218,14 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
       const size_t index = order[turn];
       try {
         fn(index, counters[thread]);
-        if (pass) pass->made(index);
+        if (pass) pass->add_finished(index);
         if (group) {
-          // Of a pass of all processes: what has been handed out so far, about.
-          progress.tell(count - to_do + (turn + 1) * to_do / order.size());
+          // The progress of all processes is about the number of items distributed so far.
+          progress.report(count - to_do + (turn + 1) * to_do / order.size());
         } else {
-          progress.one_done();
+          progress.add_done();
         }
-      } catch (const GivenUp&) {
+      } catch (const ItemCancelled&) {
         break;
       } catch (...) {
         exception.capture(index);
@@ -232,7 +235,8 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
   });
   RenderCounters sum;
   for (const RenderCounters& c : counters) sum.add(c);
-  // The others may be gone, and this process's time be short.
+  // Save the checkpoint before waiting for the other processes: they may have been killed, and this
+  // one may be soon.
   if (group && checkpoint_ && is_interrupted_here()) commits_->save(*checkpoint_);
   try {
     if (pass) {
@@ -242,7 +246,7 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
       group_interrupted_ = group_interrupted_ || outcome.interrupted;
       group_late_ = outcome.late;
       sum = outcome.counters;
-      if (!cancelled()) progress.tell(count);
+      if (!cancelled()) progress.report(count);
     }
     stats_.counters.add(sum);
     exception.rethrow();
@@ -252,8 +256,8 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
     end_pass();
     throw;
   }
-  // Sums are to be made in the items' order whenever the render goes on: no checkpoint has the
-  // rest.
+  // Close the checkpoint before the remaining items are added: a resumed render must add items in
+  // their order, and end_pass() doesn't.
   if (checkpoint_ && commits_->film() && cancelled()) checkpoint_->close(*commits_->film());
   end_pass();
 }
@@ -281,7 +285,8 @@ void RenderContext::parallel_for(size_t count, const std::function<void(size_t)>
   const auto threads = static_cast<unsigned>(std::min<size_t>(count, options_.threads));
   FirstException exception;
   std::atomic<size_t> next{0};
-  // Blocks keep the counter's cost out of short bodies, and are small enough to balance long ones.
+  // Blocks reduce the cost of the counter for short bodies, and are small enough to balance long
+  // ones.
   const size_t block = std::max<size_t>(1, count / (size_t{64} * threads));
   pool_->run(threads, [&](unsigned) {
     while (!exception.any()) {

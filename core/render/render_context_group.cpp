@@ -1,4 +1,5 @@
-// What the processes of a group ask each other, and what a process answers alone.
+// The functions of RenderContext that processes of a group call collectively. A single process
+// computes the results alone.
 
 #include <algorithm>
 

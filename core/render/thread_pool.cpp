@@ -15,8 +15,8 @@ int this_processor() {
   return sched_getcpu();
 }
 
-/// Moves this thread to the processor that is so many behind `from` among those that it may use,
-/// all of which it may use afterwards as before.
+/// Moves this thread to the processor that comes `processors` after `from` among the allowed ones.
+/// Afterwards, the thread may run on any allowed processor again.
 void move_on(int from, unsigned processors) {
   cpu_set_t allowed;
   if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;

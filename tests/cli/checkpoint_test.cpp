@@ -156,17 +156,17 @@ TEST_F(CheckpointTest, ForeignOnesAreRefused) {
     return kinome(arguments(more));
   };
   const std::string whose = "checkpoint '" + checkpoint_ + "': it belongs to another render: its ";
-  expect_one_error(with({"--seed", "1"}), "", {whose + "seed is '0', and here it is '1'"});
+  expect_one_error(with({"--seed", "1"}), "", {whose + "seed is '0', expected '1'"});
   expect_one_error(with({"-s", "above"}), "", {whose});
   expect_one_error(with({"-D", "integrator=path"}), "",
-                   {whose + "scene has changed since, by the text"});
+                   {whose + "scene has changed, in the scene files"});
   expect_one_error(with({"--variance"}), "", {whose + "--variance"});
   expect_one_error(with({"--error", "0.5"}), "", {whose + "--error"});
   const auto built = PluginRegistry({KINOME_TEST_PLUGINS}).instruction_sets(Category::kBsdf, "diffuse");
   const std::string lowest = to_string(least_instruction_set());
   if (built.size() > 1 && built[1] <= processor_instruction_set()) {
     expect_one_error(with({"--isa", lowest}), "",
-                     {whose + "--isa is '", "', and here it is '" + lowest + "'"});
+                     {whose + "--isa is '", "', expected '" + lowest + "'"});
   }
   std::string bytes = read_text(checkpoint_);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);

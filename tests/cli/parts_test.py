@@ -92,7 +92,7 @@ class Parts(unittest.TestCase):
 
     def test_a_part_is_a_picture_that_says_what_it_is(self):
         says = self.render("3/12", "--png")
-        self.assertIn("12 parts of 1 sample each have 12 together: the scene asks for 6", says)
+        self.assertIn("12 parts with 1 sample each have 12 in total, but the scene requests 6", says)
         self.assertIn("wrote scene-part03of12.exr", says)
         path = self.folder / "scene-part03of12.exr"
         found = header(path)
@@ -111,7 +111,7 @@ class Parts(unittest.TestCase):
         for i in (1, 2, 4):
             self.render(f"{i}/5", "-o", f"{i}")
         parts = ["4.exr", "2.exr", "1.exr"]
-        self.refused("parts 3 and 5 of 5 are missing: --allow-missing makes a picture of what is there",
+        self.refused("parts 3 and 5 of 5 are missing: add --allow-missing to merge the parts that exist",
                      "merge", *parts, "-o", "a")
         says = self.run_program("merge", *parts, "-o", "a", "--allow-missing")
         self.assertRegex(says, r"^wrote a.exr: 3 of 5 parts; parts 3 and 5 are missing \(")
@@ -120,14 +120,14 @@ class Parts(unittest.TestCase):
                           found["kinome:complete"]), ("3 and 5", "6", "false"))
         self.refused("2.exr: it is given twice", "merge", *parts, "2.exr", "-o", "b")
         # Of other pictures, by what they differ in.
-        for words, *options in [("its seed is 1, and there it is 0", "--seed", 1),
-                                ("its scene (scene.xml) is another one, or has another text or other -D",
+        for words, *options in [("its seed is 1, expected 0", "--seed", 1),
+                                ("its scene (scene.xml) or its values of -D differ",
                                  "-D", "size=41")]:
             self.render("3/5", "-o", "3", *options)
-            self.refused("3.exr: it is no part of the picture of 4.exr: " + words, "merge", *parts,
+            self.refused("3.exr: it is not a part of the same image as 4.exr: " + words, "merge", *parts,
                          "3.exr", "-o", "b")
         self.render("3/6", "-o", "3")
-        self.refused("its number of parts is 6, and there it is 5", "merge", *parts, "3.exr", "-o", "b")
+        self.refused("its number of parts is 6, expected 5", "merge", *parts, "3.exr", "-o", "b")
         self.assertFalse((self.folder / "b.exr").exists())
 
     def test_files_that_are_no_parts(self):
@@ -138,7 +138,7 @@ class Parts(unittest.TestCase):
                                ("text", b"a letter"), ("sums", data[:-900] + bytes(900))]:
             (self.folder / f"{name}.exr").write_bytes(contents)
             self.refused(f"{name}.exr: ", "merge", f"{name}.exr", "-o", "a")
-        self.refused("picture.exr: it is a picture, but no part of one", "merge", "picture.exr", "-o", "a")
+        self.refused("picture.exr: it is an image, but not a part", "merge", "picture.exr", "-o", "a")
         self.refused("none.exr: can't be read: no such file", "merge", "1.exr", "none.exr", "-o", "a")
         self.refused("1.exr': this file was read", "merge", "1.exr", "-o", "1")
         self.refused("--png adds a PNG", "merge", "1.exr", "-o", "1.png")
@@ -171,7 +171,7 @@ class Parts(unittest.TestCase):
         self.refused("parts 1, 3 and 4 of 4 are missing", "merge", "2.exr", "-o", "a")
         says = self.run_program("merge", "2.exr", "-o", "a", "--allow-missing")
         self.assertRegex(says, r"parts 1, 3 and 4 are missing; part 2 is incomplete, \d+ % of it missing")
-        self.refused("checkpoint 'c': it belongs to another render: its --part is '2/4', and here it is "
+        self.refused("checkpoint 'c': it belongs to another render: its --part is '2/4', expected "
                      "'3/4'", "scene.xml", "--part", "3/4", "-o", "3", *options, "--resume")
 
     def test_a_part_goes_on_from_its_checkpoint(self):

@@ -290,8 +290,8 @@ class ModuleTest(unittest.TestCase):
                             "    on_pass=lambda p, n: (seen.append(n), time.sleep(0.2)))\n"
                             "assert picture.mean() > 0.1 and seen, (picture.mean(), seen)\n"
                             "kinome.render(scene, error=1e-12, time=0.1)\n")
-        self.assertRegex(said, r"time=1e-06: it took 0\.\d+ s to render .* samples a pixel")
-        self.assertRegex(said, "error=1e-12 is not reached: .* when time was up")
+        self.assertRegex(said, r"time=1e-06: it took 0\.\d+ s to render .* samples per pixel")
+        self.assertRegex(said, "error=1e-12 was not reached: .* when time was up")
 
     def said_by(self, code):
         """What a process of its own says on stderr."""

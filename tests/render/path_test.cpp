@@ -133,12 +133,12 @@ TEST(WithoutEmitters, EveryIntegratorOfLightWarnsOnce) {
     const bool has_depth = std::string(type) != "direct";
     const std::string integrator = has_depth ? integrator_xml(type, 2) : direct_xml();
     EXPECT_EQ(warning_of(scene + integrator),
-              "kinome: warning: test.xml: the scene has no emitter: the picture will be black\n")
+              "kinome: warning: test.xml: the scene has no emitter: the image will be black\n")
         << type;
     EXPECT_EQ(warning_of(scene + constant_xml("1") + integrator), "") << type;
   }
   EXPECT_EQ(warning_of(scene + integrator_xml("clustered", 3)),
-            "kinome: warning: test.xml: the scene has no emitter: the picture will be black\n");
+            "kinome: warning: test.xml: the scene has no emitter: the image will be black\n");
   EXPECT_EQ(warning_of(scene + "<integrator type=\"depth\"/>"), "");
 }
 

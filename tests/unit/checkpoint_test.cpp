@@ -199,7 +199,7 @@ TEST_F(Resuming, FailedCheckpointsAreOneWarning) {
     checkpoint.close(scene->sensors()[0]->film());
     const std::string log = testing::internal::GetCapturedStderr();
     EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 1) << log;
-    EXPECT_NE(log.find("the render goes on without"), std::string::npos) << log;
+    EXPECT_NE(log.find("the render continues without it"), std::string::npos) << log;
   }
 }
 
@@ -275,14 +275,14 @@ TEST_F(Refused, DamagedAnywhere) {
 TEST_F(Refused, ForeignOnes) {
   EXPECT_NE(error_of("This is a shopping list.", {}).find("not a checkpoint"), std::string::npos);
   const std::string other = error_of(bytes_, {{"seed", "6"}});
-  EXPECT_NE(other.find("another render: its seed is '5', and here it is '6'"), std::string::npos)
+  EXPECT_NE(other.find("another render: its seed is '5', expected '6'"), std::string::npos)
       << other;
   const std::string none = error_of(bytes_, {});
-  EXPECT_NE(none.find("its seed is '5', and here it is not given"), std::string::npos) << none;
+  EXPECT_NE(none.find("its seed is '5', expected not given"), std::string::npos) << none;
   scene_ = scene_with(R"(<integrator type="aov"><string name="aovs" value="n:sh_normal"/>
                            <integrator type="direct"/></integrator>)");
   const std::string film = error_of(bytes_, {{"seed", "5"}});
-  EXPECT_NE(film.find("not of this render"), std::string::npos) << film;
+  EXPECT_NE(film.find("it belongs to another render"), std::string::npos) << film;
 }
 
 TEST_F(Refused, OneThatWouldBeOverwritten) {

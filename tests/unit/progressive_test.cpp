@@ -204,7 +204,7 @@ TEST(Error, EndsWhenItIsReached) {
         EXPECT_GT(estimate, target / 1.5) << target << " " << seed;
       }
       EXPECT_EQ(is_least, target > 0.1) << run.samples();
-      EXPECT_EQ(said.find("the fewest that tell") != std::string::npos, estimate < target / 1.5)
+      EXPECT_EQ(said.find("needs that many samples") != std::string::npos, estimate < target / 1.5)
           << target << said;
     }
   }
