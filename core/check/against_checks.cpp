@@ -1,4 +1,4 @@
-// Two emitters of the same light: what arrives at points of the scene, by either.
+// Compares two emitters that should emit the same light, at receivers in the scene.
 
 #include <cmath>
 
@@ -10,11 +10,11 @@
 namespace kinome::check {
 namespace {
 
-/// Tests of one pair of emitters: of each of two receivers two, and of radiance.
-constexpr int kTestsOfPair = 5;
+/// Number of tests for a pair of emitters: two for each of two receivers, and one for radiance.
+constexpr int kTestsPerPair = 5;
 
-/// Estimates of a and b, whose difference was estimated by samples in common. Equal values differ
-/// by their rounding.
+/// Compares the estimates a and b, whose difference was estimated with common random numbers. Equal
+/// values may differ by rounding.
 Verdict paired_test(const CellFlux& a, const CellFlux& difference, double alpha) {
   constexpr double kRounding = 1e-4;
   std::vector<Estimate> first, second;
@@ -27,27 +27,27 @@ Verdict paired_test(const CellFlux& a, const CellFlux& difference, double alpha)
   return largest_z_test(first, second, alpha);
 }
 
-/// Radiance of two environments in parts of the sphere, by directions in common.
+/// Compares the radiance of two environments in parts of the sphere, at common directions.
 Verdict radiance_test(const Emitter& a, const Emitter& b, int count, uint64_t seed, double alpha) {
   Random random(seed);
-  std::vector<Vec2> places;
+  std::vector<Vec2> points;
   std::vector<ReceiverCells::Hit> hits;
   for (int i = 0; i < 10000; ++i) {
     const auto sample = (i % 2 ? a : b).sample_direct(Vec3(0.f), random.unit2());
     if (!sample || !(sample->pdf > 0)) continue;
-    places.push_back(square_of_direction(sample->d));
-    hits.push_back({places.back(), true});
+    points.push_back(square_of_direction(sample->d));
+    hits.push_back({points.back(), true});
   }
   const ReceiverCells cells(hits, count);
-  const ProbeGrid density(places);
+  const ProbeGrid density(points);
   CellFlux first(cells.count()), difference(cells.count());
   for (int i = 0; i < count; ++i) {
-    const ProbeGrid::Sample place = density.sample(random);
-    const Vec3 d = direction_of_square(place.uv);
-    const auto weight = static_cast<float>(4 * std::numbers::pi / place.pdf);
+    const ProbeGrid::Sample point = density.sample(random);
+    const Vec3 d = direction_of_square(point.uv);
+    const auto weight = static_cast<float>(4 * std::numbers::pi / point.pdf);
     const Rgb of_a = a.eval_environment(d) * weight;
-    first.add(cells.cell_of(place.uv, true), of_a);
-    difference.add(cells.cell_of(place.uv, true), of_a - b.eval_environment(d) * weight);
+    first.add(cells.cell_of(point.uv, true), of_a);
+    difference.add(cells.cell_of(point.uv, true), of_a - b.eval_environment(d) * weight);
     first.end_sample();
     difference.end_sample();
   }
@@ -68,7 +68,7 @@ class Comparison {
   void run() {
     ProbeRays probes(own_, count_ / 15, seed_);
     if (probes.rays.empty()) probes = ProbeRays(other_, count_ / 15, seed_);
-    probes.is_distant |= probes.rays.empty();  // then light of the whole scene is compared
+    probes.is_distant |= probes.rays.empty();  // then receivers cover the whole scene
     const Aabb bounds = own_.scene().bounds();
     compare_at(plane_in_the_way(probes, bounds), probes, 1);
     compare_at(sphere_in_the_way(probes, bounds), probes, 5);
@@ -92,7 +92,7 @@ class Comparison {
         flux_by_emission(own_.emitter(), receiver, plan.cells, count_, seed_ + offset + 1);
     const CellFlux expected =
         flux_by_emission(other_.emitter(), receiver, plan.cells, count_, seed_ + offset + 2);
-    if (emitted.contributions() == 0 || expected.contributions() == 0) return;  // not offered
+    if (emitted.contributions() == 0 || expected.contributions() == 0) return;  // not implemented
     judge(receiver, "sample_emission()", emitted.total(), expected.total(),
           largest_z_test(emitted.estimates(), expected.estimates(), alpha_));
   }
@@ -103,10 +103,10 @@ class Comparison {
     if (verdict.passed) return;
     const double ratio = own / other;
     outcome_.fail(std::abs(ratio - 1) < 0.01
-                      ? fmt::format("its {} brings other colours, or light to other parts of a {}, "
+                      ? fmt::format("its {} sends other colours, or light to other parts of a {}, "
                                     "than that of {}",
                                     function, receiver.name(), name_)
-                      : fmt::format("its {} brings {:.4g} times the light of {} to a {}", function,
+                      : fmt::format("its {} sends {:.4g} times the light of {} to a {}", function,
                                     ratio, name_, receiver.name()));
   }
 
@@ -140,10 +140,12 @@ void add_against_check(const Subject& subject, Plan& plan) {
   const auto other = std::dynamic_pointer_cast<Emitter>(load_object_from_string(
       subject.xml_against(), Subject::kFile, {}, subject.registry()));
   if (other->is_surface() != subject.make<Emitter>()->is_surface()) {
-    throw Error(fmt::format("--against: of {} and {}, only one is part of a shape", subject.title(),
-                            other->plugin()));
+    throw Error(
+        fmt::format("--against: {} and {} can't be compared, because only one of them is "
+                    "part of a shape",
+                    subject.title(), other->plugin()));
   }
-  plan.add("light", kTestsOfPair * EmitterScene::count(subject),
+  plan.add("light", kTestsPerPair * EmitterScene::count(subject),
            [&](double alpha) { return emitter_light(subject, alpha); });
 }
 

@@ -10,7 +10,7 @@ namespace kinome::check {
 Outcome audit(const Subject& subject, const std::function<bool(const std::string&)>& wanted) {
   Outcome outcome;
   const auto scene = subject.scene(surroundings(subject, subject.xml()));
-  // Each time another 256 places are looked at closely.
+  // Each round checks 256 other points, the number that audit_plugins() checks thoroughly.
   const int rounds = std::max(1, static_cast<int>(4 * subject.request().effort));
   constexpr uint32_t kPlaces = 256;
   for (int i = 0; i < rounds; ++i) {
@@ -18,11 +18,11 @@ Outcome audit(const Subject& subject, const std::function<bool(const std::string
     for (const PluginFault& fault : audit_plugins(*scene, *scene->sensors()[0], seed, kPlaces)) {
       if (!wanted(fault.what)) continue;
       outcome.fail(fmt::format("{} gives {}", fault.plugin, fault.what));
-      outcome.measured = fmt::format("at {} of {} places", fault.count, fault.looks);
+      outcome.measured = fmt::format("at {} of {} points", fault.count, fault.looks);
     }
     if (!outcome.passed) return outcome;
   }
-  outcome.measured = fmt::format("no contradiction at {} places", rounds * kPlaces);
+  outcome.measured = fmt::format("no contradiction at {} points", rounds * kPlaces);
   return outcome;
 }
 

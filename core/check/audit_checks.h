@@ -7,8 +7,8 @@
 
 namespace kinome::check {
 
-/// Whether what the plugin says at many places of a scene fits together, as audit_plugins() finds
-/// it after each render; of all faults those that are `wanted`.
+/// Checks with audit_plugins(), at many points of a scene, whether the plugin's functions agree
+/// with one another. Reports only faults for which `wanted` returns true.
 Outcome audit(const Subject& subject, const std::function<bool(const std::string&)>& wanted);
 
 }  // namespace kinome::check

@@ -9,14 +9,14 @@
 #include "kinome/columns.h"
 #include "kinome/math.h"
 
-/// Memory for functions over blocks, whose padding is poisoned.
+/// Memory for block functions, with poisoned padding.
 namespace kinome::check {
 
 inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-/// What lies behind a column's padding, and must stay there.
+/// Value after a column's padding, which functions must not overwrite.
 inline constexpr float kGuard = 12345.678f;
 
-/// Columns of `count` values: all NaN, their padding included.
+/// Columns of `count` values. All values are NaN, including the padding.
 class BlockMemory {
  public:
   explicit BlockMemory(size_t count) : length_(padded(count)) {}
@@ -32,13 +32,13 @@ class BlockMemory {
   }
   Columns2 two() { return {one(), one()}; }
   Columns3 three() { return {one(), one(), one()}; }
-  /// Zeros.
+  /// Returns a column of zeros.
   uint32_t* indices() {
     auto* const values = reinterpret_cast<uint32_t*>(one());
     std::memset(values, 0, length_ * sizeof(uint32_t));
     return values;
   }
-  /// Whether something was written behind a column's padding.
+  /// Returns true if a function wrote beyond a column's padding.
   bool is_overrun() const {
     return std::any_of(columns_.begin(), columns_.end(), [&](const auto& column) {
       const Lanes& guard = column[length_ / kBlockLanes];

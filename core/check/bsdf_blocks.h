@@ -8,10 +8,10 @@
 #include "kinome/bsdf.h"
 #include "check/block_memory.h"
 
-/// Blocks of points of surfaces, for tests of BSDFs and textures.
+/// Blocks of surface points, for tests of BSDFs.
 namespace kinome::check {
 
-/// One point with what is asked of a BSDF there.
+/// Arguments of a BSDF's functions at one point.
 struct BsdfQuestion {
   SurfaceInteraction si;
   Vec3 wo{0, 0, 1};
@@ -19,13 +19,13 @@ struct BsdfQuestion {
   Vec2 u2{0};
 };
 
-/// What a BSDF says.
+/// Results of a BSDF's functions at one point.
 struct BsdfReply {
   BsdfValue value;
-  BsdfSample sample;  ///< pdf 0: none
+  BsdfSample sample;  ///< pdf 0: no sample
 };
 
-/// Questions in a block, and room for answers. Whatever isn't set is NaN.
+/// Arguments and results of shade_block(). Values that aren't set are NaN.
 class BsdfBlock {
  public:
   explicit BsdfBlock(const std::vector<BsdfQuestion>& questions)
@@ -55,7 +55,7 @@ class BsdfBlock {
     return r;
   }
 
-  /// Whether something was written behind a column's padding.
+  /// Returns true if a function wrote beyond a column's padding.
   bool is_overrun() const { return columns_.is_overrun(); }
 
   SurfaceBlock points;
@@ -78,7 +78,7 @@ class BsdfBlock {
   std::vector<const Shape*> shape_;
 };
 
-/// The same by functions of points.
+/// Calls the BSDF's functions for single points.
 inline BsdfReply reply_at(const Bsdf& bsdf, const BsdfQuestion& q) {
   return {bsdf.eval_pdf(q.si, Lobe::kAll, q.wo),
           bsdf.sample(q.si, Lobe::kAll, q.u1, q.u2).value_or(BsdfSample{})};

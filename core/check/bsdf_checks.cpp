@@ -1,4 +1,4 @@
-// What makes a BSDF right: values, densities and samples that are of one another.
+// Checks of BSDFs: whether values, densities and samples are valid and agree with one another.
 
 #include <algorithm>
 #include <cmath>
@@ -17,22 +17,22 @@
 namespace kinome::check {
 namespace {
 
-const char* nonsense_of(const BsdfValue& value) {
+const char* find_fault(const BsdfValue& value) {
   if (!is_finite(value.f)) return "eval_pdf() returns a value that is not finite";
   if (std::min({value.f.x, value.f.y, value.f.z}) < 0) return "eval_pdf() returns a negative value";
-  if (!(value.pdf >= 0)) return "eval_pdf() returns a density that is negative or no number";
+  if (!(value.pdf >= 0)) return "eval_pdf() returns a density that is negative or NaN";
   if (value.pdf == 0 && max_component(value.f) > 1e-30f) {
     return "eval_pdf() returns a density of 0 where the value isn't 0";
   }
   return nullptr;
 }
 
-const char* nonsense_of(const Bsdf& bsdf, const SurfaceInteraction& si, Lobe mask,
-                        const BsdfSample& sample) {
+const char* find_fault(const Bsdf& bsdf, const SurfaceInteraction& si, Lobe mask,
+                       const BsdfSample& sample) {
   if (!is_finite(sample.wo) || !is_finite(sample.weight)) {
     return "sample() returns a value that is not finite";
   }
-  if (!(sample.pdf >= 0)) return "sample() returns a density that is negative or no number";
+  if (!(sample.pdf >= 0)) return "sample() returns a density that is negative or NaN";
   if (std::min({sample.weight.x, sample.weight.y, sample.weight.z}) < 0) {
     return "sample() returns a negative weight";
   }
@@ -40,19 +40,19 @@ const char* nonsense_of(const Bsdf& bsdf, const SurfaceInteraction& si, Lobe mas
     return "sample() returns directions that are not of unit length";
   }
   if (!any(sample.lobe & bsdf.lobes())) return "sample() returns a lobe that is not in lobes_";
-  if (!any(sample.lobe & mask)) return "sample() returns a lobe that was not asked for";
+  if (!any(sample.lobe & mask)) return "sample() returns a lobe that was not requested";
   if (any(sample.lobe & Lobe::kDelta) && sample.pdf != 1) {
     return "sample() returns a density of a delta lobe that is not 1";
   }
-  // What turns to the viewer may reflect a little below the horizon of the shading frame.
+  // A BSDF that turns to the viewer may reflect a little below the horizon of the shading frame.
   if (!bsdf.transmits() && !bsdf.turns_to_viewer() && sample.wo.z * si.wi.z < -1e-4f &&
       max_component(sample.weight) > 0) {
-    return "sample() sends light through the surface, which transmits_ denies";
+    return "sample() sends light through the surface, but transmits_ is false";
   }
   return nullptr;
 }
 
-/// A direction that is often near the mirror's of wi, or what is straight on.
+/// Returns a random direction. It is often near the mirror direction of wi or near -wi.
 Vec3 direction_for(const Vec3& wi, int i, Random& random) {
   const Vec3 d = random.direction();
   if (i % 3 == 0) return glm::normalize(Vec3(-wi.x, -wi.y, wi.z) + 0.1f * d);
@@ -74,10 +74,10 @@ Outcome bsdf_values(const Subject& subject) {
       const float ends[] = {0, 0x1p-24f, 0.5f, kOneMinusEpsilon};
       const float u1 = i % 10 ? random.unit() : ends[i / 10 % 4];
       const Vec2 u2 = i % 10 ? random.unit2() : Vec2(ends[i / 40 % 4], ends[i / 160 % 4]);
-      const char* fault = nonsense_of(bsdf->eval_pdf(si, mask, direction_for(wi, i, random)));
+      const char* fault = find_fault(bsdf->eval_pdf(si, mask, direction_for(wi, i, random)));
       if (!fault) {
         if (const auto sample = bsdf->sample(si, mask, u1, u2)) {
-          fault = nonsense_of(*bsdf, si, mask, *sample);
+          fault = find_fault(*bsdf, si, mask, *sample);
         }
       }
       if (fault) {
@@ -86,12 +86,11 @@ Outcome bsdf_values(const Subject& subject) {
       }
     }
   }
-  outcome.measured =
-      fmt::format("finite, not negative, unit directions, lobes as told, at {} viewers", count);
+  outcome.measured = fmt::format("values, densities, directions and lobes for {} viewers", count);
   return outcome;
 }
 
-/// The middle of the ratios of what samples say of themselves to what eval_pdf() says.
+/// Compares the densities and weights of samples with eval_pdf(), by the median of their ratios.
 Outcome bsdf_density(const Subject& subject) {
   Outcome outcome;
   const auto bsdf = subject.make<Bsdf>();
@@ -109,30 +108,31 @@ Outcome bsdf_density(const Subject& subject) {
     }
   }
   if (densities.empty() || weights.empty()) {
-    outcome.measured = "only delta lobes, or none";
+    outcome.measured = "only delta lobes, or no lobes";
     return outcome;
   }
-  const float density = middle_of(densities), weight = middle_of(weights);
-  outcome.measured = fmt::format("densities of samples are {:.5g} times eval_pdf()'s, weights {:.5g} "
-                                 "times f / pdf, bounds 1 to 0.002",
-                                 density, weight);
+  const float density = median_of(densities), weight = median_of(weights);
+  outcome.measured = fmt::format(
+      "samples have {:.5g} times the densities of eval_pdf(), and {:.5g} "
+      "times the weights f / pdf; bound 1 ± 0.002",
+      density, weight);
   if (!(std::abs(density - 1) <= 2e-3f)) {
     outcome.fail(fmt::format("sample() returns densities {:.4g} times those of eval_pdf()", density));
   } else if (!(std::abs(weight - 1) <= 2e-3f)) {
     outcome.fail(
-        fmt::format("sample() returns weights {:.4g} times eval_pdf()'s f / pdf", weight));
+        fmt::format("sample() returns weights {:.4g} times f / pdf of eval_pdf()", weight));
   }
   return outcome;
 }
 
 constexpr std::pair<float, float> kViewers[] = {{3, 10}, {40, 200}, {80, -50}, {130, 30}};
-constexpr int kMostMasks = 3;
+constexpr int kMaxMasks = 3;
 
 Outcome bsdf_sampling(const Subject& subject, double alpha) {
   Outcome outcome;
   const auto bsdf = subject.make<Bsdf>();
   uint64_t seed = subject.request().seed + 30;
-  double least_p = 2;
+  double min_p = 2;
   for (const auto& [theta, phi] : kViewers) {
     const SurfaceInteraction si = seen_at(theta, phi);
     for (const Lobe mask : masks_of(*bsdf)) {
@@ -147,12 +147,12 @@ Outcome bsdf_sampling(const Subject& subject, double alpha) {
       test.samples = subject.samples(20000);
       test.seed = ++seed;
       const DensityVerdict verdict = density_test(test, alpha);
-      if (outcome.passed && verdict.p_value < least_p) {
-        least_p = verdict.p_value;
-        outcome.measured = fmt::format("{} at its worst of {} viewers; the density integrates to "
-                                       "{:.4g}, {:.4g} of the tries gave a sample",
-                                       verdict.text, std::size(kViewers), verdict.mass,
-                                       verdict.accepted);
+      if (outcome.passed && verdict.p_value < min_p) {
+        min_p = verdict.p_value;
+        outcome.measured = fmt::format(
+            "{} for the worst of {} viewers; the density integrates to "
+            "{:.4g}, {:.4g} of the calls returned a sample",
+            verdict.text, std::size(kViewers), verdict.mass, verdict.accepted);
       }
       if (!verdict.passed) {
         outcome.fail(fmt::format("{}, for a viewer at {} degrees", cause_of(verdict, "eval_pdf()"),
@@ -163,12 +163,13 @@ Outcome bsdf_sampling(const Subject& subject, double alpha) {
   return outcome;
 }
 
-/// f(wi, wo) / |cos wo| the other way round, with the squared index where light goes through.
+/// Compares f(wi, wo) / |cos wo| with f(wo, wi) / |cos wi|, taking the squared index of transmitted
+/// light into account.
 Outcome bsdf_reciprocity(const Subject& subject) {
   Outcome outcome;
   const auto bsdf = subject.make<Bsdf>();
   if (bsdf->turns_to_viewer()) {
-    outcome.measured = "not reciprocal, as it says: it turns to the viewer";
+    outcome.measured = "not reciprocal, because turns_to_viewer() is true";
     return outcome;
   }
   Random random(subject.request().seed + 5);
@@ -183,32 +184,33 @@ Outcome bsdf_reciprocity(const Subject& subject) {
     double back = double{luminance(bsdf->eval_pdf(seen_from(b), Lobe::kAll, a).f)} *
                   double{std::abs(b.z)};
     if (a.z * b.z < 0) {
-      // Radiance is multiplied by the squared index on its way: f(a, b) / f(b, a) = (n_a / n_b)².
+      // Refraction multiplies radiance by the squared index: f(a, b) / f(b, a) = (n_a / n_b)².
       const double index = double{bsdf->relative_index()};
       (a.z > 0 ? forth : back) *= index * index;
     }
-    const double most = std::max(forth, back);
-    if (std::abs(forth - back) <= 5e-3 * most + 1e-9) continue;
+    const double larger = std::max(forth, back);
+    if (std::abs(forth - back) <= 5e-3 * larger + 1e-9) continue;
     ++different;
-    worst = std::max(worst, most / std::max(1e-9, std::min(forth, back)));
+    worst = std::max(worst, larger / std::max(1e-9, std::min(forth, back)));
   }
-  outcome.measured = fmt::format("{} of {} pairs of directions differ, bound 0.005 of the value, in "
-                                 "1 of 500",
-                                 different, count);
+  outcome.measured = fmt::format(
+      "{} of {} pairs of directions differ by more than 0.005 of the "
+      "value, bound 1 of 500",
+      different, count);
   if (different * 500 > count) {
-    outcome.fail(fmt::format("f(wi, wo) isn't f(wo, wi): up to {:.3g} times it{}", worst,
-                             bsdf->transmits() ? ", the squared index aside" : ""));
+    outcome.fail(fmt::format("f(wi, wo) isn't f(wo, wi): they differ by a factor of up to {:.3g}{}",
+                             worst, bsdf->transmits() ? ", apart from the squared index" : ""));
   }
   return outcome;
 }
 
-/// Under light that is the same all around: what leaves is at most what arrives. What goes through
-/// into another medium has radiance times the squared index.
+/// Checks energy conservation under uniform light: at most as much light leaves as arrives. The
+/// radiance of light that enters another medium is multiplied by the squared index.
 Outcome bsdf_energy(const Subject& subject, double alpha) {
   Outcome outcome;
   const auto bsdf = subject.make<Bsdf>();
   Random random(subject.request().seed + 6);
-  double most = 0;
+  double max_energy = 0;
   for (const auto& [theta, phi] : kViewers) {
     const SurfaceInteraction si = seen_at(theta, phi);
     const double index = double{bsdf->relative_index()};
@@ -223,17 +225,19 @@ Outcome bsdf_energy(const Subject& subject, double alpha) {
       for (int c = 0; c < 3; ++c) energy[c].add(sample ? scale * double{sample->weight[c]} : 0);
     }
     for (const Moments& channel : energy) {
-      most = std::max(most, channel.mean());
+      max_energy = std::max(max_energy, channel.mean());
       const double excess = channel.mean() - 1.001;
       if (excess > 0 &&
           normal_two_sided(excess / std::sqrt(channel.variance_of_mean() + 1e-12)) < alpha) {
-        outcome.fail(fmt::format("more light leaves than arrives: {:.4g} times, for a viewer at {} "
-                                 "degrees",
-                                 channel.mean(), theta));
+        outcome.fail(
+            fmt::format("more light leaves than arrives: {:.4g} times as much, for a "
+                        "viewer at {} degrees",
+                        channel.mean(), theta));
       }
     }
   }
-  outcome.measured = fmt::format("reflects and transmits at most {:.4g} of the light, bound 1", most);
+  outcome.measured =
+      fmt::format("reflects and transmits at most {:.4g} of the light, bound 1", max_energy);
   return outcome;
 }
 
@@ -255,11 +259,11 @@ Outcome bsdf_reflectance(const Subject& subject) {
       const bool is_lit = is_black(part) && wo.z * wi.z > 0 &&
                           !is_black(bsdf->eval_pdf(si, lobe, wo).f);
       if (is_lit) {
-        outcome.fail(fmt::format("reflectance() says there is no {} part, where eval_pdf() has one",
+        outcome.fail(fmt::format("reflectance() has no {} part where eval_pdf() has one",
                                  lobe == Lobe::kDiffuse ? "diffuse" : "glossy"));
       }
-      const bool is_claimed = any(bsdf->lobes() & lobe);
-      if (!is_claimed && !is_black(bsdf->eval_pdf(si, lobe, wo).f)) {
+      const bool is_declared = any(bsdf->lobes() & lobe);
+      if (!is_declared && !is_black(bsdf->eval_pdf(si, lobe, wo).f)) {
         outcome.fail("eval_pdf() has values of a lobe that is not in lobes_");
       }
     }
@@ -267,12 +271,12 @@ Outcome bsdf_reflectance(const Subject& subject) {
       outcome.fail("reflection_frame() has a normal that is not of unit length");
     }
   }
-  outcome.measured = fmt::format("finite, and 0 only where there is no such lobe, at {} viewers",
-                                 count);
+  outcome.measured = fmt::format("reflectance() for {} viewers", count);
   return outcome;
 }
 
-/// Mean weight and share of samples with Lobe::kNull, by the midpoint rule over u1.
+/// Returns the mean weight and the fraction of samples with Lobe::kNull, by the midpoint rule over
+/// u1.
 NullTransmission sampled_transmission(const Bsdf& bsdf, const SurfaceInteraction& si,
                                       const Vec2& u2, int steps) {
   NullTransmission sum;
@@ -298,12 +302,12 @@ Outcome bsdf_null_transmission(const Subject& subject) {
     si.uv = random.unit2();
     const NullTransmission sampled = sampled_transmission(*bsdf, si, random.unit2(), kSteps);
     if (!bsdf->passes_straight() && sampled.probability > 0) {
-      outcome.fail("sample() returns Lobe::kNull, which passes_straight_ denies");
+      outcome.fail("sample() returns Lobe::kNull, but passes_straight_ is false");
     }
-    const NullTransmission stated = bsdf->null_transmission(si);
-    const Vec3 error = glm::abs(stated.transmittance - sampled.transmittance);
-    worst =
-        std::max({worst, max_component(error), std::abs(stated.probability - sampled.probability)});
+    const NullTransmission returned = bsdf->null_transmission(si);
+    const Vec3 error = glm::abs(returned.transmittance - sampled.transmittance);
+    worst = std::max(
+        {worst, max_component(error), std::abs(returned.probability - sampled.probability)});
   }
   outcome.measured = fmt::format(
       "null_transmission() differs from samples by up to {:.2g}, bound "
@@ -337,7 +341,7 @@ bool is_near(const Vec3& a, const Vec3& b, float scale) {
          2e-3f * std::max(max_component(glm::abs(a)), max_component(glm::abs(b))) + 2e-5f * scale;
 }
 
-/// How many of a block's answers are others than those of points.
+/// Number of a block's results that differ from those of single points.
 struct BsdfDifferences {
   int values = 0, samples = 0;
 };
@@ -346,7 +350,7 @@ BsdfDifferences differences_of(const Bsdf& bsdf, const std::vector<BsdfQuestion>
                            Outcome& outcome) {
   BsdfBlock block(questions);
   bsdf.shade_block(block.points, block.query, block.answer);
-  if (block.is_overrun()) outcome.fail("shade_block() writes behind its columns");
+  if (block.is_overrun()) outcome.fail("shade_block() writes beyond its columns");
   BsdfDifferences differences;
   for (size_t i = 0; i < questions.size(); ++i) {
     const BsdfReply a = block.reply(i), b = reply_at(bsdf, questions[i]);
@@ -365,7 +369,7 @@ BsdfDifferences differences_of(const Bsdf& bsdf, const std::vector<BsdfQuestion>
   return differences;
 }
 
-/// Blocks against points, of each instruction set that the plugin is built for.
+/// Compares blocks with single points, for each instruction set that the plugin is built for.
 Outcome bsdf_blocks(const Subject& subject) {
   Outcome outcome;
   Random random(subject.request().seed + 8);
@@ -381,24 +385,27 @@ Outcome bsdf_blocks(const Subject& subject) {
     sets += (sets.empty() ? "" : ", ") + name;
     const BsdfDifferences differences = differences_of(*bsdf, questions, outcome);
     if (differences.values * 500 > count) {
-      outcome.fail(fmt::format("shade_block() has other values than eval_pdf() at {} of {} points "
-                               "({})",
-                               differences.values, count, name));
+      outcome.fail(
+          fmt::format("shade_block() differs from eval_pdf() at {} of {} points "
+                      "({})",
+                      differences.values, count, name));
     }
     if (differences.samples * 100 > count) {
-      outcome.fail(fmt::format("shade_block() has other samples than sample() at {} of {} points "
-                               "({})",
-                               differences.samples, count, name));
+      outcome.fail(
+          fmt::format("shade_block() differs from sample() at {} of {} points "
+                      "({})",
+                      differences.samples, count, name));
     }
   }
-  outcome.measured = fmt::format("blocks of {} points are as the points themselves ({})", count, sets);
+  outcome.measured =
+      fmt::format("blocks of {} points compared with single points ({})", count, sets);
   return outcome;
 }
 
 }  // namespace
 
 void add_bsdf_checks(const Subject& subject, Plan& plan) {
-  constexpr int kTests = kMostMasks * static_cast<int>(std::size(kViewers));
+  constexpr int kTests = kMaxMasks * static_cast<int>(std::size(kViewers));
   plan.add("values", 0, [&](double) { return bsdf_values(subject); });
   plan.add("density", 0, [&](double) { return bsdf_density(subject); });
   plan.add("sampling", kTests, [&](double alpha) { return bsdf_sampling(subject, alpha); });

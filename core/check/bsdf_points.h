@@ -5,24 +5,24 @@
 
 #include "kinome/bsdf.h"
 
-/// Where and of what BSDFs are asked.
+/// Points and lobe masks for checks of BSDFs.
 namespace kinome::check {
 
-/// A point whose shading frame is the world's, seen from wi.
+/// Returns a point that is seen from wi. Its shading frame is the identity.
 inline SurfaceInteraction seen_from(const Vec3& wi) {
   SurfaceInteraction si;
   si.wi = glm::normalize(wi);
   si.uv = Vec2(0.25f);
   return si;
 }
-/// The same by angles in degrees.
+/// The same, with wi given by angles in degrees.
 inline SurfaceInteraction seen_at(float theta, float phi) {
   const float t = theta * kPi / 180;
   const float p = phi * kPi / 180;
   return seen_from(Vec3(std::sin(t) * std::cos(p), std::sin(t) * std::sin(p), std::cos(t)));
 }
 
-/// The lobe masks worth testing: each of the BSDF's own that is no mirror, and all together.
+/// Returns the lobe masks to test: each of the BSDF's lobes that isn't a delta, and all together.
 inline std::vector<Lobe> masks_of(const Bsdf& bsdf) {
   std::vector<Lobe> masks;
   for (const Lobe lobe : {Lobe::kDiffuse, Lobe::kGlossy}) {

@@ -1,4 +1,4 @@
-// `kinome check`: which checks a plugin has, by its category.
+// Runs the checks of `kinome check` for a plugin's category.
 
 #include <fmt/format.h>
 
@@ -29,16 +29,16 @@ void add_checks_of_category(const Subject& subject, Plan& plan) {
 }  // namespace
 
 int check_plugin(const Request& request) {
-  set_log_level(LogLevel::kQuiet);  // extremes of parameters may be warned of
+  set_log_level(LogLevel::kQuiet);  // extreme parameters may cause warnings
   const Subject subject(request);
-  Request asked = request;
-  const bool is_made = can_be_made(subject);
+  Request used = request;
+  const bool is_made = can_be_created(subject);
   if (!is_made) {  // nothing else can be checked
-    asked.only = {"defaults"};
-    asked.except.clear();
+    used.only = {"defaults"};
+    used.except.clear();
   }
   fmt::print("{}: {}\n", subject.title(), subject.plugin().doc);
-  Plan plan(asked);
+  Plan plan(used);
   add_parameter_checks(subject, plan);
   if (is_made) add_read_check(subject, plan);
   if (is_made) add_checks_of_category(subject, plan);

@@ -1,4 +1,4 @@
-/// The tests of sampled directions.
+// Tests of sampled directions.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,14 +13,14 @@
 namespace kinome::check {
 namespace {
 
-/// Direction at cos theta = z and azimuth phi.
+/// Returns the direction with cos theta = z and azimuth phi.
 Vec3 sphere_point(double z, double phi) {
   const double r = std::sqrt(std::max(0., 1 - z * z));
   return Vec3(static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)),
               static_cast<float>(z));
 }
 
-/// A rectangle in (cos theta, phi), where the measure is solid angle.
+/// A rectangle in (cos theta, phi), in which area is solid angle.
 struct SpherePatch {
   double z0, z1, phi0, phi1;
 
@@ -34,7 +34,7 @@ struct SpherePatch {
 /// Adaptive cubature of a density over patches of the sphere.
 class PatchIntegral {
  public:
-  /// tolerance: absolute, of the integral over one cell.
+  /// `tolerance`: maximum absolute error of the integral over one cell.
   PatchIntegral(const std::function<float(const Vec3&)>& pdf, double tolerance)
       : pdf_(pdf), tolerance_(tolerance) {}
 
@@ -52,7 +52,7 @@ class PatchIntegral {
  private:
   static constexpr int kMaxDepth = 7;
 
-  /// Gauss-Legendre, 4 x 4 nodes.
+  /// Gauss-Legendre quadrature with 4 x 4 nodes.
   double gauss(const SpherePatch& p) const {
     static constexpr std::array kNode{0.06943184420297371, 0.33000947820757187, 0.66999052179242813,
                                       0.93056815579702629};
@@ -81,7 +81,7 @@ class PatchIntegral {
     }
     double sum = 0;
     for (int i = 0; i < 4; ++i) {
-      // Errors of the four parts are independent: halving keeps their sum's size.
+      // The errors of the four parts are independent, so half the tolerance is enough for each.
       sum += refine(p.part(i / 2, i % 2, 2), parts[i], tolerance / 2, depth - 1);
     }
     return sum;
@@ -145,7 +145,7 @@ Verdict sphere_chi2_test(const SphereChi2& test, double alpha) {
       continue;
     }
     if (!is_finite(*d) || std::abs(glm::dot(*d, *d) - 1) > 1e-4f) {
-      return fail(fmt::format("sample({}, {}, {}) is no unit vector", u1, ux, uy));
+      return fail(fmt::format("sample({}, {}, {}) is not a unit vector", u1, ux, uy));
     }
     const double phi = std::atan2(d->y, d->x) / (2 * std::numbers::pi);
     const int row = std::clamp(static_cast<int>((d->z + 1.) / 2 * rows), 0, rows - 1);
@@ -165,18 +165,19 @@ Verdict sphere_chi2_test(const SphereChi2& test, double alpha) {
     const SpherePatch cell{2. * row / rows - 1, 2. * (row + 1) / rows - 1,
                      2 * std::numbers::pi * column / columns,
                      2 * std::numbers::pi * (column + 1) / columns};
-    // An error of 1 % of the noise of the cell's count adds nothing visible to the statistic.
+    // An error of 1 % of the noise of the cell's count doesn't affect the statistic.
     const double tolerance = 0.01 * std::sqrt(observed[i] + 1) / test.samples;
     const PatchIntegral integral(test.pdf, tolerance);
     const int panels = std::max(1, test.subdivide / 4);
     double value = integral(cell, panels);
     const double difference = std::abs(value * test.samples - observed[i]);
     if (difference > 3 * std::sqrt(observed[i] + 1)) {
-      // Maybe a peak narrower than the first nodes' distance: look closer before blaming the code.
+      // The nodes may have missed a narrow peak. Integrate with more nodes before reporting a
+      // fault.
       value = integral(cell, 8 * panels);
     }
     if (value == 0 && observed[i] > 0 && test.pdf(last[i]) > 0) {
-      // The cell's sliver of density lies between all nodes: it belongs to the pooled cells.
+      // The density is not 0 only between the nodes. Give the cell a small value, so it is pooled.
       value = 1e-3 / test.samples;
     }
     expected[i] = value;
@@ -208,7 +209,7 @@ Verdict sphere_chi2_test(const SphereChi2& test, double alpha) {
 Verdict jacobian_test(const std::function<std::optional<Vec3>(Vec2)>& sample,
                       const std::function<float(const Vec3&)>& pdf, int count, double tolerance,
                       uint64_t seed) {
-  // Balances the rounding of float directions (1e-7 / h) and the error of order h^4.
+  // Balances the rounding error of float directions (1e-7 / h) and the truncation error (h^4).
   constexpr float kStep = 1.f / 512;
   constexpr double kUnreliable = 0.02;
   std::mt19937 bits(static_cast<uint32_t>(seed));

@@ -13,10 +13,10 @@
 namespace kinome::check {
 namespace {
 
-/// Sums by the octant that light goes to, and of all of it.
+/// Sums of light by octant of its direction, and over all octants.
 struct Octants {
   Moments sums[9][3];
-  /// `weight` toward d; all other octants get nothing.
+  /// Adds a sample with `weight` in direction d, and 0 for all other octants.
   void add(const Vec3& d, const Rgb& weight) {
     const int octant = (d.x > 0) + 2 * (d.y > 0) + 4 * (d.z > 0);
     for (int i = 0; i < 9; ++i) {
@@ -25,7 +25,7 @@ struct Octants {
       }
     }
   }
-  /// All of it may be the same for each sample, up to rounding.
+  /// Adds a variance for rounding, because all samples may have the same value.
   std::vector<Estimate> estimates() const {
     std::vector<Estimate> all;
     for (const auto& part : sums) {
@@ -44,7 +44,7 @@ Outcome emitter_emission(const Subject& subject, double alpha) {
   Random random(subject.request().seed + 4);
   const int count = subject.samples(40000);
   Octants emitted, expected;
-  int had = 0;
+  int emitted_rays = 0;
   Vec3 o(0.f);
   for (int i = 0; i < count; ++i) {
     const Vec2 position = random.unit2();
@@ -53,7 +53,7 @@ Outcome emitter_emission(const Subject& subject, double alpha) {
       emitted.add(Vec3(0, 0, 1), Rgb(0.f));
       continue;
     }
-    ++had;
+    ++emitted_rays;
     o = ray->o;
     if (!is_finite(ray->o) || !is_finite(ray->d) || std::abs(glm::length(ray->d) - 1) > 1e-4f) {
       outcome.fail("sample_emission() returns a ray that is not finite, or not of unit length");
@@ -63,8 +63,9 @@ Outcome emitter_emission(const Subject& subject, double alpha) {
     const bool is_distant = ray->pdf_position > 0;
     emitted.add(ray->d, is_distant ? ray->power * ray->pdf_position : ray->power);
   }
-  if (had == 0) {
-    outcome.measured = "not offered: light tracing, and light after bounces by clustered, miss it";
+  if (emitted_rays == 0) {
+    outcome.measured =
+        "not implemented: light tracing and bounces in clustered ignore this emitter";
     return outcome;
   }
   for (int i = 0; i < count; ++i) {
@@ -72,15 +73,17 @@ Outcome emitter_emission(const Subject& subject, double alpha) {
     expected.add(d, power);
   }
   if (expected.total() == 0 && at.emitter().is_surface()) {
-    outcome.measured = fmt::format("{} rays; eval_surface() is 0, as where light leaves along "
-                                   "single directions: there is nothing to compare with", had);
+    outcome.measured = fmt::format(
+        "{} rays; nothing to compare with, because eval_surface() is 0, as for "
+        "emitters that emit in single directions",
+        emitted_rays);
     return outcome;
   }
-  // A peak that few samples find is no fault of either side: its variance tells, roughly.
+  // A peak that few samples hit is not a fault; the variances account for it approximately.
   const Verdict verdict = largest_z_test(emitted.estimates(), expected.estimates(), alpha);
   outcome.measured = verdict.text;
   if (!verdict.passed) {
-    outcome.fail(fmt::format("sample_emission() sends out {:.4g} times the light that {} has",
+    outcome.fail(fmt::format("sample_emission() emits {:.4g} times the light of {}",
                              emitted.total() / expected.total(), at.value_name()));
   }
   return outcome;
@@ -90,7 +93,7 @@ Outcome emitter_emission_density(const Subject& subject, double alpha) {
   Outcome outcome;
   const EmitterScene at(subject);
   if (at.emitter().is_surface() || !at.emitter().emission_density(Vec3(0, 0, 1))) {
-    outcome.measured = "not told";
+    outcome.measured = "not implemented";
     return outcome;
   }
   Random random(subject.request().seed + 5);
@@ -99,14 +102,15 @@ Outcome emitter_emission_density(const Subject& subject, double alpha) {
     const Vec2 position = random.unit2();
     const auto ray = at.emitter().sample_emission(position, random.unit2());
     if (!ray || ray->pdf_direction == 0) continue;
-    const auto told = at.emitter().emission_density(ray->d);
-    const float position_told = told ? told->position : 0;
-    if (std::abs(position_told - ray->pdf_position) > 2e-3f * ray->pdf_position) {
-      outcome.fail(fmt::format("sample_emission() has density {:.4g} of positions, and "
-                               "emission_density() {:.4g}",
-                               ray->pdf_position, position_told));
+    const auto density = at.emitter().emission_density(ray->d);
+    const float position_density = density ? density->position : 0;
+    if (std::abs(position_density - ray->pdf_position) > 2e-3f * ray->pdf_position) {
+      outcome.fail(
+          fmt::format("sample_emission() returns a density of positions of {:.4g}, but "
+                      "emission_density() returns {:.4g}",
+                      ray->pdf_position, position_density));
     }
-    if (told) ratios.push_back(ratio_of(ray->pdf_direction, told->direction));
+    if (density) ratios.push_back(ratio_of(ray->pdf_direction, density->direction));
   }
   DensityCells test;
   test.sample = [&](Random& numbers) -> std::optional<Vec3> {
@@ -116,30 +120,31 @@ Outcome emitter_emission_density(const Subject& subject, double alpha) {
     return ray->d;
   };
   test.pdf = [&](const Vec3& d) {
-    const auto told = at.emitter().emission_density(d);
-    return told ? double{told->direction} : 0.;
+    const auto density = at.emitter().emission_density(d);
+    return density ? double{density->direction} : 0.;
   };
   test.samples = subject.samples(30000);
   test.seed = subject.request().seed + 6;
   if (!test.sample(random)) {
-    outcome.measured = "parallel light: no density of directions";
+    outcome.measured = "parallel light, which has no density of directions";
     return outcome;
   }
   const DensityVerdict verdict = density_test(test, alpha);
   outcome.measured = verdict.text;
   if (!verdict.passed) outcome.fail(cause_of(verdict, "emission_density()"));
   if (!ratios.empty()) {
-    const float ratio = middle_of(ratios);
+    const float ratio = median_of(ratios);
     if (!(std::abs(ratio - 1) <= 2e-3f)) {
-      outcome.fail(fmt::format("sample_emission() has densities of directions {:.4g} times those of "
-                               "emission_density()",
-                               ratio));
+      outcome.fail(
+          fmt::format("sample_emission() returns densities of directions {:.4g} times "
+                      "those of emission_density()",
+                      ratio));
     }
   }
   return outcome;
 }
 
-/// Irradiance by light points at p on a surface with the unit normal n.
+/// Returns the irradiance from light points at p, on a surface with the unit normal n.
 glm::dvec3 irradiance_of(const LightPoints& points, const Vec3& p, const Vec3& n) {
   glm::dvec3 sum(0.);
   for (size_t i = 0; i < points.size(); ++i) {
@@ -160,17 +165,17 @@ glm::dvec3 irradiance_of(const LightPoints& points, const Vec3& p, const Vec3& n
   return sum;
 }
 
-/// Irradiance at some points, and its sum: by light points, whose number leaves errors of a few
-/// percent, and by sample_direct().
+/// Compares the irradiance from light points with that from sample_direct(), at some points and
+/// summed over them. The finite number of light points causes errors of a few percent.
 Verdict light_points_test(const EmitterScene& at, const LightPoints& points, int count,
                           uint64_t seed, double alpha, double& ratio) {
   Random random(seed);
-  std::vector<Estimate> told, sampled;
-  Estimate told_sum, sampled_sum;
-  for (int place = 0; place < 6; ++place) {
+  std::vector<Estimate> expected, sampled;
+  Estimate expected_sum, sampled_sum;
+  for (int side = 0; side < 6; ++side) {
     const Vec3 p = at.place(random);
     Vec3 n(0.f);
-    n[place / 2] = place % 2 ? -1.f : 1.f;
+    n[side / 2] = side % 2 ? -1.f : 1.f;
     const glm::dvec3 by_points = irradiance_of(points, p, n);
     Moments by_samples[3], luminances;
     for (int i = 0; i < count; ++i) {
@@ -184,21 +189,21 @@ Verdict light_points_test(const EmitterScene& at, const LightPoints& points, int
     }
     for (int c = 0; c < 3; ++c) {
       const Moments& m = by_samples[c];
-      told.push_back({by_points[c], std::pow(0.02 * by_points[c], 2)});
+      expected.push_back({by_points[c], std::pow(0.02 * by_points[c], 2)});
       sampled.push_back({m.mean(), m.variance_of_mean()});
     }
-    told_sum.mean += double{luminance(Rgb(by_points))};
+    expected_sum.mean += double{luminance(Rgb(by_points))};
     sampled_sum.mean += luminances.mean();
     sampled_sum.variance_of_mean += luminances.variance_of_mean();
   }
-  ratio = told_sum.mean / sampled_sum.mean;
-  told_sum.variance_of_mean = std::pow(0.01 * told_sum.mean, 2);
-  told.push_back(told_sum);
+  ratio = expected_sum.mean / sampled_sum.mean;
+  expected_sum.variance_of_mean = std::pow(0.01 * expected_sum.mean, 2);
+  expected.push_back(expected_sum);
   sampled.push_back(sampled_sum);
-  return largest_z_test(told, sampled, alpha);
+  return largest_z_test(expected, sampled, alpha);
 }
 
-/// Points that stand for all of its light: as `clustered` by the thesis's importances asks for them.
+/// Checks light_points(), which `clustered` uses with the importances of the thesis.
 Outcome emitter_light_points(const Subject& subject, double alpha) {
   Outcome outcome;
   const EmitterScene at(subject);
@@ -206,7 +211,8 @@ Outcome emitter_light_points(const Subject& subject, double alpha) {
   constexpr uint32_t kCount = 4096;
   const auto points = at.emitter().light_points(at.scene(), context, kCount);
   if (!points) {
-    outcome.measured = "not offered: clustered by the thesis's importances doesn't see it";
+    outcome.measured =
+        "not implemented: clustered with the importances of the thesis ignores this emitter";
     return outcome;
   }
   const size_t count = points->size();
@@ -234,8 +240,8 @@ Outcome emitter_light_points(const Subject& subject, double alpha) {
   outcome.measured = fmt::format("{} points, {:.4g} times the irradiance: {}", count, ratio,
                                  verdict.text);
   if (!verdict.passed) {
-    outcome.fail(fmt::format("light_points() brings {:.2g} times the light of sample_direct()",
-                             ratio));
+    outcome.fail(
+        fmt::format("light_points() has {:.2g} times the light of sample_direct()", ratio));
   }
   return outcome;
 }

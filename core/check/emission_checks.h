@@ -4,13 +4,13 @@
 
 namespace kinome::check {
 
-/// Of an emitter: the light that leaves it, along rays and as light points.
+/// Adds checks of the light that leaves an emitter, along rays and as light points.
 void add_emission_checks(const Subject& subject, Plan& plan);
-/// Light that arrives at a receiver, by rays and as points see it.
+/// Adds a check that compares the light at a receiver by sample_emission() and by sample_direct().
 void add_irradiance_checks(const Subject& subject, Plan& plan);
-/// Its light against that of another emitter, if the request names one.
+/// Adds a comparison with the light of another emitter, if the request names one.
 void add_against_check(const Subject& subject, Plan& plan);
-/// Where rays start, and how far away sampled light is.
+/// Adds checks of the origins of emitted rays and of the distances of sampled light.
 void add_origin_checks(const Subject& subject, Plan& plan);
 
 }  // namespace kinome::check

@@ -1,4 +1,5 @@
-// What makes an emitter right: light toward a point; light that leaves it is in emission_checks.cpp.
+// Checks of emitters: light that arrives at a point. emission_checks.cpp checks light that leaves
+// an emitter.
 
 #include <algorithm>
 #include <cmath>
@@ -20,8 +21,8 @@
 namespace kinome::check {
 namespace {
 
-const char* nonsense_of_sample(const DirectSample& sample) {
-  if (!(sample.pdf >= 0)) return "sample_direct() returns a density that is negative or no number";
+const char* find_fault(const DirectSample& sample) {
+  if (!(sample.pdf >= 0)) return "sample_direct() returns a density that is negative or NaN";
   if (sample.pdf == 0) return nullptr;
   if (!is_finite(sample.d)) return "sample_direct() returns a direction that is not finite";
   if (std::abs(glm::length(sample.d) - 1) > 1e-4f) {
@@ -32,10 +33,11 @@ const char* nonsense_of_sample(const DirectSample& sample) {
   return nullptr;
 }
 
-/// Photographs may be slightly negative, and so may channels of colours that no screen shows.
+/// Returns a fault if too much of the light is negative. A little is accepted, because photographs
+/// and colours outside of the gamut may have negative channels.
 std::string negative_of(float sum, float negative) {
   const float share = -negative / sum;
-  return share > 0.01f ? fmt::format("radiance is negative: {:.3g} of the light", share) : "";
+  return share > 0.01f ? fmt::format("radiance is negative for {:.3g} of the light", share) : "";
 }
 
 Outcome emitter_values(const Subject& subject) {
@@ -43,18 +45,18 @@ Outcome emitter_values(const Subject& subject) {
   const EmitterScene at(subject);
   Random random(subject.request().seed + 1);
   const int count = subject.samples(4000);
-  float sum = 0, negative = 0;  // of luminance
+  float sum = 0, negative = 0;  // sums of luminance
   const float ends[] = {0, 0x1p-24f, 0.5f, kOneMinusEpsilon};
-  int had = 0;
+  int lit = 0;
   for (int i = 0; i < count; ++i) {
     const Vec2 u = i < 16 ? Vec2(ends[i / 4], ends[i % 4]) : random.unit2();
     const auto sample = at.emitter().sample_direct(at.place(random), u);
     if (!sample) continue;
-    if (const char* const fault = nonsense_of_sample(*sample)) {
+    if (const char* const fault = find_fault(*sample)) {
       outcome.fail(fmt::format("{}, for u = ({}, {})", fault, u.x, u.y));
       return outcome;
     }
-    had += sample->pdf > 0;
+    lit += sample->pdf > 0;
     if (!(sample->pdf > 0)) continue;
     const float light = luminance(sample->radiance) / sample->pdf;
     sum += std::abs(light);
@@ -73,12 +75,12 @@ Outcome emitter_values(const Subject& subject) {
   }
   const std::string fault = negative_of(sum, negative);
   if (!fault.empty()) outcome.fail(fault);
-  outcome.measured = fmt::format("{} samples, {} with light: finite, not negative, unit directions",
-                                 count, had);
+  outcome.measured = fmt::format("{} samples, {} with light", count, lit);
   return outcome;
 }
 
-/// The middle of the ratios of the density that a sample has to the one that is told of it.
+/// Compares the density of samples with pdf_environment() or pdf_surface(), by the median of their
+/// ratios.
 Outcome emitter_density(const Subject& subject) {
   Outcome outcome;
   const EmitterScene at(subject);
@@ -88,16 +90,16 @@ Outcome emitter_density(const Subject& subject) {
     const Vec3 p = at.place(random);
     const auto sample = at.emitter().sample_direct(p, random.unit2());
     if (!sample || !(sample->pdf > 0)) continue;
-    const auto told = at.pdf_of(p, *sample);
-    if (told) ratios.push_back(ratio_of(sample->pdf, *told));
+    const auto pdf = at.pdf_of(p, *sample);
+    if (pdf) ratios.push_back(ratio_of(sample->pdf, *pdf));
   }
   if (ratios.empty()) {
-    outcome.measured = "no samples to look at";
+    outcome.measured = "no samples to check";
     return outcome;
   }
-  const float ratio = middle_of(ratios);
-  outcome.measured =
-      fmt::format("a sample's density is {:.5g} times {}'s, bound 1 to 0.002", ratio, at.pdf_name());
+  const float ratio = median_of(ratios);
+  outcome.measured = fmt::format("samples have {:.5g} times the densities of {}, bound 1 ± 0.002",
+                                 ratio, at.pdf_name());
   if (!(std::abs(ratio - 1) <= 2e-3f)) {
     outcome.fail(fmt::format("sample_direct() returns densities {:.4g} times those of {}", ratio,
                              at.pdf_name()));
@@ -125,15 +127,16 @@ Outcome emitter_sampling(const Subject& subject, double alpha) {
     test.seed = subject.request().seed + 40 + static_cast<uint64_t>(i);
     const DensityVerdict verdict = density_test(test, alpha);
     if (outcome.passed) {
-      outcome.measured = fmt::format("{}; {} integrates to {:.4g}, {:.4g} of the tries gave a sample",
-                                     verdict.text, at.pdf_name(), verdict.mass, verdict.accepted);
+      outcome.measured =
+          fmt::format("{}; {} integrates to {:.4g}, {:.4g} of the calls returned a sample",
+                      verdict.text, at.pdf_name(), verdict.mass, verdict.accepted);
     }
     if (!verdict.passed) outcome.fail(cause_of(verdict, at.pdf_name()));
   }
   return outcome;
 }
 
-/// Of a light that comes from one direction alone.
+/// Checks an emitter whose light arrives at a point from a single direction.
 Outcome emitter_delta(const Subject& subject) {
   Outcome outcome;
   const EmitterScene at(subject);
@@ -143,21 +146,22 @@ Outcome emitter_delta(const Subject& subject) {
     const Vec3 p = at.place(random);
     const auto a = at.emitter().sample_direct(p, Vec2(kNan));
     const auto b = at.emitter().sample_direct(p, random.unit2());
-    if (a.has_value() != b.has_value()) outcome.fail("whether there is a sample depends on u");
+    if (a.has_value() != b.has_value()) outcome.fail("the existence of a sample depends on u");
     if (!a || !b) continue;
     ++seen;
-    if (!a->is_delta || a->pdf != 1) outcome.fail("its samples are not is_delta with a pdf of 1");
+    if (!a->is_delta || a->pdf != 1)
+      outcome.fail("a sample's is_delta is false or its pdf is not 1");
     if (glm::length(a->d - b->d) > 1e-6f || a->radiance != b->radiance) {
       outcome.fail("sample_direct() depends on u, which may be NaN here");
     }
   }
-  outcome.measured = fmt::format("one direction from each of {} places that it lights", seen);
+  outcome.measured = fmt::format("a single direction from each of {} lit points", seen);
   return outcome;
 }
 
 // ---- blocks
 
-/// How often a block's answer is another than that of the point, up to rounding.
+/// Number of a block's results that differ from those of single points, except for rounding.
 struct EmitterDifferences {
   int count = 0, different = 0;
   void add(bool is_same) {
@@ -167,11 +171,12 @@ struct EmitterDifferences {
 };
 
 bool is_near(const Vec3& a, const Vec3& b) {
-  const float most = std::max(max_component(glm::abs(a)), max_component(glm::abs(b)));
-  return max_component(glm::abs(a - b)) <= 2e-3f * most + 1e-12f;
+  const float larger = std::max(max_component(glm::abs(a)), max_component(glm::abs(b)));
+  return max_component(glm::abs(a - b)) <= 2e-3f * larger + 1e-12f;
 }
 
-/// eval_surface_block() of single points of the emitter's surface, seen from others.
+/// Compares eval_surface_block() with eval_surface() and pdf_surface() at points of the emitter's
+/// surface.
 EmitterDifferences surface_differences(const EmitterScene& at, Random& random) {
   const Shape& shape = *at.emitter().shape();
   EmitterDifferences differences;
@@ -207,10 +212,10 @@ Outcome emitter_blocks(const Subject& subject) {
     d.set(i, random.direction());
   }
   const auto judge = [&](const EmitterDifferences& differences, const char* what) {
-    // What lies at an edge may fall to either side by rounding.
+    // Some points may differ, because rounding decides at edges.
     if (differences.different * 100 > differences.count) {
-      outcome.fail(fmt::format("{} differs at {} of {} points", what, differences.different,
-                               differences.count));
+      outcome.fail(
+          fmt::format("{} at {} of {} points", what, differences.different, differences.count));
     }
   };
   const DirectBlock direct{memory.three(), memory.one(), memory.one(), memory.three(),
@@ -225,7 +230,7 @@ Outcome emitter_blocks(const Subject& subject) {
                           is_near(Vec3(a->pdf), Vec3(direct.pdf[i])) &&
                           is_near(a->radiance, direct.radiance.at(i)))));
   }
-  judge(samples, "sample_direct_block() from sample_direct()");
+  judge(samples, "sample_direct_block() differs from sample_direct()");
   if (emitter.is_environment()) {
     const Columns3 radiance = memory.three();
     float* const pdf = memory.one();
@@ -238,15 +243,15 @@ Outcome emitter_blocks(const Subject& subject) {
     EmitterDifferences blocks, batches;
     for (size_t i = 0; i < count; ++i) {
       const Rgb value = emitter.eval_environment(directions[i]);
-      const float told = emitter.pdf_environment(directions[i]);
-      blocks.add(is_near(value, radiance.at(i)) && is_near(Vec3(told), Vec3(pdf[i])));
-      batches.add(is_near(value, batch[i]) && is_near(Vec3(told), Vec3(batch_pdf[i])));
+      const float density = emitter.pdf_environment(directions[i]);
+      blocks.add(is_near(value, radiance.at(i)) && is_near(Vec3(density), Vec3(pdf[i])));
+      batches.add(is_near(value, batch[i]) && is_near(Vec3(density), Vec3(batch_pdf[i])));
     }
-    judge(blocks, "eval_environment_block() from eval_environment()");
-    judge(batches, "eval_environment_batch() from eval_environment()");
+    judge(blocks, "eval_environment_block() differs from eval_environment()");
+    judge(batches, "eval_environment_batch() differs from eval_environment()");
   }
   const EmissionBlock emitted{memory.three(), memory.three(), memory.three()};
-  const Columns2 numbers{d.x, d.y};  // of directions
+  const Columns2 numbers{d.x, d.y};  // random numbers for directions
   for (size_t i = 0; i < count; ++i) numbers.set(i, random.unit2());
   emitter.sample_emission_block(u, numbers, count, emitted);
   EmitterDifferences rays;
@@ -258,10 +263,13 @@ Outcome emitter_blocks(const Subject& subject) {
                        is_near(ray->d, emitted.d.at(i)) &&
                        is_near(ray->power, emitted.power.at(i)))));
   }
-  judge(rays, "sample_emission_block() from sample_emission()");
-  if (at.is_surface()) judge(surface_differences(at, random), "eval_surface_block() from points");
-  if (memory.is_overrun()) outcome.fail("a block's function writes behind its columns");
-  outcome.measured = fmt::format("blocks of {} are as points, bound: 1 of 100 at edges", count);
+  judge(rays, "sample_emission_block() differs from sample_emission()");
+  if (at.is_surface()) {
+    judge(surface_differences(at, random), "eval_surface_block() differs from eval_surface()");
+  }
+  if (memory.is_overrun()) outcome.fail("a block function writes beyond its columns");
+  outcome.measured =
+      fmt::format("blocks of {} points compared with single points, bound 1 of 100", count);
   return outcome;
 }
 
@@ -273,7 +281,7 @@ bool is_of_grid(const std::string& fault) {
 
 void add_emitter_checks(const Subject& subject, Plan& plan) {
   const auto emitter = subject.make<Emitter>();
-  if (emitter->is_indirect()) return;  // has no light of its own
+  if (emitter->is_indirect()) return;  // emits no light of its own
   plan.add("values", 0, [&](double) { return emitter_values(subject); });
   if (emitter->is_delta()) {
     plan.add("delta", 0, [&](double) { return emitter_delta(subject); });

@@ -20,7 +20,7 @@ EmitterScene::EmitterScene(const Subject& subject, const std::string& xml, int i
   for (const Emitter* emitter : scene_->emitters()) {
     if (emitter->plugin() == object->plugin() && index-- == 0) emitter_ = emitter;
   }
-  if (!emitter_) throw Error("the scene that it is put in doesn't list it among its emitters");
+  if (!emitter_) throw Error("Scene::emitters() of the test scene doesn't contain the emitter");
   is_surface_ = emitter_->shape() != nullptr;
 }
 
@@ -31,7 +31,7 @@ int EmitterScene::count(const Subject& subject) {
 Vec3 EmitterScene::place(Random& random) const {
   const float x = random.between(-1, 1), y = random.between(-1, 1);
   const Vec3 anywhere(x, y, random.between(0, 0.4f));
-  // A narrow beam is met by points of its own rays alone.
+  // Half of the points are on the emitter's rays, because others would miss a narrow beam.
   if (!emitter_->is_delta() || random.unit() < 0.5f) return anywhere;
   const Vec2 position = random.unit2();
   const auto ray = emitter_->sample_emission(position, random.unit2());
@@ -78,8 +78,9 @@ std::pair<Vec3, Rgb> EmitterScene::reference_emission(Random& random, const Vec3
     if (!sample || !(sample->pdf > 0)) return {Vec3(0, 0, 1), Rgb(0.f)};
     return {-sample->d, sample->radiance / sample->pdf};
   }
-  // Light from a place: its intensity by what arrives around it; parallel light is the same
-  // everywhere. Half of the directions are around the beam, or a narrow one would not be met.
+  // For an emitter at a point, the reference is the light that arrives around it; parallel light is
+  // the same everywhere. Half of the directions are in the beam, because others would miss a narrow
+  // one.
   if (!beam_) beam_ = Beam(*emitter_);
   const Vec3 d = random.unit() < 0.5f ? random.direction() : beam_->direction(random);
   const auto sample = emitter_->sample_direct(o + d, Vec2(0.5f));
@@ -128,7 +129,7 @@ float ratio_of(float a, float b) {
   return std::isnan(ratio) ? kInfinity : ratio;
 }
 
-float middle_of(std::vector<float>& values) {
+float median_of(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<long>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -136,16 +137,18 @@ float middle_of(std::vector<float>& values) {
 
 std::string cause_of(const DensityVerdict& verdict, const std::string& pdf_name) {
   const double ratio = verdict.mass / verdict.accepted;
-  if (!(verdict.accepted > 0)) return "no sample is had, where " + pdf_name + " says there are";
+  if (!(verdict.accepted > 0)) return "there are no samples, but " + pdf_name + " is positive";
   if (!(std::abs(ratio - 1) < 0.02)) {
-    return fmt::format("{} integrates to {:.3f}, and {:.3f} of the tries give a sample: it is "
-                       "{:.3g} times what it must be",
-                       pdf_name, verdict.mass, verdict.accepted, ratio);
+    return fmt::format(
+        "{} integrates to {:.3f}, but {:.3f} of the calls return a sample: it is "
+        "{:.3g} times what it must be",
+        pdf_name, verdict.mass, verdict.accepted, ratio);
   }
-  return fmt::format("samples don't follow {}: around ({:.3f}, {:.3f}, {:.3f}) there are {:.2g} of "
-                     "them, and it says {:.2g}",
-                     pdf_name, verdict.worst.x, verdict.worst.y, verdict.worst.z,
-                     verdict.worst_sampled, verdict.worst_told);
+  return fmt::format(
+      "samples don't follow {}: around ({:.3f}, {:.3f}, {:.3f}) are {:.2g} of the "
+      "samples, expected {:.2g}",
+      pdf_name, verdict.worst.x, verdict.worst.y, verdict.worst.z, verdict.worst_sampled,
+      verdict.worst_expected);
 }
 
 }  // namespace kinome::check

@@ -12,36 +12,38 @@
 
 namespace kinome::check {
 
-/// The emitter that is checked, in a scene, and what it tells of its light by other functions than
-/// those that sample it.
+/// The checked emitter in a scene. Also returns reference values for its samples, computed with its
+/// other functions.
 class EmitterScene {
  public:
-  /// `index`: which of the emitters of this plugin that the scene has.
+  /// `index`: index among the scene's emitters of this plugin.
   explicit EmitterScene(const Subject& subject, int index = 0);
-  /// The emitter of this element, in place of the one that is checked.
+  /// Uses the emitter of this XML element instead of the checked one.
   EmitterScene(const Subject& subject, const std::string& xml, int index);
-  /// Number of emitters in the scene: surfaces are checked on shapes of two kinds.
+  /// Number of emitters of the plugin in the scene: surface emitters are on two kinds of shapes.
   static int count(const Subject& subject);
 
   const Scene& scene() const { return *scene_; }
   const Emitter& emitter() const { return *emitter_; }
-  /// A place that light may come to.
+  /// Returns a random point that the emitter may light.
   Vec3 place(Random& random) const;
 
-  /// Density of a direction from p; of surfaces that of all their points that lie in it.
+  /// Density of the direction d at p. For surfaces, the sum over all their points in this
+  /// direction.
   double pdf_along(const Vec3& p, const Vec3& d) const;
-  /// The same at the very point that was sampled, where that is found again.
+  /// Density at the sampled point only; nullopt if a ray doesn't find this point.
   std::optional<float> pdf_of(const Vec3& p, const DirectSample& sample) const;
   bool is_surface() const { return is_surface_; }
   const char* pdf_name() const { return is_surface_ ? "pdf_surface()" : "pdf_environment()"; }
   const char* value_name() const;
 
-  /// A direction of light, and what of its power it stands for in the mean, as EmissionSample has
-  /// it times pdf_position of light from infinitely far; `o` is where other light starts.
+  /// Returns a direction of emitted light, and an estimate of the power, as in
+  /// EmissionSample::power (times pdf_position for light from infinitely far). `o`: origin of the
+  /// light of other emitters.
   std::pair<Vec3, Rgb> reference_emission(Random& random, const Vec3& o);
 
  private:
-  /// A cone around all directions that light leaves in, and a uniform density within it.
+  /// Cone around all directions of emitted light, with a uniform density.
   class Beam {
    public:
     explicit Beam(const Emitter& emitter);
@@ -60,12 +62,12 @@ class EmitterScene {
   std::optional<Beam> beam_;  ///< for reference_emission()
 };
 
-/// a / b, or infinity where that is no number, so that ratios have an order.
+/// Returns a / b, or infinity instead of NaN, so that ratios can be sorted.
 float ratio_of(float a, float b);
-/// The middle of some numbers, at least one.
-float middle_of(std::vector<float>& values);
+/// Returns the median of at least one value. Reorders the values.
+float median_of(std::vector<float>& values);
 
-/// What is wrong where samples don't follow a density.
+/// Describes how samples differ from a density.
 std::string cause_of(const DensityVerdict& verdict, const std::string& pdf_name);
 
 }  // namespace kinome::check

@@ -7,7 +7,7 @@
 namespace kinome::check {
 namespace {
 
-void make(const Subject& subject) {
+void create(const Subject& subject) {
   load_object_from_string(subject.xml(), Subject::kFile, {}, subject.registry());
 }
 
@@ -15,14 +15,15 @@ bool works_without_parameters(const Subject& subject) {
   Request request = subject.request();
   request.parameters.clear();
   try {
-    make(Subject(request));
+    create(Subject(request));
     return true;
   } catch (const Error&) {
     return false;
   }
 }
 
-/// The line of check.xml where it arose, or where the file is named in which it did; 0: there is none.
+/// Returns the line of check.xml at which the error occurred, or which names the file in which it
+/// occurred; 0 if there is none.
 int line_in_xml(const Error& error) {
   if (error.where().file == Subject::kFile) return error.where().line;
   for (const Location& asker : error.askers()) {
@@ -31,8 +32,8 @@ int line_in_xml(const Error& error) {
   return 0;
 }
 
-/// What the command line does wrong by this error; "": nothing, the plugin does.
-std::string mistake_of(const Subject& subject, const Error& error) {
+/// Returns the message for an error of the command line, or "" if the plugin is at fault.
+std::string command_line_error(const Subject& subject, const Error& error) {
   if (is_foreign_exception(error)) return "";
   std::string text = error.message();
   if (error.where().line > 0 && error.where().file != Subject::kFile) {
@@ -45,20 +46,20 @@ std::string mistake_of(const Subject& subject, const Error& error) {
     const int line = line_in_xml(error);
     if (line >= first && line < next) return fmt::format("-D {}={}: {}", name, value, text);
   }
-  // Such as two values that don't go together.
+  // For example, two values that can't be combined.
   if (next > 2 && works_without_parameters(subject)) return "-D: " + text;
   return "";
 }
 
 }  // namespace
 
-bool can_be_made(const Subject& subject) {
+bool can_be_created(const Subject& subject) {
   const Outcome made = run_apart([&] {
     Outcome outcome;
     try {
-      make(subject);
+      create(subject);
     } catch (const Error& error) {
-      outcome.measured = mistake_of(subject, error);
+      outcome.measured = command_line_error(subject, error);
       if (outcome.measured.empty()) outcome.fail(error.what());
     }
     return outcome;

@@ -5,11 +5,11 @@
 
 namespace kinome::check {
 
-/// Whether the plugin can be made with the parameters of the request. Error where it can't because
-/// of one of these: that is a mistake in the command line, not the plugin's.
-bool can_be_made(const Subject& subject);
+/// Returns true if the plugin can be created with the parameters of the request. Throws Error if
+/// they are invalid, which is a fault of the command line, not of the plugin.
+bool can_be_created(const Subject& subject);
 
-/// Whether it stands for an exception of a plugin's that is no kinome::Error.
+/// Returns true if the error stands for a plugin's exception that isn't a kinome::Error.
 inline bool is_foreign_exception(const Error& error) {
   return error.message().starts_with("plugin '");
 }

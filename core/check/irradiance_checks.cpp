@@ -1,5 +1,6 @@
-// Light that arrives at a receiver: by rays that leave the emitter, and as points of the receiver
-// see it. The two have no density in common, so that one that is wrong everywhere is found.
+// Compares the light at a receiver by sample_emission(), with rays from the emitter, and by
+// sample_direct(), at points of the receiver. The two use different densities, so a density with a
+// wrong constant factor is found.
 
 #include <cmath>
 
@@ -18,18 +19,20 @@ constexpr double kMinHits = 100;
 /// `seen`.
 std::string cause_of_difference(const Receiver& receiver, double emitted, double seen) {
   if (seen == 0) {
-    return fmt::format("sample_emission() brings light to a {} where sample_direct() sees none",
+    return fmt::format("sample_emission() sends light to a {}, where sample_direct() returns none",
                        receiver.name());
   }
   const double ratio = emitted / seen;
   if (std::abs(ratio - 1) < 0.02) {
-    return fmt::format("sample_emission() brings other colours, or light to other parts of a {}, "
-                       "than sample_direct() sees from there",
-                       receiver.name());
+    return fmt::format(
+        "sample_emission() sends other colours, or light to other parts of a {}, "
+        "than sample_direct() returns there",
+        receiver.name());
   }
-  return fmt::format("sample_emission() brings {:.3g} times the light to a {} that sample_direct() "
-                     "sees from there",
-                     ratio, receiver.name());
+  return fmt::format(
+      "sample_emission() sends {:.3g} times the light to a {} that sample_direct() "
+      "returns there",
+      ratio, receiver.name());
 }
 
 void test_receiver(const Subject& subject, const EmitterScene& at, const ProbeRays& probes,
@@ -40,16 +43,17 @@ void test_receiver(const Subject& subject, const EmitterScene& at, const ProbeRa
   const CellFlux emitted =
       flux_by_emission(at.emitter(), receiver, plan.cells, count, seed + 1);
   if (at.is_surface() && seen.contributions() == 0) {
-    outcome.measured = "sample_direct() has no light, as of surfaces that shine along single "
-                       "directions";
+    outcome.measured =
+        "sample_direct() returns no light, as for surfaces that emit in single "
+        "directions";
     return;
   }
   const bool has_light = seen.contributions() > kMinHits;
   if (plan.expected_hits < kMinHits && (has_light || plan.expected_hits > 0)) {
-    const std::string text = fmt::format("{} of {} rays of sample_emission() come to a {}",
+    const std::string text = fmt::format("{} of {} rays of sample_emission() hit a {}",
                                          emitted.contributions(), count, receiver.name());
     if (has_light && plan.expected_hits == 0) {
-      outcome.fail(text + " where sample_direct() sees light");
+      outcome.fail(text + ", where sample_direct() returns light");
     } else {
       outcome.measured += (outcome.measured.empty() ? "" : "; ") + text + ": too few to test";
     }
@@ -58,9 +62,9 @@ void test_receiver(const Subject& subject, const EmitterScene& at, const ProbeRa
   const Verdict verdict = largest_z_test(emitted.estimates(), seen.estimates(), alpha);
   if (outcome.passed) {
     if (!outcome.measured.empty()) outcome.measured += "; ";
-    outcome.measured += fmt::format("{}: {:.4g} times the light, p {:.2g} of {} cells",
-                                    receiver.name(), emitted.total() / seen.total(),
-                                    verdict.p_value, plan.cells.count());
+    outcome.measured +=
+        fmt::format("{}: {:.4g} times the light, p {:.2g} for {} cells", receiver.name(),
+                    emitted.total() / seen.total(), verdict.p_value, plan.cells.count());
   }
   if (!verdict.passed) {
     outcome.fail(cause_of_difference(receiver, emitted.total(), seen.total()));
@@ -74,7 +78,7 @@ Outcome emitter_irradiance(const Subject& subject, double alpha) {
     const EmitterScene at(subject, i);
     const ProbeRays probes(at, subject.samples(10000), seed + static_cast<uint64_t>(i));
     if (probes.rays.empty()) {
-      outcome.measured = "sample_emission() is not offered, or has no light";
+      outcome.measured = "sample_emission() is not implemented, or returns no light";
       return outcome;
     }
     const Aabb bounds = at.scene().bounds();

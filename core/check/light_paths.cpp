@@ -36,14 +36,14 @@ ProbeRays::ProbeRays(const EmitterScene& at, int count, uint64_t seed) : tries(c
   const auto n = static_cast<float>(rays.size());
   origin = Vec3(sum_of_origins / static_cast<double>(n));
   for (const EmissionSample& ray : rays) spread = std::max(spread, glm::length(ray.o - origin));
-  // Light that leaves in all directions has none: any will do.
+  // Light that leaves in all directions has no mean direction; use an arbitrary one.
   direction = glm::length(sum_of_directions) > 0.1f * n ? glm::normalize(sum_of_directions)
                                                         : rays[0].d;
 }
 
 namespace {
 
-/// Extent of a local emitter, or 1 if it has none.
+/// Returns the extent of a local emitter, or 1 if it has none.
 float size_of(const ProbeRays& probes) {
   const float rounding = 1e-5f * (1 + max_component(glm::abs(probes.origin)));
   return probes.spread > rounding ? probes.spread : 1;
@@ -57,7 +57,7 @@ Receiver plane_in_the_way(const ProbeRays& probes, const Aabb& bounds) {
     const float distance = 2 * size_of(probes);
     return Receiver::plane(probes.origin + distance * d, Frame::from_normal(-d), Vec2(distance));
   }
-  // The face that most of the light comes through. Its corners are the scene's own.
+  // The face of the scene's bounds that is most perpendicular to the light.
   const Vec3 size = glm::abs(d);
   const int axis = size.x > size.y && size.x > size.z ? 0 : size.y > size.z ? 1 : 2;
   const Vec3 half = 0.5f * bounds.extent();
@@ -75,7 +75,7 @@ Receiver sphere_in_the_way(const ProbeRays& probes, const Aabb& bounds) {
     return Receiver::sphere(bounds.centre(), std::min({half.x, half.y, half.z}));
   }
   const float radius = 2 * size_of(probes);
-  // The emitter is off the centre, so that nothing is hidden by symmetry.
+  // The emitter isn't at the centre, so that symmetry doesn't hide faults.
   return Receiver::sphere(probes.origin + 0.2f * radius * Vec3(0.6f, -0.64f, 0.48f), radius);
 }
 
@@ -91,10 +91,10 @@ std::vector<ReceiverCells::Hit> hits_of(const Receiver& receiver, const ProbeRay
   return hits;
 }
 
-std::vector<Vec2> places_of(const std::vector<ReceiverCells::Hit>& hits) {
-  std::vector<Vec2> places;
-  for (const ReceiverCells::Hit& hit : hits) places.push_back(hit.uv);
-  return places;
+std::vector<Vec2> points_of(const std::vector<ReceiverCells::Hit>& hits) {
+  std::vector<Vec2> points;
+  for (const ReceiverCells::Hit& hit : hits) points.push_back(hit.uv);
+  return points;
 }
 
 double expected_of(const Receiver& receiver, const ProbeRays& probes, int count) {
@@ -105,7 +105,7 @@ double expected_of(const Receiver& receiver, const ProbeRays& probes, int count)
 
 ReceiverPlan::ReceiverPlan(const Receiver& receiver, const ProbeRays& probes, int count)
     : cells(hits_of(receiver, probes), expected_of(receiver, probes, count)),
-      density(places_of(hits_of(receiver, probes))),
+      density(points_of(hits_of(receiver, probes))),
       expected_hits(expected_of(receiver, probes, count)) {}
 
 CellFlux flux_by_emission(const Emitter& emitter, const Receiver& receiver,
@@ -131,16 +131,16 @@ CellFlux flux_by_sample_direct(const Emitter& emitter, const Receiver& receiver,
   Random random(seed);
   CellFlux flux(plan.cells.count());
   for (int i = 0; i < count; ++i) {
-    const ProbeGrid::Sample place = plan.density.sample(random);
+    const ProbeGrid::Sample sampled = plan.density.sample(random);
     const Vec2 u = random.unit2();
-    const Receiver::Point point = receiver.at(place.uv);
-    const auto scale = static_cast<float>(receiver.area() / place.pdf);
+    const Receiver::Point point = receiver.at(sampled.uv);
+    const auto scale = static_cast<float>(receiver.area() / sampled.pdf);
     const auto add = [&](const Emitter& from, float sign) {
       const auto sample = from.sample_direct(point.p, u);
       if (!sample || !(sample->pdf > 0) || !is_finite(sample->radiance)) return;
       const float cosine = glm::dot(point.n, sample->d);
       const Rgb irradiance = sample->radiance * (std::abs(cosine) / sample->pdf);
-      flux.add(plan.cells.cell_of(place.uv, cosine > 0), irradiance * (sign * scale));
+      flux.add(plan.cells.cell_of(sampled.uv, cosine > 0), irradiance * (sign * scale));
     };
     add(emitter, 1);
     if (minus) add(*minus, -1);

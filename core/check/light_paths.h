@@ -8,25 +8,26 @@
 
 namespace kinome::check {
 
-/// Some rays of light that leave an emitter, by which receivers are put in their way.
+/// Some rays of light from an emitter. Receivers are placed in their way.
 struct ProbeRays {
   ProbeRays(const EmitterScene& at, int count, uint64_t seed);
 
   int tries = 0;
-  std::vector<EmissionSample> rays;  ///< that carry light
+  std::vector<EmissionSample> rays;  ///< rays that carry light
   bool is_distant = false;           ///< the emitter is infinitely far away
   Vec3 origin{0.f};  ///< mean position at which rays start
   float spread = 0;  ///< largest distance of such a position from `origin`
-  Vec3 direction{0, 0, 1};  ///< unit vector of most of the light, or of some ray
+  Vec3 direction{0, 0, 1};  ///< mean direction, or that of some ray if the directions cancel
 };
 
-/// A receiver that catches part of the rays: of light from infinitely far, one that touches the
-/// faces of the scene's bounds from within; of other light, one at some distance from the emitter.
+/// Returns a rectangle that part of the rays hit. For light from infinitely far, it is a face of
+/// the scene's bounds; otherwise, it is at some distance from the emitter.
 Receiver plane_in_the_way(const ProbeRays& probes, const Aabb& bounds);
-/// Likewise; around an emitter in the scene, so that all of its light comes by.
+/// Returns a sphere that the rays hit. For light from infinitely far, it is the largest one in the
+/// scene's bounds; otherwise, it surrounds the emitter, so that all light crosses it.
 Receiver sphere_in_the_way(const ProbeRays& probes, const Aabb& bounds);
 
-/// How a receiver is divided, and where on it light was seen.
+/// The cells of a receiver, and the density of its points by where the probe rays hit.
 struct ReceiverPlan {
   ReceiverPlan(const Receiver& receiver, const ProbeRays& probes, int count);
   ReceiverCells cells;
@@ -34,14 +35,14 @@ struct ReceiverPlan {
   double expected_hits;
 };
 
-/// Flux through the cells of a receiver by `count` rays of sample_emission(): light tracing
-/// (Veach 1997, 4.4.3) without obstacles. Front and back are measured separately.
+/// Estimates the flux through the cells of a receiver with `count` rays of sample_emission(): light
+/// tracing (Veach 1997, 4.4.3) without obstacles. Measures front and back separately.
 CellFlux flux_by_emission(const Emitter& emitter, const Receiver& receiver,
                           const ReceiverCells& cells, int count, uint64_t seed);
 
-/// The same by `count` points of the receiver, each with one sample of sample_direct(). Adds the
-/// differences of two emitters at the same points, by the same numbers, where `minus` is not
-/// nullptr.
+/// Estimates the same flux at `count` points of the receiver, with one sample of sample_direct()
+/// each. If `minus` isn't nullptr, subtracts the flux of this emitter, estimated at the same points
+/// with the same random numbers.
 CellFlux flux_by_sample_direct(const Emitter& emitter, const Receiver& receiver,
                                const ReceiverPlan& plan, int count, uint64_t seed,
                                const Emitter* minus = nullptr);

@@ -6,10 +6,10 @@
 #include "kinome/render_context.h"
 #include "kinome/scene.h"
 
-/// A scene for sensors, films and integrators.
+/// Test scene for sensors, films and integrators.
 namespace kinome::check {
 
-/// A ball on a floor that fills the picture: not all integrators show the sky or a lamp themselves.
+/// A sphere on a floor that fills the image, because not all integrators show the emitters.
 inline constexpr const char* kLitScene =
     "<shape type='rectangle'><transform name='to_world'><scale value='3'/></transform></shape>"
     "<shape type='sphere'><point name='center' x='0' y='0' z='0.7'/><float name='radius' "
@@ -19,7 +19,7 @@ inline constexpr const char* kLitScene =
     "value='5'/></emitter></shape><emitter type='constant'><float name='radiance' value='0.3'/>"
     "</emitter>";
 
-inline Image picture_of(const Scene& scene, uint64_t seed, unsigned threads, uint64_t order = 0) {
+inline Image render_image(const Scene& scene, uint64_t seed, unsigned threads, uint64_t order = 0) {
   RenderContext::Options options;
   options.threads = threads;
   options.seed = seed;

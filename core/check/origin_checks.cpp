@@ -1,4 +1,4 @@
-// Where rays of light start, and how far from a point sampled light is.
+// Checks the origins of emitted rays, and the distances of sampled light.
 
 #include <algorithm>
 #include <cmath>
@@ -18,17 +18,17 @@ std::string text_of(const Vec3& v) {
   return fmt::format("({:.5g}, {:.5g}, {:.5g})", v.x, v.y, v.z);
 }
 
-/// Rays that start elsewhere than the light is.
-struct WrongStarts {
-  int looked = 0, wrong = 0;
-  std::string first;  ///< what is wrong with the first of them
+/// Counts faults, and keeps the first one.
+struct FaultCount {
+  int checked = 0, wrong = 0;
+  std::string first;  ///< description of the first fault
   void add(const std::string& fault) {
-    ++looked;
+    ++checked;
     if (fault.empty()) return;
     if (wrong++ == 0) first = fault;
   }
-  /// At edges and grazing angles, rounding decides.
-  bool is_fault() const { return wrong * 100 > looked; }
+  /// Accepts 1 % of faults, because rounding decides at edges and grazing angles.
+  bool is_fault() const { return wrong * 100 > checked; }
 };
 
 /// Describes what is wrong with the position at which a ray leaves a surface; "" if it is right.
@@ -47,16 +47,17 @@ std::string fault_on_surface(const EmitterScene& at, const EmissionSample& ray) 
   return "";
 }
 
-/// The same for an emitter without extent: points on its rays must see it where the rays start.
+/// The same for an emitter without extent: sample_direct() at points of a ray must return the ray's
+/// origin.
 std::string fault_of_point_light(const EmitterScene& at, const EmissionSample& ray, float t) {
   const auto seen = at.emitter().sample_direct(ray.o + t * ray.d, Vec2(0.5f));
   if (!seen || is_black(seen->radiance)) {
-    return "a ray from " + text_of(ray.o) + " to where sample_direct() sees no light";
+    return "a ray from " + text_of(ray.o) + " to a point where sample_direct() returns no light";
   }
   const Vec3 light = ray.o + t * ray.d + seen->distance * seen->d;
   const float rounding = 1e-4f * (1 + t + max_component(glm::abs(ray.o)));
   if (glm::length(light - ray.o) < rounding) return "";
-  return fmt::format("a ray from {}, which sample_direct() sees at {}", text_of(ray.o),
+  return fmt::format("a ray from {}, but sample_direct() returns an emitter at {}", text_of(ray.o),
                      text_of(light));
 }
 
@@ -72,8 +73,9 @@ std::string fault_from_afar(const Aabb& bounds, const EmissionSample& ray) {
   return "";
 }
 
-/// Around the scene's centre, across the light: the mean of 1 / (pdf_position x area) over rays that
-/// come by a part of a disk is 1, whatever their directions. Four parts at two distances.
+/// Tests pdf_position on a disk around the scene's centre, perpendicular to each ray. The mean of
+/// 1 / (pdf_position x area) over rays that hit a part of the disk is 1, whatever their directions.
+/// There are four parts at two distances from the centre.
 Verdict positions_test(const EmitterScene& at, int count, uint64_t seed, double alpha,
                        double& mass) {
   const Aabb bounds = at.scene().bounds();
@@ -82,19 +84,19 @@ Verdict positions_test(const EmitterScene& at, int count, uint64_t seed, double 
   const double part = std::numbers::pi * double{radius} * double{radius} / 8;
   Random random(seed);
   Moments parts[8], all;
-  int had = 0;
+  int emitted = 0;
   for (int i = 0; i < count; ++i) {
     const Vec2 position = random.unit2();
     const auto ray = at.emitter().sample_emission(position, random.unit2());
     size_t hit = 8;
     double value = 0;
     if (ray && ray->pdf_position > 0) {
-      ++had;
+      ++emitted;
       const Frame frame = Frame::from_normal(ray->d);
-      const Vec3 place = frame.to_local(ray->o - bounds.centre());
-      const float r2 = sqr(place.x) + sqr(place.y);
+      const Vec3 local = frame.to_local(ray->o - bounds.centre());
+      const float r2 = sqr(local.x) + sqr(local.y);
       if (r2 < sqr(radius)) {
-        hit = static_cast<size_t>((place.x > 0) + 2 * (place.y > 0) + 4 * (2 * r2 > sqr(radius)));
+        hit = static_cast<size_t>((local.x > 0) + 2 * (local.y > 0) + 4 * (2 * r2 > sqr(radius)));
         value = 1 / (double{ray->pdf_position} * part);
       }
     }
@@ -104,8 +106,8 @@ Verdict positions_test(const EmitterScene& at, int count, uint64_t seed, double 
   std::vector<Estimate> found, expected;
   for (const Moments& m : parts) {
     found.push_back({m.mean(), m.variance_of_mean()});
-    // Tries without a ray are of directions that have no light.
-    expected.push_back({static_cast<double>(had) / count, 0});
+    // Calls that return no ray stand for directions without light.
+    expected.push_back({static_cast<double>(emitted) / count, 0});
   }
   found.push_back({all.mean(), all.variance_of_mean()});
   expected.push_back(expected[0]);
@@ -113,54 +115,55 @@ Verdict positions_test(const EmitterScene& at, int count, uint64_t seed, double 
   return largest_z_test(found, expected, alpha);
 }
 
-WrongStarts wrong_starts(const EmitterScene& at, const ProbeRays& probes, uint64_t seed) {
+FaultCount wrong_origins(const EmitterScene& at, const ProbeRays& probes, uint64_t seed) {
   Random random(seed);
-  WrongStarts starts;
+  FaultCount origins;
   const Aabb bounds = at.scene().bounds();
   for (const EmissionSample& ray : probes.rays) {
     if (at.is_surface()) {
-      starts.add(fault_on_surface(at, ray));
+      origins.add(fault_on_surface(at, ray));
     } else if (probes.is_distant) {
-      starts.add(fault_from_afar(bounds, ray));
+      origins.add(fault_from_afar(bounds, ray));
     } else if (at.emitter().is_delta()) {
-      starts.add(fault_of_point_light(at, ray, random.between(0.3f, 3)));
+      origins.add(fault_of_point_light(at, ray, random.between(0.3f, 3)));
     }
   }
-  return starts;
+  return origins;
 }
 
 Outcome emitter_origins(const Subject& subject, double alpha) {
   Outcome outcome;
   const uint64_t seed = subject.request().seed + 80;
-  int looked = 0;
+  int checked = 0;
   for (int i = 0; i < EmitterScene::count(subject) && outcome.passed; ++i) {
     const EmitterScene at(subject, i);
     const ProbeRays probes(at, subject.samples(4000), seed);
-    const WrongStarts starts = wrong_starts(at, probes, seed + 1);
-    looked += starts.looked;
-    if (starts.is_fault()) {
-      outcome.measured = fmt::format("{} of {} rays", starts.wrong, starts.looked);
-      outcome.fail("sample_emission() has " + starts.first);
+    const FaultCount origins = wrong_origins(at, probes, seed + 1);
+    checked += origins.checked;
+    if (origins.is_fault()) {
+      outcome.measured = fmt::format("{} of {} rays", origins.wrong, origins.checked);
+      outcome.fail("sample_emission() returns " + origins.first);
       return outcome;
     }
-    outcome.measured = fmt::format("{} rays start at the light", looked);
+    outcome.measured = fmt::format("{} rays start at the emitter", checked);
     if (!probes.is_distant || probes.rays.empty()) continue;
     double mass = 0;
     const Verdict verdict =
         positions_test(at, subject.samples(60000), seed + 2, alpha, mass);
-    outcome.measured = fmt::format("{} rays start outside the scene; pdf_position integrates to "
-                                   "{:.4g}, p {:.2g}, bound {:.0e}",
-                                   looked, mass, verdict.p_value, alpha);
+    outcome.measured = fmt::format(
+        "{} rays start outside the scene; pdf_position integrates to "
+        "{:.4g}, p {:.2g}, bound {:.0e}",
+        checked, mass, verdict.p_value, alpha);
     if (verdict.passed) continue;
     outcome.fail(std::abs(mass - 1) < 0.03
-                     ? std::string("positions of rays don't follow pdf_position")
+                     ? std::string("origins of rays don't follow pdf_position")
                      : fmt::format("pdf_position is {:.2g} times what it must be", mass));
   }
-  if (looked == 0) outcome.measured = "no rays to look at";
+  if (checked == 0) outcome.measured = "no rays to check";
   return outcome;
 }
 
-/// Whether the emitter's surface is at this distance from p.
+/// Returns true if the emitter's surface is at this distance from p.
 bool has_surface_at(const EmitterScene& at, const Vec3& p, const Vec3& d, float distance) {
   RayHit ray = ray_hit(p, d);
   ray.ray.tmin = 0.99f * distance;
@@ -170,11 +173,11 @@ bool has_surface_at(const EmitterScene& at, const Vec3& p, const Vec3& d, float 
          at.scene().interaction(ray).shape == at.emitter().shape();
 }
 
-/// Distances that sample_direct() returns: shadow rays end there.
+/// Checks the distances of sample_direct(), at which shadow rays end.
 Outcome emitter_distance(const Subject& subject) {
   Outcome outcome;
   const uint64_t seed = subject.request().seed + 90;
-  WrongStarts distances;
+  FaultCount distances;
   for (int i = 0; i < EmitterScene::count(subject); ++i) {
     const EmitterScene at(subject, i);
     const float size = glm::length(at.scene().bounds().extent());
@@ -183,22 +186,23 @@ Outcome emitter_distance(const Subject& subject) {
       const Vec3 p = at.place(random);
       const auto sample = at.emitter().sample_direct(p, random.unit2());
       if (!sample || !(sample->pdf > 0)) continue;
-      const std::string told = fmt::format("a distance of {:.5g} ", sample->distance);
+      const std::string distance = fmt::format("a distance of {:.5g} ", sample->distance);
       if (at.emitter().is_environment()) {
-        distances.add(sample->distance > size ? "" : told + "to an environment, which is infinite");
+        distances.add(sample->distance > size
+                          ? ""
+                          : distance + "to an environment, which is infinitely far away");
       } else if (at.is_surface()) {
         distances.add(has_surface_at(at, p, sample->d, sample->distance)
                           ? ""
-                          : told + "to where its surface is not");
+                          : distance + "at which there is no surface of the emitter");
       }
     }
   }
-  outcome.measured =
-      distances.looked == 0
-          ? "none to look at"
-          : fmt::format("{} of {} distances are wrong, bound 1 of 100 at edges", distances.wrong,
-                        distances.looked);
-  if (distances.is_fault()) outcome.fail("sample_direct() has " + distances.first);
+  outcome.measured = distances.checked == 0
+                         ? "no distances to check"
+                         : fmt::format("{} of {} distances are wrong, bound 1 of 100",
+                                       distances.wrong, distances.checked);
+  if (distances.is_fault()) outcome.fail("sample_direct() returns " + distances.first);
   return outcome;
 }
 

@@ -1,4 +1,5 @@
-// Whatever a scene may give to a parameter: it is taken, or refused by one error that tells where.
+// Checks that a plugin either accepts each value of a parameter, or refuses it with one Error that
+// has a location.
 
 #include <cmath>
 
@@ -15,8 +16,8 @@ namespace kinome::check {
 namespace {
 
 struct Values {
-  std::vector<std::string> extreme;  ///< to be taken or refused, whatever the plugin says of them
-  std::vector<std::string> nonsense;  ///< to be refused
+  std::vector<std::string> extreme;  ///< the plugin may accept or refuse these
+  std::vector<std::string> invalid;  ///< the plugin must refuse these
 };
 
 const std::vector<std::string>& extreme_numbers() {
@@ -58,17 +59,19 @@ Values values_of(const Parameter& parameter) {
   return {};
 }
 
-/// What is wrong with a message; nullptr: nothing.
+/// Returns what is wrong with an error, or nullptr.
 const char* fault_of(const Error& error) {
   if (error.message().empty()) return "an error without a message";
-  if (std::string(error.what()).find('\n') != std::string::npos) return "an error of several lines";
-  if (is_foreign_exception(error)) return "an exception that is no kinome::Error";
-  const bool has_place = error.where().line > 0 || !error.askers().empty();
-  return has_place ? nullptr : "an error without a place";
+  if (std::string(error.what()).find('\n') != std::string::npos) {
+    return "an error with several lines";
+  }
+  if (is_foreign_exception(error)) return "an exception that is not a kinome::Error";
+  const bool has_location = error.where().line > 0 || !error.askers().empty();
+  return has_location ? nullptr : "an error without a location";
 }
 
-/// Values that are nonsense, by looking at what the object makes of a few places.
-std::string nonsense_in(const Subject& subject, const std::string& xml) {
+/// Returns a fault if the object returns invalid values at some points of a scene, otherwise "".
+std::string find_invalid_result(const Subject& subject, const std::string& xml) {
   const std::string elements = surroundings(subject, xml);
   if (elements.empty()) {
     load_object_from_string(xml, Subject::kFile, {}, subject.registry());
@@ -78,7 +81,8 @@ std::string nonsense_in(const Subject& subject, const std::string& xml) {
   constexpr uint32_t kPlaces = 32;
   for (const PluginFault& fault :
        audit_plugins(*scene, *scene->sensors()[0], subject.request().seed, kPlaces)) {
-    // Beside these, extremes may be right up to a rounding that is theirs.
+    // Ignore other faults: with extreme parameters, functions may differ by more than the usual
+    // rounding error.
     if (fault.what.find("not finite") != std::string::npos ||
         fault.what.find("negative") != std::string::npos || fault.what == "an exception") {
       return fault.plugin + " gives " + fault.what;
@@ -88,30 +92,30 @@ std::string nonsense_in(const Subject& subject, const std::string& xml) {
 }
 
 struct Counts {
-  int taken = 0, refused = 0;
+  int accepted = 0, refused = 0;
 };
 
 void try_value(const Subject& subject, const Parameter& parameter, const std::string& value,
-               bool may_be_taken, Counts& counts, Outcome& outcome) {
+               bool may_be_accepted, Counts& counts, Outcome& outcome) {
   const std::string title = fmt::format("{} = \"{}\"", parameter.name, value);
   note_attempt(title);
   try {
-    const std::string fault =
-        nonsense_in(subject, subject.xml("", parameter.name, parameter_xml(parameter, value)));
-    ++counts.taken;
-    if (!may_be_taken) outcome.fail(title + " is nonsense, but is taken");
-    if (!fault.empty()) outcome.fail(title + " is taken, but then " + fault);
+    const std::string fault = find_invalid_result(
+        subject, subject.xml("", parameter.name, parameter_xml(parameter, value)));
+    ++counts.accepted;
+    if (!may_be_accepted) outcome.fail(title + " is invalid, but is accepted");
+    if (!fault.empty()) outcome.fail(title + " is accepted, but then " + fault);
   } catch (const Error& error) {
     ++counts.refused;
     if (const char* const fault = fault_of(error)) {
       outcome.fail(fmt::format("{}: {} ({})", title, fault, error.what()));
     }
   } catch (const std::bad_alloc&) {
-    outcome.fail(title + " takes all memory");
+    outcome.fail(title + " uses all memory");
   }
 }
 
-/// Writes each default into a scene, where it must be accepted like any other value.
+/// Writes each default value into a scene, which must accept it like any other value.
 void check_table(const Subject& subject, Outcome& outcome) {
   for (const Parameter& parameter : subject.plugin().parameters) {
     if (!parameter.default_value || parameter.type == ParameterType::kObject) continue;
@@ -149,13 +153,12 @@ void add_parameter_checks(const Subject& subject, Plan& plan) {
       for (const std::string& value : values.extreme) {
         try_value(subject, parameter, value, true, counts, outcome);
       }
-      for (const std::string& value : values.nonsense) {
+      for (const std::string& value : values.invalid) {
         try_value(subject, parameter, value, false, counts, outcome);
       }
     }
-    outcome.measured =
-        fmt::format("extremes and nonsense: {} values are taken, {} refused", counts.taken,
-                    counts.refused);
+    outcome.measured = fmt::format("extreme and invalid values: {} accepted, {} refused",
+                                   counts.accepted, counts.refused);
     return outcome;
   });
 }

@@ -18,11 +18,11 @@
 namespace kinome::check {
 namespace {
 
-/// Of a sound plugin, how often any of all its checks fails.
+/// Probability that any check of a correct plugin fails.
 constexpr double kFalseAlarms = 1e-4;
-constexpr unsigned kMostSeconds = 240;  ///< that a check may take
+constexpr unsigned kMaxSeconds = 240;  ///< maximum duration of a check
 
-/// What the process of a check tells: it stays when that process crashes.
+/// Shared memory for the results of a check's process. It remains if the process crashes.
 struct Shared {
   bool is_done;
   bool passed;
@@ -47,7 +47,7 @@ void copy(const std::string& text, char (&to)[N]) {
   to[length] = 0;
 }
 
-/// A text in one line.
+/// Replaces line breaks by spaces.
 std::string line_of(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
@@ -62,16 +62,16 @@ Outcome outcome_of(const std::function<Outcome()>& run) {
     return outcome;
   } catch (...) {
     Outcome outcome;
-    outcome.fail("an exception that is no std::exception");
+    outcome.fail("an unknown exception");
     return outcome;
   }
 }
 
-/// What a process was at when a signal ended it.
+/// Returns the outcome of a process that a signal terminated.
 Outcome ended_by(int signal) {
   Outcome outcome;
   const std::string at = shared->attempt[0] ? std::string(" at ") + shared->attempt : "";
-  outcome.fail(signal == SIGALRM ? fmt::format("no end within {} seconds{}", kMostSeconds, at)
+  outcome.fail(signal == SIGALRM ? fmt::format("not finished after {} seconds{}", kMaxSeconds, at)
                                  : fmt::format("a crash ({}){}", strsignal(signal), at));
   return outcome;
 }
@@ -89,7 +89,7 @@ Outcome run_apart(const std::function<Outcome()>& run) {
   const pid_t child = fork();
   if (child < 0) throw Error(std::string("can't start a process: ") + std::strerror(errno));
   if (child == 0) {
-    alarm(kMostSeconds);
+    alarm(kMaxSeconds);
     const Outcome outcome = outcome_of(run);
     shared->passed = outcome.passed;
     copy(outcome.measured, shared->measured);
@@ -127,7 +127,7 @@ int Plan::run() const {
       if (std::find(names.begin(), names.end(), name) != names.end()) continue;
       std::string list;
       for (const std::string& known : names) list += (list.empty() ? "" : ", ") + known;
-      throw Error(fmt::format("there is no check '{}' of this plugin (there are {})", name, list));
+      throw Error(fmt::format("unknown check '{}' for this plugin (available: {})", name, list));
     }
   }
   const auto is_chosen = [&](const Check& check) {
@@ -135,7 +135,7 @@ int Plan::run() const {
            (request_.only.empty() || request_.only.count(check.name));
   };
   if (std::none_of(checks_.begin(), checks_.end(), is_chosen)) {
-    throw Error("--only and --except leave no check to run");
+    throw Error("no check to run: --except excludes all checks of --only");
   }
   const double alpha = kFalseAlarms / std::max(tests, 1);
   int count = 0, failed = 0;
@@ -150,8 +150,8 @@ int Plan::run() const {
     fmt::print("  {:<5} {:<14} {}\n", outcome.passed ? "ok" : "FAULT", check.name, line_of(text));
     std::fflush(stdout);
   }
-  fmt::print("{} of {} checks failed; of a sound plugin one does in 1 of {:.0f} runs\n", failed,
-             count, 1 / kFalseAlarms);
+  fmt::print("{} of {} checks failed; a correct plugin fails in 1 of {:.0f} runs\n", failed, count,
+             1 / kFalseAlarms);
   return failed;
 }
 

@@ -9,35 +9,35 @@
 
 namespace kinome::check {
 
-/// What a check found.
+/// Result of a check.
 struct Outcome {
   bool passed = true;
-  std::string measured;  ///< and its bound
-  std::string cause;     ///< what is probably wrong
+  std::string measured;  ///< measured values, and their bounds
+  std::string cause;     ///< probable fault
 
-  /// Notes a fault: the first one's cause is told.
+  /// Makes the check fail. Only the cause of the first fault is kept.
   void fail(std::string what) {
     if (passed) cause = std::move(what);
     passed = false;
   }
 };
 
-/// Tells what is being tried, should the plugin crash at it.
+/// Records the current attempt, which is reported if the plugin crashes.
 void note_attempt(const std::string& what);
 
-/// Runs it in a process of its own, where it may crash or never end: that, and an exception, is an
-/// outcome that failed.
+/// Calls `run` in a separate process. If it crashes, never ends or throws, the outcome is a
+/// failure.
 Outcome run_apart(const std::function<Outcome()>& run);
 
-/// The checks of one plugin.
+/// List of the checks of one plugin.
 class Plan {
  public:
   explicit Plan(const Request& request) : request_(request) {}
 
-  /// `tests`: how many statistical tests it makes, each at the rate of false alarms that `run` is
-  /// given. It runs in a process of its own, where it may crash or never end.
+  /// Adds a check. `tests` is the number of its statistical tests, each with the false-alarm rate
+  /// `alpha`. `run` is called in a separate process, where it may crash or never end.
   void add(std::string name, int tests, std::function<Outcome(double alpha)> run);
-  /// Runs all, printing a line for each. How many failed.
+  /// Runs all checks, and prints a line for each. Returns the number of failures.
   int run() const;
   size_t size() const { return checks_.size(); }
 

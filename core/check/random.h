@@ -8,7 +8,7 @@
 
 namespace kinome::check {
 
-/// Repeatable random numbers.
+/// Reproducible random numbers.
 class Random {
  public:
   explicit Random(uint64_t seed) : seed_(seed) {}
@@ -18,7 +18,7 @@ class Random {
     const float x = unit();
     return {x, unit()};
   }
-  /// Uniform over the sphere.
+  /// Returns a direction that is uniformly distributed over the sphere.
   Vec3 direction() {
     const float z = between(-1, 1);
     const float phi = between(0, 2 * kPi);

@@ -4,7 +4,7 @@
 
 #include "kinome/scene.h"
 
-/// Single rays in a scene.
+/// Functions that trace single rays in a scene.
 namespace kinome::check {
 
 inline RayHit ray_hit(const Vec3& o, const Vec3& d) {
@@ -14,7 +14,7 @@ inline RayHit ray_hit(const Vec3& o, const Vec3& d) {
   return ray;
 }
 
-/// The nearest hit of one ray.
+/// Returns the nearest hit of one ray.
 inline RayHit trace(const Scene& scene, const Vec3& o, const Vec3& d) {
   RayHit ray = ray_hit(o, d);
   RenderCounters counters;
@@ -22,8 +22,8 @@ inline RayHit trace(const Scene& scene, const Vec3& o, const Vec3& d) {
   return ray;
 }
 
-/// The density of a direction: of all places that a ray from p meets, shapes that hide each other
-/// included.
+/// Returns the sum of `pdf` over all points of surfaces on the ray from p along d, including hidden
+/// ones: the density of the direction.
 inline float density_along(const Scene& scene, const Vec3& p, const Vec3& d,
                            const std::function<float(const SurfaceInteraction&)>& pdf) {
   float sum = 0;

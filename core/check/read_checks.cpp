@@ -1,4 +1,4 @@
-// Each parameter of the table is read by the plugin, alone or beside another parameter.
+// Checks that the plugin reads each parameter of its table, alone or together with another one.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +10,7 @@ namespace {
 
 enum class Reading { kRead, kUnread, kRefused };
 
-/// Elements that give the parameter, the likeliest to be accepted first.
+/// Returns XML elements for the parameter. Those that are most likely to be accepted come first.
 std::vector<std::string> elements_of(const Parameter& parameter) {
   std::vector<std::string> values;
   if (parameter.default_value) values.emplace_back(parameter.default_value);
@@ -42,7 +42,7 @@ std::vector<std::string> elements_of(const Parameter& parameter) {
   return elements;
 }
 
-/// Loads the plugin with the parameter `name`, of this `element`, and what is nested `beside` it.
+/// Loads the plugin with the XML `element` of the parameter `name`, and with the elements `beside`.
 Reading load_with(const Subject& subject, const std::string& name, const std::string& element,
                   const std::string& beside = "") {
   try {
@@ -54,7 +54,8 @@ Reading load_with(const Subject& subject, const std::string& name, const std::st
   }
 }
 
-/// Reading::kRefused if no value was accepted, so that nothing is known.
+/// Returns whether the plugin reads the parameter; Reading::kRefused if it accepts none of the
+/// values.
 Reading reading_of(const Subject& subject, const Parameter& parameter) {
   Reading reading = Reading::kRefused;
   for (const std::string& element : elements_of(parameter)) {
@@ -70,7 +71,7 @@ Reading reading_of(const Subject& subject, const Parameter& parameter) {
 ParameterUse use_of(const Subject& subject) {
   ParameterUse use;
   for (const Parameter& parameter : subject.plugin().parameters) {
-    // The plugin needs these to be made at all.
+    // The plugin couldn't be created without these parameters.
     const bool is_there = parameter.required || subject.is_given(parameter);
     const Reading reading = is_there ? Reading::kRead
                             : parameter.ignored ? Reading::kRefused
@@ -87,7 +88,7 @@ ParameterUse use_of(const Subject& subject) {
 }  // namespace
 
 bool is_unread(const Error& error) {
-  return error.message().find("leaves unreferenced") != std::string::npos;
+  return error.message().find("has unused parameters") != std::string::npos;
 }
 
 bool is_read_beside_another(const Subject& subject, const std::string& name,
@@ -106,14 +107,15 @@ void add_read_check(const Subject& subject, Plan& plan) {
     Outcome outcome;
     const ParameterUse use = use_of(subject);
     for (const std::string& name : use.unread) {
-      outcome.fail(fmt::format("'{}' is in the table but is never read, alone or beside another "
-                               "parameter: read it, or declare it by ignored_row()",
-                               name));
+      outcome.fail(
+          fmt::format("'{}' is in the table but is never read, alone or together with "
+                      "another parameter: read it, or declare it with ignored_row()",
+                      name));
     }
     outcome.measured = fmt::format("{} parameters are read, {} ignored", use.read.size(),
                                    use.ignored.size());
     if (!use.unknown.empty()) {
-      outcome.measured += fmt::format("; not known of {}, which need values by -D",
+      outcome.measured += fmt::format("; unknown for {}, for which -D must give values",
                                       fmt::join(use.unknown, ", "));
     }
     return outcome;

@@ -41,8 +41,8 @@ Receiver::Point Receiver::at(const Vec2& uv) const {
     const Vec3 n = direction_of_square(uv);
     return {centre_ + radius_ * n, n};
   }
-  const Vec2 place = (2.f * uv - 1.f) * half_extent_;
-  return {centre_ + frame_.s * place.x + frame_.t * place.y, frame_.n};
+  const Vec2 local = (2.f * uv - 1.f) * half_extent_;
+  return {centre_ + frame_.s * local.x + frame_.t * local.y, frame_.n};
 }
 
 int Receiver::crossings_of(const Vec3& o, const Vec3& d, Crossing (&out)[2]) const {
@@ -63,9 +63,9 @@ int Receiver::crossings_of(const Vec3& o, const Vec3& d, Crossing (&out)[2]) con
   const float t = -glm::dot(from, frame_.n) / speed;
   if (!(t > 0 && t < kInfinity)) return 0;
   const Vec3 p = from + t * d;
-  const Vec2 place = Vec2(glm::dot(p, frame_.s), glm::dot(p, frame_.t)) / half_extent_;
-  if (!(std::abs(place.x) < 1 && std::abs(place.y) < 1)) return 0;
-  out[count++] = {0.5f * place + 0.5f, speed < 0};
+  const Vec2 local = Vec2(glm::dot(p, frame_.s), glm::dot(p, frame_.t)) / half_extent_;
+  if (!(std::abs(local.x) < 1 && std::abs(local.y) < 1)) return 0;
+  out[count++] = {0.5f * local + 0.5f, speed < 0};
   return count;
 }
 
@@ -107,7 +107,7 @@ ReceiverCells::ReceiverCells(const std::vector<Hit>& probes, double expected) {
     const int parts =
         std::clamp(static_cast<int>(expected * share / kMinHits), 0, kMaxParts);
     if (parts == 0 && side != is_front) {
-      roots_[side] = roots_[!side];  // too few: they are counted with the other side
+      roots_[side] = roots_[!side];  // too few hits: use the cells of the other side
     } else {
       roots_[side] = divide(points, 0, points.size(), std::max(parts, 1), 0);
     }

@@ -11,12 +11,11 @@
 
 namespace kinome::check {
 
-/// A virtual surface in the path of light: a rectangle, or a sphere. It is not part of the scene and
-/// has two sides, which are measured separately. Its points have coordinates in [0, 1]² that keep
-/// areas.
+/// A virtual surface in the path of light: a rectangle or a sphere. It is not part of the scene.
+/// Its two sides are measured separately. Its points have area-preserving coordinates in [0, 1]².
 class Receiver {
  public:
-  /// The rectangle with these half extents along frame.s and frame.t.
+  /// Returns the rectangle with these half extents along frame.s and frame.t.
   static Receiver plane(const Vec3& centre, const Frame& frame, const Vec2& half_extent);
   static Receiver sphere(const Vec3& centre, float radius);
 
@@ -51,12 +50,12 @@ class Receiver {
   double area_ = 0;
 };
 
-/// Coordinates in the unit square of a point of the unit sphere, and back, such that areas are kept.
+/// Area-preserving map from the unit sphere to the unit square, and its inverse.
 Vec2 square_of_direction(const Vec3& d);
 Vec3 direction_of_square(const Vec2& uv);
 
-/// Importance over the unit square: half uniform, half as frequent as the given points are in the
-/// cells of a grid. Never 0, so that an estimate by it is unbiased, whatever the points are.
+/// Density over the unit square: half uniform, half proportional to the number of given points in
+/// the cells of a grid. It is never 0, so estimates are unbiased for any points.
 class ProbeGrid {
  public:
   explicit ProbeGrid(const std::vector<Vec2>& points);
@@ -80,7 +79,7 @@ class ReceiverCells {
     Vec2 uv;
     bool is_front;
   };
-  /// `expected`: number of hits that the test will have; no cell has fewer than about 500 of them
+  /// `expected`: expected number of hits in the test. No cell has fewer than about 500 of them,
   /// unless it is the only one.
   ReceiverCells(const std::vector<Hit>& probes, double expected);
   size_t count() const { return count_; }
@@ -89,7 +88,7 @@ class ReceiverCells {
  private:
   /// A split of the square, or a cell.
   struct Node {
-    int axis = -1;  ///< of a cell: -1
+    int axis = -1;  ///< -1 for a cell
     float middle = 0;
     size_t cell = 0, lower = 0, upper = 0;
   };
@@ -100,21 +99,22 @@ class ReceiverCells {
   size_t count_ = 0;
 };
 
-/// Flux through the cells of a receiver, by samples of two kinds of estimate.
+/// Estimate of the flux through the cells of a receiver.
 class CellFlux {
  public:
   explicit CellFlux(size_t cells) : sums_(cells), squares_(cells) {}
-  /// One contribution of the current sample.
+  /// Adds a contribution of the current sample.
   void add(size_t cell, const Rgb& flux);
   /// Ends a sample, which may have any number of contributions.
   void end_sample();
-  /// Luminance of each cell, then the three channels of all: these depend on one another.
+  /// Returns the luminance of each cell, then the three channels summed over all cells. These are
+  /// not independent.
   std::vector<Estimate> estimates() const;
   double total() const;
   uint64_t contributions() const { return contributions_; }
 
  private:
-  std::vector<double> sums_, squares_;  ///< of luminance
+  std::vector<double> sums_, squares_;  ///< of luminance, by cell
   std::vector<std::pair<size_t, double>> current_;
   glm::dvec3 current_channels_{0.};
   Moments channels_[3];

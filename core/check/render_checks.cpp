@@ -1,4 +1,4 @@
-// Checks of films and integrators: renders of a small scene.
+// Checks of films and integrators, which render a small scene.
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@
 namespace kinome::check {
 namespace {
 
-/// A camera of 24 x 16 pixels; `sampler` and `film` are elements.
+/// Returns a camera with the XML element `film`.
 std::string camera(const std::string& film, int samples) {
   return fmt::format(
       "<sensor type='perspective'><float name='fov' value='36'/><transform name='to_world'>"
@@ -42,10 +42,10 @@ Outcome film_file(const Subject& subject) {
   const auto scene = subject.scene_of("<integrator type='direct'/>" + std::string(kLitScene) +
                                       camera(subject.xml(), 1));
   const Film& film = scene->sensors().at(0)->film();
-  const Image image = picture_of(*scene, 1, 1);
+  const Image image = render_image(*scene, 1, 1);
   const std::string extension = film.file_extension();
   if (extension.size() < 2 || extension[0] != '.') {
-    outcome.fail("file_extension() is '" + extension + "', expected as '.exr'");
+    outcome.fail("file_extension() is '" + extension + "', expected an extension like '.exr'");
     return outcome;
   }
   namespace fs = std::filesystem;
@@ -57,19 +57,18 @@ Outcome film_file(const Subject& subject) {
   std::error_code failed;
   const auto size = fs::file_size(path + extension, failed);
   if (failed || size == 0) {
-    outcome.fail("write() has made no file, or adds no extension to a name without one");
+    outcome.fail("write() creates no file, or doesn't append the extension to a name without one");
   } else if (extension == ".exr" || extension == ".pfm") {
     const Image read = extension == ".exr" ? read_exr(path + extension) : read_pfm(path + extension);
     if (read.width != image.width || read.height != image.height) {
-      outcome.fail(fmt::format("the file has {} x {} pixels, the picture {} x {}", read.width,
+      outcome.fail(fmt::format("the file has {} x {} pixels, expected {} x {}", read.width,
                                read.height, image.width, image.height));
     }
   }
   try {
     film.write((folder / "no/such/folder/picture").string(), image, {});
-    outcome.fail("write() into a folder that isn't there is no error");
-  } catch (const Error&) {
-    // As it must.
+    outcome.fail("write() to a folder that doesn't exist throws no Error");
+  } catch (const Error&) {  // as required
   }
   fs::remove_all(folder, failed);
   outcome.measured = fmt::format("{} x {} pixels in {} bytes of {}", image.width, image.height, size,
@@ -87,31 +86,31 @@ std::unique_ptr<Scene> scene_of_integrator(const Subject& subject, const std::st
 Outcome integrator_bits(const Subject& subject) {
   Outcome outcome;
   const auto scene = scene_of_integrator(subject, subject.xml(), 4);
-  const Image one = picture_of(*scene, 1, 1);
+  const Image one = render_image(*scene, 1, 1);
   for (const float value : one.data) {
-    if (!std::isfinite(value)) outcome.fail("a picture has a value that is not finite");
+    if (!std::isfinite(value)) outcome.fail("the image has a value that is not finite");
   }
   for (const unsigned threads : {2u, 3u}) {
     note_attempt(fmt::format("{} threads", threads));
-    if (!has_same_bits(one, picture_of(*scene, 1, threads, threads))) {
-      outcome.fail(fmt::format("the picture is another by {} threads than by one", threads));
+    if (!has_same_bits(one, render_image(*scene, 1, threads, threads))) {
+      outcome.fail(fmt::format("the image with {} threads differs from that with one", threads));
     }
   }
-  if (!has_same_bits(one, picture_of(*scene, 1, 1))) {
-    outcome.fail("the same seed gives another picture the second time");
+  if (!has_same_bits(one, render_image(*scene, 1, 1))) {
+    outcome.fail("a second render with the same seed gives a different image");
   }
-  outcome.measured = "the same bits by 1, 2 and 3 threads, and again";
+  outcome.measured = "renders with 1, 2 and 3 threads, and a second one with 1 thread, bit by bit";
   return outcome;
 }
 
 /// Means and variances of the channels of parts of the image, then of all of it, over renders with
 /// different seeds.
 std::vector<Estimate> estimates_of(const Scene& scene, int renders, uint64_t seed) {
-  // Sums of 4 x 4 pixels are nearer to normal.
+  // Sums of 4 x 4 pixels are closer to a normal distribution.
   constexpr int kSide = 4;
   std::vector<Moments> moments;
   for (int i = 0; i < renders; ++i) {
-    const Image image = picture_of(scene, seed + static_cast<uint64_t>(i), 1);
+    const Image image = render_image(scene, seed + static_cast<uint64_t>(i), 1);
     const int columns = (image.width + kSide - 1) / kSide, rows = (image.height + kSide - 1) / kSide;
     const size_t all = static_cast<size_t>(columns) * rows * 3;
     std::vector<double> sums(all + 3);
@@ -137,10 +136,11 @@ Outcome integrator_light(const Subject& subject, double alpha) {
   Outcome outcome;
   const std::string& against = subject.request().against;
   if (against.empty()) {
-    outcome.measured = "nothing to compare with: --against NAME is an integrator of the same light";
+    outcome.measured =
+        "nothing to compare with: --against NAME names an integrator for the same light";
     return outcome;
   }
-  // As many that a variance of their mean is known to some 10 %.
+  // Enough renders to know the variance of their mean within about 10 %.
   const int renders = std::max(40, subject.samples(60));
   const auto own = estimates_of(*scene_of_integrator(subject, subject.xml(), 4), renders,
                                 subject.request().seed + 100);
@@ -153,8 +153,8 @@ Outcome integrator_light(const Subject& subject, double alpha) {
     double a = 0, b = 0;
     for (const Estimate& e : own) a += e.mean;
     for (const Estimate& e : other) b += e.mean;
-    outcome.fail(fmt::format("its pictures are others than by '{}': {:.4g} times the light", against,
-                             a / b));
+    outcome.fail(fmt::format("its images differ from those of '{}': {:.4g} times the light",
+                             against, a / b));
   }
   return outcome;
 }

@@ -48,27 +48,29 @@ Outcome sensor_rays(const Subject& subject) {
     if (std::abs(glm::length(ray.d) - 1) > 1e-4f) {
       outcome.fail("a ray's direction is not of unit length" + where);
     }
-    if (!(ray.tmin >= 0 && ray.tmax > ray.tmin)) outcome.fail("tmin and tmax hold nothing" + where);
+    if (!(ray.tmin >= 0 && ray.tmax > ray.tmin)) {
+      outcome.fail("the interval from tmin to tmax is empty" + where);
+    }
     const Ray other = ray_of(&blocks[i / 16].ray, i % 16);
     const float size = 1 + glm::length(ray.o);
     different += !(glm::length(ray.o - other.o) <= 1e-4f * size &&
                    glm::length(ray.d - other.d) <= 1e-4f);
-    const Ray by_middle = sensor.sample_ray(film.at(i), Vec2(0.5f));
-    aperture += glm::length(ray.o - by_middle.o) > 1e-5f * size ||
-                glm::length(ray.d - by_middle.d) > 1e-5f;
+    const Ray central = sensor.sample_ray(film.at(i), Vec2(0.5f));
+    aperture +=
+        glm::length(ray.o - central.o) > 1e-5f * size || glm::length(ray.d - central.d) > 1e-5f;
   }
   if (different * 200 > static_cast<int>(count)) {
-    outcome.fail(fmt::format("sample_ray_block() has other rays than sample_ray() at {} of {} places",
+    outcome.fail(fmt::format("sample_ray_block() differs from sample_ray() for {} of {} rays",
                              different, count));
   }
   if (aperture > 0 && !sensor.needs_aperture_sample()) {
-    outcome.fail("rays depend on `aperture`, which needs_aperture_sample() denies");
+    outcome.fail("rays depend on `aperture`, but needs_aperture_sample() is false");
   }
-  outcome.measured = fmt::format("{} rays: finite, unit, in blocks as by themselves", count);
+  outcome.measured = fmt::format("{} rays, blocks compared with single rays", count);
   return outcome;
 }
 
-/// connect() finds again where the film's rays come by.
+/// Checks that connect() returns the film position of points on rays of the film.
 Outcome sensor_connect(const Subject& subject) {
   Outcome outcome;
   const auto scene = scene_of_sensor(subject);
@@ -89,34 +91,36 @@ Outcome sensor_connect(const Subject& subject) {
     ++seen;
     const float size = static_cast<float>(std::max(crop.width(), crop.height()));
     if (!(glm::length(found->film_position - film) <= 2e-3f * size)) {
-      outcome.fail(fmt::format("connect() sees a point of the ray through ({:.5g}, {:.5g}) at ({:.5g}, "
-                               "{:.5g})",
-                               film.x, film.y, found->film_position.x, found->film_position.y));
+      outcome.fail(
+          fmt::format("connect() returns a wrong film position for a point of the ray "
+                      "through ({:.5g}, {:.5g}): ({:.5g}, {:.5g})",
+                      film.x, film.y, found->film_position.x, found->film_position.y));
     }
     if (!(glm::length(found->d + ray.d) < 2e-3f)) {
-      outcome.fail("connect() has a d that doesn't lead back along the ray");
+      outcome.fail("connect() returns a d that doesn't point back along the ray");
     }
     if (!(found->weight > 0 && std::isfinite(found->weight))) {
-      outcome.fail(fmt::format("connect() has the weight {}", found->weight));
+      outcome.fail(fmt::format("connect() returns the weight {}", found->weight));
     }
   }
   if (seen > 0 && lost * 50 > count) {
-    outcome.fail(fmt::format("connect() doesn't see {} of {} points of its rays", lost, count));
+    outcome.fail(
+        fmt::format("connect() returns nothing for {} of {} points of its rays", lost, count));
   }
-  outcome.measured = seen > 0 ? fmt::format("{} points of rays are seen where the rays come from", seen)
-                              : "not offered: ptracer shows black";
+  outcome.measured =
+      seen > 0 ? fmt::format("{} points of rays", seen) : "not implemented: ptracer renders black";
   return outcome;
 }
 
-/// A position on the part of the film that is rendered.
+/// Returns a random position in the crop window of the film.
 Vec2 position_on_film(const Sensor& sensor, Random& random) {
   const Rect& crop = sensor.film().crop();
   return Vec2(crop.x0, crop.y0) + random.unit2() * Vec2(crop.width(), crop.height());
 }
 
-/// Point of a ray at some distance, within its clip range.
-float distance_on(const Ray& ray, float wanted) {
-  return std::max(1.5f * ray.tmin, std::min(0.5f * ray.tmax, wanted));
+/// Clamps a distance to the clip range of a ray.
+float distance_on(const Ray& ray, float distance) {
+  return std::max(1.5f * ray.tmin, std::min(0.5f * ray.tmax, distance));
 }
 
 Outcome sensor_connect_blocks(const Subject& subject) {
@@ -152,14 +156,15 @@ Outcome sensor_connect_blocks(const Subject& subject) {
     outcome.fail(fmt::format("connect_block() differs from connect() at {} of {} points", different,
                              count));
   }
-  if (memory.is_overrun()) outcome.fail("connect_block() writes behind its columns");
-  outcome.measured = fmt::format("blocks of {} are as points, bound: 1 of 100 at edges", count);
+  if (memory.is_overrun()) outcome.fail("connect_block() writes beyond its columns");
+  outcome.measured =
+      fmt::format("blocks of {} points compared with single points, bound 1 of 100", count);
   return outcome;
 }
 
-/// A rectangle across the view that the rays of about half of the film cross. If the rays' directions
-/// cancel, as those of a camera that looks all around, it is on the film's central ray, and apart
-/// from the camera: connections of points nearby have weights without a bound.
+/// Returns a rectangle perpendicular to the view that the rays of about half of the film cross. If
+/// the rays' directions cancel, as for a panoramic camera, it is on the film's central ray. It is
+/// not close to the camera, because the weights of connections to near points are unbounded.
 Receiver screen_of(const Sensor& sensor, Random& random) {
   std::vector<Ray> rays;
   Vec3 sum(0.f), middle(0.f);
@@ -191,8 +196,8 @@ Receiver screen_of(const Sensor& sensor, Random& random) {
   return Receiver::plane(middle, frame, Vec2(std::max(*half, 1e-3f)));
 }
 
-/// A screen of radiance 1: the sum of the pixels' values by connect(), as light tracing adds them,
-/// and by rays of the film that come to the screen.
+/// Compares the sum of all pixels for a screen with radiance 1, by connect() as in light tracing,
+/// and by rays of the film that hit the screen.
 Outcome sensor_importance(const Subject& subject, double alpha) {
   Outcome outcome;
   const auto scene = scene_of_sensor(subject);
@@ -232,19 +237,20 @@ Outcome sensor_importance(const Subject& subject, double alpha) {
     by_connections.end_sample();
   }
   if (by_connections.contributions() == 0) {
-    outcome.measured = "not offered: ptracer shows black";
+    outcome.measured = "not implemented: ptracer renders black";
     return outcome;
   }
   const Verdict verdict =
       largest_z_test(by_connections.estimates(), by_rays.estimates(), alpha);
   const double ratio = by_connections.total() / by_rays.total();
-  outcome.measured = fmt::format("a screen by connect() is {:.4g} times as bright as by rays, p {:.2g} "
-                                 "of {} cells, bound {:.0e}",
-                                 ratio, verdict.p_value, cells.count(), alpha);
+  outcome.measured = fmt::format(
+      "a screen is {:.4g} times as bright by connect() as by rays, p "
+      "{:.2g} for {} cells, bound {:.0e}",
+      ratio, verdict.p_value, cells.count(), alpha);
   if (!verdict.passed) {
     outcome.fail(std::abs(ratio - 1) < 0.02
-                     ? std::string("connect() has other weights in parts of the view than rays")
-                     : fmt::format("connect() has weights {:.2g} times what rays say", ratio));
+                     ? std::string("connect() returns wrong weights in parts of the view")
+                     : fmt::format("connect() returns weights {:.2g} times those of rays", ratio));
   }
   return outcome;
 }
@@ -252,11 +258,11 @@ Outcome sensor_importance(const Subject& subject, double alpha) {
 Outcome sensor_picture(const Subject& subject) {
   Outcome outcome;
   const auto scene = scene_of_sensor(subject);
-  const Image image = picture_of(*scene, 1, 1);
+  const Image image = render_image(*scene, 1, 1);
   for (const float value : image.data) {
-    if (!std::isfinite(value)) outcome.fail("a picture by `direct` has a value that is not finite");
+    if (!std::isfinite(value)) outcome.fail("an image by `direct` has a value that is not finite");
   }
-  outcome.measured = fmt::format("{} x {} pixels, all finite", image.width, image.height);
+  outcome.measured = fmt::format("{} x {} pixels", image.width, image.height);
   return outcome;
 }
 

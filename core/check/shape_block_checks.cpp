@@ -1,4 +1,4 @@
-// Shapes asked in blocks answer as they do ray by ray and point by point.
+// Checks that the block functions of shapes agree with those for single rays and points.
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ bool is_near(const Vec3& a, const Vec3& b, const ShapeScene& scene) {
 
 }  // namespace
 
-/// 16 rays at once against each by itself, and what they find.
+/// Compares packets of 16 rays with single rays, and interaction_block() with interaction().
 Outcome shape_blocks(const Subject& subject) {
   Outcome outcome;
   const ShapeScene at_shape(subject);
@@ -47,7 +47,7 @@ Outcome shape_blocks(const Subject& subject) {
     }
     RenderCounters counters;
     at_shape.scene->intersect(&rays, 1, Coherence::kIncoherent, counters);
-    // Blocks of points are of one shape each.
+    // A block of points must belong to one shape.
     const Shape* shape = nullptr;
     size_t count = 0;
     for (uint32_t i = 0; i < kRays; ++i) {
@@ -63,7 +63,7 @@ Outcome shape_blocks(const Subject& subject) {
       if (found == shape) block.ray[count++] = i;
     }
     if (count == 0) continue;
-    // The rest of the column must hold valid numbers.
+    // The rest of the column must contain valid indices.
     std::fill(block.ray + count, block.ray + kRays, block.ray[0]);
     SurfaceBlock points = block;
     points.count = count;
@@ -79,19 +79,19 @@ Outcome shape_blocks(const Subject& subject) {
     }
   }
   if (other_hits * 200 > tried) {
-    outcome.fail(fmt::format("intersect_block() finds others than intersect() for {} of {} rays",
+    outcome.fail(fmt::format("intersect_block() differs from intersect() for {} of {} rays",
                              other_hits, tried));
   }
   if (other_points * 100 > tried) {
     outcome.fail(fmt::format("interaction_block() differs from interaction() at {} of {} points",
                              other_points, tried));
   }
-  if (memory.is_overrun()) outcome.fail("a block's function writes behind its columns");
-  outcome.measured = fmt::format("{} rays in blocks of 16 find what each finds by itself", tried);
+  if (memory.is_overrun()) outcome.fail("a block function writes beyond its columns");
+  outcome.measured = fmt::format("{} rays in blocks of 16 compared with single rays", tried);
   return outcome;
 }
 
-/// sample_surface and sample_solid_angle of blocks.
+/// Compares sample_solid_angle_block() with sample_solid_angle().
 Outcome shape_sample_blocks(const Subject& subject) {
   Outcome outcome;
   const ShapeScene at_shape(subject);
@@ -120,8 +120,8 @@ Outcome shape_sample_blocks(const Subject& subject) {
                              "{} points",
                              different, count));
   }
-  if (memory.is_overrun()) outcome.fail("a block's function writes behind its columns");
-  outcome.measured = fmt::format("{} samples in a block are as each by itself", count);
+  if (memory.is_overrun()) outcome.fail("a block function writes beyond its columns");
+  outcome.measured = fmt::format("{} samples in a block compared with single samples", count);
   return outcome;
 }
 

@@ -1,8 +1,8 @@
-// What makes a shape right: what rays find of it, and points that are sampled on it.
+// Checks of shapes: ray intersections, and points sampled on the surface.
 //
-// Lines that are even over all that pass a sphere of radius R around the shape meet its surface A in
-// the mean A / (2 pi R²) times, and meet each part of it as often as its area says (Cauchy and
-// Crofton). So areas and places are known by rays alone, whatever the shape is.
+// Uniformly distributed lines through a sphere of radius R around the shape cross its surface, with
+// area A, A / (2 pi R²) times on average. They cross each part of it in proportion to the part's
+// area (Cauchy and Crofton). So rays alone measure areas and positions, whatever the shape is.
 
 #include <algorithm>
 #include <cmath>
@@ -27,10 +27,12 @@ std::string at(const Vec3& p) {
   return fmt::format(", at ({:.5g}, {:.5g}, {:.5g})", p.x, p.y, p.z);
 }
 
-/// What is wrong with a point of a surface; nullptr: nothing.
+/// Returns what is wrong with a point of a surface, or nullptr.
 const char* fault_of_point(const SurfaceInteraction& si) {
   if (!is_finite(si.p)) return "a point that is not finite";
-  if (!(si.p_error >= 0 && std::isfinite(si.p_error))) return "a p_error that is no bound";
+  if (!(si.p_error >= 0 && std::isfinite(si.p_error))) {
+    return "a p_error that is negative or not finite";
+  }
   if (std::abs(glm::length(si.n) - 1) > 1e-4f) return "a normal n that is not of unit length";
   const Frame& f = si.frame;
   const float across = std::max({std::abs(glm::dot(f.s, f.t)), std::abs(glm::dot(f.s, f.n)),
@@ -62,20 +64,20 @@ Outcome shape_interactions(const Subject& subject) {
         outcome.fail("interaction() has a p that is not where the ray ends" + at(si.p));
       }
       if (!(std::abs(si.t - hit.ray.tmax) <= 1e-5f * hit.ray.tmax)) {
-        outcome.fail("interaction() has a t that is not the ray's" + at(si.p));
+        outcome.fail("interaction() has a t that differs from the ray's tmax" + at(si.p));
       }
       const Vec3 wi = si.frame.to_local(-line.d);
       if (!(glm::length(wi - si.wi) < 1e-3f)) {
-        outcome.fail("interaction() has a wi that is not where the ray came from" + at(si.p));
+        outcome.fail("interaction() has a wi that doesn't point to the ray's origin" + at(si.p));
       }
     });
   }
-  if (points == 0) outcome.fail("no ray finds the shape within its bounds");
-  outcome.measured = fmt::format("{} points that {} lines find", points, lines);
+  if (points == 0) outcome.fail("no ray hits the shape within its bounds");
+  outcome.measured = fmt::format("{} hits of {} lines", points, lines);
   return outcome;
 }
 
-/// Rays of another length or that begin and end elsewhere.
+/// Checks rays with other tmin, tmax and lengths of the direction.
 Outcome shape_segments(const Subject& subject) {
   Outcome outcome;
   const ShapeScene at_shape(subject);
@@ -102,43 +104,45 @@ Outcome shape_segments(const Subject& subject) {
     other_length += !twice.hit.valid() || std::abs(2 * twice.ray.tmax - t) > 1e-3f * t;
   }
   const auto judge = [&](int wrong, const char* what) {
-    // By rounding some see an edge that others miss.
+    // Some rays may differ, because rounding decides at edges.
     if (wrong * 200 > tried) outcome.fail(fmt::format("{} ({} of {})", what, wrong, tried));
   };
-  judge(other_end, "intersect() finds something beyond tmax");
-  judge(other_begin, "intersect() finds something before tmin");
-  judge(other_length, "intersect() gives another t for a direction of twice the length");
-  outcome.measured = fmt::format("{} rays with other ends and lengths find the same", tried);
+  judge(other_end, "intersect() returns a hit beyond tmax");
+  judge(other_begin, "intersect() returns a hit before tmin");
+  judge(other_length, "intersect() returns a wrong t for a direction of twice the length");
+  outcome.measured = fmt::format("{} rays with other tmin, tmax and lengths", tried);
   return outcome;
 }
 
-/// Whether lines leave as often as they enter.
+/// Checks that lines leave a closed surface as often as they enter it.
 Outcome shape_watertight(const Subject& subject) {
   Outcome outcome;
   const ShapeScene at_shape(subject);
   Random random(subject.request().seed + 3);
   const int lines = subject.samples(40000);
-  int met = 0, odd = 0;
+  int hit = 0, odd = 0;
   Ray leak;
   for (int i = 0; i < lines; ++i) {
     const Ray line = at_shape.line(random);
     const int count = at_shape.crossings(line, [](const RayHit&, const SurfaceInteraction&) {});
-    met += count > 0;
+    hit += count > 0;
     if (count % 2) leak = line, ++odd;
   }
-  outcome.measured = fmt::format("{} of {} lines that meet it do so an odd number of times", odd, met);
-  // An open surface has many such lines, a closed one none but by rounding at an edge.
-  const bool is_closed = odd * 50 < met;
+  outcome.measured =
+      fmt::format("{} of {} lines that hit the surface cross it an odd number of times", odd, hit);
+  // An open surface has many such lines. A closed one has only a few, due to rounding at edges.
+  const bool is_closed = odd * 50 < hit;
   if (!is_closed) outcome.measured += ": the surface is open";
-  if (is_closed && odd * 2000 > met) {
-    outcome.fail(fmt::format("rays slip through the closed surface, as from ({:.7g}, {:.7g}, {:.7g}) "
-                             "toward ({:.7g}, {:.7g}, {:.7g})",
-                             leak.o.x, leak.o.y, leak.o.z, leak.d.x, leak.d.y, leak.d.z));
+  if (is_closed && odd * 2000 > hit) {
+    outcome.fail(
+        fmt::format("rays pass through the closed surface without a hit, such as from "
+                    "({:.7g}, {:.7g}, {:.7g}) in direction ({:.7g}, {:.7g}, {:.7g})",
+                    leak.o.x, leak.o.y, leak.o.z, leak.d.x, leak.d.y, leak.d.z));
   }
   return outcome;
 }
 
-/// Places in the shape's box, with the side that the normal points to.
+/// Cells of the shape's bounding box, subdivided by the octant of the normal.
 struct PlaceCells {
   static constexpr int kSide = 5;
   const Aabb box;
@@ -148,7 +152,7 @@ struct PlaceCells {
     if (!is_finite(si.p)) return cell;
     for (int axis = 0; axis < 3; ++axis) {
       const float extent = std::max(box.hi[axis] - box.lo[axis], 1e-20f);
-      // Off the middle of what is symmetrical, and edges not on those of cells.
+      // The offset keeps symmetry planes and edges of the shape away from the borders of cells.
       const float share = 0.02f + 0.93f * (si.p[axis] - box.lo[axis]) / extent;
       const int part = box.hi[axis] - box.lo[axis] < 1e-4f * glm::length(box.extent())
                            ? 0
@@ -166,10 +170,10 @@ Outcome shape_area(const Subject& subject, double alpha) {
   Random random(subject.request().seed + 4);
   const double scale =
       2 * std::numbers::pi * double{at_shape.radius} * double{at_shape.radius};
-  double told = 0;
-  for (const auto& shape : at_shape.shapes()) told += double{shape->area()};
-  if (told == 0 && at_shape.shapes()[0]->curves()) {
-    outcome.measured = "not told of curves, which don't shine";
+  double own_area = 0;  // by area()
+  for (const auto& shape : at_shape.shapes()) own_area += double{shape->area()};
+  if (own_area == 0 && at_shape.shapes()[0]->curves()) {
+    outcome.measured = "not implemented for curves, which can't emit";
     return outcome;
   }
   const PlaceCells cell_of{at_shape.scene->bounds()};
@@ -192,14 +196,14 @@ Outcome shape_area(const Subject& subject, double alpha) {
     }
   }
   const Verdict area = z_test({{total.mean(), total.variance_of_mean()}},
-                              {{told, std::pow(1e-3 * told, 2)}}, alpha);
-  outcome.measured = fmt::format("area() is {:.5g}, by rays {:.5g}; ", told, total.mean());
+                              {{own_area, std::pow(1e-3 * own_area, 2)}}, alpha);
+  outcome.measured = fmt::format("area() is {:.5g}, by rays {:.5g}", own_area, total.mean());
   if (!area.passed) {
-    outcome.fail(fmt::format("area() is {:.4g} times what rays find", told / total.mean()));
+    outcome.fail(fmt::format("area() is {:.4g} times the area by rays", own_area / total.mean()));
     return outcome;
   }
   for (const auto& shape : at_shape.shapes()) {
-    const int count = static_cast<int>(points * double{shape->area()} / told);
+    const int count = static_cast<int>(points * double{shape->area()} / own_area);
     for (int i = 0; i < count; ++i) {
       sampled[cell_of(shape->sample_surface(random.unit2()))] += 1;
     }
@@ -209,7 +213,7 @@ Outcome shape_area(const Subject& subject, double alpha) {
   for (size_t i = 0; i < crossed.size(); ++i) {
     const double n = lines, m = points;
     const Estimate by_rays{scale * crossed[i] / n, scale * scale * squares[i] / n / n};
-    const Estimate by_points{told * sampled[i] / m, told * told * sampled[i] / m / m};
+    const Estimate by_points{own_area * sampled[i] / m, own_area * own_area * sampled[i] / m / m};
     if (crossed[i] + sampled[i] < 40) {
       rest_a.mean += by_rays.mean, rest_a.variance_of_mean += by_rays.variance_of_mean;
       rest_b.mean += by_points.mean, rest_b.variance_of_mean += by_points.variance_of_mean;
@@ -218,27 +222,28 @@ Outcome shape_area(const Subject& subject, double alpha) {
       b.push_back(by_points);
     }
   }
-  if (rest_a.mean + rest_b.mean > 0.002 * told) {
+  if (rest_a.mean + rest_b.mean > 0.002 * own_area) {
     a.push_back(rest_a);
     b.push_back(rest_b);
   }
-  const Verdict places = mean_squares_test(a, b, alpha);
-  outcome.measured += "points: " + places.text;
-  if (!places.passed) {
-    outcome.fail("sample_surface() is not uniform over the surface that rays find, or has other "
-                 "normals");
+  const Verdict positions = mean_squares_test(a, b, alpha);
+  outcome.measured += "; points: " + positions.text;
+  if (!positions.passed) {
+    outcome.fail(
+        "sample_surface() is not uniform over the surface that rays hit, or returns wrong "
+        "normals");
   }
   return outcome;
 }
 
-/// Whether sampled points lie on the surface that rays find, and within the bounds.
+/// Checks that sampled points are on the surface that rays hit, and within the bounds.
 Outcome shape_points(const Subject& subject) {
   Outcome outcome;
   const ShapeScene at_shape(subject);
   Random random(subject.request().seed + 5);
   int tried = 0, lost = 0, outside = 0;
   for (const auto& shape : at_shape.shapes()) {
-    if (shape->curves() && shape->area() == 0) continue;  // don't shine: no points are sampled
+    if (shape->curves() && shape->area() == 0) continue;  // curves can't emit or be sampled
     const Aabb bounds = shape->bounds();
     for (int i = 0; i < subject.samples(2000) && outcome.passed; ++i) {
       const SurfaceInteraction si = shape->sample_surface(random.unit2());
@@ -249,7 +254,7 @@ Outcome shape_points(const Subject& subject) {
       outside += !lies_within(si.p, bounds, 4 * si.p_error + 1e-6f * at_shape.radius);
       const float off = 0.02f * at_shape.radius;
       const RayHit hit = trace(*at_shape.scene, si.p + off * si.n, -si.n);
-      // What lies between is met before.
+      // The ray may also hit another surface in between.
       lost += !hit.hit.valid() || hit.ray.tmax > off * 1.01f + 4 * si.p_error;
     }
   }
@@ -258,18 +263,19 @@ Outcome shape_points(const Subject& subject) {
                              tried));
   }
   if (lost * 100 > tried) {
-    outcome.fail(fmt::format("{} of {} points of sample_surface() lie where no ray finds the shape",
-                             lost, tried));
+    outcome.fail(
+        fmt::format("{} of {} points of sample_surface() are not hit by rays", lost, tried));
   }
-  outcome.measured = fmt::format("{} points: {} outside the bounds, {} not found by a ray, bound 1 "
-                                 "of 100 at edges",
-                                 tried, outside, lost);
+  outcome.measured = fmt::format(
+      "{} points: {} outside the bounds, {} not hit by rays, bound 1 of "
+      "100",
+      tried, outside, lost);
   return outcome;
 }
 
 constexpr int kViews = 2;
 
-/// Points as seen from others, by their density per solid angle.
+/// Checks sample_solid_angle() and pdf_solid_angle() from some points.
 Outcome shape_solid_angle(const Subject& subject, double alpha) {
   Outcome outcome;
   const ShapeScene at_shape(subject);
@@ -288,7 +294,7 @@ Outcome shape_solid_angle(const Subject& subject, double alpha) {
       ratios.push_back(ratio_of(sample->pdf, shape.pdf_solid_angle(p, si)));
     }
     if (!ratios.empty()) {
-      const float ratio = middle_of(ratios);
+      const float ratio = median_of(ratios);
       if (!(std::abs(ratio - 1) < 2e-3f)) {
         outcome.fail(fmt::format("sample_solid_angle() returns densities {:.4g} times those of "
                                  "pdf_solid_angle()",
@@ -319,14 +325,14 @@ Outcome shape_solid_angle(const Subject& subject, double alpha) {
 }  // namespace
 
 void add_shape_checks(const Subject& subject, Plan& plan) {
-  // In a process of its own: a scene starts threads, whose locks those that are forked later would
-  // find held, and wait for without end.
-  const Outcome looked = run_apart([&] {
+  // Look at the scene in a separate process: a scene starts threads, and processes that are forked
+  // later might wait forever for locks that these threads held.
+  const Outcome emptiness = run_apart([&] {
     Outcome outcome;
     if (ShapeScene(subject).is_empty()) outcome.measured = "empty";
     return outcome;
   });
-  if (looked.measured == "empty") return;  // such as a group, which is seen by instances
+  if (emptiness.measured == "empty") return;  // such as a group, which only instances show
   plan.add("interactions", 0, [&](double) { return shape_interactions(subject); });
   plan.add("segments", 0, [&](double) { return shape_segments(subject); });
   plan.add("watertight", 0, [&](double) { return shape_watertight(subject); });

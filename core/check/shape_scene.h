@@ -11,7 +11,7 @@
 
 namespace kinome::check {
 
-/// The shape, or what a scene has in its place, by itself.
+/// Scene with only the checked shape, or with its parts.
 struct ShapeScene {
   explicit ShapeScene(const Subject& subject) : scene(subject.scene(subject.xml())) {
     centre = scene->bounds().centre();
@@ -20,7 +20,7 @@ struct ShapeScene {
   bool is_empty() const { return scene->shapes().empty() || scene->bounds().empty(); }
   const std::vector<std::shared_ptr<Shape>>& shapes() const { return scene->shapes(); }
 
-  /// One of all lines that pass the sphere around the shape.
+  /// Returns a random line through the sphere around the shape, uniformly distributed.
   Ray line(Random& random) const {
     const Vec3 d = random.direction();
     const Frame frame = Frame::from_normal(d);
@@ -30,13 +30,13 @@ struct ShapeScene {
     ray.o = centre + frame.s * across.x + frame.t * across.y - 1.5f * radius * d;
     return ray;
   }
-  /// All that a line meets.
+  /// Calls use(hit, interaction) for each hit along a line. Returns the number of hits.
   template <class Use>
   int crossings(const Ray& line, const Use& use) const {
-    constexpr int kMost = 200;
+    constexpr int kMaxHits = 200;
     int count = 0;
     Vec3 o = line.o;
-    for (; count < kMost; ++count) {
+    for (; count < kMaxHits; ++count) {
       const RayHit hit = trace(*scene, o, line.d);
       if (!hit.hit.valid()) break;
       const SurfaceInteraction si = scene->interaction(hit);
@@ -51,7 +51,7 @@ struct ShapeScene {
   float radius = 1;
 };
 
-/// Of blocks of rays and points.
+/// Checks of block functions.
 Outcome shape_blocks(const Subject& subject);
 Outcome shape_sample_blocks(const Subject& subject);
 

@@ -1,4 +1,4 @@
-// What makes textures, samplers and filters right: functions of one or two numbers.
+// Checks of textures, samplers and filters.
 
 #include <algorithm>
 #include <cmath>
@@ -32,22 +32,24 @@ Outcome texture_values(const Subject& subject) {
     const std::string where = fmt::format(", at uv ({}, {})", uv.x, uv.y);
     if (!is_finite(value)) outcome.fail("eval() is not finite" + where);
     if (!std::isfinite(texture->eval_1(uv))) outcome.fail("eval_1() is not finite" + where);
-    const float most = max_component(value), least = std::min({value.x, value.y, value.z});
-    if (most > texture->max() + slack) {
-      outcome.fail(fmt::format("eval() is {:.5g}, and max() {:.5g}{}", most, texture->max(), where));
+    const float max = max_component(value), min = std::min({value.x, value.y, value.z});
+    if (max > texture->max() + slack) {
+      outcome.fail(
+          fmt::format("eval() is {:.5g}, but max() is {:.5g}{}", max, texture->max(), where));
     }
-    if (least < texture->min() - slack) {
-      outcome.fail(fmt::format("eval() is {:.5g}, and min() {:.5g}{}", least, texture->min(), where));
+    if (min < texture->min() - slack) {
+      outcome.fail(
+          fmt::format("eval() is {:.5g}, but min() is {:.5g}{}", min, texture->min(), where));
     }
     if (max_component(value - texture->channel_max()) > slack) {
-      outcome.fail("eval() is more than channel_max()" + where);
+      outcome.fail("eval() is greater than channel_max()" + where);
     }
     if (texture->is_uniform() && max_component(glm::abs(value - first)) > slack) {
-      outcome.fail("is_uniform() is true of what isn't the same everywhere" + where);
+      outcome.fail("is_uniform() is true, but eval() varies" + where);
     }
   }
-  outcome.measured = fmt::format("finite, in [{:.4g}, {:.4g}] as min() and max() say, at {} places",
-                                 texture->min(), texture->max(), count);
+  outcome.measured = fmt::format("{} points, min() is {:.4g}, max() is {:.4g}", count,
+                                 texture->min(), texture->max());
   return outcome;
 }
 
@@ -60,24 +62,25 @@ Outcome texture_mean(const Subject& subject, double alpha) {
     const Rgb value = texture->eval(random.unit2());
     for (int c = 0; c < 3; ++c) channels[c].add(double{value[c]});
   }
-  std::vector<Estimate> found, told;
+  std::vector<Estimate> found, expected;
   for (int c = 0; c < 3; ++c) {
     found.push_back({channels[c].mean(), channels[c].variance_of_mean()});
     const double mean = double{texture->mean()[c]};
-    told.push_back({mean, std::pow(1e-3 * mean, 2)});
+    expected.push_back({mean, std::pow(1e-3 * mean, 2)});
   }
-  const Verdict verdict = largest_z_test(found, told, alpha);
+  const Verdict verdict = largest_z_test(found, expected, alpha);
   outcome.measured = verdict.text;
   if (!verdict.passed) {
-    outcome.fail(fmt::format("mean() is ({:.4g}, {:.4g}, {:.4g}), that of eval() ({:.4g}, {:.4g}, "
-                             "{:.4g})",
-                             told[0].mean, told[1].mean, told[2].mean, found[0].mean, found[1].mean,
-                             found[2].mean));
+    outcome.fail(
+        fmt::format("mean() is ({:.4g}, {:.4g}, {:.4g}), but the mean of eval() is "
+                    "({:.4g}, {:.4g}, {:.4g})",
+                    expected[0].mean, expected[1].mean, expected[2].mean, found[0].mean,
+                    found[1].mean, found[2].mean));
   }
   return outcome;
 }
 
-/// Number of points of surfaces at which the functions over blocks have other values than those for
+/// Returns the number of surface points at which block functions differ from those for single
 /// points.
 int different_points(const Texture& texture, int count, Random& random, float slack) {
   BlockMemory memory(1);
@@ -123,33 +126,33 @@ Outcome texture_blocks(const Subject& subject) {
     difference += !(glm::length(gradient - by_values) <=
                     0.1f * glm::length(gradient) + 10 * slack + 1e-4f / step * std::abs(texture->max()));
   }
-  const auto judge = [&](int wrong, int most, const char* what) {
-    if (wrong * most > static_cast<int>(count)) {
-      outcome.fail(fmt::format("{} at {} of {} places", what, wrong, count));
+  const auto judge = [&](int wrong, int accepted_one_of, const char* what) {
+    if (wrong * accepted_one_of > static_cast<int>(count)) {
+      outcome.fail(fmt::format("{} at {} of {} points", what, wrong, count));
     }
   };
   judge(colour, 100, "eval_block() differs from eval()");
   judge(number, 100, "eval_1_block() differs from eval_1()");
   judge(slope, 50, "eval_1_gradient_block() differs from eval_1_gradient()");
   judge(difference, 5, "eval_1_gradient() isn't the slope of eval_1()");
-  if (texture->attribute().empty()) {  // else it needs a mesh
+  if (texture->attribute().empty()) {  // a texture with an attribute needs a mesh
     judge(different_points(*texture, static_cast<int>(count), random, slack), 100,
           "eval_block_at() or eval_1_block_at() differs from single points");
   }
-  if (memory.is_overrun()) outcome.fail("a block's function writes behind its columns");
-  outcome.measured = fmt::format("blocks of {} places are as each by itself", count);
+  if (memory.is_overrun()) outcome.fail("a block function writes beyond its columns");
+  outcome.measured = fmt::format("blocks of {} points compared with single points", count);
   return outcome;
 }
 
 // ---- samplers
 
-/// Which of n equal parts of [0, 1) a number lies in, whatever a wrong plugin says.
+/// Returns which of n equal parts of [0, 1) contains x. Clamps values of wrong plugins.
 size_t part_of(float x, int n) {
   if (!(x > 0)) return 0;
   return static_cast<size_t>(std::min(x, 1.f) * static_cast<float>(n) * kOneMinusEpsilon);
 }
 
-/// Pixels x samples of each, of a dimension.
+/// Number of pixels whose samples are tested.
 constexpr uint32_t kPixels = 2000;
 
 SampleKey key_of(const Subject& subject, uint32_t pixel, uint32_t sample) {
@@ -165,20 +168,21 @@ Outcome sampler_values(const Subject& subject) {
     const float x = sampler->value_1d(key, dimension);
     const Vec2 xy = sampler->value_2d(key, dimension);
     if (!(std::min({x, xy.x, xy.y}) >= 0 && std::max({x, xy.x, xy.y}) < 1)) {
-      outcome.fail(fmt::format("a value lies outside of [0, 1), for sample {} and dimension {}",
+      outcome.fail(fmt::format("a value is outside of [0, 1), for sample {} and dimension {}",
                                key.sample, dimension));
     }
     if (sampler->value_1d(key, dimension) != x || sampler->value_2d(key, dimension) != xy) {
-      outcome.fail("the same key and dimension give another value the second time");
+      outcome.fail("a second call with the same key and dimension returns a different value");
     }
   }
   for (const uint32_t count : {1u, 5u, 64u}) {
     const auto other = sampler->with_sample_count(count);
     if (!other || other->sample_count() < count) {
-      outcome.fail(fmt::format("with_sample_count({}) has fewer samples", count));
+      outcome.fail(
+          fmt::format("with_sample_count({}) returns a sampler with fewer samples", count));
     }
   }
-  outcome.measured = "in [0, 1), and the same whenever asked for";
+  outcome.measured = "4000 keys, each called twice";
   return outcome;
 }
 
@@ -208,7 +212,7 @@ Outcome sampler_uniform(const Subject& subject, double alpha) {
   return outcome;
 }
 
-/// Distinct dimensions, pixels and seeds have nothing in common.
+/// Checks that different dimensions, pixels and seeds are uncorrelated.
 Outcome sampler_independent(const Subject& subject, double alpha) {
   Outcome outcome;
   const auto sampler = subject.make<Sampler>();
@@ -252,12 +256,14 @@ Outcome sampler_blocks(const Subject& subject) {
     different += sampler->value_2d(key, 6) != square.at(i);
   }
   if (different > 0) {
-    outcome.fail(fmt::format("fill_1d_block() or fill_2d_block() has other values than value_1d() and "
-                             "value_2d() for {} of {} samples",
-                             different, 2 * block.count()));
+    outcome.fail(
+        fmt::format("fill_1d_block() or fill_2d_block() differs from value_1d() and "
+                    "value_2d() for {} of {} samples",
+                    different, 2 * block.count()));
   }
-  if (memory.is_overrun()) outcome.fail("a block's function writes behind its columns");
-  outcome.measured = fmt::format("blocks of {} are as each by itself, to the bit", block.count());
+  if (memory.is_overrun()) outcome.fail("a block function writes beyond its columns");
+  outcome.measured =
+      fmt::format("blocks of {} compared with single values, bit by bit", block.count());
   return outcome;
 }
 
@@ -284,31 +290,36 @@ Outcome filter_values(const Subject& subject) {
     const float value = filter->eval(x[i]);
     sum += double{value} * 3 * double{radius} / static_cast<double>(count);
     if (!std::isfinite(value)) outcome.fail(fmt::format("eval({}) is not finite", x[i]));
-    // Which side of its edge a number falls to is a matter of rounding.
+    // Skip values near the radius, where rounding decides.
     if (std::abs(std::abs(x[i]) - radius) < 1e-4f * radius) continue;
     if (std::abs(x[i]) > radius && value != 0) {
-      outcome.fail(fmt::format("eval({}) is {}, beyond the radius, {}", x[i], value, radius));
+      outcome.fail(
+          fmt::format("eval({}) is {}, expected 0 beyond the radius {}", x[i], value, radius));
     }
     if (std::abs(filter->eval(-x[i]) - value) > 1e-4f * std::abs(filter->eval(0))) {
-      outcome.fail(fmt::format("eval({}) is {}, and eval({}) {}: it is to be symmetric", x[i], value,
-                               -x[i], filter->eval(-x[i])));
+      outcome.fail(fmt::format("eval({}) is {}, but eval({}) is {}: filters must be symmetric",
+                               x[i], value, -x[i], filter->eval(-x[i])));
     }
     if (!(std::abs(values[i] - value) <= 1e-3f * std::abs(filter->eval(0)))) {
-      outcome.fail(fmt::format("eval_block() has {} in place of eval({}), {}", values[i], x[i], value));
+      outcome.fail(fmt::format("eval_block() returns {} for {}, but eval() returns {}", values[i],
+                               x[i], value));
     }
   }
-  if (!(sum > 0)) outcome.fail(fmt::format("its integral is {:.4g}, by which films divide", sum));
-  if (memory.is_overrun()) outcome.fail("eval_block() writes behind its columns");
-  outcome.measured = fmt::format("symmetric, 0 beyond its radius of {:.4g}, integral {:.4g}, blocks as "
-                                 "each by itself",
-                                 radius, sum);
+  if (!(sum > 0)) {
+    outcome.fail(
+        fmt::format("the integral is {:.4g}, but must be positive: films divide by it", sum));
+  }
+  if (memory.is_overrun()) outcome.fail("eval_block() writes beyond its columns");
+  outcome.measured =
+      fmt::format("radius {:.4g}, integral {:.4g}, a block of {} compared with single values",
+                  radius, sum, count);
   return outcome;
 }
 
 }  // namespace
 
 void add_texture_checks(const Subject& subject, Plan& plan) {
-  if (!subject.make<Texture>()->attribute().empty()) return;  // says nothing by uv alone
+  if (!subject.make<Texture>()->attribute().empty()) return;  // has no values without a mesh
   plan.add("values", 0, [&](double) { return texture_values(subject); });
   plan.add("mean", 1, [&](double alpha) { return texture_mean(subject, alpha); });
   plan.add("blocks", 0, [&](double) { return texture_blocks(subject); });

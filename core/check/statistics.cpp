@@ -12,8 +12,9 @@ namespace kinome::check {
 
 namespace {
 
-/// Q(a, x) = Gamma(a, x) / Gamma(a): the series of P = 1 - Q below x = a + 1, Lentz's continued
-/// fraction above (Abramowitz and Stegun, 6.5.29 and 6.5.31). About 1e-13 relative for a < 1e5.
+/// Returns Q(a, x) = Gamma(a, x) / Gamma(a), by the series of P = 1 - Q below x = a + 1, and by
+/// Lentz's continued fraction above (Abramowitz and Stegun, 6.5.29 and 6.5.31). The relative error
+/// is about 1e-13 for a < 1e5.
 double upper_incomplete_gamma(double a, double x) {
   if (!(x > 0)) {
     return 1;
@@ -63,7 +64,8 @@ double normal_two_sided(double z) {
 Verdict chi2_test(const std::vector<double>& observed, const std::vector<double>& expected,
                   double alpha) {
   if (observed.size() != expected.size()) {
-    return fail("as many observations as expectations are needed");
+    return fail(fmt::format("there are {} observations for {} expectations", observed.size(),
+                            expected.size()));
   }
   constexpr double kSmall = 5;
   double total_observed = 0, total_expected = 0;
@@ -113,7 +115,7 @@ Verdict chi2_test(const std::vector<double>& observed, const std::vector<double>
     ++cells;
   }
   if (cells < 2) {
-    return {true, 1, "one cell holds everything"};
+    return {true, 1, "all samples are in one cell"};
   }
   const double p = chi2_tail(statistic, cells - 1);
   return {p >= alpha, p,
@@ -123,21 +125,22 @@ Verdict chi2_test(const std::vector<double>& observed, const std::vector<double>
 
 namespace {
 
-/// Differences of pairs of means in units of their standard deviation.
+/// Differences between pairs of means, in units of their standard deviation.
 struct PairStatistics {
   double largest = -1;  ///< |z|
-  size_t where = 0;     ///< the pair that has it
+  size_t where = 0;     ///< index of the pair with the largest |z|
   double sum = 0, sum_variance = 0;
   std::string fault;  ///< reason why the means can't be compared; "" if they can
 
   PairStatistics(const std::vector<Estimate>& a, const std::vector<Estimate>& b) {
     if (a.size() != b.size() || a.empty()) {
-      fault = "as many means on both sides are needed, at least one";
+      fault = fmt::format("the numbers of means must be equal and positive, got {} and {}",
+                          a.size(), b.size());
       return;
     }
     for (size_t i = 0; i < a.size() && fault.empty(); ++i) add(i, a[i], b[i]);
   }
-  /// Šidák: 1 - (1 - p)^n, without cancellation.
+  /// Returns Šidák's 1 - (1 - p)^n, without cancellation.
   double p_value(size_t pairs) const {
     return -std::expm1(static_cast<double>(pairs) * std::log1p(-normal_two_sided(largest)));
   }
@@ -145,7 +148,7 @@ struct PairStatistics {
  private:
   void add(size_t i, const Estimate& a, const Estimate& b) {
     const double difference = a.mean - b.mean;
-    // Means of floats carry their rounding, however small the variance is.
+    // Means of floats have rounding errors, however small their variance is.
     const double rounding = 1e-6 * std::max(std::abs(a.mean), std::abs(b.mean));
     const double variance = a.variance_of_mean + b.variance_of_mean + rounding * rounding;
     if (!std::isfinite(difference) || !std::isfinite(variance) || variance < 0) {
@@ -203,7 +206,7 @@ double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimat
     const double z = (low + high) / 2;
     (normal_two_sided(z) > alpha / 2 ? low : high) = z;
   }
-  constexpr double kNineOfTen = 1.2816;  // quantile of the normal distribution
+  constexpr double kNineOfTen = 1.2816;  // 90 % quantile of the normal distribution
   return (high + kNineOfTen) * std::sqrt(variance) / std::abs(sum);
 }
 

@@ -20,7 +20,7 @@ std::string escaped(const std::string& text) {
   return xml;
 }
 
-/// Three numbers, not one.
+/// Returns true if the value consists of several numbers.
 bool is_vector(const std::string& value) {
   return value.find_first_of(" ,") != std::string::npos;
 }
@@ -59,7 +59,7 @@ std::optional<Category> category_named(const std::string& name) {
   return std::nullopt;
 }
 
-/// What a scene that is to be looked at needs beside the plugin. A camera, as all of the checks'.
+/// Camera for the scenes of the checks.
 constexpr const char* kCamera =
     "<sensor type='perspective'><float name='fov' value='60'/><transform name='to_world'>"
     "<lookat origin='0 -4 2.5' target='0 0 0.3' up='0 0 1'/></transform>"
@@ -113,11 +113,12 @@ Subject::Subject(const Request& request) : request_(request) {
     const fs::path path = fs::absolute(wanted);
     const std::string category = path.parent_path().filename().string();
     if (!category_named(category)) {
-      throw Error(fmt::format("'{}': expected PLUGINS/CATEGORY/NAME.so, as kinome_add_plugin() "
-                              "makes it",
-                              wanted));
+      throw Error(
+          fmt::format("'{}': expected PLUGINS/CATEGORY/NAME.so, as built by "
+                      "kinome_add_plugin()",
+                      wanted));
     }
-    if (!fs::exists(path)) throw Error(fmt::format("'{}': there is no such file", wanted));
+    if (!fs::exists(path)) throw Error(fmt::format("'{}': no such file", wanted));
     paths.insert(paths.begin(), path.parent_path().parent_path().string());
     wanted = category + "/" + path.stem().string();
   }
@@ -127,10 +128,10 @@ Subject::Subject(const Request& request) : request_(request) {
   plugin_ = &registry_->find(category_, name_);
   for (const auto& [name, value] : request.parameters) {
     const bool is_element = value.starts_with('<');
-    const bool is_known = std::any_of(
-        plugin_->parameters.begin(), plugin_->parameters.end(),
-        // As clang 14 can't capture parts of a pair by their names alone.
-        [&name = name](const Parameter& parameter) { return parameter.name == name; });
+    const bool is_known =
+        std::any_of(plugin_->parameters.begin(), plugin_->parameters.end(),
+                    // `&name = name`, because clang 14 can't capture structured bindings.
+                    [&name = name](const Parameter& parameter) { return parameter.name == name; });
     if (is_element || is_known) continue;
     std::vector<std::string> names;
     for (const Parameter& parameter : plugin_->parameters) names.emplace_back(parameter.name);
@@ -142,15 +143,15 @@ Subject::Subject(const Request& request) : request_(request) {
   for (const Parameter& parameter : plugin_->parameters) {
     if (parameter.required && !is_given(parameter) &&
         needed_xml(parameter).empty()) {
-      throw Error(fmt::format("{} needs a value for '{}': give it by -D {}=…", title(),
-                              parameter.name, parameter.name));
+      throw Error(fmt::format("{} needs a value for '{}': add -D {}=…", title(), parameter.name,
+                              parameter.name));
     }
   }
 }
 
 void Subject::read_against() {
   if (category_ != Category::kIntegrator && category_ != Category::kEmitter) {
-    throw Error(fmt::format("--against: {} is no integrator and no emitter", title()));
+    throw Error(fmt::format("--against: {} is neither an integrator nor an emitter", title()));
   }
   try {
     const auto other = load_object_from_string(xml_against(), kFile, {}, *registry_);
@@ -190,12 +191,12 @@ void Subject::find(const std::string& wanted) {
   }
   if (found.size() == 1) return;
   if (found.size() > 1) {
-    throw Error(fmt::format("'{}' may be {} or {}: say which", wanted, found[0], found[1]));
+    throw Error(fmt::format("'{}' is ambiguous: write {} or {}", wanted, found[0], found[1]));
   }
   const std::string near = nearest_name(wanted, known);
-  throw Error(fmt::format("no plugin is named '{}'{}", wanted,
-                          near.empty() ? "; `kinome plugins` lists them all"
-                                       : fmt::format("; did you mean '{}'?", near)));
+  throw Error(fmt::format("unknown plugin '{}'{}", wanted,
+                          near.empty() ? "; `kinome plugins` lists all plugins"
+                                       : fmt::format(" (did you mean '{}'?)", near)));
 }
 
 int Subject::samples(int usual) const {
@@ -223,7 +224,7 @@ std::string Subject::xml(const std::string& more, const std::string& changed,
   if (!request_.parameters.empty()) text += '\n';
   for (const Parameter& parameter : plugin_->parameters) {
     if (!parameter.required || parameter.name == changed) continue;
-    // Of several BSDFs two, which is what those need that need more than one.
+    // Plugins that need several BSDFs get two.
     const bool is_bsdf =
         parameter.type == ParameterType::kObject && parameter.category == Category::kBsdf;
     const int count = is_bsdf ? std::min(parameter.max_count, 2) : 1;

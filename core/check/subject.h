@@ -9,10 +9,10 @@
 
 namespace kinome::check {
 
-/// The plugin that is checked, as scenes name it.
+/// The checked plugin, and its XML element for scenes.
 class Subject {
  public:
-  /// Error where there is no such plugin, or the request gives it what it can't have.
+  /// Throws Error if the plugin doesn't exist, or the request gives it invalid parameters.
   explicit Subject(const Request& request);
 
   Category category() const { return category_; }
@@ -22,15 +22,17 @@ class Subject {
   const PluginDescriptor& plugin() const { return *plugin_; }
   const Request& request() const { return request_; }
   PluginRegistry& registry() const { return *registry_; }
+  /// Returns the number of samples for the request's effort; `usual` is that for effort 1.
   int samples(int usual) const;
 
-  /// Its element, with the parameters of the request, each on a line of its own; `changed` is given
-  /// another value, which is XML as a whole (see parameter_xml), and `more` is nested in it.
+  /// Returns the plugin's XML element with the parameters of the request, each on a line of its
+  /// own. The parameter `changed` is replaced by the element `value_xml` (see parameter_xml()), and
+  /// the elements `more` are appended.
   std::string xml(const std::string& more = "", const std::string& changed = "",
                   const std::string& value_xml = "") const;
 
-  /// The element of --against: its XML, or a plugin of the same category with those parameters of
-  /// the request that it has, too.
+  /// Returns the element of --against: its XML, or a plugin of the same category with those
+  /// parameters of the request that it also has.
   std::string xml_against() const;
 
   template <class T>
@@ -38,21 +40,21 @@ class Subject {
     return std::dynamic_pointer_cast<T>(
         load_object_from_string(xml(), kFile, {}, *registry_));
   }
-  /// The same of another instruction set's plugins.
+  /// The same with the plugins of another registry, for another instruction set.
   template <class T>
   std::shared_ptr<T> make(PluginRegistry& registry) const {
     return std::dynamic_pointer_cast<T>(load_object_from_string(xml(), kFile, {}, registry));
   }
   /// Folders of plugins, for registries of other instruction sets.
   const std::vector<std::string>& folders() const { return folders_; }
-  /// A scene of these elements and a camera that sees it from (0, -4, 2.5).
+  /// Returns a scene with these elements, the integrator `direct`, and a camera at (0, -4, 2.5).
   std::unique_ptr<Scene> scene(const std::string& elements) const;
-  /// A scene of these elements alone.
+  /// Returns a scene with these elements only.
   std::unique_ptr<Scene> scene_of(const std::string& elements) const;
 
   static constexpr const char* kFile = "check.xml";
 
-  /// Whether the request gives the parameter a value.
+  /// Returns true if the request gives the parameter a value.
   bool is_given(const Parameter& parameter) const;
 
  private:
@@ -67,13 +69,14 @@ class Subject {
   const PluginDescriptor* plugin_ = nullptr;
 };
 
-/// A parameter's element for a value that is written as on the command line; one that begins with
-/// '<' is the element itself.
+/// Returns a parameter's XML element for a value as written on the command line. A value that
+/// starts with '<' is the element itself.
 std::string parameter_xml(const Parameter& parameter, const std::string& value);
-/// What a plugin that needs it is given where the request has no value; "": there is nothing.
+/// Returns the XML element for a required parameter without a value in the request; "" if there is
+/// no suitable value.
 std::string needed_xml(const Parameter& parameter);
 
-/// Its construction by default, and by all that may be asked of each parameter.
+/// Checks the creation of the plugin with default values, and with extreme and invalid ones.
 void add_parameter_checks(const Subject& subject, Plan& plan);
 /// Finds parameters that the table declares but the plugin never reads.
 void add_read_check(const Subject& subject, Plan& plan);

@@ -7,7 +7,7 @@ namespace {
 
 constexpr const char* kFloor = "<shape type='rectangle'><bsdf type='diffuse'/></shape>";
 
-/// Its own face, and the back of another, and a ball.
+/// Two rectangles with the BSDF, seen from the front and from the back, and a sphere.
 std::string surfaces_of(const std::string& xml) {
   return "<shape type='rectangle'><transform name='to_world'><translate x='-1.1'/></transform>" +
          xml +
@@ -17,8 +17,8 @@ std::string surfaces_of(const std::string& xml) {
          "</shape>";
 }
 
-/// A face and a ball that shine, above a floor.
-std::string lamps_of(const std::string& xml) {
+/// A rectangle and a sphere with the emitter, above a floor.
+std::string emitters_of(const std::string& xml) {
   return kFloor +
          ("<shape type='rectangle'><transform name='to_world'><scale value='0.6'/><rotate x='1' "
           "angle='130'/><translate x='-0.9' z='1.2'/></transform>" +
@@ -35,7 +35,7 @@ std::string surroundings(const Subject& subject, const std::string& xml) {
     case Category::kEmitter: {
       const auto object = load_object_from_string(xml, Subject::kFile, {}, subject.registry());
       const auto& emitter = dynamic_cast<const Emitter&>(*object);
-      if (emitter.is_surface()) return lamps_of(xml);
+      if (emitter.is_surface()) return emitters_of(xml);
       return kFloor + ("<shape type='sphere'><point name='center' x='0' y='0' z='0.5'/><float "
                        "name='radius' value='0.3'/></shape>" +
                        xml);

@@ -6,8 +6,8 @@
 
 namespace kinome::check {
 
-/// Elements of a scene that show a plugin of this XML at work, to the camera of Subject::scene; "":
-/// it is not to be looked at in a scene.
+/// Returns the elements of a scene that uses the plugin of this XML element, for the camera of
+/// Subject::scene(). Returns "" for categories that aren't checked in a scene.
 std::string surroundings(const Subject& subject, const std::string& xml);
 
 }  // namespace kinome::check

@@ -6,14 +6,14 @@
 
 #include "check/statistics.h"
 
-/// How tests come to their verdicts.
+/// Helpers for the verdicts of tests.
 namespace kinome::check {
 
 inline Verdict fail(std::string text) {
   return {false, 0, std::move(text)};
 }
 
-/// The p-value of the more suspicious of two tests, so that both together alarm at rate alpha.
+/// Returns the p-value of two tests together, such that their joint false-alarm rate is alpha.
 inline double bonferroni(double p, double q) {
   return std::min(1., 2 * std::min(p, q));
 }

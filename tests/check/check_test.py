@@ -169,7 +169,7 @@ class Against(unittest.TestCase):
                       self.light("constant", "--against", bright))
         self.assertRegex(self.light(WRONG / "emitter/wrong.so", "--against", "constant",
                                     "-D", "fault=twice the density of positions"),
-                         r"its sample_emission\(\) brings 0\.(49|50)\d* times the light")
+                         r"its sample_emission\(\) sends 0\.(49|50)\d* times the light")
         turned = ("<emitter type='sunsky'><transform name='to_world'><rotate y='1' angle='2'/>"
                   "</transform></emitter>")
         self.assertIn("emitter/sunsky", self.light("sunsky", "--against", turned))
@@ -186,7 +186,7 @@ class CommandLines(unittest.TestCase):
 
     def test_what_check_cannot_check(self):
         for words, said in (
-                (["diffus"], "no plugin is named 'diffus'; did you mean 'diffuse'?"),
+                (["diffus"], "unknown plugin 'diffus' (did you mean 'diffuse'?)"),
                 (["diffuse", "-D", "reflectans=1"], "did you mean 'reflectance'?"),
                 (["diffuse", "-D", "reflectance=red"], "-D reflectance=red: "),
                 (["sphere", "-D", "center=0 0 0", "-D", "radius=wide"], "-D radius=wide: "),
@@ -198,14 +198,14 @@ class CommandLines(unittest.TestCase):
                 (["bumpmap", "-D", "bsdf=<bsdf"], "malformed XML"),
                 (["hdrfilm", "-D", "crop_width=10", "-D", "crop_offset_x=5", "-D", "width=12"], "-D"),
                 (["ply", "-D", "filename=no/such.ply"], "-D filename=no/such.ply: "),
-                (["diffuse", "--against", "path"], "--against: bsdf/diffuse is no integrator and no emitter"),
-                (["area", "--against", "constant"], "only one is part of a shape"),
+                (["diffuse", "--against", "path"], "--against: bsdf/diffuse is neither an integrator nor an emitter"),
+                (["area", "--against", "constant"], "only one of them is part of a shape"),
                 (["point", "--against", "<bsdf type='diffuse'/>"],
                  "--against: emitter/point can't be compared with bsdf/diffuse"),
                 (["constant", "--against", "envmap"], "--against: "),
                 (["direct", "--against", "pathh"], "--against: "),
-                (["diffuse", "--only", "enrgy"], "there is no check 'enrgy'"),
-                (["diffuse", "--only", "energy", "--except", "energy"], "leave no check to run"),
+                (["diffuse", "--only", "enrgy"], "unknown check 'enrgy'"),
+                (["diffuse", "--only", "energy", "--except", "energy"], "no check to run"),
                 (["diffuse", "--effort", "nan"], "--effort: must be a number from 0.01 to 1000, got 'nan'"),
                 (["diffuse", "--effort", "0"], "--effort: must be a number from 0.01 to 1000, got '0'"),
                 (["diffuse", "--ony", "energy"], "did you mean '--only'?"),
