@@ -88,7 +88,7 @@ void Builder::set_parameter(const std::string& name, const Properties::Value& va
   const bool is_of_others = name == "allow_thread_reordering" || name.rfind("kd_", 0) == 0;
   const bool is_robust = name == "embree_use_robust_intersections";
   if (!is_of_others && !is_robust) {
-    throw Error(where, "<scene> leaves unreferenced: '" + name + "'");
+    throw Error(where, "<scene> has unused parameters: '" + name + "'");
   }
   if (const auto [other, is_new] = parameters_.emplace(name, where); !is_new) {
     throw Error(where, "'" + name + "' is given twice (first at " + to_string(other->second) + ")");

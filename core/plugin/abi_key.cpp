@@ -11,7 +11,7 @@
 namespace kinome {
 namespace {
 
-/// Reads parts of a file; whatever lies outside of it is an Error.
+/// Reads ranges of a file. Throws Error for ranges outside of it.
 class FileParts {
  public:
   explicit FileParts(const std::string& path) : stream_(path, std::ios::binary | std::ios::ate) {
@@ -34,11 +34,11 @@ class FileParts {
 
 Elf64_Ehdr read_header(FileParts& file) {
   Elf64_Ehdr header{};
-  if (file.size() < sizeof header) throw Error("it is no ELF file");
+  if (file.size() < sizeof header) throw Error("it is not an ELF file");
   file.read(0, &header, sizeof header);
-  if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0) throw Error("it is no ELF file");
+  if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0) throw Error("it is not an ELF file");
   if (header.e_ident[EI_CLASS] != ELFCLASS64 || header.e_ident[EI_DATA] != ELFDATA2LSB) {
-    throw Error("it was built for another kind of machine");
+    throw Error("it was built for a different architecture");
   }
   if (header.e_shentsize != sizeof(Elf64_Shdr) || header.e_shstrndx >= header.e_shnum) {
     throw Error("it has no ELF sections");
@@ -49,7 +49,7 @@ Elf64_Ehdr read_header(FileParts& file) {
 }  // namespace
 
 std::string read_abi_key(const std::string& path) {
-  constexpr uint64_t kLongestKey = 4096;
+  constexpr uint64_t kMaxKeyBytes = 4096;
   FileParts file(path);
   const Elf64_Ehdr header = read_header(file);
   std::vector<Elf64_Shdr> sections(header.e_shnum);
@@ -61,12 +61,12 @@ std::string read_abi_key(const std::string& path) {
     if (section.sh_name > names.sh_size || names.sh_size - section.sh_name < sizeof name) continue;
     file.read(names.sh_offset + section.sh_name, name, sizeof name);
     if (std::memcmp(name, kName, sizeof name) != 0) continue;
-    if (section.sh_size > kLongestKey) throw Error("its section kinome_abi is damaged");
+    if (section.sh_size > kMaxKeyBytes) throw Error("its section kinome_abi is damaged");
     std::string key(section.sh_size, '\0');
     file.read(section.sh_offset, key.data(), key.size());
     return key.c_str();  // up to its NUL
   }
-  throw Error("it has no section kinome_abi, so no KINOME_PLUGIN in it");
+  throw Error("it has no section kinome_abi: KINOME_PLUGIN is missing");
 }
 
 }  // namespace kinome

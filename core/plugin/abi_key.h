@@ -4,8 +4,8 @@
 
 namespace kinome {
 
-/// The ABI key in the ELF section "kinome_abi" of a shared library, read from the file: no code of
-/// it runs. Throws Error with what is wrong with the file (no place, no file name).
+/// Reads the ABI key from the ELF section "kinome_abi" of a shared library, without running any of
+/// its code. Throws Error, without location and file name, if that fails.
 std::string read_abi_key(const std::string& path);
 
 }  // namespace kinome

@@ -1,4 +1,4 @@
-// Whether what a BSDF samples is what it evaluates, at a place of a scene.
+// Checks whether a BSDF's samples agree with its values and densities, at a point of a scene.
 
 #include "kinome/warp.h"
 #include "plugin/audit_words.h"
@@ -8,7 +8,7 @@
 namespace kinome {
 namespace {
 
-/// f and the density at the neighbours of a direction.
+/// Ranges of f and of the density around a direction.
 struct Neighbourhood {
   ColorRange f;
   ValueRange pdf;
@@ -23,7 +23,7 @@ struct Neighbourhood {
 
 }  // namespace
 
-const char* nonsense_of(const Bsdf& bsdf, const AuditPlace& place) {
+const char* find_invalid_value(const Bsdf& bsdf, const AuditPlace& place) {
   const SurfaceInteraction& si = *place.si;
   const auto evaluate = [&](const Vec3& wo) -> const char* {
     const BsdfValue value = bsdf.eval_pdf(si, Lobe::kAll, wo);
@@ -39,14 +39,14 @@ const char* nonsense_of(const Bsdf& bsdf, const AuditPlace& place) {
   return evaluate(square_to_uniform_sphere(place.u2(3)));
 }
 
-const char* contradiction_of(const Bsdf& bsdf, const AuditPlace& place) {
+const char* find_contradiction(const Bsdf& bsdf, const AuditPlace& place) {
   const SurfaceInteraction& si = *place.si;
   return confirmed([&](uint64_t attempt) -> const char* {
     const uint64_t u = first_number(attempt);
     const BsdfValue value =
         bsdf.eval_pdf(si, Lobe::kAll, square_to_uniform_sphere(place.u2(u + 3)));
-    constexpr float kNothing = 1e-30f;
-    if (value.pdf == 0 && max_component(glm::abs(value.f)) > kNothing) {
+    constexpr float kMinValue = 1e-30f;
+    if (value.pdf == 0 && max_component(glm::abs(value.f)) > kMinValue) {
       return audit_words::kLightWithoutDensity;
     }
     const auto sample = bsdf.sample(si, Lobe::kAll, place.u(u), place.u2(u + 1));

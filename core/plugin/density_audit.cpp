@@ -7,12 +7,12 @@
 namespace kinome {
 namespace {
 
-constexpr int kPairs = 16;  ///< at each place
-/// Apart from the numbers of all tries.
+constexpr int kPairs = 16;  ///< pairs of directions per point
+/// First random number; larger than those of all attempts (first_number()).
 constexpr uint64_t kFirstNumber = 10000;
 constexpr uint64_t kNumbersOfPair = 5;
 
-/// q / (q + p). Of negative densities it is told elsewhere.
+/// Returns q / (q + p). Negative densities count as 0; find_invalid_value() reports them.
 double share_of_uniform(float pdf) {
   constexpr auto q = static_cast<double>(kUniformSpherePdf);
   return q / (q + std::max(0., static_cast<double>(pdf)));
@@ -27,7 +27,7 @@ void DensityAudit::Terms::add(const Vec3& d, double share) {
   }
 }
 
-void DensityAudit::look_at(const Bsdf& bsdf, const AuditPlace& place) {
+void DensityAudit::add_place(const Bsdf& bsdf, const AuditPlace& place) {
   for (int pair = 0; pair < kPairs; ++pair) {
     const uint64_t u = kFirstNumber + kNumbersOfPair * static_cast<uint64_t>(pair);
     const auto density = [&](const Vec3& wo) {
@@ -44,7 +44,7 @@ void DensityAudit::look_at(const Bsdf& bsdf, const AuditPlace& place) {
   }
 }
 
-void DensityAudit::look_at(const Emitter& emitter, const AuditPlace& place) {
+void DensityAudit::add_place(const Emitter& emitter, const AuditPlace& place) {
   for (int pair = 0; pair < kPairs; ++pair) {
     const uint64_t u = kFirstNumber + kNumbersOfPair * static_cast<uint64_t>(pair);
     Terms terms;
@@ -68,9 +68,9 @@ void DensityAudit::add(const Terms& pair) {
 
 bool DensityAudit::fails() const {
   if (count_ < 2) return false;
-  // Each of the four means, to either side, exceeds its bound with 1e-9 / 8.
+  // Each of the four means exceeds its bound, to either side, with probability 1e-9 / 8.
   const double log_rate = std::log(2 * 8 / 1e-9);
-  constexpr double kRange = 2;  // of a difference of two shares
+  constexpr double kRange = 2;  // range of a difference of two shares
   const auto n = static_cast<double>(count_);
   for (size_t f = 0; f < kFunctions; ++f) {
     const double mean = sums_[f] / n;

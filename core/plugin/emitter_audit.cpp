@@ -1,5 +1,5 @@
-// Whether an emitter's samples are what its surface or the sky is found to be, from a place of a
-// scene.
+// Checks whether an emitter's samples agree with its surface or its environment, as seen from a
+// point of a scene.
 
 #include "kinome/shape.h"
 #include "kinome/warp.h"
@@ -11,29 +11,31 @@
 namespace kinome {
 namespace {
 
-/// Of a random number that nothing else takes.
+/// Index of a random number that isn't used elsewhere.
 constexpr uint64_t kFreeNumber = 50;
 
-/// How far from the sampled place, relative to its distance, the shape is looked for.
+/// Rays look for the shape within this distance of the sampled point, relative to the distance of
+/// the point.
 constexpr float kWindow = 1e-3f;
 
-/// Where rounding can't turn the surface's cosine by more than a tenth of what ValueRange allows.
+/// Returns true if rounding changes the cosine at the surface by less than a tenth of the tolerance
+/// of ValueRange.
 bool is_resolved(const SurfaceInteraction& light, const SurfaceInteraction& from) {
   const float height = std::abs(glm::dot(light.n, from.p - light.p));
   return height > 1e4f * (light.p_error + from.p_error);
 }
 
-/// What a sample's direction meets of the emitter's shape, by rays that start where it was asked
-/// for and see the surroundings of the sampled place alone.
+/// Result of tracing rays around a sample's direction, limited to the neighbourhood of the sampled
+/// point on the emitter's shape.
 struct Traced {
-  bool is_missed = false;  ///< by all rays, which meet nothing else either
-  bool is_known = false;   ///< densities and radiance are those of the place
+  bool is_missed = false;  ///< no ray hits anything
+  bool is_known = false;   ///< `pdf` and `radiance` belong to the sampled point
   ValueRange pdf;
   ColorRange radiance;
 };
 
-/// Whether a hit lies on the very face, or curve of a surface, that was sampled: another one that
-/// is near, or passes through it, has densities of its own.
+/// Returns true if a hit is on the face or curved surface that was sampled. Another one that is
+/// near, or intersects it, has different densities.
 bool is_of_sample(const SurfaceInteraction& hit, const AuditPlace& place,
                   const DirectSample& sample) {
   const Vec3 sampled = place.si->p + sample.d * sample.distance;
@@ -67,15 +69,15 @@ Traced trace(const Emitter& emitter, const AuditPlace& place, const DirectSample
   return traced;
 }
 
-/// Whether what was sampled is about as small as coordinates are uncertain: by the density, which
-/// tells what the light covers.
-bool is_speck(const AuditPlace& place, const DirectSample& sample) {
-  const float most = max_component(glm::abs(place.si->p)) + sample.distance;
-  const float angle = 4 * (kDirectionError * most + place.si->p_error) / sample.distance;
+/// Returns true if the emitter is about as small as the rounding error of coordinates. Its solid
+/// angle is estimated from the density.
+bool is_too_small(const AuditPlace& place, const DirectSample& sample) {
+  const float extent = max_component(glm::abs(place.si->p)) + sample.distance;
+  const float angle = 4 * (kDirectionError * extent + place.si->p_error) / sample.distance;
   return sample.pdf * sqr(angle) > 1e-4f;
 }
 
-/// Whether it is seen at a grazing angle, at which rays may miss it by rounding.
+/// Returns true if the emitter is seen at a grazing angle, where rays may miss it due to rounding.
 bool is_grazing(const Emitter& emitter, const DirectSample& sample) {
   return !(sqr(sample.distance) > 0.05f * sample.pdf * emitter.shape()->area());
 }
@@ -84,7 +86,7 @@ const char* surface_contradiction(const Emitter& emitter, const AuditPlace& plac
                                   const DirectSample& sample) {
   if (!place.si || place.si->shape == emitter.shape()) return nullptr;
   if (!(sample.distance > 0 && sample.distance < kInfinity)) return nullptr;
-  if (is_speck(place, sample)) return nullptr;
+  if (is_too_small(place, sample)) return nullptr;
   const Traced traced = trace(emitter, place, sample);
   if (traced.is_missed && !is_grazing(emitter, sample)) return audit_words::kOffSurface;
   if (!traced.is_known) return nullptr;
@@ -110,7 +112,7 @@ bool is_same(const DirectSample& a, const DirectSample& b) {
          pdf.agrees_with(static_cast<double>(b.pdf)) && a.is_delta == b.is_delta;
 }
 
-/// What sample_direct_block says of a block of this alone.
+/// Returns the sample of sample_direct_block() for a block with one point.
 DirectSample first_of_block(const Emitter& emitter, const Vec3& p, const Vec2& u) {
   alignas(kColumnAlignment) float columns[14][kBlockLanes];
   const auto column = [&](size_t k) { return columns[k]; };
@@ -144,7 +146,7 @@ const char* contradiction_of_samples(const Emitter& emitter, const AuditPlace& p
   if (has_sample) {
     if (const char* const fault = contradiction_of_sample(emitter, place, *sample)) return fault;
   }
-  // Toward a small or distant surface, what vectors round otherwise may be all of it.
+  // For a small or distant surface, the different rounding of vector code may miss it entirely.
   if (!emitter.is_environment()) return nullptr;
   const DirectSample in_block = first_of_block(emitter, p, u);
   if (has_sample != (in_block.pdf > 0) || (has_sample && !is_same(*sample, in_block))) {
@@ -155,7 +157,7 @@ const char* contradiction_of_samples(const Emitter& emitter, const AuditPlace& p
 
 }  // namespace
 
-const char* nonsense_of(const Emitter& emitter, const AuditPlace& place) {
+const char* find_invalid_value(const Emitter& emitter, const AuditPlace& place) {
   if (place.si && !emitter.is_indirect()) {
     const auto sample = emitter.sample_direct(place.si->p, place.u2(0));
     if (sample && !is_density(sample->pdf)) return audit_words::kDensity;
@@ -174,7 +176,7 @@ const char* nonsense_of(const Emitter& emitter, const AuditPlace& place) {
   return nullptr;
 }
 
-const char* contradiction_of(const Emitter& emitter, const AuditPlace& place) {
+const char* find_contradiction(const Emitter& emitter, const AuditPlace& place) {
   if (emitter.is_indirect() || (!place.si && !emitter.is_environment())) return nullptr;
   const char* fault = confirmed(
       [&](uint64_t attempt) { return contradiction_of_samples(emitter, place, attempt); });

@@ -15,10 +15,10 @@ ColorRange radiance_around(const Emitter& emitter, const Vec3& d) {
   return range;
 }
 
-/// A place within the grid and the quad that it lies in.
+/// Position in the grid.
 struct GridPlace {
-  int column, row;
-  double s, t;  ///< within the quad
+  int column, row;  ///< quad
+  double s, t;      ///< position in the quad, in [0, 1]
   GridPlace(const EnvironmentGrid& grid, const Vec2& u) {
     const double x = static_cast<double>(u.x) * grid.columns;
     const double y = static_cast<double>(u.y) * grid.rows;
@@ -29,7 +29,7 @@ struct GridPlace {
   }
 };
 
-/// Of what the emitter offers in place of directions: single places, and corners of quads.
+/// Checks eval_grid_batch() at a position, and eval_grid_corners() at two corners of its quad.
 const char* layout_contradiction(const Emitter& emitter, const EnvironmentGrid& grid,
                                  const GridPlace& at) {
   const Vec2 place(static_cast<float>(at.column + at.s), static_cast<float>(at.row + at.t));
@@ -39,7 +39,7 @@ const char* layout_contradiction(const Emitter& emitter, const EnvironmentGrid& 
       !radiance_around(emitter, d).agrees_with(radiance)) {
     return audit_words::kGrid;
   }
-  // At a pole, directions don't tell columns apart.
+  // At a pole, all columns have the same direction.
   if (at.row == 0) return nullptr;
   std::array<Rgb, 2> corners{};
   if (!emitter.eval_grid_corners(at.row, at.column, corners)) return nullptr;
@@ -52,7 +52,7 @@ const char* layout_contradiction(const Emitter& emitter, const EnvironmentGrid& 
 
 const char* bilinear_contradiction(const Emitter& emitter, const EnvironmentGrid& grid,
                                    const GridPlace& at) {
-  if (at.row == 0 || at.row + 1 == grid.rows) return nullptr;  // corners at a pole, as above
+  if (at.row == 0 || at.row + 1 == grid.rows) return nullptr;  // two corners are a pole
   ColorRange interpolated;
   for (int i = 0; i < 4; ++i) {
     const int x = i & 1, y = i >> 1;
@@ -64,7 +64,8 @@ const char* bilinear_contradiction(const Emitter& emitter, const EnvironmentGrid
   return radiance_around(emitter, d).agrees_with(interpolated) ? nullptr : audit_words::kBilinear;
 }
 
-/// Light of a quad, by as many Gauss points as there are nodes, squared.
+/// Integrates the radiance of a quad with kNodes x kNodes Gauss points. The result is in arbitrary
+/// units.
 template <size_t kNodes>
 double quad_flux(const Emitter& emitter, const EnvironmentGrid& grid, int column, int row,
                  const std::array<double, kNodes>& nodes,
@@ -82,7 +83,8 @@ double quad_flux(const Emitter& emitter, const EnvironmentGrid& grid, int column
   return sum;
 }
 
-/// Where light is sampled: the four points that cells are made by, against sixteen.
+/// Compares quadrature with 4 points, which integrators use, and with 16 points, for the quad of a
+/// sampled direction.
 const char* smooth_contradiction(const Emitter& emitter, EnvironmentGrid grid, const Vec2& u) {
   const auto sample = emitter.sample_direct(Vec3(0.f), u);
   if (!sample || !(sample->pdf > 0)) return nullptr;
@@ -98,14 +100,14 @@ const char* smooth_contradiction(const Emitter& emitter, EnvironmentGrid grid, c
   const double x = turn * grid.columns - static_cast<double>(grid.first_column);
   const int column = static_cast<int>(std::floor(x));
   const int row = std::clamp(static_cast<int>(share * grid.rows), 0, grid.rows - 1);
-  // Abramowitz and Stegun, table 25.4, moved to [0, 1].
+  // Nodes and weights of Gauss quadrature: Abramowitz and Stegun, table 25.4, mapped to [0, 1].
   constexpr double a = 0.28867513459481288, b = 0.43056815579702629, c = 0.16999052179242813;
   constexpr double wb = 0.17392742256872693, wc = 0.32607257743127307;
   const double few = quad_flux<2>(emitter, grid, column, row, {0.5 - a, 0.5 + a}, {0.5, 0.5});
   const double many = quad_flux<4>(emitter, grid, column, row, {0.5 - b, 0.5 - c, 0.5 + c, 0.5 + b},
                                    {wb, wc, wc, wb});
-  constexpr double kMostError = 0.05;
-  return std::abs(few - many) <= kMostError * std::max(std::abs(few), std::abs(many))
+  constexpr double kMaxError = 0.05;
+  return std::abs(few - many) <= kMaxError * std::max(std::abs(few), std::abs(many))
              ? nullptr
              : audit_words::kSmooth;
 }

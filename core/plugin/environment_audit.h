@@ -3,13 +3,13 @@
 #include "kinome/emitter.h"
 #include "plugin/object_audit.h"
 
-/// The part of contradiction_of(Emitter) that is about light from infinitely far.
+/// The part of find_contradiction(Emitter) that checks environments.
 namespace kinome {
 
-/// Of a sample with a density, of a direction of unit length.
+/// Checks a sample with a positive density and a unit direction.
 const char* environment_contradiction(const Emitter& emitter, const DirectSample& sample);
 
-/// Of emitter.cell_grid().
+/// Checks emitter.cell_grid() and the functions that depend on it.
 const char* grid_contradiction(const Emitter& emitter, const EnvironmentGrid& grid,
                                const AuditPlace& place, uint64_t attempt);
 

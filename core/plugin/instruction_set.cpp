@@ -14,7 +14,7 @@ namespace {
 #if defined(__x86_64__)
 constexpr const char* kNames[] = {"x86-64", "x86-64-v2", "x86-64-v3", "x86-64-v4"};
 
-/// What AVX2 came with, and not every compiler has a name for.
+/// Checks the instructions of x86-64-v3 for which not every compiler has a name.
 bool has_companions_of_avx2() {
   unsigned a = 0, b = 0, c = 0, d = 0;
   if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_F16C) || !(c & bit_MOVBE)) return false;
@@ -78,15 +78,15 @@ InstructionSet choose_instruction_set(const std::string& wanted, InstructionSet 
   const std::string from = wanted.empty() ? "KINOME_ISA: " : "--isa: ";
   const auto set = instruction_set_named(name);
   if (!set) {
-    throw Error(from + "there is no instruction set '" + name + "' (there are " + list_of_names() +
+    throw Error(from + "unknown instruction set '" + name + "' (available: " + list_of_names() +
                 ")");
   }
   if (*set < least_instruction_set()) {
-    throw Error(from + "this program and its plugins are built for no less than " +
-                to_string(least_instruction_set()) + ", got " + name);
+    throw Error(from + "must be at least " + to_string(least_instruction_set()) +
+                ", for which this program and its plugins are built, got " + name);
   }
   if (*set > processors) {
-    throw Error(from + "this processor lacks " + name + "; the best that it has is " +
+    throw Error(from + "this processor lacks " + name + "; its best instruction set is " +
                 to_string(processors));
   }
   return *set;

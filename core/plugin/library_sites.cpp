@@ -13,20 +13,21 @@
 namespace kinome {
 namespace {
 
+/// Address range of a library's code.
 struct Site {
   uintptr_t begin = 0, end = 0;
   const char* name = nullptr;
   bool has(uintptr_t address) const { return address >= begin && address < end; }
 };
 
-/// More plugins than anyone has; of those beyond it nothing is known.
-constexpr size_t kMostSites = 1024;
-std::array<Site, kMostSites> sites;
+/// Maximum number of plugins that plugin_at() knows. Later ones are not recorded.
+constexpr size_t kMaxSites = 1024;
+std::array<Site, kMaxSites> sites;
 std::atomic<size_t> site_count{0};
 std::atomic<const char*> being_loaded{nullptr};
-Site core;  ///< known once anything is loaded
+Site core;  ///< set when the first plugin is loaded
 
-/// The code of the library that an address lies in.
+/// Returns the code of the library that contains an address.
 Site site_of(const void* address) {
   struct Search {
     uintptr_t address;
@@ -54,7 +55,7 @@ Site site_of(const void* address) {
   return search.found;
 }
 
-/// Never freed: threads that crash at the program's end may read them.
+/// Never freed, because threads that crash while the program exits may read the names.
 std::set<std::string>& names() {
   static auto* const names = new std::set<std::string>;
   return *names;
@@ -77,7 +78,7 @@ void LibraryLoading::finish(const void* symbol) {
   site.name = name_;
   const size_t count = site_count.load();
   const bool is_known = plugin_at(reinterpret_cast<const void*>(site.begin)) != nullptr;
-  if (site.end == 0 || is_known || count == kMostSites) return;
+  if (site.end == 0 || is_known || count == kMaxSites) return;
   sites[count] = site;
   site_count.store(count + 1, std::memory_order_release);
 }

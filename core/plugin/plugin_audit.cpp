@@ -13,23 +13,24 @@
 namespace kinome {
 namespace {
 
-/// Keeps these random numbers apart from those of renders.
+/// Mixed into the seed, so that the random numbers differ from those of renders.
 constexpr uint64_t kAuditSeed = 0x6175646974;
 
-/// Contradictions take some fifty times as long to look for as nonsense: of more places, these.
+/// Number of points at which contradictions are searched for, which takes about 50 times as long as
+/// finding invalid values.
 constexpr uint32_t kThoroughPlaces = 256;
 
 class Audit {
  public:
-  /// Asks an object and, before it, all that are nested in it, each once at a place. Whether any
-  /// has something to answer for.
-  bool look_at(const Object& object, const AuditPlace& place, bool is_thorough) {
-    // Where each refers twice to the next, there are 2^n ways to the nth.
-    const auto [known, is_new] = answers_.try_emplace({place.seed, &object});
+  /// Checks an object and all objects nested in it, each once per point, the innermost first.
+  /// Returns true if any of them has a fault.
+  bool check(const Object& object, const AuditPlace& place, bool is_thorough) {
+    // Visit each object once: if each one refers twice to the next, there are 2^n paths to the nth.
+    const auto [known, is_new] = results_.try_emplace({place.seed, &object});
     if (!is_new) return known->second;
     bool is_at_fault = false;
     for (const auto& nested : object.nested()) {
-      is_at_fault = look_at(*nested, place, is_thorough) || is_at_fault;
+      is_at_fault = check(*nested, place, is_thorough) || is_at_fault;
     }
     if (!is_at_fault) {
       ++looks_[&object];
@@ -63,17 +64,17 @@ class Audit {
   const char* fault_of(const Object& object, const AuditPlace& place, bool is_thorough) {
     try {
       if (const auto* emitter = dynamic_cast<const Emitter*>(&object)) {
-        const char* const fault = nonsense_of(*emitter, place);
+        const char* const fault = find_invalid_value(*emitter, place);
         if (fault || !is_thorough) return fault;
-        if (emitter->is_environment()) densities_[&object].look_at(*emitter, place);
-        return contradiction_of(*emitter, place);
+        if (emitter->is_environment()) densities_[&object].add_place(*emitter, place);
+        return find_contradiction(*emitter, place);
       }
       if (!place.si) return nullptr;
       if (const auto* bsdf = dynamic_cast<const Bsdf*>(&object)) {
-        const char* const fault = nonsense_of(*bsdf, place);
+        const char* const fault = find_invalid_value(*bsdf, place);
         if (fault || !is_thorough) return fault;
-        densities_[&object].look_at(*bsdf, place);
-        return contradiction_of(*bsdf, place);
+        densities_[&object].add_place(*bsdf, place);
+        return find_contradiction(*bsdf, place);
       }
       if (const auto* texture = dynamic_cast<const Texture*>(&object)) {
         return is_finite(texture->eval_at(*place.si)) ? nullptr : audit_words::kValue;
@@ -84,13 +85,13 @@ class Audit {
     return nullptr;
   }
 
-  /// Found at places, of the object itself or of what is nested in it, or a density of the latter:
-  /// what else is wrong with it may come of that.
+  /// Returns true if a fault was found in the object or in a nested one, or if the density test of
+  /// a nested one fails. A failing density test of the object itself may be a consequence of that.
   bool has_fault(const Object& object) const {
     std::set<const Object*> seen;
     return has_fault(object, seen);
   }
-  /// Each object once: there may be 2^n ways to one.
+  /// `seen` makes it visit each object once: there may be 2^n paths to an object.
   bool has_fault(const Object& object, std::set<const Object*>& seen) const {
     if (!seen.insert(&object).second) return false;
     const auto first = faults_.lower_bound({&object, nullptr});
@@ -103,7 +104,7 @@ class Audit {
     return false;
   }
 
-  std::map<std::pair<uint64_t, const Object*>, bool> answers_;  ///< by place
+  std::map<std::pair<uint64_t, const Object*>, bool> results_;  ///< of check(), by point
   std::map<const Object*, uint64_t> looks_;
   std::map<std::pair<const Object*, const char*>, uint64_t> faults_;
   std::map<const Object*, DensityAudit> densities_;
@@ -126,18 +127,18 @@ std::vector<PluginFault> audit_plugins(const Scene& scene, const Sensor& sensor,
     try {
       primary.trace(scene, sensor, {x, y, x + 1, y + 1}, i, 1, seed, counters);
     } catch (...) {
-      continue;  // of sensor and shapes: what throws there ends a render before it gets here
+      continue;  // sensors and shapes that throw have ended the render already
     }
     place.d = primary.ray_hit(0).ray.d;
     if (primary.hit(0)) {
       const SurfaceInteraction& si = primary.interaction(0);
       place.si = &si;
-      audit.look_at(si.shape->bsdf(), place, is_thorough);
-      if (si.shape->emitter()) audit.look_at(*si.shape->emitter(), place, is_thorough);
+      audit.check(si.shape->bsdf(), place, is_thorough);
+      if (si.shape->emitter()) audit.check(*si.shape->emitter(), place, is_thorough);
     }
-    if (scene.environment()) audit.look_at(*scene.environment(), place, is_thorough);
+    if (scene.environment()) audit.check(*scene.environment(), place, is_thorough);
     if (!emitters.empty()) {
-      audit.look_at(*emitters[place.seed % emitters.size()], place, is_thorough);
+      audit.check(*emitters[place.seed % emitters.size()], place, is_thorough);
     }
   }
   return audit.faults();

@@ -14,7 +14,7 @@ std::string plugin_title(const Properties& props) {
   return std::string(to_string(props.category())) + " '" + props.plugin_name() + "'";
 }
 
-/// Objects of these parameters are matched by category, not by name.
+/// Returns true if the parameter's objects are matched by category, not by name.
 bool is_by_category(const Parameter& row) {
   return row.type == ParameterType::kObject && row.category != Category::kTexture;
 }
@@ -30,10 +30,10 @@ bool has_pixels(const Properties& props) {
   });
 }
 
-/// Whether a value without a name, or of a name that the plugin doesn't know, is meant for a
-/// parameter, most likely: it is not missing, too.
-bool is_there_by_another_name(const Parameter& row, const Properties& props,
-                              const PluginDescriptor& plugin) {
+/// Returns true if a value without a name, or with an unknown name, is probably meant for this
+/// parameter. The parameter is then not reported as missing as well.
+bool has_misnamed_value(const Parameter& row, const Properties& props,
+                        const PluginDescriptor& plugin) {
   std::vector<std::string> known;
   for (const Parameter& other : plugin.parameters) known.emplace_back(other.name);
   return std::any_of(props.entries().begin(), props.entries().end(), [&](const auto& entry) {
@@ -65,44 +65,43 @@ Error unknown_parameter(const Properties& props, const PluginDescriptor& plugin,
   return Error(where, plugin_title(props) + " has no parameter '" + name + "' (" + hint + ")");
 }
 
-/// Objects other than textures count by category, whatever their names are.
+/// Counts nested objects other than textures by category. Their names are ignored.
 class ObjectCounts {
  public:
   ObjectCounts(const Properties& props, const PluginDescriptor& plugin) : props_(props) {
     for (const Parameter& row : plugin.parameters) {
       if (!is_by_category(row)) continue;
       Count& count = counts_[static_cast<size_t>(row.category)];
-      count.most += row.max_count;
-      count.least += row.required ? 1 : 0;
+      count.max += row.max_count;
+      count.min += row.required ? 1 : 0;
     }
   }
 
   void add(Category category, const Location& where, std::vector<Error>& faults) {
     Count& count = counts_[static_cast<size_t>(category)];
-    if (count.most == 0) {
+    if (count.max == 0) {
       faults.emplace_back(where, plugin_title(props_) + " takes no " + to_string(category));
-    } else if (++count.found > count.most) {
+    } else if (++count.found > count.max) {
       faults.emplace_back(where, plugin_title(props_) + " takes at most " +
-                                     std::to_string(count.most) + " " + to_string(category) +
-                                     (count.most == 1 ? "" : "s"));
+                                     std::to_string(count.max) + " " + to_string(category) +
+                                     (count.max == 1 ? "" : "s"));
     }
   }
 
   void check_required(const Lost& lost, std::vector<Error>& faults) const {
     for (size_t i = 0; i < counts_.size(); ++i) {
       const auto category = static_cast<Category>(i);
-      if (counts_[i].found >= counts_[i].least || lost.categories.count(category)) continue;
-      faults.emplace_back(props_.where(),
-                          plugin_title(props_) + " needs " +
-                              (counts_[i].least == 1 ? "a nested " : "more nested ") +
-                              to_string(category));
+      if (counts_[i].found >= counts_[i].min || lost.categories.count(category)) continue;
+      faults.emplace_back(props_.where(), plugin_title(props_) + " needs " +
+                                              (counts_[i].min == 1 ? "a nested " : "more nested ") +
+                                              to_string(category));
     }
   }
 
  private:
   struct Count {
-    int64_t least = 0;
-    int64_t most = 0;
+    int64_t min = 0;
+    int64_t max = 0;
     int64_t found = 0;
   };
   const Properties& props_;
@@ -149,9 +148,9 @@ std::vector<Error> check_parameters(const Properties& props, const PluginDescrip
   if (lost.anything) return faults;
   for (const Parameter& row : plugin.parameters) {
     if (!row.required || is_by_category(row) || props.has(row.name)) continue;
-    // A file that is needed may be given as its pixels.
+    // The pixels of an image may replace a required file.
     if (row.type == ParameterType::kFile && has_pixels(props)) continue;
-    if (lost.names.count(row.name) || is_there_by_another_name(row, props, plugin)) continue;
+    if (lost.names.count(row.name) || has_misnamed_value(row, props, plugin)) continue;
     faults.emplace_back(props.where(), plugin_title(props) + " needs parameter '" + row.name +
                                            "', " + describe(row.type));
   }
@@ -178,7 +177,7 @@ void check_all_read(const Properties& props) {
     if (!first) first = &entry.where;
     list += (list.empty() ? "'" : ", '") + name + "'";
   }
-  if (first) throw Error(*first, plugin_title(props) + " leaves unreferenced: " + list);
+  if (first) throw Error(*first, plugin_title(props) + " has unused parameters: " + list);
 }
 
 }  // namespace kinome

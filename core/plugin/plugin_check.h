@@ -8,19 +8,20 @@
 
 namespace kinome {
 
-/// The plugin's parameter of that name; nullptr if it has none.
+/// Returns the plugin's parameter of this name, or nullptr.
 const Parameter* find_row(const PluginDescriptor& plugin, const std::string& name);
-/// What the scene gives to an object, but has a mistake of its own: not to be missed.
+/// Values that the scene contains, but that are missing from Properties because of an error of
+/// their own. They are not reported as missing.
 struct Lost {
-  std::set<std::string> names;    ///< of parameters
-  std::set<Category> categories;  ///< of nested objects
-  bool anything = false;          ///< of what, isn't known
+  std::set<std::string> names;    ///< names of parameters
+  std::set<Category> categories;  ///< categories of nested objects
+  bool anything = false;          ///< a value with unknown name or category is missing
 };
 /// Checks the entries of `props` against the plugin's parameter table: names, types, counts of
-/// nested objects, required ones. All that is wrong.
+/// nested objects, and required parameters. Returns all errors.
 std::vector<Error> check_parameters(const Properties& props, const PluginDescriptor& plugin,
                                     const Lost& lost = {});
-/// A value in the scene for a row that the plugin ignores. The pointers live as long as the plugin
+/// A value for a parameter that the plugin ignores. The pointers are valid as long as the plugin
 /// and the Properties.
 struct IgnoredEntry {
   const Parameter* row;
@@ -29,7 +30,7 @@ struct IgnoredEntry {
 /// Returns the entries of `props` that the plugin ignores (Parameter::ignored), and marks them as
 /// read.
 std::vector<IgnoredEntry> take_ignored(const Properties& props, const PluginDescriptor& plugin);
-/// An Error that lists what the plugin's constructor left unread.
+/// Throws an Error that lists the entries that the plugin's constructor hasn't read, if any.
 void check_all_read(const Properties& props);
 
 }  // namespace kinome

@@ -22,8 +22,8 @@ struct Library {
   std::string path;
 };
 
-/// DIR/CATEGORY/NAME.so in the first folder that has it, and DIR/CATEGORY/SET/NAME.so of the same
-/// folder, the best last.
+/// Returns DIR/CATEGORY/NAME.so of the first folder that contains it, followed by the existing
+/// DIR/CATEGORY/SET/NAME.so of the same folder, the best instruction set last.
 std::vector<Library> find_libraries(const std::vector<std::string>& folders, Category category,
                                     const std::string& name) {
   if (name.empty() || name.find('/') != std::string::npos || name[0] == '.') return {};
@@ -45,19 +45,19 @@ std::vector<Library> find_libraries(const std::vector<std::string>& folders, Cat
 
 Error no_such_plugin(const PluginRegistry& registry, const std::vector<std::string>& folders,
                      Category category, const std::string& name, const Location& where) {
-  const std::string title = std::string("there is no ") + to_string(category) + " plugin '" + name;
+  const std::string title = std::string("unknown ") + to_string(category) + " plugin '" + name;
   const std::vector<std::string> known = registry.names(category);
   const std::string nearest = nearest_name(name, known);
   if (!nearest.empty()) return Error(where, title + "' (did you mean '" + nearest + "'?)");
   std::string list;
   for (const std::string& other : known) list += (list.empty() ? "" : ", ") + other;
-  if (!list.empty()) return Error(where, title + "' (there are " + list + ")");
+  if (!list.empty()) return Error(where, title + "' (available: " + list + ")");
   for (const std::string& folder : folders) list += (list.empty() ? "" : ", ") + folder;
   return Error(where, title + "' (no plugins of this category in " +
                           (list.empty() ? "an empty search path" : list) + ")");
 }
 
-/// The ABI key's parts: what must be the same, and what has a message of its own.
+/// Fields of the ABI key. `common` must be identical; the others have messages of their own.
 struct AbiKey {
   explicit AbiKey(std::string key)
       : instruction_set(take(key, ";isa=")), math(take(key, ";math=")), common(std::move(key)) {}
@@ -65,7 +65,7 @@ struct AbiKey {
   std::string instruction_set, math, common;
 
  private:
-  /// The value of a field, which the key has no longer.
+  /// Removes a field from the key and returns its value.
   static std::string take(std::string& key, std::string_view field) {
     const size_t at = key.rfind(field);
     if (at == std::string::npos) return {};
@@ -80,7 +80,7 @@ void check_abi(const std::string& path, InstructionSet best) {
   const std::string text = read_abi_key(path);
   const AbiKey key(text);
   if (key.math == "fast") {
-    throw Error("it was built with -ffast-math, or a part of it, which it must do without");
+    throw Error("it was built with -ffast-math or one of its options, which are unsupported");
   }
   const AbiKey own(KINOME_ABI_KEY);
   if (key.common != own.common || key.math != own.math || key.instruction_set.empty()) {
@@ -88,9 +88,10 @@ void check_abi(const std::string& path, InstructionSet best) {
                 KINOME_ABI_KEY + "'");
   }
   if (key.instruction_set == "of-no-level") {
-    if (own.instruction_set == key.instruction_set) return;  // all was built for this processor
-    throw Error("it was built for one kind of processor, as by -march=native, which can't be "
-                "looked for: build it for a level, such as -march=x86-64-v4");
+    if (own.instruction_set == key.instruction_set) return;  // both were built for this processor
+    throw Error(
+        "it was built for a specific processor, as with -march=native, which can't be "
+        "checked: build it for an x86-64 level, such as -march=x86-64-v4");
   }
   const auto set = instruction_set_named(key.instruction_set);
   const std::string is_built = "it is built for the instruction set " + key.instruction_set;
@@ -98,7 +99,7 @@ void check_abi(const std::string& path, InstructionSet best) {
     throw Error(is_built + ", which this processor lacks");
   }
   if (*set > best) {
-    throw Error(is_built + ", and no more than " + to_string(best) + " is to be used");
+    throw Error(is_built + ", but the best one allowed is " + to_string(best));
   }
 }
 
@@ -106,19 +107,20 @@ const PluginDescriptor* open_library(const std::string& path, Category category,
                                      const std::string& name, InstructionSet best) {
   check_abi(path, best);
   LibraryLoading loading(name);
-  // Local symbols: two plugins may define the same names. Never closed: see the header.
+  // RTLD_LOCAL, because two plugins may define the same names. Never closed; see the header.
   void* const library = dlopen(fs::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) throw Error(std::string("it can't be loaded: ") + dlerror());
   const auto* plugin = static_cast<const PluginDescriptor*>(dlsym(library, "kinome_plugin"));
   if (!plugin) throw Error("it exports no kinome_plugin");
   loading.finish(plugin);
   if (plugin->category != category) {
-    throw Error(std::string("it is a plugin of another category, ") + to_string(plugin->category));
+    throw Error(std::string("its category is ") + to_string(plugin->category) + ", expected " +
+                to_string(category));
   }
   return plugin;
 }
 
-/// Folder of the library (or program) that holds this code.
+/// Returns the folder of the library (or program) that contains this code.
 fs::path folder_of_this_library() {
   Dl_info info{};
   if (!dladdr(reinterpret_cast<const void*>(&folder_of_this_library), &info)) return {};
@@ -147,7 +149,7 @@ std::vector<std::string> PluginRegistry::default_folders(const std::vector<std::
     folders.push_back((program.parent_path() / "plugins").string());
     folders.push_back((program.parent_path() / "lib/kinome/plugins").string());
   }
-  // Some systems install libraries elsewhere than in lib/.
+  // Some systems don't install libraries in lib/.
   const fs::path library = folder_of_this_library();
   if (!library.empty()) folders.push_back((library / "kinome/plugins").string());
   return folders;
@@ -157,7 +159,7 @@ const PluginDescriptor& PluginRegistry::find(Category category, const std::strin
                                              const Location& where) {
   const auto known = loaded_.find({category, name});
   if (known != loaded_.end()) return *known->second;
-  // A scene may ask a thousand times for what is looked for in folders.
+  // Remember missing plugins: a scene may request one thousands of times.
   const auto missing = missing_.find({category, name});
   if (missing != missing_.end()) throw Error(where, missing->second);
 
@@ -168,7 +170,7 @@ const PluginDescriptor& PluginRegistry::find(Category category, const std::strin
     missing_[{category, name}] = error.message();
     throw error;
   }
-  // The first is the baseline's, which every processor has.
+  // The first one is the baseline, which every processor supports.
   const auto best = std::find_if(libraries.rbegin(), libraries.rend() - 1, [&](const auto& library) {
     return library.instruction_set <= instruction_set_;
   });
@@ -188,14 +190,15 @@ const PluginDescriptor& PluginRegistry::find(Category category, const std::strin
 
 namespace {
 
-/// Whether the object is described in this file, rather than made of it.
+/// Returns true if `file` is the scene file with the object's description, rather than a file that
+/// the object is loaded from.
 bool is_scene_file(const std::string& file, const Properties& props) {
   return file == props.where().file ||
          std::any_of(props.entries().begin(), props.entries().end(),
                      [&](const auto& entry) { return file == entry.second.where.file; });
 }
 
-/// Where the scene names the file that the object is made of.
+/// Returns the location in the scene of the name of the file that the object is loaded from.
 const Location& file_asker(const PluginDescriptor& plugin, const Properties& props) {
   for (const auto& [name, entry] : props.entries()) {
     const Parameter* const row = find_row(plugin, name);
@@ -204,13 +207,14 @@ const Location& file_asker(const PluginDescriptor& plugin, const Properties& pro
   return props.where();
 }
 
-/// Runs a plugin's constructor: whatever it throws becomes an Error that names it and its place.
+/// Runs a plugin's constructor. Converts its exceptions (except std::bad_alloc) to Errors with the
+/// object's location.
 std::shared_ptr<Object> construct(const PluginDescriptor& plugin, const Properties& props,
                                   const std::string& name) {
   try {
     return plugin.create(props);
   } catch (const Error& error) {
-    // Code below a plugin (a mesh reader, say) doesn't always know the place.
+    // Code that a plugin calls (a mesh reader, say) doesn't always know the location.
     if (error.where().file.empty()) throw Error(props.where(), error.message());
     if (is_scene_file(error.where().file, props) || !error.askers().empty()) throw;
     throw error.asked_for_by(file_asker(plugin, props));
@@ -219,7 +223,7 @@ std::shared_ptr<Object> construct(const PluginDescriptor& plugin, const Properti
   } catch (const std::exception& error) {
     throw Error(props.where(), "plugin '" + name + "' failed: " + error.what());
   } catch (...) {
-    throw Error(props.where(), "plugin '" + name + "' failed, and didn't say why");
+    throw Error(props.where(), "plugin '" + name + "' failed with an unknown exception");
   }
 }
 

@@ -15,10 +15,10 @@
 namespace kinome {
 namespace {
 
-/// Mitsuba's equal-energy white in linear Rec.709, to which a uniform <spectrum> of a light comes.
+/// Mitsuba's equal-energy white in linear Rec.709: the colour of an emitter's uniform <spectrum>.
 const Rgb kEqualEnergyWhite(1.204794f, 0.948291f, 0.908916f);
 
-/// `value` as a T, which the getter's parameter type has promised.
+/// Returns `value` as a T. Throws Error if it has another type.
 template <class T>
 T get_as(const Properties& props, const std::string& name, const Properties::Value& value,
          const char* expected) {
@@ -73,8 +73,8 @@ const Parameter& Properties::parameter(const std::string& name) const {
   for (const Parameter& row : table_) {
     if (name == row.name) return row;
   }
-  throw std::logic_error("plugin '" + plugin_name_ + "' asks for '" + name +
-                         "', which its parameter table lacks");
+  throw std::logic_error("plugin '" + plugin_name_ + "' reads '" + name +
+                         "', which is missing in its parameter table");
 }
 
 bool Properties::has(const std::string& name) const {
@@ -102,8 +102,8 @@ int64_t Properties::integer(const std::string& name) const {
 uint32_t Properties::integer(const std::string& name, uint32_t low, uint32_t high) const {
   const int64_t value = integer(name);
   if (value < low || value > high) {
-    throw error(name, "must be " + std::to_string(low) + " to " + std::to_string(high) + ", got " +
-                          std::to_string(value));
+    throw error(name, "must be from " + std::to_string(low) + " to " + std::to_string(high) +
+                          ", got " + std::to_string(value));
   }
   return static_cast<uint32_t>(value);
 }
@@ -148,7 +148,7 @@ Rgb Properties::color(const std::string& name) const {
   const Value v = value(name);
   if (const auto texture = as_texture(v)) {
     if (!texture->is_uniform()) {
-      throw error(name, "must be the same everywhere, got a texture that varies");
+      throw error(name, "must be uniform, got a texture that varies");
     }
     return texture->emission();
   }
@@ -159,8 +159,7 @@ Rgb Properties::color(const std::string& name) const {
 
 Transform Properties::transform(const std::string& name) const {
   const Transform transform = get_as<Transform>(*this, name, value(name), "a transform");
-  // Most of those who ask take the linear part and the origin by themselves, and would leave out
-  // what the last row says.
+  // Most callers use the linear part and the origin, and would ignore the last row.
   const Mat4& m = transform.matrix();
   if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || !(m[3][3] != 0)) {
     throw error(name, "must be an affine transform, got a projective one");
@@ -204,8 +203,8 @@ int Properties::choice(const std::string& name) const {
     if (wanted == choices[i]) return static_cast<int>(i);
     list += (list.empty() ? "'" : ", '") + std::string(choices[i]) + "'";
   }
-  constexpr size_t kMostListed = 16;
-  if (choices.size() > kMostListed) list = std::to_string(choices.size()) + " names";
+  constexpr size_t kMaxListed = 16;
+  if (choices.size() > kMaxListed) list = std::to_string(choices.size()) + " names";
   const std::string nearest = nearest_name(wanted, choices);
   throw error(name, "must be one of " + list + ", got '" + wanted + "'" +
                         (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));

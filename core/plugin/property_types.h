@@ -7,20 +7,20 @@
 
 namespace kinome {
 
-/// What a value is in the scene language, with its article: "an integer", "a bsdf".
+/// Returns the name of a value's type in scenes, with its article: "an integer", "a bsdf".
 std::string describe(const Properties::Value& value);
-/// What a parameter takes: "an integer", "a color (rgb, spectrum or float)".
+/// Returns the name of the accepted values: "an integer", "a color (rgb, spectrum or float)".
 std::string describe(ParameterType type);
-/// Whether a getter of `type` takes the value.
+/// Returns true if a parameter of `type` accepts the value.
 bool accepts(ParameterType type, const Properties::Value& value);
 
-/// A number, colour or vector as a colour; nullopt for anything else.
+/// Converts a number, colour or vector to a colour; returns nullopt for other types.
 std::optional<UniformColor> as_uniform_color(const Properties::Value& value);
-/// The value that a table's default string stands for; std::logic_error where it is none, since
-/// tables are code.
+/// Parses the parameter's default value. Throws std::logic_error if it is invalid, because
+/// parameter tables are code.
 Properties::Value parse_default(const Parameter& parameter);
 
-/// The interface that an object implements.
+/// Returns the category of an object's interface.
 Category category_of(const Object& object);
 
 }  // namespace kinome

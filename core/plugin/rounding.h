@@ -7,21 +7,21 @@
 #include "kinome/color.h"
 #include "kinome/math.h"
 
-/// Whether two ways to compute one value agree, where both round and neither is known.
+/// Compares values that were computed in two ways with unknown rounding errors.
 namespace kinome {
 
-/// What a function of a direction may say of one that is known up to rounding: the range of its
-/// values in the neighbourhood, and as much to either side (the direction itself may be a peak or a
-/// dip, of which the neighbours see the slopes). However steep it is, or wherever it jumps, is thus
-/// allowed for, and no more than that.
+/// Range of values that are acceptable for a function of a direction, if the direction has rounding
+/// errors. It is the range of the function at neighbouring directions, extended by its own width to
+/// either side, because the direction may be a peak or a dip between its neighbours. The range thus
+/// adapts to steep slopes and discontinuities.
 class ValueRange {
  public:
   void add(double value) {
     low_ = std::min(low_, value);
     high_ = std::max(high_, value);
   }
-  /// Of a value that was computed otherwise. Besides, it may be off by 1e-3: some hundred
-  /// roundings, magnified by as much.
+  /// Returns true if a value that was computed in another way is acceptable. Besides the range,
+  /// this allows a relative error of 1e-3: about 100 rounding errors, magnified 100 times.
   bool agrees_with(double value) const {
     const double slack = slack_for(value);
     return value >= low_ - slack && value <= high_ + slack;
@@ -31,7 +31,7 @@ class ValueRange {
         std::max(slack_for(other.low_), slack_for(other.high_)) + (other.high_ - other.low_);
     return other.high_ >= low_ - slack && other.low_ <= high_ + slack;
   }
-  /// Adds `weight` (not negative) times the values of another range.
+  /// Adds `weight` >= 0 times the values of another range.
   void add_weighted(const ValueRange& other, double weight) {
     if (low_ > high_) low_ = high_ = 0;
     low_ += weight * other.low_;
@@ -41,9 +41,9 @@ class ValueRange {
  private:
   double slack_for(double value) const {
     constexpr double kRelative = 1e-3;
-    constexpr double kLeast = 1e-36;  // products of less lose their digits to denormals
-    const double most = std::max({std::abs(low_), std::abs(high_), std::abs(value)});
-    return (high_ - low_) + kRelative * most + kLeast;
+    constexpr double kAbsolute = 1e-36;  // smaller products are denormal and lose precision
+    const double max = std::max({std::abs(low_), std::abs(high_), std::abs(value)});
+    return (high_ - low_) + kRelative * max + kAbsolute;
   }
   double low_ = INFINITY;
   double high_ = -INFINITY;
@@ -68,12 +68,12 @@ struct ColorRange {
   }
 };
 
-/// What angles of directions are known to, as floats, after a dozen of operations: 32 times their
-/// precision.
+/// Bound on the error of a direction of floats after about 12 operations, in radians: 32 times the
+/// precision of float.
 inline constexpr float kDirectionError = 0x1p-18f;
 
-/// A direction, four that are off by as much as two roundings (cells of a table may be as narrow),
-/// and four that are off by kDirectionError.
+/// Returns a direction, four directions at an angle of two rounding errors (cells of a table may be
+/// that narrow), and four at an angle of kDirectionError.
 inline std::array<Vec3, 9> neighbours(const Vec3& d) {
   constexpr float kTwoRoundings = 0x1p-22f;
   const Frame frame = Frame::from_normal(d);
@@ -88,7 +88,8 @@ inline std::array<Vec3, 9> neighbours(const Vec3& d) {
   return found;
 }
 
-/// Unit, up to far more than rounding, and far less than would be seen in a picture.
+/// Returns true if d has unit length. The tolerance is far larger than rounding errors and far
+/// smaller than visible errors.
 inline bool is_unit(const Vec3& d) {
   constexpr float kLengthError = 1e-4f;
   return std::abs(glm::dot(d, d) - 1) <= 2 * kLengthError;

@@ -188,7 +188,7 @@ TEST_F(Cli, AllMistakesAreListed) {
     all += line(i);
     if (i < 10) first_ten += "kinome: " + line(i);
   }
-  all += scene + ":15:10: there is no emitter plugin 'constnt' (did you mean 'constant'?)\n";
+  all += scene + ":15:10: unknown emitter plugin 'constnt' (did you mean 'constant'?)\n";
   const ProcessResult rendered = kinome({scene});
   EXPECT_EQ(rendered.status, 1);
   EXPECT_EQ(rendered.err, first_ten + "kinome: and 4 more: --check lists them all\n");

@@ -218,28 +218,28 @@ TEST_F(FaultyPlugins, ThatContradictThemselvesAreNamed) {
     EXPECT_LE(lines(result.err), 3u) << result.err;
   };
   const std::pair<const char*, const char*> of_skies[] = {
-      {"pdf", "a density from sample_direct() that is not pdf_environment()'s"},
-      {"radiance", "a radiance from sample_direct() that is not eval_environment()'s"},
+      {"pdf", "a density from sample_direct() that differs from pdf_environment()"},
+      {"radiance", "a radiance from sample_direct() that differs from eval_environment()"},
       {"length", "a direction that is not of unit length"},
       {"half", "a density that its samples don't follow"},
       {"twice", "a density that its samples don't follow"},
-      {"no pdf", "a density of 0 where there is light"},
+      {"no pdf", "a density of 0 where the value is not 0"},
       {"batch",
-       "an eval_environment_batch() that is not eval_environment() and"
+       "a value from eval_environment_batch() that differs from eval_environment() or"
        " pdf_environment()"},
-      {"block", "a sample_direct_block() that is not sample_direct()"},
-      {"grid", "a cell_grid() whose radiance is not eval_environment()'s"},
-      {"corners", "a cell_grid() whose radiance is not eval_environment()'s"},
-      {"bilinear", "a cell_grid() whose quads are not bilinear as it says"},
-      {"edges", "a cell_grid() whose quads are not smooth as it says"},
+      {"block", "a sample from sample_direct_block() that differs from sample_direct()"},
+      {"grid", "a cell_grid() whose radiance differs from eval_environment()"},
+      {"corners", "a cell_grid() whose radiance differs from eval_environment()"},
+      {"bilinear", "a cell_grid() with bilinear_quads whose quads are not bilinear"},
+      {"edges", "a cell_grid() with smooth_quads whose quads are not smooth"},
   };
   for (const auto& [fault, what] : of_skies) {
     SCOPED_TRACE(fault);
     expect_fault(run("", faulty("emitter", fault), direct_), what);
   }
   const std::pair<const char*, const char*> of_lamps[] = {
-      {"lamp pdf", "a density from sample_direct() that is not pdf_surface()'s"},
-      {"lamp radiance", "a radiance from sample_direct() that is not eval_surface()'s"},
+      {"lamp pdf", "a density from sample_direct() that differs from pdf_surface()"},
+      {"lamp radiance", "a radiance from sample_direct() that differs from eval_surface()"},
       {"lamp aim", "a direction from sample_direct() that misses its shape"},
       {"lamp delta", "a density of a delta light that is not 1"},
   };
@@ -248,11 +248,11 @@ TEST_F(FaultyPlugins, ThatContradictThemselvesAreNamed) {
     expect_fault(run("", lamp(faulty("emitter", fault)), direct_), what);
   }
   const std::pair<const char*, const char*> of_bsdfs[] = {
-      {"pdf", "a density from sample() that is not eval_pdf()'s"},
-      {"weight", "a weight from sample() that is not eval_pdf()'s f / pdf"},
+      {"pdf", "a density from sample() that differs from eval_pdf()"},
+      {"weight", "a weight from sample() that differs from f / pdf of eval_pdf()"},
       {"length", "a direction that is not of unit length"},
       {"half", "a density that its samples don't follow"},
-      {"no pdf", "a density of 0 where there is light"},
+      {"no pdf", "a density of 0 where the value is not 0"},
   };
   for (const auto& [fault, what] : of_bsdfs) {
     SCOPED_TRACE(fault);
@@ -285,7 +285,7 @@ TEST_F(FaultyPlugins, OfABetterProcessorAreRefused) {
     std::string what;
   } cases[] = {
       {unknown, "x86-64-v9, which this processor lacks"},
-      {library, is_here ? "x86-64-v4, and no more than " + least + " is to be used"
+      {library, is_here ? "x86-64-v4, but the best one allowed is " + least
                         : "x86-64-v4, which this processor lacks"},
   };
   for (const auto& c : cases) {

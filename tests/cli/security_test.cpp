@@ -79,7 +79,7 @@ TEST_F(Security, ScenesDontBringPlugins) {
   }
   const auto refused = [&](const std::string& type) {
     expect_refused(in_scene("<path value=\"bsdf\"/><bsdf type=\"" + type + "\" id=\"a\"/>"),
-                   {"there is no bsdf plugin"}, {"-a", folder_.folder()});
+                   {"unknown bsdf plugin"}, {"-a", folder_.folder()});
   };
   for (const char* type : {"faulty", "./faulty", "bsdf/faulty", "../bsdf/faulty", "faulty.so"}) {
     refused(type);
@@ -89,7 +89,7 @@ TEST_F(Security, ScenesDontBringPlugins) {
   const std::string scene = folder_.write("scene.xml", in_scene("<bsdf type=\"faulty\"/>"));
   const ProcessResult result = run_process({"sh", "-c", "cd \"$1\" && exec \"$2\" scene.xml", "sh",
                                             folder_.folder(), KINOME_TEST_PROGRAM});
-  expect_one_error(result, "", {"there is no bsdf plugin 'faulty'"});
+  expect_one_error(result, "", {"unknown bsdf plugin 'faulty'"});
 }
 
 TEST_F(Security, XmlThatGrows) {

@@ -87,10 +87,10 @@ TEST(InstructionSets, AreChosen) {
     EXPECT_EQ(choose_instruction_set(to_string(best)), best);
   }
   const KinomeIsa wrong("avx2");
-  const std::string rest = "there is no instruction set 'avx2' (there are ";
+  const std::string rest = "unknown instruction set 'avx2' (available: ";
   EXPECT_EQ(error_of([] { choose_instruction_set(); }).rfind("KINOME_ISA: " + rest, 0), 0u)
       << error_of([] { choose_instruction_set(); });
-  EXPECT_EQ(error_of([] { choose_instruction_set("sse"); }).rfind("--isa: there is no ", 0), 0u);
+  EXPECT_EQ(error_of([] { choose_instruction_set("sse"); }).rfind("--isa: unknown ", 0), 0u);
   EXPECT_EQ(choose_instruction_set(lowest), least);
 }
 
@@ -99,12 +99,12 @@ TEST(InstructionSets, OfALesserProcessorAreRefused) {
   const InstructionSet lesser = InstructionSet::kX86V3;
   EXPECT_EQ(choose_instruction_set("x86-64-v3", lesser), lesser);
   EXPECT_EQ(error_of([&] { choose_instruction_set("x86-64-v4", lesser); }),
-            "--isa: this processor lacks x86-64-v4; the best that it has is x86-64-v3");
+            "--isa: this processor lacks x86-64-v4; its best instruction set is x86-64-v3");
   if (least_instruction_set() > InstructionSet::kX86V2) return;  // it is not to be had
   const KinomeIsa beyond("x86-64-v2");
   EXPECT_EQ(choose_instruction_set({}, lesser), InstructionSet::kX86V2);
   EXPECT_EQ(error_of([&] { choose_instruction_set({}, InstructionSet::kBaseline); }),
-            "KINOME_ISA: this processor lacks x86-64-v2; the best that it has is x86-64");
+            "KINOME_ISA: this processor lacks x86-64-v2; its best instruction set is x86-64");
 }
 
 /// Also by whoever forces a set that no plugin is built for.
@@ -113,8 +113,8 @@ TEST(InstructionSets, LessThanAllIsBuiltForIsRefused) {
   for (int i = 0; i < static_cast<int>(least_instruction_set()); ++i) {
     const std::string less = to_string(static_cast<InstructionSet>(i));
     EXPECT_EQ(error_of([&] { choose_instruction_set(less); }),
-              "--isa: this program and its plugins are built for no less than " + least + ", got " +
-                  less);
+              "--isa: must be at least " + least +
+                  ", for which this program and its plugins are built, got " + less);
   }
 }
 
@@ -176,8 +176,8 @@ TEST(RegistryOfInstructionSets, RefusesMoreThanItMayUse) {
   EXPECT_NE(message.find("'" + file +
                          "' is not a usable plugin: it is built for the instruction "
                          "set " +
-                         to_string(best) + ", and no more than " +
-                         to_string(sets[sets.size() - 2]) + " is to be used"),
+                         to_string(best) + ", but the best one allowed is " +
+                         to_string(sets[sets.size() - 2])),
             std::string::npos)
       << message;
   PluginRegistry willing({folder.folder()}, best);

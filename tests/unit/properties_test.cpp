@@ -166,9 +166,9 @@ TEST(Properties, IntegersAreHeldToARange) {
   for (const auto& [low, high] : {std::pair(0u, 6u), std::pair(8u, 4000000000u)}) {
     const std::string message =
         error_of([&, low = low, high = high] { props.integer("count", low, high); });
-    EXPECT_NE(
-        message.find("must be " + std::to_string(low) + " to " + std::to_string(high) + ", got 7"),
-        std::string::npos)
+    EXPECT_NE(message.find("must be from " + std::to_string(low) + " to " + std::to_string(high) +
+                           ", got 7"),
+              std::string::npos)
         << message;
   }
 }

@@ -70,19 +70,19 @@ TEST(Registry, EarlierFoldersWin) {
 TEST(Registry, SuggestsTheNearestName) {
   PluginRegistry registry({KINOME_UNIT_PLUGINS});
   EXPECT_EQ(find_error(registry, "prob"),
-            "f.xml:4:9: there is no texture plugin 'prob' (did you mean 'probe'?)");
+            "f.xml:4:9: unknown texture plugin 'prob' (did you mean 'probe'?)");
   EXPECT_EQ(find_error(registry, "zzzzzz"),
-            "f.xml:4:9: there is no texture plugin 'zzzzzz' (there are foreign_abi, "
+            "f.xml:4:9: unknown texture plugin 'zzzzzz' (available: foreign_abi, "
             "no_descriptor, probe, strict, unresolved, uv_probe, wide_probe)");
   EXPECT_EQ(find_error(registry, "sphere", Category::kShape),
-            "f.xml:4:9: there is no shape plugin 'sphere' (no plugins of this category "
+            "f.xml:4:9: unknown shape plugin 'sphere' (no plugins of this category "
             "in " KINOME_UNIT_PLUGINS ")");
 }
 
 TEST(Registry, NamesAreNotPaths) {
   PluginRegistry registry({KINOME_UNIT_PLUGINS "/texture"});
   for (const char* name : {"../texture/probe", "/etc/passwd", "", ".", ".."}) {
-    EXPECT_NE(find_error(registry, name).find("there is no texture plugin"), std::string::npos);
+    EXPECT_NE(find_error(registry, name).find("unknown texture plugin"), std::string::npos);
   }
 }
 
@@ -115,13 +115,13 @@ TEST(Registry, RefusesWhatIsBuiltForOtherArithmetic) {
   };
   for (const char* folder : {"fast_math", "finite_math"}) {
     EXPECT_EQ(message(folder),
-              "it was built with -ffast-math, or a part of it, which it must do without");
+              "it was built with -ffast-math or one of its options, which are unsupported");
   }
   if (!instruction_set_named("x86-64")) GTEST_SKIP() << "the processor is of another kind";
   for (const char* folder : {"native", "native_avx2"}) {
     EXPECT_EQ(message(folder),
-              "it was built for one kind of processor, as by -march=native, which can't be looked "
-              "for: build it for a level, such as -march=x86-64-v4");
+              "it was built for a specific processor, as with -march=native, which can't be "
+              "checked: build it for an x86-64 level, such as -march=x86-64-v4");
   }
 }
 
@@ -149,15 +149,15 @@ TEST(Registry, FilesThatAreNoPlugins) {
     EXPECT_EQ(text.substr(0, start.size()), start);
     return text.substr(std::min(start.size(), text.size()));
   };
-  EXPECT_EQ(message("text"), "it is no ELF file");
-  EXPECT_EQ(message("empty"), "it is no ELF file");
-  EXPECT_EQ(message("short"), "it is no ELF file");
+  EXPECT_EQ(message("text"), "it is not an ELF file");
+  EXPECT_EQ(message("empty"), "it is not an ELF file");
+  EXPECT_EQ(message("short"), "it is not an ELF file");
   EXPECT_EQ(message("header"), "the ELF file is truncated");
   EXPECT_EQ(message("half"), "the ELF file is truncated");
   EXPECT_EQ(message("almost"), "the ELF file is truncated");
-  EXPECT_EQ(message("small"), "it was built for another kind of machine");
+  EXPECT_EQ(message("small"), "it was built for a different architecture");
   EXPECT_EQ(message("folder"), "it can't be read");
-  EXPECT_EQ(message("program"), "it has no section kinome_abi, so no KINOME_PLUGIN in it");
+  EXPECT_EQ(message("program"), "it has no section kinome_abi: KINOME_PLUGIN is missing");
   EXPECT_TRUE(registry.loaded().empty());
 }
 
@@ -191,9 +191,9 @@ TEST(Registry, APluginInTheWrongFolder) {
   const TemporaryFolder folder;
   folder.write("bsdf/probe.so", contents_of(kProbe));
   PluginRegistry registry({folder.folder()});
-  EXPECT_NE(find_error(registry, "probe", Category::kBsdf)
-                .find("it is a plugin of another category, texture"),
-            std::string::npos);
+  EXPECT_NE(
+      find_error(registry, "probe", Category::kBsdf).find("its category is texture, expected bsdf"),
+      std::string::npos);
 }
 
 TEST(Registry, DefaultFoldersInOrder) {
@@ -284,7 +284,7 @@ TEST(Create, ListsWhatWasNotRead) {
   Properties props = probe_properties();
   props.set("real", 1.0, {"f.xml", 2, 3});
   props.set("unread", 1.0, {"f.xml", 3, 3});
-  EXPECT_EQ(create_error(props), "f.xml:3:3: texture 'probe' leaves unreferenced: 'unread'");
+  EXPECT_EQ(create_error(props), "f.xml:3:3: texture 'probe' has unused parameters: 'unread'");
 }
 
 TEST(Create, GivesAPlaceToErrorsFromInside) {

@@ -74,9 +74,8 @@ const Wrong kWrong[] = {
 
     // Plugins and parameters
     {"UnknownPlugin", "<bsdf ^type='difuse'/>",
-     "there is no bsdf plugin 'difuse' (did you mean 'diffuse'?)"},
-    {"UnknownPluginOfCategory", "<emitter ^type='diffuse'/>",
-     "there is no emitter plugin 'diffuse'"},
+     "unknown bsdf plugin 'difuse' (did you mean 'diffuse'?)"},
+    {"UnknownPluginOfCategory", "<emitter ^type='diffuse'/>", "unknown emitter plugin 'diffuse'"},
     {"UnknownParameter",
      "<bsdf type='diffuse'>\n\n    ^<rgb name='reflectence' value='.5'/></bsdf>",
      "bsdf 'diffuse' has no parameter 'reflectence' (did you mean 'reflectance'?)"},
@@ -88,8 +87,8 @@ const Wrong kWrong[] = {
      "texture 'strict' needs parameter 'needed', a string"},
     {"Unread",
      "<texture type='probe' id='t'>^<float name='unread' value='1'/></texture><ref id='t'/>",
-     "texture 'probe' leaves unreferenced: 'unread'"},
-    {"UnreadOfScene", "^<float name='x' value='1'/>", "<scene> leaves unreferenced: 'x'"},
+     "texture 'probe' has unused parameters: 'unread'"},
+    {"UnreadOfScene", "^<float name='x' value='1'/>", "<scene> has unused parameters: 'x'"},
     {"WrongTypeOfScene", "^<float name='embree_use_robust_intersections' value='1'/>",
      "'embree_use_robust_intersections' must be a boolean"},
     {"TwiceOfScene",
@@ -102,7 +101,7 @@ const Wrong kWrong[] = {
     {"TextureForColor",
      "<texture type='probe' id='t'>^<texture name='color' type='checkerboard'/></texture>"
      "<ref id='t'/>",
-     "'color' must be the same everywhere, got a texture that varies"},
+     "'color' must be uniform, got a texture that varies"},
     {"TooManyObjects",
      "<texture type='probe'><bsdf type='diffuse'/><bsdf type='diffuse'/>\n"
      "^<bsdf type='diffuse'/></texture>",
@@ -180,7 +179,7 @@ const Wrong kWrong[] = {
     // Spectra
     {"SpectrumOfNoType",
      "<emitter type='point'><spectrum ^type='blackbox' name='intensity'/></emitter>",
-     "there is no texture plugin 'blackbox' (did you mean 'blackbody'?)"},
+     "unknown texture plugin 'blackbox' (did you mean 'blackbody'?)"},
     {"SpectrumOfATypeLacksAValue",
      "<emitter type='point'>^<spectrum type='uniform' name='intensity'/></emitter>",
      "texture 'uniform' needs parameter 'value', a float"},
@@ -282,7 +281,7 @@ const Wrong kWrong[] = {
     {"TooFar",
      "<shape type='sphere'/>\n^<shape type='sphere'><point name='center' value='0 2e18 "
      "0'/></shape>",
-     "this sphere reaches beyond 1e18 units, which is too far for the ray tracer"},
+     "this sphere extends beyond 1e18 units, which the ray tracer doesn't support"},
 
     // Substitution, include, path
     {"Undefined", "<bsdf type='diffuse' ^id='$x'/>", "undefined parameter '$x'"},

@@ -162,8 +162,8 @@ TEST(Include, NamesTheIncludedFileInErrors) {
   folder.write("part.xml", scene("\n  <shape type='spher'/>"));
   EXPECT_EQ(load_error(folder.write("main.xml", scene("<include filename='part.xml'/>"))),
             folder.path("part.xml") +
-                ":2:10: there is no shape plugin 'spher' (did you mean 'sphere'?) "
-                "(asked for by " +
+                ":2:10: unknown shape plugin 'spher' (did you mean 'sphere'?) "
+                "(referenced by " +
                 folder.path("main.xml") + ":1:33)");
 }
 
@@ -183,12 +183,13 @@ TEST(Include, FaultsOfAllFilesAreNamedInTheOrderOfTheScene) {
   }
   const std::string at = folder.folder() + "/";
   EXPECT_EQ(list,
-            at + "a.ply:1:1: not a PLY file: expected 'ply' as its first line (asked for by " + at +
-                "inner.xml:2:19, asked for by " + at + "outer.xml:1:33, asked for by " + at +
-                "main.xml:2:10)\n" + at + "outer.xml:2:1: unknown tag <nonsense> (asked for by " +
+            at + "a.ply:1:1: not a PLY file: expected 'ply' as its first line (referenced by " +
+                at + "inner.xml:2:19, referenced by " + at + "outer.xml:1:33, referenced by " + at +
+                "main.xml:2:10)\n" + at + "outer.xml:2:1: unknown tag <nonsense> (referenced by " +
                 at + "main.xml:2:10)\n" + at +
-                "broken.xml:2:7: malformed XML: Start-end tags mismatch: <shape> of line 2 isn't closed (asked for by " + at +
-                "main.xml:3:10)\n" + at +
+                "broken.xml:2:7: malformed XML: Start-end tags mismatch: <shape> of line 2 isn't "
+                "closed (referenced by " +
+                at + "main.xml:3:10)\n" + at +
                 "main.xml:4:22: 'radius' must be positive and finite, got -1.000000\n");
   EXPECT_TRUE(
       check_scene(folder.write("good.xml", scene("<shape type='sphere'/>")), {}, probe_registry())
@@ -203,7 +204,7 @@ TEST(Include, ErrorsOfItsParametersAreNotThoseOfAnAsset) {
   EXPECT_EQ(load_error(folder.write(
                 "main.xml", scene("<shape type='sphere'><include filename='part.xml'/></shape>"))),
             folder.path("part.xml") +
-                ":1:24: 'radius' must be positive and finite, got -1.000000 (asked for by " +
+                ":1:24: 'radius' must be positive and finite, got -1.000000 (referenced by " +
                 folder.path("main.xml") + ":1:54)");
 }
 
@@ -214,7 +215,7 @@ TEST(Include, MustNotIncludeItself) {
   folder.write("a.xml", scene("<include filename='b.xml'/>"));
   folder.write("b.xml", scene("\n<include filename='./a.xml'/>"));
   EXPECT_EQ(load_error(folder.path("a.xml")), folder.path("b.xml") + ":2:10: '" + folder.folder() +
-                                                  "/./a.xml' includes itself (asked for by " +
+                                                  "/./a.xml' includes itself (referenced by " +
                                                   folder.path("a.xml") + ":1:33)");
 }
 
@@ -228,8 +229,8 @@ TEST(Include, IsAtMost15Deep) {
   EXPECT_EQ(shape_id(*load(folder.path("f1.xml"))), "end");
   const std::string error = load_error(folder.path("f0.xml"));
   const std::string start = folder.path("f15.xml") +
-                            ":1:33: includes are nested more than 15 deep (asked for by " +
-                            folder.path("f14.xml") + ":1:33, asked for by ";
+                            ":1:33: includes are nested more than 15 deep (referenced by " +
+                            folder.path("f14.xml") + ":1:33, referenced by ";
   EXPECT_EQ(error.substr(0, start.size()), start);
 }
 
@@ -325,15 +326,15 @@ TEST(SpectrumFile, HasTwoColumnsAndComments) {
   EXPECT_NEAR(load_spectrum(path).y, 0.5, 1e-5);
   const std::string bad = folder.write("b.spd", "360 0.5\n400 a\n");
   EXPECT_EQ(error_of([&] { load_spectrum(bad); }),
-            bad + ":2:1: '400:a' is not a wavelength and a value (asked for by probe.xml:1:64)");
+            bad + ":2:1: '400:a' is not a wavelength and a value (referenced by probe.xml:1:64)");
   const std::string wide = folder.write("c.spd", "# one\n  360 0.5 7\n");
   EXPECT_EQ(error_of([&] { load_spectrum(wide); }),
             wide +
                 ":2:3: a line of a spectrum file has a wavelength and a value, not '360 0.5 7' "
-                "(asked for by probe.xml:1:64)");
+                "(referenced by probe.xml:1:64)");
   const std::string single = folder.write("d.spd", "360 0.5\n");
   EXPECT_EQ(error_of([&] { load_spectrum(single); }),
-            single + ": a spectrum needs at least two wavelengths (asked for by probe.xml:1:64)");
+            single + ": a spectrum needs at least two wavelengths (referenced by probe.xml:1:64)");
 }
 
 TEST(Hash, DependsOnAllTextAndDefines) {

@@ -35,7 +35,7 @@ const Several kSeveral[] = {
     // What has a mistake is not missed where it stands.
     {"BsdfOfAWrongType",
      "<bsdf type='twosided' id='a'><bsdf ^type='difuse'/></bsdf>",
-     {"there is no bsdf plugin 'difuse'"}},
+     {"unknown bsdf plugin 'difuse'"}},
     {"UnknownTagInPlaceOfABsdf",
      "<bsdf type='twosided' id='a'>^<bsfd type='diffuse'/></bsdf>",
      {"unknown tag <bsfd> (did you mean 'bsdf'?)"}},
@@ -54,7 +54,7 @@ const Several kSeveral[] = {
      {"undefined parameter '$mesh'"}},
     {"SensorWithoutItsFilm",
      "<sensor type='perspective'><film ^type='hdrflim'/></sensor>",
-     {"there is no film plugin 'hdrflim'"}},
+     {"unknown film plugin 'hdrflim'"}},
     {"IntegratorThatFails",
      "<integrator type='direct'>^<float name='x' value='1'/></integrator>",
      {"integrator 'direct' has no parameter 'x'"}},
@@ -150,7 +150,7 @@ const Several kSeveral[] = {
     {"PartsOfAnUnknownPlugin",
      "<shape ^type='spher'><float name='radius' ^value='1m'/>"
      "<bsdf type='diffuse'>^<float name='x' value='1'/></bsdf></shape>",
-     {"there is no shape plugin 'spher'", "'1m' is not a number",
+     {"unknown shape plugin 'spher'", "'1m' is not a number",
       "bsdf 'diffuse' has no parameter 'x'"}},
     {"UnusedDefines",
      "!<bsdf type='diffuse'/>",
