@@ -119,7 +119,7 @@ const BadScene kScenes[] = {
     // Lights in the wrong place, and of no shape.
     {"point_light_in_a_shape",
      "@<shape type=\"sphere\"><emitter type=\"point\"/></shape>",
-     {"'area'", "into the scene itself"}},
+     {"'area'", "move the emitter out of the shape"}},
     {"light_of_two_shapes",
      "<shape type=\"sphere\"><emitter type=\"area\" id=\"light\"/></shape>\n"
      "@<shape type=\"sphere\"><ref id=\"light\"/></shape>",

@@ -180,7 +180,7 @@ TEST(Scene, MistakesInWhatNobodyRefersToAreFound) {
             std::string::npos);
   EXPECT_NE(unused_error("<texture type='bitmap'/>").find("needs parameter 'filename'"),
             std::string::npos);
-  EXPECT_NE(unused_error("<texture type='bitmapp'/>").find("no texture plugin 'bitmapp'"),
+  EXPECT_NE(unused_error("<texture type='bitmapp'/>").find("unknown texture plugin 'bitmapp'"),
             std::string::npos);
   EXPECT_NE(unused_error("<bsdf type='diffuse'><integer name='reflectance' value='x'/></bsdf>")
                 .find("'x' is not an integer"),
