@@ -173,7 +173,7 @@ Verdict light_points_test(const EmitterScene& at, const LightPoints& points, int
   std::vector<Estimate> expected, sampled;
   Estimate expected_sum, sampled_sum;
   for (int side = 0; side < 6; ++side) {
-    const Vec3 p = at.place(random);
+    const Vec3 p = at.random_point(random);
     Vec3 n(0.f);
     n[side / 2] = side % 2 ? -1.f : 1.f;
     const glm::dvec3 by_points = irradiance_of(points, p, n);

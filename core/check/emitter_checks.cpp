@@ -50,7 +50,7 @@ Outcome emitter_values(const Subject& subject) {
   int lit = 0;
   for (int i = 0; i < count; ++i) {
     const Vec2 u = i < 16 ? Vec2(ends[i / 4], ends[i % 4]) : random.unit2();
-    const auto sample = at.emitter().sample_direct(at.place(random), u);
+    const auto sample = at.emitter().sample_direct(at.random_point(random), u);
     if (!sample) continue;
     if (const char* const fault = find_fault(*sample)) {
       outcome.fail(fmt::format("{}, for u = ({}, {})", fault, u.x, u.y));
@@ -87,7 +87,7 @@ Outcome emitter_density(const Subject& subject) {
   Random random(subject.request().seed + 2);
   std::vector<float> ratios;
   for (int i = 0; i < subject.samples(2000); ++i) {
-    const Vec3 p = at.place(random);
+    const Vec3 p = at.random_point(random);
     const auto sample = at.emitter().sample_direct(p, random.unit2());
     if (!sample || !(sample->pdf > 0)) continue;
     const auto pdf = at.pdf_of(p, *sample);
@@ -107,15 +107,15 @@ Outcome emitter_density(const Subject& subject) {
   return outcome;
 }
 
-constexpr int kEmitterPlaces = 3;
+constexpr int kEmitterPoints = 3;
 
 Outcome emitter_sampling(const Subject& subject, double alpha) {
   Outcome outcome;
   const EmitterScene at(subject);
-  const int places = at.emitter().is_environment() ? 1 : kEmitterPlaces;
-  for (int i = 0; i < places; ++i) {
+  const int points = at.emitter().is_environment() ? 1 : kEmitterPoints;
+  for (int i = 0; i < points; ++i) {
     Random around(subject.request().seed + 30 + static_cast<uint64_t>(i));
-    const Vec3 p = at.place(around);
+    const Vec3 p = at.random_point(around);
     DensityCells test;
     test.sample = [&](Random& random) -> std::optional<Vec3> {
       const auto sample = at.emitter().sample_direct(p, random.unit2());
@@ -143,7 +143,7 @@ Outcome emitter_delta(const Subject& subject) {
   Random random(subject.request().seed + 3);
   int seen = 0;
   for (int i = 0; i < subject.samples(1000); ++i) {
-    const Vec3 p = at.place(random);
+    const Vec3 p = at.random_point(random);
     const auto a = at.emitter().sample_direct(p, Vec2(kNan));
     const auto b = at.emitter().sample_direct(p, random.unit2());
     if (a.has_value() != b.has_value()) outcome.fail("the existence of a sample depends on u");
@@ -186,7 +186,7 @@ EmitterDifferences surface_differences(const EmitterScene& at, Random& random) {
   for (int i = 0; i < 300; ++i) {
     SurfaceInteraction si = shape.sample_surface(random.unit2());
     si.shape = &shape;
-    const Vec3 p = at.place(random);
+    const Vec3 p = at.random_point(random);
     si.wi = si.frame.to_local(glm::normalize(p - si.p));
     const PointBlock point(si);
     for (size_t lane = 0; lane < kBlockLanes; ++lane) from.set(lane, p);
@@ -207,7 +207,7 @@ Outcome emitter_blocks(const Subject& subject) {
   const Columns3 p = memory.three(), d = memory.three();
   const Columns2 u = memory.two();
   for (size_t i = 0; i < count; ++i) {
-    p.set(i, at.place(random));
+    p.set(i, at.random_point(random));
     u.set(i, random.unit2());
     d.set(i, random.direction());
   }
@@ -287,7 +287,7 @@ void add_emitter_checks(const Subject& subject, Plan& plan) {
     plan.add("delta", 0, [&](double) { return emitter_delta(subject); });
   } else {
     plan.add("density", 0, [&](double) { return emitter_density(subject); });
-    plan.add("sampling", emitter->is_environment() ? 1 : kEmitterPlaces,
+    plan.add("sampling", emitter->is_environment() ? 1 : kEmitterPoints,
              [&](double alpha) { return emitter_sampling(subject, alpha); });
   }
   plan.add("blocks", 0, [&](double) { return emitter_blocks(subject); });

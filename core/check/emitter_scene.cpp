@@ -28,7 +28,7 @@ int EmitterScene::count(const Subject& subject) {
   return subject.make<Emitter>()->is_surface() ? 2 : 1;
 }
 
-Vec3 EmitterScene::place(Random& random) const {
+Vec3 EmitterScene::random_point(Random& random) const {
   const float x = random.between(-1, 1), y = random.between(-1, 1);
   const Vec3 anywhere(x, y, random.between(0, 0.4f));
   // Half of the points are on the emitter's rays, because others would miss a narrow beam.

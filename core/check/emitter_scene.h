@@ -26,7 +26,7 @@ class EmitterScene {
   const Scene& scene() const { return *scene_; }
   const Emitter& emitter() const { return *emitter_; }
   /// Returns a random point that the emitter may light.
-  Vec3 place(Random& random) const;
+  Vec3 random_point(Random& random) const;
 
   /// Density of the direction d at p. For surfaces, the sum over all their points in this
   /// direction.

@@ -54,7 +54,7 @@ std::string command_line_error(const Subject& subject, const Error& error) {
 }  // namespace
 
 bool can_be_created(const Subject& subject) {
-  const Outcome made = run_apart([&] {
+  const Outcome made = run_in_process([&] {
     Outcome outcome;
     try {
       create(subject);

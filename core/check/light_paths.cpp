@@ -11,7 +11,7 @@ bool is_from_afar(const EmitterScene& at, const std::vector<EmissionSample>& ray
   if (at.emitter().is_environment()) return true;
   if (at.emitter().is_surface()) return false;
   for (int i = 0; i < 64; ++i) {
-    const auto sample = at.emitter().sample_direct(at.place(random), random.unit2());
+    const auto sample = at.emitter().sample_direct(at.random_point(random), random.unit2());
     if (sample) return !(sample->distance < kInfinity);
   }
   return !rays.empty() && rays[0].pdf_position > 0;

@@ -183,7 +183,7 @@ Outcome emitter_distance(const Subject& subject) {
     const float size = glm::length(at.scene().bounds().extent());
     Random random(seed);
     for (int k = 0; k < subject.samples(2000); ++k) {
-      const Vec3 p = at.place(random);
+      const Vec3 p = at.random_point(random);
       const auto sample = at.emitter().sample_direct(p, random.unit2());
       if (!sample || !(sample->pdf > 0)) continue;
       const std::string distance = fmt::format("a distance of {:.5g} ", sample->distance);

@@ -78,9 +78,9 @@ std::string find_invalid_result(const Subject& subject, const std::string& xml) 
     return "";
   }
   const auto scene = subject.scene(elements);
-  constexpr uint32_t kPlaces = 32;
+  constexpr uint32_t kPoints = 32;
   for (const PluginFault& fault :
-       audit_plugins(*scene, *scene->sensors()[0], subject.request().seed, kPlaces)) {
+       audit_plugins(*scene, *scene->sensors()[0], subject.request().seed, kPoints)) {
     // Ignore other faults: with extreme parameters, functions may differ by more than the usual
     // rounding error.
     if (fault.what.find("not finite") != std::string::npos ||

@@ -82,7 +82,7 @@ void note_attempt(const std::string& what) {
   if (shared) copy(what, shared->attempt);
 }
 
-Outcome run_apart(const std::function<Outcome()>& run) {
+Outcome run_in_process(const std::function<Outcome()>& run) {
   share_memory();
   std::memset(static_cast<void*>(shared), 0, sizeof *shared);
   std::fflush(nullptr);
@@ -141,7 +141,7 @@ int Plan::run() const {
   int count = 0, failed = 0;
   for (const Check& check : checks_) {
     if (!is_chosen(check)) continue;
-    const Outcome outcome = run_apart([&] { return check.run(alpha); });
+    const Outcome outcome = run_in_process([&] { return check.run(alpha); });
     ++count;
     failed += !outcome.passed;
     const std::string text =

@@ -27,7 +27,7 @@ void note_attempt(const std::string& what);
 
 /// Calls `run` in a separate process. If it crashes, never ends or throws, the outcome is a
 /// failure.
-Outcome run_apart(const std::function<Outcome()>& run);
+Outcome run_in_process(const std::function<Outcome()>& run);
 
 /// List of the checks of one plugin.
 class Plan {

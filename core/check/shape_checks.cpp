@@ -143,7 +143,7 @@ Outcome shape_watertight(const Subject& subject) {
 }
 
 /// Cells of the shape's bounding box, subdivided by the octant of the normal.
-struct PlaceCells {
+struct SurfaceCells {
   static constexpr int kSide = 5;
   const Aabb box;
   size_t count() const { return static_cast<size_t>(kSide) * kSide * kSide * 8; }
@@ -176,7 +176,7 @@ Outcome shape_area(const Subject& subject, double alpha) {
     outcome.measured = "not implemented for curves, which can't emit";
     return outcome;
   }
-  const PlaceCells cell_of{at_shape.scene->bounds()};
+  const SurfaceCells cell_of{at_shape.scene->bounds()};
   const int lines = subject.samples(60000), points = subject.samples(60000);
   Moments total;
   std::vector<double> crossed(cell_of.count()), squares(crossed.size()), sampled(crossed.size());
@@ -327,7 +327,7 @@ Outcome shape_solid_angle(const Subject& subject, double alpha) {
 void add_shape_checks(const Subject& subject, Plan& plan) {
   // Look at the scene in a separate process: a scene starts threads, and processes that are forked
   // later might wait forever for locks that these threads held.
-  const Outcome emptiness = run_apart([&] {
+  const Outcome emptiness = run_in_process([&] {
     Outcome outcome;
     if (ShapeScene(subject).is_empty()) outcome.measured = "empty";
     return outcome;

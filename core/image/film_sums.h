@@ -18,8 +18,8 @@ struct FilmSums {
 
 /// Returns the sums of each layer of a film with one lane. They are valid until Film::prepare().
 /// Layers with `with_splats` set get memory for splats if they have none; the vector may be shorter
-/// than the number of layers. Sets `*non_finite`, unless it is nullptr, to the film's counter of
-/// dropped samples.
+/// than the number of layers. Unless `non_finite` is nullptr, sets `*non_finite` to the address of
+/// the film's counter of dropped samples.
 std::vector<FilmSums> sums_of(Film& film, const std::vector<bool>& with_splats = {},
                               uint64_t** non_finite = nullptr);
 

@@ -12,7 +12,7 @@
 namespace kinome {
 namespace {
 
-/// Highest power of FilmChannel::power that is accepted.
+/// Highest accepted FilmChannel::power.
 constexpr int kMaxPower = 16;
 
 template <class Number>

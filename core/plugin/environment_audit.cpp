@@ -16,10 +16,10 @@ ColorRange radiance_around(const Emitter& emitter, const Vec3& d) {
 }
 
 /// Position in the grid.
-struct GridPlace {
+struct GridPosition {
   int column, row;  ///< quad
   double s, t;      ///< position in the quad, in [0, 1]
-  GridPlace(const EnvironmentGrid& grid, const Vec2& u) {
+  GridPosition(const EnvironmentGrid& grid, const Vec2& u) {
     const double x = static_cast<double>(u.x) * grid.columns;
     const double y = static_cast<double>(u.y) * grid.rows;
     column = std::min(static_cast<int>(x), grid.columns - 1);
@@ -31,7 +31,7 @@ struct GridPlace {
 
 /// Checks eval_grid_batch() at a position, and eval_grid_corners() at two corners of its quad.
 const char* layout_contradiction(const Emitter& emitter, const EnvironmentGrid& grid,
-                                 const GridPlace& at) {
+                                 const GridPosition& at) {
   const Vec2 place(static_cast<float>(at.column + at.s), static_cast<float>(at.row + at.t));
   const Vec3 d = grid_direction(grid, static_cast<double>(place.x), static_cast<double>(place.y));
   Rgb radiance(0.f);
@@ -51,7 +51,7 @@ const char* layout_contradiction(const Emitter& emitter, const EnvironmentGrid& 
 }
 
 const char* bilinear_contradiction(const Emitter& emitter, const EnvironmentGrid& grid,
-                                   const GridPlace& at) {
+                                   const GridPosition& at) {
   if (at.row == 0 || at.row + 1 == grid.rows) return nullptr;  // two corners are a pole
   ColorRange interpolated;
   for (int i = 0; i < 4; ++i) {
@@ -135,7 +135,7 @@ const char* grid_contradiction(const Emitter& emitter, const EnvironmentGrid& gr
                                const AuditPlace& place, uint64_t attempt) {
   if (grid.columns < 1 || grid.rows < 1) return audit_words::kGrid;
   const uint64_t u = first_number(attempt) + 50;
-  const GridPlace at(grid, place.u2(u));
+  const GridPosition at(grid, place.u2(u));
   if (const char* const fault = layout_contradiction(emitter, grid, at)) return fault;
   if (grid.bilinear_quads) return bilinear_contradiction(emitter, grid, at);
   return grid.smooth_quads ? smooth_contradiction(emitter, grid, place.u2(u + 2)) : nullptr;

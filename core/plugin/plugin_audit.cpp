@@ -18,7 +18,7 @@ constexpr uint64_t kAuditSeed = 0x6175646974;
 
 /// Number of points at which contradictions are searched for, which takes about 50 times as long as
 /// finding invalid values.
-constexpr uint32_t kThoroughPlaces = 256;
+constexpr uint32_t kThoroughPoints = 256;
 
 class Audit {
  public:
@@ -121,7 +121,7 @@ std::vector<PluginFault> audit_plugins(const Scene& scene, const Sensor& sensor,
   const auto& emitters = scene.emitters();
   for (uint32_t i = 0; i < places && crop.area() > 0; ++i) {
     AuditPlace place{scene, nullptr, {}, hash_words(seed, kAuditSeed, i)};
-    const bool is_thorough = i < kThoroughPlaces;
+    const bool is_thorough = i < kThoroughPoints;
     const int x = crop.x0 + static_cast<int>(hash_words(place.seed, 1000) % crop.width());
     const int y = crop.y0 + static_cast<int>(hash_words(place.seed, 1001) % crop.height());
     try {

@@ -9,7 +9,7 @@
 #include "kinome/error.h"
 #include "kinome/integrator.h"
 #include "kinome/log.h"
-#include "render/render_by.h"
+#include "render/render_job.h"
 
 namespace kinome {
 namespace {
@@ -20,7 +20,7 @@ std::unique_ptr<Sensor> sensor_of_part(const Sensor& sensor, uint32_t count) {
 }
 
 /// Renders the parts [first, end) of `count` parts, each in a lane of its own. `fills_gaps`: see
-/// RenderWay.
+/// RenderJob.
 Image render_range(const Scene& scene, const Sensor& sensor, RenderContext& context, uint32_t first,
                    uint32_t end, uint32_t count, bool fills_gaps) {
   const std::unique_ptr<Sensor> of_part = sensor_of_part(sensor, count);
@@ -37,10 +37,10 @@ Image render_range(const Scene& scene, const Sensor& sensor, RenderContext& cont
       log_info(text);
     }
   }
-  RenderWay way;
-  way.lanes = end - first;
-  way.fills_gaps = fills_gaps;
-  way.render = [&] {
+  RenderJob job;
+  job.lanes = end - first;
+  job.fills_gaps = fills_gaps;
+  job.render = [&] {
     const auto share = [&](uint32_t part) { return 1. * (part - first) / (end - first); };
     for (uint32_t part = first; part < end && !context.cancelled(); ++part) {
       sensor.film().set_lane(part - first);
@@ -50,7 +50,7 @@ Image render_range(const Scene& scene, const Sensor& sensor, RenderContext& cont
     }
     context.begin_pass(0, 0, 1);
   };
-  return render_by(way, scene, sensor, context);
+  return run_render_job(job, scene, sensor, context);
 }
 
 }  // namespace

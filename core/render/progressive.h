@@ -13,12 +13,13 @@ KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
 ///
 /// - Neither time nor error: one round with the scene's samples, divided among the lanes.
 /// - Error: the first round has one sample per lane, the minimum for an error estimate. The second
-///   has at most four times as many samples, and each later one at most as many as all before it;
-///   all have at least a quarter of that. Rounds end when the estimate from the lanes' differences
-///   reaches the target. Because the end depends on the samples, the image is biased, but by far
-///   less than its noise. Logs a message if the error is better than the target by a factor of 1.5.
-/// - Time: the size of a round is what fits the remaining time at the speed of the previous round.
-///   Rounds become smaller toward the end. A round that takes too long is cut off at tiles.
+///   one has at most four times as many samples, and each later one at most as many as all before
+///   it. Each round adds at least a quarter of the samples before it. Rounds end when the estimate
+///   from the lanes' differences reaches the target. Because the end depends on the samples, the
+///   image is biased, but by far less than its noise. Logs a message if the error is better than
+///   the target by a factor of 1.5.
+/// - Time: each round has as many samples as fit the remaining time at the speed of the previous
+///   round; rounds become smaller toward the end. At the deadline, no more tiles are started.
 KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& context,
                                  const PassCallback& on_pass = nullptr);
 

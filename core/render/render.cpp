@@ -14,7 +14,7 @@
 #include "kinome/process_group.h"
 #include "kinome/shared_items.h"
 #include "render/progressive.h"
-#include "render/render_by.h"
+#include "render/render_job.h"
 
 namespace kinome {
 namespace {
@@ -60,9 +60,9 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
 Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
              const PassCallback& on_pass) {
   const RenderBudget& budget = context.budget();
-  RenderWay way;
-  way.lanes = lanes_for(budget, sensor.film());
-  way.render = [&] {
+  RenderJob job;
+  job.lanes = lanes_for(budget, sensor.film());
+  job.render = [&] {
     const Integrator& integrator = scene.integrator();
     RenderStats& stats = context.stats();
     Film& film = sensor.film();
@@ -76,11 +76,11 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
       if (on_pass && !context.interrupted()) on_pass(develop(film, budget, stats), stats);
     }
   };
-  return render_by(way, scene, sensor, context);
+  return run_render_job(job, scene, sensor, context);
 }
 
-Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
-                RenderContext& context) {
+Image run_render_job(const RenderJob& job, const Scene& scene, const Sensor& sensor,
+                     RenderContext& context) {
   const WarningsOnce once;
   RenderStats& stats = context.stats();
   Image image;
@@ -91,7 +91,7 @@ Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
     stats.stages = integrator.stages();
     Film& film = sensor.film();
     const RenderBudget& budget = context.budget();
-    film.prepare(integrator.layers(), integrator.channels(), way.lanes);
+    film.prepare(integrator.layers(), integrator.channels(), job.lanes);
     Checkpoint* const checkpoint = context.checkpoint();
     context.set_film(film);
     if (context.is_root()) integrator.warn_of_light_left_out(scene, sensor, context);
@@ -102,7 +102,7 @@ Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
     if (checkpoint && checkpoint->resumes() && context.commit_callback()) {
       context.commit_callback()(film, film.crop());
     }
-    way.render();
+    job.render();
     interrupted = context.interrupted();
     stats.threads = context.threads();
     stats.complete = !interrupted;
@@ -114,10 +114,10 @@ Image render_by(const RenderWay& way, const Scene& scene, const Sensor& sensor,
           "processes don't support");
     }
     if (checkpoint && interrupted) checkpoint->close(film);
-    if (interrupted && way.fills_gaps) fill_gaps(scene, sensor, context, begun);
-    if (interrupted && !way.fills_gaps) stats.missing = share_of_gaps(integrator, film);
+    if (interrupted && job.fills_gaps) fill_gaps(scene, sensor, context, begun);
+    if (interrupted && !job.fills_gaps) stats.missing = share_of_gaps(integrator, film);
     image = develop(film, budget, stats);
-    if (interrupted && way.fills_gaps) mark_gaps(film, image);
+    if (interrupted && job.fills_gaps) mark_gaps(film, image);
     stats.non_finite_samples += film.non_finite();
   }
   stats.peak_memory_bytes = peak_memory_bytes();
