@@ -342,7 +342,7 @@ DEFECTS = [Defect(*row) for row in (
      "answers.sums.of(primary) -= 0.98f * group.visibility.v[c.cell[i]] * weight",
      "product_local", "Direct/*/Spot"),
     ("sky_in_mirrors_forgotten", CLUSTERED + "product/eye_rays.cpp",
-     "eye.weight * light_.environment->eval_environment(ray.ray.d)", "eye.weight * 0.f",
+     "eye.weight * light_.environment->eval_environment(met.ray.d)", "eye.weight * 0.f",
      "deep_light", "*SkyOnMaskedPlastic"),
     ("guided_points_weigh_as_if_they_were_not", CLUSTERED + "product/local_light_walks.cpp",
      "source.bounce_share * walk.origin.guided", "source.bounce_share",

@@ -1,5 +1,6 @@
 /// Light that passes surfaces straight (panes, masks): `path`, whose emitter samples pass them,
-/// too, against path tracing by BSDF samples alone.
+/// too, against path tracing by BSDF samples alone, and `clustered`, whose shadow rays and light
+/// points do, against `path`.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -11,7 +12,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 140
+constexpr double kAlpha = 1e-4;  // of each z-test; there are about 280
 
 constexpr int kSide = 4;  // pixels
 
@@ -159,6 +160,79 @@ TEST(StraightLight, IsThatOfPathsByBsdfSamplesAlone) {
   }
 }
 
+/// A floor, no larger than what light points should go to, what stands on it, and a wall.
+std::string corner() {
+  return shape_xml("rectangle", "<scale value=\"2\"/><rotate x=\"1\" angle=\"-90\"/>",
+                   diffuse_xml("0.5")) +
+         shape_xml("rectangle", "<translate x=\"-0.5\" y=\"0.5\" z=\"-1\"/>",
+                   "<bsdf type=\"roughplastic\"><float name=\"alpha\" value=\"0.1\"/></bsdf>") +
+         shape_xml("sphere", "<scale value=\"0.25\"/><translate x=\"0.3\" y=\"0.25\"/>",
+                   "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.2\"/></bsdf>");
+}
+/// Between the parts of the floor and the wall.
+std::string upright(const std::string& bsdf) {
+  return shape_xml("rectangle", "<scale value=\"0.8\"/><rotate y=\"1\" angle=\"60\"/>", bsdf);
+}
+
+/// Product sampling of the scene against `path`.
+void expect_product_is_path(const std::string& scene, int depth, const std::string& parameters,
+                            const std::string& name) {
+  const auto estimate = [&](const std::string& type, const std::string& own, int renders,
+                            uint64_t seed) {
+    return estimate_tiles(
+        *scene_from(scene + view(64) + integrator_xml(type, depth, parameters + own)), renders,
+        kSide, seed);
+  };
+  expect_equal(estimate("path", "", 2 * kRenders, 1),
+               estimate("clustered",
+                        "<boolean name=\"trial\" value=\"false\"/><float "
+                        "name=\"rays_per_pixel\" value=\"96\"/>",
+                        kRenders, 50001),
+               kAlpha, name + ", depth " + std::to_string(depth));
+}
+
+/// Sheets between light and surfaces, and between surfaces.
+TEST(StraightLight, IsThatOfPathByProductSampling) {
+  std::vector<Part> parts = sheets();
+  parts.push_back({"upright pane", upright(kPane)});
+  parts.push_back({"upright pane and mask", upright(kPane) + sheet(mask(uniform("0.4"), kLeaf))});
+  parts.push_back({"panes and mirror",
+                   upright("<bsdf type=\"conductor\"/>") + sheet(kPane) + sheet(kPane, "1.1")});
+  const std::vector<Part> all = lights();
+  for (const Part& light : all) {
+    for (const Part& part : parts) {
+      for (const int depth : {3, 5, -1}) {
+        if (depth == 5 && &light != &all.front()) continue;
+        expect_product_is_path(corner() + part.xml + light.xml, depth, rr_depth_xml(4),
+                               std::string(part.name) + ", " + light.name);
+      }
+    }
+  }
+}
+
+/// The sky stays hidden behind what the camera sees through a pane or a mask, and nowhere else.
+TEST(StraightLight, IsThatOfPathByProductSamplingUnderAHiddenSky) {
+  for (const Part& part : {sheets()[0], sheets()[5], Part{"upright pane", upright(kPane)}}) {
+    for (const int depth : {3, -1}) {
+      expect_product_is_path(corner() + part.xml + lights()[2].xml, depth, kHideEmitters,
+                             part.name);
+    }
+  }
+}
+
+/// A wall that a spot lights, seen from behind a sheet: what lamps light isn't hidden by panes.
+TEST(StraightLight, OfSurfacesThatLampsLightPassesByProductSampling) {
+  const std::string spot =
+      "<emitter type=\"spot\"><transform name=\"to_world\"><lookat origin=\"0.3 2.5 -0.4\" "
+      "target=\"-0.5 0.5 -1\" up=\"0 1 0\"/></transform><rgb name=\"intensity\" value=\"9 8 7\"/>"
+      "<float name=\"cutoff_angle\" value=\"10\"/></emitter>";
+  for (const std::string& bsdf : {kPane, mask(uniform("0.4"), kLeaf)}) {
+    for (const int depth : {3, 4, -1}) {
+      expect_product_is_path(corner() + upright(bsdf) + spot, depth, "", bsdf);
+    }
+  }
+}
+
 double mean_of(const std::vector<Estimate>& pixels) {
   double sum = 0;
   for (const Estimate& pixel : pixels) sum += pixel.mean;
@@ -186,7 +260,8 @@ TEST(StraightLight, OfPointsStopsAtPanes) {
   }
 }
 
-/// Emitter samples pass 32 surfaces at most; behind more of them, light is left to BSDF samples.
+/// Emitter samples of paths pass 32 surfaces at most; behind more of them, light is left to BSDF
+/// samples. Product sampling has no limit.
 TEST(StraightLight, PassesAnyNumberOfSurfaces) {
   const std::string scene =
       floor_xml(diffuse_xml("0.5")) + constant_xml("1 2 3") +
@@ -200,6 +275,10 @@ TEST(StraightLight, PassesAnyNumberOfSurfaces) {
     }
     expect_equal(expected, estimate_tiles(*scene_from(scene + sheets), kRenders, kSide, 50001),
                  kAlpha, std::to_string(count));
+    if (count == 5 || count == 33) {
+      expect_product_is_path(corner() + sheets + constant_xml("1 2 3"), -1, rr_depth_xml(100),
+                             std::to_string(count) + " by product sampling");
+    }
   }
 }
 

@@ -84,5 +84,44 @@ TEST_F(ShadowRaysTest, TellTheRecordsOfTheirPatches) {
   EXPECT_EQ(sum, Rgb(expected_sum));
 }
 
+/// Sideways through two sheets, and down through the ball.
+TEST(ShadowRaysThroughPanes, WeakenLight) {
+  const StageTile tile(
+      ball_xml(kGrey) + sky_xml() +
+      R"(<shape type="rectangle"><transform name="to_world"><scale value=".4"/>
+      <rotate y="1" angle="90"/><translate x="1.5" y="1.25"/></transform>
+      <bsdf type="null"/></shape>
+      <shape type="rectangle"><transform name="to_world"><scale value=".4"/>
+      <rotate y="1" angle="90"/><translate x="2.5" y="1.75"/></transform>
+      <bsdf type="mask"><float name="opacity" value="0.5"/><bsdf type="diffuse"/></bsdf></shape>)");
+  const transport::SceneTable table(tile.scene());
+  RenderCounters counters;
+  StageTimes times;
+  times.count_to(counters);
+  ShadowRays rays(times, &table, 5);
+  rays.begin(tile.scene(), counters);
+  const SurfaceInteraction top = tile.primaries().interaction(0);
+  ASSERT_GT(top.n.y, 0.9f);
+  const Vec3 up = glm::normalize(Vec3(1, 0.5f, 0));
+  std::vector<std::vector<VisibilityRecord>> records(1);
+  for (const uint32_t max_passes : {0u, 1u, 2u, ~0u}) {
+    const float expected = max_passes < 2 ? 0 : 0.5f;
+    Rgb sum(0.f);
+    rays.push(top, up, {Rgb(1, 2, 3), 0, 0, 0, max_passes}, {{&sum}});
+    // Between the sheets.
+    Rgb near(0.f);
+    rays.push(top, up, 2.2f, {Rgb(1, 2, 3), 0, 0, 0, max_passes}, {{&near}}, {});
+    Rgb down(0.f);
+    rays.push(top, {0, -1, 0}, {Rgb(1.f), 0, 0, 0, max_passes}, {{&down}});
+    rays.push(top, up, {Rgb(1.f), 7, 0, 0, max_passes}, {{}, records.data(), nullptr});
+    rays.trace();
+    EXPECT_EQ(sum, expected * Rgb(1, 2, 3)) << max_passes;
+    EXPECT_EQ(near, max_passes < 1 ? Rgb(0.f) : Rgb(1, 2, 3)) << max_passes;
+    EXPECT_EQ(down, Rgb(0.f));
+    EXPECT_NEAR(records[0].back().value(), expected, 0.002f);
+    EXPECT_EQ(records[0].back().cell(), 7u);
+  }
+}
+
 }  // namespace
 }  // namespace kinome::test

@@ -51,7 +51,26 @@ TEST(VisibilityRecord, KeepsBoth) {
     for (const bool visible : {false, true}) {
       EXPECT_EQ(VisibilityRecord(cell, visible).cell(), cell);
       EXPECT_EQ(VisibilityRecord(cell, visible).visible(), visible);
+      EXPECT_EQ(VisibilityRecord(cell, visible).value(), visible ? 1.f : 0.f);
     }
+    EXPECT_NEAR(VisibilityRecord(cell, 0.3f).value(), 0.3f, 0.002f);
+    EXPECT_EQ(VisibilityRecord(cell, 0.3f).cell(), cell);
+  }
+}
+
+/// Behind a pane that takes some of the light, all of which is otherwise visible or hidden.
+TEST(VisibilityLearner, KnowsWhatPanesLetThrough) {
+  constexpr float kShare = 0.6f;
+  std::vector<VisibilityRecord> records;
+  for (int k = 0; k < 30; ++k) {
+    for (uint32_t c = 0; c < kCells; ++c) records.emplace_back(c, c < kCells / 2 ? kShare : 0.f);
+  }
+  const Visibility learned = learn({records});
+  expect_sane(learned);
+  for (size_t c = 16; c < kCells - 16; ++c) {
+    if (c > kCells / 2 - 16 && c < kCells / 2 + 16) continue;
+    EXPECT_NEAR(learned.v[c], c < kCells / 2 ? kShare : 0.f, 0.02f) << c;
+    EXPECT_LT(learned.sigma[c], 0.1f) << c;
   }
 }
 

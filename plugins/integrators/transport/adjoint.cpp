@@ -81,7 +81,8 @@ std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe l
     weight *= power_over_radiance(si.wi.z, sample->wo.z, bsdf.relative_index());
   }
   const kinome::Vec3 to = si.frame.to_world(sample->wo);
-  return AdjointSample{to, weight * adjoint_factor(si, si.frame.to_world(si.wi), to), is_delta};
+  return AdjointSample{to, weight * adjoint_factor(si, si.frame.to_world(si.wi), to), is_delta,
+                       any(sample->lobe & Lobe::kNull)};
 }
 
 std::optional<SeenPoint> connect_point(const Sensor& sensor, const SurfaceInteraction& si,

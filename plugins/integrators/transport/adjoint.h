@@ -41,6 +41,7 @@ struct AdjointSample {
   kinome::Vec3 to;     ///< unit, world space
   kinome::Rgb weight;  ///< of the flux that goes on; may be black
   bool is_delta;
+  bool is_straight = false;  ///< Lobe::kNull
 };
 
 /// By the BSDF's own sampling of `lobes`, which is that of paths from the camera, and half by the

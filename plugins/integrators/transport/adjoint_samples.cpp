@@ -19,7 +19,7 @@ void AdjointSamples::turn_to_viewers(const Surfaces& met, const Surfaces::Range&
     const auto sample = sample_adjoint(si, Lobe::kAll, u1[i], u2.at(i));
     sampled_.sample_pdf[i] = sample ? 1.f : 0.f;
     if (!sample) continue;
-    sampled_.is_delta[i] = sample->is_delta ? 1.f : 0.f;
+    sampled_.is_delta[i] = sample->is_straight ? kNullSample : sample->is_delta ? 1.f : 0.f;
     sampled_.wo.set(i, si.frame.to_local(sample->to));
     sampled_.weight.set(i, sample->weight);
   }

@@ -39,6 +39,7 @@ DirectLight::Passing::Passing(const SceneTable& scene, size_t most_points, size_
     : shadows(scene, most_points, most_rays),
       per_point(most_points),
       next{per_point.three(), per_point.floats(), per_point.floats()},
+      max_passes(per_point.floats()),
       through{per_point.three(), per_point.floats()} {}
 
 DirectLight::DirectLight(const SceneTable& scene, const Sampler& sampler, const LightSamples& count,
@@ -100,6 +101,9 @@ void DirectLight::sample(const PixelSamples& samples, const Vertices& vertices,
         throughput(vertices, i) * wide::Rgb::load(answer_.weight, i) * Float(share);
     select(valid, carried).store(carried_, i);
   });
+  for (size_t i = 0; vertices.drops_straight && i < count; ++i) {
+    if (answer_.is_delta[i] == kNullSample) carried_.set(i, kinome::Rgb(0.f));
+  }
   if (vertices.straight) update_straight(vertices);
   if (vertices.origins.pdf) find_next_origins(vertices);
 }
@@ -123,7 +127,8 @@ void DirectLight::find_next_origins(const Vertices& vertices) {
     const Float turned_pdf =
         select(is_delta > 0.f, Float(kInfinity), Float::load(answer_.sample_pdf + i));
     const Float pdf = select(is_straight, straight_pdf, turned_pdf);
-    select(passes > static_cast<float>(kMaxPasses), Float(kInfinity), pdf).store(to.pdf + i);
+    select(passes > static_cast<float>(kMaxPasses), max(pdf, Float(kBeyondPasses)), pdf)
+        .store(to.pdf + i);
     passes.store(to.passes + i);
     select(is_straight, wide::Vec3::load(from.p, i), wide::Vec3::load(surfaces.points().p, i))
         .store(to.p, i);
@@ -206,18 +211,18 @@ void DirectLight::add_passing_emitter_samples(const Vertices& vertices,
   }
   const StageTimer timer(counters.stage_seconds["shadow"]);
   StraightShadows& shadows = passing_->shadows;
-  shadows.trace(rays_, count, emitters_.light().is_delta, light.max_passes, counters);
+  float* const max_passes = passing_->max_passes;
+  for_lanes(count, [&](size_t i) {
+    const Mask is_delta = Float::load(emitters_.light().is_delta + i) > 0.f;
+    select(is_delta, Float(0.f), Float(static_cast<float>(light.max_passes))).store(max_passes + i);
+  });
+  shadows.trace(rays_, count, max_passes, counters);
   for_lanes(count, [&](size_t i) {
     const wide::Rgb transmittance = wide::Rgb::load(shadows.transmittance(), i);
     const Mask arrives = !is_black(transmittance);
     if (none(arrives)) return;
     const Float passes = Float::load(shadows.passes() + i);
-    Float weight = emitter_weight(i, emitter_pdf(i), Float::load(shadows.probability() + i));
-    if (vertices.shown_share) {
-      // Without the emitter sample, a delta lobe shows light that has passed a surface.
-      const Int owner = Int::load(vertices.owner + i);
-      weight = weight * select(passes > 0.f, gather(vertices.shown_share_later, owner), Float(1.f));
-    }
+    const Float weight = emitter_weight(i, emitter_pdf(i), Float::load(shadows.probability() + i));
     const wide::Rgb arriving = wide::Rgb::load(light_, i) * transmittance * weight;
     const Mask few = passes <= light.few_passes;
     add_to_owners(arriving, arrives & few, vertices.owner + i, light.radiance);
@@ -262,7 +267,7 @@ void DirectLight::add_environment(const Vertices& vertices, const Columns3& radi
     scene_.scene().environment()->eval_environment_block(d_, count, met_light_,
                                                          count_.emitter > 0 ? met_pdf_ : nullptr);
     for (size_t i = 0; vertices.shown_share && i < count; ++i) {
-      if (answer_.is_delta[i] > 0) met_light_.set(i, met_light_.at(i) * shown_share(vertices, i));
+      if (is_shown(vertices, i)) met_light_.set(i, met_light_.at(i) * shown_share(vertices, i));
     }
     for (size_t i = 0; vertices.straight && i < count; ++i) {
       if (vertices.straight[vertices.owner[i]] > 0) met_light_.set(i, kinome::Rgb(0.f));
@@ -276,7 +281,7 @@ void DirectLight::add_environment(const Vertices& vertices, const Columns3& radi
       if (count_.emitter > 0) {
         const Float pdf = Float::load(pdfs + i);
         const Mask is_alone =
-            has_origins ? pdf == kInfinity : Float::load(answer_.is_delta + i) > 0.f;
+            has_origins ? pdf >= kBeyondPasses : Float::load(answer_.is_delta + i) > 0.f;
         weight = select(is_alone, weight,
                         power_heuristic(pdf * n_bsdf, Float::load(met_pdf_ + i) * n_emitter));
       }
@@ -341,16 +346,21 @@ void DirectLight::update_shown_shares(const Vertices& vertices) const {
   }
 }
 
+/// Whether a delta lobe shows the light that the BSDF sample of a point finds.
+bool DirectLight::is_shown(const Vertices& vertices, size_t point) const {
+  if (vertices.origins.pdf) return passing_->next.pdf[point] == kInfinity;
+  return answer_.is_delta[point] > 0;
+}
+
 float DirectLight::shown_share(const Vertices& vertices, size_t point) const {
   return vertices.shown_share ? vertices.shown_share[vertices.owner[point]] : 1.f;
 }
 
 float DirectLight::bsdf_weight(const Vertices& vertices, uint32_t point, float emitter_pdf) const {
-  const bool is_delta = answer_.is_delta[point] > 0;
   const bool has_origins = vertices.origins.pdf;
-  const float share = is_delta ? shown_share(vertices, point) : 1;
+  const float share = is_shown(vertices, point) ? shown_share(vertices, point) : 1;
   const float pdf = has_origins ? passing_->next.pdf[point] : answer_.sample_pdf[point];
-  const bool is_alone = has_origins ? pdf == kInfinity : is_delta;
+  const bool is_alone = has_origins ? pdf >= kBeyondPasses : answer_.is_delta[point] > 0;
   if (is_alone || count_.emitter == 0) return share;
   return share *
          power_heuristic(pdf * static_cast<float>(count_.bsdf),

@@ -85,6 +85,7 @@ class DirectLight {
   void add_arriving(const Vertices& vertices, size_t count, bool are_neighbours,
                     const Columns3& radiance, RenderCounters& counters);
   float bsdf_weight(const Vertices& vertices, uint32_t point, float emitter_pdf) const;
+  bool is_shown(const Vertices& vertices, size_t point) const;
   float shown_share(const Vertices& vertices, size_t point) const;
   void update_shown_shares(const Vertices& vertices) const;
   void update_straight(const Vertices& vertices) const;
@@ -105,6 +106,7 @@ class DirectLight {
     StraightShadows shadows;
     Arena per_point;
     Origins next;
+    float* max_passes;
     NullTransmissionBlock through;  ///< of the vertices
   };
 

@@ -24,8 +24,8 @@ StraightShadows::StraightShadows(const SceneTable& scene, size_t points, size_t 
              {per_ray_.indices(), per_ray_.three(), per_ray_.floats()}},
       through_{per_met_.three(), per_met_.floats()} {}
 
-void StraightShadows::trace(const Ray16* rays, size_t count, const float* stops,
-                            uint32_t max_passes, RenderCounters& counters) {
+void StraightShadows::trace(const Ray16* rays, size_t count, const float* max_passes,
+                            RenderCounters& counters) {
   size_t on = begin(rays, count);
   for (uint32_t passes = 0; on > 0; ++passes) {
     clear_hits(rays_, on);
@@ -33,8 +33,7 @@ void StraightShadows::trace(const Ray16* rays, size_t count, const float* stops,
     met_.find(rays_, on, Surfaces::Which::kPassing);
     const Wave& wave = waves_[passes % 2];
     arrive(wave, static_cast<float>(passes));
-    if (passes == max_passes) return;
-    on = pass(rays, stops, wave, waves_[(passes + 1) % 2]);
+    on = pass(rays, max_passes, static_cast<float>(passes), wave, waves_[(passes + 1) % 2]);
     counters[RayKind::kShadow] += on;
   }
 }
@@ -63,9 +62,10 @@ void StraightShadows::arrive(const Wave& wave, float passes) {
   }
 }
 
-/// Makes the next wave, of the rays that go straight on; returns their number.
-size_t StraightShadows::pass(const Ray16* rays, const float* stops, const Wave& wave,
-                             const Wave& next) {
+/// Makes the next wave, of the rays that go straight on after `passes` surfaces; returns their
+/// number.
+size_t StraightShadows::pass(const Ray16* rays, const float* max_passes, float passes,
+                             const Wave& wave, const Wave& next) {
   const SurfaceBlock& points = met_.points();
   size_t count = 0;
   for (const Surfaces::Range& range : met_.ranges()) {
@@ -75,7 +75,7 @@ size_t StraightShadows::pass(const Ray16* rays, const float* stops, const Wave& 
       const uint32_t before = points.ray[i], k = wave.from[before];
       const kinome::Rgb transmittance =
           wave.transmittance.at(before) * through_.transmittance.at(i);
-      if (stops[k] > 0 || is_black(transmittance)) continue;
+      if (!(passes < max_passes[k]) || is_black(transmittance)) continue;
       next.from[count] = k;
       next.transmittance.set(count, transmittance);
       next.probability[count] = wave.probability[before] * through_.probability[i];

@@ -13,11 +13,10 @@ class StraightShadows {
   /// For rays of at most `points` points, of which no more than `rays` are on.
   StraightShadows(const SceneTable& scene, size_t points, size_t rays);
 
-  /// Of the first `count` rays, those that are on must have unit directions. A ray stops at all
-  /// surfaces where `stops` is positive, and at the surface after `max_passes` in any case.
-  /// Segments behind the first count as shadow rays.
-  void trace(const Ray16* rays, size_t count, const float* stops, uint32_t max_passes,
-             RenderCounters& counters);
+  /// Of the first `count` rays, those that are on must have unit directions. `max_passes`: of each
+  /// ray, the number of surfaces that it passes at most. Segments behind the first count as shadow
+  /// rays.
+  void trace(const Ray16* rays, size_t count, const float* max_passes, RenderCounters& counters);
 
   /// Of each ray of the last trace(): the product of transmittances along it; 0 if it is off or
   /// stopped.
@@ -37,7 +36,8 @@ class StraightShadows {
 
   size_t begin(const Ray16* rays, size_t count);
   void arrive(const Wave& wave, float passes);
-  size_t pass(const Ray16* rays, const float* stops, const Wave& wave, const Wave& next);
+  size_t pass(const Ray16* rays, const float* max_passes, float passes, const Wave& wave,
+              const Wave& next);
 
   const SceneTable& scene_;
   DirectionSort sort_;

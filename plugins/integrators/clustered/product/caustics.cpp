@@ -40,6 +40,7 @@ struct Caustics::Paths {
     LightOrigin origin;
     Rgb power{0.f};  ///< that arrives at the next point [W]
     bool is_lamps = false;
+    bool is_direct = true;     ///< no lobe has turned it; see LocalLight::passing
     bool is_chain = true;      ///< of delta lobes alone
     bool is_mirrored = false;  ///< the last of its lobes was one
     float density = 0;         ///< light_density
@@ -199,15 +200,19 @@ void Caustics::go_on(uint64_t seed, Paths& paths) const {
     if (path.is_lamps && light_.has_glossy_caustics() && lobe_width(si) == LobeWidth::kMirroring) {
       lobes = lobes | Lobe::kGlossy;
     }
-    if (!path.is_lamps && path.edges > 1) lobes = Lobe::kAll;
+    if (!path.is_lamps && !path.is_direct) lobes = Lobe::kAll;
     if (!any(lobes)) continue;
     const uint64_t own = hash_words(seed, path.index, path.edges);
     const auto sample =
         transport::sample_adjoint(si, lobes, random_float(own, kLobe),
                                   {random_float(own, kLobeX), random_float(own, kLobeY)});
     if (!sample || is_black(sample->weight)) continue;
-    path.is_mirrored = sample->is_delta || path.is_lamps;
-    path.is_chain = path.is_chain && path.is_mirrored;
+    const bool passes = sample->is_straight && !path.is_lamps && light_.passing();
+    if (!passes) {
+      path.is_direct = false;
+      path.is_mirrored = sample->is_delta || path.is_lamps;
+      path.is_chain = path.is_chain && path.is_mirrored;
+    }
     if (!path.is_chain || path.edges >= std::min(light_.length().rr_depth, kMostSureEdges)) {
       const float survival = std::min(
           kMostSurvival, max_component(path.power * sample->weight) / max_component(path.power));

@@ -25,6 +25,8 @@ struct CellLight {
   /// Whether cells at the horizon of a flat surface have control terms.
   bool horizon_terms = true;
   PathSettings paths{{2, 5}, false};  ///< of those that are followed from the camera on
+  /// The scene, if it has surfaces that light passes straight; nullptr: it has none.
+  const transport::SceneTable* passing() const { return local ? local->passing() : nullptr; }
   CellLight(const DistantCells& cells, const Emitter* environment, CellPoints points,
             const LocalLight* local = nullptr, LocalPoints local_points = {});
   uint32_t first_local() const { return cells.padded_size(); }

@@ -10,25 +10,26 @@ namespace {
 
 /// Rays of one call to Embree.
 constexpr size_t kBatch = 1024;
-/// From the camera to where chains begin.
-constexpr uint32_t kEdgesBefore = 2;
 /// Random numbers of one edge.
 enum Number : uint32_t { kLobe, kLobeX, kLobeY, kSurvival };
 
 }  // namespace
 
 void EyeChains::push(const SurfaceInteraction& y, const Begin& begin) {
-  go_on(y, begin, kEdgesBefore);
+  go_on(y, begin, light_.passing() != nullptr);
 }
 
-/// `edges`: from the camera to y.
-void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, uint32_t edges) {
+/// `drops_straight`: samples that go straight through y are dropped.
+void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, bool drops_straight) {
+  const uint32_t edges = begin.edges;
   const uint64_t own = hash_words(begin.seed, edges);
   const auto sample =
       y.shape->bsdf().sample(y, Lobe::kDelta, random_float(own, kLobe),
                              {random_float(own, kLobeX), random_float(own, kLobeY)});
   if (!sample || is_black(sample->weight)) return;
+  if (drops_straight && any(sample->lobe & Lobe::kNull)) return;
   Begin next = begin;
+  ++next.edges;
   next.weight *= sample->weight;
   if (edges >= std::min(light_.local->length().rr_depth, Caustics::kMostSureEdges)) {
     const float survival = survival_probability(next.weight);
@@ -56,7 +57,7 @@ void EyeChains::add(const Begin& chain, const Emitter& emitter, const SurfaceInt
 
 void EyeChains::trace(const Scene& scene, RenderCounters& counters) {
   const uint32_t max_depth = light_.local->max_depth();
-  for (uint32_t edges = kEdgesBefore + 1; !rays_.empty(); ++edges) {
+  while (!rays_.empty()) {
     std::vector<RayHit> rays = std::move(rays_);
     const std::vector<Begin> chains = std::move(chains_);
     rays_.clear();
@@ -78,8 +79,8 @@ void EyeChains::trace(const Scene& scene, RenderCounters& counters) {
       if (const Emitter* const emitter = z.shape->emitter()) {
         add(chains[i], *emitter, &z, d, emitter->eval_surface(z));
       }
-      if (edges < max_depth && any(z.shape->bsdf().lobes() & Lobe::kDelta)) {
-        go_on(z, chains[i], edges);
+      if (chains[i].edges < max_depth && any(z.shape->bsdf().lobes() & Lobe::kDelta)) {
+        go_on(z, chains[i], false);
       }
     }
   }

@@ -22,19 +22,21 @@ class EyeChains {
     float density = kInfinity;
     uint64_t seed = 0;  ///< of the random numbers
     Rgb* sum = nullptr;
+    uint32_t edges = 2;  ///< from the camera to where the chain begins
   };
-  /// From y, which has delta lobes and lies two edges from the camera.
+  /// From y, which has delta lobes. If light passes surfaces straight, others follow what goes
+  /// straight on from y.
   void push(const SurfaceInteraction& y, const Begin& begin);
   void trace(const Scene& scene, RenderCounters& counters);
 
  private:
-  void go_on(const SurfaceInteraction& y, const Begin& begin, uint32_t edges);
+  void go_on(const SurfaceInteraction& y, const Begin& begin, bool drops_straight);
   void add(const Begin& chain, const Emitter& emitter, const SurfaceInteraction* x, const Vec3& d,
            const Rgb& radiance) const;
 
   const CellLight& light_;
   std::vector<RayHit> rays_;
-  std::vector<Begin> chains_;  ///< of the rays
+  std::vector<Begin> chains_;  ///< of the rays; `edges` with the ray
 };
 
 }  // namespace kinome

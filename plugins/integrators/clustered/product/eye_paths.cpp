@@ -48,10 +48,29 @@ EyePaths::EyePaths(const Scene& scene, const PathSettings& settings, uint32_t ed
 EyePaths::~EyePaths() = default;
 
 void EyePaths::trace(RenderCounters& counters) {
-  for (size_t begin = 0; begin < waiting_.size(); begin += kPaths) {
-    trace({&waiting_[begin], std::min(kPaths, waiting_.size() - begin)}, counters);
+  // Rays that pass a surface wait behind those that have passed fewer.
+  for (size_t passes = 0; passes < waiting_.size(); ++passes) {
+    const std::vector<Begin> paths = std::move(waiting_[passes]);
+    for (size_t begin = 0; begin < paths.size(); begin += kPaths) {
+      trace({&paths[begin], std::min(kPaths, paths.size() - begin)}, counters);
+    }
   }
   waiting_.clear();
+}
+
+/// Sends a ray straight on through the surface that it has met, `distance` from the start.
+void EyePaths::pass(const Begin& path, const SurfaceInteraction& z, float distance) {
+  // With the edge to what is behind, and one more to the light.
+  if (passes_left(settings_.length.max_depth, edges_before_ + 2 + path.passes) == 0) return;
+  Begin next = path;
+  next.throughput *= z.shape->bsdf().null_transmission(z).transmittance;
+  if (is_black(next.throughput)) return;
+  ++next.passes;
+  next.before = distance;
+  next.ray = Ray{};
+  next.ray.d = path.ray.d;
+  next.ray.o = z.ray_origin(next.ray.d);
+  push(next);
 }
 
 /// Of what the place sends on; light points have the rest.
@@ -90,10 +109,15 @@ void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
   counters[RayKind::kBsdf] += paths.size();
   block.met.find(block.rays, paths.size(), transport::Surfaces::Which::kAll);
   const uint32_t* const ray = block.met.points().ray;
+  const bool passes = light_ && light_->passing();
   for (size_t i = 0; i < block.met.reflecting(); ++i) {
     const uint32_t k = ray[i];
-    const float distance = block.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes];
+    const float distance =
+        paths[k].before + block.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes];
     const SurfaceInteraction z = interaction_of(block.met.points(), i);
+    if (passes && block.met.live()[i] > 0 && z.shape->bsdf().passes_straight()) {
+      pass(paths[k], z, distance);
+    }
     block.owner[i] = k;
     const Shares shares = shares_of_path(paths[k], z, distance);
     block.throughput.set(i, paths[k].throughput * shares.all);
@@ -102,11 +126,13 @@ void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
   }
   transport::Vertices vertices{&block.met, block.owner, block.throughput, block.shown_share,
                                block.shown_share_later};
+  vertices.drops_straight = passes;
   if (edges_before_ == 0 && transport::hides_environment(settings_, scene_)) {
     std::fill_n(block.straight, paths.size(), 1.f);
     vertices.straight = block.straight;
   }
-  block.paths.go_on({block.x, block.y, paths.size(), 0, 1, 0}, vertices, edges_before_ + 1,
+  const uint32_t depth = edges_before_ + 1 + paths[0].passes;
+  block.paths.go_on({block.x, block.y, paths.size(), 0, 1, 0}, vertices, depth,
                     {block.radiance, block.radiance}, counters);
   for (size_t i = 0; i < paths.size(); ++i) *paths[i].sum += block.radiance.at(i);
 }

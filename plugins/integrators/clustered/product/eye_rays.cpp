@@ -22,7 +22,8 @@ enum MetNumber : uint32_t {
   kSurvival = 9,
   kPath = 10,
   kPoint = 11,
-  kChain = 12
+  kChain = 12,
+  kBehind = 13  ///< seed of what an eye ray meets behind a surface that it passes
 };
 /// From the camera to where paths go on.
 constexpr uint32_t kEdgesBefore = 2;
@@ -159,14 +160,20 @@ void EyeRays::push(const Ray& ray, const EyeRay& eye) {
 }
 
 void EyeRays::trace(ShadowRays& shadow_rays) {
-  for (size_t begin = 0; begin < rays_.size(); begin += kBatch) {
-    const size_t count = std::min(kBatch, rays_.size() - begin);
-    scene_->intersect({&hits_[begin], count}, Coherence::kIncoherent, *counters_);
-    (*counters_)[RayKind::kBsdf] += count;
-    for (size_t i = begin; i < begin + count; ++i) find_light(hits_[i], rays_[i], shadow_rays);
+  while (!rays_.empty()) {
+    std::swap(hits_, traced_hits_);
+    std::swap(rays_, traced_);
+    for (size_t begin = 0; begin < traced_.size(); begin += kBatch) {
+      const size_t count = std::min(kBatch, traced_.size() - begin);
+      scene_->intersect({&traced_hits_[begin], count}, Coherence::kIncoherent, *counters_);
+      (*counters_)[RayKind::kBsdf] += count;
+      for (size_t i = begin; i < begin + count; ++i) {
+        find_light(traced_hits_[i], traced_[i], shadow_rays);
+      }
+    }
+    traced_hits_.clear();
+    traced_.clear();
   }
-  hits_.clear();
-  rays_.clear();
   chains_.trace(*scene_, *counters_);
   if (paths_) paths_->trace(*counters_);
 }
@@ -179,16 +186,40 @@ float EyeRays::eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const Ra
   return eye.density * geometry * place.eye_ratio / rates_of(eye)[place.cell];
 }
 
-void EyeRays::find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shadow_rays) {
-  if (!ray.hit.valid()) {
+/// Sends an eye ray straight on through the surface that it has met.
+void EyeRays::pass(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye) {
+  if (max_passes(eye, kEdgesBefore) == 0) return;
+  EyeRay next = eye;
+  next.weight *= y.shape->bsdf().null_transmission(y).transmittance;
+  if (is_black(next.weight)) return;
+  ++next.passes;
+  next.before = ray.ray.tmax;
+  next.seed = hash_words(eye.seed, kBehind);
+  Ray to;
+  to.d = ray.ray.d;
+  to.o = y.ray_origin(to.d);
+  push(to, next);
+}
+
+/// Number of surfaces that light may still pass on its way to an eye ray's path, which has `edges`
+/// edges but for the surfaces that the eye ray has passed.
+uint32_t EyeRays::max_passes(const EyeRay& eye, uint32_t edges) const {
+  return passes_left(light_.local->max_depth(), edges + eye.passes);
+}
+
+void EyeRays::find_light(const RayHit& met, const EyeRay& eye, ShadowRays& shadow_rays) {
+  if (!met.hit.valid()) {
     // Others leave the sky to its own cells.
     if (eye.density == 0 && light_.environment) {
-      *eye.sum += eye.weight * light_.environment->eval_environment(ray.ray.d);
+      *eye.sum += eye.weight * light_.environment->eval_environment(met.ray.d);
     }
     return;
   }
   const LocalLight& local = *light_.local;
-  const SurfaceInteraction y = scene_->interaction(ray);
+  const SurfaceInteraction y = scene_->interaction(met);
+  RayHit ray = met;
+  ray.ray.tmax += eye.before;
+  if (light_.passing() && y.shape->bsdf().passes_straight()) pass(ray, y, eye);
   if (const Emitter* const emitter = y.shape->emitter()) {
     const Rgb radiance = emitter->eval_surface(y);
     if (!is_black(radiance)) {
@@ -196,7 +227,7 @@ void EyeRays::find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shado
           eye.weight * radiance * share_of(1, 0, eye_odds(eye, y, ray, local.surface_place(y)));
     }
   }
-  if (local.max_depth() < LocalLight::kBounceDepth) return;
+  if (local.max_depth() < LocalLight::kBounceDepth + eye.passes) return;
   const Bsdf& bsdf = y.shape->bsdf();
   const bool scatters = any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy));
   const bool matters = paths_ || local.has_extended() || local.has_glossy_caustics();
@@ -206,7 +237,8 @@ void EyeRays::find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shado
     if (width != LobeWidth::kWide && local.has_extended()) follow(ray, y, width, eye);
   }
   if (any(bsdf.lobes() & Lobe::kDelta)) {
-    chains_.push(y, {eye.weight, eye.chain_density, hash_words(eye.seed, kChain), eye.sum});
+    chains_.push(y, {eye.weight, eye.chain_density, hash_words(eye.seed, kChain), eye.sum,
+                     kEdgesBefore + eye.passes});
   }
   if (!paths_ || !any(bsdf.lobes())) return;
   if (scatters) connect_point(ray, y, width, eye, shadow_rays);
@@ -241,27 +273,45 @@ void EyeRays::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeW
             share_of(1, is_mirroring ? 0 : follow_ratio, odds) +
         glossy.f * share_of(1, follow_ratio, is_mirroring ? kInfinity : odds);
   }
-  shadow_rays.push(y, arrival->d, arrival->distance, {eye.weight * f * arrival->radiance, 0, -1},
+  shadow_rays.push(y, arrival->d, arrival->distance,
+                   {eye.weight * f * arrival->radiance, 0, -1, 0,
+                    is_lamp ? 0 : max_passes(eye, kEdgesBefore + 1)},
                    {{eye.sum}}, {});
 }
 
-/// What a ray from a surface meets.
-std::optional<EyeRays::Met> EyeRays::meet(const SurfaceInteraction& y, const Vec3& wo) {
+/// Calls fn(Met) for each emitter that a ray from a surface meets in front of or behind at most
+/// `max_passes` surfaces that it passes straight.
+template <class Function>
+void EyeRays::meet(const SurfaceInteraction& y, const Vec3& d, uint32_t max_passes,
+                   const Function& fn) {
   Met met;
-  met.ray.ray.d = y.frame.to_world(wo);
-  met.ray.ray.o = y.ray_origin(met.ray.ray.d);
-  scene_->intersect({&met.ray, 1}, Coherence::kIncoherent, *counters_);
-  ++(*counters_)[RayKind::kBsdf];
-  if (!met.ray.hit.valid()) {
-    if (light_.environment) met.radiance = light_.environment->eval_environment(met.ray.ray.d);
-  } else {
-    met.x = scene_->interaction(met.ray);
+  Rgb transmittance(1.f);
+  RayHit ray;
+  ray.ray.d = d;
+  ray.ray.o = y.ray_origin(d);
+  for (uint32_t passes = 0;; ++passes) {
+    scene_->intersect({&ray, 1}, Coherence::kIncoherent, *counters_);
+    ++(*counters_)[RayKind::kBsdf];
+    if (!ray.hit.valid()) break;
+    met.x = scene_->interaction(ray);
+    met.distance += ray.ray.tmax;
     if (const Emitter* const emitter = met.x->shape->emitter()) {
-      met.radiance = emitter->eval_surface(*met.x);
+      met.radiance = emitter->eval_surface(*met.x) * transmittance;
+      if (!is_black(met.radiance)) fn(met);
     }
+    const Bsdf& bsdf = met.x->shape->bsdf();
+    if (!light_.passing() || !bsdf.passes_straight() || passes >= max_passes) return;
+    transmittance *= bsdf.null_transmission(*met.x).transmittance;
+    if (is_black(transmittance)) return;
+    ray = RayHit{};
+    ray.ray.d = d;
+    ray.ray.o = met.x->ray_origin(d);
   }
-  if (is_black(met.radiance)) return std::nullopt;
-  return met;
+  if (!light_.environment) return;
+  met.x.reset();
+  met.distance = kInfinity;
+  met.radiance = light_.environment->eval_environment(d) * transmittance;
+  if (!is_black(met.radiance)) fn(met);
 }
 
 /// Light that a narrow lobe shows to where an eye ray comes from.
@@ -276,14 +326,15 @@ void EyeRays::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth w
   Rgb weight = sample->weight;
   if (is_shared) weight += bsdf.eval_pdf(y, Lobe::kDiffuse, sample->wo).f / sample->pdf;
   if (is_black(weight)) return;
-  const auto met = meet(y, sample->wo);
-  if (!met) return;
-  const LocalLight::Found found = light_.local->found_arrival(y, met->ray.ray.d, met->ray.ray.tmax,
-                                                              met->x ? &*met->x : nullptr);
-  const float ratio = sample->pdf / found.density;
+  const Vec3 d = y.frame.to_world(sample->wo);
   const bool is_through = sample->wo.z * y.wi.z < 0;
-  const float odds = is_shared && !is_through ? eye_odds(eye, y, ray, found.place) : kInfinity;
-  *eye.sum += weight * share_of(ratio, ratio, odds) * eye.weight * met->radiance;
+  meet(y, d, max_passes(eye, kEdgesBefore + 1), [&](const Met& met) {
+    const LocalLight::Found found =
+        light_.local->found_arrival(y, d, met.distance, met.x ? &*met.x : nullptr);
+    const float ratio = sample->pdf / found.density;
+    const float odds = is_shared && !is_through ? eye_odds(eye, y, ray, found.place) : kInfinity;
+    *eye.sum += weight * share_of(ratio, ratio, odds) * eye.weight * met.radiance;
+  });
 }
 
 /// Of f, by which light that comes to y along wo is sent to the eye, what is left to eye rays.
@@ -321,7 +372,8 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth wi
                     const EyeRay& eye) {
   const Vec2 u(random_float(eye.seed, kGoOn + 1), random_float(eye.seed, kGoOn + 2));
   const auto sample = y.shape->bsdf().sample(y, Lobe::kAll, random_float(eye.seed, kGoOn), u);
-  if (!sample) return;
+  // pass() follows what goes straight on.
+  if (!sample || (light_.passing() && any(sample->lobe & Lobe::kNull))) return;
   const bool is_delta = any(sample->lobe & Lobe::kDelta);
   Rgb throughput = eye.weight * sample->weight;
   if (!is_delta) {
@@ -343,6 +395,7 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth wi
   begin.rates = rates_of(eye);
   begin.seed = hash_words(eye.seed, kPath);
   begin.sum = eye.sum;
+  begin.passes = eye.passes;
   paths_->push(begin);
 }
 
@@ -353,6 +406,8 @@ void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, Lobe
       points_.choose(y, tiles_[eye.tile].points, random_float(eye.seed, kPoint));
   if (!chosen) return;
   const LightPoint& point = chosen->point;
+  const uint32_t edges = kEdgesBefore + 1 + point.edges;
+  if (edges + eye.passes > light_.local->max_depth()) return;
   const Vec3 to = point.position - y.p;
   const float distance = glm::length(to);
   const Vec3 d = to / distance, wo = y.frame.to_local(d);
@@ -368,7 +423,8 @@ void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, Lobe
   if (is_black(light)) return;
   const Vec3 end = point.end_of_ray(d) - y.p;
   const float reach = glm::length(end);
-  shadow_rays.push(y, end / std::max(reach, 1e-30f), reach, {light, 0, -1}, {{eye.sum}}, {});
+  shadow_rays.push(y, end / std::max(reach, 1e-30f), reach,
+                   {light, 0, -1, 0, max_passes(eye, edges)}, {{eye.sum}}, {});
 }
 
 }  // namespace kinome

@@ -61,24 +61,29 @@ class EyeRays {
     uint64_t seed;
     Rgb* sum;
     float chain_density = kInfinity;  ///< EyeChains::Begin::density
+    uint32_t passes = 0;  ///< surfaces that it has passed straight, and the distance to the last
+    float before = 0;
   };
   /// A tile that rays wait for.
   struct Tile {
     size_t rates;  ///< of its choice: where they begin in rates_
     PointChoice::Block points;
   };
-  /// What a ray from a surface meets.
+  /// An emitter that a ray from a surface meets.
   struct Met {
-    RayHit ray;
-    std::optional<SurfaceInteraction> x;
+    std::optional<SurfaceInteraction> x;  ///< nullopt: the sky
+    float distance = 0;
     Rgb radiance{0.f};
   };
   void draw(const GroupView& group, uint64_t seed);
   void push(const Ray& ray, const EyeRay& eye);
-  void find_light(const RayHit& ray, const EyeRay& eye, ShadowRays& shadow_rays);
+  void find_light(const RayHit& met, const EyeRay& eye, ShadowRays& shadow_rays);
+  void pass(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye);
+  uint32_t max_passes(const EyeRay& eye, uint32_t edges) const;
   void find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                     const EyeRay& eye, ShadowRays& shadow_rays) const;
-  std::optional<Met> meet(const SurfaceInteraction& y, const Vec3& wo);
+  template <class Function>
+  void meet(const SurfaceInteraction& y, const Vec3& d, uint32_t max_passes, const Function& fn);
   void follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
   void go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
   void connect_point(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
@@ -99,6 +104,8 @@ class EyeRays {
   LobeValues values_;
   std::vector<RayHit> hits_;
   std::vector<EyeRay> rays_;
+  std::vector<RayHit> traced_hits_;  ///< of trace()
+  std::vector<EyeRay> traced_;
   EyeChains chains_;
   std::optional<EyePaths> paths_;  ///< where light comes by more than a bounce
   std::vector<Tile> tiles_;        ///< that rays wait for; the last is this one

@@ -147,7 +147,11 @@ struct LightWalk {
   uint32_t edges = 1;                   ///< with the one that it is on
   Vec3 d{0, 0, 1};                      ///< unit
   Rgb power{0.f};                       ///< EmissionSample::power, less what surfaces have taken
-  std::optional<SurfaceInteraction> x;  ///< where the first edge starts, if on a surface
+  /// Of the part of the way behind which no surface has turned the light: edges are straight where
+  /// light passes surfaces (LocalLight::passing).
+  bool is_direct = true;
+  float before = 0;                     ///< distance along d to the last surface that was passed
+  std::optional<SurfaceInteraction> x;  ///< where the path starts, if on a surface and direct
   /// By mirrors alone, from a source that no ray can find: neither can paths from the eye.
   bool is_hidden = false;
   bool is_shown = false;  ///< LightPoint::is_shown

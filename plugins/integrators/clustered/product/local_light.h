@@ -10,6 +10,7 @@
 #include "clustered/product/light_guide.h"
 #include "clustered/product/point_partition.h"
 #include "clustered/product/source_choice.h"
+#include "clustered/product/straight_rays.h"
 #include "kinome/emitter.h"
 #include "kinome/scene.h"
 #include "path_parameters.h"
@@ -168,6 +169,12 @@ class LocalLight {
   uint32_t padded_size() const { return static_cast<uint32_t>(columns_.flux.size()); }
   uint32_t max_depth() const { return length_.max_depth; }
   const PathLength& length() const { return length_; }
+  /// The scene, if it has surfaces that light passes straight (Lobe::kNull); nullptr: it has none.
+  /// Light passes them, each as one edge of its path, as if it came to what is behind them by the
+  /// edge before. But light of lamps stops at them.
+  const transport::SceneTable* passing() const {
+    return passes_straight(table_, max_depth()) ? &table_ : nullptr;
+  }
   const LocalCellColumns& columns() const { return columns_; }
   /// Around the points that the cell was made of.
   const std::vector<Aabb>& boxes() const { return boxes_; }
@@ -215,7 +222,7 @@ class LocalLight {
     float distance = kInfinity;
     Rgb radiance{0.f};  ///< / density; to be multiplied by f cos of the surface
     Place place;
-    float density = 0;  ///< of d, per solid angle; 0: no ray finds the source
+    float density = 0;  ///< of d, per solid angle; 0: no ray finds the source, which is a lamp
   };
   /// u1 picks the source, u the place on it. nullopt: no light.
   std::optional<Arrival> sample_arrival(const SurfaceInteraction& si, float u1,
@@ -296,10 +303,10 @@ class LocalLight {
   void walk_on(Walker& walker, Drawn& out) const;
   const BsdfAnswer& sample_next(std::span<const LightWalk> walks, Walker& walker) const;
   bool take_parts(Walker& walker, Drawn& out) const;
-  void add_part(const LightWalk& walk, const SurfaceInteraction& si, uint32_t parts, uint32_t index,
-                Drawn& out) const;
+  void add_part(const LightWalk& walk, const SurfaceInteraction& si, float distance, uint32_t parts,
+                uint32_t index, Drawn& out) const;
   std::optional<Ray> go_on(LightWalk& walk, const SurfaceInteraction& si,
-                           const transport::AdjointSample& sample) const;
+                           const transport::AdjointSample& sample, float distance) const;
   /// Learns where walks are split, from draws without. Returns false if no walk is.
   bool learn_splits(const Guided& guided, std::span<const SurfaceInteraction> seen, uint64_t seed,
                     RenderContext& context);

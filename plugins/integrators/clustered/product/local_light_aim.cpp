@@ -97,13 +97,12 @@ std::vector<WeightedPosition> LocalLight::lit_positions(const std::vector<EyePoi
     rays[i] = si.shadow_ray(direct->d, direct->distance);
   }
   RenderCounters counters;
-  scene_.occluded(rays, Coherence::kIncoherent, counters);
-  counters[RayKind::kShadow] += rays.size();
+  const std::vector<float> shares = arriving_shares(scene_, passing(), rays, counters);
   context.stats().counters.add(counters);
   double sum = 0;
   size_t count = 0;
   for (size_t i = 0; i < points.size(); ++i) {
-    if (rays[i].is_occluded()) light[i] = 0;
+    light[i] *= shares[i];
     sum += static_cast<double>(light[i]);
     count += light[i] > 0 ? 1 : 0;
   }

@@ -41,8 +41,9 @@ struct FlatPoint {
 /// Rays from some places of those that are seen, and what each point was worth to them.
 class UsePilot {
  public:
-  UsePilot(const Scene& scene, std::span<const FlatPoint> points, uint64_t seed)
-      : scene_(scene), points_(points), seed_(seed) {}
+  UsePilot(const Scene& scene, const transport::SceneTable* passing,
+           std::span<const FlatPoint> points, uint64_t seed)
+      : scene_(scene), passing_(passing), points_(points), seed_(seed) {}
 
   struct Found {
     uint32_t point;
@@ -56,13 +57,12 @@ class UsePilot {
     for (size_t v = 0; v < views.size(); ++v) {
       aim(views[v], hash_words(seed_, first_view + v), static_cast<uint32_t>(v));
     }
-    scene_.occluded(rays_, Coherence::kIncoherent, counters);
-    counters[RayKind::kShadow] += rays_.size();
+    const std::vector<float> shares = arriving_shares(scene_, passing_, rays_, counters);
     // Dark places count as much as bright ones.
     for (size_t begin = 0, end = 0; begin < shots_.size(); begin = end) {
       float sum = 0;
       for (; end < shots_.size() && shots_[end].view == shots_[begin].view; ++end) {
-        if (rays_[end].is_occluded()) shots_[end].light = 0;
+        shots_[end].light *= shares[end];
         sum += shots_[end].light;
       }
       if (!(sum > 0) || !std::isfinite(sum)) continue;
@@ -128,6 +128,7 @@ class UsePilot {
   }
 
   const Scene& scene_;
+  const transport::SceneTable* const passing_;
   const std::span<const FlatPoint> points_;
   const uint64_t seed_;
   std::vector<Shot> shots_;
@@ -190,7 +191,7 @@ std::vector<LightGuide::Use> LocalLight::find_uses(const std::vector<Drawn>& chu
   std::vector<RenderCounters> counters(parts);
   context.parallel_for(parts, [&](size_t part) {
     const size_t begin = part * kViewsOfChunk;
-    UsePilot pilot(scene_, points, seed);
+    UsePilot pilot(scene_, passing(), points, seed);
     pilot.look(seen.subspan(begin, std::min(kViewsOfChunk, seen.size() - begin)), begin,
                counters[part], found[part]);
   });

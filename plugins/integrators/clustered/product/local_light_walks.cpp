@@ -246,7 +246,8 @@ void LocalLight::walk_on(Walker& walker, Drawn& out) const {
   const std::span<const LightWalk> walks = walker.walks;
   const uint32_t* const ray = met.points().ray;
   for (size_t i = 0; i < met.reflecting(); ++i) {
-    walker.distance[i] = walker.rays[ray[i] / kBlockLanes].ray.tmax[ray[i] % kBlockLanes];
+    const uint32_t k = ray[i];
+    walker.distance[i] = walks[k].before + walker.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes];
   }
   // With the next edge, that to the eye's surface point and the one to the camera.
   const auto may_go_on = [&](const LightWalk& walk) { return walk.edges + 3 <= max_depth(); };
@@ -264,19 +265,19 @@ void LocalLight::walk_on(Walker& walker, Drawn& out) const {
     part.power /= static_cast<float>(parts);
     if (next->sample_pdf[i] > 0) {
       const transport::AdjointSample sample{si.frame.to_world(next->wo.at(i)), next->weight.at(i),
-                                            next->is_delta[i] > 0};
-      if (const auto to = go_on(part, si, sample)) {
+                                            next->is_delta[i] > 0, next->is_delta[i] == kNullSample};
+      if (const auto to = go_on(part, si, sample, walker.distance[i])) {
         walker.set_ray(out.walks.size(), *to);
         out.walks.push_back(part);
       }
     }
-    for (uint32_t k = 1; k < parts; ++k) add_part(walk, si, parts, k, out);
+    for (uint32_t k = 1; k < parts; ++k) add_part(walk, si, walker.distance[i], parts, k, out);
   }
 }
 
 /// Adds part `index` of a walk that is split into `parts` at a surface point.
-void LocalLight::add_part(const LightWalk& walk, const SurfaceInteraction& si, uint32_t parts,
-                          uint32_t index, Drawn& out) const {
+void LocalLight::add_part(const LightWalk& walk, const SurfaceInteraction& si, float distance,
+                          uint32_t parts, uint32_t index, Drawn& out) const {
   LightWalk part = walk;
   part.power /= static_cast<float>(parts);
   part.seed = hash_words(walk.seed, walk.edges, index);
@@ -285,7 +286,7 @@ void LocalLight::add_part(const LightWalk& walk, const SurfaceInteraction& si, u
       si, Lobe::kAll, random_float(seed, kLobe),
       {random_float(seed, kDirection), random_float(seed, kDirection + 1)});
   if (!sample) return;
-  if (const auto to = go_on(part, si, *sample)) out.parts.emplace_back(part, *to);
+  if (const auto to = go_on(part, si, *sample, distance)) out.parts.emplace_back(part, *to);
 }
 
 /// Samples where walks go on from the points that they have met.
@@ -303,22 +304,33 @@ const BsdfAnswer& LocalLight::sample_next(std::span<const LightWalk> walks, Walk
 /// Moves a walk on to its next edge and returns its ray, or nullopt if the walk ends. Roulette takes
 /// what the surface absorbs, so that all points of a source have about the same power.
 std::optional<Ray> LocalLight::go_on(LightWalk& walk, const SurfaceInteraction& si,
-                                     const transport::AdjointSample& sample) const {
+                                     const transport::AdjointSample& sample,
+                                     float distance) const {
   if (is_black(sample.weight)) return std::nullopt;
+  Ray to;
+  to.d = sample.to;
+  to.o = si.ray_origin(to.d);
+  const bool is_lamps = sources_[walk.origin.source].kind == Kind::kLamp;
+  if (sample.is_straight && walk.is_direct && !is_lamps && passing()) {
+    to.d = walk.d;
+    to.o = si.ray_origin(to.d);
+    walk.power = walk.power * sample.weight;
+    walk.before = distance;
+    ++walk.edges;
+    return to;
+  }
   const float survival = std::min(
       kMostSurvival, max_component(walk.power * sample.weight) / max_component(walk.power));
   if (!(random_float(hash_words(walk.seed, walk.edges), kSurvival) < survival)) return std::nullopt;
-  const bool is_lamps = sources_[walk.origin.source].kind == Kind::kLamp;
-  const bool is_first = walk.edges == 1;
+  const bool is_first = walk.is_direct;
   walk.is_shown = is_first ? sample.is_delta && !is_lamps : walk.is_shown;
   walk.is_hidden = sample.is_delta && (is_first ? is_lamps : walk.is_hidden);
   walk.power = walk.power * sample.weight / survival;
   walk.d = sample.to;
   walk.x.reset();
+  walk.is_direct = false;
+  walk.before = 0;
   ++walk.edges;
-  Ray to;
-  to.d = walk.d;
-  to.o = si.ray_origin(to.d);
   return to;
 }
 
@@ -331,7 +343,7 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
   const Source& source = sources_[walk.origin.source];
   const float count = static_cast<float>(bounce_count_) * source.bounce_share * walk.origin.guided;
   const SurfaceInteraction* const x = walk.x ? &*walk.x : nullptr;
-  const bool is_deep = walk.edges > 1;
+  const bool is_deep = !walk.is_direct;
   Reflection reflection;
   reflection.si = si;
   reflection.to_light = si.wi;

@@ -176,6 +176,12 @@ void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan
   }
 }
 
+/// Of a shadow ray to a light point, or to a lamp.
+uint32_t LocalStrata::max_passes(uint32_t point) const {
+  if (point == LightPoint::kLambertian) return 0;
+  return passes_left(light_.local->max_depth(), 2 + light_.local_points.points[point].edges);
+}
+
 void LocalStrata::shoot(const GroupView& group, const SegmentHits& segment,
                         const Answers& answers, ShadowRays& rays) const {
   const Columns& c = candidates_;
@@ -203,7 +209,8 @@ void LocalStrata::shoot(const GroupView& group, const SegmentHits& segment,
       distance = glm::length(to);
       toward = to / std::max(distance, 1e-30f);
     }
-    rays.push(si, toward, distance, {weight, c.cell[i], group.group.patch, primary}, answers, lit);
+    rays.push(si, toward, distance,
+              {weight, c.cell[i], group.group.patch, primary, max_passes(c.point[i])}, answers, lit);
   }
 }
 

@@ -58,6 +58,7 @@ class LocalStrata {
   void pad(const GroupView& group);
   void add_reflections(const LocalChoice::Block& block, size_t first);
   const LightPoint* point_of(size_t candidate) const;
+  uint32_t max_passes(uint32_t point) const;
 
   const CellLight& light_;
   const LocalChoice& choice_;

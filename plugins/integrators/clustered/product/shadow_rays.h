@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "clustered/product/point_plan.h"
 #include "clustered/product/stage_times.h"
+#include "clustered/product/straight_rays.h"
 #include "clustered/product/unit.h"
 #include "clustered/product/visibility.h"
 #include "kinome/scene.h"
@@ -23,7 +25,10 @@ struct Answers {
 /// thread; not thread-safe.
 class ShadowRays {
  public:
-  explicit ShadowRays(StageTimes& times);
+  /// `passing`: the scene, if rays pass surfaces straight that let them (Lobe::kNull), at most
+  /// `max_passes`; nullptr: all surfaces stop them.
+  explicit ShadowRays(StageTimes& times, const transport::SceneTable* passing = nullptr,
+                      uint32_t max_passes = 0);
 
   /// The scene of all rays to come. They are counted, when they are traced, to the counters that
   /// came last.
@@ -38,6 +43,8 @@ class ShadowRays {
     uint32_t cell;         ///< of a record
     int32_t patch;         ///< of records
     uint32_t primary = 0;  ///< start of the ray
+    /// Surfaces that the ray passes straight, at most, if this is less than for all.
+    uint32_t max_passes = ~0u;
   };
   /// What else a record's ray adds where it sees light; nothing, of most.
   struct Lit {
@@ -69,6 +76,7 @@ class ShadowRays {
   struct Pending {
     Rgb weight;
     uint32_t cell;
+    uint32_t max_passes;
     Rgb* sum;
     std::vector<VisibilityRecord>* records;
   };
@@ -90,6 +98,7 @@ class ShadowRays {
     Pending& pending = pending_[waiting_];
     pending.weight = light.weight;
     pending.cell = light.cell;
+    pending.max_passes = light.max_passes;
     pending.sum = answers.sums ? &answers.sums.of(light.primary) : nullptr;
     pending.records = nullptr;
     if (answers.records) {
@@ -99,9 +108,14 @@ class ShadowRays {
     if (++waiting_ == rays_.size()) trace();
   }
 
+  void trace_straight();
+  void answer(size_t i, bool visible, const Rgb& transmittance);
+
   const Scene* scene_ = nullptr;
   RenderCounters* counters_ = nullptr;
   StageTimes& times_;
+  std::optional<StraightRays> straight_;  ///< if they pass surfaces
+  const uint32_t max_passes_;
   std::vector<Ray> rays_;  ///< those that wait are the first waiting_
   std::vector<Pending> pending_;
   std::vector<Lit> lit_;  ///< of those that wait for records

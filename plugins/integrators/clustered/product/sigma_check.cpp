@@ -34,8 +34,8 @@ void SigmaCheck::forget() {
   is_finished_ = false;
 }
 
-void SigmaCheck::tell(float v, float sigma, bool visible) {
-  const float variance = sigma * sigma, off = (visible ? 1.f : 0.f) - v;
+void SigmaCheck::tell(float v, float sigma, float visible) {
+  const float variance = sigma * sigma, off = visible - v;
   const int step = std::clamp(kOne - (std::bit_cast<int32_t>(variance) >> kShift), 0, kSteps - 1);
   const int side = v < kAlmost ? kHidden : v > 1 - kAlmost ? kVisible : kNeither;
   Sums& sums = sums_[side * kSteps + step];

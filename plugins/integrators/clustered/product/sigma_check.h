@@ -21,7 +21,7 @@ class SigmaCheck {
  public:
   void forget();
   /// A ray to a cell that has been learned without it: v in [0, 1], sigma in (0, 1.1].
-  void tell(float v, float sigma, bool visible);
+  void tell(float v, float sigma, float visible);
   /// Makes of the sums those of all processes of a group.
   void add_up(RenderContext& context);
   /// All have been told.

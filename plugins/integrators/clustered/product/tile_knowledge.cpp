@@ -146,7 +146,7 @@ void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibilit
     learn_from_around(index, tile.patches[p], learner, scratch, Own::kLeftOut);
     for (const VisibilityRecord record : own) {
       const uint32_t cell = record.cell();
-      sigma_check_.tell(scratch.v[cell], scratch.sigma[cell], record.visible());
+      sigma_check_.tell(scratch.v[cell], scratch.sigma[cell], record.value());
     }
   }
 }
@@ -184,7 +184,7 @@ void TileKnowledge::find_trust(std::span<const VisibilityRecord> own, Patch& pat
   float error = 0, sigma = 0;
   for (const VisibilityRecord record : own) {
     const uint32_t cell = record.cell();
-    const float v = visibility.v[cell], seen = record.visible() ? 1.f : 0.f;
+    const float v = visibility.v[cell], seen = record.value();
     auto& of = cell >= first_lamp_ && cell < end_lamps_ ? lamps : others;
     of.count += 1;
     of.visible += seen;

@@ -28,7 +28,7 @@ constexpr float kLeastVariance = 1e-4f;
 constexpr float kDoubt = 0.0015f;
 constexpr float kMixedDoubt = 0.01f;
 
-/// Records of counts, and those of them that saw light.
+/// Records of counts, and the sum of their shares.
 wide::Float all_of(wide::Uint counts) {
   return kUnit * to_float(wide::as_uint(wide::as_int(counts) & wide::Int(VisibilityLearner::kMostWeight)));
 }
@@ -95,15 +95,23 @@ VisibilityLearner::VisibilityLearner(size_t padded_cells, const CellNeighbours* 
 void VisibilityLearner::begin() {
   std::fill(counts_.begin(), counts_.end(), 0u);
   weight_ = 0;
+  shares_ = squares_ = 0;
 }
 
 void VisibilityLearner::add(std::span<const VisibilityRecord> records, uint32_t weight) {
   if (weight == 0) return;
   records = records.first(std::min<size_t>(records.size(), (kMostWeight - weight_) / weight));
   weight_ += static_cast<uint32_t>(records.size()) * weight;
+  constexpr uint32_t kWhole = VisibilityRecord::kWhole;
+  uint32_t shares = 0, squares = 0;
   for (const VisibilityRecord record : records) {
-    counts_[record.cell()] += record.visible() ? weight << kHalf | weight : weight;
+    const uint32_t share = record.share();
+    counts_[record.cell()] += (weight * share + kWhole / 2) / kWhole << kHalf | weight;
+    shares += share;
+    squares += share * share;
   }
+  shares_ += uint64_t{weight} * shares;
+  squares_ += uint64_t{weight} * squares;
 }
 
 /// No half of a sum is more than kMostWeight.
@@ -158,12 +166,21 @@ void VisibilityLearner::finish(std::span<const uint32_t> blocks, Visibility& out
   sum_up();
   share_down();
   using namespace wide;
+  // Mean square over mean of what arrives; 1 if surfaces either hide light or leave it as it is.
+  const float weakened =
+      shares_ > 0 ? static_cast<float>(static_cast<double>(squares_) /
+                                       (VisibilityRecord::kWhole * static_cast<double>(shares_)))
+                  : 1.f;
+  const bool is_weakened = weakened < 1;
   for_lanes_of_blocks(blocks, [&](size_t c) {
     const Uint count = Uint::load(&counts_[c]);
     const Float all = all_of(count), visible = visible_of(count);
     const Float p = (visible + kShrinkage * prior(c)) / (all + kShrinkage);
-    const Float v = clamp((p - kSnap) / (1 - 2 * kSnap), Float(0.f), Float(1.f));
-    const Float left = max(p - 2.f * p * v + v * v, Float(0.f));
+    const Float share = is_weakened ? p / weakened : p;
+    const Float snapped = clamp((share - kSnap) / (1 - 2 * kSnap), Float(0.f), Float(1.f));
+    const Float v = is_weakened ? snapped * weakened : snapped;
+    const Float square = is_weakened ? p * weakened : p;
+    const Float left = max(square - 2.f * p * v + v * v, Float(0.f));
     v.store(&out.v[c]);
     sqrt(left + kDoubt / (1.f + all) + kLeastVariance).store(&out.sigma[c]);
     sqrt(p + kMixedDoubt).store(&out.sigma_mixed[c]);

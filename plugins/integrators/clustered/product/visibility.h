@@ -12,17 +12,28 @@
 
 namespace kinome {
 
-/// What one shadow ray found: the cell that it went to, and whether its light was visible.
+/// What one shadow ray found: the cell that it went to, and the share of its light that arrived,
+/// which panes and masks may weaken. Three bytes, because pilots keep many.
 class VisibilityRecord {
  public:
+  /// share() of unweakened light.
+  static constexpr uint32_t kWhole = 255;
+
   VisibilityRecord() = default;
-  VisibilityRecord(uint32_t cell, bool visible)
-      : bits_(static_cast<uint16_t>(cell | (visible ? 0x8000u : 0u))) {}
-  uint32_t cell() const { return bits_ & 0x7fffu; }
-  bool visible() const { return bits_ & 0x8000u; }
+  VisibilityRecord(uint32_t cell, bool visible) : VisibilityRecord(cell, visible ? 1.f : 0.f) {}
+  /// `share` in [0, 1].
+  VisibilityRecord(uint32_t cell, float share)
+      : cell_{static_cast<uint8_t>(cell), static_cast<uint8_t>(cell >> 8)},
+        share_(static_cast<uint8_t>(share * kWhole + 0.5f)) {}
+  uint32_t cell() const { return cell_[0] | static_cast<uint32_t>(cell_[1]) << 8; }
+  bool visible() const { return share_ > 0; }
+  /// In units of 1 / kWhole.
+  uint32_t share() const { return share_; }
+  float value() const { return static_cast<float>(share_) / kWhole; }
 
  private:
-  uint16_t bits_ = 0;
+  uint8_t cell_[2] = {};
+  uint8_t share_ = 0;
 };
 
 /// Visibility of each cell at a patch of surface, with what is left uncertain; arrays padded.
@@ -44,8 +55,8 @@ struct CellNeighbours {
 };
 CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& context);
 
-/// Turns records of rays nearby into visibilities: the share of visible ones, a cell with few
-/// records leaning on its neighbours, and these on what is around them along the cells' curve
+/// Turns records of rays nearby into visibilities: the mean share of light that arrives, a cell with
+/// few records leaning on its neighbours, and these on what is around them along the cells' curve
 /// (shrinkage up a tree of fan-out 8).
 class VisibilityLearner {
  public:
@@ -64,8 +75,8 @@ class VisibilityLearner {
   void finish(const CellBlocks& blocks, const Vec3& normal, float sine, Visibility& out);
 
  private:
-  /// Records of a cell or node, in 1/16 of one: all of them in the lower half, those that saw light
-  /// in the upper one.
+  /// Records of a cell or node, in 1/16 of one: all of them in the lower half, the sum of their
+  /// shares in the upper one.
   using Count = uint32_t;
   /// Of a level's nodes, each the sum of 8 of the level below.
   struct Level {
@@ -80,6 +91,7 @@ class VisibilityLearner {
   /// Cell by cell; zeros behind them, to which neighbours that there aren't point.
   Column<Count> counts_;
   uint32_t weight_ = 0;              ///< of all records
+  uint64_t shares_ = 0, squares_ = 0;  ///< weighted sums over all records
   std::vector<Level> levels_;        ///< the last one is the root alone
   std::vector<uint32_t> all_blocks_, facing_;
 };
