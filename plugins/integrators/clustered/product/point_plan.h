@@ -1,5 +1,7 @@
 #pragma once
 
+#include "kinome/color.h"
+
 namespace kinome {
 
 /// What a pilot finds out about one of its primaries, for the plan; radiances.
