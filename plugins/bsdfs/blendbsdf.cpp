@@ -3,8 +3,8 @@
 #include "batch.h"
 #include "kinome/plugin.h"
 
-/// Two BSDFs mixed: (1 - weight) of the first and weight of the second. Either may be smooth glass;
-/// both, if their indices of refraction are the same.
+/// A linear mix of two BSDFs: (1 - weight) times the first plus weight times the second. Either may
+/// be smooth glass; both may be if they have the same index of refraction.
 ///
 ///     <bsdf type="blendbsdf">
 ///       <texture type="bitmap" name="weight"><string name="filename" value="dust.png"/></texture>
@@ -16,8 +16,9 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     {"weight", ParameterType::kUnitlessTexture, nullptr,
-     "share of the second; below 0 counts as 0, above 1 as 1", true},
-    {"bsdf", ParameterType::kObject, nullptr, "the first and the second", true, Category::kBsdf, 2},
+     "weight of the second BSDF, clamped to [0,1]", true},
+    {"bsdf", ParameterType::kObject, nullptr, "the first and the second BSDF", true,
+     Category::kBsdf, 2},
 };
 
 class Blend final : public Bsdf {
@@ -43,9 +44,9 @@ class Blend final : public Bsdf {
                                    const Vec2& u2) const override {
     const auto [weight, second] = shares_of(mask, weight_.at(si));
     const bool is_second = u1 < second;
-    const float own = is_second ? u1 / second : (u1 - second) / (1 - second);
+    const float nested_u1 = is_second ? u1 / second : (u1 - second) / (1 - second);
     auto sample =
-        nested_[is_second]->sample(si, mask, std::clamp(own, 0.f, kOneMinusEpsilon), u2);
+        nested_[is_second]->sample(si, mask, std::clamp(nested_u1, 0.f, kOneMinusEpsilon), u2);
     if (!sample) return std::nullopt;
     if (any(sample->lobe & Lobe::kDelta)) {
       sample->weight *= is_second ? weight / second : (1 - weight) / (1 - second);
@@ -102,7 +103,7 @@ class Blend final : public Bsdf {
     return {a.diffuse * (1 - weight) + b.diffuse * weight,
             a.glossy * (1 - weight) + b.glossy * weight};
   }
-  /// Of that which is seen: one may have two sides, the other one.
+  /// Returns the frame of the BSDF that is visible from si.wi: one may be two-sided, the other not.
   Frame reflection_frame(const SurfaceInteraction& si) const override {
     const Frame first = nested_[0]->reflection_frame(si);
     const bool is_seen = glm::dot(first.n, si.frame.to_world(si.wi)) > 0;
@@ -118,32 +119,35 @@ class Blend final : public Bsdf {
     }
     for (const auto& one : nested) {
       if (one->turns_to_viewer()) {
-        throw props.error("bsdf", "can't be a normal map: put the blend into it");
+        throw props.error("bsdf",
+                          "can't be a normal map: nest the blend in the normal map instead");
       }
     }
     return {nested[0], nested[1]};
   }
 
-  /// Light paths ask for the index by which delta lobes bend light. Rough glass beside it has its
-  /// own in its values.
+  /// Returns the index by which delta lobes refract light: integrators query it for these. The
+  /// values of rough glass already account for its own index.
   float read_relative_index(const Properties& props) const {
     const auto index_of = [&](size_t i) { return nested_[i]->relative_index(); };
     const auto bends_smoothly = [&](size_t i) {
       return index_of(i) != 1 && any(nested_[i]->lobes() & Lobe::kDelta);
     };
     if (bends_smoothly(0) && bends_smoothly(1) && index_of(0) != index_of(1)) {
-      throw props.error("bsdf", "can't be two smooth boundaries of different indices of refraction");
+      throw props.error("bsdf",
+                        "must not be two smooth boundaries with different indices of "
+                        "refraction");
     }
     if (bends_smoothly(0) || bends_smoothly(1)) return index_of(bends_smoothly(0) ? 0 : 1);
     return index_of(index_of(0) != 1 ? 0 : 1);
   }
 
-  /// What the second BSDF has of the light, and of the samples.
+  /// Weight of the second BSDF, and the probability of sampling it.
   template <class F>
   struct Shares {
     F weight, probability;
   };
-  /// By the value of the texture; of samples of the lobes in `mask`.
+  /// `value` is the texture's. The probability is for samples of the lobes in `mask`.
   template <class F>
   Shares<F> shares_of(Lobe mask, const F& value) const {
     const F weight = clamped_share(value);
@@ -151,7 +155,7 @@ class Blend final : public Bsdf {
     return {weight, any(mask & nested_[0]->lobes()) ? weight : F(1.f)};
   }
 
-  /// Both at query.wo.
+  /// Evaluates the mix at query.wo.
   void evaluate_block(const SurfaceBlock& points, const BsdfQuery& query,
                       const NumberInput::Columns& weights, const Columns3& f, float* pdf) const {
     using wide::Float;
@@ -161,10 +165,10 @@ class Blend final : public Bsdf {
     BsdfAnswer first = other;
     first.f = f;
     first.pdf = pdf;
-    BsdfQuery asked = query;
-    asked.u1 = nullptr;
-    nested_[0]->shade_block(points, asked, first);
-    nested_[1]->shade_block(points, asked, other);
+    BsdfQuery nested_query = query;
+    nested_query.u1 = nullptr;
+    nested_[0]->shade_block(points, nested_query, first);
+    nested_[1]->shade_block(points, nested_query, other);
     wide::for_lanes(points.count, [&](size_t i) {
       const auto [weight, second] = shares_of(query.lobes, weights[i]);
       const Float sum =
@@ -184,18 +188,19 @@ class Blend final : public Bsdf {
                             columns.three(7), columns[10], columns[11]};
     const Columns3 f = columns.three(13);
     float* const pdf = columns[16];
-    BsdfQuery asked = query;
-    asked.wo = {};
-    asked.u1 = columns[12];
+    BsdfQuery nested_query = query;
+    nested_query.wo = {};
+    nested_query.u1 = columns[12];
     for (const bool is_second : {false, true}) {
       wide::for_lanes(points.count, [&](size_t i) {
         const Float split = shares_of(query.lobes, weights[i]).probability;
         const Float u1 = Float::load(query.u1 + i);
-        const Float own = is_second ? u1 / split : (u1 - split) / (1.f - split);
-        // Of the other's samples, which nobody takes, any number.
-        select(own >= 0.f, min(own, Float(kOneMinusEpsilon)), Float(0.f)).store(asked.u1 + i);
+        const Float nested_u1 = is_second ? u1 / split : (u1 - split) / (1.f - split);
+        // Samples of the BSDF that isn't chosen are discarded; their u1 only has to be valid.
+        select(nested_u1 >= 0.f, min(nested_u1, Float(kOneMinusEpsilon)), Float(0.f))
+            .store(nested_query.u1 + i);
       });
-      nested_[is_second]->shade_block(points, asked, is_second ? second : answer);
+      nested_[is_second]->shade_block(points, nested_query, is_second ? second : answer);
     }
     wide::for_lanes(points.count, [&](size_t i) {
       const Float split = shares_of(query.lobes, weights[i]).probability;

@@ -9,11 +9,11 @@
 
 namespace kinome {
 
-/// Another texture, its values clamped to [0, most].
+/// Clamps the values of another texture to [0, upper_bound].
 class BoundedTexture final : public Texture {
  public:
-  BoundedTexture(std::shared_ptr<const Texture> base, float most)
-      : base_(std::move(base)), most_(most) {}
+  BoundedTexture(std::shared_ptr<const Texture> base, float upper_bound)
+      : base_(std::move(base)), upper_bound_(upper_bound) {}
 
   Rgb eval(const Vec2& uv) const override { return bounded(base_->eval(uv)); }
   float eval_1(const Vec2& uv) const override { return bounded(base_->eval_1(uv)); }
@@ -46,8 +46,8 @@ class BoundedTexture final : public Texture {
   glm::uvec2 resolution() const override { return base_->resolution(); }
 
  private:
-  float bounded(float value) const { return std::clamp(value, 0.f, most_); }
-  Rgb bounded(const Rgb& value) const { return glm::clamp(value, 0.f, most_); }
+  float bounded(float value) const { return std::clamp(value, 0.f, upper_bound_); }
+  Rgb bounded(const Rgb& value) const { return glm::clamp(value, 0.f, upper_bound_); }
   void bound(float* values, size_t count) const {
     for (size_t i = 0; i < count; ++i) values[i] = bounded(values[i]);
   }
@@ -56,21 +56,23 @@ class BoundedTexture final : public Texture {
   }
 
   std::shared_ptr<const Texture> base_;
-  float most_;
+  float upper_bound_;
 };
 
-/// `texture`, or a BoundedTexture with a warning at the parameter `name` if it exceeds `most`. A
-/// single value that is too large is an error there.
+/// Returns `texture` if it stays below `upper_bound`. Otherwise logs a warning at the parameter
+/// `name` and returns a BoundedTexture; throws if the texture is a single value.
 inline std::shared_ptr<Texture> bounded_texture(const Properties& props, const std::string& name,
-                                                std::shared_ptr<Texture> texture, float most) {
+                                                std::shared_ptr<Texture> texture,
+                                                float upper_bound) {
   // Half floats and filtering round; 1e-3 is their precision at 1.
-  if (!(texture->max() > 1.001f * most)) return texture;
-  const std::string range = "must lie in [0," + std::to_string(static_cast<int>(most)) + "], ";
-  const std::string largest = std::to_string(texture->max());
-  if (texture->is_uniform()) throw props.error(name, range + "got " + largest);
-  props.warn(name, range + "but its texture has values up to " + largest +
+  if (!(texture->max() > 1.001f * upper_bound)) return texture;
+  const std::string range =
+      "must be between 0 and " + std::to_string(static_cast<int>(upper_bound)) + ", ";
+  const std::string max_value = std::to_string(texture->max());
+  if (texture->is_uniform()) throw props.error(name, range + "got " + max_value);
+  props.warn(name, range + "but its texture has values up to " + max_value +
                        ": they are clamped to that range");
-  return std::make_shared<BoundedTexture>(std::move(texture), most);
+  return std::make_shared<BoundedTexture>(std::move(texture), upper_bound);
 }
 
 }  // namespace kinome

@@ -1,10 +1,10 @@
 #include "kinome/plugin.h"
 #include "turned_frame.h"
 
-/// Turns the shading frame of a nested BSDF as if a texture of heights had displaced the surface
+/// Perturbs the shading frame of a nested BSDF as if a texture of heights had displaced the surface
 /// along its normal, as in Mitsuba 3; see turned_frame.h. Heights are in units of the scene; only
-/// their slopes count (Blinn 1978, "Simulation of Wrinkled Surfaces", without the term of the
-/// surface's own curvature). The texture should be `raw`, or its numbers are taken for sRGB colours.
+/// their slopes matter (Blinn 1978, "Simulation of Wrinkled Surfaces", without the term of the
+/// surface's own curvature). The texture should be `raw`; otherwise its values are decoded as sRGB.
 ///
 ///     <bsdf type="bumpmap">
 ///       <texture type="bitmap">
@@ -17,9 +17,9 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"texture", ParameterType::kObject, nullptr, "the heights, read as one number", true,
+    {"texture", ParameterType::kObject, nullptr, "heights, read as a single channel", true,
      Category::kTexture},
-    {"scale", ParameterType::kFloat, "1", "factor of the heights"},
+    {"scale", ParameterType::kFloat, "1", "factor on the heights"},
     KINOME_TURNED_FRAME_PARAMETERS,
 };
 
@@ -28,7 +28,7 @@ class BumpMap final : public TurnedFrame<BumpMap> {
   explicit BumpMap(const Properties& props)
       : TurnedFrame(props), heights_(props.object<Texture>()), scale_(props.real("scale")) {
     if (!heights_->attribute().empty()) {
-      throw props.error("texture", "has no slopes: of a mesh's attribute only values are known");
+      throw props.error("texture", "can't be a mesh attribute, which has no derivatives");
     }
     if (!std::isfinite(scale_)) {
       throw props.error("scale", "must be finite, got " + std::to_string(scale_));
@@ -57,13 +57,14 @@ class BumpMap final : public TurnedFrame<BumpMap> {
   TurnedAxes<F> axes(const FrameOf<VecOf<F>>& frame, const VecOf<F>& geometric_normal,
                      const VecOf<F>& dp_du, const VecOf<F>& dp_dv, const Vec2Of<F>& slope) const {
     const VecOf<F> along_u = frame.to_local(dp_du), along_v = frame.to_local(dp_dv);
-    // In the plane of the shading frame, and up by the slopes.
+    // The tangents of the displaced surface: dp_du and dp_dv in the plane of the shading frame,
+    // with the slopes as z.
     const VecOf<F> n = cross(VecOf<F>(along_u.x, along_u.y, scale_ * slope.x),
                              VecOf<F>(along_v.x, along_v.y, scale_ * slope.y));
-    // Of a mirrored (u, v), the product points inward.
+    // The product points inward if (u, v) is mirrored.
     const auto is_outward = dot(n, frame.to_local(geometric_normal)) >= 0.f;
-    // Mitsuba 3.9.1 takes dp_du, in world coordinates, for one in those of the frame. Anisotropic
-    // BSDFs, which alone show it, are to look as they do there.
+    // Mitsuba 3.9.1 uses dp_du, which is in world coordinates, as if it were in the frame's. This
+    // copies it, so that anisotropic BSDFs look the same; others don't depend on it.
     return {select(is_outward, n, -n), dp_du};
   }
 

@@ -8,24 +8,24 @@
 
 namespace kinome {
 
-/// Rows of a plugin's table that both kinds of coats have.
-#define KINOME_COAT_PARAMETERS                                                                    \
-  {"int_ior", ParameterType::kFloatOrName, "bk7", "index of refraction of the coat"},             \
-      {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},             \
-      {"thickness", ParameterType::kFloat, "1", "of the coat, in the unit of 1 / sigma_a"},       \
-      {"sigma_a", ParameterType::kUnitlessTexture, "0", "absorption of the coat, per length"},    \
-      {"specular_reflectance", ParameterType::kReflectanceTexture, "1",                           \
-       "factor on the coat's reflection"},                                                        \
-  {                                                                                               \
-    "bsdf", ParameterType::kObject, nullptr, "what is coated", true, Category::kBsdf              \
+/// Parameters of both kinds of coats.
+#define KINOME_COAT_PARAMETERS                                                                     \
+  {"int_ior", ParameterType::kFloatOrName, "bk7", "index of refraction of the coat"},              \
+      {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},              \
+      {"thickness", ParameterType::kFloat, "1", "thickness of the coat, in units of 1 / sigma_a"}, \
+      {"sigma_a", ParameterType::kUnitlessTexture, "0", "absorption coefficient of the coat"},     \
+      {"specular_reflectance", ParameterType::kReflectanceTexture, "1",                            \
+       "factor on the coat's reflection"},                                                         \
+  {                                                                                                \
+    "bsdf", ParameterType::kObject, nullptr, "the coated BSDF", true, Category::kBsdf              \
   }
 
-/// A dielectric coat over another BSDF, as in Mitsuba 0.6: what the boundary reflects, and
+/// A dielectric coat over another BSDF, as in Mitsuba 0.6: the boundary's reflection, plus
 ///
 ///     f(wi, wo) = T(wi) T(wo) / eta² exp(-sigma_a d (1 / cos_i' + 1 / cos_o')) f'(wi', wo'),
 ///
-/// where f' is the nested BSDF and wi' and wo' are the directions inside of the coat. Light that the
-/// boundary reflects back inside is lost. Boundary has
+/// where f' is the nested BSDF and wi' and wo' are the directions inside the coat. Light that the
+/// boundary reflects back inside is lost. Boundary must provide
 ///
 ///     float transmittance(float cosine) const;  // from outside
 ///     Lobe lobe() const;                        // of the reflection
@@ -42,7 +42,7 @@ class Coat : public Bsdf {
         thickness_(props.real("thickness")),
         specular_weight_(mean_of_channels(*specular_)),
         nested_(props.object<Bsdf>()) {
-    if (nested_->transmits()) throw props.error("bsdf", "can't be one that lets light through");
+    if (nested_->transmits()) throw props.error("bsdf", "must not transmit light");
     if (!(thickness_ >= 0) || !std::isfinite(thickness_)) {
       throw props.error("thickness", "must be finite and not negative");
     }
@@ -57,7 +57,7 @@ class Coat : public Bsdf {
     if (share < 1) {
       const SurfaceInteraction inside = below(si);
       const Vec3 wo_inside = refracted_in(wo);
-      // If the outside has the larger index, no light gets in or out beyond the critical angle.
+      // If the index is larger outside, no light enters or leaves beyond the critical angle.
       if (inside.wi.z != 0 && wo_inside.z != 0) {
         value = nested_->eval_pdf(inside, mask, wo_inside);
         const float stretch = wo.z / (sqr(eta_) * wo_inside.z);
@@ -89,7 +89,7 @@ class Coat : public Bsdf {
   }
 
   Rgb albedo(const SurfaceInteraction& si) const override { return nested_->albedo(si); }
-  /// Seen from si.wi, for light from about the normal.
+  /// Estimates the reflectance for the viewing direction si.wi and light from near the normal.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const SurfaceInteraction inside = below(si);
     LobeReflectance value = nested_->reflectance(inside);
@@ -113,7 +113,7 @@ class Coat : public Bsdf {
     const float x = w.x / eta_, y = w.y / eta_;
     return {x, y, std::copysign(std::sqrt(std::max(1 - x * x - y * y, 0.f)), w.z)};
   }
-  /// nullopt if all light is reflected back.
+  /// Returns nullopt for total internal reflection.
   std::optional<Vec3> refracted_out(const Vec3& w) const {
     const float x = w.x * eta_, y = w.y * eta_;
     const float cos2 = 1 - x * x - y * y;
@@ -130,14 +130,14 @@ class Coat : public Bsdf {
     return {w.x, w.y, wi.z < 0 ? -w.z : w.z};
   }
 
-  /// Share of light that enters along wi and leaves along wo.
+  /// Returns the fraction of light that enters along wi and leaves along wo.
   Rgb passed(const SurfaceInteraction& si, const Vec3& wi_inside, const Vec3& wo,
              const Vec3& wo_inside) const {
     const float length =
         thickness_ * (1 / std::abs(wi_inside.z) + 1 / std::abs(wo_inside.z));
     const float both = boundary_.transmittance(std::abs(si.wi.z)) *
                        boundary_.transmittance(std::abs(wo.z));
-    // No light enters or leaves along the surface.
+    // No light enters or leaves in the tangent plane.
     if (wi_inside.z == 0 || wo_inside.z == 0) return Rgb(0.f);
     if (absorption_->max() == 0) return Rgb(both);
     return both * glm::exp(-absorption_.at(si) * length);
@@ -162,8 +162,8 @@ class Coat : public Bsdf {
                                           float u1, const Vec2& u2) const {
     const SurfaceInteraction inside = below(si);
     if (inside.wi.z == 0) return std::nullopt;
-    const float own = std::clamp((u1 - share) / (1 - share), 0.f, kOneMinusEpsilon);
-    auto sample = nested_->sample(inside, mask, own, u2);
+    const float nested_u1 = std::clamp((u1 - share) / (1 - share), 0.f, kOneMinusEpsilon);
+    auto sample = nested_->sample(inside, mask, nested_u1, u2);
     if (!sample) return std::nullopt;
     const auto wo = refracted_out(sample->wo);
     if (!wo) return std::nullopt;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr Parameter kParameters[] = {KINOME_COAT_PARAMETERS};
 
-/// Reflects as a mirror does.
+/// Boundary that reflects like a mirror.
 class SmoothBoundary {
  public:
   explicit SmoothBoundary(float eta) : eta_(eta) {}

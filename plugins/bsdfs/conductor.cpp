@@ -2,8 +2,8 @@
 #include "kinome/plugin.h"
 #include "kinome/wide/fresnel.h"
 
-/// A smooth conductor: the mirror direction only, weighted by Fresnel's reflectance for the complex
-/// index eta + i k. One-sided.
+/// A smooth conductor. It reflects in the mirror direction only, by the Fresnel reflectance of the
+/// complex index eta + i k. One-sided.
 ///
 ///     <bsdf type="conductor"><string name="material" value="Au"/></bsdf>
 namespace kinome {

@@ -7,11 +7,9 @@
 
 #include "batch.h"
 #include "conductor_presets.h"
-#include "kinome/log.h"
-
 namespace kinome {
 
-/// What `material` may be: none, or a preset.
+/// Values of `material`: none, or a preset.
 inline constexpr auto kConductorNames = [] {
   std::array<const char*, std::size(kConductorPresets) + 1> names{"none"};
   for (size_t i = 1; i < names.size(); ++i) names[i] = kConductorPresets[i - 1].name;
@@ -30,7 +28,7 @@ class ConductorIndex {
     }
     for (const char* name : {"eta", "k"}) {
       if (props.has(name)) {
-        throw props.error(name, "excludes 'material': give either, not both");
+        throw props.error(name, "can't be combined with 'material': remove one of them");
       }
     }
     const ConductorPreset& preset = kConductorPresets[props.choice("material") - 1];
@@ -38,28 +36,29 @@ class ConductorIndex {
     k_ = ColorInput(make_uniform_texture(preset.k));
   }
 
-  /// The textures, whose values are to go through bounded().
+  /// The textures. Callers must pass their values through bounded().
   const ColorInput& eta() const { return *eta_; }
   const ColorInput& k() const { return *k_; }
 
-  /// The index that the reflectance is computed from, which depends on its parts' squares alone.
-  /// Beyond the bound the reflectance is 1 to a few 1e-4; fourth powers must stay numbers.
+  /// Returns the index for computing the reflectance, which depends only on the squares of eta and
+  /// k. Both are at most 1e4, so that fourth powers stay finite; the reflectance there is 1 to
+  /// within a few 1e-4.
   template <class V>
   static V bounded(const V& index) {
     using std::abs;
-    constexpr float kMost = 1e4f;
-    return {min(abs(index.x), NumberOf<V>(kMost)), min(abs(index.y), NumberOf<V>(kMost)),
-            min(abs(index.z), NumberOf<V>(kMost))};
+    constexpr float kMax = 1e4f;
+    return {min(abs(index.x), NumberOf<V>(kMax)), min(abs(index.y), NumberOf<V>(kMax)),
+            min(abs(index.z), NumberOf<V>(kMax))};
   }
 
  private:
-  /// Reads a part of the index. Values that are fitted to a measured colour may be negative.
+  /// Reads eta or k. Values that were fitted to a measured colour may be negative.
   static std::shared_ptr<Texture> texture_of_any_sign(const Properties& props, const char* name) {
     auto texture = props.texture(name);
     if (texture->min() < 0) {
-      log_warn(props.error(name, "is negative in part, which has no effect: the reflectance depends "
-                                 "on its square")
-                   .what());
+      props.warn(name,
+                 "has negative values; their sign has no effect, because the reflectance depends "
+                 "on the square");
     }
     return texture;
   }
@@ -68,14 +67,15 @@ class ConductorIndex {
   std::optional<ColorInput> k_;
 };
 
-/// The rows of a plugin's table that ConductorIndex reads.
-#define KINOME_CONDUCTOR_PARAMETERS                                                    \
-  ::kinome::choice_of("material", ::kinome::kConductorNames, "none",                   \
-                      "a preset such as Au, Ag, Cu, Al, Cr, W; none: eta and k"),      \
-      {"eta", ::kinome::ParameterType::kUnitlessTexture, "0",                          \
-       "real part of the index of refraction (0 with k = 1: a perfect mirror)"},       \
-  {                                                                                    \
-    "k", ::kinome::ParameterType::kUnitlessTexture, "1", "imaginary part of the index" \
+/// Parameters that ConductorIndex reads.
+#define KINOME_CONDUCTOR_PARAMETERS                                                   \
+  ::kinome::choice_of("material", ::kinome::kConductorNames, "none",                  \
+                      "a preset such as Au, Ag, Cu, Al, Cr, W; none: use eta and k"), \
+      {"eta", ::kinome::ParameterType::kUnitlessTexture, "0",                         \
+       "real part of the index of refraction (eta = 0, k = 1: a perfect mirror)"},    \
+  {                                                                                   \
+    "k", ::kinome::ParameterType::kUnitlessTexture, "1",                              \
+        "imaginary part of the index of refraction"                                   \
   }
 
 }  // namespace kinome

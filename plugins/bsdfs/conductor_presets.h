@@ -4,15 +4,15 @@
 
 namespace kinome {
 
-/// A metal (or other solid) by its complex index of refraction, integrated to linear Rec.709.
+/// Complex index of refraction of a metal (or other solid), integrated to linear Rec.709.
 struct ConductorPreset {
   const char* name;
   Rgb eta;
   Rgb k;
 };
 
-/// The values that Mitsuba 3.9.1's rgb variants hold after loading each `material`:
-/// validation/references/conductor_presets.py prints this table.
+/// The values that Mitsuba 3.9.1's rgb variants have after loading each `material`. Printed by
+/// validation/references/conductor_presets.py.
 inline constexpr ConductorPreset kConductorPresets[] = {
     {"a-C", {2.94405f, 2.22714f, 1.96816f}, {0.887465f, 0.799299f, 0.81529f}},
     {"Ag", {0.155276f, 0.116728f, 0.138388f}, {4.82835f, 3.12222f, 2.1469f}},

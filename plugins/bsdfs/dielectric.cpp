@@ -3,9 +3,9 @@
 #include "kinome/plugin.h"
 #include "kinome/wide/fresnel.h"
 
-/// A smooth boundary between two dielectrics, such as glass and air: what isn't mirrored goes
-/// through, bent by Snell's law. Seen from both sides; int_ior is that of the side that the normal
-/// points away from. Where a shape is closed, it is solid.
+/// A smooth boundary between two dielectrics, such as glass and air. It reflects a part of the
+/// light and refracts the rest by Snell's law. Two-sided: int_ior is the index on the side that the
+/// normal points away from. A closed shape is solid.
 ///
 ///     <bsdf type="dielectric"><string name="int_ior" value="bk7"/></bsdf>
 namespace kinome {
@@ -35,7 +35,7 @@ class Dielectric final : public wide::FormulaBsdf<Dielectric> {
 
     BsdfValueOf<F> value(const VecOf<F>& /*wo*/) const { return {RgbOf<F>(0.f), 0.f}; }
     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& /*u2*/) const {
-      // Each side with the probability of what it sends: no weight is left of that.
+      // The probabilities are the Fresnel terms, which therefore cancel in the weights.
       return choose(
           u1 < boundary.reflectance, [&] { return mirror_sample<F>(wi, reflectance); },
           [&] { return refracted(); });
@@ -70,4 +70,4 @@ class Dielectric final : public wide::FormulaBsdf<Dielectric> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Dielectric, kinome::Category::kBsdf, "dielectric",
-              "Smooth glass, water and the like: mirrors and refracts.", kinome::kParameters);
+              "Smooth glass, water and the like: reflects and refracts.", kinome::kParameters);

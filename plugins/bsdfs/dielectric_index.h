@@ -7,7 +7,7 @@
 
 namespace kinome {
 
-/// Indices of refraction by name (those that Mitsuba knows).
+/// Named indices of refraction, the same as Mitsuba's.
 inline constexpr NamedNumber kIndicesOfRefraction[] = {
     {"vacuum", 1.f},       {"helium", 1.000036f},        {"hydrogen", 1.000132f},
     {"air", 1.000277f},    {"carbon dioxide", 1.00045f}, {"water", 1.333f},
@@ -19,39 +19,42 @@ inline constexpr NamedNumber kIndicesOfRefraction[] = {
     {"pet", 1.575f},       {"diamond", 2.419f},
 };
 
-/// Rows of the parameter tables of what mirrors and lets through, without roughness.
-#define KINOME_SMOOTH_DIELECTRIC_PARAMETERS(inside, outside)                                       \
-  {"int_ior", ParameterType::kFloatOrName, "bk7", "index of refraction " inside},                  \
-      {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction " outside},             \
-      {"specular_reflectance", ParameterType::kReflectanceTexture, "1",                            \
-       "factor on the reflection"},                                                                \
-  {                                                                                                \
-    "specular_transmittance", ParameterType::kReflectanceTexture, "1", "factor on what goes through" \
+/// Parameters of dielectric boundaries, without roughness.
+#define KINOME_SMOOTH_DIELECTRIC_PARAMETERS(inside, outside)                           \
+  {"int_ior", ParameterType::kFloatOrName, "bk7", "index of refraction " inside},      \
+      {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction " outside}, \
+      {"specular_reflectance", ParameterType::kReflectanceTexture, "1",                \
+       "factor on the reflection"},                                                    \
+  {                                                                                    \
+    "specular_transmittance", ParameterType::kReflectanceTexture, "1",                 \
+        "factor on the transmission"                                                   \
   }
 
-/// int_ior / ext_ior of a dielectric's properties, both within what has squares and inverses.
+/// Returns int_ior / ext_ior. Both are bounded so that squares and inverses are finite.
 inline float relative_ior(const Properties& props) {
-  constexpr float kLeast = 1e-3f, kMost = 1e3f;
+  constexpr float kMin = 1e-3f, kMax = 1e3f;
   const auto index = [&](const char* name) {
     const float value = props.number_or_name(name, kIndicesOfRefraction);
     if (!(value > 0) || !std::isfinite(value)) {
       throw props.error(name, "must be positive, got " + std::to_string(value));
     }
-    if (value < kLeast || value > kMost) {
-      throw props.error(name, "must be from 0.001 to 1000, got " + std::to_string(value));
+    if (value < kMin || value > kMax) {
+      throw props.error(name, "must be between 0.001 and 1000, got " + std::to_string(value));
     }
     return value;
   };
   return index("int_ior") / index("ext_ior");
 }
 
-/// The same where the roughness of a boundary shows by how it bends light, so that there must be
-/// some: half vectors of what goes straight on are lost to rounding.
+/// Returns relative_ior() for rough boundaries, which must refract light: without refraction, the
+/// half vectors of transmission are lost to rounding. Throws if it is within 1e-4 of 1.
 inline float bending_ior(const Properties& props) {
   const float eta = relative_ior(props);
   if (std::abs(eta - 1) < 1e-4f) {
-    throw props.error("int_ior", "must differ from ext_ior, by 1e-4 of it or more: int_ior / "
-                                 "ext_ior is " + std::to_string(eta));
+    throw props.error("int_ior",
+                      "must differ from ext_ior by at least 0.01 %, got int_ior / "
+                      "ext_ior = " +
+                          std::to_string(eta));
   }
   return eta;
 }

@@ -6,8 +6,8 @@
 
 namespace kinome {
 
-/// A diffuse and a specular reflectance that are kept from exceeding 1 together, as Mitsuba 0.6
-/// does: where the sum of their maxima exceeds 1 in any channel, both are scaled by .99 / sum.
+/// A diffuse and a specular reflectance whose sum stays below 1, as in Mitsuba 0.6: if the sum of
+/// their maxima exceeds 1 in any channel, both are scaled by .99 / sum.
 class ReflectancePair {
  public:
   explicit ReflectancePair(const Properties& props)
@@ -24,17 +24,17 @@ class ReflectancePair {
 
   Rgb diffuse(const SurfaceInteraction& si) const { return scale_ * diffuse_.at(si); }
   Rgb specular(const SurfaceInteraction& si) const { return scale_ * specular_.at(si); }
-  /// The textures, whose values are to be multiplied by scale().
+  /// The textures. Callers must multiply their values by scale().
   const ColorInput& diffuse_input() const { return diffuse_; }
   const ColorInput& specular_input() const { return specular_; }
   float scale() const { return scale_; }
-  /// The probability of the specular lobe: where both may be sampled, its share of the average
-  /// luminance.
+  /// Probability of sampling the specular lobe. If both lobes may be sampled, it is the specular
+  /// fraction of the mean luminance.
   float glossy_probability(Lobe mask) const {
     return lobe_probability(any(mask & Lobe::kGlossy), any(mask & Lobe::kDiffuse),
                             specular_probability_, 1 - specular_probability_);
   }
-  /// The diffuse lobe has a form; the glossy one has none.
+  /// A BsdfForm can represent the diffuse lobe, but not the glossy one.
   BsdfForm form_kind() const {
     BsdfForm form;
     if (any(lobes() & Lobe::kGlossy)) form.glossy = BsdfForm::Glossy::kOther;
@@ -56,12 +56,15 @@ class ReflectancePair {
   float specular_probability_ = 0.5f;
 };
 
-/// The rows of a plugin's table that ReflectancePair reads.
-#define KINOME_REFLECTANCE_PAIR_PARAMETERS                                               \
-  {"diffuse_reflectance", ::kinome::ParameterType::kReflectanceTexture, "0.5", "weight kd"},        \
-      {"specular_reflectance", ::kinome::ParameterType::kReflectanceTexture, "0.2", "weight ks"}, { \
-    "ensure_energy_conservation", ::kinome::ParameterType::kBoolean, "true",             \
-        "scale both reflectances by .99 / max(kd + ks) where that exceeds 1"             \
+/// Parameters that ReflectancePair reads.
+#define KINOME_REFLECTANCE_PAIR_PARAMETERS                                          \
+  {"diffuse_reflectance", ::kinome::ParameterType::kReflectanceTexture, "0.5",      \
+   "kd, weight of the diffuse lobe"},                                               \
+      {"specular_reflectance", ::kinome::ParameterType::kReflectanceTexture, "0.2", \
+       "ks, weight of the specular lobe"},                                          \
+  {                                                                                 \
+    "ensure_energy_conservation", ::kinome::ParameterType::kBoolean, "true",        \
+        "scale both reflectances by .99 / max(kd + ks) if the maximum exceeds 1"    \
   }
 
 }  // namespace kinome

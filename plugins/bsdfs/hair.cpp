@@ -5,15 +5,15 @@
 #include "kinome/plugin.h"
 #include "kinome/wide/fresnel.h"
 
-/// A fibre of hair or fur after Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model
-/// for Production Path Tracing", as in Mitsuba 3. Light is mirrored (p = 0), goes through (1),
-/// through with one reflection inside (2) or with more (3); each of these lobes is
+/// A fibre of hair or fur after Chiang et al. 2016, "A Practical and Controllable Hair and Fur
+/// Model for Production Path Tracing", as in Mitsuba 3. Light is reflected (p = 0), transmitted
+/// (1), transmitted after one internal reflection (2) or after more (3). Each of these lobes is
 ///
 ///     f |cos(theta_o)| = A_p M_p(theta_i, theta_o) N_p(phi_o - phi_i)
 ///
-/// with theta the angle with the plane across the fibre, phi that around it. For shapes whose (u, v)
-/// has v along the fibre, as curves do: y is the fibre's direction in the shading frame. Where light
-/// leaves the fibre it does so at the very place that it entered.
+/// theta is the angle with the plane perpendicular to the fibre, phi the azimuth around the fibre.
+/// The shape's v must run along the fibre, as on curves: y is the fibre's direction in the shading
+/// frame. Light leaves the fibre at the point where it entered.
 ///
 ///     <bsdf type="hair"><float name="eumelanin" value="0.2"/></bsdf>
 namespace kinome {
@@ -23,23 +23,23 @@ constexpr Parameter kParameters[] = {
     {"eumelanin", ParameterType::kFloat, "1.3", "concentration of the pigment of black hair"},
     {"pheomelanin", ParameterType::kFloat, "0.2", "concentration of the pigment of red hair"},
     {"sigma_a", ParameterType::kUnitlessTexture, nullptr,
-     "absorption in place of pigments, by the fibre's radius"},
-    {"scale", ParameterType::kFloat, "1", "factor of sigma_a"},
+     "absorption coefficient per radius of the fibre, instead of the pigments"},
+    {"scale", ParameterType::kFloat, "1", "factor on sigma_a"},
     {"int_ior", ParameterType::kFloatOrName, "amber", "index of refraction of the fibre"},
     {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},
     {"longitudinal_roughness", ParameterType::kFloat, "0.3",
-     "along the fibre, in [0,1]; at least 0.01 is used"},
+     "roughness along the fibre, in [0,1]; values below 0.01 are raised to it"},
     {"azimuthal_roughness", ParameterType::kFloat, "0.3",
-     "around the fibre, in [0,1]; at least 0.01 is used"},
-    {"scale_tilt", ParameterType::kFloat, "2", "angle of the scales, in degrees"},
+     "roughness around the fibre, in [0,1]; values below 0.01 are raised to it"},
+    {"scale_tilt", ParameterType::kFloat, "2", "tilt of the fibre's scales, in degrees"},
 };
 
-/// The last of the lobes has all that was reflected more often.
-constexpr int kLobes = 4, kLast = kLobes - 1;
+/// The last lobe contains all paths with two or more internal reflections.
+constexpr int kLobes = 4, kLastLobe = kLobes - 1;
 
-/// exp(-x) I0(x) of the modified Bessel function I0, x >= 0, to 2e-7 of itself (Abramowitz and
-/// Stegun 1964, 9.8.1 and 9.8.2). Mitsuba 3.9.1 has a series of 11 terms up to x = 12, where it is
-/// 0.55 % too small; densities that are to integrate to 1 can't have that.
+/// exp(-x) I0(x) of the modified Bessel function I0, x >= 0, with a relative error of 2e-7
+/// (Abramowitz and Stegun 1964, 9.8.1 and 9.8.2). Mitsuba 3.9.1 uses a series of 11 terms up to
+/// x = 12, where it is 0.55 % too small: its densities don't integrate to 1.
 template <class F>
 F scaled_bessel(const F& x) {
   const F small = sqr(min(x, F(3.75f)) * (1 / 3.75f)), large = 3.75f / max(x, F(3.75f));
@@ -52,14 +52,14 @@ F scaled_bessel(const F& x) {
   return select(x < 3.75f, near, far);
 }
 
-/// A direction by its angle with the plane across the fibre.
+/// Angle of a direction with the plane perpendicular to the fibre.
 template <class F>
 struct Inclination {
   F sine, cosine;
 };
 
-/// M_p over 2 pi: density, per solid angle, of the longitudinal scattering of variance v, azimuths
-/// being equal (d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model").
+/// M_p / (2 pi): density per solid angle of longitudinal scattering with variance v and a uniform
+/// azimuth (d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model").
 template <class F>
 F longitudinal_density(const Inclination<F>& i, const Inclination<F>& o, float v) {
   const float kappa = 1 / v;
@@ -67,7 +67,7 @@ F longitudinal_density(const Inclination<F>& i, const Inclination<F>& o, float v
   const F exponent = kappa * (i.cosine * o.cosine - i.sine * o.sine - 1.f);
   return scale * exp(exponent) * scaled_bessel(kappa * i.cosine * o.cosine);
 }
-/// The sine of an inclination with that density. The second number turns it about i.
+/// Samples the sine of an inclination with that density.
 template <class F>
 F sample_longitudinal(const Inclination<F>& i, const F& v, const Vec2Of<F>& u) {
   const F cosine = clamp(1.f + v * log(max(u.x + (1.f - u.x) * exp(-2.f / v), F(1e-38f))),
@@ -75,21 +75,22 @@ F sample_longitudinal(const Inclination<F>& i, const F& v, const Vec2Of<F>& u) {
   return i.cosine * safe_sqrt(1.f - sqr(cosine)) * cos(2 * kPi * u.y) - cosine * i.sine;
 }
 
-/// The logistic distribution of angles, cut off at half a turn to either side.
+/// Logistic distribution of angles with scale s, trimmed to [-pi, pi].
 class TrimmedLogistic {
  public:
   explicit TrimmedLogistic(float s)
       : s_(s), below_(1 / (1 + std::exp(kPi / s))), mass_(1 - 2 * below_) {}
-  /// phi: any angle.
+  /// phi may be outside [-pi, pi].
   template <class F>
   F density(const F& phi) const {
-    const F turn = phi - 2 * kPi * round(phi * (0.5f * kInvPi));
-    const F e = exp(-abs(turn) / s_);
+    const F wrapped = phi - 2 * kPi * round(phi * (0.5f * kInvPi));
+    const F e = exp(-abs(wrapped) / s_);
     return e / (s_ * mass_ * sqr(1.f + e));
   }
   template <class F>
   F sample(const F& u) const {
-    return clamp(-s_ * log(max(1.f / max(u * mass_ + below_, F(1e-30f)) - 1.f, F(1e-38f))), F(-kPi), F(kPi));
+    return clamp(-s_ * log(max(1.f / max(u * mass_ + below_, F(1e-30f)) - 1.f, F(1e-38f))), F(-kPi),
+                 F(kPi));
   }
 
  private:
@@ -109,8 +110,8 @@ class Hair final : public wide::FormulaBsdf<Hair> {
     v_[0] = sqr(0.726f * b + 0.812f * b * b + 3.7f * std::pow(b, 20.f));
     v_[1] = 0.25f * v_[0];
     v_[2] = v_[3] = 4 * v_[0];
-    // Scales tilt what is mirrored by twice their angle, what goes through by as much the other way,
-    // and by twice that after a reflection (Chiang et al. 2016, 2).
+    // Scales with tilt a rotate wi by -2 a for reflection, a for transmission, and 4 a for
+    // transmission after one internal reflection (Chiang et al. 2016, section 2).
     const float tilt = props.real("scale_tilt") * (kPi / 180);
     if (!std::isfinite(tilt)) throw props.error("scale_tilt", "must be finite");
     tilt_ = {-2 * tilt, tilt, 4 * tilt, 0};
@@ -146,7 +147,7 @@ class Hair final : public wide::FormulaBsdf<Hair> {
   static float roughness(const Properties& props, const char* name) {
     const float value = props.real(name);
     if (!(value >= 0 && value <= 1)) {
-      throw props.error(name, "must lie in [0,1], got " + std::to_string(value));
+      throw props.error(name, "must be between 0 and 1, got " + std::to_string(value));
     }
     return std::max(value, 0.01f);
   }
@@ -157,7 +158,9 @@ class Hair final : public wide::FormulaBsdf<Hair> {
   static std::shared_ptr<Texture> read_absorption(const Properties& props) {
     if (props.has("sigma_a")) {
       for (const char* const name : {"eumelanin", "pheomelanin"}) {
-        if (props.has(name)) throw props.error(name, "excludes 'sigma_a': give either");
+        if (props.has(name)) {
+          throw props.error(name, "can't be combined with 'sigma_a': remove one of them");
+        }
       }
       return nonnegative_texture(props, "sigma_a");
     }
@@ -172,12 +175,13 @@ class Hair final : public wide::FormulaBsdf<Hair> {
    public:
     Lobes(const Hair& hair, const VecOf<F>& wi, const RgbOf<F>& absorption)
         : hair_(hair), i_(inclination(wi)), phi_i_(atan2(wi.z, wi.x)) {
-      // Where across the fibre wi meets it, from -1 to 1.
+      // Offset across the fibre of the point where wi hits it, from -1 to 1.
       const F r = sqrt(sqr(wi.x) + sqr(wi.z));
       const F h = select(r > 0.f, clamp(-wi.x / r, F(-1.f), F(1.f)), F(0.f));
       gamma_i_ = select(r > 0.f, -atan2(wi.x, wi.z), F(0.f));
       const F cos_t = max(safe_sqrt(1.f - sqr(i_.sine / hair.eta_)), F(1e-6f));
-      // Across the fibre, light bends as by another index (Marschner et al. 2003).
+      // Modified index of refraction in the plane perpendicular to the fibre (Marschner et al.
+      // 2003).
       const F index = max(safe_sqrt(sqr(hair.eta_) - sqr(i_.sine)), F(1e-6f));
       const F sin_gamma_t = clamp(h * i_.cosine / index, F(-1.f), F(1.f));
       gamma_t_ = asin(sin_gamma_t);
@@ -192,7 +196,7 @@ class Hair final : public wide::FormulaBsdf<Hair> {
                         (RgbOf<F>(1.f) - fresnel * transmittance);
       F sum = 0.f;
       for (int p = 0; p < kLobes; ++p) {
-        // Grazing light is mirrored whole: nothing is left for the others, or 0/0.
+        // All grazing light is reflected. The other lobes are 0, or 0/0 without this.
         attenuation_[p] = select(fresnel < 1.f, attenuation_[p], RgbOf<F>(p == 0 ? 1.f : 0.f));
         probability_[p] = luminance(attenuation_[p]);
         sum += probability_[p];
@@ -206,11 +210,13 @@ class Hair final : public wide::FormulaBsdf<Hair> {
 
     BsdfValueOf<F> value(const VecOf<F>& wo) const {
       const Inclination<F> o = inclination(wo);
-      const F turn = atan2(wo.z, wo.x) - phi_i_;
+      const F delta_phi = atan2(wo.z, wo.x) - phi_i_;
       BsdfValueOf<F> value{RgbOf<F>(0.f), F(0.f)};
       for (int p = 0; p < kLobes; ++p) {
         F density = longitudinal_density(tilted(p), o, hair_.v_[p]);
-        if (p < kLast) density = density * (2 * kPi) * hair_.azimuthal_.density(turn - mean_turn(p));
+        if (p < kLastLobe) {
+          density = density * (2 * kPi) * hair_.azimuthal_.density(delta_phi - mean_azimuth(p));
+        }
         value.f += density * attenuation_[p];
         value.pdf += density * probability_[p];
       }
@@ -221,7 +227,7 @@ class Hair final : public wide::FormulaBsdf<Hair> {
 
     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const {
       Inclination<F> i = tilted(0);
-      F v = hair_.v_[0], mean = mean_turn(0);
+      F v = hair_.v_[0], mean = mean_azimuth(0);
       F before = 0.f, share = probability_[0], sum = probability_[0];
       MaskOf<F> is_last = u1 < 0.f;  // nowhere
       for (int p = 1; p < kLobes; ++p) {
@@ -229,19 +235,19 @@ class Hair final : public wide::FormulaBsdf<Hair> {
         const Inclination<F> next = tilted(p);
         i = {select(is_further, next.sine, i.sine), select(is_further, next.cosine, i.cosine)};
         v = select(is_further, F(hair_.v_[p]), v);
-        mean = select(is_further, mean_turn(p), mean);
+        mean = select(is_further, mean_azimuth(p), mean);
         before = select(is_further, sum, before);
         share = select(is_further, probability_[p], share);
         sum += probability_[p];
         is_last = is_further;
       }
-      // The number within its lobe serves once more, around the fibre.
+      // u1, rescaled to its lobe, samples the azimuth.
       const F u = clamp((u1 - before) / share, F(0.f), F(kOneMinusEpsilon));
-      const F turn = select(is_last, 2 * kPi * u, mean + hair_.azimuthal_.sample(u));
+      const F delta_phi = select(is_last, 2 * kPi * u, mean + hair_.azimuthal_.sample(u));
       const F sine = clamp(sample_longitudinal(i, v, u2), F(-1.f), F(1.f));
       const F cosine = safe_sqrt(1.f - sqr(sine));
       F s, c;
-      sincos(phi_i_ + turn, s, c);
+      sincos(phi_i_ + delta_phi, s, c);
       return weighted_sample<F>(*this, normalize(VecOf<F>(cosine * c, sine, cosine * s)),
                                 IntOf<F>(lobe_number(Lobe::kGlossy)));
     }
@@ -251,14 +257,14 @@ class Hair final : public wide::FormulaBsdf<Hair> {
       const F sine = clamp(w.y, F(-1.f), F(1.f));
       return {sine, safe_sqrt(1.f - sqr(sine))};
     }
-    /// wi as scales turn it.
+    /// Inclination of wi, rotated by the tilt of the scales.
     Inclination<F> tilted(int p) const {
       const float s = std::sin(hair_.tilt_[p]), c = std::cos(hair_.tilt_[p]);
       return {clamp(i_.sine * c + i_.cosine * s, F(-1.f), F(1.f)),
               abs(i_.cosine * c - i_.sine * s)};
     }
-    /// Around the fibre, where a smooth one would send light to.
-    F mean_turn(int p) const {
+    /// Azimuth, relative to wi, of light that a smooth fibre scatters into lobe p.
+    F mean_azimuth(int p) const {
       return 2.f * static_cast<float>(p) * gamma_t_ - 2.f * gamma_i_ + static_cast<float>(p) * kPi;
     }
 
@@ -280,4 +286,4 @@ class Hair final : public wide::FormulaBsdf<Hair> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Hair, kinome::Category::kBsdf, "hair",
-              "Hair and fur: fibres that mirror light and let it through.", kinome::kParameters);
+              "Hair and fur: fibres that reflect and transmit light.", kinome::kParameters);

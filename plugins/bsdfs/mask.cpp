@@ -1,9 +1,9 @@
 #include "batch.h"
 #include "kinome/plugin.h"
 
-/// A surface with holes, or half transparent: of a share `opacity` it is the nested BSDF; the rest
-/// of the light goes straight through, from both sides. The nested BSDF may be smooth glass, which
-/// bends the light.
+/// A surface with holes, or a partly transparent one. A fraction `opacity` of the light is
+/// scattered by the nested BSDF; the rest goes straight through, from both sides. The nested BSDF
+/// may be smooth glass, which refracts the light.
 ///
 ///     <bsdf type="mask">
 ///       <texture type="bitmap" name="opacity"><string name="filename" value="leaf.png"/></texture>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     {"opacity", ParameterType::kUnitlessTexture, "0.5",
-     "share of the light that meets the surface; below 0 counts as 0, above 1 as 1"},
-    {"bsdf", ParameterType::kObject, nullptr, "what the surface is", true, Category::kBsdf},
+     "fraction of light that the nested BSDF scatters, clamped to [0,1]"},
+    {"bsdf", ParameterType::kObject, nullptr, "BSDF of the opaque part", true, Category::kBsdf},
 };
 
 class OpacityMask final : public Bsdf {
@@ -35,7 +35,6 @@ class OpacityMask final : public Bsdf {
     const float opacity = clamped_share(opacity_.at(si));
     value.f *= opacity;
     value.pdf *= nested_probability(mask, opacity);
-    // Nothing is reflected where nothing is.
     if (!(value.pdf > 0)) return {};
     return value;
   }
@@ -79,7 +78,7 @@ class OpacityMask final : public Bsdf {
         select(pdf > 0.f, wide::Rgb::load(answer.f, i) * opacity).store(answer.f, i);
         pdf.store(answer.pdf + i);
       }
-      if (query.u1) add_what_goes_through(points, query, answer, opacity, probability, i);
+      if (query.u1) add_transmitted_samples(points, query, answer, opacity, probability, i);
     });
   }
 
@@ -128,16 +127,17 @@ class OpacityMask final : public Bsdf {
   }
 
  private:
-  /// Of a sample of the lobes in `mask`.
+  /// Probability that the nested BSDF is sampled, for samples of the lobes in `mask`.
   template <class F>
   F nested_probability(Lobe mask, const F& opacity) const {
     if (!any(mask & nested_->lobes())) return F(0.f);
     return any(mask & Lobe::kDelta) ? opacity : F(1.f);
   }
 
-  static void add_what_goes_through(const SurfaceBlock& points, const BsdfQuery& query,
-                                    const BsdfAnswer& answer, const wide::Float& opacity,
-                                    const wide::Float& probability, size_t i) {
+  /// Replaces the samples at points i, i + 1, … whose u1 selects straight transmission.
+  static void add_transmitted_samples(const SurfaceBlock& points, const BsdfQuery& query,
+                                      const BsdfAnswer& answer, const wide::Float& opacity,
+                                      const wide::Float& probability, size_t i) {
     using wide::Float;
     const wide::Mask is_nested = Float::load(query.u1 + i) < probability;
     const Float through = any(query.lobes & Lobe::kDelta) ? 1.f : 0.f;
@@ -161,5 +161,5 @@ class OpacityMask final : public Bsdf {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::OpacityMask, kinome::Category::kBsdf, "mask",
-              "A BSDF with holes: what it doesn't cover lets light straight through.",
+              "A BSDF with holes: an opacity texture lets part of the light straight through.",
               kinome::kParameters);

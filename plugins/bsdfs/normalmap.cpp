@@ -1,9 +1,9 @@
 #include "kinome/plugin.h"
 #include "turned_frame.h"
 
-/// Turns the shading frame of a nested BSDF by a texture of normals, stored as (n + 1) / 2 in the
-/// shading frame, as in Mitsuba 3; see turned_frame.h. The texture must be `raw`, or its numbers
-/// would be taken for sRGB colours.
+/// Perturbs the shading frame of a nested BSDF by a texture of normals, stored as (n + 1) / 2 in
+/// the shading frame, as in Mitsuba 3; see turned_frame.h. The texture must be `raw`; otherwise its
+/// values are decoded as sRGB.
 ///
 ///     <bsdf type="normalmap">
 ///       <texture name="normalmap" type="bitmap">
@@ -35,7 +35,7 @@ class NormalMap final : public TurnedFrame<NormalMap> {
   }
 
  private:
-  /// A texel of middle grey is no normal.
+  /// A texel of middle grey gives the zero vector, which leaves the frame as it is.
   template <class F>
   static TurnedAxes<F> axes(const RgbOf<F>& texel) {
     return {2.f * texel - VecOf<F>(1.f), VecOf<F>(1.f, 0.f, 0.f)};

@@ -1,9 +1,8 @@
 #include "batch.h"
 #include "kinome/plugin.h"
 
-/// Nothing: all light goes straight through. As in Mitsuba it is a surface all the same: paths
-/// count an edge more, and light of emitters without extent (`point`, `directional`, …) stops
-/// there.
+/// An invisible surface: all light goes straight through. As in Mitsuba, it counts as a path
+/// vertex, and blocks the light of emitters without area (`point`, `directional`, …).
 ///
 ///     <bsdf type="null"/>
 namespace kinome {
@@ -43,4 +42,4 @@ class Null final : public wide::FormulaBsdf<Null> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Null, kinome::Category::kBsdf, "null",
-              "Nothing: light goes straight through.", {});
+              "An invisible surface: light goes straight through.", {});

@@ -6,8 +6,8 @@
 ///
 ///     f = kd / pi + ks (n + 2) / (2 pi) max(0, wo . R)^n,   R = wi mirrored at the normal.
 ///
-/// (Åkerlund 2008, eq. 3.5 leaves the normalisation out: another convention, not this one.) The
-/// lobe is sampled with density (n + 1) / (2 pi) (wo . R)^n; what falls below the horizon is lost.
+/// (Åkerlund 2008, eq. 3.5 omits the normalisation, a different convention.) The lobe is sampled
+/// with density (n + 1) / (2 pi) (wo . R)^n; samples below the horizon are lost.
 ///
 ///     <bsdf type="phong">
 ///       <rgb name="diffuse_reflectance" value="0.3 0.3 0.5"/>
@@ -18,7 +18,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"exponent", ParameterType::kUnitlessTexture, "30", "the lobe's exponent n, at least 0"},
+    {"exponent", ParameterType::kUnitlessTexture, "30", "exponent n of the lobe, at least 0"},
     KINOME_REFLECTANCE_PAIR_PARAMETERS,
 };
 
@@ -72,12 +72,12 @@ class Phong final : public wide::FormulaBsdf<Phong> {
       const F cosine = max(wo.z, F(0.f));
       const float diffuse_pdf = (1 - glossy_probability_) * kInvPi;
       if (!has_glossy_) return {diffuse_ * cosine, diffuse_pdf * cosine};
-      // cos alpha = 1 - s; the dot product itself would lose the digits that a large n magnifies.
+      // cos alpha = 1 - s. The dot product would lose digits, an error that a large n amplifies.
       const VecOf<F> difference = mirrored_ - wo;
       const F s = 0.5f * dot(difference, difference);
       F lobe = choose(wo.z > 0.f && s < 1.f, [&] { return exp(n_ * log1p(-s)); },
                       [] { return F(0.f); });
-      // Below this the density could round to zero before f does.
+      // Smaller values are 0, because the density could round to zero before f does.
       lobe = select(lobe > 1e-20f, lobe, F(0.f));
       return {(diffuse_ + glossy_ * lobe) * cosine,
               diffuse_pdf * cosine + glossy_probability_ * (n_ + 1.f) * 0.5f * kInvPi * lobe};

@@ -8,8 +8,8 @@
 ///
 ///     f = kd / (1 - R) (1 - F(theta_i)) (1 - F(theta_o)) / (eta² pi),
 ///
-/// where R is the share of diffuse light inside that the boundary reflects back (times kd where
-/// `nonlinear`).
+/// where R is the fraction of diffuse light inside that the boundary reflects back. With
+/// `nonlinear`, R is multiplied by kd.
 ///
 ///     <bsdf type="plastic"><rgb name="diffuse_reflectance" value="0.1 0.3 0.4"/></bsdf>
 namespace kinome {
@@ -17,10 +17,12 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     {"diffuse_reflectance", ParameterType::kReflectanceTexture, "0.5", "albedo of the base"},
-    {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the mirror reflection"},
+    {"specular_reflectance", ParameterType::kReflectanceTexture, "1",
+     "factor on the mirror reflection"},
     {"int_ior", ParameterType::kFloatOrName, "polypropylene", "index of refraction of the coat"},
     {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},
-    {"nonlinear", ParameterType::kBoolean, "false", "colour shifts by bounces inside the coat"},
+    {"nonlinear", ParameterType::kBoolean, "false",
+     "include colour shifts due to internal reflections"},
 };
 
 class Plastic final : public wide::FormulaBsdf<Plastic> {

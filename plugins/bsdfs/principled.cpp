@@ -2,10 +2,10 @@
 #include "principled_lobes.h"
 #include "rough_boundary.h"
 
-/// The material of Disney's, with the lobes and the parameters that Mitsuba 3 has: a diffuse base
-/// with sheen, metal, glass, and a clear coat. base_color is that of the base, the metal and the
-/// glass; metallic and spec_trans mix the three. Seen from behind it is black where spec_trans is 0
-/// (nest it in `twosided`), and the inside of glass elsewhere.
+/// Disney's principled BSDF with the lobes and parameters of Mitsuba 3: a diffuse base with sheen,
+/// metal, glass, and a clear coat. base_color is the colour of the base, the metal and the glass;
+/// metallic and spec_trans mix the three. The back is black if spec_trans is 0 (nest the BSDF in
+/// `twosided`); otherwise it is the inside of glass.
 ///
 ///     <bsdf type="principled">
 ///       <rgb name="base_color" value="0.8 0.2 0.1"/>
@@ -17,17 +17,20 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     KINOME_PRINCIPLED_PARAMETERS,
-    {"metallic", ParameterType::kUnitlessTexture, "0", "share of metal"},
+    {"metallic", ParameterType::kUnitlessTexture, "0", "weight of the metal, in [0,1]"},
     {"clearcoat", ParameterType::kUnitlessTexture, "0", "strength of a second, clear coat"},
-    {"clearcoat_gloss", ParameterType::kUnitlessTexture, "0", "0: satin, to 1: gloss"},
-    {"eta", ParameterType::kFloat, nullptr, "index of refraction inside over that outside"},
+    {"clearcoat_gloss", ParameterType::kUnitlessTexture, "0",
+     "gloss of the clear coat, from 0 (satin) to 1 (glossy)"},
+    {"eta", ParameterType::kFloat, nullptr,
+     "index of refraction inside divided by the index outside"},
     {"specular", ParameterType::kFloat, "0.5",
-     "in place of eta, which is 2 / (1 - sqrt(0.08 specular)) - 1"},
+     "alternative to eta: eta is 2 / (1 - sqrt(0.08 specular)) - 1"},
     {"diffuse_reflectance_sampling_rate", ParameterType::kFloat, "1",
-     "how often the diffuse base is sampled"},
+     "relative sampling rate of the diffuse base"},
     {"main_specular_sampling_rate", ParameterType::kFloat, "1",
-     "how often metal and glass are sampled"},
-    {"clearcoat_sampling_rate", ParameterType::kFloat, "1", "how often the coat is sampled"},
+     "relative sampling rate of metal and glass"},
+    {"clearcoat_sampling_rate", ParameterType::kFloat, "1",
+     "relative sampling rate of the clear coat"},
 };
 
 class Principled final : public wide::FormulaBsdf<Principled> {
@@ -65,7 +68,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
   }
 
   Rgb albedo(const SurfaceInteraction& si) const override { return common_.base_color.at(si); }
-  /// Estimates by the cosine with the surface.
+  /// Estimates the reflectance from the cosine of si.wi.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const Rgb base = common_.base_color.at(si);
     const float metallic = clamped_share(metallic_.at(si));
@@ -76,12 +79,12 @@ class Principled final : public wide::FormulaBsdf<Principled> {
     const Rgb through = glass * (1 - mirrored) * glm::sqrt(glm::max(base, Rgb(0.f)));
     const auto bounded = [](const Rgb& c) { return glm::min(c, Rgb(1.f)); };
     if (!(cosine > 0)) return {Rgb(0.f), bounded(Rgb(glass * mirrored) + through)};
-    // Sheen and coat reflect little but at grazing angles.
+    // Sheen and coat reflect little except at grazing angles.
     return {bounded((1 - metallic) * ((1 - spec_trans) * base + Rgb(0.1f * common_.sheen.at(si)))),
             bounded((1 - metallic) * Rgb(mirrored) + metallic * base + through +
                     Rgb(0.01f * clearcoat_.at(si) + 0.01f * mirrored))};
   }
-  /// Glass is seen from both sides.
+  /// Glass is two-sided.
   Frame reflection_frame(const SurfaceInteraction& si) const override {
     Frame frame = si.frame;
     if (transmits_ && si.wi.z < 0) frame.n = -frame.n;
@@ -92,19 +95,21 @@ class Principled final : public wide::FormulaBsdf<Principled> {
   static float read_eta(const Properties& props, bool transmits) {
     float eta = 0;
     if (props.has("eta")) {
-      if (props.has("specular")) throw props.error("specular", "excludes 'eta': give either");
+      if (props.has("specular")) {
+        throw props.error("specular", "can't be combined with 'eta': remove one of them");
+      }
       eta = props.real("eta");
       if (!(eta >= 1e-3f && eta <= 1e3f)) {
-        throw props.error("eta", "must be from 0.001 to 1000, got " + std::to_string(eta));
+        throw props.error("eta", "must be between 0.001 and 1000, got " + std::to_string(eta));
       }
     } else {
       const float specular = props.real("specular");
       if (!(specular >= 0 && specular <= 12)) {
-        throw props.error("specular", "must be from 0 to 12, got " + std::to_string(specular));
+        throw props.error("specular", "must be between 0 and 12, got " + std::to_string(specular));
       }
       eta = 2 / (1 - std::sqrt(0.08f * (transmits && specular == 0 ? 1e-3f : specular))) - 1;
     }
-    // What isn't bent doesn't show by which microfacet it went through; Mitsuba makes do as well.
+    // Without refraction, the half vector of transmission is undefined. Mitsuba uses 1.001, too.
     return transmits && std::abs(eta - 1) < 1e-4f ? 1.001f : eta;
   }
 
@@ -157,7 +162,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
           *this, wo,
           select(is_diffuse, IntOf<F>(lobe_number(Lobe::kDiffuse)),
                  IntOf<F>(lobe_number(Lobe::kGlossy))));
-      sample.pdf = select(boundary_.is_true(wo, goes_through), sample.pdf, F(0.f));
+      sample.pdf = select(boundary_.is_on_side(wo, goes_through), sample.pdf, F(0.f));
       return sample;
     }
 
@@ -168,20 +173,21 @@ class Principled final : public wide::FormulaBsdf<Principled> {
       return {alpha_u, alpha_v, true, wi, eta};
     }
 
-    /// Of the lobes, by rough estimates of what they reflect. From behind there is but glass.
+    /// Sets the lobes' probabilities by rough estimates of their reflectance. Only glass is visible
+    /// from behind.
     void choose_probabilities() {
       F diffuse = 0.f, main = 0.f, coat = 0.f;
       if (has_diffuse_) {
-        // Never nothing: sheen is there without the base, and rates may be 0.
-        const F least = 5e-4f * (base_ + (1.f - at_.metallic) * at_.sheen);
-        diffuse = select(is_front_, max(base_ * bsdf_.diffuse_rate_, least));
+        // Must not be 0 if the lobe reflects: there may be sheen without a base, or a rate of 0.
+        const F min_weight = 5e-4f * (base_ + (1.f - at_.metallic) * at_.sheen);
+        diffuse = select(is_front_, max(base_ * bsdf_.diffuse_rate_, min_weight));
       }
       if (has_glossy_) {
         main = select(is_front_, F(bsdf_.main_rate_), glass_);
         coat = select(is_front_, (0.25f * bsdf_.clearcoat_rate_) * at_.clearcoat);
       }
       const F sum = diffuse + main + coat;
-      // Where nothing asks to be sampled, something may reflect nevertheless.
+      // If all weights are 0, a lobe may reflect nevertheless.
       const F otherwise = select(is_front_, F(1.f));
       const auto is_any = sum > 0.f;
       diffuse_probability_ = select(is_any, diffuse / sum, has_glossy_ ? F(0.f) : otherwise);
@@ -189,7 +195,8 @@ class Principled final : public wide::FormulaBsdf<Principled> {
       coat_probability_ = select(is_any, coat / sum);
     }
 
-    /// Of the main lobe's microfacets with that reflectance, and the rest of it mirrors.
+    /// Probability that the main lobe is sampled and its microfacet, with the given reflectance,
+    /// refracts. The rest of main_probability_ reflects.
     F through_probability(const F& reflectance) const {
       const F share = 1.f - reflectance;
       return main_probability_ * select(is_front_, glass_ * share, share);
@@ -228,7 +235,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
           has_coat, coat_probability_ * min(d * h.z / (4.f * v.cos_half), F(kMaxPdf)));
     }
 
-    /// Schlick's weight is of the cosine in the thinner medium.
+    /// Schlick's weight of the cosine in the medium with the lower index.
     F weight_of(const DielectricBoundary<F>& fresnel, const F& cos_half) const {
       return principled::schlick_weight(select(fresnel.eta_ti < 1.f, cos_half, fresnel.cos_t));
     }
@@ -242,7 +249,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
           RgbOf<F>(dielectric * (1.f - at_.spec_tint) * fresnel.reflectance) +
           at_.metallic * principled::towards_white(at_.base_color, weight) +
           dielectric * at_.spec_tint * tinted;
-      // As Mitsuba has it: a boundary that a dielectric wouldn't mirror at is none of metal either.
+      // As in Mitsuba, metal reflects nothing where a dielectric wouldn't.
       return select(fresnel.reflectance > 0.f,
                     select(is_front_, front, RgbOf<F>(glass_ * fresnel.reflectance)));
     }
@@ -253,7 +260,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
              RgbOf<F>(safe_sqrt(c.x), safe_sqrt(c.y), safe_sqrt(c.z));
     }
 
-    /// Smith's masking of the coat, which is that of GGX at alpha 0.25, whatever its gloss.
+    /// Smith's masking of the coat: GGX with alpha 0.25 for any gloss.
     static F coat_g1(const F& cosine) {
       const F cos2 = sqr(cosine);
       return 2.f * cosine / (cosine + sqrt(cos2 + 0.0625f * max(1.f - cos2, F(0.f))));
@@ -280,5 +287,5 @@ class Principled final : public wide::FormulaBsdf<Principled> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Principled, kinome::Category::kBsdf, "principled",
-              "Disney's material: diffuse, metal, glass, sheen and a clear coat.",
+              "Disney's principled BSDF: diffuse, metal, glass, sheen and a clear coat.",
               kinome::kParameters);

@@ -8,37 +8,37 @@
 #include "kinome/wide/fresnel.h"
 #include "kinome/wide/microfacet.h"
 
-/// What the solid and the thin principled BSDF share: Burley 2012, "Physically Based Shading at
-/// Disney", and 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering",
-/// with the choices that Mitsuba 3 made. Formulas over numbers F, float or wide::Float.
+/// Formulas that the solid and the thin principled BSDF share: Burley 2012, "Physically Based
+/// Shading at Disney", and 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface
+/// Scattering", with the choices of Mitsuba 3. The number type F is float or wide::Float.
 namespace kinome {
 
-/// Rows of both plugins' tables.
+/// Parameters of both plugins.
 #define KINOME_PRINCIPLED_PARAMETERS                                                               \
   {"base_color", ::kinome::ParameterType::kReflectanceTexture, "0.5", "colour of the material"},   \
       {"roughness", ::kinome::ParameterType::kUnitlessTexture, "0.5",                              \
-       "of the main lobes, whose alpha is its square; at least 0.001 is used"},                    \
+       "roughness of the main lobes; alpha is its square, at least 0.001"},                        \
       {"anisotropic", ::kinome::ParameterType::kUnitlessTexture, "0",                              \
-       "0: the same in all directions, to 1: drawn out along dp_du"},                              \
+       "anisotropy, from 0 (isotropic) to 1 (stretched along dp_du)"},                             \
       {"spec_trans", ::kinome::ParameterType::kUnitlessTexture, "0",                               \
-       "share of glass, which takes the place of the diffuse base"},                               \
+       "weight of the glass, which replaces the diffuse base, in [0,1]"},                          \
       {"spec_tint", ::kinome::ParameterType::kUnitlessTexture, "0",                                \
-       "share of base_color in the reflection"},                                                   \
+       "weight of base_color in the colour of the reflection, in [0,1]"},                          \
       {"sheen", ::kinome::ParameterType::kUnitlessTexture, "0", "strength of the sheen of cloth"}, \
       {"sheen_tint", ::kinome::ParameterType::kUnitlessTexture, "0",                               \
-       "share of base_color in the sheen"},                                                        \
+       "weight of base_color in the colour of the sheen, in [0,1]"},                               \
   {                                                                                                \
     "flatness", ::kinome::ParameterType::kUnitlessTexture, "0",                                    \
-        "0: diffuse, to 1: as if light went around below the surface"                              \
+        "from 0 (diffuse) to 1 (flat, as if by subsurface scattering)"                             \
   }
 
-/// A texture of numbers in [0, most].
+/// Reads a texture with values in [0, upper_bound].
 inline std::shared_ptr<Texture> share_texture(const Properties& props, const std::string& name,
-                                              float most = 1) {
-  return bounded_texture(props, name, nonnegative_texture(props, name), most);
+                                              float upper_bound = 1) {
+  return bounded_texture(props, name, nonnegative_texture(props, name), upper_bound);
 }
 
-/// How often a lobe is sampled, a factor.
+/// Reads the relative sampling rate of a lobe.
 inline float sampling_rate(const Properties& props, const char* name) {
   const float rate = props.real(name);
   if (!(rate >= 0) || !std::isfinite(rate)) {
@@ -49,7 +49,7 @@ inline float sampling_rate(const Properties& props, const char* name) {
 
 namespace principled {
 
-/// The textures of both plugins.
+/// Textures that both plugins have.
 struct Inputs {
   explicit Inputs(const Properties& props)
       : base_color(reflectance_texture(props, "base_color")),
@@ -76,7 +76,7 @@ struct PointParameters {
   F roughness, anisotropic, spec_trans, spec_tint, sheen, sheen_tint, flatness;
 };
 
-/// (1 - cosine)^5, of Schlick's approximation to Fresnel's formulas.
+/// (1 - cosine)^5 of Schlick's approximation to the Fresnel equations.
 template <class F>
 F schlick_weight(const F& cosine) {
   const F m = clamp(1.f - cosine, F(0.f), F(1.f));
@@ -90,13 +90,13 @@ template <class F>
 F towards_white(float r0, const F& weight) {
   return r0 + weight * (1 - r0);
 }
-/// Reflectance at normal incidence.
+/// Fresnel reflectance at normal incidence.
 template <class F>
 F schlick_r0(const F& eta) {
   return sqr((eta - 1.f) / (eta + 1.f));
 }
 
-/// `color` at luminance 1; of black, white.
+/// Scales `color` to luminance 1. Black becomes white.
 template <class V>
 V tint(const V& color) {
   const auto y = luminance(color);
@@ -111,9 +111,9 @@ std::pair<F, F> alphas(const F& roughness, const F& anisotropic) {
   return {max(alpha / aspect, F(0.001f)), max(alpha * aspect, F(0.001f))};
 }
 
-/// Diffuse reflection with its retro-reflection, or the flat look of light that went around below
-/// the surface, mixed by flatness: f cos(theta_o) over base_color. cos_d: of either direction with
-/// the half vector.
+/// Diffuse reflection with retro-reflection, mixed by `flatness` with an approximation of
+/// subsurface scattering. Returns f cos(theta_o) / base_color. cos_d is the cosine of either
+/// direction with the half vector.
 template <class F>
 F diffuse(const F& roughness, const F& flatness, const F& cos_i, const F& cos_o, const F& cos_d) {
   const F i = schlick_weight(cos_i), o = schlick_weight(cos_o);
@@ -127,14 +127,14 @@ F diffuse(const F& roughness, const F& flatness, const F& cos_i, const F& cos_o,
   return kInvPi * lerp(cos_o * (base + retro), flat, flatness);
 }
 
-/// Sheen, f cos(theta_o), of strength 1.
+/// Returns f cos(theta_o) of sheen with strength 1.
 template <class F>
 RgbOf<F> sheen(const RgbOf<F>& base_color, const F& sheen_tint, const F& cos_o, const F& cos_d) {
   const RgbOf<F> color = RgbOf<F>(1.f) + sheen_tint * (tint(base_color) - RgbOf<F>(1.f));
   return schlick_weight(cos_d) * cos_o * color;
 }
 
-/// The clearcoat's distribution of normals, GTR with exponent 1 (Burley 2012, appendix B).
+/// Distribution of the clear coat's normals, GTR with exponent 1 (Burley 2012, appendix B).
 template <class F>
 struct Gtr1 {
   F alpha2;
@@ -144,7 +144,7 @@ struct Gtr1 {
   F d(const F& cosine) const {
     return (alpha2 - 1.f) / (kPi * log(alpha2) * (1.f + (alpha2 - 1.f) * sqr(cosine)));
   }
-  /// A normal with density d(m) m.z.
+  /// Samples a normal with density d(m) m.z.
   VecOf<F> sample(const Vec2Of<F>& u) const {
     const F cos2 = clamp((1.f - exp(log(alpha2) * (1.f - u.y))) / (1.f - alpha2), F(0.f), F(1.f));
     const F r = sqrt(1.f - cos2);

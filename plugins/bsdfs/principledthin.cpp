@@ -1,9 +1,9 @@
 #include "kinome/plugin.h"
 #include "principled_lobes.h"
 
-/// The material of Disney's for leaves, paper and panes that have no inside, with the lobes and the
-/// parameters that Mitsuba 3 has. Light goes through without being bent: diffusely, or by
-/// microfacets as if it were mirrored and then put on the other side. Both sides are alike.
+/// Disney's principled BSDF for thin sheets such as leaves, paper and panes, with the lobes and
+/// parameters of Mitsuba 3. Transmission doesn't refract: it is diffuse, or a microfacet reflection
+/// that is mirrored to the other side. Both sides are the same.
 ///
 ///     <bsdf type="principledthin">
 ///       <rgb name="base_color" value="0.2 0.5 0.1"/>
@@ -15,17 +15,17 @@ namespace {
 constexpr Parameter kParameters[] = {
     KINOME_PRINCIPLED_PARAMETERS,
     {"diff_trans", ParameterType::kUnitlessTexture, "0",
-     "0: diffuse light is reflected, to 2: it goes through"},
+     "from 0 (all diffuse light is reflected) to 2 (all is transmitted)"},
     {"eta", ParameterType::kUnitlessTexture, "1.5",
-     "index of refraction inside over that outside"},
+     "index of refraction inside divided by the index outside"},
     {"diffuse_reflectance_sampling_rate", ParameterType::kFloat, "1",
-     "how often diffuse reflection is sampled"},
+     "relative sampling rate of diffuse reflection"},
     {"diffuse_transmittance_sampling_rate", ParameterType::kFloat, "1",
-     "how often diffuse transmission is sampled"},
+     "relative sampling rate of diffuse transmission"},
     {"specular_reflectance_sampling_rate", ParameterType::kFloat, "1",
-     "how often glossy reflection is sampled"},
+     "relative sampling rate of glossy reflection"},
     {"specular_transmittance_sampling_rate", ParameterType::kFloat, "1",
-     "how often glossy transmission is sampled"},
+     "relative sampling rate of glossy transmission"},
 };
 
 class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
@@ -62,14 +62,14 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
   }
 
   Rgb albedo(const SurfaceInteraction& si) const override { return common_.base_color.at(si); }
-  /// Of both sides, as light comes from both.
+  /// Sum of both sides, because light arrives from both.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const Rgb base = common_.base_color.at(si);
     const float glossy = clamped_share(common_.spec_trans.at(si));
     const float mirrored =
         fresnel_dielectric(std::min(std::abs(si.wi.z), 1.f), eta_.at(si));
     const auto bounded = [](const Rgb& c) { return glm::min(c, Rgb(1.f)); };
-    // Sheen reflects little but at grazing angles.
+    // Sheen reflects little except at grazing angles.
     return {bounded((1 - glossy) * (base + Rgb(0.1f * common_.sheen.at(si)))),
             bounded(glossy * (Rgb(mirrored + 1e-3f) + (1 - mirrored) * base))};
   }
@@ -80,7 +80,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
   }
 
  private:
-  /// Of what is reflected, and of what goes through.
+  /// Sampling rates of reflection and transmission.
   struct Rates {
     float reflected, through;
   };
@@ -88,7 +88,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
   static std::shared_ptr<Texture> eta_texture(const Properties& props) {
     auto eta = props.texture("eta");
     if (!(eta->min() >= 1e-3f && eta->max() <= 1e3f)) {
-      throw props.error("eta", "must be from 0.001 to 1000, got " +
+      throw props.error("eta", "must be between 0.001 and 1000, got " +
                                    std::to_string(eta->min() >= 1e-3f ? eta->max() : eta->min()));
     }
     return eta;
@@ -126,7 +126,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
     }
 
     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const {
-      // In the order mirrored, through, diffusely reflected, diffusely through.
+      // In the order: glossy reflection and transmission, diffuse reflection and transmission.
       const auto is_mirrored = u1 < mirror_probability_;
       F rest = u1 - mirror_probability_;
       const auto is_glossy = is_mirrored || rest < through_probability_;
@@ -140,7 +140,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
       }
       const VecOf<F> on_this_side = wo;
       wo.z = select(goes_through, -wo.z, wo.z);
-      // What falls below the horizon is not for the other side.
+      // Reflections below the horizon are invalid, also after mirroring to the other side.
       const auto is_valid = on_this_side.z > 0.f &&
                             (!(is_glossy && goes_through) || leaves_microfacet(wo, on_this_side));
       BsdfSampleOf<F> sample = weighted_sample<F>(
@@ -158,7 +158,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
       return {alpha_u, alpha_v, true, wi};
     }
 
-    /// To and from coordinates in which wi is above the surface: turned about, as Mitsuba does.
+    /// Maps to and from coordinates in which wi is above the surface, by negation as in Mitsuba.
     VecOf<F> above(const VecOf<F>& v) const { return select(is_front_, v, -v); }
 
     void choose_probabilities() {
@@ -208,7 +208,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
                           mirror_probability_ * mirrored.pdf);
     }
 
-    /// What goes through must leave by the other side of the microfacet, too.
+    /// Transmitted light must leave on the other side of the microfacet, too.
     MaskOf<F> leaves_microfacet(const VecOf<F>& out, const VecOf<F>& on_this_side) const {
       return dot(out, wi_ + on_this_side) < 0.f;
     }
@@ -241,5 +241,5 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::PrincipledThin, kinome::Category::kBsdf, "principledthin",
-              "Disney's material for thin sheets, which light goes through unbent.",
+              "Disney's principled BSDF for thin sheets, which transmit light without refraction.",
               kinome::kParameters);

@@ -7,17 +7,18 @@ namespace kinome {
 
 using namespace wide::formulas;
 
-/// Microfacets of a boundary between two dielectrics, seen from either side: D and G of what they
-/// mirror and of what they refract, with the densities of sampling them (Walter et al. 2007,
-/// "Microfacet Models for Refraction through Rough Surfaces"). Fresnel's shares of both are left to
-/// the caller, who may choose between them by other probabilities.
+/// Microfacets of a boundary between two dielectrics, for viewers on either side: D and G of
+/// reflection and refraction, and the densities of sampling them (Walter et al. 2007, "Microfacet
+/// Models for Refraction through Rough Surfaces"). Callers apply the Fresnel terms, and choose
+/// between reflection and refraction with probabilities of their own.
 template <MicrofacetType kType, class F>
 class RoughBoundary {
  public:
   using Vector = VecOf<F>;
 
-  /// wi: in the shading frame, wi.z != 0 (0: all is zero). eta: interior over exterior index, not
-  /// 1: where nothing is bent, nothing tells which microfacet let the light through.
+  /// wi is in the shading frame; all values are zero if wi.z is 0. eta is the interior index
+  /// divided by the exterior one. It must not be 1: without refraction, the half vector is
+  /// undefined.
   RoughBoundary(const F& alpha_u, const F& alpha_v, bool sample_visible, const Vector& wi,
                 float eta)
       : eta_(eta),
@@ -31,27 +32,26 @@ class RoughBoundary {
         density_part_(microfacet_.smith_g1_exact(wi_) / wi_.z) {}
 
   struct Value {
-    F dg;        ///< f |cos(theta_o)| of radiance, without Fresnel's share
-    F pdf;       ///< per solid angle of wo, if all went that way
-    F cos_half;  ///< of wi with the microfacet, > 0 where dg is
+    F dg;        ///< f |cos(theta_o)| of radiance, without the Fresnel term
+    F pdf;       ///< per solid angle of wo, given that reflection (refraction) was chosen
+    F cos_half;  ///< cosine of wi with the microfacet's normal, > 0 where dg is
     MaskOf<F> goes_through;
   };
-  /// All zero where no microfacet leads from wi to wo.
+  /// Returns zeros if no microfacet scatters light from wo to wi.
   Value operator()(const Vector& wo) const {
     const Vector out = above(wo);
     const auto goes_through = out.z < 0.f;
     const Vector sum = wi_ + select(goes_through, index_, F(1.f)) * out;
-    const Vector h = select(sum.z < 0.f, -sum, sum);  // out of the side that is seen
+    const Vector h = select(sum.z < 0.f, -sum, sum);                        // towards wi's side
     const F length2 = dot(h, h), cos_i = dot(wi_, h), cos_o = dot(out, h);  // times |h|
     const F over_alpha2 = microfacet_.over_alpha2(h);
     const F d = microfacet_.d_along(over_alpha2, h.z) * sqr(length2);
-    // Both must be on the same side of the microfacet as they are of the surface.
+    // Each direction must be on the same side of the microfacet as of the surface.
     const auto is_valid = wi_.z > 0.f && cos_i > 0.f && cos_o * out.z > 0.f && length2 > 1e-12f &&
                           d * h.z > 1e-20f;
     const F g = microfacet_.smith_g1(microfacet_.times_alpha2(out), abs(out.z)) * viewers_part_;
-    // The solid angle that what is refracted at a microfacet covers, over that of the normals,
-    // and over the microfacet's cosine. Radiance gains the squared index of what the direction
-    // loses.
+    // Jacobian of refraction divided by the Jacobian of reflection, 1 / (4 cos_i). The squared
+    // index of the Jacobian cancels in f, because radiance scales by its inverse.
     const F bent = 4.f * cos_i * abs(cos_o) / sqr(length2);
     const F dg = d * g * select(goes_through, bent, F(1.f));
     const F pdf = density(h, length2, cos_i, d) *
@@ -60,13 +60,13 @@ class RoughBoundary {
             select(is_valid, min(cos_i / sqrt(length2), F(1.f)), F(0.f)), goes_through};
   }
 
-  /// Of a microfacet, by its cosine with wi.
+  /// Reflection and refraction at a microfacet whose normal has this cosine with wi.
   DielectricBoundary<F> boundary(const F& cosine) const {
     return dielectric_boundary(select(is_outside_, cosine, -cosine), eta_);
   }
 
-  /// A microfacet that wi meets, and what it makes of the light. Directions that it sends to the
-  /// wrong side of the surface have to be refused, see is_true.
+  /// A microfacet that wi hits. Callers must reject directions on the wrong side of the surface;
+  /// see is_on_side.
   struct Facet {
     Vector normal;
     F cosine;
@@ -85,23 +85,22 @@ class RoughBoundary {
     return above(
         normalize((ratio * facet.cosine - facet.boundary.cos_t) * facet.normal - ratio * wi_));
   }
-  /// Whether wo lies where what was mirrored, or went through, must.
-  MaskOf<F> is_true(const Vector& wo, MaskOf<F> went_through) const {
+  /// True if wo is on the side of the surface that reflection (or refraction) must leave on.
+  MaskOf<F> is_on_side(const Vector& wo, MaskOf<F> is_refracted) const {
     const F z = above(wo).z;
-    return (went_through && z < 0.f) || (!went_through && z > 0.f);
+    return (is_refracted && z < 0.f) || (!is_refracted && z > 0.f);
   }
 
  private:
-  /// To and from coordinates in which wi is above the surface.
+  /// Maps to and from coordinates in which wi is above the surface.
   Vector above(const Vector& v) const { return {v.x, v.y, select(is_outside_, v.z, -v.z)}; }
 
-  /// By how much the normals that are sampled are rougher than those that there are, as Walter et
-  /// al. 2007 (5.3) keep weights low by.
+  /// Factor on alpha for sampling all normals, which keeps weights low (Walter et al. 2007, 5.3).
   F sampled_scale() const {
     return visible_ ? F(1.f) : 1.2f - 0.2f * sqrt(min(wi_.z, F(1.f)));
   }
 
-  /// Of what is mirrored at the normal along h.
+  /// Density of the reflection at the normal along h.
   F density(const Vector& h, const F& length2, const F& cos_i, const F& d) const {
     if (visible_) return 0.25f * density_part_ * d;
     const F all = sampled_.d_along(sampled_.over_alpha2(h), h.z) * sqr(length2);
@@ -112,7 +111,7 @@ class RoughBoundary {
   MaskOf<F> is_outside_;
   Vector wi_;
   bool visible_;
-  F index_;  ///< of the other side over that of wi's
+  F index_;  ///< index of refraction of the other side divided by that of wi's side
   Microfacet<kType, F> microfacet_, sampled_;
   F viewers_part_, density_part_;
 };

@@ -10,28 +10,28 @@ namespace kinome {
 
 using namespace wide::formulas;
 
-/// Transmittance of a rough dielectric boundary, as a diffuse layer below it needs it: how much of
-/// the light from one direction gets in, and how much of diffuse light inside is thrown back.
-/// Computed once at load by Gauss-Legendre quadrature over the square that visible normals are
-/// sampled from, on the same grid of cosines that Mitsuba 3 uses.
+/// Transmittance of a rough dielectric boundary above a diffuse layer: the fraction of light from
+/// one direction that enters, and the fraction of diffuse light inside that is reflected back.
+/// Computed at load time by Gauss-Legendre quadrature over the unit square of visible normal
+/// sampling, on Mitsuba 3's grid of cosines.
 class RoughTransmittance {
  public:
   RoughTransmittance(MicrofacetType type, float alpha, float eta);
 
-  /// Share of light at cos_theta in [0, 1] that enters from outside.
+  /// Fraction of light at cos_theta in [0, 1] that enters from outside.
   template <class F>
   F external(const F& cos_theta) const {
     return tabulated(external_.data(), cos_theta);
   }
-  /// external() of cosines k / (size - 1).
+  /// Values of external() at cosines k / (size - 1).
   const auto& table() const { return external_; }
-  /// Share of cosine-distributed light inside that is reflected back inside.
+  /// Fraction of cosine-distributed light inside that is reflected back inside.
   float internal_reflectance() const { return internal_reflectance_; }
 
  private:
   static constexpr int kSize = BsdfForm::kTableSize;
   static constexpr int kOutsideNodes = 32;
-  static constexpr int kInsideNodes = 128;  // with 48, pictures were 0.009 % too dark
+  static constexpr int kInsideNodes = 128;  // with 48, images were 0.009 % too dark
   std::array<float, kSize> external_;
   float internal_reflectance_ = 0;
 };
@@ -64,7 +64,7 @@ struct Quadrature {
   }
 };
 
-/// Integrates f(wi, m) over the visible normals m of wi at cosines of one isotropic distribution.
+/// Integrates f(wi, m) over the visible normals m of an isotropic distribution.
 template <MicrofacetType kType, int kNodes>
 class VisibleNormalIntegral {
  public:
@@ -78,13 +78,12 @@ class VisibleNormalIntegral {
   float operator()(float cos_i, const Fn& f) const {
     const Vec3 wi(safe_sqrt(1 - cos_i * cos_i), 0, cos_i);
     const Vec2 w = glm::normalize(Vec2(alpha_ * wi.x, wi.z));
-    // Mirror images at the plane of incidence, pairs of nodes, have the same value: one half of
-    // the nodes of the azimuth suffices.
+    // The integrand is symmetric about the plane of incidence: half of the azimuth's nodes suffice.
     float sum = 0;
     for (int i = 0; i < kNodes; ++i) {
       float slope_x = 0;
       if constexpr (kType == MicrofacetType::kBeckmann) {
-        // The two slopes are independent, which saves nearly all of their costly inversions.
+        // The two slopes are independent, so each is inverted once per node and not per pair.
         slope_x = beckmann_visible_slope_x(w.y, w.x, quadrature_.node[i]);
       }
       for (int j = 0; j < kNodes / 2; ++j) {
@@ -126,7 +125,7 @@ inline RoughTransmittance::RoughTransmittance(MicrofacetType type, float alpha, 
       const Vec3 wo = mirrored_at(wi, m);
       return wo.z > 0 ? microfacet.smith_g1(wo) * fresnel_dielectric(cos_i, 1 / eta) : 0.f;
     };
-    // Total reflection makes the integrand inside less smooth.
+    // The integrand inside is less smooth because of total reflection, so it needs more nodes.
     const detail::VisibleNormalIntegral<kType, kOutsideNodes> outside(alpha);
     const detail::VisibleNormalIntegral<kType, kInsideNodes> inside(alpha);
     float sum = 0;

@@ -2,8 +2,8 @@
 #include "kinome/plugin.h"
 #include "rough_transmittance.h"
 
-/// A rough dielectric coat over another BSDF, as in Mitsuba 0.6; see coat.h. Directions inside of the
-/// coat are those of a smooth one.
+/// A rough dielectric coat over another BSDF, as in Mitsuba 0.6; see coat.h. Directions inside the
+/// coat are refracted as by a smooth boundary.
 ///
 ///     <bsdf type="roughcoating">
 ///       <float name="alpha" value="0.05"/>
@@ -14,13 +14,13 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     choice_of("distribution", kMicrofacetTypes, "beckmann",
-              "of microfacet slopes: beckmann or ggx"),
-    {"alpha", ParameterType::kFloat, "0.1", "roughness; at least 1e-4 is used"},
+              "distribution of microfacet normals: beckmann or ggx"),
+    {"alpha", ParameterType::kFloat, "0.1", "roughness; values below 1e-4 are raised to it"},
     {"sample_visible", ParameterType::kBoolean, "true", "sample visible normals only"},
     KINOME_COAT_PARAMETERS,
 };
 
-/// Reflects at microfacets.
+/// Boundary that reflects at microfacets.
 class RoughCoatBoundary {
  public:
   RoughCoatBoundary(const Properties& props, float eta)

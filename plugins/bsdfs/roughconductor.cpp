@@ -8,7 +8,7 @@
 ///
 ///     f cos(theta_o) = specular_reflectance F(wi . h) D(h) G(wi, wo) / (4 cos(theta_i))
 ///
-/// with Beckmann's or the GGX distribution of slopes, anisotropic where alpha_u and alpha_v differ.
+/// with the Beckmann or the GGX distribution, anisotropic if alpha_u and alpha_v differ.
 ///
 ///     <bsdf type="roughconductor">
 ///       <string name="material" value="Cu"/>
@@ -61,7 +61,7 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
     if (index_.eta()->is_uniform() && index_.k()->is_uniform()) {
       return FormulaBsdf::describe_block(points, out);
     }
-    // Where the index differs from point to point, each has a kind of its own.
+    // If the index varies over the surface, each point has a kind of its own.
     store_forms(points, out);
     for (size_t i = 0; i < points.count; ++i) {
       out.kind[i] = out.kinds->number_of(form_kind_at(interaction_of(points, i)));
@@ -70,7 +70,7 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
   }
 
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    // Shadowing is left out: an estimate.
+    // An estimate without shadowing and masking.
     const float cos_i = std::clamp(si.wi.z, 0.f, 1.f);
     return {Rgb(0.f),
             specular_.at(si) * fresnel_conductor(
@@ -114,5 +114,5 @@ class RoughConductor final : public wide::FormulaBsdf<RoughConductor> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::RoughConductor, kinome::Category::kBsdf, "roughconductor",
-              "Rough metal: microfacets with Beckmann's or the GGX distribution.",
+              "Rough metal: microfacets with the Beckmann or GGX distribution.",
               kinome::kParameters);

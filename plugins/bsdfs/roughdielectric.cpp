@@ -4,18 +4,19 @@
 #include "rough_boundary.h"
 #include "roughness.h"
 
-/// Ground glass, ice and the like after Walter et al. 2007, as in Mitsuba 3: microfacets that mirror
-/// Fresnel's share and refract the rest,
+/// Ground glass, ice and the like after Walter et al. 2007, as in Mitsuba 3. Microfacets reflect
+/// light by the Fresnel term F and refract the rest. On wi's side,
 ///
-///     f cos(theta_o) = specular_reflectance F(wi . h) D(h) G(wi, wo) / (4 cos(theta_i))
+///     f cos(theta_o) = specular_reflectance F(wi . h) D(h) G(wi, wo) / (4 cos(theta_i)).
 ///
-/// on the side of wi, and on the other, with h along wi + eta wo, eta the index there over that here,
+/// On the other side, where eta is the index there divided by that on wi's side and h is along
+/// wi + eta wo,
 ///
 ///     specular_transmittance (1 - F(wi . h)) D(h) G(wi, wo) |wi . h| |wo . h|
-///                            / (cos(theta_i) (wi . h + eta wo . h)²)
+///                            / (cos(theta_i) (wi . h + eta wo . h)²).
 ///
-/// which is that of radiance: it has been divided by eta². Seen from both sides; int_ior is that of
-/// the side that the normal points away from.
+/// This is the BSDF of radiance, which includes a factor 1 / eta². Two-sided: int_ior is the index
+/// on the side that the normal points away from.
 ///
 ///     <bsdf type="roughdielectric">
 ///       <string name="distribution" value="ggx"/><float name="alpha" value="0.2"/>
@@ -57,7 +58,7 @@ class RoughDielectric final : public wide::FormulaBsdf<RoughDielectric> {
     });
   }
 
-  /// Of both sides, as light comes from both.
+  /// Sum of both sides, because light arrives from both.
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const float mirrored =
         dielectric_boundary(std::clamp(si.wi.z, -1.f, 1.f), relative_index_).reflectance;
@@ -89,7 +90,7 @@ class RoughDielectric final : public wide::FormulaBsdf<RoughDielectric> {
           select(goes_through, boundary.refracted(facet), boundary.mirrored(facet));
       BsdfSampleOf<F> sample =
           weighted_sample<F>(*this, wo, IntOf<F>(lobe_number(Lobe::kGlossy)));
-      sample.pdf = select(boundary.is_true(wo, goes_through), sample.pdf, F(0.f));
+      sample.pdf = select(boundary.is_on_side(wo, goes_through), sample.pdf, F(0.f));
       return sample;
     }
   };
@@ -104,4 +105,4 @@ class RoughDielectric final : public wide::FormulaBsdf<RoughDielectric> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::RoughDielectric, kinome::Category::kBsdf, "roughdielectric",
-              "Rough glass: microfacets that mirror and refract.", kinome::kParameters);
+              "Rough glass: microfacets that reflect and refract.", kinome::kParameters);

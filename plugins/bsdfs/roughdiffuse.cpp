@@ -1,10 +1,10 @@
 #include "batch.h"
 #include "kinome/plugin.h"
 
-/// Rough diffuse reflection, as in Mitsuba 0.6: facets with Lambert's reflection, which shadow, hide
-/// and light one another (Oren and Nayar 1994, "Generalization of Lambert's Reflectance Model",
-/// equations 27 to 31; with `use_fast_approx`, equation 30 of their qualitative model). `alpha` is
-/// Beckmann's; the model's sigma is alpha / sqrt(2).
+/// Rough diffuse reflection, as in Mitsuba 0.6: Lambertian facets that shadow, mask and illuminate
+/// one another (Oren and Nayar 1994, "Generalization of Lambert's Reflectance Model", equations 27
+/// to 31; with `use_fast_approx`, equation 30 of their qualitative model). `alpha` is Beckmann's;
+/// the model's sigma is alpha / sqrt(2).
 ///
 ///     <bsdf type="roughdiffuse">
 ///       <rgb name="reflectance" value="0.6 0.5 0.4"/><float name="alpha" value="0.5"/>
@@ -14,10 +14,8 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     {"reflectance", ParameterType::kReflectanceTexture, "0.5", "albedo of the facets"},
-    {"alpha", ParameterType::kUnitlessTexture, "0.2",
-     "roughness, root mean square of the slopes"},
-    {"use_fast_approx", ParameterType::kBoolean, "false",
-     "leave out the light that facets throw at one another"},
+    {"alpha", ParameterType::kUnitlessTexture, "0.2", "roughness, root mean square of the slopes"},
+    {"use_fast_approx", ParameterType::kBoolean, "false", "ignore interreflections between facets"},
 };
 
 class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
@@ -59,30 +57,31 @@ class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
     }
 
    private:
-    /// Relation of the two directions.
+    /// Angles between wi, wo and the normal, as the model needs them.
     struct Angles {
       F larger_sine, smaller_tangent, cos_phi;
     };
     Angles angles(const VecOf<F>& wo) const {
-      constexpr float kLeast = 1e-6f;
+      constexpr float kMin = 1e-6f;
       const F sin_i = sqrt(max(1.f - wi_.z * wi_.z, F(0.f)));
       const F sin_o = sqrt(max(1.f - wo.z * wo.z, F(0.f)));
       const F sines = sin_i * sin_o;
-      const F cos_phi = select(sines > kLeast,
-                               clamp((wi_.x * wo.x + wi_.y * wo.y) / max(sines, F(kLeast)),
-                                     F(-1.f), F(1.f)),
-                               F(0.f));
-      const F larger_cosine = max(max(wi_.z, wo.z), F(kLeast));
+      const F cos_phi = select(
+          sines > kMin, clamp((wi_.x * wo.x + wi_.y * wo.y) / max(sines, F(kMin)), F(-1.f), F(1.f)),
+          F(0.f));
+      const F larger_cosine = max(max(wi_.z, wo.z), F(kMin));
       return {max(sin_i, sin_o), min(sin_i, sin_o) / larger_cosine, cos_phi};
     }
 
-    /// Reflection without interreflection, in units of Lambert's. `is_rough_guess` selects the
-    /// qualitative model.
-    F first_bounce(const VecOf<F>& wo, bool is_rough_guess) const {
+    /// Reflection without interreflection, divided by Lambertian reflection. `is_qualitative`
+    /// selects the qualitative model.
+    F first_bounce(const VecOf<F>& wo, bool is_qualitative) const {
       const Angles a = angles(wo);
       const F c1 = 1.f - 0.5f * sigma2_ / (sigma2_ + 0.33f);
       const F c2 = 0.45f * sigma2_ / (sigma2_ + 0.09f);
-      if (is_rough_guess) return c1 + c2 * max(a.cos_phi, F(0.f)) * a.larger_sine * a.smaller_tangent;
+      if (is_qualitative) {
+        return c1 + c2 * max(a.cos_phi, F(0.f)) * a.larger_sine * a.smaller_tangent;
+      }
       const F theta_i = acos(clamp(wi_.z, F(0.f), F(1.f)));
       const F theta_o = acos(clamp(wo.z, F(0.f), F(1.f)));
       const F alpha = max(theta_i, theta_o), beta = min(theta_i, theta_o);
@@ -90,7 +89,7 @@ class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
       const F behind = select(a.cos_phi < 0.f, of_beta * of_beta * of_beta, F(0.f));
       const F of_both = 4.f * kInvPi * kInvPi * alpha * beta;
       const F c3 = 0.125f * sigma2_ / (sigma2_ + 0.09f) * of_both * of_both;
-      // tan((alpha + beta) / 2), by the sum-to-product formulas; well conditioned at grazing angles.
+      // tan((alpha + beta) / 2) by the sum-to-product formulas, accurate at grazing angles.
       const F sin_i = sqrt(max(1.f - wi_.z * wi_.z, F(0.f)));
       const F sin_o = sqrt(max(1.f - wo.z * wo.z, F(0.f)));
       const F tangent = (sin_i + sin_o) / max(wi_.z + wo.z, F(1e-6f));

@@ -8,9 +8,9 @@
 ///     f cos(theta_o) = ks F(wi . h) D(h) G(wi, wo) / (4 cos(theta_i))
 ///                    + kd / (1 - R) T(wi) T(wo) / eta² cos(theta_o) / pi
 ///
-/// T: share of light that passes the rough boundary from outside; R: of diffuse light inside the
-/// share that is reflected back (times kd where `nonlinear`: light bounces inside and takes on
-/// colour each time).
+/// T is the fraction of light that passes the rough boundary from outside, R the fraction of
+/// diffuse light inside that is reflected back. With `nonlinear`, R is multiplied by kd: each
+/// internal reflection colours the light.
 ///
 ///     <bsdf type="roughplastic">
 ///       <string name="distribution" value="ggx"/><float name="alpha" value="0.15"/>
@@ -26,10 +26,11 @@ constexpr Parameter kParameters[] = {
     {"int_ior", ParameterType::kFloatOrName, "polypropylene", "index of refraction of the coat"},
     {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},
     choice_of("distribution", kMicrofacetTypes, "beckmann",
-              "of microfacet slopes: beckmann or ggx"),
-    {"alpha", ParameterType::kFloat, "0.1", "roughness; at least 1e-4 is used"},
+              "distribution of microfacet normals: beckmann or ggx"),
+    {"alpha", ParameterType::kFloat, "0.1", "roughness; values below 1e-4 are raised to it"},
     {"sample_visible", ParameterType::kBoolean, "true", "sample visible normals only"},
-    {"nonlinear", ParameterType::kBoolean, "false", "colour shifts by bounces inside the coat"},
+    {"nonlinear", ParameterType::kBoolean, "false",
+     "include colour shifts due to internal reflections"},
 };
 
 class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
@@ -140,7 +141,7 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
     RoughReflection<kType, F> reflection_;
   };
 
-  /// 1 - R: what the geometric series of bounces inside divides by.
+  /// 1 - R, the denominator of the geometric series of internal reflections.
   template <class V>
   V bounces(const V& albedo) const {
     const float r = transmittance_.internal_reflectance();

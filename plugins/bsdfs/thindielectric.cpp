@@ -3,8 +3,8 @@
 #include "kinome/plugin.h"
 #include "kinome/wide/fresnel.h"
 
-/// A thin plate of a dielectric, such as a window pane: light is mirrored, or goes straight
-/// through. Reflections between the two faces are summed: R' = 2 R / (1 + R). Seen from both sides.
+/// A thin plate of a dielectric, such as a window pane: light is reflected or goes straight
+/// through. Reflections between the two faces are summed: R' = 2 R / (1 + R). Two-sided.
 ///
 ///     <bsdf type="thindielectric"><string name="int_ior" value="bk7"/></bsdf>
 namespace kinome {
@@ -32,7 +32,7 @@ class ThinDielectric final : public wide::FormulaBsdf<ThinDielectric> {
   struct Lobes {
     VecOf<F> wi;
     RgbOf<F> reflectance, transmittance;
-    F reflected;  ///< share of the light
+    F reflected;  ///< fraction of the light
 
     BsdfValueOf<F> value(const VecOf<F>& /*wo*/) const { return {RgbOf<F>(0.f), 0.f}; }
     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& /*u2*/) const {
@@ -68,5 +68,5 @@ class ThinDielectric final : public wide::FormulaBsdf<ThinDielectric> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::ThinDielectric, kinome::Category::kBsdf, "thindielectric",
-              "A thin pane of glass: mirrors, or lets light straight through.",
+              "A thin pane of glass: reflects light or lets it straight through.",
               kinome::kParameters);

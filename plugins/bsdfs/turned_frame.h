@@ -3,26 +3,27 @@
 #include "batch.h"
 #include "kinome/wide/surface_point.h"
 
-/// Turns the shading frame of a nested BSDF: what normal maps and bump maps share, after Mitsuba 3.
+/// Perturbs the shading frame of a nested BSDF. Base of normal maps and bump maps, after Mitsuba 3.
 ///
-/// Light only counts where the turned and the original surface agree on which side it comes from. A
-/// turned normal that faces away from the viewer is turned about the original one
-/// (flip_invalid_normals), and the hard shadow edge that remains is softened by the shadowing of
-/// Estevez et al. 2019 ("A microfacet-based shadowing function to solve the bump terminator
-/// problem"; use_shadowing_function).
+/// Light only contributes if it is on the same side of the perturbed and of the original surface.
+/// If a perturbed normal faces away from the viewer, it is rotated by 180 degrees about the
+/// original normal (flip_invalid_normals). The hard shadow edge that remains is softened by the
+/// shadowing function of Estevez et al. 2019, "A microfacet-based shadowing function to solve the
+/// bump terminator problem" (use_shadowing_function).
 namespace kinome {
 
-/// Rows of a plugin's table.
-#define KINOME_TURNED_FRAME_PARAMETERS                                                             \
-  {"bsdf", ::kinome::ParameterType::kObject, nullptr, "what is perturbed", true,                   \
-   ::kinome::Category::kBsdf},                                                                     \
-      {"flip_invalid_normals", ::kinome::ParameterType::kBoolean, "true",                          \
-       "turn normals that face away from the viewer"},                                             \
-  {                                                                                                \
-    "use_shadowing_function", ::kinome::ParameterType::kBoolean, "true", "soften the terminator"   \
+/// Parameters of both plugins.
+#define KINOME_TURNED_FRAME_PARAMETERS                                      \
+  {"bsdf", ::kinome::ParameterType::kObject, nullptr, "the perturbed BSDF", \
+   true,   ::kinome::Category::kBsdf},                                      \
+      {"flip_invalid_normals", ::kinome::ParameterType::kBoolean, "true",   \
+       "flip normals that face away from the viewer"},                      \
+  {                                                                         \
+    "use_shadowing_function", ::kinome::ParameterType::kBoolean, "true",    \
+        "soften the hard shadow edge of perturbed normals"                  \
   }
 
-/// For bump_shadowing, of a normal that was turned so far.
+/// Returns the alpha² of bump_shadowing for a normal whose cosine with the original is cos_turned.
 template <class F>
 F bump_alpha2(F cos_turned) {
   const F cos2 = min(sqr(cos_turned), F(1.f));
@@ -34,23 +35,24 @@ MaskOf<F> same_side(const F& a, const F& b) {
   return (a > 0.f && b > 0.f) || (a < 0.f && b < 0.f);
 }
 
-/// What a map says at a point, in coordinates of the original shading frame.
+/// Axes from a map at a point, in coordinates of the original shading frame.
 template <class F>
 struct TurnedAxes {
-  VecOf<F> normal;   ///< of any length; 0: nothing is turned
-  VecOf<F> tangent;  ///< the turned one lies as near it as it can
+  VecOf<F> normal;   ///< need not be normalised; 0 leaves the normal unchanged
+  VecOf<F> tangent;  ///< need not be perpendicular to the normal
 };
 
-/// How the frame is turned, at points.
+/// Perturbation of the frame at points.
 template <class F>
 struct Turn {
   FrameOf<VecOf<F>> local;  ///< perturbed axes in the coordinates of the original frame
   VecOf<F> wi;              ///< in the perturbed frame
   F bump_alpha2;
-  MaskOf<F> is_seen;  ///< false where the viewer doesn't see the perturbed surface's side
+  MaskOf<F> is_seen;  ///< false if the viewer is behind the perturbed surface
 };
 
-/// What becomes of light from a direction with these z in the original and in the perturbed frame.
+/// Visibility and shadowing of a light direction with the given z in the original and the perturbed
+/// frame.
 template <class F>
 struct Passage {
   Passage(const Turn<F>& turn, const F& z, const F& turned_z)
@@ -60,7 +62,7 @@ struct Passage {
   F factor;
 };
 
-/// Columns of a block: the points as the nested BSDF sees them, and what leads back.
+/// Columns of a block: the points in the perturbed frame, and the perturbation for the way back.
 class TurnedBlock {
  public:
   explicit TurnedBlock(const SurfaceBlock& from)
@@ -83,7 +85,6 @@ class TurnedBlock {
             wide::Float::load(columns_[25] + i) > 0.f};
   }
   wide::Float bump_alpha2(size_t i) const { return wide::Float::load(columns_[24] + i); }
-  /// Of point i alone.
   bool is_seen(size_t i) const { return columns_[25][i] > 0; }
 
   SurfaceBlock points;
@@ -92,15 +93,15 @@ class TurnedBlock {
   wide::ScratchColumns columns_;
 
  public:
-  Columns3 wo;  ///< what is asked, turned
+  Columns3 wo;  ///< query.wo in the perturbed frame
 };
 
-/// Base of what turns frames. Self has
+/// Base of BSDFs that perturb frames. Self must provide
 ///
 ///     /// At one point.
 ///     TurnedAxes<float> axes_at(const SurfaceInteraction& si) const;
-///     /// Calls fn(axes_at) once; axes_at(i, frame) are those of points i, i + 1 ... of the block,
-///     /// TurnedAxes<wide::Float>, frame being their shading frames.
+///     /// Calls fn(axes_at) once. axes_at(i, frame) returns the TurnedAxes<wide::Float> of points
+///     /// i, i + 1, … of the block; frame has their shading frames.
 ///     template <class Fn>
 ///     void with_axes(const SurfaceBlock& points, const Fn& fn) const;
 template <class Self>
@@ -111,8 +112,9 @@ class TurnedFrame : public Bsdf {
         flip_(props.boolean("flip_invalid_normals")),
         shadowing_(props.boolean("use_shadowing_function")) {
     if (nested_->transmits() && any(nested_->lobes() & Lobe::kDelta)) {
-      throw props.error("bsdf", "can't be one that lets light through as smooth glass does: no "
-                                "light path would find the way back through turned normals");
+      throw props.error("bsdf",
+                        "must not be smooth glass or transmit light straight through: light "
+                        "paths can't be traced backwards through perturbed normals");
     }
     lobes_ = nested_->lobes();
     transmits_ = nested_->transmits();
@@ -200,7 +202,7 @@ class TurnedFrame : public Bsdf {
 
   Rgb albedo(const SurfaceInteraction& si) const override { return nested_->albedo(si); }
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    // Who sees the back of a turned normal sees nothing, but others do.
+    // Viewers behind the perturbed surface see nothing. The original frame serves the others.
     const auto turned = perturb(si);
     return nested_->reflectance(turned ? turned->si : si);
   }
@@ -215,10 +217,10 @@ class TurnedFrame : public Bsdf {
 
   struct Turned {
     Turn<float> turn;
-    SurfaceInteraction si;  ///< as the nested BSDF sees the point
+    SurfaceInteraction si;  ///< the point in the perturbed frame
   };
 
-  /// Of forms' kinds, those about turned normals.
+  /// Maps kinds of forms to the kinds with `is_turned` set.
   class TurnedKinds {
    public:
     explicit TurnedKinds(BsdfFormKinds& all) : all_(all) {}
@@ -235,7 +237,7 @@ class TurnedFrame : public Bsdf {
 
    private:
     BsdfFormKinds& all_;
-    uint32_t kind_ = BsdfFormKinds::kNone, turned_ = BsdfFormKinds::kNone;  ///< the last one
+    uint32_t kind_ = BsdfFormKinds::kNone, turned_ = BsdfFormKinds::kNone;  ///< the last pair
   };
 
   template <class F>
@@ -250,7 +252,7 @@ class TurnedFrame : public Bsdf {
     return turn;
   }
 
-  /// nullopt where the viewer doesn't see the perturbed surface's side.
+  /// Returns nullopt if the viewer is behind the perturbed surface.
   std::optional<Turned> perturb(const SurfaceInteraction& si) const {
     const auto turn = turn_of<float>(self().axes_at(si), si.wi);
     if (!turn.is_seen) return std::nullopt;
@@ -261,7 +263,7 @@ class TurnedFrame : public Bsdf {
     return turned;
   }
 
-  /// Calls fn(i, frame, turn) for the points of a block, of which frame is the shading frame.
+  /// Calls fn(i, frame, turn) for the points of a block; `frame` is their original shading frame.
   template <class Fn>
   void perturb(const SurfaceBlock& points, const Fn& fn) const {
     self().with_axes(points, [&](const auto& axes_at) {

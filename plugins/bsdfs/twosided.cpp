@@ -3,8 +3,8 @@
 #include "batch.h"
 #include "kinome/plugin.h"
 
-/// Makes one-sided BSDFs visible from both sides: one nested BSDF serves both, of two the first is
-/// the front's and the second the back's. The back sees everything mirrored at the surface.
+/// Makes one-sided BSDFs visible from both sides. A single nested BSDF is used for both sides; of
+/// two, the first is the front and the second the back. The back is mirrored at the surface.
 ///
 ///     <bsdf type="twosided"><bsdf type="diffuse"/></bsdf>
 namespace kinome {
@@ -14,23 +14,23 @@ constexpr Parameter kParameters[] = {
     {"bsdf", ParameterType::kObject, nullptr, "one BSDF for both sides, or front and back", true,
      Category::kBsdf, 2},
     {"allow_transmission", ParameterType::kBoolean, "false",
-     "accepts nested BSDFs that let light through, if they don't bend it"},
+     "allow nested BSDFs that transmit light without refraction"},
 };
 
 class TwoSided final : public Bsdf {
  public:
   explicit TwoSided(const Properties& props) : sides_(props.objects<Bsdf>()) {
     if (sides_.empty() || sides_.size() > 2) {
-      throw props.error("bsdf", "must be one or two nested BSDFs");
+      throw props.error("bsdf",
+                        "must be one or two nested BSDFs, got " + std::to_string(sides_.size()));
     }
     const bool allow_transmission = props.boolean("allow_transmission");
     for (const auto& side : sides_) {
       if (side->transmits() && !allow_transmission) {
-        throw props.error("bsdf", "can't be one that lets light through: it has two sides itself");
+        throw props.error("bsdf", "must not transmit light: such a BSDF is two-sided itself");
       }
       if (side->relative_index() != 1) {
-        throw props.error("bsdf", "can't be one that bends light: it would bend it inwards on both "
-                                  "sides");
+        throw props.error("bsdf", "must not refract light: both sides would refract it inwards");
       }
       transmits_ = transmits_ || side->transmits();
       scatters_through_ = scatters_through_ || side->scatters_through();
@@ -65,7 +65,7 @@ class TwoSided final : public Bsdf {
     if (sides_.size() == 1 || backs == points.count) {
       return shade_facing(*sides_.back(), points, query, answer);
     }
-    // Each point takes the answer of its side.
+    // Each point takes the result of its side.
     const wide::ScratchColumns columns(12, points.count);
     const BsdfAnswer back{columns.three(0), columns[3],  columns.three(4),
                           columns.three(7), columns[10], columns[11]};
@@ -146,7 +146,7 @@ class TwoSided final : public Bsdf {
     return wide::Float::load(points.wi.z + i) < 0.f;
   }
 
-  /// -from where points are seen from behind, to `to`, which may be the same.
+  /// Copies `from` to `to`, negated at points that are seen from behind. Both may be the same.
   static void turn(const SurfaceBlock& points, const float* from, float* to) {
     using wide::Float;
     wide::for_lanes(points.count, [&](size_t i) {
@@ -154,8 +154,8 @@ class TwoSided final : public Bsdf {
       select(is_back_at(points, i), -x, x).store(to + i);
     });
   }
-  /// All points turned to the viewer: those that are seen from behind are mirrored, see mirrored().
-  /// Columns 0 to 3 of `columns` hold what differs.
+  /// Returns the points with those that are seen from behind mirrored, see mirrored(). Columns 0 to
+  /// 3 of `columns` hold the changed values.
   static SurfaceBlock turned_to_viewer(const SurfaceBlock& points,
                                        const wide::ScratchColumns& columns) {
     SurfaceBlock facing = points;
@@ -166,7 +166,7 @@ class TwoSided final : public Bsdf {
     return facing;
   }
 
-  /// Where points are seen from behind, copies what was said of their backs.
+  /// Copies the back's results at points that are seen from behind.
   struct BackTaker {
     explicit BackTaker(const SurfaceBlock& seen) : points(seen) {}
     void operator()(float* to, const float* from) const {
@@ -194,7 +194,7 @@ class TwoSided final : public Bsdf {
     if (query.u1) turn(points, answer.wo.z, answer.wo.z);
   }
 
-  /// The point as its back sees it, in a left-handed frame.
+  /// Returns the point mirrored for the back's BSDF, in a left-handed frame.
   static SurfaceInteraction mirrored(const SurfaceInteraction& si) {
     SurfaceInteraction back = si;
     back.frame.n = -si.frame.n;
@@ -209,4 +209,4 @@ class TwoSided final : public Bsdf {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::TwoSided, kinome::Category::kBsdf, "twosided",
-              "One or two one-sided BSDFs, seen from both sides.", kinome::kParameters);
+              "Makes one or two one-sided BSDFs visible from both sides.", kinome::kParameters);

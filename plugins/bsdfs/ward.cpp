@@ -2,8 +2,8 @@
 #include "kinome/plugin.h"
 #include "kinome/wide/microfacet.h"
 
-/// Ward's anisotropic reflection with the variants of Mitsuba 0.6. With H = wi + wo, not
-/// normalised,
+/// Ward's anisotropic reflection with the variants of Mitsuba 0.6. With the unnormalised half
+/// vector H = wi + wo,
 ///
 ///     f = kd / pi + ks c exp(-((Hx / alpha_u)² + (Hy / alpha_v)²) / Hz²)
 ///     ward (1992):            c = 1 / (4 pi alpha_u alpha_v sqrt(cos_i cos_o))
@@ -23,15 +23,16 @@ enum Variant { kBalanced, kWard, kWardDuer };
 constexpr const char* kVariants[] = {"balanced", "ward", "ward-duer"};
 
 constexpr Parameter kParameters[] = {
-    choice_of("variant", kVariants, "balanced", "balanced, ward or ward-duer"),
+    choice_of("variant", kVariants, "balanced", "formula: balanced, ward or ward-duer"),
     {"alpha", ParameterType::kUnitlessTexture, "0.1", "default of alpha_u and alpha_v"},
     {"alpha_u", ParameterType::kUnitlessTexture, nullptr,
-     "roughness along dp_du; at least 1e-4 is used"},
-    {"alpha_v", ParameterType::kUnitlessTexture, nullptr, "roughness along dp_dv"},
+     "roughness along dp_du; values below 1e-4 are raised to it"},
+    {"alpha_v", ParameterType::kUnitlessTexture, nullptr,
+     "roughness along dp_dv; values below 1e-4 are raised to it"},
     KINOME_REFLECTANCE_PAIR_PARAMETERS,
 };
 
-/// The glossy lobe, without ks, at points.
+/// Glossy lobe, without the factor ks.
 template <class F>
 class WardLobe {
  public:
@@ -61,7 +62,7 @@ class WardLobe {
     return {select(m, a.f_cos, b.f_cos), select(m, a.pdf, b.pdf)};
   }
 
-  /// Ward's normals are those of Beckmann's distribution. pdf 0 where wi is behind them.
+  /// Samples a normal of the Beckmann distribution, which is Ward's. pdf is 0 if wi is behind it.
   template <class Lobes>
   BsdfSampleOf<F> sample(const Lobes& lobes, const Vec2Of<F>& u2) const {
     const VecOf<F> m = Microfacet<MicrofacetType::kBeckmann, F>(au_, av_).sample_all(u2);
@@ -180,5 +181,5 @@ class Ward final : public wide::FormulaBsdf<Ward> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Ward, kinome::Category::kBsdf, "ward",
-              "Ward's anisotropic gloss over a diffuse base, as in Mitsuba 0.6.",
+              "Ward's anisotropic glossy lobe over a diffuse base, as in Mitsuba 0.6.",
               kinome::kParameters);

@@ -321,9 +321,10 @@ TEST_F(BitmapTest, ReflectancesAboveOneAreClamped) {
   testing::internal::CaptureStderr();
   const auto bsdf = make<Bsdf>("<bsdf type='diffuse'>" + map + "</bsdf>");
   const std::string log = testing::internal::GetCapturedStderr();
-  EXPECT_NE(log.find("'reflectance' must lie in [0,1], but its texture has values up to 12.000000: "
-                     "they are clamped to that range"),
-            std::string::npos)
+  EXPECT_NE(
+      log.find("'reflectance' must be between 0 and 1, but its texture has values up to 12.000000: "
+               "they are clamped to that range"),
+      std::string::npos)
       << log;
   SurfaceInteraction si;
   si.uv = Vec2(0.5f, 0.75f);  // (11, .5, -.25)
