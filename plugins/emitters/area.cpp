@@ -1,5 +1,5 @@
-/// A surface that shines with the same radiance in all directions on its outside, that is, where
-/// the cosine with the shading normal is positive. It is nested in the shape whose surface it is.
+/// A surface that emits the same radiance in all directions of its outside, that is, where the
+/// cosine with the shading normal is positive. Nested in the shape that emits.
 ///
 ///     <shape type="rectangle">
 ///       <emitter type="area"><rgb name="radiance" value="5 4 3"/></emitter>
@@ -17,7 +17,8 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"radiance", ParameterType::kEmissionTexture, "1", "Radiance, over the shape's (u, v)."},
+    {"radiance", ParameterType::kEmissionTexture, "1",
+     "Emitted radiance, textured over the shape's (u, v)."},
 };
 
 class AreaLight final : public Emitter {
@@ -25,7 +26,7 @@ class AreaLight final : public Emitter {
   explicit AreaLight(const Properties& props)
       : radiance_(read_emission_texture(props, "radiance")),
         is_black_(radiance_->max() == 0 && radiance_->min() == 0),
-        goes_by_attribute_(!radiance_->attribute().empty()) {}
+        uses_attribute_(!radiance_->attribute().empty()) {}
 
   bool is_surface() const override { return true; }
 
@@ -49,7 +50,7 @@ class AreaLight final : public Emitter {
 
   void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
                            const DirectBlock& out) const override {
-    if (goes_by_attribute_) return Emitter::sample_direct_block(p, u, count, out);
+    if (uses_attribute_) return Emitter::sample_direct_block(p, u, count, out);
     const wide::ScratchColumns scratch(9, count);
     const SurfaceSampleBlock points{scratch.three(0), scratch.three(3),
                                     radiance_.is_uniform() ? Columns2{} : scratch.two(6),
@@ -95,7 +96,7 @@ class AreaLight final : public Emitter {
   }
   void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
                              const EmissionBlock& out) const override {
-    if (goes_by_attribute_) return Emitter::sample_emission_block(position, direction, count, out);
+    if (uses_attribute_) return Emitter::sample_emission_block(position, direction, count, out);
     if (count == 0) return;
     const wide::ScratchColumns scratch(15, count);
     struct alignas(kColumnAlignment) Indices {
@@ -130,12 +131,12 @@ class AreaLight final : public Emitter {
     using F = wide::formulas::NumberOf<V>;
     V d;
     F pdf;     ///< per solid angle
-    F cosine;  ///< that flux goes with
+    F cosine;  ///< factor of the flux
     wide::formulas::MaskOf<F> is_above;
   };
-  /// Flux goes with the cosine to the surface, light ends at the horizon of the shading normal.
-  /// Where the two differ, a density by either cosine would be zero or nearly so where there is
-  /// light.
+  /// Samples a direction of emission. Flux is proportional to the cosine with the geometric normal
+  /// n, but emission ends at the horizon of the shading normal. If the normals differ, the density
+  /// is uniform, because a density by either cosine would be about 0 for some emitted light.
   template <class V, class V2>
   static Leaving<V> light_leaving(const V& n, const FrameOf<V>& frame, const V2& u) {
     using namespace wide::formulas;
@@ -150,7 +151,7 @@ class AreaLight final : public Emitter {
             select(is_interpolated, abs(dot(n, d)), local.z), local.z > 0.f};
   }
 
-  /// n is the light's shading normal.
+  /// n is the emitter's shading normal.
   template <class V>
   static wide::formulas::MaskOf<typename TowardLight<V>::F> shines_toward(
       const TowardLight<V>& light, const V& n) {
@@ -159,11 +160,11 @@ class AreaLight final : public Emitter {
 
   wide::ColorInput radiance_;
   bool is_black_;
-  bool goes_by_attribute_;  ///< which wants to know the triangle, not only the place on it
+  bool uses_attribute_;  ///< evaluation needs the triangle, and not only (u, v)
 };
 
 }  // namespace
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::AreaLight, kinome::Category::kEmitter, "area",
-              "A surface that shines on its outside.", kinome::kTable);
+              "A surface that emits light on its outside.", kinome::kTable);

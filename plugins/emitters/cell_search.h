@@ -9,14 +9,14 @@
 
 namespace kinome {
 
-/// Searches a table for up to `most` numbers at once, as wide::find_cell does for a vector of them:
-/// in rounds, each of which halves what is left for a number, and which those leave that are found.
-/// Where few numbers take many steps, as on a map with a sun, a vector by itself takes as many as
-/// the worst of its lanes, and waits for memory at each.
-template <size_t most>
+/// Searches a table for up to `kMaxCount` values at once, as wide::find_cell does for one vector.
+/// Each round halves the ranges of all unfinished values, and removes the finished ones. This is
+/// faster if a few values need many steps, as on a map with a sun: a single vector takes as many
+/// steps as its slowest lane, and waits for memory at each.
+template <size_t kMaxCount>
 class CellSearch {
  public:
-  /// Numbers i, i + 1 ... are to be looked for among `cells`; the next search begins with i = 0.
+  /// Adds values i, i + 1, …, to be searched among `cells`. i = 0 begins a new search.
   KINOME_WIDE void add(size_t i, const wide::CellRange& cells, wide::Float u) {
     using namespace wide;
     if (i == 0) left_ = 0;
@@ -24,7 +24,7 @@ class CellSearch {
     const Mask searched = cells.length > 0;
     keep(searched, as_uint(iota()) + static_cast<uint32_t>(i), cells, u);
   }
-  /// Afterwards, found() has the place of each in the table.
+  /// Runs the search. Afterwards, found() has the index of each value in the table.
   void run(const float* cdf) {
     using namespace wide;
     while (left_ > 0) {
@@ -57,9 +57,9 @@ class CellSearch {
   }
 
   template <class T>
-  using Column = std::array<T, most + kBlockLanes>;
+  using Column = std::array<T, kMaxCount + kBlockLanes>;
   alignas(kColumnAlignment) Column<uint32_t> found_;
-  // Of those that are still searched:
+  // Unfinished values:
   size_t left_ = 0;
   alignas(kColumnAlignment) Column<uint32_t> number_, first_, length_;
   alignas(kColumnAlignment) Column<float> u_;

@@ -1,4 +1,4 @@
-/// Light from infinitely far that is the same from every direction.
+/// An environment with the same radiance in every direction.
 ///
 ///     <emitter type="constant"><rgb name="radiance" value="1 .9 .8"/></emitter>
 
@@ -17,7 +17,7 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"radiance", ParameterType::kEmission, "1", "Radiance from every direction."},
-    ignored_row("to_world", ParameterType::kTransform, "all directions look the same"),
+    ignored_row("to_world", ParameterType::kTransform, "all directions have the same radiance"),
 };
 
 class ConstantEnvironment final : public Environment {
@@ -65,7 +65,7 @@ class ConstantEnvironment final : public Environment {
     return true;
   }
 
-  /// Cells of equal light; their centres stay where they are, whatever the seed.
+  /// Centres of cells of equal solid angle, independent of the seed.
   std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
                                           uint32_t count) const override {
     const SpherePartition cells(count);
@@ -82,4 +82,4 @@ class ConstantEnvironment final : public Environment {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::ConstantEnvironment, kinome::Category::kEmitter, "constant",
-              "Light from infinitely far that is the same from every direction.", kinome::kTable);
+              "An environment with the same radiance in every direction.", kinome::kTable);

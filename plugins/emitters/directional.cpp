@@ -1,7 +1,7 @@
-/// Parallel light from infinitely far, such as the sun's without its extent: `irradiance` on a
-/// surface that faces it. Where to_world scales +z, light is brighter by as much, as Mitsuba 3 has
-/// it on diffuse surfaces: its directions then aren't of unit length, which its other BSDFs take
-/// for granted.
+/// Parallel light from infinitely far, such as sunlight from a single direction. `irradiance` is
+/// the irradiance of a surface that faces the light. If to_world scales +z, the irradiance is
+/// multiplied by the scale, as in Mitsuba 3 on diffuse surfaces. (Its other BSDFs assume unit
+/// directions, which a scale breaks.)
 ///
 ///     <emitter type="directional">
 ///       <vector name="direction" x="1" y="-2" z="0"/>
@@ -17,27 +17,30 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"direction", ParameterType::kVector, nullptr, "Where the light goes; in place of to_world."},
-    {"to_world", ParameterType::kTransform, "identity", "Turns +z to where the light goes."},
-    {"irradiance", ParameterType::kEmission, "1", "Flux per area across the direction [W/m²]."},
+    {"direction", ParameterType::kVector, nullptr,
+     "Direction in which the light travels; alternative to to_world."},
+    {"to_world", ParameterType::kTransform, "identity",
+     "Maps +z to the direction in which the light travels."},
+    {"irradiance", ParameterType::kEmission, "1",
+     "Flux per area perpendicular to the direction [W/m²]."},
 };
 
 struct Direction {
   Vec3 d{0, 0, 1};   ///< unit
-  float length = 1;  ///< of what to_world makes of +z
+  float length = 1;  ///< length of +z after to_world
 };
 
 Direction read_direction(const Properties& props) {
   const bool is_given = has_in_place_of_to_world(props, "direction");
   const Vec3 v =
       is_given ? props.vector("direction") : props.transform("to_world").vector(Vec3(0, 0, 1));
-  // Divided first, so that squares neither over- nor underflow.
-  const float largest = max_component(glm::abs(v));
-  if (!(largest > 0) || !is_finite(v)) {
+  // Divided first, so that squares neither overflow nor underflow.
+  const float max_abs = max_component(glm::abs(v));
+  if (!(max_abs > 0) || !is_finite(v)) {
     throw props.error("direction", "must be finite and not zero");
   }
-  const float length = glm::length(v / largest);
-  return {v / largest / length, is_given ? 1 : largest * length};
+  const float length = glm::length(v / max_abs);
+  return {v / max_abs / length, is_given ? 1 : max_abs * length};
 }
 
 Rgb read_irradiance(const Properties& props, float length) {
@@ -46,9 +49,9 @@ Rgb read_irradiance(const Properties& props, float length) {
   if (!(max_component(irradiance) * length <= kMaxEmission)) {
     throw props.error("to_world", "must not scale the irradiance beyond 1e36");
   }
-  props.warn("to_world", "scales: the light is " + std::to_string(length) +
-                             " times as bright by it, as Mitsuba 3's is on diffuse surfaces (on "
-                             "others its picture makes no sense)");
+  props.warn("to_world", "scales +z: the irradiance is multiplied by " + std::to_string(length) +
+                             ", as in Mitsuba 3 on diffuse surfaces (its other BSDFs give wrong "
+                             "results then)");
   return irradiance * length;
 }
 

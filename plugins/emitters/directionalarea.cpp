@@ -1,7 +1,7 @@
-/// A surface that shines along its normal alone, like a laser's front or a bright window seen from
-/// afar: `radiance` is the flux per area of the surface [W/m²], whatever its name says. No ray meets
-/// it at just that angle, and no point can look for it: as in Mitsuba, `ptracer` shows its light, and
-/// other integrators see a black surface.
+/// A surface that emits light only along its normal, like the front of a laser. In spite of its
+/// name, `radiance` is the flux per area of the surface [W/m²]. The direction can't be hit by rays
+/// or sampled from a point: as in Mitsuba, only `ptracer` renders this light, and other integrators
+/// see a black surface.
 ///
 ///     <shape type="disk">
 ///       <emitter type="directionalarea"><rgb name="radiance" value="5 4 3"/></emitter>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"radiance", ParameterType::kEmissionTexture, "1",
-     "Flux per area [W/m²], over the shape's (u, v)."},
+     "Flux per area [W/m²], textured over the shape's (u, v)."},
 };
 
 class DirectionalAreaLight final : public Emitter {
@@ -55,4 +55,4 @@ class DirectionalAreaLight final : public Emitter {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::DirectionalAreaLight, kinome::Category::kEmitter, "directionalarea",
-              "A surface that shines along its normal alone.", kinome::kTable);
+              "A surface that emits light only along its normal.", kinome::kTable);

@@ -7,20 +7,21 @@
 
 namespace kinome {
 
-/// Where light from infinitely far enters the scene: for each direction a disk across it, outside
-/// the scene, whose shadow covers all that the scene has. Set once by Emitter::prepare.
+/// Disk from which light from infinitely far enters the scene. For each direction, it is
+/// perpendicular to the direction, outside the scene, and its projection covers the whole scene.
+/// Set once by Emitter::prepare.
 class DistantDisk {
  public:
   void prepare(const Aabb& bounds) {
     if (bounds.empty()) return;
     centre_ = bounds.centre();
-    // A little larger than the sphere around the bounds, for the sake of rounding.
+    // Slightly larger than the bounding sphere, to allow for rounding.
     radius_ = 0.5f * glm::length(bounds.extent()) * (1 + 1e-4f) +
               1e-6f * max_component(glm::max(glm::abs(bounds.lo), glm::abs(bounds.hi)));
   }
 
-  /// A ray that travels along `d` through a point uniform over the disk, with pdf_position; nullopt
-  /// where the scene is empty.
+  /// Samples a ray along `d` that starts uniformly over the disk, and its pdf_position. Returns
+  /// nullopt if the scene is empty.
   std::optional<EmissionSample> sample(const Vec3& d, const Vec2& u) const {
     if (!(radius_ > 0)) return std::nullopt;
     EmissionSample sample;
@@ -30,7 +31,7 @@ class DistantDisk {
     return sample;
   }
 
-  /// Where the ray starts, V being Vec3 or wide::Vec3.
+  /// Returns the origin of the ray. V is Vec3 or wide::Vec3.
   template <class V, class V2>
   V origin(const V& d, const V2& u) const {
     const V2 disk = warp::square_to_disk_concentric(u);
@@ -38,7 +39,7 @@ class DistantDisk {
     return V(centre_) + radius_ * (frame.s * disk.x + frame.t * disk.y - d);
   }
 
-  /// Per area across the direction; 0 where the scene is empty.
+  /// Density per area perpendicular to the direction; 0 if the scene is empty.
   float pdf() const { return radius_ > 0 ? 1 / (kPi * sqr(radius_)) : 0; }
 
  private:

@@ -11,38 +11,40 @@
 #include "kinome/texture.h"
 #include "kinome/wide/textures.h"
 
-/// What emitters read from a scene alike.
+/// Helpers of emitters that read parameters and store samples.
 namespace kinome {
 
-/// As of environment maps: products with areas, and quotients by small distances, stay finite.
+/// Largest valid emission, so that products with areas and quotients by small distances stay
+/// finite.
 inline constexpr float kMaxEmission = 1e36f;
 
-/// Radiance, intensity or irradiance of the parameter `name`: 0 to kMaxEmission.
+/// Reads a radiance, intensity or irradiance between 0 and kMaxEmission.
 inline Rgb read_emission(const Properties& props, const std::string& name) {
   const Rgb value = props.color(name);
   if (!(std::min({value.x, value.y, value.z}) >= 0 && max_component(value) <= kMaxEmission)) {
-    throw props.error(name, "must be finite, at most 1e36, and not negative, got " +
-                                std::to_string(value.x) + " " + std::to_string(value.y) + " " +
-                                std::to_string(value.z));
+    throw props.error(name, "must be between 0 and 1e36, got " + std::to_string(value.x) + " " +
+                                std::to_string(value.y) + " " + std::to_string(value.z));
   }
   return value;
 }
 
-/// Of a light that a texture shapes: Error at the parameter `name` where `factor`, or that times
-/// the largest texel, is beyond kMaxEmission.
+/// Throws Error at the parameter `name` if `factor`, or its product with the largest texel, exceeds
+/// kMaxEmission.
 inline void check_emission(const Properties& props, const std::string& name, const Texture& texture,
                            double factor = 1) {
-  const double most = std::max(std::abs(double{texture.max()}), std::abs(double{texture.min()}));
-  if (const double all = std::max(1., most) * factor; !(all <= double{kMaxEmission})) {
+  const double max_texel =
+      std::max(std::abs(double{texture.max()}), std::abs(double{texture.min()}));
+  if (const double emission = std::max(1., max_texel) * factor;
+      !(emission <= double{kMaxEmission})) {
     throw props.error(name,
-                      "makes the light too large: with its texture, size and angle it must be "
-                      "at most 1e36, and comes to " +
-                          std::to_string(all / double{kMaxEmission}) + "e36");
+                      "makes the emission too large: with its texture, size and angle it must be "
+                      "at most 1e36, got " +
+                          std::to_string(emission / double{kMaxEmission}) + "e36");
   }
 }
 
-/// The same as read_emission() where it may vary over a texture. A texture's own negative texels
-/// are kept, as those of an environment are; it warns of them.
+/// Reads an emission that may be a texture. Negative texels are kept, as in environment maps; the
+/// texture warns about them.
 inline std::shared_ptr<Texture> read_emission_texture(const Properties& props,
                                                       const std::string& name) {
   for (const auto& [key, entry] : props.entries()) {
@@ -55,16 +57,17 @@ inline std::shared_ptr<Texture> read_emission_texture(const Properties& props,
   return make_uniform_texture(read_emission(props, name));
 }
 
-/// Whether the scene gives `name` (a vector) rather than to_world; Error where it gives both.
+/// Returns true if the scene sets `name` (a vector) instead of to_world. Throws Error if it sets
+/// both.
 inline bool has_in_place_of_to_world(const Properties& props, const std::string& name) {
   if (props.has(name) && props.has("to_world")) {
-    throw props.error("to_world", "can't be given together with " + name);
+    throw props.error("to_world", "can't be combined with '" + name + "': remove one of them");
   }
   return props.has(name);
 }
 
-/// The rotation or reflection next to a matrix that is one but for rounding, as scene files write
-/// them in a few digits: its transpose is then its inverse, and directions keep their length.
+/// Orthonormalises a matrix that is a rotation or reflection up to rounding, such as one that a
+/// scene file gives with few digits. Its transpose is then its inverse, and it keeps lengths.
 inline glm::mat3 orthonormal(const glm::mat3& m) {
   glm::dmat3 axes(m);
   for (int c = 0; c < 3; ++c) {
@@ -76,8 +79,9 @@ inline glm::mat3 orthonormal(const glm::mat3& m) {
   return glm::mat3(axes);
 }
 
-/// Reads `to_world` as a matrix whose columns are an environment's axes in the world. A scale has no
-/// meaning for directions and is ignored with a warning. (Mitsuba 3 distorts the image by it.)
+/// Reads `to_world` as a matrix whose columns are the axes of an environment in the world. A scale
+/// has no effect on directions, and is ignored with a warning. (Mitsuba 3 distorts the
+/// environment.)
 inline glm::mat3 read_rotation(const Properties& props) {
   constexpr float kRounding = 1e-3f;
   glm::mat3 axes(props.transform("to_world").matrix());
@@ -95,18 +99,17 @@ inline glm::mat3 read_rotation(const Properties& props) {
       throw props.error("to_world", "must be a rotation or reflection, without shear");
     }
   }
-  if (scales) props.warn("to_world", "scales, which has no effect on directions");
+  if (scales) props.warn("to_world", "has a scale, which is ignored for directions");
   return orthonormal(axes);
 }
 
-/// Where a light stands, and how it is turned: columns of `axes` are its own axes in the world,
-/// each of unit length. A mirroring transform mirrors the light.
+/// Position and orientation of an emitter. The columns of `axes` are its unit axes in the world;
+/// they are left-handed if to_world mirrors.
 struct LightFrame {
   Vec3 origin{0.f};
   glm::mat3 axes{1.f};
-  Vec3 scale{1.f};  ///< of lengths along each axis
+  Vec3 scale{1.f};  ///< scale along each axis
 
-  /// Of one vector, or of several.
   template <class V>
   V to_local(const V& v) const {
     return v * axes;
@@ -117,7 +120,7 @@ struct LightFrame {
   }
 };
 
-/// Of `to_world`; Error where it would bend the light.
+/// Reads `to_world`. Throws Error if it has shear.
 inline LightFrame read_light_frame(const Properties& props) {
   const Transform to_world = props.transform("to_world");
   LightFrame frame;
@@ -129,14 +132,16 @@ inline LightFrame read_light_frame(const Properties& props) {
   }
   for (int c = 0; c < 3; ++c) {
     if (!(std::abs(glm::dot(frame.axes[c], frame.axes[(c + 1) % 3])) < 1e-3f)) {
-      throw props.error("to_world", "must be a rotation, a translation and a scale, without shear");
+      throw props.error("to_world",
+                        "must consist of rotation, translation and scale, without "
+                        "shear");
     }
   }
   frame.axes = orthonormal(frame.axes);
   return frame;
 }
 
-/// The way from a point to a light, of one point or several.
+/// Direction and distance from a point (or several) to an emitter.
 template <class V>
 struct TowardLight {
   using F = wide::formulas::NumberOf<V>;
@@ -151,13 +156,14 @@ struct TowardLight {
     d = to / distance;
     inverse_distance2 = 1.f / sqr(distance);
   }
-  /// False where the point is at the light, so that there is no direction.
+  /// False if the point is at the emitter, so that the direction is undefined.
   wide::formulas::MaskOf<F> valid() const {
     return inverse_distance2 > 0.f && inverse_distance2 < HUGE_VALF;
   }
 };
 
-/// The light of a point that shines one way with `intensity`; nullopt where there is none.
+/// Returns the direct light of a point emitter with `intensity` in this direction, or nullopt if it
+/// is black.
 inline std::optional<DirectSample> light_from_point(const TowardLight<Vec3>& toward,
                                                     const Rgb& intensity) {
   const Rgb radiance = intensity * toward.inverse_distance2;
@@ -165,7 +171,7 @@ inline std::optional<DirectSample> light_from_point(const TowardLight<Vec3>& tow
   return DirectSample{toward.d, toward.distance, 1, radiance, true};
 }
 
-/// Samples i, i + 1 ... of a block; where not `valid`, there are none.
+/// Stores samples i, i + 1, … of a block. Samples that aren't `valid` get a pdf of 0.
 inline void store_direct(const DirectBlock& out, size_t i, const TowardLight<wide::Vec3>& toward,
                          wide::Mask valid, wide::Float pdf, wide::Rgb radiance, bool is_delta) {
   select(valid, toward.d, wide::Vec3(0.f, 0.f, 1.f)).store(out.d, i);
@@ -174,7 +180,7 @@ inline void store_direct(const DirectBlock& out, size_t i, const TowardLight<wid
   select(valid, radiance).store(out.radiance, i);
   select(valid, is_delta ? 1.f : 0.f).store(out.is_delta + i);
 }
-/// light_from_point for samples i, i + 1 ... of a block.
+/// Stores light_from_point() for samples i, i + 1, … of a block.
 inline void store_light_from_point(const DirectBlock& out, size_t i,
                                    const TowardLight<wide::Vec3>& toward, wide::Rgb intensity) {
   const wide::Rgb radiance = intensity * toward.inverse_distance2;
@@ -182,7 +188,8 @@ inline void store_light_from_point(const DirectBlock& out, size_t i,
   store_direct(out, i, toward, valid, 1.f, radiance, true);
 }
 
-/// Rays i, i + 1 ... of a block, of light that leaves a point; where not `valid`, there are none.
+/// Stores rays i, i + 1, … of a block, which leave a point emitter. Rays that aren't `valid` get no
+/// power.
 inline void store_emission(const EmissionBlock& out, size_t i, const Vec3& o, wide::Vec3 d,
                            wide::Mask valid, wide::Rgb power) {
   wide::Vec3(o).store(out.o, i);

@@ -5,8 +5,8 @@
 
 namespace kinome {
 
-/// Light from all directions: what environments have in common, however their radiance and its
-/// sampling is given. Rays of their light begin on the disk across the direction drawn.
+/// Base of environments, which emit light from all directions. Samples emitted rays by sampling a
+/// direction, and an origin on the disk perpendicular to it.
 class Environment : public Emitter {
  public:
   bool is_environment() const final { return true; }
@@ -26,7 +26,7 @@ class Environment : public Emitter {
   void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
                              const EmissionBlock& out) const final {
     const wide::ScratchColumns scratch(6, count);
-    // Where they arrive doesn't matter.
+    // Directions don't depend on the point that receives the light.
     const Columns3 unused = scratch.three(3);
     for (float* column : {unused.x, unused.y, unused.z}) std::fill_n(column, padded(count), 0.f);
     const DirectBlock light{out.d, scratch[0], scratch[1], out.power, scratch[2]};
@@ -50,7 +50,7 @@ class Environment : public Emitter {
   DistantDisk disk_;
 };
 
-/// Light points of an environment, each at the direction `centre(i)` of a cell i.
+/// Returns light points of an environment, one in the direction `centre(i)` of each cell i.
 template <class Centre>
 LightPoints distant_points(const SpherePartition& cells, std::vector<Rgb> power,
                            const Centre& centre) {

@@ -1,5 +1,5 @@
-/// Light from infinitely far, given by a latitude-longitude image of any format; those of integers
-/// are decoded from sRGB, as in Mitsuba 3.
+/// An environment given by a latitude-longitude image of any supported format. Integer formats are
+/// decoded from sRGB, as in Mitsuba 3.
 ///
 /// Radiance is `scale` times the image, interpolated bilinearly. A direction has the local
 /// coordinates d = (sin phi sin theta, cos theta, -cos phi sin theta); columns are centred at
@@ -26,20 +26,19 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"filename", ParameterType::kFile, nullptr,
-     "The image, latitude-longitude, in any format of the texture bitmap; integers are sRGB.",
-     true},
+     "Latitude-longitude image in any format that 'bitmap' reads; integers are sRGB.", true},
     {"data", ParameterType::kImage, nullptr,
-     "Pixels that a program gives in place of the file: radiance, of one or three channels."},
-    {"scale", ParameterType::kFloat, "1", "Factor of the image's radiance."},
+     "Pixels from a program, instead of the file: radiance with one or three channels."},
+    {"scale", ParameterType::kFloat, "1", "Factor on the image's radiance."},
     {"to_world", ParameterType::kTransform, "identity",
-     "Rotation (or reflection) of the map. Unrotated, its upper row is +y and its centre column "
+     "Rotation (or reflection) of the map. Without it, the top row is +y and the centre column "
      "+z."},
     {"mis_compensation", ParameterType::kBoolean, "false",
-     "Sample what is brighter than the mean, and leave most of the rest to BSDF sampling (Karlík "
-     "et al. 2019)."},
+     "Sample mainly what is brighter than the mean, and leave most of the rest to BSDF sampling "
+     "(Karlík et al. 2019)."},
 };
 
-/// Linear values.
+/// Converts the image to linear values.
 Image linear_image(StoredImage&& stored) {
   Image image{stored.width, stored.height, {"R", "G", "B"}, std::move(stored.floats)};
   if (stored.channels == 1) image.channels = {"Y"};
@@ -51,17 +50,18 @@ Image linear_image(StoredImage&& stored) {
 }
 
 void check_size(const Location& source, const Image& image) {
-  if (size_t(image.width) * size_t(image.height) > SphericalMap::kMostTexels) {
-    throw Error(source, "must have at most 2^28 texels");
+  if (size_t(image.width) * size_t(image.height) > SphericalMap::kMaxTexels) {
+    throw Error(source, "must have at most 2^28 texels, got " + std::to_string(image.width) +
+                            " x " + std::to_string(image.height));
   }
 }
 
 void check_texels(const Location& source, const Image& image, float scale) {
-  constexpr float kTooMuch = 1e36f;  // sums of it must stay below the largest float
+  constexpr float kMaxRadiance = 1e36f;  // sums must stay below the largest float
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       for (int c = 0; c < image.channel_count(); ++c) {
-        if (std::abs(image.at(x, y, c) * scale) < kTooMuch) continue;
+        if (std::abs(image.at(x, y, c) * scale) < kMaxRadiance) continue;
         throw Error(source, "has a texel that is too large at x = " + std::to_string(x) +
                                 ", y = " + std::to_string(y) + ", channel " + image.channels[c] +
                                 "; times 'scale', radiance must stay below 1e36");
@@ -97,4 +97,4 @@ class EnvironmentMap final : public MapEnvironment {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::EnvironmentMap, kinome::Category::kEmitter, "envmap",
-              "Light from infinitely far, given by a latitude-longitude image.", kinome::kTable);
+              "An environment given by a latitude-longitude image.", kinome::kTable);

@@ -9,13 +9,13 @@
 
 namespace kinome {
 
-/// Points of the unit square by the flux of a light that leaves through them: constant in each cell
-/// of a grid. Immutable; thread-safe.
+/// Samples points of the unit square by the flux of an emitter through them. The density is
+/// constant in each cell of a grid. Immutable; thread-safe.
 class FluxGrid {
  public:
-  /// flux(uv), in any unit and not negative, is looked up at the corners of `parts` x `parts` parts
-  /// of each cell, which is exact for what is bilinear in them; where the corners differ much, an
-  /// edge may cross the part, and its middle counts as much as they do.
+  /// flux(uv), in any unit and not negative, is evaluated at the corners of `parts` x `parts` parts
+  /// of each cell. This is exact if it is bilinear in each part. If the corners differ by more than
+  /// a factor of 2, an edge may cross the part: its centre then has half of the weight.
   template <class Flux>
   FluxGrid(glm::uvec2 cells, uint32_t parts, const Flux& flux) : cells_(cells) {
     const glm::uvec2 size = cells * parts;
@@ -35,9 +35,10 @@ class FluxGrid {
       std::vector<float> below = corner_row(y + 1);
       float* const row = weights_.data() + static_cast<size_t>(y / parts) * cells.x;
       for (uint32_t x = 0; x < size.x; ++x) {
-        const auto [least, most] = std::minmax({above[x], above[x + 1], below[x], below[x + 1]});
+        const auto [min_flux, max_flux] =
+            std::minmax({above[x], above[x + 1], below[x], below[x + 1]});
         float weight = 0.25f * (above[x] + above[x + 1] + below[x] + below[x + 1]);
-        if (most > 2 * least) {
+        if (max_flux > 2 * min_flux) {
           weight = 0.5f * (weight + at(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
         }
         row[x / parts] += weight;
@@ -45,7 +46,7 @@ class FluxGrid {
       }
       above.swap(below);
     }
-    // No cell is left out: light may pass between the points that were looked up.
+    // Every cell gets a minimum weight: there may be light between the evaluated points.
     const double count = static_cast<double>(weights_.size());
     mean_ = static_cast<float>(total / (static_cast<double>(size.x) * size.y));
     const auto floor = static_cast<float>(kFloor * total / count);
@@ -60,23 +61,23 @@ class FluxGrid {
     F pdf;  ///< per area of the unit square; never 0
   };
   using Sample = SampleOf<float>;
-  /// Of the flux per area of the square, as it was looked up.
+  /// Mean of the evaluated flux per area of the square.
   float mean() const { return mean_; }
   bool is_black() const { return !(grid_.total() > 0); }
-  /// nullopt where there is no light at all.
+  /// Returns nullopt if the flux is 0 everywhere.
   std::optional<Sample> sample(const Vec2& u) const {
     if (is_black()) return std::nullopt;
     const GridDistribution::Cell cell = grid_.sample(u);
     return in_cell<float>(static_cast<int32_t>(cell.column), static_cast<int32_t>(cell.row),
                           cell.u);
   }
-  /// The same where there is light.
+  /// Requires that the flux isn't 0 everywhere.
   SampleOf<wide::Float> sample(wide::Vec2 u) const {
     const wide::GridCell cell = wide::sample_grid(grid_.tables(), u);
     return in_cell<wide::Float>(cell.column, cell.row, cell.u);
   }
 
-  /// Density of sample() at a place of the unit square.
+  /// Density of sample() at a point of the unit square.
   template <class V2>
   wide::formulas::NumberOf<V2> pdf(const V2& uv) const {
     using namespace wide::formulas;
@@ -101,7 +102,7 @@ class FluxGrid {
             to_float(to_double(weight) * density_scale_)};
   }
 
-  /// Share of the mean flux that every cell gets on top of its own.
+  /// Fraction of the mean flux that is added to every cell.
   static constexpr double kFloor = 1e-3;
 
   glm::uvec2 cells_;

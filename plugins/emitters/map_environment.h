@@ -8,10 +8,10 @@
 
 namespace kinome {
 
-/// Light from infinitely far, given by a latitude-longitude image.
+/// An environment given by a latitude-longitude image.
 class MapEnvironment : public Environment {
  public:
-  /// `to_world`: a rotation or reflection, whose columns are the map's axes in the world.
+  /// `to_world` is a rotation or reflection. Its columns are the map's axes in the world.
   MapEnvironment(const glm::mat3& to_world, SphericalMap map)
       : to_world_(to_world), to_local_(glm::transpose(to_world)), map_(std::move(map)) {}
 
@@ -73,10 +73,10 @@ class MapEnvironment : public Environment {
     map_.eval_columns(to_local_, d, count, radiance, pdf);
   }
 
-  /// Point i stands for cell i of a SpherePartition that turns with the map. All light of a cell is
-  /// its point's, so that no small sun is lost between points ("re-sampled onto the leaves",
-  /// Åkerlund 2008, 3.4.1, leaves open how). The points stay at the cells' centres whatever the
-  /// seed: there is nothing random about them.
+  /// Point i represents cell i of a SpherePartition that rotates with the map. Its power is the
+  /// integral over the cell, so that no small sun is lost between points. (Åkerlund 2008, 3.4.1,
+  /// "re-sampled onto the leaves", doesn't specify how.) Points are at the cells' centres,
+  /// independent of the seed.
   std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
                                           uint32_t count) const override {
     const SpherePartition cells(count);

@@ -8,17 +8,17 @@
 #include "kinome/wide/vectors.h"
 #include "sky_settings.h"
 
-/// The mean of the sky over many places of the sun, as an image for a SphericalMap.
+/// The mean of the sky over many positions of the sun, as an image for a SphericalMap.
 namespace kinome::sunsky {
 
-/// The map's axes in the sky's space: its pole, +y, is the zenith.
+/// Axes of the map in the sky's space. The map's pole, +y, is the zenith.
 inline glm::mat3 mean_sky_axes() {
   return {Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(1, 0, 0)};
 }
 
 /// Computes the image. A texel is 0.23 degrees wide, less than half of the sun's disk. The sky is
-/// computed at each third row and column, and interpolated. Across the horizon, a row blends sky and
-/// ground.
+/// computed at every third row and column, and interpolated. The row at the horizon is a mean of
+/// sky and ground.
 class MeanSky {
  public:
   MeanSky(const SkySettings& settings, double rows)
@@ -26,7 +26,8 @@ class MeanSky {
     image_.data.assign(size_t{kColumns} * kRows * 3, 0.f);
   }
 
-  /// Adds the skies of these suns, without the suns, with a total weight of 1.
+  /// Adds the skies for these directions of the sun, with a total weight of 1, without the sun's
+  /// disk.
   void add_skies(std::span<const Vec3> suns) {
     std::vector<Model> models;
     for (const Vec3& sun : suns) {
@@ -66,8 +67,8 @@ class MeanSky {
     }
   }
 
-  /// Adds these suns with a total weight of 1. The light of each disk is spread over the texels
-  /// around points of it.
+  /// Adds these suns with a total weight of 1. Each disk is sampled at some points, whose light is
+  /// spread over the texels around them.
   void add_suns(std::span<const Vec3> suns) {
     for (const Vec3& sun : suns) {
       const Model model = settings_.model(sun, rows_);
@@ -112,10 +113,10 @@ class MeanSky {
     }
   }
 
-  /// Spreads irradiance that arrives from the direction d, of the sky's space, over four texels.
+  /// Spreads irradiance from the direction d, in the sky's space, over four texels.
   void add_point(const Vec3& d, const Rgb& irradiance) {
     if (d.z < 0) return;
-    // Coordinates of the map, see SphericalMap.
+    // Coordinates of the map; see SphericalMap.
     const double theta = std::acos(std::clamp(double{d.z}, -1., 1.));
     const double phi = std::atan2(double{d.y}, double{-d.x});
     const double x = phi / kColumnAngle - 0.5 + kColumns, y = theta / kRowAngle;

@@ -1,5 +1,5 @@
-/// A point that shines alike in all directions: irradiance intensity / distance² on a surface that
-/// faces it.
+/// A point that emits the same intensity in all directions. The irradiance of a surface that faces
+/// it is intensity / distance².
 ///
 ///     <emitter type="point">
 ///       <point name="position" x="0" y="2" z="1"/>
@@ -16,8 +16,8 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"position", ParameterType::kVector, nullptr, "Where it is; in place of to_world."},
-    {"to_world", ParameterType::kTransform, "identity", "Moves the origin to where it is."},
+    {"position", ParameterType::kVector, nullptr, "Position; alternative to to_world."},
+    {"to_world", ParameterType::kTransform, "identity", "Maps the origin to the position."},
     {"intensity", ParameterType::kEmission, "1", "Flux per solid angle [W/sr]."},
 };
 
@@ -78,4 +78,4 @@ class PointLight final : public Emitter {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::PointLight, kinome::Category::kEmitter, "point",
-              "A point that shines alike in all directions.", kinome::kTable);
+              "A point that emits light equally in all directions.", kinome::kTable);

@@ -1,12 +1,13 @@
-/// A slide projector: a point that shines an image along the local +z axis, with +x to the image's
-/// left and +y up, as a camera at its place would see it. A white diffuse surface across the axis
-/// shows exactly `irradiance` x `scale` at z = 1, and 1 / z² of it further away.
+/// A slide projector: a point that projects an image along the local +z axis, with +x to the left
+/// and +y up, as a camera at the same position would see the image. A white diffuse surface
+/// perpendicular to the axis shows exactly `irradiance` x `scale` at z = 1, and 1 / z² of it at
+/// distance z.
 ///
-/// The image's sides are as its resolution's, the square's for a texture without texels. Without a
-/// texture it projects a white square.
+/// The image has the aspect ratio of its resolution. A texture without texels, or a colour, is
+/// projected as a square.
 ///
-/// A scale in to_world means what it does in Mitsuba 3: along x and y it stretches the image, along
-/// z it makes it smaller, and the light brighter by as much. Shear is an error.
+/// A scale in to_world acts as in Mitsuba 3: along x and y it stretches the image; along z it makes
+/// the image smaller and the light brighter by the same factor. Shear is an error.
 ///
 ///     <emitter type="projector">
 ///       <texture type="bitmap" name="irradiance"><string name="filename" value="slide.exr"/>
@@ -27,10 +28,11 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"to_world", ParameterType::kTransform, "identity", "Where it is; it shines along its +z."},
+    {"to_world", ParameterType::kTransform, "identity",
+     "Position and orientation; light is emitted along +z."},
     {"irradiance", ParameterType::kEmissionTexture, "1",
-     "What a white diffuse surface shows at z = 1: the image."},
-    {"scale", ParameterType::kFloat, "1", "Factor of the irradiance."},
+     "The projected image: the radiance of a white diffuse surface at z = 1."},
+    {"scale", ParameterType::kFloat, "1", "Factor on the irradiance."},
     KINOME_FOV_PARAMETERS,
 };
 
@@ -52,7 +54,7 @@ class Projector final : public Emitter {
     half_size_.x = read_half_width(props, texels.x / texels.y);
     half_size_.y = half_size_.x * texels.y / texels.x;
     half_size_ *= Vec2(frame_.scale) / frame_.scale.z;
-    // Toward its corners it is brightest.
+    // The intensity is largest toward the corners.
     check_emission(props, "scale", *irradiance_,
                    double{scale_} * std::pow(glm::length(glm::dvec3(half_size_, 1)), 3));
   }
@@ -62,9 +64,9 @@ class Projector final : public Emitter {
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
     const TowardLight light(p, frame_.origin);
     const Vec3 d = frame_.to_local(-light.d);
-    const auto place = place_of(d);
-    if (!place.is_lit) return std::nullopt;
-    return light_from_point(light, intensity(irradiance_.at(place.uv), d.z));
+    const auto point = image_point(d);
+    if (!point.is_lit) return std::nullopt;
+    return light_from_point(light, intensity(irradiance_.at(point.uv), d.z));
   }
   void sample_direct_block(const Columns3& p, const Columns2& /*u*/, size_t count,
                            const DirectBlock& out) const override {
@@ -76,40 +78,40 @@ class Projector final : public Emitter {
     };
     wide::for_lanes(count, [&](size_t i) {
       const wide::Vec3 d = frame_.to_local(-toward_lanes(i).d);
-      const auto place = place_of(d);
-      select(place.is_lit, place.uv).store(uv, i);
-      select(place.is_lit, d.z).store(cosine + i);
+      const auto point = image_point(d);
+      select(point.is_lit, point.uv).store(uv, i);
+      select(point.is_lit, d.z).store(cosine + i);
     });
     const wide::ColorInput::Columns irradiance(irradiance_, uv, count);
     wide::for_lanes(count, [&](size_t i) {
       const wide::Float z = wide::Float::load(cosine + i);
-      const wide::Rgb shone = select(z > 0.f, intensity(irradiance[i], z));
-      store_light_from_point(out, i, toward_lanes(i), shone);
+      const wide::Rgb emitted = select(z > 0.f, intensity(irradiance[i], z));
+      store_light_from_point(out, i, toward_lanes(i), emitted);
     });
   }
 
   std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
     const Vec3 local = frame_.to_local(d);
-    const auto place = place_of(local);
-    if (!place.is_lit) return EmissionDensity{};
-    return EmissionDensity{direction_pdf(flux().pdf(place.uv), 1 / local.z), 0};
+    const auto point = image_point(local);
+    if (!point.is_lit) return EmissionDensity{};
+    return EmissionDensity{direction_pdf(flux().pdf(point.uv), 1 / local.z), 0};
   }
 
-  /// Directions are drawn by their flux, which is even where the image is: equal areas of the plane
-  /// z = 1 get equal flux.
+  /// Samples directions by their flux: equal areas of the plane z = 1 get flux in proportion to the
+  /// image.
   std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
                                                 const Vec2& direction) const override {
-    const auto place = flux().sample(direction);
-    if (!place) return std::nullopt;
-    const Vec3 through = on_plane<Vec3>(place->uv);
+    const auto point = flux().sample(direction);
+    if (!point) return std::nullopt;
+    const Vec3 through = on_plane<Vec3>(point->uv);
     const float inverse_cosine = glm::length(through);
-    const Rgb shone = intensity(irradiance_.at(place->uv), 1 / inverse_cosine);
-    if (is_black(shone)) return std::nullopt;
+    const Rgb emitted = intensity(irradiance_.at(point->uv), 1 / inverse_cosine);
+    if (is_black(emitted)) return std::nullopt;
     EmissionSample sample;
     sample.o = frame_.origin;
     sample.d = frame_.to_world(through / inverse_cosine);
-    sample.pdf_direction = direction_pdf(place->pdf, inverse_cosine);
-    sample.power = shone / sample.pdf_direction;
+    sample.pdf_direction = direction_pdf(point->pdf, inverse_cosine);
+    sample.power = emitted / sample.pdf_direction;
     return sample;
   }
   void sample_emission_block(const Columns2& /*position*/, const Columns2& direction, size_t count,
@@ -119,13 +121,13 @@ class Projector final : public Emitter {
     float *const pdf = scratch[2], *const inverse_cosine = scratch[3];
     const bool is_black = flux().is_black();
     wide::for_lanes(count, [&](size_t i) {
-      FluxGrid::SampleOf<wide::Float> place{wide::Vec2(0.5f), 1.f};
-      if (!is_black) place = flux().sample(wide::Vec2::load(direction, i));
-      const auto through = on_plane<wide::Vec3>(place.uv);
+      FluxGrid::SampleOf<wide::Float> point{wide::Vec2(0.5f), 1.f};
+      if (!is_black) point = flux().sample(wide::Vec2::load(direction, i));
+      const auto through = on_plane<wide::Vec3>(point.uv);
       const wide::Float distance = length(through);
-      place.uv.store(uv, i);
+      point.uv.store(uv, i);
       distance.store(inverse_cosine + i);
-      direction_pdf(place.pdf, distance).store(pdf + i);
+      direction_pdf(point.pdf, distance).store(pdf + i);
       frame_.to_world(through / distance).store(out.d, i);
     });
     const wide::ColorInput::Columns irradiance(irradiance_, uv, count);
@@ -142,33 +144,35 @@ class Projector final : public Emitter {
     return *flux_;
   }
   template <class F>
-  struct Place {
+  struct ImagePoint {
     wide::formulas::Vec2Of<F> uv;
     wide::formulas::MaskOf<F> is_lit;
   };
-  /// Of the image, that light along the unit vector d (in the projector's frame) shows.
+  /// Returns the point of the image in the direction of the unit vector d, in the projector's
+  /// frame.
   template <class V>
-  Place<wide::formulas::NumberOf<V>> place_of(const V& d) const {
+  ImagePoint<wide::formulas::NumberOf<V>> image_point(const V& d) const {
     using F = wide::formulas::NumberOf<V>;
     const F u = 0.5f - d.x / (2.f * d.z * half_size_.x);
     const F v = 0.5f - d.y / (2.f * d.z * half_size_.y);
     return {{u, v}, d.z > 0.f && u >= 0.f && u <= 1.f && v >= 0.f && v <= 1.f};
   }
-  /// The place of the plane z = 1 that shows a place of the image.
+  /// Maps a point of the image to the plane z = 1.
   template <class V, class V2>
   V on_plane(const V2& uv) const {
     const V2 plane = (V2(1.f) - 2.f * uv) * V2(half_size_);
     return {plane.x, plane.y, 1.f};
   }
-  /// Per solid angle, from that per area of the image.
+  /// Converts a density per area of the image to one per solid angle.
   template <class F>
   F direction_pdf(F image_pdf, F inverse_cosine) const {
     return image_pdf / (4 * half_size_.x * half_size_.y) * inverse_cosine * inverse_cosine *
            inverse_cosine;
   }
 
-  /// Toward a place of the image, that shows `irradiance`, at an angle to the axis. Its cube is
-  /// what makes the plane z = 1 show the image as it is: 1 / distance² and the receiving cosine.
+  /// Intensity toward a point of the image with `irradiance`, at an angle to the axis. The cubed
+  /// cosine cancels 1 / distance² and the cosine at the plane z = 1, which thus shows the image
+  /// unchanged.
   template <class V, class F>
   V intensity(const V& irradiance, F cosine) const {
     return irradiance * (kPi * scale_ / (cosine * cosine * cosine));
@@ -179,8 +183,9 @@ class Projector final : public Emitter {
       return scale_ * luminance(glm::abs(irradiance_.at(uv)));
     };
     if (irradiance_->is_uniform()) return FluxGrid({1, 1}, 1, flux);
-    // At twice the image's resolution, or a multiple, its interpolation is bilinear in every cell.
-    // Few texels are refined (other textures look like one); of too many, several share a cell.
+    // At a multiple of twice the image's resolution, the interpolation is bilinear in every cell. A
+    // small image gets several cells per texel (other textures count as one texel). A large image
+    // gets several texels per cell.
     constexpr uint32_t kMinSide = 256;
     constexpr uint64_t kMaxCells = 1 << 22;
     glm::uvec2 cells = irradiance_->resolution() * 2u;
@@ -196,8 +201,8 @@ class Projector final : public Emitter {
   LightFrame frame_;
   wide::ColorInput irradiance_;
   float scale_;
-  Vec2 half_size_{1.f};  ///< of the image at z = 1
-  /// Made when the first ray of light is asked for: direct light doesn't need it.
+  Vec2 half_size_{1.f};  ///< half of the image's size at z = 1
+  /// Built when the first emitted ray is sampled: direct light doesn't need it.
   mutable std::once_flag flux_made_;
   mutable std::optional<FluxGrid> flux_;
 };
@@ -206,4 +211,4 @@ class Projector final : public Emitter {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Projector, kinome::Category::kEmitter, "projector",
-              "A point that shines an image, as a slide projector does.", kinome::kTable);
+              "A slide projector: a point that projects an image.", kinome::kTable);

@@ -4,24 +4,25 @@
 #include "sun_position.h"
 #include "sunsky_model.h"
 
-/// The parameters that `sunsky` and `timed_sunsky` have in common.
+/// Parameters that `sunsky` and `timed_sunsky` share.
 namespace kinome::sunsky {
 
 // clang-format off
 #define KINOME_SUNSKY_PARAMETERS \
     {"turbidity", ParameterType::kFloat, "3", "Haze, from 1 (arctic, clear) to 10 (hazy)."}, \
-    {"albedo", ParameterType::kReflectanceTexture, "0.3", "Of the ground; the same everywhere."}, \
+    {"albedo", ParameterType::kReflectanceTexture, "0.3", \
+     "Albedo of the ground; must be uniform."}, \
     {"latitude", ParameterType::kFloat, "35.6894", "Degrees north."}, \
     {"longitude", ParameterType::kFloat, "139.6917", "Degrees east."}, \
-    {"timezone", ParameterType::kFloat, "9", "Hours that clocks are ahead of Greenwich."}, \
-    {"sun_scale", ParameterType::kFloat, "1", "Factor of the sun's radiance."}, \
-    {"sky_scale", ParameterType::kFloat, "1", "Factor of the sky's radiance."}, \
+    {"timezone", ParameterType::kFloat, "9", "Offset of local time from UTC, in hours."}, \
+    {"sun_scale", ParameterType::kFloat, "1", "Factor on the sun's radiance."}, \
+    {"sky_scale", ParameterType::kFloat, "1", "Factor on the sky's radiance."}, \
     {"sun_aperture", ParameterType::kFloat, "0.5358", \
-     "Angle that the sun takes up in the sky, in degrees; its light is the same."},\
+     "Angular diameter of the sun, in degrees; doesn't change its irradiance."},\
     {"complex_sun", ParameterType::kBoolean, "false", \
-     "A sun darker at its edge: not here, must be false."}, \
+     "Limb darkening of the sun; unsupported, must be false."}, \
     {"to_world", ParameterType::kTransform, "identity", \
-     "Rotation (or reflection): +z becomes up."}
+     "Rotation (or reflection) of the sky, whose +z is up."}
 // clang-format on
 
 /// Parameters of a sky, except for the sun's position.
@@ -29,18 +30,18 @@ struct SkySettings {
   LightFrame frame;
   float turbidity, sun_scale, sky_scale;
   Rgb albedo;
-  double half_angle;  ///< of the sun's disk [radians]
+  double half_angle;  ///< half of the sun's angular diameter [radians]
 
   explicit SkySettings(const Properties& props);
-  /// Squared chord of the half angle in the unit sphere: 2 (1 - cos half_angle) without cancellation.
+  /// Squared chord of half_angle in the unit sphere: 2 (1 - cos half_angle) without cancellation.
   double chord2() const { return 4 * std::pow(std::sin(half_angle / 2), 2); }
   /// Solid angle of the sun's disk [sr].
   float solid_angle() const { return static_cast<float>(std::numbers::pi * chord2()); }
-  /// The factor by which a sun of this size is brighter than one of kSolarHalfAngle.
+  /// Factor on the radiance of a sun of this size, relative to one of kSolarHalfAngle.
   float sun_ratio() const {
     return static_cast<float>(4 * std::pow(std::sin(kSolarHalfAngle / 2), 2) / chord2());
   }
-  /// `sun`: a unit vector in the sky's own space, where +z is up; `rows` as of Model.
+  /// `sun` is a unit vector in the sky's space, where +z is up. For `rows`, see Model.
   Model model(const Vec3& sun, double rows = 0) const { return {turbidity, albedo, sun, rows}; }
 };
 
@@ -48,7 +49,7 @@ struct SkySettings {
 inline int read_calendar(const Properties& props, const char* name) {
   const int64_t value = props.integer(name);
   if (std::abs(value) > 9999) {
-    throw props.error(name, "must be from -9999 to 9999, got " + std::to_string(value));
+    throw props.error(name, "must be between -9999 and 9999, got " + std::to_string(value));
   }
   return static_cast<int>(value);
 }
@@ -57,13 +58,14 @@ inline int read_calendar(const Properties& props, const char* name) {
 inline Vec3 read_sun_at(const Properties& props, const TimeAndPlace& at) {
   const Vec3 sun = sun_direction(at);
   if (is_finite(sun)) return sun;
-  throw props.error("latitude", "and all of time and place must be finite");
+  throw props.error("latitude",
+                    "must be finite, and so must the other parameters of time and place");
 }
 
 inline float read_scale(const Properties& props, const char* name) {
   const float scale = props.real(name);
   if (!(scale >= 0 && scale <= 1e24f)) {
-    throw props.error(name, "must be from 0 to 1e24, got " + std::to_string(scale));
+    throw props.error(name, "must be between 0 and 1e24, got " + std::to_string(scale));
   }
   return scale;
 }
@@ -78,13 +80,13 @@ inline double read_half_angle(const Properties& props) {
 inline float read_turbidity(const Properties& props) {
   const float turbidity = props.real("turbidity");
   if (!(turbidity >= 1 && turbidity <= 10)) {
-    throw props.error("turbidity", "must be from 1 to 10, got " + std::to_string(turbidity));
+    throw props.error("turbidity", "must be between 1 and 10, got " + std::to_string(turbidity));
   }
   return turbidity;
 }
 inline Rgb read_albedo(const Properties& props) {
   const auto albedo = props.texture("albedo");
-  if (!albedo->is_uniform()) throw props.error("albedo", "must be the same everywhere");
+  if (!albedo->is_uniform()) throw props.error("albedo", "must be uniform, got a texture");
   return albedo->eval(Vec2(0.5f));
 }
 
@@ -96,7 +98,7 @@ inline SkySettings::SkySettings(const Properties& props)
       half_angle(read_half_angle(props)) {
   frame.axes = read_rotation(props);
   if (props.boolean("complex_sun")) {
-    throw props.error("complex_sun", "must be false: there is but a sun of even radiance");
+    throw props.error("complex_sun", "must be false: limb darkening is unsupported");
   }
 }
 

@@ -9,19 +9,19 @@ namespace {
 
 constexpr double kPiD = std::numbers::pi;
 
-/// A map of fewer rows is refined, which leaves its interpolation as it is.
+/// Maps with fewer rows are refined, which doesn't change the interpolated radiance.
 constexpr int kMinRows = 33;
 
-/// What compensation leaves of a texel's weight: no density is zero where there is light, so that
-/// estimates without BSDF sampling stay unbiased, too. They are noisy; what is left costs those
-/// with BSDF sampling the rays that are drawn by it (scene noon: 11 times the error with 1/16).
+/// Minimum fraction of a texel's weight after MIS compensation. The density must not be zero where
+/// there is light, so that estimates without BSDF sampling stay unbiased (but noisy). A larger
+/// value wastes rays of estimates with BSDF sampling: with 1/16, scene noon has 11 times the error.
 constexpr float kCompensationFloor = 1 / 1024.f;
 
-/// Of a texel that is not black, however dim beside the brightest: far enough from denormals for
-/// what is interpolated from it not to vanish.
-constexpr float kLeastDensity = 1e-30f;
+/// Minimum density of texels that aren't black. Far enough from denormals that interpolated values
+/// don't vanish.
+constexpr float kMinDensity = 1e-30f;
 
-/// The integral of sin theta, and of (theta - origin) sin theta, over [a, b].
+/// Integrals of sin theta and of (theta - origin) sin theta over [a, b].
 struct SineMoments {
   double zeroth;
   double first;
@@ -68,8 +68,8 @@ void SphericalMap::fill(const Image& image, float scale) {
 }
 
 void SphericalMap::set_weights(bool compensate) {
-  // The solid angle of the sphere that a row's texels stand for, from patches with interpolated
-  // sines; then the integral of the absolute luminance.
+  // The solid angle of each row's texels, from patches with interpolated sines; then the integral
+  // of the absolute luminance.
   double total = 0, sphere = 0;
   std::vector<double> row_angles(height_);
   for (int i = 0; i < height_; ++i) {
@@ -95,11 +95,11 @@ void SphericalMap::set_weights(bool compensate) {
       return std::max(texel.weight - mean, kCompensationFloor * texel.weight);
     });
   }
-  if (!(total > 0)) return;  // black: every density is 0, and there is no patch to choose
+  if (!(total > 0)) return;  // a black map: all densities are 0
   const double norm = 1 / total;
   sum_up([norm](const Texel& texel) {
     const auto density = static_cast<float>(texel.weight * norm);
-    return texel.weight > 0 ? std::max(density, kLeastDensity) : 0.f;
+    return texel.weight > 0 ? std::max(density, kMinDensity) : 0.f;
   });
 
   std::vector<float> patches(static_cast<size_t>(width_) * (height_ - 1));
@@ -128,7 +128,7 @@ void SphericalMap::integrate_ring(double theta0, double theta1,
   const int first = std::clamp(static_cast<int>(theta0 / angle), 0, height_ - 2);
   const int last = std::clamp(static_cast<int>(theta1 / angle), 0, height_ - 2);
   std::fill(columns.begin(), columns.end(), glm::vec4(0.f));
-  double carried = 0;  // what the strip above gives to this strip's upper row
+  double carried = 0;  // contribution of the strip above to this strip's upper row
   for (int i = first; i <= last + 1; ++i) {
     double share = carried;
     carried = 0;
@@ -148,7 +148,7 @@ void SphericalMap::integrate_ring(double theta0, double theta1,
 
 std::vector<Rgb> SphericalMap::integrate(const SpherePartition& cells) const {
   std::vector<Rgb> powers(cells.size());
-  std::vector<glm::vec4> columns(width_ + 1);  // as texels are: four floats vectorise
+  std::vector<glm::vec4> columns(width_ + 1);  // four floats like a texel, so that loops vectorise
   const double column_angle = 2 * kPiD / width_;
   double theta0 = 0;
   for (uint32_t ring = 0; ring < cells.ring_count(); ++ring) {
@@ -159,10 +159,11 @@ std::vector<Rgb> SphericalMap::integrate(const SpherePartition& cells) const {
     integrate_ring(theta0, theta1, columns);
     theta0 = theta1;
 
-    // Along phi the integrand is linear from column to column (column 0 at half a texel). A walk
-    // over the borders of both, in units of columns and from half a column before column 0.
+    // Along phi, the integrand is linear between columns (column 0 is at half a texel). This visits
+    // the borders of cells and columns in order, in units of columns from half a column before
+    // column 0.
     int column = width_ - 1;
-    double at = -0.5;  // place of the walk, and the next column after it
+    double at = -0.5;  // current position, followed by the next column
     double next_column = 0;
     for (uint32_t cell = first; cell < next; ++cell) {
       const double end = static_cast<double>(cell + 1 - first) * width_ / (next - first) - 0.5;

@@ -1,5 +1,6 @@
-/// What a SphericalMap is in single directions and in columns of them: the formulas are over F, and
-/// for columns, what one needs from memory is fetched while others are worked on.
+/// Evaluation and sampling of a SphericalMap, for single directions and for columns of them. The
+/// number type F is float or wide::Float. For columns, memory is prefetched while other directions
+/// are processed.
 
 #include <array>
 #include <cmath>
@@ -17,8 +18,8 @@ using wide::Float;
 using wide::Int;
 using wide::kLanes;
 
-/// atan2 by the polynomial of Moshier's Cephes library (atanf): within 2e-7 relative of the truth,
-/// also near 0, and a third of the time of the standard one.
+/// atan2 by the polynomial of Moshier's Cephes library (atanf). Its relative error is 2e-7, also
+/// near 0; it takes a third of the time of std::atan2.
 template <class F>
 inline F fast_atan2(F y, F x) {
   const F ax = abs(x), ay = abs(y);
@@ -36,7 +37,7 @@ inline F fast_atan2(F y, F x) {
   return copysign(angle, y);
 }
 
-/// s in [0, 1] of density proportional to a (1 - s) + b s.
+/// Samples s in [0, 1] with a density proportional to a (1 - s) + b s.
 template <class F>
 inline F sample_line(F a, F b, F u) {
   // The root of (b - a) s² / 2 + a s = u (a + b) / 2 in its form without cancellation.
@@ -44,8 +45,8 @@ inline F sample_line(F a, F b, F u) {
   return select(a + root > 0.f, min(u * (a + b) / (a + root), F(1.f)), u);
 }
 
-/// Finds t in [0, 1] of density proportional to (a (1 - t) + b t) (p (1 - t) + q t), none negative,
-/// by Newton's method, kept in a bracket: mostly one or two steps.
+/// Samples t in [0, 1] with a density proportional to (a (1 - t) + b t) (p (1 - t) + q t), where a,
+/// b, p and q aren't negative. Uses bracketed Newton iterations, usually one or two.
 template <class F>
 struct ProductSample {
   ProductSample() = default;
@@ -55,7 +56,7 @@ struct ProductSample {
     target = u * (d0 + d1 + d2) / 3.f;
     c2 = d1 - d0;
     c3 = (d0 - 2.f * d1 + d2) / 3.f;
-    t = sample_line(d0, d2, u);  // exact where p = q
+    t = sample_line(d0, d2, u);  // exact if p = q
   }
   void step() {
     const F error = ((c3 * t + c2) * t + d0) * t - target;
@@ -90,8 +91,8 @@ SphericalMap::Place<F> SphericalMap::locate(const VecOf<F>& d) const {
   x = select(x < 0.f, x + columns, x);
   const auto rows = static_cast<float>(height_ - 1);
   const F y = theta * kInvPi * rows;
-  // A direction that is not a number stays one in s and t, and reads no memory but the map's: no
-  // comparison holds for NaN, whose conversion to int is undefined.
+  // For NaN directions, s and t are NaN, and the indices stay inside the map: comparisons with NaN
+  // are false. Converting NaN to int would be undefined.
   const auto whole = [](F value, float count) {
     const F last = select(value > 0.f, F(count - 1.f));
     return to_int(select(value >= 0.f && value < count, value, last));
@@ -103,7 +104,7 @@ SphericalMap::Place<F> SphericalMap::locate(const VecOf<F>& d) const {
 
 template <class F>
 F SphericalMap::sine_ratio(const Place<F>& at) const {
-  // Near a pole both are proportional to the angle to it (the error is of its square).
+  // Near a pole, both sines are proportional to the angle to it, with an error of second order.
   const MaskOf<F> is_polar =
       at.sin_theta < 1e-3f && (at.row == 0 || at.row == height_ - 2);
   const F sine = lerp(gather(sines_.data(), at.row), gather(sines_.data() + 1, at.row), at.t);
@@ -113,7 +114,7 @@ F SphericalMap::sine_ratio(const Place<F>& at) const {
 template <class F, size_t n>
 void SphericalMap::draw(const IntOf<F> (&row_index)[n], const IntOf<F> (&column)[n],
                         const Vec2Of<F> (&u)[n], Drawn<F> (&drawn)[n]) const {
-  constexpr int kMostSteps = 32;
+  constexpr int kMaxSteps = 32;
   const float* const weights = &texels_[0].weight;
   const int stride = 4 * (width_ + 1);
   F top_left[n], top_right[n], bottom_left[n], bottom_right[n];
@@ -128,7 +129,7 @@ void SphericalMap::draw(const IntOf<F> (&row_index)[n], const IntOf<F> (&column)
                   u[i].y};
   }
   MaskOf<F> is_found = false;
-  for (int k = 0; k < kMostSteps && !all(is_found); ++k) {
+  for (int k = 0; k < kMaxSteps && !all(is_found); ++k) {
     is_found = true;
     for (ProductSample<F>& one : product) {
       one.step();
@@ -142,7 +143,8 @@ void SphericalMap::draw(const IntOf<F> (&row_index)[n], const IntOf<F> (&column)
   }
 }
 
-/// At t between the rows, in a patch whose sides there have the weights left and right.
+/// Completes a sample at t between the rows. `left` and `right` are the weights of the patch's
+/// sides at t.
 template <class F>
 SphericalMap::Drawn<F> SphericalMap::finish_draw(IntOf<F> row_index, IntOf<F> column, F left,
                                                  F right, F u, F t) const {
@@ -151,7 +153,7 @@ SphericalMap::Drawn<F> SphericalMap::finish_draw(IntOf<F> row_index, IntOf<F> co
   drawn.place.texel = row_index * (width_ + 1) + column;
   const F s = sample_line(left, right, u);
 
-  // From the nearer pole: there sin theta keeps its relative precision.
+  // Measured from the nearer pole, which keeps the relative precision of sin theta.
   const F i = to_float(row_index);
   const F from_north = (i + t) * row_angle_;
   const F from_south = (static_cast<float>(height_ - 2) - i + (1.f - t)) * row_angle_;
@@ -184,7 +186,7 @@ SphericalMap::Float4 SphericalMap::interpolate(size_t texel, float s, float t) c
 
 SphericalMap::Interpolated SphericalMap::interpolate_lanes(const uint32_t* texel, const float* s,
                                                            const float* t) const {
-  // Lane by lane, since neighbours lie next to one another: four loads a lane in place of sixteen
+  // Lane by lane, because neighbours are adjacent in memory: four loads per lane instead of sixteen
   // gathers.
   alignas(64) float values[4 * kLanes];
   for (size_t i = 0; i < kLanes; ++i) {
@@ -260,13 +262,13 @@ void SphericalMap::eval_places(std::span<const Vec2> places, Rgb* radiance) cons
 
 namespace {
 
-/// How many directions are worked on in steps: few enough for what passes between the steps, and
-/// what was fetched, to stay in the nearest cache.
+/// Number of directions that pass through the stages together: few enough that intermediate values
+/// and prefetched texels stay in the L1 cache.
 constexpr size_t kStep = 256;
 
-/// Columns of numbers that pass from step to step.
+/// Column of intermediate values between stages.
 template <class T>
-struct alignas(64) Passed {
+struct alignas(64) StageColumn {
   std::array<T, kStep> values;
   T* at(size_t i) { return values.data() + i; }
 };
@@ -275,8 +277,8 @@ struct alignas(64) Passed {
 
 void SphericalMap::eval_columns(const glm::mat3& to_local, const Columns3& d, size_t count,
                                 const Columns3& radiance, float* pdf) const {
-  Passed<uint32_t> texel;
-  Passed<float> s, t, ratio;
+  StageColumn<uint32_t> texel;
+  StageColumn<float> s, t, ratio;
   for (size_t begin = 0; begin < count; begin += kStep) {
     const size_t length = std::min(kStep, count - begin);
     wide::for_lanes(length, [&](size_t i) {
@@ -307,8 +309,8 @@ void SphericalMap::sample_columns(const glm::mat3& to_world, const Columns2& u, 
   const auto columns = static_cast<int>(tables.columns);
   const auto row_buckets = static_cast<float>(tables.row_guide_size);
   const auto buckets = static_cast<int>(tables.column_guide_size);
-  Passed<uint32_t> row, texel, found;  // found: where what the next step reads lies
-  Passed<float> x, y;
+  StageColumn<uint32_t> row, texel, found;  // found: index that the next stage reads
+  StageColumn<float> x, y;
   CellSearch<kStep> search;
   for (size_t begin = 0; begin < count; begin += kStep) {
     const size_t length = std::min(kStep, count - begin);
@@ -349,7 +351,7 @@ void SphericalMap::sample_columns(const glm::mat3& to_world, const Columns2& u, 
       for (size_t lane = i; lane < i + kLanes; ++lane) prefetch(texel.values[lane]);
     });
     for (size_t first = 0; first < length; first += 2 * kLanes) {
-      // Of the last vector, twice the same.
+      // An odd last vector is processed twice.
       const size_t i[2] = {first, first + kLanes < length ? first + kLanes : first};
       Drawn<Float> drawn[2];
       draw<Float>({Int::load(row.at(i[0])), Int::load(row.at(i[1]))},

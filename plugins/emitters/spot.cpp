@@ -1,11 +1,11 @@
-/// A point that shines in a cone around the local +z axis: with full intensity up to the angle
-/// beam_width from the axis, then falling linearly in the angle to nothing at cutoff_angle.
+/// A point that emits light in a cone around the local +z axis. The intensity is constant up to the
+/// angle beam_width from the axis, then decreases linearly with the angle to 0 at cutoff_angle.
 ///
-/// A texture is seen through the cone's square cross-section: (u, v) = 1/2 + 1/2 (x, y) /
-/// (z tan(cutoff_angle)) of the local direction (x, y, z). From 90 degrees on there is no such
-/// cross-section, and a texture is an error. Mitsuba 3 takes the formula all the same: at 90
-/// degrees all of the light sees the image's middle, beyond it the image is upside down and without
-/// end, and sides change at the horizon, where it is infinitely small.
+/// A texture covers the square around the cone's cross-section: the local direction (x, y, z) has
+/// (u, v) = 1/2 + 1/2 (x, y) / (z tan(cutoff_angle)). From 90 degrees on, there is no
+/// cross-section, and a texture is an error. Mitsuba 3 applies the formula nevertheless: at 90
+/// degrees, all light has the colour of the texture's centre; beyond, the texture is upside down,
+/// repeats without end, and changes sides at the horizon.
 ///
 ///     <emitter type="spot">
 ///       <transform name="to_world"><lookat origin="0 3 0" target="0 0 0" up="0 0 1"/></transform>
@@ -27,13 +27,15 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"to_world", ParameterType::kTransform, "identity", "Where it is; it shines along its +z."},
+    {"to_world", ParameterType::kTransform, "identity",
+     "Position and orientation; light is emitted along +z."},
     {"intensity", ParameterType::kEmission, "1", "Flux per solid angle inside beam_width [W/sr]."},
     {"cutoff_angle", ParameterType::kFloat, "20",
-     "Angle from the axis, in degrees, at which the light ends: above 0, up to 180."},
+     "Angle from the axis, in degrees, beyond which there is no light: above 0, up to 180."},
     {"beam_width", ParameterType::kFloat, nullptr,
-     "Angle from the axis, in degrees, up to which it has full intensity; 3/4 of cutoff_angle."},
-    {"texture", ParameterType::kUnitlessTexture, "1", "Factor of the intensity."},
+     "Angle from the axis, in degrees, up to which the intensity is constant; default: 3/4 of "
+     "cutoff_angle."},
+    {"texture", ParameterType::kUnitlessTexture, "1", "Factor on the intensity."},
 };
 
 constexpr float kDegree = kPi / 180;
@@ -51,20 +53,19 @@ float read_beam_width(const Properties& props, float cutoff) {
   if (!props.has("beam_width")) return 0.75f * cutoff;
   const float beam_width = props.real("beam_width");
   if (!(beam_width >= 0 && beam_width * kDegree <= cutoff)) {
-    throw props.error("beam_width", "must be at least 0 and at most cutoff_angle (" +
+    throw props.error("beam_width", "must be between 0 and cutoff_angle (" +
                                         std::to_string(cutoff / kDegree) + " degrees), got " +
                                         std::to_string(beam_width));
   }
   return beam_width * kDegree;
 }
 
-/// A scale means nothing to a light without extent, as in Mitsuba 3, if it is the same for all
-/// axes.
+/// Reads to_world. A uniform scale has no effect on a point, as in Mitsuba 3; others are errors.
 LightFrame read_frame(const Properties& props) {
   const LightFrame frame = read_light_frame(props);
   const Vec3& scale = frame.scale;
   if (!(max_component(glm::abs(scale / scale.z - 1.f)) < 1e-3f)) {
-    throw props.error("to_world", "must scale all axes alike: it would bend the cone");
+    throw props.error("to_world", "must have a uniform scale: others would distort the cone");
   }
   return frame;
 }
@@ -77,15 +78,14 @@ class Spot final : public Emitter {
         cutoff_(read_cutoff(props)),
         beam_width_(read_beam_width(props, cutoff_)),
         cap_height_(2 * sqr(std::sin(cutoff_ / 2))),
-        surely_dark_cosine_(std::cos(cutoff_) - 1e-4f),
+        min_lit_cosine_(std::cos(cutoff_) - 1e-4f),
         tan_cutoff_(std::tan(cutoff_)),
         texture_(read_emission_texture(props, "texture")) {
     check_emission(props, "intensity", *texture_, double{max_component(intensity_)});
     if (!texture_->is_uniform() && !(cutoff_ < kPi / 2)) {
-      throw props.error("texture",
-                        "needs a cutoff_angle of less than 90 degrees, got " +
-                            std::to_string(cutoff_ / kDegree) +
-                            ": a wider cone has no cross-section that could show an image");
+      throw props.error("texture", "needs a cutoff_angle of less than 90 degrees, got " +
+                                       std::to_string(cutoff_ / kDegree) +
+                                       ": a wider cone has no cross-section");
     }
   }
 
@@ -115,7 +115,7 @@ class Spot final : public Emitter {
     });
   }
 
-  /// Directions are drawn by their flux from a grid over the cone, through a map that keeps areas.
+  /// Samples directions by their flux, from a grid that is mapped to the cone with equal areas.
   std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
                                                 const Vec2& direction) const override {
     const auto place = flux().sample(direction);
@@ -176,17 +176,17 @@ class Spot final : public Emitter {
 
   template <class F>
   struct Beam {
-    F falloff;  ///< of the intensity; 0 outside
+    F falloff;  ///< factor on the intensity; 0 outside the cone
     wide::formulas::Vec2Of<F> uv;
   };
-  /// d is a unit vector in the light's own frame.
+  /// d is a unit vector in the emitter's frame.
   template <class V>
   Beam<wide::formulas::NumberOf<V>> beam_toward(const V& d) const {
     using namespace wide::formulas;
     using F = NumberOf<V>;
-    // Not by the cosine, which can't tell small angles apart.
+    // Not from the cosine, which is imprecise for small angles.
     const F theta = atan2(sqrt(d.x * d.x + d.y * d.y), d.z);
-    const MaskOf<F> is_lit = d.z >= surely_dark_cosine_ && theta <= cutoff_;
+    const MaskOf<F> is_lit = d.z >= min_lit_cosine_ && theta <= cutoff_;
     const F falloff =
         select(theta <= beam_width_, F(1.f), (cutoff_ - theta) / (cutoff_ - beam_width_));
     const F scale = 0.5f / (d.z * tan_cutoff_);
@@ -194,12 +194,12 @@ class Spot final : public Emitter {
             {select(is_lit, 0.5f + scale * d.x), select(is_lit, 0.5f + scale * d.y)}};
   }
   Rgb intensity_toward(const Vec3& d) const {
-    if (d.z < surely_dark_cosine_) return Rgb(0.f);
+    if (d.z < min_lit_cosine_) return Rgb(0.f);
     const auto beam = beam_toward(d);
     return beam.falloff > 0 ? intensity_ * beam.falloff * texture_.at(beam.uv) : Rgb(0.f);
   }
 
-  /// From the unit square to the cone, uniformly by solid angle.
+  /// Maps the unit square to the cone, uniformly by solid angle.
   template <class V, class V2>
   V direction_at(const V2& uv) const {
     using namespace wide::formulas;
@@ -211,8 +211,8 @@ class Spot final : public Emitter {
   }
 
   FluxGrid make_flux_grid() const {
-    // Cells are as fine as half a texel; where they would be too many, their parts are as fine as
-    // one. The falloff alone is smooth.
+    // Cells have half the size of a texel. If these were too many, the parts of a cell have the
+    // size of a texel. Without a texture, there is only the smooth falloff.
     constexpr uint32_t kSmoothSide = 64, kMinSide = 128, kMaxSide = 1024;
     const glm::uvec2 resolution = texture_->resolution();
     const uint32_t texels = std::max(resolution.x, resolution.y);
@@ -229,10 +229,10 @@ class Spot final : public Emitter {
   float cutoff_;      ///< radians
   float beam_width_;  ///< radians
   float cap_height_;  ///< 1 - cos(cutoff)
-  float surely_dark_cosine_;
+  float min_lit_cosine_;  ///< directions with a smaller cosine are dark, whatever the rounding
   float tan_cutoff_;
   wide::ColorInput texture_;
-  /// Made when the first ray of light is asked for: direct light doesn't need it.
+  /// Built when the first emitted ray is sampled: direct light doesn't need it.
   mutable std::once_flag flux_made_;
   mutable std::optional<FluxGrid> flux_;
 };
@@ -241,5 +241,5 @@ class Spot final : public Emitter {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Spot, kinome::Category::kEmitter, "spot",
-              "A point that shines in a cone, with a linear falloff toward its rim.",
+              "A point that emits light in a cone, with a linear falloff towards its edge.",
               kinome::kTable);

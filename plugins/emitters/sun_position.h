@@ -5,10 +5,10 @@
 
 #include "kinome/math.h"
 
-/// Where the sun stands: Blanco-Muriel et al., Computing the Solar Vector, 2001.
+/// Position of the sun: Blanco-Muriel et al., Computing the Solar Vector, 2001.
 namespace kinome::sunsky {
 
-/// A place, and the time of its clocks, which are `timezone` hours ahead of Greenwich.
+/// A location and its local time, which is `timezone` hours ahead of UTC.
 struct TimeAndPlace {
   double latitude, longitude;  ///< degrees; north and east are positive
   double timezone;
@@ -16,24 +16,24 @@ struct TimeAndPlace {
   double hour, minute, second;
 };
 
-/// Julian day number of a date in the Gregorian calendar; a `day` beyond its month is one of the
-/// months after it.
+/// Returns the Julian day number of a date in the Gregorian calendar. A `day` beyond the end of the
+/// month counts on into the following months.
 inline int julian_day(int year, int month, int day) {
   const int months = (month - 14) / 12;
   return 1461 * (year + 4800 + months) / 4 + 367 * (month - 2 - 12 * months) / 12 -
          3 * ((year + 4900 + months) / 100) / 4 + day - 32075;
 }
 
-/// Days since noon of 1 January 2000. The hours go into a single-precision number of days since
-/// 4713 BC, which has quarters of a day: so has Mitsuba, and with it the sun's place in its year
-/// (up to an eighth of a degree).
+/// Returns the days since noon of 1 January 2000. As in Mitsuba, the intermediate Julian date in
+/// single precision has a resolution of a quarter of a day. This moves the sun along the ecliptic
+/// by up to an eighth of a degree.
 inline double days_since_2000(const TimeAndPlace& at, double hours) {
   const int day = julian_day(at.year, at.month, at.day);
   const float julian = static_cast<float>(day) - 0.5f + static_cast<float>(hours) / 24;
   return double{julian - 2451545.f};
 }
 
-/// Unit vector toward the sun: +z is up, and azimuths count from -x (north) over -y (east).
+/// Returns the unit vector toward the sun. +z is up, -x is north and -y is east.
 inline Vec3 sun_direction(const TimeAndPlace& at) {
   constexpr double kPiD = std::numbers::pi, kDegree = kPiD / 180;
   const double hours = at.hour - at.timezone + (at.minute + at.second / 60) / 60;

@@ -1,7 +1,6 @@
-/// The sun and a cloudless sky: Hošek and Wilkie's models, as in Mitsuba 3 (sunsky_model.h). The
-/// sun stands in `sun_direction`, or where it is at a time and place; radiance is in W/m²/sr/nm, as
-/// luminance has it. +z is up unless to_world says otherwise, and azimuths count from -x (north)
-/// over -y (east).
+/// The sun and a cloudless sky by Hošek and Wilkie's models, as in Mitsuba 3 (sunsky_model.h). The
+/// direction of the sun is `sun_direction`, or follows from a time and place. Radiance is in
+/// W/m²/sr/nm, weighted like luminance. Before to_world, +z is up, -x is north and -y is east.
 ///
 ///     <emitter type="sunsky">
 ///       <float name="hour" value="17.5"/>
@@ -19,13 +18,13 @@ namespace {
 constexpr Parameter kTable[] = {
     KINOME_SUNSKY_PARAMETERS,
     {"sun_direction", ParameterType::kVector, nullptr,
-     "Toward the sun, in the world; in place of time and place."},
-    {"year", ParameterType::kInteger, "2010", "The date, in the Gregorian calendar."},
-    {"month", ParameterType::kInteger, "7", "1 to 12."},
-    {"day", ParameterType::kInteger, "10", "From 1 on."},
-    {"hour", ParameterType::kFloat, "15", "Of the place's clocks."},
-    {"minute", ParameterType::kFloat, "0", "Added to the hour."},
-    {"second", ParameterType::kFloat, "0", "Added to the hour, too."},
+     "Direction toward the sun, in the world; alternative to time and place."},
+    {"year", ParameterType::kInteger, "2010", "Year in the Gregorian calendar."},
+    {"month", ParameterType::kInteger, "7", "Month, from 1 to 12."},
+    {"day", ParameterType::kInteger, "10", "Day of the month, from 1."},
+    {"hour", ParameterType::kFloat, "15", "Hour of the local time."},
+    {"minute", ParameterType::kFloat, "0", "Minutes, added to the hour."},
+    {"second", ParameterType::kFloat, "0", "Seconds, added to the hour."},
 };
 
 class SunSkyEmitter final : public SunSky {
@@ -45,14 +44,16 @@ class SunSkyEmitter final : public SunSky {
     }
     for (const char* name : {"latitude", "longitude", "timezone", "year", "month", "day", "hour",
                              "minute", "second"}) {
-      if (props.has(name)) throw props.error(name, "can't be given together with sun_direction");
+      if (props.has(name)) {
+        throw props.error(name, "can't be combined with 'sun_direction': remove one of them");
+      }
     }
     const Vec3 v = props.vector("sun_direction");
-    const float largest = max_component(glm::abs(v));
-    if (!(largest > 0) || !is_finite(v)) {
+    const float max_abs = max_component(glm::abs(v));
+    if (!(max_abs > 0) || !is_finite(v)) {
       throw props.error("sun_direction", "must be finite and not zero");
     }
-    return frame.to_local(glm::normalize(v / largest));
+    return frame.to_local(glm::normalize(v / max_abs));
   }
 };
 
@@ -60,4 +61,4 @@ class SunSkyEmitter final : public SunSky {
 }  // namespace kinome::sunsky
 
 KINOME_PLUGIN(kinome::sunsky::SunSkyEmitter, kinome::Category::kEmitter, "sunsky",
-              "The sun and a cloudless sky, for a place and time.", kinome::sunsky::kTable);
+              "The sun and a cloudless sky for a given place and time.", kinome::sunsky::kTable);

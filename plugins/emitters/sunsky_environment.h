@@ -6,8 +6,9 @@
 
 namespace kinome::sunsky {
 
-/// Light of the sun and of a cloudless sky. Both are sampled, each by its share of the light: the
-/// sun's disk evenly, the sky by a table of its luminance over equal solid angles.
+/// The sun and a cloudless sky as an environment. Sampling chooses between them in proportion to
+/// their light. The sun's disk is sampled uniformly, the sky by a table of its luminance over equal
+/// solid angles.
 class SunSky : public Environment {
  public:
   Rgb eval_environment(const Vec3& d) const final { return eval<float>(frame_.to_local(d)); }
@@ -15,7 +16,8 @@ class SunSky : public Environment {
 
   std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& u) const final {
     if (is_black_) return std::nullopt;
-    const Vec3 local = sample<float>(u, sun_share_ < 1 ? flux_.sample(sky_number(u)) : std::nullopt);
+    const Vec3 local =
+        sample<float>(u, sun_share_ < 1 ? flux_.sample(sky_random(u)) : std::nullopt);
     DirectSample direct;
     direct.d = frame_.to_world(local);
     direct.pdf = pdf<float>(local);
@@ -32,7 +34,7 @@ class SunSky : public Environment {
       if (!is_black_) {
         const wide::Vec2 u_wide = wide::Vec2::load(u, i);
         std::optional<FluxGrid::SampleOf<wide::Float>> place;
-        if (sun_share_ < 1) place = flux_.sample(sky_number(u_wide));
+        if (sun_share_ < 1) place = flux_.sample(sky_random(u_wide));
         local = sample<wide::Float>(u_wide, place);
         density = pdf<wide::Float>(local);
       }
@@ -53,8 +55,8 @@ class SunSky : public Environment {
     });
   }
 
-  /// With a sun, around it: its disk is the innermost ring (or few) of quads, or nearly so, and
-  /// cells are either of the sun or of the sky. Without one, around the zenith.
+  /// The pole of the grid is the sun, or the zenith if there is no sun. The sun's disk is then
+  /// (nearly) the first ring of quads, or the first few, so that cells contain either sun or sky.
   std::optional<EnvironmentGrid> cell_grid() const final {
     EnvironmentGrid grid;
     const bool has_sun = sun_share_ > 0;
@@ -64,23 +66,23 @@ class SunSky : public Environment {
     grid.columns = 256;
     grid.rows = 128;
     if (!has_sun) {
-      grid.smooth_quads = true;  // the horizon lies between two rows
+      grid.smooth_quads = true;  // the horizon is between two rows
       return grid;
     }
-    constexpr double kLeastRows = 128, kMostRows = 2048;
+    constexpr double kMinRows = 128, kMaxRows = 2048;
     const double half_turns = std::numbers::pi / settings_.half_angle;
-    const double rings = std::max(1., std::ceil(kLeastRows / half_turns));
-    grid.rows = static_cast<int>(std::min(std::floor(rings * half_turns), kMostRows));
+    const double rings = std::max(1., std::ceil(kMinRows / half_turns));
+    grid.rows = static_cast<int>(std::min(std::floor(rings * half_turns), kMaxRows));
     return grid;
   }
 
-  /// An eighth of the points are the sun's, evenly over its disk; the others are the sky's cells.
+  /// An eighth of the points are on the sun's disk, evenly spread; the others are cells of the sky.
   std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
                                           uint32_t count) const final {
     const bool has_sun = sun_share_ > 0;
-    const uint32_t of_sun = has_sun ? std::max(1u, count / 8) : 0;
+    const uint32_t sun_points = has_sun ? std::max(1u, count / 8) : 0;
     // Half of the sphere's cells are below the horizon.
-    const SpherePartition cells(std::max(2u, 2 * (count - std::min(of_sun, count - 1))));
+    const SpherePartition cells(std::max(2u, 2 * (count - std::min(sun_points, count - 1))));
     LightPoints points;
     points.kind = LightPoints::Kind::kDistant;
     const auto add = [&](const Vec3& local, const Rgb& power, float extent) {
@@ -94,20 +96,20 @@ class SunSky : public Environment {
       if (!is_black(power)) add(centre, power, cells.cell_solid_angle());
     }
     const Frame frame = Frame::from_normal(model_.sun());
-    for (uint32_t i = 0; i < of_sun; ++i) {
+    for (uint32_t i = 0; i < sun_points; ++i) {
       // Vogel's spiral: equal areas of the disk.
       const float turn = 0.5f * (3 - std::sqrt(5.f)) * static_cast<float>(i);
-      const Vec2 u((static_cast<float>(i) + 0.5f) / static_cast<float>(of_sun),
+      const Vec2 u((static_cast<float>(i) + 0.5f) / static_cast<float>(sun_points),
                    turn - std::floor(turn));
       const Vec3 local = in_sun<float>(frame, u);
       if (local.z < 0) continue;
-      const float extent = solid_angle() / static_cast<float>(of_sun);
+      const float extent = solid_angle() / static_cast<float>(sun_points);
       add(local, sun_radiance_ * extent, extent);
     }
     return points;
   }
 
-  /// `sun` and `rows` as of SkySettings::model.
+  /// For `sun` and `rows`, see SkySettings::model.
   SunSky(const SkySettings& settings, const Vec3& sun, double rows = 0)
       : settings_(settings),
         frame_(settings.frame),
@@ -119,10 +121,10 @@ class SunSky : public Environment {
                      : settings_.sky_scale *
                            luminance(glm::abs(model_.sky<float>(sky_direction<float>(uv))));
         }) {
-    const float of_sun = luminance(glm::abs(sun_radiance_)) * solid_angle();
-    const float of_sky = flux_.mean() * 2 * kPi;
-    is_black_ = !(of_sun + of_sky > 0);
-    sun_share_ = is_black_ ? 0 : of_sun / (of_sun + of_sky);
+    const float sun_flux = luminance(glm::abs(sun_radiance_)) * solid_angle();
+    const float sky_flux = flux_.mean() * 2 * kPi;
+    is_black_ = !(sun_flux + sky_flux > 0);
+    sun_share_ = is_black_ ? 0 : sun_flux / (sun_flux + sky_flux);
   }
 
  private:
@@ -152,9 +154,9 @@ class SunSky : public Environment {
     if (is_black_) return F(0.f);
     const F turn = atan2(d.y, d.x) * (0.5f * kInvPi);
     const Vec2Of<F> uv{select(turn < 0.f, turn + 1.f, turn), 1.f - d.z};
-    const F of_sky = flux_.pdf(uv) * ((1 - sun_share_) * 0.5f * kInvPi);
-    const F of_sun = select(is_sun<F>(d), F(sun_share_ / solid_angle()));
-    return select(d.z >= 0.f, of_sky + of_sun);
+    const F sky_pdf = flux_.pdf(uv) * ((1 - sun_share_) * 0.5f * kInvPi);
+    const F sun_pdf = select(is_sun<F>(d), F(sun_share_ / solid_angle()));
+    return select(d.z >= 0.f, sky_pdf + sun_pdf);
   }
 
   template <class F>
@@ -171,14 +173,15 @@ class SunSky : public Environment {
     return frame.to_world(VecOf<F>(r * cos(phi), r * sin(phi), 1.f - height));
   }
 
-  /// What is left of random numbers once the sky is chosen.
+  /// Rescales random numbers after they have chosen the sky.
   template <class V2>
-  V2 sky_number(const V2& u) const {
+  V2 sky_random(const V2& u) const {
     using namespace wide::formulas;
     using F = NumberOf<V2>;
     return V2(max(F(0.f), (u.x - sun_share_) / (1 - sun_share_)), u.y);
   }
-  /// The sun, or the `place` in the sky, by u; there is one unless the sun is all.
+  /// Samples the sun, or returns the direction of `place` in the sky, as u.x chooses. `place` is
+  /// nullopt if all light is the sun's.
   template <class F>
   wide::formulas::VecOf<F> sample(const wide::formulas::Vec2Of<F>& u,
                                   const std::optional<FluxGrid::SampleOf<F>>& place) const {
@@ -190,7 +193,7 @@ class SunSky : public Environment {
     return select(u.x < sun_share_, sun, sky_direction<F>(place->uv));
   }
 
-  /// A SpherePartition has its poles on y.
+  /// Maps from the space of a SpherePartition, whose poles are on y.
   static Vec3 zenith_up(const Vec3& d) { return {d.z, d.x, d.y}; }
   Rgb sky_in(const SpherePartition& cells, uint32_t i) const {
     constexpr int kSide = 4;
@@ -209,9 +212,9 @@ class SunSky : public Environment {
   LightFrame frame_;
   Model model_;
   Rgb sun_radiance_;
-  FluxGrid flux_;  ///< of the sky, over (azimuth / 2 pi, 1 - z)
+  FluxGrid flux_;  ///< flux of the sky over (azimuth / 2 pi, 1 - z)
   bool is_black_;
-  float sun_share_;
+  float sun_share_;  ///< probability of sampling the sun
 };
 
 }  // namespace kinome::sunsky

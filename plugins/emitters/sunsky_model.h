@@ -8,19 +8,20 @@
 #include "kinome/wide/functions.h"
 #include "sunsky_tables.h"
 
-/// The sky of Hošek and Wilkie (An Analytic Model for Full Spectral Sky-Dome Radiance, 2012), fitted
-/// to RGB, and the sun of their second paper (2013) as a disk of even radiance, as Mitsuba has them.
+/// The sky of Hošek and Wilkie (An Analytic Model for Full Spectral Sky-Dome Radiance, 2012),
+/// fitted to RGB, and the sun of their second paper (2013) as a disk of uniform radiance, as in
+/// Mitsuba.
 namespace kinome::sunsky {
 
-/// Half of the angle that the sun takes in the sky [radians].
+/// Half of the sun's angular diameter [radians].
 inline constexpr double kSolarHalfAngle = 0.5358 / 2 * std::numbers::pi / 180;
 
-/// Between two rows of a table, those of whole `at`; clamped to its ends.
-struct TablePlace {
+/// Fractional position `at` between two rows of a table, clamped to its ends.
+struct TablePosition {
   int row;
-  float rest;
+  float rest;  ///< offset from `row` to the next row, in [0, 1]
 
-  TablePlace(double at, int rows)
+  TablePosition(double at, int rows)
       : row(std::clamp(static_cast<int>(std::floor(at)), 0, rows - 2)),
         rest(static_cast<float>(std::clamp(at - row, 0., 1.))) {}
   float between(const float* table, size_t stride, size_t i) const {
@@ -29,16 +30,17 @@ struct TablePlace {
   }
 };
 
-/// Light of a cloudless sky, z being up. Immutable; thread-safe.
+/// Radiance of a cloudless sky, with z up. Immutable; thread-safe.
 class Model {
  public:
-  /// `turbidity` in [1, 10], `albedo` of the ground in [0, 1], `sun` a unit vector. Below the
-  /// horizon there is no light, and none at all where the sun is there. `rows`: what is added to
-  /// places in the sun's table.
-  Model(float turbidity, const Rgb& albedo, const Vec3& sun, double rows = 0) : sun_(sun), is_day_(sun.z >= 0) {
+  /// `turbidity` is in [1, 10], `albedo` (of the ground) in [0, 1], `sun` a unit vector. There is
+  /// no light from below the horizon, and none at all if the sun is below it. `rows` is an offset
+  /// of positions in the sun's table.
+  Model(float turbidity, const Rgb& albedo, const Vec3& sun, double rows = 0)
+      : sun_(sun), is_day_(sun.z >= 0) {
     if (!is_day_) return;
     const double elevation = std::asin(std::clamp(double{sun.z}, 0., 1.));
-    const TablePlace by_turbidity(turbidity - 1., kTurbidities);
+    const TablePosition by_turbidity(turbidity - 1., kTurbidities);
     const std::array<float, kControlPoints> weights = bernstein(elevation);
     for (int c = 0; c < 3; ++c) {
       for (int k = 0; k < kShapeParameters; ++k) {
@@ -46,8 +48,9 @@ class Model {
                                              albedo[c], weights);
       }
       channels_[c].radiance = interpolated(kSkyRadiance, 1, c, by_turbidity, albedo[c], weights);
-      // Rows of the sun's table: 2, 5, ... 89 degrees.
-      const TablePlace by_elevation((elevation * 180 / std::numbers::pi - 2) / 3 + rows, kElevations);
+      // Rows of the sun's table: 2, 5, … 89 degrees.
+      const TablePosition by_elevation((elevation * 180 / std::numbers::pi - 2) / 3 + rows,
+                                       kElevations);
       const auto at = [&](int step) {
         const auto row = static_cast<size_t>(by_turbidity.row + step) * kElevations * 3;
         return by_elevation.between(kSunRadiance + row, 3, static_cast<size_t>(c));
@@ -58,17 +61,17 @@ class Model {
 
   bool is_day() const { return is_day_; }
   const Vec3& sun() const { return sun_; }
-  /// Of the disk, where it has its own size.
+  /// Radiance of a sun's disk of half angle kSolarHalfAngle.
   const Rgb& sun_radiance() const { return sun_radiance_; }
 
-  /// Radiance from the direction d above the horizon, without the sun's. May be negative where the
-  /// colour lies beyond what RGB can show.
+  /// Radiance from the direction d above the horizon, without the sun's disk. May be negative for
+  /// colours outside the gamut of RGB.
   template <class F>
   wide::formulas::RgbOf<F> sky(const wide::formulas::VecOf<F>& d) const {
     using namespace wide::formulas;
     const F cos_theta = max(d.z, F(0.f));
     const F root = sqrt(cos_theta);
-    // By the chord: the arc cosine of nearly 1 has no digits left.
+    // From the chord, because the arc cosine is imprecise near 1.
     const F chord = min(0.5f * length(d - VecOf<F>(sun_)), F(1.f));
     const F gamma = 2.f * asin(chord);
     const F cos_gamma = 1.f - 2.f * chord * chord;
@@ -91,8 +94,8 @@ class Model {
     float radiance = 0;
   };
 
-  /// Weights of the control points: a Bézier curve over the cube root of the sun's height, which
-  /// spends most of its points near the horizon.
+  /// Weights of the control points: a Bézier curve over the cube root of the sun's elevation, with
+  /// most of its points near the horizon.
   static std::array<float, kControlPoints> bernstein(double elevation) {
     constexpr int kDegree = kControlPoints - 1;
     constexpr int kBinomials[] = {1, 5, 10, 10, 5, 1};
@@ -104,9 +107,9 @@ class Model {
     return weights;
   }
 
-  /// Entry 3 k + c of a control point stands for parameter k of channel c.
+  /// Interpolates a table. Entry 3 k + c of a control point is parameter k of channel c.
   static float interpolated(const float* table, size_t parameters, int entry,
-                            const TablePlace& by_turbidity, float albedo,
+                            const TablePosition& by_turbidity, float albedo,
                             const std::array<float, kControlPoints>& weights) {
     const size_t point = 3 * parameters, by_albedo = kControlPoints * point;
     const size_t place = static_cast<size_t>(entry % 3) * parameters + static_cast<size_t>(entry / 3);

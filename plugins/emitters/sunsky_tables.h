@@ -1,6 +1,6 @@
 #pragma once
 
-/// Numbers of the Hošek-Wilkie sky and sun; see sunsky_model.h and make_sunsky_tables.py.
+/// Tables of the Hošek-Wilkie sky and sun; see sunsky_model.h and make_sunsky_tables.py.
 namespace kinome::sunsky {
 
 inline constexpr int kTurbidities = 10;

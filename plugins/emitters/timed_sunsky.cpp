@@ -1,7 +1,7 @@
-/// The sun and a cloudless sky while days go by, as in Mitsuba 3. The time from `shutter_open` to
-/// `shutter_close` stands for all days from the start to the day before the end, one after the
-/// other, each from `window_start_time` to `window_end_time`. The image shows the mean over the time
-/// in which the sensor's shutter is open; by default that is the first moment of the first day.
+/// The sun and a cloudless sky averaged over time, as in Mitsuba 3. The time from `shutter_open` to
+/// `shutter_close` is mapped to the days from the start to the day before the end, each from
+/// `window_start_time` to `window_end_time`. The image shows the mean over the time in which the
+/// sensor's shutter is open; by default that is the first moment of the first day.
 ///
 ///     <sensor type="perspective">
 ///       <float name="shutter_close" value="1"/>
@@ -27,30 +27,34 @@ namespace {
 
 constexpr Parameter kTable[] = {
     KINOME_SUNSKY_PARAMETERS,
-    {"window_start_time", ParameterType::kFloat, "7", "Hour at which days begin."},
-    {"window_end_time", ParameterType::kFloat, "19", "Hour at which days end."},
-    {"start_year", ParameterType::kInteger, "2025", "The first day, in the Gregorian calendar."},
-    {"start_month", ParameterType::kInteger, "1", "1 to 12."},
-    {"start_day", ParameterType::kInteger, "1", "From 1 on."},
+    {"window_start_time", ParameterType::kFloat, "7", "Hour at which each day begins."},
+    {"window_end_time", ParameterType::kFloat, "19", "Hour at which each day ends."},
+    {"start_year", ParameterType::kInteger, "2025",
+     "Year of the first day, in the Gregorian calendar."},
+    {"start_month", ParameterType::kInteger, "1", "Month of the first day, from 1 to 12."},
+    {"start_day", ParameterType::kInteger, "1", "First day of the month, from 1."},
     {"end_year", ParameterType::kInteger, nullptr,
-     "The day after the last one; by default a year after the first."},
-    {"end_month", ParameterType::kInteger, nullptr, "1 to 12; start_month by default."},
-    {"end_day", ParameterType::kInteger, nullptr, "From 1 on; start_day by default."},
-    {"shutter_open", ParameterType::kFloat, "0", "The sensor's time at which the first day begins."},
-    {"shutter_close", ParameterType::kFloat, "1", "The sensor's time at which the last day ends."},
+     "Year of the day after the last one; default: start_year + 1."},
+    {"end_month", ParameterType::kInteger, nullptr,
+     "Month of the day after the last one, from 1 to 12; default: start_month."},
+    {"end_day", ParameterType::kInteger, nullptr,
+     "The day after the last one, from 1; default: start_day."},
+    {"shutter_open", ParameterType::kFloat, "0", "Sensor time at which the first day begins."},
+    {"shutter_close", ParameterType::kFloat, "1", "Sensor time at which the last day ends."},
 };
 
-/// Mitsuba looks the sun up in a texture here, whose texels are centred half a row on.
+/// Offset in the sun's table. Mitsuba looks the sun up in a texture here, whose texel centres are
+/// half a row further.
 constexpr double kRows = -0.5;
 
-/// The days, and the part of each that is shown.
+/// The days, and the part of each day that is used.
 struct Days {
-  TimeAndPlace start;  ///< of the first day
+  TimeAndPlace start;  ///< start of the first day
   double hours;        ///< from the start to the end of a day
   int count;
-  Shutter shutter;  ///< the times at which they begin and end
+  Shutter shutter;  ///< sensor times at which the days begin and end
 
-  /// The sun at a share from 0 to 1 of the whole time.
+  /// Direction of the sun at a fraction `share` in [0, 1] of the whole time.
   Vec3 sun_at(double share) const {
     const double days = share * count;
     const int day = std::min(static_cast<int>(days), count - 1);
@@ -61,18 +65,19 @@ struct Days {
   }
 };
 
-int read_date(const Properties& props, const std::string& name, int otherwise) {
-  return props.has(name) ? read_calendar(props, name.c_str()) : otherwise;
+int read_date(const Properties& props, const std::string& name, int default_value) {
+  return props.has(name) ? read_calendar(props, name.c_str()) : default_value;
 }
 
 Days read_days(const Properties& props) {
   const float start = props.real("window_start_time"), end = props.real("window_end_time");
   if (!(start >= 0 && start <= 24)) {
-    throw props.error("window_start_time", "must be from 0 to 24, got " + std::to_string(start));
+    throw props.error("window_start_time",
+                      "must be between 0 and 24, got " + std::to_string(start));
   }
   if (!(end >= start && end <= 24)) {
     throw props.error("window_end_time",
-                      "must be from window_start_time to 24, got " + std::to_string(end));
+                      "must be between window_start_time and 24, got " + std::to_string(end));
   }
   const int year = read_calendar(props, "start_year"), month = read_calendar(props, "start_month"),
             day = read_calendar(props, "start_day");
@@ -87,7 +92,7 @@ Days read_days(const Properties& props) {
     const char* const name = props.has("end_year")    ? "end_year"
                              : props.has("end_month") ? "end_month"
                                                       : "end_day";
-    throw props.error(name, "makes the last day come before the first one");
+    throw props.error(name, "must not be before the first day");
   }
   days.count = std::max(1, days.count);  // as in Mitsuba
   days.shutter = {props.real("shutter_open"), props.real("shutter_close")};
@@ -112,8 +117,9 @@ class TimedSunSkyEmitter final : public Emitter {
     if (is_known_ && !is_new) return;
     is_known_ = true;
     if (share_at(shutter.open) < 0 || share_at(shutter.close) > 1) {
-      log_warn(Error(where_, "the sensor's shutter is open beyond the emitter's shutter_open and "
-                             "shutter_close, where the sky stands still")
+      log_warn(Error(where_,
+                     "the sensor's shutter is open before the emitter's shutter_open or "
+                     "after its shutter_close; the sky doesn't change there")
                    .what());
     }
     if (is_new) show(shutter);
@@ -162,7 +168,7 @@ class TimedSunSkyEmitter final : public Emitter {
   }
 
  private:
-  /// Share of the whole time that has passed at a time of the sensor.
+  /// Fraction of the whole time that has passed at a sensor time.
   double share_at(float time) const {
     return (double{time} - days_.shutter.open) /
            (double{days_.shutter.close} - days_.shutter.open);
@@ -178,8 +184,8 @@ class TimedSunSkyEmitter final : public Emitter {
     }
   }
 
-  /// Returns the mean sky from a share `open` to a share `close` of the whole time. Before the first
-  /// moment and after the last one, the sky is that of this moment.
+  /// Returns the mean sky between the fractions `open` and `close` of the whole time. The sky is
+  /// constant before the first moment and after the last one.
   std::unique_ptr<Emitter> mean_over(double open, double close) const {
     const auto suns = [&](int count) {
       std::vector<Vec3> all;
@@ -189,7 +195,7 @@ class TimedSunSkyEmitter final : public Emitter {
       }
       return all;
     };
-    // Primes, so that moments of many days fall on all hours.
+    // Primes, so that over many days, the moments cover all hours.
     constexpr int kSkies = 251, kSuns = 32749;
     MeanSky mean(settings_, kRows);
     mean.add_skies(suns(kSkies));
@@ -202,7 +208,7 @@ class TimedSunSkyEmitter final : public Emitter {
   Days days_;
   Location where_;
   Shutter shutter_;
-  bool is_known_ = false;  ///< a scene has set the shutter
+  bool is_known_ = false;  ///< true if a scene has set the shutter
   std::unique_ptr<Emitter> sky_;
 };
 
@@ -210,4 +216,4 @@ class TimedSunSkyEmitter final : public Emitter {
 }  // namespace kinome::sunsky
 
 KINOME_PLUGIN(kinome::sunsky::TimedSunSkyEmitter, kinome::Category::kEmitter, "timed_sunsky",
-              "The sun and a cloudless sky while days go by.", kinome::sunsky::kTable);
+              "The sun and a cloudless sky averaged over hours and days.", kinome::sunsky::kTable);

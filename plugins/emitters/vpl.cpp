@@ -1,9 +1,10 @@
-/// One bounce of other emitters' light, as virtual point lights (Keller 1997; Åkerlund
-/// 2008, 3.4.2): points on the scene's surfaces, each lit once, that integrators over light points
-/// (`clustered`, `groundtruth`) render from. Others find the bounce by themselves, and ignore this
-/// emitter but for the emitters in it, which shine like any other.
+/// One bounce of other emitters' light as virtual point lights (Keller 1997; Åkerlund 2008, 3.4.2).
+/// These are illuminated points of the scene's surfaces, from which the integrators `clustered` and
+/// `groundtruth` render. Other integrators trace the bounce themselves; for them, only the nested
+/// emitters matter, which are ordinary emitters of the scene.
 ///
-/// Surfaces reflect by their diffuse and glossy lobes; light by way of a mirror makes no points.
+/// Surfaces reflect by their diffuse and glossy lobes. Light that arrives via a mirror makes no
+/// points.
 ///
 ///     <emitter type="vpl">
 ///       <string name="placement" value="traced"/>
@@ -28,30 +29,30 @@ constexpr const char* kPlacements[] = {"surface", "traced"};
 
 constexpr Parameter kTable[] = {
     {"emitter", ParameterType::kObject, nullptr,
-     "Emitters whose bounce is offered; all of the scene's if none is given.", false,
+     "Emitters whose bounce is computed; default: all emitters of the scene.", false,
      Category::kEmitter, kMaxChildren},
     choice_of(
         "placement", kPlacements, "surface",
         "'surface': uniform over all surfaces; 'traced': where light traced from the emitters "
-        "lands."),
+        "hits surfaces."),
     {"light_samples", ParameterType::kInteger, "0",
-     "Places on surfaces ('surface') or rays of light ('traced') that are tried: those that bring "
-     "light to where it is reflected are points. 0: as many as the integrator's own "
-     "light_samples."},
+     "Number of candidates: positions on surfaces ('surface') or light rays ('traced'). "
+     "Those that receive and reflect light become points. 0: the integrator's light_samples."},
 };
 
-/// Places for lights that are worked on together, by one thread.
+/// Number of candidates that one thread processes together.
 constexpr uint32_t kChunk = 1024;
-/// A place is lit by so many emitters; where there are more, by that many drawn at random.
-constexpr size_t kEmittersPerPlace = 8;
+/// Maximum number of emitters that illuminate a position. If there are more, as many are chosen at
+/// random.
+constexpr size_t kMaxEmittersPerPosition = 8;
 
-/// Light on a surface, and what it reflects to wherever it is seen from.
+/// Light that arrives at a surface point, for reflection in any direction.
 struct Reflection {
   SurfaceInteraction si;
   Vec3 to_light;      ///< in the shading frame
   Rgb incident{0.f};  ///< radiance x solid angle x area of the point
-  bool lambertian;    ///< `radiance` is then all there is to know
-  Rgb radiance{0.f};  ///< reflected, x area
+  bool lambertian;    ///< if true, `radiance` describes the reflection completely
+  Rgb radiance{0.f};  ///< reflected radiance x area
 };
 
 class SurfacePoints final : public PointEmission {
@@ -73,18 +74,18 @@ class SurfacePoints final : public PointEmission {
   std::vector<Reflection> points_;
 };
 
-/// Light points, and the reflections of those that are not Lambertian on a flat surface.
+/// Light points, and the reflections of those that aren't Lambertian on a flat surface.
 struct Points {
-  uint64_t tries = 0;  ///< points, had all been lit
+  uint64_t tries = 0;  ///< number of candidates
   LightPoints lights;
   std::vector<Reflection> reflections;
   RenderCounters counters;
 
-  /// Light that comes from `d`, whose radiance x solid angle x area is `incident`.
+  /// Adds a point with light from the direction `d`; `incident` is radiance x solid angle x area.
   void add(const SurfaceInteraction& si, const Vec3& d, const Rgb& incident, float area) {
     Reflection point{si, si.frame.to_local(d), incident, si.shape->bsdf().is_lambertian(), {}};
     const float side = point.to_light.z >= 0 ? 1.f : -1.f;
-    // The reflectance that is seen from the light's side.
+    // For the reflectance on the light's side.
     point.si.wi = Vec3(0, 0, side);
     const Bsdf& bsdf = si.shape->bsdf();
     if (point.lambertian) {
@@ -95,9 +96,9 @@ struct Points {
           (part.diffuse + part.glossy) * kInvPi * std::abs(point.to_light.z) * incident;
     }
     if (is_black(point.radiance)) return;
-    // Off the surface: a ray that comes along it would else meet it just before its end.
+    // Offset from the surface, because grazing rays would otherwise hit it just before their end.
     lights.position.push_back(si.ray_origin(d));
-    // Not that of reflection_frame: a normal map's may depend on where it is seen from.
+    // Not the normal of reflection_frame, which may depend on the viewer for a normal map.
     lights.normal.push_back(si.frame.n * side);
     lights.power.push_back(point.radiance);
     lights.extent.push_back(area);
@@ -109,7 +110,7 @@ struct Points {
   }
 };
 
-/// In the order of the chunks, whoever made them.
+/// Joins the points in the order of the chunks, independent of threads.
 LightPoints join(std::vector<Points>& chunks, RenderCounters& counters) {
   LightPoints all;
   all.kind = LightPoints::Kind::kLocal;
@@ -132,16 +133,16 @@ LightPoints join(std::vector<Points>& chunks, RenderCounters& counters) {
   return all;
 }
 
-/// Numbers of place i, of `purpose`: Owen-scrambled Sobol points.
-Vec2 number(uint64_t seed, uint32_t purpose, uint64_t stream, uint32_t i) {
+/// Random numbers of candidate i for a `purpose`: Owen-scrambled Sobol points.
+Vec2 random_numbers(uint64_t seed, uint32_t purpose, uint64_t stream, uint32_t i) {
   const uint64_t key = hash_words(seed, purpose, stream, 0x76706cu);
-  // Without an order of its own, each purpose would draw the same point of the sequence, and every
-  // place see but one place of a lamp, however many places there are.
+  // Each purpose has its own order. Otherwise all purposes would use the same point of the
+  // sequence, and each position would always see the same part of an emitter.
   return owen_sobol_point(owen_scramble(i, hash_words(key, 2)), key, hash_words(key, 1));
 }
-enum Purpose : uint32_t { kShapeChoice, kPlace, kLight, kEmitterChoice, kOrigin, kDirection };
+enum Purpose : uint32_t { kShapeChoice, kPosition, kLight, kEmitterChoice, kOrigin, kDirection };
 
-/// Lights surfaces at points that are uniform over them.
+/// Illuminates positions that are uniform over the surfaces.
 class SurfacePlacement {
  public:
   SurfacePlacement(const Scene& scene, const std::vector<const Emitter*>& emitters, uint32_t count,
@@ -155,8 +156,8 @@ class SurfacePlacement {
       area += shape->area();
     }
     area_ = area;
-    // Systematic sampling: places are spread over the shapes as evenly as whole numbers allow.
-    offset_ = number(seed, kShapeChoice, 0, 0).x;
+    // Systematic sampling, which spreads positions over the shapes as evenly as possible.
+    offset_ = random_numbers(seed, kShapeChoice, 0, 0).x;
   }
   bool empty() const { return !(area_ > 0); }
 
@@ -164,13 +165,13 @@ class SurfacePlacement {
     std::vector<Ray> rays;
     std::vector<Arrival> arrivals;
     for (uint32_t i = begin; i < end; ++i) {
-      const SurfaceInteraction si = place(i);
-      const size_t used = std::min(emitters_.size(), kEmittersPerPlace);
+      const SurfaceInteraction si = position(i);
+      const size_t used = std::min(emitters_.size(), kMaxEmittersPerPosition);
       const float weight = static_cast<float>(emitters_.size()) / static_cast<float>(used);
       out.tries += used;
       for (size_t k = 0; k < used; ++k) {
-        const size_t e = used == emitters_.size() ? k : drawn_emitter(i, k);
-        const auto light = emitters_[e]->sample_direct(si.p, number(seed_, kLight, e, i));
+        const size_t e = used == emitters_.size() ? k : random_emitter(i, k);
+        const auto light = emitters_[e]->sample_direct(si.p, random_numbers(seed_, kLight, e, i));
         if (!light || is_black(light->radiance)) continue;
         const bool is_own = emitters_[e]->shape() == si.shape;
         if (is_own && !si.resolves(light->d, light->distance)) continue;
@@ -196,18 +197,18 @@ class SurfacePlacement {
     float area;
   };
 
-  SurfaceInteraction place(uint32_t i) const {
+  SurfaceInteraction position(uint32_t i) const {
     const double at = (i + offset_) / count_ * area_;
     const auto after = std::upper_bound(first_.begin(), first_.end(), at);
     const auto s = static_cast<size_t>(after - first_.begin()) - 1;
-    SurfaceInteraction si = shapes_[s]->sample_surface(number(seed_, kPlace, s, i));
+    SurfaceInteraction si = shapes_[s]->sample_surface(random_numbers(seed_, kPosition, s, i));
     si.shape = shapes_[s];
     return si;
   }
-  size_t drawn_emitter(uint32_t i, size_t k) const {
-    const float u = number(seed_, kEmitterChoice, k, i).x;
-    const float place = (static_cast<float>(k) + u) / kEmittersPerPlace;
-    return std::min(static_cast<size_t>(place * static_cast<float>(emitters_.size())),
+  size_t random_emitter(uint32_t i, size_t k) const {
+    const float u = random_numbers(seed_, kEmitterChoice, k, i).x;
+    const float share = (static_cast<float>(k) + u) / kMaxEmittersPerPosition;
+    return std::min(static_cast<size_t>(share * static_cast<float>(emitters_.size())),
                     emitters_.size() - 1);
   }
 
@@ -216,12 +217,12 @@ class SurfacePlacement {
   const uint32_t count_;
   const uint64_t seed_;
   std::vector<const Shape*> shapes_;
-  std::vector<double> first_;  ///< area of the shapes before each
+  std::vector<double> first_;  ///< total area of the shapes before each
   double area_ = 0;
   double offset_ = 0;
 };
 
-/// Lights surfaces where rays from the emitters land.
+/// Illuminates positions where rays from the emitters hit surfaces.
 class TracedPlacement {
  public:
   TracedPlacement(const Scene& scene, const std::vector<const Emitter*>& emitters, uint32_t count,
@@ -234,10 +235,11 @@ class TracedPlacement {
     const auto emitters = static_cast<uint32_t>(emitters_.size());
     out.tries = end - begin;
     for (uint32_t i = begin; i < end; ++i) {
-      // Each emitter in turn; the last round may leave some out, alike for all in the mean.
+      // Each emitter in turn. The last round may omit some, with the same probability for all.
       const uint32_t e = (i + shift()) % emitters;
-      const auto sample = emitters_[e]->sample_emission(number(seed_, kOrigin, e, i / emitters),
-                                                        number(seed_, kDirection, e, i / emitters));
+      const auto sample =
+          emitters_[e]->sample_emission(random_numbers(seed_, kOrigin, e, i / emitters),
+                                        random_numbers(seed_, kDirection, e, i / emitters));
       if (!sample || is_black(sample->power)) continue;
       rays.push_back({sample->ray(), Hit{}});
       samples.push_back(*sample);
@@ -245,20 +247,20 @@ class TracedPlacement {
     scene_.intersect(rays, Coherence::kIncoherent, out.counters);
     out.counters[RayKind::kLight] += rays.size();
     for (size_t k = 0; k < rays.size(); ++k) {
-      if (rays[k].hit.valid()) land(samples[k], rays[k], out);
+      if (rays[k].hit.valid()) add_hit(samples[k], rays[k], out);
     }
   }
 
  private:
   uint32_t shift() const { return static_cast<uint32_t>(hash_words(seed_, kEmitterChoice)) >> 8; }
 
-  void land(const EmissionSample& sample, const RayHit& ray, Points& out) const {
+  void add_hit(const EmissionSample& sample, const RayHit& ray, Points& out) const {
     const SurfaceInteraction si = scene_.interaction(ray);
     const float cosine = std::abs(glm::dot(si.n, sample.d));
     if (!(cosine > 0)) return;
     const float share = static_cast<float>(emitters_.size()) / static_cast<float>(count_);
     const float distance2 = sqr(ray.ray.tmax);
-    // The part of the surface that the point stands for, from how dense rays are there.
+    // The point represents an area that is the inverse of the density of rays.
     const float density =
         sample.pdf_position > 0 ? sample.pdf_position : sample.pdf_direction / distance2;
     const float area = share / (density * cosine);
@@ -278,7 +280,7 @@ class VirtualPointLights final : public Emitter {
   explicit VirtualPointLights(const Properties& props)
       : where_(props.where()), children_(props.objects<Emitter>()) {
     for (const auto& child : children_) {
-      if (child->is_indirect()) throw props.error("emitter", "must not offer a bounce itself");
+      if (child->is_indirect()) throw props.error("emitter", "must not be another 'vpl'");
     }
     traced_ = props.choice("placement") == 1;
     count_ = props.integer("light_samples", 0, 1 << 24);
@@ -291,7 +293,7 @@ class VirtualPointLights final : public Emitter {
   }
 
   std::optional<LightPoints> light_points(const Scene& scene, RenderContext& context,
-                                          uint32_t wanted) const override {
+                                          uint32_t requested) const override {
     std::vector<const Emitter*> emitters;
     for (const auto& child : children_) emitters.push_back(child.get());
     if (emitters.empty()) emitters = scene.emitters();
@@ -299,28 +301,28 @@ class VirtualPointLights final : public Emitter {
       context.skip("indirect light", "the scene has no emitters");
       return std::nullopt;
     }
-    const uint32_t count = count_ > 0 ? count_ : wanted;
+    const uint32_t count = count_ > 0 ? count_ : requested;
     LightPoints points;
     if (traced_) {
       points = light_all(TracedPlacement(scene, emitters, count, context.seed()), count, context);
     } else {
       const SurfacePlacement placement(scene, emitters, count, context.seed());
       if (placement.empty()) {
-        return nothing("no surface reflects but by mirrors", context);
+        return warn_no_points("no surface has a diffuse or glossy lobe", context);
       }
       points = light_all(placement, count, context);
     }
     if (points.size() == 0) {
-      return nothing("no light was found to land on a surface that reflects it", context);
+      return warn_no_points("no light was found that arrives at a reflecting surface", context);
     }
     return points;
   }
 
  private:
-  /// Told in terms of the picture: who wrote no emitter of this kind has one all the same.
-  std::optional<LightPoints> nothing(const std::string& why, RenderContext& context) const {
-    log_warn(
-        Error(where_, why + ": the picture shows direct light, and none after a bounce").what());
+  /// The warning describes the image, because integrators add this emitter without the user's
+  /// doing.
+  std::optional<LightPoints> warn_no_points(const std::string& why, RenderContext& context) const {
+    log_warn(Error(where_, why + ": the image shows direct light only").what());
     context.skip("indirect light", why);
     return std::nullopt;
   }
@@ -353,6 +355,6 @@ class VirtualPointLights final : public Emitter {
 
 KINOME_PLUGIN(
     kinome::VirtualPointLights, kinome::Category::kEmitter, "vpl",
-    "One bounce of other emitters' light, as virtual point lights for 'clustered' and "
-    "'groundtruth' of max_depth 3 and more, which bring one along where the scene has none.",
+    "One bounce of other emitters' light as virtual point lights. 'clustered' and 'groundtruth' "
+    "with a max_depth of at least 3 add one if the scene has none.",
     kinome::kTable);

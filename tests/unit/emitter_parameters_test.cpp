@@ -46,13 +46,13 @@ TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
     return "<rgb name='" + name + "' value='1 -1 1'/>";
   };
   const std::vector<Refused> cases = {
-      {"point", negative("intensity"), "intensity", "not negative, got 1.000000 -1"},
-      {"spot", negative("intensity"), "intensity", "not negative"},
-      {"spot", negative("texture"), "texture", "not negative"},
-      {"directional", negative("irradiance"), "irradiance", "not negative"},
-      {"projector", negative("irradiance"), "irradiance", "not negative"},
-      {"area", negative("radiance"), "radiance", "not negative"},
-      {"constant", negative("radiance"), "radiance", "not negative"},
+      {"point", negative("intensity"), "intensity", "between 0 and 1e36, got 1.000000 -1"},
+      {"spot", negative("intensity"), "intensity", "between 0 and 1e36"},
+      {"spot", negative("texture"), "texture", "between 0 and 1e36"},
+      {"directional", negative("irradiance"), "irradiance", "between 0 and 1e36"},
+      {"projector", negative("irradiance"), "irradiance", "between 0 and 1e36"},
+      {"area", negative("radiance"), "radiance", "between 0 and 1e36"},
+      {"constant", negative("radiance"), "radiance", "between 0 and 1e36"},
       {"projector", number("scale", "-1"), "scale", "not negative, got -1"},
       {"point", kTurn + "<point name='position' value='1 2 3'/>", "to_world", "position"},
       {"directional", kTurn + "<vector name='direction' value='1 2 3'/>", "to_world", "direction"},
@@ -60,11 +60,11 @@ TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
       {"spot", number("cutoff_angle", "0"), "cutoff_angle", "greater than 0"},
       {"spot", number("cutoff_angle", "-20"), "cutoff_angle", "got -20"},
       {"spot", number("cutoff_angle", "180.5"), "cutoff_angle", "at most 180"},
-      {"spot", angles("20", "21"), "beam_width", "at most cutoff_angle (20"},
+      {"spot", angles("20", "21"), "beam_width", "between 0 and cutoff_angle (20"},
       {"spot", angles("20", "-1"), "beam_width", "got -1"},
       {"spot", number("cutoff_angle", "90") + kChecks, "texture", "less than 90 degrees, got 90"},
       {"spot", number("cutoff_angle", "135") + kChecks, "texture", "got 135"},
-      {"spot", kStretch, "to_world", "scale all axes alike"},
+      {"spot", kStretch, "to_world", "must have a uniform scale"},
       {"spot", kShear, "to_world", "without shear"},
       {"spot", kProjective, "to_world", "affine"},
       {"point", kProjective, "to_world", "affine"},
@@ -75,17 +75,17 @@ TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
        "beyond 1e36"},
       {"projector", number("scale", "1e37"), "scale", "at most 1e36"},
       {"projector", number("scale", "3e38") + "<rgb name='irradiance' value='0 1e-3 0'/>", "scale",
-       "comes to"},
-      {"projector", number("scale", "5e35") + number("fov", "170"), "scale", "comes to"},
+       "at most 1e36, got"},
+      {"projector", number("scale", "5e35") + number("fov", "170"), "scale", "at most 1e36, got"},
       {"projector", number("scale", "2") + kBright, "scale", "at most 1e36"},
-      {"spot", "<rgb name='intensity' value='1 2 3e36'/>", "intensity", "at most 1e36"},
+      {"spot", "<rgb name='intensity' value='1 2 3e36'/>", "intensity", "between 0 and 1e36"},
       {"spot", "<rgb name='intensity' value='1 2 1e36'/><rgb name='texture' value='1 3 1'/>",
        "intensity", "at most 1e36"},
       {"projector", number("fov", "0"), "fov", "greater than 0 and less than 180 degrees, got 0"},
       {"projector", number("fov", "180"), "fov", "got 180"},
       {"projector", number("fov", "-30"), "fov", "got -30"},
       {"projector", number("fov", "40") + "<string name='focal_length' value='50mm'/>",
-       "focal_length", "together"},
+       "focal_length", "can't be combined with 'fov'"},
       {"projector", "<string name='focal_length' value='0mm'/>", "focal_length", "positive"},
       {"projector", number("fov", "40") + "<string name='fov_axis' value='z'/>", "fov_axis", "'x'"},
   };
@@ -115,7 +115,7 @@ TEST(EmitterParameters, TexelsBeyondWhatLightMayBeAreErrors) {
                     file + "'/><boolean name='raw' value='true'/></texture>");
       const std::string error = error_of([&] { make<Emitter>(xml); });
       EXPECT_NE(error.find("'" + name + "'"), std::string::npos) << xml << ": " << error;
-      EXPECT_NE(error.find("comes to 2.0"), std::string::npos) << xml << ": " << error;
+      EXPECT_NE(error.find("at most 1e36, got 2.0"), std::string::npos) << xml << ": " << error;
     }
   }
 }

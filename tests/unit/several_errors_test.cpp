@@ -141,7 +141,7 @@ const Several kSeveral[] = {
      "<bsdf type='diffuse'>^<float name='x' value='1'/></bsdf>"
      "<emitter type='area'>^<rgb name='radiance' value='-1'/></emitter></shape>",
      {"'radius' must be positive", "bsdf 'diffuse' has no parameter 'x'",
-      "'radiance' must be finite"}},
+      "'radiance' must be between"}},
     {"PartsOfAnUnknownTag",
      "<shape type='sphere'>^<transfrom name='to_world'><scale value='x'/><float name='a' "
      "^value='b'/>"

@@ -237,25 +237,25 @@ TEST(SunSky, ChecksItsParameters) {
     std::string xml;
     std::string message;
   } cases[] = {
-      {number_xml("turbidity", 0.5), "must be from 1 to 10"},
-      {number_xml("turbidity", 11), "must be from 1 to 10"},
-      {number_xml("sun_scale", -1), "'sun_scale' must be from 0"},
-      {number_xml("sky_scale", -1), "'sky_scale' must be from 0"},
+      {number_xml("turbidity", 0.5), "must be between 1 and 10"},
+      {number_xml("turbidity", 11), "must be between 1 and 10"},
+      {number_xml("sun_scale", -1), "'sun_scale' must be between 0"},
+      {number_xml("sky_scale", -1), "'sky_scale' must be between 0"},
       {number_xml("sun_aperture", 0), "must be at least 0.001"},
       {number_xml("sun_aperture", 180), "below 180"},
       {vector_xml("sun_direction", Vec3(0)), "must be finite and not zero"},
       {vector_xml("sun_direction", {1, 2, 3}) + number_xml("hour", 3),
-       "'hour' can't be given together with sun_direction"},
-      {whole_xml("year", 20000), "'year' must be from -9999"},
+       "'hour' can't be combined with 'sun_direction'"},
+      {whole_xml("year", 20000), "'year' must be between -9999"},
       {"<boolean name=\"complex_sun\" value=\"true\"/>", "'complex_sun' must be false"},
-      {"<texture name=\"albedo\" type=\"checkerboard\"/>", "must be the same everywhere"},
+      {"<texture name=\"albedo\" type=\"checkerboard\"/>", "must be uniform"},
       {"<rgb name=\"albedo\" value=\"2 0 0\"/>", "'albedo'"},
       {number_xml("turbidty", 2), "did you mean 'turbidity'"},
   };
   for (const auto& [xml, message] : cases) {
     EXPECT_NE(error_of(xml).find(message), std::string::npos) << error_of(xml);
   }
-  EXPECT_NE(error_of(number_xml("window_start_time", 25), "timed_sunsky").find("0 to 24"),
+  EXPECT_NE(error_of(number_xml("window_start_time", 25), "timed_sunsky").find("between 0 and 24"),
             std::string::npos);
   EXPECT_NE(error_of(number_xml("window_end_time", 3), "timed_sunsky").find("window_start_time"),
             std::string::npos);
